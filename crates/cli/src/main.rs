@@ -1,0 +1,3 @@
+//! The command line `myovib`.
+#![forbid(unsafe_code)]
+fn main() {}

@@ -1,0 +1,2 @@
+//! Finite elements of the muscle and of the rod.
+#![forbid(unsafe_code)]

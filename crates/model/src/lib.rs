@@ -1,0 +1,2 @@
+//! The coupled model as differential-algebraic equations.
+#![forbid(unsafe_code)]

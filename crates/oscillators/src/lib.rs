@@ -1,0 +1,2 @@
+//! Chains of Van der Pol and Duffing oscillators.
+#![forbid(unsafe_code)]
