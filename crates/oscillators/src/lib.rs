@@ -1,2 +1,41 @@
-//! Chains of Van der Pol and Duffing oscillators.
+//! Chains and arrays of Van der Pol–Duffing oscillators, and how coherent they are.
+//!
+//! This crate owns the microscale of the paper (section 1.2): the equations of the oscillators as
+//! residual and Jacobian blocks, the frequencies they start from, and the measures of coherence.
+//! It integrates nothing. A model stacks the blocks under those of a rod or a muscle, or hands
+//! them to an integrator alone.
+//!
+//! # Cast of types
+//! - [`Coefficients`]: μ, a and D of eq. (22), with the paper's values as default.
+//! - [`Chain`], [`Array`]: what the user describes: frequencies, ends, reach of the forcing.
+//! - [`Network`]: what both become: residual, Jacobian, coupling column.
+//! - [`Drive`]: the forcing c(u) = γ u and the oscillators it reaches.
+//! - [`Detuning`]: frequencies ω_n = ω + ξ_n drawn by a named, seeded [`Generator`].
+//! - [`Coherence`], [`Settled`], [`SmoothCoherence`]: Ψ and χ of eq. (23) at one time, over a
+//!   trailing window, and as a differentiable function of the states.
+//! - [`samples`]: systems with a known solution.
+//!
+//! # References
+//! B. Simeon, R. Serban, L. Petzold, ESAIM: M2AN 43 (2009) 805–823, sections 1.2, 1.3 and 3.1.
 #![forbid(unsafe_code)]
+
+pub mod array;
+pub mod chain;
+pub mod coherence;
+pub mod detuning;
+pub mod drive;
+mod error;
+pub mod network;
+pub mod samples;
+pub mod settled;
+pub mod smooth;
+
+pub use array::Array;
+pub use chain::{Chain, Ends};
+pub use coherence::{Coherence, centroid_frequency};
+pub use detuning::{Detuning, Generator};
+pub use drive::{Drive, Reach};
+pub use error::Error;
+pub use network::{Coefficients, Network};
+pub use settled::Settled;
+pub use smooth::SmoothCoherence;

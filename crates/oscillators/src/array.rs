@@ -1,0 +1,107 @@
+//! The plane array: the paper's "straightforward extension" of the chain.
+
+use crate::chain::line_neighbours;
+use crate::network::Node;
+use crate::{Coefficients, Ends, Error, Network, Reach};
+
+/// Coordinate directions in which the oscillators of a plane array move.
+pub const DIRECTIONS: usize = 2;
+
+/// A plane array of oscillators, with one equation per oscillator *and coordinate direction*.
+///
+/// Each direction d obeys the chain's equation with neighbours along both axes,
+/// `ÿ + ω_n² y − μ (1 − y²) ẏ + a y³ − D_n/2 (y_east + y_west + y_north + y_south) + c_d(u) = 0`.
+/// Paper: section 1.2, after eq. (22), which names the extension without writing it. Every
+/// neighbour pulls with D_n/2 as in the chain, so an open N × 1 array is the open chain, once
+/// per direction.
+///
+/// # Shapes
+/// Oscillator (i, j), column i of row j, has the number `n = j · columns + i`; `omega` is ordered
+/// so. The network has `2 · columns · rows` scalar oscillators: all of the first direction, then
+/// all of the second ([`direction`](Self::direction)). The forcing has two components.
+///
+/// # Units
+/// `omega` in rad/s.
+///
+/// # Examples
+/// ```
+/// use myovib_oscillators::{Array, Coefficients, Ends, Reach};
+/// # fn main() -> Result<(), myovib_oscillators::Error> {
+/// let array = Array {
+///     columns: 4,
+///     rows: 3,
+///     omega: vec![50.0; 12],
+///     coefficients: Coefficients::default(),
+///     ends: Ends::Open,
+///     reach: Reach::Boundary,
+/// };
+/// let network = array.network()?;
+/// assert_eq!(network.n_states(), 48);
+/// assert_eq!(network.forced_rows(0).count(), 10); // the rim: all but the two in the middle
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Array {
+    /// Oscillators along the first axis.
+    pub columns: usize,
+    /// Oscillators along the second axis.
+    pub rows: usize,
+    /// Natural frequencies in rad/s, row by row.
+    pub omega: Vec<f64>,
+    /// μ, a and D.
+    pub coefficients: Coefficients,
+    /// Periodic or open, along both axes.
+    pub ends: Ends,
+    /// The oscillators that the forcing reaches; the boundary is the rim.
+    pub reach: Reach,
+}
+
+impl Array {
+    /// The equations of this array.
+    ///
+    /// # Errors
+    /// [`Error::ArrayFrequencies`], [`Error::NoOscillators`], [`Error::Frequency`],
+    /// [`Error::Coefficient`].
+    pub fn network(&self) -> Result<Network, Error> {
+        let Self { columns, rows, .. } = *self;
+        if self.omega.len() != columns * rows {
+            return Err(Error::ArrayFrequencies {
+                columns,
+                rows,
+                given: self.omega.len(),
+            });
+        }
+        let nodes: Vec<Node> = (0..DIRECTIONS)
+            .flat_map(|direction| (0..columns * rows).map(move |n| (direction, n)))
+            .map(|(direction, n)| self.node(direction, n))
+            .collect();
+        Network::new(&nodes, self.coefficients, DIRECTIONS)
+    }
+
+    /// The scalar oscillators of one direction: their range in ω, in the positions and, shifted
+    /// by the number of scalar oscillators, in the velocities.
+    pub fn direction(&self, direction: usize) -> std::ops::Range<usize> {
+        let n = self.columns * self.rows;
+        direction * n..(direction + 1) * n
+    }
+
+    fn node(&self, direction: usize, n: usize) -> Node {
+        let Self {
+            columns,
+            rows,
+            ends,
+            ..
+        } = *self;
+        let (i, j) = (n % columns, n / columns);
+        let number = |i: usize, j: usize| direction * columns * rows + j * columns + i;
+        let along_row = line_neighbours(i, columns, ends).map(|i| number(i, j));
+        let along_column = line_neighbours(j, rows, ends).map(|j| number(i, j));
+        let on_rim = i == 0 || j == 0 || i + 1 == columns || j + 1 == rows;
+        Node {
+            omega: self.omega[n],
+            neighbours: along_row.chain(along_column).collect(),
+            channel: (self.reach == Reach::All || on_rim).then_some(direction),
+        }
+    }
+}

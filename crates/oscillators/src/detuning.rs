@@ -1,0 +1,158 @@
+//! Natural frequencies drawn from an interval by a named, seeded generator.
+
+use std::f64::consts::PI;
+use std::fmt;
+use std::str::FromStr;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{RngCore, SeedableRng};
+use rand_mt::Mt;
+
+use crate::Error;
+
+/// A stream of pseudo-random numbers, uniform on [0, 1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Generator {
+    /// `matlab`: the Mersenne Twister MT19937 with 53-bit doubles, what MATLAB's `rand` gives. Its
+    /// default stream is seed 5489 (MATLAB writes `rng(0)` or `rng default` for it):
+    /// 0.8147…, 0.9058…, 0.1270…
+    #[default]
+    Matlab,
+    /// `chacha8`: the stream cipher ChaCha with 8 rounds, seeded through `seed_from_u64`; the upper
+    /// 53 bits of each 64-bit word.
+    ChaCha8,
+}
+
+impl Generator {
+    /// All generators, in the order in which messages list them.
+    pub const ALL: [Self; 2] = [Self::Matlab, Self::ChaCha8];
+
+    /// The name under which a scene or a command asks for this generator.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Matlab => "matlab",
+            Self::ChaCha8 => "chacha8",
+        }
+    }
+
+    /// The first `n` numbers of the stream with this seed, each in [0, 1).
+    ///
+    /// # Examples
+    /// ```
+    /// use myovib_oscillators::{Detuning, Generator};
+    /// let numbers = Generator::Matlab.uniform(Detuning::DEFAULT_SEED, 3);
+    /// assert_eq!(numbers, [0.8147236863931789, 0.9057919370756192, 0.12698681629350606]);
+    /// ```
+    pub fn uniform(self, seed: u32, n: usize) -> Vec<f64> {
+        match self {
+            Self::Matlab => {
+                let mut stream = Mt::new(seed);
+                let mut word = || u64::from(stream.next_u32());
+                (0..n)
+                    .map(|_| unit_interval((word() >> 5) << 26 | word() >> 6))
+                    .collect()
+            }
+            Self::ChaCha8 => {
+                let mut stream = ChaCha8Rng::seed_from_u64(u64::from(seed));
+                (0..n)
+                    .map(|_| unit_interval(stream.next_u64() >> 11))
+                    .collect()
+            }
+        }
+    }
+}
+
+/// A 53-bit integer as a double in [0, 1), exactly.
+fn unit_interval(bits: u64) -> f64 {
+    bits as f64 / (1_u64 << 53) as f64
+}
+
+impl fmt::Display for Generator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Generator {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self, Error> {
+        Self::ALL
+            .into_iter()
+            .find(|generator| generator.name() == name)
+            .ok_or_else(|| Error::UnknownGenerator {
+                name: name.to_owned(),
+                allowed: Self::ALL.map(Self::name).join(", "),
+            })
+    }
+}
+
+/// Frequencies scattered around a centre: `ω_n = centre + ξ_n`, ξ_n uniform in ±`half_width`.
+///
+/// Paper: section 3.1, ω_n = 16π + ξ_n with ξ_n from MATLAB's `rand`, mapped to the interval.
+///
+/// # Units
+/// `centre` and `half_width` in rad/s.
+///
+/// # Examples
+/// ```
+/// use myovib_oscillators::Detuning;
+/// # fn main() -> Result<(), myovib_oscillators::Error> {
+/// let omega = Detuning { half_width: 0.5, ..Detuning::default() }.frequencies(5)?;
+/// assert!(omega.iter().all(|w| (w - 16.0 * std::f64::consts::PI).abs() <= 0.5));
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Detuning {
+    /// The basic frequency in rad/s.
+    pub centre: f64,
+    /// Half the width of the interval in rad/s; 0 makes all oscillators identical.
+    pub half_width: f64,
+    /// Where the random numbers come from.
+    pub generator: Generator,
+    /// The seed of the generator.
+    pub seed: u32,
+}
+
+impl Detuning {
+    /// The seed of the Mersenne Twister's own default, and of MATLAB's.
+    pub const DEFAULT_SEED: u32 = Mt::DEFAULT_SEED;
+
+    /// The frequencies ω_1 … ω_N.
+    ///
+    /// # Errors
+    /// [`Error::NoOscillators`] for N = 0, [`Error::HalfWidth`] for a negative or non-finite
+    /// interval.
+    pub fn frequencies(&self, n: usize) -> Result<Vec<f64>, Error> {
+        let Self {
+            centre,
+            half_width,
+            generator,
+            seed,
+        } = *self;
+        if n == 0 {
+            return Err(Error::NoOscillators);
+        }
+        if !(half_width >= 0.0 && half_width.is_finite()) {
+            return Err(Error::HalfWidth { value: half_width });
+        }
+        let numbers = generator.uniform(seed, n);
+        Ok(numbers
+            .iter()
+            .map(|x| centre + half_width * (2.0 * x - 1.0))
+            .collect())
+    }
+}
+
+impl Default for Detuning {
+    /// The paper's section 3.1: 8 Hz ± 0.05 rad/s from MATLAB's default stream.
+    fn default() -> Self {
+        Self {
+            centre: 16.0 * PI,
+            half_width: 0.05,
+            generator: Generator::Matlab,
+            seed: Self::DEFAULT_SEED,
+        }
+    }
+}

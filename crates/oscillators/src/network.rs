@@ -1,0 +1,309 @@
+//! Coupled oscillators as residual and Jacobian blocks on slices.
+//!
+//! [`Network`] is the common ground of the chain and the array: a list of scalar oscillators, each
+//! with its frequency, its neighbours and the forcing that reaches it. It knows no geometry.
+
+use std::collections::BTreeSet;
+
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use crate::Error;
+
+/// The coefficients that all oscillators share.
+///
+/// Paper: eq. (22), where D_n = D ω_n.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coefficients {
+    /// μ of Van der Pol's damping −μ (1 − y²) ẏ, in 1/s.
+    pub vdp_mu: f64,
+    /// a of Duffing's stiffening a y³, in 1/s².
+    pub duffing: f64,
+    /// D of the coupling to the neighbours, in 1/s.
+    pub coupling: f64,
+}
+
+impl Default for Coefficients {
+    /// The paper's section 3: μ = 2, a = 0, D = 3.
+    fn default() -> Self {
+        Self {
+            vdp_mu: 2.0,
+            duffing: 0.0,
+            coupling: 3.0,
+        }
+    }
+}
+
+/// One scalar oscillator of a network, as its builder describes it.
+pub(crate) struct Node {
+    pub(crate) omega: f64,
+    /// One entry per pull of D_n/2; an oscillator that is a neighbour twice is listed twice.
+    pub(crate) neighbours: Vec<usize>,
+    /// Which component of the forcing reaches this oscillator, if any.
+    pub(crate) channel: Option<usize>,
+}
+
+/// One pull: oscillator `on` feels `D_n/2` times the position of `by`.
+#[derive(Debug, Clone)]
+struct Pull {
+    on: usize,
+    by: usize,
+    slot: usize,
+}
+
+/// Places of one oscillator's own Jacobian entries in the compressed columns.
+#[derive(Debug, Clone)]
+struct Slots {
+    kinematic_position: usize,
+    kinematic_velocity: usize,
+    momentum_position: usize,
+    momentum_velocity: usize,
+}
+
+/// The equations of N scalar oscillators in first-order form.
+///
+/// With the states `s = (y_1 … y_N, w_1 … w_N)` and the forcing `c`, the block F(s, ṡ; c) = 0 is
+///
+/// ```text
+/// row n:      ẏ_n − w_n
+/// row N + n:  ẇ_n + ω_n² y_n − μ (1 − y_n²) w_n + a y_n³ − D ω_n/2 Σ y_m + c,   m neighbour of n
+/// ```
+///
+/// Paper: eqs. (22), (24). F has no explicit time and is an ODE: ∂F/∂ṡ = I, so that
+/// ṡ = −F(s, 0; c).
+///
+/// # Shapes
+/// States, derivatives and residuals have length `2 N`. The forcing has one component per
+/// direction: one for a chain, two for a plane array.
+///
+/// # Examples
+/// ```
+/// use myovib_oscillators::{Chain, Coefficients, Ends, Reach};
+/// # fn main() -> Result<(), myovib_oscillators::Error> {
+/// let network = Chain {
+///     omega: vec![50.0, 50.2, 49.9],
+///     coefficients: Coefficients::default(),
+///     ends: Ends::Periodic,
+///     reach: Reach::All,
+/// }
+/// .network()?;
+/// let (s, s_dot) = ([0.0; 6], [0.0; 6]);
+/// let mut residual = [0.0; 6];
+/// network.residual(&s, &s_dot, &[0.25], &mut residual);
+/// assert_eq!(residual, [0.0, 0.0, 0.0, 0.25, 0.25, 0.25]);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone)]
+pub struct Network {
+    omega: Vec<f64>,
+    coefficients: Coefficients,
+    channels: Vec<Option<usize>>,
+    n_channels: usize,
+    pulls: Vec<Pull>,
+    slots: Vec<Slots>,
+    pattern: SparsityPattern,
+}
+
+impl Network {
+    /// Checks the description and lays out the Jacobian.
+    pub(crate) fn new(
+        nodes: &[Node],
+        coefficients: Coefficients,
+        n_channels: usize,
+    ) -> Result<Self, Error> {
+        check(nodes, &coefficients)?;
+        let pattern = pattern_of(nodes);
+        let n = nodes.len();
+        let slot = |row: usize, column: usize| {
+            let start = pattern.major_offsets()[column];
+            let lane = pattern.lane(column);
+            start
+                + lane
+                    .binary_search(&row)
+                    .expect("pattern_of lists every entry asked for")
+        };
+        let slots = (0..n)
+            .map(|k| Slots {
+                kinematic_position: slot(k, k),
+                kinematic_velocity: slot(k, n + k),
+                momentum_position: slot(n + k, k),
+                momentum_velocity: slot(n + k, n + k),
+            })
+            .collect();
+        let pulls = nodes
+            .iter()
+            .enumerate()
+            .flat_map(|(on, node)| node.neighbours.iter().map(move |&by| (on, by)))
+            .map(|(on, by)| Pull {
+                on,
+                by,
+                slot: slot(n + on, by),
+            })
+            .collect();
+        Ok(Self {
+            omega: nodes.iter().map(|node| node.omega).collect(),
+            coefficients,
+            channels: nodes.iter().map(|node| node.channel).collect(),
+            n_channels,
+            pulls,
+            slots,
+            pattern,
+        })
+    }
+
+    /// Number of scalar oscillators N: half the number of states.
+    pub fn n_oscillators(&self) -> usize {
+        self.omega.len()
+    }
+
+    /// Number of states and equations, 2 N.
+    pub fn n_states(&self) -> usize {
+        2 * self.n_oscillators()
+    }
+
+    /// Number of components of the forcing.
+    pub fn n_channels(&self) -> usize {
+        self.n_channels
+    }
+
+    /// The natural frequencies ω_n, one per scalar oscillator.
+    ///
+    /// # Units
+    /// rad/s
+    pub fn omega(&self) -> &[f64] {
+        &self.omega
+    }
+
+    /// The rows of the residual to which component `channel` of the forcing is added.
+    ///
+    /// This is the coupling column: ∂F/∂c is 1 in these rows and 0 elsewhere. A model adds
+    /// `a · γ · ∂u/∂q` there, with the gain γ of its [`Drive`](crate::Drive).
+    pub fn forced_rows(&self, channel: usize) -> impl Iterator<Item = usize> + '_ {
+        let n = self.n_oscillators();
+        (0..n)
+            .filter(move |&k| self.channels[k] == Some(channel))
+            .map(move |k| n + k)
+    }
+
+    /// Evaluates F(s, ṡ; c) into `residual`, overwriting it.
+    ///
+    /// # Shapes
+    /// `s`, `s_dot`, `residual`: [`n_states`](Self::n_states); `forcing`:
+    /// [`n_channels`](Self::n_channels).
+    ///
+    /// # Panics
+    /// When a slice has another length.
+    pub fn residual(&self, s: &[f64], s_dot: &[f64], forcing: &[f64], residual: &mut [f64]) {
+        let n = self.n_oscillators();
+        assert_eq!(s.len(), 2 * n, "states");
+        assert_eq!(s_dot.len(), 2 * n, "derivatives");
+        assert_eq!(forcing.len(), self.n_channels, "components of the forcing");
+        assert_eq!(residual.len(), 2 * n, "residual");
+        let Coefficients {
+            vdp_mu, duffing, ..
+        } = self.coefficients;
+        let (y, w) = s.split_at(n);
+        let (y_dot, w_dot) = s_dot.split_at(n);
+        let (kinematic, momentum) = residual.split_at_mut(n);
+        for k in 0..n {
+            let restoring = self.omega[k].powi(2) * y[k] + duffing * y[k].powi(3);
+            let damping = -vdp_mu * (1.0 - y[k].powi(2)) * w[k];
+            let c = self.channels[k].map_or(0.0, |channel| forcing[channel]);
+            kinematic[k] = y_dot[k] - w[k];
+            momentum[k] = w_dot[k] + restoring + damping + c;
+        }
+        for pull in &self.pulls {
+            momentum[pull.on] -= self.pull_strength(pull.on) * y[pull.by];
+        }
+    }
+
+    /// The compressed-column pattern of `a ∂F/∂s + b ∂F/∂ṡ` (major dimension: columns).
+    ///
+    /// It does not depend on the coefficients: an entry that is zero for D = 0 is still there.
+    pub fn jacobian_pattern(&self) -> &SparsityPattern {
+        &self.pattern
+    }
+
+    /// Evaluates `a ∂F/∂s + b ∂F/∂ṡ` into `values`, in the order of the pattern.
+    ///
+    /// # Panics
+    /// When `s` has not the length [`n_states`](Self::n_states) or `values` not one entry per
+    /// entry of the pattern.
+    pub fn jacobian(&self, s: &[f64], a: f64, b: f64, values: &mut [f64]) {
+        let n = self.n_oscillators();
+        assert_eq!(s.len(), 2 * n, "states");
+        assert_eq!(values.len(), self.pattern.nnz(), "Jacobian values");
+        let Coefficients {
+            vdp_mu, duffing, ..
+        } = self.coefficients;
+        let (y, w) = s.split_at(n);
+        values.fill(0.0);
+        for (k, slots) in self.slots.iter().enumerate() {
+            let stiffness = self.omega[k].powi(2) + 3.0 * duffing * y[k].powi(2);
+            let damping_slope = 2.0 * vdp_mu * y[k] * w[k];
+            values[slots.kinematic_position] = b;
+            values[slots.kinematic_velocity] = -a;
+            values[slots.momentum_position] = a * (stiffness + damping_slope);
+            values[slots.momentum_velocity] = b - a * vdp_mu * (1.0 - y[k].powi(2));
+        }
+        for pull in &self.pulls {
+            values[pull.slot] -= a * self.pull_strength(pull.on);
+        }
+    }
+
+    /// D_n/2 = D ω_n/2, the pull of one neighbour on oscillator n.
+    fn pull_strength(&self, oscillator: usize) -> f64 {
+        0.5 * self.coefficients.coupling * self.omega[oscillator]
+    }
+}
+
+fn check(nodes: &[Node], coefficients: &Coefficients) -> Result<(), Error> {
+    if nodes.is_empty() {
+        return Err(Error::NoOscillators);
+    }
+    let Coefficients {
+        vdp_mu,
+        duffing,
+        coupling,
+    } = *coefficients;
+    for (name, value) in [
+        ("vdp_mu", vdp_mu),
+        ("duffing", duffing),
+        ("coupling", coupling),
+    ] {
+        if !value.is_finite() {
+            return Err(Error::Coefficient { name, value });
+        }
+    }
+    match nodes
+        .iter()
+        .position(|node| !(node.omega > 0.0 && node.omega.is_finite()))
+    {
+        Some(k) => Err(Error::Frequency {
+            number: k + 1,
+            value: nodes[k].omega,
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Column y_m: its kinematic row, its momentum row and those it pulls on; column w_m: two rows.
+fn pattern_of(nodes: &[Node]) -> SparsityPattern {
+    let n = nodes.len();
+    let mut columns: Vec<BTreeSet<usize>> = (0..2 * n)
+        .map(|column| BTreeSet::from([column % n, n + column % n]))
+        .collect();
+    for (on, node) in nodes.iter().enumerate() {
+        for &by in &node.neighbours {
+            columns[by].insert(n + on);
+        }
+    }
+    let mut offsets = vec![0];
+    let mut rows = Vec::new();
+    for column in columns {
+        rows.extend(column);
+        offsets.push(rows.len());
+    }
+    SparsityPattern::try_from_offsets_and_indices(2 * n, 2 * n, offsets, rows)
+        .expect("ordered sets of rows below 2 N make a pattern")
+}

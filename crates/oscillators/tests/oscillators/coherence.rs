@@ -1,0 +1,174 @@
+//! The measures of coherence: identities, limits, derivatives.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::common::random;
+use myovib_oscillators::{Coherence, Error, Settled, SmoothCoherence, centroid_frequency};
+use num_complex::Complex64;
+
+#[test]
+fn identical_oscillators_count_as_one() {
+    let one = Coherence::new(&[50.0], &[1.2], &[-31.0]);
+    assert_eq!(one.centroid, Complex64::new(1.2, -31.0 / 50.0));
+    for n in [2, 5, 20] {
+        let all = Coherence::new(&vec![50.0; n], &vec![1.2; n], &vec![-31.0; n]);
+        // A sum of n equal numbers, divided by n: at most n roundings.
+        let rounding = n as f64 * f64::EPSILON;
+        assert!((all.centroid - one.centroid).norm() <= rounding * one.centroid.norm());
+        assert!((all.phase - one.phase).norm() <= rounding);
+        assert!((all.phase.norm() - 1.0).abs() <= rounding);
+    }
+}
+
+#[test]
+fn evenly_spread_phases_are_incoherent() {
+    let n = 12;
+    let theta = |k: usize| TAU * k as f64 / n as f64;
+    let y: Vec<f64> = (0..n).map(|k| 2.0 * theta(k).cos()).collect();
+    let w: Vec<f64> = (0..n).map(|k| 2.0 * 50.0 * theta(k).sin()).collect();
+    let spread = Coherence::new(&vec![50.0; n], &y, &w);
+    // Rounding of n numbers of size 2.
+    assert!(spread.centroid.norm() < 2.0 * n as f64 * f64::EPSILON);
+    assert!(spread.phase.norm() < n as f64 * f64::EPSILON);
+}
+
+#[test]
+fn an_oscillator_at_rest_has_no_phase() {
+    let half = Coherence::new(&[50.0; 2], &[0.0, 3.0], &[0.0, 0.0]);
+    assert_eq!((half.centroid.re, half.phase.re), (1.5, 0.5));
+    assert_eq!(
+        Coherence::new(&[50.0], &[0.0], &[0.0]).phase,
+        Complex64::ZERO
+    );
+    // Tiny is not at rest.
+    assert_eq!(Coherence::new(&[50.0], &[1e-200], &[0.0]).phase.re, 1.0);
+}
+
+#[test]
+fn the_centroid_turns_at_the_common_frequency() {
+    // y = cos(2π f t): clockwise, on a circle when ω = 2π f.
+    let (f, t) = (8.0, 0.017);
+    let omega = TAU * f;
+    let (y, w) = ((omega * t).cos(), -omega * (omega * t).sin());
+    let measured = centroid_frequency(&[omega; 3], &[y; 3], &[w; 3], &[-omega * omega * y; 3]);
+    // Rounding: a few operations on numbers of relative accuracy ε.
+    assert!((measured.unwrap() - f).abs() < 16.0 * f64::EPSILON * f);
+    assert_eq!(centroid_frequency(&[omega], &[0.0], &[0.0], &[1.0]), None);
+}
+
+#[test]
+fn the_frequency_is_the_turning_of_the_phase() {
+    // Straight motion in the plane: y and w linear in t, against arg Ψ by central differences.
+    let (omega, y, w) = ([50.0, 49.0, 52.0], random(1, 3), random(2, 3));
+    let w: Vec<f64> = w.iter().map(|w| 50.0 * w).collect();
+    let w_dot: Vec<f64> = random(3, 3).iter().map(|x| 2500.0 * x).collect();
+    let argument = |t: f64| {
+        let moved = |x: &[f64], v: &[f64]| -> Vec<f64> {
+            x.iter().zip(v).map(|(x, v)| x + t * v).collect()
+        };
+        Coherence::new(&omega, &moved(&y, &w), &moved(&w, &w_dot))
+            .centroid
+            .arg()
+    };
+    let h = 1e-6;
+    let turning = -(argument(h) - argument(-h)) / (2.0 * h) / TAU;
+    let measured = centroid_frequency(&omega, &y, &w, &w_dot).unwrap();
+    // h² Θ'''/6 ≈ 1e-12 · 50³/6 and ε/h ≈ 1e-10, relative to some Hz.
+    assert!(
+        (turning - measured).abs() < 1e-6 * measured.abs().max(1.0),
+        "{turning} {measured}"
+    );
+}
+
+#[test]
+fn a_settled_value_is_a_time_average() {
+    // Samples at uneven times of 1.64 + 0.02 sin(2π 8 t) over whole cycles.
+    let t: Vec<f64> = (0..=40_000_u32)
+        .map(|k| f64::from(k) / 1000.0)
+        .map(|t| t + 2e-4 * (37.0 * t).sin())
+        .collect();
+    let ripple: Vec<f64> = t
+        .iter()
+        .map(|t| 1.64 + 0.02 * (16.0 * PI * t).sin())
+        .collect();
+    let settled = Settled::over_window(&t, &ripple, 20.0).unwrap();
+    // The trapezoidal rule on 125 points per cycle: error of the order 0.02 (2π/125)²/12 = 4e-6,
+    // and a window that misses whole cycles by up to 1e-3 s of 20 s: 0.02 · 5e-5 = 1e-6.
+    assert!((settled.mean - 1.64).abs() < 5e-6, "{settled:?}");
+    assert!(
+        (settled.std - 0.02 / 2_f64.sqrt()).abs() < 1e-5,
+        "{settled:?}"
+    );
+    // The samples come within half a step, 0.025 rad, of the crests: 0.02 · 0.025²/2 = 6e-6.
+    assert!((settled.max - 1.66).abs() < 7e-6 && (settled.min - 1.62).abs() < 7e-6);
+}
+
+#[test]
+fn a_window_needs_samples() {
+    assert_eq!(
+        Settled::over_window(&[0.0, 1.0, 2.0], &[1.0; 3], 0.5),
+        Err(Error::Window {
+            window: 0.5,
+            found: 1
+        })
+    );
+    assert_eq!(
+        Settled::over_window(&[], &[], 0.5),
+        Err(Error::Window {
+            window: 0.5,
+            found: 0
+        })
+    );
+    assert!(Settled::over_window(&[2.0, 2.0], &[1.0; 2], 0.5).is_err());
+}
+
+#[test]
+fn the_smooth_coherence_tends_to_chi() {
+    let (omega, y, w) = ([50.0, 49.0, 52.0], [1.0, -0.3, 0.8], [20.0, 30.0, -10.0]);
+    let chi = Coherence::new(&omega, &y, &w).phase.norm_sqr();
+    for radius in [1e-2, 1e-3, 1e-4] {
+        let smooth = SmoothCoherence::new(radius)
+            .unwrap()
+            .squared(&omega, &y, &w);
+        // Each unit vector is short by ε²/(2 r²), r > 0.66: |χ|² changes by at most ε²/r².
+        assert!(
+            (smooth - chi).abs() < radius * radius / 0.66_f64.powi(2),
+            "{radius}"
+        );
+    }
+    assert!(SmoothCoherence::new(0.0).is_err());
+}
+
+#[test]
+fn the_gradient_is_the_derivative_of_the_smooth_coherence() {
+    let n = 4;
+    let omega = [50.0, 49.0, 52.0, 51.0];
+    let smooth = SmoothCoherence::new(0.1).unwrap();
+    let moving = (
+        random(4, n),
+        random(5, n).iter().map(|w| 50.0 * w).collect::<Vec<_>>(),
+    );
+    let at_rest = (vec![0.0; n], vec![0.0; n]);
+    for (y, w) in [moving, at_rest] {
+        let (mut by_position, mut by_velocity) = (vec![f64::NAN; n], vec![f64::NAN; n]);
+        smooth.gradient(&omega, &y, &w, &mut by_position, &mut by_velocity);
+        // Steps of 1e-5 in the phasors: h²/ε² · O(1) ≈ 1e-8 in S''' terms, rounding ε/h ≈ 2e-11.
+        let h = 1e-5;
+        for k in 0..n {
+            let (mut plus, mut minus) = (y.clone(), y.clone());
+            plus[k] += h;
+            minus[k] -= h;
+            let slope = smooth.squared(&omega, &plus, &w) - smooth.squared(&omega, &minus, &w);
+            assert!((slope / (2.0 * h) - by_position[k]).abs() < 1e-7, "y {k}");
+            let h = h * omega[k];
+            let (mut plus, mut minus) = (w.clone(), w.clone());
+            plus[k] += h;
+            minus[k] -= h;
+            let slope = smooth.squared(&omega, &y, &plus) - smooth.squared(&omega, &y, &minus);
+            assert!(
+                (slope / (2.0 * h) - by_velocity[k]).abs() < 1e-7 / 50.0,
+                "w {k}"
+            );
+        }
+    }
+}

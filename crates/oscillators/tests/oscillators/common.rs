@@ -1,0 +1,92 @@
+//! What the tests share: random numbers, reference values, a small integrator.
+
+use myovib_oscillators::{Generator, Network};
+use serde_json::Value;
+
+/// `n` numbers in (−1, 1), the same for the same seed.
+pub(crate) fn random(seed: u32, n: usize) -> Vec<f64> {
+    Generator::ChaCha8
+        .uniform(seed, n)
+        .iter()
+        .map(|x| 2.0 * x - 1.0)
+        .collect()
+}
+
+/// The published numbers of case S9; the file states their provenance.
+pub(crate) fn references() -> Value {
+    serde_json::from_str(include_str!(
+        "../../../../data/references/s9_oscillators.json"
+    ))
+    .unwrap()
+}
+
+/// A list of numbers in the references.
+pub(crate) fn numbers(value: &Value) -> Vec<f64> {
+    value
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|x| x.as_f64().unwrap())
+        .collect()
+}
+
+/// max |a − b|.
+pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max)
+}
+
+/// ṡ = −F(s, 0; c).
+pub(crate) fn rhs(network: &Network, s: &[f64], forcing: &[f64]) -> Vec<f64> {
+    let mut f = vec![0.0; s.len()];
+    network.residual(s, &vec![0.0; s.len()], forcing, &mut f);
+    f.iter().map(|x| -x).collect()
+}
+
+/// The states at `t_end` from `s` at t = 0, without forcing, in `n_steps` equal steps.
+///
+/// Extrapolation of the modified midpoint rule to order 12 in the step. There is no error control:
+/// a test shows by halving the step that the digits it looks at are right.
+pub(crate) fn integrate(network: &Network, s: &[f64], t_end: f64, n_steps: usize) -> Vec<f64> {
+    let forcing = vec![0.0; network.n_channels()];
+    let h = t_end / n_steps as f64;
+    (0..n_steps).fold(s.to_vec(), |s, _| {
+        extrapolated_step(|s| rhs(network, s, &forcing), &s, h)
+    })
+}
+
+fn extrapolated_step(f: impl Fn(&[f64]) -> Vec<f64>, s: &[f64], h: f64) -> Vec<f64> {
+    const LEVELS: usize = 6;
+    let substeps = |level: usize| 2 * (level + 1);
+    let mut previous: Vec<Vec<f64>> = Vec::new();
+    for level in 0..LEVELS {
+        let mut row = vec![midpoint(&f, s, h, substeps(level))];
+        for (k, coarse) in previous.iter().enumerate() {
+            let ratio = substeps(level) as f64 / substeps(level - 1 - k) as f64;
+            let factor = 1.0 / (ratio * ratio - 1.0);
+            row.push(axpy(&row[k], factor, &axpy(&row[k], -1.0, coarse)));
+        }
+        previous = row;
+    }
+    previous.swap_remove(LEVELS - 1)
+}
+
+fn midpoint(f: impl Fn(&[f64]) -> Vec<f64>, s: &[f64], h: f64, n: usize) -> Vec<f64> {
+    let h = h / n as f64;
+    let (mut before, mut now) = (s.to_vec(), axpy(s, h, &f(s)));
+    for _ in 1..n {
+        let next = axpy(&before, 2.0 * h, &f(&now));
+        before = std::mem::replace(&mut now, next);
+    }
+    now
+}
+
+fn axpy(x: &[f64], factor: f64, direction: &[f64]) -> Vec<f64> {
+    x.iter()
+        .zip(direction)
+        .map(|(x, d)| x + factor * d)
+        .collect()
+}

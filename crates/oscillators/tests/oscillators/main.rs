@@ -1,0 +1,8 @@
+//! The oscillators: equations, random streams, coherence, known solutions.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+mod coherence;
+mod common;
+mod detuning;
+mod network;
+mod samples;

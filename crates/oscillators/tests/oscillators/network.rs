@@ -1,0 +1,275 @@
+//! The equations: identities, edge cases and Jacobians of chains and arrays.
+
+use crate::common::{distance, random, rhs};
+use myovib_oscillators::{Array, Chain, Coefficients, Ends, Error, Network, Reach};
+use nalgebra_sparse::CscMatrix;
+
+const ALL_TERMS: Coefficients = Coefficients {
+    vdp_mu: 2.0,
+    duffing: 0.7,
+    coupling: 3.0,
+};
+
+fn chain(omega: &[f64], ends: Ends, reach: Reach) -> Network {
+    Chain {
+        omega: omega.to_vec(),
+        coefficients: ALL_TERMS,
+        ends,
+        reach,
+    }
+    .network()
+    .unwrap()
+}
+
+fn array(columns: usize, rows: usize, ends: Ends) -> Array {
+    let omega = random(3, columns * rows).iter().map(|x| 50.0 + x).collect();
+    Array {
+        columns,
+        rows,
+        omega,
+        coefficients: ALL_TERMS,
+        ends,
+        reach: Reach::Boundary,
+    }
+}
+
+/// Chains of all edge-case lengths, and arrays.
+fn networks() -> Vec<(String, Network)> {
+    let mut all = Vec::new();
+    for ends in [Ends::Periodic, Ends::Open] {
+        for n in [1, 2, 3, 7] {
+            let omega: Vec<f64> = random(n as u32, n).iter().map(|x| 50.0 + x).collect();
+            all.push((
+                format!("{ends:?} chain of {n}"),
+                chain(&omega, ends, Reach::All),
+            ));
+        }
+        for (columns, rows) in [(1, 1), (2, 1), (3, 2), (4, 3)] {
+            let network = array(columns, rows, ends).network().unwrap();
+            all.push((format!("{ends:?} array {columns} × {rows}"), network));
+        }
+    }
+    all
+}
+
+/// The paper's equation written out once more, from the printed formula.
+fn printed_acceleration(omega: &[f64], y: &[f64], w: &[f64], c: f64) -> Vec<f64> {
+    let n = omega.len();
+    (0..n)
+        .map(|k| {
+            let neighbours = 0.5 * (y[(k + 1) % n] + y[(k + n - 1) % n]);
+            -(omega[k] * omega[k] * y[k] - 2.0 * (1.0 - y[k] * y[k]) * w[k]
+                + 0.7 * y[k] * y[k] * y[k]
+                - 3.0 * omega[k] * neighbours
+                + c)
+        })
+        .collect()
+}
+
+#[test]
+fn the_periodic_chain_is_the_printed_equation() {
+    for n in [1, 2, 3, 20] {
+        let omega: Vec<f64> = random(11, n).iter().map(|x| 50.0 + x).collect();
+        let s = random(12, 2 * n);
+        let s_dot = rhs(&chain(&omega, Ends::Periodic, Reach::All), &s, &[0.3]);
+        assert_eq!(s_dot[..n], s[n..]);
+        let expected = printed_acceleration(&omega, &s[..n], &s[n..], 0.3);
+        // Rounding of a sum of terms up to ω² ≈ 2600.
+        assert!(
+            distance(&s_dot[n..], &expected) < 8.0 * 2600.0 * f64::EPSILON,
+            "N = {n}"
+        );
+    }
+}
+
+#[test]
+fn identical_oscillators_move_as_one() {
+    let one = rhs(
+        &chain(&[50.0], Ends::Periodic, Reach::All),
+        &[0.4, -7.0],
+        &[1.5],
+    );
+    for n in [2, 3, 20] {
+        let s = [vec![0.4; n], vec![-7.0; n]].concat();
+        let all = rhs(
+            &chain(&vec![50.0; n], Ends::Periodic, Reach::All),
+            &s,
+            &[1.5],
+        );
+        // The two pulls are subtracted one after the other, in every chain alike.
+        assert_eq!(all, [vec![one[0]; n], vec![one[1]; n]].concat(), "N = {n}");
+    }
+}
+
+#[test]
+fn open_ends_lack_the_outer_pull() {
+    let (omega, s) = ([50.0; 4], random(5, 8));
+    let periodic = rhs(&chain(&omega, Ends::Periodic, Reach::All), &s, &[0.0]);
+    let open = rhs(&chain(&omega, Ends::Open, Reach::All), &s, &[0.0]);
+    let lost = 0.5 * 3.0 * 50.0;
+    let difference: Vec<f64> = periodic.iter().zip(&open).map(|(p, o)| p - o).collect();
+    let expected = [0.0, 0.0, 0.0, 0.0, lost * s[3], 0.0, 0.0, lost * s[0]];
+    assert!(distance(&difference, &expected) < 4.0 * 2600.0 * f64::EPSILON);
+}
+
+#[test]
+fn the_forcing_reaches_whom_it_should() {
+    let rows = |network: &Network, channel| network.forced_rows(channel).collect::<Vec<_>>();
+    let omega = [50.0; 4];
+    assert_eq!(
+        rows(&chain(&omega, Ends::Periodic, Reach::All), 0),
+        [4, 5, 6, 7]
+    );
+    assert_eq!(
+        rows(&chain(&omega, Ends::Periodic, Reach::Boundary), 0),
+        [4, 7]
+    );
+    assert_eq!(rows(&chain(&[50.0], Ends::Open, Reach::Boundary), 0), [1]);
+    let network = array(3, 3, Ends::Open).network().unwrap();
+    assert_eq!(rows(&network, 0), [18, 19, 20, 21, 23, 24, 25, 26]);
+    assert_eq!(rows(&network, 1), [27, 28, 29, 30, 32, 33, 34, 35]);
+}
+
+#[test]
+fn the_coupling_column_is_the_derivative_by_the_forcing() {
+    for (name, network) in networks() {
+        let s = random(8, network.n_states());
+        let rest = vec![0.0; network.n_channels()];
+        let base = rhs(&network, &s, &rest);
+        for channel in 0..network.n_channels() {
+            let mut forcing = rest.clone();
+            forcing[channel] = 1.0;
+            let forced = rhs(&network, &s, &forcing);
+            let mut column = vec![0.0; network.n_states()];
+            network
+                .forced_rows(channel)
+                .for_each(|row| column[row] = 1.0);
+            let difference: Vec<f64> = base.iter().zip(&forced).map(|(b, f)| b - f).collect();
+            // F is affine in c: only rounding of the terms up to ω² is left.
+            assert!(
+                distance(&difference, &column) < 8.0 * 2700.0 * f64::EPSILON,
+                "{name}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_jacobian_is_the_derivative_of_the_residual() {
+    for (case, (name, network)) in networks().into_iter().enumerate() {
+        let n = network.n_states();
+        let seed = 100 * case as u32;
+        let (s, s_dot) = (random(seed, n), random(seed + 1, n));
+        let forcing = random(seed + 2, network.n_channels());
+        let (a, b) = (random(seed + 3, 1)[0], 40.0 * random(seed + 4, 1)[0]);
+        let pattern = network.jacobian_pattern().clone();
+        let mut values = vec![f64::NAN; pattern.nnz()];
+        network.jacobian(&s, a, b, &mut values);
+        let jacobian = CscMatrix::try_from_pattern_and_values(pattern, values).unwrap();
+
+        // Central differences along s + a h e, ṡ + b h e. F is cubic: the error is h² |F'''|/6
+        // with F''' of order a³ 2μ ≈ 4, plus rounding ω² ε/h ≈ 6e-13/h; h = 1e-4 balances them.
+        let h = 1e-4;
+        for column in 0..n {
+            let at = |sign: f64| {
+                let (mut s, mut s_dot) = (s.clone(), s_dot.clone());
+                s[column] += sign * a * h;
+                s_dot[column] += sign * b * h;
+                let mut residual = vec![0.0; n];
+                network.residual(&s, &s_dot, &forcing, &mut residual);
+                residual
+            };
+            let (plus, minus) = (at(1.0), at(-1.0));
+            for row in 0..n {
+                let slope = (plus[row] - minus[row]) / (2.0 * h);
+                let entry = jacobian
+                    .get_entry(row, column)
+                    .map_or(0.0, |e| e.into_value());
+                assert!(
+                    (entry - slope).abs() < 1e-7,
+                    "{name}: ({row}, {column}) is {entry}, difference {slope}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn an_open_single_row_is_the_open_chain_in_each_direction() {
+    let n = 5;
+    let omega: Vec<f64> = random(21, n).iter().map(|x| 50.0 + x).collect();
+    let array = Array {
+        columns: n,
+        rows: 1,
+        omega: omega.clone(),
+        coefficients: ALL_TERMS,
+        ends: Ends::Open,
+        reach: Reach::All,
+    };
+    let s = random(22, 4 * n);
+    let plane = rhs(&array.network().unwrap(), &s, &[0.2, -0.4]);
+    let line = chain(&omega, Ends::Open, Reach::All);
+    for (direction, c) in [0.2, -0.4].into_iter().enumerate() {
+        let y = array.direction(direction);
+        let w = y.start + 2 * n..y.end + 2 * n;
+        let part = [&s[y.clone()], &s[w.clone()]].concat();
+        let expected = rhs(&line, &part, &[c]);
+        assert_eq!([&plane[y], &plane[w]].concat(), expected);
+    }
+}
+
+#[test]
+fn an_array_couples_along_both_axes() {
+    // Oscillator (1, 1) of a 3 × 3 array, moved by 1, pulls with D_n/2 on its four neighbours.
+    let array = Array {
+        omega: vec![50.0; 9],
+        ..array(3, 3, Ends::Open)
+    };
+    let network = array.network().unwrap();
+    let mut s = vec![0.0; 36];
+    s[4] = 1.0;
+    let acceleration = &rhs(&network, &s, &[0.0, 0.0])[18..27];
+    let pull = 0.5 * 3.0 * 50.0;
+    let own = -(2500.0 + 0.7);
+    let expected = [0.0, pull, 0.0, pull, own, pull, 0.0, pull, 0.0];
+    assert_eq!(acceleration, expected);
+}
+
+#[test]
+fn bad_descriptions_are_refused_with_their_numbers() {
+    let build = |omega: Vec<f64>, coefficients| {
+        Chain {
+            omega,
+            coefficients,
+            ends: Ends::Open,
+            reach: Reach::All,
+        }
+        .network()
+        .unwrap_err()
+    };
+    assert_eq!(build(vec![], ALL_TERMS), Error::NoOscillators);
+    let refused = build(vec![50.0, -1.0], ALL_TERMS);
+    assert_eq!(
+        refused,
+        Error::Frequency {
+            number: 2,
+            value: -1.0
+        }
+    );
+    let infinite = Coefficients {
+        coupling: f64::INFINITY,
+        ..ALL_TERMS
+    };
+    assert_eq!(
+        build(vec![50.0], infinite).to_string(),
+        "the coefficient coupling must be finite, got inf"
+    );
+    let few = Array {
+        omega: vec![50.0; 5],
+        ..array(3, 2, Ends::Open)
+    };
+    assert_eq!(
+        few.network().unwrap_err().to_string(),
+        "an array of 3 × 2 oscillators needs 6 frequencies, got 5"
+    );
+}
