@@ -1,0 +1,90 @@
+//! The linearisation of a differential-algebraic system at a state.
+
+use nalgebra::DMatrix;
+use sundials_wrap::DaeProblem;
+
+use crate::error::StructureError;
+
+/// The matrix pencil of E ẋ + A x = f.
+///
+/// For a system F(t, y, ẏ) = 0 it is E = ∂F/∂ẏ, A = ∂F/∂y at a state. The index of this frozen
+/// pencil is that of the system where the system is linear with constant coefficients, and for the
+/// semi-explicit (Hessenberg) forms of constrained mechanics at a consistent state. For matrices
+/// that vary along the solution otherwise the two may differ (Griepentrog and März, section 1.3).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pencil {
+    e: DMatrix<f64>,
+    a: DMatrix<f64>,
+}
+
+impl Pencil {
+    /// The pencil of two square matrices of one size.
+    ///
+    /// # Errors
+    /// [`StructureError::Shape`], or [`StructureError::NotFinite`] with the first such entry.
+    pub fn new(e: DMatrix<f64>, a: DMatrix<f64>) -> Result<Self, StructureError> {
+        if !e.is_square() || e.shape() != a.shape() {
+            return Err(StructureError::Shape {
+                e: e.shape(),
+                a: a.shape(),
+            });
+        }
+        for (matrix, name) in [(&e, "E"), (&a, "A")] {
+            if let Some(at) = matrix.iter().position(|value| !value.is_finite()) {
+                let (row, column) = matrix.vector_to_matrix_index(at);
+                let value = matrix[(row, column)];
+                return Err(StructureError::NotFinite {
+                    matrix: name,
+                    row,
+                    column,
+                    value,
+                });
+            }
+        }
+        Ok(Self { e, a })
+    }
+
+    /// The linearisation of `problem` at (t, y, ẏ).
+    ///
+    /// # Errors
+    /// [`StructureError::Linearise`] when a Jacobian cannot be evaluated there, and as for
+    /// [`new`](Self::new).
+    pub fn linearise(
+        problem: &mut dyn DaeProblem,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Self, StructureError> {
+        let pattern = problem.jacobian_pattern();
+        let n = problem.n_unknowns();
+        let mut values = vec![0.0; pattern.nnz()];
+        let mut dense = |a: f64, b: f64| {
+            problem
+                .jacobian(t, y, y_dot, a, b, &mut values)
+                .map_err(|source| StructureError::Linearise { t, source })?;
+            let mut matrix = DMatrix::zeros(n, n);
+            for ((column, row), value) in pattern.entries().zip(&values) {
+                matrix[(row, column)] += value;
+            }
+            Ok(matrix)
+        };
+        let e = dense(0.0, 1.0)?;
+        let a = dense(1.0, 0.0)?;
+        Self::new(e, a)
+    }
+
+    /// Number of equations and of unknowns.
+    pub fn size(&self) -> usize {
+        self.e.nrows()
+    }
+
+    /// E, the matrix of the derivatives.
+    pub fn e(&self) -> &DMatrix<f64> {
+        &self.e
+    }
+
+    /// A, the matrix of the unknowns.
+    pub fn a(&self) -> &DMatrix<f64> {
+        &self.a
+    }
+}

@@ -1,0 +1,75 @@
+//! How many derivatives of a perturbation each variable depends on.
+//!
+//! The solution of E ẋ + A x = δ in the Laplace domain is x = (sE + A)⁻¹ δ, and the resolvent of a
+//! regular pencil is a strictly proper part plus a polynomial H₀ + s H₁ + … + s^(k-1) H_(k-1), where
+//! k is the index. Row i of H_j says whether x_i contains the j-th derivative of δ itself, not only
+//! integrals of it. So the perturbation index of x_i is one more than the degree of row i, and zero
+//! if the row is zero: in Weierstrass' form, where N is the nilpotent block, H_j = T₂ (-N)^j S₂.
+//!
+//! The polynomial comes out of the steps of the deflation: each maps a right-hand side F(s), a
+//! polynomial in s, to that of the smaller pencil,
+//!
+//!   y = (G W)⁻¹ U₂ᵀF,   F' = U₁ᵀF - (U₁ᵀA W + s U₁ᵀE W) y,   x = W y + Z x'.
+
+use nalgebra::DMatrix;
+
+use crate::deflation::Step;
+
+/// A polynomial in s with matrix coefficients, constant term first.
+pub(crate) type Polynomial = Vec<DMatrix<f64>>;
+
+/// The polynomial part of (sE + A)⁻¹ from the steps and the (E, A) that a deflation ended with.
+pub(crate) fn resolvent_polynomial(
+    steps: &[Step],
+    e: &DMatrix<f64>,
+    a: &DMatrix<f64>,
+) -> Polynomial {
+    let n = steps.first().map_or(e.nrows(), |step| step.u1.nrows());
+    let mut right: Polynomial = vec![DMatrix::identity(n, n)];
+    let mut solved: Vec<Polynomial> = Vec::new();
+    for step in steps {
+        let gw = step.gw.clone().lu();
+        let solve = |f: &DMatrix<f64>| {
+            gw.solve(&step.u2.tr_mul(f))
+                .expect("the constraints were found independent")
+        };
+        let y: Polynomial = right.iter().map(solve).collect();
+        let mut next: Polynomial = right.iter().map(|f| step.u1.tr_mul(f)).collect();
+        next.push(DMatrix::zeros(step.u1.ncols(), n));
+        for (j, y_j) in y.iter().enumerate() {
+            next[j] -= &step.aw * y_j;
+            next[j + 1] -= &step.ew * y_j;
+        }
+        right = next;
+        solved.push(y);
+    }
+    let mut x = divide(&right, e, a);
+    for (step, y) in steps.iter().zip(&solved).rev() {
+        x = (0..x.len().max(y.len()))
+            .map(|j| {
+                let own = y.get(j).map(|y_j| &step.w * y_j);
+                let rest = x.get(j).map(|x_j| &step.z * x_j);
+                own.into_iter().chain(rest).sum()
+            })
+            .collect();
+    }
+    x
+}
+
+/// The polynomial part of (sE + A)⁻¹ F(s) for a non-singular E, by division from the top:
+/// E X_(j-1) = F_j - A X_j.
+fn divide(f: &Polynomial, e: &DMatrix<f64>, a: &DMatrix<f64>) -> Polynomial {
+    if e.is_empty() {
+        return f[1..].to_vec();
+    }
+    let e = e.clone().lu();
+    let mut quotient: Polynomial = Vec::new();
+    for f_j in f[1..].iter().rev() {
+        let remainder = quotient
+            .last()
+            .map_or_else(|| f_j.clone(), |x_j| f_j - a * x_j);
+        quotient.push(e.solve(&remainder).expect("E was found non-singular"));
+    }
+    quotient.reverse();
+    quotient
+}

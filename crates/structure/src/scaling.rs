@@ -1,0 +1,148 @@
+//! Scaling of a pencil that frees its structure from the units of equations and variables.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::pencil::Pencil;
+
+/// Entries this many decades below the fit are rounding of an assembly: they do not vote.
+const ROUNDING_DECADES: f64 = 8.0;
+/// Rounds of fitting; each drops the entries the last one showed to be rounding.
+const ROUNDS: usize = 3;
+/// Ridge that picks one solution where the fit leaves a shift free; small beside the one entry or
+/// more that each unknown has, so that the fit itself is unchanged to 10 digits.
+const RIDGE: f64 = 1e-10;
+
+/// R (τ E) C and R A C with positive diagonal R, C and one unit of time τ.
+///
+/// The exponents are the least-squares solution of
+///
+///   log|e_ij| + r_i + c_j + τ ≈ 0,   log|a_ij| + r_i + c_j ≈ 0   over all non-zero entries,
+///
+/// the scaling of Curtis and Reid (J. Inst. Maths Applics 10 (1972) 118) extended to a pair. Units
+/// chosen otherwise shift r, c and τ and leave the scaled pencil as it was, so an answer found on
+/// it cannot depend on them. The index does not depend on R, C, τ either.
+pub(crate) fn scale(pencil: &Pencil) -> (DMatrix<f64>, DMatrix<f64>) {
+    let n = pencil.size();
+    let mut entries: Vec<Entry> = [(pencil.e(), 1.0), (pencil.a(), 0.0)]
+        .into_iter()
+        .flat_map(|(matrix, time)| non_zeros(matrix, time))
+        .collect();
+    let mut shifts = Shifts {
+        rows: DVector::zeros(n),
+        columns: DVector::zeros(n),
+        time: 0.0,
+    };
+    for _ in 0..ROUNDS {
+        shifts = fit(n, &entries);
+        let voters = entries.len();
+        entries.retain(|entry| entry.log + shifts.of(entry) > -ROUNDING_DECADES);
+        if entries.len() == voters {
+            break;
+        }
+    }
+    let scaled = |matrix: &DMatrix<f64>, time: f64| {
+        DMatrix::from_fn(n, n, |row, column| {
+            matrix[(row, column)]
+                * 10f64.powf(shifts.of(&Entry {
+                    row,
+                    column,
+                    time,
+                    log: 0.0,
+                }))
+        })
+    };
+    (scaled(pencil.e(), 1.0), scaled(pencil.a(), 0.0))
+}
+
+/// A non-zero entry; `time` is 1 in E and 0 in A.
+struct Entry {
+    row: usize,
+    column: usize,
+    time: f64,
+    log: f64,
+}
+
+/// The exponents r, c, τ of the scaling, to base 10.
+struct Shifts {
+    rows: DVector<f64>,
+    columns: DVector<f64>,
+    time: f64,
+}
+
+impl Shifts {
+    fn of(&self, entry: &Entry) -> f64 {
+        self.rows[entry.row] + self.columns[entry.column] + entry.time * self.time
+    }
+}
+
+fn non_zeros(matrix: &DMatrix<f64>, time: f64) -> impl Iterator<Item = Entry> {
+    matrix
+        .iter()
+        .enumerate()
+        .filter(|(_, value)| **value != 0.0)
+        .map(move |(at, value)| {
+            let (row, column) = matrix.vector_to_matrix_index(at);
+            Entry {
+                row,
+                column,
+                time,
+                log: value.abs().log10(),
+            }
+        })
+}
+
+/// Solves the normal equations of the fit for (r, c, τ).
+fn fit(n: usize, entries: &[Entry]) -> Shifts {
+    let mut normal = DMatrix::from_diagonal_element(2 * n + 1, 2 * n + 1, RIDGE);
+    let mut right = DVector::zeros(2 * n + 1);
+    for entry in entries {
+        let terms = [
+            (entry.row, 1.0),
+            (n + entry.column, 1.0),
+            (2 * n, entry.time),
+        ];
+        for (i, weight_i) in terms {
+            right[i] -= weight_i * entry.log;
+            for (j, weight_j) in terms {
+                normal[(i, j)] += weight_i * weight_j;
+            }
+        }
+    }
+    let x = normal
+        .cholesky()
+        .expect("a Gram matrix plus a ridge is positive definite")
+        .solve(&right);
+    Shifts {
+        rows: x.rows(0, n).into(),
+        columns: x.rows(n, n).into(),
+        time: x[2 * n],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_units_give_the_same_scaled_pencil() {
+        let e = DMatrix::from_row_slice(3, 3, &[1.0, 0.0, 0.0, 0.0, 2.0, 1e-3, 0.0, 0.0, 0.0]);
+        let a = DMatrix::from_row_slice(3, 3, &[0.0, 1.0, 0.0, 5.0, 0.1, 1.0, 1.0, 0.0, 0.2]);
+        let rows = DMatrix::from_diagonal(&DVector::from_vec(vec![1e6, 1e-6, 1e3]));
+        let columns = DMatrix::from_diagonal(&DVector::from_vec(vec![1e-5, 1.0, 1e6]));
+        let tau = 1e-4;
+        let plain = scale(&Pencil::new(e.clone(), a.clone()).unwrap());
+        let scaled = scale(&Pencil::new(&rows * e * &columns * tau, &rows * a * &columns).unwrap());
+        // The ridge leaves ten digits.
+        assert!((plain.0 - scaled.0).amax() < 1e-7);
+        assert!((plain.1 - scaled.1).amax() < 1e-7);
+    }
+
+    #[test]
+    fn rounding_does_not_vote() {
+        let e = DMatrix::from_row_slice(2, 2, &[1.0, 1.0, 1.0, -1.0]);
+        let clean = Pencil::new(e.clone(), DMatrix::identity(2, 2)).unwrap();
+        let noisy = DMatrix::from_row_slice(2, 2, &[1.0, 1e-17, 0.0, 1.0]);
+        let noisy = Pencil::new(e, noisy).unwrap();
+        assert!((scale(&clean).0 - scale(&noisy).0).amax() < 1e-7);
+    }
+}

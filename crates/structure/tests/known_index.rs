@@ -1,0 +1,225 @@
+//! Pencils whose index is known: by construction, from the literature, or by differentiation.
+
+use myovib_structure::{Index, Pencil, PencilStructure, Verdict};
+use nalgebra::{DMatrix, DVector, dmatrix};
+use rand::rngs::StdRng;
+use rand::seq::IndexedRandom;
+use rand::{Rng, SeedableRng};
+
+fn structure(e: DMatrix<f64>, a: DMatrix<f64>) -> PencilStructure {
+    PencilStructure::of(&Pencil::new(e, a).unwrap())
+}
+
+fn indices(structure: &PencilStructure) -> Vec<u8> {
+    assert!(
+        structure
+            .variables
+            .iter()
+            .all(|v| v.verdict == Verdict::Decisive),
+        "{structure:#?}"
+    );
+    structure.variables.iter().map(|v| v.index).collect()
+}
+
+/// A Jordan block of eigenvalue zero: ones above the diagonal.
+fn nilpotent(n: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(n, n, |i, j| f64::from(u8::from(j == i + 1)))
+}
+
+fn direct_sum(blocks: &[DMatrix<f64>]) -> DMatrix<f64> {
+    let n = blocks.iter().map(DMatrix::nrows).sum();
+    let mut sum = DMatrix::zeros(n, n);
+    let mut at = 0;
+    for block in blocks {
+        sum.view_mut((at, at), block.shape()).copy_from(block);
+        at += block.nrows();
+    }
+    sum
+}
+
+/// A random matrix with singular values between 0.1 and 10.
+fn well_conditioned(n: usize, rng: &mut StdRng) -> DMatrix<f64> {
+    let mut orthogonal = || {
+        DMatrix::from_fn(n, n, |_, _| rng.random_range(-1.0..1.0))
+            .qr()
+            .q()
+    };
+    let (left, right) = (orthogonal(), orthogonal());
+    let spread = DVector::from_fn(n, |_, _| 10f64.powf(rng.random_range(-1.0..1.0)));
+    left * DMatrix::from_diagonal(&spread) * right
+}
+
+/// Random units: a diagonal with entries from 1e-6 to 1e6.
+fn units(n: usize, rng: &mut StdRng) -> DMatrix<f64> {
+    DMatrix::from_diagonal(&DVector::from_fn(n, |_, _| {
+        10f64.powf(rng.random_range(-6.0..6.0))
+    }))
+}
+
+#[test]
+fn an_ordinary_differential_equation_has_index_0() {
+    let found = structure(dmatrix![2.0, 1.0; 0.0, 3.0], dmatrix![1.0, 0.0; 0.0, 0.0]);
+    assert_eq!(found.index, Index::Decided(0));
+    assert_eq!(indices(&found), [0, 0]);
+}
+
+#[test]
+fn a_purely_algebraic_system_has_index_1() {
+    let found = structure(DMatrix::zeros(2, 2), dmatrix![1.0, 2.0; 0.0, 3.0]);
+    assert_eq!(found.index, Index::Decided(1));
+    assert_eq!(indices(&found), [1, 1]);
+}
+
+/// N ẋ + x = f: x_1 needs f_n differentiated n - 1 times, x_n none.
+#[test]
+fn a_chain_has_the_index_of_its_length() {
+    for n in 1..=6 {
+        let found = structure(nilpotent(n), DMatrix::identity(n, n));
+        assert_eq!(found.index, Index::Decided(n));
+        let counting_down: Vec<u8> = (1..=n as u8).rev().collect();
+        assert_eq!(indices(&found), counting_down);
+    }
+}
+
+/// Two masses and a spring, driven so that the second one's place is prescribed: the force on the
+/// first, the multiplier, needs the fourth derivative of that place, so the index is 5; with the
+/// velocity of the second prescribed it is 4.
+#[test]
+fn a_force_found_through_a_spring_has_index_4_and_5() {
+    // Unknowns q1, q2, v1, v2, λ.
+    let mut e = DMatrix::identity(5, 5);
+    e[(4, 4)] = 0.0;
+    let mut a = dmatrix![
+        0.0, 0.0, -1.0, 0.0, 0.0;
+        0.0, 0.0, 0.0, -1.0, 0.0;
+        1.0, -1.0, 0.0, 0.0, -1.0;
+        -1.0, 1.0, 0.0, 0.0, 0.0;
+        0.0, 1.0, 0.0, 0.0, 0.0
+    ];
+    let place = structure(e.clone(), a.clone());
+    assert_eq!(place.index, Index::Decided(5));
+    assert_eq!(indices(&place), [3, 1, 4, 2, 5]);
+    (a[(4, 1)], a[(4, 3)]) = (0.0, 1.0);
+    let velocity = structure(e, a);
+    assert_eq!(velocity.index, Index::Decided(4));
+    assert_eq!(indices(&velocity), [2, 0, 3, 1, 4]);
+}
+
+/// Positions, velocities and multipliers of constrained mechanics: 1, 2, 3; and the lower index of
+/// the differentiated constraint, of the stabilised form of Gear, Gupta and Leimkuhler, of a
+/// compliant constraint.
+#[test]
+fn constrained_mechanics_by_formulation() {
+    let mass = dmatrix![2.0, 0.5; 0.5, 1.0];
+    let stiffness = dmatrix![3.0, -1.0; -1.0, 2.0];
+    let b = dmatrix![1.0, -2.0];
+    let i = DMatrix::<f64>::identity(2, 2);
+    // Unknowns q, v, λ.
+    let mut e = direct_sum(&[i.clone(), mass.clone(), DMatrix::zeros(1, 1)]);
+    let mut a = DMatrix::zeros(5, 5);
+    a.view_mut((0, 2), (2, 2)).copy_from(&-&i);
+    a.view_mut((2, 0), (2, 2)).copy_from(&stiffness);
+    a.view_mut((2, 4), (2, 1)).copy_from(&-b.transpose());
+
+    a.view_mut((4, 0), (1, 2)).copy_from(&b);
+    let position = structure(e.clone(), a.clone());
+    assert_eq!(position.index, Index::Decided(3));
+    assert_eq!(indices(&position), [1, 1, 2, 2, 3]);
+
+    a[(4, 4)] = 1e-5;
+    let compliant = structure(e.clone(), a.clone());
+    assert_eq!(compliant.index, Index::Decided(1));
+    assert_eq!(indices(&compliant), [0, 0, 0, 0, 1]);
+
+    a[(4, 4)] = 0.0;
+    a.view_mut((4, 0), (1, 2)).fill(0.0);
+    a.view_mut((4, 2), (1, 2)).copy_from(&b);
+    let velocity = structure(e.clone(), a.clone());
+    assert_eq!(velocity.index, Index::Decided(2));
+    assert_eq!(indices(&velocity), [0, 0, 1, 1, 2]);
+
+    // Compliant and differentiated: ṗ/κ + B v = 0, an ordinary differential equation.
+    e[(4, 4)] = 1e-5;
+    let compliant_velocity = structure(e.clone(), a.clone());
+    assert_eq!(compliant_velocity.index, Index::Decided(0));
+    e[(4, 4)] = 0.0;
+
+    let e = direct_sum(&[e, DMatrix::zeros(1, 1)]);
+    let mut a = a.resize(6, 6, 0.0);
+    a.view_mut((5, 0), (1, 2)).copy_from(&b);
+    a.view_mut((0, 5), (2, 1)).copy_from(&b.transpose());
+    let stabilised = structure(e, a);
+    assert_eq!(stabilised.index, Index::Decided(2));
+    assert_eq!(indices(&stabilised), [1, 1, 1, 1, 2, 2]);
+}
+
+#[test]
+fn singular_pencils_have_no_index() {
+    // One equation twice; no index whatever the derivative.
+    let twice = structure(dmatrix![1.0, 2.0; 1.0, 2.0], dmatrix![3.0, 4.0; 3.0, 4.0]);
+    assert_eq!(twice.index, Index::Singular { nullity: 1 });
+    assert!(twice.variables.is_empty());
+    // An unknown that occurs nowhere.
+    let absent = structure(dmatrix![1.0, 0.0; 0.0, 0.0], dmatrix![1.0, 0.0; 1.0, 0.0]);
+    assert_eq!(absent.index, Index::Singular { nullity: 1 });
+    // Dependent constraints behind an ordinary differential equation: the two rows of B are one.
+    let b = dmatrix![1.0, 1.0, 0.0; 2.0, 2.0, 0.0];
+    let e = direct_sum(&[DMatrix::identity(3, 3), DMatrix::zeros(2, 2)]);
+    let mut a = DMatrix::zeros(5, 5);
+    a.view_mut((3, 0), (2, 3)).copy_from(&b);
+    a.view_mut((0, 3), (3, 2)).copy_from(&-b.transpose());
+    assert_eq!(structure(e, a).index, Index::Singular { nullity: 1 });
+}
+
+/// P (E, A) Q with random non-singular P, Q has the index of its Weierstrass form, the size of the
+/// largest nilpotent block; and other units of its rows, columns and time change nothing.
+#[test]
+fn random_transformations_of_weierstrass_forms() {
+    let mut rng = StdRng::seed_from_u64(20090711);
+    for _ in 0..200 {
+        let n_ode = rng.random_range(0..6);
+        let n_blocks = rng.random_range(0..4);
+        let sizes: Vec<usize> = (0..n_blocks)
+            .map(|_| *[1, 1, 2, 3, 4].choose(&mut rng).unwrap())
+            .collect();
+        let index = sizes.iter().copied().max().unwrap_or(0);
+        let n = n_ode + sizes.iter().sum::<usize>();
+        if n == 0 {
+            continue;
+        }
+        let jordan: Vec<_> = sizes.iter().map(|&size| nilpotent(size)).collect();
+        let e = direct_sum(&[DMatrix::identity(n_ode, n_ode), direct_sum(&jordan)]);
+        let ode = DMatrix::from_fn(n_ode, n_ode, |_, _| rng.random_range(-3.0..3.0));
+        let a = direct_sum(&[ode, DMatrix::identity(n - n_ode, n - n_ode)]);
+        let (p, q) = (well_conditioned(n, &mut rng), well_conditioned(n, &mut rng));
+        let (e, a) = (&p * e * &q, &p * a * &q);
+        let plain = structure(e.clone(), a.clone());
+        assert_eq!(plain.index, Index::Decided(index), "{sizes:?} {plain:#?}");
+        let tau = 10f64.powf(rng.random_range(-6.0..6.0));
+        let (rows, columns) = (units(n, &mut rng), units(n, &mut rng));
+        let scaled = structure(&rows * e * &columns * tau, &rows * a * &columns);
+        assert_eq!(scaled.index, Index::Decided(index), "{sizes:?} {scaled:#?}");
+        assert_eq!(indices(&plain), indices(&scaled));
+        assert_eq!(
+            indices(&plain).into_iter().max().unwrap_or(0) as usize,
+            index
+        );
+    }
+}
+
+/// A block of E amid rounding and meaning must not be decided either way.
+#[test]
+fn an_index_amid_rounding_is_undecided() {
+    let mut rng = StdRng::seed_from_u64(1);
+    let n = 6;
+    let (p, q) = (well_conditioned(n, &mut rng), well_conditioned(n, &mut rng));
+    let index_with = |tiny: f64| {
+        let mut e = DMatrix::identity(n, n);
+        e[(n - 1, n - 1)] = tiny;
+        structure(&p * e * &q, &p * &q).index
+    };
+    assert_eq!(index_with(0.0), Index::Decided(1));
+    assert_eq!(index_with(1e-3), Index::Decided(0));
+    // The transformation takes two more decades: 5e-11 of E after scaling.
+    assert!(matches!(index_with(1e-8), Index::Undecided(Some(_))));
+}
