@@ -1,3 +1,6 @@
-//! The command line `myovib`.
+//! The program `myovib`; all of it is in the library beside.
 #![forbid(unsafe_code)]
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    myovib_cli::main()
+}

@@ -1,0 +1,16 @@
+//! One file per command.
+
+pub mod doctor;
+
+use crate::args::Command;
+use crate::exit::Exit;
+
+/// Runs the command.
+///
+/// # Errors
+/// When the input is wrong or an output cannot be written.
+pub fn run(command: &Command) -> anyhow::Result<Exit> {
+    match command {
+        Command::Doctor(args) => doctor::run(args),
+    }
+}

@@ -1,0 +1,25 @@
+//! The exit codes scripts rely on.
+
+use std::process::ExitCode;
+
+/// How a command ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exit {
+    /// Done.
+    Done = 0,
+    /// A result differs from what was to be shown, or `doctor` found something missing.
+    Differs = 1,
+    /// Usage, scene or mesh is wrong; nothing was written.
+    Usage = 2,
+    /// The integrator stopped where it should not; the output is kept.
+    Stopped = 3,
+    /// Interrupted; the output is kept.
+    Interrupted = 130,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        ExitCode::from(exit as u8)
+    }
+}

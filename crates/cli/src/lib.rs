@@ -1,0 +1,40 @@
+//! The command line `myovib`: commands that compute, and what they write.
+//!
+//! Cast: [`args`] turns typed text into validated values; [`commands`] has one file per command;
+//! [`exit`] and [`error`] say how a command ends; [`json`], [`csv`], [`atomic_file`] and
+//! [`report`] are the ways out; [`versions`] and [`machine`] are what a result's reader must know.
+//! Only this crate prints.
+#![forbid(unsafe_code)]
+
+pub mod args;
+pub mod atomic_file;
+pub mod commands;
+pub mod csv;
+pub mod error;
+pub mod exit;
+pub mod json;
+pub mod machine;
+pub mod progress;
+pub mod report;
+pub mod requirements;
+pub mod versions;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::args::Cli;
+use crate::exit::Exit;
+
+/// Reads the command line, runs the command, reports its failure, and gives the exit code.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let exit = commands::run(&cli.command).unwrap_or_else(|failure| {
+        if error::is_broken_pipe(&failure) {
+            return Exit::Done;
+        }
+        eprint!("{}", error::render(&failure));
+        Exit::Usage
+    });
+    exit.into()
+}

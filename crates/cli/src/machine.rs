@@ -1,0 +1,66 @@
+//! Facts of the machine that a timing's reader must know.
+
+use std::fs;
+use std::num::NonZeroUsize;
+use std::thread;
+
+use serde::Serialize;
+
+/// The processor as far as it matters here.
+#[derive(Debug, Clone, Serialize)]
+pub struct Machine {
+    /// Its name, where the system tells it.
+    pub processor: Option<String>,
+    /// Architecture and operating system.
+    pub target: String,
+    /// Cores this process may use.
+    pub cores: NonZeroUsize,
+    /// The widest vector instructions it has.
+    pub simd: &'static str,
+}
+
+impl Machine {
+    /// Looks at the machine the program runs on.
+    pub fn found() -> Self {
+        Self {
+            processor: processor(),
+            target: format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
+            cores: n_cores(),
+            simd: simd(),
+        }
+    }
+}
+
+/// Cores this process may use; one when the system does not tell.
+pub fn n_cores() -> NonZeroUsize {
+    thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
+}
+
+fn processor() -> Option<String> {
+    let text = fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_owned())
+}
+
+#[cfg(target_arch = "x86_64")]
+fn simd() -> &'static str {
+    if is_x86_feature_detected!("avx512f") {
+        "AVX-512"
+    } else if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        "AVX2 with FMA"
+    } else if is_x86_feature_detected!("avx") {
+        "AVX"
+    } else {
+        "SSE2"
+    }
+}
+
+#[cfg(target_arch = "aarch64")]
+fn simd() -> &'static str {
+    "NEON"
+}
+
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+fn simd() -> &'static str {
+    "unknown"
+}

@@ -1,0 +1,57 @@
+//! How far a computation is, on standard error.
+
+use std::io::{self, IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+/// Between two refreshes of the line on a terminal, and between two lines elsewhere.
+const ON_TERMINAL: Duration = Duration::from_millis(100);
+const IN_LOG: Duration = Duration::from_secs(10);
+
+/// One line that is rewritten on a terminal, a line now and then in a log, nothing when quiet.
+#[derive(Debug)]
+pub struct Progress {
+    quiet: bool,
+    on_terminal: bool,
+    last: Instant,
+}
+
+impl Progress {
+    /// Progress that nobody has seen yet.
+    pub fn new(quiet: bool) -> Self {
+        Self {
+            quiet,
+            on_terminal: io::stderr().is_terminal(),
+            last: Instant::now(),
+        }
+    }
+
+    /// Shows the text made by `line`, if it is time to.
+    pub fn show(&mut self, line: impl FnOnce() -> String) {
+        let interval = if self.on_terminal {
+            ON_TERMINAL
+        } else {
+            IN_LOG
+        };
+        if self.quiet || self.last.elapsed() < interval {
+            return;
+        }
+        self.last = Instant::now();
+        if self.on_terminal {
+            // Back to the line's start, and clear what is left of the text before.
+            eprint!("\r{}\x1b[K", line());
+            // A progress line that cannot be shown is no reason to stop.
+            let _ = io::stderr().flush();
+        } else {
+            eprintln!("{}", line());
+        }
+    }
+}
+
+impl Drop for Progress {
+    /// Takes the line off the terminal.
+    fn drop(&mut self) {
+        if self.on_terminal && !self.quiet {
+            eprint!("\r\x1b[K");
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! What the build needs, from the list that `scripts/setup` reads too.
+
+use std::env;
+use std::path::{Path, PathBuf};
+
+const LIST: &str = include_str!("../../../scripts/requirements.txt");
+
+/// One thing the build needs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Requirement {
+    /// The Debian package that has it.
+    pub package: &'static str,
+    /// What it is.
+    pub purpose: &'static str,
+    /// Where it may show.
+    patterns: Vec<&'static str>,
+}
+
+/// Everything the build needs.
+///
+/// # Panics
+/// When a line of the embedded list has not three fields, which a test excludes.
+pub fn all() -> Vec<Requirement> {
+    LIST.lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(parse)
+        .collect()
+}
+
+fn parse(line: &'static str) -> Requirement {
+    let fields: Vec<&str> = line.split('|').map(str::trim).collect();
+    let [package, purpose, patterns] = fields[..] else {
+        panic!("requirements.txt: `{line}` has not three fields")
+    };
+    Requirement {
+        package,
+        purpose,
+        patterns: patterns.split_whitespace().collect(),
+    }
+}
+
+impl Requirement {
+    /// The first place where it shows on this machine.
+    pub fn locate(&self) -> Option<PathBuf> {
+        self.patterns.iter().find_map(|pattern| locate(pattern))
+    }
+}
+
+fn locate(pattern: &str) -> Option<PathBuf> {
+    if let Some(command) = pattern.strip_prefix("$PATH/") {
+        let folders = env::var_os("PATH")?;
+        return env::split_paths(&folders)
+            .map(|folder| folder.join(command))
+            .find(|p| p.is_file());
+    }
+    let pattern = match pattern
+        .strip_prefix('$')
+        .and_then(|rest| rest.split_once('/'))
+    {
+        Some((variable, rest)) => Path::new(&env::var_os(variable)?).join(rest),
+        None => PathBuf::from(pattern),
+    };
+    glob::glob(pattern.to_str()?).ok()?.find_map(Result::ok)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_list_is_well_formed() {
+        let packages: Vec<_> = all().iter().map(|r| r.package).collect();
+        for needed in [
+            "gcc",
+            "libsundials-dev",
+            "libsuitesparse-dev",
+            "libclang-dev",
+        ] {
+            assert!(packages.contains(&needed), "{needed} in {packages:?}");
+        }
+        assert!(
+            all()
+                .iter()
+                .all(|r| !r.purpose.is_empty() && !r.patterns.is_empty())
+        );
+    }
+
+    #[test]
+    fn places_are_found_by_command_variable_and_pattern() {
+        let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Carg?.toml");
+        assert!(locate(manifest).is_some_and(|path| path.ends_with("Cargo.toml")));
+        // Cargo sets this variable for tests.
+        assert!(locate("$CARGO_MANIFEST_DIR/Cargo.toml").is_some());
+        assert!(locate("$PATH/sh").is_some());
+        assert!(locate("$PATH/no-such-command").is_none());
+        assert!(locate("$NO_SUCH_VARIABLE/Cargo.toml").is_none());
+    }
+}

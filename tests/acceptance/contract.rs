@@ -1,0 +1,83 @@
+//! What holds for every command.
+
+use std::fs;
+
+use crate::harness::{document, myovib, myovib_in};
+
+#[test]
+fn version_names_the_linked_libraries() {
+    let run = myovib(&["--version"]);
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    let words: Vec<&str> = run.stdout.split_whitespace().collect();
+    assert_eq!(&words[..2], ["myovib", env!("CARGO_PKG_VERSION")]);
+    for library in ["SUNDIALS", "KLU"] {
+        let at = words
+            .iter()
+            .position(|&word| word == library)
+            .expect(library);
+        let major = words[at + 1].split('.').next().expect("a first number");
+        assert!(
+            major.parse::<u32>().is_ok(),
+            "{library} version in {}",
+            run.stdout
+        );
+    }
+}
+
+#[test]
+fn wrong_usage_is_code_2_with_one_message_on_standard_error() {
+    for arguments in [
+        &[][..],
+        &["no-such-command"],
+        &["doctor", "--no-such-option"],
+        &["doctor", "--threads", "0"],
+        &["doctor", "--threads", "many"],
+    ] {
+        let run = myovib(arguments);
+        assert_eq!(run.code, 2, "{arguments:?}");
+        assert_eq!(run.stdout, "", "{arguments:?}");
+        assert!(!run.stderr.is_empty(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_file_that_cannot_be_written_is_code_2_and_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = myovib_in(
+        folder.path(),
+        &["doctor", "--json", "no/such/folder/d.json"],
+    );
+    assert_eq!(run.code, 2);
+    assert!(run.stderr.starts_with("error: "), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("no/such/folder/d.json"),
+        "{}",
+        run.stderr
+    );
+    assert_eq!(run.stdout, "", "no results beside an error");
+    assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 0);
+}
+
+#[test]
+fn json_goes_to_standard_output_alone_or_to_a_file_beside_the_text() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let on_stdout = myovib(&["doctor", "--json"]);
+    document(&on_stdout.stdout, "doctor");
+    assert!(on_stdout.stdout.starts_with("{\n  \"schema\": "));
+
+    let beside = myovib_in(folder.path(), &["doctor", "--json", "d.json"]);
+    assert!(beside.stdout.contains("SUNDIALS"));
+    let text = fs::read_to_string(folder.path().join("d.json")).expect("the document");
+    assert_eq!(text, on_stdout.stdout);
+}
+
+#[test]
+fn help_shows_examples() {
+    let run = myovib(&["doctor", "--help"]);
+    assert_eq!(run.code, 0);
+    assert!(
+        run.stdout.contains("Examples:\n  myovib doctor"),
+        "{}",
+        run.stdout
+    );
+}

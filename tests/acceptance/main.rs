@@ -1,0 +1,5 @@
+//! Acceptance: the program as scripts and people see it, against its contract and the paper.
+
+mod contract;
+mod doctor;
+mod harness;
