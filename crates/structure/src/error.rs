@@ -1,6 +1,7 @@
 //! What can go wrong before a question about the structure has an answer.
 
 use sundials_wrap::StepError;
+use sundials_wrap::klu::KluError;
 
 /// Why a structural question could not be answered at all.
 #[derive(Debug, thiserror::Error)]
@@ -36,4 +37,17 @@ pub enum StructureError {
         /// What the system said.
         source: StepError,
     },
+    /// A matrix does not fit the others.
+    #[error("the {matrix} is {}x{}, expected {}x{}", got.0, got.1, expected.0, expected.1)]
+    Sizes {
+        /// Which matrix.
+        matrix: &'static str,
+        /// Its rows and columns.
+        got: (usize, usize),
+        /// The rows and columns the others ask for.
+        expected: (usize, usize),
+    },
+    /// The sparse factorisation failed.
+    #[error("the shifted matrix could not be factorised: {0}")]
+    Factorise(#[from] KluError),
 }

@@ -7,6 +7,7 @@
 //!   [`DaeProblem`](sundials_wrap::DaeProblem) at a state;
 //! - [`PencilStructure`]: its index, or that it has none, with every rank decision ([`RankDecision`])
 //!   that the answer rests on, and the perturbation index of every variable;
+//! - [`Vibration`]: small free vibrations with or without a constraint, and their lowest [`modes`].
 //!
 //! The rank decisions are made on singular values after a scaling that does not depend on the
 //! units of equations and variables. An answer that rests on a decision without a clear gap is
@@ -23,13 +24,17 @@
 mod deflation;
 mod error;
 mod jacobi;
+mod modes;
 mod pencil;
 mod perturbation;
 mod rank;
 mod scaling;
 mod structure;
+mod vibration;
 
 pub use error::StructureError;
+pub use modes::{Mode, modes};
 pub use pencil::Pencil;
 pub use rank::{RankDecision, Verdict};
 pub use structure::{Index, PencilStructure, VariableIndex};
+pub use vibration::{Constraint, Vibration};

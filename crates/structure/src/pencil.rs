@@ -58,7 +58,7 @@ impl Pencil {
         let pattern = problem.jacobian_pattern();
         let n = problem.n_unknowns();
         let mut values = vec![0.0; pattern.nnz()];
-        let mut dense = |a: f64, b: f64| {
+        let mut dense = |a: f64, b: f64| -> Result<DMatrix<f64>, StructureError> {
             problem
                 .jacobian(t, y, y_dot, a, b, &mut values)
                 .map_err(|source| StructureError::Linearise { t, source })?;

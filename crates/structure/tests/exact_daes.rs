@@ -109,7 +109,7 @@ fn index_of(
         units(6) * pencil.e() * units(-1),
         units(6) * pencil.a() * units(-1),
     );
-    assert_eq!(plain, answer(&other.unwrap()));
+    assert_eq!(plain, answer(&other.expect("finite")));
     plain
 }
 

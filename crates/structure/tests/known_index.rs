@@ -7,7 +7,7 @@ use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 
 fn structure(e: DMatrix<f64>, a: DMatrix<f64>) -> PencilStructure {
-    PencilStructure::of(&Pencil::new(e, a).unwrap())
+    PencilStructure::of(&Pencil::new(e, a).expect("square and finite"))
 }
 
 fn indices(structure: &PencilStructure) -> Vec<u8> {
@@ -222,4 +222,56 @@ fn an_index_amid_rounding_is_undecided() {
     assert_eq!(index_with(1e-3), Index::Decided(0));
     // The transformation takes two more decades: 5e-11 of E after scaling.
     assert!(matches!(index_with(1e-8), Index::Undecided(Some(_))));
+}
+
+/// Soft tissue in SI units on a grid: masses of 1e-3 kg, stiffnesses of 1e4 Pa, volumes of 1e-3 m²,
+/// bulk modulus κ. A bulk modulus a million times the muscle's is still seen for what it is.
+#[test]
+fn physical_magnitudes() {
+    let m = 6;
+    let (nq, np) = (m * m, 7);
+    let n = 2 * nq + np;
+    let grid = |diagonal: f64, neighbour: f64| {
+        DMatrix::from_fn(nq, nq, |i, j| {
+            match (i / m).abs_diff(j / m) + (i % m).abs_diff(j % m) {
+                0 => diagonal,
+                1 => neighbour,
+                _ => 0.0,
+            }
+        })
+    };
+    let b = DMatrix::from_fn(np, nq, |i, j| {
+        let near = (5 * i..5 * i + 12).contains(&(j + 3));
+        if near {
+            1e-3 * ((7 * i + 13 * j) as f64).sin()
+        } else {
+            0.0
+        }
+    });
+    let i = DMatrix::<f64>::identity(nq, nq);
+    let e = direct_sum(&[i.clone(), grid(1e-3, 1e-4), DMatrix::zeros(np, np)]);
+    let mut a = DMatrix::zeros(n, n);
+    a.view_mut((0, nq), (nq, nq)).copy_from(&-i);
+    a.view_mut((nq, 0), (nq, nq)).copy_from(&grid(4.1e4, -1e4));
+    a.view_mut((nq, 2 * nq), (nq, np))
+        .copy_from(&-b.transpose());
+    a.view_mut((2 * nq, 0), (np, nq)).copy_from(&b);
+    for inv_kappa in [0.0, 1e-5, 1e-11] {
+        a.view_mut((2 * nq, 2 * nq), (np, np))
+            .fill_diagonal(1e-4 * inv_kappa);
+        let found = structure(e.clone(), a.clone());
+        let expected = if inv_kappa == 0.0 {
+            (3, [1, 2, 3])
+        } else {
+            (1, [0, 0, 1])
+        };
+        assert_eq!(found.index, Index::Decided(expected.0));
+        assert!(
+            found.gap() > 6.0,
+            "{:.1} decades at 1/κ = {inv_kappa:e}",
+            found.gap()
+        );
+        let blocks = [0..nq, nq..2 * nq, 2 * nq..n].map(|block| found.block(block).index);
+        assert_eq!(blocks, expected.1);
+    }
 }

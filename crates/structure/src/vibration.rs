@@ -1,0 +1,163 @@
+//! Small undamped vibrations, with or without a constraint.
+
+use nalgebra::{DVector, DVectorView};
+use nalgebra_sparse::ops::Op;
+use nalgebra_sparse::ops::serial::spmm_csc_dense;
+use nalgebra_sparse::{CooMatrix, CscMatrix};
+use sundials_wrap::klu::{KluOptions, RealNumeric, Symbolic};
+
+use crate::error::StructureError;
+
+/// A multiplier p with C p + B u = 0 whose force on u is Bᵀ p.
+///
+/// For nearly incompressible tissue B is the volume operator and C = M_p/κ the pressure mass over
+/// the bulk modulus; C = 0 is the incompressible limit.
+#[derive(Debug, Clone)]
+pub struct Constraint {
+    /// B, one row for each multiplier.
+    pub operator: CscMatrix<f64>,
+    /// C, symmetric and positive semidefinite; without entries for a rigid constraint.
+    pub compliance: CscMatrix<f64>,
+}
+
+/// M ü + K u - Bᵀ p = 0, C p + B u = 0: small free vibrations about an equilibrium.
+///
+/// M is symmetric and positive definite, K symmetric. The harmonic motions u e^(iωt) solve
+///
+///   K u - Bᵀ p = ω² M u,   C p + B u = 0.
+#[derive(Debug, Clone)]
+pub struct Vibration {
+    mass: CscMatrix<f64>,
+    stiffness: CscMatrix<f64>,
+    constraint: Option<Constraint>,
+}
+
+impl Vibration {
+    /// Vibrations of mass M and stiffness K under an optional constraint.
+    ///
+    /// # Errors
+    /// [`StructureError::Sizes`] when the matrices do not fit together.
+    pub fn new(
+        mass: CscMatrix<f64>,
+        stiffness: CscMatrix<f64>,
+        constraint: Option<Constraint>,
+    ) -> Result<Self, StructureError> {
+        let n = mass.nrows();
+        let sized = |name, matrix: &CscMatrix<f64>, rows: usize, columns: usize| {
+            let got = (matrix.nrows(), matrix.ncols());
+            if got == (rows, columns) {
+                Ok(())
+            } else {
+                Err(StructureError::Sizes {
+                    matrix: name,
+                    got,
+                    expected: (rows, columns),
+                })
+            }
+        };
+        sized("mass", &mass, n, n)?;
+        sized("stiffness", &stiffness, n, n)?;
+        if let Some(Constraint {
+            operator,
+            compliance,
+        }) = &constraint
+        {
+            let n_multipliers = operator.nrows();
+            sized("constraint operator", operator, n_multipliers, n)?;
+            sized("compliance", compliance, n_multipliers, n_multipliers)?;
+        }
+        Ok(Self {
+            mass,
+            stiffness,
+            constraint,
+        })
+    }
+
+    /// Number of displacements.
+    pub fn n_displacements(&self) -> usize {
+        self.mass.nrows()
+    }
+
+    /// Number of multipliers.
+    pub fn n_multipliers(&self) -> usize {
+        self.constraint.as_ref().map_or(0, |c| c.operator.nrows())
+    }
+
+    /// M u.
+    pub(crate) fn mass_times(&self, u: &DVector<f64>) -> DVector<f64> {
+        &self.mass * u
+    }
+
+    /// K u - Bᵀ p - ω² M u.
+    pub(crate) fn imbalance(
+        &self,
+        omega_squared: f64,
+        u: &DVector<f64>,
+        p: &DVector<f64>,
+    ) -> DVector<f64> {
+        let mut force = &self.stiffness * u - &self.mass * u * omega_squared;
+        if let Some(Constraint { operator, .. }) = &self.constraint {
+            spmm_csc_dense(1.0, &mut force, -1.0, Op::Transpose(operator), Op::NoOp(p));
+        }
+        force
+    }
+
+    /// Factorises (K - σ M, -Bᵀ; B, C).
+    pub(crate) fn shifted(&self, shift: f64) -> Result<Shifted, StructureError> {
+        let n = self.n_displacements();
+        let size = n + self.n_multipliers();
+        let mut matrix = CooMatrix::new(size, size);
+        for (row, column, value) in self.stiffness.triplet_iter() {
+            matrix.push(row, column, *value);
+        }
+        for (row, column, value) in self.mass.triplet_iter() {
+            matrix.push(row, column, -shift * value);
+        }
+        if let Some(Constraint {
+            operator,
+            compliance,
+        }) = &self.constraint
+        {
+            for (row, column, value) in operator.triplet_iter() {
+                matrix.push(n + row, column, *value);
+                matrix.push(column, n + row, -value);
+            }
+            for (row, column, value) in compliance.triplet_iter() {
+                matrix.push(n + row, n + column, *value);
+            }
+        }
+        let matrix = CscMatrix::from(&matrix);
+        let symbolic = Symbolic::analyze(matrix.pattern(), KluOptions::default())?;
+        let factors = RealNumeric::factor(&symbolic, matrix.values())?;
+        Ok(Shifted {
+            n,
+            factors,
+            work: vec![0.0; size],
+        })
+    }
+}
+
+/// The factors of the shifted matrix, and room for a right-hand side.
+pub(crate) struct Shifted {
+    n: usize,
+    factors: RealNumeric,
+    work: Vec<f64>,
+}
+
+impl Shifted {
+    /// Solves (K - σ M) u - Bᵀ p = f, B u + C p = 0 for (u, p).
+    pub(crate) fn solve(
+        &mut self,
+        f: &DVector<f64>,
+    ) -> Result<(DVectorView<'_, f64>, DVectorView<'_, f64>), StructureError> {
+        let (displacements, multipliers) = self.work.split_at_mut(self.n);
+        displacements.copy_from_slice(f.as_slice());
+        multipliers.fill(0.0);
+        self.factors.solve(&mut self.work)?;
+        let (u, p) = self.work.split_at(self.n);
+        Ok((
+            DVectorView::from_slice(u, u.len()),
+            DVectorView::from_slice(p, p.len()),
+        ))
+    }
+}
