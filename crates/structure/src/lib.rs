@@ -7,7 +7,8 @@
 //!   [`DaeProblem`](sundials_wrap::DaeProblem) at a state;
 //! - [`PencilStructure`]: its index, or that it has none, with every rank decision ([`RankDecision`])
 //!   that the answer rests on, and the perturbation index of every variable;
-//! - [`Vibration`]: small free vibrations with or without a constraint, and their lowest [`modes`].
+//! - [`Vibration`]: small free vibrations with or without a constraint, and their lowest [`modes`];
+//! - [`InfSup`]: how well the multipliers of a mixed method are held, or how many are not at all.
 //!
 //! The rank decisions are made on singular values after a scaling that does not depend on the
 //! units of equations and variables. An answer that rests on a decision without a clear gap is
@@ -23,6 +24,7 @@
 
 mod deflation;
 mod error;
+mod inf_sup;
 mod jacobi;
 mod modes;
 mod pencil;
@@ -33,6 +35,7 @@ mod structure;
 mod vibration;
 
 pub use error::StructureError;
+pub use inf_sup::InfSup;
 pub use modes::{Mode, modes};
 pub use pencil::Pencil;
 pub use rank::{RankDecision, Verdict};
