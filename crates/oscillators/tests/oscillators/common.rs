@@ -47,23 +47,28 @@ pub(crate) fn rhs(network: &Network, s: &[f64], forcing: &[f64]) -> Vec<f64> {
 }
 
 /// The states at `t_end` from `s` at t = 0, without forcing, in `n_steps` equal steps.
-///
-/// Extrapolation of the modified midpoint rule to order 12 in the step. There is no error control:
-/// a test shows by halving the step that the digits it looks at are right.
 pub(crate) fn integrate(network: &Network, s: &[f64], t_end: f64, n_steps: usize) -> Vec<f64> {
-    let forcing = vec![0.0; network.n_channels()];
     let h = t_end / n_steps as f64;
-    (0..n_steps).fold(s.to_vec(), |s, _| {
-        extrapolated_step(|s| rhs(network, s, &forcing), &s, h)
-    })
+    (0..n_steps).fold(s.to_vec(), |s, _| step(network, |_| 0.0, 0.0, &s, h))
 }
 
-fn extrapolated_step(f: impl Fn(&[f64]) -> Vec<f64>, s: &[f64], h: f64) -> Vec<f64> {
+/// One step from `s` at time `t` under the forcing `c(t)`, the same in all directions.
+///
+/// Extrapolation of the modified midpoint rule to order 12 in the step. There is no error control:
+/// a test states why its step is small enough.
+pub(crate) fn step(
+    network: &Network,
+    c: impl Fn(f64) -> f64,
+    t: f64,
+    s: &[f64],
+    h: f64,
+) -> Vec<f64> {
     const LEVELS: usize = 6;
+    let f = |t: f64, s: &[f64]| rhs(network, s, &vec![c(t); network.n_channels()]);
     let substeps = |level: usize| 2 * (level + 1);
     let mut previous: Vec<Vec<f64>> = Vec::new();
     for level in 0..LEVELS {
-        let mut row = vec![midpoint(&f, s, h, substeps(level))];
+        let mut row = vec![midpoint(f, t, s, h, substeps(level))];
         for (k, coarse) in previous.iter().enumerate() {
             let ratio = substeps(level) as f64 / substeps(level - 1 - k) as f64;
             let factor = 1.0 / (ratio * ratio - 1.0);
@@ -74,11 +79,11 @@ fn extrapolated_step(f: impl Fn(&[f64]) -> Vec<f64>, s: &[f64], h: f64) -> Vec<f
     previous.swap_remove(LEVELS - 1)
 }
 
-fn midpoint(f: impl Fn(&[f64]) -> Vec<f64>, s: &[f64], h: f64, n: usize) -> Vec<f64> {
+fn midpoint(f: impl Fn(f64, &[f64]) -> Vec<f64>, t: f64, s: &[f64], h: f64, n: usize) -> Vec<f64> {
     let h = h / n as f64;
-    let (mut before, mut now) = (s.to_vec(), axpy(s, h, &f(s)));
-    for _ in 1..n {
-        let next = axpy(&before, 2.0 * h, &f(&now));
+    let (mut before, mut now) = (s.to_vec(), axpy(s, h, &f(t, s)));
+    for k in 1..n {
+        let next = axpy(&before, 2.0 * h, &f(t + k as f64 * h, &now));
         before = std::mem::replace(&mut now, next);
     }
     now

@@ -6,3 +6,4 @@ mod common;
 mod detuning;
 mod network;
 mod samples;
+mod synchronization;
