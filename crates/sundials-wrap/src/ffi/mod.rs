@@ -4,5 +4,18 @@
 //! the type keeps valid. No type of this module is public outside the crate.
 //!
 //! - [`klu`]: symbolic and numeric factorisations of KLU;
+//! - [`context`], [`vector`], [`matrix`], [`linear_solver`]: the SUNDIALS objects IDAS works on;
+//! - [`ida`]: the integrator's memory and every call on it;
+//! - [`trampoline`]: what C calls, and the way back to safe Rust;
+//! - [`pinned`]: data at an address that does not move, shared with C;
+//! - [`version`]: the versions of the linked libraries.
 
+pub(crate) mod context;
+pub(crate) mod ida;
 pub(crate) mod klu;
+pub(crate) mod linear_solver;
+pub(crate) mod matrix;
+pub(crate) mod pinned;
+pub(crate) mod trampoline;
+pub(crate) mod vector;
+pub(crate) mod version;

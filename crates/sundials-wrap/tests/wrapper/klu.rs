@@ -1,7 +1,5 @@
 //! KLU through the safe interface: solutions against residuals, failures as values.
 
-#![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
-
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 use sundials_wrap::klu::{

@@ -1,0 +1,112 @@
+//! What can go wrong: misuse, and fatal errors of the user's own functions.
+//!
+//! An integration that cannot go on is not an error but an
+//! [`Outcome::Stopped`](crate::Outcome::Stopped).
+
+/// An error of the wrapper.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A setting has a value that makes no sense.
+    #[error("{option} = {value}: must be {expected}")]
+    InvalidOption {
+        /// Name of the setting.
+        option: &'static str,
+        /// The value given.
+        value: f64,
+        /// What it must be.
+        expected: &'static str,
+    },
+    /// An array has the wrong length.
+    #[error("{what}: expected length {expected}, got {got}")]
+    WrongLength {
+        /// Which array.
+        what: &'static str,
+        /// The length it should have.
+        expected: usize,
+        /// The length it has.
+        got: usize,
+    },
+    /// A component of an array is infinite or not a number.
+    #[error("{what}[{index}] = {value} is not finite")]
+    NotFinite {
+        /// Which array.
+        what: &'static str,
+        /// The component.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// A problem without unknowns, or with a Jacobian without entries, cannot be integrated.
+    #[error("nothing to integrate: {n_unknowns} unknowns, {n_entries} entries in the Jacobian")]
+    Empty {
+        /// Number of unknowns.
+        n_unknowns: usize,
+        /// Entries in the Jacobian's pattern.
+        n_entries: usize,
+    },
+    /// The output time lies behind the time reached.
+    #[error("output time {t_out} lies behind t = {t}, the time reached")]
+    TimeBehind {
+        /// The output time asked for.
+        t_out: f64,
+        /// The time reached.
+        t: f64,
+    },
+    /// Dense output was asked for outside of the last step, or of too high a derivative.
+    #[error(
+        "no derivative of order {derivative} at t = {t}: the last step, of order {order}, covers \
+         [{from}, {to}]"
+    )]
+    NoDenseOutput {
+        /// The time asked for.
+        t: f64,
+        /// The derivative asked for.
+        derivative: usize,
+        /// Order of the last step, the highest derivative there is.
+        order: usize,
+        /// Start of the last step.
+        from: f64,
+        /// End of the last step.
+        to: f64,
+    },
+    /// Quadratures were asked for, but none were set up.
+    #[error("this solver has no quadratures")]
+    NoQuadrature,
+    /// No consistent initial values were found.
+    #[error("no consistent initial values at t = {t}: {message} ({name}, {code})")]
+    InconsistentInitialValues {
+        /// The initial time.
+        t: f64,
+        /// IDAS' code.
+        code: i32,
+        /// IDAS' name of the code.
+        name: &'static str,
+        /// IDAS' message, or that of the function that failed.
+        message: String,
+    },
+    /// A user's function failed for good.
+    #[error("the {function} failed at t = {t}: {source}")]
+    Callback {
+        /// Which function.
+        function: &'static str,
+        /// The time it was called for.
+        t: f64,
+        /// What it said.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// IDAS refused a call.
+    #[error("{call} returned {code} ({name}): {message}")]
+    Call {
+        /// The function of IDAS.
+        call: &'static str,
+        /// Its return code.
+        code: i32,
+        /// IDAS' name of the code.
+        name: &'static str,
+        /// IDAS' message, if it gave one.
+        message: String,
+    },
+    /// A linear solver cannot be set up.
+    #[error(transparent)]
+    Klu(#[from] crate::klu::KluError),
+}

@@ -1,0 +1,594 @@
+//! The integrator's memory: every call on IDAS, one method each.
+//!
+//! Life cycle: [`Ida::new`] (create, attach callbacks, vectors, linear solver) → settings → solve
+//! calls, queries and re-initialisations in any order → drop.
+
+use std::os::raw::{c_int, c_long, c_void};
+use std::ptr::NonNull;
+
+use sundials_sys as sys;
+
+use super::context::Context;
+use super::klu::RawOptions;
+use super::linear_solver::LinearSolver;
+use super::matrix::Matrix;
+use super::pinned::Pinned;
+use super::trampoline::{self, Boundary, Callbacks};
+use super::vector::NVector;
+
+/// The code reported when a constructor in C returns a null pointer: out of memory.
+pub(crate) const NULL_RESULT: i32 = sys::IDA_MEM_FAIL;
+
+/// A call that IDAS refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct CallFailed {
+    pub(crate) call: &'static str,
+    pub(crate) code: i32,
+}
+
+impl CallFailed {
+    pub(crate) fn new(call: &'static str, code: i32) -> Self {
+        Self { call, code }
+    }
+}
+
+fn check(call: &'static str, code: c_int) -> Result<(), CallFailed> {
+    if code == sys::IDA_SUCCESS {
+        Ok(())
+    } else {
+        Err(CallFailed::new(call, code))
+    }
+}
+
+/// How far one solve call goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Task {
+    /// One internal step.
+    OneStep,
+    /// Up to the output time.
+    Normal,
+}
+
+/// Which unknowns a calculation of consistent initial values finds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum InitialUnknowns {
+    /// Algebraic components of y and differential components of ẏ.
+    AlgebraicAndDerivatives,
+    /// All of y, from ẏ.
+    States,
+}
+
+/// The linear solver to attach.
+pub(crate) enum Linear<'a> {
+    Klu {
+        column_pointers: &'a [i64],
+        row_indices: &'a [i64],
+        options: RawOptions,
+    },
+    Structured,
+}
+
+/// IDAS' memory block, freed on drop.
+struct Memory(NonNull<c_void>);
+
+impl Memory {
+    fn raw(&self) -> *mut c_void {
+        self.0.as_ptr()
+    }
+}
+
+impl Drop for Memory {
+    fn drop(&mut self) {
+        let mut memory = self.raw();
+        // SAFETY: the block came from IDACreate and is freed here only, before everything it
+        // points to (field order of `Ida`).
+        unsafe { sys::IDAFree(&mut memory) };
+    }
+}
+
+/// One integrator with all it refers to.
+///
+/// Fields are dropped in the order written: the integrator before the linear solver, matrix,
+/// vectors and callbacks it points to, the context, to which all objects point, last.
+pub(crate) struct Ida<C: Callbacks> {
+    memory: Memory,
+    linear_solver: LinearSolver,
+    _matrix: Matrix,
+    y: NVector,
+    y_dot: NVector,
+    scratch: NVector,
+    quadrature: Option<NVector>,
+    boundary: Pinned<Boundary<C>>,
+    context: Context,
+}
+
+// SAFETY: all C objects here are owned by this value alone, refer to each other only, and hold no
+// thread-local state: one thread at a time may use them, whichever it is. What is not C's are the
+// callbacks, which must be Send themselves.
+unsafe impl<C: Callbacks + Send> Send for Ida<C> {}
+
+impl<C: Callbacks> Ida<C> {
+    /// Creates an integrator at (t0, y0, ẏ0), with provisional tolerances.
+    ///
+    /// `y0` and `y_dot0` have the same positive length, which is the order of the Jacobian.
+    pub(crate) fn new(
+        callbacks: C,
+        t0: f64,
+        y0: &[f64],
+        y_dot0: &[f64],
+        linear: Linear<'_>,
+    ) -> Result<Self, CallFailed> {
+        // Locals are dropped in reverse order on an early return: again the integrator first.
+        let context = Context::new()?;
+        let mut boundary = Pinned::new(Boundary::new(callbacks));
+        let y = NVector::from_slice(y0, &context)?;
+        let y_dot = NVector::from_slice(y_dot0, &context)?;
+        let scratch = NVector::zeros(y0.len(), &context)?;
+        let structured = matches!(linear, Linear::Structured);
+        let (matrix, linear_solver) = match linear {
+            Linear::Klu {
+                column_pointers,
+                row_indices,
+                options,
+            } => {
+                let matrix = Matrix::sparse(column_pointers, row_indices, &context)?;
+                let solver = LinearSolver::klu(&y, &matrix, options, &context)?;
+                (matrix, solver)
+            }
+            Linear::Structured => (
+                Matrix::empty(&context)?,
+                LinearSolver::structured(&boundary, &context)?,
+            ),
+        };
+        boundary
+            .get_mut()
+            .watch_rcond(linear_solver.common_address());
+
+        // SAFETY: the context is alive.
+        let memory = unsafe { sys::IDACreate(context.raw()) };
+        let memory = NonNull::new(memory).ok_or(CallFailed::new("IDACreate", NULL_RESULT))?;
+        let memory = Memory(memory);
+        let mut ida = Self {
+            memory,
+            linear_solver,
+            _matrix: matrix,
+            y,
+            y_dot,
+            scratch,
+            quadrature: None,
+            boundary,
+            context,
+        };
+        ida.attach(t0, structured)?;
+        Ok(ida)
+    }
+
+    fn attach(&mut self, t0: f64, structured: bool) -> Result<(), CallFailed> {
+        let memory = self.memory.raw();
+        let data = self.boundary.address().as_ptr().cast::<c_void>();
+        // SAFETY: handler and data belong together, and the data outlive the memory block.
+        let code = unsafe { sys::IDASetErrHandlerFn(memory, Some(trampoline::message::<C>), data) };
+        check("IDASetErrHandlerFn", code)?;
+        self.set("IDASetUserData", sys::IDASetUserData, data)?;
+        let (y, y_dot) = (self.y.raw(), self.y_dot.raw());
+        // SAFETY: the residual function fits the user data; both vectors have the same length and
+        // are copied.
+        let code = unsafe { sys::IDAInit(memory, Some(trampoline::residual::<C>), t0, y, y_dot) };
+        check("IDAInit", code)?;
+        let solver = self.linear_solver.raw();
+        // SAFETY: solver and matrix belong together, fit the vectors and outlive the block.
+        let code = unsafe { sys::IDASetLinearSolver(memory, solver, self._matrix.raw()) };
+        check("IDASetLinearSolver", code)?;
+        let jacobian: sys::IDALsJacFn = if structured {
+            Some(trampoline::structured_setup::<C>)
+        } else {
+            Some(trampoline::jacobian::<C>)
+        };
+        self.set("IDASetJacFn", sys::IDASetJacFn, jacobian)
+    }
+
+    /// One call of IDAS that stores one value.
+    fn set<V>(
+        &mut self,
+        call: &'static str,
+        function: unsafe extern "C" fn(*mut c_void, V) -> c_int,
+        value: V,
+    ) -> Result<(), CallFailed> {
+        // SAFETY: the block is valid and borrowed uniquely; every function passed in this module
+        // stores a number, a matching function pointer, or a copy of a live vector.
+        let code = unsafe { function(self.memory.raw(), value) };
+        check(call, code)
+    }
+
+    /// One call of IDAS that reads one value. It fails for a null block only, which ours is not.
+    fn get<V: Default>(&self, function: unsafe extern "C" fn(*mut c_void, *mut V) -> c_int) -> V {
+        let mut value = V::default();
+        // SAFETY: the block is valid; every function passed in this module writes one value.
+        unsafe { function(self.memory.raw(), &mut value) };
+        value
+    }
+
+    /// One call of IDAS that writes a vector, here into the scratch vector.
+    fn get_vector(
+        &mut self,
+        call: &'static str,
+        function: unsafe extern "C" fn(*mut c_void, sys::N_Vector) -> c_int,
+    ) -> Result<&[f64], CallFailed> {
+        let scratch = self.scratch.raw();
+        self.set(call, function, scratch)?;
+        Ok(self.scratch.as_slice())
+    }
+
+    /// One call of IDAS that copies a vector.
+    fn set_vector(
+        &mut self,
+        call: &'static str,
+        function: unsafe extern "C" fn(*mut c_void, sys::N_Vector) -> c_int,
+        values: &[f64],
+    ) -> Result<(), CallFailed> {
+        self.scratch.as_mut_slice().copy_from_slice(values);
+        let scratch = self.scratch.raw();
+        self.set(call, function, scratch)
+    }
+
+    pub(crate) fn boundary(&self) -> &Boundary<C> {
+        self.boundary.get()
+    }
+
+    pub(crate) fn boundary_mut(&mut self) -> &mut Boundary<C> {
+        self.boundary.get_mut()
+    }
+
+    /// Frees the integrator and hands the callbacks back.
+    pub(crate) fn into_callbacks(self) -> C {
+        let Self {
+            memory,
+            linear_solver,
+            _matrix,
+            y,
+            y_dot,
+            scratch,
+            quadrature,
+            boundary,
+            context,
+        } = self;
+        drop((
+            memory,
+            linear_solver,
+            _matrix,
+            y,
+            y_dot,
+            scratch,
+            quadrature,
+        ));
+        drop(context);
+        boundary.into_inner().callbacks
+    }
+
+    // ---- settings ----
+
+    pub(crate) fn set_scalar_tolerances(
+        &mut self,
+        relative: f64,
+        absolute: f64,
+    ) -> Result<(), CallFailed> {
+        // SAFETY: the block is valid and borrowed uniquely; two numbers are stored.
+        let code = unsafe { sys::IDASStolerances(self.memory.raw(), relative, absolute) };
+        check("IDASStolerances", code)
+    }
+
+    pub(crate) fn set_vector_tolerances(
+        &mut self,
+        relative: f64,
+        absolute: &[f64],
+    ) -> Result<(), CallFailed> {
+        self.scratch.as_mut_slice().copy_from_slice(absolute);
+        let scratch = self.scratch.raw();
+        // SAFETY: as above; the vector has the integrator's length and is copied.
+        let code = unsafe { sys::IDASVtolerances(self.memory.raw(), relative, scratch) };
+        check("IDASVtolerances", code)
+    }
+
+    pub(crate) fn set_weight_function(&mut self) -> Result<(), CallFailed> {
+        let function: sys::IDAEwtFn = Some(trampoline::error_weights::<C>);
+        self.set("IDAWFtolerances", sys::IDAWFtolerances, function)
+    }
+
+    pub(crate) fn set_max_order(&mut self, order: i32) -> Result<(), CallFailed> {
+        self.set("IDASetMaxOrd", sys::IDASetMaxOrd, order)
+    }
+
+    pub(crate) fn set_initial_step(&mut self, step: f64) -> Result<(), CallFailed> {
+        self.set("IDASetInitStep", sys::IDASetInitStep, step)
+    }
+
+    pub(crate) fn set_min_step(&mut self, step: f64) -> Result<(), CallFailed> {
+        self.set("IDASetMinStep", sys::IDASetMinStep, step)
+    }
+
+    pub(crate) fn set_max_step(&mut self, step: f64) -> Result<(), CallFailed> {
+        self.set("IDASetMaxStep", sys::IDASetMaxStep, step)
+    }
+
+    /// Steps allowed in one solve call; negative for no limit.
+    pub(crate) fn set_max_steps(&mut self, steps: i64) -> Result<(), CallFailed> {
+        self.set("IDASetMaxNumSteps", sys::IDASetMaxNumSteps, steps)
+    }
+
+    pub(crate) fn set_stop_time(&mut self, t: f64) -> Result<(), CallFailed> {
+        self.set("IDASetStopTime", sys::IDASetStopTime, t)
+    }
+
+    pub(crate) fn set_max_error_test_failures(&mut self, count: i32) -> Result<(), CallFailed> {
+        self.set("IDASetMaxErrTestFails", sys::IDASetMaxErrTestFails, count)
+    }
+
+    pub(crate) fn set_max_convergence_failures(&mut self, count: i32) -> Result<(), CallFailed> {
+        self.set("IDASetMaxConvFails", sys::IDASetMaxConvFails, count)
+    }
+
+    pub(crate) fn set_max_newton_iterations(&mut self, count: i32) -> Result<(), CallFailed> {
+        self.set("IDASetMaxNonlinIters", sys::IDASetMaxNonlinIters, count)
+    }
+
+    pub(crate) fn set_nonlinear_coefficient(&mut self, value: f64) -> Result<(), CallFailed> {
+        self.set("IDASetNonlinConvCoef", sys::IDASetNonlinConvCoef, value)
+    }
+
+    pub(crate) fn set_delta_cj(&mut self, value: f64) -> Result<(), CallFailed> {
+        self.set("IDASetDeltaCjLSetup", sys::IDASetDeltaCjLSetup, value)
+    }
+
+    pub(crate) fn set_linear_solution_scaling(&mut self, on: bool) -> Result<(), CallFailed> {
+        let on = c_int::from(on);
+        self.set(
+            "IDASetLinearSolutionScaling",
+            sys::IDASetLinearSolutionScaling,
+            on,
+        )
+    }
+
+    pub(crate) fn set_suppression(&mut self, on: bool) -> Result<(), CallFailed> {
+        self.set("IDASetSuppressAlg", sys::IDASetSuppressAlg, c_int::from(on))
+    }
+
+    /// One number per component: 1 differential (or kept in the error test), 0 algebraic.
+    pub(crate) fn set_id(&mut self, id: &[f64]) -> Result<(), CallFailed> {
+        self.set_vector("IDASetId", sys::IDASetId, id)
+    }
+
+    /// One number per component: 0 none, ±1 for ≥ 0 or ≤ 0, ±2 for > 0 or < 0.
+    pub(crate) fn set_constraints(&mut self, constraints: &[f64]) -> Result<(), CallFailed> {
+        self.set_vector("IDASetConstraints", sys::IDASetConstraints, constraints)
+    }
+
+    /// Attaches the root functions, as many as the callbacks have, each with a direction: 0 both,
+    /// ±1 rising or falling only.
+    pub(crate) fn set_roots(&mut self, directions: &mut [i32]) -> Result<(), CallFailed> {
+        let n_roots = self.boundary().callbacks.n_roots();
+        assert_eq!(directions.len(), n_roots, "one direction per root function");
+        let function: sys::IDARootFn = Some(trampoline::roots::<C>);
+        // SAFETY: the block is valid; the function fits the user data and writes n_roots numbers.
+        let code = unsafe { sys::IDARootInit(self.memory.raw(), n_roots as c_int, function) };
+        check("IDARootInit", code)?;
+        self.set(
+            "IDASetRootDirection",
+            sys::IDASetRootDirection,
+            directions.as_mut_ptr(),
+        )
+    }
+
+    /// Attaches quadratures starting at `q0`.
+    pub(crate) fn init_quadrature(&mut self, q0: &[f64]) -> Result<(), CallFailed> {
+        let vector = NVector::from_slice(q0, &self.context)?;
+        let function: sys::IDAQuadRhsFn = Some(trampoline::quadrature::<C>);
+        // SAFETY: the block is valid; the function fits the user data; the vector is copied.
+        let code = unsafe { sys::IDAQuadInit(self.memory.raw(), function, vector.raw()) };
+        check("IDAQuadInit", code)?;
+        self.quadrature = Some(vector);
+        Ok(())
+    }
+
+    /// Puts the quadratures into the error test.
+    pub(crate) fn set_quadrature_tolerances(
+        &mut self,
+        relative: f64,
+        absolute: f64,
+    ) -> Result<(), CallFailed> {
+        self.set("IDASetQuadErrCon", sys::IDASetQuadErrCon, c_int::from(true))?;
+        // SAFETY: the block is valid and borrowed uniquely; two numbers are stored.
+        let code = unsafe { sys::IDAQuadSStolerances(self.memory.raw(), relative, absolute) };
+        check("IDAQuadSStolerances", code)
+    }
+
+    // ---- integration ----
+
+    /// IDASolve: the code, and the time reached, at which y and ẏ are left.
+    pub(crate) fn solve(&mut self, t_out: f64, task: Task) -> (i32, f64) {
+        let task = match task {
+            Task::OneStep => sys::IDA_ONE_STEP,
+            Task::Normal => sys::IDA_NORMAL,
+        };
+        let mut t = f64::NAN;
+        let (y, y_dot) = (self.y.raw(), self.y_dot.raw());
+        // SAFETY: the block is valid and borrowed uniquely, and with it all it points to; no
+        // reference into the boundary lives; y and ẏ are our own vectors of the right length.
+        let code = unsafe { sys::IDASolve(self.memory.raw(), t_out, &mut t, y, y_dot, task) };
+        (code, t)
+    }
+
+    /// IDACalcIC followed by a copy of the corrected values into y and ẏ.
+    pub(crate) fn correct_initial_values(
+        &mut self,
+        unknowns: InitialUnknowns,
+        t_first: f64,
+    ) -> Result<(), CallFailed> {
+        let option = match unknowns {
+            InitialUnknowns::AlgebraicAndDerivatives => sys::IDA_YA_YDP_INIT,
+            InitialUnknowns::States => sys::IDA_Y_INIT,
+        };
+        // SAFETY: as in `solve`.
+        let code = unsafe { sys::IDACalcIC(self.memory.raw(), option, t_first) };
+        check("IDACalcIC", code)?;
+        let (y, y_dot) = (self.y.raw(), self.y_dot.raw());
+        // SAFETY: the block is valid; the vectors are ours and of the right length.
+        let code = unsafe { sys::IDAGetConsistentIC(self.memory.raw(), y, y_dot) };
+        check("IDAGetConsistentIC", code)
+    }
+
+    /// Starts afresh at (t0, y0, ẏ0, q0), keeping all settings.
+    pub(crate) fn reinit(
+        &mut self,
+        t0: f64,
+        y0: &[f64],
+        y_dot0: &[f64],
+        q0: &[f64],
+    ) -> Result<(), CallFailed> {
+        self.y.as_mut_slice().copy_from_slice(y0);
+        self.y_dot.as_mut_slice().copy_from_slice(y_dot0);
+        let (y, y_dot) = (self.y.raw(), self.y_dot.raw());
+        // SAFETY: the block is valid; the vectors have its length and are copied.
+        let code = unsafe { sys::IDAReInit(self.memory.raw(), t0, y, y_dot) };
+        check("IDAReInit", code)?;
+        if let Some(vector) = &mut self.quadrature {
+            vector.as_mut_slice().copy_from_slice(q0);
+            let vector = vector.raw();
+            self.set("IDAQuadReInit", sys::IDAQuadReInit, vector)?;
+        }
+        Ok(())
+    }
+
+    // ---- results ----
+
+    pub(crate) fn y(&self) -> &[f64] {
+        self.y.as_slice()
+    }
+
+    pub(crate) fn y_dot(&self) -> &[f64] {
+        self.y_dot.as_slice()
+    }
+
+    /// The k-th derivative of the interpolating polynomial at t.
+    pub(crate) fn derivative(&mut self, t: f64, k: i32) -> Result<&[f64], CallFailed> {
+        let scratch = self.scratch.raw();
+        // SAFETY: the block is valid; the vector is ours and of the right length.
+        let code = unsafe { sys::IDAGetDky(self.memory.raw(), t, k, scratch) };
+        check("IDAGetDky", code)?;
+        Ok(self.scratch.as_slice())
+    }
+
+    /// Number of quadratures.
+    pub(crate) fn n_quadratures(&self) -> usize {
+        self.quadrature
+            .as_ref()
+            .map_or(0, |vector| vector.as_slice().len())
+    }
+
+    /// The k-th derivative of the quadratures at t.
+    pub(crate) fn quadrature(&mut self, t: f64, k: i32) -> Result<&[f64], CallFailed> {
+        let vector = self.quadrature.as_ref();
+        let vector = vector.ok_or(CallFailed::new("IDAGetQuadDky", sys::IDA_NO_QUAD))?;
+        // SAFETY: the block is valid; the vector has the length of the quadratures.
+        let code = unsafe { sys::IDAGetQuadDky(self.memory.raw(), t, k, vector.raw()) };
+        check("IDAGetQuadDky", code)?;
+        Ok(vector.as_slice())
+    }
+
+    pub(crate) fn error_weights(&mut self) -> Result<&[f64], CallFailed> {
+        self.get_vector("IDAGetErrWeights", sys::IDAGetErrWeights)
+    }
+
+    pub(crate) fn estimated_local_errors(&mut self) -> Result<&[f64], CallFailed> {
+        self.get_vector("IDAGetEstLocalErrors", sys::IDAGetEstLocalErrors)
+    }
+
+    /// For each root function 0, or ±1 if it was found to cross rising or falling.
+    pub(crate) fn root_info(&mut self) -> Result<Vec<i32>, CallFailed> {
+        let mut found = vec![0; self.boundary().callbacks.n_roots()];
+        self.set("IDAGetRootInfo", sys::IDAGetRootInfo, found.as_mut_ptr())?;
+        Ok(found)
+    }
+
+    /// A counter of IDAS.
+    pub(crate) fn counter(&self, counter: Counter) -> u64 {
+        self.get(counter.function()).max(0) as u64
+    }
+
+    pub(crate) fn last_order(&self) -> usize {
+        self.get(sys::IDAGetLastOrder).max(0) as usize
+    }
+
+    pub(crate) fn current_order(&self) -> usize {
+        self.get(sys::IDAGetCurrentOrder).max(0) as usize
+    }
+
+    pub(crate) fn last_step(&self) -> f64 {
+        self.get(sys::IDAGetLastStep)
+    }
+
+    pub(crate) fn current_step(&self) -> f64 {
+        self.get(sys::IDAGetCurrentStep)
+    }
+
+    pub(crate) fn initial_step(&self) -> f64 {
+        self.get(sys::IDAGetActualInitStep)
+    }
+
+    pub(crate) fn internal_time(&self) -> f64 {
+        self.get(sys::IDAGetCurrentTime)
+    }
+
+    pub(crate) fn c_j(&self) -> f64 {
+        self.get(sys::IDAGetCurrentCj)
+    }
+
+    pub(crate) fn tolerance_scale_factor(&self) -> f64 {
+        self.get(sys::IDAGetTolScaleFactor)
+    }
+
+    /// The smallest reciprocal condition number KLU estimated at a set-up with kept pivots.
+    pub(crate) fn smallest_rcond(&self) -> Option<f64> {
+        let last = self.linear_solver.common().map(|common| common.rcond);
+        self.boundary().smallest_rcond(last)
+    }
+
+    pub(crate) fn last_linear_flag(&self) -> i64 {
+        self.get(sys::IDAGetLastLinFlag)
+    }
+}
+
+/// The counters of IDAS.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Counter {
+    Steps,
+    ResidualEvaluations,
+    LinearSetups,
+    ErrorTestFailures,
+    Backtracks,
+    NewtonIterations,
+    NewtonFailures,
+    StepSolveFailures,
+    JacobianEvaluations,
+    RootEvaluations,
+    QuadratureEvaluations,
+    QuadratureErrorTestFailures,
+}
+
+impl Counter {
+    fn function(self) -> unsafe extern "C" fn(*mut c_void, *mut c_long) -> c_int {
+        match self {
+            Self::Steps => sys::IDAGetNumSteps,
+            Self::ResidualEvaluations => sys::IDAGetNumResEvals,
+            Self::LinearSetups => sys::IDAGetNumLinSolvSetups,
+            Self::ErrorTestFailures => sys::IDAGetNumErrTestFails,
+            Self::Backtracks => sys::IDAGetNumBacktrackOps,
+            Self::NewtonIterations => sys::IDAGetNumNonlinSolvIters,
+            Self::NewtonFailures => sys::IDAGetNumNonlinSolvConvFails,
+            Self::StepSolveFailures => sys::IDAGetNumStepSolveFails,
+            Self::JacobianEvaluations => sys::IDAGetNumJacEvals,
+            Self::RootEvaluations => sys::IDAGetNumGEvals,
+            Self::QuadratureEvaluations => sys::IDAGetQuadNumRhsEvals,
+            Self::QuadratureErrorTestFailures => sys::IDAGetQuadNumErrTestFails,
+        }
+    }
+}

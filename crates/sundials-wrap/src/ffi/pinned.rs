@@ -1,0 +1,47 @@
+//! Data at an address that does not move, so that C may keep a pointer to it.
+
+use std::ptr::NonNull;
+
+/// An owned value on the heap whose address outlives moves of its owner.
+///
+/// Unlike a `Box`, moving a `Pinned` makes no claim of unique access, so pointers handed to C stay
+/// usable. Discipline: C uses its copy of the pointer only during calls made through a `&mut` of
+/// the owner, while no reference from [`get`](Pinned::get) or [`get_mut`](Pinned::get_mut) lives.
+pub(crate) struct Pinned<T>(NonNull<T>);
+
+impl<T> Pinned<T> {
+    pub(crate) fn new(value: T) -> Self {
+        Self(NonNull::from(Box::leak(Box::new(value))))
+    }
+
+    pub(crate) fn get(&self) -> &T {
+        // SAFETY: the value is owned and alive; a shared borrow of the owner rules out the calls
+        // during which C writes through its pointer.
+        unsafe { self.0.as_ref() }
+    }
+
+    pub(crate) fn get_mut(&mut self) -> &mut T {
+        // SAFETY: as for `get`, with a unique borrow of the owner.
+        unsafe { self.0.as_mut() }
+    }
+
+    /// The address, to be handed to C.
+    pub(crate) fn address(&self) -> NonNull<T> {
+        self.0
+    }
+
+    /// Takes the value out.
+    pub(crate) fn into_inner(self) -> T {
+        let address = self.0.as_ptr();
+        std::mem::forget(self);
+        // SAFETY: the address came from a Box in `new`; self is forgotten, so this is its only end.
+        *unsafe { Box::from_raw(address) }
+    }
+}
+
+impl<T> Drop for Pinned<T> {
+    fn drop(&mut self) {
+        // SAFETY: the address came from a Box in `new` and is freed here only.
+        drop(unsafe { Box::from_raw(self.0.as_ptr()) });
+    }
+}

@@ -1,0 +1,93 @@
+//! Serial vectors, and the view of IDAS' own vectors as slices.
+
+use std::ptr::NonNull;
+use std::slice;
+
+use sundials_sys::{
+    _generic_N_Vector, N_VConst, N_VDestroy, N_VGetArrayPointer_Serial, N_VGetLength_Serial,
+    N_VNew_Serial, N_Vector,
+};
+
+use super::context::Context;
+use super::ida::{CallFailed, NULL_RESULT};
+
+/// An owned serial vector, initialised with zeros.
+pub(crate) struct NVector(NonNull<_generic_N_Vector>);
+
+impl NVector {
+    /// A vector of `n` zeros, `n` ≥ 1.
+    pub(crate) fn zeros(n: usize, context: &Context) -> Result<Self, CallFailed> {
+        // SAFETY: the context is alive; a length in memory fits 64 bits.
+        let vector = unsafe { N_VNew_Serial(n as i64, context.raw()) };
+        let vector = NonNull::new(vector).ok_or(CallFailed::new("N_VNew_Serial", NULL_RESULT))?;
+        // SAFETY: the vector was just made; this initialises its n entries.
+        unsafe { N_VConst(0.0, vector.as_ptr()) };
+        Ok(Self(vector))
+    }
+
+    pub(crate) fn from_slice(values: &[f64], context: &Context) -> Result<Self, CallFailed> {
+        let mut vector = Self::zeros(values.len(), context)?;
+        vector.as_mut_slice().copy_from_slice(values);
+        Ok(vector)
+    }
+
+    pub(crate) fn as_slice(&self) -> &[f64] {
+        // SAFETY: ours, serial, initialised at creation; the borrow of self keeps it alive and
+        // unwritten (C writes to it only in calls that take `&mut` of the owner).
+        unsafe { view(self.raw()) }
+    }
+
+    pub(crate) fn as_mut_slice(&mut self) -> &mut [f64] {
+        // SAFETY: as above, with a unique borrow.
+        unsafe { view_mut(self.raw()) }
+    }
+
+    pub(crate) fn raw(&self) -> N_Vector {
+        self.0.as_ptr()
+    }
+}
+
+impl Drop for NVector {
+    fn drop(&mut self) {
+        // SAFETY: ours, freed here only, before its context (see `Ida`).
+        unsafe { N_VDestroy(self.raw()) };
+    }
+}
+
+/// The entries of a serial vector.
+///
+/// # Safety
+/// `vector` is a valid serial vector of initialised entries, not written to during `'a`.
+pub(crate) unsafe fn view<'a>(vector: N_Vector) -> &'a [f64] {
+    // SAFETY: the vector is serial, the caller's promise.
+    let length = unsafe { N_VGetLength_Serial(vector) } as usize;
+    // SAFETY: as above.
+    let data = unsafe { N_VGetArrayPointer_Serial(vector) };
+    // SAFETY: a serial vector of positive length owns that many doubles; initialised and unwritten
+    // for 'a by the caller's promise.
+    unsafe { slice::from_raw_parts(data, length) }
+}
+
+/// The entries of a serial vector, to write to.
+///
+/// # Safety
+/// As for [`view`], and nothing else reads or writes the entries during `'a`.
+pub(crate) unsafe fn view_mut<'a>(vector: N_Vector) -> &'a mut [f64] {
+    // SAFETY: the vector is serial, the caller's promise.
+    let length = unsafe { N_VGetLength_Serial(vector) } as usize;
+    // SAFETY: as above.
+    let data = unsafe { N_VGetArrayPointer_Serial(vector) };
+    // SAFETY: as in `view`; exclusive for 'a by the caller's promise.
+    unsafe { slice::from_raw_parts_mut(data, length) }
+}
+
+/// The entries of a serial vector that may not be initialised yet, set to zero.
+///
+/// # Safety
+/// As for [`view_mut`], except that the entries need not be initialised.
+pub(crate) unsafe fn zeroed_mut<'a>(vector: N_Vector) -> &'a mut [f64] {
+    // SAFETY: the vector is valid, the caller's promise; this initialises its entries.
+    unsafe { N_VConst(0.0, vector) };
+    // SAFETY: initialised just now; the rest is the caller's promise.
+    unsafe { view_mut(vector) }
+}

@@ -1,0 +1,329 @@
+//! Settings of the integrator, as plain values.
+//!
+//! [`IdaOptions::default`] has IDAS' own defaults throughout. What is made of functions (root
+//! functions, weights, quadratures) is given to the [`IdaBuilder`](crate::IdaBuilder).
+
+use crate::error::Error;
+use crate::klu::{KluOptions, Ordering};
+use crate::problem::VariableKind;
+
+/// How accurate the solution is to be: component i is allowed the local error
+/// `relative · |y_i| + absolute_i`.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Tolerances {
+    /// One absolute tolerance for all components.
+    Scalar {
+        /// Relative tolerance, ≥ 0.
+        relative: f64,
+        /// Absolute tolerance, ≥ 0.
+        absolute: f64,
+    },
+    /// An absolute tolerance for each component.
+    Vector {
+        /// Relative tolerance, ≥ 0.
+        relative: f64,
+        /// Absolute tolerances, ≥ 0, one per component.
+        absolute: Vec<f64>,
+    },
+}
+
+impl Tolerances {
+    /// The same tolerances for all components.
+    pub fn scalar(relative: f64, absolute: f64) -> Self {
+        Self::Scalar { relative, absolute }
+    }
+
+    /// An absolute tolerance for each component.
+    pub fn vector(relative: f64, absolute: impl Into<Vec<f64>>) -> Self {
+        Self::Vector {
+            relative,
+            absolute: absolute.into(),
+        }
+    }
+}
+
+/// Which components are left out of the local error test (`IDASetSuppressAlg`).
+///
+/// IDAS uses one vector for this and for [consistent initial
+/// values](crate::IdaSolver::correct_initial_values); here they are apart: what is algebraic is
+/// said by [`DaeProblem::kinds`](crate::DaeProblem::kinds).
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Suppressed {
+    /// All components are tested.
+    #[default]
+    Nothing,
+    /// The algebraic components are left out.
+    Algebraic,
+    /// The components marked `true` are left out.
+    Components(Vec<bool>),
+}
+
+impl Suppressed {
+    /// IDAS' vector: 1 for a component in the error test, 0 for one left out; `None` if all are in.
+    pub(crate) fn id(&self, kinds: &[VariableKind]) -> Result<Option<Vec<f64>>, Error> {
+        match self {
+            Self::Nothing => Ok(None),
+            Self::Algebraic => Ok(Some(differential(kinds))),
+            Self::Components(left_out) => {
+                expect_length("suppressed components", kinds.len(), left_out.len())?;
+                Ok(Some(
+                    left_out
+                        .iter()
+                        .map(|&out| f64::from(u8::from(!out)))
+                        .collect(),
+                ))
+            }
+        }
+    }
+}
+
+/// IDAS' `id` vector: 1 for a differential variable, 0 for an algebraic one.
+pub(crate) fn differential(kinds: &[VariableKind]) -> Vec<f64> {
+    kinds
+        .iter()
+        .map(|kind| f64::from(u8::from(*kind == VariableKind::Differential)))
+        .collect()
+}
+
+/// An inequality a component must satisfy; a step that violates it is repeated with a smaller one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Constraint {
+    /// Any value.
+    #[default]
+    None,
+    /// y_i ≥ 0.
+    NonNegative,
+    /// y_i ≤ 0.
+    NonPositive,
+    /// y_i > 0.
+    Positive,
+    /// y_i < 0.
+    Negative,
+}
+
+impl Constraint {
+    pub(crate) fn code(self) -> f64 {
+        match self {
+            Self::None => 0.0,
+            Self::NonNegative => 1.0,
+            Self::NonPositive => -1.0,
+            Self::Positive => 2.0,
+            Self::Negative => -2.0,
+        }
+    }
+}
+
+/// Which crossings of a root function count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Direction {
+    /// All of them.
+    #[default]
+    Both,
+    /// From negative to positive.
+    Rising,
+    /// From positive to negative.
+    Falling,
+}
+
+impl Direction {
+    pub(crate) fn code(self) -> i32 {
+        match self {
+            Self::Both => 0,
+            Self::Rising => 1,
+            Self::Falling => -1,
+        }
+    }
+}
+
+/// The settings of one integration. The defaults are IDAS' own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IdaOptions {
+    /// Tolerances; relative 1e-4 and absolute 1e-8 by default (IDAS has no default).
+    pub tolerances: Tolerances,
+    /// Components left out of the error test; none by default.
+    pub suppressed: Suppressed,
+    /// Highest order of the BDF, 1 to 5; 5 by default.
+    pub max_order: usize,
+    /// First step; estimated by default.
+    pub initial_step: Option<f64>,
+    /// Smallest step; 0 by default.
+    pub min_step: f64,
+    /// Largest step; unlimited by default.
+    pub max_step: Option<f64>,
+    /// Most steps in one call of [`integrate_to`](crate::IdaSolver::integrate_to), `None` for no
+    /// limit; 500 by default. A single [`step`](crate::IdaSolver::step) is not limited by it.
+    pub max_steps: Option<usize>,
+    /// A time not to step over; none by default.
+    pub stop_time: Option<f64>,
+    /// Error-test failures allowed in one step; 10 by default.
+    pub max_error_test_failures: usize,
+    /// Step-solve failures allowed in one step; 10 by default.
+    pub max_convergence_failures: usize,
+    /// Newton is converged when its estimated error is below this fraction of the tolerance; 0.33
+    /// by default.
+    pub nonlinear_coefficient: f64,
+    /// Newton iterations allowed in one solve; 4 by default.
+    pub max_newton_iterations: usize,
+    /// A new linear set-up is made when c_j has changed since the last one by more than a factor
+    /// (1 − δ)/(1 + δ) either way; 0.25 by default.
+    pub delta_cj: f64,
+    /// Whether solutions with an old c_j are scaled by 2/(1 + c_j/c_j,old); on by default.
+    pub linear_solution_scaling: bool,
+    /// Settings of KLU. By default, as in SUNDIALS: COLAMD, block triangular form, scaling by the
+    /// largest entry of each row.
+    pub klu: KluOptions,
+    /// Inequality constraints, one per component, or empty for none (the default).
+    pub constraints: Vec<Constraint>,
+}
+
+impl Default for IdaOptions {
+    fn default() -> Self {
+        Self {
+            tolerances: Tolerances::scalar(1e-4, 1e-8),
+            suppressed: Suppressed::Nothing,
+            max_order: 5,
+            initial_step: None,
+            min_step: 0.0,
+            max_step: None,
+            max_steps: Some(500),
+            stop_time: None,
+            max_error_test_failures: 10,
+            max_convergence_failures: 10,
+            nonlinear_coefficient: 0.33,
+            max_newton_iterations: 4,
+            delta_cj: 0.25,
+            linear_solution_scaling: true,
+            klu: KluOptions {
+                ordering: Ordering::Colamd,
+                ..KluOptions::default()
+            },
+            constraints: Vec::new(),
+        }
+    }
+}
+
+impl IdaOptions {
+    /// Checks what IDAS does not, or does not with numbers, for a problem of `n` unknowns.
+    pub(crate) fn validate(&self, n: usize) -> Result<(), Error> {
+        match &self.tolerances {
+            Tolerances::Scalar { relative, absolute } => {
+                at_least_zero("relative tolerance", *relative)?;
+                at_least_zero("absolute tolerance", *absolute)?;
+                if *relative == 0.0 && *absolute == 0.0 {
+                    return invalid("relative and absolute tolerance", 0.0, "not both zero");
+                }
+            }
+            Tolerances::Vector { relative, absolute } => {
+                at_least_zero("relative tolerance", *relative)?;
+                expect_length("absolute tolerances", n, absolute.len())?;
+                absolute
+                    .iter()
+                    .try_for_each(|&a| at_least_zero("absolute tolerance", a))?;
+                if *relative == 0.0 && absolute.contains(&0.0) {
+                    return invalid("absolute tolerance", 0.0, "> 0 where the relative one is 0");
+                }
+            }
+        }
+        within("max_order", self.max_order as f64, 1.0, 5.0, "1 to 5")?;
+        if let Some(step) = self.initial_step {
+            finite("initial_step", step)?;
+        }
+        at_least_zero("min_step", self.min_step)?;
+        if let Some(step) = self.max_step {
+            positive("max_step", step)?;
+            if step < self.min_step {
+                return invalid("max_step", step, "at least min_step");
+            }
+        }
+        if let Some(t) = self.stop_time {
+            finite("stop_time", t)?;
+        }
+        let count = |option, value: usize| {
+            within(
+                option,
+                value as f64,
+                1.0,
+                f64::from(i32::MAX),
+                "a positive count",
+            )
+        };
+        count("max_error_test_failures", self.max_error_test_failures)?;
+        count("max_convergence_failures", self.max_convergence_failures)?;
+        count("max_newton_iterations", self.max_newton_iterations)?;
+        if let Some(steps) = self.max_steps {
+            count("max_steps", steps)?;
+        }
+        positive("nonlinear_coefficient", self.nonlinear_coefficient)?;
+        if !(self.delta_cj > 0.0 && self.delta_cj < 1.0) {
+            return invalid("delta_cj", self.delta_cj, "in (0, 1)");
+        }
+        within(
+            "klu.pivot_tolerance",
+            self.klu.pivot_tolerance,
+            0.0,
+            1.0,
+            "in [0, 1]",
+        )?;
+        if !self.constraints.is_empty() {
+            expect_length("constraints", n, self.constraints.len())?;
+        }
+        Ok(())
+    }
+}
+
+fn invalid<T>(option: &'static str, value: f64, expected: &'static str) -> Result<T, Error> {
+    Err(Error::InvalidOption {
+        option,
+        value,
+        expected,
+    })
+}
+
+fn within(
+    option: &'static str,
+    value: f64,
+    low: f64,
+    high: f64,
+    expected: &'static str,
+) -> Result<(), Error> {
+    if (low..=high).contains(&value) {
+        Ok(())
+    } else {
+        invalid(option, value, expected)
+    }
+}
+
+pub(crate) fn at_least_zero(option: &'static str, value: f64) -> Result<(), Error> {
+    within(option, value, 0.0, f64::MAX, "finite and ≥ 0")
+}
+
+fn positive(option: &'static str, value: f64) -> Result<(), Error> {
+    within(option, value, f64::MIN_POSITIVE, f64::MAX, "finite and > 0")
+}
+
+pub(crate) fn finite(option: &'static str, value: f64) -> Result<(), Error> {
+    within(option, value, f64::MIN, f64::MAX, "finite")
+}
+
+pub(crate) fn expect_length(what: &'static str, expected: usize, got: usize) -> Result<(), Error> {
+    if got == expected {
+        Ok(())
+    } else {
+        Err(Error::WrongLength {
+            what,
+            expected,
+            got,
+        })
+    }
+}
+
+pub(crate) fn expect_finite(what: &'static str, values: &[f64]) -> Result<(), Error> {
+    match values.iter().position(|v| !v.is_finite()) {
+        Some(index) => Err(Error::NotFinite {
+            what,
+            index,
+            value: values[index],
+        }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,253 @@
+//! From a problem and settings to a solver.
+
+use crate::error::Error;
+use crate::ffi::ida::{Ida, Linear};
+use crate::klu::widened;
+use crate::options::{
+    Direction, IdaOptions, Tolerances, at_least_zero, expect_finite, expect_length,
+};
+use crate::problem::{DaeProblem, StepError};
+use crate::structured::StructuredSolver;
+
+use super::IdaSolver;
+use super::callbacks::{Function, Said, Weights, Workings};
+
+/// Gathers a problem, [`IdaOptions`] and the user's functions; see
+/// [`IdaSolver::builder`](crate::IdaSolver::builder).
+pub struct IdaBuilder<P> {
+    problem: P,
+    options: IdaOptions,
+    weights: Option<Box<Weights<P>>>,
+    root_directions: Vec<Direction>,
+    roots: Option<Box<Function<P>>>,
+    quadrature: Option<Quadrature<P>>,
+    structured: Option<Box<dyn StructuredSolver<P> + Send>>,
+}
+
+struct Quadrature<P> {
+    start: Vec<f64>,
+    /// Relative and absolute tolerance, if the quadratures take part in the error test.
+    tolerances: Option<(f64, f64)>,
+    rates: Box<Function<P>>,
+}
+
+impl<P: DaeProblem> IdaBuilder<P> {
+    pub(super) fn new(problem: P) -> Self {
+        Self {
+            problem,
+            options: IdaOptions::default(),
+            weights: None,
+            root_directions: Vec::new(),
+            roots: None,
+            quadrature: None,
+            structured: None,
+        }
+    }
+
+    /// Sets all plain settings.
+    #[must_use]
+    pub fn options(mut self, options: IdaOptions) -> Self {
+        self.options = options;
+        self
+    }
+
+    /// Sets the tolerances alone.
+    #[must_use]
+    pub fn tolerances(mut self, tolerances: Tolerances) -> Self {
+        self.options.tolerances = tolerances;
+        self
+    }
+
+    /// Replaces the tolerances by a function that writes the error weights w for y: a local error
+    /// e passes when the root mean square of w_i e_i is at most 1. Weights must be positive.
+    #[must_use]
+    pub fn error_weights(
+        mut self,
+        weights: impl FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send + 'static,
+    ) -> Self {
+        self.weights = Some(Box::new(weights));
+        self
+    }
+
+    /// Watches functions g(t, y, ẏ), as many as `directions`; the integration pauses where one
+    /// crosses zero in its direction.
+    #[must_use]
+    pub fn roots(
+        mut self,
+        directions: impl Into<Vec<Direction>>,
+        functions: impl FnMut(&mut P, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError>
+        + Send
+        + 'static,
+    ) -> Self {
+        self.root_directions = directions.into();
+        self.roots = Some(Box::new(functions));
+        self
+    }
+
+    /// Integrates q̇ = r(t, y, ẏ) from `start` along with the solution. With `tolerances`
+    /// (relative, absolute) the quadratures take part in the error test.
+    #[must_use]
+    pub fn quadrature(
+        mut self,
+        start: impl Into<Vec<f64>>,
+        tolerances: Option<(f64, f64)>,
+        rates: impl FnMut(&mut P, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError>
+        + Send
+        + 'static,
+    ) -> Self {
+        let rates = Box::new(rates);
+        self.quadrature = Some(Quadrature {
+            start: start.into(),
+            tolerances,
+            rates,
+        });
+        self
+    }
+
+    /// Solves the linear systems with `solver` instead of KLU.
+    #[must_use]
+    pub fn structured_solver(mut self, solver: impl StructuredSolver<P> + Send + 'static) -> Self {
+        self.structured = Some(Box::new(solver));
+        self
+    }
+
+    /// Builds a solver at (t0, y0, ẏ0).
+    ///
+    /// # Shapes
+    /// `y0`, `y_dot0`: [`n_unknowns`](DaeProblem::n_unknowns).
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], [`Error::NotFinite`], [`Error::Empty`] or [`Error::InvalidOption`]
+    /// for arguments that make no sense; [`Error::Call`] when IDAS refuses one.
+    pub fn build(self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<IdaSolver<P>, Error> {
+        let n = self.problem.n_unknowns();
+        expect_length("initial values y0", n, y0.len())?;
+        expect_length("initial derivatives y_dot0", n, y_dot0.len())?;
+        expect_finite("t0", &[t0])?;
+        expect_finite("y0", y0)?;
+        expect_finite("y_dot0", y_dot0)?;
+        self.options.validate(n)?;
+        let kinds = self.problem.kinds();
+        expect_length("kinds", n, kinds.len())?;
+        let suppressed = self.options.suppressed.id(&kinds)?;
+        let pattern = self.problem.jacobian_pattern();
+        expect_length("rows of the Jacobian", n, pattern.minor_dim())?;
+        expect_length("columns of the Jacobian", n, pattern.major_dim())?;
+        if n == 0 || pattern.nnz() == 0 {
+            return Err(Error::Empty {
+                n_unknowns: n,
+                n_entries: pattern.nnz(),
+            });
+        }
+        let (column_pointers, row_indices) = (
+            widened(pattern.major_offsets()),
+            widened(pattern.minor_indices()),
+        );
+        let linear = if self.structured.is_some() {
+            Linear::Structured
+        } else {
+            Linear::Klu {
+                column_pointers: &column_pointers,
+                row_indices: &row_indices,
+                options: self.options.klu.raw(),
+            }
+        };
+
+        let (quadrature_start, quadrature_tolerances, rates) = match self.quadrature {
+            Some(Quadrature {
+                start,
+                tolerances,
+                rates,
+            }) => (start, tolerances, Some(rates)),
+            None => (Vec::new(), None, None),
+        };
+        let n_roots = self.root_directions.len();
+        let workings = Workings {
+            problem: self.problem,
+            n_roots,
+            roots: self.roots.filter(|_| n_roots > 0),
+            weights: self.weights,
+            quadrature: rates.filter(|_| !quadrature_start.is_empty()),
+            structured: self.structured,
+            t_called: t0,
+            said: Said::default(),
+        };
+        let ida = Ida::new(workings, t0, y0, y_dot0, linear)
+            .map_err(|failed| super::call_error(failed, String::new()))?;
+        let mut solver = IdaSolver {
+            ida,
+            kinds,
+            suppressed,
+            t0,
+            t: t0,
+            n,
+        };
+        solver.apply(&self.options)?;
+        let mut directions: Vec<i32> = self.root_directions.iter().map(|d| d.code()).collect();
+        if n_roots > 0 {
+            let result = solver.ida.set_roots(&mut directions);
+            solver.refused(result)?;
+        }
+        if !quadrature_start.is_empty() {
+            expect_finite("initial values of the quadratures", &quadrature_start)?;
+            let result = solver.ida.init_quadrature(&quadrature_start);
+            solver.refused(result)?;
+            if let Some((relative, absolute)) = quadrature_tolerances {
+                at_least_zero("relative tolerance of the quadratures", relative)?;
+                at_least_zero("absolute tolerance of the quadratures", absolute)?;
+                let result = solver.ida.set_quadrature_tolerances(relative, absolute);
+                solver.refused(result)?;
+            }
+        }
+        Ok(solver)
+    }
+}
+
+impl<P: DaeProblem> IdaSolver<P> {
+    /// Hands the validated settings to IDAS.
+    fn apply(&mut self, options: &IdaOptions) -> Result<(), Error> {
+        let weighted = self.workings().weights.is_some();
+        let suppressed = self.suppressed.clone();
+        let ida = &mut self.ida;
+        let mut set = || {
+            match &options.tolerances {
+                _ if weighted => ida.set_weight_function()?,
+                Tolerances::Scalar { relative, absolute } => {
+                    ida.set_scalar_tolerances(*relative, *absolute)?;
+                }
+                Tolerances::Vector { relative, absolute } => {
+                    ida.set_vector_tolerances(*relative, absolute)?;
+                }
+            }
+            ida.set_max_order(options.max_order as i32)?;
+            if let Some(step) = options.initial_step {
+                ida.set_initial_step(step)?;
+            }
+            ida.set_min_step(options.min_step)?;
+            if let Some(step) = options.max_step {
+                ida.set_max_step(step)?;
+            }
+            ida.set_max_steps(options.max_steps.map_or(-1, |steps| steps as i64))?;
+            if let Some(t) = options.stop_time {
+                ida.set_stop_time(t)?;
+            }
+            ida.set_max_error_test_failures(options.max_error_test_failures as i32)?;
+            ida.set_max_convergence_failures(options.max_convergence_failures as i32)?;
+            ida.set_nonlinear_coefficient(options.nonlinear_coefficient)?;
+            ida.set_max_newton_iterations(options.max_newton_iterations as i32)?;
+            ida.set_delta_cj(options.delta_cj)?;
+            ida.set_linear_solution_scaling(options.linear_solution_scaling)?;
+            if !options.constraints.is_empty() {
+                let codes: Vec<f64> = options.constraints.iter().map(|c| c.code()).collect();
+                ida.set_constraints(&codes)?;
+            }
+            if let Some(id) = &suppressed {
+                ida.set_id(id)?;
+                ida.set_suppression(true)?;
+            }
+            Ok(())
+        };
+        let result = set();
+        self.refused(result)
+    }
+}

@@ -1,0 +1,153 @@
+//! The safe side of the C boundary: the problem and the user's functions, and what they said.
+
+use crate::error::Error;
+use crate::ffi::trampoline::{Answer, Callbacks};
+use crate::problem::{DaeProblem, StepError};
+use crate::structured::StructuredSolver;
+
+/// g(t, y, ẏ) or a quadrature's integrand, written into the last argument.
+pub(super) type Function<P> =
+    dyn FnMut(&mut P, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError> + Send;
+/// Error weights for y, written into the last argument.
+pub(super) type Weights<P> = dyn FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send;
+
+/// The problem with everything else that IDAS may call.
+pub(super) struct Workings<P> {
+    pub(super) problem: P,
+    pub(super) n_roots: usize,
+    pub(super) roots: Option<Box<Function<P>>>,
+    pub(super) weights: Option<Box<Weights<P>>>,
+    pub(super) quadrature: Option<Box<Function<P>>>,
+    pub(super) structured: Option<Box<dyn StructuredSolver<P> + Send>>,
+    /// Time of the last call that had one, for messages of those that have none.
+    pub(super) t_called: f64,
+    pub(super) said: Said,
+}
+
+/// What was said since the last call began.
+#[derive(Default)]
+pub(super) struct Said {
+    /// A fatal error of a user's function.
+    pub(super) fatal: Option<Error>,
+    /// The last recoverable one, for the message if IDAS does not recover.
+    pub(super) recoverable: Option<String>,
+    /// IDAS' own last message.
+    pub(super) message: Option<String>,
+}
+
+impl Said {
+    /// Keeps what a function said; finite `values` are part of success.
+    fn answer(
+        &mut self,
+        function: &'static str,
+        t: f64,
+        result: Result<(), StepError>,
+        values: &[f64],
+    ) -> Answer {
+        match result {
+            Ok(()) => match values.iter().position(|v| !v.is_finite()) {
+                None => Answer::Success,
+                Some(i) => {
+                    let value = values[i];
+                    self.recoverable = Some(format!("{function}[{i}] = {value} at t = {t}"));
+                    Answer::Recoverable
+                }
+            },
+            Err(StepError::Recoverable(reason)) => {
+                self.recoverable = Some(format!("{function} at t = {t}: {reason}"));
+                Answer::Recoverable
+            }
+            Err(StepError::Fatal(source)) => {
+                self.fatal = Some(Error::Callback {
+                    function,
+                    t,
+                    source,
+                });
+                Answer::Fatal
+            }
+        }
+    }
+
+    /// IDAS' message, and what the failing function said.
+    pub(super) fn take_message(&mut self) -> String {
+        let parts = [self.message.take(), self.recoverable.take()];
+        parts.into_iter().flatten().collect::<Vec<_>>().join("; ")
+    }
+}
+
+impl<P: DaeProblem> Callbacks for Workings<P> {
+    fn residual(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) -> Answer {
+        self.t_called = t;
+        let result = self.problem.residual(t, y, y_dot, residual);
+        self.said.answer("residual", t, result, residual)
+    }
+
+    fn jacobian(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        c_j: f64,
+        values: &mut [f64],
+    ) -> Answer {
+        let result = self.problem.jacobian(t, y, y_dot, 1.0, c_j, values);
+        self.said.answer("Jacobian", t, result, values)
+    }
+
+    fn structured_setup(&mut self, t: f64, y: &[f64], y_dot: &[f64], c_j: f64) -> Answer {
+        self.t_called = t;
+        let Some(solver) = &mut self.structured else {
+            return Answer::Fatal;
+        };
+        let result = solver.setup(&mut self.problem, t, y, y_dot, c_j);
+        self.said.answer("linear set-up", t, result, &[])
+    }
+
+    fn structured_solve(&mut self, rhs: &mut [f64]) -> Answer {
+        let Some(solver) = &mut self.structured else {
+            return Answer::Fatal;
+        };
+        let result = solver.solve(&mut self.problem, rhs);
+        self.said.answer("linear solve", self.t_called, result, rhs)
+    }
+
+    fn n_roots(&self) -> usize {
+        self.n_roots
+    }
+
+    fn roots(&mut self, t: f64, y: &[f64], y_dot: &[f64], values: &mut [f64]) -> Answer {
+        let Some(roots) = &mut self.roots else {
+            return Answer::Fatal;
+        };
+        let result = roots(&mut self.problem, t, y, y_dot, values);
+        self.said.answer("root function", t, result, values)
+    }
+
+    fn error_weights(&mut self, y: &[f64], weights: &mut [f64]) -> Answer {
+        let Some(function) = &mut self.weights else {
+            return Answer::Fatal;
+        };
+        let result = function(&mut self.problem, y, weights);
+        if result.is_ok()
+            && let Some(i) = weights.iter().position(|&w| !(w > 0.0 && w.is_finite()))
+        {
+            let weight = weights[i];
+            self.said.recoverable = Some(format!("error weight[{i}] = {weight} must be positive"));
+            return Answer::Recoverable;
+        }
+        self.said
+            .answer("error weight function", self.t_called, result, &[])
+    }
+
+    fn quadrature(&mut self, t: f64, y: &[f64], y_dot: &[f64], rates: &mut [f64]) -> Answer {
+        let Some(quadrature) = &mut self.quadrature else {
+            return Answer::Fatal;
+        };
+        let result = quadrature(&mut self.problem, t, y, y_dot, rates);
+        self.said.answer("quadrature", t, result, rates)
+    }
+
+    fn message(&mut self, _code: i32, _function: &str, text: &str) {
+        self.said.message = Some(text.trim().to_owned());
+    }
+}

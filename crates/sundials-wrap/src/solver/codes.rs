@@ -1,0 +1,64 @@
+//! IDAS' return codes: their names, and what they mean for an integration.
+
+use sundials_sys as sys;
+
+use crate::outcome::StopReason;
+
+/// IDAS' name of a return code.
+pub(super) fn name(code: i32) -> &'static str {
+    match code {
+        sys::IDA_SUCCESS => "IDA_SUCCESS",
+        sys::IDA_TSTOP_RETURN => "IDA_TSTOP_RETURN",
+        sys::IDA_ROOT_RETURN => "IDA_ROOT_RETURN",
+        sys::IDA_TOO_MUCH_WORK => "IDA_TOO_MUCH_WORK",
+        sys::IDA_TOO_MUCH_ACC => "IDA_TOO_MUCH_ACC",
+        sys::IDA_ERR_FAIL => "IDA_ERR_FAIL",
+        sys::IDA_CONV_FAIL => "IDA_CONV_FAIL",
+        sys::IDA_LINIT_FAIL => "IDA_LINIT_FAIL",
+        sys::IDA_LSETUP_FAIL => "IDA_LSETUP_FAIL",
+        sys::IDA_LSOLVE_FAIL => "IDA_LSOLVE_FAIL",
+        sys::IDA_RES_FAIL => "IDA_RES_FAIL",
+        sys::IDA_REP_RES_ERR => "IDA_REP_RES_ERR",
+        sys::IDA_RTFUNC_FAIL => "IDA_RTFUNC_FAIL",
+        sys::IDA_CONSTR_FAIL => "IDA_CONSTR_FAIL",
+        sys::IDA_FIRST_RES_FAIL => "IDA_FIRST_RES_FAIL",
+        sys::IDA_LINESEARCH_FAIL => "IDA_LINESEARCH_FAIL",
+        sys::IDA_NO_RECOVERY => "IDA_NO_RECOVERY",
+        sys::IDA_NLS_SETUP_FAIL => "IDA_NLS_SETUP_FAIL",
+        sys::IDA_NLS_FAIL => "IDA_NLS_FAIL",
+        sys::IDA_MEM_NULL => "IDA_MEM_NULL",
+        sys::IDA_MEM_FAIL => "IDA_MEM_FAIL",
+        sys::IDA_ILL_INPUT => "IDA_ILL_INPUT",
+        sys::IDA_BAD_EWT => "IDA_BAD_EWT",
+        sys::IDA_BAD_K => "IDA_BAD_K",
+        sys::IDA_BAD_T => "IDA_BAD_T",
+        sys::IDA_BAD_DKY => "IDA_BAD_DKY",
+        sys::IDA_QRHS_FAIL => "IDA_QRHS_FAIL",
+        sys::IDA_FIRST_QRHS_ERR => "IDA_FIRST_QRHS_ERR",
+        sys::IDA_REP_QRHS_ERR => "IDA_REP_QRHS_ERR",
+        _ => "another code of IDAS",
+    }
+}
+
+/// Why a solve call gave up; `None` when the code means that the call itself was refused.
+pub(super) fn stop_reason(code: i32) -> Option<StopReason> {
+    match code {
+        sys::IDA_TOO_MUCH_WORK => Some(StopReason::MaxSteps),
+        sys::IDA_TOO_MUCH_ACC => Some(StopReason::ToleranceTooTight),
+        sys::IDA_ERR_FAIL => Some(StopReason::ErrorTestFailures),
+        sys::IDA_CONV_FAIL | sys::IDA_NLS_FAIL => Some(StopReason::ConvergenceFailures),
+        sys::IDA_LSETUP_FAIL | sys::IDA_NLS_SETUP_FAIL => Some(StopReason::LinearSetupFailed),
+        sys::IDA_LSOLVE_FAIL => Some(StopReason::LinearSolveFailed),
+        sys::IDA_RES_FAIL | sys::IDA_REP_RES_ERR | sys::IDA_FIRST_RES_FAIL => {
+            Some(StopReason::ResidualFailed)
+        }
+        sys::IDA_RTFUNC_FAIL => Some(StopReason::RootFunctionFailed),
+        sys::IDA_CONSTR_FAIL => Some(StopReason::ConstraintsViolated),
+        sys::IDA_QRHS_FAIL | sys::IDA_FIRST_QRHS_ERR | sys::IDA_REP_QRHS_ERR => {
+            Some(StopReason::QuadratureFailed)
+        }
+        sys::IDA_BAD_EWT => Some(StopReason::ErrorWeightsFailed),
+        sys::IDA_ILL_INPUT | sys::IDA_MEM_NULL | sys::IDA_MEM_FAIL | sys::IDA_LINIT_FAIL => None,
+        _ => Some(StopReason::Other),
+    }
+}

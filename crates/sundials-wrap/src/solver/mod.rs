@@ -1,0 +1,351 @@
+//! The integrator: [`IdaSolver`] owns a problem and drives IDAS over it.
+
+mod builder;
+mod callbacks;
+mod codes;
+mod dense;
+
+use std::panic::resume_unwind;
+
+use sundials_sys as sys;
+
+use crate::error::Error;
+use crate::ffi::ida::{CallFailed, Counter, Ida, InitialUnknowns, Task};
+use crate::options::{differential, expect_finite, expect_length, finite};
+use crate::outcome::{Outcome, Stop, StopReason, WorstComponent};
+use crate::problem::{DaeProblem, VariableKind};
+use crate::stats::Stats;
+
+pub use builder::IdaBuilder;
+use callbacks::Workings;
+
+/// How many components [`Stop::worst_components`] lists.
+const N_WORST: usize = 8;
+
+/// Which values are sought by [`IdaSolver::correct_initial_values`]; the others are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ConsistencyMode {
+    /// The algebraic components of y and the derivatives of the differential ones, for
+    /// semi-explicit systems of index 1 (`IDA_YA_YDP_INIT`).
+    AlgebraicAndDerivatives,
+    /// All of y, ẏ being given, for instance zero for a steady state (`IDA_Y_INIT`).
+    States,
+}
+
+/// An integration of a [`DaeProblem`] by the variable-order, variable-step BDF of IDAS.
+///
+/// `Send` when the problem is: one thread at a time may drive it. A panic in the problem's
+/// functions passes through IDAS and is resumed here.
+///
+/// # Examples
+/// See the [crate's front page](crate).
+pub struct IdaSolver<P: DaeProblem> {
+    ida: Ida<Workings<P>>,
+    kinds: Vec<VariableKind>,
+    /// IDAS' vector for the error test, if components are left out of it.
+    suppressed: Option<Vec<f64>>,
+    t0: f64,
+    /// The time y and ẏ belong to.
+    t: f64,
+    n: usize,
+}
+
+impl<P: DaeProblem> IdaSolver<P> {
+    /// Starts building a solver for `problem`.
+    pub fn builder(problem: P) -> IdaBuilder<P> {
+        IdaBuilder::new(problem)
+    }
+
+    /// Takes one step of the size IDAS chooses, towards `t_out`.
+    ///
+    /// `t_out` gives the direction, and on the first step the scale for the estimate of the
+    /// initial step size; the step may go beyond it. Allocates nothing, except when a root is
+    /// found or the integration stops.
+    ///
+    /// # Errors
+    /// [`Error::TimeBehind`] and other misuse; [`Error::Callback`] for a fatal error of the
+    /// problem.
+    pub fn step(&mut self, t_out: f64) -> Result<Outcome, Error> {
+        self.advance(t_out, Task::OneStep)
+    }
+
+    /// Integrates up to `t_out`, where y and ẏ are interpolated, unless a root or the stop time
+    /// comes first.
+    ///
+    /// # Errors
+    /// As for [`step`](IdaSolver::step).
+    pub fn integrate_to(&mut self, t_out: f64) -> Result<Outcome, Error> {
+        self.advance(t_out, Task::Normal)
+    }
+
+    fn advance(&mut self, t_out: f64, task: Task) -> Result<Outcome, Error> {
+        finite("t_out", t_out)?;
+        // Until the first step the direction is that of t_out; then the step has it.
+        let direction = self.ida.last_step();
+        if (t_out - self.t) * direction < 0.0 {
+            return Err(Error::TimeBehind { t_out, t: self.t });
+        }
+        self.workings_mut().said = Default::default();
+        let (code, t) = self.ida.solve(t_out, task);
+        if t.is_finite() {
+            self.t = t;
+        }
+        self.resume_panic();
+        match code {
+            sys::IDA_SUCCESS => Ok(match task {
+                Task::OneStep => Outcome::StepTaken { t: self.t },
+                Task::Normal => Outcome::Reached { t: self.t },
+            }),
+            sys::IDA_TSTOP_RETURN => Ok(Outcome::StopTime { t: self.t }),
+            sys::IDA_ROOT_RETURN => {
+                let crossings = self.ida.root_info();
+                Ok(Outcome::Root {
+                    t: self.t,
+                    crossings: self.refused(crossings)?,
+                })
+            }
+            code => self.gave_up(code),
+        }
+    }
+
+    fn gave_up(&mut self, code: i32) -> Result<Outcome, Error> {
+        let said = &mut self.workings_mut().said;
+        if let Some(fatal) = said.fatal.take() {
+            return Err(fatal);
+        }
+        // A weight function that gives up is reported by IDAS as an illegal input.
+        let weights_failed = code == sys::IDA_ILL_INPUT && said.recoverable.is_some();
+        let message = said.take_message();
+        let reason = match codes::stop_reason(code) {
+            Some(reason) => reason,
+            None if weights_failed => StopReason::ErrorWeightsFailed,
+            None => return Err(call_error(CallFailed::new("IDASolve", code), message)),
+        };
+        let stats = self.stats();
+        let repeated = matches!(
+            reason,
+            StopReason::ErrorTestFailures | StopReason::ConvergenceFailures
+        );
+        let reason = if repeated && self.t + stats.current_step == self.t {
+            StopReason::StepTooSmall
+        } else {
+            reason
+        };
+        Ok(Outcome::Stopped(Box::new(Stop {
+            reason,
+            message: format!("{message} ({})", codes::name(code)),
+            t: self.t,
+            last_step: stats.last_step,
+            last_order: stats.last_order,
+            stats,
+            worst_components: self.worst_components()?,
+        })))
+    }
+
+    fn worst_components(&mut self) -> Result<Vec<WorstComponent>, Error> {
+        let mut errors = vec![0.0; self.n];
+        self.estimated_local_errors(&mut errors)?;
+        let mut weights = vec![0.0; self.n];
+        self.error_weights(&mut weights)?;
+        let weighted = errors.iter().zip(&weights).map(|(e, w)| (e * w).abs());
+        let mut ranked: Vec<(usize, f64)> = weighted.enumerate().collect();
+        ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+        ranked.truncate(N_WORST);
+        let problem = self.problem();
+        let named = |(index, weighted_error)| WorstComponent {
+            index,
+            name: problem.component_name(index),
+            weighted_error,
+        };
+        Ok(ranked.into_iter().map(named).collect())
+    }
+
+    /// Corrects the initial values so that F(t0, y0, ẏ0) = 0, by Newton with a line search; to be
+    /// called before the first step. `t_first` is the first output time, for the scale.
+    ///
+    /// Which components are algebraic is taken from [`DaeProblem::kinds`], whatever is left out of
+    /// the error test.
+    ///
+    /// # Errors
+    /// [`Error::InconsistentInitialValues`] when none were found, [`Error::Callback`] for a fatal
+    /// error of the problem, [`Error::Call`] for misuse.
+    pub fn correct_initial_values(
+        &mut self,
+        mode: ConsistencyMode,
+        t_first: f64,
+    ) -> Result<(), Error> {
+        finite("t_first", t_first)?;
+        let unknowns = match mode {
+            ConsistencyMode::AlgebraicAndDerivatives => InitialUnknowns::AlgebraicAndDerivatives,
+            ConsistencyMode::States => InitialUnknowns::States,
+        };
+        let result = self.ida.set_id(&differential(&self.kinds));
+        self.refused(result)?;
+        self.workings_mut().said = Default::default();
+        let result = self.ida.correct_initial_values(unknowns, t_first);
+        self.resume_panic();
+        if let Some(id) = &self.suppressed {
+            let restored = self.ida.set_id(id);
+            self.refused(restored)?;
+        }
+        let Err(CallFailed { call, code }) = result else {
+            return Ok(());
+        };
+        let said = &mut self.workings_mut().said;
+        if let Some(fatal) = said.fatal.take() {
+            return Err(fatal);
+        }
+        let message = said.take_message();
+        if code == sys::IDA_ILL_INPUT {
+            return Err(call_error(CallFailed { call, code }, message));
+        }
+        let name = codes::name(code);
+        Err(Error::InconsistentInitialValues {
+            t: self.t0,
+            code,
+            name,
+            message,
+        })
+    }
+
+    /// Starts afresh at (t0, y0, ẏ0), keeping problem and settings; counters begin at zero.
+    /// Quadratures start again from `q0` (empty without quadratures).
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`], [`Error::NotFinite`], or [`Error::Call`] when IDAS refuses.
+    pub fn reinit(&mut self, t0: f64, y0: &[f64], y_dot0: &[f64], q0: &[f64]) -> Result<(), Error> {
+        expect_length("initial values y0", self.n, y0.len())?;
+        expect_length("initial derivatives y_dot0", self.n, y_dot0.len())?;
+        expect_length(
+            "initial values of the quadratures",
+            self.n_quadratures(),
+            q0.len(),
+        )?;
+        expect_finite("t0", &[t0])?;
+        expect_finite("y0", y0)?;
+        expect_finite("y_dot0", y_dot0)?;
+        expect_finite("initial values of the quadratures", q0)?;
+        let result = self.ida.reinit(t0, y0, y_dot0, q0);
+        self.refused(result)?;
+        (self.t0, self.t) = (t0, t0);
+        Ok(())
+    }
+
+    /// Sets the time not to step over, until it is reached.
+    ///
+    /// # Errors
+    /// [`Error::InvalidOption`], or [`Error::Call`] for a time behind the one reached.
+    pub fn set_stop_time(&mut self, t: f64) -> Result<(), Error> {
+        finite("stop_time", t)?;
+        let result = self.ida.set_stop_time(t);
+        self.refused(result)
+    }
+
+    /// The time that [`y`](IdaSolver::y) and [`y_dot`](IdaSolver::y_dot) belong to.
+    pub fn t(&self) -> f64 {
+        self.t
+    }
+
+    /// The solution at [`t`](IdaSolver::t).
+    pub fn y(&self) -> &[f64] {
+        self.ida.y()
+    }
+
+    /// Its derivative at [`t`](IdaSolver::t).
+    pub fn y_dot(&self) -> &[f64] {
+        self.ida.y_dot()
+    }
+
+    /// The problem.
+    pub fn problem(&self) -> &P {
+        &self.workings().problem
+    }
+
+    /// The problem, to change its parameters. Its size and pattern must stay as they are; after a
+    /// change that makes y or ẏ jump, [`reinit`](IdaSolver::reinit) is due.
+    pub fn problem_mut(&mut self) -> &mut P {
+        &mut self.workings_mut().problem
+    }
+
+    /// Ends the integration and hands the problem back.
+    pub fn into_problem(self) -> P {
+        self.ida.into_callbacks().problem
+    }
+
+    /// The coefficient of ∂F/∂ẏ in the Newton matrix of the current step.
+    pub fn c_j(&self) -> f64 {
+        self.ida.c_j()
+    }
+
+    /// All counters.
+    pub fn stats(&self) -> Stats {
+        let ida = &self.ida;
+        Stats {
+            steps: ida.counter(Counter::Steps),
+            error_test_failures: ida.counter(Counter::ErrorTestFailures),
+            step_solve_failures: ida.counter(Counter::StepSolveFailures),
+            newton_failures: ida.counter(Counter::NewtonFailures),
+            newton_iterations: ida.counter(Counter::NewtonIterations),
+            residual_evaluations: ida.counter(Counter::ResidualEvaluations),
+            jacobian_evaluations: ida.counter(Counter::JacobianEvaluations),
+            linear_setups: ida.counter(Counter::LinearSetups),
+            backtracks: ida.counter(Counter::Backtracks),
+            root_evaluations: ida.counter(Counter::RootEvaluations),
+            quadrature_evaluations: ida.counter(Counter::QuadratureEvaluations),
+            quadrature_error_test_failures: ida.counter(Counter::QuadratureErrorTestFailures),
+            last_order: ida.last_order(),
+            current_order: ida.current_order(),
+            last_step: ida.last_step(),
+            current_step: ida.current_step(),
+            initial_step: ida.initial_step(),
+            t_reached: ida.internal_time(),
+            tolerance_scale_factor: ida.tolerance_scale_factor(),
+            last_linear_flag: ida.last_linear_flag(),
+            smallest_rcond: ida.smallest_rcond(),
+        }
+    }
+
+    fn n_quadratures(&self) -> usize {
+        self.ida.n_quadratures()
+    }
+
+    fn workings(&self) -> &Workings<P> {
+        &self.ida.boundary().callbacks
+    }
+
+    fn workings_mut(&mut self) -> &mut Workings<P> {
+        &mut self.ida.boundary_mut().callbacks
+    }
+
+    /// Lets a panic that was caught at the boundary go on.
+    fn resume_panic(&mut self) {
+        if let Some(panic) = self.ida.boundary_mut().panic.take() {
+            resume_unwind(panic);
+        }
+    }
+
+    /// Turns a refused call into an error with IDAS' message.
+    fn refused<T>(&mut self, result: Result<T, CallFailed>) -> Result<T, Error> {
+        result.map_err(|failed| call_error(failed, self.workings_mut().said.take_message()))
+    }
+}
+
+fn call_error(failed: CallFailed, message: String) -> Error {
+    let CallFailed { call, code } = failed;
+    Error::Call {
+        call,
+        code,
+        name: codes::name(code),
+        message,
+    }
+}
+
+impl<P: DaeProblem> std::fmt::Debug for IdaSolver<P> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("IdaSolver")
+            .field("n", &self.n)
+            .field("t", &self.t)
+            .field("stats", &self.stats())
+            .finish_non_exhaustive()
+    }
+}

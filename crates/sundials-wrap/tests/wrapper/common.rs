@@ -1,0 +1,62 @@
+//! Reference numbers from `data/references/`.
+
+use serde_json::Value;
+use sundials_wrap::DaeProblem;
+
+/// A reference file of the repository.
+pub(crate) fn reference(name: &str) -> Value {
+    let path = format!(
+        "{}/../../data/references/{name}.json",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    let text = std::fs::read_to_string(&path).expect("the reference file is in the repository");
+    serde_json::from_str(&text).expect("the reference file is JSON")
+}
+
+/// An array of numbers.
+pub(crate) fn numbers(value: &Value) -> Vec<f64> {
+    let entries = value.as_array().expect("an array");
+    entries
+        .iter()
+        .map(|v| v.as_f64().expect("a number"))
+        .collect()
+}
+
+/// Compares a problem's Jacobian, for two pairs (a, b), with central differences of its residual.
+pub(crate) fn check_jacobian(problem: &mut impl DaeProblem, t: f64, y: &[f64], y_dot: &[f64]) {
+    let n = problem.n_unknowns();
+    let pattern = problem.jacobian_pattern();
+    for (a, b) in [(1.0, 37.0), (0.6, -2.5)] {
+        let mut values = vec![f64::NAN; pattern.nnz()];
+        problem.jacobian(t, y, y_dot, a, b, &mut values).unwrap();
+        let mut dense = vec![0.0; n * n];
+        for ((column, row), &value) in pattern.entries().zip(&values) {
+            dense[column * n + row] = value;
+        }
+        for j in 0..n {
+            // Cube root of ε: the step that balances truncation and rounding.
+            let h = 6e-6 * y[j].abs().max(y_dot[j].abs()).max(1e-3);
+            let mut side = |sign: f64| {
+                let (mut y, mut y_dot) = (y.to_vec(), y_dot.to_vec());
+                y[j] += sign * a * h;
+                y_dot[j] += sign * b * h;
+                let mut residual = vec![0.0; n];
+                problem.residual(t, &y, &y_dot, &mut residual).unwrap();
+                residual
+            };
+            let (plus, minus) = (side(1.0), side(-1.0));
+            let scale = dense[j * n..][..n]
+                .iter()
+                .fold(1e-8_f64, |m, v| m.max(v.abs()));
+            for i in 0..n {
+                let difference = (plus[i] - minus[i]) / (2.0 * h);
+                let value = dense[j * n + i];
+                // Second-order differences of smooth terms: 1e-6 of the column's largest entry.
+                assert!(
+                    (difference - value).abs() < 1e-6 * scale,
+                    "entry ({i}, {j}) for a = {a}, b = {b}: {value} ≠ {difference}"
+                );
+            }
+        }
+    }
+}

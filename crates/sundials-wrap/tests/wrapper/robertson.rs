@@ -1,0 +1,110 @@
+//! Robertson's kinetics: IDAS with KLU against the published run and an accurate solution.
+
+use crate::common::{check_jacobian, numbers, reference};
+use sundials_wrap::samples::Robertson;
+use sundials_wrap::{DaeProblem, Direction, IdaOptions, IdaSolver, Outcome, Tolerances};
+
+fn published_options() -> IdaOptions {
+    let run = &reference("s3_robertson")["published_runs"];
+    IdaOptions {
+        tolerances: Tolerances::vector(run["rtol"].as_f64().unwrap(), numbers(&run["atol"])),
+        ..IdaOptions::default()
+    }
+}
+
+/// The run of SUNDIALS' example idasRoberts_klu: same library, same settings, so the same outputs
+/// to the printed digits and the same counters. The events are two of its rows.
+#[test]
+fn reproduces_the_published_run_with_klu() {
+    let published = reference("s3_robertson")["published_runs"]["klu"].clone();
+    let start = Robertson.start();
+    let mut solver = IdaSolver::builder(Robertson)
+        .options(published_options())
+        .roots([Direction::Both; 2], |_, _, y, _, g| {
+            (g[0], g[1]) = (y[0] - 1e-4, y[2] - 0.01);
+            Ok(())
+        })
+        .build(start.t, &start.y, &start.y_dot)
+        .unwrap();
+    let rows = numbers(&published["t"])
+        .into_iter()
+        .zip(numbers(&published["y1"]));
+    let events = [(0, [0, 1]), (9, [-1, 0])];
+    let mut t_out = 0.4;
+    for (row, (t, y1)) in rows.enumerate() {
+        let outcome = solver.integrate_to(t_out).unwrap();
+        match events.iter().find(|(event_row, _)| *event_row == row) {
+            Some((_, expected)) => {
+                let Outcome::Root { crossings, .. } = &outcome else {
+                    panic!("{outcome:?}")
+                };
+                assert_eq!(crossings, expected);
+            }
+            None => {
+                assert_eq!(outcome, Outcome::Reached { t: t_out });
+                t_out *= 10.0;
+            }
+        }
+        // Printed with five digits.
+        assert!(
+            (outcome.t() / t - 1.0).abs() < 5e-5,
+            "row {row}: t = {}",
+            outcome.t()
+        );
+        assert!(
+            (solver.y()[0] / y1 - 1.0).abs() < 5e-5,
+            "row {row}: y1 = {}",
+            solver.y()[0]
+        );
+        assert_eq!(
+            solver.stats().steps,
+            published["nst"][row].as_u64().unwrap(),
+            "row {row}"
+        );
+    }
+    let stats = solver.stats();
+    let counters = [
+        ("steps", stats.steps),
+        ("res", stats.residual_evaluations),
+        ("jac", stats.jacobian_evaluations),
+        ("nni", stats.newton_iterations),
+        ("netf", stats.error_test_failures),
+        ("ncfn", stats.newton_failures),
+        ("root_evals", stats.root_evaluations),
+    ];
+    for (key, ours) in counters {
+        assert_eq!(ours, published[key].as_u64().unwrap(), "{key}");
+    }
+}
+
+/// The true error stays within a modest multiple of the tolerance: local errors of rtol per step
+/// add up over some hundred steps, damped by the stiffness.
+#[test]
+fn is_accurate_at_a_tight_tolerance() {
+    let accurate = reference("s3_robertson")["accurate"].clone();
+    let (rtol, start) = (1e-9, Robertson.start());
+    let mut solver = IdaSolver::builder(Robertson)
+        .tolerances(Tolerances::vector(rtol, [1e-18, 1e-22, 1e-12]))
+        .build(start.t, &start.y, &start.y_dot)
+        .unwrap();
+    let (y1, y2) = (numbers(&accurate["y1"]), numbers(&accurate["y2"]));
+    for (i, t) in numbers(&accurate["t"]).into_iter().enumerate() {
+        assert_eq!(solver.integrate_to(t).unwrap(), Outcome::Reached { t });
+        for (component, exact) in [(0, y1[i]), (1, y2[i])] {
+            let error = (solver.y()[component] / exact - 1.0).abs();
+            assert!(
+                error < 1e3 * rtol,
+                "t = {t}: relative error {error:e} in y{component}"
+            );
+        }
+        let total: f64 = solver.y().iter().sum();
+        // The conservation of mass is solved to within Newton's share of the tolerance.
+        assert!((total - 1.0).abs() < rtol, "t = {t}: mass {total}");
+    }
+}
+
+#[test]
+fn the_jacobian_of_the_sample_is_the_derivative_of_its_residual() {
+    check_jacobian(&mut Robertson, 0.0, &[0.7, 2e-5, 0.3], &[-0.1, 0.2, 0.3]);
+    assert_eq!(Robertson.kinds().len(), 3);
+}
