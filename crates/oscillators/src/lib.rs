@@ -39,3 +39,9 @@ pub use error::Error;
 pub use network::{Coefficients, Network};
 pub use settled::Settled;
 pub use smooth::SmoothCoherence;
+
+/// Design notes.
+pub mod notes {
+    #[doc = include_str!("../notes/0001-one-network.md")]
+    pub mod one_network {}
+}

@@ -1,7 +1,8 @@
 //! Coupled oscillators as residual and Jacobian blocks on slices.
 //!
 //! [`Network`] is the common ground of the chain and the array: a list of scalar oscillators, each
-//! with its frequency, its neighbours and the forcing that reaches it. It knows no geometry.
+//! with its frequency, its neighbours and the forcing that reaches it. It knows no geometry
+//! (note [0001](crate::notes::one_network)).
 
 use std::collections::BTreeSet;
 

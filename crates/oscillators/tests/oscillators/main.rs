@@ -6,4 +6,5 @@ mod common;
 mod detuning;
 mod network;
 mod samples;
+mod stiff;
 mod synchronization;

@@ -236,6 +236,46 @@ fn an_array_couples_along_both_axes() {
 }
 
 #[test]
+fn a_periodic_array_moves_as_one_under_both_axes() {
+    let array = Array {
+        omega: vec![50.0; 12],
+        reach: Reach::All,
+        ..array(4, 3, Ends::Periodic)
+    };
+    let (y, w, c) = ([0.4, -0.2], [-7.0, 3.0], [1.5, 0.25]);
+    let spread = |x: [f64; 2]| x.map(|x| [x; 12]).concat();
+    let moved = rhs(
+        &array.network().unwrap(),
+        &[spread(y), spread(w)].concat(),
+        &c,
+    );
+    for direction in 0..2 {
+        // Two pulls of D_n/2 per axis: one oscillator with twice the coupling.
+        let coefficients = Coefficients {
+            coupling: 6.0,
+            ..ALL_TERMS
+        };
+        let (omega, ends, reach) = (vec![50.0], Ends::Periodic, Reach::All);
+        let one = Chain {
+            omega,
+            coefficients,
+            ends,
+            reach,
+        }
+        .network()
+        .unwrap();
+        let expected = rhs(&one, &[y[direction], w[direction]], &[c[direction]])[1];
+        for oscillator in array.direction(direction) {
+            let error = moved[24 + oscillator] - expected;
+            assert!(
+                error.abs() < 8.0 * 2600.0 * f64::EPSILON,
+                "{direction} {oscillator}"
+            );
+        }
+    }
+}
+
+#[test]
 fn bad_descriptions_are_refused_with_their_numbers() {
     let build = |omega: Vec<f64>, coefficients| {
         Chain {

@@ -1,0 +1,94 @@
+//! Van der Pol's oscillator at μ = 1000, the Test Set's `vdpolm`: what only an implicit method can
+//! integrate, so that a wrong Jacobian shows.
+
+use nalgebra::{DMatrix, DVector};
+use nalgebra_sparse::CscMatrix;
+
+use crate::common::{numbers, references};
+use myovib_oscillators::Network;
+use myovib_oscillators::samples::van_der_pol;
+
+/// Columns of the extrapolation tableau, the order of the method.
+const ORDER: usize = 8;
+
+/// `n` steps of the linearly implicit Euler method over the length h:
+/// (∂F/∂s + n/h ∂F/∂ṡ) Δs = −F(s, 0), the Jacobian frozen at `frozen`.
+fn implicit_euler(network: &Network, frozen: &[f64], h: f64, n: usize) -> DVector<f64> {
+    let size = network.n_states();
+    let pattern = network.jacobian_pattern().clone();
+    let mut values = vec![0.0; pattern.nnz()];
+    network.jacobian(frozen, 1.0, n as f64 / h, &mut values);
+    let sparse = CscMatrix::try_from_pattern_and_values(pattern, values).unwrap();
+    let factors = DMatrix::from(&sparse).lu();
+    let mut s = DVector::from_column_slice(frozen);
+    for _ in 0..n {
+        let mut f = DVector::zeros(size);
+        network.residual(s.as_slice(), &vec![0.0; size], &[0.0], f.as_mut_slice());
+        s -= factors.solve(&f).unwrap();
+    }
+    s
+}
+
+/// The extrapolated state after the length `h`, and the last correction as its error.
+fn extrapolated(network: &Network, s: &DVector<f64>, h: f64) -> (DVector<f64>, f64) {
+    let mut previous: Vec<DVector<f64>> = Vec::new();
+    for n in 1..=ORDER {
+        let mut row = vec![implicit_euler(network, s.as_slice(), h, n)];
+        for (k, coarse) in previous.iter().enumerate() {
+            let ratio = n as f64 / (n - 1 - k) as f64;
+            let next = &row[k] + (&row[k] - coarse) / (ratio - 1.0);
+            row.push(next);
+        }
+        previous = row;
+    }
+    // Position and velocity against their sizes, the velocity's from below at 1e-3.
+    let correction = &previous[ORDER - 1] - &previous[ORDER - 2];
+    let error = (correction[0] / s[0].abs().max(1.0)).hypot(correction[1] / s[1].abs().max(1e-3));
+    (previous.swap_remove(ORDER - 1), error)
+}
+
+/// From `s` over `t_end` with the local error below `tolerance` per step; also the steps taken.
+fn integrate(network: &Network, s: [f64; 2], t_end: f64, tolerance: f64) -> (DVector<f64>, usize) {
+    let (mut t, mut h, mut steps) = (0.0, 1e-6, 0);
+    let mut s = DVector::from_column_slice(&s);
+    while t < t_end {
+        h = f64::min(h, t_end - t);
+        let (next, error) = extrapolated(network, &s, h);
+        if error <= tolerance {
+            (t, s, steps) = (t + h, next, steps + 1);
+        }
+        // A NaN error (an overflow on the way) shortens the step as a large one does.
+        let factor = 0.8 * (tolerance / error).powf(1.0 / ORDER as f64);
+        h *= if factor.is_finite() {
+            factor.clamp(0.2, 4.0)
+        } else {
+            0.2
+        };
+    }
+    (s, steps)
+}
+
+#[test]
+fn the_stiff_oscillator_ends_where_the_test_set_does() {
+    let published = &references()["vdpolm"];
+    let y = numbers(&published["y"]);
+    let network = van_der_pol(published["vdp_mu"].as_f64().unwrap(), 1.0)
+        .network()
+        .unwrap();
+    let t_end = published["t"].as_f64().unwrap();
+    let (s, steps) = integrate(&network, [2.0, 0.0], t_end, 1e-10);
+    // The flow between the jumps contracts, so the end is at least as good as one step's tolerance.
+    assert!(
+        (s[0] - y[0]).abs() < 1e-10 * y[0].abs(),
+        "{:e}",
+        s[0] - y[0]
+    );
+    assert!(
+        (s[1] - y[1]).abs() < 1e-10 * y[1].abs(),
+        "{:e}",
+        s[1] - y[1]
+    );
+    // 1200 are enough with the right Jacobian; a step limited by stability, h < 2/(3 μ), would
+    // need 3 million.
+    assert!(steps < 2500, "{steps}");
+}
