@@ -1,4 +1,36 @@
-//! Finite elements of the muscle and of the rod.
+//! Finite elements of the muscle and of the rod: operators without equations of motion.
+//!
+//! A [`mesh`] carries a [`space`] (P2 displacement, P1 pressure); a [`solid`] gives the mass
+//! matrices, the internal force, the volume defect, their rates and all tangents of these as sparse
+//! blocks over the free components ([`dofs`]). How the blocks make up a differential-algebraic
+//! system is the business of the crate above. There is no C library below.
+//!
+//! References: `MODEL`, section 2 (equation numbers are those of Simeon, Serban, Petzold, M2AN 43
+//! (2009) 805–823); the notes in `notes/`.
 #![forbid(unsafe_code)]
 
+mod batch;
+pub mod dofs;
+pub mod element;
+mod error;
+pub mod generate;
+pub mod load;
+mod mass;
+pub mod material;
+pub mod mesh;
+mod msh;
+pub mod quadrature;
+mod refine;
+mod residual;
 pub mod rod;
+pub mod solid;
+pub mod space;
+mod sparsity;
+mod tangent;
+
+pub use dofs::DofMap;
+pub use error::{FemError, MshProblem};
+pub use material::Law;
+pub use mesh::{Group, Mesh};
+pub use solid::{Fields, Inverted, Pressure, Solid, Tangents, Vectors};
+pub use space::{Located, Space};

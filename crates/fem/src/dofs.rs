@@ -1,0 +1,114 @@
+//! Which displacement components are free unknowns.
+
+use crate::error::FemError;
+use crate::space::Space;
+
+/// Marks a constrained component in [`DofMap::full_to_free`].
+pub(crate) const CONSTRAINED: u32 = u32::MAX;
+
+/// The free components of a displacement, numbered in the order of the full nodal array.
+///
+/// # Shapes
+/// A full array has `2 n_nodes` entries (x0, y0, x1, …), a free one [`n_free`](DofMap::n_free).
+///
+/// # Examples
+/// ```
+/// use myovib_fem::{dofs::DofMap, generate, space::Space};
+/// let space = Space::taylor_hood(&generate::rectangle([0.0, 0.0], [1.0, 1.0], [1, 1])?);
+/// let dofs = DofMap::clamped(&space, &space.nodes_of("left")?)?;
+/// assert_eq!(dofs.n_free(), 2 * (9 - 3));
+/// let mut full = vec![7.0; 18];
+/// dofs.expand(&vec![1.0; 12], &mut full); // leaves the constrained entries
+/// assert_eq!(full.iter().sum::<f64>(), 6.0 * 7.0 + 12.0);
+/// # Ok::<(), myovib_fem::FemError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct DofMap {
+    free_to_full: Vec<usize>,
+    full_to_free: Vec<u32>,
+}
+
+impl DofMap {
+    /// All components are free but the listed pairs (node, component).
+    ///
+    /// # Errors
+    /// [`FemError::OutOfRange`] for a node or a component that does not exist.
+    pub fn new(space: &Space, constrained: &[(usize, usize)]) -> Result<Self, FemError> {
+        let mut full_to_free = vec![0; 2 * space.n_nodes()];
+        for &(node, component) in constrained {
+            for (what, index, count) in
+                [("node", node, space.n_nodes()), ("component", component, 2)]
+            {
+                if index >= count {
+                    return Err(FemError::OutOfRange { what, index, count });
+                }
+            }
+            full_to_free[2 * node + component] = CONSTRAINED;
+        }
+        let mut free_to_full = Vec::new();
+        for (full, free) in full_to_free.iter_mut().enumerate() {
+            if *free != CONSTRAINED {
+                *free = u32::try_from(free_to_full.len()).expect("fewer than 2^32 unknowns");
+                free_to_full.push(full);
+            }
+        }
+        Ok(Self {
+            free_to_full,
+            full_to_free,
+        })
+    }
+
+    /// Both components of the listed nodes are constrained.
+    ///
+    /// # Errors
+    /// [`FemError::OutOfRange`] for a node that does not exist.
+    pub fn clamped(space: &Space, nodes: &[usize]) -> Result<Self, FemError> {
+        let pairs: Vec<_> = nodes
+            .iter()
+            .flat_map(|&node| [(node, 0), (node, 1)])
+            .collect();
+        Self::new(space, &pairs)
+    }
+
+    /// Number of free components.
+    pub fn n_free(&self) -> usize {
+        self.free_to_full.len()
+    }
+
+    /// Length of the full nodal array.
+    pub fn n_full(&self) -> usize {
+        self.full_to_free.len()
+    }
+
+    /// The place of each free component in the full array, ascending.
+    pub fn free_to_full(&self) -> &[usize] {
+        &self.free_to_full
+    }
+
+    /// The free number of a component of the full array, or [`CONSTRAINED`].
+    pub(crate) fn full_to_free(&self) -> &[u32] {
+        &self.full_to_free
+    }
+
+    /// Writes the free components into the full array and leaves its other entries.
+    ///
+    /// # Panics
+    /// If a length is wrong.
+    pub fn expand(&self, free: &[f64], full: &mut [f64]) {
+        assert_eq!((free.len(), full.len()), (self.n_free(), self.n_full()));
+        for (&place, &value) in self.free_to_full.iter().zip(free) {
+            full[place] = value;
+        }
+    }
+
+    /// Reads the free components from the full array.
+    ///
+    /// # Panics
+    /// If a length is wrong.
+    pub fn restrict(&self, full: &[f64], free: &mut [f64]) {
+        assert_eq!((free.len(), full.len()), (self.n_free(), self.n_full()));
+        for (&place, value) in self.free_to_full.iter().zip(free) {
+            *value = full[place];
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! What can go wrong before a computation starts: files, meshes, groups, data of the wrong size.
+
+use std::path::PathBuf;
+
+/// An error of this crate's set-up routines.
+///
+/// The element loops have an error type of their own, [`Inverted`](crate::solid::Inverted),
+/// because an integrator recovers from it.
+#[derive(Debug, thiserror::Error)]
+pub enum FemError {
+    /// The mesh file could not be read.
+    #[error("cannot read mesh {}: {source}", path.display())]
+    Io {
+        /// The file asked for.
+        path: PathBuf,
+        /// Why the system refused.
+        source: std::io::Error,
+    },
+    /// The text is not a mesh file this crate reads.
+    #[error("{file}, line {line}: {problem}")]
+    Msh {
+        /// Name of the file, as given.
+        file: String,
+        /// Line number, from 1.
+        line: usize,
+        /// What is wrong there.
+        problem: MshProblem,
+    },
+    /// A physical group that the mesh does not have.
+    #[error("the mesh has no group \"{name}\"; its groups are: {}", list(known))]
+    UnknownGroup {
+        /// The group asked for.
+        name: String,
+        /// The groups there are.
+        known: Vec<String>,
+    },
+    /// A group of points where edges are needed, or the like.
+    #[error("group \"{name}\" holds {found}, but {needed} are needed")]
+    WrongGroup {
+        /// The group.
+        name: String,
+        /// What it holds.
+        found: &'static str,
+        /// What the operation needs.
+        needed: &'static str,
+    },
+    /// A triangle of zero or negative area.
+    #[error(
+        "element {element} ({label}) has area {area:e}: it is {}",
+        if *area < 0.0 { "turned clockwise" } else { "degenerate" }
+    )]
+    Area {
+        /// Index of the triangle.
+        element: usize,
+        /// Its corners, or its tag in the file.
+        label: String,
+        /// Its signed area.
+        area: f64,
+    },
+    /// A mesh without triangles.
+    #[error("the mesh has no triangles")]
+    NoTriangles,
+    /// An index that points outside the mesh.
+    #[error("{what} {index} is out of range: there are {count}")]
+    OutOfRange {
+        /// What the index counts.
+        what: &'static str,
+        /// The index.
+        index: usize,
+        /// One more than the largest allowed.
+        count: usize,
+    },
+    /// A vertex that belongs to no triangle.
+    #[error("vertex {vertex} belongs to no triangle")]
+    LooseVertex {
+        /// The vertex.
+        vertex: usize,
+    },
+    /// A group's edge that is not an edge of any triangle.
+    #[error("edge ({}, {}) of group \"{group}\" is not an edge of any triangle", edge[0], edge[1])]
+    LooseEdge {
+        /// The group.
+        group: String,
+        /// Its two vertices.
+        edge: [usize; 2],
+    },
+    /// A list that does not have one entry for each of something.
+    #[error("{what}: {found} given, {needed} needed")]
+    Count {
+        /// What is counted.
+        what: &'static str,
+        /// How many were given.
+        found: usize,
+        /// How many there should be.
+        needed: usize,
+    },
+    /// A parameter outside its range.
+    #[error("{name} = {value} must be {condition}")]
+    Parameter {
+        /// The parameter.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is required of it.
+        condition: &'static str,
+    },
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() {
+        "(none)".to_owned()
+    } else {
+        names.join(", ")
+    }
+}
+
+/// What is wrong with a line of a mesh file.
+#[derive(Debug, thiserror::Error)]
+pub enum MshProblem {
+    /// Another version of the format.
+    #[error(
+        "MSH version {0} is not read, only 4.1: in Gmsh export with \
+         File > Export > \"Version 4 ASCII\", or `gmsh -2 -format msh41 FILE.geo`"
+    )]
+    Version(String),
+    /// The binary form of the format.
+    #[error(
+        "binary MSH is not read, only ASCII: in Gmsh export with \
+         File > Export > \"Version 4 ASCII\", or set `Mesh.Binary = 0`"
+    )]
+    Binary,
+    /// The text does not start like a mesh file.
+    #[error("this is not a Gmsh mesh: it must start with $MeshFormat")]
+    NotMsh,
+    /// The text ended too early.
+    #[error("the file ends where {0} should follow")]
+    Truncated(&'static str),
+    /// A word that is not what should stand there.
+    #[error("expected {expected}, found \"{found}\"")]
+    Expected {
+        /// What should stand there.
+        expected: &'static str,
+        /// What does.
+        found: String,
+    },
+    /// A tag defined twice.
+    #[error("{what} {tag} is defined twice")]
+    Duplicate {
+        /// Node, group, ….
+        what: &'static str,
+        /// Its tag or name.
+        tag: String,
+    },
+    /// A reference to a node that the file does not define (or that no triangle uses).
+    #[error("node {0} is not a node of any triangle")]
+    UnknownNode(u64),
+    /// An element type other than points, 2-node lines and 3-node triangles.
+    #[error(
+        "element type {0} is not read: use triangles of order 1 (`Mesh.ElementOrder = 1`, \
+         no recombination into quadrangles)"
+    )]
+    ElementType(u64),
+    /// A node off the plane z = 0.
+    #[error("node {tag} has z = {z}: a plane mesh needs z = 0")]
+    NotPlane {
+        /// The node's tag.
+        tag: u64,
+        /// Its third coordinate.
+        z: f64,
+    },
+    /// A triangle of zero or negative area.
+    #[error("element {tag} has area {area:e}: it is degenerate or turned clockwise")]
+    Area {
+        /// The element's tag.
+        tag: u64,
+        /// Its signed area.
+        area: f64,
+    },
+}

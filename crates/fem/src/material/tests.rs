@@ -1,0 +1,177 @@
+//! Identities and central differences for every law.
+
+use super::{Law, Tangent, Tensor};
+
+/// Step of central differences: ε^(1/3) balances truncation and rounding at about 1e-10 relative.
+const STEP: f64 = 6e-6;
+const DIFFERENCE: f64 = 1e-8;
+
+const PRESSURE: f64 = -2300.0;
+const PRESSURE_RATE: f64 = 700.0;
+const STATES: [Tensor; 4] = [
+    [[0.0, 0.0], [0.0, 0.0]],
+    [[0.1, 0.25], [-0.15, -0.05]],
+    [[0.7, -0.4], [0.6, 0.3]],
+    [[-0.3, 0.2], [0.1, 0.4]],
+];
+const VELOCITY: Tensor = [[0.3, -0.8], [0.5, 0.9]];
+
+fn shifted(h: Tensor, r: usize, step: f64) -> Tensor {
+    let mut h = h;
+    h[r / 2][r % 2] += step;
+    h
+}
+
+fn flat(t: Tensor) -> [f64; 4] {
+    [t[0][0], t[0][1], t[1][0], t[1][1]]
+}
+
+fn close(found: f64, expected: f64, scale: f64) {
+    assert!(
+        (found - expected).abs() < DIFFERENCE * scale,
+        "{found} {expected}"
+    );
+}
+
+/// Compares columns of a tangent with central differences of a stress.
+fn check_tangent(tangent: Tangent, stress: impl Fn(Tensor) -> Tensor, h: Tensor, scale: f64) {
+    for c in 0..4 {
+        let plus = flat(stress(shifted(h, c, STEP)));
+        let minus = flat(stress(shifted(h, c, -STEP)));
+        for (r, row) in tangent.iter().enumerate() {
+            close(row[c], (plus[r] - minus[r]) / (2.0 * STEP), scale);
+        }
+    }
+}
+
+macro_rules! law_tests {
+    ($($name:ident: $law:expr;)*) => {$(
+        mod $name {
+            use super::*;
+
+            /// The size of the tangent, by which differences are measured.
+            fn scale(h: Tensor) -> f64 {
+                let entries = $law.tangent(h, PRESSURE);
+                entries.iter().flatten().fold(0.0, |m: f64, a| m.max(a.abs()))
+            }
+
+            #[test]
+            fn rest_is_free_of_stress_and_energy() {
+                let rest = [[0.0; 2]; 2];
+                assert_eq!($law.stress(rest, 0.0), rest);
+                assert_eq!($law.energy(rest), 0.0);
+                assert_eq!($law.volume_change(rest), 0.0);
+                assert_eq!($law.stress_33(rest, 0.0), 0.0);
+            }
+
+            #[test]
+            fn stress_is_the_derivative_of_energy() {
+                for h in STATES {
+                    let full = |h| $law.energy(h) - PRESSURE * $law.volume_change(h);
+                    let stress = flat($law.stress(h, PRESSURE));
+                    for r in 0..4 {
+                        let (plus, minus) = (full(shifted(h, r, STEP)), full(shifted(h, r, -STEP)));
+                        close(stress[r], (plus - minus) / (2.0 * STEP), scale(h));
+                    }
+                }
+            }
+
+            #[test]
+            fn volume_gradient_is_the_derivative_of_volume_change() {
+                for h in STATES {
+                    let gradient = flat($law.volume_gradient(h));
+                    for r in 0..4 {
+                        let difference = $law.volume_change(shifted(h, r, STEP))
+                            - $law.volume_change(shifted(h, r, -STEP));
+                        close(gradient[r], difference / (2.0 * STEP), 1.0);
+                    }
+                }
+            }
+
+            #[test]
+            fn tangent_is_the_derivative_of_stress() {
+                for h in STATES {
+                    let tangent = $law.tangent(h, PRESSURE);
+                    check_tangent(tangent, |h| $law.stress(h, PRESSURE), h, scale(h));
+                }
+            }
+
+            #[test]
+            fn stress_rate_is_the_derivative_along_the_motion() {
+                for h in STATES {
+                    let at = |s: f64| {
+                        let h = [0, 1].map(|i| [0, 1].map(|j| h[i][j] + s * VELOCITY[i][j]));
+                        flat($law.stress(h, PRESSURE + s * PRESSURE_RATE))
+                    };
+                    let rate = flat($law.stress_rate(h, VELOCITY, PRESSURE, PRESSURE_RATE));
+                    for r in 0..4 {
+                        close(rate[r], (at(STEP)[r] - at(-STEP)[r]) / (2.0 * STEP), scale(h));
+                    }
+                }
+            }
+
+            #[test]
+            fn tangent_rate_is_the_derivative_of_the_stress_rate() {
+                for h in STATES {
+                    let rate = |h| $law.stress_rate(h, VELOCITY, PRESSURE, PRESSURE_RATE);
+                    let tangent = $law.tangent_rate(h, VELOCITY, PRESSURE_RATE);
+                    // Third derivatives of W are some ten times the second ones here.
+                    check_tangent(tangent, rate, h, 10.0 * scale(h));
+                }
+            }
+        }
+    )*};
+}
+
+law_tests! {
+    mooney_rivlin: Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
+    mooney_rivlin_second_invariant_only: Law::MooneyRivlin { c10: 0.0, c01: 5e3 };
+    small_strain: Law::SmallStrain { shear_modulus: 2.04e4 };
+}
+
+#[test]
+fn rotations_are_free_of_stress_to_rounding() {
+    let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
+    for angle in [1e-9_f64, 0.3, 2.0, 3.1] {
+        let (s, c) = angle.sin_cos();
+        let h = [[c - 1.0, -s], [s, c - 1.0]];
+        // One rounding in sin and cos, times the modulus.
+        let bound = 4.0 * f64::EPSILON * 2.0e4;
+        assert!(
+            flat(law.stress(h, 0.0)).iter().all(|s| s.abs() < bound),
+            "{angle}"
+        );
+        assert!(law.energy(h) < 1e-20);
+    }
+}
+
+#[test]
+fn small_strains_are_the_linearisation_of_mooney_rivlin() {
+    let (c10, c01) = (1e4, 2e2);
+    let finite = Law::MooneyRivlin { c10, c01 };
+    let small = Law::SmallStrain {
+        shear_modulus: 2.0 * (c10 + c01),
+    };
+    let rest = [[0.0; 2]; 2];
+    let (a, b) = (finite.tangent(rest, 0.0), small.tangent(rest, 0.0));
+    for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
+        assert!((a - b).abs() < 1e-10, "{a} {b}"); // rounding of 4e4
+    }
+}
+
+#[test]
+fn tiny_strains_keep_their_digits() {
+    let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
+    let small = Law::SmallStrain {
+        shear_modulus: 2.04e4,
+    };
+    let h = [[3e-12, 1e-12], [-2e-12, 1e-12]];
+    for (a, b) in flat(law.stress(h, 0.0))
+        .iter()
+        .zip(flat(small.stress(h, 0.0)))
+    {
+        // The laws differ by the strain itself, relatively.
+        assert!((a / b - 1.0).abs() < 1e-10, "{a} {b}");
+    }
+    assert!((law.energy(h) / small.energy(h) - 1.0).abs() < 1e-10);
+}

@@ -1,0 +1,213 @@
+//! One pass over the elements for all vectors: force, its rate, defect, its rate, Bᵀμ.
+
+use crate::batch::{Batch, Batches, LANES, Lanes, Point, TensorLanes, lane, set_lane};
+use crate::material::tensor::{
+    Volumetric, contract, dilation, stress, stress_rate, volume_gradient,
+};
+use crate::material::{Potential, with_potential};
+use crate::solid::{Fields, Inverted, Pressure, Vectors};
+
+/// Nodal values of the fields in one batch.
+pub(crate) struct Local<const N: usize> {
+    pub(crate) u: [[Lanes; 2]; N],
+    pub(crate) v: [[Lanes; 2]; N],
+    pub(crate) p: [Lanes; 3],
+    pub(crate) p_rate: [Lanes; 3],
+    pub(crate) mu: [Lanes; 3],
+    pub(crate) kappa: f64,
+}
+
+impl<const N: usize> Local<N> {
+    /// Fields that are not given count as zero; the callers have checked those that must be there.
+    #[inline(always)]
+    pub(crate) fn gather(batch: &Batch<N>, fields: &Fields<'_>) -> Self {
+        let vector = |field: Option<&[f64]>| {
+            field.map_or([[Lanes::ZERO; 2]; N], |field| batch.gather_vector(field))
+        };
+        let scalar = |field: Option<&[f64]>| {
+            field.map_or([Lanes::ZERO; 3], |field| batch.gather_scalar(field))
+        };
+        let (p, kappa) = match fields.pressure {
+            Pressure::Nodal(p) => (Some(p), 0.0),
+            Pressure::Penalty { kappa } => (None, kappa),
+        };
+        Self {
+            u: batch.gather_vector(fields.u),
+            v: vector(fields.v),
+            p: scalar(p),
+            p_rate: scalar(fields.p_rate),
+            mu: scalar(fields.mu),
+            kappa,
+        }
+    }
+}
+
+/// Fields at one quadrature point of one batch.
+pub(crate) struct AtPoint {
+    pub(crate) h: TensorLanes,
+    pub(crate) v: TensorLanes,
+    pub(crate) p: Lanes,
+    pub(crate) p_rate: Lanes,
+    pub(crate) mu: Lanes,
+    pub(crate) kappa: f64,
+}
+
+impl AtPoint {
+    /// Interpolates to a point and checks that no element is inverted there.
+    #[inline(always)]
+    pub(crate) fn new<const N: usize, W: Potential>(
+        w: &W,
+        batch: &Batch<N>,
+        point: &Point<N>,
+        local: &Local<N>,
+        with_v: bool,
+    ) -> Result<Self, (usize, f64)> {
+        let h = batch.gradient(&local.u, point);
+        if W::FINITE {
+            let d = Lanes::from_fn(|l| dilation(w, lane(&h, l)));
+            if let Some(l) = d.0.iter().position(|&d| d <= -1.0 || d.is_nan()) {
+                return Err((l, 1.0 + d.0[l]));
+            }
+        }
+        let v = if with_v {
+            batch.gradient(&local.v, point)
+        } else {
+            [[Lanes::ZERO; 2]; 2]
+        };
+        Ok(Self {
+            h,
+            v,
+            p: batch.interpolate(&local.p, point),
+            p_rate: batch.interpolate(&local.p_rate, point),
+            mu: batch.interpolate(&local.mu, point),
+            kappa: local.kappa,
+        })
+    }
+
+    #[inline(always)]
+    pub(crate) fn volumetric(&self, l: usize) -> Volumetric {
+        Volumetric {
+            p: self.p.0[l],
+            p_rate: self.p_rate.0[l],
+            kappa: self.kappa,
+        }
+    }
+}
+
+/// Adds ∫ flux : ∇φ of one point to the element vectors.
+#[inline(always)]
+fn accumulate<const N: usize>(
+    out: &mut [[Lanes; 2]; N],
+    batch: &Batch<N>,
+    point: &Point<N>,
+    flux: impl Fn(usize) -> [[f64; 2]; 2],
+) {
+    let weights = batch.weights(point);
+    let mut pulled_back = [[Lanes::ZERO; 2]; 2];
+    for l in 0..LANES {
+        let (flux, inverse) = (flux(l), lane(&batch.inverse, l));
+        let entry = |i: usize, m: usize| {
+            weights.0[l] * (flux[i][0] * inverse[m][0] + flux[i][1] * inverse[m][1])
+        };
+        let rows = [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]];
+        set_lane(&mut pulled_back, l, rows);
+    }
+    for (node, gradient) in out.iter_mut().zip(&point.gradients) {
+        for (sum, row) in node.iter_mut().zip(&pulled_back) {
+            for l in 0..LANES {
+                sum.0[l] += row[0].0[l] * gradient[0] + row[1].0[l] * gradient[1];
+            }
+        }
+    }
+}
+
+/// Adds ∫ ψ f of one point to the element vectors.
+#[inline(always)]
+fn accumulate_scalar<const N: usize>(
+    out: &mut [Lanes; 3],
+    batch: &Batch<N>,
+    point: &Point<N>,
+    f: impl Fn(usize) -> f64,
+) {
+    let weights = batch.weights(point);
+    let weighted = Lanes::from_fn(|l| weights.0[l] * f(l));
+    for (sum, psi) in out.iter_mut().zip(point.psi) {
+        for l in 0..LANES {
+            sum.0[l] += psi * weighted.0[l];
+        }
+    }
+}
+
+#[inline(always)]
+fn evaluate_batch<const N: usize, W: Potential>(
+    w: &W,
+    batch: &Batch<N>,
+    points: &[Point<N>],
+    fields: &Fields<'_>,
+    out: &mut Vectors<'_>,
+) -> Result<(), Inverted> {
+    let local = Local::gather(batch, fields);
+    let zero = [[Lanes::ZERO; 2]; N];
+    let (mut force, mut force_rate, mut multiplier_force) = (zero, zero, zero);
+    let (mut defect, mut defect_rate) = ([Lanes::ZERO; 3], [Lanes::ZERO; 3]);
+    for point in points {
+        let at = AtPoint::new(w, batch, point, &local, fields.v.is_some())
+            .map_err(|(l, jacobian)| Inverted::new(batch.elements[l], point.psi, jacobian))?;
+        if out.force.is_some() {
+            accumulate(&mut force, batch, point, |l| {
+                stress(w, lane(&at.h, l), at.volumetric(l))
+            });
+        }
+        if out.force_rate.is_some() {
+            accumulate(&mut force_rate, batch, point, |l| {
+                stress_rate(w, lane(&at.h, l), lane(&at.v, l), at.volumetric(l))
+            });
+        }
+        if out.multiplier_force.is_some() {
+            accumulate(&mut multiplier_force, batch, point, |l| {
+                volume_gradient(w, lane(&at.h, l)).map(|row| row.map(|n| at.mu.0[l] * n))
+            });
+        }
+        if out.defect.is_some() {
+            accumulate_scalar(&mut defect, batch, point, |l| dilation(w, lane(&at.h, l)));
+        }
+        if out.defect_rate.is_some() {
+            accumulate_scalar(&mut defect_rate, batch, point, |l| {
+                contract(volume_gradient(w, lane(&at.h, l)), lane(&at.v, l))
+            });
+        }
+    }
+    for (local, global) in [
+        (&force, &mut out.force),
+        (&force_rate, &mut out.force_rate),
+        (&multiplier_force, &mut out.multiplier_force),
+    ] {
+        if let Some(global) = global {
+            batch.scatter_vector(local, global);
+        }
+    }
+    for (local, global) in [
+        (&defect, &mut out.defect),
+        (&defect_rate, &mut out.defect_rate),
+    ] {
+        if let Some(global) = global {
+            batch.scatter_scalar(local, global);
+        }
+    }
+    Ok(())
+}
+
+#[inline(always)]
+pub(crate) fn evaluate<const N: usize>(
+    elements: &Batches<N>,
+    fields: &Fields<'_>,
+    out: &mut Vectors<'_>,
+) -> Result<(), Inverted> {
+    for vector in out.all_mut() {
+        vector.fill(0.0);
+    }
+    for batch in &elements.batches {
+        with_potential!(batch.law, w => evaluate_batch(&w, batch, &elements.points, fields, out))?;
+    }
+    Ok(())
+}

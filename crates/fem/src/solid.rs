@@ -1,0 +1,480 @@
+//! The operators of a solid: forces, volume defects, their rates and tangents, masses.
+//!
+//! Cast: [`Solid`] owns the spaces, laws and maps; [`Fields`] is what operators are evaluated at;
+//! [`Vectors`] and [`Tangents`] say which are wanted and where they go. The tangents are related by
+//!
+//! ```text
+//! ∂force/∂p = −B(u)ᵀ              ∂force_rate/∂v = stiffness     ∂force_rate/∂ṗ = −B(u)ᵀ
+//! ∂force_rate/∂p = −divergence_rateᵀ      ∂defect_rate/∂v = B(u)    ∂defect_rate/∂u = divergence_rate
+//! ```
+//!
+//! so five blocks serve all formulations. References: MODEL, section 2.
+
+use std::sync::Arc;
+
+use nalgebra_sparse::pattern::SparsityPattern;
+use pulp::Arch;
+
+use crate::batch::Batches;
+use crate::dofs::DofMap;
+use crate::error::FemError;
+use crate::mass::Symmetric;
+use crate::material::Law;
+use crate::quadrature::TriangleRule;
+use crate::residual;
+use crate::space::{Degree, Space};
+use crate::sparsity::{ScatterMap, displacement_pattern, divergence_pattern, place};
+use crate::tangent;
+
+/// What acts on the volume besides the material law.
+#[derive(Debug, Clone, Copy)]
+pub enum Pressure<'a> {
+    /// A pressure field by its vertex values: `P = P_iso − p cof F`. Paper: eq. (20).
+    Nodal(&'a [f64]),
+    /// No pressure field: the energy κ/2 (J − 1)² pointwise. Paper: eq. (16).
+    Penalty {
+        /// Bulk modulus, Pa.
+        kappa: f64,
+    },
+}
+
+/// The fields at which operators are evaluated.
+///
+/// # Shapes
+/// `u`, `v`: `2 n_nodes`, interleaved, constrained components included. `p`, `p_rate`, `mu`:
+/// `n_vertices`. A `p_rate` or `mu` not given counts as zero.
+#[derive(Debug, Clone, Copy)]
+pub struct Fields<'a> {
+    /// Displacement.
+    pub u: &'a [f64],
+    /// Pressure, or what replaces it.
+    pub pressure: Pressure<'a>,
+    /// Velocity; needed by all rates.
+    pub v: Option<&'a [f64]>,
+    /// Rate of the pressure.
+    pub p_rate: Option<&'a [f64]>,
+    /// Multiplier of the velocity constraint, as in (33).
+    pub mu: Option<&'a [f64]>,
+}
+
+impl<'a> Fields<'a> {
+    /// Displacement and pressure, nothing else.
+    pub fn new(u: &'a [f64], pressure: Pressure<'a>) -> Self {
+        Self {
+            u,
+            pressure,
+            v: None,
+            p_rate: None,
+            mu: None,
+        }
+    }
+}
+
+/// The vectors wanted from [`Solid::evaluate`]; each that is given is overwritten.
+#[derive(Debug, Default)]
+pub struct Vectors<'a> {
+    /// ∫ P(F, p) : ∇φ; `2 n_nodes`.
+    pub force: Option<&'a mut [f64]>,
+    /// ∫ Ṗ : ∇φ with Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ; `2 n_nodes`.
+    pub force_rate: Option<&'a mut [f64]>,
+    /// ∫ ψ (J − 1); `n_vertices`.
+    pub defect: Option<&'a mut [f64]>,
+    /// ∫ ψ cof F : ∇v = B(u) v; `n_vertices`.
+    pub defect_rate: Option<&'a mut [f64]>,
+    /// B(u)ᵀ μ = ∫ μ cof F : ∇φ; `2 n_nodes`.
+    pub multiplier_force: Option<&'a mut [f64]>,
+}
+
+impl Vectors<'_> {
+    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+        [
+            &mut self.force,
+            &mut self.force_rate,
+            &mut self.defect,
+            &mut self.defect_rate,
+            &mut self.multiplier_force,
+        ]
+        .into_iter()
+        .filter_map(|vector| vector.as_deref_mut())
+    }
+}
+
+/// The tangents wanted from [`Solid::tangents`]; each that is given is overwritten with values in
+/// the order of its pattern.
+#[derive(Debug, Default)]
+pub struct Tangents<'a> {
+    /// ∂force/∂u; displacement pattern.
+    pub stiffness: Option<&'a mut [f64]>,
+    /// ∂force_rate/∂u; displacement pattern.
+    pub rate_stiffness: Option<&'a mut [f64]>,
+    /// B(u) = ∂defect/∂u; divergence pattern.
+    pub divergence: Option<&'a mut [f64]>,
+    /// ∂(B(u) v)/∂u = ∫ ψ cof ∇v : ∇φ; divergence pattern.
+    pub divergence_rate: Option<&'a mut [f64]>,
+    /// ∂(B(u)ᵀ μ)/∂u; displacement pattern.
+    pub multiplier_stiffness: Option<&'a mut [f64]>,
+}
+
+impl Tangents<'_> {
+    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+        [
+            &mut self.stiffness,
+            &mut self.rate_stiffness,
+            &mut self.divergence,
+            &mut self.divergence_rate,
+            &mut self.multiplier_stiffness,
+        ]
+        .into_iter()
+        .filter_map(|values| values.as_deref_mut())
+    }
+}
+
+/// The deformation turns an element inside out (or is not a number): no stress is defined there.
+///
+/// An integrator recovers from it with a smaller step.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "det F = {jacobian:.3e} in element {element} at barycentric ({:.3}, {:.3}, {:.3})",
+    barycentric[0], barycentric[1], barycentric[2]
+)]
+pub struct Inverted {
+    /// The triangle.
+    pub element: usize,
+    /// The quadrature point in it.
+    pub barycentric: [f64; 3],
+    /// det F there.
+    pub jacobian: f64,
+}
+
+impl Inverted {
+    pub(crate) fn new(element: usize, barycentric: [f64; 3], jacobian: f64) -> Self {
+        Self {
+            element,
+            barycentric,
+            jacobian,
+        }
+    }
+}
+
+/// Batches by the number of displacement nodes of an element.
+#[derive(Debug, Clone)]
+enum Elements {
+    Linear(Batches<3>, Vec<ScatterMap<3>>),
+    Quadratic(Batches<6>, Vec<ScatterMap<6>>),
+}
+
+/// A solid in plane strain, per unit thickness: spaces, fixed nodes, material, density.
+///
+/// # Units
+/// SI: force vectors in N/m, masses in kg/m.
+///
+/// # Examples
+/// ```
+/// use std::sync::Arc;
+/// use myovib_fem::{dofs::DofMap, generate, material::Law, space::Space};
+/// use myovib_fem::solid::{Fields, Pressure, Solid, Vectors};
+/// let mesh = generate::rectangle([0.0, 0.0], [1.0, 1.0], [2, 2])?;
+/// let space = Arc::new(Space::taylor_hood(&mesh));
+/// let dofs = DofMap::clamped(&space, &space.nodes_of("left")?)?;
+/// let solid = Solid::uniform(space, dofs, Law::MooneyRivlin { c10: 1e4, c01: 2e2 }, 1.1e3)?;
+/// // A tenth more length and width: the volume grows by 21 %.
+/// let u: Vec<f64> = solid.space().node_points().iter().flatten().map(|x| 0.1 * x).collect();
+/// let mut defect = vec![0.0; solid.space().n_vertices()];
+/// solid.evaluate(
+///     &Fields::new(&u, Pressure::Penalty { kappa: 1e5 }),
+///     &mut Vectors { defect: Some(&mut defect), ..Default::default() },
+/// )?;
+/// assert!((defect.iter().sum::<f64>() - 0.21).abs() < 1e-14);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Solid {
+    space: Arc<Space>,
+    dofs: DofMap,
+    laws: Vec<Law>,
+    elements: Elements,
+    displacement_pattern: SparsityPattern,
+    divergence_pattern: SparsityPattern,
+    mass: Symmetric,
+    pressure_mass: Symmetric,
+    pressure_weights: Vec<f64>,
+    /// The vector instructions this processor has; all give the same bits.
+    arch: Arch,
+}
+
+impl Solid {
+    /// A solid with a law for each triangle.
+    ///
+    /// # Errors
+    /// [`FemError::Count`] if the numbers do not match, [`FemError::Parameter`] for a density that
+    /// is not positive.
+    pub fn new(
+        space: Arc<Space>,
+        dofs: DofMap,
+        laws: Vec<Law>,
+        density: f64,
+    ) -> Result<Self, FemError> {
+        Self::with_rule(space, dofs, laws, density, TriangleRule::default())
+    }
+
+    /// A solid of one law.
+    ///
+    /// # Errors
+    /// As for [`new`](Solid::new).
+    pub fn uniform(
+        space: Arc<Space>,
+        dofs: DofMap,
+        law: Law,
+        density: f64,
+    ) -> Result<Self, FemError> {
+        let laws = vec![law; space.n_elements()];
+        Self::new(space, dofs, laws, density)
+    }
+
+    /// A solid whose force and volume terms use another quadrature rule than the one of degree 4.
+    ///
+    /// # Errors
+    /// As for [`new`](Solid::new).
+    pub fn with_rule(
+        space: Arc<Space>,
+        dofs: DofMap,
+        laws: Vec<Law>,
+        density: f64,
+        rule: TriangleRule,
+    ) -> Result<Self, FemError> {
+        check_count("laws, one per triangle", laws.len(), space.n_elements())?;
+        check_count(
+            "components in the dof map",
+            dofs.n_full(),
+            2 * space.n_nodes(),
+        )?;
+        if !(density > 0.0 && density.is_finite()) {
+            let (name, condition) = ("density", "positive and finite");
+            return Err(FemError::Parameter {
+                name,
+                value: density,
+                condition,
+            });
+        }
+        let displacement_pattern = displacement_pattern(&space, &dofs);
+        let divergence_pattern = divergence_pattern(&space, &dofs);
+        let elements = match space.degree() {
+            Degree::One => {
+                let batches = Batches::linear(&space, &laws, rule);
+                let maps = maps(&batches, &dofs, &displacement_pattern, &divergence_pattern);
+                Elements::Linear(batches, maps)
+            }
+            Degree::Two => {
+                let batches = Batches::quadratic(&space, &laws, rule);
+                let maps = maps(&batches, &dofs, &displacement_pattern, &divergence_pattern);
+                Elements::Quadratic(batches, maps)
+            }
+        };
+        let pressure_mass = Symmetric::pressure_mass(&space);
+        Ok(Self {
+            mass: Symmetric::node_mass(&space, density),
+            pressure_weights: pressure_mass.row_sums(),
+            pressure_mass,
+            space,
+            dofs,
+            laws,
+            elements,
+            displacement_pattern,
+            divergence_pattern,
+            arch: Arch::new(),
+        })
+    }
+
+    /// The spaces.
+    pub fn space(&self) -> &Arc<Space> {
+        &self.space
+    }
+
+    /// The free components.
+    pub fn dofs(&self) -> &DofMap {
+        &self.dofs
+    }
+
+    /// The law of each triangle.
+    pub fn laws(&self) -> &[Law] {
+        &self.laws
+    }
+
+    /// Whether all operators are linear in the fields.
+    pub fn is_linear(&self) -> bool {
+        self.laws.iter().all(|law| law.is_linear())
+    }
+
+    /// The vectors asked for, all in one pass over the elements.
+    ///
+    /// # Errors
+    /// [`Inverted`] where det F ≤ 0 or is not a number; the vectors then hold nothing of use.
+    ///
+    /// # Panics
+    /// If a length is wrong, or a rate is wanted without `v`.
+    pub fn evaluate(&self, fields: &Fields<'_>, out: &mut Vectors<'_>) -> Result<(), Inverted> {
+        self.check_fields(fields);
+        let (n, m) = (2 * self.space.n_nodes(), self.space.n_vertices());
+        check_length(n, out.force.as_deref(), "force");
+        check_length(n, out.force_rate.as_deref(), "force_rate");
+        check_length(n, out.multiplier_force.as_deref(), "multiplier_force");
+        check_length(m, out.defect.as_deref(), "defect");
+        check_length(m, out.defect_rate.as_deref(), "defect_rate");
+        let rates = out.force_rate.is_some() || out.defect_rate.is_some();
+        assert!(fields.v.is_some() || !rates, "rates need a velocity");
+        match &self.elements {
+            Elements::Linear(batches, _) => self
+                .arch
+                .dispatch(|| residual::evaluate(batches, fields, out)),
+            Elements::Quadratic(batches, _) => self
+                .arch
+                .dispatch(|| residual::evaluate(batches, fields, out)),
+        }
+    }
+
+    /// The tangents asked for, all in one pass over the elements.
+    ///
+    /// # Errors
+    /// [`Inverted`] where det F ≤ 0 or is not a number; the values then hold nothing of use.
+    ///
+    /// # Panics
+    /// If a length is wrong, or a rate is wanted without `v`.
+    pub fn tangents(&self, fields: &Fields<'_>, out: &mut Tangents<'_>) -> Result<(), Inverted> {
+        self.check_fields(fields);
+        let (n, m) = (
+            self.displacement_pattern.nnz(),
+            self.divergence_pattern.nnz(),
+        );
+        check_length(n, out.stiffness.as_deref(), "stiffness");
+        check_length(n, out.rate_stiffness.as_deref(), "rate_stiffness");
+        check_length(
+            n,
+            out.multiplier_stiffness.as_deref(),
+            "multiplier_stiffness",
+        );
+        check_length(m, out.divergence.as_deref(), "divergence");
+        check_length(m, out.divergence_rate.as_deref(), "divergence_rate");
+        let rates = out.rate_stiffness.is_some() || out.divergence_rate.is_some();
+        assert!(fields.v.is_some() || !rates, "rates need a velocity");
+        match &self.elements {
+            Elements::Linear(batches, maps) => self
+                .arch
+                .dispatch(|| tangent::tangents(batches, maps, fields, out)),
+            Elements::Quadratic(batches, maps) => self
+                .arch
+                .dispatch(|| tangent::tangents(batches, maps, fields, out)),
+        }
+    }
+
+    fn check_fields(&self, fields: &Fields<'_>) {
+        let (n, m) = (2 * self.space.n_nodes(), self.space.n_vertices());
+        check_length(n, Some(fields.u), "u");
+        check_length(n, fields.v, "v");
+        check_length(m, fields.p_rate, "p_rate");
+        check_length(m, fields.mu, "mu");
+        if let Pressure::Nodal(p) = fields.pressure {
+            check_length(m, Some(p), "p");
+        }
+    }
+
+    /// Pattern of tangents by displacement: n_free × n_free, columns major.
+    pub fn displacement_pattern(&self) -> &SparsityPattern {
+        &self.displacement_pattern
+    }
+
+    /// Pattern of B: n_vertices × n_free, columns major.
+    pub fn divergence_pattern(&self) -> &SparsityPattern {
+        &self.divergence_pattern
+    }
+
+    /// Pattern of the pressure's mass matrix: n_vertices × n_vertices.
+    pub fn pressure_pattern(&self) -> &SparsityPattern {
+        &self.pressure_mass.pattern
+    }
+
+    /// ρ ∫ φ_i φ_j between free components, in the displacement pattern.
+    pub fn mass_values(&self) -> Vec<f64> {
+        let pattern = &self.displacement_pattern;
+        let mut values = vec![0.0; pattern.nnz()];
+        let free_to_full = self.dofs.free_to_full();
+        for (column, row) in pattern
+            .major_offsets()
+            .windows(2)
+            .enumerate()
+            .flat_map(|(c, w)| {
+                pattern.minor_indices()[w[0]..w[1]]
+                    .iter()
+                    .map(move |&row| (c, row))
+            })
+        {
+            let (a, b) = (free_to_full[row], free_to_full[column]);
+            if a % 2 == b % 2 {
+                let mass = self.mass.values[place(&self.mass.pattern, a / 2, b / 2)];
+                values[place(pattern, row, column)] = mass;
+            }
+        }
+        values
+    }
+
+    /// ∫ ψ_k ψ_l in the pressure pattern.
+    pub fn pressure_mass_values(&self) -> &[f64] {
+        &self.pressure_mass.values
+    }
+
+    /// out = M a over all nodes, rows and columns of constrained components included.
+    ///
+    /// # Panics
+    /// If a length is not `2 n_nodes`.
+    pub fn apply_mass(&self, a: &[f64], out: &mut [f64]) {
+        self.mass.apply_interleaved(a, out);
+    }
+
+    /// out = M_p p.
+    ///
+    /// # Panics
+    /// If a length is not `n_vertices`.
+    pub fn apply_pressure_mass(&self, p: &[f64], out: &mut [f64]) {
+        self.pressure_mass.apply(p, out);
+    }
+
+    /// ∫ ψ_k, by which projected defects are measured.
+    pub fn pressure_weights(&self) -> &[f64] {
+        &self.pressure_weights
+    }
+
+    /// Volume at rest per unit thickness, m².
+    pub fn volume(&self) -> f64 {
+        self.space.mesh().area()
+    }
+}
+
+fn maps<const N: usize>(
+    batches: &Batches<N>,
+    dofs: &DofMap,
+    displacement: &SparsityPattern,
+    divergence: &SparsityPattern,
+) -> Vec<ScatterMap<N>> {
+    batches
+        .batches
+        .iter()
+        .map(|batch| ScatterMap::new(batch, dofs, displacement, divergence))
+        .collect()
+}
+
+fn check_count(what: &'static str, found: usize, needed: usize) -> Result<(), FemError> {
+    if found == needed {
+        Ok(())
+    } else {
+        Err(FemError::Count {
+            what,
+            found,
+            needed,
+        })
+    }
+}
+
+fn check_length(n: usize, slice: Option<&[f64]>, name: &str) {
+    if let Some(slice) = slice {
+        assert_eq!(slice.len(), n, "length of {name}");
+    }
+}

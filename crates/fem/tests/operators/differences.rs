@@ -1,0 +1,223 @@
+//! Every tangent block of the solid against central differences of its vectors.
+
+use crate::common::{MUSCLE_LAW, SMALL_LAW, clamped, dense, random};
+use myovib_fem::material::Law;
+use myovib_fem::solid::{Fields, Pressure, Solid, Tangents, Vectors};
+use myovib_fem::{Space, generate};
+
+/// Displacements are some 1 % of the element size; ε^(1/3) of that.
+const STEP: f64 = 1e-7;
+
+struct State {
+    u: Vec<f64>,
+    v: Vec<f64>,
+    p: Vec<f64>,
+    p_rate: Vec<f64>,
+    mu: Vec<f64>,
+    kappa: Option<f64>,
+}
+
+/// Force, force rate, Bᵀμ (free components), defect, defect rate.
+type All = [Vec<f64>; 5];
+
+impl State {
+    fn fields(&self) -> Fields<'_> {
+        Fields {
+            u: &self.u,
+            pressure: match self.kappa {
+                Some(kappa) => Pressure::Penalty { kappa },
+                None => Pressure::Nodal(&self.p),
+            },
+            v: Some(&self.v),
+            p_rate: Some(&self.p_rate),
+            mu: Some(&self.mu),
+        }
+    }
+
+    fn evaluate(&self, solid: &Solid) -> All {
+        let (n, m) = (self.u.len(), self.p.len());
+        let mut all = [
+            vec![0.0; n],
+            vec![0.0; n],
+            vec![0.0; n],
+            vec![0.0; m],
+            vec![0.0; m],
+        ];
+        let [force, force_rate, multiplier_force, defect, defect_rate] = &mut all;
+        let mut vectors = Vectors {
+            force: Some(force),
+            force_rate: Some(force_rate),
+            multiplier_force: Some(multiplier_force),
+            defect: Some(defect),
+            defect_rate: Some(defect_rate),
+        };
+        solid.evaluate(&self.fields(), &mut vectors).unwrap();
+        for vector in &mut all[..3] {
+            let mut free = vec![0.0; solid.dofs().n_free()];
+            solid.dofs().restrict(vector, &mut free);
+            *vector = free;
+        }
+        all
+    }
+}
+
+/// Differences of all vectors along one entry of the field that `entry` picks.
+fn slopes(
+    solid: &Solid,
+    state: &mut State,
+    step: f64,
+    entry: impl Fn(&mut State) -> &mut f64,
+) -> All {
+    let start = *entry(state);
+    *entry(state) = start + step;
+    let plus = state.evaluate(solid);
+    *entry(state) = start - step;
+    let minus = state.evaluate(solid);
+    *entry(state) = start;
+    std::array::from_fn(|k| {
+        plus[k]
+            .iter()
+            .zip(&minus[k])
+            .map(|(a, b)| (a - b) / (2.0 * step))
+            .collect()
+    })
+}
+
+fn check(what: &str, found: impl Iterator<Item = f64>, slope: &[f64], scale: f64) {
+    for (a, b) in found.zip(slope) {
+        // Differences lose two thirds of the digits; 1e-8 leaves a factor for the conditioning.
+        assert!(
+            (a - b).abs() <= 1e-7 * scale,
+            "{what}: {a} {b} (scale {scale})"
+        );
+    }
+}
+
+fn check_all(law: Law, space: Space, kappa: Option<f64>) {
+    let (n, m) = (2 * space.n_nodes(), space.n_vertices());
+    let solid = clamped(space, "left", law);
+    let mut state = State {
+        u: random(n, 0.02, 1),
+        v: random(n, 1.0, 2),
+        p: random(m, 3e3, 3),
+        p_rate: random(m, 2e3, 4),
+        mu: random(m, 5e3, 5),
+        kappa,
+    };
+    let nnz = solid.displacement_pattern().nnz();
+    let mut k = [vec![0.0; nnz], vec![0.0; nnz], vec![0.0; nnz]];
+    let mut b = [0, 1].map(|_| vec![0.0; solid.divergence_pattern().nnz()]);
+    let [stiffness, rate_stiffness, multiplier_stiffness] = &mut k;
+    let [divergence, divergence_rate] = &mut b;
+    let mut tangents = Tangents {
+        stiffness: Some(stiffness),
+        rate_stiffness: Some(rate_stiffness),
+        divergence: Some(divergence),
+        divergence_rate: Some(divergence_rate),
+        multiplier_stiffness: Some(multiplier_stiffness),
+    };
+    solid.tangents(&state.fields(), &mut tangents).unwrap();
+    let [k, k_rate, k_mu] = k.map(|values| dense(solid.displacement_pattern(), &values));
+    let [b, b_rate] = b.map(|values| dense(solid.divergence_pattern(), &values));
+    let scale = k.amax();
+    let rate_scale = scale.max(k_rate.amax());
+
+    for (column, &full) in solid.dofs().free_to_full().to_vec().iter().enumerate() {
+        let by_u = slopes(&solid, &mut state, STEP, |s| &mut s.u[full]);
+        check(
+            "stiffness",
+            k.column(column).iter().copied(),
+            &by_u[0],
+            scale,
+        );
+        check(
+            "rate",
+            k_rate.column(column).iter().copied(),
+            &by_u[1],
+            rate_scale,
+        );
+        check(
+            "multiplier",
+            k_mu.column(column).iter().copied(),
+            &by_u[2],
+            scale,
+        );
+        check(
+            "divergence",
+            b.column(column).iter().copied(),
+            &by_u[3],
+            b.amax(),
+        );
+        check(
+            "divergence rate",
+            b_rate.column(column).iter().copied(),
+            &by_u[4],
+            b.amax(),
+        );
+        let by_v = slopes(&solid, &mut state, STEP, |s| &mut s.v[full]);
+        check(
+            "force_rate by v",
+            k.column(column).iter().copied(),
+            &by_v[1],
+            scale,
+        );
+        check(
+            "defect_rate by v",
+            b.column(column).iter().copied(),
+            &by_v[4],
+            b.amax(),
+        );
+    }
+    if kappa.is_none() {
+        for vertex in 0..m {
+            let by_p = slopes(&solid, &mut state, 1.0, |s| &mut s.p[vertex]);
+            check(
+                "force by p",
+                b.row(vertex).iter().map(|x| -x),
+                &by_p[0],
+                b.amax(),
+            );
+            check(
+                "rate by p",
+                b_rate.row(vertex).iter().map(|x| -x),
+                &by_p[1],
+                b.amax(),
+            );
+            let by_rate = slopes(&solid, &mut state, 1.0, |s| &mut s.p_rate[vertex]);
+            check(
+                "rate by p_rate",
+                b.row(vertex).iter().map(|x| -x),
+                &by_rate[1],
+                b.amax(),
+            );
+        }
+    }
+    for vertex in 0..m {
+        let by_mu = slopes(&solid, &mut state, 1.0, |s| &mut s.mu[vertex]);
+        check(
+            "multiplier force by mu",
+            b.row(vertex).iter().copied(),
+            &by_mu[2],
+            b.amax(),
+        );
+    }
+}
+
+macro_rules! difference_tests {
+    ($($name:ident: $law:expr, $space:expr, $kappa:expr;)*) => {$(
+        #[test]
+        fn $name() {
+            // Nine elements would do; eighteen leave a last batch that is not full.
+            let mesh = generate::rectangle([0.0, 0.0], [1.5, 1.0], [3, 3]).unwrap();
+            check_all($law, $space(&mesh), $kappa);
+        }
+    )*};
+}
+
+difference_tests! {
+    mooney_rivlin: MUSCLE_LAW, Space::taylor_hood, None;
+    mooney_rivlin_penalty: MUSCLE_LAW, Space::taylor_hood, Some(1e5);
+    mooney_rivlin_equal_order: MUSCLE_LAW, Space::equal_order, None;
+    small_strain: SMALL_LAW, Space::taylor_hood, None;
+    small_strain_penalty: SMALL_LAW, Space::taylor_hood, Some(1e5);
+}

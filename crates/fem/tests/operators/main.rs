@@ -1,0 +1,6 @@
+//! Tests of the operators through the public interface, from differences to published numbers.
+#![allow(clippy::unwrap_used, reason = "tests are exempt")]
+
+mod common;
+mod differences;
+mod statics;
