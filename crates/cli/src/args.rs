@@ -10,6 +10,8 @@ use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 
 use crate::commands::doctor::DoctorArgs;
+use crate::commands::init::InitArgs;
+use crate::commands::schema::SchemaArgs;
 use crate::{json, machine, versions};
 
 /// Deformation and microvibration of skeletal muscle as differential-algebraic equations.
@@ -35,6 +37,10 @@ pub struct Cli {
 pub enum Command {
     /// Say what libraries and what machine this program has, and what the build lacks.
     Doctor(DoctorArgs),
+    /// Write a commented scene to start from.
+    Init(InitArgs),
+    /// Print the JSON Schema of scenes, with which editors complete and check.
+    Schema(SchemaArgs),
 }
 
 /// Options of every command.
@@ -129,7 +135,9 @@ mod tests {
             ),
             (&["myovib", "doctor"], None),
         ] {
-            let Command::Doctor(doctor) = Cli::try_parse_from(typed).unwrap().command;
+            let Command::Doctor(doctor) = Cli::try_parse_from(typed).unwrap().command else {
+                panic!("{typed:?} is the doctor's")
+            };
             assert_eq!(doctor.common.json, target, "{typed:?}");
         }
     }

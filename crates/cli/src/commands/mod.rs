@@ -1,6 +1,8 @@
 //! One file per command.
 
 pub mod doctor;
+pub mod init;
+pub mod schema;
 
 use crate::args::Command;
 use crate::exit::Exit;
@@ -12,5 +14,7 @@ use crate::exit::Exit;
 pub fn run(command: &Command) -> anyhow::Result<Exit> {
     match command {
         Command::Doctor(args) => doctor::run(args),
+        Command::Init(args) => init::run(args),
+        Command::Schema(args) => schema::run(args),
     }
 }
