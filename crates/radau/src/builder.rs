@@ -1,0 +1,113 @@
+//! Putting an integrator together.
+
+use num_complex::Complex64;
+use sundials_wrap::{DaeProblem, Tolerances};
+
+use crate::control::Control;
+use crate::dense::Collocation;
+use crate::error::{expect_finite, expect_length};
+use crate::error_test::ErrorTest;
+use crate::newton::NewtonSolver;
+use crate::solver::Jacobian;
+use crate::work::Counters;
+use crate::{KluMatrices, Method, NewtonMatrices, RadauError, RadauOptions, RadauSolver};
+
+/// A [`RadauSolver`] in the making.
+#[derive(Debug)]
+pub struct RadauBuilder<P> {
+    problem: P,
+    options: RadauOptions,
+}
+
+impl<P: DaeProblem> RadauBuilder<P> {
+    pub(crate) fn new(problem: P) -> Self {
+        Self {
+            problem,
+            options: RadauOptions::default(),
+        }
+    }
+
+    /// Sets all options.
+    #[must_use]
+    pub fn options(mut self, options: RadauOptions) -> Self {
+        self.options = options;
+        self
+    }
+
+    /// Sets the tolerances.
+    #[must_use]
+    pub fn tolerances(mut self, tolerances: Tolerances) -> Self {
+        self.options.tolerances = tolerances;
+        self
+    }
+
+    /// Builds a solver at (t0, y0, ẏ0) that solves linear systems with KLU.
+    ///
+    /// # Shapes
+    /// `y0`, `y_dot0`: [`n_unknowns`](DaeProblem::n_unknowns).
+    ///
+    /// # Errors
+    /// [`RadauError::WrongLength`], [`RadauError::NotFinite`], [`RadauError::InvalidOption`],
+    /// [`RadauError::Stages`] or [`RadauError::Klu`] for arguments that make no sense.
+    pub fn build(self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<RadauSolver<P>, RadauError> {
+        let method = Method::radau_iia(self.options.stages)?;
+        let pattern = self.problem.jacobian_pattern();
+        let matrices = KluMatrices::new(&pattern, self.options.klu, &method)?;
+        self.build_with(matrices, t0, y0, y_dot0)
+    }
+
+    /// Builds a solver with a linear algebra of one's own.
+    ///
+    /// # Shapes
+    /// As for [`build`](RadauBuilder::build).
+    ///
+    /// # Errors
+    /// As for [`build`](RadauBuilder::build).
+    pub fn build_with<M: NewtonMatrices<P>>(
+        self,
+        matrices: M,
+        t0: f64,
+        y0: &[f64],
+        y_dot0: &[f64],
+    ) -> Result<RadauSolver<P, M>, RadauError> {
+        let Self { problem, options } = self;
+        let n = problem.n_unknowns();
+        let (indices, kinds) = (problem.indices(), problem.kinds());
+        expect_length("initial values y0", n, y0.len())?;
+        expect_length("initial derivatives y_dot0", n, y_dot0.len())?;
+        expect_length("indices", n, indices.len())?;
+        expect_length("kinds", n, kinds.len())?;
+        expect_finite("t0", &[t0])?;
+        expect_finite("y0", y0)?;
+        expect_finite("y_dot0", y_dot0)?;
+        options.validate(n)?;
+        let method = Method::radau_iia(options.stages)?;
+
+        let mut counters = Counters::default();
+        counters.stats.t_reached = t0;
+        let limit = options.newton_limit();
+        let mut solver = RadauSolver {
+            collocation: Collocation::line(&method, t0, y0, y_dot0),
+            newton: NewtonSolver::new(&method, n, options.newton_tolerance(), limit),
+            error_test: ErrorTest::new(options.error_mask(&kinds)),
+            control: Control::new(options.stages, options.safety, limit),
+            jacobian: Jacobian::Due,
+            set_up_for: None,
+            shifts: vec![Complex64::ZERO; method.complex_modes().len()],
+            weights: vec![0.0; n],
+            scaled_weights: vec![0.0; n],
+            y: y0.to_vec(),
+            y_dot: y_dot0.to_vec(),
+            t: t0,
+            h: None,
+            problem,
+            matrices,
+            method,
+            options,
+            indices,
+            counters,
+        };
+        solver.update_weights();
+        Ok(solver)
+    }
+}

@@ -1,0 +1,107 @@
+//! The errors of this crate: misuse, and what the problem itself refuses.
+//!
+//! An integration that cannot go on is not an error but an
+//! [`Outcome::Stopped`](sundials_wrap::Outcome::Stopped).
+
+/// What makes an integration impossible.
+#[derive(Debug, thiserror::Error)]
+pub enum RadauError {
+    /// There is no such method here.
+    #[error("Radau IIA with {stages} stages is not offered: use 1, 3, 5 or 7")]
+    Stages {
+        /// The number asked for.
+        stages: usize,
+    },
+    /// A setting has a value that makes no sense.
+    #[error("{option} = {value}: must be {expected}")]
+    InvalidOption {
+        /// Name of the setting.
+        option: &'static str,
+        /// The value given.
+        value: f64,
+        /// What it must be.
+        expected: &'static str,
+    },
+    /// An array has the wrong length.
+    #[error("{what}: expected length {expected}, got {got}")]
+    WrongLength {
+        /// Which array.
+        what: &'static str,
+        /// The length it should have.
+        expected: usize,
+        /// The length it has.
+        got: usize,
+    },
+    /// A component of an array is infinite or not a number.
+    #[error("{what}[{index}] = {value} is not finite")]
+    NotFinite {
+        /// Which array.
+        what: &'static str,
+        /// The component.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// The output time lies behind the time reached.
+    #[error("output time {t_out} lies behind t = {t}, the time reached")]
+    TimeBehind {
+        /// The output time asked for.
+        t_out: f64,
+        /// The time reached.
+        t: f64,
+    },
+    /// Dense output was asked for outside of the last step, or of too high a derivative.
+    #[error("no derivative of order {derivative} at t = {t}: there are 0 and 1 on [{from}, {to}]")]
+    NoDenseOutput {
+        /// The time asked for.
+        t: f64,
+        /// The derivative asked for.
+        derivative: usize,
+        /// Start of the last step.
+        from: f64,
+        /// End of the last step.
+        to: f64,
+    },
+    /// The problem, or its linear algebra, failed for good.
+    #[error("the {function} failed at t = {t} with step {h}: {source}")]
+    Fatal {
+        /// What failed.
+        function: &'static str,
+        /// The beginning of the step.
+        t: f64,
+        /// The step tried.
+        h: f64,
+        /// The error as it was raised.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// The pattern of the Jacobian cannot be analysed.
+    #[error(transparent)]
+    Klu(#[from] sundials_wrap::klu::KluError),
+}
+
+pub(crate) fn expect_length(
+    what: &'static str,
+    expected: usize,
+    got: usize,
+) -> Result<(), RadauError> {
+    if got == expected {
+        Ok(())
+    } else {
+        Err(RadauError::WrongLength {
+            what,
+            expected,
+            got,
+        })
+    }
+}
+
+pub(crate) fn expect_finite(what: &'static str, values: &[f64]) -> Result<(), RadauError> {
+    match values.iter().position(|v| !v.is_finite()) {
+        Some(index) => Err(RadauError::NotFinite {
+            what,
+            index,
+            value: values[index],
+        }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,121 @@
+//! The error estimate of a step.
+
+use sundials_wrap::{DaeProblem, StepError};
+
+use crate::NewtonMatrices;
+use crate::dense::add_scaled;
+use crate::newton::{Step, evaluate};
+use crate::work::Counters;
+
+/// Workspace of the error estimate.
+///
+/// The collocation polynomial u fulfils F = 0 at all nodes, but not at t_n. Its defect there,
+/// filtered by the real Newton matrix, is the estimate
+///
+/// ```text
+/// err = −(J_y + γ/h J_ẏ)⁻¹ F(t_n, y_n, u'(t_n)),   u'(t_n) = h⁻¹ Σ_j ℓ_j'(0) z_j,
+/// ```
+///
+/// with γ the real eigenvalue of A⁻¹. For M ẏ = f(t, y) this is Hairer & Wanner's (IV.8.19), the
+/// difference to an embedded method of order s; in this form it needs no f and no M. It is O(h^(s+1)).
+/// In a first step or one that is repeated, a large estimate is filtered again through
+/// F(t_n, y_n + err, u'(t_n)): (IV.8.20).
+#[derive(Debug)]
+pub(crate) struct ErrorTest {
+    y_dot: Vec<f64>,
+    shifted: Vec<f64>,
+    /// The estimate.
+    error: Vec<f64>,
+    /// 1 for components that count, 0 for those left out.
+    mask: Vec<f64>,
+}
+
+impl ErrorTest {
+    pub(crate) fn new(mask: Vec<f64>) -> Self {
+        let n = mask.len();
+        Self {
+            y_dot: vec![0.0; n],
+            shifted: vec![0.0; n],
+            error: vec![0.0; n],
+            mask,
+        }
+    }
+
+    /// The weighted norm of the estimated error of the step with increments `z`.
+    pub(crate) fn estimate<P: DaeProblem, M: NewtonMatrices<P>>(
+        &mut self,
+        problem: &mut P,
+        matrices: &mut M,
+        step: &Step<'_>,
+        z: &[f64],
+        filter_twice: bool,
+        counters: &mut Counters,
+    ) -> Result<f64, StepError> {
+        self.y_dot.fill(0.0);
+        for (j, z_j) in z.chunks_exact(step.y.len()).enumerate() {
+            add_scaled(
+                &mut self.y_dot,
+                step.method.basis_derivative(j, 0.0) / step.h,
+                z_j,
+            );
+        }
+        evaluate(
+            problem,
+            step.t,
+            step.y,
+            &self.y_dot,
+            &mut self.error,
+            counters,
+        )?;
+        let norm = self.filter(matrices, step, counters)?;
+        if norm < 1.0 || !filter_twice {
+            return Ok(norm);
+        }
+        self.shifted.copy_from_slice(step.y);
+        add_scaled(&mut self.shifted, 1.0, &self.error);
+        evaluate(
+            problem,
+            step.t,
+            &self.shifted,
+            &self.y_dot,
+            &mut self.error,
+            counters,
+        )?;
+        self.filter(matrices, step, counters)
+    }
+
+    /// Replaces the defect by the estimate, and returns its norm.
+    fn filter<P, M: NewtonMatrices<P>>(
+        &mut self,
+        matrices: &mut M,
+        step: &Step<'_>,
+        counters: &mut Counters,
+    ) -> Result<f64, StepError> {
+        matrices.solve_real(&mut self.error)?;
+        counters.work.real_solves += 1;
+        self.error.iter_mut().for_each(|e| *e = -*e);
+        let square: f64 = self
+            .error
+            .iter()
+            .zip(step.weights)
+            .zip(&self.mask)
+            .map(|((e, w), mask)| (e * w * mask).powi(2))
+            .sum();
+        Ok((square / self.error.len() as f64).sqrt())
+    }
+
+    /// The components with the largest weighted errors in the last estimate, largest first.
+    pub(crate) fn worst(&self, weights: &[f64], count: usize) -> Vec<(usize, f64)> {
+        let mut errors: Vec<(usize, f64)> = self
+            .error
+            .iter()
+            .zip(weights)
+            .zip(&self.mask)
+            .map(|((e, w), mask)| (e * w * mask).abs())
+            .enumerate()
+            .collect();
+        errors.sort_by(|a, b| b.1.total_cmp(&a.1));
+        errors.truncate(count);
+        errors
+    }
+}

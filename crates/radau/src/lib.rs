@@ -1,0 +1,81 @@
+//! Radau IIA methods for fully implicit differential-algebraic equations F(t, y, ẏ) = 0.
+//!
+//! [`Radau`] integrates any [`DaeProblem`](sundials_wrap::DaeProblem) with the implicit
+//! Runge–Kutta method of 3 stages and order 5 (or 1, 5, 7 stages), with adaptive steps. It is
+//! L-stable at full order, where BDF methods above order 2 fail on undamped oscillations, and it
+//! takes constrained mechanical systems in their index-3 form.
+//!
+//! Cast: a [`Method`] is the table of coefficients; `NewtonSolver` solves the stage equations with
+//! some [`NewtonMatrices`] ([`KluMatrices`] unless told otherwise); `ErrorTest` estimates the
+//! error; `Control` chooses h; `Collocation` is the polynomial behind dense output. Options,
+//! outcomes and statistics have the shapes and names they have for IDAS.
+//!
+//! # Examples
+//! ```
+//! use myovib_radau::RadauSolver;
+//! use nalgebra_sparse::pattern::SparsityPattern;
+//! use sundials_wrap::{DaeProblem, Outcome, StepError, Tolerances, VariableKind};
+//!
+//! /// ẏ + 50 (y − cos t) = 0
+//! struct Relaxation;
+//!
+//! impl DaeProblem for Relaxation {
+//!     fn n_unknowns(&self) -> usize {
+//!         1
+//!     }
+//!     fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+//!         r[0] = v[0] + 50.0 * (y[0] - t.cos());
+//!         Ok(())
+//!     }
+//!     fn jacobian_pattern(&self) -> SparsityPattern {
+//!         SparsityPattern::try_from_offsets_and_indices(1, 1, vec![0, 1], vec![0]).unwrap()
+//!     }
+//!     fn jacobian(
+//!         &mut self, _: f64, _: &[f64], _: &[f64], a: f64, b: f64, values: &mut [f64],
+//!     ) -> Result<(), StepError> {
+//!         values[0] = 50.0 * a + b;
+//!         Ok(())
+//!     }
+//!     fn kinds(&self) -> Vec<VariableKind> {
+//!         vec![VariableKind::Differential]
+//!     }
+//!     fn indices(&self) -> Vec<u8> {
+//!         vec![0]
+//!     }
+//! }
+//!
+//! let mut solver = RadauSolver::builder(Relaxation)
+//!     .tolerances(Tolerances::scalar(1e-6, 1e-9))
+//!     .build(0.0, &[0.0], &[50.0])?;
+//! assert_eq!(solver.integrate_to(2.0)?, Outcome::Reached { t: 2.0 });
+//! let exact = (2500.0 * 2f64.cos() + 50.0 * 2f64.sin()) / 2501.0;
+//! assert!((solver.y()[0] - exact).abs() < 1e-6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # References
+//! - E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., 1996: IV.8
+//!   (implementation), VII.7 (index 2 and 3).
+//! - K. Gustafsson, Control-theoretic techniques for stepsize selection in implicit Runge–Kutta
+//!   methods, ACM Trans. Math. Softw. 20 (1994) 496.
+#![forbid(unsafe_code)]
+
+mod builder;
+mod control;
+mod dense;
+mod error;
+mod error_test;
+mod matrices;
+mod method;
+mod newton;
+mod options;
+mod solver;
+mod work;
+
+pub use builder::RadauBuilder;
+pub use error::RadauError;
+pub use matrices::{KluMatrices, NewtonMatrices};
+pub use method::{ComplexMode, Method, RealMode};
+pub use options::{RadauOptions, StepSize};
+pub use solver::RadauSolver;
+pub use work::Work;

@@ -1,0 +1,364 @@
+//! The coefficients of the Radau IIA methods, and the modes that split their stage equations.
+
+use nalgebra::{DMatrix, DVector};
+use num_complex::Complex64;
+
+/// A real eigenvalue λ of A⁻¹ with its right and left eigenvectors, ℓ·r = 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RealMode {
+    /// λ
+    pub lambda: f64,
+    /// r, with A⁻¹ r = λ r.
+    pub right: Vec<f64>,
+    /// ℓ, with ℓ A⁻¹ = λ ℓ.
+    pub left: Vec<f64>,
+}
+
+/// One of a pair of complex eigenvalues of A⁻¹ (the one with positive imaginary part) with its
+/// right and left eigenvectors, ℓ·r = 1 (no conjugation).
+#[derive(Debug, Clone, PartialEq)]
+pub struct ComplexMode {
+    /// λ
+    pub lambda: Complex64,
+    /// r, with A⁻¹ r = λ r.
+    pub right: Vec<Complex64>,
+    /// ℓ, with ℓ A⁻¹ = λ ℓ.
+    pub left: Vec<Complex64>,
+}
+
+/// A Radau IIA method: collocation at the zeros of P_s − P_{s−1}, the last of which is 1.
+///
+/// It has the order 2s − 1, its stages the order s; it is L-stable, and its last stage is the
+/// solution at the end of the step, so that algebraic equations hold there. Only odd s are
+/// offered: their A⁻¹ has exactly one real eigenvalue, whose matrix also filters the error
+/// estimate.
+///
+/// With stage increments z_i = Y_i − y_n and A⁻¹ = Σ_k λ_k r_k ℓ_kᵀ (k over the real mode, the
+/// complex modes and their conjugates), the 3n × 3n Newton system
+///
+/// ```text
+/// (I ⊗ J_y + h⁻¹ A⁻¹ ⊗ J_ẏ) Δz = −G
+/// ```
+///
+/// falls apart into (J_y + λ_k/h J_ẏ) w_k = −Σ_i ℓ_ki G_i with Δz_i = Σ_k r_ki w_k: one real and
+/// (s − 1)/2 complex systems of order n.
+///
+/// # Examples
+/// ```
+/// let method = myovib_radau::Method::radau_iia(3)?;
+/// assert_eq!(method.order(), 5);
+/// assert!((method.nodes()[0] - (4.0 - 6f64.sqrt()) / 10.0).abs() < 1e-15);
+/// # Ok::<(), myovib_radau::RadauError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Method {
+    nodes: Vec<f64>,
+    a_inverse: DMatrix<f64>,
+    real: RealMode,
+    complex: Vec<ComplexMode>,
+}
+
+impl Method {
+    /// The method with s `stages`.
+    ///
+    /// Everything follows from the nodes: A⁻¹ differentiates polynomials that vanish at 0,
+    /// (A⁻¹)_ij = ℓ_j'(c_i) with the Lagrange polynomials on {0, c_1, …, c_s}.
+    ///
+    /// # Errors
+    /// [`RadauError::Stages`](crate::RadauError::Stages) unless `stages` is 1, 3, 5 or 7: from 9
+    /// on the coefficients lose digits.
+    pub fn radau_iia(stages: usize) -> Result<Self, crate::RadauError> {
+        if !matches!(stages, 1 | 3 | 5 | 7) {
+            return Err(crate::RadauError::Stages { stages });
+        }
+        let nodes = radau_nodes(stages);
+        let a_inverse = DMatrix::from_fn(stages, stages, |i, j| {
+            lagrange_derivative(&nodes, j, nodes[i])
+        });
+        let (real, complex) = modes(&a_inverse);
+        Ok(Self {
+            nodes,
+            a_inverse,
+            real,
+            complex,
+        })
+    }
+
+    /// Number of stages s.
+    pub fn stages(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// The classical order, 2s − 1.
+    pub fn order(&self) -> usize {
+        2 * self.stages() - 1
+    }
+
+    /// The nodes c_1 < … < c_s = 1.
+    pub fn nodes(&self) -> &[f64] {
+        &self.nodes
+    }
+
+    /// The entry (i, j) of A⁻¹, counted from 0.
+    pub fn a_inverse(&self, i: usize, j: usize) -> f64 {
+        self.a_inverse[(i, j)]
+    }
+
+    /// The mode of the real eigenvalue of A⁻¹.
+    pub fn real_mode(&self) -> &RealMode {
+        &self.real
+    }
+
+    /// The modes of the complex eigenvalues of A⁻¹ with positive imaginary part.
+    pub fn complex_modes(&self) -> &[ComplexMode] {
+        &self.complex
+    }
+
+    /// ℓ_j(θ), the Lagrange polynomial on {0, c_1, …, c_s} that is 1 at c_j (j counted from 0).
+    pub fn basis(&self, j: usize, theta: f64) -> f64 {
+        lagrange(&self.nodes, j, theta)
+    }
+
+    /// ℓ_j'(θ); see [`basis`](Method::basis).
+    pub fn basis_derivative(&self, j: usize, theta: f64) -> f64 {
+        lagrange_derivative(&self.nodes, j, theta)
+    }
+}
+
+/// The nodes on [0, 1]: eigenvalues of the Jacobi matrix of the Legendre polynomials, its last
+/// diagonal entry changed so that 1 is a node (Golub 1973).
+fn radau_nodes(stages: usize) -> Vec<f64> {
+    let s = stages as f64;
+    let jacobi = DMatrix::from_fn(stages, stages, |i, j| {
+        let k = i.max(j) as f64;
+        match i.abs_diff(j) {
+            1 => k / (4.0 * k * k - 1.0).sqrt(),
+            0 if i + 1 == stages => s / (2.0 * s - 1.0),
+            _ => 0.0,
+        }
+    });
+    let mut nodes: Vec<f64> = jacobi
+        .symmetric_eigenvalues()
+        .iter()
+        .map(|x| 0.5 * (1.0 + x))
+        .collect();
+    nodes.sort_by(f64::total_cmp);
+    nodes[stages - 1] = 1.0;
+    nodes
+}
+
+fn lagrange(nodes: &[f64], j: usize, theta: f64) -> f64 {
+    let c_j = nodes[j];
+    others(nodes, j).fold(theta / c_j, |product, c| product * (theta - c) / (c_j - c))
+}
+
+/// Σ_m Π_{k ≠ m} (θ − x_k) / Π_k (x_j − x_k), m and k over all nodes but c_j.
+fn lagrange_derivative(nodes: &[f64], j: usize, theta: f64) -> f64 {
+    let c_j = nodes[j];
+    let scale = others(nodes, j).fold(c_j, |product, c| product * (c_j - c));
+    // The product rule, one factor at a time: (f g)' = f' g + f g'.
+    let (_, derivative) = others(nodes, j).fold((theta, 1.0), |(f, df), c| {
+        (f * (theta - c), df * (theta - c) + f)
+    });
+    derivative / scale
+}
+
+fn others(nodes: &[f64], j: usize) -> impl Iterator<Item = f64> {
+    nodes
+        .iter()
+        .enumerate()
+        .filter(move |&(k, _)| k != j)
+        .map(|(_, &c)| c)
+}
+
+/// The eigenvalues of A⁻¹ with right and left eigenvectors.
+fn modes(a_inverse: &DMatrix<f64>) -> (RealMode, Vec<ComplexMode>) {
+    let mut eigenvalues: Vec<Complex64> = a_inverse.complex_eigenvalues().iter().copied().collect();
+    // Conjugate pairs sort symmetrically around the one real eigenvalue.
+    eigenvalues.sort_by(|a, b| a.im.total_cmp(&b.im));
+    let middle = eigenvalues.len() / 2;
+    let matrix = a_inverse.map(Complex64::from);
+    let dot = |l: &[Complex64], r: &[Complex64]| -> Complex64 {
+        l.iter().zip(r).map(|(l, r)| l * r).sum()
+    };
+    let mode = |mut lambda: Complex64| {
+        // The quotient ℓ·(A⁻¹ r)/ℓ·r doubles the correct digits of an eigenvalue.
+        for _ in 0..2 {
+            let left = null_vector(&matrix.transpose(), lambda);
+            let right = null_vector(&matrix, lambda);
+            let image = &matrix * DVector::from_column_slice(&right);
+            lambda = dot(&left, image.as_slice()) / dot(&left, &right);
+        }
+        let mut left = null_vector(&matrix.transpose(), lambda);
+        let right = null_vector(&matrix, lambda);
+        let product = dot(&left, &right);
+        left.iter_mut().for_each(|l| *l /= product);
+        ComplexMode {
+            lambda,
+            right,
+            left,
+        }
+    };
+    let real = mode(Complex64::from(eigenvalues[middle].re));
+    let parts = |v: Vec<Complex64>| v.iter().map(|x| x.re).collect();
+    let real = RealMode {
+        lambda: real.lambda.re,
+        right: parts(real.right),
+        left: parts(real.left),
+    };
+    (
+        real,
+        eigenvalues[middle + 1..]
+            .iter()
+            .map(|&lambda| mode(lambda))
+            .collect(),
+    )
+}
+
+/// The vector v with (M − λI) v = 0 and last component 1.
+fn null_vector(matrix: &DMatrix<Complex64>, lambda: Complex64) -> Vec<Complex64> {
+    let s = matrix.nrows();
+    // The last equation, which depends on the others, makes room for v_s = 1.
+    let mut system = matrix - DMatrix::from_diagonal_element(s, s, lambda);
+    system.row_mut(s - 1).fill(Complex64::ZERO);
+    system[(s - 1, s - 1)] = Complex64::ONE;
+    let mut v = DVector::zeros(s);
+    v[s - 1] = Complex64::ONE;
+    let solved = system.lu().solve_mut(&mut v);
+    assert!(
+        solved,
+        "no eigenvector of a Radau IIA matrix vanishes in its last component"
+    );
+    v.iter().copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ODD: [usize; 4] = [1, 3, 5, 7];
+
+    /// Rounding, amplified by the condition of the eigenvector matrix, which grows with s.
+    fn rounding(stages: usize) -> f64 {
+        f64::EPSILON * 10f64.powi(stages as i32 / 2 + 1)
+    }
+
+    #[test]
+    fn nodes_and_eigenvalues_of_three_stages_have_their_closed_forms() {
+        let method = Method::radau_iia(3).unwrap();
+        let root6 = 6f64.sqrt();
+        let nodes = [(4.0 - root6) / 10.0, (4.0 + root6) / 10.0, 1.0];
+        for (c, exact) in method.nodes().iter().zip(nodes) {
+            assert!((c - exact).abs() < rounding(1), "{c} {exact}");
+        }
+        // Hairer & Wanner IV.8: the eigenvalues of A, inverted.
+        let (a, b) = (81f64.cbrt(), 9f64.cbrt());
+        let gamma = 30.0 / (6.0 + a - b);
+        let of_a = Complex64::new((12.0 - a + b) / 60.0, 3f64.sqrt() * (a + b) / 60.0);
+        let pair = of_a.conj() / of_a.norm_sqr();
+        assert!((method.real.lambda - gamma).abs() < rounding(3));
+        assert!(
+            (method.complex[0].lambda - if pair.im > 0.0 { pair } else { pair.conj() }).norm()
+                < rounding(3)
+        );
+    }
+
+    #[test]
+    fn modes_compose_the_inverse_of_a() {
+        for s in ODD {
+            let method = Method::radau_iia(s).unwrap();
+            assert_eq!(method.complex.len(), (s - 1) / 2);
+            for i in 0..s {
+                for j in 0..s {
+                    let RealMode {
+                        lambda,
+                        right,
+                        left,
+                    } = &method.real;
+                    let real = lambda * right[i] * left[j];
+                    let complex: Complex64 = method
+                        .complex
+                        .iter()
+                        .map(|m| m.lambda * m.right[i] * m.left[j])
+                        .sum();
+                    let composed = real + 2.0 * complex.re;
+                    let scale = method.a_inverse.amax();
+                    assert!(
+                        (composed - method.a_inverse(i, j)).abs() < rounding(s) * scale,
+                        "s = {s}: {composed} {}",
+                        method.a_inverse(i, j)
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn order_conditions_hold() {
+        for s in ODD {
+            let method = Method::radau_iia(s).unwrap();
+            let a = method.a_inverse.clone().try_inverse().unwrap();
+            for k in 1..=2 * s - 1 {
+                // B(2s − 1): Σ b_j c_j^(k−1) = 1/k with b the last row of A.
+                let sum: f64 = (0..s)
+                    .map(|j| a[(s - 1, j)] * method.nodes[j].powi(k as i32 - 1))
+                    .sum();
+                assert!(
+                    (sum - 1.0 / k as f64).abs() < rounding(s),
+                    "B({k}), s = {s}: {sum}"
+                );
+            }
+            for k in 1..=s {
+                for i in 0..s {
+                    // C(s): Σ a_ij c_j^(k−1) = c_i^k / k.
+                    let sum: f64 = (0..s)
+                        .map(|j| a[(i, j)] * method.nodes[j].powi(k as i32 - 1))
+                        .sum();
+                    let exact = method.nodes[i].powi(k as i32) / k as f64;
+                    assert!(
+                        (sum - exact).abs() < rounding(s),
+                        "C({k}), s = {s}: {sum} {exact}"
+                    );
+                }
+            }
+            for k in 1..s {
+                for j in 0..s {
+                    // D(s − 1): Σ b_i c_i^(k−1) a_ij = b_j (1 − c_j^k) / k.
+                    let sum: f64 = (0..s)
+                        .map(|i| a[(s - 1, i)] * method.nodes[i].powi(k as i32 - 1) * a[(i, j)])
+                        .sum();
+                    let exact = a[(s - 1, j)] * (1.0 - method.nodes[j].powi(k as i32)) / k as f64;
+                    assert!(
+                        (sum - exact).abs() < rounding(s),
+                        "D({k}), s = {s}: {sum} {exact}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn even_and_large_numbers_of_stages_are_refused() {
+        for stages in [0, 2, 4, 9] {
+            assert!(matches!(
+                Method::radau_iia(stages),
+                Err(crate::RadauError::Stages { stages: s }) if s == stages
+            ));
+        }
+    }
+
+    #[test]
+    fn the_basis_is_nodal_and_its_derivative_differentiates() {
+        let method = Method::radau_iia(3).unwrap();
+        for j in 0..3 {
+            assert_eq!(method.basis(j, 0.0), 0.0);
+            for (i, &c) in method.nodes().iter().enumerate() {
+                assert!((method.basis(j, c) - f64::from(u8::from(i == j))).abs() < rounding(1));
+            }
+            // A central difference is exact for the cubic up to h²/6 times its third derivative.
+            let (theta, h) = (0.3, 1e-4);
+            let difference = (method.basis(j, theta + h) - method.basis(j, theta - h)) / (2.0 * h);
+            assert!((difference - method.basis_derivative(j, theta)).abs() < 1e-6);
+        }
+    }
+}

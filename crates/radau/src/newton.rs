@@ -1,0 +1,227 @@
+//! Simplified Newton iterations for the stage equations.
+
+use num_complex::Complex64;
+use sundials_wrap::{DaeProblem, StepError};
+
+use crate::dense::add_scaled;
+use crate::work::Counters;
+use crate::{Method, NewtonMatrices};
+
+/// How the iterations ended, short of an error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Newton {
+    /// Solved, after this many iterations.
+    Converged { iterations: usize },
+    /// They diverge, or converge too slowly: this factor on h may help.
+    Failed { step_factor: f64 },
+}
+
+/// What all iterations of a step share.
+pub(crate) struct Step<'a> {
+    pub(crate) method: &'a Method,
+    pub(crate) t: f64,
+    pub(crate) h: f64,
+    pub(crate) y: &'a [f64],
+    /// Weights of the components in norms: the inverses of their tolerances.
+    pub(crate) weights: &'a [f64],
+}
+
+/// Workspace and memory of Newton's method.
+///
+/// The unknowns are the stage increments z_i = Y_i − y_n; the equations
+///
+/// ```text
+/// G_i(z) = F(t_n + c_i h, y_n + z_i, h⁻¹ Σ_j (A⁻¹)_ij z_j) = 0.
+/// ```
+#[derive(Debug)]
+pub(crate) struct NewtonSolver {
+    /// The stage increments, one after the other.
+    pub(crate) z: Vec<f64>,
+    residuals: Vec<f64>,
+    stage: Vec<f64>,
+    stage_dot: Vec<f64>,
+    real: Vec<f64>,
+    complex: Vec<Vec<Complex64>>,
+    tolerance: f64,
+    limit: usize,
+    /// θ/(1 − θ): bounds the error left by the last correction.
+    error_factor: f64,
+    /// The last estimate of the contraction θ; 0 where one iteration was enough.
+    pub(crate) contraction: f64,
+}
+
+/// Above this contraction the iterations count as divergent.
+const DIVERGENT: f64 = 0.99;
+
+/// θ/(1 − θ) of the last step judges the first correction of this one, but not below this: the
+/// contraction may have been better there (a nilpotent error shows θ = 0 in its last iteration).
+const LEAST_TRUST: f64 = 1e-3;
+
+impl NewtonSolver {
+    pub(crate) fn new(method: &Method, n: usize, tolerance: f64, limit: usize) -> Self {
+        let s = method.stages();
+        Self {
+            z: vec![0.0; s * n],
+            residuals: vec![0.0; s * n],
+            stage: vec![0.0; n],
+            stage_dot: vec![0.0; n],
+            real: vec![0.0; n],
+            complex: vec![vec![Complex64::ZERO; n]; method.complex_modes().len()],
+            tolerance,
+            limit,
+            error_factor: 1.0,
+            contraction: 0.0,
+        }
+    }
+
+    /// Iterates from the increments in `z`.
+    ///
+    /// With the contraction θ estimated from successive corrections, the error after a correction
+    /// Δz is about θ/(1 − θ) ‖Δz‖; the iterations end when it is below the tolerance, or when θ
+    /// says that it will not be within the iterations allowed (Hairer & Wanner IV.8).
+    pub(crate) fn solve<P: DaeProblem, M: NewtonMatrices<P>>(
+        &mut self,
+        problem: &mut P,
+        matrices: &mut M,
+        step: &Step<'_>,
+        counters: &mut Counters,
+    ) -> Result<Newton, StepError> {
+        self.error_factor = self.error_factor.max(LEAST_TRUST).powf(0.8);
+        self.contraction = 0.0;
+        let mut last_norm = 0.0;
+        let mut last_ratio = 0.0;
+        for iteration in 1..=self.limit {
+            counters.stats.newton_iterations += 1;
+            self.evaluate_residuals(problem, step, counters)?;
+            let norm = self.correct(matrices, step, counters)?;
+            if !norm.is_finite() {
+                return Ok(Newton::Failed { step_factor: 0.5 });
+            }
+            if iteration > 1 {
+                let ratio = norm / last_norm;
+                self.contraction = if iteration == 2 {
+                    ratio
+                } else {
+                    f64::sqrt(ratio * last_ratio)
+                };
+                last_ratio = ratio;
+                if self.contraction >= DIVERGENT {
+                    return Ok(Newton::Failed { step_factor: 0.5 });
+                }
+                self.error_factor = self.contraction / (1.0 - self.contraction);
+                let left = (self.limit - iteration) as i32;
+                let at_limit = self.error_factor * norm * self.contraction.powi(left);
+                if at_limit > self.tolerance {
+                    let excess = (at_limit / self.tolerance).min(20.0);
+                    let exponent = -1.0 / f64::from(left + 4);
+                    return Ok(Newton::Failed {
+                        step_factor: 0.8 * excess.powf(exponent),
+                    });
+                }
+            }
+            if self.error_factor * norm <= self.tolerance {
+                return Ok(Newton::Converged {
+                    iterations: iteration,
+                });
+            }
+            last_norm = norm.max(f64::EPSILON);
+        }
+        Ok(Newton::Failed { step_factor: 0.5 })
+    }
+
+    fn evaluate_residuals<P: DaeProblem>(
+        &mut self,
+        problem: &mut P,
+        step: &Step<'_>,
+        counters: &mut Counters,
+    ) -> Result<(), StepError> {
+        let n = step.y.len();
+        for (i, c) in step.method.nodes().iter().enumerate() {
+            self.stage.copy_from_slice(step.y);
+            add_scaled(&mut self.stage, 1.0, &self.z[i * n..(i + 1) * n]);
+            self.stage_dot.fill(0.0);
+            for (j, z_j) in self.z.chunks_exact(n).enumerate() {
+                add_scaled(
+                    &mut self.stage_dot,
+                    step.method.a_inverse(i, j) / step.h,
+                    z_j,
+                );
+            }
+            let residual = &mut self.residuals[i * n..(i + 1) * n];
+            evaluate(
+                problem,
+                step.t + c * step.h,
+                &self.stage,
+                &self.stage_dot,
+                residual,
+                counters,
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Solves for the correction, mode by mode, adds it to `z`, and returns its norm.
+    fn correct<P, M: NewtonMatrices<P>>(
+        &mut self,
+        matrices: &mut M,
+        step: &Step<'_>,
+        counters: &mut Counters,
+    ) -> Result<f64, StepError> {
+        let n = step.y.len();
+        let real_mode = step.method.real_mode();
+        let complex_modes = step.method.complex_modes();
+
+        self.real.fill(0.0);
+        for (g, l) in self.residuals.chunks_exact(n).zip(&real_mode.left) {
+            add_scaled(&mut self.real, -l, g);
+        }
+        matrices.solve_real(&mut self.real)?;
+        counters.work.real_solves += 1;
+        for (k, (mode, w)) in complex_modes.iter().zip(&mut self.complex).enumerate() {
+            w.fill(Complex64::ZERO);
+            for (g, l) in self.residuals.chunks_exact(n).zip(&mode.left) {
+                w.iter_mut().zip(g).for_each(|(w, g)| *w -= l * g);
+            }
+            matrices.solve_complex(k, w)?;
+            counters.work.complex_solves += 1;
+        }
+
+        let mut square = 0.0;
+        for (i, z_i) in self.z.chunks_exact_mut(n).enumerate() {
+            for (m, z) in z_i.iter_mut().enumerate() {
+                let mut correction = real_mode.right[i] * self.real[m];
+                for (mode, w) in complex_modes.iter().zip(&self.complex) {
+                    // A conjugate pair of modes adds up to twice the real part.
+                    let r = mode.right[i];
+                    correction += 2.0 * (r.re * w[m].re - r.im * w[m].im);
+                }
+                *z += correction;
+                square += (correction * step.weights[m]).powi(2);
+            }
+        }
+        Ok((square / self.z.len() as f64).sqrt())
+    }
+}
+
+/// Evaluates the residual; one that is not finite is a recoverable error.
+pub(crate) fn evaluate<P: DaeProblem>(
+    problem: &mut P,
+    t: f64,
+    y: &[f64],
+    y_dot: &[f64],
+    residual: &mut [f64],
+    counters: &mut Counters,
+) -> Result<(), StepError> {
+    counters.stats.residual_evaluations += 1;
+    problem.residual(t, y, y_dot, residual)?;
+    match residual.iter().position(|r| !r.is_finite()) {
+        None => Ok(()),
+        Some(i) => {
+            let name = problem.component_name(i);
+            Err(StepError::Recoverable(format!(
+                "residual {i} ({name}) is {}",
+                residual[i]
+            )))
+        }
+    }
+}

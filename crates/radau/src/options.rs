@@ -1,0 +1,270 @@
+//! Settings of the integrator, as plain values.
+
+use sundials_wrap::klu::KluOptions;
+use sundials_wrap::{Suppressed, Tolerances, VariableKind};
+
+use crate::RadauError;
+use crate::error::expect_length;
+
+/// How the step size is chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum StepSize {
+    /// By the estimated error.
+    Adaptive,
+    /// Always this one (shortened only to meet a stop time). No error is estimated, and a step
+    /// whose stages cannot be solved for stops the integration.
+    Fixed(f64),
+}
+
+/// The settings of one integration. The defaults are those of Hairer and Wanner's code RADAU5
+/// where it has them; what IDAS has too has the names of
+/// [`IdaOptions`](sundials_wrap::IdaOptions).
+///
+/// # Examples
+/// ```
+/// use myovib_radau::RadauOptions;
+/// use sundials_wrap::Tolerances;
+///
+/// let options =
+///     RadauOptions { tolerances: Tolerances::scalar(1e-6, 1e-9), ..RadauOptions::default() };
+/// assert_eq!(options.stages, 3);
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct RadauOptions {
+    /// Number of stages: 1 (implicit Euler), 3 (order 5, the default), 5 or 7.
+    pub stages: usize,
+    /// Tolerances; relative 1e-4 and absolute 1e-8 by default.
+    pub tolerances: Tolerances,
+    /// Whether the tolerances are meant for the error of the solution (the default). The estimate
+    /// is of order s + 1 only, two less than the local error for s = 3, so it is tested against
+    /// 0.1 rtol^((s+1)/2s), and atol in proportion (Hairer & Wanner IV.8). Otherwise, and where
+    /// the relative tolerance is 0, it is tested against the tolerances as they stand.
+    pub tolerances_for_solution: bool,
+    /// Whether the error of a variable of index k counts h^(k−1) times (the default), in the error
+    /// test and in Newton's. It is larger by h^(1−k) than that of the differential variables, to
+    /// which it contributes h^(k−1) times itself (Hairer & Wanner VII.7). The unit of h is that of
+    /// the problem's t.
+    pub scale_by_index: bool,
+    /// Components left out of the error test (they count in Newton's); none by default.
+    pub suppressed: Suppressed,
+    /// Step size control; [`StepSize::Adaptive`] by default.
+    pub step_size: StepSize,
+    /// First step; by default the smaller of (t_out − t_0)/1000 and 1/(2 ‖ẏ_0‖), as IDAS estimates.
+    pub initial_step: Option<f64>,
+    /// Smallest step; 0 by default: then rounding in t is the bound.
+    pub min_step: f64,
+    /// Largest step; unlimited by default.
+    pub max_step: Option<f64>,
+    /// Most accepted steps; unlimited by default.
+    pub max_steps: Option<usize>,
+    /// A time not to step over; none by default.
+    pub stop_time: Option<f64>,
+    /// Error-test failures allowed in one step; 10 by default.
+    pub max_error_test_failures: usize,
+    /// Step-solve failures allowed in one step; 10 by default.
+    pub max_convergence_failures: usize,
+    /// Newton iterations allowed in one solve; by default 7, and 5 more for each two stages beyond
+    /// 3.
+    pub max_newton_iterations: Option<usize>,
+    /// Newton is converged when its estimated error is below this fraction of the tolerance; by
+    /// default max(10 ε/rtol, min(0.03, √rtol)).
+    pub newton_tolerance: Option<f64>,
+    /// A Jacobian is kept for the next step while Newton contracts at least by this; 0.001 by
+    /// default. Larger where a Jacobian is expensive; 0: a new one in every step.
+    pub jacobian_reuse: f64,
+    /// A proposed step whose ratio to the last lies in this interval is not taken: the last h is
+    /// kept, and with it the factors; 1 to 1.2 by default.
+    pub step_window: (f64, f64),
+    /// Safety factor of the step size control; 0.9 by default.
+    pub safety: f64,
+    /// Settings of KLU; its own by default.
+    pub klu: KluOptions,
+}
+
+impl Default for RadauOptions {
+    fn default() -> Self {
+        Self {
+            stages: 3,
+            tolerances: Tolerances::scalar(1e-4, 1e-8),
+            tolerances_for_solution: true,
+            scale_by_index: true,
+            suppressed: Suppressed::Nothing,
+            step_size: StepSize::Adaptive,
+            initial_step: None,
+            min_step: 0.0,
+            max_step: None,
+            max_steps: None,
+            stop_time: None,
+            max_error_test_failures: 10,
+            max_convergence_failures: 10,
+            max_newton_iterations: None,
+            newton_tolerance: None,
+            jacobian_reuse: 1e-3,
+            step_window: (1.0, 1.2),
+            safety: 0.9,
+            klu: KluOptions::default(),
+        }
+    }
+}
+
+impl RadauOptions {
+    /// Checks all settings for a problem with `n` unknowns.
+    pub(crate) fn validate(&self, n: usize) -> Result<(), RadauError> {
+        let (relative, absolute) = self.relative_and_absolute();
+        expect(
+            "relative tolerance",
+            relative,
+            (0.0..1.0).contains(&relative),
+            "in [0, 1)",
+        )?;
+        if let Tolerances::Vector { absolute, .. } = &self.tolerances {
+            expect_length("absolute tolerances", n, absolute.len())?;
+        }
+        for i in 0..n {
+            let atol = absolute(i);
+            expect(
+                "absolute tolerance",
+                atol,
+                atol.is_finite() && atol >= 0.0,
+                "finite and ≥ 0",
+            )?;
+            let expected = "> 0 where the relative one is 0";
+            expect("absolute tolerance", atol, relative + atol > 0.0, expected)?;
+        }
+        if let Suppressed::Components(left_out) = &self.suppressed {
+            expect_length("suppressed components", n, left_out.len())?;
+        }
+        let fixed = match self.step_size {
+            StepSize::Fixed(h) => Some(h),
+            StepSize::Adaptive => None,
+        };
+        let positive = [
+            ("step_size", fixed),
+            ("initial_step", self.initial_step),
+            ("max_step", self.max_step),
+            ("newton_tolerance", self.newton_tolerance),
+        ];
+        for (option, value) in positive {
+            let value = value.unwrap_or(1.0);
+            expect(
+                option,
+                value,
+                value.is_finite() && value > 0.0,
+                "finite and > 0",
+            )?;
+        }
+        expect("min_step", self.min_step, self.min_step >= 0.0, "≥ 0")?;
+        let max_step = self.max_step.unwrap_or(f64::INFINITY);
+        expect(
+            "max_step",
+            max_step,
+            max_step > self.min_step,
+            "above min_step",
+        )?;
+        let counts = [
+            ("max_error_test_failures", self.max_error_test_failures),
+            ("max_convergence_failures", self.max_convergence_failures),
+            (
+                "max_newton_iterations",
+                self.max_newton_iterations.unwrap_or(1),
+            ),
+        ];
+        for (option, value) in counts {
+            expect(option, value as f64, value > 0, "positive")?;
+        }
+        let reuse = self.jacobian_reuse;
+        expect(
+            "jacobian_reuse",
+            reuse,
+            (0.0..1.0).contains(&reuse),
+            "in [0, 1)",
+        )?;
+        let (low, high) = self.step_window;
+        expect(
+            "start of step_window",
+            low,
+            low > 0.0 && low <= 1.0,
+            "in (0, 1]",
+        )?;
+        expect("end of step_window", high, high >= 1.0, "≥ 1")?;
+        expect(
+            "safety",
+            self.safety,
+            self.safety > 0.0 && self.safety < 1.0,
+            "in (0, 1)",
+        )
+    }
+
+    /// The tolerances the estimate is tested against: the relative one, and the absolute ones by
+    /// component.
+    pub(crate) fn internal_tolerances(&self) -> (f64, impl Fn(usize) -> f64) {
+        let (relative, absolute) = self.relative_and_absolute();
+        let s = self.stages as f64;
+        let factor = match self.tolerances_for_solution && relative > 0.0 {
+            true => 0.1 * relative.powf((s + 1.0) / (2.0 * s) - 1.0),
+            false => 1.0,
+        };
+        (factor * relative, move |i| factor * absolute(i))
+    }
+
+    fn relative_and_absolute(&self) -> (f64, impl Fn(usize) -> f64) {
+        let relative = match &self.tolerances {
+            Tolerances::Scalar { relative, .. } | Tolerances::Vector { relative, .. } => *relative,
+        };
+        (relative, |i: usize| match &self.tolerances {
+            Tolerances::Scalar { absolute, .. } => *absolute,
+            Tolerances::Vector { absolute, .. } => absolute[i],
+        })
+    }
+
+    /// Newton's error as a fraction of the tolerance.
+    pub(crate) fn newton_tolerance(&self) -> f64 {
+        let (relative, _) = self.internal_tolerances();
+        self.newton_tolerance
+            .unwrap_or_else(|| match relative > 0.0 {
+                true => relative
+                    .sqrt()
+                    .min(0.03)
+                    .max(10.0 * f64::EPSILON / relative),
+                // Nothing says how many digits are wanted: as for 1e-6.
+                false => 1e-3,
+            })
+    }
+
+    /// Newton iterations allowed.
+    pub(crate) fn newton_limit(&self) -> usize {
+        self.max_newton_iterations
+            .unwrap_or(7 + self.stages.saturating_sub(3) * 5 / 2)
+    }
+
+    /// 1 for a component in the error test, 0 for one left out.
+    pub(crate) fn error_mask(&self, kinds: &[VariableKind]) -> Vec<f64> {
+        let tested = |i: usize, kind: VariableKind| match &self.suppressed {
+            Suppressed::Nothing => true,
+            Suppressed::Algebraic => kind == VariableKind::Differential,
+            Suppressed::Components(left_out) => !left_out[i],
+        };
+        kinds
+            .iter()
+            .enumerate()
+            .map(|(i, &kind)| f64::from(u8::from(tested(i, kind))))
+            .collect()
+    }
+}
+
+fn expect(
+    option: &'static str,
+    value: f64,
+    good: bool,
+    expected: &'static str,
+) -> Result<(), RadauError> {
+    if good {
+        Ok(())
+    } else {
+        Err(RadauError::InvalidOption {
+            option,
+            value,
+            expected,
+        })
+    }
+}

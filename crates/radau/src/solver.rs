@@ -1,0 +1,552 @@
+//! The integrator: one step after another.
+
+use num_complex::Complex64;
+use sundials_wrap::{DaeProblem, Outcome, Stats, StepError, Stop, StopReason, WorstComponent};
+
+use crate::control::Control;
+use crate::dense::{Collocation, add_scaled};
+use crate::error::{expect_finite, expect_length};
+use crate::error_test::ErrorTest;
+use crate::newton::{Newton, NewtonSolver, Step};
+use crate::work::Counters;
+use crate::{
+    KluMatrices, Method, NewtonMatrices, RadauBuilder, RadauError, RadauOptions, StepSize, Work,
+};
+
+/// How many components [`Stop::worst_components`] lists.
+const N_WORST: usize = 8;
+
+/// An integration of a [`DaeProblem`] by a Radau IIA method with adaptive steps.
+///
+/// The initial values must be consistent, as for IDAS; ẏ_0 serves only to choose and to start the
+/// first step, so that a variable whose derivative does not occur in F may have 0 there.
+///
+/// A recoverable error of the residual or the Jacobian, and a singular Newton matrix, halve the
+/// step; a fatal error is handed back; a panic of the problem passes through.
+///
+/// # Examples
+/// See the [crate's front page](crate).
+#[derive(Debug)]
+pub struct RadauSolver<P, M = KluMatrices> {
+    pub(crate) problem: P,
+    pub(crate) matrices: M,
+    pub(crate) method: Method,
+    pub(crate) options: RadauOptions,
+    pub(crate) indices: Vec<u8>,
+    pub(crate) t: f64,
+    pub(crate) y: Vec<f64>,
+    pub(crate) y_dot: Vec<f64>,
+    /// The step to try next, before it is shortened to meet a limit; `None` at the start.
+    pub(crate) h: Option<f64>,
+    /// The last accepted step's polynomial.
+    pub(crate) collocation: Collocation,
+    pub(crate) newton: NewtonSolver,
+    pub(crate) error_test: ErrorTest,
+    pub(crate) control: Control,
+    pub(crate) jacobian: Jacobian,
+    /// The step the Newton matrices are set up for.
+    pub(crate) set_up_for: Option<f64>,
+    /// λ/h of the complex modes.
+    pub(crate) shifts: Vec<Complex64>,
+    /// Inverse tolerances at y.
+    pub(crate) weights: Vec<f64>,
+    /// The same, times h^(index − 1).
+    pub(crate) scaled_weights: Vec<f64>,
+    pub(crate) counters: Counters,
+}
+
+/// Where the Jacobian in use was evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Jacobian {
+    /// Nowhere that serves: it is due.
+    Due,
+    /// At an earlier step.
+    Old,
+    /// At the beginning of this step.
+    Current,
+}
+
+/// What one attempt at a step led to.
+enum Attempt {
+    Accepted { proposal: f64 },
+    Rejected(Rejection),
+}
+
+/// Why an attempt was rejected, and the factor on h for the next one.
+struct Rejection {
+    reason: StopReason,
+    message: String,
+    step_factor: f64,
+}
+
+/// What cannot be repaired by a smaller step.
+struct Fatal {
+    function: &'static str,
+    source: Box<dyn std::error::Error + Send + Sync>,
+}
+
+/// Halves the step after a recoverable error, ends the integration after a fatal one.
+fn rejection(
+    function: &'static str,
+    reason: StopReason,
+    error: StepError,
+) -> Result<Rejection, Fatal> {
+    match error {
+        StepError::Recoverable(message) => Ok(Rejection {
+            reason,
+            message,
+            step_factor: 0.5,
+        }),
+        StepError::Fatal(source) => Err(Fatal { function, source }),
+    }
+}
+
+impl<P: DaeProblem> RadauSolver<P> {
+    /// Starts building a solver for `problem`.
+    pub fn builder(problem: P) -> RadauBuilder<P> {
+        RadauBuilder::new(problem)
+    }
+}
+
+impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
+    /// Takes one step of the size the error allows, towards `t_out`.
+    ///
+    /// `t_out` gives the scale for the first step; steps may go beyond it, but not beyond the stop
+    /// time. Allocates nothing, except when a step is rejected or pivots are chosen anew.
+    ///
+    /// # Errors
+    /// [`RadauError::TimeBehind`] and other misuse; [`RadauError::Fatal`] when the problem or the
+    /// linear algebra fails for good.
+    pub fn step(&mut self, t_out: f64) -> Result<Outcome, RadauError> {
+        self.step_within(t_out, self.options.stop_time)
+    }
+
+    /// Integrates up to `t_out`, unless the stop time comes first.
+    ///
+    /// The last step is fitted to end there, because dense output is less accurate than the ends
+    /// of steps.
+    ///
+    /// # Errors
+    /// As for [`step`](RadauSolver::step).
+    pub fn integrate_to(&mut self, t_out: f64) -> Result<Outcome, RadauError> {
+        let stop_time = self.options.stop_time.unwrap_or(f64::INFINITY);
+        loop {
+            match self.step_within(t_out, Some(t_out.min(stop_time)))? {
+                Outcome::StepTaken { .. } => {}
+                Outcome::StopTime { t } if t < stop_time => return Ok(Outcome::Reached { t }),
+                other => return Ok(other),
+            }
+        }
+    }
+
+    /// Takes one step that does not pass `limit`, repeating it until it is accepted.
+    fn step_within(&mut self, t_out: f64, limit: Option<f64>) -> Result<Outcome, RadauError> {
+        expect_finite("t_out", &[t_out])?;
+        if t_out < self.t {
+            return Err(RadauError::TimeBehind { t_out, t: self.t });
+        }
+        let limit = limit.unwrap_or(f64::INFINITY);
+        if limit <= self.t {
+            return Ok(Outcome::StopTime { t: self.t });
+        }
+        let steps = self.counters.stats.steps;
+        if self
+            .options
+            .max_steps
+            .is_some_and(|most| steps >= most as u64)
+        {
+            return Ok(self.stop(StopReason::MaxSteps, format!("{steps} steps are used up")));
+        }
+        let mut wanted = self
+            .h
+            .unwrap_or_else(|| self.initial_step(t_out.min(limit)));
+        let (mut rejected, mut unsolved) = (0, 0);
+        loop {
+            self.h = Some(wanted);
+            let smallest = self
+                .options
+                .min_step
+                .max(10.0 * f64::EPSILON * self.t.abs());
+            if wanted < smallest {
+                let message = format!("the next step, {wanted:e}, is below {smallest:e}");
+                return Ok(self.stop(StopReason::StepTooSmall, message));
+            }
+            let h = self.fit(wanted, limit - self.t);
+            let attempt = self.attempt(h, rejected > 0).map_err(|fatal| {
+                let Fatal { function, source } = fatal;
+                RadauError::Fatal {
+                    function,
+                    t: self.t,
+                    h,
+                    source,
+                }
+            })?;
+            let Rejection {
+                reason,
+                message,
+                step_factor,
+            } = match attempt {
+                Attempt::Accepted { proposal } => {
+                    let at_limit = h >= limit - self.t;
+                    self.accept(h, if at_limit { limit } else { self.t + h });
+                    let repeated = rejected + unsolved > 0;
+                    let next = if repeated { proposal.min(h) } else { proposal };
+                    // A step shortened to meet the limit says little about the next.
+                    self.h = Some(if h < wanted {
+                        next.max(wanted)
+                    } else {
+                        self.kept(h, next)
+                    });
+                    let t = self.t;
+                    let outcome = if at_limit {
+                        Outcome::StopTime { t }
+                    } else {
+                        Outcome::StepTaken { t }
+                    };
+                    return Ok(outcome);
+                }
+                Attempt::Rejected(rejection) => rejection,
+            };
+            let given_up = if reason == StopReason::ErrorTestFailures {
+                rejected += 1;
+                self.counters.stats.error_test_failures += 1;
+                rejected >= self.options.max_error_test_failures
+            } else {
+                unsolved += 1;
+                self.counters.stats.step_solve_failures += 1;
+                unsolved >= self.options.max_convergence_failures
+            };
+            if given_up || matches!(self.options.step_size, StepSize::Fixed(_)) {
+                return Ok(self.stop(reason, message));
+            }
+            wanted = step_factor * h;
+        }
+    }
+
+    /// One attempt at a step of size h; nothing but Newton's memory and the Jacobian changes.
+    fn attempt(&mut self, h: f64, repeated: bool) -> Result<Attempt, Fatal> {
+        let iterations = match self.solve_stages(h)? {
+            Ok(iterations) => iterations,
+            Err(rejection) => return Ok(Attempt::Rejected(rejection)),
+        };
+        if let StepSize::Fixed(proposal) = self.options.step_size {
+            return Ok(Attempt::Accepted { proposal });
+        }
+        let first = self.counters.stats.steps == 0;
+        let (step, counters) = (
+            Step {
+                method: &self.method,
+                t: self.t,
+                h,
+                y: &self.y,
+                weights: &self.scaled_weights,
+            },
+            &mut self.counters,
+        );
+        let (problem, matrices, z) = (&mut self.problem, &mut self.matrices, &self.newton.z);
+        let filter_twice = first || repeated;
+        match self
+            .error_test
+            .estimate(problem, matrices, &step, z, filter_twice, counters)
+        {
+            Ok(error) if error < 1.0 => Ok(Attempt::Accepted {
+                proposal: self.control.accept(h, error, iterations),
+            }),
+            Ok(error) => Ok(Attempt::Rejected(Rejection {
+                reason: StopReason::ErrorTestFailures,
+                message: format!("estimated error {error:.2e} times the tolerance at h = {h:e}"),
+                // Nothing is known about the scale before the first step is accepted.
+                step_factor: match first {
+                    true => 0.1,
+                    false => self.control.propose(h, error, iterations) / h,
+                },
+            })),
+            Err(error) => {
+                rejection("residual", StopReason::ResidualFailed, error).map(Attempt::Rejected)
+            }
+        }
+    }
+
+    /// Solves the stage equations, with a new Jacobian if the one at hand fails; the number of
+    /// iterations, or why it could not be done.
+    fn solve_stages(&mut self, h: f64) -> Result<Result<usize, Rejection>, Fatal> {
+        self.scale_weights(h);
+        loop {
+            if let Err(error) = self.evaluate_jacobian() {
+                return rejection("Jacobian", StopReason::ResidualFailed, error).map(Err);
+            }
+            if let Err(error) = self.set_up(h) {
+                return rejection("linear set-up", StopReason::LinearSetupFailed, error).map(Err);
+            }
+            let z = &mut self.newton.z;
+            self.collocation
+                .extrapolate(&self.method, self.t, h, &self.y, z);
+            let step = Step {
+                method: &self.method,
+                t: self.t,
+                h,
+                y: &self.y,
+                weights: &self.scaled_weights,
+            };
+            let (problem, matrices) = (&mut self.problem, &mut self.matrices);
+            let rejection = match self
+                .newton
+                .solve(problem, matrices, &step, &mut self.counters)
+            {
+                Ok(Newton::Converged { iterations }) => return Ok(Ok(iterations)),
+                Ok(Newton::Failed { step_factor }) => Rejection {
+                    reason: StopReason::ConvergenceFailures,
+                    message: format!("Newton does not converge at h = {h:e}"),
+                    step_factor,
+                },
+                Err(error) => rejection("residual", StopReason::ResidualFailed, error)?,
+            };
+            self.counters.stats.newton_failures += 1;
+            // The Jacobian of an earlier step may be to blame for slow convergence.
+            if self.jacobian == Jacobian::Current || rejection.reason == StopReason::ResidualFailed
+            {
+                return Ok(Err(rejection));
+            }
+            self.jacobian = Jacobian::Due;
+        }
+    }
+
+    /// Evaluates the Jacobian at the beginning of the step, if it is due.
+    fn evaluate_jacobian(&mut self) -> Result<(), StepError> {
+        if self.jacobian == Jacobian::Due {
+            self.counters.stats.jacobian_evaluations += 1;
+            self.set_up_for = None;
+            self.matrices
+                .evaluate(&mut self.problem, self.t, &self.y, &self.y_dot)?;
+            self.jacobian = Jacobian::Current;
+        }
+        Ok(())
+    }
+
+    /// Sets up J_y + λ/h J_ẏ for all eigenvalues λ of A⁻¹, if h or the Jacobian is new.
+    fn set_up(&mut self, h: f64) -> Result<(), StepError> {
+        if self.set_up_for == Some(h) {
+            return Ok(());
+        }
+        self.set_up_for = None;
+        self.counters.stats.linear_setups += 1;
+        self.counters.work.real_factorizations += 1;
+        self.counters.work.complex_factorizations += self.shifts.len() as u64;
+        for (shift, mode) in self.shifts.iter_mut().zip(self.method.complex_modes()) {
+            *shift = mode.lambda / h;
+        }
+        self.matrices
+            .set_up(self.method.real_mode().lambda / h, &self.shifts)?;
+        self.set_up_for = Some(h);
+        Ok(())
+    }
+
+    /// Makes the step just computed, which ends at `t`, the last one.
+    fn accept(&mut self, h: f64, t: f64) {
+        self.collocation.t0 = self.t;
+        self.collocation.h = h;
+        self.collocation.y0.copy_from_slice(&self.y);
+        std::mem::swap(&mut self.collocation.increments, &mut self.newton.z);
+
+        let last = self.method.stages() - 1;
+        let n = self.y.len();
+        add_scaled(&mut self.y, 1.0, &self.collocation.increments[last * n..]);
+        self.y_dot.fill(0.0);
+        for (j, z_j) in self.collocation.increments.chunks_exact(n).enumerate() {
+            add_scaled(&mut self.y_dot, self.method.a_inverse(last, j) / h, z_j);
+        }
+        self.t = t;
+        self.update_weights();
+        let reusable = self.newton.contraction <= self.options.jacobian_reuse;
+        self.jacobian = if reusable {
+            Jacobian::Old
+        } else {
+            Jacobian::Due
+        };
+
+        let stats = &mut self.counters.stats;
+        if stats.steps == 0 {
+            stats.initial_step = h;
+        }
+        stats.steps += 1;
+        stats.last_step = h;
+        stats.last_order = self.method.order();
+        stats.t_reached = t;
+    }
+
+    /// The step to try next after one of size h: h again, if that saves a set-up.
+    fn kept(&self, h: f64, proposal: f64) -> f64 {
+        let (low, high) = self.options.step_window;
+        if self.jacobian == Jacobian::Old && (low..=high).contains(&(proposal / h)) {
+            h
+        } else {
+            proposal.min(self.options.max_step.unwrap_or(f64::INFINITY))
+        }
+    }
+
+    /// The step of the size wanted, fitted to the time left. The last two share what is left, so
+    /// that none is tiny.
+    fn fit(&self, wanted: f64, left: f64) -> f64 {
+        let fixed = matches!(self.options.step_size, StepSize::Fixed(_));
+        match left / wanted {
+            // The rounding of t must not leave a sliver.
+            ratio if ratio <= 1.0 + 1e-8 => left,
+            ratio if ratio < 2.0 && !fixed => 0.5 * left,
+            _ => wanted,
+        }
+    }
+
+    fn initial_step(&self, t_out: f64) -> f64 {
+        if let StepSize::Fixed(h) = self.options.step_size {
+            return h;
+        }
+        let estimate = || {
+            let square: f64 = self
+                .y_dot
+                .iter()
+                .zip(&self.weights)
+                .map(|(v, w)| (v * w).powi(2))
+                .sum();
+            let norm = (square / self.y.len() as f64).sqrt();
+            (1e-3 * (t_out - self.t)).min(0.5 / norm)
+        };
+        let most = self.options.max_step.unwrap_or(f64::INFINITY);
+        self.options.initial_step.unwrap_or_else(estimate).min(most)
+    }
+
+    pub(crate) fn update_weights(&mut self) {
+        let (relative, absolute) = self.options.internal_tolerances();
+        for (i, (w, y)) in self.weights.iter_mut().zip(&self.y).enumerate() {
+            // Where a relative tolerance alone meets y = 0, the weight is huge but finite.
+            *w = 1.0 / (relative * y.abs() + absolute(i)).max(f64::MIN_POSITIVE);
+        }
+    }
+
+    fn scale_weights(&mut self, h: f64) {
+        let powers = if self.options.scale_by_index {
+            [1.0, h, h * h]
+        } else {
+            [1.0; 3]
+        };
+        let weights = self.weights.iter().zip(&self.indices);
+        for (scaled, (w, &index)) in self.scaled_weights.iter_mut().zip(weights) {
+            *scaled = w * powers[usize::from(index).clamp(1, 3) - 1];
+        }
+    }
+
+    fn stop(&self, reason: StopReason, message: String) -> Outcome {
+        let stats = self.counters.stats;
+        let worst = self.error_test.worst(&self.scaled_weights, N_WORST);
+        let named = |(index, weighted_error)| WorstComponent {
+            index,
+            name: self.problem.component_name(index),
+            weighted_error,
+        };
+        Outcome::Stopped(Box::new(Stop {
+            reason,
+            message,
+            t: self.t,
+            last_step: stats.last_step,
+            last_order: stats.last_order,
+            stats,
+            worst_components: worst.into_iter().map(named).collect(),
+        }))
+    }
+
+    /// Evaluates the collocation polynomial of the last step, or its derivative, at t.
+    ///
+    /// Its error is of order h^(s+1) within the step; only at the ends it is that of the method.
+    ///
+    /// # Shapes
+    /// `out`: the number of unknowns.
+    ///
+    /// # Errors
+    /// [`RadauError::NoDenseOutput`] outside of the last step or for a `derivative` above 1,
+    /// [`RadauError::WrongLength`].
+    pub fn dense_output(
+        &self,
+        t: f64,
+        derivative: usize,
+        out: &mut [f64],
+    ) -> Result<(), RadauError> {
+        expect_length("dense output", self.y.len(), out.len())?;
+        let (from, to) = match self.counters.stats.steps {
+            0 => (self.t, self.t),
+            _ => (self.collocation.t0, self.t),
+        };
+        if derivative > 1 || !(from..=to).contains(&t) {
+            return Err(RadauError::NoDenseOutput {
+                t,
+                derivative,
+                from,
+                to,
+            });
+        }
+        self.collocation.evaluate(&self.method, t, derivative, out);
+        Ok(())
+    }
+
+    /// Sets a time not to step over.
+    ///
+    /// # Errors
+    /// [`RadauError::NotFinite`], [`RadauError::TimeBehind`].
+    pub fn set_stop_time(&mut self, t: f64) -> Result<(), RadauError> {
+        expect_finite("stop_time", &[t])?;
+        if t < self.t {
+            return Err(RadauError::TimeBehind {
+                t_out: t,
+                t: self.t,
+            });
+        }
+        self.options.stop_time = Some(t);
+        Ok(())
+    }
+
+    /// The time reached.
+    pub fn t(&self) -> f64 {
+        self.t
+    }
+
+    /// The solution there.
+    pub fn y(&self) -> &[f64] {
+        &self.y
+    }
+
+    /// The derivative of the collocation polynomial there; at the start ẏ_0.
+    pub fn y_dot(&self) -> &[f64] {
+        &self.y_dot
+    }
+
+    /// The problem.
+    pub fn problem(&self) -> &P {
+        &self.problem
+    }
+
+    /// The problem, to be changed with care: the solution so far was that of the old one.
+    pub fn problem_mut(&mut self) -> &mut P {
+        &mut self.problem
+    }
+
+    /// Gives the problem back.
+    pub fn into_problem(self) -> P {
+        self.problem
+    }
+
+    /// The method in use.
+    pub fn method(&self) -> &Method {
+        &self.method
+    }
+
+    /// The counters that IDAS has too.
+    pub fn stats(&self) -> Stats {
+        Stats {
+            current_step: self.h.unwrap_or(0.0),
+            ..self.counters.stats
+        }
+    }
+
+    /// The counters of the linear algebra.
+    pub fn work(&self) -> Work {
+        self.counters.work
+    }
+}

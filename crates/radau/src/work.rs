@@ -1,0 +1,22 @@
+//! Counters that only this integrator has.
+
+/// The linear algebra of an integration; what IDAS counts too is in
+/// [`Stats`](sundials_wrap::Stats).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Work {
+    /// Real factorisations: one a linear set-up.
+    pub real_factorizations: u64,
+    /// Complex factorisations: (s − 1)/2 a linear set-up.
+    pub complex_factorizations: u64,
+    /// Real solves: one a Newton iteration, one or two an error estimate.
+    pub real_solves: u64,
+    /// Complex solves: (s − 1)/2 a Newton iteration.
+    pub complex_solves: u64,
+}
+
+/// All counters, as the parts of the integrator see them.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Counters {
+    pub(crate) stats: sundials_wrap::Stats,
+    pub(crate) work: Work,
+}
