@@ -10,8 +10,7 @@ use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 
 use crate::commands::doctor::DoctorArgs;
-use crate::commands::init::InitArgs;
-use crate::commands::schema::SchemaArgs;
+use crate::commands::table2::Table2Args;
 use crate::{json, machine, versions};
 
 /// Deformation and microvibration of skeletal muscle as differential-algebraic equations.
@@ -37,10 +36,8 @@ pub struct Cli {
 pub enum Command {
     /// Say what libraries and what machine this program has, and what the build lacks.
     Doctor(DoctorArgs),
-    /// Write a commented scene to start from.
-    Init(InitArgs),
-    /// Print the JSON Schema of scenes, with which editors complete and check.
-    Schema(SchemaArgs),
+    /// Run the paper's Table 2 and print it beside the paper's counts.
+    Table2(Table2Args),
 }
 
 /// Options of every command.
@@ -136,7 +133,7 @@ mod tests {
             (&["myovib", "doctor"], None),
         ] {
             let Command::Doctor(doctor) = Cli::try_parse_from(typed).unwrap().command else {
-                panic!("{typed:?} is the doctor's")
+                panic!("{typed:?} is the command doctor");
             };
             assert_eq!(doctor.common.json, target, "{typed:?}");
         }
