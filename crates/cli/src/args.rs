@@ -10,6 +10,8 @@ use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 
 use crate::commands::doctor::DoctorArgs;
+use crate::commands::init::InitArgs;
+use crate::commands::schema::SchemaArgs;
 use crate::commands::table2::Table2Args;
 use crate::{json, machine, versions};
 
@@ -38,6 +40,10 @@ pub enum Command {
     Doctor(DoctorArgs),
     /// Run the paper's Table 2 and print it beside the paper's counts.
     Table2(Table2Args),
+    /// Write a commented scene to start from.
+    Init(InitArgs),
+    /// Print the JSON Schema of scenes, with which editors complete and check.
+    Schema(SchemaArgs),
 }
 
 /// Options of every command.
@@ -133,7 +139,7 @@ mod tests {
             (&["myovib", "doctor"], None),
         ] {
             let Command::Doctor(doctor) = Cli::try_parse_from(typed).unwrap().command else {
-                panic!("{typed:?} is the command doctor");
+                panic!("{typed:?} is the doctor's")
             };
             assert_eq!(doctor.common.json, target, "{typed:?}");
         }

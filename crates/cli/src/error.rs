@@ -32,9 +32,10 @@ impl InputError {
         }
     }
 
-    /// Where it is: file, line, key or option.
-    pub fn at(self, place: impl fmt::Display) -> Self {
-        self.with("where", place)
+    /// Where it is: file, line, key or option. Stands first, whenever it is added.
+    pub fn at(mut self, place: impl fmt::Display) -> Self {
+        self.details.insert(0, ("where", place.to_string()));
+        self
     }
 
     /// The offending value.

@@ -1,6 +1,6 @@
 //! The command line `myovib`: commands that compute, and what they write.
 //!
-//! Cast: [`args`] turns typed text into validated values; [`commands`] has one file per command;
+//! Cast: [`scene_file`] reads scenes; [`args`] turns typed text into validated values; [`commands`] has one file per command;
 //! [`exit`] and [`error`] say how a command ends; [`json`], [`csv`], [`atomic_file`] and
 //! [`report`] are the ways out; [`versions`] and [`machine`] are what a result's reader must know.
 //! Only this crate prints.
@@ -17,6 +17,7 @@ pub mod machine;
 pub mod progress;
 pub mod report;
 pub mod requirements;
+pub mod scene_file;
 pub mod statistics;
 pub mod versions;
 

@@ -1,6 +1,8 @@
 //! One file per command.
 
 pub mod doctor;
+pub mod init;
+pub mod schema;
 pub mod table2;
 
 use crate::args::Command;
@@ -14,5 +16,7 @@ pub fn run(command: &Command) -> anyhow::Result<Exit> {
     match command {
         Command::Doctor(args) => doctor::run(args),
         Command::Table2(args) => table2::run(args),
+        Command::Init(args) => init::run(args),
+        Command::Schema(args) => schema::run(args),
     }
 }

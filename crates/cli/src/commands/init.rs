@@ -1,0 +1,72 @@
+//! `myovib init`: a commented scene to start from.
+
+use std::fs::OpenOptions;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use anyhow::Context;
+use clap::Args;
+
+use crate::error::InputError;
+use crate::exit::Exit;
+
+/// The scene that is written; it works as it is.
+const SCENE: &str = include_str!("../../../../data/scenes/init.toml");
+
+/// Options of `myovib init`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  myovib init\n  myovib init leg.toml\n  myovib init - | less")]
+pub struct InitArgs {
+    /// Where to write the scene; `-` is standard output. An existing file is not overwritten.
+    #[arg(default_value = "scene.toml", value_name = "FILE")]
+    pub file: PathBuf,
+}
+
+/// Writes the scene.
+///
+/// # Errors
+/// When the file exists or cannot be written.
+pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
+    if args.file.as_os_str() == "-" {
+        io::stdout().write_all(SCENE.as_bytes())?;
+        return Ok(Exit::Done);
+    }
+    let name = args.file.display();
+    let mut file = OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .open(&args.file)
+        .map_err(|error| {
+            if error.kind() == io::ErrorKind::AlreadyExists {
+                InputError::new(format!("{name} exists and is left as it is"))
+                    .next("give another name: myovib init other.toml")
+                    .into()
+            } else {
+                anyhow::Error::from(error).context(format!("cannot write {name}"))
+            }
+        })?;
+    file.write_all(SCENE.as_bytes())
+        .with_context(|| format!("cannot write {name}"))?;
+    println!("{name} written. Next:\n  myovib check {name}\n  myovib run {name} --out out");
+    Ok(Exit::Done)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_existing_file_is_left_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("scene.toml");
+        run(&InitArgs { file: file.clone() }).unwrap();
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), SCENE);
+        std::fs::write(&file, "mine").unwrap();
+        let failure = run(&InitArgs { file: file.clone() }).unwrap_err();
+        assert!(
+            failure.to_string().contains("is left as it is"),
+            "{failure}"
+        );
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), "mine");
+    }
+}

@@ -1,0 +1,148 @@
+//! The integrator's settings in a scene.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Settings of the time integration; the defaults are the paper's where it states them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct Integrator {
+    /// The method.
+    pub method: Method,
+    /// Relative tolerance.
+    #[schemars(extend("exclusiveMinimum" = 0), extend("exclusiveMaximum" = 1))]
+    pub rtol: f64,
+    /// Absolute tolerances by block of unknowns.
+    pub atol: Atol,
+    /// Tolerances of rod and chain, whose response begins near 2e-5.
+    pub oscillators: OscillatorTolerances,
+    /// Blocks left out of the error test [default: `["pressure"]` where the pressure has index 1
+    /// or more and `["pressure", "multiplier"]` where there is a multiplier].
+    pub suppress: Option<Vec<Block>>,
+    /// Highest order of BDF; undamped modes need 2 (orders 3 to 5 are unstable for them)
+    /// [default: 2 with a muscle, 5 for rod and chain alone].
+    #[schemars(range(min = 1, max = 5))]
+    pub max_order: Option<u32>,
+    /// First step, s [default: the integrator's choice].
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub initial_step: Option<f64>,
+    /// Largest step, s [default: none].
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub max_step: Option<f64>,
+    /// Steps after which the run stops [default: none].
+    #[schemars(range(min = 1))]
+    pub max_steps: Option<u64>,
+    /// CPU time after which the run stops, s [default: none].
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub max_cpu: Option<f64>,
+    /// Column ordering of the factorisation [default: what suits the formulation].
+    pub ordering: Option<OrderingName>,
+    /// Whether KLU permutes to block triangular form, which ruins the pivots of these systems.
+    pub btf: bool,
+}
+
+impl Default for Integrator {
+    /// The paper's tolerances.
+    fn default() -> Self {
+        Self {
+            method: Method::Bdf,
+            rtol: 1e-3,
+            atol: Atol::default(),
+            oscillators: OscillatorTolerances::default(),
+            suppress: None,
+            max_order: None,
+            initial_step: None,
+            max_step: None,
+            max_steps: None,
+            max_cpu: None,
+            ordering: None,
+            btf: false,
+        }
+    }
+}
+
+/// The time integration methods.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Variable-order BDF (IDAS).
+    Bdf,
+    /// Radau IIA, order 5.
+    Radau,
+}
+
+/// Absolute tolerances by block of unknowns.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct Atol {
+    /// Displacement q, m.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub displacement: f64,
+    /// Velocity v, m/s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub velocity: f64,
+    /// Pressure λ, Pa.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub pressure: f64,
+    /// Pressure rate μ of (29), Pa/s, or the multiplier of (33).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub multiplier: f64,
+}
+
+impl Default for Atol {
+    /// The paper's, and 1e-5 and 5 for what it does not give.
+    fn default() -> Self {
+        Self {
+            displacement: 1e-5,
+            velocity: 1e-5,
+            pressure: 1e-1,
+            multiplier: 5.0,
+        }
+    }
+}
+
+/// Tolerances of rod and chain.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct OscillatorTolerances {
+    /// Relative tolerance.
+    #[schemars(extend("exclusiveMinimum" = 0), extend("exclusiveMaximum" = 1))]
+    pub rtol: f64,
+    /// Absolute tolerance.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub atol: f64,
+    /// Whether the chain takes part in the error test.
+    pub in_error_test: bool,
+}
+
+impl Default for OscillatorTolerances {
+    fn default() -> Self {
+        Self {
+            rtol: 1e-7,
+            atol: 1e-10,
+            in_error_test: true,
+        }
+    }
+}
+
+/// A block of unknowns that may be left out of the error test.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Block {
+    /// λ.
+    Pressure,
+    /// μ of (29) or (33).
+    Multiplier,
+}
+
+/// Column orderings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum OrderingName {
+    /// Approximate minimum degree.
+    Amd,
+    /// Column approximate minimum degree.
+    Colamd,
+    /// As numbered.
+    Natural,
+}

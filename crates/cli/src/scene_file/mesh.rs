@@ -1,0 +1,84 @@
+//! The mesh of a scene: a file or a generator.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The mesh. Coordinates in m.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Mesh {
+    /// Where the triangles come from.
+    #[serde(flatten)]
+    pub source: MeshSource,
+    /// How many times each triangle is cut into four; groups are kept.
+    #[serde(default)]
+    #[schemars(range(max = 6))]
+    pub refine: u32,
+}
+
+/// Where the triangles come from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "type", rename_all = "kebab-case")]
+pub enum MeshSource {
+    /// A Gmsh file (MSH 4.1, ASCII) with physical groups.
+    File {
+        /// The file, relative to the scene.
+        path: PathBuf,
+    },
+    /// The muscle of the reproduction: a spindle of 0.2 m with 311 triangles and the groups
+    /// `fixed` (both ends), `load` (middle of the top), `muscle`, `origin`.
+    Muscle,
+    /// The same spindle from a structured grid, as fine as wished; groups `fixed`, `load`,
+    /// `muscle`, `origin`.
+    Spindle {
+        /// Cells along and across.
+        #[serde(default = "spindle_cells")]
+        #[schemars(inner(range(min = 1)))]
+        cells: [usize; 2],
+    },
+    /// A rectangle with its lower left corner at (0, 0); groups `left`, `right`, `bottom`, `top`,
+    /// `body`.
+    Rectangle {
+        /// Width, m.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        width: f64,
+        /// Height, m.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        height: f64,
+        /// Cells along and across, two triangles each.
+        #[schemars(inner(range(min = 1)))]
+        cells: [usize; 2],
+    },
+    /// A slender rectangle around the axis y = 0; groups as `rectangle`.
+    Beam {
+        /// Length, m.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        length: f64,
+        /// Height, m.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        height: f64,
+        /// Cells along and across, two triangles each.
+        #[schemars(inner(range(min = 1)))]
+        cells: [usize; 2],
+    },
+    /// Cook's membrane: the trapezoid (0,0), (48,44), (48,60), (0,44), scaled; groups as
+    /// `rectangle`.
+    Cook {
+        /// Length of one of Cook's units, m.
+        #[serde(default = "one")]
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        unit: f64,
+        /// Cells along and across, two triangles each.
+        #[schemars(inner(range(min = 1)))]
+        cells: [usize; 2],
+    },
+}
+
+fn spindle_cells() -> [usize; 2] {
+    [24, 6]
+}
+
+fn one() -> f64 {
+    1.0
+}

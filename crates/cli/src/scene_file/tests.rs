@@ -1,0 +1,163 @@
+use super::*;
+
+const MINIMAL: &str = include_str!("../../../../data/scenes/init.toml");
+
+#[test]
+fn the_scene_of_init_is_read_and_keeps_its_values() {
+    let read = read("scene.toml", MINIMAL, &[]).unwrap();
+    let solid = read.scene.solid.as_ref().unwrap();
+    assert_eq!((solid.kappa.0, solid.beta), (1e5, 1e-4));
+    // What is written out again is the same scene: the echo in run.json can be run.
+    let echo = serde_json::to_value(&read.scene).unwrap();
+    assert_eq!(SceneFile::deserialize(&echo).unwrap(), read.scene);
+}
+
+#[test]
+fn infinity_may_be_a_number_or_a_word_and_is_a_word_in_json() {
+    for written in ["inf", "\"inf\"", "+inf"] {
+        let set = [format!("solid.kappa={written}")];
+        let scene = read("scene.toml", MINIMAL, &set).unwrap().scene;
+        assert_eq!(
+            scene.solid.as_ref().unwrap().kappa.0,
+            f64::INFINITY,
+            "{written}"
+        );
+        assert_eq!(
+            serde_json::to_value(&scene).unwrap()["solid"]["kappa"],
+            "inf"
+        );
+    }
+}
+
+#[test]
+fn overrides_replace_add_and_need_no_quotes() {
+    let set = [
+        "solid.formulation=rate",
+        "material[0].c10=2e4",
+        "time.end=0.5",
+        "modes.count=3",
+    ]
+    .map(str::to_owned);
+    let scene = read("scene.toml", MINIMAL, &set).unwrap().scene;
+    assert_eq!(
+        scene.solid.unwrap().formulation,
+        Some(solid::FormulationName::Rate)
+    );
+    assert_eq!(
+        scene.material[0].law,
+        solid::Law::MooneyRivlin { c10: 2e4, c01: 2e2 }
+    );
+    assert_eq!(
+        (scene.time.unwrap().end, scene.modes.unwrap().count),
+        (0.5, 3)
+    );
+}
+
+#[test]
+fn functions_of_time_nest() {
+    let text = r#"
+        [time]
+        end = 1
+        [[traction]]
+        group = "load"
+        x = 3
+        y = { type = "product", of = [2.0, { type = "sum", of = [{ type = "sine", amplitude = 1, frequency = 8 }, 1] }] }
+    "#;
+    let scene = read("s.toml", text, &[]).unwrap().scene;
+    assert_eq!(scene.traction[0].x, Some(function::Function::Constant(3.0)));
+    assert!(matches!(
+        scene.traction[0].y,
+        Some(function::Function::Shape(function::Shape::Product { ref of })) if of.len() == 2
+    ));
+}
+
+/// Ways to write a wrong scene that need no mesh to be seen; each replaces a line of the scene.
+const WRONG: [(&str, &str, &str); 17] = [
+    ("misspelt_key", "kappa = 1e5", "kapa = 1e5"),
+    ("misspelt_section", "[time]", "[tiem]"),
+    ("negative_kappa", "kappa = 1e5", "kappa = -1e5"),
+    ("kappa_a_word", "kappa = 1e5", "kappa = \"soft\""),
+    ("negative_beta", "beta = 1e-4", "beta = -1e-4"),
+    ("missing_density", "density = 1.1e3", ""),
+    ("unknown_law", "law = \"mooney-rivlin\"", "law = \"mooney\""),
+    ("missing_law", "law = \"mooney-rivlin\"", ""),
+    (
+        "parameter_of_another_law",
+        "c01 = 2e2",
+        "c01 = 2e2\nshear_modulus = 2e4",
+    ),
+    (
+        "unknown_formulation",
+        "formulation = \"rate\"",
+        "formulation = \"rates\"",
+    ),
+    ("number_as_text", "end = 2.0", "end = \"2.0\""),
+    (
+        "point_with_three_coordinates",
+        "at = [0.0, 0.0]",
+        "at = [0.0, 0.0, 0.0]",
+    ),
+    (
+        "unknown_function",
+        "type = \"ramped-sine\"",
+        "type = \"ramped_sine\"",
+    ),
+    (
+        "unknown_quantity",
+        "quantities = [\"u\", \"p\"]",
+        "quantities = [\"u\", \"q\"]",
+    ),
+    ("order_six", "rtol = 1e-3", "rtol = 1e-3\nmax_order = 6"),
+    ("not_a_number", "alpha = 1.0", "alpha = nan"),
+    ("broken_toml", "[[fixed]]", "[[fixed]"),
+];
+
+#[test]
+fn wrong_scenes_are_explained() {
+    for (name, right, wrong) in WRONG {
+        assert!(
+            MINIMAL.contains(right),
+            "the scene of `init` has no line `{right}`"
+        );
+        let text = MINIMAL.replacen(right, wrong, 1);
+        let error = read("scene.toml", &text, &[]).expect_err(name);
+        insta::assert_snapshot!(name, error.to_string());
+    }
+}
+
+#[test]
+fn wrong_overrides_are_explained() {
+    for (name, set) in [
+        ("override_without_value", "solid.kappa"),
+        ("override_out_of_range", "solid.kappa=-1"),
+        ("override_beyond_a_list", "material[3].c10=1e4"),
+    ] {
+        let error = read("scene.toml", MINIMAL, &[set.to_owned()]).expect_err(name);
+        insta::assert_snapshot!(name, error.to_string());
+    }
+}
+
+#[test]
+fn every_object_of_the_schema_is_closed_and_every_key_explained() {
+    fn visit(schema: &serde_json::Value, path: &str) {
+        if let Some(properties) = schema["properties"].as_object() {
+            for (key, property) in properties {
+                let explained =
+                    property["description"].is_string() || property["const"].is_string();
+                assert!(explained, "{path}.{key} has no description");
+                visit(property, &format!("{path}.{key}"));
+            }
+        }
+        for alternative in schema["oneOf"].as_array().into_iter().flatten() {
+            visit(alternative, path);
+        }
+    }
+    let schema = schema().to_value();
+    visit(&schema, "scene");
+    for (name, definition) in schema["$defs"].as_object().unwrap() {
+        visit(definition, name);
+        if definition["properties"].is_object() {
+            assert_eq!(definition["unevaluatedProperties"], false, "{name}");
+        }
+    }
+}
