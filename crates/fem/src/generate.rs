@@ -1,61 +1,79 @@
 //! Structured meshes made in code, each with named groups.
+//!
+//! All are images of a unit square of cells [columns, rows], each cell cut by its rising diagonal.
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
 use crate::error::FemError;
 use crate::mesh::{Group, Mesh};
 
-/// A unit square of cells [columns, rows], each cut from its lower left to its upper right corner,
-/// mapped by `map`; groups `left`, `right`, `bottom`, `top` (edges) and `body` (triangles).
-fn structured(
-    [columns, rows]: [usize; 2],
-    map: impl Fn([f64; 2]) -> [f64; 2],
-) -> Result<Mesh, FemError> {
-    let vertex = |i: usize, j: usize| j * (columns + 1) + i;
-    let mut points = Vec::new();
-    for j in 0..=rows {
-        for i in 0..=columns {
-            points.push(map([
-                i as f64 / columns.max(1) as f64,
-                j as f64 / rows.max(1) as f64,
-            ]));
-        }
-    }
-    let mut triangles = Vec::new();
-    for j in 0..rows {
-        for i in 0..columns {
-            let (a, b, c, d) = (
-                vertex(i, j),
-                vertex(i + 1, j),
-                vertex(i + 1, j + 1),
-                vertex(i, j + 1),
-            );
-            triangles.extend([[a, b, c], [a, c, d]]);
-        }
-    }
-    let across = |j: usize| {
-        (0..columns)
-            .map(|i| [vertex(i, j), vertex(i + 1, j)])
-            .collect()
-    };
-    let along = |i: usize| {
-        (0..rows)
-            .map(|j| [vertex(i, j), vertex(i, j + 1)])
-            .collect()
-    };
-    let body = (0..triangles.len()).collect();
-    let groups = BTreeMap::from([
-        ("bottom".to_owned(), Group::Edges(across(0))),
-        ("top".to_owned(), Group::Edges(across(rows))),
-        ("left".to_owned(), Group::Edges(along(0))),
-        ("right".to_owned(), Group::Edges(along(columns))),
-        ("body".to_owned(), Group::Triangles(body)),
-    ]);
-    Mesh::new(points, triangles, groups)
+/// Half the length of the spindle, m.
+const HALF_LENGTH: f64 = 0.1;
+
+/// A mesh in the making: parts of a unit square's image, with the edges of its four sides.
+struct Structured {
+    points: Vec<[f64; 2]>,
+    triangles: Vec<[usize; 3]>,
+    left: Vec<[usize; 2]>,
+    right: Vec<[usize; 2]>,
+    bottom: Vec<[usize; 2]>,
+    top: Vec<[usize; 2]>,
 }
 
-/// A rectangle between two corners, cut into [columns, rows] cells and these by their rising
-/// diagonals; groups `left`, `right`, `bottom`, `top`, `body`.
+impl Structured {
+    fn new([columns, rows]: [usize; 2], map: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
+        let vertex = |i: usize, j: usize| j * (columns + 1) + i;
+        let fraction = |i: usize, n: usize| i as f64 / n.max(1) as f64;
+        let places = (0..=rows).flat_map(|j| (0..=columns).map(move |i| (i, j)));
+        let cells = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
+        let across = |j: usize| {
+            (0..columns)
+                .map(|i| [vertex(i, j), vertex(i + 1, j)])
+                .collect()
+        };
+        let along = |i: usize| {
+            (0..rows)
+                .map(|j| [vertex(i, j), vertex(i, j + 1)])
+                .collect()
+        };
+        Self {
+            points: places
+                .map(|(i, j)| map([fraction(i, columns), fraction(j, rows)]))
+                .collect(),
+            triangles: cells
+                .flat_map(|(i, j)| {
+                    let (low, high) = (vertex(i, j), vertex(i + 1, j + 1));
+                    [[low, vertex(i + 1, j), high], [low, high, vertex(i, j + 1)]]
+                })
+                .collect(),
+            left: along(0),
+            right: along(columns),
+            bottom: across(0),
+            top: across(rows),
+        }
+    }
+
+    /// The finished mesh; `body` names the group of all triangles.
+    fn mesh<const N: usize>(
+        self,
+        body: &str,
+        groups: [(&str, Group); N],
+    ) -> Result<Mesh, FemError> {
+        let mut named: BTreeMap<String, Group> =
+            groups.map(|(name, group)| (name.to_owned(), group)).into();
+        let all = (0..self.triangles.len()).collect();
+        named.insert(body.to_owned(), Group::Triangles(all));
+        Mesh::new(self.points, self.triangles, named)
+    }
+}
+
+/// The mean of `a` and `b` with weights 1 − s and s, exact at both ends.
+fn between(a: f64, b: f64, s: f64) -> f64 {
+    (1.0 - s) * a + s * b
+}
+
+/// A rectangle between two corners; groups `left`, `right`, `bottom`, `top`, `body`.
 ///
 /// # Errors
 /// Those of [`Mesh::new`], for corners in the wrong order or no cells.
@@ -64,6 +82,166 @@ pub fn rectangle(
     upper_right: [f64; 2],
     cells: [usize; 2],
 ) -> Result<Mesh, FemError> {
-    let place = |s: f64, m: usize| (1.0 - s) * lower_left[m] + s * upper_right[m];
-    structured(cells, |[s, t]| [place(s, 0), place(t, 1)])
+    let parts = Structured::new(cells, |place| {
+        [0, 1].map(|m| between(lower_left[m], upper_right[m], place[m]))
+    });
+    let groups = [
+        ("left", Group::Edges(parts.left.clone())),
+        ("right", Group::Edges(parts.right.clone())),
+        ("bottom", Group::Edges(parts.bottom.clone())),
+        ("top", Group::Edges(parts.top.clone())),
+    ];
+    parts.mesh("body", groups)
+}
+
+/// A cantilever [0, length] × [−height/2, height/2]; groups `fixed` (left end), `load` (right end),
+/// `tip` (its upper corner), `body`.
+///
+/// # Errors
+/// Those of [`Mesh::new`], for lengths that are not positive or no cells.
+pub fn beam(length: f64, height: f64, cells: [usize; 2]) -> Result<Mesh, FemError> {
+    cantilever(Structured::new(cells, |[s, t]| {
+        [length * s, height * (t - 0.5)]
+    }))
+}
+
+/// Cook's membrane, the trapezoid (0, 0), (48, 44), (48, 60), (0, 44); groups as for [`beam`].
+///
+/// # Errors
+/// Those of [`Mesh::new`], for no cells.
+pub fn cook(cells: [usize; 2]) -> Result<Mesh, FemError> {
+    cantilever(Structured::new(cells, |[s, t]| {
+        [
+            48.0 * s,
+            between(between(0.0, 44.0, s), between(44.0, 60.0, s), t),
+        ]
+    }))
+}
+
+fn cantilever(parts: Structured) -> Result<Mesh, FemError> {
+    let tip = parts.points.len().saturating_sub(1);
+    let groups = [
+        ("fixed", Group::Edges(parts.left.clone())),
+        ("load", Group::Edges(parts.right.clone())),
+        ("tip", Group::Points(vec![tip])),
+    ];
+    parts.mesh("body", groups)
+}
+
+/// Half the height of the spindle at x: `0.012 + 0.018 cos²(π x / 0.2)`, m. MODEL, section 2.
+pub fn spindle_half_height(x: f64) -> f64 {
+    0.012 + 0.018 * (PI * x / (2.0 * HALF_LENGTH)).cos().powi(2)
+}
+
+/// The muscle's spindle with a structured mesh; groups `fixed` (both ends), `load` (top,
+/// |x| ≤ 0.02), `muscle`, `origin` (the vertex at (0, 0)), as in `muscle.msh`.
+///
+/// # Errors
+/// [`FemError::Parameter`] unless the columns are a multiple of ten and the rows even, so that the
+/// load's ends and the origin are vertices.
+pub fn spindle(cells @ [columns, rows]: [usize; 2]) -> Result<Mesh, FemError> {
+    let check = |name, n: usize, divisor: usize, condition| {
+        let fits = n > 0 && n.is_multiple_of(divisor);
+        if fits {
+            Ok(())
+        } else {
+            Err(FemError::Parameter {
+                name,
+                value: n as f64,
+                condition,
+            })
+        }
+    };
+    check(
+        "columns of the spindle",
+        columns,
+        10,
+        "a positive multiple of 10",
+    )?;
+    check("rows of the spindle", rows, 2, "a positive multiple of 2")?;
+    let parts = Structured::new(cells, |[s, t]| {
+        let x = between(-HALF_LENGTH, HALF_LENGTH, s);
+        [x, spindle_half_height(x) * (2.0 * t - 1.0)]
+    });
+    // Two fifths to three fifths of the length carry the load.
+    let load = parts.top[2 * columns / 5..3 * columns / 5].to_vec();
+    let origin = (rows / 2) * (columns + 1) + columns / 2;
+    let groups = [
+        (
+            "fixed",
+            Group::Edges([parts.left.clone(), parts.right.clone()].concat()),
+        ),
+        ("load", Group::Edges(load)),
+        ("origin", Group::Points(vec![origin])),
+    ];
+    parts.mesh("muscle", groups)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn length(mesh: &Mesh, group: &str) -> f64 {
+        mesh.edges(group)
+            .unwrap()
+            .iter()
+            .map(|e| e.map(|v| mesh.points()[v]))
+            .map(|[a, b]| (b[0] - a[0]).hypot(b[1] - a[1]))
+            .sum()
+    }
+
+    /// Rounding of sums of some hundred terms.
+    const ROUNDING: f64 = 1e-12;
+
+    #[test]
+    fn areas_and_sides_are_exact() {
+        let mesh = rectangle([-1.0, 0.5], [2.0, 2.5], [5, 3]).unwrap();
+        assert!((mesh.area() - 6.0).abs() < ROUNDING);
+        assert!((length(&mesh, "left") - 2.0).abs() < ROUNDING);
+        assert!((length(&mesh, "top") - 3.0).abs() < ROUNDING);
+        let mesh = beam(10.0, 1.0, [20, 2]).unwrap();
+        assert!((mesh.area() - 10.0).abs() < ROUNDING);
+        assert!((length(&mesh, "load") - 1.0).abs() < ROUNDING);
+        let mesh = cook([4, 4]).unwrap();
+        assert!((mesh.area() - 1440.0).abs() < 1440.0 * ROUNDING);
+        assert!((length(&mesh, "load") - 16.0).abs() < 16.0 * ROUNDING);
+        assert_eq!(mesh.group("tip").unwrap(), &Group::Points(vec![24]));
+        assert_eq!(mesh.points()[24], [48.0, 60.0]);
+    }
+
+    #[test]
+    fn spindle_has_the_groups_of_the_muscle() {
+        let mesh = spindle([40, 8]).unwrap();
+        let Group::Points(origin) = mesh.group("origin").unwrap() else {
+            panic!("points")
+        };
+        // The rounding of -0.1 * 0.5 + 0.1 * 0.5.
+        assert!(mesh.points()[origin[0]].iter().all(|x| x.abs() < 1e-17));
+        assert!((length(&mesh, "fixed") - 2.0 * 0.024).abs() < ROUNDING);
+        for &[a, b] in mesh.edges("load").unwrap() {
+            for v in [a, b] {
+                let [x, y] = mesh.points()[v];
+                assert!(x.abs() <= 0.02 + ROUNDING && (y - spindle_half_height(x)).abs() < 1e-15);
+            }
+        }
+        // The polygon loses the arc's curvature, h² y''/12 a cell: under 2e-4 of 4 · 0.021 · 0.1.
+        assert!((mesh.area() / (0.4 * (0.012 + 0.009)) - 1.0).abs() < 2e-4);
+    }
+
+    #[test]
+    fn numbers_of_cells_are_checked() {
+        assert!(matches!(
+            rectangle([0.0; 2], [1.0; 2], [0, 2]),
+            Err(FemError::NoTriangles)
+        ));
+        assert!(matches!(
+            rectangle([0.0; 2], [-1.0, 1.0], [1, 1]),
+            Err(FemError::Area { .. })
+        ));
+        let message = spindle([12, 2]).unwrap_err().to_string();
+        assert_eq!(
+            message,
+            "columns of the spindle = 12 must be a positive multiple of 10"
+        );
+    }
 }

@@ -19,6 +19,7 @@ mod mass;
 pub mod material;
 pub mod mesh;
 mod msh;
+pub mod output;
 pub mod quadrature;
 mod refine;
 mod residual;

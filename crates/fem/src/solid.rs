@@ -192,6 +192,7 @@ pub struct Solid {
     space: Arc<Space>,
     dofs: DofMap,
     laws: Vec<Law>,
+    rule: TriangleRule,
     elements: Elements,
     displacement_pattern: SparsityPattern,
     divergence_pattern: SparsityPattern,
@@ -278,6 +279,7 @@ impl Solid {
             space,
             dofs,
             laws,
+            rule,
             elements,
             displacement_pattern,
             divergence_pattern,
@@ -298,6 +300,11 @@ impl Solid {
     /// The law of each triangle.
     pub fn laws(&self) -> &[Law] {
         &self.laws
+    }
+
+    /// The quadrature rule of force and volume terms.
+    pub fn rule(&self) -> TriangleRule {
+        self.rule
     }
 
     /// Whether all operators are linear in the fields.
@@ -394,17 +401,6 @@ impl Solid {
 
     /// ρ ∫ φ_i φ_j between free components, in the displacement pattern.
     pub fn mass_values(&self) -> Vec<f64> {
-        self.on_free_components(&self.mass)
-    }
-
-    /// ∫ ∇φ_i : ∇φ_j between free components, in the displacement pattern: the square of the H1
-    /// seminorm, in which inf–sup constants are measured. Paper: eq. (27).
-    pub fn gradient_values(&self) -> Vec<f64> {
-        self.on_free_components(&Symmetric::node_gradients(&self.space))
-    }
-
-    /// A nodal matrix on either component.
-    fn on_free_components(&self, nodal: &Symmetric) -> Vec<f64> {
         let pattern = &self.displacement_pattern;
         let mut values = vec![0.0; pattern.nnz()];
         let free_to_full = self.dofs.free_to_full();
@@ -420,8 +416,8 @@ impl Solid {
         {
             let (a, b) = (free_to_full[row], free_to_full[column]);
             if a % 2 == b % 2 {
-                let value = nodal.values[place(&nodal.pattern, a / 2, b / 2)];
-                values[place(pattern, row, column)] = value;
+                let mass = self.mass.values[place(&self.mass.pattern, a / 2, b / 2)];
+                values[place(pattern, row, column)] = mass;
             }
         }
         values

@@ -1,13 +1,16 @@
-//! What the integration tests share: meshes, random fields, a dense Newton solver.
+//! What the tests share: meshes, random fields, equilibrium by Newton's method and KLU, norms.
 
 use std::sync::Arc;
 
 use myovib_fem::material::Law;
+use myovib_fem::quadrature::TriangleRule;
 use myovib_fem::solid::{Fields, Pressure, Solid, Tangents, Vectors};
-use myovib_fem::{DofMap, Mesh, Space};
-use nalgebra::{DMatrix, DVector};
+use myovib_fem::{DofMap, Located, Mesh, Space};
+use nalgebra::DMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
+use nalgebra_sparse::{CooMatrix, CscMatrix};
 use rand::{Rng, SeedableRng, rngs::StdRng};
+use sundials_wrap::klu::{KluOptions, RealNumeric, Symbolic};
 
 pub(crate) const MUSCLE_LAW: Law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
 pub(crate) const SMALL_LAW: Law = Law::SmallStrain {
@@ -23,6 +26,7 @@ pub(crate) fn muscle_mesh() -> Mesh {
     .unwrap()
 }
 
+/// A solid of one law, clamped on a group.
 pub(crate) fn clamped(space: Space, group: &str, law: Law) -> Solid {
     let dofs = DofMap::clamped(&space, &space.nodes_of(group).unwrap()).unwrap();
     Solid::uniform(Arc::new(space), dofs, law, DENSITY).unwrap()
@@ -34,75 +38,199 @@ pub(crate) fn random(n: usize, size: f64, seed: u64) -> Vec<f64> {
     (0..n).map(|_| rng.random_range(-size..size)).collect()
 }
 
+/// A file of `data/references`.
+pub(crate) fn reference(name: &str) -> serde_json::Value {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/references");
+    serde_json::from_str(&std::fs::read_to_string(format!("{folder}/{name}")).unwrap()).unwrap()
+}
+
+/// The entries (row, column, value) of a block.
+fn entries<'a>(
+    pattern: &'a SparsityPattern,
+    values: &'a [f64],
+) -> impl Iterator<Item = (usize, usize, f64)> + 'a {
+    pattern
+        .entries()
+        .zip(values)
+        .map(|((column, row), &value)| (row, column, value))
+}
+
 pub(crate) fn dense(pattern: &SparsityPattern, values: &[f64]) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(pattern.minor_dim(), pattern.major_dim());
-    for ((column, row), value) in pattern.entries().zip(values) {
+    for (row, column, value) in entries(pattern, values) {
         matrix[(row, column)] += value;
     }
     matrix
 }
 
-/// Static equilibrium force(u, p) = load, p/κ + (J − 1) = 0, by Newton's method; `inv_kappa` = 0
-/// is the incompressible case. Starts from `u` (whose constrained entries it keeps) and `p`.
-/// Returns the number of iterations.
+/// Displacement over all nodes and pressure over the vertices.
+pub(crate) struct Equilibrium {
+    pub(crate) u: Vec<f64>,
+    pub(crate) p: Vec<f64>,
+}
+
+/// Solves force(u, p) = load, p/κ + (J − 1) = 0 by Newton's method from the given state, whose
+/// constrained entries it keeps. `inv_kappa` = 0 is the incompressible case. Where the whole
+/// boundary is held, `zero_mean` fixes the pressure's constant.
 pub(crate) fn equilibrium(
     solid: &Solid,
     load: &[f64],
     inv_kappa: f64,
-    u: &mut [f64],
-    p: &mut [f64],
-) -> usize {
-    let (n, m) = (solid.dofs().n_free(), p.len());
-    let mass = dense(solid.pressure_pattern(), solid.pressure_mass_values());
+    zero_mean: bool,
+    mut state: Equilibrium,
+) -> Equilibrium {
+    let (n, m) = (solid.dofs().n_free(), state.p.len());
+    let size = n + m + usize::from(zero_mean);
     let mut stiffness = vec![0.0; solid.displacement_pattern().nnz()];
     let mut divergence = vec![0.0; solid.divergence_pattern().nnz()];
-    let (mut force, mut defect) = (vec![0.0; u.len()], vec![0.0; m]);
-    let mut free = vec![0.0; n];
-    for iteration in 1..30 {
-        let fields = Fields::new(u, Pressure::Nodal(p));
-        let mut vectors = Vectors {
+    let (mut force, mut defect) = (vec![0.0; load.len()], vec![0.0; m]);
+    let mut mass_p = vec![0.0; m];
+    for _ in 0..20 {
+        let fields = Fields::new(&state.u, Pressure::Nodal(&state.p));
+        let vectors = Vectors {
             force: Some(&mut force),
             defect: Some(&mut defect),
-            ..Default::default()
+            ..Vectors::default()
         };
-        solid.evaluate(&fields, &mut vectors).unwrap();
-        let mut tangents = Tangents {
+        solid.evaluate(&fields, &mut { vectors }).unwrap();
+        let tangents = Tangents {
             stiffness: Some(&mut stiffness),
             divergence: Some(&mut divergence),
-            ..Default::default()
+            ..Tangents::default()
         };
-        solid.tangents(&fields, &mut tangents).unwrap();
+        solid.tangents(&fields, &mut { tangents }).unwrap();
+        solid.apply_pressure_mass(&state.p, &mut mass_p);
+
+        let mut matrix = CooMatrix::new(size, size);
+        for (row, column, value) in entries(solid.displacement_pattern(), &stiffness) {
+            matrix.push(row, column, value);
+        }
+        for (row, column, value) in entries(solid.divergence_pattern(), &divergence) {
+            matrix.push(n + row, column, value);
+            matrix.push(column, n + row, -value);
+        }
+        for (row, column, value) in entries(solid.pressure_pattern(), solid.pressure_mass_values())
+        {
+            matrix.push(n + row, n + column, inv_kappa * value);
+        }
         let imbalance: Vec<f64> = force.iter().zip(load).map(|(f, g)| f - g).collect();
-        solid.dofs().restrict(&imbalance, &mut free);
-        let mut matrix = DMatrix::zeros(n + m, n + m);
-        let b = dense(solid.divergence_pattern(), &divergence);
-        matrix
-            .view_mut((0, 0), (n, n))
-            .copy_from(&dense(solid.displacement_pattern(), &stiffness));
-        matrix.view_mut((0, n), (n, m)).copy_from(&-b.transpose());
-        matrix.view_mut((n, 0), (m, n)).copy_from(&b);
-        matrix
-            .view_mut((n, n), (m, m))
-            .copy_from(&(&mass * inv_kappa));
-        let constraint =
-            &mass * DVector::from_column_slice(p) * inv_kappa + DVector::from_column_slice(&defect);
-        let mut right = DVector::zeros(n + m);
-        right
-            .rows_mut(0, n)
-            .copy_from(&DVector::from_column_slice(&free));
-        right.rows_mut(n, m).copy_from(&constraint);
-        let step = matrix.lu().solve(&right).unwrap();
-        for (i, &full) in solid.dofs().free_to_full().iter().enumerate() {
-            u[full] -= step[i];
-        }
+        let mut step = vec![0.0; size];
+        solid.dofs().restrict(&imbalance, &mut step[..n]);
         for k in 0..m {
-            p[k] -= step[n + k];
+            step[n + k] = inv_kappa * mass_p[k] + defect[k];
         }
-        let size = u.iter().fold(0.0, |s: f64, x| s.max(x.abs()));
-        let change = (0..n).fold(0.0, |s: f64, i| s.max(step[i].abs()));
-        if change <= 1e-10 * size {
-            return iteration;
+        if zero_mean {
+            for (k, &weight) in solid.pressure_weights().iter().enumerate() {
+                matrix.push(n + m, n + k, weight);
+                matrix.push(n + k, n + m, weight);
+                step[n + m] += weight * state.p[k];
+            }
+        }
+        let matrix = CscMatrix::from(&matrix);
+        let options = KluOptions {
+            btf: false,
+            ..KluOptions::default()
+        };
+        let symbolic = Symbolic::analyze(matrix.pattern(), options).unwrap();
+        RealNumeric::factor(&symbolic, matrix.values())
+            .unwrap()
+            .solve(&mut step)
+            .unwrap();
+
+        for (&full, step) in solid.dofs().free_to_full().iter().zip(&step) {
+            state.u[full] -= step;
+        }
+        for (p, step) in state.p.iter_mut().zip(&step[n..]) {
+            *p -= step;
+        }
+        let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        // Newton converges quadratically: the next step would be far below rounding.
+        if largest(&step[..n]) <= 1e-9 * largest(&state.u) {
+            return state;
         }
     }
     panic!("Newton's method does not converge");
+}
+
+/// An exact solution to measure errors against.
+pub(crate) trait Exact {
+    fn u(&self, x: [f64; 2]) -> [f64; 2];
+    fn gradient(&self, x: [f64; 2]) -> [[f64; 2]; 2];
+    fn p(&self, x: [f64; 2]) -> f64;
+}
+
+/// The rule of degree 6 on each of sixteen parts of a triangle, for errors that are polynomials of
+/// higher degree: pairs of barycentric coordinates and weight.
+fn fine_rule() -> Vec<([f64; 3], f64)> {
+    let mut parts = vec![[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]];
+    for _ in 0..2 {
+        parts = parts
+            .into_iter()
+            .flat_map(|[a, b, c]: [[f64; 3]; 3]| {
+                let middle = |p: [f64; 3], q: [f64; 3]| [0, 1, 2].map(|i| 0.5 * (p[i] + q[i]));
+                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+            })
+            .collect();
+    }
+    let share = 1.0 / parts.len() as f64;
+    let place = |part: &[[f64; 3]; 3], l: [f64; 3]| {
+        [0, 1, 2].map(|i| (0..3).map(|k| l[k] * part[k][i]).sum())
+    };
+    let points = TriangleRule::Degree6.points();
+    parts
+        .iter()
+        .flat_map(|part| {
+            points
+                .iter()
+                .map(move |q| (place(part, q.barycentric), share * q.weight))
+        })
+        .collect()
+}
+
+/// Errors in L2 of u, H1 seminorm of u, L2 of p.
+pub(crate) fn errors(solid: &Solid, state: &Equilibrium, exact: &impl Exact) -> [f64; 3] {
+    let space = solid.space();
+    let rule = fine_rule();
+    let mut squares = [0.0; 3];
+    for element in 0..space.n_elements() {
+        let corners = space.mesh().corners(element);
+        let [a, b, c] = corners;
+        let area = 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]));
+        for &(barycentric, weight) in &rule {
+            let at = Located {
+                element,
+                barycentric,
+            };
+            let x = [0, 1].map(|j| (0..3).map(|i| barycentric[i] * corners[i][j]).sum());
+            let (u, exact_u) = (space.displacement_at(&state.u, &at), exact.u(x));
+            let (h, exact_h) = (solid.gradient_at(&state.u, &at), exact.gradient(x));
+            let p = space.pressure_at(&state.p, &at) - exact.p(x);
+            for i in 0..2 {
+                squares[0] += area * weight * (u[i] - exact_u[i]).powi(2);
+                for j in 0..2 {
+                    squares[1] += area * weight * (h[i][j] - exact_h[i][j]).powi(2);
+                }
+            }
+            squares[2] += area * weight * p * p;
+        }
+    }
+    squares.map(f64::sqrt)
+}
+
+/// Asserts the orders 3, 2, 2 between the last two of errors on meshes of halved size.
+///
+/// # Panics
+/// If an order is below by more than 0.1, the margin of scikit-fem's tests of the same kind.
+pub(crate) fn assert_orders(errors: &[[f64; 3]]) {
+    let [.., coarse, fine] = errors else {
+        panic!("two meshes at least")
+    };
+    for (k, expected) in [3.0, 2.0, 2.0].into_iter().enumerate() {
+        let order = (coarse[k] / fine[k]).log2();
+        assert!(
+            order > expected - 0.1,
+            "norm {k}: order {order:.3} for {expected} in {errors:?}"
+        );
+    }
 }

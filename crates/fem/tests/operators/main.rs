@@ -2,5 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "tests are exempt")]
 
 mod common;
+mod convergence;
 mod differences;
+mod identities;
+mod meshes;
+mod points;
 mod statics;

@@ -1,23 +1,22 @@
 //! The muscle under a constant traction, against numbers of an independent program.
 
-use crate::common::{MUSCLE_LAW, clamped, equilibrium, muscle_mesh};
+use crate::common::{Equilibrium, MUSCLE_LAW, clamped, equilibrium, muscle_mesh};
 use myovib_fem::{Space, load};
 
-/// u_y and p at the origin under τ = (0, 100) on `load`; `iterations` to a change below 1e-10.
+/// u_y and p at the origin under τ = (0, 100) on `load`.
 fn response(inv_kappa: f64) -> (f64, f64) {
-    let mesh = muscle_mesh();
-    let space = Space::taylor_hood(&mesh);
+    let space = Space::taylor_hood(&muscle_mesh());
     let load = load::traction(&space, "load", [0.0, 100.0]).unwrap();
-    let (mut u, mut p) = (
-        vec![0.0; 2 * space.n_nodes()],
-        vec![0.0; space.n_vertices()],
-    );
-    let origin = space.locate([0.0, 0.0]).unwrap();
+    let rest = Equilibrium {
+        u: vec![0.0; load.len()],
+        p: vec![0.0; space.n_vertices()],
+    };
     let solid = clamped(space, "fixed", MUSCLE_LAW);
-    equilibrium(&solid, &load, inv_kappa, &mut u, &mut p);
+    let state = equilibrium(&solid, &load, inv_kappa, false, rest);
+    let origin = solid.space().locate([0.0, 0.0]).unwrap();
     (
-        solid.space().displacement_at(&u, &origin)[1],
-        solid.space().pressure_at(&p, &origin),
+        solid.space().displacement_at(&state.u, &origin)[1],
+        solid.space().pressure_at(&state.p, &origin),
     )
 }
 

@@ -1,0 +1,321 @@
+//! What must hold on any mesh: rigid motions, masses, loads, energies, patterns of equal meaning.
+
+use myovib_fem::solid::{Fields, Inverted, Pressure, Solid, Tangents, Vectors};
+use myovib_fem::{DofMap, FemError, Space, generate, load};
+
+use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, clamped, dense, muscle_mesh, random};
+
+fn muscle() -> Solid {
+    clamped(Space::taylor_hood(&muscle_mesh()), "fixed", MUSCLE_LAW)
+}
+
+/// The displacement of a map of the plane.
+fn displacement(solid: &Solid, map: impl Fn([f64; 2]) -> [f64; 2]) -> Vec<f64> {
+    let displaced = |&x: &[f64; 2]| [map(x)[0] - x[0], map(x)[1] - x[1]];
+    solid
+        .space()
+        .node_points()
+        .iter()
+        .flat_map(displaced)
+        .collect()
+}
+
+fn force_and_defect(solid: &Solid, u: &[f64], p: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let (mut force, mut defect) = (vec![0.0; u.len()], vec![0.0; p.len()]);
+    let mut out = Vectors {
+        force: Some(&mut force),
+        defect: Some(&mut defect),
+        ..Vectors::default()
+    };
+    solid
+        .evaluate(&Fields::new(u, Pressure::Nodal(p)), &mut out)
+        .unwrap();
+    (force, defect)
+}
+
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |m, x| m.max(x.abs()))
+}
+
+#[test]
+fn rigid_motions_leave_no_force_and_no_defect() {
+    let solid = muscle();
+    let p = vec![0.0; solid.space().n_vertices()];
+    let (s, c) = 0.7_f64.sin_cos();
+    let u = displacement(&solid, |[x, y]| [c * x - s * y + 0.3, s * x + c * y - 0.2]);
+    let (force, defect) = force_and_defect(&solid, &u, &p);
+    // Rounding of u (0.5) divided by the element size (0.005), times modulus and size: 2e-10.
+    assert!(largest(&force) < 2e-10, "{:e}", largest(&force));
+    assert!(largest(&defect) < 1e-16, "{:e}", largest(&defect));
+    let (force, defect) = force_and_defect(&solid, &vec![0.0; u.len()], &p);
+    assert_eq!((largest(&force), largest(&defect)), (0.0, 0.0));
+}
+
+#[test]
+fn defect_of_an_affine_map_is_its_volume_change() {
+    let solid = muscle();
+    let u = displacement(&solid, |[x, y]| [1.1 * x + 0.2 * y, 0.3 * x + 0.9 * y]);
+    let (_, defect) = force_and_defect(&solid, &u, &vec![0.0; solid.space().n_vertices()]);
+    let change = 1.1 * 0.9 - 0.2 * 0.3 - 1.0;
+    for (defect, weight) in defect.iter().zip(solid.pressure_weights()) {
+        assert!((defect / weight - change).abs() < 1e-12); // rounding / element size
+    }
+    assert!((defect.iter().sum::<f64>() / solid.volume() - change).abs() < 1e-13);
+}
+
+#[test]
+fn masses_add_up() {
+    let solid = muscle();
+    let n = 2 * solid.space().n_nodes();
+    let ones: Vec<f64> = (0..n).map(|i| f64::from(i % 2 == 0)).collect();
+    let mut momentum = vec![0.0; n];
+    solid.apply_mass(&ones, &mut momentum);
+    let mass = DENSITY * solid.volume();
+    assert!((momentum.iter().sum::<f64>() / mass - 1.0).abs() < 1e-13);
+    assert!(momentum.iter().skip(1).step_by(2).all(|m| *m == 0.0));
+    assert!((solid.kinetic_energy(&ones) / (0.5 * mass) - 1.0).abs() < 1e-13);
+    assert!((solid.pressure_weights().iter().sum::<f64>() / solid.volume() - 1.0).abs() < 1e-13);
+
+    // A rigid rotation's kinetic energy has the polar moment, a quadratic the mass matrix gets
+    // exactly: ∫ ρ |x|² / 2 by the edge midpoints' rule of degree 2.
+    let v = displacement(&solid, |[x, y]| [x - y, y + x]);
+    let mesh = solid.space().mesh();
+    let moment: f64 = (0..mesh.triangles().len())
+        .map(|e| {
+            let [a, b, c] = mesh.corners(e);
+            let area = 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]));
+            let square = |p: [f64; 2], q: [f64; 2]| {
+                (0.5 * (p[0] + q[0])).powi(2) + (0.5 * (p[1] + q[1])).powi(2)
+            };
+            area / 3.0 * (square(a, b) + square(b, c) + square(c, a))
+        })
+        .sum();
+    assert!((solid.kinetic_energy(&v) / (0.5 * DENSITY * moment) - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn matrices_and_products_agree() {
+    let solid = muscle();
+    let (n, m) = (2 * solid.space().n_nodes(), solid.space().n_vertices());
+    let mut full = vec![0.0; n];
+    let free = random(solid.dofs().n_free(), 1.0, 3);
+    solid.dofs().expand(&free, &mut full);
+    let (mut product, mut restricted) = (vec![0.0; n], vec![0.0; free.len()]);
+    solid.apply_mass(&full, &mut product);
+    solid.dofs().restrict(&product, &mut restricted);
+    let matrix = dense(solid.displacement_pattern(), &solid.mass_values());
+    let by_matrix = &matrix * nalgebra::DVector::from_vec(free);
+    let scale = by_matrix.amax();
+    for (a, b) in restricted.iter().zip(&by_matrix) {
+        assert!((a - b).abs() < 1e-14 * scale); // sums of some twenty terms in another order
+    }
+    let p = random(m, 1.0, 4);
+    let mut product = vec![0.0; m];
+    solid.apply_pressure_mass(&p, &mut product);
+    let matrix = dense(solid.pressure_pattern(), solid.pressure_mass_values());
+    let by_matrix = &matrix * nalgebra::DVector::from_vec(p);
+    let scale = by_matrix.amax();
+    for (a, b) in product.iter().zip(&by_matrix) {
+        assert!((a - b).abs() < 1e-14 * scale);
+    }
+}
+
+#[test]
+fn traction_and_body_force_have_the_right_resultant_and_moment() {
+    let space = Space::taylor_hood(&generate::rectangle([0.0; 2], [2.0, 1.0], [3, 2]).unwrap());
+    let sum = |load: &[f64], weight: &dyn Fn([f64; 2]) -> f64, component: usize| -> f64 {
+        let nodes = space.node_points().iter().enumerate();
+        nodes
+            .map(|(node, &x)| weight(x) * load[2 * node + component])
+            .sum()
+    };
+    let traction = load::traction(&space, "top", [3.0, -5.0]).unwrap();
+    // Nodal sums of quadratics are exact: ∫_0^2 τ, ∫_0^2 x² τ.
+    assert!((sum(&traction, &|_| 1.0, 0) - 6.0).abs() < 1e-13);
+    assert!((sum(&traction, &|[x, _]| x * x, 1) + 5.0 * 8.0 / 3.0).abs() < 1e-13);
+    let weight = load::body_force(&space, |[x, y]| [x * y, -2.0]);
+    assert!((sum(&weight, &|_| 1.0, 0) - 1.0).abs() < 1e-13);
+    assert!((sum(&weight, &|[x, _]| x * x, 1) + 2.0 * 8.0 / 3.0).abs() < 1e-13);
+    let error = load::traction(&space, "body", [1.0, 0.0]).unwrap_err();
+    assert!(matches!(
+        error,
+        FemError::WrongGroup {
+            found: "triangles",
+            needed: "edges",
+            ..
+        }
+    ));
+}
+
+#[test]
+fn force_is_the_derivative_of_the_strain_energy() {
+    for (law, kappa) in [
+        (MUSCLE_LAW, None),
+        (MUSCLE_LAW, Some(1e5)),
+        (SMALL_LAW, Some(1e5)),
+    ] {
+        let mesh = generate::spindle([10, 2]).unwrap();
+        let solid = clamped(Space::taylor_hood(&mesh), "fixed", law);
+        let n = 2 * solid.space().n_nodes();
+        let p = random(solid.space().n_vertices(), 3e3, 1);
+        let pressure = kappa.map_or(Pressure::Nodal(&p), |kappa| Pressure::Penalty { kappa });
+        let u = random(n, 2e-4, 2);
+        let direction = random(n, 1e-4, 3);
+        let mut force = vec![0.0; n];
+        let mut out = Vectors {
+            force: Some(&mut force),
+            ..Vectors::default()
+        };
+        solid
+            .evaluate(&Fields::new(&u, pressure), &mut out)
+            .unwrap();
+        let power: f64 = force.iter().zip(&direction).map(|(f, d)| f * d).sum();
+        let energy = |s: f64| {
+            let u: Vec<f64> = u.iter().zip(&direction).map(|(u, d)| u + s * d).collect();
+            solid.strain_energy(&Fields::new(&u, pressure))
+        };
+        // Central differences with step 1e-4 of a step that is itself 5 % strain.
+        let slope = (energy(1e-4) - energy(-1e-4)) / 2e-4;
+        assert!((slope / power - 1.0).abs() < 1e-6, "{slope} {power}");
+    }
+}
+
+#[test]
+fn penalty_equals_its_own_pressure_for_affine_maps() {
+    // (20) with (19) is (16): where J is constant the pressure −κ (J − 1) is in the P1 space.
+    let solid = muscle();
+    let kappa = 1e5;
+    let u = displacement(&solid, |[x, y]| [1.02 * x + 0.1 * y, 1.01 * y]);
+    let p = vec![-kappa * (1.02 * 1.01 - 1.0); solid.space().n_vertices()];
+    let (nodal, _) = force_and_defect(&solid, &u, &p);
+    let mut penalty = vec![0.0; u.len()];
+    let mut out = Vectors {
+        force: Some(&mut penalty),
+        ..Vectors::default()
+    };
+    solid
+        .evaluate(&Fields::new(&u, Pressure::Penalty { kappa }), &mut out)
+        .unwrap();
+    for (a, b) in nodal.iter().zip(&penalty) {
+        assert!((a - b).abs() < 1e-12 * largest(&nodal)); // rounding of J − 1 on small elements
+    }
+}
+
+#[test]
+fn inverted_elements_and_nan_are_reported_with_their_place() {
+    let solid = muscle();
+    let p = vec![0.0; solid.space().n_vertices()];
+    let mut force = vec![0.0; 2 * solid.space().n_nodes()];
+    let mut check = |u: &[f64]| -> Inverted {
+        let mut out = Vectors {
+            force: Some(&mut force),
+            ..Vectors::default()
+        };
+        let fields = Fields::new(u, Pressure::Nodal(&p));
+        let error = solid.evaluate(&fields, &mut out).unwrap_err();
+        let mut values = vec![0.0; solid.displacement_pattern().nnz()];
+        let mut out = Tangents {
+            stiffness: Some(&mut values),
+            ..Tangents::default()
+        };
+        let same = solid.tangents(&fields, &mut out).unwrap_err();
+        assert_eq!(
+            (error.element, error.barycentric),
+            (same.element, same.barycentric)
+        );
+        error
+    };
+    let mirrored = displacement(&solid, |[x, y]| [-x, y]);
+    let error = check(&mirrored);
+    assert_eq!(error.element, 0);
+    assert!((error.jacobian + 1.0).abs() < 1e-13); // rounding of u / element size
+    assert!(
+        error
+            .to_string()
+            .starts_with("det F = -1.000e0 in element 0")
+    );
+    let mut u = vec![0.0; mirrored.len()];
+    u[2 * solid.space().element_nodes(200)[4]] = f64::NAN;
+    assert!(check(&u).jacobian.is_nan());
+}
+
+#[test]
+fn all_vectors_at_once_equal_each_alone() {
+    let solid = muscle();
+    let (n, m) = (2 * solid.space().n_nodes(), solid.space().n_vertices());
+    let (u, v, p) = (random(n, 1e-4, 1), random(n, 1e-2, 2), random(m, 10.0, 3));
+    let (p_rate, mu) = (random(m, 100.0, 4), random(m, 50.0, 5));
+    let fields = Fields {
+        u: &u,
+        pressure: Pressure::Nodal(&p),
+        v: Some(&v),
+        p_rate: Some(&p_rate),
+        mu: Some(&mu),
+    };
+    let mut all = [n, n, n, m, m].map(|n| vec![f64::NAN; n]);
+    let [force, force_rate, multiplier_force, defect, defect_rate] = &mut all;
+    let mut out = Vectors {
+        force: Some(force),
+        force_rate: Some(force_rate),
+        multiplier_force: Some(multiplier_force),
+        defect: Some(defect),
+        defect_rate: Some(defect_rate),
+    };
+    solid.evaluate(&fields, &mut out).unwrap();
+    for (k, together) in all.iter().enumerate() {
+        let mut alone = vec![f64::NAN; together.len()];
+        let slot = Some(alone.as_mut_slice());
+        let mut out = match k {
+            0 => Vectors {
+                force: slot,
+                ..Vectors::default()
+            },
+            1 => Vectors {
+                force_rate: slot,
+                ..Vectors::default()
+            },
+            2 => Vectors {
+                multiplier_force: slot,
+                ..Vectors::default()
+            },
+            3 => Vectors {
+                defect: slot,
+                ..Vectors::default()
+            },
+            _ => Vectors {
+                defect_rate: slot,
+                ..Vectors::default()
+            },
+        };
+        solid.evaluate(&fields, &mut out).unwrap();
+        assert_eq!(&alone, together, "vector {k}");
+    }
+}
+
+#[test]
+fn laws_may_differ_between_triangles() {
+    use std::sync::Arc;
+    let space = Arc::new(Space::taylor_hood(&muscle_mesh()));
+    let dofs = DofMap::clamped(&space, &space.nodes_of("fixed").unwrap()).unwrap();
+    let half = |law_a, law_b| {
+        let laws = (0..311)
+            .map(|e| if e % 2 == 0 { law_a } else { law_b })
+            .collect();
+        Solid::new(space.clone(), dofs.clone(), laws, DENSITY).unwrap()
+    };
+    let stiff = myovib_fem::Law::MooneyRivlin { c10: 3e4, c01: 1e3 };
+    let zero = myovib_fem::Law::MooneyRivlin { c10: 0.0, c01: 0.0 };
+    let u = random(2 * space.n_nodes(), 1e-4, 1);
+    let p = vec![0.0; space.n_vertices()];
+    let (both, _) = force_and_defect(&half(MUSCLE_LAW, stiff), &u, &p);
+    let (even, _) = force_and_defect(&half(MUSCLE_LAW, zero), &u, &p);
+    let (odd, _) = force_and_defect(&half(zero, stiff), &u, &p);
+    for ((both, even), odd) in both.iter().zip(even).zip(odd) {
+        assert!((both - even - odd).abs() < 1e-12 * largest(&u) * 1e5);
+    }
+    let error = Solid::new(space.clone(), dofs, vec![stiff; 3], DENSITY).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "laws, one per triangle: 3 given, 311 needed"
+    );
+}
