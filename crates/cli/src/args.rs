@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::commands::doctor::DoctorArgs;
 use crate::commands::init::InitArgs;
 use crate::commands::schema::SchemaArgs;
+use crate::commands::table2::Table2Args;
 use crate::{json, machine, versions};
 
 /// Deformation and microvibration of skeletal muscle as differential-algebraic equations.
@@ -37,6 +38,8 @@ pub struct Cli {
 pub enum Command {
     /// Say what libraries and what machine this program has, and what the build lacks.
     Doctor(DoctorArgs),
+    /// Run the paper's Table 2 and print it beside the paper's counts.
+    Table2(Table2Args),
     /// Write a commented scene to start from.
     Init(InitArgs),
     /// Print the JSON Schema of scenes, with which editors complete and check.

@@ -18,6 +18,7 @@ pub mod progress;
 pub mod report;
 pub mod requirements;
 pub mod scene_file;
+pub mod statistics;
 pub mod versions;
 
 use std::process::ExitCode;

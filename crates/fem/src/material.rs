@@ -6,7 +6,7 @@
 //! d = J − 1 = tr H + det H,        e = (H00 − H11)² + (H01 + H10)² = |F|² − 2 J,
 //! ```
 //!
-//! so a law is one [`Potential`]: W(e, d) and its partial derivatives. All tensors follow from
+//! so a law is one `Potential`: W(e, d) and its partial derivatives. All tensors follow from
 //! `∂e/∂F = 2 D`, `∂d/∂F = N` with `D = H − cof H` and `N = cof F`, both linear in H. Nothing is
 //! formed by subtracting numbers near one: see note 0001. For small strains `d = tr H`, `N = I`.
 //!

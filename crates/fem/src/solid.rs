@@ -401,6 +401,17 @@ impl Solid {
 
     /// ρ ∫ φ_i φ_j between free components, in the displacement pattern.
     pub fn mass_values(&self) -> Vec<f64> {
+        self.on_free_components(&self.mass)
+    }
+
+    /// ∫ ∇φ_i : ∇φ_j between free components, in the displacement pattern: the square of the H1
+    /// seminorm, in which inf–sup constants are measured. Paper: eq. (27).
+    pub fn gradient_values(&self) -> Vec<f64> {
+        self.on_free_components(&Symmetric::node_gradients(&self.space))
+    }
+
+    /// A nodal matrix on either component.
+    fn on_free_components(&self, nodal: &Symmetric) -> Vec<f64> {
         let pattern = &self.displacement_pattern;
         let mut values = vec![0.0; pattern.nnz()];
         let free_to_full = self.dofs.free_to_full();
@@ -416,8 +427,8 @@ impl Solid {
         {
             let (a, b) = (free_to_full[row], free_to_full[column]);
             if a % 2 == b % 2 {
-                let mass = self.mass.values[place(&self.mass.pattern, a / 2, b / 2)];
-                values[place(pattern, row, column)] = mass;
+                let value = nodal.values[place(&nodal.pattern, a / 2, b / 2)];
+                values[place(pattern, row, column)] = value;
             }
         }
         values

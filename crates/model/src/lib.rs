@@ -1,2 +1,59 @@
 //! The coupled model as differential-algebraic equations.
+//!
+//! Data flows one way: a [`Muscle`] (body, damping, loads) is put into a [`Formulation`], which
+//! makes it a [`MuscleDae`], an `impl DaeProblem` for the integrators.
+//!
+//! Cast of types:
+//! - [`Muscle`], [`Parameters`], [`Load`], [`Signal`]: the physics, whatever the formulation;
+//! - [`Formulation`]: which unknowns ([`Field`]) are paired with which [`Equation`];
+//! - [`MuscleDae`]: residual and Jacobian on the integrator's vectors;
+//! - [`Probe`]: values at a point.
 #![forbid(unsafe_code)]
+
+mod assembly;
+mod counters;
+mod error;
+mod field;
+mod integrator;
+mod jet;
+mod load;
+mod matrices;
+mod matrix;
+mod muscle;
+mod muscle_dae;
+mod parameters;
+mod probe;
+mod recorder;
+mod run;
+mod settings;
+mod signal;
+mod state;
+mod statistics;
+
+pub mod equation;
+pub mod formulation;
+pub mod ida;
+pub mod paper;
+pub mod statics;
+
+pub use assembly::Assembly;
+pub use counters::WorkCounters;
+pub use equation::Equation;
+pub use error::ModelError;
+pub use field::{Field, Layout};
+pub use formulation::Formulation;
+pub use ida::IdaIntegrator;
+pub use integrator::{Advance, Counts, Integrator};
+pub use jet::Jet;
+pub use load::{Load, Prescribed};
+pub use matrix::{Matrix, Term};
+pub use muscle::Muscle;
+pub use muscle_dae::MuscleDae;
+pub use parameters::Parameters;
+pub use probe::{Probe, ProbeValue};
+pub use recorder::{SampleTimes, Sampler};
+pub use run::{Limits, Observer, Step, run};
+pub use settings::{AbsoluteTolerances, Settings, default_ordering};
+pub use signal::Signal;
+pub use state::State;
+pub use statistics::{Outcome, Statistics, StopReason};

@@ -3,6 +3,7 @@
 pub mod doctor;
 pub mod init;
 pub mod schema;
+pub mod table2;
 
 use crate::args::Command;
 use crate::exit::Exit;
@@ -14,6 +15,7 @@ use crate::exit::Exit;
 pub fn run(command: &Command) -> anyhow::Result<Exit> {
     match command {
         Command::Doctor(args) => doctor::run(args),
+        Command::Table2(args) => table2::run(args),
         Command::Init(args) => init::run(args),
         Command::Schema(args) => schema::run(args),
     }

@@ -1,0 +1,218 @@
+//! `myovib table2`: the runs of the paper's Table 2, beside the paper's counts.
+
+mod report;
+mod rows;
+mod run_row;
+
+use std::fs::File;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use anyhow::Context;
+use clap::Args;
+use myovib_fem::Mesh;
+use myovib_model::Field;
+
+use crate::args::CommonArgs;
+use crate::error::InputError;
+use crate::exit::Exit;
+use rows::{ROWS, Row};
+
+/// Options of `myovib table2`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    myovib table2\n  \
+    myovib table2 --rows 1,2m,3m,31 --json t2.json\n  \
+    myovib table2 --rows 4 --max-order 2\n  \
+    myovib table2 --rows 1 --probe origin --every 0.01 --csv origin.csv\n\n\
+    Exit code 1 when a run ends otherwise than the paper's.")]
+pub struct Table2Args {
+    /// Rows to run, by key: 1, 2, 2m, 3, 3m, 4, 4-order2, 4-suppressed, 31.
+    #[arg(long, value_name = "KEYS", value_delimiter = ',')]
+    pub rows: Vec<String>,
+
+    /// Mesh (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the built-in spindle].
+    #[arg(long, value_name = "FILE")]
+    pub mesh: Option<PathBuf>,
+
+    /// End time in s.
+    #[arg(long, value_name = "T", default_value_t = 10.0)]
+    pub t_end: f64,
+
+    /// Maximum BDF order of all rows, 1 to 5 [default: the row's].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=5))]
+    pub max_order: Option<u8>,
+
+    /// What the error test leaves out: `none`, `default` (the row's), or a list of q, v, lambda, mu.
+    #[arg(long, value_name = "BLOCKS", default_value = "default")]
+    pub suppress: Suppress,
+
+    /// Relative tolerance.
+    #[arg(long, value_name = "X", default_value_t = 1e-3)]
+    pub rtol: f64,
+
+    /// Absolute tolerance of the velocity in m/s.
+    #[arg(long, value_name = "X", default_value_t = 1e-5)]
+    pub atol_velocity: f64,
+
+    /// Write the table as CSV; with --probe, the probe's values instead.
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+
+    /// Record u and p at this point (`origin`) into the CSV file; takes a single row.
+    #[arg(long, value_name = "POINT", requires = "csv")]
+    pub probe: Option<ProbePoint>,
+
+    /// Time between two records of the probe in s.
+    #[arg(long, value_name = "T", default_value_t = 0.01)]
+    pub every: f64,
+
+    /// Options of every command.
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// A named point to record at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum ProbePoint {
+    /// The middle of the muscle, (0, 0).
+    Origin,
+}
+
+/// What the error test leaves out.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Suppress {
+    /// As the row says.
+    Default,
+    /// These blocks.
+    Blocks(Vec<&'static str>),
+}
+
+impl FromStr for Suppress {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        const SYMBOLS: [&str; 4] = ["q", "v", "lambda", "mu"];
+        match text {
+            "default" => Ok(Self::Default),
+            "none" => Ok(Self::Blocks(Vec::new())),
+            list => list
+                .split(',')
+                .map(|word| {
+                    SYMBOLS
+                        .into_iter()
+                        .find(|symbol| *symbol == word)
+                        .ok_or_else(|| {
+                            format!(
+                                "`{word}` is no block: none, default, or a list of q, v, lambda, mu"
+                            )
+                        })
+                })
+                .collect::<Result<_, _>>()
+                .map(Self::Blocks),
+        }
+    }
+}
+
+impl Suppress {
+    /// The blocks left out of the error test of `row`.
+    fn fields(&self, row: &Row) -> Vec<Field> {
+        match self {
+            Self::Default => row.suppressed.to_vec(),
+            Self::Blocks(symbols) => row
+                .formulation
+                .rows()
+                .iter()
+                .map(|(field, _)| *field)
+                .filter(|field| symbols.contains(&field.symbol()))
+                .collect(),
+        }
+    }
+}
+
+impl Table2Args {
+    /// Whether a setting of the contract's table is overridden: the paper's outcomes then no longer
+    /// are what is to be shown.
+    fn is_modified(&self) -> bool {
+        self.t_end != 10.0
+            || self.max_order.is_some()
+            || self.suppress != Suppress::Default
+            || self.rtol != 1e-3
+            || self.atol_velocity != 1e-5
+            || self.mesh.is_some()
+    }
+
+    fn selected_rows(&self) -> Result<Vec<&'static Row>, InputError> {
+        if self.rows.is_empty() {
+            return Ok(ROWS.iter().collect());
+        }
+        let keys = || ROWS.map(|row| row.key).join(", ");
+        self.rows
+            .iter()
+            .map(|key| {
+                ROWS.iter().find(|row| row.key == key).ok_or_else(|| {
+                    InputError::new("unknown row")
+                        .at("--rows")
+                        .found(key)
+                        .allowed(keys())
+                })
+            })
+            .collect()
+    }
+
+    fn check(&self) -> Result<(), InputError> {
+        for (option, value) in [
+            ("--t-end", self.t_end),
+            ("--rtol", self.rtol),
+            ("--atol-velocity", self.atol_velocity),
+            ("--every", self.every),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(InputError::new("value out of range")
+                    .at(option)
+                    .found(value)
+                    .allowed("a finite number above 0"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Runs the rows and prints the table.
+///
+/// # Errors
+/// Wrong options or mesh, or an output that cannot be written.
+pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
+    args.check()?;
+    let rows = args.selected_rows()?;
+    if args.probe.is_some() && rows.len() != 1 {
+        return Err(InputError::new("the CSV of a probe holds one run")
+            .at("--probe")
+            .found(format!("{} rows", rows.len()))
+            .allowed("one row")
+            .next("choose it, for example: --rows 1")
+            .into());
+    }
+    let (mesh, mesh_name) = load_mesh(args.mesh.as_deref())?;
+    let results = run_row::run_all(&rows, &mesh, args)?;
+    if let (Some(path), None) = (&args.csv, args.probe) {
+        let file =
+            File::create(path).with_context(|| format!("cannot write `{}`", path.display()))?;
+        report::write_csv(file, &results)?;
+    }
+    let text = report::text(&results, args);
+    let document = report::document(&results, &mesh, &mesh_name, args);
+    args.common.give("table2", &text, &document)?;
+    Ok(report::exit(&results, args.is_modified()))
+}
+
+fn load_mesh(path: Option<&std::path::Path>) -> anyhow::Result<(Mesh, String)> {
+    match path {
+        Some(path) => Ok((Mesh::read_msh(path)?, path.display().to_string())),
+        None => {
+            let text = include_str!("../../../../../data/meshes/muscle.msh");
+            let mesh = Mesh::parse_msh(text, "muscle.msh").context("the built-in mesh")?;
+            Ok((mesh, "muscle.msh (built in)".to_owned()))
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! The rows of Table 2 (the command line's contract): formulation, parameters, error test.
+
+use myovib_model::{Field, Formulation};
+
+/// Which algebraic variables the error test leaves out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Convention {
+    /// By the paper's words, "the algebraic variables are excluded": λ in (28) and (31), only μ
+    /// in (29).
+    Paper,
+    /// λ and μ everywhere.
+    Multipliers,
+    /// The same in both conventions.
+    Both,
+    /// A variant beside the paper's rows.
+    Variant,
+}
+
+impl Convention {
+    /// The name used in output.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Multipliers => "multipliers",
+            Self::Both => "both",
+            Self::Variant => "–",
+        }
+    }
+}
+
+/// One row: a run of the muscle to t = 10.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Row {
+    /// The row's name on the command line and in JSON.
+    pub(super) key: &'static str,
+    /// The paper's row it stands beside.
+    pub(super) paper_key: &'static str,
+    /// The formulation.
+    pub(super) formulation: Formulation,
+    /// κ, Pa.
+    pub(super) kappa: f64,
+    /// β, s.
+    pub(super) beta: f64,
+    /// The convention it belongs to.
+    pub(super) convention: Convention,
+    /// What the error test leaves out.
+    pub(super) suppressed: &'static [Field],
+    /// Maximum BDF order.
+    pub(super) max_order: u8,
+}
+
+const INF: f64 = f64::INFINITY;
+const LAMBDA: &[Field] = &[Field::Pressure];
+const MU: &[Field] = &[Field::PressureRate];
+const LAMBDA_MU: &[Field] = &[Field::Pressure, Field::PressureRate];
+
+const fn row(
+    key: &'static str,
+    paper_key: &'static str,
+    formulation: Formulation,
+    (kappa, beta): (f64, f64),
+    convention: Convention,
+    suppressed: &'static [Field],
+    max_order: u8,
+) -> Row {
+    Row {
+        key,
+        paper_key,
+        formulation,
+        kappa,
+        beta,
+        convention,
+        suppressed,
+        max_order,
+    }
+}
+
+/// All rows in the order of the table.
+pub(super) const ROWS: [Row; 9] = {
+    use Convention::{Both, Multipliers, Paper, Variant};
+    use Formulation::{Position, Rate, Velocity};
+    [
+        row("1", "1", Position, (1e5, 0.0), Both, LAMBDA, 2),
+        row("2", "2", Rate, (1e5, 1e-4), Paper, MU, 2),
+        row("2m", "2", Rate, (1e5, 1e-4), Multipliers, LAMBDA_MU, 2),
+        row("3", "3", Rate, (INF, 1e-4), Paper, MU, 2),
+        row("3m", "3", Rate, (INF, 1e-4), Multipliers, LAMBDA_MU, 2),
+        row("4", "4", Position, (INF, 0.0), Paper, &[], 5),
+        row("4-order2", "4", Position, (INF, 0.0), Variant, &[], 2),
+        row(
+            "4-suppressed",
+            "4",
+            Position,
+            (INF, 0.0),
+            Variant,
+            LAMBDA,
+            2,
+        ),
+        row("31", "31", Velocity, (INF, 0.0), Both, LAMBDA, 2),
+    ]
+};

@@ -1,0 +1,181 @@
+//! Runs rows of the table, several at a time.
+
+use std::fs::File;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use anyhow::Context;
+use myovib_fem::Mesh;
+use myovib_model::{
+    IdaIntegrator, MuscleDae, Observer, Probe, SampleTimes, Sampler, Settings, Statistics, Step,
+    paper, run,
+};
+use sundials_wrap::DaeProblem;
+
+use super::Table2Args;
+use super::rows::Row;
+use crate::csv::CsvWriter;
+use crate::progress::Progress;
+
+/// Samples of the constraint drift over the run, beside the one at its end.
+const DRIFT_SAMPLES: f64 = 100.0;
+
+/// A row with what its run came to.
+pub(super) struct RowResult {
+    pub(super) row: &'static Row,
+    pub(super) settings: Settings,
+    pub(super) index: u8,
+    pub(super) statistics: Statistics,
+    pub(super) unknowns: usize,
+    pub(super) unknowns_paper: usize,
+    /// The largest drift over the samples and the end; 0 for a formulation without pressure.
+    pub(super) constraint_drift: f64,
+}
+
+/// Runs `rows` on as many threads as there are, in the order of the table.
+pub(super) fn run_all(
+    rows: &[&'static Row],
+    mesh: &Mesh,
+    args: &Table2Args,
+) -> anyhow::Result<Vec<RowResult>> {
+    let progress = Mutex::new(Progress::new(args.common.quiet));
+    let next = AtomicUsize::new(0);
+    let results: Mutex<Vec<Option<anyhow::Result<RowResult>>>> =
+        Mutex::new(rows.iter().map(|_| None).collect());
+    let worker = || {
+        while let Some((i, row)) =
+            Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|i| Some((i, rows.get(i)?)))
+        {
+            let result = run_row(row, mesh, args, &progress)
+                .with_context(|| format!("row {} of Table 2", row.key));
+            results.lock().expect("no thread panics with the lock")[i] = Some(result);
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..args.common.n_threads().get().min(rows.len()) {
+            scope.spawn(worker);
+        }
+    });
+    let results = results.into_inner().expect("all threads have ended");
+    results
+        .into_iter()
+        .map(|result| result.expect("each row is taken by one thread"))
+        .collect()
+}
+
+fn settings(row: &Row, args: &Table2Args) -> Settings {
+    let paper = Settings::paper(row.formulation);
+    let mut absolute_tolerances = paper.absolute_tolerances;
+    absolute_tolerances.velocity = args.atol_velocity;
+    Settings {
+        t_end: args.t_end,
+        relative_tolerance: args.rtol,
+        absolute_tolerances,
+        suppressed: args.suppress.fields(row),
+        max_order: args.max_order.unwrap_or(row.max_order),
+        ..paper
+    }
+}
+
+fn run_row(
+    row: &'static Row,
+    mesh: &Mesh,
+    args: &Table2Args,
+    progress: &Mutex<Progress>,
+) -> anyhow::Result<RowResult> {
+    let muscle = paper::muscle(mesh, row.kappa, row.beta)?;
+    let index = row.formulation.index(&muscle.parameters);
+    let unknowns_paper = muscle.n_unknowns_paper();
+    let origin = Probe::at(muscle.solid.space(), [0.0, 0.0])?;
+    let settings = settings(row, args);
+
+    let dae = MuscleDae::new(muscle, row.formulation)?;
+    let unknowns = dae.n_unknowns();
+    let mut integrator = IdaIntegrator::from_rest(dae, &settings)?;
+
+    let mut largest_drift = 0.0_f64;
+    let mut drift = Sampler::new(
+        SampleTimes::new(settings.t_end / DRIFT_SAMPLES, settings.t_end),
+        unknowns,
+        |dae: &mut MuscleDae, t, y: &[f64]| {
+            largest_drift = largest_drift.max(dae.constraint_drift(t, y)?);
+            Ok(())
+        },
+    );
+    let mut watch = Watch {
+        row,
+        t_end: settings.t_end,
+        progress,
+    };
+    let mut probe = args
+        .probe
+        .map(|_| open_probe(args))
+        .transpose()?
+        .map(|mut csv| {
+            Sampler::new(
+                SampleTimes::new(args.every, settings.t_end),
+                unknowns,
+                move |dae: &mut MuscleDae, t, y: &[f64]| {
+                    let pressure = dae.pressure(y).map(<[f64]>::to_vec);
+                    let (displacement, _) = dae.nodal_motion(t, y);
+                    let value = origin.read(displacement, pressure.as_deref());
+                    let [u_x, u_y] = value.displacement;
+                    Ok(csv.row(&[t, u_x, u_y, value.pressure])?)
+                },
+            )
+        });
+    let mut observers: Vec<&mut dyn Observer<MuscleDae>> = vec![&mut drift, &mut watch];
+    if let Some(probe) = &mut probe {
+        observers.push(probe);
+    }
+    let statistics = run(&mut integrator, &mut observers)?;
+    drop((drift, probe));
+    Ok(RowResult {
+        row,
+        settings,
+        index,
+        statistics,
+        unknowns,
+        unknowns_paper,
+        constraint_drift: largest_drift,
+    })
+}
+
+fn open_probe(args: &Table2Args) -> anyhow::Result<CsvWriter<File>> {
+    let path: &PathBuf = args.csv.as_ref().context("--probe needs --csv")?;
+    let file = File::create(path).with_context(|| format!("cannot write `{}`", path.display()))?;
+    Ok(CsvWriter::new(file, &["t", "u_x", "u_y", "p"])?)
+}
+
+/// Shows how far a row is.
+struct Watch<'a> {
+    row: &'static Row,
+    t_end: f64,
+    progress: &'a Mutex<Progress>,
+}
+
+impl<P> Observer<P> for Watch<'_> {
+    fn accepted(
+        &mut self,
+        step: &mut Step<'_, P>,
+    ) -> Result<std::ops::ControlFlow<myovib_model::Outcome>, myovib_model::ModelError> {
+        // Another row's thread may be writing: this row's turn comes again.
+        if let Ok(mut progress) = self.progress.try_lock() {
+            progress.show(|| {
+                let counts = step.integrator.counts();
+                format!(
+                    "row {}: t = {:.3} of {} s, {} steps, h = {:.1e} s, order {}",
+                    self.row.key,
+                    step.to,
+                    self.t_end,
+                    counts.steps,
+                    counts.last_step,
+                    counts.last_order
+                )
+            });
+        }
+        Ok(std::ops::ControlFlow::Continue(()))
+    }
+}

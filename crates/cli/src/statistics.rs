@@ -1,0 +1,96 @@
+//! The statistics of a run as JSON, under the contract's names, with all settings used.
+
+use std::collections::BTreeMap;
+
+use myovib_model::{Formulation, Outcome, Settings, Statistics};
+use serde::Serialize;
+use sundials_wrap::klu::Ordering;
+
+/// Statistics and settings, to be flattened into a document.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // the names are the contract's, documented with Statistics and Settings
+pub struct StatisticsJson<'a> {
+    pub steps: u64,
+    pub error_test_failures: u64,
+    pub step_solve_failures: u64,
+    pub newton_failures: u64,
+    pub newton_iterations: u64,
+    pub residual_evaluations: u64,
+    pub jacobian_evaluations: u64,
+    pub linear_setups: u64,
+    pub last_order: u32,
+    pub last_step: f64,
+    pub t_reached: f64,
+    pub outcome: &'a str,
+    pub reason: Option<&'a str>,
+    pub message: Option<&'a str>,
+    pub cpu_seconds: f64,
+    pub wall_seconds: f64,
+    pub suppressed: Vec<&'a str>,
+    pub rtol: f64,
+    pub atol: BTreeMap<&'a str, f64>,
+    pub max_order: u8,
+    pub delta_cj: f64,
+    pub ordering: &'a str,
+    pub btf: bool,
+    pub t_end: f64,
+    /// The seed of random draws; null where nothing is drawn.
+    pub seed: Option<u32>,
+}
+
+impl<'a> StatisticsJson<'a> {
+    /// The statistics of a run of `formulation` with `settings`.
+    pub fn new(
+        statistics: &'a Statistics,
+        settings: &'a Settings,
+        formulation: Formulation,
+    ) -> Self {
+        let message = match &statistics.outcome {
+            Outcome::Finished => None,
+            Outcome::Stopped { message, .. } => Some(message.as_str()),
+        };
+        Self {
+            steps: statistics.steps,
+            error_test_failures: statistics.error_test_failures,
+            step_solve_failures: statistics.step_solve_failures,
+            newton_failures: statistics.newton_failures,
+            newton_iterations: statistics.newton_iterations,
+            residual_evaluations: statistics.residual_evaluations,
+            jacobian_evaluations: statistics.jacobian_evaluations,
+            linear_setups: statistics.linear_setups,
+            last_order: statistics.last_order,
+            last_step: statistics.last_step,
+            t_reached: statistics.t_reached,
+            outcome: statistics.outcome.name(),
+            reason: statistics.outcome.reason().map(|reason| reason.name()),
+            message,
+            cpu_seconds: statistics.cpu_seconds,
+            wall_seconds: statistics.wall_seconds,
+            suppressed: settings
+                .suppressed
+                .iter()
+                .map(|field| field.symbol())
+                .collect(),
+            rtol: settings.relative_tolerance,
+            atol: formulation
+                .rows()
+                .iter()
+                .map(|(field, _)| (field.symbol(), settings.absolute_tolerances.of(*field)))
+                .collect(),
+            max_order: settings.max_order,
+            delta_cj: settings.delta_cj,
+            ordering: ordering_name(settings.ordering),
+            btf: settings.btf,
+            t_end: settings.t_end,
+            seed: None,
+        }
+    }
+}
+
+fn ordering_name(ordering: Ordering) -> &'static str {
+    match ordering {
+        Ordering::Amd => "amd",
+        Ordering::Colamd => "colamd",
+        Ordering::Natural => "natural",
+    }
+}

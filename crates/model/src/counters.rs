@@ -1,0 +1,16 @@
+//! Counts of the work done, the proof that what a scene does not need is not computed.
+
+/// Passes over the elements, and assemblies.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct WorkCounters {
+    /// Element passes for residuals.
+    pub residual_passes: u64,
+    /// Of these, with the damping force ∫Ṗ:∇φ.
+    pub force_rate_passes: u64,
+    /// Element passes for tangents.
+    pub tangent_passes: u64,
+    /// Of these, with the damping tangent ∂/∂q ∫Ṗ:∇φ.
+    pub rate_tangent_passes: u64,
+    /// Newton matrices summed from the tangents.
+    pub matrix_sums: u64,
+}

@@ -1,0 +1,59 @@
+//! The incompressibility constraint and its derivative with respect to time.
+
+use super::Context;
+use crate::field::Field;
+use crate::matrix::{Matrix, Term};
+use crate::state::{Integrals, State};
+
+/// ∫ψ (p/κ + J - 1).
+pub(super) fn residual(
+    context: &Context,
+    state: &State<'_>,
+    integrals: &mut Integrals<'_>,
+    rows: &mut [f64],
+) {
+    rows.copy_from_slice(integrals.defect());
+    if context.inv_kappa > 0.0 {
+        integrals.add_pressure_mass(context.inv_kappa, state.value(Field::Pressure), rows);
+    }
+}
+
+pub(super) fn terms(context: &Context) -> Vec<Term> {
+    let mut terms = vec![Term::value(Field::Displacement, Matrix::Divergence, 1.0)];
+    if context.inv_kappa > 0.0 {
+        terms.push(Term::value(
+            Field::Pressure,
+            Matrix::PressureMass,
+            context.inv_kappa,
+        ));
+    }
+    terms
+}
+
+/// ∫ψ (ṗ/κ + cof F:∇v).
+pub(super) fn rate_residual(
+    context: &Context,
+    state: &State<'_>,
+    integrals: &mut Integrals<'_>,
+    rows: &mut [f64],
+) {
+    rows.copy_from_slice(integrals.defect_rate());
+    if context.inv_kappa > 0.0 {
+        integrals.add_pressure_mass(context.inv_kappa, state.rate(Field::Pressure), rows);
+    }
+}
+
+pub(super) fn rate_terms(context: &Context) -> Vec<Term> {
+    let mut terms = vec![
+        Term::value(Field::Velocity, Matrix::Divergence, 1.0),
+        Term::value(Field::Displacement, Matrix::DivergenceRate, 1.0),
+    ];
+    if context.inv_kappa > 0.0 {
+        terms.push(Term::rate(
+            Field::Pressure,
+            Matrix::PressureMass,
+            context.inv_kappa,
+        ));
+    }
+    terms
+}

@@ -1,0 +1,67 @@
+//! The definitions of the velocity and of the pressure's rate.
+
+use crate::field::Field;
+use crate::matrix::{Matrix, Term};
+use crate::state::{Integrals, State};
+
+fn difference(rate: &[f64], value: &[f64], rows: &mut [f64]) {
+    for ((row, rate), value) in rows.iter_mut().zip(rate).zip(value) {
+        *row = rate - value;
+    }
+}
+
+/// q̇ - v.
+pub(super) fn residual(state: &State<'_>, rows: &mut [f64]) {
+    difference(
+        state.rate(Field::Displacement),
+        state.value(Field::Velocity),
+        rows,
+    );
+}
+
+pub(super) fn terms() -> Vec<Term> {
+    vec![
+        Term::rate(Field::Displacement, Matrix::DisplacementIdentity, 1.0),
+        Term::value(Field::Velocity, Matrix::DisplacementIdentity, -1.0),
+    ]
+}
+
+/// λ̇ - μ.
+pub(super) fn pressure_residual(state: &State<'_>, rows: &mut [f64]) {
+    difference(
+        state.rate(Field::Pressure),
+        state.value(Field::PressureRate),
+        rows,
+    );
+}
+
+pub(super) fn pressure_terms() -> Vec<Term> {
+    vec![
+        Term::rate(Field::Pressure, Matrix::PressureIdentity, 1.0),
+        Term::value(Field::PressureRate, Matrix::PressureIdentity, -1.0),
+    ]
+}
+
+/// M (q̇ - v) + B(q)ᵀ μ. At constrained nodes q̇ and v are the same prescribed velocity.
+pub(super) fn stabilized_residual(
+    state: &State<'_>,
+    integrals: &mut Integrals<'_>,
+    rows: &mut [f64],
+) {
+    difference(
+        state.rate(Field::Displacement),
+        state.value(Field::Velocity),
+        rows,
+    );
+    integrals.apply_free_mass(rows);
+    integrals.add_multiplier_force(rows);
+}
+
+pub(super) fn stabilized_terms() -> Vec<Term> {
+    vec![
+        Term::rate(Field::Displacement, Matrix::Mass, 1.0),
+        Term::value(Field::Velocity, Matrix::Mass, -1.0),
+        Term::value(Field::Displacement, Matrix::MultiplierStiffness, 1.0),
+        Term::value(Field::GglMultiplier, Matrix::DivergenceTransposed, 1.0),
+    ]
+}

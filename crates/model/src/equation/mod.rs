@@ -1,0 +1,139 @@
+//! The equations from which the formulations are composed: residual and Jacobian of each.
+//!
+//! An equation sees the unknowns of a [`State`] by field, the element integrals it
+//! [`needs`](Equation::needs), and writes the rows of its block.
+
+mod constraint;
+mod kinematic;
+mod momentum;
+
+use crate::matrix::Term;
+use crate::state::{Integrals, State};
+
+/// One block of rows of a formulation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Equation {
+    /// q̇ - v = 0.
+    Kinematic,
+    /// M (q̇ - v) + B(q)ᵀ μ = 0, first line of (33).
+    StabilizedKinematic,
+    /// λ̇ - μ = 0, second line of (29).
+    PressureKinematic,
+    /// M (v̇ + α v) + ∫(P + β Ṗ):∇φ - f(t) = 0.
+    Momentum,
+    /// ∫ψ (p/κ + J - 1) = 0.
+    Constraint,
+    /// ∫ψ (ṗ/κ + cof F:∇v) = 0.
+    ConstraintRate,
+}
+
+/// Where the rate of the pressure ṗ is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PressureRateSource {
+    /// There is no pressure, or nothing asks for its rate.
+    None,
+    /// The unknown μ of (29).
+    Unknown,
+    /// λ̇ of the integrator.
+    Derivative,
+}
+
+/// What an equation's coefficients depend on.
+#[derive(Debug, Clone, Copy)]
+pub struct Context {
+    /// Mass-proportional damping α, 1/s.
+    pub alpha: f64,
+    /// Stiffness-proportional damping β, s.
+    pub beta: f64,
+    /// 1/κ, 1/Pa.
+    pub inv_kappa: f64,
+    /// Whether the pressure is an unknown of its own.
+    pub has_pressure: bool,
+    /// Where ṗ is found.
+    pub pressure_rate: PressureRateSource,
+}
+
+/// The element integrals an equation asks for; what no equation asks for is not computed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Needs {
+    /// ∫P:∇φ.
+    pub force: bool,
+    /// ∫Ṗ:∇φ.
+    pub force_rate: bool,
+    /// ∫ψ(J - 1).
+    pub defect: bool,
+    /// ∫ψ cof F:∇v.
+    pub defect_rate: bool,
+    /// B(q)ᵀμ.
+    pub multiplier_force: bool,
+}
+
+impl Needs {
+    /// What either asks for.
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            force: self.force || other.force,
+            force_rate: self.force_rate || other.force_rate,
+            defect: self.defect || other.defect,
+            defect_rate: self.defect_rate || other.defect_rate,
+            multiplier_force: self.multiplier_force || other.multiplier_force,
+        }
+    }
+}
+
+impl Equation {
+    /// The element integrals this equation is made of.
+    pub fn needs(self, context: &Context) -> Needs {
+        let none = Needs::default();
+        match self {
+            Self::Kinematic | Self::PressureKinematic => none,
+            Self::StabilizedKinematic => Needs {
+                multiplier_force: true,
+                ..none
+            },
+            Self::Momentum => Needs {
+                force: true,
+                force_rate: context.beta > 0.0,
+                ..none
+            },
+            Self::Constraint => Needs {
+                defect: true,
+                ..none
+            },
+            Self::ConstraintRate => Needs {
+                defect_rate: true,
+                ..none
+            },
+        }
+    }
+
+    /// Writes the equation's residual into its rows.
+    pub(crate) fn residual(
+        self,
+        context: &Context,
+        state: &State<'_>,
+        integrals: &mut Integrals<'_>,
+        rows: &mut [f64],
+    ) {
+        match self {
+            Self::Kinematic => kinematic::residual(state, rows),
+            Self::StabilizedKinematic => kinematic::stabilized_residual(state, integrals, rows),
+            Self::PressureKinematic => kinematic::pressure_residual(state, rows),
+            Self::Momentum => momentum::residual(context, state, integrals, rows),
+            Self::Constraint => constraint::residual(context, state, integrals, rows),
+            Self::ConstraintRate => constraint::rate_residual(context, state, integrals, rows),
+        }
+    }
+
+    /// The terms of the equation's Jacobian.
+    pub fn terms(self, context: &Context) -> Vec<Term> {
+        match self {
+            Self::Kinematic => kinematic::terms(),
+            Self::StabilizedKinematic => kinematic::stabilized_terms(),
+            Self::PressureKinematic => kinematic::pressure_terms(),
+            Self::Momentum => momentum::terms(context),
+            Self::Constraint => constraint::terms(context),
+            Self::ConstraintRate => constraint::rate_terms(context),
+        }
+    }
+}

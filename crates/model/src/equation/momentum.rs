@@ -1,0 +1,70 @@
+//! The balance of momentum.
+
+use super::{Context, PressureRateSource};
+use crate::field::Field;
+use crate::matrix::{Matrix, Term};
+use crate::state::{Integrals, State};
+
+/// M (v̇ + α v) + ∫(P + β Ṗ):∇φ - f(t), rows of the free components.
+pub(super) fn residual(
+    context: &Context,
+    _state: &State<'_>,
+    integrals: &mut Integrals<'_>,
+    rows: &mut [f64],
+) {
+    integrals.momentum_balance(context.alpha, context.beta, rows);
+}
+
+/// P = P_iso - p cof F gives ∂(force)/∂λ = -Bᵀ and, for the damping force,
+/// ∂(force rate)/∂v = K, ∂(force rate)/∂λ = -∂(B(q)v)/∂qᵀ, ∂(force rate)/∂λ̇ = -Bᵀ.
+pub(super) fn terms(context: &Context) -> Vec<Term> {
+    let Context {
+        alpha,
+        beta,
+        has_pressure,
+        pressure_rate,
+        ..
+    } = *context;
+    let mut terms = vec![
+        Term {
+            column: Field::Velocity,
+            matrix: Matrix::Mass,
+            of_value: alpha,
+            of_rate: 1.0,
+        },
+        Term::value(Field::Displacement, Matrix::Stiffness, 1.0),
+    ];
+    if has_pressure {
+        terms.push(Term::value(
+            Field::Pressure,
+            Matrix::DivergenceTransposed,
+            -1.0,
+        ));
+    }
+    if beta > 0.0 {
+        terms.push(Term::value(
+            Field::Displacement,
+            Matrix::RateStiffness,
+            beta,
+        ));
+        terms.push(Term::value(Field::Velocity, Matrix::Stiffness, beta));
+        if has_pressure {
+            terms.push(Term::value(
+                Field::Pressure,
+                Matrix::DivergenceRateTransposed,
+                -beta,
+            ));
+        }
+        let rate_of_pressure = Matrix::DivergenceTransposed;
+        match pressure_rate {
+            PressureRateSource::None => {}
+            PressureRateSource::Unknown => {
+                terms.push(Term::value(Field::PressureRate, rate_of_pressure, -beta));
+            }
+            PressureRateSource::Derivative => {
+                terms.push(Term::rate(Field::Pressure, rate_of_pressure, -beta));
+            }
+        }
+    }
+    terms
+}

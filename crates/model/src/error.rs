@@ -1,0 +1,63 @@
+//! What can be wrong with a model before any time step is taken.
+
+use crate::formulation::Formulation;
+
+/// Errors of building or running a model.
+#[derive(Debug, thiserror::Error)]
+pub enum ModelError {
+    /// A parameter outside its range.
+    #[error("{name} = {value} is out of range: {allowed}")]
+    OutOfRange {
+        /// The parameter's name.
+        name: &'static str,
+        /// What was found.
+        value: f64,
+        /// What is allowed, in words.
+        allowed: &'static str,
+    },
+    /// A formulation that does not go with the given κ and β.
+    #[error(
+        "formulation `{formulation}` does not go with kappa = {kappa}, beta = {beta}: {allowed}"
+    )]
+    NotAllowed {
+        /// The formulation asked for.
+        formulation: Formulation,
+        /// Bulk modulus, `inf` for the incompressible case.
+        kappa: f64,
+        /// Stiffness-proportional damping, s.
+        beta: f64,
+        /// What is allowed, in words.
+        allowed: &'static str,
+    },
+    /// A point that lies in no element.
+    #[error("the point ({x}, {y}) lies outside the mesh")]
+    OutsideMesh {
+        /// Coordinate, m.
+        x: f64,
+        /// Coordinate, m.
+        y: f64,
+    },
+    /// The mesh, its groups, or an element.
+    #[error(transparent)]
+    Fem(#[from] myovib_fem::FemError),
+    /// The integrator's settings or a fatal error within a callback.
+    #[error(transparent)]
+    Integrator(#[from] sundials_wrap::Error),
+    /// Newton's method found no static equilibrium.
+    #[error(
+        "no static equilibrium: Newton's method failed beyond {reached} of the load even in small load steps"
+    )]
+    NoEquilibrium {
+        /// The part of the load for which there is one.
+        reached: f64,
+    },
+    /// A factorisation or solve with KLU.
+    #[error(transparent)]
+    Klu(#[from] sundials_wrap::klu::KluError),
+    /// An element with det F ≤ 0 where none is expected.
+    #[error(transparent)]
+    Inverted(#[from] myovib_fem::Inverted),
+    /// A recorder could not write.
+    #[error("cannot write what was recorded")]
+    Output(#[from] std::io::Error),
+}

@@ -1,0 +1,108 @@
+//! The blocks of unknowns and where they lie in the integrator's vector.
+
+use std::fmt;
+use std::ops::Range;
+
+/// A block of unknowns of the muscle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Field {
+    /// q: coefficients of the displacement at the free nodes, m.
+    Displacement,
+    /// v: coefficients of the velocity, m/s.
+    Velocity,
+    /// λ: coefficients of the pressure, Pa.
+    Pressure,
+    /// μ of (29): coefficients of the pressure's rate, Pa/s.
+    PressureRate,
+    /// μ of (33): the multiplier of Gear, Gupta and Leimkuhler, zero in the exact solution.
+    GglMultiplier,
+}
+
+impl Field {
+    /// Whether the block has one coefficient per free displacement component, otherwise one per
+    /// vertex.
+    pub fn is_displacement_like(self) -> bool {
+        matches!(self, Self::Displacement | Self::Velocity)
+    }
+
+    /// The name used in options and output: `q`, `v`, `lambda`, `mu`.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::Displacement => "q",
+            Self::Velocity => "v",
+            Self::Pressure => "lambda",
+            Self::PressureRate | Self::GglMultiplier => "mu",
+        }
+    }
+}
+
+impl fmt::Display for Field {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.symbol())
+    }
+}
+
+/// The order and place of the blocks in the integrator's vector.
+#[derive(Debug, Clone)]
+pub struct Layout {
+    blocks: Vec<(Field, Range<usize>)>,
+}
+
+impl Layout {
+    /// Lays out `fields` one after another.
+    pub fn new(fields: impl IntoIterator<Item = Field>, n_free: usize, n_vertices: usize) -> Self {
+        let mut end = 0;
+        let blocks = fields
+            .into_iter()
+            .map(|field| {
+                let start = end;
+                end += if field.is_displacement_like() {
+                    n_free
+                } else {
+                    n_vertices
+                };
+                (field, start..end)
+            })
+            .collect();
+        Self { blocks }
+    }
+
+    /// Number of unknowns.
+    pub fn n_unknowns(&self) -> usize {
+        self.blocks.last().map_or(0, |(_, range)| range.end)
+    }
+
+    /// The blocks in order.
+    pub fn blocks(&self) -> &[(Field, Range<usize>)] {
+        &self.blocks
+    }
+
+    /// Where `field` lies, if the formulation has it.
+    pub fn range(&self, field: Field) -> Option<Range<usize>> {
+        self.blocks
+            .iter()
+            .find(|(f, _)| *f == field)
+            .map(|(_, range)| range.clone())
+    }
+
+    /// The block that component `i` belongs to, and its place within.
+    ///
+    /// # Panics
+    /// If `i` is not less than [`n_unknowns`](Layout::n_unknowns).
+    pub fn locate(&self, i: usize) -> (Field, usize) {
+        let (field, range) = self
+            .blocks
+            .iter()
+            .find(|(_, range)| range.contains(&i))
+            .expect("i < n_unknowns");
+        (*field, i - range.start)
+    }
+
+    /// A vector with `value(field)` in every component of the block of `field`.
+    pub fn fill<T: Clone>(&self, value: impl Fn(Field) -> T) -> Vec<T> {
+        self.blocks
+            .iter()
+            .flat_map(|(field, range)| std::iter::repeat_n(value(*field), range.len()))
+            .collect()
+    }
+}

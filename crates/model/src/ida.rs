@@ -1,0 +1,155 @@
+//! IDAS as an [`Integrator`] of a model.
+
+use sundials_wrap as wrap;
+use sundials_wrap::klu::KluOptions;
+use sundials_wrap::{DaeProblem, IdaOptions, IdaSolver, Suppressed, Tolerances};
+
+use crate::error::ModelError;
+use crate::integrator::{Advance, Counts, Integrator};
+use crate::muscle_dae::MuscleDae;
+use crate::settings::Settings;
+use crate::statistics::StopReason;
+
+/// IDAS in one-step mode with a stop time at the end.
+pub struct IdaIntegrator<P: DaeProblem> {
+    solver: IdaSolver<P>,
+    t_end: f64,
+}
+
+impl IdaIntegrator<MuscleDae> {
+    /// Starts a muscle at rest at t = 0: all unknowns and their derivatives zero, which is
+    /// consistent for loads and prescribed displacements that start from zero.
+    ///
+    /// # Errors
+    /// [`ModelError::Integrator`] for settings IDAS does not take.
+    pub fn from_rest(dae: MuscleDae, settings: &Settings) -> Result<Self, ModelError> {
+        let zero = vec![0.0; dae.n_unknowns()];
+        let options = options(&dae, settings);
+        Self::new(dae, options, settings.t_end, &zero, &zero)
+    }
+}
+
+impl<P: DaeProblem> IdaIntegrator<P> {
+    /// Starts `problem` at t = 0 from consistent values.
+    ///
+    /// # Errors
+    /// [`ModelError::Integrator`] for options IDAS does not take.
+    pub fn new(
+        problem: P,
+        options: IdaOptions,
+        t_end: f64,
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Self, ModelError> {
+        let options = IdaOptions {
+            stop_time: Some(t_end),
+            ..options
+        };
+        let solver = IdaSolver::builder(problem)
+            .options(options)
+            .build(0.0, y, y_dot)?;
+        Ok(Self { solver, t_end })
+    }
+
+    /// The solver itself.
+    pub fn solver(&self) -> &IdaSolver<P> {
+        &self.solver
+    }
+}
+
+/// The options of IDAS for a muscle with `settings`.
+pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
+    let layout = dae.layout();
+    IdaOptions {
+        tolerances: Tolerances::vector(
+            settings.relative_tolerance,
+            layout.fill(|field| settings.absolute_tolerances.of(field)),
+        ),
+        suppressed: Suppressed::Components(
+            layout.fill(|field| settings.suppressed.contains(&field)),
+        ),
+        max_order: usize::from(settings.max_order),
+        delta_cj: settings.delta_cj,
+        klu: KluOptions {
+            ordering: settings.ordering,
+            btf: settings.btf,
+            ..KluOptions::default()
+        },
+        ..IdaOptions::default()
+    }
+}
+
+impl<P: DaeProblem> Integrator<P> for IdaIntegrator<P> {
+    fn advance(&mut self) -> Result<Advance, ModelError> {
+        Ok(match self.solver.step(self.t_end)? {
+            wrap::Outcome::Stopped(stop) => {
+                let worst: Vec<_> = stop
+                    .worst_components
+                    .iter()
+                    .take(3)
+                    .map(|w| format!("{} ({:.1})", w.name, w.weighted_error))
+                    .collect();
+                let mut message = stop.to_string();
+                if !worst.is_empty() {
+                    message += "; largest weighted errors: ";
+                    message += &worst.join(", ");
+                }
+                Advance::Stopped {
+                    reason: reason(stop.reason),
+                    message,
+                }
+            }
+            outcome if outcome.t() >= self.t_end => Advance::Finished,
+            _ => Advance::Stepped,
+        })
+    }
+
+    fn time(&self) -> f64 {
+        self.solver.t()
+    }
+
+    fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError> {
+        Ok(self.solver.dense_output(t, derivative as usize, out)?)
+    }
+
+    fn counts(&self) -> Counts {
+        let stats = self.solver.stats();
+        Counts {
+            steps: stats.steps,
+            error_test_failures: stats.error_test_failures,
+            step_solve_failures: stats.step_solve_failures,
+            newton_failures: stats.newton_failures,
+            newton_iterations: stats.newton_iterations,
+            residual_evaluations: stats.residual_evaluations,
+            jacobian_evaluations: stats.jacobian_evaluations,
+            linear_setups: stats.linear_setups,
+            last_order: stats.last_order as u32,
+            last_step: stats.last_step,
+        }
+    }
+
+    fn problem(&self) -> &P {
+        self.solver.problem()
+    }
+
+    fn problem_mut(&mut self) -> &mut P {
+        self.solver.problem_mut()
+    }
+}
+
+/// The wrapper's reasons under the names all integrators share.
+fn reason(reason: wrap::StopReason) -> StopReason {
+    use wrap::StopReason as Ida;
+    match reason {
+        Ida::ErrorTestFailures | Ida::ToleranceTooTight | Ida::ErrorWeightsFailed => {
+            StopReason::ErrorTestFailures
+        }
+        Ida::ConvergenceFailures | Ida::ConstraintsViolated => StopReason::ConvergenceFailures,
+        Ida::StepTooSmall => StopReason::StepTooSmall,
+        Ida::LinearSetupFailed | Ida::LinearSolveFailed => StopReason::LinearSetupFailed,
+        Ida::MaxSteps => StopReason::MaxSteps,
+        Ida::ResidualFailed | Ida::RootFunctionFailed | Ida::QuadratureFailed | Ida::Other => {
+            StopReason::ResidualFailed
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! What the run driver asks of a time integrator; IDAS today, others beside it.
+
+use crate::error::ModelError;
+use crate::statistics::StopReason;
+
+/// What one internal step came to.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Advance {
+    /// A step was accepted; the end time is not reached.
+    Stepped,
+    /// The end time is reached.
+    Finished,
+    /// The integrator gave up.
+    Stopped {
+        /// The cause.
+        reason: StopReason,
+        /// The cause in words: time, step size, order, the components at fault.
+        message: String,
+    },
+}
+
+/// Counts of an integration, named as in [`Statistics`](crate::Statistics).
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[allow(missing_docs)] // the names are those of Statistics, documented there
+pub struct Counts {
+    pub steps: u64,
+    pub error_test_failures: u64,
+    pub step_solve_failures: u64,
+    pub newton_failures: u64,
+    pub newton_iterations: u64,
+    pub residual_evaluations: u64,
+    pub jacobian_evaluations: u64,
+    pub linear_setups: u64,
+    pub last_order: u32,
+    pub last_step: f64,
+}
+
+/// A variable-step integrator that owns its problem.
+pub trait Integrator<P> {
+    /// Takes one internal step, at most to the end time.
+    ///
+    /// # Errors
+    /// Misuse and fatal errors of the problem; giving up is [`Advance::Stopped`].
+    fn advance(&mut self) -> Result<Advance, ModelError>;
+
+    /// The time reached, s.
+    fn time(&self) -> f64;
+
+    /// The solution, or its derivative of the given order, at a time within the last step.
+    ///
+    /// # Errors
+    /// If `t` is outside the last step or the order is too high.
+    fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError>;
+
+    /// The counts so far.
+    fn counts(&self) -> Counts;
+
+    /// The problem.
+    fn problem(&self) -> &P;
+
+    /// The problem, for evaluations beside the integration.
+    fn problem_mut(&mut self) -> &mut P;
+}

@@ -1,0 +1,48 @@
+//! Loads and prescribed displacements of the muscle.
+
+use crate::signal::Signal;
+
+/// A force on the nodes: a constant vector times a function of time.
+#[derive(Debug, Clone)]
+pub struct Load {
+    entries: Vec<(usize, f64)>,
+    signal: Signal,
+}
+
+impl Load {
+    /// A load `vector · signal(t)`.
+    ///
+    /// # Shapes
+    /// `vector`: all nodal components.
+    pub fn new(vector: &[f64], signal: Signal) -> Self {
+        let entries = vector
+            .iter()
+            .copied()
+            .enumerate()
+            .filter(|(_, value)| *value != 0.0)
+            .collect();
+        Self { entries, signal }
+    }
+
+    /// The function of time.
+    pub fn signal(&self) -> &Signal {
+        &self.signal
+    }
+
+    /// `total` += the load at time `t`.
+    pub fn add_at(&self, t: f64, total: &mut [f64]) {
+        let factor = self.signal.at(t).value;
+        for &(i, value) in &self.entries {
+            total[i] += factor * value;
+        }
+    }
+}
+
+/// A displacement component that follows a function of time instead of an equation of motion.
+#[derive(Debug, Clone)]
+pub struct Prescribed {
+    /// Index of the component in a nodal array.
+    pub component: usize,
+    /// Its displacement, m; its derivatives are the prescribed velocity and acceleration.
+    pub signal: Signal,
+}

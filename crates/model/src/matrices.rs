@@ -1,0 +1,115 @@
+//! Storage of the matrices a formulation uses; what it does not use is neither stored nor computed.
+
+use myovib_fem::{Solid, Tangents};
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use crate::matrix::Matrix;
+
+/// Values of the matrices of one formulation.
+#[derive(Debug, Clone)]
+pub(crate) struct Matrices {
+    displacement_identity: SparsityPattern,
+    pressure_identity: SparsityPattern,
+    ones: Vec<f64>,
+    mass: Vec<f64>,
+    stiffness: Option<Vec<f64>>,
+    rate_stiffness: Option<Vec<f64>>,
+    divergence: Option<Vec<f64>>,
+    divergence_rate: Option<Vec<f64>>,
+    multiplier_stiffness: Option<Vec<f64>>,
+}
+
+impl Matrices {
+    /// Room for the matrices in `used`.
+    pub(crate) fn new(solid: &Solid, used: impl IntoIterator<Item = Matrix>) -> Self {
+        let n_free = solid.dofs().n_free();
+        let n_vertices = solid.space().n_vertices();
+        let mut matrices = Self {
+            displacement_identity: diagonal(n_free),
+            pressure_identity: diagonal(n_vertices),
+            ones: vec![1.0; n_free.max(n_vertices)],
+            mass: solid.mass_values(),
+            stiffness: None,
+            rate_stiffness: None,
+            divergence: None,
+            divergence_rate: None,
+            multiplier_stiffness: None,
+        };
+        for matrix in used {
+            let slot = match matrix {
+                Matrix::Stiffness => &mut matrices.stiffness,
+                Matrix::RateStiffness => &mut matrices.rate_stiffness,
+                Matrix::Divergence | Matrix::DivergenceTransposed => &mut matrices.divergence,
+                Matrix::DivergenceRate | Matrix::DivergenceRateTransposed => {
+                    &mut matrices.divergence_rate
+                }
+                Matrix::MultiplierStiffness => &mut matrices.multiplier_stiffness,
+                _ => continue,
+            };
+            slot.get_or_insert_with(|| vec![0.0; Self::state_pattern(solid, matrix).nnz()]);
+        }
+        matrices
+    }
+
+    fn state_pattern(solid: &Solid, matrix: Matrix) -> &SparsityPattern {
+        match matrix {
+            Matrix::Divergence
+            | Matrix::DivergenceTransposed
+            | Matrix::DivergenceRate
+            | Matrix::DivergenceRateTransposed => solid.divergence_pattern(),
+            Matrix::PressureMass => solid.pressure_pattern(),
+            _ => solid.displacement_pattern(),
+        }
+    }
+
+    /// The pattern whose order the values of `matrix` have, and whether `matrix` is its transpose.
+    pub(crate) fn pattern<'a>(
+        &'a self,
+        solid: &'a Solid,
+        matrix: Matrix,
+    ) -> (&'a SparsityPattern, bool) {
+        let transposed = matches!(
+            matrix,
+            Matrix::DivergenceTransposed | Matrix::DivergenceRateTransposed
+        );
+        let pattern = match matrix {
+            Matrix::DisplacementIdentity => &self.displacement_identity,
+            Matrix::PressureIdentity => &self.pressure_identity,
+            _ => Self::state_pattern(solid, matrix),
+        };
+        (pattern, transposed)
+    }
+
+    /// The values of `matrix`, in the order of its pattern.
+    pub(crate) fn values<'a>(&'a self, solid: &'a Solid, matrix: Matrix) -> &'a [f64] {
+        let stored = match matrix {
+            Matrix::DisplacementIdentity | Matrix::PressureIdentity => return &self.ones,
+            Matrix::Mass => return &self.mass,
+            Matrix::PressureMass => return solid.pressure_mass_values(),
+            Matrix::Stiffness => &self.stiffness,
+            Matrix::RateStiffness => &self.rate_stiffness,
+            Matrix::Divergence | Matrix::DivergenceTransposed => &self.divergence,
+            Matrix::DivergenceRate | Matrix::DivergenceRateTransposed => &self.divergence_rate,
+            Matrix::MultiplierStiffness => &self.multiplier_stiffness,
+        };
+        stored
+            .as_deref()
+            .expect("only matrices in use are asked for")
+    }
+
+    /// The state-dependent matrices, to be filled by the solid.
+    pub(crate) fn wanted(&mut self) -> Tangents<'_> {
+        Tangents {
+            stiffness: self.stiffness.as_deref_mut(),
+            rate_stiffness: self.rate_stiffness.as_deref_mut(),
+            divergence: self.divergence.as_deref_mut(),
+            divergence_rate: self.divergence_rate.as_deref_mut(),
+            multiplier_stiffness: self.multiplier_stiffness.as_deref_mut(),
+        }
+    }
+}
+
+fn diagonal(n: usize) -> SparsityPattern {
+    SparsityPattern::try_from_offsets_and_indices(n, n, (0..=n).collect(), (0..n).collect())
+        .expect("a diagonal is a valid pattern")
+}

@@ -1,0 +1,80 @@
+//! The matrices of the muscle and their places in a formulation's Jacobian.
+//!
+//! Each [`Equation`](crate::equation::Equation) lists its Jacobian as [`Term`]s: a matrix, the
+//! unknowns it acts on, and its coefficients in ∂F/∂y and ∂F/∂ẏ. The whole of
+//! `a ∂F/∂y + b ∂F/∂ẏ` is then a sum of few matrices into one fixed pattern, whatever the
+//! formulation; a condensed or complex Newton matrix is the same sum with other coefficients.
+
+use crate::field::Field;
+
+/// A matrix over free displacement components (`n_free`) and vertices (`n_vertices`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Matrix {
+    /// I, `n_free × n_free`.
+    DisplacementIdentity,
+    /// I, `n_vertices × n_vertices`.
+    PressureIdentity,
+    /// M = ∫ρ φ_i·φ_j.
+    Mass,
+    /// M_p = ∫ψ_i ψ_j.
+    PressureMass,
+    /// K = ∂/∂q ∫P:∇φ, at the present state.
+    Stiffness,
+    /// ∂/∂q ∫Ṗ:∇φ.
+    RateStiffness,
+    /// B(q), `n_vertices × n_free`.
+    Divergence,
+    /// B(q)ᵀ.
+    DivergenceTransposed,
+    /// ∂(B(q) v)/∂q.
+    DivergenceRate,
+    /// Its transpose, = ∂(-∂/∂q(B(q)ᵀλ) v)/∂(-λ).
+    DivergenceRateTransposed,
+    /// ∂(B(q)ᵀμ)/∂q.
+    MultiplierStiffness,
+}
+
+impl Matrix {
+    /// Whether the values depend on the state for a nonlinear law.
+    pub fn depends_on_state(self) -> bool {
+        !matches!(
+            self,
+            Self::DisplacementIdentity | Self::PressureIdentity | Self::Mass | Self::PressureMass
+        )
+    }
+}
+
+/// `(a · of_value + b · of_rate) · matrix` in the columns of one block of unknowns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Term {
+    /// The block of unknowns the matrix acts on.
+    pub column: Field,
+    /// The matrix.
+    pub matrix: Matrix,
+    /// Its coefficient in ∂F/∂y.
+    pub of_value: f64,
+    /// Its coefficient in ∂F/∂ẏ.
+    pub of_rate: f64,
+}
+
+impl Term {
+    /// A term of ∂F/∂y.
+    pub fn value(column: Field, matrix: Matrix, coefficient: f64) -> Self {
+        Self {
+            column,
+            matrix,
+            of_value: coefficient,
+            of_rate: 0.0,
+        }
+    }
+
+    /// A term of ∂F/∂ẏ.
+    pub fn rate(column: Field, matrix: Matrix, coefficient: f64) -> Self {
+        Self {
+            column,
+            matrix,
+            of_value: 0.0,
+            of_rate: coefficient,
+        }
+    }
+}

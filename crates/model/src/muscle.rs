@@ -1,0 +1,26 @@
+//! The muscle: elastic body, damping, loads. What is true of it whatever the formulation.
+
+use myovib_fem::Solid;
+
+use crate::load::{Load, Prescribed};
+use crate::parameters::Parameters;
+
+/// An elastic body with its physical constants and what acts on it.
+#[derive(Debug, Clone)]
+pub struct Muscle {
+    /// Operators of the finite element space with material law and density.
+    pub solid: Solid,
+    /// Damping and compressibility.
+    pub parameters: Parameters,
+    /// Forces on the body.
+    pub loads: Vec<Load>,
+    /// Displacement components that follow a function of time; constrained ones not listed are 0.
+    pub prescribed: Vec<Prescribed>,
+}
+
+impl Muscle {
+    /// Number of coefficients q and λ with the constrained nodes counted, as the paper counts.
+    pub fn n_unknowns_paper(&self) -> usize {
+        2 * self.solid.space().n_nodes() + self.solid.space().n_vertices()
+    }
+}

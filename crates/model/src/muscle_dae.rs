@@ -1,0 +1,359 @@
+//! The muscle in one of its formulations as a [`DaeProblem`].
+
+use myovib_fem::{Fields, Inverted, Pressure, Tangents, Vectors};
+use nalgebra_sparse::pattern::SparsityPattern;
+use sundials_wrap::{DaeProblem, StepError, VariableKind};
+
+use crate::assembly::Assembly;
+use crate::counters::WorkCounters;
+use crate::equation::{Context, Needs, PressureRateSource};
+use crate::error::ModelError;
+use crate::field::{Field, Layout};
+use crate::formulation::Formulation;
+use crate::matrices::Matrices;
+use crate::muscle::Muscle;
+use crate::state::{Integrals, State, Workspace};
+
+/// F(t, y, ẏ) = 0 for a [`Muscle`] in a [`Formulation`].
+#[derive(Debug, Clone)]
+pub struct MuscleDae {
+    muscle: Muscle,
+    formulation: Formulation,
+    layout: Layout,
+    context: Context,
+    needs: Needs,
+    assembly: Assembly,
+    matrices: Matrices,
+    work: Workspace,
+    counters: WorkCounters,
+}
+
+impl MuscleDae {
+    /// Composes the DAE for a run.
+    ///
+    /// # Errors
+    /// [`ModelError::NotAllowed`] when the formulation does not go with κ and β.
+    pub fn new(muscle: Muscle, formulation: Formulation) -> Result<Self, ModelError> {
+        formulation.check(&muscle.parameters)?;
+        Ok(Self::for_analysis(muscle, formulation))
+    }
+
+    /// Composes the DAE whether or not it can be run: `rate` with β = 0 is of interest for its
+    /// index alone.
+    pub fn for_analysis(muscle: Muscle, formulation: Formulation) -> Self {
+        let solid = &muscle.solid;
+        let layout = Layout::new(
+            formulation.rows().iter().map(|(field, _)| *field),
+            solid.dofs().n_free(),
+            solid.space().n_vertices(),
+        );
+        let context = Context {
+            alpha: muscle.parameters.alpha,
+            beta: muscle.parameters.beta,
+            inv_kappa: muscle.parameters.inv_kappa,
+            has_pressure: formulation.has(Field::Pressure),
+            pressure_rate: if formulation.has(Field::PressureRate) {
+                PressureRateSource::Unknown
+            } else if formulation.has(Field::Pressure) {
+                PressureRateSource::Derivative
+            } else {
+                PressureRateSource::None
+            },
+        };
+        let needs = formulation
+            .rows()
+            .iter()
+            .fold(Needs::default(), |needs, (_, equation)| {
+                needs.or(equation.needs(&context))
+            });
+        let terms: Vec<_> = formulation
+            .rows()
+            .iter()
+            .zip(layout.blocks())
+            .flat_map(|((_, equation), (_, rows))| {
+                equation
+                    .terms(&context)
+                    .into_iter()
+                    .map(|term| (rows.clone(), term))
+            })
+            .collect();
+        let matrices = Matrices::new(solid, terms.iter().map(|(_, term)| term.matrix));
+        let assembly = Assembly::new(
+            layout.n_unknowns(),
+            terms.into_iter().map(|(rows, term)| {
+                let columns = layout
+                    .range(term.column)
+                    .expect("terms act on fields there are");
+                (rows, columns, term)
+            }),
+            |matrix| matrices.pattern(solid, matrix),
+        );
+        Self {
+            work: Workspace::new(solid),
+            counters: WorkCounters::default(),
+            muscle,
+            formulation,
+            layout,
+            context,
+            needs,
+            assembly,
+            matrices,
+        }
+    }
+
+    /// The body.
+    pub fn muscle(&self) -> &Muscle {
+        &self.muscle
+    }
+
+    /// The formulation.
+    pub fn formulation(&self) -> Formulation {
+        self.formulation
+    }
+
+    /// Where each block of unknowns lies.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// The work done so far.
+    pub fn counters(&self) -> &WorkCounters {
+        &self.counters
+    }
+
+    /// Displacement and velocity at all nodes at time `t`, prescribed components included.
+    pub fn nodal_motion(&mut self, t: f64, y: &[f64]) -> (&[f64], &[f64]) {
+        self.expand(t, y, None);
+        (&self.work.displacement, &self.work.velocity)
+    }
+
+    /// The pressure coefficients within `y`, if the formulation has a pressure.
+    pub fn pressure<'y>(&self, y: &'y [f64]) -> Option<&'y [f64]> {
+        self.layout.range(Field::Pressure).map(|range| &y[range])
+    }
+
+    /// Constraint drift: the maximum over the P1 functions ψ_k of |∫ψ_k (p/κ + J - 1)| / ∫ψ_k
+    /// (MODEL §2); 0 for a formulation without pressure.
+    ///
+    /// # Errors
+    /// [`Inverted`] for an element with det F ≤ 0.
+    pub fn constraint_drift(&mut self, t: f64, y: &[f64]) -> Result<f64, Inverted> {
+        let Some(range) = self.layout.range(Field::Pressure) else {
+            return Ok(0.0);
+        };
+        self.expand(t, y, None);
+        let solid = &self.muscle.solid;
+        let work = &mut self.work;
+        let fields = Fields {
+            u: &work.displacement,
+            pressure: Pressure::Nodal(&y[range.clone()]),
+            v: None,
+            p_rate: None,
+            mu: None,
+        };
+        solid.evaluate(
+            &fields,
+            &mut Vectors {
+                defect: Some(&mut work.defect),
+                ..Vectors::default()
+            },
+        )?;
+        solid.apply_pressure_mass(&y[range], &mut work.pressure_product);
+        let inv_kappa = self.context.inv_kappa;
+        Ok(work
+            .defect
+            .iter()
+            .zip(&work.pressure_product)
+            .zip(solid.pressure_weights())
+            .map(|((defect, m_p), weight)| ((defect + inv_kappa * m_p) / weight).abs())
+            .fold(0.0, f64::max))
+    }
+
+    /// Fills the nodal arrays from the unknowns; constrained components follow their signals.
+    fn expand(&mut self, t: f64, y: &[f64], y_dot: Option<&[f64]>) {
+        let dofs = self.muscle.solid.dofs();
+        let range = |field| {
+            self.layout
+                .range(field)
+                .expect("all formulations have q and v")
+        };
+        let work = &mut self.work;
+        dofs.expand(&y[range(Field::Displacement)], &mut work.displacement);
+        dofs.expand(&y[range(Field::Velocity)], &mut work.velocity);
+        if let Some(y_dot) = y_dot {
+            work.acceleration.fill(0.0);
+            dofs.expand(&y_dot[range(Field::Velocity)], &mut work.acceleration);
+        }
+        for prescribed in &self.muscle.prescribed {
+            let motion = prescribed.signal.at(t);
+            work.displacement[prescribed.component] = motion.value;
+            work.velocity[prescribed.component] = motion.d1;
+            work.acceleration[prescribed.component] = motion.d2;
+        }
+    }
+
+    /// The rate of the pressure, from wherever the formulation has it.
+    fn pressure_rate<'s>(context: &Context, state: &State<'s>) -> Option<&'s [f64]> {
+        match context.pressure_rate {
+            PressureRateSource::None => None,
+            PressureRateSource::Unknown => Some(state.value(Field::PressureRate)),
+            PressureRateSource::Derivative => Some(state.rate(Field::Pressure)),
+        }
+    }
+
+    fn fields<'s>(
+        layout: &Layout,
+        context: &Context,
+        state: &State<'s>,
+        displacement: &'s [f64],
+        velocity: &'s [f64],
+    ) -> Fields<'s> {
+        let has = |field| layout.range(field).is_some();
+        Fields {
+            u: displacement,
+            pressure: if has(Field::Pressure) {
+                Pressure::Nodal(state.value(Field::Pressure))
+            } else {
+                Pressure::Penalty {
+                    kappa: 1.0 / context.inv_kappa,
+                }
+            },
+            v: Some(velocity),
+            p_rate: Self::pressure_rate(context, state),
+            mu: has(Field::GglMultiplier).then(|| state.value(Field::GglMultiplier)),
+        }
+    }
+
+    /// Evaluates the state-dependent matrices; for a linear law only the first time.
+    fn update_matrices(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), Inverted> {
+        let solid = &self.muscle.solid;
+        if solid.is_linear() && self.counters.tangent_passes > 0 {
+            return Ok(());
+        }
+        self.expand(t, y, None);
+        let state = State::new(&self.layout, y, y_dot);
+        let work = &self.work;
+        let fields = Self::fields(
+            &self.layout,
+            &self.context,
+            &state,
+            &work.displacement,
+            &work.velocity,
+        );
+        let mut tangents: Tangents<'_> = self.matrices.wanted();
+        self.counters.tangent_passes += 1;
+        self.counters.rate_tangent_passes += u64::from(tangents.rate_stiffness.is_some());
+        self.muscle.solid.tangents(&fields, &mut tangents)
+    }
+}
+
+fn recoverable(inverted: Inverted) -> StepError {
+    StepError::Recoverable(inverted.to_string())
+}
+
+impl DaeProblem for MuscleDae {
+    fn n_unknowns(&self) -> usize {
+        self.layout.n_unknowns()
+    }
+
+    fn residual(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        residual: &mut [f64],
+    ) -> Result<(), StepError> {
+        self.expand(t, y, Some(y_dot));
+        let Self {
+            work,
+            needs,
+            context,
+            layout,
+            muscle,
+            counters,
+            ..
+        } = self;
+        let state = State::new(layout, y, y_dot);
+        let fields = Self::fields(layout, context, &state, &work.displacement, &work.velocity);
+        let mut vectors = Vectors {
+            force: needs.force.then_some(&mut work.force),
+            force_rate: needs.force_rate.then_some(&mut work.force_rate),
+            defect: needs.defect.then_some(&mut work.defect),
+            defect_rate: needs.defect_rate.then_some(&mut work.defect_rate),
+            multiplier_force: needs.multiplier_force.then_some(&mut work.multiplier_force),
+        };
+        counters.residual_passes += 1;
+        counters.force_rate_passes += u64::from(needs.force_rate);
+        muscle
+            .solid
+            .evaluate(&fields, &mut vectors)
+            .map_err(recoverable)?;
+        work.load.fill(0.0);
+        for load in &muscle.loads {
+            load.add_at(t, &mut work.load);
+        }
+        let mut integrals = Integrals {
+            solid: &muscle.solid,
+            work,
+        };
+        for ((_, equation), (_, rows)) in self.formulation.rows().iter().zip(layout.blocks()) {
+            equation.residual(context, &state, &mut integrals, &mut residual[rows.clone()]);
+        }
+        Ok(())
+    }
+
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        self.assembly.pattern().clone()
+    }
+
+    fn jacobian(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        a: f64,
+        b: f64,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        self.update_matrices(t, y, y_dot).map_err(recoverable)?;
+        self.counters.matrix_sums += 1;
+        let Self {
+            assembly,
+            matrices,
+            muscle,
+            ..
+        } = self;
+        assembly.combine(
+            a,
+            b,
+            |matrix| matrices.values(&muscle.solid, matrix),
+            values,
+        );
+        Ok(())
+    }
+
+    fn kinds(&self) -> Vec<VariableKind> {
+        self.layout
+            .fill(|field| self.formulation.kind(field, &self.muscle.parameters))
+    }
+
+    fn indices(&self) -> Vec<u8> {
+        self.layout.fill(|field| {
+            self.formulation
+                .variable_index(field, &self.muscle.parameters)
+        })
+    }
+
+    fn component_name(&self, i: usize) -> String {
+        let (field, k) = self.layout.locate(i);
+        let solid = &self.muscle.solid;
+        let (node, axis) = if field.is_displacement_like() {
+            let full = solid.dofs().free_to_full()[k];
+            (full / 2, ["_x", "_y"][full % 2])
+        } else {
+            (k, "")
+        };
+        let [x, y] = solid.space().node_points()[node];
+        format!("{field}{axis} at ({x:.5}, {y:.5})")
+    }
+}

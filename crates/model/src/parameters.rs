@@ -1,0 +1,75 @@
+//! The physical constants of the muscle beside its material law.
+
+use crate::error::ModelError;
+
+/// Rayleigh damping and compressibility; density and material law belong to the solid.
+///
+/// # Units
+/// SI: α in 1/s, β in s, κ in Pa.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameters {
+    /// Mass-proportional damping α, 1/s.
+    pub alpha: f64,
+    /// Stiffness-proportional damping β, s.
+    pub beta: f64,
+    /// 1/κ, 1/Pa; 0 for the fully incompressible material.
+    pub inv_kappa: f64,
+}
+
+impl Parameters {
+    /// Checks the ranges; `kappa` may be infinite.
+    ///
+    /// # Errors
+    /// [`ModelError::OutOfRange`] for κ ≤ 0, α < 0, β < 0, or a NaN.
+    pub fn new(alpha: f64, beta: f64, kappa: f64) -> Result<Self, ModelError> {
+        let check = |name, value, holds: bool, allowed| {
+            if holds {
+                Ok(())
+            } else {
+                Err(ModelError::OutOfRange {
+                    name,
+                    value,
+                    allowed,
+                })
+            }
+        };
+        check(
+            "kappa",
+            kappa,
+            kappa > 0.0,
+            "a bulk modulus is greater than 0, or inf",
+        )?;
+        check(
+            "alpha",
+            alpha,
+            (0.0..f64::INFINITY).contains(&alpha),
+            "0 or greater, finite",
+        )?;
+        check(
+            "beta",
+            beta,
+            (0.0..f64::INFINITY).contains(&beta),
+            "0 or greater, finite",
+        )?;
+        Ok(Self {
+            alpha,
+            beta,
+            inv_kappa: 1.0 / kappa,
+        })
+    }
+
+    /// Bulk modulus κ, Pa; infinite for the incompressible material.
+    pub fn kappa(&self) -> f64 {
+        1.0 / self.inv_kappa
+    }
+
+    /// Whether κ = ∞.
+    pub fn is_incompressible(&self) -> bool {
+        self.inv_kappa == 0.0
+    }
+
+    /// Whether β > 0.
+    pub fn is_damped(&self) -> bool {
+        self.beta > 0.0
+    }
+}

@@ -1,0 +1,96 @@
+//! Records values at fixed times by dense output, never altering the steps.
+
+use std::ops::ControlFlow;
+
+use sundials_wrap::DaeProblem;
+
+use crate::error::ModelError;
+use crate::run::{Observer, Step};
+use crate::statistics::Outcome;
+
+/// Equidistant times `0, every, 2 every, …` up to and including the end time.
+#[derive(Debug, Clone)]
+pub struct SampleTimes {
+    every: f64,
+    end: f64,
+    next: u64,
+}
+
+impl SampleTimes {
+    /// Times `every` apart (s), up to `end`.
+    pub fn new(every: f64, end: f64) -> Self {
+        Self {
+            every,
+            end,
+            next: 0,
+        }
+    }
+
+    /// The next time not later than `t`, if there is one.
+    fn due(&mut self, t: f64) -> Option<f64> {
+        // A multiple that misses the end time by rounding alone is the end time.
+        let mut time = self.every * self.next as f64;
+        if (time - self.end).abs() < 1e-9 * self.every {
+            time = self.end;
+        }
+        (time <= t && time <= self.end).then(|| {
+            self.next += 1;
+            time
+        })
+    }
+}
+
+/// Calls a function with the interpolated solution at each sample time.
+pub struct Sampler<S> {
+    times: SampleTimes,
+    sink: S,
+    y: Vec<f64>,
+}
+
+impl<S> Sampler<S> {
+    /// Samples a vector of `n` unknowns into `sink(problem, t, y)`.
+    pub fn new(times: SampleTimes, n: usize, sink: S) -> Self {
+        Self {
+            times,
+            sink,
+            y: vec![0.0; n],
+        }
+    }
+}
+
+impl<P, S> Observer<P> for Sampler<S>
+where
+    P: DaeProblem,
+    S: FnMut(&mut P, f64, &[f64]) -> Result<(), ModelError>,
+{
+    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
+        while let Some(t) = self.times.due(step.to) {
+            // The first sample may lie at the start of the first step.
+            step.integrator
+                .dense_output(t.max(step.from), 0, &mut self.y)?;
+            (self.sink)(step.integrator.problem_mut(), t, &self.y)?;
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sample_times_include_both_ends_despite_rounding() {
+        let mut times = SampleTimes::new(0.1, 0.3);
+        let taken: Vec<f64> = std::iter::from_fn(|| times.due(0.3)).collect();
+        assert_eq!(taken.len(), 4);
+        assert_eq!((taken[0], taken[3]), (0.0, 0.3));
+    }
+
+    #[test]
+    fn a_time_is_due_once_its_step_is_reached() {
+        let mut times = SampleTimes::new(0.5, 2.0);
+        assert_eq!(times.due(0.2), Some(0.0));
+        assert_eq!(times.due(0.2), None);
+        assert_eq!(times.due(0.7), Some(0.5));
+    }
+}

@@ -1,0 +1,131 @@
+//! The run driver: steps an integrator to its end and lets observers look at each accepted step.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use cpu_time::ThreadTime;
+
+use crate::error::ModelError;
+use crate::integrator::{Advance, Integrator};
+use crate::statistics::{Outcome, Statistics, StopReason};
+
+/// An accepted step, with the dense output over it.
+pub struct Step<'a, P> {
+    /// Time before the step, s.
+    pub from: f64,
+    /// Time after the step, s.
+    pub to: f64,
+    /// The integrator, for dense output, counts and the problem.
+    pub integrator: &'a mut dyn Integrator<P>,
+}
+
+/// Looks at a run as it goes. An observer reads by dense output and never alters the steps.
+pub trait Observer<P> {
+    /// Called after each accepted step; may end the run.
+    ///
+    /// # Errors
+    /// What goes wrong in the observer ends the run with that error.
+    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError>;
+}
+
+/// Runs `integrator` to its end time, calling all `observers` after each accepted step.
+///
+/// A run that gives up is an [`Outcome`] with statistics, not an error.
+///
+/// # Errors
+/// Fatal errors of the problem, of the integrator's use, or of an observer.
+pub fn run<P>(
+    integrator: &mut dyn Integrator<P>,
+    observers: &mut [&mut dyn Observer<P>],
+) -> Result<Statistics, ModelError> {
+    let (cpu, wall) = (ThreadTime::now(), Instant::now());
+    let outcome = drive(integrator, observers)?;
+    let counts = integrator.counts();
+    Ok(Statistics {
+        steps: counts.steps,
+        error_test_failures: counts.error_test_failures,
+        step_solve_failures: counts.step_solve_failures,
+        newton_failures: counts.newton_failures,
+        newton_iterations: counts.newton_iterations,
+        residual_evaluations: counts.residual_evaluations,
+        jacobian_evaluations: counts.jacobian_evaluations,
+        linear_setups: counts.linear_setups,
+        last_order: counts.last_order,
+        last_step: counts.last_step,
+        t_reached: integrator.time(),
+        outcome,
+        cpu_seconds: cpu.elapsed().as_secs_f64(),
+        wall_seconds: wall.elapsed().as_secs_f64(),
+    })
+}
+
+fn drive<P>(
+    integrator: &mut dyn Integrator<P>,
+    observers: &mut [&mut dyn Observer<P>],
+) -> Result<Outcome, ModelError> {
+    loop {
+        let from = integrator.time();
+        let advance = integrator.advance()?;
+        if let Advance::Stopped { reason, message } = advance {
+            return Ok(Outcome::Stopped { reason, message });
+        }
+        let to = integrator.time();
+        for observer in observers.iter_mut() {
+            let mut step = Step {
+                from,
+                to,
+                integrator: &mut *integrator,
+            };
+            if let ControlFlow::Break(outcome) = observer.accepted(&mut step)? {
+                return Ok(outcome);
+            }
+        }
+        if advance == Advance::Finished {
+            return Ok(Outcome::Finished);
+        }
+    }
+}
+
+/// Ends a run that takes too long or is interrupted from outside.
+pub struct Limits<'a> {
+    /// CPU time allowed, s.
+    pub cpu_seconds: f64,
+    /// Set from outside to interrupt the run.
+    pub interrupted: Option<&'a std::sync::atomic::AtomicBool>,
+    started: ThreadTime,
+}
+
+impl<'a> Limits<'a> {
+    /// Limits that start to count now.
+    pub fn new(cpu_seconds: f64, interrupted: Option<&'a std::sync::atomic::AtomicBool>) -> Self {
+        Self {
+            cpu_seconds,
+            interrupted,
+            started: ThreadTime::now(),
+        }
+    }
+}
+
+impl<P> Observer<P> for Limits<'_> {
+    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
+        let stop = |reason, message| Ok(ControlFlow::Break(Outcome::Stopped { reason, message }));
+        if self
+            .interrupted
+            .is_some_and(|flag| flag.load(std::sync::atomic::Ordering::Relaxed))
+        {
+            return stop(
+                StopReason::Interrupted,
+                format!("interrupted at t = {}", step.to),
+            );
+        }
+        let used = self.started.elapsed().as_secs_f64();
+        if used > self.cpu_seconds {
+            let message = format!(
+                "used {used:.1} s of CPU time, {} s are allowed; reached t = {}",
+                self.cpu_seconds, step.to
+            );
+            return stop(StopReason::WorkCap, message);
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+}

@@ -1,0 +1,156 @@
+//! What the equations see at one evaluation: the unknowns by field, and the element integrals.
+
+use myovib_fem::Solid;
+
+use crate::field::{Field, Layout};
+
+/// The integrator's vectors y and ẏ, read by field.
+#[derive(Debug, Clone, Copy)]
+pub struct State<'a> {
+    layout: &'a Layout,
+    y: &'a [f64],
+    y_dot: &'a [f64],
+}
+
+impl<'a> State<'a> {
+    /// Views `y` and `y_dot` through `layout`.
+    pub fn new(layout: &'a Layout, y: &'a [f64], y_dot: &'a [f64]) -> Self {
+        Self { layout, y, y_dot }
+    }
+
+    /// The unknowns of `field`.
+    ///
+    /// # Panics
+    /// If the formulation does not have the field.
+    pub fn value(&self, field: Field) -> &'a [f64] {
+        &self.y[self
+            .layout
+            .range(field)
+            .expect("an equation only asks for fields it has")]
+    }
+
+    /// Their derivatives with respect to time.
+    ///
+    /// # Panics
+    /// As [`value`](State::value).
+    pub fn rate(&self, field: Field) -> &'a [f64] {
+        &self.y_dot[self
+            .layout
+            .range(field)
+            .expect("an equation only asks for fields it has")]
+    }
+}
+
+/// Nodal arrays of one evaluation, allocated once. Displacement-like arrays cover all nodes, the
+/// constrained ones included.
+#[derive(Debug, Clone)]
+pub(crate) struct Workspace {
+    pub(crate) displacement: Vec<f64>,
+    pub(crate) velocity: Vec<f64>,
+    /// v̇, then v̇ + α v.
+    pub(crate) acceleration: Vec<f64>,
+    pub(crate) inertia: Vec<f64>,
+    /// A free vector expanded to all nodes.
+    pub(crate) expanded: Vec<f64>,
+    pub(crate) force: Vec<f64>,
+    pub(crate) force_rate: Vec<f64>,
+    pub(crate) multiplier_force: Vec<f64>,
+    pub(crate) load: Vec<f64>,
+    pub(crate) defect: Vec<f64>,
+    pub(crate) defect_rate: Vec<f64>,
+    pub(crate) pressure_product: Vec<f64>,
+}
+
+impl Workspace {
+    pub(crate) fn new(solid: &Solid) -> Self {
+        let nodal = vec![0.0; 2 * solid.space().n_nodes()];
+        let vertex = vec![0.0; solid.space().n_vertices()];
+        Self {
+            displacement: nodal.clone(),
+            velocity: nodal.clone(),
+            acceleration: nodal.clone(),
+            inertia: nodal.clone(),
+            expanded: nodal.clone(),
+            force: nodal.clone(),
+            force_rate: nodal.clone(),
+            multiplier_force: nodal.clone(),
+            load: nodal,
+            defect: vertex.clone(),
+            defect_rate: vertex.clone(),
+            pressure_product: vertex,
+        }
+    }
+}
+
+/// The element integrals of one evaluation and the products with constant matrices.
+pub(crate) struct Integrals<'a> {
+    pub(crate) solid: &'a Solid,
+    pub(crate) work: &'a mut Workspace,
+}
+
+impl Integrals<'_> {
+    /// ∫ψ(J - 1).
+    pub(crate) fn defect(&self) -> &[f64] {
+        &self.work.defect
+    }
+
+    /// ∫ψ cof F:∇v.
+    pub(crate) fn defect_rate(&self) -> &[f64] {
+        &self.work.defect_rate
+    }
+
+    /// `rows` += `factor` M_p `pressure`.
+    pub(crate) fn add_pressure_mass(&mut self, factor: f64, pressure: &[f64], rows: &mut [f64]) {
+        let product = &mut self.work.pressure_product;
+        self.solid.apply_pressure_mass(pressure, product);
+        for (row, m_p) in rows.iter_mut().zip(product.iter()) {
+            *row += factor * m_p;
+        }
+    }
+
+    /// `rows` ← M `rows` over the free components.
+    pub(crate) fn apply_free_mass(&mut self, rows: &mut [f64]) {
+        let Workspace {
+            expanded,
+            inertia: product,
+            ..
+        } = &mut *self.work;
+        self.solid.dofs().expand(rows, expanded);
+        self.solid.apply_mass(expanded, product);
+        self.solid.dofs().restrict(product, rows);
+    }
+
+    /// `rows` += B(q)ᵀ μ.
+    pub(crate) fn add_multiplier_force(&self, rows: &mut [f64]) {
+        for (row, &full) in rows.iter_mut().zip(self.solid.dofs().free_to_full()) {
+            *row += self.work.multiplier_force[full];
+        }
+    }
+
+    /// `rows` ← M (v̇ + α v) + force + β force rate - load.
+    pub(crate) fn momentum_balance(&mut self, alpha: f64, beta: f64, rows: &mut [f64]) {
+        let Workspace {
+            velocity,
+            acceleration,
+            inertia,
+            force,
+            force_rate,
+            load,
+            ..
+        } = &mut *self.work;
+        if alpha > 0.0 {
+            for (a, v) in acceleration.iter_mut().zip(velocity.iter()) {
+                *a += alpha * v;
+            }
+        }
+        self.solid.apply_mass(acceleration, inertia);
+        for (row, &i) in rows.iter_mut().zip(self.solid.dofs().free_to_full()) {
+            *row = inertia[i] + force[i] - load[i];
+        }
+        if beta > 0.0 {
+            for (row, &i) in rows.iter_mut().zip(self.solid.dofs().free_to_full()) {
+                *row += beta * force_rate[i];
+            }
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! Static equilibrium: Newton's method with line search and load steps.
+
+use myovib_fem::{Fields, Inverted, Pressure, Vectors};
+use sundials_wrap::klu::{KluOptions, Numeric, Ordering, Symbolic};
+
+use crate::assembly::Assembly;
+use crate::equation::{Context, Equation, PressureRateSource};
+use crate::error::ModelError;
+use crate::field::{Field, Layout};
+use crate::matrices::Matrices;
+use crate::muscle::Muscle;
+
+/// Increments below this fraction of the solution end Newton's iteration. Convergence being
+/// quadratic, the error left is of the order of its square, below rounding.
+const RELATIVE_INCREMENT: f64 = 1e-9;
+const MAX_ITERATIONS: usize = 25;
+const MAX_HALVINGS: usize = 8;
+/// Smallest load increment, as a fraction of the whole load.
+const SMALLEST_LOAD_STEP: f64 = 1.0 / 1024.0;
+
+/// A body at rest under its load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Equilibrium {
+    /// Free displacement components, m.
+    pub displacement: Vec<f64>,
+    /// Pressure at the vertices, Pa.
+    pub pressure: Vec<f64>,
+    /// Newton iterations over all load steps.
+    pub newton_iterations: usize,
+    /// Load steps taken.
+    pub load_steps: usize,
+}
+
+/// Solves ∫P:∇φ = f(t), ∫ψ(p/κ + J - 1) = 0 for the loads as they stand at time `t`.
+///
+/// The whole load is tried first; where Newton's method fails, it is applied in steps.
+///
+/// # Errors
+/// [`ModelError::NoEquilibrium`] with the part of the load that could be reached.
+pub fn equilibrium(muscle: &Muscle, t: f64) -> Result<Equilibrium, ModelError> {
+    let mut newton = Newton::new(muscle, t)?;
+    let mut x = vec![0.0; newton.layout.n_unknowns()];
+    let (mut reached, mut increment) = (0.0, 1.0_f64);
+    let mut load_steps = 0;
+    while reached < 1.0 {
+        let target = (reached + increment).min(1.0);
+        if let Some(solution) = newton.solve(&x, target)? {
+            x = solution;
+            reached = target;
+            load_steps += 1;
+            increment *= 2.0;
+        } else {
+            increment = 0.5 * (target - reached);
+            if increment < SMALLEST_LOAD_STEP {
+                return Err(ModelError::NoEquilibrium { reached });
+            }
+        }
+    }
+    let range = |field| {
+        newton
+            .layout
+            .range(field)
+            .expect("laid out with q and lambda")
+    };
+    Ok(Equilibrium {
+        displacement: x[range(Field::Displacement)].to_vec(),
+        pressure: x[range(Field::Pressure)].to_vec(),
+        newton_iterations: newton.iterations,
+        load_steps,
+    })
+}
+
+struct Newton<'a> {
+    muscle: &'a Muscle,
+    layout: Layout,
+    assembly: Assembly,
+    matrices: Matrices,
+    symbolic: Symbolic,
+    load: Vec<f64>,
+    displacement: Vec<f64>,
+    force: Vec<f64>,
+    iterations: usize,
+}
+
+impl<'a> Newton<'a> {
+    fn new(muscle: &'a Muscle, t: f64) -> Result<Self, ModelError> {
+        let solid = &muscle.solid;
+        let layout = Layout::new(
+            [Field::Displacement, Field::Pressure],
+            solid.dofs().n_free(),
+            solid.space().n_vertices(),
+        );
+        let context = Context {
+            alpha: 0.0,
+            beta: 0.0,
+            inv_kappa: muscle.parameters.inv_kappa,
+            has_pressure: true,
+            pressure_rate: PressureRateSource::None,
+        };
+        let place = |equation: Equation, row: Field| {
+            let rows = layout.range(row).expect("laid out with q and lambda");
+            let layout = &layout;
+            equation
+                .terms(&context)
+                .into_iter()
+                .filter_map(move |term| {
+                    layout
+                        .range(term.column)
+                        .map(|columns| (rows.clone(), columns, term))
+                })
+        };
+        let terms: Vec<_> = place(Equation::Momentum, Field::Displacement)
+            .chain(place(Equation::Constraint, Field::Pressure))
+            .collect();
+        let matrices = Matrices::new(solid, terms.iter().map(|(_, _, term)| term.matrix));
+        let assembly = Assembly::new(layout.n_unknowns(), terms, |matrix| {
+            matrices.pattern(solid, matrix)
+        });
+        let options = KluOptions {
+            ordering: Ordering::Amd,
+            btf: false,
+            ..KluOptions::default()
+        };
+        let nodal = vec![0.0; 2 * solid.space().n_nodes()];
+        let (mut load, mut displacement) = (nodal.clone(), nodal.clone());
+        for part in &muscle.loads {
+            part.add_at(t, &mut load);
+        }
+        for prescribed in &muscle.prescribed {
+            displacement[prescribed.component] = prescribed.signal.at(t).value;
+        }
+        Ok(Self {
+            symbolic: Symbolic::analyze(assembly.pattern(), options)?,
+            muscle,
+            layout,
+            assembly,
+            matrices,
+            load,
+            displacement,
+            force: nodal,
+            iterations: 0,
+        })
+    }
+
+    /// The residual at `x` under `factor` times the load.
+    fn residual(&mut self, x: &[f64], factor: f64, r: &mut [f64]) -> Result<(), Inverted> {
+        let Self {
+            muscle,
+            layout,
+            displacement,
+            force,
+            load,
+            ..
+        } = self;
+        let solid = &muscle.solid;
+        let n_free = solid.dofs().n_free();
+        debug_assert_eq!(layout.n_unknowns(), x.len());
+        let (q, pressure) = x.split_at(n_free);
+        let (momentum, constraint) = r.split_at_mut(n_free);
+        solid.dofs().expand(q, displacement);
+        let fields = Fields {
+            u: displacement,
+            pressure: Pressure::Nodal(pressure),
+            v: None,
+            p_rate: None,
+            mu: None,
+        };
+        let mut product = vec![0.0; pressure.len()];
+        solid.apply_pressure_mass(pressure, &mut product);
+        let mut vectors = Vectors {
+            force: Some(force),
+            defect: Some(constraint),
+            ..Vectors::default()
+        };
+        solid.evaluate(&fields, &mut vectors)?;
+        for (row, &i) in momentum.iter_mut().zip(solid.dofs().free_to_full()) {
+            *row = force[i] - factor * load[i];
+        }
+        for (row, m_p) in constraint.iter_mut().zip(&product) {
+            *row += muscle.parameters.inv_kappa * m_p;
+        }
+        Ok(())
+    }
+
+    /// Newton's iteration from `start`; None if it does not converge.
+    fn solve(&mut self, start: &[f64], factor: f64) -> Result<Option<Vec<f64>>, ModelError> {
+        let n = start.len();
+        let (mut x, mut trial) = (start.to_vec(), vec![0.0; n]);
+        let (mut r, mut r_trial) = (vec![0.0; n], vec![0.0; n]);
+        let mut values = vec![0.0; self.assembly.pattern().nnz()];
+        if self.residual(&x, factor, &mut r).is_err() {
+            return Ok(None);
+        }
+        for _ in 0..MAX_ITERATIONS {
+            if self.tangent(&x, &mut values).is_err() {
+                return Ok(None);
+            }
+            self.iterations += 1;
+            let mut increment = r.clone();
+            Numeric::factor(&self.symbolic, &values)?.solve(&mut increment)?;
+            let small = self.is_small(&increment, &x);
+            let mut length = 1.0;
+            let accepted = (0..=MAX_HALVINGS).any(|_| {
+                for ((trial, x), d) in trial.iter_mut().zip(&x).zip(&increment) {
+                    *trial = x - length * d;
+                }
+                length *= 0.5;
+                // A full step of a converged iteration is at rounding level, not decreasing.
+                self.residual(&trial, factor, &mut r_trial).is_ok()
+                    && (small || self.size(&r_trial) < self.size(&r))
+            });
+            if !accepted {
+                return Ok(None);
+            }
+            std::mem::swap(&mut x, &mut trial);
+            std::mem::swap(&mut r, &mut r_trial);
+            if small {
+                return Ok(Some(x));
+            }
+        }
+        Ok(None)
+    }
+
+    fn tangent(&mut self, x: &[f64], values: &mut [f64]) -> Result<(), Inverted> {
+        let solid = &self.muscle.solid;
+        let (q, pressure) = x.split_at(solid.dofs().n_free());
+        solid.dofs().expand(q, &mut self.displacement);
+        let fields = Fields {
+            u: &self.displacement,
+            pressure: Pressure::Nodal(pressure),
+            v: None,
+            p_rate: None,
+            mu: None,
+        };
+        solid.tangents(&fields, &mut self.matrices.wanted())?;
+        let matrices = &self.matrices;
+        self.assembly
+            .combine(1.0, 0.0, |matrix| matrices.values(solid, matrix), values);
+        Ok(())
+    }
+
+    /// Whether the increments of displacement and pressure are small beside the solution.
+    fn is_small(&self, increment: &[f64], x: &[f64]) -> bool {
+        self.layout.blocks().iter().all(|(_, range)| {
+            let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            largest(&increment[range.clone()]) <= RELATIVE_INCREMENT * largest(&x[range.clone()])
+        })
+    }
+
+    /// The residual's size: forces beside the load, volume defects beside the body's volume.
+    fn size(&self, r: &[f64]) -> f64 {
+        let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>();
+        let (momentum, constraint) = r.split_at(self.muscle.solid.dofs().n_free());
+        let volume = self.muscle.solid.volume();
+        norm(momentum) / norm(&self.load).max(f64::MIN_POSITIVE)
+            + norm(constraint) / (volume * volume)
+    }
+}

@@ -1,0 +1,114 @@
+//! The counts and the outcome of a run, under the names that all output uses.
+
+use std::fmt;
+
+/// How a run ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// The end time was reached.
+    Finished,
+    /// The integrator or the caller stopped before.
+    Stopped {
+        /// The cause.
+        reason: StopReason,
+        /// The cause in words, with numbers.
+        message: String,
+    },
+}
+
+impl Outcome {
+    /// `finished` or `stopped`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Finished => "finished",
+            Self::Stopped { .. } => "stopped",
+        }
+    }
+
+    /// The cause of a stop.
+    pub fn reason(&self) -> Option<StopReason> {
+        match self {
+            Self::Finished => None,
+            Self::Stopped { reason, .. } => Some(*reason),
+        }
+    }
+}
+
+/// Why a run stopped before its end time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum StopReason {
+    /// The error test failed repeatedly, or with the smallest step.
+    ErrorTestFailures,
+    /// Newton's method failed repeatedly, or with the smallest step.
+    ConvergenceFailures,
+    /// The Newton matrix could not be factorised.
+    LinearSetupFailed,
+    /// The residual could not be evaluated.
+    ResidualFailed,
+    /// The step size underflowed.
+    StepTooSmall,
+    /// The limit on the number of steps.
+    MaxSteps,
+    /// The limit on CPU time or work.
+    WorkCap,
+    /// Interrupted from outside.
+    Interrupted,
+    /// A stop condition of the scene was met.
+    Event,
+}
+
+impl StopReason {
+    /// The name used in output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ErrorTestFailures => "error_test_failures",
+            Self::ConvergenceFailures => "convergence_failures",
+            Self::LinearSetupFailed => "linear_setup_failed",
+            Self::ResidualFailed => "residual_failed",
+            Self::StepTooSmall => "step_too_small",
+            Self::MaxSteps => "max_steps",
+            Self::WorkCap => "work_cap",
+            Self::Interrupted => "interrupted",
+            Self::Event => "event",
+        }
+    }
+}
+
+impl fmt::Display for StopReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What a run did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Statistics {
+    /// Accepted steps.
+    pub steps: u64,
+    /// Steps rejected by the error test (the paper's NRJ).
+    pub error_test_failures: u64,
+    /// Steps lost to Newton's method (the paper's NCF).
+    pub step_solve_failures: u64,
+    /// All failures of Newton's method, those cured by a fresh Jacobian included.
+    pub newton_failures: u64,
+    /// Newton iterations.
+    pub newton_iterations: u64,
+    /// Residuals evaluated.
+    pub residual_evaluations: u64,
+    /// Jacobians evaluated.
+    pub jacobian_evaluations: u64,
+    /// Set-ups of the linear solver (factorisations).
+    pub linear_setups: u64,
+    /// Order of the last step.
+    pub last_order: u32,
+    /// Size of the last step, s.
+    pub last_step: f64,
+    /// Time reached, s.
+    pub t_reached: f64,
+    /// How the run ended.
+    pub outcome: Outcome,
+    /// CPU time of the run, s.
+    pub cpu_seconds: f64,
+    /// Wall-clock time of the run, s.
+    pub wall_seconds: f64,
+}

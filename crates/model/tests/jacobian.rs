@@ -1,0 +1,126 @@
+//! The Jacobian of every formulation against central differences of its residual.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use myovib_fem::{Law, Mesh};
+use myovib_model::{Field, Formulation, MuscleDae, Signal, paper};
+use rand::rngs::StdRng;
+use rand::{Rng, SeedableRng};
+use sundials_wrap::DaeProblem;
+
+const LAWS: [Law; 2] = [
+    paper::LAW,
+    Law::SmallStrain {
+        shear_modulus: 2.04e4,
+    },
+];
+
+/// Four triangles around a free centre: two edges fixed, one loaded.
+fn small_mesh() -> Mesh {
+    Mesh::parse_msh(include_str!("small.msh"), "small.msh").unwrap()
+}
+
+fn dae(formulation: Formulation, law: Law, kappa: f64, beta: f64) -> MuscleDae {
+    let muscle =
+        paper::muscle_with_load(&small_mesh(), law, kappa, beta, Signal::paper(1e3)).unwrap();
+    MuscleDae::for_analysis(muscle, formulation)
+}
+
+/// A state at moderate strain with all fields at their natural size, and the sizes.
+fn random_state(dae: &MuscleDae, rng: &mut StdRng) -> (Vec<f64>, Vec<f64>) {
+    let size = dae.layout().fill(|field| match field {
+        Field::Displacement => 0.05,
+        Field::Velocity => 1.0,
+        Field::Pressure => 1e3,
+        Field::PressureRate => 1e4,
+        Field::GglMultiplier => 1.0,
+    });
+    let mut draw = |factor: f64| -> Vec<f64> {
+        size.iter()
+            .map(|s| factor * s * rng.random_range(-1.0..1.0))
+            .collect()
+    };
+    (draw(1.0), draw(10.0))
+}
+
+/// max_i |J δ - dF/dε|_i relative to the largest row entry, along a random direction.
+fn discrepancy(dae: &mut MuscleDae, rng: &mut StdRng) -> f64 {
+    let n = dae.n_unknowns();
+    let (y, y_dot) = random_state(dae, rng);
+    let (direction, _) = random_state(dae, rng);
+    let (a, b) = (rng.random_range(0.5..2.0), rng.random_range(1.0..1e3));
+    let t = 0.9;
+
+    let pattern = dae.jacobian_pattern();
+    let mut values = vec![0.0; pattern.nnz()];
+    dae.jacobian(t, &y, &y_dot, a, b, &mut values).unwrap();
+    let (mut product, mut scale) = (vec![0.0; n], vec![0.0_f64; n]);
+    for ((column, row), value) in pattern.entries().zip(&values) {
+        product[row] += value * direction[column];
+        scale[row] += (value * direction[column]).abs();
+    }
+
+    let epsilon = 1e-5;
+    let mut shifted = |sign: f64| {
+        let shift = |x: &[f64], c: f64| -> Vec<f64> {
+            x.iter()
+                .zip(&direction)
+                .map(|(x, d)| x + sign * epsilon * c * d)
+                .collect()
+        };
+        let mut residual = vec![0.0; n];
+        dae.residual(t, &shift(&y, a), &shift(&y_dot, b), &mut residual)
+            .unwrap();
+        residual
+    };
+    let (plus, minus) = (shifted(1.0), shifted(-1.0));
+    (0..n)
+        .map(|i| (product[i] - (plus[i] - minus[i]) / (2.0 * epsilon)).abs() / scale[i].max(1e-9))
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn jacobian_of_every_formulation_agrees_with_differences() {
+    let mut rng = StdRng::seed_from_u64(28);
+    for formulation in Formulation::ALL {
+        for law in LAWS {
+            for kappa in [1e5, f64::INFINITY] {
+                for beta in [0.0, 1e-2] {
+                    if formulation == Formulation::Displacement && kappa.is_infinite() {
+                        continue;
+                    }
+                    let mut dae = dae(formulation, law, kappa, beta);
+                    for _ in 0..3 {
+                        let error = discrepancy(&mut dae, &mut rng);
+                        // Central differences with ε = 1e-5 over strains of 5e-2·ε/h: truncation
+                        // below 1e-8; rounding 1e-16/ε = 1e-11 times the spread of the terms of a
+                        // row, which b up to 1e3 makes 1e3 at most.
+                        assert!(
+                            error < 1e-7,
+                            "{formulation} {law:?} kappa={kappa} beta={beta}: {error:e}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn jacobian_is_affine_in_a_and_b() {
+    let mut rng = StdRng::seed_from_u64(7);
+    for formulation in Formulation::ALL {
+        let mut dae = dae(formulation, paper::LAW, 1e5, 1e-2);
+        let (y, y_dot) = random_state(&dae, &mut rng);
+        let mut at = |a: f64, b: f64| {
+            let mut values = vec![0.0; dae.jacobian_pattern().nnz()];
+            dae.jacobian(0.9, &y, &y_dot, a, b, &mut values).unwrap();
+            values
+        };
+        let (value, rate, both) = (at(1.0, 0.0), at(0.0, 1.0), at(2.0, 300.0));
+        for ((v, r), w) in value.iter().zip(&rate).zip(&both) {
+            // A sum of two products: three roundings.
+            let scale = (2.0 * v).abs() + (300.0 * r).abs();
+            assert!((2.0 * v + 300.0 * r - w).abs() <= 8.0 * f64::EPSILON * scale);
+        }
+    }
+}
