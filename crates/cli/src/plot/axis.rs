@@ -1,0 +1,286 @@
+//! Axes: what they show, between which limits, with which ticks.
+
+/// How values are laid along an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Scale {
+    /// Equal differences take equal lengths.
+    #[default]
+    Linear,
+    /// Equal ratios take equal lengths; values that are not positive are not shown.
+    Logarithmic,
+}
+
+/// One axis of a plot.
+#[derive(Debug, Clone, Default)]
+pub struct Axis {
+    /// What it shows: `*u*_{y}(0, 0)`.
+    pub quantity: String,
+    /// In which unit; empty for none.
+    pub unit: String,
+    /// How it is divided.
+    pub scale: Scale,
+    /// Its limits; those of the data if `None`.
+    pub limits: Option<[f64; 2]>,
+}
+
+impl Axis {
+    /// A linear axis with the limits of the data.
+    pub fn new(quantity: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self {
+            quantity: quantity.into(),
+            unit: unit.into(),
+            ..Self::default()
+        }
+    }
+
+    /// The same axis, logarithmic.
+    pub fn logarithmic(self) -> Self {
+        Self {
+            scale: Scale::Logarithmic,
+            ..self
+        }
+    }
+
+    /// The same axis, between these limits.
+    pub fn between(self, low: f64, high: f64) -> Self {
+        Self {
+            limits: Some([low, high]),
+            ..self
+        }
+    }
+
+    /// Limits and ticks for these values, about `n_ticks` of them.
+    pub(super) fn divide(&self, values: impl Iterator<Item = f64>, n_ticks: usize) -> Division {
+        match self.scale {
+            Scale::Linear => linear(
+                self.limits.unwrap_or_else(|| padded(range(values))),
+                n_ticks,
+            ),
+            Scale::Logarithmic => {
+                let positive = values.filter(|&value| value > 0.0);
+                logarithmic(self.limits.unwrap_or_else(|| range(positive)), n_ticks)
+            }
+        }
+    }
+
+    /// The label beside the axis: quantity, unit, and the power of ten the tick labels leave out.
+    pub(super) fn label(&self, exponent: i32) -> String {
+        let power = if exponent == 0 {
+            String::new()
+        } else {
+            format!("10^{{{}}}", signed(exponent))
+        };
+        match (power.is_empty(), self.unit.is_empty()) {
+            (true, true) => self.quantity.clone(),
+            (true, false) => format!("{} ({})", self.quantity, self.unit),
+            (false, true) => format!("{} ({power})", self.quantity),
+            (false, false) => format!("{} ({power} {})", self.quantity, self.unit),
+        }
+    }
+}
+
+/// An axis with its limits and ticks fixed.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Division {
+    pub(super) scale: Scale,
+    pub(super) limits: [f64; 2],
+    /// Values with their labels.
+    pub(super) ticks: Vec<(f64, String)>,
+    /// Values of unlabelled ticks.
+    pub(super) minor: Vec<f64>,
+    /// The power of ten that tick labels leave out.
+    pub(super) exponent: i32,
+}
+
+impl Division {
+    /// Where a value lies between the limits, as a fraction; NaN where it cannot be shown.
+    pub(super) fn fraction(&self, value: f64) -> f64 {
+        let [low, high] = self.limits;
+        match self.scale {
+            Scale::Linear => (value - low) / (high - low),
+            Scale::Logarithmic => (value / low).ln() / (high / low).ln(),
+        }
+    }
+}
+
+fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    let [low, high] = values
+        .filter(|value| value.is_finite())
+        .fold(none, |[low, high], value| [low.min(value), high.max(value)]);
+    if low <= high { [low, high] } else { [1.0, 1.0] }
+}
+
+/// A little air around the data; around constant data, enough to see that they are constant.
+fn padded([low, high]: [f64; 2]) -> [f64; 2] {
+    let extent = high - low;
+    let air = if extent > 0.0 {
+        0.04 * extent
+    } else {
+        (0.1 * low.abs()).max(1e-300)
+    };
+    [low - air, high + air]
+}
+
+/// A step of 1, 2, 2.5 or 5 times a power of ten that divides the limits into at most `n` parts.
+fn round_step([low, high]: [f64; 2], n: usize) -> f64 {
+    let rough = (high - low) / n as f64;
+    let power = 10_f64.powf(rough.log10().floor());
+    let steps = [1.0, 2.0, 2.5, 5.0].map(|multiple| multiple * power);
+    // 1e-9: a rough step that is a round one but for rounding is that one.
+    steps
+        .into_iter()
+        .find(|step| *step >= rough * (1.0 - 1e-9))
+        .unwrap_or(10.0 * power)
+}
+
+/// Round values that enclose the limits, or the range of the values, in about `n` steps.
+pub(super) fn steps(limits: Option<[f64; 2]>, values: &[f64], n: usize) -> Vec<f64> {
+    let data = range(values.iter().copied());
+    let [low, high] = limits.unwrap_or(if data[0] < data[1] {
+        data
+    } else {
+        padded(data)
+    });
+    let step = round_step([low, high], n);
+    let (first, last) = ((low / step).floor() as i64, (high / step).ceil() as i64);
+    (first..=last).map(|i| i as f64 * step).collect()
+}
+
+/// Ticks at round steps.
+fn linear(limits: [f64; 2], n_ticks: usize) -> Division {
+    let [low, high] = limits;
+    let step = round_step(limits, n_ticks);
+    let exponent = common_exponent(low.abs().max(high.abs()));
+    let unit = 10_f64.powi(exponent);
+    let n_decimals = decimals(step / unit);
+    // The sum carries rounding of a few units in the last place; a tick at a limit must not fall
+    // out for that.
+    let slack = 1e-9 * step;
+    let (first, last) = (
+        ((low - slack) / step).ceil() as i64,
+        ((high + slack) / step).floor() as i64,
+    );
+    let ticks = (first..=last).map(|i| {
+        let value = i as f64 * step;
+        (value, minus(format!("{:.n_decimals$}", value / unit)))
+    });
+    Division {
+        scale: Scale::Linear,
+        limits,
+        ticks: ticks.collect(),
+        minor: vec![],
+        exponent,
+    }
+}
+
+/// Zero where numbers are printed as they are, else the power of ten taken out of them.
+fn common_exponent(largest: f64) -> i32 {
+    let exponent = largest.log10().floor();
+    if !exponent.is_finite() || (-2.0..4.0).contains(&exponent) {
+        0
+    } else {
+        exponent as i32
+    }
+}
+
+/// Decimals that a multiple of `step` needs.
+fn decimals(step: f64) -> usize {
+    let is_whole = |x: f64| (x - x.round()).abs() < 1e-6 * x.abs();
+    (0..12)
+        .find(|&n| is_whole(step * 10_f64.powi(n as i32)))
+        .unwrap_or(12)
+}
+
+/// Whole decades around the data, every one labelled if `n_ticks` allows.
+fn logarithmic([low, high]: [f64; 2], n_ticks: usize) -> Division {
+    // 1e-9: a limit that is a power of ten but for rounding counts as one.
+    let first = (low.log10() + 1e-9).floor() as i32;
+    let last = ((high.log10() - 1e-9).ceil() as i32).max(first + 1);
+    let stride = (last - first)
+        .unsigned_abs()
+        .div_ceil(n_ticks as u32)
+        .max(1);
+    let ticks = (first..=last)
+        .step_by(stride as usize)
+        .map(|k| (10_f64.powi(k), format!("10^{{{}}}", signed(k))));
+    let minor = if stride == 1 {
+        (first..last)
+            .flat_map(|k| (2..10).map(move |m| f64::from(m) * 10_f64.powi(k)))
+            .collect()
+    } else {
+        (first..=last).map(|k| 10_f64.powi(k)).collect()
+    };
+    let limits = [10_f64.powi(first), 10_f64.powi(last)];
+    Division {
+        scale: Scale::Logarithmic,
+        limits,
+        ticks: ticks.collect(),
+        minor,
+        exponent: 0,
+    }
+}
+
+fn signed(exponent: i32) -> String {
+    minus(exponent.to_string())
+}
+
+/// A minus sign in place of the hyphen.
+fn minus(number: String) -> String {
+    number.replace('-', "−")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(division: &Division) -> Vec<&str> {
+        division
+            .ticks
+            .iter()
+            .map(|(_, label)| label.as_str())
+            .collect()
+    }
+
+    #[test]
+    fn linear_ticks_are_round_and_inside() {
+        let division = Axis::default().between(-0.7, 1.3).divide([].into_iter(), 5);
+        assert_eq!(labels(&division), ["−0.5", "0.0", "0.5", "1.0"]);
+        let division = Axis::default().between(0.0, 10.0).divide([].into_iter(), 5);
+        assert_eq!(labels(&division), ["0", "2", "4", "6", "8", "10"]);
+    }
+
+    #[test]
+    fn small_numbers_share_a_power_of_ten() {
+        let axis = Axis::new("*u*", "m").between(0.0, 6.5e-4);
+        let division = axis.divide([].into_iter(), 5);
+        assert_eq!(
+            (labels(&division), division.exponent),
+            (vec!["0", "2", "4", "6"], -4)
+        );
+        assert_eq!(axis.label(division.exponent), "*u* (10^{−4} m)");
+    }
+
+    #[test]
+    fn decades_enclose_the_data() {
+        let axis = Axis::default().logarithmic();
+        let division = axis.divide([0.0, 3e-4, 2e-2].into_iter(), 5);
+        assert_eq!(
+            labels(&division),
+            ["10^{−4}", "10^{−3}", "10^{−2}", "10^{−1}"]
+        );
+        assert!((division.fraction(1e-3) - 1.0 / 3.0).abs() < 1e-12);
+        // Exact decades are not widened.
+        assert_eq!(axis.divide([1e-3, 1e3].into_iter(), 10).limits, [1e-3, 1e3]);
+    }
+
+    #[test]
+    fn no_data_and_constant_data_still_make_an_axis() {
+        for values in [vec![], vec![0.0], vec![5.0, 5.0], vec![f64::NAN]] {
+            for axis in [Axis::default(), Axis::default().logarithmic()] {
+                let [low, high] = axis.divide(values.iter().copied(), 5).limits;
+                assert!(low < high, "{values:?} {low} {high}");
+            }
+        }
+    }
+}

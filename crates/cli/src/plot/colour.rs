@@ -1,0 +1,114 @@
+//! Colours that people with any colour vision tell apart, on paper and on screens.
+
+use std::fmt;
+
+/// Red, green and blue, 0 to 255.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Colour(pub u8, pub u8, pub u8);
+
+impl Colour {
+    /// Ink.
+    pub const BLACK: Self = Self(0, 0, 0);
+    /// Paper.
+    pub const WHITE: Self = Self(255, 255, 255);
+    /// What should stay in the background: mesh edges, reference lines.
+    pub const GREY: Self = Self(140, 140, 140);
+    /// Grid lines.
+    pub const PALE: Self = Self(228, 228, 228);
+    /// Okabe–Ito blue.
+    pub const BLUE: Self = Self(0, 114, 178);
+    /// Okabe–Ito vermilion.
+    pub const VERMILION: Self = Self(213, 94, 0);
+    /// Okabe–Ito bluish green.
+    pub const GREEN: Self = Self(0, 158, 115);
+    /// Okabe–Ito reddish purple.
+    pub const PURPLE: Self = Self(204, 121, 167);
+    /// Okabe–Ito orange.
+    pub const ORANGE: Self = Self(230, 159, 0);
+    /// Okabe–Ito sky blue.
+    pub const SKY: Self = Self(86, 180, 233);
+    /// Okabe–Ito yellow; too light for lines on paper.
+    pub const YELLOW: Self = Self(240, 228, 66);
+
+    /// The colour of the `i`-th series, the palette of M. Okabe and K. Ito (2008) without its
+    /// yellow, repeated.
+    pub fn of_series(i: usize) -> Self {
+        const ORDER: [Colour; 7] = [
+            Colour::BLUE,
+            Colour::VERMILION,
+            Colour::GREEN,
+            Colour::PURPLE,
+            Colour::ORANGE,
+            Colour::SKY,
+            Colour::BLACK,
+        ];
+        ORDER[i % ORDER.len()]
+    }
+
+    /// A colour between dark blue (0) and yellow (1), growing in lightness all the way, so that
+    /// order survives grey print.
+    pub fn of_fraction(fraction: f64) -> Self {
+        // Anchors at equal distances along the viridis map of matplotlib (public domain).
+        const ANCHORS: [[f64; 3]; 9] = [
+            [68.0, 1.0, 84.0],
+            [71.0, 44.0, 122.0],
+            [59.0, 81.0, 139.0],
+            [44.0, 113.0, 142.0],
+            [33.0, 144.0, 141.0],
+            [39.0, 173.0, 129.0],
+            [92.0, 200.0, 99.0],
+            [170.0, 220.0, 50.0],
+            [253.0, 231.0, 37.0],
+        ];
+        let place = fraction.clamp(0.0, 1.0) * (ANCHORS.len() - 1) as f64;
+        let left = (place as usize).min(ANCHORS.len() - 2);
+        let weight = place - left as f64;
+        let channel = |c: usize| {
+            ((1.0 - weight) * ANCHORS[left][c] + weight * ANCHORS[left + 1][c]).round() as u8
+        };
+        Self(channel(0), channel(1), channel(2))
+    }
+
+    /// Black or white, whichever is read better on this colour.
+    pub fn text_on(self) -> Self {
+        if self.luminance() > 0.5 {
+            Self::BLACK
+        } else {
+            Self::WHITE
+        }
+    }
+
+    /// Perceived brightness between 0 and 1 (weights of ITU-R BT.601).
+    fn luminance(self) -> f64 {
+        let Self(red, green, blue) = self;
+        (0.299 * f64::from(red) + 0.587 * f64::from(green) + 0.114 * f64::from(blue)) / 255.0
+    }
+}
+
+impl fmt::Display for Colour {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fractions_grow_in_lightness() {
+        let lightness: Vec<f64> = (0..=50)
+            .map(|i| Colour::of_fraction(f64::from(i) / 50.0).luminance())
+            .collect();
+        assert!(
+            lightness.windows(2).all(|pair| pair[0] < pair[1]),
+            "{lightness:?}"
+        );
+    }
+
+    #[test]
+    fn text_on_a_colour_is_readable() {
+        assert_eq!(Colour::YELLOW.text_on(), Colour::BLACK);
+        assert_eq!(Colour::BLUE.text_on(), Colour::WHITE);
+    }
+}

@@ -1,0 +1,92 @@
+//! Oscillators as points of the complex plane, with their mean.
+
+use super::arrow;
+use super::axis::Axis;
+use super::colour::Colour;
+use super::figure::{Margins, Panel};
+use super::frame::Frame;
+use super::legend::{self, Entry, Key};
+use super::svg::{Point, Rect, Stroke, Svg};
+
+/// Radius of a point.
+const POINT: f64 = 1.9;
+const ARROW: Stroke = Stroke::solid(Colour::VERMILION, 1.1);
+
+/// Points in the square [-r, r]² with equal units on both axes.
+#[derive(Debug, Clone)]
+pub struct ComplexPlane {
+    /// Above the plot; none if empty.
+    pub title: String,
+    /// Labels of the real and the imaginary axis.
+    pub labels: [String; 2],
+    /// The points and their name in the legend; no legend if empty.
+    pub points: Vec<Point>,
+    /// See `points`.
+    pub points_name: String,
+    /// An arrow from 0 to here.
+    pub centroid: Point,
+    /// Its name in the legend; no legend if empty.
+    pub centroid_name: String,
+    /// Half the side of the square, r.
+    pub radius: f64,
+}
+
+impl ComplexPlane {
+    fn axes(&self) -> [Axis; 2] {
+        self.labels
+            .clone()
+            .map(|label| Axis::new(label, "").between(-self.radius, self.radius))
+    }
+
+    fn entries(&self) -> Vec<Entry<'_>> {
+        vec![
+            Entry {
+                name: &self.points_name,
+                key: Key::Disc(Colour::BLUE, POINT),
+            },
+            Entry {
+                name: &self.centroid_name,
+                key: Key::Arrow(ARROW),
+            },
+        ]
+    }
+}
+
+impl Panel for ComplexPlane {
+    fn margins(&self, width: f64, height: f64) -> Margins {
+        let [x, y] = self.axes();
+        let margins =
+            Frame::new((&x, [].into_iter()), (&y, [].into_iter()), (width, height)).margins();
+        let header = legend::height(&self.title, &self.entries(), width);
+        Margins {
+            top: margins.top.max(header),
+            ..margins
+        }
+    }
+
+    fn draw(&self, svg: &mut Svg, area: Rect) {
+        let [x, y] = self.axes();
+        let frame = Frame::new(
+            (&x, [].into_iter()),
+            (&y, [].into_iter()),
+            (area.width, area.height),
+        );
+        frame.draw_grid(svg, area);
+        let origin = frame.place(area, [0.0, 0.0]);
+        let stroke = Stroke::solid(Colour::GREY, 0.5);
+        svg.line(&[[area.x, origin[1]], [area.right(), origin[1]]], stroke);
+        svg.line(&[[origin[0], area.y], [origin[0], area.bottom()]], stroke);
+        svg.clipped(area, |svg| {
+            arrow::draw(svg, origin, frame.place(area, self.centroid), ARROW);
+            for &point in &self.points {
+                svg.translucent_disc(frame.place(area, point), POINT, Colour::BLUE);
+            }
+        });
+        frame.draw(svg, area);
+        legend::draw(svg, area, &self.title, &self.entries());
+    }
+
+    fn aspect(&self) -> Option<f64> {
+        Some(1.0)
+    }
+}

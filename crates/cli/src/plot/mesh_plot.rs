@@ -1,0 +1,311 @@
+//! Meshes of quadratic triangles: edges, named parts of the boundary, deformation, a field.
+
+use super::arrow;
+use super::axis::{Axis, steps};
+use super::bands::band;
+use super::colour::Colour;
+use super::figure::{LABEL_SIZE, Margins, Panel, TICK_SIZE};
+use super::frame::Frame;
+use super::legend::{self, Entry, Key};
+use super::svg::{self, Anchor, Point, Rect, Stroke, Svg, Type};
+use super::text;
+
+/// A named part of the boundary.
+#[derive(Debug, Clone)]
+pub struct EdgeGroup {
+    /// Its name in the legend.
+    pub name: String,
+    /// Its edges: both ends, then the node between.
+    pub edges: Vec<[usize; 3]>,
+    /// Its colour.
+    pub colour: Colour,
+    /// Direction of the arrows on it, for loads.
+    pub arrows: Option<Point>,
+}
+
+/// Values on the nodes, shown as bands of colour.
+#[derive(Debug, Clone)]
+pub struct Field {
+    /// What it is, in which unit, between which limits.
+    pub axis: Axis,
+    /// One value per node.
+    pub values: Vec<f64>,
+}
+
+/// A mesh of triangles with nodes at corners and on edges, with equal units on both axes.
+#[derive(Debug, Clone, Default)]
+pub struct MeshPlot {
+    /// Above the plot; none if empty.
+    pub title: String,
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// Positions of all nodes before the deformation.
+    pub nodes: Vec<Point>,
+    /// Corners a, b, c and the nodes on ab, bc, ca of each triangle.
+    pub triangles: Vec<[usize; 6]>,
+    /// Displacement of each node; empty for none.
+    pub displacement: Vec<Point>,
+    /// What the displacement is multiplied with; printed when there is a displacement.
+    pub scale: f64,
+    /// Highlighted parts of the boundary.
+    pub groups: Vec<EdgeGroup>,
+    /// Marked nodes with their labels.
+    pub marks: Vec<(usize, String)>,
+    /// The field, if any.
+    pub field: Option<Field>,
+}
+
+const BAR_WIDTH: f64 = 7.0;
+const BAR_GAP: f64 = 5.0;
+const N_BANDS: usize = 12;
+const ARROW: f64 = 11.0;
+const GROUP_WIDTH: f64 = 2.0;
+
+impl MeshPlot {
+    fn positions(&self) -> Vec<Point> {
+        if self.displacement.is_empty() {
+            return self.nodes.clone();
+        }
+        let moved = |(node, u): (&Point, &Point)| {
+            [node[0] + self.scale * u[0], node[1] + self.scale * u[1]]
+        };
+        self.nodes
+            .iter()
+            .zip(&self.displacement)
+            .map(moved)
+            .collect()
+    }
+
+    /// The axes with limits that enclose the mesh.
+    fn axes(&self) -> [Axis; 2] {
+        let positions = self.positions();
+        let enclose = |axis: &Axis, c: usize, air: f64| {
+            let [low, high] = axis.limits.unwrap_or_else(|| {
+                let values = || positions.iter().map(|point| point[c]);
+                let low = values().fold(f64::INFINITY, f64::min);
+                let high = values().fold(f64::NEG_INFINITY, f64::max);
+                let margin = air * (high - low);
+                [low - margin, high + margin]
+            });
+            axis.clone().between(low, high)
+        };
+        // Loads need room above the mesh for their arrows.
+        let air = if self.groups.iter().any(|group| group.arrows.is_some()) {
+            0.3
+        } else {
+            0.08
+        };
+        [enclose(&self.x, 0, 0.04), enclose(&self.y, 1, air)]
+    }
+
+    fn entries(&self) -> Vec<Entry<'_>> {
+        let key = |group: &EdgeGroup| Key::Line(Stroke::solid(group.colour, GROUP_WIDTH));
+        self.groups
+            .iter()
+            .map(|group| Entry {
+                name: &group.name,
+                key: key(group),
+            })
+            .collect()
+    }
+
+    fn levels(&self, field: &Field) -> Vec<f64> {
+        steps(field.axis.limits, &field.values, N_BANDS)
+    }
+}
+
+impl Panel for MeshPlot {
+    fn margins(&self, width: f64, height: f64) -> Margins {
+        let [x, y] = self.axes();
+        let margins =
+            Frame::new((&x, [].into_iter()), (&y, [].into_iter()), (width, height)).margins();
+        let header = legend::height(&self.title, &self.entries(), width);
+        let bar = self
+            .field
+            .as_ref()
+            .map_or(0.0, |field| bar_margin(field, &self.levels(field)));
+        Margins {
+            top: margins.top.max(header),
+            right: margins.right.max(bar),
+            ..margins
+        }
+    }
+
+    fn aspect(&self) -> Option<f64> {
+        let [x, y] = self.axes();
+        let extent = |axis: Axis| axis.limits.map_or(1.0, |[low, high]| high - low);
+        Some(extent(y) / extent(x))
+    }
+
+    fn draw(&self, svg: &mut Svg, area: Rect) {
+        let [x, y] = self.axes();
+        let frame = Frame::new(
+            (&x, [].into_iter()),
+            (&y, [].into_iter()),
+            (area.width, area.height),
+        );
+        let placed: Vec<Point> = self
+            .positions()
+            .into_iter()
+            .map(|point| frame.place(area, point))
+            .collect();
+        svg.clipped(area, |svg| {
+            if let Some(field) = &self.field {
+                self.draw_field(svg, &placed, field);
+            }
+            self.draw_edges(svg, &placed);
+            for group in &self.groups {
+                draw_group(svg, &placed, group);
+            }
+            for (node, label) in &self.marks {
+                svg.disc(placed[*node], 1.9, Colour::BLACK);
+                let at = [placed[*node][0] + 3.0, placed[*node][1] - 3.0];
+                svg.text(at, label, Type::of(TICK_SIZE).haloed());
+            }
+        });
+        if !self.displacement.is_empty() {
+            let label = format!("displacement × {}", self.scale);
+            let at = [area.right() - 3.0, area.bottom() - 3.0];
+            svg.text(at, &label, Type::of(TICK_SIZE).anchored(Anchor::End));
+        }
+        frame.draw(svg, area);
+        if let Some(field) = &self.field {
+            draw_bar(svg, area, field, &self.levels(field));
+        }
+        legend::draw(svg, area, &self.title, &self.entries());
+    }
+}
+
+impl MeshPlot {
+    fn draw_edges(&self, svg: &mut Svg, placed: &[Point]) {
+        let sides = |t: &[usize; 6]| [[t[0], t[1], t[3]], [t[1], t[2], t[4]], [t[2], t[0], t[5]]];
+        let mut edges: Vec<[usize; 3]> = self.triangles.iter().flat_map(sides).collect();
+        for edge in &mut edges {
+            edge[..2].sort_unstable();
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        let path: String = edges.iter().map(|edge| curve(placed, edge)).collect();
+        svg.path(&path, Stroke::solid(Colour::GREY, 0.3));
+    }
+
+    fn draw_field(&self, svg: &mut Svg, placed: &[Point], field: &Field) {
+        let levels = self.levels(field);
+        // Values beyond given limits take the colour of the limit.
+        let (low, high) = (levels[0], levels[levels.len() - 1]);
+        let valued = |i: usize| (placed[i], field.values[i].clamp(low, high));
+        for (k, level) in levels.windows(2).enumerate() {
+            let mut path = String::new();
+            for t in &self.triangles {
+                for [a, b, c] in [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]] {
+                    let triangle = [valued(t[a]), valued(t[b]), valued(t[c])];
+                    let polygon = band(&triangle, level[0], level[1]);
+                    if polygon.len() > 2 {
+                        path += &svg::path(&polygon);
+                        path.push('Z');
+                    }
+                }
+            }
+            svg.fill(&path, band_colour(k, levels.len()));
+        }
+    }
+}
+
+/// The parabola through the ends of an edge and the node between, which the quadratic element
+/// makes of it: a Bézier curve, its control point being what makes it pass through the node.
+fn curve(placed: &[Point], [a, b, middle]: &[usize; 3]) -> String {
+    let ([ax, ay], [bx, by], [mx, my]) = (placed[*a], placed[*b], placed[*middle]);
+    let control = [2.0 * mx - (ax + bx) / 2.0, 2.0 * my - (ay + by) / 2.0];
+    format!(
+        "M{ax:.2} {ay:.2}Q{:.2} {:.2} {bx:.2} {by:.2}",
+        control[0], control[1]
+    )
+}
+
+fn draw_group(svg: &mut Svg, placed: &[Point], group: &EdgeGroup) {
+    let path: String = group.edges.iter().map(|edge| curve(placed, edge)).collect();
+    svg.path(&path, Stroke::solid(group.colour, GROUP_WIDTH));
+    let Some([dx, dy]) = group.arrows else { return };
+    let length = dx.hypot(dy);
+    for &[a, b, middle] in &group.edges {
+        for node in [a, middle, b] {
+            let [x, y] = placed[node];
+            // The page's second axis points down.
+            let to = [x + ARROW * dx / length, y - ARROW * dy / length];
+            arrow::draw(svg, [x, y], to, Stroke::solid(group.colour, 0.7));
+        }
+    }
+}
+
+fn band_colour(k: usize, n_levels: usize) -> Colour {
+    Colour::of_fraction((k as f64 + 0.5) / (n_levels - 1) as f64)
+}
+
+fn bar_labels(levels: &[f64]) -> (Vec<(f64, String)>, i32) {
+    let (first, last) = (levels[0], levels[levels.len() - 1]);
+    let division = Axis::default()
+        .between(first, last)
+        .divide([].into_iter(), 5);
+    (division.ticks, division.exponent)
+}
+
+fn bar_margin(field: &Field, levels: &[f64]) -> f64 {
+    let (ticks, exponent) = bar_labels(levels);
+    let widths = ticks.iter().map(|(_, label)| text::width(label, TICK_SIZE));
+    let label = if field.axis.label(exponent).is_empty() {
+        0.0
+    } else {
+        1.5 * LABEL_SIZE
+    };
+    BAR_GAP + BAR_WIDTH + 3.0 + widths.fold(0.0, f64::max) + label
+}
+
+fn draw_bar(svg: &mut Svg, area: Rect, field: &Field, levels: &[f64]) {
+    let x = area.right() + BAR_GAP;
+    let (low, high) = (levels[0], levels[levels.len() - 1]);
+    let at = |value: f64| area.bottom() - area.height * (value - low) / (high - low);
+    for (k, level) in levels.windows(2).enumerate() {
+        let (bottom, top) = (at(level[0]), at(level[1]));
+        let cell = Rect {
+            x,
+            y: top,
+            width: BAR_WIDTH,
+            height: bottom - top,
+        };
+        svg.rect(cell, Some(band_colour(k, levels.len())), None);
+    }
+    let outline = Stroke::solid(Colour::BLACK, 0.4);
+    svg.rect(
+        Rect {
+            x,
+            width: BAR_WIDTH,
+            ..area
+        },
+        None,
+        Some(outline),
+    );
+    let (ticks, exponent) = bar_labels(levels);
+    let mut widest: f64 = 0.0;
+    for (value, label) in &ticks {
+        let y = at(*value);
+        svg.line(&[[x + BAR_WIDTH, y], [x + BAR_WIDTH + 1.5, y]], outline);
+        svg.text(
+            [x + BAR_WIDTH + 3.0, y + 0.36 * TICK_SIZE],
+            label,
+            Type::of(TICK_SIZE),
+        );
+        widest = widest.max(text::width(label, TICK_SIZE));
+    }
+    let style = Type {
+        upwards: true,
+        ..Type::of(LABEL_SIZE).anchored(Anchor::Middle)
+    };
+    let right = x + BAR_WIDTH + 3.0 + widest + 1.25 * LABEL_SIZE;
+    svg.text(
+        [right, area.y + area.height / 2.0],
+        &field.axis.label(exponent),
+        style,
+    );
+}

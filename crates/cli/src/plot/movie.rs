@@ -1,0 +1,94 @@
+//! Animated GIFs.
+
+use std::io::Write;
+
+use anyhow::{Context, ensure};
+use gif::{Encoder, Frame, Repeat};
+
+use super::figure::Figure;
+use super::raster;
+
+/// Quality of the reduction to 256 colours where a frame has more: 1 is best, 30 fastest.
+const SPEED: i32 = 10;
+
+/// Writes figures of equal size as an endless animation, `width` pixels wide, each shown for
+/// `hundredths` of a second.
+///
+/// Figures are drawn one at a time as the iterator gives them.
+///
+/// # Errors
+/// When a figure cannot be drawn or differs in size from the first, or the sink cannot be written.
+pub fn write<W: Write>(
+    sink: W,
+    figures: impl IntoIterator<Item = anyhow::Result<Figure>>,
+    width: u16,
+    hundredths: u16,
+) -> anyhow::Result<()> {
+    let mut figures = figures.into_iter();
+    let first = figures
+        .next()
+        .context("a movie needs at least one frame")??;
+    let first = frame(&first, width, hundredths)?;
+    let mut encoder = Encoder::new(sink, first.width, first.height, &[])?;
+    encoder.set_repeat(Repeat::Infinite)?;
+    encoder.write_frame(&first)?;
+    for figure in figures {
+        let next = frame(&figure?, width, hundredths)?;
+        ensure!(
+            next.height == first.height,
+            "frames of a movie must have one size"
+        );
+        encoder.write_frame(&next)?;
+    }
+    Ok(())
+}
+
+fn frame(figure: &Figure, width: u16, hundredths: u16) -> anyhow::Result<Frame<'static>> {
+    let pixmap = raster::pixels(&figure.render(), width.into())?;
+    let height = u16::try_from(pixmap.height()).context("the figure is too high for a movie")?;
+    // Pages are opaque, so premultiplied colours are plain ones.
+    let mut rgba = pixmap.take();
+    let mut frame = Frame::from_rgba_speed(width, height, &mut rgba, SPEED);
+    frame.delay = hundredths;
+    Ok(frame)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::{Axis, LinePlot, Series};
+
+    fn figure(x: f64) -> Figure {
+        let axis = || Axis::new("x", "").between(0.0, 1.0);
+        let series = vec![Series::curve("", &[x], &[x]).unjoined()];
+        Figure::of(
+            "",
+            LinePlot {
+                x: axis(),
+                y: axis(),
+                series,
+                ..LinePlot::default()
+            },
+        )
+    }
+
+    #[test]
+    fn every_figure_is_a_frame() {
+        let mut file = Vec::new();
+        write(&mut file, [0.2, 0.5, 0.8].map(|x| Ok(figure(x))), 200, 4).unwrap();
+        let mut decoder = gif::DecodeOptions::new().read_info(&file[..]).unwrap();
+        let mut delays = Vec::new();
+        let mut pictures = Vec::new();
+        while let Some(frame) = decoder.read_next_frame().unwrap() {
+            delays.push(frame.delay);
+            pictures.push(frame.buffer.to_vec());
+        }
+        assert_eq!(delays, [4, 4, 4]);
+        assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
+    }
+
+    #[test]
+    fn a_movie_without_frames_is_refused() {
+        assert!(write(Vec::new(), [], 200, 4).is_err());
+    }
+}

@@ -1,0 +1,298 @@
+//! A page of SVG, in points (1/72 inch).
+
+use std::fmt::Write;
+
+use super::colour::Colour;
+use super::{font, text};
+
+/// A point of the page, from its upper left corner.
+pub type Point = [f64; 2];
+
+/// A rectangle of the page.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rect {
+    /// Left edge.
+    pub x: f64,
+    /// Upper edge.
+    pub y: f64,
+    /// Width.
+    pub width: f64,
+    /// Height.
+    pub height: f64,
+}
+
+impl Rect {
+    /// Right edge.
+    pub fn right(&self) -> f64 {
+        self.x + self.width
+    }
+
+    /// Whether the point lies inside; a point that is not a number does not.
+    pub fn contains(&self, [x, y]: Point) -> bool {
+        (self.x..=self.right()).contains(&x) && (self.y..=self.bottom()).contains(&y)
+    }
+
+    /// Lower edge.
+    pub fn bottom(&self) -> f64 {
+        self.y + self.height
+    }
+}
+
+/// How a line is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stroke {
+    /// Its colour.
+    pub colour: Colour,
+    /// Its width.
+    pub width: f64,
+    /// Lengths of dashes and gaps; empty for a solid line.
+    pub dashes: &'static [f64],
+}
+
+impl Stroke {
+    /// A solid line.
+    pub const fn solid(colour: Colour, width: f64) -> Self {
+        Self {
+            colour,
+            width,
+            dashes: &[],
+        }
+    }
+
+    fn attributes(&self) -> String {
+        let mut text = format!(
+            r#"fill="none" stroke="{}" stroke-width="{}" stroke-linejoin="round""#,
+            self.colour, self.width
+        );
+        if !self.dashes.is_empty() {
+            let lengths: Vec<String> = self.dashes.iter().map(f64::to_string).collect();
+            text += &format!(r#" stroke-dasharray="{}""#, lengths.join(" "));
+        }
+        text
+    }
+}
+
+/// Which part of a text stands at its point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Anchor {
+    /// The beginning.
+    Start,
+    /// The middle.
+    Middle,
+    /// The end.
+    End,
+}
+
+/// How a text is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Type {
+    /// Font size.
+    pub size: f64,
+    /// Which part stands at the point.
+    pub anchor: Anchor,
+    /// Colour.
+    pub colour: Colour,
+    /// Whether it runs upwards instead of to the right.
+    pub upwards: bool,
+    /// Whether it is bold.
+    pub bold: bool,
+    /// Whether a white rim keeps it apart from what is below.
+    pub haloed: bool,
+}
+
+impl Type {
+    /// Black text to the right of its point.
+    pub fn of(size: f64) -> Self {
+        let colour = Colour::BLACK;
+        Self {
+            size,
+            anchor: Anchor::Start,
+            colour,
+            upwards: false,
+            bold: false,
+            haloed: false,
+        }
+    }
+
+    /// The same, with a white rim.
+    pub fn haloed(self) -> Self {
+        Self {
+            haloed: true,
+            ..self
+        }
+    }
+
+    /// The same, anchored elsewhere.
+    pub fn anchored(self, anchor: Anchor) -> Self {
+        Self { anchor, ..self }
+    }
+}
+
+/// A page being drawn.
+#[derive(Debug)]
+pub struct Svg {
+    width: f64,
+    height: f64,
+    body: String,
+    n_clips: usize,
+}
+
+impl Svg {
+    /// An empty white page.
+    pub fn new(width: f64, height: f64) -> Self {
+        let mut page = Self {
+            width,
+            height,
+            body: String::new(),
+            n_clips: 0,
+        };
+        page.rect(
+            Rect {
+                x: 0.0,
+                y: 0.0,
+                width,
+                height,
+            },
+            Some(Colour::WHITE),
+            None,
+        );
+        page
+    }
+
+    /// The finished document, with its real size and a title for those who cannot see it.
+    pub fn finish(self, title: &str) -> String {
+        let Self {
+            width,
+            height,
+            body,
+            ..
+        } = self;
+        format!(
+            r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.2}pt" height="{height:.2}pt" viewBox="0 0 {width:.2} {height:.2}" font-family="{}" role="img">
+<title>{}</title>
+{body}</svg>
+"#,
+            font::FAMILY,
+            text::escape(title),
+        )
+    }
+
+    /// A line through the points.
+    pub fn line(&mut self, points: &[Point], stroke: Stroke) {
+        self.path(&path(points), stroke);
+    }
+
+    /// The outline of a path in SVG's notation.
+    pub fn path(&mut self, path: &str, stroke: Stroke) {
+        if !path.is_empty() {
+            self.add(format_args!(
+                r#"<path d="{path}" {}/>"#,
+                stroke.attributes()
+            ));
+        }
+    }
+
+    /// The inside of a path in SVG's notation, with an edge of the same colour that closes the
+    /// hairline gaps between neighbours.
+    pub fn fill(&mut self, path: &str, colour: Colour) {
+        if !path.is_empty() {
+            self.add(format_args!(
+                r#"<path d="{path}" fill="{colour}" stroke="{colour}" stroke-width="0.15"/>"#
+            ));
+        }
+    }
+
+    /// A rectangle, filled or outlined or both.
+    pub fn rect(&mut self, rect: Rect, fill: Option<Colour>, stroke: Option<Stroke>) {
+        let Rect {
+            x,
+            y,
+            width,
+            height,
+        } = rect;
+        let place = format!(r#"x="{x:.2}" y="{y:.2}" width="{width:.2}" height="{height:.2}""#);
+        if let Some(colour) = fill {
+            self.add(format_args!(r#"<rect {place} fill="{colour}"/>"#));
+        }
+        if let Some(stroke) = stroke {
+            self.add(format_args!(r#"<rect {place} {}/>"#, stroke.attributes()));
+        }
+    }
+
+    /// A disc with a thin white rim, so that discs on top of each other stay apart.
+    pub fn disc(&mut self, [x, y]: Point, radius: f64, colour: Colour) {
+        self.add(format_args!(
+            r#"<circle cx="{x:.2}" cy="{y:.2}" r="{radius}" fill="{colour}" stroke="white" stroke-width="0.3"/>"#
+        ));
+    }
+
+    /// A disc one can see through, so that a crowd of them looks darker.
+    pub fn translucent_disc(&mut self, [x, y]: Point, radius: f64, colour: Colour) {
+        self.add(format_args!(
+            r#"<circle cx="{x:.2}" cy="{y:.2}" r="{radius}" fill="{colour}" fill-opacity="0.5" stroke="{colour}" stroke-width="0.3"/>"#
+        ));
+    }
+
+    /// A label, see [`text`].
+    pub fn text(&mut self, [x, y]: Point, label: &str, style: Type) {
+        let anchor = match style.anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let mut attributes = format!(r#"font-size="{}" text-anchor="{anchor}""#, style.size);
+        if style.colour != Colour::BLACK {
+            attributes += &format!(r#" fill="{}""#, style.colour);
+        }
+        if style.bold {
+            attributes += r#" font-weight="bold""#;
+        }
+        if style.haloed {
+            attributes += r#" paint-order="stroke" stroke="white" stroke-width="2""#;
+        }
+        if style.upwards {
+            attributes += &format!(r#" transform="rotate(-90 {x:.2} {y:.2})""#);
+        }
+        let spans = text::spans(label, style.size);
+        self.add(format_args!(
+            r#"<text x="{x:.2}" y="{y:.2}" {attributes}>{spans}</text>"#
+        ));
+    }
+
+    /// What `draw` draws, cut off outside the rectangle.
+    pub fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
+        let name = self.n_clips;
+        self.n_clips += 1;
+        let Rect {
+            x,
+            y,
+            width,
+            height,
+        } = rect;
+        self.add(format_args!(
+            r#"<clipPath id="c{name}"><rect x="{x:.2}" y="{y:.2}" width="{width:.2}" height="{height:.2}"/></clipPath><g clip-path="url(#c{name})">"#
+        ));
+        draw(self);
+        self.add(format_args!("</g>"));
+    }
+
+    fn add(&mut self, element: std::fmt::Arguments<'_>) {
+        writeln!(self.body, "{element}").expect("a String takes all that is written");
+    }
+}
+
+/// The straight path through the points, in SVG's notation; empty for fewer than two.
+pub fn path(points: &[Point]) -> String {
+    if points.len() < 2 {
+        return String::new();
+    }
+    let words = points.iter().enumerate().map(|(i, [x, y])| {
+        let command = match i {
+            0 => "M",
+            1 => "L",
+            _ => " ",
+        };
+        format!("{command}{x:.2} {y:.2}")
+    });
+    words.collect()
+}

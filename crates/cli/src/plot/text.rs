@@ -1,0 +1,166 @@
+//! Labels with subscripts, superscripts and italics.
+//!
+//! `_{…}` lowers, `^{…}` raises, `*…*` slants: `*u*_{y} (10^{−4} m)`.
+
+use super::font;
+
+/// Size of raised and lowered text, relative to the text around it.
+const SCRIPT: f64 = 0.72;
+/// How far raised and lowered text is shifted, in parts of the size of the text around it.
+const RAISE: f64 = 0.38;
+const LOWER: f64 = 0.2;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Level {
+    Base,
+    Lowered,
+    Raised,
+}
+
+#[derive(Debug, PartialEq, Eq)]
+struct Run<'a> {
+    text: &'a str,
+    level: Level,
+    italic: bool,
+}
+
+/// Width of a label in its font size.
+pub fn width(label: &str, size: f64) -> f64 {
+    let of_run = |run: &Run| {
+        font::width(run.text)
+            * size
+            * if run.level == Level::Base {
+                1.0
+            } else {
+                SCRIPT
+            }
+    };
+    runs(label).iter().map(of_run).sum()
+}
+
+/// The content of an SVG `text` element.
+pub(super) fn spans(label: &str, size: f64) -> String {
+    let mut spans = String::new();
+    // SVG shifts add up along a text, so each run undoes the shift before it.
+    let mut shifted = 0.0;
+    for run in runs(label) {
+        let shift = match run.level {
+            Level::Base => 0.0,
+            Level::Lowered => LOWER * size,
+            Level::Raised => -RAISE * size,
+        };
+        let mut attributes = String::new();
+        if shift != shifted {
+            attributes += &format!(" dy=\"{:.2}\"", shift - shifted);
+            shifted = shift;
+        }
+        if run.level != Level::Base {
+            attributes += &format!(" font-size=\"{:.2}\"", SCRIPT * size);
+        }
+        if run.italic {
+            attributes += " font-style=\"italic\"";
+        }
+        let text = escape(run.text);
+        if attributes.is_empty() {
+            spans += &text;
+        } else {
+            spans += &format!("<tspan{attributes}>{text}</tspan>");
+        }
+    }
+    spans
+}
+
+/// Replaces the characters that XML reserves.
+pub(super) fn escape(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+fn runs(label: &str) -> Vec<Run<'_>> {
+    let mut runs = Vec::new();
+    let (mut level, mut italic) = (Level::Base, false);
+    let mut rest = label;
+    let mut push = |text, level, italic| {
+        if !str::is_empty(text) {
+            runs.push(Run {
+                text,
+                level,
+                italic,
+            });
+        }
+    };
+    while let Some((text, mark, after)) = split_at_mark(rest, level) {
+        push(text, level, italic);
+        match mark {
+            "_{" => level = Level::Lowered,
+            "^{" => level = Level::Raised,
+            "}" => level = Level::Base,
+            _ => italic = !italic,
+        }
+        rest = after;
+    }
+    push(rest, level, italic);
+    runs
+}
+
+/// Splits at the first mark that means something here: braces close only what they opened.
+fn split_at_mark(text: &str, level: Level) -> Option<(&str, &str, &str)> {
+    let marks: &[&str] = if level == Level::Base {
+        &["_{", "^{", "*"]
+    } else {
+        &["}", "*"]
+    };
+    let (at, mark) = marks
+        .iter()
+        .filter_map(|mark| text.find(mark).map(|at| (at, *mark)))
+        .min()?;
+    Some((&text[..at], mark, &text[at + mark.len()..]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_become_runs() {
+        let plain = |text| Run {
+            text,
+            level: Level::Base,
+            italic: false,
+        };
+        assert_eq!(
+            runs("*u*_{y} (m)"),
+            [
+                Run {
+                    text: "u",
+                    level: Level::Base,
+                    italic: true
+                },
+                Run {
+                    text: "y",
+                    level: Level::Lowered,
+                    italic: false
+                },
+                plain(" (m)"),
+            ]
+        );
+        assert_eq!(runs("{a}"), [plain("{a}")]);
+        assert_eq!(runs(""), []);
+    }
+
+    #[test]
+    fn shifts_are_undone_and_signs_escaped() {
+        assert_eq!(
+            spans("a_{b}<", 10.0),
+            "a<tspan dy=\"2.00\" font-size=\"7.20\">b</tspan><tspan dy=\"-2.00\">&lt;</tspan>"
+        );
+    }
+
+    #[test]
+    fn marks_take_no_width() {
+        assert_eq!(width("*u*", 7.0), width("u", 7.0));
+        assert!(width("u_{y}", 7.0) < width("uy", 7.0));
+    }
+}
