@@ -86,6 +86,8 @@ pub(crate) fn differential(kinds: &[VariableKind]) -> Vec<f64> {
 }
 
 /// An inequality a component must satisfy; a step that violates it is repeated with a smaller one.
+///
+/// IDAS lets violations pass that are smaller than Newton's share of the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Constraint {
     /// Any value.

@@ -1,6 +1,6 @@
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use super::{Start, full_pattern};
+use super::{Sample, Start, full_pattern};
 use crate::problem::{DaeProblem, StepError, VariableKind};
 
 /// Robertson's chemical kinetics, very stiff, with the conservation of mass as an algebraic
@@ -17,9 +17,9 @@ use crate::problem::{DaeProblem, StepError, VariableKind};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Robertson;
 
-impl Robertson {
+impl Sample for Robertson {
     /// All mass in the first species.
-    pub fn start(&self) -> Start {
+    fn start(&self) -> Start {
         Start {
             t: 0.0,
             y: vec![1.0, 0.0, 0.0],

@@ -23,7 +23,12 @@ pub(crate) fn numbers(value: &Value) -> Vec<f64> {
 }
 
 /// Compares a problem's Jacobian, for two pairs (a, b), with central differences of its residual.
-pub(crate) fn check_jacobian(problem: &mut impl DaeProblem, t: f64, y: &[f64], y_dot: &[f64]) {
+pub(crate) fn check_jacobian(
+    problem: &mut (impl DaeProblem + ?Sized),
+    t: f64,
+    y: &[f64],
+    y_dot: &[f64],
+) {
     let n = problem.n_unknowns();
     let pattern = problem.jacobian_pattern();
     for (a, b) in [(1.0, 37.0), (0.6, -2.5)] {

@@ -2,5 +2,9 @@
 #![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
 
 mod common;
+mod features;
 mod klu;
+mod misuse;
+mod published;
 mod robertson;
+mod samples;

@@ -1,7 +1,7 @@
 //! Robertson's kinetics: IDAS with KLU against the published run and an accurate solution.
 
 use crate::common::{check_jacobian, numbers, reference};
-use sundials_wrap::samples::Robertson;
+use sundials_wrap::samples::{Robertson, Sample};
 use sundials_wrap::{DaeProblem, Direction, IdaOptions, IdaSolver, Outcome, Tolerances};
 
 fn published_options() -> IdaOptions {

@@ -1,0 +1,413 @@
+//! What the integrator offers beyond stepping: events, dense output, weights, initial values,
+//! constraints, structured solvers.
+
+use nalgebra_sparse::pattern::SparsityPattern;
+use sundials_wrap::klu::{KluOptions, Scaling};
+use sundials_wrap::samples::{Akzo, Heat2d, LinearIndex1, Robertson, Sample};
+use sundials_wrap::{
+    ConsistencyMode, DaeProblem, Direction, IdaOptions, IdaSolver, Outcome, StepError,
+    StructuredSolver, Suppressed, Tolerances, VariableKind, Versions,
+};
+
+fn build<S: Sample>(sample: S, options: IdaOptions) -> IdaSolver<S> {
+    let start = sample.start();
+    IdaSolver::builder(sample)
+        .options(options)
+        .build(start.t, &start.y, &start.y_dot)
+        .unwrap()
+}
+
+fn tolerance(tolerance: f64) -> IdaOptions {
+    let tolerances = Tolerances::scalar(tolerance, tolerance);
+    IdaOptions {
+        tolerances,
+        max_steps: None,
+        ..IdaOptions::default()
+    }
+}
+
+/// y2 = sin t crosses zero at multiples of π, rising at even ones.
+#[test]
+fn roots_are_found_in_the_direction_asked_for() {
+    let start = LinearIndex1.start();
+    let mut solver = IdaSolver::builder(LinearIndex1)
+        .options(tolerance(1e-9))
+        .roots([Direction::Falling, Direction::Rising], |_, _, y, _, g| {
+            g.fill(y[1]);
+            Ok(())
+        })
+        .build(start.t, &start.y, &start.y_dot)
+        .unwrap();
+    for k in 1..4 {
+        let Outcome::Root { t, crossings } = solver.integrate_to(10.0).unwrap() else {
+            panic!("no root near {k} π")
+        };
+        // y2 is solved to the tolerance, and its slope there is 1.
+        assert!(
+            (t - f64::from(k) * std::f64::consts::PI).abs() < 1e-8,
+            "{t}"
+        );
+        assert_eq!(crossings, if k % 2 == 1 { [-1, 0] } else { [0, 1] });
+        assert_eq!(solver.t(), t);
+    }
+    assert_eq!(
+        solver.integrate_to(10.0).unwrap(),
+        Outcome::Reached { t: 10.0 }
+    );
+}
+
+/// One-step mode with a stop time: the steps end there, and dense output between them agrees with
+/// the exact solution and its derivatives, without changing the steps.
+#[test]
+fn dense_output_gives_the_solution_and_its_derivatives() {
+    let tol = 1e-10;
+    let options = IdaOptions {
+        stop_time: Some(10.0),
+        ..tolerance(tol)
+    };
+    let mut plain = build(LinearIndex1, options.clone());
+    while !matches!(plain.step(10.0).unwrap(), Outcome::StopTime { .. }) {}
+
+    let mut solver = build(LinearIndex1, options);
+    let mut out = [0.0; 2];
+    loop {
+        let outcome = solver.step(10.0).unwrap();
+        let stats = solver.stats();
+        if stats.last_order >= 4 {
+            let t = solver.t() - 0.5 * stats.last_step;
+            let exact = |k: i32| [t.sin(), t.cos(), -t.sin()][k as usize];
+            // Each derivative of the interpolant loses a power of h.
+            for k in 0..3 {
+                solver.dense_output(t, k as usize, &mut out).unwrap();
+                let bound = 1e3 * tol / stats.last_step.powi(k);
+                assert!(
+                    (out[1] - exact(k)).abs() < bound,
+                    "t = {t}, k = {k}: {out:?}"
+                );
+            }
+        }
+        if outcome == (Outcome::StopTime { t: 10.0 }) {
+            break;
+        }
+        assert_eq!(outcome, Outcome::StepTaken { t: solver.t() });
+    }
+    assert_eq!(solver.stats(), plain.stats());
+    assert_eq!(solver.y(), plain.y());
+}
+
+#[test]
+fn a_weight_function_that_repeats_the_tolerances_changes_nothing() {
+    let tol = 1e-6;
+    let mut plain = build(Akzo, tolerance(tol));
+    plain.integrate_to(180.0).unwrap();
+    let start = Akzo.start();
+    let mut weighted = IdaSolver::builder(Akzo)
+        .options(tolerance(1.0))
+        .error_weights(move |_, y, weights| {
+            for (w, y) in weights.iter_mut().zip(y) {
+                *w = 1.0 / (tol * y.abs() + tol);
+            }
+            Ok(())
+        })
+        .build(start.t, &start.y, &start.y_dot)
+        .unwrap();
+    weighted.integrate_to(180.0).unwrap();
+    assert_eq!(weighted.stats(), plain.stats());
+    assert_eq!(weighted.y(), plain.y());
+
+    let (mut weights, mut errors) = ([0.0; 6], [0.0; 6]);
+    weighted.error_weights(&mut weights).unwrap();
+    weighted.estimated_local_errors(&mut errors).unwrap();
+    let squares = errors
+        .iter()
+        .zip(&weights)
+        .map(|(e, w)| (e * w).powi(2))
+        .sum::<f64>();
+    let norm = (squares / 6.0).sqrt();
+    assert!(
+        norm > 0.0 && norm <= 1.0,
+        "an accepted step passed its error test: {norm}"
+    );
+}
+
+/// SUNDIALS' example repairs a boundary value of 0.1: the corrected one must be 0, and the
+/// derivatives inside must follow it.
+#[test]
+fn wrong_algebraic_values_are_repaired() {
+    let sample = Heat2d::new(10);
+    let start = sample.start();
+    let mut wrong = start.y.clone();
+    for (value, kind) in wrong.iter_mut().zip(sample.kinds()) {
+        if kind == VariableKind::Algebraic {
+            *value = 0.1;
+        }
+    }
+    // The error test leaves out other components than those that are algebraic.
+    let mut left_out = vec![false; 100];
+    left_out[55] = true;
+    let options = IdaOptions {
+        suppressed: Suppressed::Components(left_out),
+        ..tolerance(1e-8)
+    };
+    let mut solver = IdaSolver::builder(sample)
+        .options(options)
+        .build(0.0, &wrong, &[0.0; 100])
+        .unwrap();
+    let mode = ConsistencyMode::AlgebraicAndDerivatives;
+    solver.correct_initial_values(mode, 0.01).unwrap();
+    for (ours, exact) in solver.y().iter().zip(&start.y) {
+        assert!((ours - exact).abs() < 1e-8, "{ours} ≠ {exact}");
+    }
+    for ((ours, exact), kind) in solver.y_dot().iter().zip(&start.y_dot).zip(sample.kinds()) {
+        // Newton's tolerance on y, times 4/Δx² = 324.
+        let wanted = kind == VariableKind::Differential;
+        assert!(
+            !wanted || (ours - exact).abs() < 324.0 * 1e-8,
+            "{ours} ≠ {exact}"
+        );
+    }
+    assert_eq!(
+        solver.integrate_to(0.01).unwrap(),
+        Outcome::Reached { t: 0.01 }
+    );
+}
+
+#[test]
+fn consistent_values_of_robertson_are_found() {
+    let start = Robertson.start();
+    let builder = IdaSolver::builder(Robertson).options(tolerance(1e-8));
+    let mut solver = builder.build(0.0, &[1.0, 0.0, 0.3], &[0.0; 3]).unwrap();
+    let mode = ConsistencyMode::AlgebraicAndDerivatives;
+    solver.correct_initial_values(mode, 0.4).unwrap();
+    for (ours, exact) in solver.y().iter().zip(&start.y) {
+        assert!((ours - exact).abs() < 1e-8, "{ours} ≠ {exact}");
+    }
+    for (ours, exact) in solver.y_dot()[..2].iter().zip(&start.y_dot) {
+        assert!((ours - exact).abs() < 1e-8, "{ours} ≠ {exact}");
+    }
+}
+
+/// A temperature from its rate of change: the discrete Poisson equation.
+#[test]
+fn states_are_found_from_derivatives() {
+    let start = Heat2d::new(10).start();
+    let builder = IdaSolver::builder(Heat2d::new(10)).options(tolerance(1e-10));
+    let mut solver = builder.build(0.0, &[0.0; 100], &start.y_dot).unwrap();
+    solver
+        .correct_initial_values(ConsistencyMode::States, 0.01)
+        .unwrap();
+    for (ours, exact) in solver.y().iter().zip(&start.y) {
+        assert!((ours - exact).abs() < 1e-10, "{ours} ≠ {exact}");
+    }
+    assert_eq!(solver.y_dot(), start.y_dot);
+}
+
+#[test]
+fn settings_reach_idas() {
+    let run = |options: IdaOptions| {
+        let mut solver = build(Akzo, options);
+        let mut highest = 0;
+        while solver.t() < 180.0 {
+            solver.step(180.0).unwrap();
+            highest = highest.max(solver.stats().last_order);
+        }
+        (highest, solver.stats())
+    };
+    let (order, plain) = run(tolerance(1e-6));
+    assert!(order > 2);
+    let (order, low) = run(IdaOptions {
+        max_order: 2,
+        ..tolerance(1e-6)
+    });
+    assert!(order == 2 && low.steps > plain.steps);
+    let (_, small) = run(IdaOptions {
+        max_step: Some(0.5),
+        ..tolerance(1e-6)
+    });
+    assert!(small.steps >= 360 && small.last_step <= 0.5);
+    let (_, first) = run(IdaOptions {
+        initial_step: Some(1e-7),
+        ..tolerance(1e-6)
+    });
+    assert_eq!(first.initial_step, 1e-7);
+    let (_, eager) = run(IdaOptions {
+        delta_cj: 0.01,
+        ..tolerance(1e-6)
+    });
+    assert!(eager.linear_setups > plain.linear_setups);
+    let (_, unscaled) = run(IdaOptions {
+        linear_solution_scaling: false,
+        ..tolerance(1e-6)
+    });
+    assert!(unscaled.newton_iterations != plain.newton_iterations);
+    let (_, strict) = run(IdaOptions {
+        nonlinear_coefficient: 1e-3,
+        ..tolerance(1e-6)
+    });
+    assert!(strict.newton_iterations > plain.newton_iterations);
+    let klu = KluOptions {
+        scaling: Scaling::None,
+        ..KluOptions::default()
+    };
+    let (_, unscaled_rows) = run(IdaOptions {
+        klu,
+        ..tolerance(1e-6)
+    });
+    assert!((unscaled_rows.steps as f64 / plain.steps as f64 - 1.0).abs() < 0.05);
+    assert_ne!(
+        unscaled_rows.smallest_rcond, plain.smallest_rcond,
+        "unscaled pivots, another estimate"
+    );
+    let suppressed = Suppressed::Components(vec![true, false, false, false, false, true]);
+    let (_, fewer) = run(IdaOptions {
+        suppressed,
+        ..tolerance(1e-6)
+    });
+    assert_ne!(fewer.steps, plain.steps);
+}
+
+/// LU with partial pivoting of the full matrix, as a structured solver.
+#[derive(Default)]
+struct DenseLu {
+    n: usize,
+    lu: Vec<f64>,
+    pivots: Vec<usize>,
+}
+
+impl<P: DaeProblem> StructuredSolver<P> for DenseLu {
+    fn setup(
+        &mut self,
+        problem: &mut P,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        c_j: f64,
+    ) -> Result<(), StepError> {
+        let pattern: SparsityPattern = problem.jacobian_pattern();
+        let mut values = vec![0.0; pattern.nnz()];
+        problem.jacobian(t, y, y_dot, 1.0, c_j, &mut values)?;
+        let n = problem.n_unknowns();
+        self.n = n;
+        self.lu = vec![0.0; n * n];
+        for ((column, row), value) in pattern.entries().zip(values) {
+            self.lu[row * n + column] = value;
+        }
+        self.pivots.clear();
+        for k in 0..n {
+            let size = |i: &usize| self.lu[i * n + k].abs();
+            let pivot = (k..n).max_by(|i, j| size(i).total_cmp(&size(j))).unwrap();
+            if size(&pivot) == 0.0 {
+                return Err(StepError::Recoverable(format!("no pivot in column {k}")));
+            }
+            self.pivots.push(pivot);
+            for j in 0..n {
+                self.lu.swap(k * n + j, pivot * n + j);
+            }
+            for i in k + 1..n {
+                let factor = self.lu[i * n + k] / self.lu[k * n + k];
+                self.lu[i * n + k] = factor;
+                for j in k + 1..n {
+                    self.lu[i * n + j] -= factor * self.lu[k * n + j];
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn solve(&mut self, _problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
+        let n = self.n;
+        for (k, &pivot) in self.pivots.iter().enumerate() {
+            rhs.swap(k, pivot);
+        }
+        for i in 0..n {
+            rhs[i] -= (0..i).map(|j| self.lu[i * n + j] * rhs[j]).sum::<f64>();
+        }
+        for i in (0..n).rev() {
+            let known = (i + 1..n).map(|j| self.lu[i * n + j] * rhs[j]).sum::<f64>();
+            rhs[i] = (rhs[i] - known) / self.lu[i * n + i];
+        }
+        Ok(())
+    }
+}
+
+/// Same matrices, same Newton iterations, same scaling for an old c_j: same counters as with KLU.
+#[test]
+fn a_structured_solver_counts_as_klu_does() {
+    let start = Robertson.start();
+    let options = IdaOptions {
+        tolerances: Tolerances::vector(1e-4, [1e-8, 1e-6, 1e-6]),
+        max_steps: None,
+        ..IdaOptions::default()
+    };
+    let mut klu = build(Robertson, options.clone());
+    let mut dense = IdaSolver::builder(Robertson)
+        .options(options)
+        .structured_solver(DenseLu::default())
+        .build(start.t, &start.y, &start.y_dot)
+        .unwrap();
+    // Until rounding tells them apart.
+    for t in [0.4, 40.0, 400.0] {
+        klu.integrate_to(t).unwrap();
+        dense.integrate_to(t).unwrap();
+        let (ours, reference) = (dense.stats(), klu.stats());
+        assert_eq!(ours.steps, reference.steps, "t = {t}");
+        assert_eq!(
+            ours.newton_iterations, reference.newton_iterations,
+            "t = {t}"
+        );
+        assert_eq!(ours.linear_setups, reference.linear_setups, "t = {t}");
+        assert_eq!(
+            ours.error_test_failures, reference.error_test_failures,
+            "t = {t}"
+        );
+        assert!((dense.y()[0] / klu.y()[0] - 1.0).abs() < 1e-9, "t = {t}");
+    }
+    assert_eq!(dense.stats().smallest_rcond, None);
+    assert!(klu.stats().smallest_rcond.unwrap() > 0.0);
+}
+
+/// A structured solver that cannot set up is asked again with a smaller step.
+#[test]
+fn a_structured_solver_may_fail_recoverably() {
+    struct Moody(DenseLu, u32);
+    impl StructuredSolver<Robertson> for Moody {
+        fn setup(
+            &mut self,
+            problem: &mut Robertson,
+            t: f64,
+            y: &[f64],
+            y_dot: &[f64],
+            c_j: f64,
+        ) -> Result<(), StepError> {
+            self.1 += 1;
+            if self.1 == 5 {
+                return Err(StepError::Recoverable("moody".into()));
+            }
+            self.0.setup(problem, t, y, y_dot, c_j)
+        }
+        fn solve(&mut self, problem: &mut Robertson, rhs: &mut [f64]) -> Result<(), StepError> {
+            self.0.solve(problem, rhs)
+        }
+    }
+    let start = Robertson.start();
+    let mut solver = IdaSolver::builder(Robertson)
+        .structured_solver(Moody(DenseLu::default(), 0))
+        .build(start.t, &start.y, &start.y_dot)
+        .unwrap();
+    assert_eq!(
+        solver.integrate_to(4.0).unwrap(),
+        Outcome::Reached { t: 4.0 }
+    );
+    assert_eq!(solver.stats().step_solve_failures, 1);
+}
+
+#[test]
+fn the_linked_libraries_are_those_of_the_headers() {
+    let versions = Versions::linked();
+    assert_eq!(versions.sundials, versions.sundials_headers);
+    assert_eq!(versions.index_bits, 64);
+    assert!(
+        versions.klu.starts_with("1.") || versions.klu.starts_with("2."),
+        "{versions:?}"
+    );
+}
