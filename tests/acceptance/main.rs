@@ -3,3 +3,4 @@
 mod contract;
 mod doctor;
 mod harness;
+mod table2;

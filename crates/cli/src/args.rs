@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 use std::io::{self, Write};
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand};
@@ -13,6 +13,7 @@ use crate::commands::doctor::DoctorArgs;
 use crate::commands::init::InitArgs;
 use crate::commands::schema::SchemaArgs;
 use crate::commands::table2::Table2Args;
+use crate::error::InputError;
 use crate::{json, machine, versions};
 
 /// Deformation and microvibration of skeletal muscle as differential-algebraic equations.
@@ -90,6 +91,17 @@ impl CommonArgs {
         self.threads.unwrap_or_else(machine::n_cores)
     }
 
+    /// Checks before a long computation that its document can be written.
+    ///
+    /// # Errors
+    /// [`InputError`] when the folder of the file of `--json` is not there.
+    pub fn check(&self) -> Result<(), InputError> {
+        match &self.json {
+            Some(JsonTarget::File(path)) => check_folder("--json", path),
+            _ => Ok(()),
+        }
+    }
+
     /// Gives out the results: the text on standard output, or the document of `command` where
     /// `--json` wants it (both, when it wants a file).
     ///
@@ -103,6 +115,23 @@ impl CommonArgs {
             io::stdout().write_all(text.as_bytes())?;
         }
         Ok(())
+    }
+}
+
+/// Checks that the folder a file is to be written to is there.
+///
+/// # Errors
+/// [`InputError`] naming the option and the folder.
+pub fn check_folder(option: &str, file: &Path) -> Result<(), InputError> {
+    let folder = file
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    match folder {
+        Some(folder) if !folder.is_dir() => Err(InputError::new("no such folder")
+            .at(option)
+            .found(file.display())
+            .next(format!("create it: mkdir -p {}", folder.display()))),
+        _ => Ok(()),
     }
 }
 

@@ -4,28 +4,31 @@ mod report;
 mod rows;
 mod run_row;
 
-use std::fs::File;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use anyhow::Context;
 use clap::Args;
 use myovib_fem::Mesh;
-use myovib_model::Field;
+use myovib_model::{Field, paper};
 
-use crate::args::CommonArgs;
+use crate::args::{CommonArgs, check_folder};
+use crate::atomic_file;
 use crate::error::InputError;
 use crate::exit::Exit;
 use rows::{ROWS, Row};
 
 /// Options of `myovib table2`.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  \
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:\n  \
     myovib table2\n  \
     myovib table2 --rows 1,2m,3m,31 --json t2.json\n  \
     myovib table2 --rows 4 --max-order 2\n  \
     myovib table2 --rows 1 --probe origin --every 0.01 --csv origin.csv\n\n\
-    Exit code 1 when a run ends otherwise than the paper's.")]
+    Exit code 1 when a run ends otherwise than the paper's."
+)]
 pub struct Table2Args {
     /// Rows to run, by key: 1, 2, 2m, 3, 3m, 4, 4-order2, 4-suppressed, 31.
     #[arg(long, value_name = "KEYS", value_delimiter = ',')]
@@ -161,6 +164,10 @@ impl Table2Args {
     }
 
     fn check(&self) -> Result<(), InputError> {
+        self.common.check()?;
+        self.csv
+            .as_deref()
+            .map_or(Ok(()), |path| check_folder("--csv", path))?;
         for (option, value) in [
             ("--t-end", self.t_end),
             ("--rtol", self.rtol),
@@ -194,11 +201,13 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
             .into());
     }
     let (mesh, mesh_name) = load_mesh(args.mesh.as_deref())?;
+    // Before any run: the mesh may lack a group.
+    paper::muscle(&mesh, f64::INFINITY, 0.0)
+        .with_context(|| format!("the mesh `{mesh_name}` does not fit Table 2"))?;
     let results = run_row::run_all(&rows, &mesh, args)?;
     if let (Some(path), None) = (&args.csv, args.probe) {
-        let file =
-            File::create(path).with_context(|| format!("cannot write `{}`", path.display()))?;
-        report::write_csv(file, &results)?;
+        atomic_file::write(path, |file| report::write_csv(file, &results))
+            .with_context(|| format!("cannot write `{}`", path.display()))?;
     }
     let text = report::text(&results, args);
     let document = report::document(&results, &mesh, &mesh_name, args);
@@ -206,7 +215,7 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
     Ok(report::exit(&results, args.is_modified()))
 }
 
-fn load_mesh(path: Option<&std::path::Path>) -> anyhow::Result<(Mesh, String)> {
+fn load_mesh(path: Option<&Path>) -> anyhow::Result<(Mesh, String)> {
     match path {
         Some(path) => Ok((Mesh::read_msh(path)?, path.display().to_string())),
         None => {

@@ -17,6 +17,16 @@ pub(super) enum Convention {
 }
 
 impl Convention {
+    /// The conventions a row stands for; none for a variant.
+    pub(super) fn names(self) -> &'static [&'static str] {
+        match self {
+            Self::Paper => &["paper"],
+            Self::Multipliers => &["multipliers"],
+            Self::Both => &["paper", "multipliers"],
+            Self::Variant => &[],
+        }
+    }
+
     /// The name used in output.
     pub(super) fn name(self) -> &'static str {
         match self {

@@ -1,0 +1,321 @@
+//! `myovib table2`: its document, overrides, probe and errors, on runs short enough for a test.
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use serde_json::Value;
+
+use crate::harness::{document, myovib, myovib_in};
+
+/// All statistics of the contract, with the settings used.
+const ROW_FIELDS: [&str; 35] = [
+    "key",
+    "equation",
+    "formulation",
+    "kappa",
+    "beta",
+    "index",
+    "convention",
+    "steps",
+    "error_test_failures",
+    "step_solve_failures",
+    "newton_failures",
+    "newton_iterations",
+    "residual_evaluations",
+    "jacobian_evaluations",
+    "linear_setups",
+    "last_order",
+    "last_step",
+    "t_reached",
+    "outcome",
+    "reason",
+    "message",
+    "unknowns",
+    "unknowns_paper",
+    "constraint_drift",
+    "cpu_seconds",
+    "wall_seconds",
+    "suppressed",
+    "rtol",
+    "atol",
+    "max_order",
+    "delta_cj",
+    "ordering",
+    "btf",
+    "seed",
+    "paper",
+];
+
+type Row = (
+    &'static str,
+    &'static str,
+    &'static str,
+    Option<f64>,
+    f64,
+    u64,
+    &'static [&'static str],
+    u64,
+);
+
+/// The contract's table: key, equation, formulation, κ, β, index, left out, order.
+const ROWS: [Row; 9] = [
+    ("1", "28", "position", Some(1e5), 0.0, 1, &["lambda"], 2),
+    ("2", "29", "rate", Some(1e5), 1e-4, 2, &["mu"], 2),
+    ("2m", "29", "rate", Some(1e5), 1e-4, 2, &["lambda", "mu"], 2),
+    ("3", "29", "rate", None, 1e-4, 3, &["mu"], 2),
+    ("3m", "29", "rate", None, 1e-4, 3, &["lambda", "mu"], 2),
+    ("4", "28", "position", None, 0.0, 3, &[], 5),
+    ("4-order2", "28", "position", None, 0.0, 3, &[], 2),
+    (
+        "4-suppressed",
+        "28",
+        "position",
+        None,
+        0.0,
+        3,
+        &["lambda"],
+        2,
+    ),
+    ("31", "31", "velocity", None, 0.0, 2, &["lambda"], 2),
+];
+
+fn short_table(arguments: &[&str]) -> Value {
+    let run = myovib(
+        &[
+            &["table2", "--t-end", "0.02", "--quiet", "--json"],
+            arguments,
+        ]
+        .concat(),
+    );
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    document(&run.stdout, "table2")
+}
+
+#[test]
+fn the_document_follows_the_contract() {
+    let table = short_table(&[]);
+    let rows = table["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), ROWS.len());
+    for (row, (key, equation, formulation, kappa, beta, index, left_out, order)) in
+        rows.iter().zip(ROWS)
+    {
+        let fields: BTreeSet<&str> = row
+            .as_object()
+            .unwrap()
+            .keys()
+            .map(String::as_str)
+            .collect();
+        for field in ROW_FIELDS {
+            assert!(fields.contains(field), "row {key} lacks {field}");
+        }
+        assert_eq!(row["key"], key);
+        assert_eq!(row["equation"], equation);
+        assert_eq!(row["formulation"], formulation);
+        assert_eq!(
+            row["kappa"],
+            kappa.map_or(Value::from("inf"), Value::from),
+            "row {key}"
+        );
+        assert_eq!(row["beta"], beta);
+        assert_eq!(row["index"], index, "row {key}");
+        assert_eq!(row["max_order"], order);
+        assert_eq!(
+            row["suppressed"],
+            Value::from(left_out.to_vec()),
+            "row {key}"
+        );
+        assert_eq!(row["rtol"], 1e-3);
+        assert_eq!(row["atol"]["q"], 1e-5);
+        assert_eq!(row["atol"]["v"], 1e-5);
+        assert_eq!(row["atol"]["lambda"], 1e-1);
+        if formulation == "rate" {
+            assert_eq!(row["atol"]["mu"], 5.0);
+        }
+        assert_eq!(
+            row["unknowns"],
+            if formulation == "rate" { 3034 } else { 2849 }
+        );
+        assert_eq!(row["unknowns_paper"], 1545);
+        assert_eq!(row["outcome"], "finished");
+        assert_eq!(row["reason"], Value::Null);
+        assert_eq!(row["t_reached"], 0.02);
+        for field in ["steps", "rejected", "convergence_failures"] {
+            assert!(
+                row["paper"].get(field).is_some(),
+                "row {key}: paper.{field}"
+            );
+        }
+    }
+    assert_eq!(rows[0]["paper"]["steps"], 3275);
+    assert_eq!(table["mesh"]["vertices"], 185);
+    assert_eq!(table["mesh"]["triangles"], 311);
+}
+
+#[test]
+fn rows_and_overrides_are_obeyed_and_stated() {
+    let table = short_table(&[
+        "--rows",
+        "31,1",
+        "--max-order",
+        "1",
+        "--suppress",
+        "none",
+        "--rtol",
+        "1e-2",
+        "--atol-velocity",
+        "1e-3",
+    ]);
+    let rows = table["rows"].as_array().unwrap();
+    let keys: Vec<_> = rows
+        .iter()
+        .map(|row| row["key"].as_str().unwrap())
+        .collect();
+    assert_eq!(keys, ["31", "1"]);
+    for row in rows {
+        assert_eq!(row["max_order"], 1);
+        assert_eq!(row["last_order"], 1);
+        assert_eq!(row["suppressed"], Value::from(Vec::<&str>::new()));
+        assert_eq!(row["rtol"], 1e-2);
+        assert_eq!(row["atol"]["v"], 1e-3);
+    }
+    assert_eq!(table["modified"], true);
+}
+
+#[test]
+fn the_probe_writes_its_csv_from_dense_output() {
+    let folder = tempfile::tempdir().unwrap();
+    let probe = |every: &str, file: &str| {
+        let run = myovib_in(
+            folder.path(),
+            &[
+                "table2", "--rows", "1", "--t-end", "0.1", "--quiet", "--probe", "origin",
+                "--every", every, "--csv", file, "--json",
+            ],
+        );
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let text = fs::read_to_string(folder.path().join(file)).unwrap();
+        (document(&run.stdout, "table2"), text)
+    };
+    let (coarse, few) = probe("0.05", "few.csv");
+    let (fine, many) = probe("0.01", "many.csv");
+    assert_eq!(few.lines().next(), Some("t,u_x,u_y,p"));
+    assert_eq!((few.lines().count(), many.lines().count()), (4, 12));
+    // Output times do not alter the steps: the same counts, the same values.
+    assert_eq!(
+        coarse["rows"][0]["residual_evaluations"],
+        fine["rows"][0]["residual_evaluations"]
+    );
+    assert_eq!(few.lines().last(), many.lines().last());
+    let last: Vec<f64> = few
+        .lines()
+        .last()
+        .unwrap()
+        .split(',')
+        .map(|x| x.parse().unwrap())
+        .collect();
+    assert_eq!(last[0], 0.1);
+    assert!(last[1..].iter().all(|x| x.is_finite()) && last[2] != 0.0);
+}
+
+#[test]
+fn the_table_goes_to_csv_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = myovib_in(
+        folder.path(),
+        &[
+            "table2", "--rows", "1,3m", "--t-end", "0.01", "--quiet", "--csv", "t2.csv",
+        ],
+    );
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stdout.contains("multipliers"), "{}", run.stdout);
+    let text = fs::read_to_string(folder.path().join("t2.csv")).unwrap();
+    let columns = text.lines().next().unwrap().split(',').count();
+    assert_eq!(text.lines().count(), 3);
+    assert!(
+        text.lines().all(|line| line.split(',').count() == columns),
+        "{text}"
+    );
+}
+
+/// A unit square of two triangles; `group` names its left edge.
+fn square(version: &str, group: &str, triangle: &str) -> String {
+    format!(
+        "$MeshFormat\n{version} 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 1 \"{group}\"\n\
+         2 2 \"muscle\"\n$EndPhysicalNames\n$Entities\n0 1 1 0\n1 0 0 0 0 1 0 1 1 0\n\
+         1 0 0 0 1 1 0 1 2 0\n$EndEntities\n$Nodes\n1 4 1 4\n2 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n\
+         1 1 0\n0 1 0\n$EndNodes\n$Elements\n2 3 1 3\n1 1 1 1\n1 1 4\n2 1 2 2\n2 {triangle}\n\
+         3 1 3 4\n$EndElements\n"
+    )
+}
+
+#[test]
+fn a_mesh_that_will_not_do_is_one_message_and_code_2() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: String| fs::write(folder.path().join(name), text).unwrap();
+    write("old.msh", square("2.2", "fixed", "1 2 3"));
+    write("group.msh", square("4.1", "left", "1 2 3"));
+    write("flat.msh", square("4.1", "fixed", "1 2 2"));
+    write(
+        "short.msh",
+        square("4.1", "fixed", "1 2 3")[..300].to_owned(),
+    );
+    for (mesh, words) in [
+        ("missing.msh", &["missing.msh"][..]),
+        ("old.msh", &["old.msh", "2.2", "4.1"]),
+        ("group.msh", &["group.msh", "fixed", "left"]),
+        ("flat.msh", &["flat.msh", "area"]),
+        ("short.msh", &["short.msh"]),
+    ] {
+        let before = fs::read_dir(folder.path()).unwrap().count();
+        let run = myovib_in(
+            folder.path(),
+            &[
+                "table2", "--mesh", mesh, "--json", "t2.json", "--csv", "t2.csv",
+            ],
+        );
+        assert_eq!(run.code, 2, "{mesh}: {}", run.stderr);
+        assert!(run.stderr.starts_with("error: "), "{mesh}: {}", run.stderr);
+        assert_eq!(run.stdout, "");
+        for word in words {
+            assert!(
+                run.stderr.contains(word),
+                "{mesh}: no `{word}` in {}",
+                run.stderr
+            );
+        }
+        assert_eq!(
+            fs::read_dir(folder.path()).unwrap().count(),
+            before,
+            "{mesh}: files written"
+        );
+    }
+}
+
+#[test]
+fn options_that_will_not_do_are_one_message_and_code_2() {
+    for (arguments, words) in [
+        (&["--rows", "5"][..], &["--rows", "5", "2m"][..]),
+        (&["--t-end", "-1"], &["--t-end", "-1"]),
+        (&["--rtol", "0"], &["--rtol", "0"]),
+        (&["--max-order", "6"], &["--max-order", "6"]),
+        (&["--suppress", "pressure"], &["pressure", "lambda"]),
+        (
+            &["--probe", "origin", "--csv", "a.csv"],
+            &["--probe", "--rows"],
+        ),
+        (&["--probe", "origin"], &["--csv"]),
+        (&["--json", "no/such/folder/t2.json"], &["no/such/folder"]),
+        (&["--csv", "no/such/folder/t2.csv"], &["no/such/folder"]),
+    ] {
+        let run = myovib(&[&["table2"][..], arguments].concat());
+        assert_eq!(run.code, 2, "{arguments:?}: {}", run.stderr);
+        assert_eq!(run.stdout, "");
+        for word in words {
+            assert!(
+                run.stderr.contains(word),
+                "{arguments:?}: no `{word}` in {}",
+                run.stderr
+            );
+        }
+    }
+}
