@@ -7,10 +7,11 @@
 
 half_length = 0.1;
 half_load = 0.02;     // the load acts on the top where |x| <= half_load
-size = DefineNumber[0.012, Name "Element size (m)"];
-pieces = 20;          // pieces of the polygon from an end to the load's start
+size = DefineNumber[0.01, Name "Element size (m)"];
+pieces = 7;           // straight pieces of the outline from an end to the load, and to the middle
+load_pieces = 4;
 
-Function Height
+Macro Height
   h = 0.012 + 0.018 * Cos(Pi * x / (2 * half_length))^2;
 Return
 
@@ -21,8 +22,8 @@ For i In {0 : pieces}
   top[] += newp; Point(top[#top[] - 1]) = {x, h, 0, size};
 EndFor
 start_load = #top[] - 1;
-For i In {1 : pieces / 2}
-  x = half_load - 2 * half_load * i / (pieces / 2); Call Height;
+For i In {1 : load_pieces}
+  x = half_load - 2 * half_load * i / load_pieces; Call Height;
   top[] += newp; Point(top[#top[] - 1]) = {x, h, 0, size};
 EndFor
 end_load = #top[] - 1;

@@ -21,7 +21,10 @@ fn answer(solid: &Solid, a: f64) -> Result<[f64; 3], Box<dyn std::error::Error>>
         ..Vectors::default()
     };
     solid.evaluate(&fields, &mut out)?;
-    let quarter = solid.space().locate([0.05, 0.0]).ok_or("the point is outside the mesh")?;
+    let quarter = solid
+        .space()
+        .locate([0.05, 0.0])
+        .ok_or("the point is outside the mesh")?;
     Ok([
         solid.strain_energy(&fields),
         defect.iter().sum(),

@@ -13,6 +13,7 @@ mod batch;
 pub mod dofs;
 pub mod element;
 mod error;
+mod fields;
 pub mod generate;
 pub mod load;
 mod mass;
@@ -35,3 +36,11 @@ pub use material::Law;
 pub use mesh::{Group, Mesh};
 pub use solid::{Fields, Inverted, Pressure, Solid, Tangents, Vectors};
 pub use space::{Located, Space};
+
+/// Design notes.
+pub mod notes {
+    #[doc = include_str!("../notes/0001-kinematics-without-cancellation.md")]
+    pub mod kinematics_without_cancellation {}
+    #[doc = include_str!("../notes/0002-batches-of-elements.md")]
+    pub mod batches_of_elements {}
+}

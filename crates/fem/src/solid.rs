@@ -18,6 +18,7 @@ use pulp::Arch;
 use crate::batch::Batches;
 use crate::dofs::DofMap;
 use crate::error::FemError;
+pub use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
 use crate::mass::Symmetric;
 use crate::material::Law;
 use crate::quadrature::TriangleRule;
@@ -25,136 +26,6 @@ use crate::residual;
 use crate::space::{Degree, Space};
 use crate::sparsity::{ScatterMap, displacement_pattern, divergence_pattern, place};
 use crate::tangent;
-
-/// What acts on the volume besides the material law.
-#[derive(Debug, Clone, Copy)]
-pub enum Pressure<'a> {
-    /// A pressure field by its vertex values: `P = P_iso − p cof F`. Paper: eq. (20).
-    Nodal(&'a [f64]),
-    /// No pressure field: the energy κ/2 (J − 1)² pointwise. Paper: eq. (16).
-    Penalty {
-        /// Bulk modulus, Pa.
-        kappa: f64,
-    },
-}
-
-/// The fields at which operators are evaluated.
-///
-/// # Shapes
-/// `u`, `v`: `2 n_nodes`, interleaved, constrained components included. `p`, `p_rate`, `mu`:
-/// `n_vertices`. A `p_rate` or `mu` not given counts as zero.
-#[derive(Debug, Clone, Copy)]
-pub struct Fields<'a> {
-    /// Displacement.
-    pub u: &'a [f64],
-    /// Pressure, or what replaces it.
-    pub pressure: Pressure<'a>,
-    /// Velocity; needed by all rates.
-    pub v: Option<&'a [f64]>,
-    /// Rate of the pressure.
-    pub p_rate: Option<&'a [f64]>,
-    /// Multiplier of the velocity constraint, as in (33).
-    pub mu: Option<&'a [f64]>,
-}
-
-impl<'a> Fields<'a> {
-    /// Displacement and pressure, nothing else.
-    pub fn new(u: &'a [f64], pressure: Pressure<'a>) -> Self {
-        Self {
-            u,
-            pressure,
-            v: None,
-            p_rate: None,
-            mu: None,
-        }
-    }
-}
-
-/// The vectors wanted from [`Solid::evaluate`]; each that is given is overwritten.
-#[derive(Debug, Default)]
-pub struct Vectors<'a> {
-    /// ∫ P(F, p) : ∇φ; `2 n_nodes`.
-    pub force: Option<&'a mut [f64]>,
-    /// ∫ Ṗ : ∇φ with Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ; `2 n_nodes`.
-    pub force_rate: Option<&'a mut [f64]>,
-    /// ∫ ψ (J − 1); `n_vertices`.
-    pub defect: Option<&'a mut [f64]>,
-    /// ∫ ψ cof F : ∇v = B(u) v; `n_vertices`.
-    pub defect_rate: Option<&'a mut [f64]>,
-    /// B(u)ᵀ μ = ∫ μ cof F : ∇φ; `2 n_nodes`.
-    pub multiplier_force: Option<&'a mut [f64]>,
-}
-
-impl Vectors<'_> {
-    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
-        [
-            &mut self.force,
-            &mut self.force_rate,
-            &mut self.defect,
-            &mut self.defect_rate,
-            &mut self.multiplier_force,
-        ]
-        .into_iter()
-        .filter_map(|vector| vector.as_deref_mut())
-    }
-}
-
-/// The tangents wanted from [`Solid::tangents`]; each that is given is overwritten with values in
-/// the order of its pattern.
-#[derive(Debug, Default)]
-pub struct Tangents<'a> {
-    /// ∂force/∂u; displacement pattern.
-    pub stiffness: Option<&'a mut [f64]>,
-    /// ∂force_rate/∂u; displacement pattern.
-    pub rate_stiffness: Option<&'a mut [f64]>,
-    /// B(u) = ∂defect/∂u; divergence pattern.
-    pub divergence: Option<&'a mut [f64]>,
-    /// ∂(B(u) v)/∂u = ∫ ψ cof ∇v : ∇φ; divergence pattern.
-    pub divergence_rate: Option<&'a mut [f64]>,
-    /// ∂(B(u)ᵀ μ)/∂u; displacement pattern.
-    pub multiplier_stiffness: Option<&'a mut [f64]>,
-}
-
-impl Tangents<'_> {
-    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
-        [
-            &mut self.stiffness,
-            &mut self.rate_stiffness,
-            &mut self.divergence,
-            &mut self.divergence_rate,
-            &mut self.multiplier_stiffness,
-        ]
-        .into_iter()
-        .filter_map(|values| values.as_deref_mut())
-    }
-}
-
-/// The deformation turns an element inside out (or is not a number): no stress is defined there.
-///
-/// An integrator recovers from it with a smaller step.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error(
-    "det F = {jacobian:.3e} in element {element} at barycentric ({:.3}, {:.3}, {:.3})",
-    barycentric[0], barycentric[1], barycentric[2]
-)]
-pub struct Inverted {
-    /// The triangle.
-    pub element: usize,
-    /// The quadrature point in it.
-    pub barycentric: [f64; 3],
-    /// det F there.
-    pub jacobian: f64,
-}
-
-impl Inverted {
-    pub(crate) fn new(element: usize, barycentric: [f64; 3], jacobian: f64) -> Self {
-        Self {
-            element,
-            barycentric,
-            jacobian,
-        }
-    }
-}
 
 /// Batches by the number of displacement nodes of an element.
 #[derive(Debug, Clone)]
@@ -494,5 +365,58 @@ fn check_count(what: &'static str, found: usize, needed: usize) -> Result<(), Fe
 fn check_length(n: usize, slice: Option<&[f64]>, name: &str) {
     if let Some(slice) = slice {
         assert_eq!(slice.len(), n, "length of {name}");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vector_instructions_change_no_bit() {
+        let mesh = crate::generate::spindle([10, 2]).unwrap();
+        let space = Arc::new(Space::taylor_hood(&mesh));
+        let dofs = DofMap::clamped(&space, &space.nodes_of("fixed").unwrap()).unwrap();
+        let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
+        let solid = Solid::uniform(space.clone(), dofs, law, 1.0).unwrap();
+        let wave = |n: usize, size: f64| (0..n).map(|i| size * (i as f64).sin()).collect();
+        let (n, m) = (2 * space.n_nodes(), space.n_vertices());
+        let (u, v, p): (Vec<_>, Vec<_>, Vec<_>) = (wave(n, 1e-4), wave(n, 1e-2), wave(m, 50.0));
+        let fields = Fields {
+            v: Some(&v),
+            ..Fields::new(&u, Pressure::Nodal(&p))
+        };
+        let Elements::Quadratic(batches, maps) = &solid.elements else {
+            panic!("P2")
+        };
+
+        let mut rates = [vec![0.0; n], vec![0.0; n]];
+        let [here, plain] = &mut rates;
+        let mut out = Vectors {
+            force_rate: Some(here),
+            ..Vectors::default()
+        };
+        solid.evaluate(&fields, &mut out).unwrap();
+        let mut out = Vectors {
+            force_rate: Some(plain),
+            ..Vectors::default()
+        };
+        residual::evaluate(batches, &fields, &mut out).unwrap();
+        assert_eq!(here, plain);
+
+        let nnz = solid.displacement_pattern.nnz();
+        let mut values = [vec![0.0; nnz], vec![0.0; nnz]];
+        let [here, plain] = &mut values;
+        let mut out = Tangents {
+            rate_stiffness: Some(here),
+            ..Tangents::default()
+        };
+        solid.tangents(&fields, &mut out).unwrap();
+        let mut out = Tangents {
+            rate_stiffness: Some(plain),
+            ..Tangents::default()
+        };
+        tangent::tangents(batches, maps, &fields, &mut out).unwrap();
+        assert_eq!(here, plain);
     }
 }

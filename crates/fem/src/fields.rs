@@ -1,0 +1,131 @@
+//! What the operators of a [`Solid`](crate::solid::Solid) are evaluated at, and where results go.
+
+/// What acts on the volume besides the material law.
+#[derive(Debug, Clone, Copy)]
+pub enum Pressure<'a> {
+    /// A pressure field by its vertex values: `P = P_iso − p cof F`. Paper: eq. (20).
+    Nodal(&'a [f64]),
+    /// No pressure field: the energy κ/2 (J − 1)² pointwise. Paper: eq. (16).
+    Penalty {
+        /// Bulk modulus, Pa.
+        kappa: f64,
+    },
+}
+
+/// The fields at which operators are evaluated.
+///
+/// # Shapes
+/// `u`, `v`: `2 n_nodes`, interleaved, constrained components included. `p`, `p_rate`, `mu`:
+/// `n_vertices`. A `p_rate` or `mu` not given counts as zero.
+#[derive(Debug, Clone, Copy)]
+pub struct Fields<'a> {
+    /// Displacement.
+    pub u: &'a [f64],
+    /// Pressure, or what replaces it.
+    pub pressure: Pressure<'a>,
+    /// Velocity; needed by all rates.
+    pub v: Option<&'a [f64]>,
+    /// Rate of the pressure.
+    pub p_rate: Option<&'a [f64]>,
+    /// Multiplier of the velocity constraint, as in (33).
+    pub mu: Option<&'a [f64]>,
+}
+
+impl<'a> Fields<'a> {
+    /// Displacement and pressure, nothing else.
+    pub fn new(u: &'a [f64], pressure: Pressure<'a>) -> Self {
+        Self {
+            u,
+            pressure,
+            v: None,
+            p_rate: None,
+            mu: None,
+        }
+    }
+}
+
+/// The vectors wanted from [`Solid::evaluate`](crate::solid::Solid::evaluate); each that is given is overwritten.
+#[derive(Debug, Default)]
+pub struct Vectors<'a> {
+    /// ∫ P(F, p) : ∇φ; `2 n_nodes`.
+    pub force: Option<&'a mut [f64]>,
+    /// ∫ Ṗ : ∇φ with Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ; `2 n_nodes`.
+    pub force_rate: Option<&'a mut [f64]>,
+    /// ∫ ψ (J − 1); `n_vertices`.
+    pub defect: Option<&'a mut [f64]>,
+    /// ∫ ψ cof F : ∇v = B(u) v; `n_vertices`.
+    pub defect_rate: Option<&'a mut [f64]>,
+    /// B(u)ᵀ μ = ∫ μ cof F : ∇φ; `2 n_nodes`.
+    pub multiplier_force: Option<&'a mut [f64]>,
+}
+
+impl Vectors<'_> {
+    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+        [
+            &mut self.force,
+            &mut self.force_rate,
+            &mut self.defect,
+            &mut self.defect_rate,
+            &mut self.multiplier_force,
+        ]
+        .into_iter()
+        .filter_map(|vector| vector.as_deref_mut())
+    }
+}
+
+/// The tangents wanted from [`Solid::tangents`](crate::solid::Solid::tangents); each that is given is overwritten with values in
+/// the order of its pattern.
+#[derive(Debug, Default)]
+pub struct Tangents<'a> {
+    /// ∂force/∂u; displacement pattern.
+    pub stiffness: Option<&'a mut [f64]>,
+    /// ∂force_rate/∂u; displacement pattern.
+    pub rate_stiffness: Option<&'a mut [f64]>,
+    /// B(u) = ∂defect/∂u; divergence pattern.
+    pub divergence: Option<&'a mut [f64]>,
+    /// ∂(B(u) v)/∂u = ∫ ψ cof ∇v : ∇φ; divergence pattern.
+    pub divergence_rate: Option<&'a mut [f64]>,
+    /// ∂(B(u)ᵀ μ)/∂u; displacement pattern.
+    pub multiplier_stiffness: Option<&'a mut [f64]>,
+}
+
+impl Tangents<'_> {
+    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+        [
+            &mut self.stiffness,
+            &mut self.rate_stiffness,
+            &mut self.divergence,
+            &mut self.divergence_rate,
+            &mut self.multiplier_stiffness,
+        ]
+        .into_iter()
+        .filter_map(|values| values.as_deref_mut())
+    }
+}
+
+/// The deformation turns an element inside out (or is not a number): no stress is defined there.
+///
+/// An integrator recovers from it with a smaller step.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "det F = {jacobian:.3e} in element {element} at barycentric ({:.3}, {:.3}, {:.3})",
+    barycentric[0], barycentric[1], barycentric[2]
+)]
+pub struct Inverted {
+    /// The triangle.
+    pub element: usize,
+    /// The quadrature point in it.
+    pub barycentric: [f64; 3],
+    /// det F there.
+    pub jacobian: f64,
+}
+
+impl Inverted {
+    pub(crate) fn new(element: usize, barycentric: [f64; 3], jacobian: f64) -> Self {
+        Self {
+            element,
+            barycentric,
+            jacobian,
+        }
+    }
+}
