@@ -1,4 +1,41 @@
-//! A safe wrapper of the SUNDIALS integrator IDAS for differential-algebraic equations.
+//! A safe wrapper of the SUNDIALS integrator IDAS, with sparse Jacobians factorised by KLU, for
+//! implicit differential-algebraic equations F(t, y, ẏ) = 0.
+//!
+//! # Cast of types
+//! - [`DaeProblem`]: what you write: residual, Jacobian in a fixed sparse pattern, and what each
+//!   variable is.
+//! - [`IdaBuilder`] takes a problem, [`IdaOptions`] (plain settings) and functions (roots,
+//!   quadratures, error weights, a [`StructuredSolver`]) and builds an
+//! - [`IdaSolver`], which owns the problem and steps ([`IdaSolver::step`]) or integrates
+//!   ([`IdaSolver::integrate_to`]), answering with an
+//! - [`Outcome`]: reached, stop time, root, or [`Stop`]: gave up, with reason, [`Stats`] and the
+//!   worst components. [`Error`] is for misuse and for fatal errors of your functions.
+//! - [`klu`]: sparse LU factors of real and complex matrices, for other solvers.
+//! - [`samples`]: test problems with exact solutions.
+//!
+//! # Examples
+//! Robertson's kinetics to t = 40:
+//! ```
+//! use sundials_wrap::samples::{Robertson, Sample};
+//! use sundials_wrap::{IdaSolver, Outcome, Tolerances};
+//!
+//! let start = Robertson.start();
+//! let mut solver = IdaSolver::builder(Robertson)
+//!     .tolerances(Tolerances::vector(1e-6, [1e-10, 1e-12, 1e-10]))
+//!     .build(start.t, &start.y, &start.y_dot)?;
+//! match solver.integrate_to(40.0)? {
+//!     Outcome::Stopped(stop) => panic!("{stop}"),
+//!     outcome => assert_eq!(outcome, Outcome::Reached { t: 40.0 }),
+//! }
+//! assert!((solver.y()[0] - 0.715827).abs() < 1e-5);
+//! assert!(solver.stats().steps > 50);
+//! # Ok::<(), sundials_wrap::Error>(())
+//! ```
+//! Your own problem in fifty lines: `examples/your_own_dae.rs`.
+//!
+//! # References
+//! - A. C. Hindmarsh et al., SUNDIALS: suite of nonlinear and differential/algebraic equation
+//!   solvers, ACM Trans. Math. Softw. 31 (2005) 363.
 
 #![deny(unsafe_code)]
 
@@ -14,6 +51,12 @@ mod solver;
 mod stats;
 mod structured;
 mod versions;
+
+/// Design notes.
+pub mod notes {
+    #[doc = include_str!("../notes/0001-life-cycle.md")]
+    pub mod life_cycle {}
+}
 
 pub use error::Error;
 pub use options::{Constraint, Direction, IdaOptions, Suppressed, Tolerances};
