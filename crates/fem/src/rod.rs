@@ -20,17 +20,7 @@ use std::iter::once;
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 
-/// A parameter of the rod that makes no sense.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("rod: {name} = {value} must be {condition}")]
-pub struct RodError {
-    /// The parameter.
-    pub name: &'static str,
-    /// Its value.
-    pub value: f64,
-    /// What is required of it.
-    pub condition: &'static str,
-}
+use crate::error::FemError;
 
 /// The parameters of the rod.
 ///
@@ -101,7 +91,7 @@ pub enum EndLoad {
 /// # Examples
 /// ```
 /// use myovib_fem::rod::{EndLoad, Rod, RodData};
-/// # fn main() -> Result<(), myovib_fem::rod::RodError> {
+/// # fn main() -> Result<(), myovib_fem::FemError> {
 /// let rod = Rod::new(RodData::default())?;
 /// // Under a steady strain τ = 0.02 the rod stretches evenly: u = τ x.
 /// let mut s = vec![0.0; rod.n_states()];
@@ -125,9 +115,9 @@ impl Rod {
     /// Assembles the matrices.
     ///
     /// # Errors
-    /// [`RodError`] when EA, ρ or L is not positive, a damping is negative, something is not
+    /// [`FemError::Parameter`] when EA, ρ or L is not positive, a damping is negative, something is not
     /// finite or there is no element.
-    pub fn new(data: RodData) -> Result<Self, RodError> {
+    pub fn new(data: RodData) -> Result<Self, FemError> {
         check(&data)?;
         let h = data.length / data.n_elements as f64;
         let mass = data.density * h / 6.0;
@@ -263,13 +253,13 @@ impl Rod {
     /// The displacement at the point `x` of the rod as a functional of the displacements q.
     ///
     /// # Errors
-    /// [`RodError`] when the point does not lie on the rod.
-    pub fn displacement_at(&self, x: f64) -> Result<PointValue, RodError> {
+    /// [`FemError::Parameter`] when the point does not lie on the rod.
+    pub fn displacement_at(&self, x: f64) -> Result<PointValue, FemError> {
         let RodData {
             length, n_elements, ..
         } = self.data;
         if !(0.0..=length).contains(&x) {
-            return Err(RodError {
+            return Err(FemError::Parameter {
                 name: "x",
                 value: x,
                 condition: "on the rod, 0 ≤ x ≤ L",
@@ -324,7 +314,7 @@ impl PointValue {
     }
 }
 
-fn check(data: &RodData) -> Result<(), RodError> {
+fn check(data: &RodData) -> Result<(), FemError> {
     let positive = [
         ("axial_stiffness", data.axial_stiffness),
         ("density", data.density),
@@ -332,7 +322,7 @@ fn check(data: &RodData) -> Result<(), RodError> {
     ];
     for (name, value) in positive {
         if !(value > 0.0 && value.is_finite()) {
-            return Err(RodError {
+            return Err(FemError::Parameter {
                 name,
                 value,
                 condition: "positive and finite",
@@ -345,7 +335,7 @@ fn check(data: &RodData) -> Result<(), RodError> {
     ];
     for (name, value) in damping {
         if !(value >= 0.0 && value.is_finite()) {
-            return Err(RodError {
+            return Err(FemError::Parameter {
                 name,
                 value,
                 condition: "at least 0 and finite",
@@ -353,7 +343,7 @@ fn check(data: &RodData) -> Result<(), RodError> {
         }
     }
     if data.n_elements == 0 {
-        return Err(RodError {
+        return Err(FemError::Parameter {
             name: "n_elements",
             value: 0.0,
             condition: "at least 1",

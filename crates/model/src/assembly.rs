@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
+use crate::blocks::{Block, Blocks};
 use crate::matrix::{Matrix, Term};
 
 /// A term with its place in the whole matrix.
@@ -13,37 +14,14 @@ struct Placed {
     matrix: Matrix,
     of_value: f64,
     of_rate: f64,
-    /// Index into the assembly's list of maps.
-    map: usize,
+    block: usize,
 }
 
 /// A block matrix as a sum of terms, each scattered by a map computed once.
 #[derive(Debug, Clone)]
 pub struct Assembly {
-    pattern: SparsityPattern,
     terms: Vec<Placed>,
-    /// For each distinct block, where entry k of the block lies in the whole.
-    maps: Vec<Vec<u32>>,
-}
-
-/// A pattern of a block, entered as it is or transposed.
-#[derive(Clone, Copy)]
-struct Block<'a> {
-    pattern: &'a SparsityPattern,
-    transposed: bool,
-}
-
-impl<'a> Block<'a> {
-    /// (row, column) of each entry, in the order of the block's values.
-    fn entries(self) -> impl Iterator<Item = (usize, usize)> + 'a {
-        self.pattern.entries().map(move |(major, minor)| {
-            if self.transposed {
-                (major, minor)
-            } else {
-                (minor, major)
-            }
-        })
-    }
+    blocks: Blocks,
 }
 
 impl Assembly {
@@ -59,27 +37,21 @@ impl Assembly {
         terms: impl IntoIterator<Item = (Range<usize>, Range<usize>, Term)>,
         pattern_of: impl Fn(Matrix) -> (&'a SparsityPattern, bool),
     ) -> Self {
-        let mut blocks: Vec<(usize, usize, Block<'a>)> = Vec::new();
+        let mut blocks: Vec<Block<'_>> = Vec::new();
         let mut known: HashMap<(usize, usize, *const SparsityPattern, bool), usize> =
             HashMap::new();
         let mut placed = Vec::new();
         for (rows, columns, term) in terms {
             let (pattern, transposed) = pattern_of(term.matrix);
-            let key = (
-                rows.start,
-                columns.start,
-                std::ptr::from_ref(pattern),
-                transposed,
-            );
-            let map = *known.entry(key).or_insert_with(|| {
-                blocks.push((
-                    rows.start,
-                    columns.start,
-                    Block {
-                        pattern,
-                        transposed,
-                    },
-                ));
+            let (row, column) = (rows.start, columns.start);
+            let key = (row, column, std::ptr::from_ref(pattern), transposed);
+            let block = *known.entry(key).or_insert_with(|| {
+                blocks.push(Block {
+                    row,
+                    column,
+                    pattern,
+                    transposed,
+                });
                 blocks.len() - 1
             });
             let Term {
@@ -92,24 +64,18 @@ impl Assembly {
                 matrix,
                 of_value,
                 of_rate,
-                map,
+                block,
             });
         }
-        let pattern = union(n, &blocks);
-        let maps = blocks
-            .iter()
-            .map(|block| positions(&pattern, block))
-            .collect();
         Self {
-            pattern,
             terms: placed,
-            maps,
+            blocks: Blocks::new(n, &blocks),
         }
     }
 
     /// The compressed-column pattern of the whole.
     pub fn pattern(&self) -> &SparsityPattern {
-        &self.pattern
+        self.blocks.pattern()
     }
 
     /// `values` ← Σ (a · of_value + b · of_rate) · matrix.
@@ -123,49 +89,12 @@ impl Assembly {
         values.fill(0.0);
         for term in &self.terms {
             let coefficient = a * term.of_value + b * term.of_rate;
-            if coefficient == 0.0 {
-                continue;
-            }
-            for (&position, value) in self.maps[term.map].iter().zip(matrix_values(term.matrix)) {
-                values[position as usize] += coefficient * value;
+            if coefficient != 0.0 {
+                let matrix = matrix_values(term.matrix);
+                self.blocks.add(term.block, coefficient, matrix, values);
             }
         }
     }
-}
-
-fn union(n: usize, blocks: &[(usize, usize, Block<'_>)]) -> SparsityPattern {
-    let mut columns: Vec<Vec<usize>> = vec![Vec::new(); n];
-    for (row_start, column_start, block) in blocks {
-        for (row, column) in block.entries() {
-            columns[column_start + column].push(row_start + row);
-        }
-    }
-    let mut offsets = vec![0];
-    let mut rows = Vec::new();
-    for column in &mut columns {
-        column.sort_unstable();
-        column.dedup();
-        rows.append(column);
-        offsets.push(rows.len());
-    }
-    SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows)
-        .expect("sorted, deduplicated columns make a valid pattern")
-}
-
-fn positions(whole: &SparsityPattern, block: &(usize, usize, Block<'_>)) -> Vec<u32> {
-    let (row_start, column_start, block) = block;
-    block
-        .entries()
-        .map(|(row, column)| {
-            let column = column_start + column;
-            let within = whole
-                .lane(column)
-                .binary_search(&(row_start + row))
-                .expect("the whole contains each block");
-            u32::try_from(whole.major_offsets()[column] + within)
-                .expect("fewer than 2^32 entries in a matrix")
-        })
-        .collect()
 }
 
 #[cfg(test)]

@@ -57,6 +57,20 @@ pub enum ModelError {
     /// An element with det F ≤ 0 where none is expected.
     #[error(transparent)]
     Inverted(#[from] myovib_fem::Inverted),
+    /// Another number of sources than directions of the forcing.
+    #[error("the forcing has {needed} directions, but {given} sources are given")]
+    Sources {
+        /// Directions of the network's forcing.
+        needed: usize,
+        /// Sources given.
+        given: usize,
+    },
+    /// The description of the oscillators, or a window without samples.
+    #[error(transparent)]
+    Oscillators(#[from] myovib_oscillators::Error),
+    /// An evaluation beside the integration.
+    #[error(transparent)]
+    Evaluation(#[from] sundials_wrap::StepError),
     /// A recorder could not write.
     #[error("cannot write what was recorded")]
     Output(#[from] std::io::Error),

@@ -2,8 +2,9 @@
 
 use sundials_wrap as wrap;
 use sundials_wrap::klu::KluOptions;
-use sundials_wrap::{DaeProblem, IdaOptions, IdaSolver, Suppressed, Tolerances};
+use sundials_wrap::{ConsistencyMode, DaeProblem, IdaOptions, IdaSolver, Suppressed, Tolerances};
 
+use crate::coupling::{CoupledDae, ErrorTest};
 use crate::error::ModelError;
 use crate::integrator::{Advance, Counts, Integrator};
 use crate::muscle_dae::MuscleDae;
@@ -26,6 +27,42 @@ impl IdaIntegrator<MuscleDae> {
         let zero = vec![0.0; dae.n_unknowns()];
         let options = options(&dae, settings);
         Self::new(dae, options, settings.t_end, &zero, &zero)
+    }
+}
+
+impl<B: DaeProblem + Send + 'static> IdaIntegrator<CoupledDae<B>> {
+    /// Starts a coupled system at t = 0 from `y`, the body at rest.
+    ///
+    /// The tolerances, and what the error test leaves out, are those of `error_test`. A load that
+    /// does not start from zero is met by consistent initial derivatives.
+    ///
+    /// # Errors
+    /// [`ModelError::Integrator`] for options IDAS does not take, [`ModelError::Evaluation`] when
+    /// the equations cannot be evaluated at t = 0.
+    pub fn coupled(
+        mut dae: CoupledDae<B>,
+        error_test: ErrorTest,
+        options: IdaOptions,
+        t_end: f64,
+        y: &[f64],
+    ) -> Result<Self, ModelError> {
+        let (y_dot, imbalance) = dae.derivatives_at(0.0, y)?;
+        let options = IdaOptions {
+            suppressed: Suppressed::Components(error_test.left_out().to_vec()),
+            stop_time: Some(t_end),
+            ..options
+        };
+        let mut solver = IdaSolver::builder(dae)
+            .options(options)
+            .error_weights(move |_, y, weights| {
+                error_test.weights(y, weights);
+                Ok(())
+            })
+            .build(0.0, y, &y_dot)?;
+        if imbalance > 0.0 {
+            solver.correct_initial_values(ConsistencyMode::AlgebraicAndDerivatives, t_end)?;
+        }
+        Ok(Self { solver, t_end })
     }
 }
 

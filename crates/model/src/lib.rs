@@ -7,11 +7,14 @@
 //! - [`Muscle`], [`Parameters`], [`Load`], [`Signal`]: the physics, whatever the formulation;
 //! - [`Formulation`]: which unknowns ([`Field`]) are paired with which [`Equation`];
 //! - [`MuscleDae`]: residual and Jacobian on the integrator's vectors;
-//! - [`Probe`]: values at a point.
+//! - [`Probe`], [`Displacement`]: values at a point;
+//! - [`RodDae`], [`coupling`]: the rod, and oscillators driven by a body as one system.
 #![forbid(unsafe_code)]
 
 mod assembly;
+mod blocks;
 mod counters;
+mod displacement;
 mod error;
 mod field;
 mod integrator;
@@ -24,12 +27,14 @@ mod muscle_dae;
 mod parameters;
 mod probe;
 mod recorder;
+mod rod_dae;
 mod run;
 mod settings;
 mod signal;
 mod state;
 mod statistics;
 
+pub mod coupling;
 pub mod equation;
 pub mod formulation;
 pub mod ida;
@@ -38,6 +43,7 @@ pub mod statics;
 
 pub use assembly::Assembly;
 pub use counters::WorkCounters;
+pub use displacement::Displacement;
 pub use equation::Equation;
 pub use error::ModelError;
 pub use field::{Field, Layout};
@@ -52,6 +58,7 @@ pub use muscle_dae::MuscleDae;
 pub use parameters::Parameters;
 pub use probe::{Probe, ProbeValue};
 pub use recorder::{SampleTimes, Sampler};
+pub use rod_dae::RodDae;
 pub use run::{Limits, Observer, Step, run};
 pub use settings::{AbsoluteTolerances, Settings, default_ordering};
 pub use signal::Signal;

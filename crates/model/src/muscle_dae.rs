@@ -6,12 +6,14 @@ use sundials_wrap::{DaeProblem, StepError, VariableKind};
 
 use crate::assembly::Assembly;
 use crate::counters::WorkCounters;
+use crate::displacement::Displacement;
 use crate::equation::{Context, Needs, PressureRateSource};
 use crate::error::ModelError;
 use crate::field::{Field, Layout};
 use crate::formulation::Formulation;
 use crate::matrices::Matrices;
 use crate::muscle::Muscle;
+use crate::probe::Probe;
 use crate::state::{Integrals, State, Workspace};
 
 /// F(t, y, ẏ) = 0 for a [`Muscle`] in a [`Formulation`].
@@ -130,6 +132,31 @@ impl MuscleDae {
     /// The pressure coefficients within `y`, if the formulation has a pressure.
     pub fn pressure<'y>(&self, y: &'y [f64]) -> Option<&'y [f64]> {
         self.layout.range(Field::Pressure).map(|range| &y[range])
+    }
+
+    /// The displacement at a probe in the direction `axis` (0: x, 1: y), prescribed components
+    /// included.
+    pub fn displacement_at(&self, probe: &Probe, axis: usize) -> Displacement {
+        let start = self
+            .layout
+            .range(Field::Displacement)
+            .expect("all formulations have q")
+            .start;
+        let free = self.muscle.solid.dofs().free_to_full();
+        let mut displacement = Displacement::default();
+        for &(node, weight) in probe.node_weights() {
+            let component = 2 * node + axis;
+            if let Ok(k) = free.binary_search(&component) {
+                displacement.unknowns.push((start + k, weight));
+            }
+            let at_node = self.muscle.prescribed.iter();
+            displacement.prescribed.extend(
+                at_node
+                    .filter(|prescribed| prescribed.component == component)
+                    .map(|prescribed| (prescribed.signal.clone(), weight)),
+            );
+        }
+        displacement
     }
 
     /// Constraint drift: the maximum over the P1 functions ψ_k of |∫ψ_k (p/κ + J - 1)| / ∫ψ_k

@@ -1,13 +1,16 @@
-//! The muscle of section 3.2 of the paper, with the parameters of MODEL §2.
+//! The muscle, the rod and the chains of section 3 of the paper, with the parameters of MODEL §2–4.
 
 use std::sync::Arc;
 
+use myovib_fem::rod::{EndLoad, Rod, RodData};
 use myovib_fem::{DofMap, Law, Mesh, Solid, Space, load};
+use myovib_oscillators::{Chain, Coefficients, Detuning, Ends, Reach};
 
 use crate::error::ModelError;
 use crate::load::Load;
 use crate::muscle::Muscle;
 use crate::parameters::Parameters;
+use crate::rod_dae::RodDae;
 use crate::signal::Signal;
 
 /// Mass density ρ, kg/m³.
@@ -55,4 +58,34 @@ pub fn muscle_with_load(
 /// As [`muscle_with_load`].
 pub fn muscle(mesh: &Mesh, kappa: f64, beta: f64) -> Result<Muscle, ModelError> {
     muscle_with_load(mesh, LAW, kappa, beta, Signal::paper(LOAD_AMPLITUDE))
+}
+
+/// The rod of section 3.1: ten elements, the load read as strain, amplitude 1.
+///
+/// # Errors
+/// None with these data; the rod's constructor checks any.
+pub fn rod() -> Result<RodDae, ModelError> {
+    let rod = Rod::new(RodData::default())?;
+    Ok(RodDae::new(rod, EndLoad::Strain, Signal::paper(1.0)))
+}
+
+/// Place of the rod's point that drives the chain, L/2.
+pub const ROD_POINT: f64 = 0.05;
+
+/// The chain of `n` oscillators with frequencies 16π ± `half_width` rad/s: 20 and 0.05 for the
+/// rod of section 3.1, 5 and 0.5 for the muscle of section 3.2.
+///
+/// # Errors
+/// [`ModelError::Oscillators`] for n = 0 or a negative width.
+pub fn chain(n: usize, half_width: f64) -> Result<Chain, ModelError> {
+    let detuning = Detuning {
+        half_width,
+        ..Detuning::default()
+    };
+    Ok(Chain {
+        omega: detuning.frequencies(n)?,
+        coefficients: Coefficients::default(),
+        ends: Ends::Periodic,
+        reach: Reach::All,
+    })
 }

@@ -1,0 +1,110 @@
+//! Blocks placed in a square sparse matrix: the union of their patterns, and where each entry goes.
+
+use nalgebra_sparse::pattern::SparsityPattern;
+
+/// A compressed-column pattern with the place of its first row and column in the whole.
+#[derive(Clone, Copy)]
+pub(crate) struct Block<'a> {
+    pub(crate) row: usize,
+    pub(crate) column: usize,
+    pub(crate) pattern: &'a SparsityPattern,
+    /// Whether the transposed pattern is placed; values stay in the order of the pattern.
+    pub(crate) transposed: bool,
+}
+
+impl<'a> Block<'a> {
+    /// A pattern as it is.
+    pub(crate) fn at(row: usize, column: usize, pattern: &'a SparsityPattern) -> Self {
+        Self {
+            row,
+            column,
+            pattern,
+            transposed: false,
+        }
+    }
+
+    /// (row, column) in the whole of each entry, in the order of the block's values.
+    fn entries(self) -> impl Iterator<Item = (usize, usize)> + 'a {
+        let Self {
+            row: row_start,
+            column: column_start,
+            pattern,
+            transposed,
+        } = self;
+        pattern.entries().map(move |(major, minor)| {
+            let (row, column) = if transposed {
+                (major, minor)
+            } else {
+                (minor, major)
+            };
+            (row_start + row, column_start + column)
+        })
+    }
+}
+
+/// The whole matrix: its pattern, and a map into it for each block.
+#[derive(Debug, Clone)]
+pub(crate) struct Blocks {
+    pattern: SparsityPattern,
+    maps: Vec<Vec<u32>>,
+}
+
+impl Blocks {
+    /// Places `blocks`, which may overlap, in an `n × n` matrix.
+    ///
+    /// # Panics
+    /// If a block reaches beyond the matrix, or the whole has 2³² entries or more.
+    pub(crate) fn new(n: usize, blocks: &[Block<'_>]) -> Self {
+        let pattern = union(n, blocks);
+        let maps = blocks
+            .iter()
+            .map(|block| positions(&pattern, *block))
+            .collect();
+        Self { pattern, maps }
+    }
+
+    /// The compressed-column pattern of the whole.
+    pub(crate) fn pattern(&self) -> &SparsityPattern {
+        &self.pattern
+    }
+
+    /// `whole` += `factor` · `values`, placed as block number `block`.
+    pub(crate) fn add(&self, block: usize, factor: f64, values: &[f64], whole: &mut [f64]) {
+        for (&position, value) in self.maps[block].iter().zip(values) {
+            whole[position as usize] += factor * value;
+        }
+    }
+}
+
+fn union(n: usize, blocks: &[Block<'_>]) -> SparsityPattern {
+    let mut columns: Vec<Vec<usize>> = vec![Vec::new(); n];
+    for block in blocks {
+        for (row, column) in block.entries() {
+            columns[column].push(row);
+        }
+    }
+    let mut offsets = vec![0];
+    let mut rows = Vec::new();
+    for column in &mut columns {
+        column.sort_unstable();
+        column.dedup();
+        rows.append(column);
+        offsets.push(rows.len());
+    }
+    SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows)
+        .expect("sorted, deduplicated columns make a valid pattern")
+}
+
+fn positions(whole: &SparsityPattern, block: Block<'_>) -> Vec<u32> {
+    block
+        .entries()
+        .map(|(row, column)| {
+            let within = whole
+                .lane(column)
+                .binary_search(&row)
+                .expect("the whole contains each block");
+            u32::try_from(whole.major_offsets()[column] + within)
+                .expect("fewer than 2^32 entries in a matrix")
+        })
+        .collect()
+}

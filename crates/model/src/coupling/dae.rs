@@ -1,0 +1,280 @@
+//! The coupled system as a [`DaeProblem`].
+
+use std::ops::Range;
+
+use nalgebra_sparse::pattern::SparsityPattern;
+use sundials_wrap::{DaeProblem, StepError, VariableKind};
+
+use super::oscillators::{Oscillators, Source};
+use crate::blocks::{Block, Blocks};
+
+/// F(t, Y, Ẏ) = 0 for a body and the oscillators it drives, Y = (y, s_1, s_2, …).
+#[derive(Debug, Clone)]
+pub struct CoupledDae<B> {
+    body: B,
+    parts: Vec<Part>,
+    blocks: Blocks,
+    body_values: Vec<f64>,
+    n_body: usize,
+    n_unknowns: usize,
+}
+
+/// Oscillators with their place in Y.
+#[derive(Debug, Clone)]
+struct Part {
+    oscillators: Oscillators,
+    range: Range<usize>,
+    forcing: Vec<f64>,
+    jacobian: Vec<f64>,
+    couplings: Vec<Coupling>,
+}
+
+/// ∂F_o/∂y of one direction: γ w in each row that the forcing reaches.
+#[derive(Debug, Clone)]
+struct Coupling {
+    pattern: SparsityPattern,
+    values: Vec<f64>,
+}
+
+impl Coupling {
+    fn new(oscillators: &Oscillators, channel: usize, source: &Source, n_body: usize) -> Self {
+        let network = oscillators.network();
+        let rows: Vec<usize> = network.forced_rows(channel).collect();
+        let (mut offsets, mut minor, mut values) = (vec![0], Vec::new(), Vec::new());
+        for column in 0..n_body {
+            let entry = source.unknowns().iter().find(|(i, _)| *i == column);
+            if let Some((_, weight)) = entry {
+                minor.extend(&rows);
+                // ∂c/∂y_i = γ w_i, and c stands with a plus in its rows.
+                values.extend(rows.iter().map(|_| oscillators.drive().forcing(*weight)));
+            }
+            offsets.push(minor.len());
+        }
+        let pattern = SparsityPattern::try_from_offsets_and_indices(
+            n_body,
+            network.n_states(),
+            offsets,
+            minor,
+        )
+        .expect("forced rows are distinct, ascending and within the network");
+        Self { pattern, values }
+    }
+}
+
+impl<B: DaeProblem> CoupledDae<B> {
+    /// Joins `body` and `oscillators`; the points of [`Source::Body`] must be of this body.
+    ///
+    /// # Panics
+    /// When a source names an unknown that the body does not have.
+    pub fn new(body: B, oscillators: Vec<Oscillators>) -> Self {
+        let n_body = body.n_unknowns();
+        let mut end = n_body;
+        let parts: Vec<Part> = oscillators
+            .into_iter()
+            .map(|oscillators| {
+                let start = end;
+                end += oscillators.network().n_states();
+                let sources = oscillators.sources().iter().enumerate();
+                let couplings = sources
+                    .inspect(|(_, source)| {
+                        let known = source.unknowns().iter().all(|(i, _)| *i < n_body);
+                        assert!(known, "the point is one of this body");
+                    })
+                    .map(|(channel, source)| Coupling::new(&oscillators, channel, source, n_body))
+                    .collect();
+                Part {
+                    forcing: vec![0.0; oscillators.network().n_channels()],
+                    jacobian: vec![0.0; oscillators.network().jacobian_pattern().nnz()],
+                    range: start..end,
+                    oscillators,
+                    couplings,
+                }
+            })
+            .collect();
+        let body_pattern = body.jacobian_pattern();
+        let mut placed = vec![Block::at(0, 0, &body_pattern)];
+        for part in &parts {
+            let start = part.range.start;
+            let own = part.oscillators.network().jacobian_pattern();
+            placed.push(Block::at(start, start, own));
+            let couplings = part.couplings.iter();
+            placed.extend(couplings.map(|coupling| Block::at(start, 0, &coupling.pattern)));
+        }
+        Self {
+            blocks: Blocks::new(end, &placed),
+            body_values: vec![0.0; body_pattern.nnz()],
+            n_unknowns: end,
+            n_body,
+            body,
+            parts,
+        }
+    }
+
+    /// The body.
+    pub fn body(&self) -> &B {
+        &self.body
+    }
+
+    /// The body, for evaluations beside the integration.
+    pub fn body_mut(&mut self) -> &mut B {
+        &mut self.body
+    }
+
+    /// Where the body's unknowns lie in Y.
+    pub fn body_range(&self) -> Range<usize> {
+        0..self.n_body
+    }
+
+    /// Number of networks of oscillators.
+    pub fn n_networks(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// Network number `k`.
+    pub fn oscillators(&self, k: usize) -> &Oscillators {
+        &self.parts[k].oscillators
+    }
+
+    /// Where the states of network number `k` lie in Y.
+    pub fn range(&self, k: usize) -> Range<usize> {
+        self.parts[k].range.clone()
+    }
+
+    /// ÿ of the oscillators of network number `k`, from their equations.
+    ///
+    /// # Errors
+    /// A recording that does not reach `t`.
+    pub fn accelerations(&mut self, k: usize, t: f64, y: &[f64]) -> Result<Vec<f64>, StepError> {
+        let part = &mut self.parts[k];
+        part.force(t, &y[..self.n_body])?;
+        let network = part.oscillators.network();
+        let n = network.n_states();
+        let mut residual = vec![0.0; n];
+        network.residual(
+            &y[part.range.clone()],
+            &vec![0.0; n],
+            &part.forcing,
+            &mut residual,
+        );
+        Ok(residual[n / 2..].iter().map(|r| -r).collect())
+    }
+
+    /// ẏ of all oscillators that F = 0 asks for, and what is left of the body's residual at zero
+    /// derivatives: 0 for a body that starts from rest without load.
+    ///
+    /// # Errors
+    /// Those of the body's residual; a recording that does not reach `t`.
+    pub fn derivatives_at(&mut self, t: f64, y: &[f64]) -> Result<(Vec<f64>, f64), StepError> {
+        let zero = vec![0.0; self.n_unknowns];
+        let mut y_dot = vec![0.0; self.n_unknowns];
+        self.residual(t, y, &zero, &mut y_dot)?;
+        let (body, oscillators) = y_dot.split_at_mut(self.n_body);
+        let imbalance = body.iter().fold(0.0, |max: f64, r| max.max(r.abs()));
+        body.fill(0.0);
+        oscillators.iter_mut().for_each(|r| *r = -*r);
+        Ok((y_dot, imbalance))
+    }
+}
+
+impl Part {
+    /// Fills `forcing` with γ u for each direction.
+    fn force(&mut self, t: f64, y: &[f64]) -> Result<(), StepError> {
+        let drive = self.oscillators.drive();
+        for (c, source) in self.forcing.iter_mut().zip(self.oscillators.sources()) {
+            let u = source
+                .displacement(t, y)
+                .ok_or_else(|| format!("the recorded motion does not cover t = {t} s"))
+                .map_err(|message| StepError::Fatal(message.into()))?;
+            *c = drive.forcing(u);
+        }
+        Ok(())
+    }
+}
+
+impl<B: DaeProblem> DaeProblem for CoupledDae<B> {
+    fn n_unknowns(&self) -> usize {
+        self.n_unknowns
+    }
+
+    fn residual(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        residual: &mut [f64],
+    ) -> Result<(), StepError> {
+        let n = self.n_body;
+        let body = &y[..n];
+        self.body
+            .residual(t, body, &y_dot[..n], &mut residual[..n])?;
+        for part in &mut self.parts {
+            part.force(t, body)?;
+            let own = part.range.clone();
+            part.oscillators.network().residual(
+                &y[own.clone()],
+                &y_dot[own.clone()],
+                &part.forcing,
+                &mut residual[own],
+            );
+        }
+        Ok(())
+    }
+
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        self.blocks.pattern().clone()
+    }
+
+    fn jacobian(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        a: f64,
+        b: f64,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        let n = self.n_body;
+        self.body
+            .jacobian(t, &y[..n], &y_dot[..n], a, b, &mut self.body_values)?;
+        values.fill(0.0);
+        self.blocks.add(0, 1.0, &self.body_values, values);
+        let mut block = 1;
+        for part in &mut self.parts {
+            let network = part.oscillators.network();
+            network.jacobian(&y[part.range.clone()], a, b, &mut part.jacobian);
+            self.blocks.add(block, 1.0, &part.jacobian, values);
+            for (i, coupling) in part.couplings.iter().enumerate() {
+                self.blocks.add(block + 1 + i, a, &coupling.values, values);
+            }
+            block += 1 + part.couplings.len();
+        }
+        Ok(())
+    }
+
+    fn kinds(&self) -> Vec<VariableKind> {
+        let mut kinds = self.body.kinds();
+        kinds.resize(self.n_unknowns, VariableKind::Differential);
+        kinds
+    }
+
+    fn indices(&self) -> Vec<u8> {
+        let mut indices = self.body.indices();
+        indices.resize(self.n_unknowns, 0);
+        indices
+    }
+
+    fn component_name(&self, i: usize) -> String {
+        let of_part = |(k, part): (usize, &Part)| {
+            let within = i.checked_sub(part.range.start)?;
+            let n = part.oscillators.network().n_oscillators();
+            let name = if within < n { "y" } else { "dy/dt" };
+            let number = within % n + 1;
+            (within < 2 * n).then(|| format!("{name} of oscillator {number} in network {}", k + 1))
+        };
+        self.parts
+            .iter()
+            .enumerate()
+            .find_map(of_part)
+            .unwrap_or_else(|| self.body.component_name(i))
+    }
+}

@@ -1,0 +1,90 @@
+//! The coherence of oscillators over time.
+
+use myovib_oscillators::{Coherence, Settled, centroid_frequency, coherence::phasors};
+use num_complex::Complex64;
+use sundials_wrap::{DaeProblem, StepError};
+
+use super::dae::CoupledDae;
+use crate::error::ModelError;
+
+/// Ψ, χ, the oscillators in the complex plane and the frequency of the centroid at sample times.
+#[derive(Debug, Clone, Default)]
+pub struct CoherenceHistory {
+    /// Times, s.
+    pub t: Vec<f64>,
+    /// Ψ of eq. (23).
+    pub centroid: Vec<Complex64>,
+    /// χ of eq. (23).
+    pub phase: Vec<Complex64>,
+    /// r_n e^{iθ_n}, one per oscillator.
+    pub phasors: Vec<Vec<Complex64>>,
+    /// Instantaneous frequency of the centroid, Hz; NaN while Ψ = 0.
+    pub frequency: Vec<f64>,
+}
+
+/// Settled values over a trailing window.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settling {
+    /// Length of the window, s.
+    pub window: f64,
+    /// |Ψ|.
+    pub centroid: Settled,
+    /// |χ|.
+    pub phase: Settled,
+    /// Frequency of the centroid, Hz.
+    pub frequency: Settled,
+}
+
+impl CoherenceHistory {
+    /// Adds the state of network number `k` of `dae` at time `t`.
+    ///
+    /// The frequency takes ÿ from the equations, not from differences of samples.
+    ///
+    /// # Errors
+    /// Those of the residual.
+    pub fn record<B: DaeProblem>(
+        &mut self,
+        dae: &mut CoupledDae<B>,
+        k: usize,
+        t: f64,
+        y: &[f64],
+    ) -> Result<(), StepError> {
+        let acceleration = dae.accelerations(k, t, y)?;
+        let network = dae.oscillators(k).network();
+        let omega = network.omega();
+        let (position, velocity) = y[dae.range(k)].split_at(network.n_oscillators());
+        let Coherence { centroid, phase } = Coherence::new(omega, position, velocity);
+        self.t.push(t);
+        self.centroid.push(centroid);
+        self.phase.push(phase);
+        self.phasors
+            .push(phasors(omega, position, velocity).collect());
+        let frequency = centroid_frequency(omega, position, velocity, &acceleration);
+        self.frequency.push(frequency.unwrap_or(f64::NAN));
+        Ok(())
+    }
+
+    /// |Ψ| at the sample times.
+    pub fn strength(&self) -> Vec<f64> {
+        self.centroid.iter().map(|z| z.norm()).collect()
+    }
+
+    /// |χ| at the sample times.
+    pub fn coherence(&self) -> Vec<f64> {
+        self.phase.iter().map(|z| z.norm()).collect()
+    }
+
+    /// Settled values over the last `window` seconds.
+    ///
+    /// # Errors
+    /// [`ModelError::Oscillators`] when the window holds fewer than two samples.
+    pub fn settled(&self, window: f64) -> Result<Settling, ModelError> {
+        let over = |values: &[f64]| Settled::over_window(&self.t, values, window);
+        Ok(Settling {
+            window,
+            centroid: over(&self.strength())?,
+            phase: over(&self.coherence())?,
+            frequency: over(&self.frequency)?,
+        })
+    }
+}

@@ -1,0 +1,33 @@
+//! A body and the oscillators it drives as one differential-algebraic system.
+//!
+//! The coupling is one-way (MODEL §4): the oscillators are further states of the body's system,
+//! forced by γ u(ξ, t). With the body's F_b and the oscillators' F_o,
+//!
+//! ```text
+//! F_b(t, y, ẏ) = 0              a ∂F/∂Y + b ∂F/∂Ẏ = ⎛ J_b           ⎞
+//! F_o(s, ṡ; γ u(t, y)) = 0                          ⎝ a γ e wᵀ   J_o ⎠
+//! ```
+//!
+//! e marks the rows the forcing reaches, w the unknowns that make up u. Without oscillators there
+//! are no further states; without a body ([`NoBody`]) there is no mesh.
+//!
+//! Cast: [`CoupledDae`] is the system, made of a body and of [`Oscillators`] with a [`Source`] for
+//! each direction; a [`Recording`] replays a body's motion to oscillators integrated afterwards;
+//! [`ErrorTest`] gives each part its own tolerances; [`CoherenceHistory`] is what is observed, and
+//! [`LockCriterion`] judges it.
+
+mod dae;
+mod error_test;
+mod history;
+mod locking;
+mod no_body;
+mod oscillators;
+mod recording;
+
+pub use dae::CoupledDae;
+pub use error_test::{ErrorTest, StateTolerances};
+pub use history::{CoherenceHistory, Settling};
+pub use locking::{LockCriterion, Synchrony};
+pub use no_body::NoBody;
+pub use oscillators::{Oscillators, Source};
+pub use recording::{Recorder, Recording};

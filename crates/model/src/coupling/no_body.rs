@@ -1,0 +1,42 @@
+//! The body of a system that has none.
+
+use nalgebra_sparse::pattern::SparsityPattern;
+use sundials_wrap::{DaeProblem, StepError, VariableKind};
+
+/// No body: no unknowns, no equations. Oscillators on it are free, or follow a given motion.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct NoBody;
+
+impl DaeProblem for NoBody {
+    fn n_unknowns(&self) -> usize {
+        0
+    }
+
+    fn residual(&mut self, _: f64, _: &[f64], _: &[f64], _: &mut [f64]) -> Result<(), StepError> {
+        Ok(())
+    }
+
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        SparsityPattern::zeros(0, 0)
+    }
+
+    fn jacobian(
+        &mut self,
+        _: f64,
+        _: &[f64],
+        _: &[f64],
+        _: f64,
+        _: f64,
+        _: &mut [f64],
+    ) -> Result<(), StepError> {
+        Ok(())
+    }
+
+    fn kinds(&self) -> Vec<VariableKind> {
+        Vec::new()
+    }
+
+    fn indices(&self) -> Vec<u8> {
+        Vec::new()
+    }
+}

@@ -1,0 +1,96 @@
+//! A network of oscillators and what drives it.
+
+use std::sync::Arc;
+
+use myovib_oscillators::{Drive, Network};
+
+use super::recording::Recording;
+use crate::displacement::Displacement;
+use crate::error::ModelError;
+use crate::signal::Signal;
+
+/// The displacement u in the forcing γ u of one direction.
+#[derive(Debug, Clone, Default)]
+pub enum Source {
+    /// None: the oscillators are free.
+    #[default]
+    Rest,
+    /// A point of the body in the same system.
+    Body(Displacement),
+    /// A given function of time.
+    Given(Signal),
+    /// A motion recorded before.
+    Recorded(Arc<Recording>),
+}
+
+impl Source {
+    /// u at time `t` for the unknowns `y` of the body; `None` beyond the end of a recording.
+    pub(super) fn displacement(&self, t: f64, y: &[f64]) -> Option<f64> {
+        Some(match self {
+            Self::Rest => 0.0,
+            Self::Body(point) => point.at(t, y),
+            Self::Given(signal) => signal.at(t).value,
+            Self::Recorded(recording) => return recording.at(t),
+        })
+    }
+
+    /// The body's unknowns that make up u, with their weights.
+    pub(super) fn unknowns(&self) -> &[(usize, f64)] {
+        match self {
+            Self::Body(point) => &point.unknowns,
+            Self::Rest | Self::Given(_) | Self::Recorded(_) => &[],
+        }
+    }
+}
+
+/// Oscillators as part of a coupled system.
+#[derive(Debug, Clone)]
+pub struct Oscillators {
+    network: Network,
+    drive: Drive,
+    sources: Vec<Source>,
+}
+
+impl Oscillators {
+    /// A network driven by one source per direction of its forcing; of `drive` the gain γ is used
+    /// (whom it reaches is part of the network).
+    ///
+    /// # Errors
+    /// [`ModelError::OutOfRange`] for a gain that is not finite, [`ModelError::Sources`] for
+    /// another number of sources than directions.
+    pub fn new(network: Network, drive: Drive, sources: Vec<Source>) -> Result<Self, ModelError> {
+        if !drive.gain.is_finite() {
+            return Err(ModelError::OutOfRange {
+                name: "gamma",
+                value: drive.gain,
+                allowed: "finite",
+            });
+        }
+        if sources.len() != network.n_channels() {
+            return Err(ModelError::Sources {
+                needed: network.n_channels(),
+                given: sources.len(),
+            });
+        }
+        Ok(Self {
+            network,
+            drive,
+            sources,
+        })
+    }
+
+    /// The equations of the oscillators.
+    pub fn network(&self) -> &Network {
+        &self.network
+    }
+
+    /// The gain and reach of the forcing.
+    pub fn drive(&self) -> Drive {
+        self.drive
+    }
+
+    /// The sources, one per direction.
+    pub fn sources(&self) -> &[Source] {
+        &self.sources
+    }
+}

@@ -1,0 +1,38 @@
+//! The displacement at a point of a body as a function of the integrator's vector.
+
+use crate::signal::Signal;
+
+/// `u(ξ, t) = Σ w_i y_i + Σ w_k s_k(t)`: a few unknowns, and what is prescribed at the point.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Displacement {
+    /// Unknowns (index in y) with their weights.
+    pub unknowns: Vec<(usize, f64)>,
+    /// Prescribed displacements with their weights.
+    pub prescribed: Vec<(Signal, f64)>,
+}
+
+impl Displacement {
+    /// Made of unknowns alone.
+    pub fn of_unknowns(unknowns: Vec<(usize, f64)>) -> Self {
+        Self {
+            unknowns,
+            prescribed: Vec::new(),
+        }
+    }
+
+    /// The value at time `t` for the unknowns `y`.
+    pub fn at(&self, t: f64, y: &[f64]) -> f64 {
+        self.of(y) + self.prescribed_at(t)
+    }
+
+    /// The part made of unknowns.
+    pub fn of(&self, y: &[f64]) -> f64 {
+        self.unknowns.iter().map(|&(i, w)| w * y[i]).sum()
+    }
+
+    /// The prescribed part.
+    pub fn prescribed_at(&self, t: f64) -> f64 {
+        let parts = self.prescribed.iter();
+        parts.map(|(signal, w)| w * signal.at(t).value).sum()
+    }
+}

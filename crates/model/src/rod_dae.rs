@@ -1,0 +1,90 @@
+//! The damped rod as a [`DaeProblem`]: an ODE written implicitly.
+
+use myovib_fem::FemError;
+use myovib_fem::rod::{EndLoad, Rod};
+use nalgebra_sparse::pattern::SparsityPattern;
+use sundials_wrap::{DaeProblem, StepError, VariableKind};
+
+use crate::displacement::Displacement;
+use crate::signal::Signal;
+
+/// F(t, y, ẏ) = 0 for a [`Rod`] under a signal at its free end. Paper: eqs. (35), (36).
+///
+/// # Shapes
+/// y = (q, v), the free nodes from the fixed end to the loaded one.
+#[derive(Debug, Clone)]
+pub struct RodDae {
+    rod: Rod,
+    load: EndLoad,
+    signal: Signal,
+}
+
+impl RodDae {
+    /// The rod, how the signal is read, and the signal τ(t).
+    pub fn new(rod: Rod, load: EndLoad, signal: Signal) -> Self {
+        Self { rod, load, signal }
+    }
+
+    /// The rod.
+    pub fn rod(&self) -> &Rod {
+        &self.rod
+    }
+
+    /// The displacement at the point `x` of the rod.
+    ///
+    /// # Errors
+    /// [`FemError::Parameter`] when the point does not lie on the rod.
+    pub fn displacement_at(&self, x: f64) -> Result<Displacement, FemError> {
+        let point = self.rod.displacement_at(x)?;
+        Ok(Displacement::of_unknowns(point.entries))
+    }
+}
+
+impl DaeProblem for RodDae {
+    fn n_unknowns(&self) -> usize {
+        self.rod.n_states()
+    }
+
+    fn residual(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        residual: &mut [f64],
+    ) -> Result<(), StepError> {
+        let tau = self.signal.at(t);
+        let force = self.rod.end_force(self.load, tau.value, tau.d1);
+        self.rod.residual(y, y_dot, force, residual);
+        Ok(())
+    }
+
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        self.rod.jacobian_pattern().clone()
+    }
+
+    fn jacobian(
+        &mut self,
+        _t: f64,
+        _y: &[f64],
+        _y_dot: &[f64],
+        a: f64,
+        b: f64,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        self.rod.jacobian(a, b, values);
+        Ok(())
+    }
+
+    fn kinds(&self) -> Vec<VariableKind> {
+        vec![VariableKind::Differential; self.n_unknowns()]
+    }
+
+    fn indices(&self) -> Vec<u8> {
+        vec![0; self.n_unknowns()]
+    }
+
+    fn component_name(&self, i: usize) -> String {
+        let n = self.rod.n_free();
+        format!("rod {} at node {}", ["q", "v"][i / n], i % n + 1)
+    }
+}

@@ -1,0 +1,163 @@
+//! The Jacobian of each coupled system against central differences of its residual.
+
+use crate::common::{chain_alone, rod_and_chain};
+use myovib_fem::Mesh;
+use myovib_model::coupling::{CoupledDae, Oscillators, Source};
+use myovib_model::{Formulation, MuscleDae, Probe, Signal, paper};
+use myovib_oscillators::{Array, Chain, Coefficients, Drive, Ends, Reach};
+use rand::rngs::StdRng;
+use rand::{Rng, SeedableRng};
+use sundials_wrap::DaeProblem;
+
+/// max_i |J δ - dF/dε|_i over the sum of |J_ij δ_j| in row i, along a random direction δ.
+///
+/// States are drawn from ±`size` by component, their derivatives from ten times that.
+fn discrepancy<P: DaeProblem>(dae: &mut P, size: impl Fn(usize) -> f64, rng: &mut StdRng) -> f64 {
+    let n = dae.n_unknowns();
+    let mut draw = |factor: f64| -> Vec<f64> {
+        (0..n)
+            .map(|i| factor * size(i) * rng.random_range(-1.0..1.0))
+            .collect()
+    };
+    let (y, y_dot, direction) = (draw(1.0), draw(10.0), draw(1.0));
+    let (a, b) = (rng.random_range(0.5..2.0), rng.random_range(1.0..1e3));
+    let t = 0.9;
+    let pattern = dae.jacobian_pattern();
+    let mut values = vec![f64::NAN; pattern.nnz()];
+    dae.jacobian(t, &y, &y_dot, a, b, &mut values).unwrap();
+    let (mut product, mut scale) = (vec![0.0; n], vec![0.0; n]);
+    for ((column, row), value) in pattern.entries().zip(&values) {
+        product[row] += value * direction[column];
+        scale[row] += (value * direction[column]).abs();
+    }
+    let epsilon = 1e-5;
+    let mut shifted = |sign: f64| {
+        let moved = |x: &[f64], c: f64| -> Vec<f64> {
+            let pairs = x.iter().zip(&direction);
+            pairs.map(|(x, d)| x + sign * epsilon * c * d).collect()
+        };
+        let mut residual = vec![0.0; n];
+        dae.residual(t, &moved(&y, a), &moved(&y_dot, b), &mut residual)
+            .unwrap();
+        residual
+    };
+    let (plus, minus) = (shifted(1.0), shifted(-1.0));
+    (0..n)
+        .map(|i| (product[i] - (plus[i] - minus[i]) / (2.0 * epsilon)).abs() / scale[i].max(1e-9))
+        .fold(0.0, f64::max)
+}
+
+/// Truncation: (ε)²/6 of the cubic terms, below 1e-9 of a row. Rounding: 1e-16/ε = 1e-11 times
+/// the spread of the terms within a row, which b up to 1e3 and ω² = 2500 make 1e4 at most.
+const CLOSE: f64 = 1e-6;
+
+fn chain(reach: Reach) -> Chain {
+    Chain {
+        reach,
+        coefficients: Coefficients {
+            duffing: 0.7,
+            ..Coefficients::default()
+        },
+        ..paper::chain(4, 0.5).unwrap()
+    }
+}
+
+#[test]
+fn the_rod_with_a_chain() {
+    let mut rng = StdRng::seed_from_u64(36);
+    for reach in [Reach::All, Reach::Boundary] {
+        let mut dae = rod_and_chain(&chain(reach), 4e3);
+        let n_body = dae.body_range().len();
+        let size = |i| if i < n_body / 2 { 0.05 } else { 2.0 };
+        for _ in 0..5 {
+            let error = discrepancy(&mut dae, size, &mut rng);
+            assert!(error < CLOSE, "{reach:?}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn a_chain_without_a_body() {
+    let mut rng = StdRng::seed_from_u64(22);
+    let given = Source::Given(Signal::paper(0.05));
+    for source in [Source::Rest, given] {
+        let mut dae = chain_alone(&chain(Reach::All), 10.0, source);
+        assert_eq!(dae.n_unknowns(), 8);
+        let error = discrepancy(&mut dae, |_| 2.0, &mut rng);
+        assert!(error < CLOSE, "{error:e}");
+    }
+}
+
+fn small_muscle(formulation: Formulation) -> MuscleDae {
+    let mesh = Mesh::parse_msh(include_str!("../small.msh"), "small.msh").unwrap();
+    let muscle = paper::muscle(&mesh, 1e5, 1e-2).unwrap();
+    MuscleDae::for_analysis(muscle, formulation)
+}
+
+#[test]
+fn muscle_with_a_chain_and_an_array_at_any_point() {
+    let mut rng = StdRng::seed_from_u64(29);
+    for formulation in [Formulation::Rate, Formulation::ImplicitRate] {
+        let muscle = small_muscle(formulation);
+        // A point inside an element that has free and fixed nodes.
+        let probe = Probe::at(muscle.muscle().solid.space(), [0.3, 0.2]).unwrap();
+        let at = |axis| Source::Body(muscle.displacement_at(&probe, axis));
+        let gain = 1e3;
+        let drive = |reach| Drive { gain, reach };
+        let array = Array {
+            columns: 2,
+            rows: 3,
+            omega: paper::chain(6, 0.5).unwrap().omega,
+            coefficients: Coefficients::default(),
+            ends: Ends::Open,
+            reach: Reach::Boundary,
+        };
+        let in_a_line = Oscillators::new(
+            chain(Reach::All).network().unwrap(),
+            drive(Reach::All),
+            vec![at(1)],
+        );
+        let in_the_plane = Oscillators::new(
+            array.network().unwrap(),
+            drive(Reach::Boundary),
+            vec![at(0), at(1)],
+        );
+        let layout = muscle.layout().clone();
+        let parts = vec![in_a_line.unwrap(), in_the_plane.unwrap()];
+        let mut dae = CoupledDae::new(muscle, parts);
+        assert_eq!(dae.n_unknowns(), layout.n_unknowns() + 8 + 24);
+        let sizes = layout.fill(|field| match field.symbol() {
+            "q" => 0.05,
+            "v" => 1.0,
+            "lambda" => 1e3,
+            _ => 1e4,
+        });
+        let size = |i: usize| sizes.get(i).copied().unwrap_or(2.0);
+        for _ in 0..3 {
+            let error = discrepancy(&mut dae, size, &mut rng);
+            assert!(error < CLOSE, "{formulation}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn without_oscillators_nothing_is_added() {
+    let muscle = small_muscle(Formulation::Rate);
+    let (n, pattern) = (muscle.n_unknowns(), muscle.jacobian_pattern());
+    let dae = CoupledDae::new(muscle, Vec::new());
+    assert_eq!(dae.n_unknowns(), n);
+    assert_eq!(dae.jacobian_pattern(), pattern);
+}
+
+#[test]
+fn the_pattern_holds_one_coupling_entry_per_forced_row_and_unknown() {
+    let dae = rod_and_chain(&chain(Reach::Boundary), 1.0);
+    let pattern = dae.jacobian_pattern();
+    let n_body = dae.body_range().len();
+    let coupling: Vec<(usize, usize)> = pattern
+        .entries()
+        .filter(|(column, row)| *column < n_body && *row >= n_body)
+        .collect();
+    // L/2 is node 5, the unknown q_5 = y[4]; oscillators 1 and 4 are forced.
+    assert_eq!(coupling, [(4, n_body + 4), (4, n_body + 7)]);
+}

@@ -1,0 +1,7 @@
+//! Bodies and oscillators as one system.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+mod common;
+mod jacobian;
+mod replay;
+mod rod_chain;

@@ -1,0 +1,103 @@
+//! The paper's section 3.1 with the rod itself: the settled coherence of its chains. Numbers of an
+//! independent integration, to the digits it states.
+
+use crate::common::{chain_alone, from_rest, observe, start};
+use myovib_model::coupling::{LockCriterion, Source, StateTolerances};
+use myovib_model::{Signal, paper};
+use myovib_oscillators::{Chain, Coefficients};
+use sundials_wrap::DaeProblem;
+
+#[test]
+fn twenty_oscillators_on_the_rod_settle_where_they_should() {
+    let (history, _) = from_rest(&paper::chain(20, 0.05).unwrap(), 1.0, 200.0);
+    let settled = history.settled(20.0).unwrap();
+    let (strength, phase) = (settled.centroid, settled.phase);
+    assert!((strength.mean - 1.642).abs() < 0.002, "{strength:?}");
+    assert!((phase.mean - 0.836).abs() < 0.001, "{phase:?}");
+    assert!((strength.min - 1.62).abs() < 0.005, "{strength:?}");
+    assert!((strength.max - 1.67).abs() < 0.005, "{strength:?}");
+    let frequency = settled.frequency.mean;
+    assert!((frequency - 7.763).abs() < 0.001, "{frequency}");
+    let rise = history.strength();
+    let crest = rise.iter().copied().fold(0.0, f64::max);
+    let at = history.t[rise.iter().position(|r| *r == crest).unwrap()];
+    assert!((crest - 1.99).abs() < 0.005, "{crest}");
+    assert!((at - 15.0).abs() < 2.5, "{at}");
+}
+
+#[test]
+fn five_oscillators_on_the_rod_settle_where_they_should() {
+    let (history, _) = from_rest(&paper::chain(5, 0.5).unwrap(), 1.0, 50.0);
+    let settled = history.settled(20.0).unwrap();
+    let strength = settled.centroid;
+    assert!(strength.min > 1.635 && strength.max < 1.705, "{strength:?}");
+    assert!((settled.phase.mean - 0.94).abs() < 0.005, "{settled:?}");
+}
+
+#[test]
+fn identical_oscillators_move_as_one() {
+    let psi = |n: usize| {
+        let (history, _) = from_rest(&paper::chain(n, 0.0).unwrap(), 1.0, 5.0);
+        let moving = history.coherence().split_off(1);
+        // A mean of n equal unit numbers: n roundings.
+        assert!(moving.iter().all(|chi| (chi - 1.0).abs() < 1e-14));
+        history.centroid
+    };
+    let (one, many) = (psi(1), psi(7));
+    let apart = one.iter().zip(&many).map(|(a, b)| (a - b).norm());
+    let apart = apart.fold(0.0, f64::max);
+    // The same equations, but other steps, as the rod weighs differently in the norm: two runs
+    // within the tolerance, 1e-7 of a motion of 2 over √10000 steps.
+    assert!(apart < 2e-5, "{apart:e}");
+}
+
+/// The paper, section 3.1: a wider range of frequencies or a smaller D gives less coherence.
+#[test]
+fn wider_detuning_and_weaker_coupling_cost_coherence() {
+    let coherence = |half_width: f64, coupling: f64| {
+        let chain = Chain {
+            coefficients: Coefficients {
+                coupling,
+                ..Coefficients::default()
+            },
+            ..paper::chain(5, half_width).unwrap()
+        };
+        let (history, _) = from_rest(&chain, 1.0, 40.0);
+        history.settled(10.0).unwrap().phase.mean
+    };
+    let paper = coherence(0.5, 3.0);
+    assert!(coherence(0.25, 3.0) > paper && paper > coherence(1.0, 3.0));
+    assert!(coherence(0.5, 6.0) > paper && paper > coherence(0.5, 1.5));
+}
+
+/// A free chain locks to itself; a strong drive takes it over, first its frequency alone.
+#[test]
+fn locking_needs_frequency_and_coherence() {
+    let chain = paper::chain(20, 0.05).unwrap();
+    let judged = |gain: f64| {
+        // The rod's steady amplitude at L/2 (case S8) in place of the rod: five times faster.
+        let dae = chain_alone(&chain, gain, Source::Given(Signal::paper(0.050_583)));
+        let n = dae.n_unknowns();
+        let tolerances = StateTolerances {
+            relative: 1e-6,
+            ..StateTolerances::default()
+        };
+        let mut integrator = start(dae, tolerances, 100.0, &vec![0.0; n]);
+        let (history, _) = observe(&mut integrator, 0.01, 100.0, &mut []);
+        let settled = history.settled(20.0).unwrap();
+        (LockCriterion::default().judge(&settled, 8.0), settled)
+    };
+    let (weak, at_rest) = judged(1.0);
+    assert!(!weak.follows, "{at_rest:?}");
+    let (contest, beats) = judged(3000.0);
+    assert!(
+        !contest.is_locked() && beats.centroid.min < 0.1,
+        "{beats:?}"
+    );
+    let (onset, scattered) = judged(4000.0);
+    assert!(onset.follows && !onset.coherent, "{scattered:?}");
+    let (firm, locked) = judged(6000.0);
+    assert!(firm.is_locked() && locked.phase.min > 0.98, "{locked:?}");
+    // 8.000 Hz to the resolution of the window: a phase ripple of 0.05 rad in 20 s.
+    assert!((locked.frequency.mean - 8.0).abs() < 4e-4, "{locked:?}");
+}
