@@ -26,6 +26,7 @@ pub struct StatisticsJson<'a> {
     pub message: Option<&'a str>,
     pub cpu_seconds: f64,
     pub wall_seconds: f64,
+    pub integrator: &'a str,
     pub suppressed: Vec<&'a str>,
     pub rtol: f64,
     pub atol: BTreeMap<&'a str, f64>,
@@ -66,6 +67,7 @@ impl<'a> StatisticsJson<'a> {
             message,
             cpu_seconds: statistics.cpu_seconds,
             wall_seconds: statistics.wall_seconds,
+            integrator: settings.integrator.name(),
             suppressed: settings
                 .suppressed
                 .iter()

@@ -43,6 +43,9 @@ pub enum ModelError {
     /// The integrator's settings or a fatal error within a callback.
     #[error(transparent)]
     Integrator(#[from] sundials_wrap::Error),
+    /// The settings of Radau IIA, or a fatal error of the problem under it.
+    #[error(transparent)]
+    Radau(#[from] myovib_radau::RadauError),
     /// Newton's method found no static equilibrium.
     #[error(
         "no static equilibrium: Newton's method failed beyond {reached} of the load even in small load steps"

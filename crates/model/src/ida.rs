@@ -118,27 +118,7 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
 
 impl<P: DaeProblem> Integrator<P> for IdaIntegrator<P> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
-        Ok(match self.solver.step(self.t_end)? {
-            wrap::Outcome::Stopped(stop) => {
-                let worst: Vec<_> = stop
-                    .worst_components
-                    .iter()
-                    .take(3)
-                    .map(|w| format!("{} ({:.1})", w.name, w.weighted_error))
-                    .collect();
-                let mut message = stop.to_string();
-                if !worst.is_empty() {
-                    message += "; largest weighted errors: ";
-                    message += &worst.join(", ");
-                }
-                Advance::Stopped {
-                    reason: reason(stop.reason),
-                    message,
-                }
-            }
-            outcome if outcome.t() >= self.t_end => Advance::Finished,
-            _ => Advance::Stepped,
-        })
+        Ok(advance(self.solver.step(self.t_end)?, self.t_end))
     }
 
     fn time(&self) -> f64 {
@@ -150,8 +130,46 @@ impl<P: DaeProblem> Integrator<P> for IdaIntegrator<P> {
     }
 
     fn counts(&self) -> Counts {
-        let stats = self.solver.stats();
-        Counts {
+        Counts::from(self.solver.stats())
+    }
+
+    fn problem(&self) -> &P {
+        self.solver.problem()
+    }
+
+    fn problem_mut(&mut self) -> &mut P {
+        self.solver.problem_mut()
+    }
+}
+
+/// What a step of a solver came to, for the run driver.
+pub(crate) fn advance(outcome: wrap::Outcome, t_end: f64) -> Advance {
+    match outcome {
+        wrap::Outcome::Stopped(stop) => {
+            let worst: Vec<_> = stop
+                .worst_components
+                .iter()
+                .take(3)
+                .map(|w| format!("{} ({:.1})", w.name, w.weighted_error))
+                .collect();
+            let mut message = stop.to_string();
+            if !worst.is_empty() {
+                message += "; largest weighted errors: ";
+                message += &worst.join(", ");
+            }
+            Advance::Stopped {
+                reason: reason(stop.reason),
+                message,
+            }
+        }
+        outcome if outcome.t() >= t_end => Advance::Finished,
+        _ => Advance::Stepped,
+    }
+}
+
+impl From<wrap::Stats> for Counts {
+    fn from(stats: wrap::Stats) -> Self {
+        Self {
             steps: stats.steps,
             error_test_failures: stats.error_test_failures,
             step_solve_failures: stats.step_solve_failures,
@@ -163,14 +181,6 @@ impl<P: DaeProblem> Integrator<P> for IdaIntegrator<P> {
             last_order: stats.last_order as u32,
             last_step: stats.last_step,
         }
-    }
-
-    fn problem(&self) -> &P {
-        self.solver.problem()
-    }
-
-    fn problem_mut(&mut self) -> &mut P {
-        self.solver.problem_mut()
     }
 }
 

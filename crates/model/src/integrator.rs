@@ -1,6 +1,10 @@
-//! What the run driver asks of a time integrator; IDAS today, others beside it.
+//! What the run driver asks of a time integrator; IDAS or Radau IIA.
 
 use crate::error::ModelError;
+use crate::ida::IdaIntegrator;
+use crate::muscle_dae::MuscleDae;
+use crate::radau::RadauIntegrator;
+use crate::settings::{IntegratorKind, Settings};
 use crate::statistics::StopReason;
 
 /// What one internal step came to.
@@ -60,4 +64,18 @@ pub trait Integrator<P> {
 
     /// The problem, for evaluations beside the integration.
     fn problem_mut(&mut self) -> &mut P;
+}
+
+/// Starts a muscle at rest at t = 0 with the integrator that `settings` names.
+///
+/// # Errors
+/// Settings the integrator does not take.
+pub fn start_at_rest(
+    dae: MuscleDae,
+    settings: &Settings,
+) -> Result<Box<dyn Integrator<MuscleDae>>, ModelError> {
+    Ok(match settings.integrator {
+        IntegratorKind::Ida => Box::new(IdaIntegrator::from_rest(dae, settings)?),
+        IntegratorKind::Radau => Box::new(RadauIntegrator::from_rest(dae, settings)?),
+    })
 }

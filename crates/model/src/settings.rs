@@ -30,9 +30,31 @@ impl AbsoluteTolerances {
     }
 }
 
-/// Settings of an integration with IDAS.
+/// The integrators a model can be run with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum IntegratorKind {
+    /// IDAS: variable-order BDF.
+    #[default]
+    Ida,
+    /// Radau IIA of order 5.
+    Radau,
+}
+
+impl IntegratorKind {
+    /// The name used in options, scenes and output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ida => "ida",
+            Self::Radau => "radau",
+        }
+    }
+}
+
+/// Settings of a time integration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
+    /// The integrator.
+    pub integrator: IntegratorKind,
     /// End time, s.
     pub t_end: f64,
     /// Relative tolerance.
@@ -41,9 +63,9 @@ pub struct Settings {
     pub absolute_tolerances: AbsoluteTolerances,
     /// Blocks left out of the error test.
     pub suppressed: Vec<Field>,
-    /// Maximum BDF order, 1 to 5.
+    /// Maximum BDF order, 1 to 5 (IDAS).
     pub max_order: u8,
-    /// Relative change of c_j beyond which the Newton matrix is set up anew.
+    /// Relative change of c_j beyond which the Newton matrix is set up anew (IDAS).
     pub delta_cj: f64,
     /// Fill-reducing ordering of KLU.
     pub ordering: Ordering,
@@ -57,6 +79,7 @@ impl Settings {
     pub fn paper(formulation: Formulation) -> Self {
         let multipliers = [Field::Pressure, Field::PressureRate, Field::GglMultiplier];
         Self {
+            integrator: IntegratorKind::Ida,
             t_end: 10.0,
             relative_tolerance: 1e-3,
             absolute_tolerances: AbsoluteTolerances {

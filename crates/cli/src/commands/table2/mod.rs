@@ -10,7 +10,7 @@ use std::str::FromStr;
 use anyhow::Context;
 use clap::Args;
 use myovib_fem::Mesh;
-use myovib_model::{Field, paper};
+use myovib_model::{Field, IntegratorKind, paper};
 
 use crate::args::{CommonArgs, check_folder};
 use crate::atomic_file;
@@ -37,6 +37,10 @@ pub struct Table2Args {
     /// Mesh (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the built-in spindle].
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
+
+    /// Integrator: `ida` (BDF) or `radau` (Radau IIA of order 5).
+    #[arg(long, value_name = "NAME", default_value = "ida", value_parser = integrator)]
+    pub integrator: IntegratorKind,
 
     /// End time in s.
     #[arg(long, value_name = "T", default_value_t = 10.0)]
@@ -73,6 +77,13 @@ pub struct Table2Args {
     /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
+}
+
+fn integrator(name: &str) -> Result<IntegratorKind, String> {
+    [IntegratorKind::Ida, IntegratorKind::Radau]
+        .into_iter()
+        .find(|kind| kind.name() == name)
+        .ok_or_else(|| format!("`{name}` is no integrator: ida or radau"))
 }
 
 /// A named point to record at.
@@ -139,6 +150,7 @@ impl Table2Args {
     fn is_modified(&self) -> bool {
         self.t_end != 10.0
             || self.max_order.is_some()
+            || self.integrator != IntegratorKind::Ida
             || self.suppress != Suppress::Default
             || self.rtol != 1e-3
             || self.atol_velocity != 1e-5
@@ -168,6 +180,12 @@ impl Table2Args {
         self.csv
             .as_deref()
             .map_or(Ok(()), |path| check_folder("--csv", path))?;
+        if let (Some(order), IntegratorKind::Radau) = (self.max_order, self.integrator) {
+            return Err(InputError::new("Radau IIA has one order, 5")
+                .at("--max-order")
+                .found(order)
+                .allowed("no --max-order with --integrator radau"));
+        }
         for (option, value) in [
             ("--t-end", self.t_end),
             ("--rtol", self.rtol),

@@ -9,8 +9,8 @@ use std::thread;
 use anyhow::Context;
 use myovib_fem::Mesh;
 use myovib_model::{
-    IdaIntegrator, MuscleDae, Observer, Probe, SampleTimes, Sampler, Settings, Statistics, Step,
-    paper, run,
+    IntegratorKind, MuscleDae, Observer, Probe, SampleTimes, Sampler, Settings, Statistics, Step,
+    paper, run, start_at_rest,
 };
 use sundials_wrap::DaeProblem;
 
@@ -74,7 +74,11 @@ fn settings(row: &Row, args: &Table2Args) -> Settings {
         relative_tolerance: args.rtol,
         absolute_tolerances,
         suppressed: args.suppress.fields(row),
-        max_order: args.max_order.unwrap_or(row.max_order),
+        max_order: match args.integrator {
+            IntegratorKind::Ida => args.max_order.unwrap_or(row.max_order),
+            IntegratorKind::Radau => 5,
+        },
+        integrator: args.integrator,
         ..paper
     }
 }
@@ -93,7 +97,7 @@ fn run_row(
 
     let dae = MuscleDae::new(muscle, row.formulation)?;
     let unknowns = dae.n_unknowns();
-    let mut integrator = IdaIntegrator::from_rest(dae, &settings)?;
+    let mut integrator = start_at_rest(dae, &settings)?;
 
     let mut largest_drift = 0.0_f64;
     let mut drift = Sampler::new(
@@ -130,7 +134,7 @@ fn run_row(
     if let Some(probe) = &mut probe {
         observers.push(probe);
     }
-    let statistics = run(&mut integrator, &mut observers)?;
+    let statistics = run(integrator.as_mut(), &mut observers)?;
     drop((drift, probe));
     Ok(RowResult {
         row,

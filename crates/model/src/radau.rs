@@ -1,0 +1,104 @@
+//! Radau IIA as an [`Integrator`] of a model.
+
+use myovib_radau::{RadauOptions, RadauSolver};
+use sundials_wrap::klu::KluOptions;
+use sundials_wrap::{DaeProblem, Suppressed, Tolerances};
+
+use crate::error::ModelError;
+use crate::ida::advance;
+use crate::integrator::{Advance, Counts, Integrator};
+use crate::muscle_dae::MuscleDae;
+use crate::settings::Settings;
+
+/// Radau IIA with a stop time at the end.
+pub struct RadauIntegrator<P: DaeProblem> {
+    solver: RadauSolver<P>,
+    t_end: f64,
+}
+
+impl RadauIntegrator<MuscleDae> {
+    /// Starts a muscle at rest at t = 0, as
+    /// [`IdaIntegrator::from_rest`](crate::IdaIntegrator::from_rest) does.
+    ///
+    /// # Errors
+    /// [`ModelError::Radau`] for settings Radau IIA does not take.
+    pub fn from_rest(dae: MuscleDae, settings: &Settings) -> Result<Self, ModelError> {
+        let zero = vec![0.0; dae.n_unknowns()];
+        let options = options(&dae, settings);
+        Self::new(dae, options, settings.t_end, &zero, &zero)
+    }
+}
+
+impl<P: DaeProblem> RadauIntegrator<P> {
+    /// Starts `problem` at t = 0 from consistent values.
+    ///
+    /// # Errors
+    /// [`ModelError::Radau`] for options Radau IIA does not take.
+    pub fn new(
+        problem: P,
+        options: RadauOptions,
+        t_end: f64,
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Self, ModelError> {
+        let options = RadauOptions {
+            stop_time: Some(t_end),
+            ..options
+        };
+        let solver = RadauSolver::builder(problem)
+            .options(options)
+            .build(0.0, y, y_dot)?;
+        Ok(Self { solver, t_end })
+    }
+
+    /// The solver itself.
+    pub fn solver(&self) -> &RadauSolver<P> {
+        &self.solver
+    }
+}
+
+/// The options of Radau IIA for a muscle with `settings`.
+pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
+    let layout = dae.layout();
+    RadauOptions {
+        tolerances: Tolerances::vector(
+            settings.relative_tolerance,
+            layout.fill(|field| settings.absolute_tolerances.of(field)),
+        ),
+        suppressed: Suppressed::Components(
+            layout.fill(|field| settings.suppressed.contains(&field)),
+        ),
+        klu: KluOptions {
+            ordering: settings.ordering,
+            btf: settings.btf,
+            ..KluOptions::default()
+        },
+        ..RadauOptions::default()
+    }
+}
+
+impl<P: DaeProblem> Integrator<P> for RadauIntegrator<P> {
+    fn advance(&mut self) -> Result<Advance, ModelError> {
+        Ok(advance(self.solver.step(self.t_end)?, self.t_end))
+    }
+
+    fn time(&self) -> f64 {
+        self.solver.t()
+    }
+
+    fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError> {
+        Ok(self.solver.dense_output(t, derivative as usize, out)?)
+    }
+
+    fn counts(&self) -> Counts {
+        Counts::from(self.solver.stats())
+    }
+
+    fn problem(&self) -> &P {
+        self.solver.problem()
+    }
+
+    fn problem_mut(&mut self) -> &mut P {
+        self.solver.problem_mut()
+    }
+}

@@ -1,0 +1,59 @@
+//! Radau IIA on the formulations: the same motion from each, index 3 included.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use myovib_fem::Mesh;
+use myovib_model::{
+    AbsoluteTolerances, Field, Formulation, IntegratorKind, MuscleDae, Outcome, Settings, Signal,
+    paper, run, start_at_rest,
+};
+use sundials_wrap::DaeProblem;
+
+const RTOL: f64 = 1e-6;
+
+/// The displacement at t = 1 of an incompressible block under the paper's load.
+fn displacement(formulation: Formulation) -> Vec<f64> {
+    let mesh = Mesh::parse_msh(include_str!("small.msh"), "small.msh").unwrap();
+    let signal = Signal::paper(1e3);
+    let muscle = paper::muscle_with_load(&mesh, paper::LAW, f64::INFINITY, 0.0, signal).unwrap();
+    let dae = MuscleDae::new(muscle, formulation).unwrap();
+    let range = dae.layout().range(Field::Displacement).unwrap();
+    let settings = Settings {
+        integrator: IntegratorKind::Radau,
+        t_end: 1.0,
+        relative_tolerance: RTOL,
+        // Of the size of the fields here: 1e-2 m, 1 m/s, 1e3 Pa.
+        absolute_tolerances: AbsoluteTolerances {
+            displacement: 1e-2 * RTOL,
+            velocity: RTOL,
+            pressure: 1e3 * RTOL,
+            multiplier: RTOL,
+        },
+        suppressed: Vec::new(),
+        ..Settings::paper(formulation)
+    };
+    let mut out = vec![0.0; dae.n_unknowns()];
+    let mut integrator = start_at_rest(dae, &settings).unwrap();
+    let statistics = run(integrator.as_mut(), &mut []).unwrap();
+    assert_eq!(statistics.outcome, Outcome::Finished, "{formulation:?}");
+    integrator.dense_output(1.0, 0, &mut out).unwrap();
+    out[range].to_vec()
+}
+
+#[test]
+fn index_3_moves_as_the_reduced_formulations_do() {
+    let pure = displacement(Formulation::Position);
+    let size = pure.iter().fold(0.0_f64, |max, u| max.max(u.abs()));
+    for formulation in [Formulation::Velocity, Formulation::Stabilized] {
+        let reduced = displacement(formulation);
+        let difference = pure
+            .iter()
+            .zip(&reduced)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        // Local errors of the tolerance add up over some hundred steps, but most are far smaller.
+        assert!(
+            difference < 10.0 * RTOL * size,
+            "{formulation:?}: {difference:e} of {size:e}"
+        );
+    }
+}
