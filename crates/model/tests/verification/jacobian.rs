@@ -1,28 +1,18 @@
 //! The Jacobian of every formulation against central differences of its residual.
-#![allow(clippy::unwrap_used)] // a test may panic
 
-use myovib_fem::{Law, Mesh};
+use myovib_fem::Law;
 use myovib_model::{Field, Formulation, MuscleDae, Signal, paper};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use sundials_wrap::DaeProblem;
 
-const LAWS: [Law; 2] = [
-    paper::LAW,
-    Law::SmallStrain {
-        shear_modulus: 2.04e4,
-    },
-];
-
-/// Four triangles around a free centre: two edges fixed, one loaded.
-fn small_mesh() -> Mesh {
-    Mesh::parse_msh(include_str!("small.msh"), "small.msh").unwrap()
-}
+use crate::common::{LAWS, loaded_block};
 
 fn dae(formulation: Formulation, law: Law, kappa: f64, beta: f64) -> MuscleDae {
-    let muscle =
-        paper::muscle_with_load(&small_mesh(), law, kappa, beta, Signal::paper(1e3)).unwrap();
-    MuscleDae::for_analysis(muscle, formulation)
+    MuscleDae::for_analysis(
+        loaded_block(0, law, kappa, beta, Signal::paper(1e3)),
+        formulation,
+    )
 }
 
 /// A state at moderate strain with all fields at their natural size, and the sizes.

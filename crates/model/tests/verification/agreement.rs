@@ -1,0 +1,101 @@
+//! Formulations of the same body agree as tolerances tighten and meshes are refined.
+
+use myovib_model::{Formulation, Signal, paper};
+
+use crate::common::{accurate, history, loaded_block, relative_difference};
+
+const TIP: [f64; 2] = [1.1, 1.0];
+const T_END: f64 = 0.4;
+const EVERY: f64 = 0.02;
+
+/// Slow beside the body's first mode (about 1 Hz for the metre-sized block): bends it by 10 %.
+fn load() -> Signal {
+    Signal::Sine {
+        amplitude: 400.0,
+        frequency: 1.0,
+        phase: 0.0,
+    }
+}
+
+#[test]
+fn incompressible_formulations_agree_as_tolerances_tighten() {
+    let block = || loaded_block(1, paper::LAW, f64::INFINITY, 0.0, load());
+    let at = |formulation, rtol| {
+        history(
+            block(),
+            formulation,
+            &accurate(formulation, rtol, T_END),
+            TIP,
+            EVERY,
+        )
+    };
+    let reference = at(Formulation::Stabilized, 1e-7);
+    for formulation in [
+        Formulation::Position,
+        Formulation::Velocity,
+        Formulation::Stabilized,
+    ] {
+        let errors: Vec<f64> = [1e-3, 1e-5]
+            .map(|rtol| relative_difference(&at(formulation, rtol), &reference))
+            .into();
+        // BDF 2: the global error goes like rtol^(2/3), a factor 21 for 1e-3 to 1e-5; half of the
+        // digits are asked for.
+        assert!(errors[1] < errors[0] / 5.0, "{formulation}: {errors:?}");
+        assert!(errors[1] < 5e-3, "{formulation}: {errors:?}");
+    }
+}
+
+#[test]
+fn the_damped_formulations_agree_and_tend_to_the_undamped_one() {
+    let at = |formulation, beta| {
+        let block = loaded_block(1, paper::LAW, f64::INFINITY, beta, load());
+        history(
+            block,
+            formulation,
+            &accurate(formulation, 1e-6, T_END),
+            TIP,
+            EVERY,
+        )
+    };
+    let undamped = at(Formulation::Position, 0.0);
+    let gaps: Vec<f64> = [1e-3, 1e-4, 1e-5]
+        .map(|beta| {
+            let implicit = at(Formulation::ImplicitRate, beta);
+            let explicit = at(Formulation::Rate, beta);
+            // The same physics, two ways: the integration error of rtol = 1e-6, as above.
+            let between = relative_difference(&explicit, &implicit);
+            assert!(between < 1e-3, "beta = {beta}: {between:e}");
+            relative_difference(&implicit, &undamped)
+        })
+        .into();
+    // Linear in β until the integration error is reached.
+    assert!(gaps[1] < gaps[0] / 3.0, "{gaps:?}");
+    assert!(gaps[2] < gaps[1], "{gaps:?}");
+}
+
+#[test]
+fn displacement_and_position_agree_under_refinement() {
+    const MIDDLE: [f64; 2] = [0.5, 0.6];
+    let at = |levels, formulation| {
+        let block = loaded_block(levels, paper::LAW, 1e5, 0.0, load());
+        history(
+            block,
+            formulation,
+            &accurate(formulation, 1e-5, 0.1),
+            MIDDLE,
+            EVERY,
+        )
+    };
+    let gaps: Vec<f64> = [1, 2, 3]
+        .map(|levels| {
+            let ours = at(levels, Formulation::Displacement);
+            relative_difference(&ours, &at(levels, Formulation::Position))
+        })
+        .into();
+    // Two discretisations of one problem: their difference falls with the mesh width, by the
+    // singular corners of the clamped edge slower than the order of the elements.
+    assert!(
+        gaps[1] < gaps[0] / 1.5 && gaps[2] < gaps[1] / 1.5,
+        "{gaps:?}"
+    );
+}

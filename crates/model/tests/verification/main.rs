@@ -1,0 +1,8 @@
+//! The model against mathematics: derivatives, equilibria, agreement of formulations, energy.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+mod agreement;
+mod common;
+mod jacobian;
+mod parameters;
+mod statics;

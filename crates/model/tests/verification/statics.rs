@@ -1,0 +1,76 @@
+//! Static equilibrium: published figures, and the same equilibrium in every formulation.
+
+use myovib_fem::Mesh;
+use myovib_model::statics::equilibrium;
+use myovib_model::{Formulation, MuscleDae, Probe, Signal, paper};
+use sundials_wrap::DaeProblem;
+
+use crate::common::{LAWS, blocks, loaded_block};
+
+#[test]
+fn the_muscle_under_its_constant_load() {
+    let text = include_str!("../../../../data/meshes/muscle.msh");
+    let mesh = Mesh::parse_msh(text, "muscle.msh").unwrap();
+    // u_y and p at the origin from an independent program, to the digits given.
+    for (kappa, u_y, p) in [
+        (1e5, 6.5395e-4, -19.769),
+        (f64::INFINITY, 5.7108e-4, -22.170),
+    ] {
+        let load = Signal::Constant(paper::LOAD_AMPLITUDE);
+        let muscle = paper::muscle_with_load(&mesh, paper::LAW, kappa, 0.0, load).unwrap();
+        let solution = equilibrium(&muscle, 0.0).unwrap();
+        let mut full = vec![0.0; 2 * muscle.solid.space().n_nodes()];
+        muscle
+            .solid
+            .dofs()
+            .expand(&solution.displacement, &mut full);
+        let origin = Probe::at(muscle.solid.space(), [0.0, 0.0]).unwrap();
+        let value = origin.read(&full, Some(&solution.pressure));
+        assert!((value.displacement[1] - u_y).abs() < 0.5e-8, "{value:?}");
+        assert!((value.pressure - p).abs() < 0.5e-3, "{value:?}");
+        assert_eq!(solution.load_steps, 1);
+        assert!(
+            solution.newton_iterations <= 4,
+            "{}",
+            solution.newton_iterations
+        );
+    }
+}
+
+#[test]
+fn an_equilibrium_is_one_in_every_formulation() {
+    for law in LAWS {
+        for kappa in [1e5, f64::INFINITY] {
+            let muscle = loaded_block(1, law, kappa, 1e-3, Signal::Constant(300.0));
+            let solution = equilibrium(&muscle, 0.0).unwrap();
+            for formulation in Formulation::ALL {
+                if formulation == Formulation::Displacement {
+                    continue; // has no pressure field: another discretisation
+                }
+                let mut dae = MuscleDae::for_analysis(muscle.clone(), formulation);
+                let y = blocks(&dae, &solution.displacement, &solution.pressure);
+                let zero = vec![0.0; y.len()];
+                let mut residual = zero.clone();
+                dae.residual(0.0, &y, &zero, &mut residual).unwrap();
+                let largest = residual.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
+                // Nodal forces are of order 300 N/m; Newton ends at rounding of their parts, which
+                // the moduli make a hundred times as large.
+                assert!(
+                    largest < 1e-9,
+                    "{formulation} {law:?} kappa={kappa}: {largest:e}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_load_too_great_for_one_step_is_applied_in_steps() {
+    let muscle = loaded_block(1, paper::LAW, f64::INFINITY, 0.0, Signal::Constant(1.0e6));
+    let solution = equilibrium(&muscle, 0.0).unwrap();
+    assert!(
+        solution.load_steps > 1,
+        "{} load steps",
+        solution.load_steps
+    );
+}
