@@ -9,6 +9,7 @@
 //! - [`MuscleDae`]: residual and Jacobian on the integrator's vectors;
 //! - [`Probe`], [`Displacement`]: values at a point;
 //! - [`RodDae`], [`coupling`]: the rod, and oscillators driven by a body as one system.
+#![doc = include_str!("../notes/0001-formulations.md")]
 #![forbid(unsafe_code)]
 
 mod assembly;

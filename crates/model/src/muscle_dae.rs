@@ -113,6 +113,11 @@ impl MuscleDae {
         self.formulation
     }
 
+    /// The differentiation index of the system (MODEL §2).
+    pub fn index(&self) -> u8 {
+        self.formulation.index(&self.muscle.parameters)
+    }
+
     /// Where each block of unknowns lies.
     pub fn layout(&self) -> &Layout {
         &self.layout
