@@ -30,6 +30,7 @@ use std::sync::Arc;
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
+pub use crate::factors::{Factors, Pivots};
 use crate::ffi;
 use crate::ffi::klu::{RawNumeric, RawOptions, RawSymbolic};
 

@@ -40,6 +40,7 @@
 #![deny(unsafe_code)]
 
 mod error;
+mod factors;
 #[allow(unsafe_code)]
 mod ffi;
 pub mod klu;

@@ -1,0 +1,73 @@
+//! LU factors kept fresh: pivots are chosen once and kept as long as they serve.
+
+use crate::klu::{KluError, Numeric, Scalar, Symbolic};
+
+/// A reciprocal pivot growth this much below that of fresh pivots calls for fresh ones: three of
+/// the digits that fresh pivots would give are lost then.
+const GROWTH_LOSS: f64 = 1e-3;
+
+/// How the factors of a matrix were renewed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Pivots {
+    /// Chosen anew.
+    Fresh,
+    /// Kept from before, several times cheaper.
+    Kept,
+}
+
+/// The factors of matrices with one pattern, one after the other.
+#[derive(Debug)]
+pub struct Factors<T: Scalar> {
+    symbolic: Symbolic,
+    /// The factors, and the reciprocal pivot growth when the pivots were chosen.
+    numeric: Option<(Numeric<T>, f64)>,
+}
+
+impl<T: Scalar> Factors<T> {
+    /// No factors yet, of matrices with the pattern analysed.
+    pub fn new(symbolic: Symbolic) -> Self {
+        Self {
+            symbolic,
+            numeric: None,
+        }
+    }
+
+    /// Factorises the matrix with these `values`.
+    ///
+    /// The pivots are kept from the matrix before unless the growth of the entries says that they
+    /// cost more than three digits beyond what fresh ones did.
+    ///
+    /// # Errors
+    /// As for [`Numeric::factor`].
+    pub fn renew(&mut self, values: &[T]) -> Result<Pivots, KluError> {
+        if let Some((numeric, fresh_growth)) = &mut self.numeric
+            && numeric.refactor(values).is_ok()
+            && numeric.rgrowth(values)? >= GROWTH_LOSS * *fresh_growth
+        {
+            return Ok(Pivots::Kept);
+        }
+        let numeric = Numeric::factor(&self.symbolic, values)?;
+        let growth = numeric.rgrowth(values)?;
+        self.numeric = Some((numeric, growth));
+        Ok(Pivots::Fresh)
+    }
+
+    /// The factors of the last matrix.
+    ///
+    /// # Errors
+    /// [`KluError::NoFactors`] before the first.
+    pub fn current(&self) -> Result<&Numeric<T>, KluError> {
+        self.numeric
+            .as_ref()
+            .map(|(numeric, _)| numeric)
+            .ok_or(KluError::NoFactors)
+    }
+
+    /// Solves A x = b in place.
+    ///
+    /// # Errors
+    /// As for [`Numeric::solve`].
+    pub fn solve(&self, rhs: &mut [T]) -> Result<(), KluError> {
+        self.current()?.solve(rhs)
+    }
+}
