@@ -6,44 +6,57 @@ use std::ops::Range;
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::blocks::{Block, Blocks};
-use crate::matrix::{Matrix, Term};
+use crate::linear::Number;
+use crate::matrix::Matrix;
 
-/// A term with its place in the whole matrix.
+/// A matrix of the muscle in a block of the whole, with a coefficient of some kind.
 #[derive(Debug, Clone)]
-struct Placed {
+pub struct Entry<C> {
+    /// The rows of the block.
+    pub rows: Range<usize>,
+    /// The columns of the block.
+    pub columns: Range<usize>,
+    /// The matrix.
+    pub matrix: Matrix,
+    /// What its factor is made of at each [`combine`](Assembly::combine).
+    pub coefficient: C,
+}
+
+/// An entry with its place in the whole matrix.
+#[derive(Debug, Clone)]
+struct Placed<C> {
     matrix: Matrix,
-    of_value: f64,
-    of_rate: f64,
+    coefficient: C,
     block: usize,
 }
 
-/// A block matrix as a sum of terms, each scattered by a map computed once.
+/// A block matrix as a sum of matrices, each scattered by a map computed once.
 #[derive(Debug, Clone)]
-pub struct Assembly {
-    terms: Vec<Placed>,
+pub struct Assembly<C> {
+    terms: Vec<Placed<C>>,
     blocks: Blocks,
 }
 
-impl Assembly {
-    /// Places `terms`, each with the rows and columns of its block.
+impl<C: Copy> Assembly<C> {
+    /// Places `entries` in a matrix of this many rows and columns.
     ///
     /// `pattern_of` gives the compressed-column pattern of a matrix and whether its values are
     /// those of the transposed pattern.
     ///
     /// # Panics
-    /// If a term's block is larger than its matrix, or the whole has 2³² entries or more.
+    /// If a block is larger than its matrix, or the whole has 2³² entries or more.
     pub fn new<'a>(
-        n: usize,
-        terms: impl IntoIterator<Item = (Range<usize>, Range<usize>, Term)>,
+        shape: (usize, usize),
+        entries: impl IntoIterator<Item = Entry<C>>,
         pattern_of: impl Fn(Matrix) -> (&'a SparsityPattern, bool),
     ) -> Self {
         let mut blocks: Vec<Block<'_>> = Vec::new();
         let mut known: HashMap<(usize, usize, *const SparsityPattern, bool), usize> =
             HashMap::new();
-        let mut placed = Vec::new();
-        for (rows, columns, term) in terms {
-            let (pattern, transposed) = pattern_of(term.matrix);
-            let (row, column) = (rows.start, columns.start);
+        let mut terms = Vec::new();
+        for entry in entries {
+            let (pattern, transposed) = pattern_of(entry.matrix);
+            let (row, column) = (entry.rows.start, entry.columns.start);
             let key = (row, column, std::ptr::from_ref(pattern), transposed);
             let block = *known.entry(key).or_insert_with(|| {
                 blocks.push(Block {
@@ -54,22 +67,15 @@ impl Assembly {
                 });
                 blocks.len() - 1
             });
-            let Term {
-                matrix,
-                of_value,
-                of_rate,
-                ..
-            } = term;
-            placed.push(Placed {
-                matrix,
-                of_value,
-                of_rate,
+            terms.push(Placed {
+                matrix: entry.matrix,
+                coefficient: entry.coefficient,
                 block,
             });
         }
         Self {
-            terms: placed,
-            blocks: Blocks::new(n, &blocks),
+            terms,
+            blocks: Blocks::new(shape, &blocks),
         }
     }
 
@@ -78,20 +84,19 @@ impl Assembly {
         self.blocks.pattern()
     }
 
-    /// `values` ← Σ (a · of_value + b · of_rate) · matrix.
-    pub fn combine<'m>(
+    /// `values` ← Σ factor(coefficient) · matrix.
+    pub fn combine<'m, T: Number>(
         &self,
-        a: f64,
-        b: f64,
+        factor: impl Fn(&C) -> T,
         matrix_values: impl Fn(Matrix) -> &'m [f64],
-        values: &mut [f64],
+        values: &mut [T],
     ) {
-        values.fill(0.0);
+        values.fill(T::zero());
         for term in &self.terms {
-            let coefficient = a * term.of_value + b * term.of_rate;
-            if coefficient != 0.0 {
+            let factor = factor(&term.coefficient);
+            if factor != T::zero() {
                 let matrix = matrix_values(term.matrix);
-                self.blocks.add(term.block, coefficient, matrix, values);
+                self.blocks.add(term.block, factor, matrix, values);
             }
         }
     }
@@ -100,7 +105,6 @@ impl Assembly {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::Field;
 
     fn pattern(rows: usize, columns: usize, entries: &[(usize, usize)]) -> SparsityPattern {
         let offsets = (0..=columns)
@@ -115,19 +119,19 @@ mod tests {
         // A 3×3 whole: a 2×2 diagonal block, twice, and a 1×2 block below with its transpose.
         let square = pattern(2, 2, &[(0, 0), (1, 1)]);
         let wide = pattern(1, 2, &[(0, 0), (0, 1)]);
-        let term = |matrix, of_value, of_rate| Term {
-            column: Field::Displacement,
+        let entry = |rows, columns, matrix, coefficient| Entry {
+            rows,
+            columns,
             matrix,
-            of_value,
-            of_rate,
+            coefficient,
         };
         let assembly = Assembly::new(
-            3,
+            (3, 3),
             [
-                (0..2, 0..2, term(Matrix::Mass, 0.0, 1.0)),
-                (0..2, 0..2, term(Matrix::Stiffness, 1.0, 0.0)),
-                (2..3, 0..2, term(Matrix::Divergence, 1.0, 0.0)),
-                (0..2, 2..3, term(Matrix::DivergenceTransposed, -1.0, 0.0)),
+                entry(0..2, 0..2, Matrix::Mass, 3.0),
+                entry(0..2, 0..2, Matrix::Stiffness, 2.0),
+                entry(2..3, 0..2, Matrix::Divergence, 2.0),
+                entry(0..2, 2..3, Matrix::DivergenceTransposed, -2.0),
             ],
             |matrix| match matrix {
                 Matrix::Divergence => (&wide, false),
@@ -138,8 +142,7 @@ mod tests {
         let (mass, stiffness, divergence) = ([1.0, 2.0], [10.0, 20.0], [5.0, 7.0]);
         let mut values = vec![f64::NAN; assembly.pattern().nnz()];
         assembly.combine(
-            2.0,
-            3.0,
+            |coefficient: &f64| *coefficient,
             |matrix| match matrix {
                 Matrix::Mass => &mass,
                 Matrix::Stiffness => &stiffness,

@@ -1,6 +1,8 @@
-//! Blocks placed in a square sparse matrix: the union of their patterns, and where each entry goes.
+//! Blocks placed in a sparse matrix: the union of their patterns, and where each entry goes.
 
 use nalgebra_sparse::pattern::SparsityPattern;
+
+use crate::linear::Number;
 
 /// A compressed-column pattern with the place of its first row and column in the whole.
 #[derive(Clone, Copy)]
@@ -50,12 +52,12 @@ pub(crate) struct Blocks {
 }
 
 impl Blocks {
-    /// Places `blocks`, which may overlap, in an `n × n` matrix.
+    /// Places `blocks`, which may overlap, in a matrix of this many rows and columns.
     ///
     /// # Panics
     /// If a block reaches beyond the matrix, or the whole has 2³² entries or more.
-    pub(crate) fn new(n: usize, blocks: &[Block<'_>]) -> Self {
-        let pattern = union(n, blocks);
+    pub(crate) fn new(shape: (usize, usize), blocks: &[Block<'_>]) -> Self {
+        let pattern = union(shape, blocks);
         let maps = blocks
             .iter()
             .map(|block| positions(&pattern, *block))
@@ -69,15 +71,15 @@ impl Blocks {
     }
 
     /// `whole` += `factor` · `values`, placed as block number `block`.
-    pub(crate) fn add(&self, block: usize, factor: f64, values: &[f64], whole: &mut [f64]) {
-        for (&position, value) in self.maps[block].iter().zip(values) {
+    pub(crate) fn add<T: Number>(&self, block: usize, factor: T, values: &[f64], whole: &mut [T]) {
+        for (&position, &value) in self.maps[block].iter().zip(values) {
             whole[position as usize] += factor * value;
         }
     }
 }
 
-fn union(n: usize, blocks: &[Block<'_>]) -> SparsityPattern {
-    let mut columns: Vec<Vec<usize>> = vec![Vec::new(); n];
+fn union((n_rows, n_columns): (usize, usize), blocks: &[Block<'_>]) -> SparsityPattern {
+    let mut columns: Vec<Vec<usize>> = vec![Vec::new(); n_columns];
     for block in blocks {
         for (row, column) in block.entries() {
             columns[column].push(row);
@@ -91,7 +93,7 @@ fn union(n: usize, blocks: &[Block<'_>]) -> SparsityPattern {
         rows.append(column);
         offsets.push(rows.len());
     }
-    SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows)
+    SparsityPattern::try_from_offsets_and_indices(n_columns, n_rows, offsets, rows)
         .expect("sorted, deduplicated columns make a valid pattern")
 }
 

@@ -1,7 +1,9 @@
 //! Counts of the work done, the proof that what a scene does not need is not computed.
 
+use crate::linear::LinearWork;
+
 /// Passes over the elements, and assemblies.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct WorkCounters {
     /// Element passes for residuals.
     pub residual_passes: u64,
@@ -11,6 +13,8 @@ pub struct WorkCounters {
     pub tangent_passes: u64,
     /// Of these, with the damping tangent ∂/∂q ∫Ṗ:∇φ.
     pub rate_tangent_passes: u64,
+    /// Factorisations and solves of the condensed path, and how well they were solved.
+    pub linear: LinearWork,
     /// Newton matrices summed from the tangents.
     pub matrix_sums: u64,
 }

@@ -2,13 +2,16 @@
 
 use sundials_wrap as wrap;
 use sundials_wrap::klu::KluOptions;
-use sundials_wrap::{ConsistencyMode, DaeProblem, IdaOptions, IdaSolver, Suppressed, Tolerances};
+use sundials_wrap::{
+    ConsistencyMode, DaeProblem, IdaBuilder, IdaOptions, IdaSolver, Suppressed, Tolerances,
+};
 
 use crate::coupling::{CoupledDae, ErrorTest};
 use crate::error::ModelError;
 use crate::integrator::{Advance, Counts, Integrator};
+use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
-use crate::settings::Settings;
+use crate::settings::{LinearSolver, Settings};
 use crate::statistics::StopReason;
 
 /// IDAS in one-step mode with a stop time at the end.
@@ -26,7 +29,18 @@ impl IdaIntegrator<MuscleDae> {
     pub fn from_rest(dae: MuscleDae, settings: &Settings) -> Result<Self, ModelError> {
         let zero = vec![0.0; dae.n_unknowns()];
         let options = options(&dae, settings);
-        Self::new(dae, options, settings.t_end, &zero, &zero)
+        let condensed = match settings.linear_solver {
+            LinearSolver::Condensed => CondensedSolver::new(&dae, options.klu)?,
+            LinearSolver::Full => None,
+        };
+        let mut builder = builder(dae, options, settings.t_end);
+        if let Some(solver) = condensed {
+            builder = builder.structured_solver(solver);
+        }
+        Ok(Self {
+            solver: builder.build(0.0, &zero, &zero)?,
+            t_end: settings.t_end,
+        })
     }
 }
 
@@ -49,11 +63,9 @@ impl<B: DaeProblem + Send + 'static> IdaIntegrator<CoupledDae<B>> {
         let (y_dot, imbalance) = dae.derivatives_at(0.0, y)?;
         let options = IdaOptions {
             suppressed: Suppressed::Components(error_test.left_out().to_vec()),
-            stop_time: Some(t_end),
             ..options
         };
-        let mut solver = IdaSolver::builder(dae)
-            .options(options)
+        let mut solver = builder(dae, options, t_end)
             .error_weights(move |_, y, weights| {
                 error_test.weights(y, weights);
                 Ok(())
@@ -78,13 +90,7 @@ impl<P: DaeProblem> IdaIntegrator<P> {
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
-        let options = IdaOptions {
-            stop_time: Some(t_end),
-            ..options
-        };
-        let solver = IdaSolver::builder(problem)
-            .options(options)
-            .build(0.0, y, y_dot)?;
+        let solver = builder(problem, options, t_end).build(0.0, y, y_dot)?;
         Ok(Self { solver, t_end })
     }
 
@@ -92,6 +98,13 @@ impl<P: DaeProblem> IdaIntegrator<P> {
     pub fn solver(&self) -> &IdaSolver<P> {
         &self.solver
     }
+}
+
+fn builder<P: DaeProblem>(problem: P, options: IdaOptions, t_end: f64) -> IdaBuilder<P> {
+    IdaSolver::builder(problem).options(IdaOptions {
+        stop_time: Some(t_end),
+        ..options
+    })
 }
 
 /// The options of IDAS for a muscle with `settings`.

@@ -4,7 +4,7 @@ use myovib_fem::{Fields, Inverted, Pressure, Tangents, Vectors};
 use nalgebra_sparse::pattern::SparsityPattern;
 use sundials_wrap::{DaeProblem, StepError, VariableKind};
 
-use crate::assembly::Assembly;
+use crate::assembly::{Assembly, Entry};
 use crate::counters::WorkCounters;
 use crate::displacement::Displacement;
 use crate::equation::{Context, Needs, PressureRateSource};
@@ -12,6 +12,7 @@ use crate::error::ModelError;
 use crate::field::{Field, Layout};
 use crate::formulation::Formulation;
 use crate::matrices::Matrices;
+use crate::matrix::{Matrix, Term};
 use crate::muscle::Muscle;
 use crate::probe::Probe;
 use crate::state::{Integrals, State, Workspace};
@@ -24,7 +25,8 @@ pub struct MuscleDae {
     layout: Layout,
     context: Context,
     needs: Needs,
-    assembly: Assembly,
+    /// Coefficients: those of ∂F/∂y and ∂F/∂ẏ.
+    assembly: Assembly<[f64; 2]>,
     matrices: Matrices,
     work: Workspace,
     counters: WorkCounters,
@@ -68,28 +70,25 @@ impl MuscleDae {
             .fold(Needs::default(), |needs, (_, equation)| {
                 needs.or(equation.needs(&context))
             });
-        let terms: Vec<_> = formulation
-            .rows()
-            .iter()
-            .zip(layout.blocks())
-            .flat_map(|((_, equation), (_, rows))| {
-                equation
-                    .terms(&context)
-                    .into_iter()
-                    .map(|term| (rows.clone(), term))
-            })
-            .collect();
-        let matrices = Matrices::new(solid, terms.iter().map(|(_, term)| term.matrix));
-        let assembly = Assembly::new(
-            layout.n_unknowns(),
-            terms.into_iter().map(|(rows, term)| {
-                let columns = layout
-                    .range(term.column)
-                    .expect("terms act on fields there are");
-                (rows, columns, term)
-            }),
-            |matrix| matrices.pattern(solid, matrix),
+        let blocks = blocks(formulation, &context);
+        let matrices = Matrices::new(
+            solid,
+            blocks
+                .iter()
+                .flat_map(|(_, terms)| terms)
+                .map(|term| term.matrix),
         );
+        let range = |field| layout.range(field).expect("terms act on fields there are");
+        let entries = blocks.iter().flat_map(|(rows, terms)| {
+            terms.iter().map(|term| Entry {
+                rows: range(*rows),
+                columns: range(term.column),
+                matrix: term.matrix,
+                coefficient: [term.of_value, term.of_rate],
+            })
+        });
+        let n = layout.n_unknowns();
+        let assembly = Assembly::new((n, n), entries, |matrix| matrices.pattern(solid, matrix));
         Self {
             work: Workspace::new(solid),
             counters: WorkCounters::default(),
@@ -126,6 +125,29 @@ impl MuscleDae {
     /// The work done so far.
     pub fn counters(&self) -> &WorkCounters {
         &self.counters
+    }
+
+    /// Where a linear solver counts its work.
+    pub(crate) fn counters_mut(&mut self) -> &mut WorkCounters {
+        &mut self.counters
+    }
+
+    /// The Jacobian's terms for each block of rows, named by the unknowns in the same place.
+    pub(crate) fn blocks(&self) -> Vec<(Field, Vec<Term>)> {
+        blocks(self.formulation, &self.context)
+    }
+
+    /// The pattern of a matrix of this formulation, and whether it is the transposed one.
+    pub(crate) fn pattern_of(&self, matrix: Matrix) -> (&SparsityPattern, bool) {
+        self.matrices.pattern(&self.muscle.solid, matrix)
+    }
+
+    /// The values of a matrix as of the last [`update_matrices`](Self::update_matrices).
+    ///
+    /// # Panics
+    /// If the formulation has no such matrix.
+    pub fn matrix_values(&self, matrix: Matrix) -> &[f64] {
+        self.matrices.values(&self.muscle.solid, matrix)
     }
 
     /// Displacement and velocity at all nodes at time `t`, prescribed components included.
@@ -257,7 +279,10 @@ impl MuscleDae {
     }
 
     /// Evaluates the state-dependent matrices; for a linear law only the first time.
-    fn update_matrices(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), Inverted> {
+    ///
+    /// # Errors
+    /// [`StepError::Recoverable`] for an element with det F ≤ 0.
+    pub fn update_matrices(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), StepError> {
         let solid = &self.muscle.solid;
         if solid.is_linear() && self.counters.tangent_passes > 0 {
             return Ok(());
@@ -275,8 +300,19 @@ impl MuscleDae {
         let mut tangents: Tangents<'_> = self.matrices.wanted();
         self.counters.tangent_passes += 1;
         self.counters.rate_tangent_passes += u64::from(tangents.rate_stiffness.is_some());
-        self.muscle.solid.tangents(&fields, &mut tangents)
+        self.muscle
+            .solid
+            .tangents(&fields, &mut tangents)
+            .map_err(recoverable)
     }
+}
+
+fn blocks(formulation: Formulation, context: &Context) -> Vec<(Field, Vec<Term>)> {
+    formulation
+        .rows()
+        .iter()
+        .map(|(field, equation)| (*field, equation.terms(context)))
+        .collect()
 }
 
 fn recoverable(inverted: Inverted) -> StepError {
@@ -347,7 +383,7 @@ impl DaeProblem for MuscleDae {
         b: f64,
         values: &mut [f64],
     ) -> Result<(), StepError> {
-        self.update_matrices(t, y, y_dot).map_err(recoverable)?;
+        self.update_matrices(t, y, y_dot)?;
         self.counters.matrix_sums += 1;
         let Self {
             assembly,
@@ -356,8 +392,7 @@ impl DaeProblem for MuscleDae {
             ..
         } = self;
         assembly.combine(
-            a,
-            b,
+            |[of_value, of_rate]| a * of_value + b * of_rate,
             |matrix| matrices.values(&muscle.solid, matrix),
             values,
         );

@@ -50,6 +50,25 @@ impl IntegratorKind {
     }
 }
 
+/// How the linear systems of Newton's method are solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LinearSolver {
+    /// By elimination of the velocities, where the formulation allows it; else as `Full`.
+    Condensed,
+    /// By factorising the matrix of the whole first-order system.
+    Full,
+}
+
+impl LinearSolver {
+    /// The name used in options and output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Condensed => "condensed",
+            Self::Full => "full",
+        }
+    }
+}
+
 /// Settings of a time integration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -67,6 +86,8 @@ pub struct Settings {
     pub max_order: u8,
     /// Relative change of c_j beyond which the Newton matrix is set up anew (IDAS).
     pub delta_cj: f64,
+    /// How Newton's linear systems are solved.
+    pub linear_solver: LinearSolver,
     /// Fill-reducing ordering of KLU.
     pub ordering: Ordering,
     /// Whether KLU permutes to block triangular form first.
@@ -94,6 +115,7 @@ impl Settings {
                 .collect(),
             max_order: 2,
             delta_cj: 0.25,
+            linear_solver: LinearSolver::Condensed,
             ordering: default_ordering(formulation),
             btf: false,
         }

@@ -3,7 +3,7 @@
 use myovib_fem::{Fields, Inverted, Pressure, Vectors};
 use sundials_wrap::klu::{KluOptions, Numeric, Ordering, Symbolic};
 
-use crate::assembly::Assembly;
+use crate::assembly::{Assembly, Entry};
 use crate::equation::{Context, Equation, PressureRateSource};
 use crate::error::ModelError;
 use crate::field::{Field, Layout};
@@ -73,7 +73,8 @@ pub fn equilibrium(muscle: &Muscle, t: f64) -> Result<Equilibrium, ModelError> {
 struct Newton<'a> {
     muscle: &'a Muscle,
     layout: Layout,
-    assembly: Assembly,
+    /// Coefficients: those of ∂F/∂y.
+    assembly: Assembly<f64>,
     matrices: Matrices,
     symbolic: Symbolic,
     load: Vec<f64>,
@@ -104,18 +105,20 @@ impl<'a> Newton<'a> {
                 .terms(&context)
                 .into_iter()
                 .filter_map(move |term| {
-                    layout
-                        .range(term.column)
-                        .map(|columns| (rows.clone(), columns, term))
+                    layout.range(term.column).map(|columns| Entry {
+                        rows: rows.clone(),
+                        columns,
+                        matrix: term.matrix,
+                        coefficient: term.of_value,
+                    })
                 })
         };
-        let terms: Vec<_> = place(Equation::Momentum, Field::Displacement)
+        let entries: Vec<_> = place(Equation::Momentum, Field::Displacement)
             .chain(place(Equation::Constraint, Field::Pressure))
             .collect();
-        let matrices = Matrices::new(solid, terms.iter().map(|(_, _, term)| term.matrix));
-        let assembly = Assembly::new(layout.n_unknowns(), terms, |matrix| {
-            matrices.pattern(solid, matrix)
-        });
+        let matrices = Matrices::new(solid, entries.iter().map(|entry| entry.matrix));
+        let n = layout.n_unknowns();
+        let assembly = Assembly::new((n, n), entries, |matrix| matrices.pattern(solid, matrix));
         let options = KluOptions {
             ordering: Ordering::Amd,
             btf: false,
@@ -234,8 +237,11 @@ impl<'a> Newton<'a> {
         };
         solid.tangents(&fields, &mut self.matrices.wanted())?;
         let matrices = &self.matrices;
-        self.assembly
-            .combine(1.0, 0.0, |matrix| matrices.values(solid, matrix), values);
+        self.assembly.combine(
+            |of_value| *of_value,
+            |matrix| matrices.values(solid, matrix),
+            values,
+        );
         Ok(())
     }
 

@@ -12,7 +12,8 @@ const RTOL: f64 = 1e-6;
 
 /// The displacement at t = 1 of an incompressible block under the paper's load.
 fn displacement(formulation: Formulation) -> Vec<f64> {
-    let mesh = Mesh::parse_msh(include_str!("../../../data/meshes/block.msh"), "small.msh").unwrap();
+    let mesh =
+        Mesh::parse_msh(include_str!("../../../data/meshes/block.msh"), "small.msh").unwrap();
     let signal = Signal::paper(1e3);
     let muscle = paper::muscle_with_load(&mesh, paper::LAW, f64::INFINITY, 0.0, signal).unwrap();
     let dae = MuscleDae::new(muscle, formulation).unwrap();

@@ -101,7 +101,7 @@ impl<B: DaeProblem> CoupledDae<B> {
             placed.extend(couplings.map(|coupling| Block::at(start, 0, &coupling.pattern)));
         }
         Self {
-            blocks: Blocks::new(end, &placed),
+            blocks: Blocks::new((end, end), &placed),
             body_values: vec![0.0; body_pattern.nnz()],
             n_unknowns: end,
             n_body,

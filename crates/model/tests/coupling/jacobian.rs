@@ -89,7 +89,11 @@ fn a_chain_without_a_body() {
 }
 
 fn small_muscle(formulation: Formulation) -> MuscleDae {
-    let mesh = Mesh::parse_msh(include_str!("../../../../data/meshes/block.msh"), "small.msh").unwrap();
+    let mesh = Mesh::parse_msh(
+        include_str!("../../../../data/meshes/block.msh"),
+        "small.msh",
+    )
+    .unwrap();
     let muscle = paper::muscle(&mesh, 1e5, 1e-2).unwrap();
     MuscleDae::for_analysis(muscle, formulation)
 }

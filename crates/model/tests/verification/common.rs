@@ -17,7 +17,11 @@ pub(crate) const LAWS: [Law; 2] = [
 /// A block of 1.1 m by 1 m: left edge fixed, right edge loaded, four triangles around a free node,
 /// refined `levels` times.
 pub(crate) fn block(levels: usize) -> Mesh {
-    let coarse = Mesh::parse_msh(include_str!("../../../../data/meshes/block.msh"), "block.msh").unwrap();
+    let coarse = Mesh::parse_msh(
+        include_str!("../../../../data/meshes/block.msh"),
+        "block.msh",
+    )
+    .unwrap();
     (0..levels).fold(coarse, |mesh, _| mesh.refined())
 }
 

@@ -10,7 +10,7 @@ use std::str::FromStr;
 use anyhow::Context;
 use clap::Args;
 use myovib_fem::Mesh;
-use myovib_model::{Field, IntegratorKind, paper};
+use myovib_model::{Field, IntegratorKind, LinearSolver, paper};
 
 use crate::args::{CommonArgs, check_folder};
 use crate::atomic_file;
@@ -62,6 +62,10 @@ pub struct Table2Args {
     #[arg(long, value_name = "X", default_value_t = 1e-5)]
     pub atol_velocity: f64,
 
+    /// How Newton's linear systems are solved: `condensed` or `full`.
+    #[arg(long, value_name = "HOW", default_value = "condensed", value_parser = linear_solver)]
+    pub linear_solver: LinearSolver,
+
     /// Write the table as CSV; with --probe, the probe's values instead.
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
@@ -84,6 +88,13 @@ fn integrator(name: &str) -> Result<IntegratorKind, String> {
         .into_iter()
         .find(|kind| kind.name() == name)
         .ok_or_else(|| format!("`{name}` is no integrator: ida or radau"))
+}
+
+fn linear_solver(name: &str) -> Result<LinearSolver, String> {
+    [LinearSolver::Condensed, LinearSolver::Full]
+        .into_iter()
+        .find(|how| how.name() == name)
+        .ok_or_else(|| format!("`{name}` is no linear solver: condensed or full"))
 }
 
 /// A named point to record at.

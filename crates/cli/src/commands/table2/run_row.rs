@@ -79,6 +79,7 @@ fn settings(row: &Row, args: &Table2Args) -> Settings {
             IntegratorKind::Radau => 5,
         },
         integrator: args.integrator,
+        linear_solver: args.linear_solver,
         ..paper
     }
 }

@@ -1,0 +1,224 @@
+//! Which unknowns of the Newton system can be eliminated, and what is left of it.
+//!
+//! A kinematic equation ẋ − w = 0 (q̇ − v, λ̇ − μ) gives its row of (∂F/∂y + c ∂F/∂ẏ) δ = b as
+//! c δx − δw = b_w, so δw = c δx − b_w exactly. Put into the other rows, a matrix A that acts on
+//! δw acts c-fold on δx, and A b_w goes to the right-hand side:
+//!
+//! ```text
+//! ( A_x + c A_w ) δx + … = b + A_w b_w
+//! ```
+//!
+//! What is left for the muscle is the system in (q, λ), of half the size and symmetric but for the
+//! damping: the dynamic stiffness c² M + c D + K bordered by B. It is a sum of the same matrices
+//! with coefficients that are polynomials in c, so all places are found once.
+//!
+//! The first line of (33), M (q̇ − v) + Bᵀμ = 0, is not of this kind: δv would be M⁻¹ of the rest,
+//! which is dense.
+
+use std::ops::Range;
+
+use sundials_wrap::DaeProblem;
+
+use crate::assembly::{Assembly, Entry};
+use crate::field::Field;
+use crate::matrix::{Matrix, Term};
+use crate::muscle_dae::MuscleDae;
+
+use super::Number;
+
+/// p_0 + p_1 c + p_2 c².
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Quadratic([f64; 3]);
+
+impl Quadratic {
+    /// The value at `c`.
+    pub(super) fn at<T: Number>(&self, c: T) -> T {
+        let [p0, p1, p2] = self.0;
+        T::one() * p0 + c * p1 + c * c * p2
+    }
+}
+
+/// One kinematic equation, `rate · c δbase + value · δeliminated = b`.
+#[derive(Debug, Clone, Copy)]
+struct Kinematic {
+    /// The block of rows the equation stands in.
+    rows: Field,
+    base: Field,
+    eliminated: Field,
+    rate: f64,
+    value: f64,
+}
+
+impl Kinematic {
+    /// Reads the terms of a block of rows as a kinematic equation, if they are one.
+    fn read(rows: Field, terms: &[Term]) -> Option<Self> {
+        let is_identity = |term: &Term| {
+            matches!(
+                term.matrix,
+                Matrix::DisplacementIdentity | Matrix::PressureIdentity
+            )
+        };
+        let find = |holds: fn(&Term) -> bool| terms.iter().find(|term| holds(term));
+        let rate = find(|term| term.of_rate != 0.0 && term.of_value == 0.0)?;
+        let value = find(|term| term.of_value != 0.0 && term.of_rate == 0.0)?;
+        (terms.len() == 2 && terms.iter().all(is_identity)).then_some(Self {
+            rows,
+            base: rate.column,
+            eliminated: value.column,
+            rate: rate.of_rate,
+            value: value.of_value,
+        })
+    }
+}
+
+/// A block that is copied between the full vectors and the condensed ones.
+#[derive(Debug, Clone)]
+pub(super) struct Kept {
+    /// The rows of the full system.
+    pub(super) rows: Range<usize>,
+    /// The unknowns of the full system.
+    pub(super) unknowns: Range<usize>,
+    /// Both in the condensed system.
+    pub(super) condensed: Range<usize>,
+}
+
+/// A block of unknowns recovered from its base: δw = (b − rate · c δx) / value.
+#[derive(Debug, Clone)]
+pub(super) struct Recovered {
+    /// The rows of the kinematic equation in the full system.
+    pub(super) rows: Range<usize>,
+    /// The eliminated unknowns in the full system.
+    pub(super) unknowns: Range<usize>,
+    /// The same among all eliminated ones.
+    pub(super) place: Range<usize>,
+    /// The base's unknowns in the condensed system.
+    pub(super) base: Range<usize>,
+    pub(super) rate: f64,
+    pub(super) value: f64,
+}
+
+/// The elimination laid out for one formulation: patterns, places, coefficients.
+#[derive(Debug, Clone)]
+pub struct Condensation {
+    pub(super) kept: Vec<Kept>,
+    pub(super) recovered: Vec<Recovered>,
+    /// The condensed matrix; square.
+    pub(super) condensed: Assembly<Quadratic>,
+    /// A_w / value for all eliminated unknowns, which acts on the rows of the kinematic equations.
+    pub(super) coupling: Assembly<Quadratic>,
+    pub(super) n_full: usize,
+}
+
+impl Condensation {
+    /// Lays out the elimination for `dae`; `None` where no equation is kinematic.
+    pub fn new(dae: &MuscleDae) -> Option<Self> {
+        let blocks = dae.blocks();
+        let kinematic: Vec<_> = blocks
+            .iter()
+            .filter_map(|(rows, terms)| Kinematic::read(*rows, terms))
+            .collect();
+        if kinematic.is_empty() {
+            return None;
+        }
+        let range = |field| {
+            dae.layout()
+                .range(field)
+                .expect("equations name fields there are")
+        };
+        let eliminating = |field| kinematic.iter().find(|k| k.eliminated == field);
+        // An eliminated unknown leaves its row to its base, whose row the kinematic equation has.
+        let owner = |field| eliminating(field).map_or(field, |k| k.base);
+
+        let mut kept = Vec::new();
+        let mut end = 0;
+        let remaining = blocks
+            .iter()
+            .filter(|(rows, _)| kinematic.iter().all(|k| k.rows != *rows));
+        for (rows, _) in remaining.clone() {
+            let unknowns = range(owner(*rows));
+            let start = end;
+            end += unknowns.len();
+            kept.push((
+                owner(*rows),
+                Kept {
+                    rows: range(*rows),
+                    unknowns,
+                    condensed: start..end,
+                },
+            ));
+        }
+        let condensed_range = |field| {
+            let (_, block) = kept
+                .iter()
+                .find(|(f, _)| *f == field)
+                .expect("each unknown that is kept has a row that is kept");
+            block.condensed.clone()
+        };
+        let mut recovered = Vec::new();
+        let mut n_eliminated = 0;
+        for k in &kinematic {
+            let unknowns = range(k.eliminated);
+            let start = n_eliminated;
+            n_eliminated += unknowns.len();
+            recovered.push((
+                k.eliminated,
+                Recovered {
+                    rows: range(k.rows),
+                    unknowns,
+                    place: start..n_eliminated,
+                    base: condensed_range(k.base),
+                    rate: k.rate,
+                    value: k.value,
+                },
+            ));
+        }
+        let place = |field| {
+            let (_, block) = recovered
+                .iter()
+                .find(|(f, _)| *f == field)
+                .expect("looked up for eliminated fields only");
+            block.place.clone()
+        };
+
+        let mut condensed = Vec::new();
+        let mut coupling = Vec::new();
+        for (rows, term) in remaining.flat_map(|(rows, terms)| terms.iter().map(move |t| (rows, t)))
+        {
+            let entry = |columns, [p0, p1, p2]: [f64; 3]| Entry {
+                rows: condensed_range(owner(*rows)),
+                columns,
+                matrix: term.matrix,
+                coefficient: Quadratic([p0, p1, p2]),
+            };
+            let (value, rate) = (term.of_value, term.of_rate);
+            match eliminating(term.column) {
+                None => condensed.push(entry(condensed_range(term.column), [value, rate, 0.0])),
+                Some(k) => {
+                    let chain = -k.rate / k.value;
+                    let base = condensed_range(k.base);
+                    condensed.push(entry(base, [0.0, chain * value, chain * rate]));
+                    let by_rows = [value / k.value, rate / k.value, 0.0];
+                    coupling.push(entry(place(k.eliminated), by_rows));
+                }
+            }
+        }
+        let pattern_of = |matrix| dae.pattern_of(matrix);
+        Some(Self {
+            condensed: Assembly::new((end, end), condensed, pattern_of),
+            coupling: Assembly::new((end, n_eliminated), coupling, pattern_of),
+            kept: kept.into_iter().map(|(_, block)| block).collect(),
+            recovered: recovered.into_iter().map(|(_, block)| block).collect(),
+            n_full: dae.n_unknowns(),
+        })
+    }
+
+    /// Unknowns of the condensed system.
+    pub fn n_condensed(&self) -> usize {
+        self.condensed.pattern().major_dim()
+    }
+
+    /// Unknowns of the full system.
+    pub fn n_full(&self) -> usize {
+        self.n_full
+    }
+}

@@ -1,0 +1,101 @@
+//! The condensed Newton matrix for one c: set up, and solved with in the place of the full one.
+
+use std::sync::Arc;
+
+use sundials_wrap::klu::{KluError, KluOptions};
+
+use super::sparse_system::multiply_subtract;
+use super::{Condensation, LinearWork, Number, SparseSystem};
+use crate::matrix::Matrix;
+
+/// The condensed Newton matrix ∂F/∂y + c ∂F/∂ẏ, its factors and workspace.
+///
+/// Several of them, real and complex, can share one [`Condensation`]. After the first set-up
+/// neither a set-up nor a solve allocates.
+#[derive(Debug)]
+pub struct Condensed<T: Number> {
+    plan: Arc<Condensation>,
+    system: SparseSystem<T>,
+    coupling: Vec<T>,
+    c: T,
+    /// The right-hand sides of the kinematic equations.
+    kinematic: Vec<T>,
+    unknowns: Vec<T>,
+}
+
+impl<T: Number> Condensed<T> {
+    /// Analyses the pattern that is left.
+    ///
+    /// # Errors
+    /// Those of the analysis.
+    pub fn new(plan: Arc<Condensation>, options: KluOptions) -> Result<Self, KluError> {
+        let (condensed, coupling) = (plan.condensed.pattern(), plan.coupling.pattern());
+        Ok(Self {
+            system: SparseSystem::new(condensed, options)?,
+            coupling: vec![T::zero(); coupling.nnz()],
+            c: T::zero(),
+            kinematic: vec![T::zero(); coupling.major_dim()],
+            unknowns: vec![T::zero(); condensed.major_dim()],
+            plan,
+        })
+    }
+
+    /// Forms and factorises the matrix for `c` from the `values` of the muscle's matrices.
+    ///
+    /// # Errors
+    /// [`KluError::Singular`] and others of the factorisation.
+    pub fn set_up<'m>(
+        &mut self,
+        c: T,
+        values: impl Fn(Matrix) -> &'m [f64],
+        work: &mut LinearWork,
+    ) -> Result<(), KluError> {
+        self.c = c;
+        let plan = &self.plan;
+        plan.coupling
+            .combine(|p| p.at(c), &values, &mut self.coupling);
+        plan.condensed
+            .combine(|p| p.at(c), &values, self.system.values_mut());
+        self.system.renew(work)
+    }
+
+    /// Solves the full system in place.
+    ///
+    /// # Shapes
+    /// `rhs`: the unknowns of the full system.
+    ///
+    /// # Errors
+    /// Those of the solve.
+    pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), KluError> {
+        let plan = &self.plan;
+        for block in &plan.recovered {
+            self.kinematic[block.place.clone()].copy_from_slice(&rhs[block.rows.clone()]);
+        }
+        for block in &plan.kept {
+            self.unknowns[block.condensed.clone()].copy_from_slice(&rhs[block.rows.clone()]);
+        }
+        multiply_subtract(
+            plan.coupling.pattern(),
+            &self.coupling,
+            &self.kinematic,
+            &mut self.unknowns,
+        );
+        self.system.solve(&mut self.unknowns, work)?;
+        for block in &plan.kept {
+            rhs[block.unknowns.clone()].copy_from_slice(&self.unknowns[block.condensed.clone()]);
+        }
+        for block in &plan.recovered {
+            let (rate, inverse) = (self.c * block.rate, 1.0 / block.value);
+            let bases = &self.unknowns[block.base.clone()];
+            let kinematic = &self.kinematic[block.place.clone()];
+            for ((x, &base), &b) in rhs[block.unknowns.clone()]
+                .iter_mut()
+                .zip(bases)
+                .zip(kinematic)
+            {
+                *x = (b - rate * base) * inverse;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,63 @@
+//! The condensed solver as IDAS calls it.
+
+use std::sync::Arc;
+
+use sundials_wrap::klu::{KluError, KluOptions};
+use sundials_wrap::{StepError, StructuredSolver};
+
+use super::{Condensation, Condensed};
+use crate::muscle_dae::MuscleDae;
+
+/// Solves the Newton systems of a [`MuscleDae`] by condensation.
+#[derive(Debug)]
+pub struct CondensedSolver {
+    matrix: Condensed<f64>,
+}
+
+impl CondensedSolver {
+    /// Lays out the condensation; `None` for a formulation that has none.
+    ///
+    /// # Errors
+    /// Those of the analysis.
+    pub fn new(dae: &MuscleDae, options: KluOptions) -> Result<Option<Self>, KluError> {
+        Condensation::new(dae)
+            .map(|plan| Condensed::new(Arc::new(plan), options))
+            .transpose()
+            .map(|matrix| matrix.map(|matrix| Self { matrix }))
+    }
+}
+
+impl StructuredSolver<MuscleDae> for CondensedSolver {
+    fn setup(
+        &mut self,
+        dae: &mut MuscleDae,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        c_j: f64,
+    ) -> Result<(), StepError> {
+        dae.update_matrices(t, y, y_dot)?;
+        let mut work = dae.counters().linear;
+        let result = self
+            .matrix
+            .set_up(c_j, |matrix| dae.matrix_values(matrix), &mut work);
+        dae.counters_mut().linear = work;
+        result.map_err(step_error)
+    }
+
+    fn solve(&mut self, dae: &mut MuscleDae, rhs: &mut [f64]) -> Result<(), StepError> {
+        self.matrix
+            .solve(rhs, &mut dae.counters_mut().linear)
+            .map_err(step_error)
+    }
+}
+
+/// A singular or infinite matrix may become a good one with a smaller step; nothing else may.
+fn step_error(error: KluError) -> StepError {
+    match error {
+        KluError::Singular { .. } | KluError::NotFinite { .. } => {
+            StepError::Recoverable(error.to_string())
+        }
+        other => StepError::Fatal(Box::new(other)),
+    }
+}
