@@ -79,3 +79,9 @@ pub use method::{ComplexMode, Method, RealMode};
 pub use options::{RadauOptions, StepSize};
 pub use solver::RadauSolver;
 pub use work::Work;
+
+/// Design notes.
+pub mod notes {
+    #[doc = include_str!("../notes/0001-method.md")]
+    pub mod method {}
+}

@@ -161,6 +161,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             .h
             .unwrap_or_else(|| self.initial_step(t_out.min(limit)));
         let (mut rejected, mut unsolved) = (0, 0);
+        let mut cause = String::new();
         loop {
             self.h = Some(wanted);
             let smallest = self
@@ -168,7 +169,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
                 .min_step
                 .max(10.0 * f64::EPSILON * self.t.abs());
             if wanted < smallest {
-                let message = format!("the next step, {wanted:e}, is below {smallest:e}");
+                let message = format!("the next step, {wanted:e}, is below {smallest:e}{cause}");
                 return Ok(self.stop(StopReason::StepTooSmall, message));
             }
             let h = self.fit(wanted, limit - self.t);
@@ -220,6 +221,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
                 return Ok(self.stop(reason, message));
             }
             wanted = step_factor * h;
+            cause = format!(", after: {message}");
         }
     }
 

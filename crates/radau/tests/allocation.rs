@@ -1,0 +1,37 @@
+//! A step allocates nothing.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use myovib_radau::{RadauOptions, RadauSolver};
+use sundials_wrap::samples::{Heat2d, Sample};
+use sundials_wrap::{Outcome, Tolerances};
+
+#[test]
+fn steps_allocate_nothing() {
+    let heat = Heat2d::new(20);
+    let start = heat.start();
+    let options = RadauOptions {
+        tolerances: Tolerances::scalar(1e-6, 1e-6),
+        // A new Jacobian and new factors in every step.
+        jacobian_reuse: 0.0,
+        step_window: (1.0, 1.0),
+        ..RadauOptions::default()
+    };
+    let mut solver = RadauSolver::builder(heat)
+        .options(options)
+        .build(0.0, &start.y, &start.y_dot)
+        .unwrap();
+    // The first steps choose the pivots.
+    solver.step(0.3).unwrap();
+    let before = solver.stats();
+    let allocations = allocation_counter::measure(|| {
+        while solver.t() < 0.3 {
+            assert!(matches!(
+                solver.step(0.3).unwrap(),
+                Outcome::StepTaken { .. }
+            ));
+        }
+    });
+    let after = solver.stats();
+    assert!(after.steps > before.steps + 5 && after.linear_setups > before.linear_setups + 5);
+    assert_eq!(allocations.count_total, 0);
+}

@@ -1,0 +1,393 @@
+//! What happens when things go wrong.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use myovib_radau::{RadauError, RadauOptions, RadauSolver, StepSize};
+use nalgebra_sparse::pattern::SparsityPattern;
+use sundials_wrap::{
+    DaeProblem, Outcome, StepError, Stop, StopReason, Suppressed, Tolerances, VariableKind,
+};
+
+/// ẏ = 1 − 2 y² (so y = tanh(√2 t)/√2), with a residual that misbehaves on demand.
+struct Touchy {
+    /// Called with (t, y) before each residual; its value is added to it.
+    trouble: fn(f64, f64) -> Result<f64, StepError>,
+    /// Factor on the Jacobian; 0 makes it singular.
+    jacobian_factor: f64,
+}
+
+fn touchy(trouble: fn(f64, f64) -> Result<f64, StepError>) -> Touchy {
+    Touchy {
+        trouble,
+        jacobian_factor: 1.0,
+    }
+}
+
+impl DaeProblem for Touchy {
+    fn n_unknowns(&self) -> usize {
+        1
+    }
+
+    fn residual(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        residual: &mut [f64],
+    ) -> Result<(), StepError> {
+        residual[0] = (self.trouble)(t, y[0])? + y_dot[0] - 1.0 + 2.0 * y[0] * y[0];
+        Ok(())
+    }
+
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        SparsityPattern::try_from_offsets_and_indices(1, 1, vec![0, 1], vec![0]).unwrap()
+    }
+
+    fn jacobian(
+        &mut self,
+        _t: f64,
+        y: &[f64],
+        _y_dot: &[f64],
+        a: f64,
+        b: f64,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        values[0] = self.jacobian_factor * (4.0 * a * y[0] + b);
+        Ok(())
+    }
+
+    fn kinds(&self) -> Vec<VariableKind> {
+        vec![VariableKind::Differential]
+    }
+
+    fn indices(&self) -> Vec<u8> {
+        vec![0]
+    }
+}
+
+fn solver(problem: Touchy, options: RadauOptions) -> RadauSolver<Touchy> {
+    RadauSolver::builder(problem)
+        .options(options)
+        .build(0.0, &[0.0], &[1.0])
+        .unwrap()
+}
+
+#[track_caller]
+fn stopped(outcome: Outcome) -> Box<Stop> {
+    match outcome {
+        Outcome::Stopped(stop) => stop,
+        other => panic!("not stopped: {other:?}"),
+    }
+}
+
+fn recoverable(message: &str) -> Result<f64, StepError> {
+    Err(StepError::Recoverable(message.to_owned()))
+}
+
+#[test]
+fn a_recoverable_error_halves_the_step() {
+    // The state at the end of the first step, 0.02, is refused, that of a halved one is not.
+    let problem = touchy(|_, y| {
+        if y > 0.012 {
+            recoverable("too large")
+        } else {
+            Ok(0.0)
+        }
+    });
+    let options = RadauOptions {
+        initial_step: Some(0.02),
+        ..RadauOptions::default()
+    };
+    let mut solver = solver(problem, options);
+    assert_eq!(solver.step(1.0).unwrap(), Outcome::StepTaken { t: 0.01 });
+    let stats = solver.stats();
+    assert_eq!(
+        (
+            stats.steps,
+            stats.step_solve_failures,
+            stats.newton_failures
+        ),
+        (1, 1, 1)
+    );
+}
+
+#[test]
+fn a_lasting_recoverable_error_stops_with_its_message_and_the_last_state() {
+    let problem = touchy(|t, _| {
+        if t > 0.5 {
+            recoverable("t is late")
+        } else {
+            Ok(0.0)
+        }
+    });
+    let mut solver = solver(problem, RadauOptions::default());
+    let stop = stopped(solver.integrate_to(1.0).unwrap());
+    // Halved steps creep up to t = 0.5, which the last cannot reach.
+    assert_eq!(stop.reason, StopReason::StepTooSmall);
+    assert!(
+        stop.message.ends_with("after: t is late"),
+        "{}",
+        stop.message
+    );
+    assert!(
+        (stop.t - 0.5).abs() < 1e-14 && stop.t == solver.t(),
+        "{stop:?}"
+    );
+    let exact = (2f64.sqrt() * stop.t).tanh() / 2f64.sqrt();
+    // The tolerance, 1e-4 relative.
+    assert!((solver.y()[0] - exact).abs() < 1e-4);
+}
+
+#[test]
+fn too_many_recoverable_errors_in_one_step_stop() {
+    let problem = touchy(|t, _| {
+        if t > 0.0 {
+            recoverable("never")
+        } else {
+            Ok(0.0)
+        }
+    });
+    let stop = stopped(solver(problem, RadauOptions::default()).step(1.0).unwrap());
+    assert_eq!(
+        (stop.reason, stop.message.as_str()),
+        (StopReason::ResidualFailed, "never")
+    );
+    assert_eq!(stop.stats.step_solve_failures, 10);
+}
+
+#[test]
+fn nan_is_recoverable() {
+    let problem = touchy(|t, _| Ok(if t > 0.0 { f64::NAN } else { 0.0 }));
+    let stop = stopped(solver(problem, RadauOptions::default()).step(1.0).unwrap());
+    assert_eq!(stop.reason, StopReason::ResidualFailed);
+    assert_eq!(stop.message, "residual 0 (y[0]) is NaN");
+}
+
+#[test]
+fn a_fatal_error_is_handed_back() {
+    let problem = touchy(|t, _| {
+        if t > 0.5 {
+            Err(StepError::Fatal("the probe fell off".into()))
+        } else {
+            Ok(0.0)
+        }
+    });
+    match solver(problem, RadauOptions::default()).integrate_to(1.0) {
+        Err(RadauError::Fatal {
+            function: "residual",
+            t,
+            h,
+            source,
+        }) => {
+            assert_eq!(source.to_string(), "the probe fell off");
+            assert!(t <= 0.5 && t + h > 0.5, "t = {t}, h = {h}");
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_panic_passes_through() {
+    let problem = touchy(|t, _| if t > 0.5 { panic!("at {t}") } else { Ok(0.0) });
+    let mut solver = solver(problem, RadauOptions::default());
+    let caught = catch_unwind(AssertUnwindSafe(|| solver.integrate_to(1.0)));
+    assert!(
+        caught
+            .unwrap_err()
+            .downcast_ref::<String>()
+            .unwrap()
+            .starts_with("at 0.")
+    );
+}
+
+#[test]
+fn a_singular_matrix_stops() {
+    let problem = Touchy {
+        jacobian_factor: 0.0,
+        ..touchy(|_, _| Ok(0.0))
+    };
+    let stop = stopped(solver(problem, RadauOptions::default()).step(1.0).unwrap());
+    assert_eq!(stop.reason, StopReason::LinearSetupFailed);
+    assert!(stop.message.contains("singular"), "{}", stop.message);
+}
+
+#[test]
+fn a_wrong_jacobian_stops_by_convergence_failures() {
+    // Corrections a hundred times too large diverge however small the step; ẏ0 = 0, which is wrong
+    // too, leaves something to correct.
+    let problem = Touchy {
+        jacobian_factor: 0.01,
+        ..touchy(|_, _| Ok(0.0))
+    };
+    let mut solver = RadauSolver::builder(problem)
+        .build(0.0, &[0.0], &[0.0])
+        .unwrap();
+    let stop = stopped(solver.step(1.0).unwrap());
+    assert_eq!(stop.reason, StopReason::ConvergenceFailures);
+    assert_eq!(stop.stats.newton_failures, 10);
+}
+
+#[test]
+fn too_many_failed_error_tests_stop_with_the_component_at_fault() {
+    let options = RadauOptions {
+        initial_step: Some(0.5),
+        tolerances: Tolerances::scalar(1e-10, 1e-10),
+        max_error_test_failures: 1,
+        ..RadauOptions::default()
+    };
+    let stop = stopped(solver(touchy(|_, _| Ok(0.0)), options).step(1.0).unwrap());
+    assert_eq!(stop.reason, StopReason::ErrorTestFailures);
+    let worst = &stop.worst_components[0];
+    assert!(
+        worst.name == "y[0]" && worst.weighted_error > 1.0,
+        "{worst:?}"
+    );
+}
+
+#[test]
+fn a_jump_stops_at_the_smallest_step_allowed() {
+    let jump = |t: f64, _: f64| Ok(if t > 0.5 { -1e9 } else { 0.0 });
+    let options = RadauOptions {
+        min_step: 1e-3,
+        ..RadauOptions::default()
+    };
+    let stop = stopped(solver(touchy(jump), options).integrate_to(1.0).unwrap());
+    assert_eq!(stop.reason, StopReason::StepTooSmall);
+}
+
+#[test]
+fn the_number_of_steps_is_limited() {
+    let options = RadauOptions {
+        max_steps: Some(3),
+        ..RadauOptions::default()
+    };
+    let stop = stopped(
+        solver(touchy(|_, _| Ok(0.0)), options)
+            .integrate_to(1.0)
+            .unwrap(),
+    );
+    assert_eq!((stop.reason, stop.stats.steps), (StopReason::MaxSteps, 3));
+}
+
+#[test]
+fn the_stop_time_is_met_exactly_and_can_be_moved() {
+    let options = RadauOptions {
+        stop_time: Some(0.7),
+        ..RadauOptions::default()
+    };
+    let mut solver = solver(touchy(|_, _| Ok(0.0)), options);
+    let mut outcome = solver.step(2.0).unwrap();
+    while let Outcome::StepTaken { t } = outcome {
+        assert!(t < 0.7);
+        outcome = solver.step(2.0).unwrap();
+    }
+    assert_eq!(outcome, Outcome::StopTime { t: 0.7 });
+    assert_eq!(solver.step(2.0).unwrap(), Outcome::StopTime { t: 0.7 });
+    solver.set_stop_time(1.5).unwrap();
+    assert_eq!(
+        solver.integrate_to(2.0).unwrap(),
+        Outcome::StopTime { t: 1.5 }
+    );
+    assert!(matches!(
+        solver.step(1.4),
+        Err(RadauError::TimeBehind { t_out: 1.4, t: 1.5 })
+    ));
+    assert!(matches!(
+        solver.set_stop_time(1.4),
+        Err(RadauError::TimeBehind { .. })
+    ));
+}
+
+#[test]
+fn steps_stay_below_the_largest() {
+    let options = RadauOptions {
+        max_step: Some(0.01),
+        ..RadauOptions::default()
+    };
+    let mut solver = solver(touchy(|_, _| Ok(0.0)), options);
+    solver.integrate_to(0.2).unwrap();
+    assert!(solver.stats().steps >= 20 && solver.stats().last_step <= 0.01);
+}
+
+#[test]
+fn wrong_input_is_named() {
+    let build = |options: RadauOptions, y0: &[f64], y_dot0: &[f64]| {
+        let builder = RadauSolver::builder(touchy(|_, _| Ok(0.0))).options(options);
+        builder
+            .build(0.0, y0, y_dot0)
+            .map(|_| ())
+            .unwrap_err()
+            .to_string()
+    };
+    let default = RadauOptions::default;
+    assert_eq!(
+        build(default(), &[0.0, 1.0], &[0.0]),
+        "initial values y0: expected length 1, got 2"
+    );
+    assert_eq!(
+        build(default(), &[0.0], &[f64::NAN]),
+        "y_dot0[0] = NaN is not finite"
+    );
+    let wrong = [
+        (
+            RadauOptions {
+                stages: 4,
+                ..default()
+            },
+            "Radau IIA with 4 stages is not offered: use 1, 3, 5 or 7",
+        ),
+        (
+            RadauOptions {
+                tolerances: Tolerances::scalar(-1.0, 0.0),
+                ..default()
+            },
+            "relative tolerance = -1: must be in [0, 1)",
+        ),
+        (
+            RadauOptions {
+                tolerances: Tolerances::scalar(0.0, 0.0),
+                ..default()
+            },
+            "absolute tolerance = 0: must be > 0 where the relative one is 0",
+        ),
+        (
+            RadauOptions {
+                tolerances: Tolerances::vector(1e-3, [1.0, 1.0]),
+                ..default()
+            },
+            "absolute tolerances: expected length 1, got 2",
+        ),
+        (
+            RadauOptions {
+                suppressed: Suppressed::Components(vec![]),
+                ..default()
+            },
+            "suppressed components: expected length 1, got 0",
+        ),
+        (
+            RadauOptions {
+                step_size: StepSize::Fixed(0.0),
+                ..default()
+            },
+            "step_size = 0: must be finite and > 0",
+        ),
+        (
+            RadauOptions {
+                min_step: 1.0,
+                max_step: Some(0.5),
+                ..default()
+            },
+            "max_step = 0.5: must be above min_step",
+        ),
+        (
+            RadauOptions {
+                safety: 1.0,
+                ..default()
+            },
+            "safety = 1: must be in (0, 1)",
+        ),
+    ];
+    for (options, message) in wrong {
+        assert_eq!(build(options, &[0.0], &[1.0]), message);
+    }
+}

@@ -1,0 +1,7 @@
+//! The integrator on published problems: orders, digits, failures.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+mod common;
+mod failures;
+mod orders;
+mod published;

@@ -1,0 +1,173 @@
+//! Digits at adaptive steps, against exact and published solutions.
+//!
+//! Steps and digits are those of the first runs of this code (November 2026). The error of a
+//! single run scatters by a factor of several when anything changes, so half a digit less and a
+//! tenth more steps still pass.
+
+use std::ops::Range;
+
+use myovib_radau::RadauOptions;
+use sundials_wrap::Tolerances;
+use sundials_wrap::samples::{
+    Akzo, CarAxis, Heat2d, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Robertson, Sample,
+    VanDerPol,
+};
+
+use crate::common::{mescd, numbers, reference, run, scd, solver, tolerance};
+
+const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-8];
+const EIGHT: f64 = 1e-8;
+
+#[track_caller]
+fn assert_run(tol: f64, (steps, digits): (u64, f64), (most, least): (f64, f64)) {
+    println!("tolerance {tol:e}: {steps} steps, {digits:.2} digits");
+    assert!(
+        digits > least - 0.5,
+        "tolerance {tol}: {digits:.2} digits, {least} expected"
+    );
+    assert!(
+        (steps as f64) < 1.1 * most,
+        "tolerance {tol}: {steps} steps, {most} expected"
+    );
+}
+
+/// Steps and mixed digits of components `range` at `t_end`.
+fn digits<S: Sample>(
+    sample: S,
+    t_end: f64,
+    exact: &[f64],
+    range: Range<usize>,
+    tol: f64,
+) -> (u64, f64) {
+    let solver = run(sample, t_end, tolerance(tol));
+    (
+        solver.stats().steps,
+        mescd(&solver.y()[range.clone()], &exact[range]),
+    )
+}
+
+#[test]
+fn akzo() {
+    let exact = numbers(&reference("s1_akzo")["ref"]);
+    for (tol, expected) in TOLERANCES
+        .into_iter()
+        .zip([(19.0, 3.93), (26.0, 6.3), (46.0, 7.13)])
+    {
+        let solver = run(Akzo, 180.0, tolerance(tol));
+        assert_run(
+            tol,
+            (solver.stats().steps, scd(solver.y(), &exact)),
+            expected,
+        );
+    }
+}
+
+/// IDA needs 3630 steps for 6.1 digits at 1e-8 in the form of index 2, and fails in index 3.
+#[test]
+fn car_axis_in_all_forms() {
+    use MechanicalForm::{Index2, Index3, Stabilized};
+    let exact = numbers(&reference("s2_caraxis")["ref"]);
+    let expected = [
+        (Index3, [(97.0, 1.35), (199.0, 2.93), (416.0, 4.54)]),
+        (Index2, [(229.0, 3.15), (456.0, 4.70), (945.0, 6.3)]),
+        (Stabilized, [(220.0, 3.03), (446.0, 4.66), (924.0, 6.26)]),
+    ];
+    for (form, expected) in expected {
+        for (tol, expected) in TOLERANCES.into_iter().zip(expected) {
+            // Positions and velocities.
+            assert_run(
+                tol,
+                digits(CarAxis::new(form), 3.0, &exact, 0..8, tol),
+                expected,
+            );
+        }
+    }
+}
+
+#[test]
+fn pendulum_of_index_3() {
+    let sample = Pendulum::new(MechanicalForm::Index3);
+    let exact = sample.exact(2.0).unwrap();
+    for (components, expected) in [
+        (0..2, (149.0, 7.0)),
+        (2..4, (149.0, 5.88)),
+        (4..5, (149.0, 3.93)),
+    ] {
+        // The multiplier is of order 2 only, and its error counts h² times: few digits at 1e-8.
+        assert_run(
+            EIGHT,
+            digits(sample, 2.0, &exact, components, EIGHT),
+            expected,
+        );
+    }
+}
+
+#[test]
+fn exact_solutions() {
+    let exact = LinearIndex1.exact(10.0).unwrap();
+    assert_run(
+        EIGHT,
+        digits(LinearIndex1, 10.0, &exact, 0..2, EIGHT),
+        (114.0, 9.21),
+    );
+    let exact = JayIndex2.exact(1.0).unwrap();
+    assert_run(
+        EIGHT,
+        digits(JayIndex2, 1.0, &exact, 0..3, EIGHT),
+        (45.0, 6.37),
+    );
+}
+
+#[test]
+fn stiff_van_der_pol() {
+    let exact = numbers(&reference("s9_oscillators")["vdpolm"]["y"]);
+    for (tol, expected) in TOLERANCES
+        .into_iter()
+        .zip([(181.0, 4.0), (347.0, 4.28), (716.0, 6.37)])
+    {
+        let solver = run(VanDerPol { vdp_mu: 1000.0 }, 2000.0, tolerance(tol));
+        assert_run(
+            tol,
+            (solver.stats().steps, scd(solver.y(), &exact)),
+            expected,
+        );
+    }
+}
+
+#[test]
+fn heat_equation() {
+    let reference = reference("s5_heat2d");
+    let mut solver = solver(Heat2d::new(10), tolerance(EIGHT));
+    for row in reference["exact"].as_array().unwrap() {
+        solver.integrate_to(row["t"].as_f64().unwrap()).unwrap();
+        let error = (solver.y()[11] - row["u_1_1"].as_f64().unwrap()).abs();
+        assert!(error < EIGHT, "{row}: {error:e}");
+    }
+    assert_run(EIGHT, (solver.stats().steps, 8.0), (66.0, 8.0));
+}
+
+/// Relative errors of y1 at thirteen times up to 1e11, while it falls to 2e-8.
+#[test]
+fn robertson() {
+    let reference = &reference("s3_robertson")["accurate"];
+    let (times, y1) = (numbers(&reference["t"]), numbers(&reference["y1"]));
+    for (tol, expected) in TOLERANCES
+        .into_iter()
+        .zip([(128.0, 1.96), (237.0, 4.18), (466.0, 5.66)])
+    {
+        let absolute = [1e-4, 1e-8, 1e-2].map(|size| size * tol);
+        let options = RadauOptions {
+            tolerances: Tolerances::vector(tol, absolute),
+            ..RadauOptions::default()
+        };
+        let mut solver = solver(Robertson, options);
+        let ours: Vec<f64> = times
+            .iter()
+            .map(|&t| {
+                solver.integrate_to(t).unwrap();
+                solver.y()[0]
+            })
+            .collect();
+        assert_run(tol, (solver.stats().steps, scd(&ours, &y1)), expected);
+    }
+}
