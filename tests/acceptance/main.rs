@@ -3,4 +3,5 @@
 mod contract;
 mod doctor;
 mod harness;
+mod structure;
 mod table2;

@@ -10,8 +10,10 @@ use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 
 use crate::commands::doctor::DoctorArgs;
+use crate::commands::infsup::InfsupArgs;
 use crate::commands::init::InitArgs;
 use crate::commands::schema::SchemaArgs;
+use crate::commands::table1::Table1Args;
 use crate::commands::table2::Table2Args;
 use crate::error::InputError;
 use crate::{json, machine, versions};
@@ -39,6 +41,10 @@ pub struct Cli {
 pub enum Command {
     /// Say what libraries and what machine this program has, and what the build lacks.
     Doctor(DoctorArgs),
+    /// Measure the inf–sup constants of P2–P1 and P1–P1 over refined meshes.
+    Infsup(InfsupArgs),
+    /// Compute the indices of the paper's Table 1 and print them beside the paper's.
+    Table1(Table1Args),
     /// Run the paper's Table 2 and print it beside the paper's counts.
     Table2(Table2Args),
     /// Write a commented scene to start from.

@@ -14,6 +14,7 @@ pub mod error;
 pub mod exit;
 pub mod json;
 pub mod machine;
+pub mod mesh_file;
 pub mod plot;
 pub mod progress;
 pub mod report;

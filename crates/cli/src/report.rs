@@ -164,6 +164,24 @@ pub fn compared(paper: Option<u64>, ours: u64) -> [Cell; 3] {
     ]
 }
 
+/// A bulk modulus as people write it.
+pub fn kappa(value: f64) -> String {
+    if value.is_infinite() {
+        "∞".into()
+    } else {
+        exponent(value)
+    }
+}
+
+/// A parameter in powers of ten, and 0 as it is.
+pub fn exponent(value: f64) -> String {
+    if value == 0.0 {
+        "0".into()
+    } else {
+        format!("{value:e}")
+    }
+}
+
 /// Whether standard output wants colours: a terminal, and `NO_COLOR` unset or empty.
 pub fn coloured_stdout() -> bool {
     io::stdout().is_terminal() && env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())

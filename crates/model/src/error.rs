@@ -74,6 +74,27 @@ pub enum ModelError {
     /// An evaluation beside the integration.
     #[error(transparent)]
     Evaluation(#[from] sundials_wrap::StepError),
+    /// A displacement from which none with ∫ψ (J - 1) = 0 is found.
+    #[error(
+        "no incompressible displacement is found near the one given: a projected volume defect of {defect:.1e} is left"
+    )]
+    NotIncompressible {
+        /// The largest projected defect left, as in the constraint drift.
+        defect: f64,
+    },
+    /// A system too large for the dense method that finds the index.
+    #[error(
+        "{unknowns} unknowns are too many to compute the index from the matrices ({largest} at most): take the same scene on a coarser mesh"
+    )]
+    TooLarge {
+        /// Number of unknowns.
+        unknowns: usize,
+        /// The most that are sound.
+        largest: usize,
+    },
+    /// A question about the structure that has no answer.
+    #[error(transparent)]
+    Structure(#[from] myovib_structure::StructureError),
     /// A recorder could not write.
     #[error("cannot write what was recorded")]
     Output(#[from] std::io::Error),

@@ -118,11 +118,15 @@ impl Formulation {
     }
 
     /// Perturbation index of one block of unknowns (MODEL §2).
+    ///
+    /// Where MODEL's list is silent this is what the matrices say: with β > 0 and κ < ∞ the force
+    /// β Bᵀλ̇ hands the perturbation of the constraint on to the velocity, which has index 1.
     pub fn variable_index(self, field: Field, parameters: &Parameters) -> u8 {
         let damped = parameters.is_damped();
         let incompressible = parameters.is_incompressible();
         match (self, field) {
             (Displacement, _) => 0,
+            (ImplicitRate | Rate, Field::Velocity) if !incompressible => u8::from(damped),
             (Position | ImplicitRate, Field::Pressure) if !incompressible => 1,
             (Position | ImplicitRate, _) if !incompressible => 0,
             (Position | ImplicitRate | Rate, Field::Displacement) if incompressible => 1,

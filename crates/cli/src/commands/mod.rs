@@ -1,8 +1,10 @@
 //! One file per command.
 
 pub mod doctor;
+pub mod infsup;
 pub mod init;
 pub mod schema;
+pub mod table1;
 pub mod table2;
 
 use crate::args::Command;
@@ -15,6 +17,8 @@ use crate::exit::Exit;
 pub fn run(command: &Command) -> anyhow::Result<Exit> {
     match command {
         Command::Doctor(args) => doctor::run(args),
+        Command::Infsup(args) => infsup::run(args),
+        Command::Table1(args) => table1::run(args),
         Command::Table2(args) => table2::run(args),
         Command::Init(args) => init::run(args),
         Command::Schema(args) => schema::run(args),

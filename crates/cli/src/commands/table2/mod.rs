@@ -4,18 +4,17 @@ mod report;
 mod rows;
 mod run_row;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use anyhow::Context;
 use clap::Args;
-use myovib_fem::Mesh;
 use myovib_model::{Field, IntegratorKind, LinearSolver, paper};
 
 use crate::args::{CommonArgs, check_folder};
-use crate::atomic_file;
 use crate::error::InputError;
 use crate::exit::Exit;
+use crate::{atomic_file, mesh_file};
 use rows::{ROWS, Row};
 
 /// Options of `myovib table2`.
@@ -229,7 +228,7 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
             .next("choose it, for example: --rows 1")
             .into());
     }
-    let (mesh, mesh_name) = load_mesh(args.mesh.as_deref())?;
+    let (mesh, mesh_name) = mesh_file::load(args.mesh.as_deref())?;
     // Before any run: the mesh may lack a group.
     paper::muscle(&mesh, f64::INFINITY, 0.0)
         .with_context(|| format!("the mesh `{mesh_name}` does not fit Table 2"))?;
@@ -242,15 +241,4 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
     let document = report::document(&results, &mesh, &mesh_name, args);
     args.common.give("table2", &text, &document)?;
     Ok(report::exit(&results, args.is_modified()))
-}
-
-fn load_mesh(path: Option<&Path>) -> anyhow::Result<(Mesh, String)> {
-    match path {
-        Some(path) => Ok((Mesh::read_msh(path)?, path.display().to_string())),
-        None => {
-            let text = include_str!("../../../../../data/meshes/muscle.msh");
-            let mesh = Mesh::parse_msh(text, "muscle.msh").context("the built-in mesh")?;
-            Ok((mesh, "muscle.msh (built in)".to_owned()))
-        }
-    }
 }

@@ -13,7 +13,7 @@ use super::rows::Convention;
 use super::run_row::RowResult;
 use crate::exit::Exit;
 use crate::json;
-use crate::report::{Align, Cell, Table, Tone, coloured_stdout, compared};
+use crate::report::{Align, Cell, Table, Tone, coloured_stdout, compared, exponent, kappa};
 use crate::statistics::StatisticsJson;
 
 /// What the paper printed.
@@ -56,23 +56,6 @@ pub(super) fn exit(results: &[RowResult], is_modified: bool) -> Exit {
         (false, true, _) => Exit::Differs,
         (true, _, true) => Exit::Stopped,
         _ => Exit::Done,
-    }
-}
-
-/// κ as people write it.
-fn kappa(value: f64) -> String {
-    if value.is_infinite() {
-        "∞".into()
-    } else {
-        exponent(value)
-    }
-}
-
-fn exponent(value: f64) -> String {
-    if value == 0.0 {
-        "0".into()
-    } else {
-        format!("{value:e}")
     }
 }
 

@@ -1,0 +1,199 @@
+//! `myovib infsup`: how well pressures are held by displacements, over refined meshes.
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use clap::Args;
+use myovib_fem::Mesh;
+use myovib_model::inf_sup::{Level, Pair, levels};
+use serde::Serialize;
+
+use super::table1::{ReportJson, report_json};
+use crate::args::CommonArgs;
+use crate::exit::Exit;
+use crate::plot::{Axis, Figure, LinePlot, Series};
+use crate::report::{Align, Table, coloured_stdout};
+use crate::{atomic_file, mesh_file};
+
+/// Options of `myovib infsup`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    myovib infsup\n  \
+    myovib infsup --levels 4 --plot infsup.svg\n  \
+    myovib infsup leg.msh --fixed hip,foot --json")]
+pub struct InfsupArgs {
+    /// Mesh (Gmsh 4.1 ASCII) [default: the built-in spindle].
+    #[arg(value_name = "MESH")]
+    pub mesh: Option<PathBuf>,
+
+    /// The groups whose nodes are held.
+    #[arg(
+        long,
+        value_name = "GROUPS",
+        value_delimiter = ',',
+        default_value = "fixed"
+    )]
+    pub fixed: Vec<String>,
+
+    /// Meshes to measure on: the mesh itself, and its uniform refinements.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=6))]
+    pub levels: u8,
+
+    /// Draw the constants over the mesh size as SVG.
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+
+    /// Options of every command.
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// The levels of one pair of spaces.
+struct Family {
+    pair: Pair,
+    levels: Vec<Level>,
+}
+
+/// Measures and prints.
+///
+/// # Errors
+/// Wrong mesh or group, or an output that cannot be written.
+pub fn run(args: &InfsupArgs) -> anyhow::Result<Exit> {
+    let (mesh, mesh_name) = mesh_file::load(args.mesh.as_deref())?;
+    let families = Pair::ALL
+        .into_iter()
+        .map(|pair| measure(pair, &mesh, args))
+        .collect::<anyhow::Result<Vec<_>>>()
+        .with_context(|| format!("the mesh `{mesh_name}`"))?;
+    if let Some(path) = &args.plot {
+        let drawing = figure(&families).render();
+        atomic_file::write(path, |file| file.write_all(drawing.as_bytes()))
+            .with_context(|| format!("cannot write `{}`", path.display()))?;
+    }
+    let document = Document {
+        mesh: &mesh_name,
+        fixed: &args.fixed,
+        pairs: families.iter().map(family_json).collect(),
+    };
+    args.common.give("infsup", &text(&families), &document)?;
+    Ok(Exit::Done)
+}
+
+fn measure(pair: Pair, mesh: &Mesh, args: &InfsupArgs) -> anyhow::Result<Family> {
+    let fixed: Vec<&str> = args.fixed.iter().map(String::as_str).collect();
+    let levels = levels(pair, mesh, &fixed, usize::from(args.levels))?;
+    Ok(Family { pair, levels })
+}
+
+/// What κ = ∞ makes of (28) with these spaces: with a B of full rank the index of constrained
+/// mechanics, else nothing that could be integrated.
+fn incompressible(level: &Level) -> String {
+    match (&level.index, level.nullity) {
+        (Some(report), _) => report.index.to_string(),
+        (None, 0) => "3 (B has full rank)".into(),
+        (None, nullity) => format!("no index ({nullity} pressures not held)"),
+    }
+}
+
+fn text(families: &[Family]) -> String {
+    use Align::{Left, Right};
+    let mut table = Table::new(&[
+        ("spaces", Left),
+        ("triangles", Right),
+        ("pressures", Right),
+        ("displacements", Right),
+        ("inf–sup", Right),
+        ("σ_min(B)", Right),
+        ("not held", Right),
+        ("index of (28) at κ = ∞", Left),
+    ]);
+    for family in families {
+        for level in &family.levels {
+            table.row([
+                family.pair.to_string().into(),
+                level.triangles.to_string().into(),
+                level.pressures.to_string().into(),
+                level.displacements.to_string().into(),
+                format!("{:.4}", level.constant).into(),
+                format!("{:.2e}", level.sigma_min).into(),
+                level.nullity.to_string().into(),
+                incompressible(level).into(),
+            ]);
+        }
+    }
+    let mut text = table.render(coloured_stdout());
+    text.push_str(
+        "\ninf–sup: the smallest non-zero constant of (27), pressures in the L2 norm, displacements \
+         in the H1 seminorm; bounded\nbelow for stable spaces. σ_min(B), the smallest non-zero \
+         singular value, decays for any spaces. not held: pressures\nwithout a displacement that \
+         feels them; with one of these and κ = ∞ the pencil is singular and there is no index.\n",
+    );
+    text
+}
+
+fn figure(families: &[Family]) -> Figure {
+    let series = families
+        .iter()
+        .map(|family| {
+            let sizes: Vec<f64> = family.levels.iter().map(|level| level.mesh_size).collect();
+            let constants: Vec<f64> = family.levels.iter().map(|level| level.constant).collect();
+            Series::curve(family.pair.to_string(), &sizes, &constants).marked()
+        })
+        .collect();
+    let plot = LinePlot {
+        x: Axis::new("mesh size *h*", "m").logarithmic(),
+        y: Axis::new("inf–sup constant", "").logarithmic(),
+        series,
+        ..LinePlot::default()
+    };
+    Figure::of("Inf–sup constants over the mesh size", plot)
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    mesh: &'a str,
+    fixed: &'a [String],
+    pairs: Vec<FamilyJson>,
+}
+
+#[derive(Serialize)]
+struct FamilyJson {
+    spaces: String,
+    levels: Vec<LevelJson>,
+}
+
+#[derive(Serialize)]
+struct LevelJson {
+    triangles: usize,
+    mesh_size: f64,
+    pressures: usize,
+    displacements: usize,
+    nullity: usize,
+    inf_sup: f64,
+    sigma_min: f64,
+    /// Whether (28) with κ = ∞ has an index at all.
+    regular: bool,
+    /// Computed from the matrices, where the mesh is coarse enough.
+    computed: Option<ReportJson>,
+}
+
+fn family_json(family: &Family) -> FamilyJson {
+    FamilyJson {
+        spaces: family.pair.to_string(),
+        levels: family
+            .levels
+            .iter()
+            .map(|level| LevelJson {
+                triangles: level.triangles,
+                mesh_size: level.mesh_size,
+                pressures: level.pressures,
+                displacements: level.displacements,
+                nullity: level.nullity,
+                inf_sup: level.constant,
+                sigma_min: level.sigma_min,
+                regular: level.nullity == 0,
+                computed: level.index.as_ref().map(report_json),
+            })
+            .collect(),
+    }
+}

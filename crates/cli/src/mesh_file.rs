@@ -1,0 +1,21 @@
+//! Meshes given on the command line, and the built-in spindle where none is given.
+
+use std::path::Path;
+
+use anyhow::Context;
+use myovib_fem::Mesh;
+
+/// The mesh in the file, or the built-in spindle, and what to call it.
+///
+/// # Errors
+/// When the file cannot be read or is no valid mesh.
+pub fn load(path: Option<&Path>) -> anyhow::Result<(Mesh, String)> {
+    match path {
+        Some(path) => Ok((Mesh::read_msh(path)?, path.display().to_string())),
+        None => {
+            let text = include_str!("../../../data/meshes/muscle.msh");
+            let mesh = Mesh::parse_msh(text, "muscle.msh").context("the built-in mesh")?;
+            Ok((mesh, "muscle.msh (built in)".to_owned()))
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! The inf–sup constant of a pair of spaces over a family of refined meshes. Paper: eq. (27).
+
+use std::fmt;
+use std::sync::Arc;
+
+use myovib_fem::{DofMap, Fields, Law, Mesh, Pressure, Solid, Space, Tangents};
+use myovib_structure::InfSup;
+use nalgebra_sparse::CscMatrix;
+use nalgebra_sparse::pattern::SparsityPattern;
+use sundials_wrap::DaeProblem;
+
+use crate::error::ModelError;
+use crate::formulation::Formulation;
+use crate::index::{IndexReport, LARGEST_SYSTEM};
+use crate::muscle::Muscle;
+use crate::muscle_dae::MuscleDae;
+use crate::parameters::Parameters;
+
+/// A displacement space with the pressures on the same mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pair {
+    /// P2–P1.
+    TaylorHood,
+    /// P1–P1, which violates the condition.
+    EqualOrder,
+}
+
+impl Pair {
+    /// Both, the stable one first.
+    pub const ALL: [Self; 2] = [Self::TaylorHood, Self::EqualOrder];
+
+    /// The spaces on a mesh.
+    pub fn space(self, mesh: &Mesh) -> Space {
+        match self {
+            Self::TaylorHood => Space::taylor_hood(mesh),
+            Self::EqualOrder => Space::equal_order(mesh),
+        }
+    }
+}
+
+impl fmt::Display for Pair {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::TaylorHood => "P2–P1",
+            Self::EqualOrder => "P1–P1",
+        })
+    }
+}
+
+/// How well the pressures are held on one mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Level {
+    /// Triangles of the mesh.
+    pub triangles: usize,
+    /// Mean edge of a triangle, m.
+    pub mesh_size: f64,
+    /// Number of pressures.
+    pub pressures: usize,
+    /// Number of free displacement components.
+    pub displacements: usize,
+    /// Number of independent pressures that no displacement holds.
+    pub nullity: usize,
+    /// The smallest non-zero inf–sup constant: pressures in the L2 norm, displacements in the H1
+    /// seminorm.
+    pub constant: f64,
+    /// The smallest non-zero singular value of B itself, m.
+    pub sigma_min: f64,
+    /// The index of (28) with κ = ∞ at rest, where the mesh is coarse enough to compute it.
+    pub index: Option<IndexReport>,
+}
+
+impl Level {
+    /// Measures `pair` on `mesh`, at rest, with the nodes of the groups `fixed` held.
+    ///
+    /// # Errors
+    /// [`ModelError::Fem`] for an unknown group, [`ModelError::Structure`] when B cannot be looked
+    /// at, as for a mesh on which nothing is free.
+    pub fn measure(pair: Pair, mesh: &Mesh, fixed: &[&str]) -> Result<Self, ModelError> {
+        let solid = body(pair, mesh, fixed)?;
+        let b = divergence(&solid)?;
+        let h1 = matrix(solid.displacement_pattern(), solid.gradient_values());
+        let l2 = matrix(
+            solid.pressure_pattern(),
+            solid.pressure_mass_values().to_vec(),
+        );
+        let in_norms = InfSup::of(&b, &h1, &l2)?;
+        let raw = InfSup::of(
+            &b,
+            &CscMatrix::identity(b.ncols()),
+            &CscMatrix::identity(b.nrows()),
+        )?;
+        Ok(Self {
+            triangles: mesh.triangles().len(),
+            mesh_size: (4.0 / 3f64.sqrt() * solid.volume() / mesh.triangles().len() as f64).sqrt(),
+            pressures: b.nrows(),
+            displacements: b.ncols(),
+            nullity: in_norms.nullity(),
+            constant: in_norms.smallest().unwrap_or(0.0),
+            sigma_min: raw.smallest().unwrap_or(0.0),
+            index: index_at_rest(solid)?,
+        })
+    }
+}
+
+/// `pair` on `mesh` and on `n_levels - 1` uniform refinements of it.
+///
+/// # Errors
+/// Those of [`Level::measure`].
+pub fn levels(
+    pair: Pair,
+    mesh: &Mesh,
+    fixed: &[&str],
+    n_levels: usize,
+) -> Result<Vec<Level>, ModelError> {
+    let meshes = std::iter::successors(Some(mesh.clone()), |mesh| Some(mesh.refined()));
+    meshes
+        .take(n_levels)
+        .map(|mesh| Level::measure(pair, &mesh, fixed))
+        .collect()
+}
+
+/// A body of unit shear modulus and density: neither has a part in B.
+fn body(pair: Pair, mesh: &Mesh, fixed: &[&str]) -> Result<Solid, ModelError> {
+    let space = pair.space(mesh);
+    let mut nodes = Vec::new();
+    for group in fixed {
+        nodes.extend(space.nodes_of(group)?);
+    }
+    let dofs = DofMap::clamped(&space, &nodes)?;
+    let law = Law::SmallStrain { shear_modulus: 1.0 };
+    Ok(Solid::uniform(Arc::new(space), dofs, law, 1.0)?)
+}
+
+/// B at rest.
+fn divergence(solid: &Solid) -> Result<CscMatrix<f64>, ModelError> {
+    let rest = vec![0.0; 2 * solid.space().n_nodes()];
+    let pressure = vec![0.0; solid.space().n_vertices()];
+    let mut values = vec![0.0; solid.divergence_pattern().nnz()];
+    let mut wanted = Tangents {
+        divergence: Some(&mut values),
+        ..Tangents::default()
+    };
+    solid.tangents(&Fields::new(&rest, Pressure::Nodal(&pressure)), &mut wanted)?;
+    Ok(matrix(solid.divergence_pattern(), values))
+}
+
+fn matrix(pattern: &SparsityPattern, values: Vec<f64>) -> CscMatrix<f64> {
+    CscMatrix::try_from_pattern_and_values(pattern.clone(), values).expect("values of the pattern")
+}
+
+fn index_at_rest(solid: Solid) -> Result<Option<IndexReport>, ModelError> {
+    let muscle = Muscle {
+        solid,
+        parameters: Parameters::new(0.0, 0.0, f64::INFINITY)?,
+        loads: Vec::new(),
+        prescribed: Vec::new(),
+    };
+    let mut dae = MuscleDae::for_analysis(muscle, Formulation::Position);
+    let rest = vec![0.0; dae.n_unknowns()];
+    (rest.len() <= LARGEST_SYSTEM)
+        .then(|| IndexReport::at(&mut dae, 0.0, &rest, &rest))
+        .transpose()
+}

@@ -1,0 +1,239 @@
+//! Accelerations and pressures from the balance of momentum and the derivatives of the constraint.
+
+use myovib_fem::Solid;
+use nalgebra_sparse::CscMatrix;
+use sundials_wrap::DaeProblem;
+
+use super::motion::{Motion, largest};
+use super::projection::mass;
+use super::saddle::Saddle;
+use crate::error::ModelError;
+use crate::field::Field;
+use crate::formulation::Formulation;
+use crate::muscle::Muscle;
+use crate::muscle_dae::MuscleDae;
+
+/// The slow manifold is found by a fixed-point iteration that gains a factor of about β |∇v| each
+/// time; what has not settled after these has no slow manifold worth the name.
+const MAX_ITERATIONS: usize = 50;
+/// Change of λ, as a fraction of its size, at which the iteration ends: far below what differences
+/// in time resolve.
+const SETTLED: f64 = 1e-11;
+/// Strain over the time step of central differences: their relative error is its square, and their
+/// rounding 1e-16 divided by it.
+const DIFFERENCE: f64 = 1e-5;
+
+/// v̇, λ, λ̇, λ̈ of a motion.
+#[derive(Default)]
+pub(super) struct Dynamics {
+    pub(super) acceleration: Vec<f64>,
+    pub(super) pressure: Vec<f64>,
+    pub(super) pressure_rate: Vec<f64>,
+    pub(super) pressure_acceleration: Vec<f64>,
+}
+
+impl Dynamics {
+    /// The accelerations of a body without pressure field.
+    pub(super) fn without_pressure(
+        dae: &mut MuscleDae,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+    ) -> Result<Self, ModelError> {
+        let zero = vec![0.0; q.len()];
+        let force = momentum(dae, t, &[q, v], &[v, &zero])?;
+        Ok(Self {
+            acceleration: alone(&mass(&dae.muscle().solid), &negative(&force))?,
+            ..Self::default()
+        })
+    }
+
+    /// Accelerations and pressures of a motion that satisfies the constraints.
+    pub(super) fn new(muscle: &Muscle, t: f64, q: &[f64], v: &[f64]) -> Result<Self, ModelError> {
+        if muscle.parameters.is_incompressible() {
+            Incompressible::new(muscle, t, q, v)?.solve()
+        } else {
+            Self::compressible(muscle, t, q, v)
+        }
+    }
+
+    /// κ < ∞: M_p λ/κ = -∫ψ (J - 1), and the same differentiated once and twice.
+    fn compressible(muscle: &Muscle, t: f64, q: &[f64], v: &[f64]) -> Result<Self, ModelError> {
+        let mass_p = pressure_mass(&muscle.solid);
+        let kappa = muscle.parameters.kappa();
+        let pressure_of = |defect: Vec<f64>| -> Result<Vec<f64>, ModelError> {
+            let right: Vec<f64> = defect.iter().map(|d| -kappa * d).collect();
+            alone(&mass_p, &right)
+        };
+        let zero = vec![0.0; q.len()];
+        let motion = Motion::new(muscle, t, q, v, &zero);
+        let pressure = pressure_of(motion.defect()?)?;
+        let pressure_rate = pressure_of(motion.defect_rate()?)?;
+        let mut dae = MuscleDae::for_analysis(muscle.clone(), Formulation::ImplicitRate);
+        let y = [q, v, &pressure];
+        let force = momentum(&mut dae, t, &y, &[v, &zero, &pressure_rate])?;
+        let acceleration = alone(&mass(&muscle.solid), &negative(&force))?;
+        let motion = Motion::new(muscle, t, q, v, &acceleration);
+        Ok(Self {
+            pressure_acceleration: pressure_of(motion.defect_acceleration()?)?,
+            acceleration,
+            pressure,
+            pressure_rate,
+        })
+    }
+}
+
+/// κ = ∞: the balance of momentum with the second derivative of the constraint, and the first
+/// derivative of both.
+struct Incompressible<'a> {
+    muscle: &'a Muscle,
+    dae: MuscleDae,
+    saddle: Saddle,
+    t: f64,
+    q: &'a [f64],
+    v: &'a [f64],
+}
+
+impl<'a> Incompressible<'a> {
+    fn new(muscle: &'a Muscle, t: f64, q: &'a [f64], v: &'a [f64]) -> Result<Self, ModelError> {
+        let b = Motion::new(muscle, t, q, v, v).divergence()?;
+        Ok(Self {
+            dae: MuscleDae::for_analysis(muscle.clone(), Formulation::ImplicitRate),
+            saddle: Saddle::factor(&mass(&muscle.solid), &b)?,
+            muscle,
+            t,
+            q,
+            v,
+        })
+    }
+
+    fn solve(mut self) -> Result<Dynamics, ModelError> {
+        let beta = self.muscle.parameters.beta;
+        let n_pressures = self.muscle.solid.space().n_vertices();
+        let mut pressure = vec![0.0; n_pressures];
+        let mut pressure_rate = vec![0.0; n_pressures];
+        for _ in 0..MAX_ITERATIONS {
+            let (acceleration, missing) = self.acceleration(&pressure)?;
+            pressure_rate = self.pressure_rate(&acceleration, &pressure, &pressure_rate)?;
+            // -Bᵀ(λ + β λ̇) is known: what is missing of λ + β λ̇ beyond λ, less β λ̇.
+            let change: Vec<f64> = missing
+                .iter()
+                .zip(&pressure_rate)
+                .map(|(missing, rate)| missing - beta * rate)
+                .collect();
+            for (pressure, change) in pressure.iter_mut().zip(&change) {
+                *pressure += change;
+            }
+            if largest(&change) <= SETTLED * largest(&pressure) {
+                break;
+            }
+        }
+        // Momentum to rounding: what λ leaves missing is β λ̇, or λ itself without damping.
+        let (acceleration, missing) = self.acceleration(&pressure)?;
+        if beta > 0.0 {
+            pressure_rate = missing.iter().map(|missing| missing / beta).collect();
+        } else {
+            pressure = sum(&pressure, &missing);
+        }
+        Ok(Dynamics {
+            acceleration,
+            pressure,
+            pressure_rate,
+            pressure_acceleration: vec![0.0; n_pressures],
+        })
+    }
+
+    /// v̇, and the π with which -Bᵀπ balances momentum at this λ and λ̇ = 0.
+    fn acceleration(&mut self, pressure: &[f64]) -> Result<(Vec<f64>, Vec<f64>), ModelError> {
+        let (zero, no_rate) = (vec![0.0; self.q.len()], vec![0.0; pressure.len()]);
+        let y = [self.q, self.v, pressure];
+        let force = momentum(&mut self.dae, self.t, &y, &[self.v, &zero, &no_rate])?;
+        let motion = Motion::new(self.muscle, self.t, self.q, self.v, &zero);
+        let flux = motion.defect_acceleration()?;
+        self.saddle.solve(&negative(&force), &negative(&flux))
+    }
+
+    /// λ̇ from the differentiated equations with λ̈ = 0, in which `rate` is the present guess.
+    fn pressure_rate(
+        &mut self,
+        acceleration: &[f64],
+        pressure: &[f64],
+        rate: &[f64],
+    ) -> Result<Vec<f64>, ModelError> {
+        let step = self.difference_step(acceleration);
+        let mut at = |s: f64| -> Result<(Vec<f64>, Vec<f64>), ModelError> {
+            let t = self.t + s;
+            let v: Vec<f64> = moved(self.v, s, acceleration);
+            let q: Vec<f64> = moved(&moved(self.q, s, self.v), 0.5 * s * s, acceleration);
+            let pressure = moved(pressure, s, rate);
+            let y_dot = [&v[..], acceleration, rate];
+            let force = momentum(&mut self.dae, t, &[&q, &v, &pressure], &y_dot)?;
+            let motion = Motion::new(self.muscle, t, &q, &v, acceleration);
+            Ok((force, motion.defect_acceleration()?))
+        };
+        let ((force_after, flux_after), (force_before, flux_before)) = (at(step)?, at(-step)?);
+        let slope = |before: &[f64], after: &[f64]| -> Vec<f64> {
+            let differences = before.iter().zip(after);
+            differences.map(|(b, a)| (b - a) / (2.0 * step)).collect()
+        };
+        let force = slope(&force_before, &force_after);
+        let flux = slope(&flux_before, &flux_after);
+        let (_, correction) = self.saddle.solve(&force, &flux)?;
+        Ok(sum(rate, &correction))
+    }
+
+    /// The time in which the motion strains an element by [`DIFFERENCE`]; for a body at rest that
+    /// in which it starts to.
+    fn difference_step(&self, acceleration: &[f64]) -> f64 {
+        let solid = &self.muscle.solid;
+        let way = DIFFERENCE * (solid.volume() / solid.space().n_elements() as f64).sqrt();
+        let by_velocity = way / largest(self.v);
+        let by_acceleration = (way / largest(acceleration)).sqrt();
+        by_velocity.min(by_acceleration).min(LONGEST_DIFFERENCE)
+    }
+}
+
+/// Time step of differences for a body on which nothing acts, s: short beside any load.
+const LONGEST_DIFFERENCE: f64 = 1e-4;
+
+/// The rows of the balance of momentum.
+fn momentum(
+    dae: &mut MuscleDae,
+    t: f64,
+    y: &[&[f64]],
+    y_dot: &[&[f64]],
+) -> Result<Vec<f64>, ModelError> {
+    let rows = dae
+        .layout()
+        .range(Field::Velocity)
+        .expect("all formulations have v");
+    let mut residual = vec![0.0; dae.n_unknowns()];
+    dae.residual(t, &y.concat(), &y_dot.concat(), &mut residual)?;
+    Ok(residual[rows].to_vec())
+}
+
+/// x with `matrix` x = `right`.
+fn alone(matrix: &CscMatrix<f64>, right: &[f64]) -> Result<Vec<f64>, ModelError> {
+    let no_constraint = CscMatrix::zeros(0, right.len());
+    let (x, _) = Saddle::factor(matrix, &no_constraint)?.solve(right, &[])?;
+    Ok(x)
+}
+
+fn pressure_mass(solid: &Solid) -> CscMatrix<f64> {
+    let values = solid.pressure_mass_values().to_vec();
+    CscMatrix::try_from_pattern_and_values(solid.pressure_pattern().clone(), values)
+        .expect("values of the pattern")
+}
+
+fn negative(x: &[f64]) -> Vec<f64> {
+    x.iter().map(|x| -x).collect()
+}
+
+fn sum(x: &[f64], y: &[f64]) -> Vec<f64> {
+    moved(x, 1.0, y)
+}
+
+/// x + s y.
+fn moved(x: &[f64], s: f64, y: &[f64]) -> Vec<f64> {
+    x.iter().zip(y).map(|(x, y)| x + s * y).collect()
+}

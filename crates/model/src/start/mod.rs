@@ -1,0 +1,134 @@
+//! Consistent initial values for every formulation, from displacements and velocities.
+//!
+//! Cast: [`Start`] holds y and ẏ with F(t, y, ẏ) = 0 and, where the DAE has index 2 or 3, the
+//! equations hidden in its derivatives satisfied as well; [`BlockResidual`] says how well.
+//!
+//! Reference: U. M. Ascher, L. R. Petzold, *Computer Methods for Ordinary Differential Equations and
+//! Differential-Algebraic Equations*, SIAM 1998, section 9.2 (hidden constraints).
+
+mod dynamics;
+mod motion;
+mod projection;
+mod residual;
+mod saddle;
+
+use dynamics::Dynamics;
+use motion::largest;
+pub use residual::{BlockResidual, residuals};
+
+use crate::error::ModelError;
+use crate::field::Field;
+use crate::formulation::Formulation;
+use crate::muscle::Muscle;
+use crate::muscle_dae::MuscleDae;
+use crate::statics;
+
+/// Consistent initial values of a muscle in a formulation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Start {
+    /// y.
+    pub y: Vec<f64>,
+    /// ẏ, that of algebraic variables included.
+    pub y_dot: Vec<f64>,
+    /// By how much the displacement was moved onto the constraint: largest component, m.
+    pub displacement_moved: f64,
+    /// By how much the velocity was, m/s.
+    pub velocity_moved: f64,
+    /// Whether λ(0) was free and taken on the slow manifold (κ = ∞ with β > 0).
+    pub on_slow_manifold: bool,
+}
+
+/// Displacements and velocities that satisfy the constraints, whatever the formulation.
+#[derive(Debug, Clone)]
+struct Motions {
+    q: Vec<f64>,
+    v: Vec<f64>,
+}
+
+impl Start {
+    /// Consistent values at time `t` for the displacement `q` and velocity `v`.
+    ///
+    /// # Method
+    /// For κ = ∞ both are first projected, q onto ∫ψ (J - 1) = 0 in the H1 norm, v onto
+    /// ∫ψ cof F:∇v = 0 in the norm of the kinetic energy. λ and v̇ follow from the balance of momentum
+    /// with the second derivative of the constraint, λ̇ and v̈ from the derivatives of these. With
+    /// β > 0 only λ + β λ̇ is fixed: of all λ(0) the one with λ̈ = 0 is taken, so that no
+    /// e^(-t/β) starts but for terms of order β² λ̈ (the slow manifold to first order in β).
+    /// For κ < ∞ the constraint gives λ and λ̇ themselves, so that p/κ + J - 1 = 0, which `velocity`
+    /// conserves, holds from the start.
+    ///
+    /// # Shapes
+    /// `q`, `v`: the free displacement components.
+    ///
+    /// # Errors
+    /// [`ModelError::Inverted`] or [`ModelError::NotIncompressible`] for a displacement that cannot
+    /// be made consistent, [`ModelError::Klu`] when the pressures are not held (B without full rank).
+    ///
+    /// # Panics
+    /// If a length is wrong.
+    pub fn new(dae: &mut MuscleDae, t: f64, q: &[f64], v: &[f64]) -> Result<Self, ModelError> {
+        let muscle = dae.muscle().clone();
+        let moved = project(&muscle, t, q, v, dae.formulation())?;
+        let dynamics = if dae.formulation() == Formulation::Displacement {
+            Dynamics::without_pressure(dae, t, &moved.q, &moved.v)?
+        } else {
+            Dynamics::new(&muscle, t, &moved.q, &moved.v)?
+        };
+        let layout = dae.layout();
+        let (mut y, mut y_dot) = (
+            vec![0.0; layout.n_unknowns()],
+            vec![0.0; layout.n_unknowns()],
+        );
+        for (field, range) in layout.blocks() {
+            let (value, rate): (&[f64], &[f64]) = match field {
+                Field::Displacement => (&moved.q, &moved.v),
+                Field::Velocity => (&moved.v, &dynamics.acceleration),
+                Field::Pressure => (&dynamics.pressure, &dynamics.pressure_rate),
+                Field::PressureRate => (&dynamics.pressure_rate, &dynamics.pressure_acceleration),
+                // Zero in the exact solution.
+                Field::GglMultiplier => continue,
+            };
+            y[range.clone()].copy_from_slice(value);
+            y_dot[range.clone()].copy_from_slice(rate);
+        }
+        let distance = |a: &[f64], b: &[f64]| {
+            largest(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<_>>())
+        };
+        let parameters = &muscle.parameters;
+        Ok(Self {
+            y,
+            y_dot,
+            displacement_moved: distance(&moved.q, q),
+            velocity_moved: distance(&moved.v, v),
+            on_slow_manifold: parameters.is_incompressible() && parameters.is_damped(),
+        })
+    }
+
+    /// Consistent values at time `t` for the body at rest under its loads as they stand then.
+    ///
+    /// # Errors
+    /// Those of [`statics::equilibrium`] and of [`new`](Self::new).
+    pub fn equilibrium(dae: &mut MuscleDae, t: f64) -> Result<Self, ModelError> {
+        let equilibrium = statics::equilibrium(dae.muscle(), t)?;
+        let rest = vec![0.0; equilibrium.displacement.len()];
+        Self::new(dae, t, &equilibrium.displacement, &rest)
+    }
+}
+
+fn project(
+    muscle: &Muscle,
+    t: f64,
+    q: &[f64],
+    v: &[f64],
+    formulation: Formulation,
+) -> Result<Motions, ModelError> {
+    if !muscle.parameters.is_incompressible() || formulation == Formulation::Displacement {
+        return Ok(Motions {
+            q: q.to_vec(),
+            v: v.to_vec(),
+        });
+    }
+    let q = projection::displacement(muscle, t, q)?;
+    let v = projection::velocity(muscle, t, &q, v)?;
+    Ok(Motions { q, v })
+}

@@ -1,0 +1,128 @@
+//! Displacement, velocity and acceleration at all nodes, and what the constraint says of them.
+
+use myovib_fem::{Fields, Inverted, Pressure, Tangents, Vectors};
+use nalgebra_sparse::CscMatrix;
+
+use crate::muscle::Muscle;
+
+/// Strain by which a motion is shifted to form differences that are exact but for rounding.
+const SMALL_STRAIN: f64 = 1e-3;
+
+/// A motion of the body at one time, prescribed components included.
+#[derive(Debug, Clone)]
+pub(super) struct Motion<'a> {
+    muscle: &'a Muscle,
+    pub(super) displacement: Vec<f64>,
+    pub(super) velocity: Vec<f64>,
+    pub(super) acceleration: Vec<f64>,
+}
+
+impl<'a> Motion<'a> {
+    /// The motion at time `t` with these free components.
+    pub(super) fn new(muscle: &'a Muscle, t: f64, q: &[f64], v: &[f64], v_dot: &[f64]) -> Self {
+        let dofs = muscle.solid.dofs();
+        let nodal = |free: &[f64]| {
+            let mut full = vec![0.0; dofs.n_full()];
+            dofs.expand(free, &mut full);
+            full
+        };
+        let (mut displacement, mut velocity, mut acceleration) = (nodal(q), nodal(v), nodal(v_dot));
+        for prescribed in &muscle.prescribed {
+            let motion = prescribed.signal.at(t);
+            displacement[prescribed.component] = motion.value;
+            velocity[prescribed.component] = motion.d1;
+            acceleration[prescribed.component] = motion.d2;
+        }
+        Self {
+            muscle,
+            displacement,
+            velocity,
+            acceleration,
+        }
+    }
+
+    fn vectors(&self, u: &[f64], w: &[f64], out: &mut Vectors<'_>) -> Result<(), Inverted> {
+        let pressure = vec![0.0; self.muscle.solid.space().n_vertices()];
+        let fields = Fields {
+            v: Some(w),
+            ..Fields::new(u, Pressure::Nodal(&pressure))
+        };
+        self.muscle.solid.evaluate(&fields, out)
+    }
+
+    /// ∫ψ (J - 1).
+    pub(super) fn defect(&self) -> Result<Vec<f64>, Inverted> {
+        let mut defect = vec![0.0; self.muscle.solid.space().n_vertices()];
+        let mut out = Vectors {
+            defect: Some(&mut defect),
+            ..Vectors::default()
+        };
+        self.vectors(&self.displacement, &self.velocity, &mut out)?;
+        Ok(defect)
+    }
+
+    /// ∫ψ cof F(u):∇w for nodal u and w.
+    fn flux_at(&self, u: &[f64], w: &[f64]) -> Result<Vec<f64>, Inverted> {
+        let mut flux = vec![0.0; self.muscle.solid.space().n_vertices()];
+        let mut out = Vectors {
+            defect_rate: Some(&mut flux),
+            ..Vectors::default()
+        };
+        self.vectors(u, w, &mut out)?;
+        Ok(flux)
+    }
+
+    /// First derivative of ∫ψ (J - 1): ∫ψ cof F:∇v.
+    pub(super) fn defect_rate(&self) -> Result<Vec<f64>, Inverted> {
+        self.flux_at(&self.displacement, &self.velocity)
+    }
+
+    /// Second derivative of ∫ψ (J - 1): ∫ψ (cof F:∇v̇ + cof ∇v:∇v).
+    ///
+    /// The second term is a difference of the first derivative along v, exact because cof is linear
+    /// in plane strain.
+    pub(super) fn defect_acceleration(&self) -> Result<Vec<f64>, Inverted> {
+        let mut sum = self.flux_at(&self.displacement, &self.acceleration)?;
+        let fastest = largest(&self.velocity);
+        if fastest > 0.0 {
+            let solid = &self.muscle.solid;
+            let mesh_size = (solid.volume() / solid.space().n_elements() as f64).sqrt();
+            let time = SMALL_STRAIN * mesh_size / fastest;
+            let shifted: Vec<f64> = self
+                .displacement
+                .iter()
+                .zip(&self.velocity)
+                .map(|(u, v)| u + time * v)
+                .collect();
+            let before = self.defect_rate()?;
+            let after = self.flux_at(&shifted, &self.velocity)?;
+            for ((sum, after), before) in sum.iter_mut().zip(after).zip(before) {
+                *sum += (after - before) / time;
+            }
+        }
+        Ok(sum)
+    }
+
+    /// B(q) over the free components.
+    pub(super) fn divergence(&self) -> Result<CscMatrix<f64>, Inverted> {
+        let solid = &self.muscle.solid;
+        let pattern = solid.divergence_pattern();
+        let mut values = vec![0.0; pattern.nnz()];
+        let pressure = vec![0.0; solid.space().n_vertices()];
+        let fields = Fields::new(&self.displacement, Pressure::Nodal(&pressure));
+        let mut wanted = Tangents {
+            divergence: Some(&mut values),
+            ..Tangents::default()
+        };
+        solid.tangents(&fields, &mut wanted)?;
+        Ok(
+            CscMatrix::try_from_pattern_and_values(pattern.clone(), values)
+                .expect("values of the pattern"),
+        )
+    }
+}
+
+/// max |x_i|.
+pub(super) fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |m, x| m.max(x.abs()))
+}

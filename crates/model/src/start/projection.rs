@@ -1,0 +1,89 @@
+//! Displacements and velocities of an incompressible body from ones that are nearly so.
+
+use myovib_fem::Solid;
+use nalgebra_sparse::CscMatrix;
+
+use super::motion::{Motion, largest};
+use super::saddle::Saddle;
+use crate::error::ModelError;
+use crate::muscle::Muscle;
+
+/// Newton's method converges quadratically or not at all; a few iterations more than the digits ask.
+const MAX_ITERATIONS: usize = 30;
+/// A projected volume defect below this is rounding: J - 1 is a sum of some hundred terms of order
+/// the strain times the machine's precision.
+const ROUNDING: f64 = 1e-14;
+
+/// The displacement with ∫ψ (J - 1) = 0 next to `q` in the H1 norm, which spreads the correction
+/// without adding strain where none is needed.
+pub(super) fn displacement(muscle: &Muscle, t: f64, q: &[f64]) -> Result<Vec<f64>, ModelError> {
+    let solid = &muscle.solid;
+    let norm = gradient_norm(solid);
+    let rest = vec![0.0; q.len()];
+    let mut q = q.to_vec();
+    let mut last = f64::INFINITY;
+    for _ in 0..MAX_ITERATIONS {
+        let motion = Motion::new(muscle, t, &q, &rest, &rest);
+        let defect = motion.defect()?;
+        let size = largest_projected(solid, &defect);
+        // Newton's last step brings it to rounding; there it no longer decreases.
+        if size < ROUNDING || (size < ROUNDING.sqrt() && size >= 0.5 * last) {
+            return Ok(q);
+        }
+        last = size;
+        let flux: Vec<f64> = defect.iter().map(|d| -d).collect();
+        let (correction, _) = Saddle::factor(&norm, &motion.divergence()?)?.solve(&rest, &flux)?;
+        for (q, correction) in q.iter_mut().zip(correction) {
+            *q += correction;
+        }
+    }
+    Err(ModelError::NotIncompressible { defect: last })
+}
+
+/// The velocity with ∫ψ cof F:∇v = 0 next to `v` in the norm of the kinetic energy: what is left of
+/// it after the pressure's impulse.
+pub(super) fn velocity(
+    muscle: &Muscle,
+    t: f64,
+    q: &[f64],
+    v: &[f64],
+) -> Result<Vec<f64>, ModelError> {
+    let rest = vec![0.0; q.len()];
+    let mut v = v.to_vec();
+    let b = Motion::new(muscle, t, q, &v, &rest).divergence()?;
+    let saddle = Saddle::factor(&mass(&muscle.solid), &b)?;
+    // The second pass removes the rounding of the first.
+    for _pass in 0..2 {
+        let motion = Motion::new(muscle, t, q, &v, &rest);
+        let flux: Vec<f64> = motion.defect_rate()?.iter().map(|d| -d).collect();
+        let (correction, _) = saddle.solve(&rest, &flux)?;
+        for (v, correction) in v.iter_mut().zip(correction) {
+            *v += correction;
+        }
+    }
+    Ok(v)
+}
+
+/// max over ψ_k of |∫ψ_k …| / ∫ψ_k.
+fn largest_projected(solid: &Solid, defect: &[f64]) -> f64 {
+    let projected: Vec<f64> = defect
+        .iter()
+        .zip(solid.pressure_weights())
+        .map(|(defect, weight)| defect / weight)
+        .collect();
+    largest(&projected)
+}
+
+/// M over the free components.
+pub(super) fn mass(solid: &Solid) -> CscMatrix<f64> {
+    on_displacements(solid, solid.mass_values())
+}
+
+fn gradient_norm(solid: &Solid) -> CscMatrix<f64> {
+    on_displacements(solid, solid.gradient_values())
+}
+
+fn on_displacements(solid: &Solid, values: Vec<f64>) -> CscMatrix<f64> {
+    CscMatrix::try_from_pattern_and_values(solid.displacement_pattern().clone(), values)
+        .expect("values of the pattern")
+}

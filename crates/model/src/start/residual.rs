@@ -1,0 +1,94 @@
+//! How well values y, ẏ satisfy F(t, y, ẏ) = 0, block by block.
+
+use std::fmt;
+
+use sundials_wrap::DaeProblem;
+
+use crate::equation::Equation;
+use crate::error::ModelError;
+use crate::field::Field;
+use crate::muscle_dae::MuscleDae;
+
+/// The residual of one block of equations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BlockResidual {
+    /// The unknowns in whose rows the equation stands.
+    pub field: Field,
+    /// The equation.
+    pub equation: Equation,
+    /// max |F_i| over the block, in the equation's units.
+    pub largest: f64,
+    /// The same as a fraction of max Σ_j (|∂F_i/∂y_j y_j| + |∂F_i/∂ẏ_j ẏ_j|), the size of the terms
+    /// that should cancel; 0 where all are zero.
+    pub relative: f64,
+    /// Where it is largest: the name of the row's unknown, with its node.
+    pub worst: String,
+}
+
+impl fmt::Display for BlockResidual {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            equation,
+            largest,
+            relative,
+            worst,
+            ..
+        } = self;
+        write!(
+            f,
+            "{equation:?}: {largest:.1e}, {relative:.1e} of its terms, largest at {worst}"
+        )
+    }
+}
+
+/// The residual of every block at (t, y, ẏ).
+///
+/// # Errors
+/// [`ModelError::Evaluation`] where F or its Jacobian cannot be evaluated.
+pub fn residuals(
+    dae: &mut MuscleDae,
+    t: f64,
+    y: &[f64],
+    y_dot: &[f64],
+) -> Result<Vec<BlockResidual>, ModelError> {
+    let mut residual = vec![0.0; dae.n_unknowns()];
+    dae.residual(t, y, y_dot, &mut residual)?;
+    let terms = sizes_of_terms(dae, t, y, y_dot)?;
+    let rows = dae.formulation().rows().iter().zip(dae.layout().blocks());
+    Ok(rows
+        .map(|((field, equation), (_, range))| {
+            let worst = range
+                .clone()
+                .max_by(|&i, &j| residual[i].abs().total_cmp(&residual[j].abs()))
+                .expect("a block has rows");
+            let largest = residual[worst].abs();
+            let scale = terms[range.clone()].iter().copied().fold(0.0, f64::max);
+            BlockResidual {
+                field: *field,
+                equation: *equation,
+                largest,
+                relative: if largest > 0.0 { largest / scale } else { 0.0 },
+                worst: dae.component_name(worst),
+            }
+        })
+        .collect())
+}
+
+/// Σ_j (|∂F_i/∂y_j y_j| + |∂F_i/∂ẏ_j ẏ_j|) for every row i.
+fn sizes_of_terms(
+    dae: &mut MuscleDae,
+    t: f64,
+    y: &[f64],
+    y_dot: &[f64],
+) -> Result<Vec<f64>, ModelError> {
+    let pattern = dae.jacobian_pattern();
+    let mut values = vec![0.0; pattern.nnz()];
+    let mut sizes = vec![0.0; y.len()];
+    for (a, b, x) in [(1.0, 0.0, y), (0.0, 1.0, y_dot)] {
+        dae.jacobian(t, y, y_dot, a, b, &mut values)?;
+        for ((column, row), value) in pattern.entries().zip(&values) {
+            sizes[row] += (value * x[column]).abs();
+        }
+    }
+    Ok(sizes)
+}

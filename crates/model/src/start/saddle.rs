@@ -1,0 +1,43 @@
+//! Direct solution of (H, -Bᵀ; B, 0): a symmetric matrix with a constraint.
+
+use nalgebra_sparse::{CooMatrix, CscMatrix};
+use sundials_wrap::klu::{KluOptions, RealNumeric, Symbolic};
+
+use crate::error::ModelError;
+
+/// The factors of (H, -Bᵀ; B, 0).
+pub(super) struct Saddle {
+    n: usize,
+    factors: RealNumeric,
+}
+
+impl Saddle {
+    /// Factorises; a B without rows leaves H alone.
+    pub(super) fn factor(h: &CscMatrix<f64>, b: &CscMatrix<f64>) -> Result<Self, ModelError> {
+        let (n, m) = (h.nrows(), b.nrows());
+        let mut matrix = CooMatrix::new(n + m, n + m);
+        for (row, column, value) in h.triplet_iter() {
+            matrix.push(row, column, *value);
+        }
+        for (row, column, value) in b.triplet_iter() {
+            matrix.push(n + row, column, *value);
+            matrix.push(column, n + row, -value);
+        }
+        let matrix = CscMatrix::from(&matrix);
+        let symbolic = Symbolic::analyze(matrix.pattern(), KluOptions::default())?;
+        let factors = RealNumeric::factor(&symbolic, matrix.values())?;
+        Ok(Self { n, factors })
+    }
+
+    /// (w, π) with H w - Bᵀπ = `force`, B w = `flux`.
+    pub(super) fn solve(
+        &self,
+        force: &[f64],
+        flux: &[f64],
+    ) -> Result<(Vec<f64>, Vec<f64>), ModelError> {
+        let mut w = [force, flux].concat();
+        self.factors.solve(&mut w)?;
+        let multipliers = w.split_off(self.n);
+        Ok((w, multipliers))
+    }
+}

@@ -1,0 +1,170 @@
+//! The paper's Table 1 by computation: formulations, parameters, and what is found for each.
+
+use std::sync::Arc;
+
+use myovib_fem::{DofMap, Law, Mesh, Solid, Space, generate};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::error::ModelError;
+use crate::formulation::Formulation;
+use crate::index::IndexReport;
+use crate::muscle::Muscle;
+use crate::muscle_dae::MuscleDae;
+use crate::paper;
+use crate::parameters::Parameters;
+
+/// Strains of the random states are of this order: far from small, and no element inverts.
+const STRAIN: f64 = 0.1;
+/// Rate of these strains, 1/s, as under the paper's load of 8 Hz.
+const RATE: f64 = 5.0;
+
+/// A formulation with its parameters, and the index the paper prints for it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Case {
+    /// The paper's equation; `None` for one the paper does not have.
+    pub equation: Option<&'static str>,
+    /// The material law.
+    pub law: Law,
+    /// The formulation.
+    pub formulation: Formulation,
+    /// κ, Pa.
+    pub kappa: f64,
+    /// β, s.
+    pub beta: f64,
+    /// The index as printed, if it is in the table or in the remark below it.
+    pub printed: Option<usize>,
+}
+
+/// The law that (20) becomes for small strains.
+pub const SMALL_STRAIN: Law = Law::SmallStrain {
+    shear_modulus: 2.04e4,
+};
+
+const INF: f64 = f64::INFINITY;
+
+/// The eight rows of Table 1, the paper's remark on (29), and the formulations it does not list.
+pub fn cases() -> Vec<Case> {
+    use Formulation::{Displacement, ImplicitRate, Position, Rate, Stabilized, Velocity};
+    let case = |equation, law, formulation, kappa, beta, printed| Case {
+        equation: Some(equation),
+        law,
+        formulation,
+        kappa,
+        beta,
+        printed,
+    };
+    let ours = |kappa, beta| Case {
+        equation: None,
+        ..case("", paper::LAW, ImplicitRate, kappa, beta, None)
+    };
+    vec![
+        case("26", SMALL_STRAIN, ImplicitRate, INF, 0.0, Some(3)),
+        case("26", SMALL_STRAIN, ImplicitRate, 1e5, 0.0, Some(1)),
+        case("26", SMALL_STRAIN, ImplicitRate, INF, 1e-4, Some(2)),
+        case("26", SMALL_STRAIN, ImplicitRate, 1e5, 1e-4, Some(1)),
+        case("28", paper::LAW, Position, INF, 0.0, Some(3)),
+        case("28", paper::LAW, Position, 1e5, 0.0, Some(1)),
+        case("29", paper::LAW, Rate, INF, 1e-4, Some(3)),
+        case("29", paper::LAW, Rate, 1e5, 1e-4, Some(2)),
+        case("29", paper::LAW, Rate, INF, 0.0, Some(4)),
+        case("29", paper::LAW, Rate, 1e5, 0.0, None),
+        case("18", paper::LAW, Displacement, 1e5, 1e-4, None),
+        case("31", paper::LAW, Velocity, INF, 0.0, None),
+        case("31", paper::LAW, Velocity, 1e5, 0.0, None),
+        case("33", paper::LAW, Stabilized, INF, 0.0, None),
+        ours(INF, 1e-4),
+        ours(1e5, 1e-4),
+    ]
+}
+
+/// The index of a case on one mesh at one state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sample {
+    /// Triangles of the mesh.
+    pub triangles: usize,
+    /// Seed of the random state.
+    pub seed: u64,
+    /// What was found.
+    pub report: IndexReport,
+}
+
+impl Case {
+    /// The index on two meshes at two random states of large strain each, made consistent.
+    ///
+    /// # Errors
+    /// Those of [`IndexReport::of_motion`].
+    pub fn samples(&self) -> Result<Vec<Sample>, ModelError> {
+        let mut samples = Vec::new();
+        for columns in [3, 5] {
+            let mesh = generate::beam(0.1, 0.04, [columns, 2])?;
+            for seed in [1, 2] {
+                samples.push(Sample {
+                    triangles: mesh.triangles().len(),
+                    seed,
+                    report: self.at_random_state(&mesh, seed)?,
+                });
+            }
+        }
+        Ok(samples)
+    }
+
+    /// The index on a mesh, at a random state that belongs to the seed.
+    ///
+    /// # Errors
+    /// Those of [`IndexReport::of_motion`].
+    pub fn at_random_state(&self, mesh: &Mesh, seed: u64) -> Result<IndexReport, ModelError> {
+        let muscle = self.muscle(mesh)?;
+        let solid = &muscle.solid;
+        let mesh_size = (solid.volume() / solid.space().n_elements() as f64).sqrt();
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut draw = |size: f64| -> Vec<f64> {
+            (0..solid.dofs().n_free())
+                .map(|_| size * rng.random_range(-1.0..1.0))
+                .collect()
+        };
+        // The gradient of a quadratic shape function is about 4 / h.
+        let (q, v) = (
+            draw(STRAIN * mesh_size / 4.0),
+            draw(RATE * STRAIN * mesh_size / 4.0),
+        );
+        let mut dae = MuscleDae::for_analysis(muscle, self.formulation);
+        IndexReport::of_motion(&mut dae, 0.0, &q, &v)
+    }
+
+    fn muscle(&self, mesh: &Mesh) -> Result<Muscle, ModelError> {
+        let space = Arc::new(Space::taylor_hood(mesh));
+        let dofs = DofMap::clamped(&space, &space.nodes_of(paper::FIXED_GROUP)?)?;
+        Ok(Muscle {
+            solid: Solid::uniform(space, dofs, self.law, paper::DENSITY)?,
+            parameters: Parameters::new(paper::ALPHA, self.beta, self.kappa)?,
+            loads: Vec::new(),
+            prescribed: Vec::new(),
+        })
+    }
+}
+
+/// The index of (29) on the way to its limit, κ → ∞ and β → 0 together.
+///
+/// It is 2 all the way and 4 in the limit; what shrinks is the gap. The last κ on the way is one at
+/// which the method can hardly tell.
+///
+/// # Errors
+/// Those of [`IndexReport::of_motion`].
+pub fn limit() -> Result<Vec<(Case, IndexReport)>, ModelError> {
+    let mesh = generate::beam(0.1, 0.04, [3, 2])?;
+    let kappas = [1e5, 1e7, 1e9, 1e11, 1e13, INF];
+    let on_the_way = |kappa: f64| -> Result<(Case, IndexReport), ModelError> {
+        let case = Case {
+            equation: Some("29"),
+            law: paper::LAW,
+            formulation: Formulation::Rate,
+            kappa,
+            // β κ = 10 Pa s at the paper's preferred pair.
+            beta: 10.0 / kappa,
+            printed: None,
+        };
+        Ok((case, case.at_random_state(&mesh, 1)?))
+    };
+    kappas.into_iter().map(on_the_way).collect()
+}

@@ -1,0 +1,64 @@
+//! Inf–sup constants over refined meshes: bounded for P2–P1, falling for P1–P1.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use myovib_fem::generate;
+use myovib_model::inf_sup::{Pair, levels};
+use myovib_structure::Index;
+
+/// Three refinements of a coarse spindle.
+#[test]
+fn the_spindle_under_three_refinements() {
+    let mesh = generate::spindle([10, 2]).unwrap();
+    let stable = levels(Pair::TaylorHood, &mesh, &["fixed"], 4).unwrap();
+    assert!(
+        stable
+            .iter()
+            .all(|level| level.nullity == 0 && level.constant > 0.57),
+        "{stable:?}"
+    );
+    // It has converged, so the bound is one for all h: 0.5809, 0.5715, 0.5706, 0.5705.
+    assert!(
+        (stable[3].constant / stable[2].constant - 1.0).abs() < 1e-3,
+        "{stable:?}"
+    );
+
+    // Two pressures are not held on any level, and the others less and less (0.0267, 0.0230, 0.0171
+    // after the first refinement), at under a twentieth of the constant of P2-P1.
+    let unstable = levels(Pair::EqualOrder, &mesh, &["fixed"], 4).unwrap();
+    assert!(
+        unstable.iter().all(|level| level.nullity == 2),
+        "{unstable:?}"
+    );
+    for pair in unstable[1..].windows(2) {
+        assert!(pair[1].constant < 0.9 * pair[0].constant, "{pair:?}");
+    }
+    assert!(
+        unstable[3].constant < 0.05 * stable[3].constant,
+        "{unstable:?}"
+    );
+
+    // Raw, both decay: σ_min tells nothing apart.
+    for family in [&stable, &unstable] {
+        for pair in family[1..].windows(2) {
+            assert!(pair[1].sigma_min < 0.6 * pair[0].sigma_min, "{pair:?}");
+        }
+    }
+}
+
+/// Pressures that nothing holds: three on a square of right diagonals clamped at two sides, so (28)
+/// with κ = ∞ has no index. P2–P1 on the same mesh has index 3.
+#[test]
+fn pressures_without_hold_leave_no_index() {
+    let mesh = generate::rectangle([0.0, 0.0], [1.0, 1.0], [4, 4]).unwrap();
+    let fixed = ["left", "right"];
+    let unstable = &levels(Pair::EqualOrder, &mesh, &fixed, 1).unwrap()[0];
+    assert_eq!(unstable.nullity, 3);
+    let found = unstable.index.as_ref().unwrap();
+    assert_eq!(found.index, Index::Singular { nullity: 3 });
+    assert!(found.blocks.is_empty());
+
+    let coarse = generate::rectangle([0.0, 0.0], [1.0, 1.0], [3, 3]).unwrap();
+    let stable = &levels(Pair::TaylorHood, &coarse, &fixed, 1).unwrap()[0];
+    assert_eq!(stable.nullity, 0);
+    assert_eq!(stable.index.as_ref().unwrap().decided(), Some(3));
+}

@@ -1,0 +1,64 @@
+//! `myovib table1` and `myovib infsup`.
+
+use crate::harness::{document, myovib, myovib_in};
+
+/// All eight printed indices and the remark, decided by at least three decades on two meshes at two
+/// states each.
+#[test]
+fn table1_computes_the_papers_indices() {
+    let run = myovib(&["table1", "--json"]);
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    let found = document(&run.stdout, "table1");
+    let rows = found["rows"].as_array().expect("rows");
+    let printed: Vec<_> = rows.iter().filter(|row| !row["paper"].is_null()).collect();
+    assert_eq!(printed.len(), 9);
+    for row in &printed {
+        assert_eq!(row["index"], row["paper"], "{row}");
+    }
+    for row in rows {
+        assert!(
+            row["gap_decades"].as_f64().is_some_and(|gap| gap >= 3.0),
+            "{row}"
+        );
+        let samples = row["samples"].as_array().expect("samples");
+        assert_eq!(samples.len(), 4, "two meshes, two states");
+    }
+    for formulation in ["velocity", "stabilized", "implicit-rate", "displacement"] {
+        assert!(
+            rows.iter().any(|row| row["formulation"] == formulation),
+            "{formulation}"
+        );
+    }
+    let limit = found["limit"].as_array().expect("the limit of (29)");
+    assert_eq!(limit.last().expect("its end")["index"], 4);
+}
+
+#[test]
+fn infsup_tells_the_spaces_apart_and_draws() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = myovib_in(
+        folder.path(),
+        &["infsup", "--levels", "2", "--plot", "i.svg", "--json"],
+    );
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    let found = document(&run.stdout, "infsup");
+    let constant = |pair: usize, level: usize| {
+        found["pairs"][pair]["levels"][level]["inf_sup"]
+            .as_f64()
+            .expect("a number")
+    };
+    // MODEL §5, to the digits given there.
+    for (level, equal_order) in [(0, 0.06), (1, 0.05)] {
+        assert!((constant(0, level) - 0.68).abs() < 0.015);
+        assert!((constant(1, level) - equal_order).abs() < 5e-3);
+    }
+    let drawing = std::fs::read_to_string(folder.path().join("i.svg")).expect("the figure");
+    assert!(
+        drawing.starts_with("<svg") || drawing.starts_with("<?xml"),
+        "{drawing:.60}"
+    );
+
+    let unknown = myovib(&["infsup", "--fixed", "nowhere"]);
+    assert_eq!(unknown.code, 2);
+    assert!(unknown.stderr.contains("nowhere"), "{}", unknown.stderr);
+}
