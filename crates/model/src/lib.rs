@@ -32,6 +32,7 @@ mod rod_dae;
 mod run;
 mod settings;
 mod signal;
+mod spline;
 mod state;
 mod statistics;
 
@@ -71,5 +72,6 @@ pub use run::{Limits, Observer, Step, run};
 pub use settings::{AbsoluteTolerances, IntegratorKind, LinearSolver, Settings, default_ordering};
 pub use signal::Signal;
 pub use start::Start;
+pub use spline::Spline;
 pub use state::State;
 pub use statistics::{Outcome, Statistics, StopReason};

@@ -4,8 +4,10 @@
 //! displacements both: their rates enter the differentiated constraints.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use crate::jet::Jet;
+use crate::spline::Spline;
 
 /// A function of time, in the units of what it drives.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +35,31 @@ pub enum Signal {
         /// Shift of the sigmoid; its middle lies at `shift / steepness`.
         shift: f64,
     },
+    /// 0 before `start`, `value` after `start + rise`, between them `value · s³ (6 s² - 15 s + 10)`
+    /// with `s = (t - start)/rise`: two continuous derivatives.
+    Step {
+        /// Value after the step.
+        value: f64,
+        /// When it begins, s.
+        start: f64,
+        /// How long it takes, s; positive.
+        rise: f64,
+    },
+    /// 0 before `start`, `value` after `end`, linear between them.
+    Ramp {
+        /// Value at the end.
+        value: f64,
+        /// When it begins, s.
+        start: f64,
+        /// When it ends, s; after `start`.
+        end: f64,
+    },
+    /// Values at given times.
+    Table(Arc<Spline>),
+    /// The sum of its terms.
+    Sum(Vec<Signal>),
+    /// The product of its factors.
+    Product(Vec<Signal>),
 }
 
 impl Signal {
@@ -50,13 +77,13 @@ impl Signal {
     /// Value, first and second derivative at time `t` (s).
     pub fn at(&self, t: f64) -> Jet {
         let time = Jet::variable(t);
-        match *self {
-            Self::Constant(value) => Jet::constant(value),
+        match self {
+            Self::Constant(value) => Jet::constant(*value),
             Self::Sine {
                 amplitude,
                 frequency,
                 phase,
-            } => (time * (TAU * frequency) + phase).sin() * amplitude,
+            } => (time * (TAU * frequency) + *phase).sin() * *amplitude,
             Self::RampedSine {
                 amplitude,
                 frequency,
@@ -64,11 +91,72 @@ impl Signal {
                 shift,
             } => {
                 let at_rest = 1.0 / (1.0 + shift.exp());
-                let ramp = (time * steepness + (-shift)).sigmoid() + (-at_rest);
-                ramp * (time * (TAU * frequency)).sin() * amplitude
+                let ramp = (time * *steepness + (-shift)).sigmoid() + (-at_rest);
+                ramp * (time * (TAU * frequency)).sin() * *amplitude
+            }
+            Self::Step { value, start, rise } => {
+                let s = (time + (-start)) * (1.0 / rise);
+                smooth_step(s) * *value
+            }
+            Self::Ramp { value, start, end } => {
+                let s = (time + (-start)) * (1.0 / (end - start));
+                clamp(s) * *value
+            }
+            Self::Table(spline) => spline.at(t),
+            Self::Sum(terms) => {
+                let zero = Jet::constant(0.0);
+                terms.iter().fold(zero, |sum, term| sum + term.at(t))
+            }
+            Self::Product(factors) => {
+                let one = Jet::constant(1.0);
+                factors
+                    .iter()
+                    .fold(one, |product, factor| product * factor.at(t))
             }
         }
     }
+
+    /// How many derivatives are continuous for all times; 3 stands for all of them.
+    pub fn smoothness(&self) -> u8 {
+        match self {
+            Self::Constant(_) | Self::Sine { .. } | Self::RampedSine { .. } => 3,
+            Self::Step { .. } | Self::Table(_) => 2,
+            Self::Ramp { .. } => 0,
+            Self::Sum(parts) | Self::Product(parts) => {
+                parts.iter().map(Self::smoothness).min().unwrap_or(3)
+            }
+        }
+    }
+
+    /// The latest start and the earliest end of the tables it is made of, s.
+    pub fn range(&self) -> (f64, f64) {
+        match self {
+            Self::Table(spline) => spline.range(),
+            Self::Sum(parts) | Self::Product(parts) => parts
+                .iter()
+                .map(Self::range)
+                .fold(ALWAYS, |(start, end), (s, e)| (start.max(s), end.min(e))),
+            _ => ALWAYS,
+        }
+    }
+}
+
+const ALWAYS: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+
+/// s³ (6 s² - 15 s + 10) between 0 and 1, constant beyond.
+fn smooth_step(s: Jet) -> Jet {
+    let x = s.value.clamp(0.0, 1.0);
+    s.compose(
+        x * x * x * (x * (6.0 * x - 15.0) + 10.0),
+        30.0 * x * x * (x - 1.0) * (x - 1.0),
+        60.0 * x * (x - 1.0) * (2.0 * x - 1.0),
+    )
+}
+
+/// s between 0 and 1, constant beyond.
+fn clamp(s: Jet) -> Jet {
+    let inside = (0.0..1.0).contains(&s.value);
+    s.compose(s.value.clamp(0.0, 1.0), f64::from(u8::from(inside)), 0.0)
 }
 
 #[cfg(test)]
@@ -84,6 +172,28 @@ mod tests {
                 phase: 0.3,
             },
             Signal::paper(100.0),
+            Signal::Step {
+                value: 4.0,
+                start: 0.2,
+                rise: 0.4,
+            },
+            Signal::Ramp {
+                value: 2.0,
+                start: 0.1,
+                end: 1.3,
+            },
+            Signal::Table(Arc::new(
+                Spline::new(vec![-1.0, 0.5, 1.0, 2.0], vec![0.0, 2.0, -1.0, 3.0]).unwrap(),
+            )),
+            Signal::Sum(vec![Signal::Constant(1.0), Signal::paper(2.0)]),
+            Signal::Product(vec![
+                Signal::paper(2.0),
+                Signal::Sine {
+                    amplitude: 3.0,
+                    frequency: 1.0,
+                    phase: 0.1,
+                },
+            ]),
         ]
     }
 
@@ -99,6 +209,32 @@ mod tests {
                 assert!((here.d2 - (after.d1 - before.d1) / (2.0 * h)).abs() < 2e-2);
             }
         }
+    }
+
+    #[test]
+    fn steps_have_the_derivatives_they_claim_at_their_ends() {
+        let step = Signal::Step {
+            value: 4.0,
+            start: 0.2,
+            rise: 0.4,
+        };
+        assert_eq!(step.smoothness(), 2);
+        for end in [0.2, 0.2 + 0.4] {
+            let (before, after) = (step.at(end - 1e-9), step.at(end + 1e-9));
+            // The third derivative is 60·4/0.4³ = 3750 at the ends.
+            assert!((before.d2 - after.d2).abs() < 3750.0 * 2e-9 * 1.01);
+            assert!(before.d1.abs() < 1e-12 && after.d1.abs() < 1e-12);
+        }
+        assert_eq!((step.at(0.0).value, step.at(5.0).value), (0.0, 4.0));
+        let kinked = Signal::Sum(vec![
+            step,
+            Signal::Ramp {
+                value: 1.0,
+                start: 0.0,
+                end: 1.0,
+            },
+        ]);
+        assert_eq!(kinked.smoothness(), 0);
     }
 
     #[test]
