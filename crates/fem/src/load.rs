@@ -63,6 +63,24 @@ fn edge_values(degree: Degree, s: f64) -> [f64; 3] {
 /// # Shapes
 /// `2 n_nodes`.
 pub fn body_force(space: &Space, force: impl Fn([f64; 2]) -> [f64; 2]) -> Vec<f64> {
+    integrate(space, |_, at| force(at))
+}
+
+/// ∫ ρ a · φ for a constant acceleration a: weight, for one.
+///
+/// # Shapes
+/// `densities`: one per triangle, 0 where nothing acts. The result: `2 n_nodes`.
+///
+/// # Panics
+/// If there are fewer densities than triangles.
+pub fn weight(space: &Space, densities: &[f64], acceleration: [f64; 2]) -> Vec<f64> {
+    integrate(space, |element, _| {
+        acceleration.map(|a| densities[element] * a)
+    })
+}
+
+/// ∫ f · φ for a force per volume by triangle and place.
+fn integrate(space: &Space, force: impl Fn(usize, [f64; 2]) -> [f64; 2]) -> Vec<f64> {
     let mut load = vec![0.0; 2 * space.n_nodes()];
     let rule = TriangleRule::Degree6.points();
     for element in 0..space.n_elements() {
@@ -70,7 +88,7 @@ pub fn body_force(space: &Space, force: impl Fn([f64; 2]) -> [f64; 2]) -> Vec<f6
         let area = crate::mesh::signed_area(corners);
         for q in &rule {
             let at = [0, 1].map(|j| (0..3).map(|i| q.barycentric[i] * corners[i][j]).sum());
-            let f = force(at);
+            let f = force(element, at);
             let place = crate::space::Located {
                 element,
                 barycentric: q.barycentric,
@@ -83,4 +101,21 @@ pub fn body_force(space: &Space, force: impl Fn([f64; 2]) -> [f64; 2]) -> Vec<f6
         }
     }
     load
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate;
+
+    #[test]
+    fn the_weight_of_two_regions_is_mass_times_acceleration() {
+        let mesh = generate::rectangle([0.0, 0.0], [2.0, 1.0], [2, 1]).unwrap();
+        let space = Space::taylor_hood(&mesh);
+        // Two triangles of area 1/2 in each cell: the left cell weighs 3, the right one nothing.
+        let weight = weight(&space, &[3.0, 3.0, 0.0, 0.0], [0.0, -2.0]);
+        let total = |axis: usize| weight.iter().skip(axis).step_by(2).sum::<f64>();
+        // Rounding of a dozen terms of size one.
+        assert!(total(0).abs() < 1e-14 && (total(1) + 6.0).abs() < 1e-14);
+    }
 }

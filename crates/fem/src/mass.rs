@@ -15,9 +15,11 @@ pub(crate) struct Symmetric {
 }
 
 impl Symmetric {
-    /// ρ ∫ φ_a φ_b over all displacement nodes. The integrand has degree 4, the rule's.
-    pub(crate) fn node_mass(space: &Space, density: f64) -> Self {
+    /// ∫ ρ φ_a φ_b over all displacement nodes, ρ by triangle. The integrand has degree 4, the
+    /// rule's.
+    pub(crate) fn node_mass(space: &Space, densities: &[f64]) -> Self {
         let pattern = node_pattern(space);
+        let density = |element: usize| densities[element];
         match space.degree() {
             Degree::One => Self::assemble(space, pattern, density, |lambda| lambda.to_vec()),
             Degree::Two => Self::assemble(space, pattern, density, |l| p2_values(l).to_vec()),
@@ -60,15 +62,18 @@ impl Symmetric {
 
     /// ∫ ψ_k ψ_l over the vertices.
     pub(crate) fn pressure_mass(space: &Space) -> Self {
-        Self::assemble(space, pressure_pattern(space), 1.0, |lambda| {
-            lambda.to_vec()
-        })
+        Self::assemble(
+            space,
+            pressure_pattern(space),
+            |_| 1.0,
+            |lambda| lambda.to_vec(),
+        )
     }
 
     fn assemble(
         space: &Space,
         pattern: SparsityPattern,
-        density: f64,
+        density: impl Fn(usize) -> f64,
         shape: impl Fn([f64; 3]) -> Vec<f64>,
     ) -> Self {
         let mut values = vec![0.0; pattern.nnz()];
@@ -76,7 +81,7 @@ impl Symmetric {
             let (_, det) = inverse_map(space.mesh().corners(element));
             for q in TriangleRule::Degree4.points() {
                 let shapes = shape(q.barycentric);
-                let weight = 0.5 * det * q.weight * density;
+                let weight = 0.5 * det * q.weight * density(element);
                 for (&a, phi_a) in space.element_nodes(element).iter().zip(&shapes) {
                     for (&b, phi_b) in space.element_nodes(element).iter().zip(&shapes) {
                         values[place(&pattern, a, b)] += weight * phi_a * phi_b;

@@ -16,11 +16,13 @@
 mod mooney_rivlin;
 mod potential;
 mod small_strain;
+mod st_venant_kirchhoff;
 pub(crate) mod tensor;
 
 pub(crate) use mooney_rivlin::MooneyRivlin;
 pub(crate) use potential::Potential;
 pub(crate) use small_strain::SmallStrain;
+pub(crate) use st_venant_kirchhoff::StVenantKirchhoff;
 
 use tensor::{Volumetric, dilation, tangent, tangent_rate};
 
@@ -61,6 +63,12 @@ pub enum Law {
         /// ζ.
         shear_modulus: f64,
     },
+    /// `W = ζ |dev E|²` with Green's strain, the deviator taken in three dimensions. Valid for
+    /// J > 0, meant for moderate strains: it softens in compression.
+    StVenantKirchhoff {
+        /// ζ.
+        shear_modulus: f64,
+    },
 }
 
 /// Evaluates an expression with `$potential` bound to the law's [`Potential`].
@@ -73,6 +81,10 @@ macro_rules! with_potential {
             }
             $crate::material::Law::SmallStrain { shear_modulus } => {
                 let $potential = $crate::material::SmallStrain { shear_modulus };
+                $body
+            }
+            $crate::material::Law::StVenantKirchhoff { shear_modulus } => {
+                let $potential = $crate::material::StVenantKirchhoff { shear_modulus };
                 $body
             }
         }
@@ -128,15 +140,25 @@ impl Law {
 
     /// The stress P33 that keeps F33 = 1.
     ///
-    /// Both laws are isochoric: W does not change under F → s F in three dimensions, so that
-    /// `P33 = −P : F` but for the pressure's part `−p J`.
+    /// The laws of Mooney–Rivlin and of small strains are isochoric: W does not change under
+    /// F → s F in three dimensions, so that `P33 = −P : F` but for the pressure's part `−p J`.
     pub fn stress_33(self, h: Tensor, p: f64) -> f64 {
-        let f = match self {
-            Law::MooneyRivlin { .. } => [[1.0 + h[0][0], h[0][1]], [h[1][0], 1.0 + h[1][1]]],
-            Law::SmallStrain { .. } => [[1.0, 0.0], [0.0, 1.0]],
+        let gradient = self.volume_gradient(h);
+        let isochoric = |f: Tensor| {
+            let jacobian = tensor::contract(gradient, f) / 2.0;
+            -tensor::contract(self.stress(h, 0.0), f) - p * jacobian
         };
-        let jacobian = tensor::contract(self.volume_gradient(h), f) / 2.0;
-        -tensor::contract(self.stress(h, 0.0), f) - p * jacobian
+        match self {
+            Law::MooneyRivlin { .. } => {
+                isochoric([[1.0 + h[0][0], h[0][1]], [h[1][0], 1.0 + h[1][1]]])
+            }
+            Law::SmallStrain { .. } => isochoric([[1.0, 0.0], [0.0, 1.0]]),
+            Law::StVenantKirchhoff { shear_modulus } => {
+                let d = self.volume_change(h);
+                let law = StVenantKirchhoff { shear_modulus };
+                law.stress_33(tensor::distortion_measure(h), d) - p * (1.0 + d)
+            }
+        }
     }
 
     /// Whether the force is linear in displacement and pressure.

@@ -114,17 +114,47 @@ impl Solid {
         density: f64,
         rule: TriangleRule,
     ) -> Result<Self, FemError> {
+        let densities = vec![density; space.n_elements()];
+        Self::build(space, dofs, laws, &densities, rule)
+    }
+
+    /// A solid with a law and a density for each triangle.
+    ///
+    /// # Errors
+    /// As for [`new`](Solid::new).
+    pub fn with_densities(
+        space: Arc<Space>,
+        dofs: DofMap,
+        laws: Vec<Law>,
+        densities: &[f64],
+    ) -> Result<Self, FemError> {
+        Self::build(space, dofs, laws, densities, TriangleRule::default())
+    }
+
+    fn build(
+        space: Arc<Space>,
+        dofs: DofMap,
+        laws: Vec<Law>,
+        densities: &[f64],
+        rule: TriangleRule,
+    ) -> Result<Self, FemError> {
         check_count("laws, one per triangle", laws.len(), space.n_elements())?;
+        check_count(
+            "densities, one per triangle",
+            densities.len(),
+            space.n_elements(),
+        )?;
         check_count(
             "components in the dof map",
             dofs.n_full(),
             2 * space.n_nodes(),
         )?;
-        if !(density > 0.0 && density.is_finite()) {
+        let unfit = |density: &&f64| !(**density > 0.0 && density.is_finite());
+        if let Some(&value) = densities.iter().find(unfit) {
             let (name, condition) = ("density", "positive and finite");
             return Err(FemError::Parameter {
                 name,
-                value: density,
+                value,
                 condition,
             });
         }
@@ -144,7 +174,7 @@ impl Solid {
         };
         let pressure_mass = Symmetric::pressure_mass(&space);
         Ok(Self {
-            mass: Symmetric::node_mass(&space, density),
+            mass: Symmetric::node_mass(&space, densities),
             pressure_weights: pressure_mass.row_sums(),
             pressure_mass,
             space,

@@ -93,7 +93,7 @@ fn distortion(h: Tensor) -> Tensor {
 
 /// e = |F|² − 2 J.
 #[inline(always)]
-fn distortion_measure(h: Tensor) -> f64 {
+pub(crate) fn distortion_measure(h: Tensor) -> f64 {
     let [[stretch, shear], _] = distortion(h);
     stretch * stretch + shear * shear
 }

@@ -127,6 +127,7 @@ law_tests! {
     mooney_rivlin: Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
     mooney_rivlin_second_invariant_only: Law::MooneyRivlin { c10: 0.0, c01: 5e3 };
     small_strain: Law::SmallStrain { shear_modulus: 2.04e4 };
+    st_venant_kirchhoff: Law::StVenantKirchhoff { shear_modulus: 2.04e4 };
 }
 
 #[test]
@@ -146,16 +147,37 @@ fn rotations_are_free_of_stress_to_rounding() {
 }
 
 #[test]
-fn small_strains_are_the_linearisation_of_mooney_rivlin() {
+fn small_strains_are_the_linearisation_of_the_finite_laws() {
     let (c10, c01) = (1e4, 2e2);
-    let finite = Law::MooneyRivlin { c10, c01 };
-    let small = Law::SmallStrain {
-        shear_modulus: 2.0 * (c10 + c01),
-    };
+    let shear_modulus = 2.0 * (c10 + c01);
+    let small = Law::SmallStrain { shear_modulus };
     let rest = [[0.0; 2]; 2];
-    let (a, b) = (finite.tangent(rest, 0.0), small.tangent(rest, 0.0));
-    for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
-        assert!((a - b).abs() < 1e-10, "{a} {b}"); // rounding of 4e4
+    for finite in [
+        Law::MooneyRivlin { c10, c01 },
+        Law::StVenantKirchhoff { shear_modulus },
+    ] {
+        let (a, b) = (finite.tangent(rest, 0.0), small.tangent(rest, 0.0));
+        for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
+            assert!((a - b).abs() < 1e-10, "{a} {b}"); // rounding of 4e4
+        }
+    }
+}
+
+#[test]
+fn st_venant_kirchhoff_is_the_formula_with_greens_strain() {
+    let shear_modulus = 2.04e4;
+    let law = Law::StVenantKirchhoff { shear_modulus };
+    for h in STATES {
+        let f = [[1.0 + h[0][0], h[0][1]], [h[1][0], 1.0 + h[1][1]]];
+        let c = |i: usize, j: usize| f[0][i] * f[0][j] + f[1][i] * f[1][j];
+        let (exx, eyy, exy) = (0.5 * (c(0, 0) - 1.0), 0.5 * (c(1, 1) - 1.0), 0.5 * c(0, 1));
+        let trace = exx + eyy;
+        let squares = exx * exx + eyy * eyy + 2.0 * exy * exy;
+        let energy = shear_modulus * (squares - trace * trace / 3.0);
+        // Rounding of terms of size ζ.
+        assert!((law.energy(h) - energy).abs() < 1e-11 * shear_modulus);
+        let p33 = -2.0 / 3.0 * shear_modulus * trace;
+        assert!((law.stress_33(h, 0.0) - p33).abs() < 1e-11 * shear_modulus);
     }
 }
 

@@ -1,0 +1,56 @@
+//! St. Venant–Kirchhoff: W = ζ |dev E|² with Green's strain E = (FᵀF − I)/2, in three dimensions.
+//!
+//! In plane strain `2 tr E = |F|² − 2 = e + 2 d` and `4 tr E² = (e + 2 d)² + 2 e − 2 d²`, so that
+//! `W = ζ ((e + 2 d)²/6 + e/2 − d²/2)`: a quadratic, linearised by the law of small strains.
+
+use super::potential::{First, Potential, Second, Third};
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct StVenantKirchhoff {
+    pub(crate) shear_modulus: f64,
+}
+
+impl StVenantKirchhoff {
+    /// P33 without the pressure's part: F33 S33 with F33 = 1, S = 2 ζ dev E, E33 = 0.
+    pub(crate) fn stress_33(&self, e: f64, d: f64) -> f64 {
+        -self.shear_modulus / 3.0 * (e + 2.0 * d)
+    }
+}
+
+impl Potential for StVenantKirchhoff {
+    const FINITE: bool = true;
+
+    #[inline(always)]
+    fn energy(&self, e: f64, d: f64) -> f64 {
+        let s = e + 2.0 * d;
+        self.shear_modulus * (s * s / 6.0 + 0.5 * (e - d * d))
+    }
+
+    #[inline(always)]
+    fn first(&self, e: f64, d: f64) -> First {
+        First {
+            e: self.shear_modulus * ((e + 2.0 * d) / 3.0 + 0.5),
+            d: self.shear_modulus / 3.0 * (2.0 * e + d),
+        }
+    }
+
+    #[inline(always)]
+    fn second(&self, _e: f64, _d: f64) -> Second {
+        let third = self.shear_modulus / 3.0;
+        Second {
+            ee: third,
+            ed: 2.0 * third,
+            dd: third,
+        }
+    }
+
+    #[inline(always)]
+    fn third(&self, _e: f64, _d: f64) -> Third {
+        Third {
+            eee: 0.0,
+            eed: 0.0,
+            edd: 0.0,
+            ddd: 0.0,
+        }
+    }
+}
