@@ -19,6 +19,7 @@ pub mod plot;
 pub mod progress;
 pub mod report;
 pub mod requirements;
+pub mod scene;
 pub mod scene_file;
 pub mod statistics;
 pub mod versions;

@@ -35,6 +35,8 @@ pub struct StatisticsJson<'a> {
     pub linear_solver: &'a str,
     pub ordering: &'a str,
     pub btf: bool,
+    pub initial_step: Option<f64>,
+    pub max_step: Option<f64>,
     pub t_end: f64,
     /// The seed of random draws; null where nothing is drawn.
     pub seed: Option<u32>,
@@ -85,6 +87,8 @@ impl<'a> StatisticsJson<'a> {
             linear_solver: settings.linear_solver.name(),
             ordering: ordering_name(settings.ordering),
             btf: settings.btf,
+            initial_step: settings.initial_step,
+            max_step: settings.max_step,
             t_end: settings.t_end,
             seed: None,
         }

@@ -53,7 +53,7 @@ impl Solid {
         let piola = law.stress(h, pressure);
         let (cauchy, cauchy_33) = match law {
             Law::SmallStrain { .. } => (piola, law.stress_33(h, pressure)),
-            Law::MooneyRivlin { .. } => {
+            Law::MooneyRivlin { .. } | Law::StVenantKirchhoff { .. } => {
                 let f = [[1.0 + h[0][0], h[0][1]], [h[1][0], 1.0 + h[1][1]]];
                 let entry =
                     |i: usize, j: usize| (piola[i][0] * f[j][0] + piola[i][1] * f[j][1]) / jacobian;

@@ -120,6 +120,8 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
         ),
         max_order: usize::from(settings.max_order),
         delta_cj: settings.delta_cj,
+        initial_step: settings.initial_step,
+        max_step: settings.max_step,
         klu: KluOptions {
             ordering: settings.ordering,
             btf: settings.btf,

@@ -92,6 +92,10 @@ pub struct Settings {
     pub ordering: Ordering,
     /// Whether KLU permutes to block triangular form first.
     pub btf: bool,
+    /// First step, s; the integrator's own choice if not given.
+    pub initial_step: Option<f64>,
+    /// Largest step, s.
+    pub max_step: Option<f64>,
 }
 
 impl Settings {
@@ -118,6 +122,8 @@ impl Settings {
             linear_solver: LinearSolver::Condensed,
             ordering: default_ordering(formulation),
             btf: false,
+            initial_step: None,
+            max_step: None,
         }
     }
 }

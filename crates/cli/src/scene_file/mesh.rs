@@ -32,7 +32,7 @@ pub enum MeshSource {
     /// The same spindle from a structured grid, as fine as wished; groups `fixed`, `load`,
     /// `muscle`, `origin`.
     Spindle {
-        /// Cells along and across.
+        /// Cells along (a multiple of 10) and across (an even number), two triangles each.
         #[serde(default = "spindle_cells")]
         #[schemars(inner(range(min = 1)))]
         cells: [usize; 2],
@@ -50,7 +50,8 @@ pub enum MeshSource {
         #[schemars(inner(range(min = 1)))]
         cells: [usize; 2],
     },
-    /// A slender rectangle around the axis y = 0; groups as `rectangle`.
+    /// A slender rectangle around the axis y = 0; groups `fixed` (left end), `load` (right end),
+    /// `tip` (its upper corner), `body`.
     Beam {
         /// Length, m.
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -62,13 +63,8 @@ pub enum MeshSource {
         #[schemars(inner(range(min = 1)))]
         cells: [usize; 2],
     },
-    /// Cook's membrane: the trapezoid (0,0), (48,44), (48,60), (0,44), scaled; groups as
-    /// `rectangle`.
+    /// Cook's membrane: the trapezoid (0,0), (48,44), (48,60), (0,44); groups as `beam`.
     Cook {
-        /// Length of one of Cook's units, m.
-        #[serde(default = "one")]
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        unit: f64,
         /// Cells along and across, two triangles each.
         #[schemars(inner(range(min = 1)))]
         cells: [usize; 2],
@@ -76,9 +72,5 @@ pub enum MeshSource {
 }
 
 fn spindle_cells() -> [usize; 2] {
-    [24, 6]
-}
-
-fn one() -> f64 {
-    1.0
+    [20, 6]
 }

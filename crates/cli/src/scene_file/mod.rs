@@ -16,7 +16,7 @@ pub mod mesh;
 pub mod output;
 pub mod solid;
 
-mod check;
+pub(crate) mod check;
 mod schema;
 mod source;
 

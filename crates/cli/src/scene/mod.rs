@@ -1,0 +1,126 @@
+//! Scenes as validated objects: what [`scene_file`](crate::scene_file) read, put together with its
+//! mesh into the model.
+//!
+//! What is wrong is told with its place in the text, as in `scene_file`: an unknown group lists
+//! those the mesh has, a formulation that does not go with κ and β says what does. Nothing is
+//! computed and nothing is written before a [`Scene`] exists.
+
+mod body;
+mod builder;
+mod builtin;
+mod function;
+mod mesh;
+mod settings;
+
+use std::path::Path;
+
+use anyhow::Context;
+use myovib_model::{Formulation, Muscle, Settings};
+
+pub use builtin::{BUILTIN, builtin_text};
+
+use crate::error::InputError;
+use crate::scene_file::{self, Analysis, SceneFile};
+use builder::Builder;
+
+/// A scene that can be computed.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// The scene as written, defaults filled in.
+    pub file: SceneFile,
+    /// Its text, without overrides.
+    pub text: String,
+    /// End time, s; 0 for a scene without a time interval.
+    pub t_end: f64,
+    /// The elastic body, if there is one.
+    pub body: Option<Body>,
+}
+
+/// An elastic body and how it is to be computed.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// The body with its loads.
+    pub muscle: Muscle,
+    /// The DAE.
+    pub formulation: Formulation,
+    /// The integrator's settings.
+    pub settings: Settings,
+}
+
+impl Scene {
+    /// Reads the scene at `path`, or the built-in scene of that name, with overrides applied.
+    ///
+    /// # Errors
+    /// Files that cannot be read, and [`InputError`] for what is wrong in them.
+    pub fn load(path: &Path, overrides: &[String]) -> anyhow::Result<Self> {
+        let name = path.display().to_string();
+        let (text, folder) = match std::fs::read_to_string(path) {
+            Ok(text) => (text, path.parent().unwrap_or(Path::new("")).to_owned()),
+            Err(error) => match builtin_text(&name) {
+                Some(text) => (text.to_owned(), Path::new("").to_owned()),
+                None => {
+                    let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+                    return Err(error).with_context(|| {
+                        InputError::new(format!("cannot read the scene `{name}`"))
+                            .allowed(format!("a file, or a built-in scene: {}", names.join(", ")))
+                            .next("`myovib init` writes a scene to start from")
+                            .to_string()
+                    });
+                }
+            },
+        };
+        Ok(Self::build(&name, &text, overrides, &folder)?)
+    }
+
+    /// Makes a scene from its text; files named in it are relative to `folder`.
+    ///
+    /// # Errors
+    /// [`InputError`] with file, line, column, and what was expected.
+    pub fn build(
+        name: &str,
+        text: &str,
+        overrides: &[String],
+        folder: &Path,
+    ) -> Result<Self, InputError> {
+        let scene_file::Read {
+            scene: file,
+            source,
+        } = scene_file::read(name, text, overrides)?;
+        let t_end = file.time.as_ref().map_or(0.0, |time| time.end);
+        let builder = Builder::new(&source, folder, t_end);
+        if file.analysis == Analysis::Dynamic && file.time.is_none() {
+            return Err(builder.wrong(
+                "",
+                InputError::new("a dynamic scene needs its time interval")
+                    .next("add a table [time] with `end`, in s"),
+            ));
+        }
+        let body = match (&file.mesh, &file.solid) {
+            (Some(mesh), Some(solid)) => Some(builder.body(&file, mesh, solid)?),
+            (None, None) => None,
+            (Some(_), None) => {
+                let error = InputError::new("a mesh needs the body's constants")
+                    .next("add a table [solid] with `kappa`, in Pa");
+                return Err(builder.wrong("mesh", error));
+            }
+            (None, Some(_)) => {
+                let error = InputError::new("a body needs a mesh")
+                    .next("add a table [mesh], for example with type = \"muscle\"");
+                return Err(builder.wrong("solid", error));
+            }
+        };
+        if body.is_none() && file.rod.is_none() && file.chain.is_empty() {
+            return Err(builder.wrong(
+                "",
+                InputError::new("the scene has nothing to compute")
+                    .allowed("a [mesh] with [solid], a [rod], or a [[chain]]"),
+            ));
+        }
+        Ok(Self {
+            file,
+            text: source.text().to_owned(),
+            t_end,
+            body,
+        })
+    }
+}
