@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::commands::doctor::DoctorArgs;
 use crate::commands::infsup::InfsupArgs;
 use crate::commands::init::InitArgs;
+use crate::commands::run::RunArgs;
 use crate::commands::schema::SchemaArgs;
 use crate::commands::table1::Table1Args;
 use crate::commands::table2::Table2Args;
@@ -49,6 +50,8 @@ pub enum Command {
     Table2(Table2Args),
     /// Write a commented scene to start from.
     Init(InitArgs),
+    /// Compute a scene: a motion or an equilibrium.
+    Run(RunArgs),
     /// Print the JSON Schema of scenes, with which editors complete and check.
     Schema(SchemaArgs),
 }

@@ -27,6 +27,15 @@ impl<W: Write> CsvWriter<W> {
         })
     }
 
+    /// Goes on with a sink that has its header of `n_columns` names.
+    pub fn continued(sink: W, n_columns: usize) -> Self {
+        Self {
+            sink,
+            n_columns,
+            line: String::new(),
+        }
+    }
+
     /// Writes one row.
     ///
     /// # Errors

@@ -23,6 +23,7 @@ pub mod scene;
 pub mod scene_file;
 pub mod statistics;
 pub mod versions;
+pub mod vtu;
 
 use std::process::ExitCode;
 

@@ -167,6 +167,11 @@ impl Mesh {
         self.triangles[element].map(|v| self.points[v])
     }
 
+    /// The area of triangle `element`.
+    pub fn area_of(&self, element: usize) -> f64 {
+        signed_area(self.corners(element))
+    }
+
     /// The total area.
     pub fn area(&self) -> f64 {
         (0..self.triangles.len())

@@ -95,6 +95,12 @@ pub enum ModelError {
     /// A question about the structure that has no answer.
     #[error(transparent)]
     Structure(#[from] myovib_structure::StructureError),
+    /// A measurement of a part that the system does not have.
+    #[error("the system has no {part}")]
+    NoSuchPart {
+        /// The part.
+        part: &'static str,
+    },
     /// A recorder could not write.
     #[error("cannot write what was recorded")]
     Output(#[from] std::io::Error),

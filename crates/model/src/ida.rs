@@ -28,6 +28,20 @@ impl IdaIntegrator<MuscleDae> {
     /// [`ModelError::Integrator`] for settings IDAS does not take.
     pub fn from_rest(dae: MuscleDae, settings: &Settings) -> Result<Self, ModelError> {
         let zero = vec![0.0; dae.n_unknowns()];
+        Self::starting_at(dae, settings, 0.0, &zero, &zero)
+    }
+
+    /// Starts a muscle, at order 1, at time `t` from a state with consistent derivatives.
+    ///
+    /// # Errors
+    /// [`ModelError::Integrator`] for settings IDAS does not take.
+    pub fn starting_at(
+        dae: MuscleDae,
+        settings: &Settings,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Self, ModelError> {
         let options = options(&dae, settings);
         let condensed = match settings.linear_solver {
             LinearSolver::Condensed => CondensedSolver::new(&dae, options.klu)?,
@@ -38,7 +52,7 @@ impl IdaIntegrator<MuscleDae> {
             builder = builder.structured_solver(solver);
         }
         Ok(Self {
-            solver: builder.build(0.0, &zero, &zero)?,
+            solver: builder.build(t, y, y_dot)?,
             t_end: settings.t_end,
         })
     }

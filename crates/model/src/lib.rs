@@ -8,6 +8,7 @@
 //! - [`Formulation`]: which unknowns ([`Field`]) are paired with which [`Equation`];
 //! - [`MuscleDae`]: residual and Jacobian on the integrator's vectors;
 //! - [`Probe`], [`Displacement`]: values at a point;
+//! - [`Snapshot`], [`Measurement`], [`Energies`]: what else is read off a state;
 //! - [`RodDae`], [`coupling`]: the rod, and oscillators driven by a body as one system.
 #![doc = include_str!("../notes/0001-formulations.md")]
 #![forbid(unsafe_code)]
@@ -16,6 +17,7 @@ mod assembly;
 mod blocks;
 mod counters;
 mod displacement;
+mod energy;
 mod error;
 mod field;
 mod integrator;
@@ -23,6 +25,7 @@ mod jet;
 mod load;
 mod matrices;
 mod matrix;
+mod measure;
 mod muscle;
 mod muscle_dae;
 mod parameters;
@@ -52,6 +55,7 @@ pub mod table1;
 pub use assembly::{Assembly, Entry};
 pub use counters::WorkCounters;
 pub use displacement::Displacement;
+pub use energy::Energies;
 pub use equation::Equation;
 pub use error::ModelError;
 pub use field::{Field, Layout};
@@ -61,6 +65,7 @@ pub use integrator::{Advance, Counts, Integrator, start_at_rest};
 pub use jet::Jet;
 pub use load::{Load, Prescribed};
 pub use matrix::{Matrix, Term};
+pub use measure::{Measurement, Quantity, Snapshot};
 pub use muscle::Muscle;
 pub use muscle_dae::MuscleDae;
 pub use parameters::Parameters;

@@ -13,6 +13,7 @@ use crate::field::{Field, Layout};
 use crate::formulation::Formulation;
 use crate::matrices::Matrices;
 use crate::matrix::{Matrix, Term};
+use crate::measure::Snapshot;
 use crate::muscle::Muscle;
 use crate::probe::Probe;
 use crate::state::{Integrals, State, Workspace};
@@ -154,6 +155,58 @@ impl MuscleDae {
     pub fn nodal_motion(&mut self, t: f64, y: &[f64]) -> (&[f64], &[f64]) {
         self.expand(t, y, None);
         (&self.work.displacement, &self.work.velocity)
+    }
+
+    /// The body at time `t`, for measurements.
+    pub fn snapshot<'a>(&'a mut self, t: f64, y: &'a [f64]) -> Snapshot<'a> {
+        self.expand(t, y, None);
+        let pressure = match self.layout.range(Field::Pressure) {
+            Some(range) => Pressure::Nodal(&y[range]),
+            None => Pressure::Penalty {
+                kappa: self.muscle.parameters.kappa(),
+            },
+        };
+        Snapshot {
+            solid: &self.muscle.solid,
+            displacement: &self.work.displacement,
+            velocity: &self.work.velocity,
+            pressure,
+        }
+    }
+
+    /// Inertia, stress and damping less the loads at all nodal components: zero where the body
+    /// moves freely, the force of the support on the body (N/m) where it is held or moved.
+    ///
+    /// # Errors
+    /// Those of the residual.
+    pub fn unbalanced_force(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Vec<f64>, StepError> {
+        let mut rows = vec![0.0; self.n_unknowns()];
+        self.residual(t, y, y_dot, &mut rows)?;
+        let Workspace {
+            inertia,
+            force,
+            force_rate,
+            load,
+            ..
+        } = &self.work;
+        let beta = self.context.beta;
+        let balance = |i: usize| inertia[i] + force[i] - load[i];
+        Ok(if self.needs.force_rate {
+            (0..force.len()).map(|i| balance(i) + beta * force_rate[i]).collect()
+        } else {
+            (0..force.len()).map(balance).collect()
+        })
+    }
+
+    /// Loads and ∫Ṗ:∇φ (zero without damping) at all nodal components, as the last residual left
+    /// them.
+    pub(crate) fn nodal_forces(&self) -> (&[f64], &[f64]) {
+        (&self.work.load, &self.work.force_rate)
     }
 
     /// The pressure coefficients within `y`, if the formulation has a pressure.

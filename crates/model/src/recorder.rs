@@ -26,8 +26,13 @@ impl SampleTimes {
         }
     }
 
+    /// The same times without the first `n`.
+    pub fn skip(self, n: u64) -> Self {
+        Self { next: n, ..self }
+    }
+
     /// The next time not later than `t`, if there is one.
-    fn due(&mut self, t: f64) -> Option<f64> {
+    pub fn due(&mut self, t: f64) -> Option<f64> {
         // A multiple that misses the end time by rounding alone is the end time.
         let mut time = self.every * self.next as f64;
         if (time - self.end).abs() < 1e-9 * self.every {

@@ -3,6 +3,7 @@
 pub mod doctor;
 pub mod infsup;
 pub mod init;
+pub mod run;
 pub mod schema;
 pub mod table1;
 pub mod table2;
@@ -21,6 +22,7 @@ pub fn run(command: &Command) -> anyhow::Result<Exit> {
         Command::Table1(args) => table1::run(args),
         Command::Table2(args) => table2::run(args),
         Command::Init(args) => init::run(args),
+        Command::Run(args) => run::run(args),
         Command::Schema(args) => schema::run(args),
     }
 }

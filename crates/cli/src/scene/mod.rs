@@ -15,12 +15,12 @@ mod settings;
 use std::path::Path;
 
 use anyhow::Context;
-use myovib_model::{Formulation, Muscle, Settings};
+use myovib_model::{Formulation, ModelError, Muscle, Settings};
 
 pub use builtin::{BUILTIN, builtin_text};
 
 use crate::error::InputError;
-use crate::scene_file::{self, Analysis, SceneFile};
+use crate::scene_file::{self, Analysis, SceneFile, Source};
 use builder::Builder;
 
 /// A scene that can be computed.
@@ -28,8 +28,7 @@ use builder::Builder;
 pub struct Scene {
     /// The scene as written, defaults filled in.
     pub file: SceneFile,
-    /// Its text, without overrides.
-    pub text: String,
+    source: Source,
     /// End time, s; 0 for a scene without a time interval.
     pub t_end: f64,
     /// The elastic body, if there is one.
@@ -70,6 +69,19 @@ impl Scene {
             },
         };
         Ok(Self::build(&name, &text, overrides, &folder)?)
+    }
+
+    /// The scene's text, without overrides.
+    pub fn text(&self) -> &str {
+        self.source.text()
+    }
+
+    /// The value, or the model's message with the place of the value at `path`, as in `probe[0]`.
+    ///
+    /// # Errors
+    /// Those of the model, explained.
+    pub fn at<T>(&self, path: &str, result: Result<T, ModelError>) -> Result<T, InputError> {
+        Builder::new(&self.source, Path::new(""), self.t_end).at(path, result)
     }
 
     /// Makes a scene from its text; files named in it are relative to `folder`.
@@ -118,7 +130,7 @@ impl Scene {
         }
         Ok(Self {
             file,
-            text: source.text().to_owned(),
+            source,
             t_end,
             body,
         })

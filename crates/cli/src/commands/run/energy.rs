@@ -1,0 +1,79 @@
+//! The energy balance of a run.
+
+use myovib_model::{Energies, Integrator, ModelError};
+
+use super::outputs::System;
+
+/// Energies, and the work done and dissipated since the start.
+///
+/// Powers are integrated over each accepted step (and each part of it between samples) by
+/// Simpson's rule on the dense output, whose error of fifth order in the step is far below the
+/// integrator's own.
+#[derive(Debug, Clone, Default)]
+pub(super) struct EnergyBalance {
+    t: f64,
+    last: Option<Energies>,
+    work: f64,
+    dissipated: f64,
+}
+
+impl EnergyBalance {
+    /// Names of the columns.
+    pub(super) const NAMES: [&'static str; 5] =
+        ["kinetic", "elastic", "work", "dissipated", "imbalance"];
+
+    /// Work and dissipation so far, for a checkpoint.
+    pub(super) fn totals(&self) -> [f64; 2] {
+        [self.work, self.dissipated]
+    }
+
+    /// Goes on at time `t` with what a checkpoint holds.
+    pub(super) fn restore(&mut self, t: f64, [work, dissipated]: [f64; 2]) {
+        *self = Self { t, last: None, work, dissipated };
+    }
+
+    /// Integrates up to time `t`, which lies in the last step; that step began at `from`.
+    pub(super) fn advance<P: System>(
+        &mut self,
+        integrator: &mut dyn Integrator<P>,
+        from: f64,
+        t: f64,
+    ) -> Result<(), ModelError> {
+        let start = match self.last {
+            Some(energies) => energies,
+            None => energies_at(integrator, self.t.max(from))?,
+        };
+        self.last = Some(start);
+        let h = t - self.t;
+        if h > 0.0 {
+            let middle = energies_at(integrator, (self.t + 0.5 * h).max(from))?;
+            let end = energies_at(integrator, t)?;
+            let simpson = |power: fn(&Energies) -> f64| {
+                h / 6.0 * (power(&start) + 4.0 * power(&middle) + power(&end))
+            };
+            self.work += simpson(|e| e.load + e.support);
+            self.dissipated += simpson(|e| e.dissipation);
+            (self.t, self.last) = (t, Some(end));
+        }
+        Ok(())
+    }
+
+    /// The values at the time reached.
+    pub(super) fn row(&self) -> [f64; 5] {
+        let Energies { kinetic, elastic, .. } = self.last.unwrap_or_default();
+        let imbalance = kinetic + elastic + self.dissipated - self.work;
+        [kinetic, elastic, self.work, self.dissipated, imbalance]
+    }
+}
+
+fn energies_at<P: System>(
+    integrator: &mut dyn Integrator<P>,
+    t: f64,
+) -> Result<Energies, ModelError> {
+    let n = integrator.problem().n_unknowns();
+    let (mut y, mut y_dot) = (vec![0.0; n], vec![0.0; n]);
+    integrator.dense_output(t, 0, &mut y)?;
+    integrator.dense_output(t, 1, &mut y_dot)?;
+    let (dae, range) = integrator.problem_mut().muscle();
+    dae.energies(t, &y[range.clone()], &y_dot[range])
+}

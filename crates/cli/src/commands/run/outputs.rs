@@ -1,0 +1,217 @@
+//! What a run writes while it goes: looks at each accepted step, and does only what is asked.
+
+use std::ops::{ControlFlow, Range};
+use std::time::{Duration, Instant};
+
+use myovib_model::{
+    Integrator, ModelError, MuscleDae, Observer, Outcome, SampleTimes, Step, StopReason,
+};
+use serde_json::Value;
+use sundials_wrap::DaeProblem;
+
+use super::checkpoint::{Checkpoint, Totals};
+use super::folder::Folder;
+use super::recorder::{Recorder, What};
+use super::stop::Condition;
+use crate::vtu::Series;
+
+/// A system that has a muscle.
+pub(super) trait System: DaeProblem {
+    /// The muscle, and where its unknowns lie.
+    fn muscle(&mut self) -> (&mut MuscleDae, Range<usize>);
+}
+
+impl System for MuscleDae {
+    fn muscle(&mut self) -> (&mut MuscleDae, Range<usize>) {
+        let n = self.n_unknowns();
+        (self, 0..n)
+    }
+}
+
+/// Counts of what was written or evaluated beside the integration.
+#[derive(Debug, Clone, Copy, Default, serde::Serialize)]
+pub(super) struct OutputWork {
+    pub(super) probe_rows: u64,
+    pub(super) field_files: u64,
+    pub(super) stress_evaluations: u64,
+    pub(super) energy_evaluations: u64,
+    pub(super) checkpoints: u64,
+}
+
+/// All outputs of a run.
+pub(super) struct Outputs<'a> {
+    pub(super) recorders: Vec<Recorder>,
+    pub(super) fields: Option<(Series, SampleTimes)>,
+    pub(super) conditions: Vec<Condition>,
+    pub(super) checkpoints: Option<SampleTimes>,
+    /// Samples of the constraint drift.
+    pub(super) drift_times: SampleTimes,
+    /// The largest drift seen, and when.
+    pub(super) drift: (f64, f64),
+    pub(super) folder: &'a Folder,
+    pub(super) scene: &'a Value,
+    /// Statistics of the parts before a resume.
+    pub(super) before: Totals,
+    pub(super) work: OutputWork,
+    pub(super) seconds: Duration,
+    pub(super) y: Vec<f64>,
+    pub(super) y_dot: Vec<f64>,
+}
+
+impl Outputs<'_> {
+    fn observe<P: System>(
+        &mut self,
+        step: &mut Step<'_, P>,
+    ) -> Result<ControlFlow<Outcome>, ModelError> {
+        let (from, to) = (step.from, step.to);
+        let integrator = &mut *step.integrator;
+        for k in 0..self.recorders.len() {
+            self.sample(k, integrator, from, to)?;
+        }
+        self.write_fields(integrator, from, to)?;
+        while let Some(t) = self.drift_times.due(to) {
+            integrator.dense_output(t.max(from), 0, &mut self.y)?;
+            let (dae, range) = integrator.problem_mut().muscle();
+            let drift = dae.constraint_drift(t, &self.y[range])?;
+            if drift >= self.drift.0 {
+                self.drift = (drift, t);
+            }
+        }
+        if let Some(stopped) = self.check_conditions(integrator, from, to)? {
+            return Ok(ControlFlow::Break(stopped));
+        }
+        let mut due = false;
+        while self.checkpoints.as_mut().is_some_and(|times| times.due(to).is_some()) {
+            due = true;
+        }
+        if due {
+            self.checkpoint(integrator)?;
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+
+    /// Writes the rows of recorder `k` that are due.
+    fn sample<P: System>(
+        &mut self,
+        k: usize,
+        integrator: &mut dyn Integrator<P>,
+        from: f64,
+        to: f64,
+    ) -> Result<(), ModelError> {
+        while let Some(t) = self.recorders[k].times.due(to) {
+            let recorder = &mut self.recorders[k];
+            let inside = t.max(from);
+            if let What::Energy(balance) = &mut recorder.what {
+                balance.advance(integrator, from, inside)?;
+            }
+            integrator.dense_output(inside, 0, &mut self.y)?;
+            if recorder.what.needs_rates() {
+                integrator.dense_output(inside, 1, &mut self.y_dot)?;
+            }
+            let (dae, range) = integrator.problem_mut().muscle();
+            let (y, y_dot) = (&self.y[range.clone()], &self.y_dot[range]);
+            let values = recorder.what.values(dae, t, y, y_dot)?;
+            recorder.write(t, &values)?;
+            self.work.probe_rows += 1;
+            self.work.stress_evaluations += recorder.what.stress_evaluations();
+        }
+        if let What::Energy(balance) = &mut self.recorders[k].what {
+            balance.advance(integrator, from, to)?;
+            self.work.energy_evaluations += 1;
+        }
+        Ok(())
+    }
+
+    fn write_fields<P: System>(
+        &mut self,
+        integrator: &mut dyn Integrator<P>,
+        from: f64,
+        to: f64,
+    ) -> Result<(), ModelError> {
+        let Some((series, times)) = &mut self.fields else { return Ok(()) };
+        while let Some(t) = times.due(to) {
+            integrator.dense_output(t.max(from), 0, &mut self.y)?;
+            let (dae, range) = integrator.problem_mut().muscle();
+            let snapshot = dae.snapshot(t, &self.y[range]);
+            self.work.stress_evaluations += series.write(t, &snapshot)?;
+            self.work.field_files += 1;
+        }
+        Ok(())
+    }
+
+    /// Whether a condition is met at the step's end; its time is found by bisection.
+    fn check_conditions<P: System>(
+        &mut self,
+        integrator: &mut dyn Integrator<P>,
+        from: f64,
+        to: f64,
+    ) -> Result<Option<Outcome>, ModelError> {
+        for k in 0..self.conditions.len() {
+            if self.excess(k, integrator, to)? <= 0.0 {
+                continue;
+            }
+            let (mut before, mut after) = (from, to);
+            // Forty halvings of a step are below the rounding of the time.
+            for _ in 0..40 {
+                let middle = 0.5 * (before + after);
+                if self.excess(k, integrator, middle)? > 0.0 {
+                    after = middle;
+                } else {
+                    before = middle;
+                }
+            }
+            let message = format!("at t = {after:.9} s, {}", self.conditions[k].describe());
+            return Ok(Some(Outcome::Stopped { reason: StopReason::Event, message }));
+        }
+        Ok(None)
+    }
+
+    fn excess<P: System>(
+        &mut self,
+        k: usize,
+        integrator: &mut dyn Integrator<P>,
+        t: f64,
+    ) -> Result<f64, ModelError> {
+        integrator.dense_output(t, 0, &mut self.y)?;
+        let (dae, range) = integrator.problem_mut().muscle();
+        Ok(self.conditions[k].excess(&dae.snapshot(t, &self.y[range])))
+    }
+
+    /// Writes the state reached, from which the run can go on.
+    pub(super) fn checkpoint<P: System>(
+        &mut self,
+        integrator: &mut dyn Integrator<P>,
+    ) -> Result<(), ModelError> {
+        let t = integrator.time();
+        integrator.dense_output(t, 0, &mut self.y)?;
+        integrator.dense_output(t, 1, &mut self.y_dot)?;
+        let energies = self.recorders.iter().filter_map(|recorder| match &recorder.what {
+            What::Energy(balance) => Some(balance.totals()),
+            _ => None,
+        });
+        let checkpoint = Checkpoint {
+            scene: self.scene.clone(),
+            t,
+            y: self.y.clone(),
+            y_dot: self.y_dot.clone(),
+            step: integrator.counts().last_step,
+            energies: energies.collect(),
+            field_times: self.fields.iter().flat_map(|(series, _)| series.times()).collect(),
+            counts: self.before.plus(&integrator.counts()),
+        };
+        checkpoint
+            .write(self.folder)
+            .map_err(|error| ModelError::Output(std::io::Error::other(format!("{error:#}"))))?;
+        self.work.checkpoints += 1;
+        Ok(())
+    }
+}
+
+impl<P: System> Observer<P> for Outputs<'_> {
+    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
+        let started = Instant::now();
+        let flow = self.observe(step);
+        self.seconds += started.elapsed();
+        flow
+    }
+}

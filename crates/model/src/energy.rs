@@ -1,0 +1,62 @@
+//! Energies of the body and the powers that change them.
+
+use crate::error::ModelError;
+use crate::muscle_dae::MuscleDae;
+
+/// Energies and powers at one time, per metre of depth.
+///
+/// The equations of motion conserve `d/dt (kinetic + elastic) = load + support - dissipation`,
+/// provided the constraint holds.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Energies {
+    /// ½ vᵀMv, J/m.
+    pub kinetic: f64,
+    /// Stored energy ∫W + κ/2 (J−1)², J/m.
+    pub elastic: f64,
+    /// Power of the loads, W/m.
+    pub load: f64,
+    /// Power of the supports that move, W/m.
+    pub support: f64,
+    /// α vᵀMv + β ∫Ṗ:∇v, W/m.
+    pub dissipation: f64,
+}
+
+impl MuscleDae {
+    /// Energies and powers at a state with its derivative.
+    ///
+    /// # Errors
+    /// Those of the residual.
+    pub fn energies(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<Energies, ModelError> {
+        let supports = self.unbalanced_force(t, y, y_dot)?;
+        let parameters = self.muscle().parameters;
+        let pressure = self.pressure(y).map(<[f64]>::to_vec);
+        let (load, force_rate) = self.nodal_forces();
+        let (load, force_rate) = (load.to_vec(), force_rate.to_vec());
+        let snapshot = self.snapshot(t, y);
+        let velocity = snapshot.velocity;
+        let solid = snapshot.solid;
+        // With p = -κ (J - 1) the mixed energy counts the stored one and pᵀM_p p/(2κ) on top.
+        let doubled = pressure.map_or(0.0, |p| {
+            let mut product = vec![0.0; p.len()];
+            solid.apply_pressure_mass(&p, &mut product);
+            0.5 * parameters.inv_kappa * dot(&p, &product)
+        });
+        let kinetic = solid.kinetic_energy(velocity);
+        let viscous = if parameters.is_damped() {
+            parameters.beta * dot(&force_rate, velocity)
+        } else {
+            0.0
+        };
+        Ok(Energies {
+            kinetic,
+            elastic: solid.strain_energy(&snapshot.fields()) - doubled,
+            load: dot(&load, velocity),
+            support: dot(&supports, velocity),
+            dissipation: 2.0 * parameters.alpha * kinetic + viscous,
+        })
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

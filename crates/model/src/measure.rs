@@ -1,0 +1,259 @@
+//! What can be read off a body at a time: values at points and averages, support forces.
+//!
+//! Everything here is computed only when asked for.
+
+use myovib_fem::quadrature::{TriangleRule, edge_degree5};
+use myovib_fem::{FemError, Fields, Group, Located, Pressure, Solid, Space};
+
+use crate::error::ModelError;
+
+/// A quantity of the deformed body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Quantity {
+    /// u, m.
+    Displacement,
+    /// v, m/s.
+    Velocity,
+    /// p, Pa; −κ (J − 1) for the formulation without pressure.
+    Pressure,
+    /// J = det F.
+    VolumeRatio,
+    /// Cauchy stress, Pa.
+    Stress,
+    /// Von Mises' equivalent of the Cauchy stress, Pa.
+    VonMises,
+}
+
+impl Quantity {
+    /// The names of its components.
+    pub fn components(self) -> &'static [&'static str] {
+        match self {
+            Self::Displacement => &["u_x", "u_y"],
+            Self::Velocity => &["v_x", "v_y"],
+            Self::Pressure => &["p"],
+            Self::VolumeRatio => &["J"],
+            Self::Stress => &["stress_xx", "stress_yy", "stress_xy", "stress_zz"],
+            Self::VonMises => &["von_mises"],
+        }
+    }
+
+    /// Whether det F or a stress must be computed for it.
+    pub fn needs_state(self) -> bool {
+        matches!(self, Self::VolumeRatio | Self::Stress | Self::VonMises)
+    }
+}
+
+/// A body at one time.
+///
+/// # Shapes
+/// `displacement`, `velocity`: all nodal components.
+#[derive(Debug, Clone, Copy)]
+pub struct Snapshot<'a> {
+    /// The operators.
+    pub solid: &'a Solid,
+    /// Displacement, m.
+    pub displacement: &'a [f64],
+    /// Velocity, m/s.
+    pub velocity: &'a [f64],
+    /// Pressure, or κ in its place.
+    pub pressure: Pressure<'a>,
+}
+
+impl<'a> Snapshot<'a> {
+    /// Displacement and pressure for the operators of the solid.
+    pub fn fields(&self) -> Fields<'a> {
+        Fields::new(self.displacement, self.pressure)
+    }
+
+    /// The components of a quantity at a place.
+    pub fn at(&self, place: &Located, quantity: Quantity) -> Vec<f64> {
+        let space = self.solid.space();
+        let state = || self.solid.state_at(&self.fields(), place);
+        match (quantity, self.pressure) {
+            (Quantity::Displacement, _) => space.displacement_at(self.displacement, place).into(),
+            (Quantity::Velocity, _) => space.displacement_at(self.velocity, place).into(),
+            (Quantity::Pressure, Pressure::Nodal(p)) => vec![space.pressure_at(p, place)],
+            (Quantity::Pressure, Pressure::Penalty { .. }) => vec![state().pressure],
+            (Quantity::VolumeRatio, _) => vec![state().jacobian],
+            (Quantity::Stress, _) => {
+                let state = state();
+                let [[xx, xy], [_, yy]] = state.cauchy;
+                vec![xx, yy, xy, state.cauchy_33]
+            }
+            (Quantity::VonMises, _) => vec![state().von_mises()],
+        }
+    }
+}
+
+/// Quantities at a place, or averaged over several.
+#[derive(Debug, Clone)]
+pub struct Measurement {
+    /// Places with weights that sum to 1.
+    places: Vec<(Located, f64)>,
+    quantities: Vec<Quantity>,
+}
+
+impl Measurement {
+    /// Quantities at a point.
+    ///
+    /// # Errors
+    /// [`ModelError::OutsideMesh`].
+    pub fn at(
+        space: &Space,
+        point: [f64; 2],
+        quantities: &[Quantity],
+    ) -> Result<Self, ModelError> {
+        let [x, y] = point;
+        let place = space.locate(point).ok_or(ModelError::OutsideMesh { x, y })?;
+        Ok(Self {
+            places: vec![(place, 1.0)],
+            quantities: quantities.to_vec(),
+        })
+    }
+
+    /// Quantities averaged over a group, by undeformed length or area.
+    ///
+    /// # Errors
+    /// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] for a group of points.
+    pub fn average(
+        space: &Space,
+        group: &str,
+        quantities: &[Quantity],
+    ) -> Result<Self, ModelError> {
+        let mut places = match space.mesh().group(group)? {
+            Group::Edges(edges) => edge_places(space, edges)?,
+            Group::Triangles(members) => triangle_places(space, members),
+            Group::Points(_) => {
+                return Err(FemError::WrongGroup {
+                    name: group.to_owned(),
+                    found: "points",
+                    needed: "edges or triangles",
+                }
+                .into());
+            }
+        };
+        let total: f64 = places.iter().map(|(_, weight)| weight).sum();
+        for (_, weight) in &mut places {
+            *weight /= total;
+        }
+        Ok(Self {
+            places,
+            quantities: quantities.to_vec(),
+        })
+    }
+
+    /// The names of the values, in their order.
+    pub fn names(&self) -> Vec<&'static str> {
+        let components = self.quantities.iter().map(|quantity| quantity.components());
+        components.flatten().copied().collect()
+    }
+
+    /// The number of states (det F, stress) computed for one reading.
+    pub fn stress_evaluations(&self) -> usize {
+        let states = self.quantities.iter().filter(|quantity| quantity.needs_state());
+        states.count() * self.places.len()
+    }
+
+    /// Appends the values to `out`.
+    pub fn read(&self, snapshot: &Snapshot<'_>, out: &mut Vec<f64>) {
+        for quantity in &self.quantities {
+            let mut mean = vec![0.0; quantity.components().len()];
+            for (place, weight) in &self.places {
+                for (mean, value) in mean.iter_mut().zip(snapshot.at(place, *quantity)) {
+                    *mean += weight * value;
+                }
+            }
+            out.append(&mut mean);
+        }
+    }
+}
+
+fn edge_places(space: &Space, edges: &[[usize; 2]]) -> Result<Vec<(Located, f64)>, ModelError> {
+    let mut places = Vec::new();
+    for edge in edges {
+        let [a, b] = edge.map(|vertex| space.node_points()[vertex]);
+        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+        for (s, weight) in edge_degree5() {
+            let [x, y] = [0, 1].map(|axis| (1.0 - s) * a[axis] + s * b[axis]);
+            let place = space.locate([x, y]).ok_or(ModelError::OutsideMesh { x, y })?;
+            places.push((place, weight * length));
+        }
+    }
+    Ok(places)
+}
+
+fn triangle_places(space: &Space, members: &[usize]) -> Vec<(Located, f64)> {
+    let rule = TriangleRule::default().points();
+    let at = |element: usize| {
+        let area = space.mesh().area_of(element);
+        rule.iter().map(move |point| {
+            let barycentric = point.barycentric;
+            (Located { element, barycentric }, point.weight * area)
+        })
+    };
+    members.iter().flat_map(|&element| at(element)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use myovib_fem::{DofMap, Law, generate};
+
+    use super::*;
+
+    fn solid() -> Solid {
+        let mesh = generate::rectangle([0.0, 0.0], [2.0, 1.0], [3, 2]).unwrap();
+        let space = Arc::new(Space::taylor_hood(&mesh));
+        let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
+        Solid::uniform(space, dofs, Law::MooneyRivlin { c10: 1e4, c01: 2e2 }, 1e3).unwrap()
+    }
+
+    #[test]
+    fn averages_of_quadratic_fields_are_exact() {
+        let solid = solid();
+        let space = solid.space();
+        // u_x = x², whose mean is 4 on the right edge and 4/3 over the body.
+        let u: Vec<f64> = space.node_points().iter().flat_map(|p| [p[0] * p[0], 0.0]).collect();
+        let p = vec![0.0; space.n_vertices()];
+        let snapshot = Snapshot {
+            solid: &solid,
+            displacement: &u,
+            velocity: &u,
+            pressure: Pressure::Nodal(&p),
+        };
+        for (group, mean) in [("right", 4.0), ("body", 4.0 / 3.0)] {
+            let quantities = [Quantity::Displacement, Quantity::Pressure];
+            let measurement = Measurement::average(space, group, &quantities).unwrap();
+            let mut values = Vec::new();
+            measurement.read(&snapshot, &mut values);
+            assert_eq!(measurement.names(), ["u_x", "u_y", "p"]);
+            // Rounding of sums of some fifty terms.
+            assert!((values[0] - mean).abs() < 1e-13, "{group}: {values:?}");
+            assert_eq!(values[1..], [0.0, 0.0]);
+        }
+    }
+
+    #[test]
+    fn uniform_extension_has_the_volume_ratio_and_stress_of_the_law() {
+        let solid = solid();
+        let space = solid.space();
+        let u: Vec<f64> = space.node_points().iter().flat_map(|p| [0.1 * p[0], 0.0]).collect();
+        let p = vec![-50.0; space.n_vertices()];
+        let snapshot = Snapshot {
+            solid: &solid,
+            displacement: &u,
+            velocity: &u,
+            pressure: Pressure::Nodal(&p),
+        };
+        let quantities = [Quantity::VolumeRatio, Quantity::Stress];
+        let mut values = Vec::new();
+        let point = Measurement::at(space, [0.7, 0.4], &quantities).unwrap();
+        point.read(&snapshot, &mut values);
+        assert!((values[0] - 1.1).abs() < 1e-14);
+        let piola = solid.laws()[0].stress([[0.1, 0.0], [0.0, 0.0]], -50.0);
+        // F = diag(1.1, 1): σ_xx = P_xx, σ_yy = P_yy / 1.1, to rounding of stresses of 1e3 Pa.
+        assert!((values[1] - piola[0][0]).abs() < 1e-10);
+        assert!((values[2] - piola[1][1] / 1.1).abs() < 1e-10);
+    }
+}
