@@ -26,8 +26,16 @@ pub struct Series {
 impl Series {
     /// A series of `quantities` in `folder`, which exists. `done` are the times already there.
     pub fn new(folder: &Path, quantities: Vec<Quantity>, done: &[f64]) -> Self {
-        let entries = done.iter().enumerate().map(|(i, &t)| (t, name(i))).collect();
-        Self { folder: folder.to_owned(), quantities, entries }
+        let entries = done
+            .iter()
+            .enumerate()
+            .map(|(i, &t)| (t, name(i)))
+            .collect();
+        Self {
+            folder: folder.to_owned(),
+            quantities,
+            entries,
+        }
     }
 
     /// Times of the files written so far, s.
@@ -43,7 +51,9 @@ impl Series {
     pub fn write(&mut self, t: f64, snapshot: &Snapshot<'_>) -> io::Result<u64> {
         let name = name(self.entries.len());
         let text = vtu(snapshot, &self.quantities);
-        atomic_file::write(&self.folder.join(&name), |file| file.write_all(text.as_bytes()))?;
+        atomic_file::write(&self.folder.join(&name), |file| {
+            file.write_all(text.as_bytes())
+        })?;
         self.entries.push((t, name));
         let text = pvd(&self.entries);
         let path = self.folder.join("fields.pvd");
@@ -82,7 +92,11 @@ fn vtu(snapshot: &Snapshot<'_>, quantities: &[Quantity]) -> String {
     let cells = (0..n_cells).map(|e| space.element_nodes(e).to_vec());
     integers(&mut text, "connectivity", cells);
     integers(&mut text, "offsets", (1..=n_cells).map(|e| vec![6 * e]));
-    integers(&mut text, "types", (0..n_cells).map(|_| vec![usize::from(QUADRATIC_TRIANGLE)]));
+    integers(
+        &mut text,
+        "types",
+        (0..n_cells).map(|_| vec![usize::from(QUADRATIC_TRIANGLE)]),
+    );
     text += "</Cells>\n<PointData>\n";
     for &quantity in quantities {
         let values = nodal(snapshot, space, quantity);
@@ -112,7 +126,8 @@ fn nodal(snapshot: &Snapshot<'_>, space: &Space, quantity: Quantity) -> Vec<Vec<
         (Quantity::Velocity, _) => return vector(snapshot.velocity),
         _ => {}
     }
-    let continuous = matches!(snapshot.pressure, Pressure::Nodal(_)) && quantity == Quantity::Pressure;
+    let continuous =
+        matches!(snapshot.pressure, Pressure::Nodal(_)) && quantity == Quantity::Pressure;
     let mut sums = vec![vec![0.0; quantity.components().len()]; space.n_nodes()];
     let mut counts = vec![0.0_f64; space.n_nodes()];
     for element in 0..space.n_elements() {
@@ -120,7 +135,13 @@ fn nodal(snapshot: &Snapshot<'_>, space: &Space, quantity: Quantity) -> Vec<Vec<
             if continuous && counts[node] > 0.0 {
                 continue;
             }
-            let values = snapshot.at(&Located { element, barycentric }, quantity);
+            let values = snapshot.at(
+                &Located {
+                    element,
+                    barycentric,
+                },
+                quantity,
+            );
             for (sum, value) in sums[node].iter_mut().zip(values) {
                 *sum += value;
             }

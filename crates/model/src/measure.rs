@@ -98,13 +98,11 @@ impl Measurement {
     ///
     /// # Errors
     /// [`ModelError::OutsideMesh`].
-    pub fn at(
-        space: &Space,
-        point: [f64; 2],
-        quantities: &[Quantity],
-    ) -> Result<Self, ModelError> {
+    pub fn at(space: &Space, point: [f64; 2], quantities: &[Quantity]) -> Result<Self, ModelError> {
         let [x, y] = point;
-        let place = space.locate(point).ok_or(ModelError::OutsideMesh { x, y })?;
+        let place = space
+            .locate(point)
+            .ok_or(ModelError::OutsideMesh { x, y })?;
         Ok(Self {
             places: vec![(place, 1.0)],
             quantities: quantities.to_vec(),
@@ -150,7 +148,10 @@ impl Measurement {
 
     /// The number of states (det F, stress) computed for one reading.
     pub fn stress_evaluations(&self) -> usize {
-        let states = self.quantities.iter().filter(|quantity| quantity.needs_state());
+        let states = self
+            .quantities
+            .iter()
+            .filter(|quantity| quantity.needs_state());
         states.count() * self.places.len()
     }
 
@@ -175,7 +176,9 @@ fn edge_places(space: &Space, edges: &[[usize; 2]]) -> Result<Vec<(Located, f64)
         let length = (b[0] - a[0]).hypot(b[1] - a[1]);
         for (s, weight) in edge_degree5() {
             let [x, y] = [0, 1].map(|axis| (1.0 - s) * a[axis] + s * b[axis]);
-            let place = space.locate([x, y]).ok_or(ModelError::OutsideMesh { x, y })?;
+            let place = space
+                .locate([x, y])
+                .ok_or(ModelError::OutsideMesh { x, y })?;
             places.push((place, weight * length));
         }
     }
@@ -188,7 +191,13 @@ fn triangle_places(space: &Space, members: &[usize]) -> Vec<(Located, f64)> {
         let area = space.mesh().area_of(element);
         rule.iter().map(move |point| {
             let barycentric = point.barycentric;
-            (Located { element, barycentric }, point.weight * area)
+            (
+                Located {
+                    element,
+                    barycentric,
+                },
+                point.weight * area,
+            )
         })
     };
     members.iter().flat_map(|&element| at(element)).collect()
@@ -214,7 +223,11 @@ mod tests {
         let solid = solid();
         let space = solid.space();
         // u_x = x², whose mean is 4 on the right edge and 4/3 over the body.
-        let u: Vec<f64> = space.node_points().iter().flat_map(|p| [p[0] * p[0], 0.0]).collect();
+        let u: Vec<f64> = space
+            .node_points()
+            .iter()
+            .flat_map(|p| [p[0] * p[0], 0.0])
+            .collect();
         let p = vec![0.0; space.n_vertices()];
         let snapshot = Snapshot {
             solid: &solid,
@@ -238,7 +251,11 @@ mod tests {
     fn uniform_extension_has_the_volume_ratio_and_stress_of_the_law() {
         let solid = solid();
         let space = solid.space();
-        let u: Vec<f64> = space.node_points().iter().flat_map(|p| [0.1 * p[0], 0.0]).collect();
+        let u: Vec<f64> = space
+            .node_points()
+            .iter()
+            .flat_map(|p| [0.1 * p[0], 0.0])
+            .collect();
         let p = vec![-50.0; space.n_vertices()];
         let snapshot = Snapshot {
             solid: &solid,

@@ -197,7 +197,9 @@ impl MuscleDae {
         let beta = self.context.beta;
         let balance = |i: usize| inertia[i] + force[i] - load[i];
         Ok(if self.needs.force_rate {
-            (0..force.len()).map(|i| balance(i) + beta * force_rate[i]).collect()
+            (0..force.len())
+                .map(|i| balance(i) + beta * force_rate[i])
+                .collect()
         } else {
             (0..force.len()).map(balance).collect()
         })

@@ -68,7 +68,10 @@ impl Totals {
 
     /// The same, gone on once more.
     pub(super) fn resumed(&self) -> Self {
-        Self { resumed: self.resumed + 1, ..*self }
+        Self {
+            resumed: self.resumed + 1,
+            ..*self
+        }
     }
 }
 

@@ -44,7 +44,10 @@ pub(super) fn dynamic(
     };
     let parameters = &body.muscle.parameters;
     let indices = body.formulation.rows().iter().map(|(field, _)| {
-        (field.symbol().to_owned(), json!(body.formulation.variable_index(*field, parameters)))
+        (
+            field.symbol().to_owned(),
+            json!(body.formulation.variable_index(*field, parameters)),
+        )
     });
     let mut document = json!({
         "scene": scene.file,
@@ -69,8 +72,11 @@ pub(super) fn dynamic(
         "output_work": outputs.work,
         "wall_seconds_by_part": timing,
     });
-    let statistics =
-        serde_json::to_value(StatisticsJson::new(&whole, &body.settings, body.formulation))?;
+    let statistics = serde_json::to_value(StatisticsJson::new(
+        &whole,
+        &body.settings,
+        body.formulation,
+    ))?;
     if let (Some(document), Value::Object(statistics)) = (document.as_object_mut(), statistics) {
         document.extend(statistics);
     }
@@ -122,4 +128,3 @@ pub(super) fn text(document: &Value) -> String {
     }
     table.render(false)
 }
-

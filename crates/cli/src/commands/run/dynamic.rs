@@ -41,7 +41,11 @@ pub(super) fn compute(
     let dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
     let n = dae.n_unknowns();
     let echo = serde_json::to_value(&scene.file)?;
-    let checkpoint = if args.resume { Some(Checkpoint::read(&args.out, &echo)?) } else { None };
+    let checkpoint = if args.resume {
+        Some(Checkpoint::read(&args.out, &echo)?)
+    } else {
+        None
+    };
     let mut integrator = start(dae, body, checkpoint.as_ref())?;
 
     // Everything that could be wrong has been seen: from here on files are written.
@@ -51,11 +55,17 @@ pub(super) fn compute(
         fields: fields(scene, &folder, checkpoint.as_ref()),
         conditions,
         checkpoints: Some(checkpoint_times(scene, checkpoint.as_ref())),
-        drift_times: times(scene.t_end / DRIFT_SAMPLES, scene.t_end, checkpoint.as_ref()),
+        drift_times: times(
+            scene.t_end / DRIFT_SAMPLES,
+            scene.t_end,
+            checkpoint.as_ref(),
+        ),
         drift: (0.0, 0.0),
         folder: &folder,
         scene: &echo,
-        before: checkpoint.as_ref().map_or(Totals::default(), |c| c.counts.resumed()),
+        before: checkpoint
+            .as_ref()
+            .map_or(Totals::default(), |c| c.counts.resumed()),
         work: OutputWork::default(),
         seconds: Duration::ZERO,
         y: vec![0.0; n],
@@ -68,7 +78,9 @@ pub(super) fn compute(
         Some(interrupted),
     );
     let mut watch = Watch::new(args.common.quiet, t_start, scene.t_end);
-    let mut steps = StepLimit { most: scene.file.integrator.max_steps };
+    let mut steps = StepLimit {
+        most: scene.file.integrator.max_steps,
+    };
     let mut observers: Vec<&mut dyn Observer<MuscleDae>> =
         vec![&mut outputs, &mut watch, &mut steps, &mut limits];
     let statistics = run(&mut integrator, &mut observers)?;
@@ -84,7 +96,10 @@ pub(super) fn compute(
     };
     let document = document::dynamic(scene, body, &integrator, &statistics, &outputs, &timing)?;
     document::write(&folder, &document)?;
-    Ok(RunResult { document, exit: exit(&statistics.outcome) })
+    Ok(RunResult {
+        document,
+        exit: exit(&statistics.outcome),
+    })
 }
 
 fn exit(outcome: &Outcome) -> Exit {
@@ -108,7 +123,9 @@ fn measurements(scene: &Scene, body: &Body) -> Result<Vec<What>, InputError> {
 fn conditions(scene: &Scene, body: &Body) -> Result<Vec<Condition>, InputError> {
     let space = body.muscle.solid.space();
     let stops = scene.file.stop.iter().enumerate();
-    stops.map(|(i, stop)| scene.at(&format!("stop[{i}]"), Condition::new(stop, space))).collect()
+    stops
+        .map(|(i, stop)| scene.at(&format!("stop[{i}]"), Condition::new(stop, space)))
+        .collect()
 }
 
 fn start(
@@ -117,7 +134,9 @@ fn start(
     checkpoint: Option<&Checkpoint>,
 ) -> anyhow::Result<IdaIntegrator<MuscleDae>> {
     match checkpoint {
-        Some(Checkpoint { t, y, y_dot, step, .. }) => {
+        Some(Checkpoint {
+            t, y, y_dot, step, ..
+        }) => {
             let settings = myovib_model::Settings {
                 initial_step: Some(*step),
                 ..body.settings.clone()
@@ -134,14 +153,18 @@ fn start(
 /// A run starts from rest without load, so that all values and derivatives are zero.
 fn refuse_sudden_loads(dae: &mut MuscleDae) -> anyhow::Result<()> {
     let rest = vec![0.0; dae.n_unknowns()];
-    let force = dae.unbalanced_force(0.0, &rest, &rest).map_err(myovib_model::ModelError::from)?;
+    let force = dae
+        .unbalanced_force(0.0, &rest, &rest)
+        .map_err(myovib_model::ModelError::from)?;
     let free = dae.muscle().solid.dofs().free_to_full();
     let largest = free.iter().map(|&i| force[i].abs()).fold(0.0, f64::max);
     if largest > 0.0 {
-        return Err(InputError::new("the loads do not start from zero, but the body starts at rest")
-            .found(format!("a nodal force of {largest:.3e} N/m at t = 0"))
-            .next("let them rise: y = { type = \"step\", value = -9.81, rise = 0.1 }")
-            .into());
+        return Err(InputError::new(
+            "the loads do not start from zero, but the body starts at rest",
+        )
+        .found(format!("a nodal force of {largest:.3e} N/m at t = 0"))
+        .next("let them rise: y = { type = \"step\", value = -9.81, rise = 0.1 }")
+        .into());
     }
     Ok(())
 }
@@ -152,7 +175,10 @@ fn open(
     folder: &Folder,
     checkpoint: Option<&Checkpoint>,
 ) -> anyhow::Result<Vec<Recorder>> {
-    let mut energies = checkpoint.map(|c| c.energies.iter().copied()).into_iter().flatten();
+    let mut energies = checkpoint
+        .map(|c| c.energies.iter().copied())
+        .into_iter()
+        .flatten();
     let probes = scene.file.probe.iter().zip(measurements);
     probes
         .map(|(probe, mut what)| {
@@ -187,7 +213,11 @@ fn times(every: f64, t_end: f64, checkpoint: Option<&Checkpoint>) -> SampleTimes
 }
 
 fn checkpoint_times(scene: &Scene, checkpoint: Option<&Checkpoint>) -> SampleTimes {
-    let every = scene.file.checkpoint.as_ref().map_or(scene.t_end / CHECKPOINTS, |c| c.every);
+    let every = scene
+        .file
+        .checkpoint
+        .as_ref()
+        .map_or(scene.t_end / CHECKPOINTS, |c| c.every);
     // The start is no checkpoint.
     let mut times = times(every, scene.t_end, checkpoint);
     if checkpoint.is_none() {

@@ -29,7 +29,12 @@ impl EnergyBalance {
 
     /// Goes on at time `t` with what a checkpoint holds.
     pub(super) fn restore(&mut self, t: f64, [work, dissipated]: [f64; 2]) {
-        *self = Self { t, last: None, work, dissipated };
+        *self = Self {
+            t,
+            last: None,
+            work,
+            dissipated,
+        };
     }
 
     /// Integrates up to time `t`, which lies in the last step; that step began at `from`.
@@ -60,7 +65,9 @@ impl EnergyBalance {
 
     /// The values at the time reached.
     pub(super) fn row(&self) -> [f64; 5] {
-        let Energies { kinetic, elastic, .. } = self.last.unwrap_or_default();
+        let Energies {
+            kinetic, elastic, ..
+        } = self.last.unwrap_or_default();
         let imbalance = kinetic + elastic + self.dissipated - self.work;
         [kinetic, elastic, self.work, self.dissipated, imbalance]
     }

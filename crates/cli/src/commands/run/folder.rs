@@ -25,13 +25,19 @@ impl Folder {
         let path = args.out.clone();
         let holds_run = OURS.iter().any(|name| path.join(name).exists());
         if holds_run && !args.resume && !args.overwrite {
-            return Err(InputError::new(format!("{} holds a run already", path.display()))
-                .at("--out")
-                .next("give another folder, or --overwrite, or --resume to go on with it")
-                .into());
+            return Err(
+                InputError::new(format!("{} holds a run already", path.display()))
+                    .at("--out")
+                    .next("give another folder, or --overwrite, or --resume to go on with it")
+                    .into(),
+            );
         }
         if args.overwrite {
-            for file in OURS.iter().map(|name| path.join(name)).filter(|file| file.exists()) {
+            for file in OURS
+                .iter()
+                .map(|name| path.join(name))
+                .filter(|file| file.exists())
+            {
                 fs::remove_file(&file)
                     .with_context(|| format!("cannot remove {}", file.display()))?;
             }
@@ -47,7 +53,9 @@ impl Folder {
     /// Writes a file whole.
     pub(super) fn write(&self, name: &str, text: &str) -> anyhow::Result<()> {
         let path = self.path.join(name);
-        atomic_file::write(&path, |file: &mut dyn Write| file.write_all(text.as_bytes()))
-            .with_context(|| format!("cannot write {}", path.display()))
+        atomic_file::write(&path, |file: &mut dyn Write| {
+            file.write_all(text.as_bytes())
+        })
+        .with_context(|| format!("cannot write {}", path.display()))
     }
 }

@@ -70,7 +70,8 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
     let result = compute(&scene, args, &interrupted)?;
-    args.common.give("run", &document::text(&result.document), &result.document)?;
+    args.common
+        .give("run", &document::text(&result.document), &result.document)?;
     Ok(result.exit)
 }
 
@@ -91,8 +92,10 @@ pub(crate) fn compute(
     match scene.file.analysis {
         Analysis::Dynamic => dynamic::compute(scene, args, interrupted),
         Analysis::Static => statics::compute(scene, args),
-        Analysis::Modes => Err(InputError::new("the scene asks for modes, which `run` does not do")
-            .next(format!("myovib modes {}", args.scene.display()))
-            .into()),
+        Analysis::Modes => Err(InputError::new(
+            "the scene asks for modes, which `run` does not do",
+        )
+        .next(format!("myovib modes {}", args.scene.display()))
+        .into()),
     }
 }

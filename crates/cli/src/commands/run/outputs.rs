@@ -81,7 +81,11 @@ impl Outputs<'_> {
             return Ok(ControlFlow::Break(stopped));
         }
         let mut due = false;
-        while self.checkpoints.as_mut().is_some_and(|times| times.due(to).is_some()) {
+        while self
+            .checkpoints
+            .as_mut()
+            .is_some_and(|times| times.due(to).is_some())
+        {
             due = true;
         }
         if due {
@@ -128,7 +132,9 @@ impl Outputs<'_> {
         from: f64,
         to: f64,
     ) -> Result<(), ModelError> {
-        let Some((series, times)) = &mut self.fields else { return Ok(()) };
+        let Some((series, times)) = &mut self.fields else {
+            return Ok(());
+        };
         while let Some(t) = times.due(to) {
             integrator.dense_output(t.max(from), 0, &mut self.y)?;
             let (dae, range) = integrator.problem_mut().muscle();
@@ -161,7 +167,10 @@ impl Outputs<'_> {
                 }
             }
             let message = format!("at t = {after:.9} s, {}", self.conditions[k].describe());
-            return Ok(Some(Outcome::Stopped { reason: StopReason::Event, message }));
+            return Ok(Some(Outcome::Stopped {
+                reason: StopReason::Event,
+                message,
+            }));
         }
         Ok(None)
     }
@@ -185,10 +194,13 @@ impl Outputs<'_> {
         let t = integrator.time();
         integrator.dense_output(t, 0, &mut self.y)?;
         integrator.dense_output(t, 1, &mut self.y_dot)?;
-        let energies = self.recorders.iter().filter_map(|recorder| match &recorder.what {
-            What::Energy(balance) => Some(balance.totals()),
-            _ => None,
-        });
+        let energies = self
+            .recorders
+            .iter()
+            .filter_map(|recorder| match &recorder.what {
+                What::Energy(balance) => Some(balance.totals()),
+                _ => None,
+            });
         let checkpoint = Checkpoint {
             scene: self.scene.clone(),
             t,
@@ -196,7 +208,11 @@ impl Outputs<'_> {
             y_dot: self.y_dot.clone(),
             step: integrator.counts().last_step,
             energies: energies.collect(),
-            field_times: self.fields.iter().flat_map(|(series, _)| series.times()).collect(),
+            field_times: self
+                .fields
+                .iter()
+                .flat_map(|(series, _)| series.times())
+                .collect(),
             counts: self.before.plus(&integrator.counts()),
         };
         checkpoint

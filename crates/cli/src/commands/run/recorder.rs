@@ -39,24 +39,35 @@ impl What {
     pub(super) fn new(kind: &ProbeKind, space: &Space) -> Result<Self, ModelError> {
         let one = |measurement| Ok(Self::Places(vec![measurement]));
         match kind {
-            ProbeKind::Point { at, quantities: names } => {
-                one(Measurement::at(space, *at, &quantities(names))?)
-            }
-            ProbeKind::Average { group, quantities: names } => {
-                one(Measurement::average(space, group, &quantities(names))?)
-            }
-            ProbeKind::Line { from, to, points, quantities: names } => {
+            ProbeKind::Point {
+                at,
+                quantities: names,
+            } => one(Measurement::at(space, *at, &quantities(names))?),
+            ProbeKind::Average {
+                group,
+                quantities: names,
+            } => one(Measurement::average(space, group, &quantities(names))?),
+            ProbeKind::Line {
+                from,
+                to,
+                points,
+                quantities: names,
+            } => {
                 let place = |i: usize| {
                     let s = i as f64 / (points - 1) as f64;
                     [0, 1].map(|axis| (1.0 - s) * from[axis] + s * to[axis])
                 };
                 let measure = |i| Measurement::at(space, place(i), &quantities(names));
-                Ok(Self::Places((0..*points).map(measure).collect::<Result<_, _>>()?))
+                Ok(Self::Places(
+                    (0..*points).map(measure).collect::<Result<_, _>>()?,
+                ))
             }
             ProbeKind::Reaction { group } => Ok(Self::Reaction(space.nodes_of(group)?)),
             ProbeKind::Energy => Ok(Self::Energy(EnergyBalance::default())),
             ProbeKind::Coherence { .. } | ProbeKind::Oscillators { .. } | ProbeKind::Rod { .. } => {
-                Err(ModelError::NoSuchPart { part: "chain or rod" })
+                Err(ModelError::NoSuchPart {
+                    part: "chain or rod",
+                })
             }
         }
     }
@@ -85,9 +96,10 @@ impl What {
     /// How many places have a stress computed for one row.
     pub(super) fn stress_evaluations(&self) -> u64 {
         match self {
-            Self::Places(measurements) => {
-                measurements.iter().map(|m| m.stress_evaluations() as u64).sum()
-            }
+            Self::Places(measurements) => measurements
+                .iter()
+                .map(|m| m.stress_evaluations() as u64)
+                .sum(),
             _ => 0,
         }
     }
@@ -138,8 +150,9 @@ impl Recorder {
         let path = folder.join(format!("{}.csv", probe.name));
         let context = || format!("cannot write {}", path.display());
         let names = what.names();
-        let header: Vec<&str> =
-            std::iter::once("t").chain(names.iter().map(String::as_str)).collect();
+        let header: Vec<&str> = std::iter::once("t")
+            .chain(names.iter().map(String::as_str))
+            .collect();
         let times = SampleTimes::new(probe.every, t_end);
         let (csv, times) = match resume_at {
             None => {
@@ -148,7 +161,10 @@ impl Recorder {
             }
             Some(t) => {
                 let rows = keep_rows(&path, t)?;
-                let file = OpenOptions::new().append(true).open(&path).with_context(context)?;
+                let file = OpenOptions::new()
+                    .append(true)
+                    .open(&path)
+                    .with_context(context)?;
                 (CsvWriter::continued(file, header.len()), times.skip(rows))
             }
         };
@@ -166,9 +182,12 @@ impl Recorder {
 fn keep_rows(path: &Path, t: f64) -> anyhow::Result<u64> {
     let text =
         fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let time = |line: &str| line.split(',').next().and_then(|word| word.parse::<f64>().ok());
-    let belongs =
-        |line: &&str| line.ends_with('\n') && time(line).is_some_and(|time| time <= t);
+    let time = |line: &str| {
+        line.split(',')
+            .next()
+            .and_then(|word| word.parse::<f64>().ok())
+    };
+    let belongs = |line: &&str| line.ends_with('\n') && time(line).is_some_and(|time| time <= t);
     let mut lines = text.split_inclusive('\n');
     let header = lines.next().unwrap_or_default();
     let rows: Vec<&str> = lines.take_while(belongs).collect();

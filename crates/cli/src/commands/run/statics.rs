@@ -37,8 +37,14 @@ pub(super) fn compute(scene: &Scene, args: &RunArgs) -> anyhow::Result<RunResult
     let mut results = serde_json::Map::new();
     for (probe, what) in scene.file.probe.iter().zip(measurements) {
         let values = what.values(&mut dae, scene.t_end, &y, &rest)?;
-        let named = what.names().into_iter().zip(values.iter().map(|value| json!(value)));
-        results.insert(probe.name.clone(), named.collect::<serde_json::Map<_, _>>().into());
+        let named = what
+            .names()
+            .into_iter()
+            .zip(values.iter().map(|value| json!(value)));
+        results.insert(
+            probe.name.clone(),
+            named.collect::<serde_json::Map<_, _>>().into(),
+        );
         let mut recorder = Recorder::open(probe, what, scene.t_end, folder.path(), None)?;
         recorder.write(scene.t_end, &values)?;
     }
@@ -60,7 +66,10 @@ pub(super) fn compute(scene: &Scene, args: &RunArgs) -> anyhow::Result<RunResult
         "wall_seconds": started.elapsed().as_secs_f64(),
     });
     document::write(&folder, &document)?;
-    Ok(RunResult { document, exit: Exit::Done })
+    Ok(RunResult {
+        document,
+        exit: Exit::Done,
+    })
 }
 
 /// The muscle at rest as a system (q, v, λ) without damping, for reading off values.

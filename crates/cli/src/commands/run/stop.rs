@@ -18,9 +18,10 @@ impl Condition {
     /// What `stop` means on this mesh.
     pub(super) fn new(stop: &Stop, space: &Space) -> Result<Self, ModelError> {
         Ok(match *stop {
-            Stop::Displacement { at, above } => {
-                Self::Displacement { probe: Probe::at(space, at)?, above }
-            }
+            Stop::Displacement { at, above } => Self::Displacement {
+                probe: Probe::at(space, at)?,
+                above,
+            },
             Stop::Volume { below } => Self::Volume { below },
         })
     }
@@ -51,7 +52,12 @@ impl Condition {
 fn smallest_volume_ratio(snapshot: &Snapshot<'_>) -> f64 {
     let points = TriangleRule::default().points();
     let places = (0..snapshot.solid.space().n_elements()).flat_map(|element| {
-        points.iter().map(move |point| Located { element, barycentric: point.barycentric })
+        points.iter().map(move |point| Located {
+            element,
+            barycentric: point.barycentric,
+        })
     });
-    places.map(|place| snapshot.at(&place, Quantity::VolumeRatio)[0]).fold(f64::INFINITY, f64::min)
+    places
+        .map(|place| snapshot.at(&place, Quantity::VolumeRatio)[0])
+        .fold(f64::INFINITY, f64::min)
 }

@@ -18,13 +18,23 @@ pub(super) struct Watch {
 impl Watch {
     /// A run from `t_start` to `t_end`.
     pub(super) fn new(quiet: bool, t_start: f64, t_end: f64) -> Self {
-        Self { progress: Progress::new(quiet), started: Instant::now(), t_start, t_end }
+        Self {
+            progress: Progress::new(quiet),
+            started: Instant::now(),
+            t_start,
+            t_end,
+        }
     }
 }
 
 impl<P> Observer<P> for Watch {
     fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
-        let Self { progress, started, t_start, t_end } = self;
+        let Self {
+            progress,
+            started,
+            t_start,
+            t_end,
+        } = self;
         progress.show(|| {
             let counts = step.integrator.counts();
             let done = (step.to - *t_start) / (*t_end - *t_start);
