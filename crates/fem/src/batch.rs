@@ -4,6 +4,8 @@
 //! area; shape gradients are kept once per quadrature point in reference coordinates, so a batch
 //! moves little memory. Lanes beyond the last element repeat it with area zero. Note 0002.
 
+use std::ops::{Add, AddAssign, Mul};
+
 use crate::element::{inverse_map, p1_gradients, p2_gradients};
 use crate::material::{Law, Tensor};
 use crate::quadrature::TriangleRule;
@@ -19,10 +21,67 @@ pub(crate) struct Lanes(pub(crate) [f64; LANES]);
 
 impl Lanes {
     pub(crate) const ZERO: Self = Self([0.0; LANES]);
+}
+
+/// The [`Lanes`] of an expression in the lane's number.
+///
+/// A macro, not a function of a closure: what is not inlined has no vector instructions.
+macro_rules! lanes {
+    ($l:ident => $value:expr) => {{
+        let mut lanes = $crate::batch::Lanes::ZERO;
+        for $l in 0..$crate::batch::LANES {
+            lanes.0[$l] = $value;
+        }
+        lanes
+    }};
+}
+pub(crate) use lanes;
+
+/// The [`TensorLanes`] of an expression in the lane's number.
+macro_rules! tensor_lanes {
+    ($l:ident => $value:expr) => {{
+        let mut lanes = [[$crate::batch::Lanes::ZERO; 2]; 2];
+        for $l in 0..$crate::batch::LANES {
+            $crate::batch::set_lane(&mut lanes, $l, $value);
+        }
+        lanes
+    }};
+}
+pub(crate) use tensor_lanes;
+
+// Whole values in, a whole value out: nothing can alias, so the loops become vector instructions.
+
+impl Add for Lanes {
+    type Output = Self;
 
     #[inline(always)]
-    pub(crate) fn from_fn(f: impl FnMut(usize) -> f64) -> Self {
-        Self(std::array::from_fn(f))
+    fn add(self, other: Self) -> Self {
+        lanes!(l => self.0[l] + other.0[l])
+    }
+}
+
+impl AddAssign for Lanes {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl Mul for Lanes {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        lanes!(l => self.0[l] * other.0[l])
+    }
+}
+
+impl Mul<f64> for Lanes {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, factor: f64) -> Self {
+        lanes!(l => self.0[l] * factor)
     }
 }
 
@@ -87,18 +146,33 @@ impl<const N: usize> Batch<N> {
         }
     }
 
-    /// Nodal values of a displacement-like field.
+    /// Nodal values of a displacement-like field, zero if there is none.
     #[inline(always)]
-    pub(crate) fn gather_vector(&self, field: &[f64]) -> [[Lanes; 2]; N] {
-        std::array::from_fn(|a| {
-            std::array::from_fn(|i| Lanes::from_fn(|l| field[2 * self.nodes[a][l] + i]))
-        })
+    pub(crate) fn gather_vector(&self, field: Option<&[f64]>) -> [[Lanes; 2]; N] {
+        let mut values = [[Lanes::ZERO; 2]; N];
+        if let Some(field) = field {
+            for (values, nodes) in values.iter_mut().zip(&self.nodes) {
+                for l in 0..LANES {
+                    values[0].0[l] = field[2 * nodes[l]];
+                    values[1].0[l] = field[2 * nodes[l] + 1];
+                }
+            }
+        }
+        values
     }
 
-    /// Vertex values of a pressure-like field.
+    /// Vertex values of a pressure-like field, zero if there is none.
     #[inline(always)]
-    pub(crate) fn gather_scalar(&self, field: &[f64]) -> [Lanes; 3] {
-        std::array::from_fn(|k| Lanes::from_fn(|l| field[self.nodes[k][l]]))
+    pub(crate) fn gather_scalar(&self, field: Option<&[f64]>) -> [Lanes; 3] {
+        let mut values = [Lanes::ZERO; 3];
+        if let Some(field) = field {
+            for (values, nodes) in values.iter_mut().zip(&self.nodes) {
+                for l in 0..LANES {
+                    values.0[l] = field[nodes[l]];
+                }
+            }
+        }
+        values
     }
 
     /// Adds element vectors to a displacement-like array.
@@ -128,18 +202,12 @@ impl<const N: usize> Batch<N> {
         let mut h = [[Lanes::ZERO; 2]; 2];
         for (i, row) in h.iter_mut().enumerate() {
             let mut reference = [Lanes::ZERO; 2];
-            for (m, sum) in reference.iter_mut().enumerate() {
-                for (value, gradient) in u.iter().zip(&point.gradients) {
-                    for l in 0..LANES {
-                        sum.0[l] += value[i].0[l] * gradient[m];
-                    }
-                }
+            for (value, gradient) in u.iter().zip(&point.gradients) {
+                reference[0] += value[i] * gradient[0];
+                reference[1] += value[i] * gradient[1];
             }
             for (j, entry) in row.iter_mut().enumerate() {
-                for l in 0..LANES {
-                    entry.0[l] = reference[0].0[l] * self.inverse[0][j].0[l]
-                        + reference[1].0[l] * self.inverse[1][j].0[l];
-                }
+                *entry = reference[0] * self.inverse[0][j] + reference[1] * self.inverse[1][j];
             }
         }
         h
@@ -148,15 +216,26 @@ impl<const N: usize> Batch<N> {
     /// A pressure-like field at a quadrature point.
     #[inline(always)]
     pub(crate) fn interpolate(&self, p: &[Lanes; 3], point: &Point<N>) -> Lanes {
-        Lanes::from_fn(|l| {
-            p[0].0[l] * point.psi[0] + p[1].0[l] * point.psi[1] + p[2].0[l] * point.psi[2]
-        })
+        p[0] * point.psi[0] + p[1] * point.psi[1] + p[2] * point.psi[2]
+    }
+
+    /// w T J⁻ᵀ: ready for the product with reference gradients, the quadrature weight included.
+    #[inline(always)]
+    pub(crate) fn pull_back(&self, point: &Point<N>, tensor: &TensorLanes) -> TensorLanes {
+        let weights = self.weights(point);
+        let mut out = [[Lanes::ZERO; 2]; 2];
+        for (row, tensor) in out.iter_mut().zip(tensor) {
+            for (entry, inverse) in row.iter_mut().zip(&self.inverse) {
+                *entry = weights * (tensor[0] * inverse[0] + tensor[1] * inverse[1]);
+            }
+        }
+        out
     }
 
     /// The quadrature weights of a point.
     #[inline(always)]
     pub(crate) fn weights(&self, point: &Point<N>) -> Lanes {
-        Lanes::from_fn(|l| self.area.0[l] * point.weight)
+        self.area * point.weight
     }
 }
 

@@ -1,8 +1,10 @@
 //! One pass over the elements for all vectors: force, its rate, defect, its rate, Bᵀμ.
 
-use crate::batch::{Batch, Batches, LANES, Lanes, Point, TensorLanes, lane, set_lane};
+use pulp::{Simd, WithSimd};
+
+use crate::batch::{Batch, Batches, Lanes, Point, TensorLanes, lane, lanes, tensor_lanes};
 use crate::material::tensor::{
-    Volumetric, contract, dilation, stress, stress_rate, volume_gradient,
+    Volumetric, contract, dilation, scaled, stress, stress_rate, volume_gradient,
 };
 use crate::material::{Potential, with_potential};
 use crate::solid::{Fields, Inverted, Pressure, Vectors};
@@ -21,22 +23,16 @@ impl<const N: usize> Local<N> {
     /// Fields that are not given count as zero; the callers have checked those that must be there.
     #[inline(always)]
     pub(crate) fn gather(batch: &Batch<N>, fields: &Fields<'_>) -> Self {
-        let vector = |field: Option<&[f64]>| {
-            field.map_or([[Lanes::ZERO; 2]; N], |field| batch.gather_vector(field))
-        };
-        let scalar = |field: Option<&[f64]>| {
-            field.map_or([Lanes::ZERO; 3], |field| batch.gather_scalar(field))
-        };
         let (p, kappa) = match fields.pressure {
             Pressure::Nodal(p) => (Some(p), 0.0),
             Pressure::Penalty { kappa } => (None, kappa),
         };
         Self {
-            u: batch.gather_vector(fields.u),
-            v: vector(fields.v),
-            p: scalar(p),
-            p_rate: scalar(fields.p_rate),
-            mu: scalar(fields.mu),
+            u: batch.gather_vector(Some(fields.u)),
+            v: batch.gather_vector(fields.v),
+            p: batch.gather_scalar(p),
+            p_rate: batch.gather_scalar(fields.p_rate),
+            mu: batch.gather_scalar(fields.mu),
             kappa,
         }
     }
@@ -64,7 +60,7 @@ impl AtPoint {
     ) -> Result<Self, (usize, f64)> {
         let h = batch.gradient(&local.u, point);
         if W::FINITE {
-            let d = Lanes::from_fn(|l| dilation(w, lane(&h, l)));
+            let d = lanes!(l => dilation(w, lane(&h, l)));
             if let Some(l) = d.0.iter().position(|&d| d <= -1.0 || d.is_nan()) {
                 return Err((l, 1.0 + d.0[l]));
             }
@@ -100,23 +96,12 @@ fn accumulate<const N: usize>(
     out: &mut [[Lanes; 2]; N],
     batch: &Batch<N>,
     point: &Point<N>,
-    flux: impl Fn(usize) -> [[f64; 2]; 2],
+    flux: &TensorLanes,
 ) {
-    let weights = batch.weights(point);
-    let mut pulled_back = [[Lanes::ZERO; 2]; 2];
-    for l in 0..LANES {
-        let (flux, inverse) = (flux(l), lane(&batch.inverse, l));
-        let entry = |i: usize, m: usize| {
-            weights.0[l] * (flux[i][0] * inverse[m][0] + flux[i][1] * inverse[m][1])
-        };
-        let rows = [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]];
-        set_lane(&mut pulled_back, l, rows);
-    }
+    let flux = batch.pull_back(point, flux);
     for (node, gradient) in out.iter_mut().zip(&point.gradients) {
-        for (sum, row) in node.iter_mut().zip(&pulled_back) {
-            for l in 0..LANES {
-                sum.0[l] += row[0].0[l] * gradient[0] + row[1].0[l] * gradient[1];
-            }
+        for (sum, row) in node.iter_mut().zip(&flux) {
+            *sum += row[0] * gradient[0] + row[1] * gradient[1];
         }
     }
 }
@@ -127,14 +112,11 @@ fn accumulate_scalar<const N: usize>(
     out: &mut [Lanes; 3],
     batch: &Batch<N>,
     point: &Point<N>,
-    f: impl Fn(usize) -> f64,
+    f: &Lanes,
 ) {
-    let weights = batch.weights(point);
-    let weighted = Lanes::from_fn(|l| weights.0[l] * f(l));
+    let weighted = batch.weights(point) * *f;
     for (sum, psi) in out.iter_mut().zip(point.psi) {
-        for l in 0..LANES {
-            sum.0[l] += psi * weighted.0[l];
-        }
+        *sum += weighted * psi;
     }
 }
 
@@ -153,28 +135,30 @@ fn evaluate_batch<const N: usize, W: Potential>(
     for point in points {
         let at = AtPoint::new(w, batch, point, &local, fields.v.is_some())
             .map_err(|(l, jacobian)| Inverted::new(batch.elements[l], point.psi, jacobian))?;
+        let (h, v) = (&at.h, &at.v);
         if out.force.is_some() {
-            accumulate(&mut force, batch, point, |l| {
-                stress(w, lane(&at.h, l), at.volumetric(l))
-            });
+            let flux = tensor_lanes!(l => stress(w, lane(h, l), at.volumetric(l)));
+            accumulate(&mut force, batch, point, &flux);
         }
         if out.force_rate.is_some() {
-            accumulate(&mut force_rate, batch, point, |l| {
-                stress_rate(w, lane(&at.h, l), lane(&at.v, l), at.volumetric(l))
-            });
+            let flux = tensor_lanes!(l => stress_rate(w, lane(h, l), lane(v, l), at.volumetric(l)));
+            accumulate(&mut force_rate, batch, point, &flux);
         }
         if out.multiplier_force.is_some() {
-            accumulate(&mut multiplier_force, batch, point, |l| {
-                volume_gradient(w, lane(&at.h, l)).map(|row| row.map(|n| at.mu.0[l] * n))
-            });
+            let flux = tensor_lanes!(l => scaled(at.mu.0[l], volume_gradient(w, lane(h, l))));
+            accumulate(&mut multiplier_force, batch, point, &flux);
         }
         if out.defect.is_some() {
-            accumulate_scalar(&mut defect, batch, point, |l| dilation(w, lane(&at.h, l)));
+            accumulate_scalar(
+                &mut defect,
+                batch,
+                point,
+                &lanes!(l => dilation(w, lane(h, l))),
+            );
         }
         if out.defect_rate.is_some() {
-            accumulate_scalar(&mut defect_rate, batch, point, |l| {
-                contract(volume_gradient(w, lane(&at.h, l)), lane(&at.v, l))
-            });
+            let rate = lanes!(l => contract(volume_gradient(w, lane(h, l)), lane(v, l)));
+            accumulate_scalar(&mut defect_rate, batch, point, &rate);
         }
     }
     for (local, global) in [
@@ -197,17 +181,31 @@ fn evaluate_batch<const N: usize, W: Potential>(
     Ok(())
 }
 
-#[inline(always)]
-pub(crate) fn evaluate<const N: usize>(
-    elements: &Batches<N>,
-    fields: &Fields<'_>,
-    out: &mut Vectors<'_>,
-) -> Result<(), Inverted> {
-    for vector in out.all_mut() {
-        vector.fill(0.0);
+/// The pass over all batches, to be run with the processor's vector instructions.
+pub(crate) struct Evaluate<'a, 'b, const N: usize> {
+    pub(crate) elements: &'a Batches<N>,
+    pub(crate) fields: &'a Fields<'a>,
+    pub(crate) out: &'a mut Vectors<'b>,
+}
+
+impl<const N: usize> WithSimd for Evaluate<'_, '_, N> {
+    type Output = Result<(), Inverted>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        let Self {
+            elements,
+            fields,
+            out,
+        } = self;
+        for vector in out.all_mut() {
+            vector.fill(0.0);
+        }
+        for batch in &elements.batches {
+            with_potential!(batch.law, w => {
+                evaluate_batch(&w, batch, &elements.points, fields, out)
+            })?;
+        }
+        Ok(())
     }
-    for batch in &elements.batches {
-        with_potential!(batch.law, w => evaluate_batch(&w, batch, &elements.points, fields, out))?;
-    }
-    Ok(())
 }

@@ -22,10 +22,10 @@ pub use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
 use crate::mass::Symmetric;
 use crate::material::Law;
 use crate::quadrature::TriangleRule;
-use crate::residual;
+use crate::residual::Evaluate;
 use crate::space::{Degree, Space};
 use crate::sparsity::{ScatterMap, displacement_pattern, divergence_pattern, place};
-use crate::tangent;
+use crate::tangent::Linearize;
 
 /// Batches by the number of displacement nodes of an element.
 #[derive(Debug, Clone)]
@@ -231,12 +231,16 @@ impl Solid {
         let rates = out.force_rate.is_some() || out.defect_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
         match &self.elements {
-            Elements::Linear(batches, _) => self
-                .arch
-                .dispatch(|| residual::evaluate(batches, fields, out)),
-            Elements::Quadratic(batches, _) => self
-                .arch
-                .dispatch(|| residual::evaluate(batches, fields, out)),
+            Elements::Linear(elements, _) => self.arch.dispatch(Evaluate {
+                elements,
+                fields,
+                out,
+            }),
+            Elements::Quadratic(elements, _) => self.arch.dispatch(Evaluate {
+                elements,
+                fields,
+                out,
+            }),
         }
     }
 
@@ -265,12 +269,18 @@ impl Solid {
         let rates = out.rate_stiffness.is_some() || out.divergence_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
         match &self.elements {
-            Elements::Linear(batches, maps) => self
-                .arch
-                .dispatch(|| tangent::tangents(batches, maps, fields, out)),
-            Elements::Quadratic(batches, maps) => self
-                .arch
-                .dispatch(|| tangent::tangents(batches, maps, fields, out)),
+            Elements::Linear(elements, maps) => self.arch.dispatch(Linearize {
+                elements,
+                maps,
+                fields,
+                out,
+            }),
+            Elements::Quadratic(elements, maps) => self.arch.dispatch(Linearize {
+                elements,
+                maps,
+                fields,
+                out,
+            }),
         }
     }
 
@@ -400,6 +410,8 @@ fn check_length(n: usize, slice: Option<&[f64]>, name: &str) {
 
 #[cfg(test)]
 mod tests {
+    use pulp::WithSimd;
+
     use super::*;
 
     #[test]
@@ -416,7 +428,7 @@ mod tests {
             v: Some(&v),
             ..Fields::new(&u, Pressure::Nodal(&p))
         };
-        let Elements::Quadratic(batches, maps) = &solid.elements else {
+        let Elements::Quadratic(elements, maps) = &solid.elements else {
             panic!("P2")
         };
 
@@ -431,7 +443,13 @@ mod tests {
             force_rate: Some(plain),
             ..Vectors::default()
         };
-        residual::evaluate(batches, &fields, &mut out).unwrap();
+        Evaluate {
+            elements,
+            fields: &fields,
+            out: &mut out,
+        }
+        .with_simd(pulp::Scalar)
+        .unwrap();
         assert_eq!(here, plain);
 
         let nnz = solid.displacement_pattern.nnz();
@@ -446,7 +464,13 @@ mod tests {
             rate_stiffness: Some(plain),
             ..Tangents::default()
         };
-        tangent::tangents(batches, maps, &fields, &mut out).unwrap();
+        let pass = Linearize {
+            elements,
+            maps,
+            fields: &fields,
+            out: &mut out,
+        };
+        pass.with_simd(pulp::Scalar).unwrap();
         assert_eq!(here, plain);
     }
 }

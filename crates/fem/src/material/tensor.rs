@@ -79,6 +79,12 @@ fn combine(a: f64, x: Tensor, b: f64, y: Tensor) -> Tensor {
     [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]]
 }
 
+/// a x.
+#[inline(always)]
+pub(crate) fn scaled(a: f64, x: Tensor) -> Tensor {
+    [[a * x[0][0], a * x[0][1]], [a * x[1][0], a * x[1][1]]]
+}
+
 #[inline(always)]
 fn sum(x: Tensor, y: Tensor) -> Tensor {
     combine(1.0, x, 1.0, y)
