@@ -14,43 +14,21 @@ pub struct Versions {
     pub git: &'static str,
     /// SUNDIALS as linked, asked at run time.
     pub sundials: String,
-    /// KLU as linked.
+    /// KLU, by the headers it was built with: the library cannot be asked.
     pub klu: String,
 }
 
 impl Versions {
     /// The versions of this program and of what it runs with.
     pub fn found() -> Self {
+        let linked = sundials_wrap::Versions::linked();
         Self {
             myovib: env!("CARGO_PKG_VERSION"),
             git: env!("MYOVIB_GIT_REVISION"),
-            sundials: linked_sundials(),
-            klu: linked_klu(),
+            sundials: linked.sundials,
+            klu: linked.klu,
         }
     }
-}
-
-/// Width of the integers that SUNDIALS and KLU index with.
-pub const INDEX_BITS: usize = sundials_sys::sunindextype::BITS as usize;
-
-/// The version of the headers this program was built against.
-fn linked_sundials() -> String {
-    format!(
-        "{}.{}.{}",
-        sundials_sys::SUNDIALS_VERSION_MAJOR,
-        sundials_sys::SUNDIALS_VERSION_MINOR,
-        sundials_sys::SUNDIALS_VERSION_PATCH
-    )
-}
-
-/// The version of the headers this program was built against.
-fn linked_klu() -> String {
-    format!(
-        "{}.{}.{}",
-        sundials_sys::KLU_MAIN_VERSION,
-        sundials_sys::KLU_SUB_VERSION,
-        sundials_sys::KLU_SUBSUB_VERSION
-    )
 }
 
 /// What `--version` prints after the name.

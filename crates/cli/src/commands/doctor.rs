@@ -8,7 +8,8 @@ use crate::exit::Exit;
 use crate::machine::Machine;
 use crate::report::{Align, Cell, Table, Tone, coloured_stdout, paint};
 use crate::requirements;
-use crate::versions::{INDEX_BITS, Versions};
+use crate::versions;
+use sundials_wrap::Versions;
 
 /// Options of `myovib doctor`.
 #[derive(Debug, Args)]
@@ -25,6 +26,8 @@ pub struct DoctorArgs {
 /// What the doctor found; the body of its JSON document.
 #[derive(Debug, Serialize)]
 struct Findings {
+    sundials_headers: String,
+    suite_sparse: String,
     index_bits: usize,
     optimised: bool,
     threads: usize,
@@ -64,9 +67,12 @@ fn examine(args: &DoctorArgs) -> Findings {
             found: requirement.locate().map(|path| path.display().to_string()),
         })
         .collect();
-    let remedies = remedies(&Versions::found().sundials, INDEX_BITS, &build);
+    let linked = Versions::linked();
+    let remedies = remedies(&linked, &build);
     Findings {
-        index_bits: INDEX_BITS,
+        sundials_headers: linked.sundials_headers,
+        suite_sparse: linked.suite_sparse,
+        index_bits: linked.index_bits,
         optimised: !cfg!(debug_assertions),
         threads: args.common.n_threads().get(),
         machine: Machine::found(),
@@ -75,7 +81,8 @@ fn examine(args: &DoctorArgs) -> Findings {
     }
 }
 
-fn remedies(sundials: &str, index_bits: usize, build: &[BuildTool]) -> Vec<String> {
+fn remedies(linked: &Versions, build: &[BuildTool]) -> Vec<String> {
+    const MEND: &str = "apt-get install --no-install-recommends libsundials-dev, then build again";
     let mut remedies = Vec::new();
     let mut packages: Vec<&str> = build
         .iter()
@@ -89,16 +96,26 @@ fn remedies(sundials: &str, index_bits: usize, build: &[BuildTool]) -> Vec<Strin
             "apt-get install --no-install-recommends {packages}"
         ));
     }
+    let Versions {
+        sundials,
+        sundials_headers,
+        index_bits,
+        ..
+    } = linked;
     if !is_supported(sundials) {
         remedies.push(format!(
-            "SUNDIALS {sundials} is linked, 6.4 or a later 6.x is needed: \
-             apt-get install --no-install-recommends libsundials-dev, then build again"
+            "SUNDIALS {sundials} is linked, 6.4 or a later 6.x is needed: {MEND}"
         ));
     }
-    if index_bits != 64 {
+    if sundials != sundials_headers {
         remedies.push(format!(
-            "SUNDIALS is linked with {index_bits}-bit indices, 64 are needed to share KLU's: \
-             apt-get install --no-install-recommends libsundials-dev, then build again"
+            "SUNDIALS {sundials} is linked, but the program was built with the headers of \
+             {sundials_headers}: {MEND}"
+        ));
+    }
+    if *index_bits != 64 {
+        remedies.push(format!(
+            "SUNDIALS is linked with {index_bits}-bit indices, 64 are needed to share KLU's: {MEND}"
         ));
     }
     remedies
@@ -112,7 +129,7 @@ fn is_supported(sundials: &str) -> bool {
 
 fn text(findings: &Findings) -> String {
     let coloured = coloured_stdout();
-    let versions = Versions::found();
+    let versions = versions::Versions::found();
     let machine = &findings.machine;
     let unknown = || "unknown".to_owned();
 
@@ -128,7 +145,10 @@ fn text(findings: &Findings) -> String {
             format!("{} (git {}), {build_kind}", versions.myovib, versions.git),
         ),
         ("SUNDIALS", versions.sundials),
-        ("KLU", versions.klu),
+        (
+            "KLU",
+            format!("{} (SuiteSparse {})", versions.klu, findings.suite_sparse),
+        ),
         ("index width", format!("{} bits", findings.index_bits)),
         (
             "processor",
@@ -190,9 +210,19 @@ mod tests {
         }
     }
 
+    fn linked(sundials: &str, sundials_headers: &str, index_bits: usize) -> Versions {
+        Versions {
+            sundials: sundials.to_owned(),
+            sundials_headers: sundials_headers.to_owned(),
+            klu: "1.3.9".to_owned(),
+            suite_sparse: "5.12.0".to_owned(),
+            index_bits,
+        }
+    }
+
     #[test]
     fn a_healthy_machine_needs_nothing() {
-        assert!(remedies("6.4.1", 64, &[tool("gcc", true)]).is_empty());
+        assert!(remedies(&linked("6.4.1", "6.4.1", 64), &[tool("gcc", true)]).is_empty());
     }
 
     #[test]
@@ -203,7 +233,7 @@ mod tests {
             tool("libclang-dev", false),
         ];
         let line = "apt-get install --no-install-recommends libclang-dev";
-        assert_eq!(remedies("6.4.1", 64, &build), [line]);
+        assert_eq!(remedies(&linked("6.4.1", "6.4.1", 64), &build), [line]);
     }
 
     #[test]
@@ -217,7 +247,19 @@ mod tests {
         ] {
             assert_eq!(is_supported(version), supported, "{version}");
         }
-        assert!(remedies("5.7.0", 64, &[])[0].contains("5.7.0"));
-        assert!(remedies("6.4.1", 32, &[])[0].contains("32-bit"));
+        for (linked, words) in [
+            (
+                linked("5.7.0", "5.7.0", 64),
+                "SUNDIALS 5.7.0 is linked, 6.4",
+            ),
+            (linked("6.4.1", "6.5.0", 64), "headers of 6.5.0"),
+            (linked("6.4.1", "6.4.1", 32), "32-bit"),
+        ] {
+            let remedies = remedies(&linked, &[]);
+            assert!(
+                remedies.len() == 1 && remedies[0].contains(words),
+                "{remedies:?}"
+            );
+        }
     }
 }
