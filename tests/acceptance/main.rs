@@ -2,6 +2,7 @@
 
 mod contract;
 mod doctor;
+mod figures;
 mod harness;
 mod structure;
 mod table2;

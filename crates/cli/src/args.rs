@@ -10,6 +10,7 @@ use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 
 use crate::commands::doctor::DoctorArgs;
+use crate::commands::figure::{FigureArgs, FiguresArgs};
 use crate::commands::infsup::InfsupArgs;
 use crate::commands::init::InitArgs;
 use crate::commands::run::RunArgs;
@@ -48,6 +49,10 @@ pub enum Command {
     Table1(Table1Args),
     /// Run the paper's Table 2 and print it beside the paper's counts.
     Table2(Table2Args),
+    /// Draw one of the paper's figures, with the numbers behind it.
+    Figure(FigureArgs),
+    /// Draw all of the paper's figures.
+    Figures(FiguresArgs),
     /// Write a commented scene to start from.
     Init(InitArgs),
     /// Compute a scene: a motion or an equilibrium.

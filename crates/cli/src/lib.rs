@@ -12,6 +12,7 @@ pub mod commands;
 pub mod csv;
 pub mod error;
 pub mod exit;
+pub mod interrupt;
 pub mod json;
 pub mod machine;
 pub mod mesh_file;
@@ -24,6 +25,7 @@ pub mod scene_file;
 pub mod statistics;
 pub mod versions;
 pub mod vtu;
+pub mod watch;
 
 use std::process::ExitCode;
 

@@ -1,6 +1,7 @@
 //! One file per command.
 
 pub mod doctor;
+pub mod figure;
 pub mod infsup;
 pub mod init;
 pub mod run;
@@ -21,6 +22,8 @@ pub fn run(command: &Command) -> anyhow::Result<Exit> {
         Command::Infsup(args) => infsup::run(args),
         Command::Table1(args) => table1::run(args),
         Command::Table2(args) => table2::run(args),
+        Command::Figure(args) => figure::run(args),
+        Command::Figures(args) => figure::run_all(args),
         Command::Init(args) => init::run(args),
         Command::Run(args) => run::run(args),
         Command::Schema(args) => schema::run(args),

@@ -11,7 +11,7 @@ const MINOR_TICK: f64 = 1.5;
 const GAP: f64 = 2.5;
 /// Length along an axis that one tick should have for itself.
 const PER_X_TICK: f64 = 34.0;
-const PER_Y_TICK: f64 = 20.0;
+const PER_Y_TICK: f64 = 15.0;
 
 /// Two divided axes.
 pub(super) struct Frame<'a> {

@@ -47,7 +47,7 @@ pub struct MeshPlot {
     pub triangles: Vec<[usize; 6]>,
     /// Displacement of each node; empty for none.
     pub displacement: Vec<Point>,
-    /// What the displacement is multiplied with; printed when there is a displacement.
+    /// What the displacement is multiplied with; printed behind the title when there is one.
     pub scale: f64,
     /// Highlighted parts of the boundary.
     pub groups: Vec<EdgeGroup>,
@@ -76,6 +76,21 @@ impl MeshPlot {
             .zip(&self.displacement)
             .map(moved)
             .collect()
+    }
+
+    /// The title, with the scale of the deformation.
+    fn header(&self) -> String {
+        let scale = if self.displacement.is_empty() {
+            String::new()
+        } else {
+            format!("displacement × {}", self.scale)
+        };
+        let parts = [self.title.as_str(), &scale];
+        parts
+            .into_iter()
+            .filter(|part| !part.is_empty())
+            .collect::<Vec<_>>()
+            .join(", ")
     }
 
     /// The axes with limits that enclose the mesh.
@@ -121,7 +136,7 @@ impl Panel for MeshPlot {
         let [x, y] = self.axes();
         let margins =
             Frame::new((&x, [].into_iter()), (&y, [].into_iter()), (width, height)).margins();
-        let header = legend::height(&self.title, &self.entries(), width);
+        let header = legend::height(&self.header(), &self.entries(), width);
         let bar = self
             .field
             .as_ref()
@@ -165,16 +180,11 @@ impl Panel for MeshPlot {
                 svg.text(at, label, Type::of(TICK_SIZE).haloed());
             }
         });
-        if !self.displacement.is_empty() {
-            let label = format!("displacement × {}", self.scale);
-            let at = [area.right() - 3.0, area.bottom() - 3.0];
-            svg.text(at, &label, Type::of(TICK_SIZE).anchored(Anchor::End));
-        }
         frame.draw(svg, area);
         if let Some(field) = &self.field {
             draw_bar(svg, area, field, &self.levels(field));
         }
-        legend::draw(svg, area, &self.title, &self.entries());
+        legend::draw(svg, area, &self.header(), &self.entries());
     }
 }
 

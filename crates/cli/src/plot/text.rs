@@ -60,7 +60,8 @@ pub(super) fn spans(label: &str, size: f64) -> String {
         if run.italic {
             attributes += " font-style=\"italic\"";
         }
-        let text = escape(run.text);
+        // Some readers drop ordinary spaces at the ends of a span.
+        let text = escape(run.text).replace(' ', "\u{a0}");
         if attributes.is_empty() {
             spans += &text;
         } else {

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::sync::LazyLock;
 
 use myovib_fem::Mesh;
-use myovib_model::Outcome;
+use myovib_model::{Outcome, StopReason};
 use serde::{Deserialize, Serialize};
 
 use super::Table2Args;
@@ -48,6 +48,13 @@ fn agrees(result: &RowResult) -> Option<bool> {
 /// The exit code: a run that ends otherwise than the paper's. Where settings are overridden, only
 /// a stop of a run that the paper finished counts.
 pub(super) fn exit(results: &[RowResult], is_modified: bool) -> Exit {
+    let reason = |result: &RowResult| result.statistics.outcome.reason();
+    if results
+        .iter()
+        .any(|result| reason(result) == Some(StopReason::Interrupted))
+    {
+        return Exit::Interrupted;
+    }
     let differs = results.iter().any(|result| agrees(result) == Some(false));
     let stopped = results.iter().any(|result| {
         agrees(result) == Some(false) && result.statistics.outcome != Outcome::Finished

@@ -9,7 +9,7 @@ use std::thread;
 use anyhow::Context;
 use myovib_fem::Mesh;
 use myovib_model::{
-    IntegratorKind, MuscleDae, Observer, Probe, SampleTimes, Sampler, Settings, Statistics, Step,
+    IntegratorKind, Limits, MuscleDae, Observer, Probe, SampleTimes, Sampler, Settings, Statistics,
     paper, run, start_at_rest,
 };
 use sundials_wrap::DaeProblem;
@@ -17,7 +17,9 @@ use sundials_wrap::DaeProblem;
 use super::Table2Args;
 use super::rows::Row;
 use crate::csv::CsvWriter;
+use crate::interrupt;
 use crate::progress::Progress;
+use crate::watch::Watch;
 
 /// Samples of the constraint drift over the run, beside the one at its end.
 const DRIFT_SAMPLES: f64 = 100.0;
@@ -109,11 +111,8 @@ fn run_row(
             Ok(())
         },
     );
-    let mut watch = Watch {
-        row,
-        t_end: settings.t_end,
-        progress,
-    };
+    let mut watch = Watch::new(format!("row {}", row.key), settings.t_end, progress);
+    let mut limits = Limits::new(f64::INFINITY, Some(interrupt::flag()));
     let mut probe = args
         .probe
         .map(|_| open_probe(args))
@@ -131,7 +130,8 @@ fn run_row(
                 },
             )
         });
-    let mut observers: Vec<&mut dyn Observer<MuscleDae>> = vec![&mut drift, &mut watch];
+    let mut observers: Vec<&mut dyn Observer<MuscleDae>> =
+        vec![&mut drift, &mut watch, &mut limits];
     if let Some(probe) = &mut probe {
         observers.push(probe);
     }
@@ -152,35 +152,4 @@ fn open_probe(args: &Table2Args) -> anyhow::Result<CsvWriter<File>> {
     let path: &PathBuf = args.csv.as_ref().context("--probe needs --csv")?;
     let file = File::create(path).with_context(|| format!("cannot write `{}`", path.display()))?;
     Ok(CsvWriter::new(file, &["t", "u_x", "u_y", "p"])?)
-}
-
-/// Shows how far a row is.
-struct Watch<'a> {
-    row: &'static Row,
-    t_end: f64,
-    progress: &'a Mutex<Progress>,
-}
-
-impl<P> Observer<P> for Watch<'_> {
-    fn accepted(
-        &mut self,
-        step: &mut Step<'_, P>,
-    ) -> Result<std::ops::ControlFlow<myovib_model::Outcome>, myovib_model::ModelError> {
-        // Another row's thread may be writing: this row's turn comes again.
-        if let Ok(mut progress) = self.progress.try_lock() {
-            progress.show(|| {
-                let counts = step.integrator.counts();
-                format!(
-                    "row {}: t = {:.3} of {} s, {} steps, h = {:.1e} s, order {}",
-                    self.row.key,
-                    step.to,
-                    self.t_end,
-                    counts.steps,
-                    counts.last_step,
-                    counts.last_order
-                )
-            });
-        }
-        Ok(std::ops::ControlFlow::Continue(()))
-    }
 }

@@ -1,0 +1,124 @@
+//! Figure 4: the finite element mesh and its boundary conditions.
+
+use myovib_fem::{Mesh, Space};
+use myovib_model::paper::{FIXED_GROUP, LOAD_GROUP};
+use serde_json::{Map, json};
+
+use super::product::Product;
+use crate::exit::Exit;
+use crate::plot::{Axis, Colour, EdgeGroup, Figure, MeshPlot};
+
+pub(super) fn draw(mesh: &Mesh) -> anyhow::Result<Product> {
+    let space = Space::taylor_hood(mesh);
+    let plot = MeshPlot {
+        groups: vec![fixed(&space)?, loaded(&space)?],
+        marks: origin_of(mesh).into_iter().collect(),
+        ..outline(&space)
+    };
+    let findings = vec![
+        ("vertices", json!(space.n_vertices())),
+        ("triangles", json!(space.n_elements())),
+        ("displacement_nodes", json!(space.n_nodes())),
+        (
+            "unknowns_paper",
+            json!(2 * space.n_nodes() + space.n_vertices()),
+        ),
+    ];
+    Ok(Product {
+        number: 4,
+        rows: edge_rows(&space, &plot),
+        figure: Figure::of("Finite element mesh and boundary conditions", plot),
+        columns: vec!["x_1", "y_1", "x_2", "y_2", "fixed", "load"],
+        findings,
+        run: Map::new(),
+        exit: Exit::Done,
+    })
+}
+
+/// The mesh alone, at rest.
+pub(super) fn outline(space: &Space) -> MeshPlot {
+    let nodes = |element| -> [usize; 6] {
+        let nodes = space.element_nodes(element);
+        std::array::from_fn(|i| nodes[i])
+    };
+    MeshPlot {
+        x: Axis::new("*x*", "m"),
+        y: Axis::new("*y*", "m"),
+        nodes: space.node_points().to_vec(),
+        triangles: (0..space.n_elements()).map(nodes).collect(),
+        ..MeshPlot::default()
+    }
+}
+
+/// The edges whose nodes are kept in place.
+pub(super) fn fixed(space: &Space) -> anyhow::Result<EdgeGroup> {
+    Ok(EdgeGroup {
+        name: "fixed".into(),
+        edges: edges(space, FIXED_GROUP)?,
+        colour: Colour::BLUE,
+        arrows: None,
+    })
+}
+
+/// The edges that carry the vertical load.
+pub(super) fn loaded(space: &Space) -> anyhow::Result<EdgeGroup> {
+    Ok(EdgeGroup {
+        name: "load τ_{y}(*t*)".into(),
+        edges: edges(space, LOAD_GROUP)?,
+        colour: Colour::VERMILION,
+        arrows: Some([0.0, 1.0]),
+    })
+}
+
+fn edges(space: &Space, group: &str) -> anyhow::Result<Vec<[usize; 3]>> {
+    let edges = space.mesh().edges(group)?;
+    Ok(edges
+        .iter()
+        .map(|&edge| {
+            let nodes = space.edge_nodes(edge);
+            [nodes[0], nodes[1], nodes[2]]
+        })
+        .collect())
+}
+
+fn origin_of(mesh: &Mesh) -> Option<(usize, String)> {
+    let vertex = mesh
+        .points()
+        .iter()
+        .position(|point| *point == [0.0, 0.0])?;
+    Some((vertex, "(0, 0)".into()))
+}
+
+/// Both ends of each edge, and whether it is fixed or loaded.
+fn edge_rows(space: &Space, plot: &MeshPlot) -> Vec<Vec<f64>> {
+    let mut edges: Vec<[usize; 2]> = space
+        .mesh()
+        .triangles()
+        .iter()
+        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+        .collect();
+    for edge in &mut edges {
+        edge.sort_unstable();
+    }
+    edges.sort_unstable();
+    edges.dedup();
+    let lies_in = |group: &EdgeGroup, [a, b]: [usize; 2]| {
+        group
+            .edges
+            .iter()
+            .any(|&[p, q, _]| [p.min(q), p.max(q)] == [a, b])
+    };
+    let points = space.node_points();
+    edges
+        .into_iter()
+        .map(|edge @ [a, b]| {
+            let mut row = [points[a], points[b]].concat();
+            row.extend(
+                plot.groups
+                    .iter()
+                    .map(|group| f64::from(lies_in(group, edge))),
+            );
+            row
+        })
+        .collect()
+}

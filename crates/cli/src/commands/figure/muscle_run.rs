@@ -1,0 +1,111 @@
+//! The run behind Figures 5 and 6: the muscle of section 3.2 in formulation (29).
+
+use std::collections::VecDeque;
+use std::sync::Mutex;
+
+use myovib_fem::{Mesh, Space};
+use myovib_model::{
+    Formulation, Limits, MuscleDae, Probe, SampleTimes, Sampler, Settings, Statistics, StopReason,
+    paper, run, start_at_rest,
+};
+use serde_json::{Map, Value, json};
+use sundials_wrap::DaeProblem;
+
+use crate::exit::Exit;
+use crate::interrupt;
+use crate::progress::Progress;
+use crate::statistics::StatisticsJson;
+use crate::watch::Watch;
+
+/// The paper's preferred pair, where it names none.
+pub(super) const KAPPA: f64 = 1e5;
+pub(super) const BETA: f64 = 1e-4;
+
+/// Period of the load, s.
+pub(super) const PERIOD: f64 = 1.0 / 8.0;
+/// Samples per period of the load.
+const PER_PERIOD: f64 = 50.0;
+
+/// What was recorded of the run.
+pub(super) struct MuscleRun {
+    pub(super) space: Space,
+    pub(super) settings: Settings,
+    pub(super) statistics: Statistics,
+    /// t, u_x, u_y, p in the origin.
+    pub(super) origin: Vec<[f64; 4]>,
+    /// Times and nodal displacements over the last period, as far as the run got.
+    pub(super) last_period: VecDeque<(f64, Vec<[f64; 2]>)>,
+}
+
+impl MuscleRun {
+    /// Integrates to `t_end` (s).
+    pub(super) fn compute(mesh: &Mesh, t_end: f64, quiet: bool) -> anyhow::Result<Self> {
+        let muscle = paper::muscle(mesh, KAPPA, BETA)?;
+        let space = Space::clone(muscle.solid.space());
+        let origin = Probe::at(&space, [0.0, 0.0])?;
+        let settings = Settings {
+            t_end,
+            ..Settings::paper(Formulation::Rate)
+        };
+        let dae = MuscleDae::new(muscle, Formulation::Rate)?;
+        let unknowns = dae.n_unknowns();
+        let mut integrator = start_at_rest(dae, &settings)?;
+
+        let (mut values, mut last_period) = (Vec::new(), VecDeque::new());
+        let times = SampleTimes::new(PERIOD / PER_PERIOD, t_end);
+        let mut sampler = Sampler::new(times, unknowns, |dae: &mut MuscleDae, t, y: &[f64]| {
+            let pressure = dae.pressure(y).map(<[f64]>::to_vec);
+            let (displacement, _) = dae.nodal_motion(t, y);
+            let value = origin.read(displacement, pressure.as_deref());
+            let [u_x, u_y] = value.displacement;
+            values.push([t, u_x, u_y, value.pressure]);
+            let nodal = displacement.chunks_exact(2).map(|u| [u[0], u[1]]).collect();
+            last_period.push_back((t, nodal));
+            while last_period
+                .front()
+                .is_some_and(|(oldest, _)| *oldest <= t - PERIOD)
+            {
+                last_period.pop_front();
+            }
+            Ok(())
+        });
+        let progress = Mutex::new(Progress::new(quiet));
+        let mut watch = Watch::new("muscle".into(), t_end, &progress);
+        let mut limits = Limits::new(f64::INFINITY, Some(interrupt::flag()));
+        let statistics = run(
+            &mut *integrator,
+            &mut [&mut sampler, &mut watch, &mut limits],
+        )?;
+        drop(sampler);
+        Ok(Self {
+            space,
+            settings,
+            statistics,
+            origin: values,
+            last_period,
+        })
+    }
+
+    /// Parameters, settings and statistics, for the document of a figure.
+    pub(super) fn document(&self) -> anyhow::Result<Map<String, Value>> {
+        let statistics = StatisticsJson::new(&self.statistics, &self.settings, Formulation::Rate);
+        let mut document = Map::from_iter([
+            ("formulation".to_owned(), json!(Formulation::Rate.name())),
+            ("kappa".to_owned(), json!(KAPPA)),
+            ("beta".to_owned(), json!(BETA)),
+        ]);
+        if let Value::Object(statistics) = serde_json::to_value(statistics)? {
+            document.extend(statistics);
+        }
+        Ok(document)
+    }
+
+    /// A run that did not reach its end is still drawn, as far as it got.
+    pub(super) fn exit(&self) -> Exit {
+        match self.statistics.outcome.reason() {
+            None => Exit::Done,
+            Some(StopReason::Interrupted) => Exit::Interrupted,
+            Some(_) => Exit::Stopped,
+        }
+    }
+}

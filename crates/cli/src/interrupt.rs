@@ -1,0 +1,26 @@
+//! Ctrl-C: the first ends runs in good order, so that their output is kept; the second ends the
+//! program.
+
+use std::sync::Once;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::exit::Exit;
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+static INSTALLED: Once = Once::new();
+
+/// The flag that the first Ctrl-C sets, for `Limits` of a run. From the first call on, Ctrl-C no
+/// longer ends the program at once.
+pub fn flag() -> &'static AtomicBool {
+    INSTALLED.call_once(|| {
+        let handler = || {
+            if INTERRUPTED.swap(true, Ordering::Relaxed) {
+                std::process::exit(Exit::Interrupted as i32);
+            }
+        };
+        if let Err(error) = ctrlc::set_handler(handler) {
+            eprintln!("warning: Ctrl-C will lose the output of runs: {error}");
+        }
+    });
+    &INTERRUPTED
+}

@@ -1,0 +1,48 @@
+//! Shows how far a run is.
+
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+
+use myovib_model::{ModelError, Observer, Outcome, Step};
+
+use crate::progress::Progress;
+
+/// An observer that shows time, steps, order and step size on a progress line, which several runs
+/// may share.
+pub struct Watch<'a> {
+    label: String,
+    t_end: f64,
+    progress: &'a Mutex<Progress>,
+}
+
+impl<'a> Watch<'a> {
+    /// Watches the run called `label` that ends at `t_end` (s).
+    pub fn new(label: String, t_end: f64, progress: &'a Mutex<Progress>) -> Self {
+        Self {
+            label,
+            t_end,
+            progress,
+        }
+    }
+}
+
+impl<P> Observer<P> for Watch<'_> {
+    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
+        // Another run's thread may be writing: this run's turn comes again.
+        if let Ok(mut progress) = self.progress.try_lock() {
+            progress.show(|| {
+                let counts = step.integrator.counts();
+                format!(
+                    "{}: t = {:.3} of {} s, {} steps, h = {:.1e} s, order {}",
+                    self.label,
+                    step.to,
+                    self.t_end,
+                    counts.steps,
+                    counts.last_step,
+                    counts.last_order
+                )
+            });
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+}

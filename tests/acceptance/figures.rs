@@ -1,0 +1,130 @@
+//! `myovib figure` and `myovib figures`.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use crate::harness::{document, myovib, myovib_in};
+
+fn read(folder: &Path, name: &str) -> String {
+    fs::read_to_string(folder.join(name)).expect(name)
+}
+
+/// The columns of a CSV file, by name.
+fn column(csv: &str, name: &str) -> Vec<f64> {
+    let mut lines = csv.lines();
+    let names: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let c = names.iter().position(|&n| n == name).expect(name);
+    lines
+        .map(|line| {
+            line.split(',')
+                .nth(c)
+                .expect(name)
+                .parse()
+                .expect("a number")
+        })
+        .collect()
+}
+
+#[test]
+fn figure_4_shows_the_papers_mesh_from_any_folder() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = myovib_in(
+        folder.path(),
+        &["figure", "4", "--out", "f", "--json", "f4.json"],
+    );
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let found = document(&read(folder.path(), "f4.json"), "figure");
+    let figure = &found["figures"][0];
+    // The paper's number of unknowns, MODEL §2.
+    assert_eq!(figure["unknowns_paper"], 1545);
+    let csv = read(folder.path(), "f/figure4.csv");
+    // Euler's formula for a simply connected mesh: edges = vertices + triangles - 1.
+    assert_eq!(column(&csv, "x_1").len(), 185 + 311 - 1);
+    // Both ends of the spindle are fixed and nothing else; each is 2 × 0.012 m high.
+    let (x, fixed) = (column(&csv, "x_1"), column(&csv, "fixed"));
+    assert!(
+        x.iter()
+            .zip(&fixed)
+            .all(|(x, f)| *f == 0.0 || (x.abs() - 0.1).abs() < 1e-12)
+    );
+    let svg = read(folder.path(), "f/figure4.svg");
+    assert!(svg.starts_with("<svg ") && svg.contains("fixed"));
+}
+
+#[test]
+fn figures_5_and_6_show_one_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = myovib_in(
+        folder.path(),
+        &["figures", "--t-end", "1", "--json", "f.json", "--quiet"],
+    );
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    let csv = read(folder.path(), "out/figure6.csv");
+    let t = column(&csv, "t");
+    // 50 samples per period of 1/8 s, both ends included.
+    assert_eq!((t.len(), t[0], t[t.len() - 1]), (401, 0.0, 1.0));
+
+    let found = document(&read(folder.path(), "f.json"), "figures");
+    let [_, snapshots, series] = found["figures"].as_array().expect("a list").as_slice() else {
+        panic!("three figures in {found}");
+    };
+    assert_eq!(snapshots["steps"], series["steps"], "one run");
+    assert_eq!(series["outcome"], "finished");
+    // The snapshots lie in the last period, at the extremes of the displacement of the origin.
+    let u_y = column(&csv, "u_y");
+    let at = |name: &str| {
+        let time = snapshots[name].as_f64().expect(name);
+        let i = t.iter().position(|&t| t == time).expect("a sample");
+        (time, u_y[i])
+    };
+    let last_period = || {
+        t.iter()
+            .zip(&u_y)
+            .filter(|(t, _)| **t > 1.0 - 0.125)
+            .map(|(_, u)| *u)
+    };
+    assert_eq!(at("t_highest").1, last_period().fold(f64::MIN, f64::max));
+    assert_eq!(at("t_lowest").1, last_period().fold(f64::MAX, f64::min));
+}
+
+#[test]
+fn an_interrupted_run_is_code_130_and_drawn_as_far_as_it_got() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut run = Command::new(env!("CARGO_BIN_EXE_myovib"))
+        .args(["figures", "--quiet", "--json", "f.json"])
+        .current_dir(folder.path())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    // Long enough to begin, and a small part of what the run takes.
+    thread::sleep(Duration::from_secs(3));
+    let sent = Command::new("kill")
+        .args(["-INT", &run.id().to_string()])
+        .status();
+    assert!(sent.expect("kill").success());
+    assert_eq!(run.wait().expect("an end").code(), Some(130));
+    let found = document(&read(folder.path(), "f.json"), "figures");
+    assert_eq!(found["figures"][2]["reason"], "interrupted");
+    assert!(column(&read(folder.path(), "out/figure6.csv"), "t").len() > 1);
+}
+
+#[test]
+fn wrong_options_are_code_2_and_write_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for arguments in [
+        &["figure", "1"][..],
+        &["figure", "six"],
+        &["figure", "6", "--t-end", "-1"],
+        &["figure", "6", "--t-end", "NaN"],
+        &["figure", "4", "--mesh", "no-such.msh"],
+    ] {
+        let run = myovib_in(folder.path(), arguments);
+        assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{arguments:?}");
+        assert!(run.stderr.starts_with("error: "), "{}", run.stderr);
+    }
+    assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 0);
+    assert_eq!(myovib(&["figure", "--help"]).code, 0);
+}
