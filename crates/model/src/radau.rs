@@ -1,22 +1,26 @@
 //! Radau IIA as an [`Integrator`] of a model.
 
-use myovib_radau::{RadauOptions, RadauSolver};
+use myovib_radau::{KluMatrices, Method, NewtonMatrices, RadauOptions, RadauSolver};
 use sundials_wrap::klu::KluOptions;
 use sundials_wrap::{DaeProblem, Suppressed, Tolerances};
 
 use crate::error::ModelError;
 use crate::ida::advance;
 use crate::integrator::{Advance, Counts, Integrator};
+use crate::linear::CondensedMatrices;
 use crate::muscle_dae::MuscleDae;
-use crate::settings::Settings;
+use crate::settings::{LinearSolver, Settings};
 
 /// Radau IIA with a stop time at the end.
-pub struct RadauIntegrator<P: DaeProblem> {
-    solver: RadauSolver<P>,
+pub struct RadauIntegrator<P: DaeProblem, M = KluMatrices> {
+    solver: RadauSolver<P, M>,
     t_end: f64,
 }
 
-impl RadauIntegrator<MuscleDae> {
+/// Matrices chosen at run time: condensed or full.
+pub type MuscleMatrices = Box<dyn NewtonMatrices<MuscleDae>>;
+
+impl RadauIntegrator<MuscleDae, MuscleMatrices> {
     /// Starts a muscle at rest at t = 0, as
     /// [`IdaIntegrator::from_rest`](crate::IdaIntegrator::from_rest) does.
     ///
@@ -25,17 +29,19 @@ impl RadauIntegrator<MuscleDae> {
     pub fn from_rest(dae: MuscleDae, settings: &Settings) -> Result<Self, ModelError> {
         let zero = vec![0.0; dae.n_unknowns()];
         let options = options(&dae, settings);
-        Self::new(dae, options, settings.t_end, &zero, &zero)
+        let matrices = matrices(&dae, &options, settings.linear_solver)?;
+        Self::new(dae, matrices, options, settings.t_end, &zero, &zero)
     }
 }
 
-impl<P: DaeProblem> RadauIntegrator<P> {
+impl<P: DaeProblem, M: NewtonMatrices<P>> RadauIntegrator<P, M> {
     /// Starts `problem` at t = 0 from consistent values.
     ///
     /// # Errors
     /// [`ModelError::Radau`] for options Radau IIA does not take.
     pub fn new(
         problem: P,
+        matrices: M,
         options: RadauOptions,
         t_end: f64,
         y: &[f64],
@@ -47,14 +53,39 @@ impl<P: DaeProblem> RadauIntegrator<P> {
         };
         let solver = RadauSolver::builder(problem)
             .options(options)
-            .build(0.0, y, y_dot)?;
+            .build_with(matrices, 0.0, y, y_dot)?;
         Ok(Self { solver, t_end })
     }
 
     /// The solver itself.
-    pub fn solver(&self) -> &RadauSolver<P> {
+    pub fn solver(&self) -> &RadauSolver<P, M> {
         &self.solver
     }
+}
+
+/// The Newton matrices of a muscle: condensed where the formulation and the settings allow it.
+///
+/// # Errors
+/// [`ModelError::Radau`] for a number of stages that there is not, or a pattern that cannot be
+/// analysed.
+pub fn matrices(
+    dae: &MuscleDae,
+    options: &RadauOptions,
+    linear_solver: LinearSolver,
+) -> Result<MuscleMatrices, ModelError> {
+    let method = Method::radau_iia(options.stages)?;
+    let condensed = match linear_solver {
+        LinearSolver::Condensed => CondensedMatrices::new(dae, options.klu, &method)?,
+        LinearSolver::Full => None,
+    };
+    Ok(match condensed {
+        Some(matrices) => Box::new(matrices),
+        None => Box::new(KluMatrices::new(
+            &dae.jacobian_pattern(),
+            options.klu,
+            &method,
+        )?),
+    })
 }
 
 /// The options of Radau IIA for a muscle with `settings`.
@@ -77,7 +108,7 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
     }
 }
 
-impl<P: DaeProblem> Integrator<P> for RadauIntegrator<P> {
+impl<P: DaeProblem, M: NewtonMatrices<P>> Integrator<P> for RadauIntegrator<P, M> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
         Ok(advance(self.solver.step(self.t_end)?, self.t_end))
     }

@@ -67,7 +67,7 @@ impl ErrorTest {
             &mut self.error,
             counters,
         )?;
-        let norm = self.filter(matrices, step, counters)?;
+        let norm = self.filter(problem, matrices, step, counters)?;
         if norm < 1.0 || !filter_twice {
             return Ok(norm);
         }
@@ -81,17 +81,18 @@ impl ErrorTest {
             &mut self.error,
             counters,
         )?;
-        self.filter(matrices, step, counters)
+        self.filter(problem, matrices, step, counters)
     }
 
     /// Replaces the defect by the estimate, and returns its norm.
     fn filter<P, M: NewtonMatrices<P>>(
         &mut self,
+        problem: &mut P,
         matrices: &mut M,
         step: &Step<'_>,
         counters: &mut Counters,
     ) -> Result<f64, StepError> {
-        matrices.solve_real(&mut self.error)?;
+        matrices.solve_real(problem, &mut self.error)?;
         counters.work.real_solves += 1;
         self.error.iter_mut().for_each(|e| *e = -*e);
         let square: f64 = self

@@ -2,7 +2,7 @@
 
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
-use sundials_wrap::klu::{KluError, KluOptions, Numeric, Scalar, Symbolic};
+use sundials_wrap::klu::{Factors, KluError, KluOptions, Symbolic};
 use sundials_wrap::{DaeProblem, StepError};
 
 use crate::Method;
@@ -32,33 +32,44 @@ pub trait NewtonMatrices<P> {
     ///
     /// # Errors
     /// [`StepError::Recoverable`] if a matrix is singular.
-    fn set_up(&mut self, real: f64, complex: &[Complex64]) -> Result<(), StepError>;
+    fn set_up(
+        &mut self,
+        problem: &mut P,
+        real: f64,
+        complex: &[Complex64],
+    ) -> Result<(), StepError>;
 
     /// Solves in place with the real matrix.
     ///
     /// # Errors
     /// [`StepError::Fatal`] if the solve itself fails.
-    fn solve_real(&mut self, rhs: &mut [f64]) -> Result<(), StepError>;
+    fn solve_real(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError>;
 
     /// Solves in place with complex matrix `k`, counted from 0.
     ///
     /// # Errors
     /// [`StepError::Fatal`] if the solve itself fails.
-    fn solve_complex(&mut self, k: usize, rhs: &mut [Complex64]) -> Result<(), StepError>;
+    fn solve_complex(
+        &mut self,
+        problem: &mut P,
+        k: usize,
+        rhs: &mut [Complex64],
+    ) -> Result<(), StepError>;
 }
 
 /// The default: KLU on the whole matrix, real and complex factors over one symbolic analysis.
 #[derive(Debug)]
 pub struct KluMatrices {
-    symbolic: Symbolic,
     jacobian_y: Vec<f64>,
     jacobian_y_dot: Vec<f64>,
+    values: Vec<f64>,
+    complex_values: Vec<Complex64>,
     real: Factors<f64>,
     complex: Vec<Factors<Complex64>>,
 }
 
 impl KluMatrices {
-    /// Analyses the pattern for the `method`.
+    /// Analyses the pattern for `method`.
     ///
     /// # Errors
     /// Those of the analysis, see [`Symbolic::analyze`].
@@ -70,15 +81,16 @@ impl KluMatrices {
         let symbolic = Symbolic::analyze(pattern, options)?;
         let nnz = symbolic.nnz();
         Ok(Self {
-            symbolic,
             jacobian_y: vec![0.0; nnz],
             jacobian_y_dot: vec![0.0; nnz],
-            real: Factors::new(nnz),
+            values: vec![0.0; nnz],
+            complex_values: vec![Complex64::ZERO; nnz],
             complex: method
                 .complex_modes()
                 .iter()
-                .map(|_| Factors::new(nnz))
+                .map(|_| Factors::new(symbolic.clone()))
                 .collect(),
+            real: Factors::new(symbolic),
         })
     }
 }
@@ -95,85 +107,72 @@ impl<P: DaeProblem> NewtonMatrices<P> for KluMatrices {
         problem.jacobian(t, y, y_dot, 0.0, 1.0, &mut self.jacobian_y_dot)
     }
 
-    fn set_up(&mut self, real: f64, complex: &[Complex64]) -> Result<(), StepError> {
-        let Self {
-            symbolic,
-            jacobian_y,
-            jacobian_y_dot,
-            ..
-        } = self;
-        let blocks = || jacobian_y.iter().zip(jacobian_y_dot.iter());
-        self.real
-            .set_up(symbolic, blocks().map(|(j, m)| j + real * m))?;
+    fn set_up(
+        &mut self,
+        _problem: &mut P,
+        real: f64,
+        complex: &[Complex64],
+    ) -> Result<(), StepError> {
+        let blocks = || self.jacobian_y.iter().zip(&self.jacobian_y_dot);
+        for (value, (j, m)) in self.values.iter_mut().zip(blocks()) {
+            *value = j + real * m;
+        }
+        self.real.renew(&self.values).map_err(step_error)?;
         for (factors, c) in self.complex.iter_mut().zip(complex) {
-            factors.set_up(symbolic, blocks().map(|(j, m)| j + c * m))?;
+            for (value, (j, m)) in self.complex_values.iter_mut().zip(blocks()) {
+                *value = j + c * m;
+            }
+            factors.renew(&self.complex_values).map_err(step_error)?;
         }
         Ok(())
     }
 
-    fn solve_real(&mut self, rhs: &mut [f64]) -> Result<(), StepError> {
-        self.real.solve(rhs)
+    fn solve_real(&mut self, _problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
+        self.real.solve(rhs).map_err(step_error)
     }
 
-    fn solve_complex(&mut self, k: usize, rhs: &mut [Complex64]) -> Result<(), StepError> {
-        self.complex[k].solve(rhs)
+    fn solve_complex(
+        &mut self,
+        _problem: &mut P,
+        k: usize,
+        rhs: &mut [Complex64],
+    ) -> Result<(), StepError> {
+        self.complex[k].solve(rhs).map_err(step_error)
     }
 }
 
-/// A reciprocal pivot growth this much below that of fresh pivots calls for fresh ones: three of
-/// the digits that fresh pivots would give are lost then.
-const GROWTH_LOSS: f64 = 1e-3;
-
-/// One matrix and its factors, whose pivots are kept as long as they serve.
-#[derive(Debug)]
-struct Factors<T: Scalar> {
-    values: Vec<T>,
-    /// The factors, and the reciprocal pivot growth when the pivots were chosen.
-    numeric: Option<(Numeric<T>, f64)>,
-}
-
-impl<T: Scalar + num_complex::ComplexFloat> Factors<T> {
-    fn new(nnz: usize) -> Self {
-        Self {
-            values: vec![T::zero(); nnz],
-            numeric: None,
-        }
+/// A choice made at run time.
+impl<P, M: NewtonMatrices<P> + ?Sized> NewtonMatrices<P> for Box<M> {
+    fn evaluate(
+        &mut self,
+        problem: &mut P,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<(), StepError> {
+        (**self).evaluate(problem, t, y, y_dot)
     }
 
     fn set_up(
         &mut self,
-        symbolic: &Symbolic,
-        values: impl Iterator<Item = T>,
+        problem: &mut P,
+        real: f64,
+        complex: &[Complex64],
     ) -> Result<(), StepError> {
-        self.values
-            .iter_mut()
-            .zip(values)
-            .for_each(|(slot, value)| *slot = value);
-        if !self.refactor() {
-            let numeric = Numeric::factor(symbolic, &self.values).map_err(step_error)?;
-            let growth = numeric.rgrowth(&self.values).map_err(step_error)?;
-            self.numeric = Some((numeric, growth));
-        }
-        Ok(())
+        (**self).set_up(problem, real, complex)
     }
 
-    /// Refactorises with the pivots kept; false if there are none or they no longer serve.
-    fn refactor(&mut self) -> bool {
-        let Some((numeric, fresh_growth)) = &mut self.numeric else {
-            return false;
-        };
-        numeric.refactor(&self.values).is_ok()
-            && numeric
-                .rgrowth(&self.values)
-                .is_ok_and(|growth| growth >= GROWTH_LOSS * *fresh_growth)
+    fn solve_real(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
+        (**self).solve_real(problem, rhs)
     }
 
-    fn solve(&self, rhs: &mut [T]) -> Result<(), StepError> {
-        let (numeric, _) = self
-            .numeric
-            .as_ref()
-            .ok_or_else(|| StepError::Fatal("a solve before any set-up".into()))?;
-        numeric.solve(rhs).map_err(step_error)
+    fn solve_complex(
+        &mut self,
+        problem: &mut P,
+        k: usize,
+        rhs: &mut [Complex64],
+    ) -> Result<(), StepError> {
+        (**self).solve_complex(problem, k, rhs)
     }
 }
 

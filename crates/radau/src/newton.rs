@@ -93,7 +93,7 @@ impl NewtonSolver {
         for iteration in 1..=self.limit {
             counters.stats.newton_iterations += 1;
             self.evaluate_residuals(problem, step, counters)?;
-            let norm = self.correct(matrices, step, counters)?;
+            let norm = self.correct(problem, matrices, step, counters)?;
             if !norm.is_finite() {
                 return Ok(Newton::Failed { step_factor: 0.5 });
             }
@@ -163,6 +163,7 @@ impl NewtonSolver {
     /// Solves for the correction, mode by mode, adds it to `z`, and returns its norm.
     fn correct<P, M: NewtonMatrices<P>>(
         &mut self,
+        problem: &mut P,
         matrices: &mut M,
         step: &Step<'_>,
         counters: &mut Counters,
@@ -175,14 +176,14 @@ impl NewtonSolver {
         for (g, l) in self.residuals.chunks_exact(n).zip(&real_mode.left) {
             add_scaled(&mut self.real, -l, g);
         }
-        matrices.solve_real(&mut self.real)?;
+        matrices.solve_real(problem, &mut self.real)?;
         counters.work.real_solves += 1;
         for (k, (mode, w)) in complex_modes.iter().zip(&mut self.complex).enumerate() {
             w.fill(Complex64::ZERO);
             for (g, l) in self.residuals.chunks_exact(n).zip(&mode.left) {
                 w.iter_mut().zip(g).for_each(|(w, g)| *w -= l * g);
             }
-            matrices.solve_complex(k, w)?;
+            matrices.solve_complex(problem, k, w)?;
             counters.work.complex_solves += 1;
         }
 

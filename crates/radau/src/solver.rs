@@ -337,8 +337,9 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
         for (shift, mode) in self.shifts.iter_mut().zip(self.method.complex_modes()) {
             *shift = mode.lambda / h;
         }
+        let real = self.method.real_mode().lambda / h;
         self.matrices
-            .set_up(self.method.real_mode().lambda / h, &self.shifts)?;
+            .set_up(&mut self.problem, real, &self.shifts)?;
         self.set_up_for = Some(h);
         Ok(())
     }

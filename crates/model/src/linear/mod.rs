@@ -2,16 +2,19 @@
 //!
 //! Cast of types: a [`Condensation`] is the elimination of velocities from the Newton matrix, laid
 //! out once for a formulation; [`Condensed`] holds the numbers, real or complex, for one c_j;
-//! [`SparseSystem`] factorises, solves and checks; [`CondensedSolver`] is what IDAS calls.
+//! [`SparseSystem`] factorises, solves and checks; [`CondensedSolver`] is what IDAS calls,
+//! [`CondensedMatrices`] what Radau IIA does.
 
 mod condensation;
 mod condensed;
 mod number;
+mod radau;
 mod sparse_system;
 mod structured;
 
 pub use condensation::Condensation;
 pub use condensed::Condensed;
 pub use number::Number;
+pub use radau::CondensedMatrices;
 pub use sparse_system::{LinearWork, SparseSystem};
 pub use structured::CondensedSolver;

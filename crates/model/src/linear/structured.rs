@@ -53,7 +53,7 @@ impl StructuredSolver<MuscleDae> for CondensedSolver {
 }
 
 /// A singular or infinite matrix may become a good one with a smaller step; nothing else may.
-fn step_error(error: KluError) -> StepError {
+pub(super) fn step_error(error: KluError) -> StepError {
     match error {
         KluError::Singular { .. } | KluError::NotFinite { .. } => {
             StepError::Recoverable(error.to_string())

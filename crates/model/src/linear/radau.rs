@@ -1,0 +1,88 @@
+//! The condensed matrices as Radau IIA asks for them: one real and some complex c at a time.
+
+use std::sync::Arc;
+
+use myovib_radau::{Method, NewtonMatrices};
+use num_complex::Complex64;
+use sundials_wrap::StepError;
+use sundials_wrap::klu::{KluError, KluOptions};
+
+use super::structured::step_error;
+use super::{Condensation, Condensed};
+use crate::muscle_dae::MuscleDae;
+
+/// Solves the Newton systems of a [`MuscleDae`] under Radau IIA by condensation.
+#[derive(Debug)]
+pub struct CondensedMatrices {
+    real: Condensed<f64>,
+    complex: Vec<Condensed<Complex64>>,
+}
+
+impl CondensedMatrices {
+    /// Lays out the condensation for `method`; `None` for a formulation that has none.
+    ///
+    /// # Errors
+    /// Those of the analysis.
+    pub fn new(
+        dae: &MuscleDae,
+        options: KluOptions,
+        method: &Method,
+    ) -> Result<Option<Self>, KluError> {
+        let Some(plan) = Condensation::new(dae).map(Arc::new) else {
+            return Ok(None);
+        };
+        let complex = method.complex_modes().iter();
+        Ok(Some(Self {
+            real: Condensed::new(plan.clone(), options)?,
+            complex: complex
+                .map(|_| Condensed::new(plan.clone(), options))
+                .collect::<Result<_, _>>()?,
+        }))
+    }
+}
+
+impl NewtonMatrices<MuscleDae> for CondensedMatrices {
+    fn evaluate(
+        &mut self,
+        dae: &mut MuscleDae,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<(), StepError> {
+        dae.update_matrices(t, y, y_dot)
+    }
+
+    fn set_up(
+        &mut self,
+        dae: &mut MuscleDae,
+        real: f64,
+        complex: &[Complex64],
+    ) -> Result<(), StepError> {
+        let mut work = dae.counters().linear;
+        let values = |matrix| dae.matrix_values(matrix);
+        let mut matrices = self.complex.iter_mut().zip(complex);
+        let result = self
+            .real
+            .set_up(real, values, &mut work)
+            .and_then(|()| matrices.try_for_each(|(m, &c)| m.set_up(c, values, &mut work)));
+        dae.counters_mut().linear = work;
+        result.map_err(step_error)
+    }
+
+    fn solve_real(&mut self, dae: &mut MuscleDae, rhs: &mut [f64]) -> Result<(), StepError> {
+        self.real
+            .solve(rhs, &mut dae.counters_mut().linear)
+            .map_err(step_error)
+    }
+
+    fn solve_complex(
+        &mut self,
+        dae: &mut MuscleDae,
+        k: usize,
+        rhs: &mut [Complex64],
+    ) -> Result<(), StepError> {
+        self.complex[k]
+            .solve(rhs, &mut dae.counters_mut().linear)
+            .map_err(step_error)
+    }
+}
