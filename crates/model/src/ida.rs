@@ -75,19 +75,37 @@ impl<B: DaeProblem + Send + 'static> IdaIntegrator<CoupledDae<B>> {
         y: &[f64],
     ) -> Result<Self, ModelError> {
         let (y_dot, imbalance) = dae.derivatives_at(0.0, y)?;
+        let mut integrator = Self::coupled_at(dae, error_test, options, [0.0, t_end], y, &y_dot)?;
+        if imbalance > 0.0 {
+            let mode = ConsistencyMode::AlgebraicAndDerivatives;
+            integrator.solver.correct_initial_values(mode, t_end)?;
+        }
+        Ok(integrator)
+    }
+
+    /// Starts a coupled system from a state with consistent derivatives, over the times
+    /// `[start, end]`.
+    ///
+    /// # Errors
+    /// [`ModelError::Integrator`] for options IDAS does not take.
+    pub fn coupled_at(
+        dae: CoupledDae<B>,
+        error_test: ErrorTest,
+        options: IdaOptions,
+        [t, t_end]: [f64; 2],
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Self, ModelError> {
         let options = IdaOptions {
             suppressed: Suppressed::Components(error_test.left_out().to_vec()),
             ..options
         };
-        let mut solver = builder(dae, options, t_end)
+        let solver = builder(dae, options, t_end)
             .error_weights(move |_, y, weights| {
                 error_test.weights(y, weights);
                 Ok(())
             })
-            .build(0.0, y, &y_dot)?;
-        if imbalance > 0.0 {
-            solver.correct_initial_values(ConsistencyMode::AlgebraicAndDerivatives, t_end)?;
-        }
+            .build(t, y, y_dot)?;
         Ok(Self { solver, t_end })
     }
 }

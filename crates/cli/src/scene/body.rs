@@ -21,7 +21,7 @@ impl Builder<'_> {
         mesh: &mesh::Mesh,
         solid: &solid::Solid,
     ) -> Result<Body, InputError> {
-        let mesh = self.mesh(mesh)?;
+        let mesh = self.mesh(mesh, &file.region)?;
         let parameters = self.at(
             "solid",
             Parameters::new(solid.alpha, solid.beta, solid.kappa.0),
@@ -214,7 +214,7 @@ fn components<'f>(
     given(0, "x", x).into_iter().chain(given(1, "y", y))
 }
 
-fn index(axis: Axis) -> usize {
+pub(super) fn index(axis: Axis) -> usize {
     match axis {
         Axis::X => 0,
         Axis::Y => 1,

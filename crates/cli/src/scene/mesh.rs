@@ -1,17 +1,21 @@
 //! The mesh of a scene.
 
-use myovib_fem::{Mesh, generate};
+use myovib_fem::{Group, Mesh, generate};
 
 use super::builder::Builder;
 use crate::error::InputError;
-use crate::scene_file::mesh::{self, MeshSource};
+use crate::scene_file::mesh::{self, MeshSource, Region};
 
 /// The muscle of the reproduction.
 const MUSCLE: &str = include_str!("../../../../data/meshes/muscle.msh");
 
 impl Builder<'_> {
-    /// The mesh, refined.
-    pub(super) fn mesh(&self, mesh: &mesh::Mesh) -> Result<Mesh, InputError> {
+    /// The mesh, refined and with the regions cut out.
+    pub(super) fn mesh(
+        &self,
+        mesh: &mesh::Mesh,
+        regions: &[Region],
+    ) -> Result<Mesh, InputError> {
         let (place, coarse) = match mesh.source {
             MeshSource::File { ref path } => ("mesh.path", Mesh::read_msh(self.resolve(path))),
             MeshSource::Muscle => ("mesh", Mesh::parse_msh(MUSCLE, "muscle.msh")),
@@ -32,6 +36,45 @@ impl Builder<'_> {
             MeshSource::Cook { cells } => ("mesh", generate::cook(cells)),
         };
         let coarse = self.at(place, coarse)?;
-        Ok((0..mesh.refine).fold(coarse, |mesh, _| mesh.refined()))
+        let mesh = (0..mesh.refine).fold(coarse, |mesh, _| mesh.refined());
+        regions.iter().enumerate().try_fold(mesh, |mesh, (i, region)| {
+            self.with_region(&mesh, region, &format!("region[{i}]"))
+        })
+    }
+
+    /// Moves the triangles of a region into a group of their own.
+    fn with_region(
+        &self,
+        mesh: &Mesh,
+        region: &Region,
+        path: &str,
+    ) -> Result<Mesh, InputError> {
+        if mesh.groups().contains_key(&region.name) {
+            let error = InputError::new(format!("the mesh has a group `{}` already", region.name));
+            return Err(self.wrong(&format!("{path}.name"), error));
+        }
+        let is_inside = |triangle: &usize| {
+            let corners = mesh.corners(*triangle);
+            let offset = |axis: usize| {
+                let centroid = corners.iter().map(|corner| corner[axis]).sum::<f64>() / 3.0;
+                (centroid - region.centre[axis]) / region.radii[axis]
+            };
+            offset(0).hypot(offset(1)) <= 1.0
+        };
+        let inside: Vec<usize> = (0..mesh.triangles().len()).filter(is_inside).collect();
+        if inside.is_empty() {
+            let error = InputError::new("no triangle's centre lies in the region")
+                .next("move or widen it, or refine the mesh");
+            return Err(self.wrong(path, error));
+        }
+        let mut groups = mesh.groups().clone();
+        for group in groups.values_mut() {
+            if let Group::Triangles(members) = group {
+                members.retain(|triangle| inside.binary_search(triangle).is_err());
+            }
+        }
+        groups.insert(region.name.clone(), Group::Triangles(inside));
+        let (points, triangles) = (mesh.points().to_vec(), mesh.triangles().to_vec());
+        self.at(path, Mesh::new(points, triangles, groups))
     }
 }

@@ -10,14 +10,16 @@ mod builder;
 mod builtin;
 mod function;
 mod mesh;
+mod oscillators;
 mod settings;
 
 use std::path::Path;
 
 use anyhow::Context;
-use myovib_model::{Formulation, ModelError, Muscle, Settings};
+use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings};
 
 pub use builtin::{BUILTIN, builtin_text};
+pub use oscillators::DrivenChain;
 
 use crate::error::InputError;
 use crate::scene_file::{self, Analysis, SceneFile, Source};
@@ -33,6 +35,10 @@ pub struct Scene {
     pub t_end: f64,
     /// The elastic body, if there is one.
     pub body: Option<Body>,
+    /// The rod, if there is one; then there is no body.
+    pub rod: Option<RodDae>,
+    /// The chains of oscillators.
+    pub chains: Vec<DrivenChain>,
 }
 
 /// An elastic body and how it is to be computed.
@@ -128,11 +134,21 @@ impl Scene {
                     .allowed("a [mesh] with [solid], a [rod], or a [[chain]]"),
             ));
         }
+        if let (Some(_), Some(_)) = (&body, &file.rod) {
+            let error = InputError::new("a scene has a muscle or a rod, not both")
+                .next("remove [rod], or [mesh] with [solid]");
+            return Err(builder.wrong("rod", error));
+        }
+        let rod = file.rod.as_ref().map(|rod| builder.rod(rod)).transpose()?;
+        let chains = builder.chains(&file)?;
+        builder.probes(&file)?;
         Ok(Self {
-            file,
-            source,
             t_end,
             body,
+            rod,
+            chains,
+            file,
+            source,
         })
     }
 }

@@ -1,10 +1,12 @@
 //! The integrator's settings from a scene.
 
-use myovib_model::{AbsoluteTolerances, Field, Formulation, Settings, default_ordering};
+use myovib_model::{
+    AbsoluteTolerances, Field, Formulation, IntegratorKind, Settings, default_ordering,
+};
 use sundials_wrap::klu::Ordering;
 
 use super::builder::Builder;
-use crate::scene_file::integrator::{Block, Integrator, OrderingName};
+use crate::scene_file::integrator::{Block, Integrator, Method, OrderingName};
 
 impl Builder<'_> {
     /// The settings for a muscle in `formulation`.
@@ -12,6 +14,10 @@ impl Builder<'_> {
         let defaults = Settings::paper(formulation);
         let atol = &wanted.atol;
         Settings {
+            integrator: match wanted.method {
+                Method::Bdf => IntegratorKind::Ida,
+                Method::Radau => IntegratorKind::Radau,
+            },
             t_end: self.t_end,
             relative_tolerance: wanted.rtol,
             absolute_tolerances: AbsoluteTolerances {

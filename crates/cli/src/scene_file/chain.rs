@@ -101,6 +101,8 @@ pub struct Chain {
     pub at: Option<Place>,
     /// The displacement component of the muscle that drives the chain.
     pub component: Axis,
+    /// Initial position of all oscillators; they start without velocity.
+    pub initial: f64,
 }
 
 impl Default for Chain {
@@ -121,6 +123,7 @@ impl Default for Chain {
             gain: 1.0,
             at: None,
             component: Axis::Y,
+            initial: 0.0,
         }
     }
 }
@@ -163,30 +166,4 @@ pub enum ReachName {
     All,
     /// The first and the last.
     Boundary,
-}
-
-/// Two-way coupling: the stiffness of a region follows the coherence of a chain.
-///
-/// `c10, c01` (any law's moduli) are scaled by `1 + stiffening (1 - S)`, where S is the squared
-/// smooth phase coherence |χ|² of the chain: stiffer when unsynchronised, relaxing to the
-/// material's own moduli when coherent.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Feedback {
-    /// Physical group of triangles whose stiffness changes [default: all triangles].
-    pub group: Option<String>,
-    /// Names of the chains: one for the whole region, or several, whose coherence is interpolated
-    /// between their places by inverse squared distance.
-    #[schemars(length(min = 1))]
-    pub chains: Vec<String>,
-    /// Relative extra stiffness of the unsynchronised state.
-    #[schemars(extend("exclusiveMinimum" = -1))]
-    pub stiffening: f64,
-    /// Radius below which an oscillator does not count, which makes the coherence smooth at rest.
-    #[serde(default = "smoothing_radius")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub radius: f64,
-}
-
-fn smoothing_radius() -> f64 {
-    0.1
 }

@@ -74,3 +74,16 @@ pub enum MeshSource {
 fn spindle_cells() -> [usize; 2] {
     [20, 6]
 }
+
+/// An elliptic region that becomes a group of its own: the triangles whose centroid lies in it
+/// leave the group of triangles they were in.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Region {
+    /// Name of the new group.
+    #[schemars(length(min = 1))]
+    pub name: String,
+    /// Centre, m.
+    pub centre: [f64; 2],
+    /// Half axes along x and y, m.
+    pub radii: [f64; 2],
+}

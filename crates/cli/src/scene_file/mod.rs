@@ -27,11 +27,11 @@ pub use schema::schema;
 pub use source::Source;
 
 use crate::error::InputError;
-use chain::{Chain, Feedback, Rod};
+use chain::{Chain, Rod};
 use integrator::Integrator;
-use mesh::Mesh;
+use mesh::{Mesh, Region};
 use output::{Fields, Probe, Stop};
-use solid::{BodyForce, Displacement, Fixed, Material, Pressure, Solid, Traction};
+use solid::{BodyForce, Displacement, Fixed, Material, Solid, Traction};
 
 /// A scene: everything a run depends on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -46,6 +46,9 @@ pub struct SceneFile {
     pub time: Option<Time>,
     /// The mesh; a scene with a rod or chains alone needs none.
     pub mesh: Option<Mesh>,
+    /// Regions cut out of the mesh's groups of triangles.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub region: Vec<Region>,
     /// Compressibility, damping and formulation of the body; goes with `mesh`.
     pub solid: Option<Solid>,
     /// Materials; together they cover every triangle once.
@@ -60,9 +63,6 @@ pub struct SceneFile {
     /// Boundary forces of fixed direction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traction: Vec<Traction>,
-    /// Boundary pressures that follow the surface.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub pressure: Vec<Pressure>,
     /// Forces per mass.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body_force: Vec<BodyForce>,
@@ -71,9 +71,6 @@ pub struct SceneFile {
     /// Chains of oscillators.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub chain: Vec<Chain>,
-    /// Stiffness that follows the coherence of chains.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub feedback: Vec<Feedback>,
     /// Settings of the time integration.
     #[serde(default)]
     pub integrator: Integrator,

@@ -184,15 +184,6 @@ pub struct Traction {
     pub y: Option<Function>,
 }
 
-/// A pressure that acts against the deformed normal of a boundary (follower load).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Pressure {
-    /// Physical group of edges.
-    pub group: String,
-    /// The pressure, Pa; positive pushes into the body.
-    pub value: Function,
-}
-
 /// A force per mass throughout a region, gravity for one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BodyForce {

@@ -1,12 +1,12 @@
 //! `run.json`: what was computed, with what, and how it went.
 
-use myovib_model::{Integrator, MuscleDae, Statistics};
+use myovib_model::{Formulation, Integrator, Muscle, Outcome, Statistics};
 use serde::Serialize;
 use serde_json::{Value, json};
-use sundials_wrap::DaeProblem;
 
 use super::folder::Folder;
 use super::outputs::Outputs;
+use super::system::System;
 use crate::json;
 use crate::report::{Align, Table};
 use crate::scene::{Body, Scene};
@@ -21,15 +21,32 @@ pub(super) struct Timing {
 }
 
 /// The document of a motion.
-pub(super) fn dynamic(
+pub(super) fn dynamic<P: System>(
     scene: &Scene,
-    body: &Body,
-    integrator: &impl Integrator<MuscleDae>,
+    integrator: &dyn Integrator<P>,
     statistics: &Statistics,
     outputs: &Outputs<'_>,
     timing: &Timing,
 ) -> anyhow::Result<Value> {
+    let system = integrator.problem();
+    let work = system.counters();
     let total = outputs.before.plus(&integrator.counts());
+    let mut document = json!({
+        "scene": scene.file,
+        "analysis": "dynamic",
+        "unknowns": system.n_unknowns(),
+        "t_end": scene.t_end,
+        "resumed": total.resumed,
+        "work": {
+            "residual_passes": work.residual_passes,
+            "force_rate_passes": work.force_rate_passes,
+            "tangent_passes": work.tangent_passes,
+            "rate_tangent_passes": work.rate_tangent_passes,
+            "matrix_sums": work.matrix_sums,
+        },
+        "output_work": outputs.work,
+        "wall_seconds_by_part": timing,
+    });
     // Counts are those of all parts of a resumed run.
     let whole = Statistics {
         steps: total.steps,
@@ -42,55 +59,97 @@ pub(super) fn dynamic(
         linear_setups: total.linear_setups,
         ..statistics.clone()
     };
-    let parameters = &body.muscle.parameters;
-    let indices = body.formulation.rows().iter().map(|(field, _)| {
-        (
-            field.symbol().to_owned(),
-            json!(body.formulation.variable_index(*field, parameters)),
-        )
-    });
-    let mut document = json!({
-        "scene": scene.file,
-        "analysis": "dynamic",
-        "formulation": body.formulation.name(),
-        "equation": body.formulation.equation(),
-        "index": body.formulation.index(parameters),
-        "indices": indices.collect::<serde_json::Map<_, _>>(),
-        "unknowns": integrator.problem().n_unknowns(),
-        "unknowns_paper": body.muscle.n_unknowns_paper(),
-        "mesh": mesh(body),
-        "constraint_drift": outputs.drift.0,
-        "constraint_drift_at": outputs.drift.1,
-        "resumed": total.resumed,
-        "work": {
-            "residual_passes": integrator.problem().counters().residual_passes,
-            "force_rate_passes": integrator.problem().counters().force_rate_passes,
-            "tangent_passes": integrator.problem().counters().tangent_passes,
-            "rate_tangent_passes": integrator.problem().counters().rate_tangent_passes,
-            "matrix_sums": integrator.problem().counters().matrix_sums,
-        },
-        "output_work": outputs.work,
-        "wall_seconds_by_part": timing,
-    });
-    let statistics = serde_json::to_value(StatisticsJson::new(
-        &whole,
-        &body.settings,
-        body.formulation,
-    ))?;
-    if let (Some(document), Value::Object(statistics)) = (document.as_object_mut(), statistics) {
-        document.extend(statistics);
+    let (seed, statistics) = (seed(scene), &whole);
+    match &scene.body {
+        Some(Body { muscle, formulation, settings }) => {
+            extend(&mut document, body(muscle, *formulation));
+            extend(&mut document, json!({
+                "constraint_drift": outputs.drift.0,
+                "constraint_drift_at": outputs.drift.1,
+            }));
+            let numbers = StatisticsJson::new(statistics, settings, *formulation);
+            extend(&mut document, serde_json::to_value(numbers)?);
+        }
+        None => {
+            let tolerances = &scene.file.integrator.oscillators;
+            extend(&mut document, counts(statistics));
+            extend(&mut document, json!({
+                "index": 0,
+                "rtol": tolerances.rtol,
+                "atol": tolerances.atol,
+                "max_order": scene.file.integrator.max_order.unwrap_or(5),
+            }));
+        }
     }
+    extend(&mut document, json!({ "seed": seed }));
     Ok(document)
 }
 
+/// The seed of each chain.
+fn seed(scene: &Scene) -> Value {
+    match &scene.file.chain[..] {
+        [] => Value::Null,
+        [one] => json!(one.seed),
+        several => several.iter().map(|chain| chain.seed).collect(),
+    }
+}
+
+/// Size, formulation and index of the muscle.
+fn body(muscle: &Muscle, formulation: Formulation) -> Value {
+    let parameters = &muscle.parameters;
+    let indices = formulation.rows().iter().map(|(field, _)| {
+        (field.symbol().to_owned(), json!(formulation.variable_index(*field, parameters)))
+    });
+    json!({
+        "formulation": formulation.name(),
+        "equation": formulation.equation(),
+        "index": formulation.index(parameters),
+        "indices": indices.collect::<serde_json::Map<_, _>>(),
+        "unknowns_paper": muscle.n_unknowns_paper(),
+        "mesh": mesh(muscle),
+    })
+}
+
+/// The statistics of a run without a muscle.
+fn counts(statistics: &Statistics) -> Value {
+    let message = match &statistics.outcome {
+        Outcome::Finished => None,
+        Outcome::Stopped { message, .. } => Some(message),
+    };
+    json!({
+        "steps": statistics.steps,
+        "error_test_failures": statistics.error_test_failures,
+        "step_solve_failures": statistics.step_solve_failures,
+        "newton_failures": statistics.newton_failures,
+        "newton_iterations": statistics.newton_iterations,
+        "residual_evaluations": statistics.residual_evaluations,
+        "jacobian_evaluations": statistics.jacobian_evaluations,
+        "linear_setups": statistics.linear_setups,
+        "last_order": statistics.last_order,
+        "last_step": statistics.last_step,
+        "t_reached": statistics.t_reached,
+        "outcome": statistics.outcome.name(),
+        "reason": statistics.outcome.reason().map(|reason| reason.name()),
+        "message": message,
+        "cpu_seconds": statistics.cpu_seconds,
+        "wall_seconds": statistics.wall_seconds,
+    })
+}
+
+fn extend(document: &mut Value, more: Value) {
+    if let (Some(document), Value::Object(more)) = (document.as_object_mut(), more) {
+        document.extend(more);
+    }
+}
+
 /// Size of the mesh.
-pub(super) fn mesh(body: &Body) -> Value {
-    let space = body.muscle.solid.space();
+pub(super) fn mesh(muscle: &Muscle) -> Value {
+    let space = muscle.solid.space();
     json!({
         "vertices": space.n_vertices(),
         "triangles": space.n_elements(),
         "nodes": space.n_nodes(),
-        "free_components": body.muscle.solid.dofs().n_free(),
+        "free_components": muscle.solid.dofs().n_free(),
         "groups": space.mesh().groups().keys().collect::<Vec<_>>(),
     })
 }

@@ -2,7 +2,7 @@
 
 use myovib_model::{Energies, Integrator, ModelError};
 
-use super::outputs::System;
+use super::system::{System, muscle_of};
 
 /// Energies, and the work done and dissipated since the start.
 ///
@@ -81,6 +81,6 @@ fn energies_at<P: System>(
     let (mut y, mut y_dot) = (vec![0.0; n], vec![0.0; n]);
     integrator.dense_output(t, 0, &mut y)?;
     integrator.dense_output(t, 1, &mut y_dot)?;
-    let (dae, range) = integrator.problem_mut().muscle();
+    let (dae, range) = muscle_of(integrator.problem_mut())?;
     dae.energies(t, &y[range.clone()], &y_dot[range])
 }

@@ -11,8 +11,10 @@ mod energy;
 mod folder;
 mod outputs;
 mod recorder;
+mod start;
 mod statics;
 mod stop;
+mod system;
 mod watch;
 
 use std::path::PathBuf;

@@ -1,32 +1,19 @@
 //! What a run writes while it goes: looks at each accepted step, and does only what is asked.
 
-use std::ops::{ControlFlow, Range};
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use myovib_model::{
-    Integrator, ModelError, MuscleDae, Observer, Outcome, SampleTimes, Step, StopReason,
+    Integrator, ModelError, Observer, Outcome, SampleTimes, Step, StopReason,
 };
 use serde_json::Value;
-use sundials_wrap::DaeProblem;
 
 use super::checkpoint::{Checkpoint, Totals};
 use super::folder::Folder;
 use super::recorder::{Recorder, What};
 use super::stop::Condition;
+use super::system::{System, muscle_of};
 use crate::vtu::Series;
-
-/// A system that has a muscle.
-pub(super) trait System: DaeProblem {
-    /// The muscle, and where its unknowns lie.
-    fn muscle(&mut self) -> (&mut MuscleDae, Range<usize>);
-}
-
-impl System for MuscleDae {
-    fn muscle(&mut self) -> (&mut MuscleDae, Range<usize>) {
-        let n = self.n_unknowns();
-        (self, 0..n)
-    }
-}
 
 /// Counts of what was written or evaluated beside the integration.
 #[derive(Debug, Clone, Copy, Default, serde::Serialize)]
@@ -43,7 +30,7 @@ pub(super) struct Outputs<'a> {
     pub(super) recorders: Vec<Recorder>,
     pub(super) fields: Option<(Series, SampleTimes)>,
     pub(super) conditions: Vec<Condition>,
-    pub(super) checkpoints: Option<SampleTimes>,
+    pub(super) checkpoints: SampleTimes,
     /// Samples of the constraint drift.
     pub(super) drift_times: SampleTimes,
     /// The largest drift seen, and when.
@@ -71,7 +58,7 @@ impl Outputs<'_> {
         self.write_fields(integrator, from, to)?;
         while let Some(t) = self.drift_times.due(to) {
             integrator.dense_output(t.max(from), 0, &mut self.y)?;
-            let (dae, range) = integrator.problem_mut().muscle();
+            let Some((dae, range)) = integrator.problem_mut().muscle() else { continue };
             let drift = dae.constraint_drift(t, &self.y[range])?;
             if drift >= self.drift.0 {
                 self.drift = (drift, t);
@@ -81,11 +68,7 @@ impl Outputs<'_> {
             return Ok(ControlFlow::Break(stopped));
         }
         let mut due = false;
-        while self
-            .checkpoints
-            .as_mut()
-            .is_some_and(|times| times.due(to).is_some())
-        {
+        while self.checkpoints.due(to).is_some() {
             due = true;
         }
         if due {
@@ -112,9 +95,8 @@ impl Outputs<'_> {
             if recorder.what.needs_rates() {
                 integrator.dense_output(inside, 1, &mut self.y_dot)?;
             }
-            let (dae, range) = integrator.problem_mut().muscle();
-            let (y, y_dot) = (&self.y[range.clone()], &self.y_dot[range]);
-            let values = recorder.what.values(dae, t, y, y_dot)?;
+            let system = integrator.problem_mut();
+            let values = recorder.what.values(system, t, &self.y, &self.y_dot)?;
             recorder.write(t, &values)?;
             self.work.probe_rows += 1;
             self.work.stress_evaluations += recorder.what.stress_evaluations();
@@ -137,7 +119,7 @@ impl Outputs<'_> {
         };
         while let Some(t) = times.due(to) {
             integrator.dense_output(t.max(from), 0, &mut self.y)?;
-            let (dae, range) = integrator.problem_mut().muscle();
+            let (dae, range) = muscle_of(integrator.problem_mut())?;
             let snapshot = dae.snapshot(t, &self.y[range]);
             self.work.stress_evaluations += series.write(t, &snapshot)?;
             self.work.field_files += 1;
@@ -182,7 +164,7 @@ impl Outputs<'_> {
         t: f64,
     ) -> Result<f64, ModelError> {
         integrator.dense_output(t, 0, &mut self.y)?;
-        let (dae, range) = integrator.problem_mut().muscle();
+        let (dae, range) = muscle_of(integrator.problem_mut())?;
         Ok(self.conditions[k].excess(&dae.snapshot(t, &self.y[range])))
     }
 

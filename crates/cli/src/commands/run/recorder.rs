@@ -4,11 +4,14 @@ use std::fs::{self, File, OpenOptions};
 use std::path::Path;
 
 use anyhow::Context;
-use myovib_fem::Space;
-use myovib_model::{Measurement, ModelError, MuscleDae, Quantity, SampleTimes};
+use myovib_fem::rod::PointValue;
+use myovib_model::{Measurement, ModelError, Quantity, SampleTimes};
+use myovib_oscillators::Coherence;
 
 use super::energy::EnergyBalance;
+use super::system::{System, muscle_of};
 use crate::csv::CsvWriter;
+use crate::scene::Scene;
 use crate::scene_file::output::{self, Probe, ProbeKind};
 
 /// What a probe measures.
@@ -19,6 +22,12 @@ pub(super) enum What {
     Reaction(Vec<usize>),
     /// Energies.
     Energy(EnergyBalance),
+    /// Order parameters of a network.
+    Coherence(usize),
+    /// States of a network of so many oscillators.
+    Oscillators(usize, usize),
+    /// Displacement and velocity of the rod at a position.
+    Rod(PointValue),
 }
 
 /// The quantities of the model that a scene names.
@@ -35,40 +44,44 @@ pub(super) fn quantities(names: &[output::Quantity]) -> Vec<Quantity> {
 }
 
 impl What {
-    /// What `kind` means on this mesh.
-    pub(super) fn new(kind: &ProbeKind, space: &Space) -> Result<Self, ModelError> {
+    /// What `kind` means in this scene, whose parts have been checked to be there.
+    pub(super) fn new(kind: &ProbeKind, scene: &Scene) -> Result<Self, ModelError> {
+        let space = || match &scene.body {
+            Some(body) => Ok(body.muscle.solid.space()),
+            None => Err(ModelError::NoSuchPart { part: "muscle" }),
+        };
+        let network = |name: &str| {
+            let found = scene.chains.iter().position(|chain| chain.name == name);
+            found.ok_or(ModelError::NoSuchPart { part: "chain of that name" })
+        };
         let one = |measurement| Ok(Self::Places(vec![measurement]));
         match kind {
-            ProbeKind::Point {
-                at,
-                quantities: names,
-            } => one(Measurement::at(space, *at, &quantities(names))?),
-            ProbeKind::Average {
-                group,
-                quantities: names,
-            } => one(Measurement::average(space, group, &quantities(names))?),
-            ProbeKind::Line {
-                from,
-                to,
-                points,
-                quantities: names,
-            } => {
+            ProbeKind::Point { at, quantities: names } => {
+                one(Measurement::at(space()?, *at, &quantities(names))?)
+            }
+            ProbeKind::Average { group, quantities: names } => {
+                one(Measurement::average(space()?, group, &quantities(names))?)
+            }
+            ProbeKind::Line { from, to, points, quantities: names } => {
+                let (space, quantities) = (space()?, quantities(names));
                 let place = |i: usize| {
                     let s = i as f64 / (points - 1) as f64;
                     [0, 1].map(|axis| (1.0 - s) * from[axis] + s * to[axis])
                 };
-                let measure = |i| Measurement::at(space, place(i), &quantities(names));
-                Ok(Self::Places(
-                    (0..*points).map(measure).collect::<Result<_, _>>()?,
-                ))
+                let measure = |i| Measurement::at(space, place(i), &quantities);
+                Ok(Self::Places((0..*points).map(measure).collect::<Result<_, _>>()?))
             }
-            ProbeKind::Reaction { group } => Ok(Self::Reaction(space.nodes_of(group)?)),
+            ProbeKind::Reaction { group } => Ok(Self::Reaction(space()?.nodes_of(group)?)),
             ProbeKind::Energy => Ok(Self::Energy(EnergyBalance::default())),
-            ProbeKind::Coherence { .. } | ProbeKind::Oscillators { .. } | ProbeKind::Rod { .. } => {
-                Err(ModelError::NoSuchPart {
-                    part: "chain or rod",
-                })
+            ProbeKind::Coherence { chain } => Ok(Self::Coherence(network(chain)?)),
+            ProbeKind::Oscillators { chain } => {
+                let k = network(chain)?;
+                Ok(Self::Oscillators(k, scene.chains[k].chain.omega.len()))
             }
+            ProbeKind::Rod { at } => match &scene.rod {
+                Some(rod) => Ok(Self::Rod(rod.rod().displacement_at(*at)?)),
+                None => Err(ModelError::NoSuchPart { part: "rod" }),
+            },
         }
     }
 
@@ -85,6 +98,12 @@ impl What {
                 .collect(),
             Self::Reaction(_) => ["R_x", "R_y"].map(str::to_owned).into(),
             Self::Energy(_) => EnergyBalance::NAMES.map(str::to_owned).into(),
+            Self::Coherence(_) => ["Psi_abs", "Psi_arg", "chi_abs"].map(str::to_owned).into(),
+            Self::Oscillators(_, n) => {
+                let numbered = |letter| (1..=*n).map(move |i| format!("{letter}_{i}"));
+                numbered("y").chain(numbered("w")).collect()
+            }
+            Self::Rod(_) => ["u", "v"].map(str::to_owned).into(),
         }
     }
 
@@ -105,16 +124,18 @@ impl What {
     }
 
     /// The values at a time; an energy balance gives those of the time it was advanced to.
-    pub(super) fn values(
+    pub(super) fn values<P: System + ?Sized>(
         &self,
-        dae: &mut MuscleDae,
+        system: &mut P,
         t: f64,
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Vec<f64>, ModelError> {
+        let no_network = ModelError::NoSuchPart { part: "chain" };
         match self {
             Self::Places(measurements) => {
-                let snapshot = dae.snapshot(t, y);
+                let (dae, range) = muscle_of(system)?;
+                let snapshot = dae.snapshot(t, &y[range]);
                 let mut values = Vec::new();
                 for measurement in measurements {
                     measurement.read(&snapshot, &mut values);
@@ -122,11 +143,27 @@ impl What {
                 Ok(values)
             }
             Self::Reaction(nodes) => {
-                let force = dae.unbalanced_force(t, y, y_dot)?;
+                let (dae, range) = muscle_of(system)?;
+                let force = dae.unbalanced_force(t, &y[range.clone()], &y_dot[range])?;
                 let sum = |axis| nodes.iter().map(|node| force[2 * node + axis]).sum();
                 Ok(vec![sum(0), sum(1)])
             }
             Self::Energy(balance) => Ok(balance.row().into()),
+            Self::Coherence(k) => {
+                let (network, range) = system.network(*k).ok_or(no_network)?;
+                let (position, velocity) = y[range].split_at(network.n_oscillators());
+                let coherence = Coherence::new(network.omega(), position, velocity);
+                let centroid = coherence.centroid;
+                Ok(vec![centroid.norm(), centroid.arg(), coherence.phase.norm()])
+            }
+            Self::Oscillators(k, _) => {
+                let (_, range) = system.network(*k).ok_or(no_network)?;
+                Ok(y[range].to_vec())
+            }
+            Self::Rod(point) => {
+                let n = system.rod().map_or(0, |rod| rod.rod().n_free());
+                Ok(vec![point.of(&y[..n]), point.of(&y[n..2 * n])])
+            }
         }
     }
 }

@@ -21,10 +21,9 @@ pub(super) fn compute(scene: &Scene, args: &RunArgs) -> anyhow::Result<RunResult
     let Some(body) = &scene.body else {
         return Err(InputError::new("a static scene needs a [mesh] with [solid]").into());
     };
-    let space = body.muscle.solid.space();
     let probes = scene.file.probe.iter().enumerate();
     let measurements: Vec<What> = probes
-        .map(|(i, probe)| scene.at(&format!("probe[{i}]"), What::new(&probe.kind, space)))
+        .map(|(i, probe)| scene.at(&format!("probe[{i}]"), What::new(&probe.kind, scene)))
         .collect::<Result<_, _>>()?;
     let equilibrium = statics::equilibrium(&body.muscle, scene.t_end)?;
 
@@ -58,7 +57,7 @@ pub(super) fn compute(scene: &Scene, args: &RunArgs) -> anyhow::Result<RunResult
         "outcome": "finished",
         "unknowns": equilibrium.displacement.len() + equilibrium.pressure.len(),
         "unknowns_paper": body.muscle.n_unknowns_paper(),
-        "mesh": document::mesh(body),
+        "mesh": document::mesh(&body.muscle),
         "newton_iterations": equilibrium.newton_iterations,
         "load_steps": equilibrium.load_steps,
         "constraint_drift": dae.constraint_drift(scene.t_end, &y)?,

@@ -1,9 +1,10 @@
 //! Conditions of a scene that end the run.
 
 use myovib_fem::quadrature::TriangleRule;
-use myovib_fem::{Located, Space};
+use myovib_fem::Located;
 use myovib_model::{ModelError, Probe, Quantity, Snapshot};
 
+use crate::scene::Scene;
 use crate::scene_file::output::Stop;
 
 /// A condition on the body's state.
@@ -15,8 +16,10 @@ pub(super) enum Condition {
 }
 
 impl Condition {
-    /// What `stop` means on this mesh.
-    pub(super) fn new(stop: &Stop, space: &Space) -> Result<Self, ModelError> {
+    /// What `stop` means in this scene.
+    pub(super) fn new(stop: &Stop, scene: &Scene) -> Result<Self, ModelError> {
+        let body = scene.body.as_ref().ok_or(ModelError::NoSuchPart { part: "muscle" })?;
+        let space = body.muscle.solid.space();
         Ok(match *stop {
             Stop::Displacement { at, above } => Self::Displacement {
                 probe: Probe::at(space, at)?,

@@ -1,0 +1,167 @@
+//! Integrators for the systems a scene can be, from rest or from a checkpoint.
+
+use myovib_model::coupling::{
+    CoupledDae, ErrorTest, NoBody, Oscillators, Source, StateTolerances,
+};
+use myovib_model::{
+    IdaIntegrator, Integrator, IntegratorKind, ModelError, MuscleDae, Probe, RodDae, Settings, ida,
+    start_at_rest,
+};
+use sundials_wrap::{DaeProblem, IdaOptions};
+
+use super::checkpoint::Checkpoint;
+use super::system::Body as CoupledBody;
+use crate::error::InputError;
+use crate::scene::{Body, DrivenChain, Scene};
+use crate::scene_file::chain::Place;
+use crate::scene_file::integrator::Method;
+
+/// A muscle by itself.
+pub(super) fn muscle(
+    body: &Body,
+    checkpoint: Option<&Checkpoint>,
+) -> anyhow::Result<Box<dyn Integrator<MuscleDae>>> {
+    let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+    let Some(Checkpoint { t, y, y_dot, step, .. }) = checkpoint else {
+        refuse_sudden_loads(&mut dae)?;
+        return Ok(start_at_rest(dae, &body.settings)?);
+    };
+    if body.settings.integrator == IntegratorKind::Radau {
+        return Err(InputError::new("a run with Radau IIA cannot go on from a checkpoint").into());
+    }
+    let settings = Settings { initial_step: Some(*step), ..body.settings.clone() };
+    Ok(Box::new(IdaIntegrator::starting_at(dae, &settings, *t, y, y_dot)?))
+}
+
+/// A muscle with chains.
+pub(super) fn muscle_and_chains(
+    scene: &Scene,
+    body: &Body,
+    checkpoint: Option<&Checkpoint>,
+) -> anyhow::Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>> {
+    let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+    if checkpoint.is_none() {
+        refuse_sudden_loads(&mut dae)?;
+    }
+    let options = IdaOptions {
+        // The error test has tolerances for all parts.
+        tolerances: IdaOptions::default().tolerances,
+        ..ida::options(&dae, &body.settings)
+    };
+    let test = ErrorTest::of_muscle(&dae, &body.settings);
+    let source = |chain: &DrivenChain| match chain.at {
+        Some(Place::Point(point)) => {
+            let probe = Probe::at(dae.muscle().solid.space(), point)?;
+            Ok(Source::Body(dae.displacement_at(&probe, chain.axis)))
+        }
+        _ => Ok(Source::Rest),
+    };
+    let oscillators = oscillators(scene, source)?;
+    coupled(scene, CoupledDae::new(dae, oscillators), test, options, checkpoint)
+}
+
+/// A rod, with chains or without.
+pub(super) fn rod(
+    scene: &Scene,
+    rod: &RodDae,
+    checkpoint: Option<&Checkpoint>,
+) -> anyhow::Result<Box<dyn Integrator<CoupledDae<RodDae>>>> {
+    let source = |chain: &DrivenChain| match chain.at {
+        Some(Place::Position(x)) => Ok(Source::Body(rod.displacement_at(x)?)),
+        _ => Ok(Source::Rest),
+    };
+    let oscillators = oscillators(scene, source)?;
+    let test = ErrorTest::of_states(rod.n_unknowns(), tolerances(scene));
+    let dae = CoupledDae::new(rod.clone(), oscillators);
+    coupled(scene, dae, test, options(scene), checkpoint)
+}
+
+/// Chains by themselves.
+pub(super) fn chains(
+    scene: &Scene,
+    checkpoint: Option<&Checkpoint>,
+) -> anyhow::Result<Box<dyn Integrator<CoupledDae<NoBody>>>> {
+    let dae = CoupledDae::new(NoBody, oscillators(scene, |_| Ok(Source::Rest))?);
+    let test = ErrorTest::of_states(0, tolerances(scene));
+    coupled(scene, dae, test, options(scene), checkpoint)
+}
+
+fn coupled<B: CoupledBody>(
+    scene: &Scene,
+    dae: CoupledDae<B>,
+    test: ErrorTest,
+    options: IdaOptions,
+    checkpoint: Option<&Checkpoint>,
+) -> anyhow::Result<Box<dyn Integrator<CoupledDae<B>>>> {
+    if scene.file.integrator.method == Method::Radau {
+        let error = InputError::new("Radau IIA integrates a muscle by itself only")
+            .at("integrator.method")
+            .next("take \"bdf\"");
+        return Err(error.into());
+    }
+    let test = test.with_oscillators(&dae, tolerances(scene));
+    Ok(Box::new(match checkpoint {
+        Some(Checkpoint { t, y, y_dot, step, .. }) => {
+            let options = IdaOptions { initial_step: Some(*step), ..options };
+            IdaIntegrator::coupled_at(dae, test, options, [*t, scene.t_end], y, y_dot)?
+        }
+        None => {
+            let mut y = vec![0.0; dae.n_unknowns()];
+            for (k, chain) in scene.chains.iter().enumerate() {
+                let n = dae.oscillators(k).network().n_oscillators();
+                y[dae.range(k)][..n].fill(chain.initial);
+            }
+            IdaIntegrator::coupled(dae, test, options, scene.t_end, &y)?
+        }
+    }))
+}
+
+fn oscillators(
+    scene: &Scene,
+    source: impl Fn(&DrivenChain) -> Result<Source, ModelError>,
+) -> anyhow::Result<Vec<Oscillators>> {
+    let chains = scene.chains.iter().enumerate();
+    chains
+        .map(|(i, chain)| {
+            let path = format!("chain[{i}]");
+            let network = scene.at(&path, chain.chain.network().map_err(ModelError::from))?;
+            let source = scene.at(&format!("{path}.at"), source(chain))?;
+            Ok(scene.at(&path, Oscillators::new(network, chain.drive, vec![source]))?)
+        })
+        .collect()
+}
+
+fn tolerances(scene: &Scene) -> StateTolerances {
+    let wanted = &scene.file.integrator.oscillators;
+    StateTolerances {
+        relative: wanted.rtol,
+        absolute: wanted.atol,
+        tested: wanted.in_error_test,
+    }
+}
+
+/// The options for systems without a muscle.
+fn options(scene: &Scene) -> IdaOptions {
+    let wanted = &scene.file.integrator;
+    IdaOptions {
+        max_order: wanted.max_order.unwrap_or(5) as usize,
+        initial_step: wanted.initial_step,
+        max_step: wanted.max_step,
+        ..IdaOptions::default()
+    }
+}
+
+/// A run starts from rest without load, so that all values and derivatives are zero.
+fn refuse_sudden_loads(dae: &mut MuscleDae) -> anyhow::Result<()> {
+    let rest = vec![0.0; dae.n_unknowns()];
+    let force = dae.unbalanced_force(0.0, &rest, &rest).map_err(ModelError::from)?;
+    let free = dae.muscle().solid.dofs().free_to_full();
+    let largest = free.iter().map(|&i| force[i].abs()).fold(0.0, f64::max);
+    if largest > 0.0 {
+        return Err(InputError::new("the loads do not start from zero, but the body starts at rest")
+            .found(format!("a nodal force of {largest:.3e} N/m at t = 0"))
+            .next("let them rise: y = { type = \"step\", value = -9.81, rise = 0.1 }")
+            .into());
+    }
+    Ok(())
+}

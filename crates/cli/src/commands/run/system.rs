@@ -1,0 +1,97 @@
+//! The systems a scene can be: a muscle, or a body (or none) with oscillators.
+
+use std::ops::Range;
+
+use myovib_model::coupling::{CoupledDae, NoBody};
+use myovib_model::{ModelError, MuscleDae, RodDae, WorkCounters};
+use myovib_oscillators::Network;
+use sundials_wrap::DaeProblem;
+
+/// What outputs ask of a system.
+pub(super) trait System: DaeProblem {
+    /// The muscle, if there is one, and where its unknowns lie.
+    fn muscle(&mut self) -> Option<(&mut MuscleDae, Range<usize>)>;
+
+    /// The rod, if there is one; its unknowns come first.
+    fn rod(&self) -> Option<&RodDae> {
+        None
+    }
+
+    /// Network number `k`, if there is one, and where its states lie.
+    fn network(&self, _k: usize) -> Option<(&Network, Range<usize>)> {
+        None
+    }
+
+    /// The work done by the body.
+    fn counters(&self) -> WorkCounters;
+}
+
+/// The muscle of a system that is asked for one.
+pub(super) fn muscle_of<P: System + ?Sized>(
+    system: &mut P,
+) -> Result<(&mut MuscleDae, Range<usize>), ModelError> {
+    system.muscle().ok_or(ModelError::NoSuchPart { part: "muscle" })
+}
+
+impl System for MuscleDae {
+    fn muscle(&mut self) -> Option<(&mut MuscleDae, Range<usize>)> {
+        let n = self.n_unknowns();
+        Some((self, 0..n))
+    }
+
+    fn counters(&self) -> WorkCounters {
+        *MuscleDae::counters(self)
+    }
+}
+
+/// A body that oscillators can be coupled to.
+pub(super) trait Body: DaeProblem + Send + 'static {
+    fn as_muscle(&mut self) -> Option<&mut MuscleDae> {
+        None
+    }
+
+    fn as_rod(&self) -> Option<&RodDae> {
+        None
+    }
+
+    fn counters(&self) -> WorkCounters {
+        WorkCounters::default()
+    }
+}
+
+impl Body for MuscleDae {
+    fn as_muscle(&mut self) -> Option<&mut MuscleDae> {
+        Some(self)
+    }
+
+    fn counters(&self) -> WorkCounters {
+        *MuscleDae::counters(self)
+    }
+}
+
+impl Body for RodDae {
+    fn as_rod(&self) -> Option<&RodDae> {
+        Some(self)
+    }
+}
+
+impl Body for NoBody {}
+
+impl<B: Body> System for CoupledDae<B> {
+    fn muscle(&mut self) -> Option<(&mut MuscleDae, Range<usize>)> {
+        let range = self.body_range();
+        self.body_mut().as_muscle().map(|muscle| (muscle, range))
+    }
+
+    fn rod(&self) -> Option<&RodDae> {
+        self.body().as_rod()
+    }
+
+    fn network(&self, k: usize) -> Option<(&Network, Range<usize>)> {
+        (k < self.n_networks()).then(|| (self.oscillators(k).network(), self.range(k)))
+    }
+
+    fn counters(&self) -> WorkCounters {
+        self.body().counters()
+    }
+}
