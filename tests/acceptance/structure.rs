@@ -62,3 +62,23 @@ fn infsup_tells_the_spaces_apart_and_draws() {
     assert_eq!(unknown.code, 2);
     assert!(unknown.stderr.contains("nowhere"), "{}", unknown.stderr);
 }
+
+#[test]
+fn modes_gives_the_muscles_first_ten() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = myovib_in(folder.path(), &["modes", "--svg", "m.svg", "--json"]);
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    let found = document(&run.stdout, "modes");
+    for (muscle, kappa) in [(0, serde_json::json!(1e5)), (1, serde_json::json!("inf"))] {
+        let muscle = &found["muscles"][muscle];
+        assert_eq!(muscle["kappa"], kappa);
+        let modes = muscle["modes"].as_array().expect("modes");
+        assert_eq!(modes.len(), 10);
+        for pair in modes.windows(2) {
+            let of = |mode: &serde_json::Value| mode["frequency"].as_f64().expect("stable at rest");
+            assert!(0.0 < of(&pair[0]) && of(&pair[0]) <= of(&pair[1]));
+        }
+    }
+    let drawing = std::fs::read_to_string(folder.path().join("m.svg")).expect("the figure");
+    assert!(drawing.contains("mode 10"));
+}

@@ -13,6 +13,7 @@ use crate::commands::doctor::DoctorArgs;
 use crate::commands::figure::{FigureArgs, FiguresArgs};
 use crate::commands::infsup::InfsupArgs;
 use crate::commands::init::InitArgs;
+use crate::commands::modes::ModesArgs;
 use crate::commands::run::RunArgs;
 use crate::commands::schema::SchemaArgs;
 use crate::commands::table1::Table1Args;
@@ -45,6 +46,8 @@ pub enum Command {
     Doctor(DoctorArgs),
     /// Measure the inf–sup constants of P2–P1 and P1–P1 over refined meshes.
     Infsup(InfsupArgs),
+    /// Find the muscle's lowest eigenfrequencies and modes, beside its load's 8 Hz.
+    Modes(ModesArgs),
     /// Compute the indices of the paper's Table 1 and print them beside the paper's.
     Table1(Table1Args),
     /// Run the paper's Table 2 and print it beside the paper's counts.

@@ -4,6 +4,7 @@ pub mod doctor;
 pub mod figure;
 pub mod infsup;
 pub mod init;
+pub mod modes;
 pub mod run;
 pub mod schema;
 pub mod table1;
@@ -20,6 +21,7 @@ pub fn run(command: &Command) -> anyhow::Result<Exit> {
     match command {
         Command::Doctor(args) => doctor::run(args),
         Command::Infsup(args) => infsup::run(args),
+        Command::Modes(args) => modes::run(args),
         Command::Table1(args) => table1::run(args),
         Command::Table2(args) => table2::run(args),
         Command::Figure(args) => figure::run(args),

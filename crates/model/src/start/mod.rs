@@ -7,10 +7,10 @@
 //! Differential-Algebraic Equations*, SIAM 1998, section 9.2 (hidden constraints).
 
 mod dynamics;
-mod motion;
+pub(crate) mod motion;
 mod projection;
 mod residual;
-mod saddle;
+pub(crate) mod saddle;
 
 use dynamics::Dynamics;
 use motion::largest;

@@ -10,16 +10,16 @@ const SMALL_STRAIN: f64 = 1e-3;
 
 /// A motion of the body at one time, prescribed components included.
 #[derive(Debug, Clone)]
-pub(super) struct Motion<'a> {
+pub(crate) struct Motion<'a> {
     muscle: &'a Muscle,
-    pub(super) displacement: Vec<f64>,
-    pub(super) velocity: Vec<f64>,
-    pub(super) acceleration: Vec<f64>,
+    pub(crate) displacement: Vec<f64>,
+    pub(crate) velocity: Vec<f64>,
+    pub(crate) acceleration: Vec<f64>,
 }
 
 impl<'a> Motion<'a> {
     /// The motion at time `t` with these free components.
-    pub(super) fn new(muscle: &'a Muscle, t: f64, q: &[f64], v: &[f64], v_dot: &[f64]) -> Self {
+    pub(crate) fn new(muscle: &'a Muscle, t: f64, q: &[f64], v: &[f64], v_dot: &[f64]) -> Self {
         let dofs = muscle.solid.dofs();
         let nodal = |free: &[f64]| {
             let mut full = vec![0.0; dofs.n_full()];
@@ -51,7 +51,7 @@ impl<'a> Motion<'a> {
     }
 
     /// ∫ψ (J - 1).
-    pub(super) fn defect(&self) -> Result<Vec<f64>, Inverted> {
+    pub(crate) fn defect(&self) -> Result<Vec<f64>, Inverted> {
         let mut defect = vec![0.0; self.muscle.solid.space().n_vertices()];
         let mut out = Vectors {
             defect: Some(&mut defect),
@@ -73,7 +73,7 @@ impl<'a> Motion<'a> {
     }
 
     /// First derivative of ∫ψ (J - 1): ∫ψ cof F:∇v.
-    pub(super) fn defect_rate(&self) -> Result<Vec<f64>, Inverted> {
+    pub(crate) fn defect_rate(&self) -> Result<Vec<f64>, Inverted> {
         self.flux_at(&self.displacement, &self.velocity)
     }
 
@@ -81,7 +81,7 @@ impl<'a> Motion<'a> {
     ///
     /// The second term is a difference of the first derivative along v, exact because cof is linear
     /// in plane strain.
-    pub(super) fn defect_acceleration(&self) -> Result<Vec<f64>, Inverted> {
+    pub(crate) fn defect_acceleration(&self) -> Result<Vec<f64>, Inverted> {
         let mut sum = self.flux_at(&self.displacement, &self.acceleration)?;
         let fastest = largest(&self.velocity);
         if fastest > 0.0 {
@@ -104,7 +104,7 @@ impl<'a> Motion<'a> {
     }
 
     /// B(q) over the free components.
-    pub(super) fn divergence(&self) -> Result<CscMatrix<f64>, Inverted> {
+    pub(crate) fn divergence(&self) -> Result<CscMatrix<f64>, Inverted> {
         let solid = &self.muscle.solid;
         let pattern = solid.divergence_pattern();
         let mut values = vec![0.0; pattern.nnz()];
@@ -123,6 +123,6 @@ impl<'a> Motion<'a> {
 }
 
 /// max |x_i|.
-pub(super) fn largest(x: &[f64]) -> f64 {
+pub(crate) fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |m, x| m.max(x.abs()))
 }

@@ -6,14 +6,14 @@ use sundials_wrap::klu::{KluOptions, RealNumeric, Symbolic};
 use crate::error::ModelError;
 
 /// The factors of (H, -Bᵀ; B, 0).
-pub(super) struct Saddle {
+pub(crate) struct Saddle {
     n: usize,
     factors: RealNumeric,
 }
 
 impl Saddle {
     /// Factorises; a B without rows leaves H alone.
-    pub(super) fn factor(h: &CscMatrix<f64>, b: &CscMatrix<f64>) -> Result<Self, ModelError> {
+    pub(crate) fn factor(h: &CscMatrix<f64>, b: &CscMatrix<f64>) -> Result<Self, ModelError> {
         let (n, m) = (h.nrows(), b.nrows());
         let mut matrix = CooMatrix::new(n + m, n + m);
         for (row, column, value) in h.triplet_iter() {
@@ -30,7 +30,7 @@ impl Saddle {
     }
 
     /// (w, π) with H w - Bᵀπ = `force`, B w = `flux`.
-    pub(super) fn solve(
+    pub(crate) fn solve(
         &self,
         force: &[f64],
         flux: &[f64],

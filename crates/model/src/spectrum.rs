@@ -1,0 +1,127 @@
+//! Eigenfrequencies and modes of the muscle, linearised about a state.
+
+use myovib_fem::{Fields, Pressure, Tangents};
+use myovib_structure::{Constraint, Mode, Vibration, modes};
+use nalgebra::DVector;
+use nalgebra_sparse::CscMatrix;
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use crate::error::ModelError;
+use crate::muscle::Muscle;
+use crate::start::motion::Motion;
+use crate::start::saddle::Saddle;
+
+/// Iterations of the power method for the fastest mode: enough for two digits of the frequency where
+/// the spectrum is dense at its upper end, as that of a finite element mesh is.
+const POWER_ITERATIONS: usize = 60;
+
+/// Small free vibrations about the displacement `q` (free components) with the pressures `pressure`,
+/// undamped: M ü + K u - Bᵀ p = 0, M_p p/κ + B u = 0, all matrices those at the state.
+///
+/// # Errors
+/// [`ModelError::Inverted`] for a state without stress.
+///
+/// # Panics
+/// If a length is wrong.
+pub fn vibration(muscle: &Muscle, q: &[f64], pressure: &[f64]) -> Result<Vibration, ModelError> {
+    let solid = &muscle.solid;
+    let motion = at_rest(muscle, q);
+    let mut stiffness = vec![0.0; solid.displacement_pattern().nnz()];
+    let mut wanted = Tangents {
+        stiffness: Some(&mut stiffness),
+        ..Tangents::default()
+    };
+    let fields = Fields::new(&motion.displacement, Pressure::Nodal(pressure));
+    solid.tangents(&fields, &mut wanted)?;
+    let compliance: Vec<f64> = solid
+        .pressure_mass_values()
+        .iter()
+        .map(|m_p| muscle.parameters.inv_kappa * m_p)
+        .collect();
+    Ok(Vibration::new(
+        matrix(solid.displacement_pattern(), solid.mass_values()),
+        matrix(solid.displacement_pattern(), stiffness),
+        Some(Constraint {
+            operator: motion.divergence()?,
+            compliance: matrix(solid.pressure_pattern(), compliance),
+        }),
+    )?)
+}
+
+/// The `count` lowest modes about a state.
+///
+/// # Errors
+/// Those of [`vibration`]; [`ModelError::Structure`] for a body that is not supported.
+pub fn lowest(
+    muscle: &Muscle,
+    q: &[f64],
+    pressure: &[f64],
+    count: usize,
+) -> Result<Vec<Mode>, ModelError> {
+    Ok(modes(&vibration(muscle, q, pressure)?, count, 0.0)?)
+}
+
+/// The angular frequency of the fastest mode about rest, rad/s, from below and to about two digits.
+///
+/// It belongs to the mesh, not to the muscle: a wave across the smallest element.
+///
+/// # Errors
+/// [`ModelError::Klu`] when the pressures are not held.
+pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
+    let solid = &muscle.solid;
+    let rest = vec![0.0; solid.dofs().n_free()];
+    let motion = at_rest(muscle, &rest);
+    let b = motion.divergence()?;
+    let mass = matrix(solid.displacement_pattern(), solid.mass_values());
+    let no_pressure = vec![0.0; solid.space().n_vertices()];
+    let mut stiffness = vec![0.0; solid.displacement_pattern().nnz()];
+    let mut wanted = Tangents {
+        stiffness: Some(&mut stiffness),
+        ..Tangents::default()
+    };
+    let fields = Fields::new(&motion.displacement, Pressure::Nodal(&no_pressure));
+    solid.tangents(&fields, &mut wanted)?;
+    let stiffness = matrix(solid.displacement_pattern(), stiffness);
+
+    // Incompressible: the pressure is the reaction that keeps B ü = 0. Else p = -κ M_p⁻¹ B u.
+    let incompressible = muscle.parameters.is_incompressible();
+    let none = CscMatrix::zeros(0, mass.nrows());
+    let inertia = Saddle::factor(&mass, if incompressible { &b } else { &none })?;
+    let compliance = Saddle::factor(
+        &matrix(
+            solid.pressure_pattern(),
+            solid.pressure_mass_values().to_vec(),
+        ),
+        &CscMatrix::zeros(0, b.nrows()),
+    )?;
+    let no_flux = vec![0.0; if incompressible { b.nrows() } else { 0 }];
+    let image = |u: &DVector<f64>| -> Result<DVector<f64>, ModelError> {
+        let mut force = &stiffness * u;
+        if !incompressible {
+            let flux = &b * u;
+            let (pressure, _) = compliance.solve(flux.as_slice(), &[])?;
+            let pressure = DVector::from_vec(pressure) * muscle.parameters.kappa();
+            force += b.transpose() * pressure;
+        }
+        Ok(DVector::from_vec(
+            inertia.solve(force.as_slice(), &no_flux)?.0,
+        ))
+    };
+    let mut u = DVector::from_fn(mass.nrows(), |i, _| ((i * i + 1) as f64).sin());
+    let mut omega_squared = 0.0;
+    for _ in 0..POWER_ITERATIONS {
+        let next = image(&u)?;
+        omega_squared = (&mass * &u).dot(&next) / (&mass * &u).dot(&u);
+        u = &next / next.norm();
+    }
+    Ok(f64::max(omega_squared, 0.0).sqrt())
+}
+
+fn at_rest<'a>(muscle: &'a Muscle, q: &[f64]) -> Motion<'a> {
+    let rest = vec![0.0; q.len()];
+    Motion::new(muscle, 0.0, q, &rest, &rest)
+}
+
+fn matrix(pattern: &SparsityPattern, values: Vec<f64>) -> CscMatrix<f64> {
+    CscMatrix::try_from_pattern_and_values(pattern.clone(), values).expect("values of the pattern")
+}

@@ -1,0 +1,163 @@
+//! Modes of beams against the slender limit and under refinement.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use myovib_fem::{Law, Mesh, generate};
+use myovib_model::{Muscle, Signal, paper, spectrum, statics};
+use myovib_structure::Mode;
+
+const SHEAR: f64 = 2.04e4;
+
+fn cantilever(slenderness: f64, cells: [usize; 2], kappa: f64) -> Muscle {
+    let mesh = generate::beam(1.0, 1.0 / slenderness, cells).unwrap();
+    let law = Law::SmallStrain {
+        shear_modulus: SHEAR,
+    };
+    paper::muscle_with_load(&mesh, law, kappa, 0.0, Signal::Constant(0.0)).unwrap()
+}
+
+fn modes(muscle: &Muscle, count: usize) -> Vec<Mode> {
+    let q = vec![0.0; muscle.solid.dofs().n_free()];
+    let pressure = vec![0.0; muscle.solid.space().n_vertices()];
+    spectrum::lowest(muscle, &q, &pressure, count).unwrap()
+}
+
+/// ω of the n-th bending mode of a slender cantilever in plane strain, with 4 G (3κ + G)/(3κ + 4G)
+/// for E/(1 - ν²), which is 4 G for κ = ∞.
+fn slender(n: usize, slenderness: f64, kappa: f64) -> f64 {
+    let modulus = if kappa.is_infinite() {
+        4.0 * SHEAR
+    } else {
+        4.0 * SHEAR * (3.0 * kappa + SHEAR) / (3.0 * kappa + 4.0 * SHEAR)
+    };
+    // Roots of 1 + cos x cosh x.
+    let root: f64 = [
+        1.875_104_068_711_961,
+        4.694_091_132_974_175,
+        7.854_757_438_237_613,
+    ][n];
+    root * root * (modulus / (12.0 * paper::DENSITY)).sqrt() / slenderness
+}
+
+/// ω over that of the slender limit, for the first three modes.
+fn ratios(slenderness: f64, cells: [usize; 2], kappa: f64) -> [f64; 3] {
+    let found = modes(&cantilever(slenderness, cells, kappa), 3);
+    [0, 1, 2].map(|n| found[n].angular_frequency().unwrap() / slender(n, slenderness, kappa))
+}
+
+/// A beam 40 times as long as high: half a per cent from the slender limit on one row of cells, and
+/// nearer on two; what is left of the third mode is shear, which grows as the beam gets stouter.
+#[test]
+fn slender_beams() {
+    for kappa in [1e5, f64::INFINITY] {
+        let coarse = ratios(40.0, [40, 1], kappa);
+        let fine = ratios(40.0, [80, 2], kappa);
+        assert!((fine[0] - 1.0).abs() < 5e-3, "{fine:?}");
+        assert!(
+            (fine[0] - 1.0).abs() < 0.5 * (coarse[0] - 1.0).abs(),
+            "{coarse:?} {fine:?}"
+        );
+        assert!((fine[1] - 1.0).abs() < 2e-3, "{fine:?}");
+        let stout = ratios(10.0, [20, 2], kappa);
+        assert!(
+            stout[2] < stout[1] && stout[1] < stout[0] && stout[2] < 0.9,
+            "{stout:?}"
+        );
+    }
+}
+
+/// Under refinement every frequency falls, by less each time: at least by half as little, which is
+/// what the singular corners of the clamped end leave of the elements' order.
+#[test]
+fn refinement_converges_from_above() {
+    for kappa in [1e5, f64::INFINITY] {
+        let levels: Vec<Vec<f64>> = [2, 4, 8]
+            .into_iter()
+            .map(|n| modes(&cantilever(5.0, [2 * n, n / 2], kappa), 3))
+            .map(|found| found.iter().map(|m| m.frequency().unwrap()).collect())
+            .collect();
+        for (n, coarse) in levels[0].iter().enumerate() {
+            let (first, second) = (coarse - levels[1][n], levels[1][n] - levels[2][n]);
+            assert!(first > 2.0 * second && second > 0.0, "{levels:?}");
+        }
+    }
+}
+
+/// uᵀ M u' = 0 between modes, 1 of each, and B u + M_p p/κ = 0.
+#[test]
+fn shapes_are_orthonormal_in_the_mass() {
+    let muscle = cantilever(5.0, [8, 2], f64::INFINITY);
+    let solid = &muscle.solid;
+    let found = modes(&muscle, 6);
+    let nodal = |shape: &[f64]| {
+        let mut full = vec![0.0; solid.dofs().n_full()];
+        solid.dofs().expand(shape, &mut full);
+        full
+    };
+    for (i, a) in found.iter().enumerate() {
+        let mut image = vec![0.0; solid.dofs().n_full()];
+        solid.apply_mass(&nodal(&a.shape), &mut image);
+        for (j, b) in found.iter().enumerate() {
+            let product: f64 = nodal(&b.shape).iter().zip(&image).map(|(b, m)| b * m).sum();
+            // Rounding, magnified by the orthogonalisation of a Krylov space.
+            assert!(
+                (product - f64::from(u8::from(i == j))).abs() < 1e-9,
+                "{i} {j} {product}"
+            );
+        }
+    }
+}
+
+/// The muscle's lowest frequencies on either side of the load's 8 Hz; those of the incompressible
+/// muscle are higher.
+#[test]
+fn the_muscle_beside_its_load() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/meshes/muscle.msh");
+    let mesh = Mesh::read_msh(path).unwrap();
+    let frequencies = |kappa| -> Vec<f64> {
+        let muscle = paper::muscle(&mesh, kappa, 0.0).unwrap();
+        modes(&muscle, 10)
+            .iter()
+            .map(|m| m.frequency().unwrap())
+            .collect()
+    };
+    let (soft, stiff) = (frequencies(1e5), frequencies(f64::INFINITY));
+    assert!(soft[0] < 8.0 && 8.0 < soft[1], "{soft:?}");
+    for (soft, stiff) in soft.iter().zip(&stiff) {
+        assert!(soft < stiff, "{soft} {stiff}");
+    }
+}
+
+/// The power method against all modes of a small body.
+#[test]
+fn the_fastest_mode() {
+    for kappa in [1e5, f64::INFINITY] {
+        let muscle = cantilever(2.0, [4, 2], kappa);
+        // Each pressure of an incompressible body takes one degree of freedom away.
+        let held = u8::from(kappa.is_infinite()) as usize * muscle.solid.space().n_vertices();
+        let all = modes(&muscle, muscle.solid.dofs().n_free() - held);
+        let fastest = all.last().unwrap().angular_frequency().unwrap();
+        let found = spectrum::fastest(&muscle).unwrap();
+        assert!(
+            found <= fastest * (1.0 + 1e-9) && found > 0.95 * fastest,
+            "{found} of {fastest}"
+        );
+    }
+}
+
+/// About a state under load the frequencies are others: tension stiffens.
+#[test]
+fn a_stretched_beam_is_stiffer() {
+    let mesh = generate::beam(1.0, 0.1, [10, 1]).unwrap();
+    let pulled = |size: f64| {
+        let mut muscle =
+            paper::muscle_with_load(&mesh, paper::LAW, f64::INFINITY, 0.0, Signal::Constant(0.0))
+                .unwrap();
+        let traction =
+            myovib_fem::load::traction(muscle.solid.space(), "load", [size, 0.0]).unwrap();
+        muscle.loads = vec![myovib_model::Load::new(&traction, Signal::Constant(1.0))];
+        let at = statics::equilibrium(&muscle, 0.0).unwrap();
+        let found = spectrum::lowest(&muscle, &at.displacement, &at.pressure, 1).unwrap();
+        found[0].frequency().unwrap()
+    };
+    assert!(pulled(2e3) > 1.1 * pulled(0.0));
+}

@@ -1,0 +1,272 @@
+//! Consistent starts from a bent, moving state.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use myovib_fem::generate;
+use myovib_model::start::residuals;
+use myovib_model::{
+    Advance, Field, Formulation, IdaIntegrator, Integrator, MuscleDae, Settings, Signal, Start,
+    ida, paper,
+};
+use sundials_wrap::DaeProblem;
+
+/// A cantilever bent by a fifth of its length and moving, as free components.
+fn bent(dae: &MuscleDae) -> (Vec<f64>, Vec<f64>) {
+    let space = dae.muscle().solid.space();
+    let at = |i: usize| space.node_points()[i / 2];
+    let shape = |i: usize, size: f64| {
+        let [x, y] = at(i);
+        let s = x / LENGTH;
+        // A beam that bends and shortens: cross sections turn.
+        [-2.0 * size * s * y / LENGTH, size * s * s][i % 2]
+    };
+    let free = dae.muscle().solid.dofs().free_to_full();
+    (
+        free.iter().map(|&i| shape(i, 0.2 * LENGTH)).collect(),
+        free.iter().map(|&i| shape(i, 0.5)).collect(),
+    )
+}
+
+const LENGTH: f64 = 0.1;
+const INFINITE: f64 = f64::INFINITY;
+
+fn dae(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
+    let mesh = generate::beam(LENGTH, 0.02, [8, 2]).unwrap();
+    let load = Signal::Sine {
+        amplitude: 200.0,
+        frequency: 8.0,
+        phase: 0.5,
+    };
+    let muscle = paper::muscle_with_load(&mesh, paper::LAW, kappa, beta, load).unwrap();
+    MuscleDae::new(muscle, formulation).unwrap()
+}
+
+const RUNS: [(Formulation, f64, f64); 11] = [
+    (Formulation::Displacement, 1e5, 0.0),
+    (Formulation::Displacement, 1e5, 1e-4),
+    (Formulation::Position, 1e5, 0.0),
+    (Formulation::Position, INFINITE, 0.0),
+    (Formulation::Velocity, 1e5, 0.0),
+    (Formulation::Velocity, INFINITE, 0.0),
+    (Formulation::Stabilized, INFINITE, 0.0),
+    (Formulation::Rate, 1e5, 1e-4),
+    (Formulation::Rate, INFINITE, 1e-4),
+    (Formulation::ImplicitRate, 1e5, 1e-4),
+    (Formulation::ImplicitRate, INFINITE, 1e-4),
+];
+
+fn start(dae: &mut MuscleDae) -> Start {
+    let (q, v) = bent(dae);
+    Start::new(dae, 0.0, &q, &v).unwrap()
+}
+
+/// Rounding of sums of some hundred terms.
+const ROUNDING: f64 = 1e-13;
+
+#[test]
+fn the_residual_is_at_rounding_level() {
+    for (formulation, kappa, beta) in RUNS {
+        let mut dae = dae(formulation, kappa, beta);
+        let start = start(&mut dae);
+        for block in residuals(&mut dae, 0.0, &start.y, &start.y_dot).unwrap() {
+            let name = format!("{formulation} kappa={kappa} beta={beta} {block}");
+            assert!(block.relative < ROUNDING, "{name}");
+        }
+        // Only an incompressible body has to be moved, and not far: 0.02 m and 0.5 m/s were given.
+        let moved = kappa.is_infinite();
+        assert_eq!(start.displacement_moved > 0.0, moved);
+        assert!(
+            start.displacement_moved < 5e-3 && start.velocity_moved < 0.1,
+            "{formulation}"
+        );
+        assert_eq!(start.on_slow_manifold, moved && beta > 0.0);
+    }
+}
+
+/// An error is reported where it is: one row of one block, by the name of its node.
+#[test]
+fn a_wrong_start_is_located() {
+    let mut dae = dae(Formulation::Position, INFINITE, 0.0);
+    let mut start = start(&mut dae);
+    let row = dae.layout().range(Field::Velocity).unwrap().start + 7;
+    start.y_dot[row] += 1.0;
+    let blocks = residuals(&mut dae, 0.0, &start.y, &start.y_dot).unwrap();
+    let wrong: Vec<_> = blocks.iter().filter(|b| b.relative > ROUNDING).collect();
+    assert_eq!(wrong.len(), 1, "{wrong:?}");
+    assert_eq!(
+        (wrong[0].field, &wrong[0].worst),
+        (Field::Velocity, &dae.component_name(row))
+    );
+}
+
+/// The integration of a start, one step after another.
+fn integrator(dae: MuscleDae, start: &Start, rtol: f64, t_end: f64) -> IdaIntegrator<MuscleDae> {
+    let settings = Settings {
+        relative_tolerance: rtol,
+        ..Settings::paper(dae.formulation())
+    };
+    let options = ida::options(&dae, &settings);
+    IdaIntegrator::new(dae, options, t_end, &start.y, &start.y_dot).unwrap()
+}
+
+/// Over the first nine steps: max |y - y(0) - t ẏ(0)| of a block beside max |y(0)|.
+fn departure(dae: MuscleDae, start: &Start, field: Field) -> f64 {
+    let range = dae.layout().range(field).unwrap();
+    let size = range.clone().map(|i| start.y[i].abs()).fold(0.0, f64::max);
+    let mut integrator = integrator(dae, start, 1e-5, 0.1);
+    let mut y = vec![0.0; start.y.len()];
+    let mut largest = 0.0_f64;
+    for _ in 0..9 {
+        assert_eq!(integrator.advance().unwrap(), Advance::Stepped);
+        let t = integrator.time();
+        integrator.dense_output(t, 0, &mut y).unwrap();
+        for i in range.clone() {
+            largest = largest.max((y[i] - start.y[i] - t * start.y_dot[i]).abs());
+        }
+    }
+    largest / size
+}
+
+/// λ and μ go on from where they start. What is left is the method's: the first steps of BDF give an
+/// index-3 variable to first order only (a thousandth in λ of (28), a tenth in μ of (29)).
+#[test]
+fn the_first_steps_show_no_transient() {
+    for (formulation, kappa, beta) in RUNS {
+        for (field, bound) in [(Field::Pressure, 2e-3), (Field::PressureRate, 0.1)] {
+            if formulation.has(field) {
+                let mut dae = dae(formulation, kappa, beta);
+                let start = start(&mut dae);
+                let found = departure(dae, &start, field);
+                assert!(
+                    found < bound,
+                    "{field} of {formulation} kappa={kappa}: {found:.1e}"
+                );
+            }
+        }
+    }
+}
+
+/// With κ = ∞ and β > 0 any λ(0) is consistent. From the slow manifold μ goes on at its size; off it
+/// by a tenth of λ the residual is as small, but μ starts at many times that and decays as e^(-t/β).
+#[test]
+fn off_the_slow_manifold_there_is_a_transient() {
+    let beta = 1e-4;
+    let sizes = |shift: f64| -> [f64; 2] {
+        let mut dae = dae(Formulation::Rate, INFINITE, beta);
+        let mut start = start(&mut dae);
+        let range = |field| dae.layout().range(field).unwrap();
+        let (lambda, mu) = (range(Field::Pressure), range(Field::PressureRate));
+        // The rows of Bᵀ(λ + β μ) + β Ḃᵀλ, the latter being of the order of β |∇v| of the former.
+        for (i, j) in lambda.zip(mu.clone()) {
+            let shift = shift * start.y[i];
+            start.y[i] += shift;
+            start.y[j] -= shift / beta;
+            start.y_dot[i] = start.y[j];
+        }
+        for block in residuals(&mut dae, 0.0, &start.y, &start.y_dot).unwrap() {
+            assert!(block.relative < 10.0 * beta, "{block}");
+        }
+        let mut integrator = integrator(dae, &start, 1e-6, 5.0 * beta);
+        while integrator.advance().unwrap() != Advance::Finished {}
+        let mut y = vec![0.0; start.y.len()];
+        integrator.dense_output(5.0 * beta, 0, &mut y).unwrap();
+        [&start.y, &y].map(|y| y[mu.clone()].iter().fold(0.0, |m: f64, mu| m.max(mu.abs())))
+    };
+    let [before, after] = sizes(0.0);
+    assert!(
+        (0.5..2.0).contains(&(after / before)),
+        "{before:.1e} {after:.1e}"
+    );
+    let [off, later] = sizes(0.1);
+    assert!(off > 5.0 * before, "{off:.1e} against {before:.1e}");
+    assert!(later < 0.3 * off, "{off:.1e} {later:.1e}");
+}
+
+/// The multiplier of (33) stays zero: beside ρ v L, its unit, it is rounding and the error of steps.
+#[test]
+fn the_stabilising_multiplier_stays_zero() {
+    let mut dae = dae(Formulation::Stabilized, INFINITE, 0.0);
+    let start = start(&mut dae);
+    let range = dae.layout().range(Field::GglMultiplier).unwrap();
+    assert!(start.y[range.clone()].iter().all(|mu| *mu == 0.0));
+    let mut integrator = integrator(dae, &start, 1e-5, 0.1);
+    let mut y = vec![0.0; start.y.len()];
+    for _ in 0..9 {
+        integrator.advance().unwrap();
+        integrator
+            .dense_output(integrator.time(), 0, &mut y)
+            .unwrap();
+        let largest = y[range.clone()]
+            .iter()
+            .fold(0.0_f64, |m, mu| m.max(mu.abs()));
+        assert!(
+            largest < 1e-6 * paper::DENSITY * 0.5 * LENGTH,
+            "{largest:.1e}"
+        );
+    }
+}
+
+/// λ(t) at 2 ms in all formulations of the same physics.
+#[test]
+fn formulations_agree_after_the_start() {
+    const T: f64 = 2e-3;
+    let pressure_at = |formulation, kappa, beta| -> Vec<f64> {
+        let mut dae = dae(formulation, kappa, beta);
+        let start = start(&mut dae);
+        let range = dae.layout().range(Field::Pressure).unwrap();
+        let mut integrator = integrator(dae, &start, 1e-6, T);
+        while integrator.advance().unwrap() != Advance::Finished {}
+        let mut y = vec![0.0; start.y.len()];
+        integrator.dense_output(T, 0, &mut y).unwrap();
+        y[range].to_vec()
+    };
+    use Formulation::{ImplicitRate, Position, Rate, Stabilized, Velocity};
+    for (kappa, beta, formulations) in [
+        (INFINITE, 0.0, &[Position, Velocity, Stabilized][..]),
+        (1e5, 0.0, &[Position, Velocity]),
+        (INFINITE, 1e-4, &[Rate, ImplicitRate]),
+        (1e5, 1e-4, &[Rate, ImplicitRate]),
+    ] {
+        let reference = pressure_at(formulations[0], kappa, beta);
+        let size = reference.iter().fold(0.0_f64, |m, p| m.max(p.abs()));
+        for formulation in &formulations[1..] {
+            let other = pressure_at(*formulation, kappa, beta);
+            let apart = reference
+                .iter()
+                .zip(&other)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max);
+            // The error of hundreds of steps at 1e-6, in a variable of index up to 3.
+            assert!(
+                apart < 5e-3 * size,
+                "{formulation} kappa={kappa} beta={beta}: {:.1e}",
+                apart / size
+            );
+        }
+    }
+}
+
+/// Static equilibrium is a start at which nothing moves.
+#[test]
+fn equilibrium_is_a_start_at_rest() {
+    for (formulation, kappa, beta) in RUNS {
+        if formulation == Formulation::Displacement {
+            continue; // its volumetric energy is another discretisation than that of `statics`
+        }
+        let mut dae = dae(formulation, kappa, beta);
+        let start = Start::equilibrium(&mut dae, 0.0).unwrap();
+        let v = dae.layout().range(Field::Velocity).unwrap();
+        assert!(
+            start.y[v.clone()].iter().all(|v| v.abs() < 1e-15),
+            "{formulation}"
+        );
+        // The load over the mass of an element's patch would be 200 Pa / (1.1e3 kg/m³ 5e-3 m).
+        let largest = start.y_dot[v].iter().fold(0.0_f64, |m, a| m.max(a.abs()));
+        assert!(
+            largest < 1e-8 * 200.0 / (1.1e3 * 5e-3),
+            "{formulation}: {largest:.1e}"
+        );
+        for block in residuals(&mut dae, 0.0, &start.y, &start.y_dot).unwrap() {
+            assert!(block.relative < ROUNDING, "{formulation} {block}");
+        }
+    }
+}
