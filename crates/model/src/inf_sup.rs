@@ -77,13 +77,8 @@ impl Level {
     /// at, as for a mesh on which nothing is free.
     pub fn measure(pair: Pair, mesh: &Mesh, fixed: &[&str]) -> Result<Self, ModelError> {
         let solid = body(pair, mesh, fixed)?;
+        let in_norms = constants(&solid)?;
         let b = divergence(&solid)?;
-        let h1 = matrix(solid.displacement_pattern(), solid.gradient_values());
-        let l2 = matrix(
-            solid.pressure_pattern(),
-            solid.pressure_mass_values().to_vec(),
-        );
-        let in_norms = InfSup::of(&b, &h1, &l2)?;
         let raw = InfSup::of(
             &b,
             &CscMatrix::identity(b.ncols()),
@@ -117,6 +112,20 @@ pub fn levels(
         .take(n_levels)
         .map(|mesh| Level::measure(pair, &mesh, fixed))
         .collect()
+}
+
+/// The smallest inf–sup constants of a body at rest: pressures in the L2 norm, displacements in the
+/// H1 seminorm. Paper: eq. (27).
+///
+/// # Errors
+/// [`ModelError::Structure`] when B cannot be looked at, as for a body on which nothing is free.
+pub fn constants(solid: &Solid) -> Result<InfSup, ModelError> {
+    let h1 = matrix(solid.displacement_pattern(), solid.gradient_values());
+    let l2 = matrix(
+        solid.pressure_pattern(),
+        solid.pressure_mass_values().to_vec(),
+    );
+    Ok(InfSup::of(&divergence(solid)?, &h1, &l2)?)
 }
 
 /// A body of unit shear modulus and density: neither has a part in B.

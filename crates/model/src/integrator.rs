@@ -1,5 +1,6 @@
 //! What the run driver asks of a time integrator; IDAS or Radau IIA.
 
+use crate::advice::{Advice, Advised};
 use crate::error::ModelError;
 use crate::ida::IdaIntegrator;
 use crate::muscle_dae::MuscleDae;
@@ -66,7 +67,8 @@ pub trait Integrator<P> {
     fn problem_mut(&mut self) -> &mut P;
 }
 
-/// Starts a muscle at rest at t = 0 with the integrator that `settings` names.
+/// Starts a muscle at rest at t = 0 with the integrator that `settings` names; when it stops it says
+/// what the index has to do with it.
 ///
 /// # Errors
 /// Settings the integrator does not take.
@@ -74,8 +76,10 @@ pub fn start_at_rest(
     dae: MuscleDae,
     settings: &Settings,
 ) -> Result<Box<dyn Integrator<MuscleDae>>, ModelError> {
-    Ok(match settings.integrator {
+    let advice = Advice::new(dae.muscle(), dae.formulation(), settings);
+    let integrator: Box<dyn Integrator<MuscleDae>> = match settings.integrator {
         IntegratorKind::Ida => Box::new(IdaIntegrator::from_rest(dae, settings)?),
         IntegratorKind::Radau => Box::new(RadauIntegrator::from_rest(dae, settings)?),
-    })
+    };
+    Ok(Box::new(Advised::new(integrator, advice)))
 }

@@ -39,6 +39,8 @@ mod spline;
 mod state;
 mod statistics;
 
+pub mod advice;
+pub mod check;
 pub mod coupling;
 pub mod equation;
 pub mod formulation;

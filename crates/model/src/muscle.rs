@@ -4,6 +4,7 @@ use myovib_fem::Solid;
 
 use crate::load::{Load, Prescribed};
 use crate::parameters::Parameters;
+use crate::signal::Signal;
 
 /// An elastic body with its physical constants and what acts on it.
 #[derive(Debug, Clone)]
@@ -22,5 +23,12 @@ impl Muscle {
     /// Number of coefficients q and λ with the constrained nodes counted, as the paper counts.
     pub fn n_unknowns_paper(&self) -> usize {
         2 * self.solid.space().n_nodes() + self.solid.space().n_vertices()
+    }
+
+    /// The highest frequency of the loads and prescribed motions, Hz, if one of them has any.
+    pub fn drive(&self) -> Option<f64> {
+        let loads = self.loads.iter().map(Load::signal);
+        let signals = loads.chain(self.prescribed.iter().map(|p| &p.signal));
+        signals.filter_map(Signal::frequency).reduce(f64::max)
     }
 }

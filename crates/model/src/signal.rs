@@ -74,6 +74,17 @@ impl Signal {
         }
     }
 
+    /// The highest frequency of its sines, Hz, if it has any.
+    pub fn frequency(&self) -> Option<f64> {
+        match self {
+            Self::Sine { frequency, .. } | Self::RampedSine { frequency, .. } => Some(*frequency),
+            Self::Sum(parts) | Self::Product(parts) => {
+                parts.iter().filter_map(Self::frequency).reduce(f64::max)
+            }
+            _ => None,
+        }
+    }
+
     /// Value, first and second derivative at time `t` (s).
     pub fn at(&self, t: f64) -> Jet {
         let time = Jet::variable(t);

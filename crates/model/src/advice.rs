@@ -1,0 +1,367 @@
+//! What the index of a DAE and the settings of its integration have to do with each other: the words
+//! of `check` before a run, and of the message of a run that stops.
+//!
+//! Cast: [`Advice`] puts together a formulation, its indices and [`Settings`]; a [`Finding`] is what
+//! is wrong with them and the [`Remedy`]s that together mend it; [`Advised`] is an integrator that
+//! says all this when it stops.
+//!
+//! Reference: K. E. Brenan, S. L. Campbell, L. R. Petzold, *Numerical Solution of Initial-Value
+//! Problems in Differential-Algebraic Equations*, SIAM 1996, section 5.4 (error estimates and
+//! Newton's matrix for higher index).
+
+use std::f64::consts::TAU;
+use std::fmt;
+
+use crate::error::ModelError;
+use crate::field::Field;
+use crate::formulation::Formulation;
+use crate::integrator::{Advance, Counts, Integrator};
+use crate::muscle::Muscle;
+use crate::parameters::Parameters;
+use crate::settings::{IntegratorKind, Settings};
+
+/// Half the opening angle of the sector of stability of BDF, degrees, for orders 3, 4, 5 (order 2 is
+/// stable in the whole half-plane). E. Hairer, G. Wanner, *Solving Ordinary Differential Equations
+/// II*, section V.2.
+const SECTORS: [(u8, f64); 3] = [(5, 51.84), (4, 73.35), (3, 86.03)];
+/// Modes faster than the drive by this factor are not resolved by steps that resolve the drive.
+const UNRESOLVED: f64 = 10.0;
+
+/// A change of formulation or settings.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Remedy {
+    /// Leave these blocks out of the error test.
+    LeaveOut(Vec<Field>),
+    /// Bound the order of BDF.
+    MaxOrder(u8),
+    /// Take another formulation of the same physics, of this index.
+    Reformulate(Formulation, u8),
+    /// Loosen the relative tolerance to this, and the absolute ones by the same factor.
+    Loosen(f64),
+    /// Change the scene, in words.
+    Scene(&'static str),
+}
+
+impl Remedy {
+    /// Makes the change, but for one of the scene. A new formulation comes with its own choice of
+    /// what to leave out.
+    pub fn apply(&self, formulation: &mut Formulation, settings: &mut Settings) {
+        match self {
+            Self::LeaveOut(fields) => {
+                for field in fields {
+                    if !settings.suppressed.contains(field) {
+                        settings.suppressed.push(*field);
+                    }
+                }
+            }
+            Self::MaxOrder(order) => settings.max_order = settings.max_order.min(*order),
+            Self::Reformulate(other, _) => {
+                let defaults = Settings::paper(*other);
+                settings.suppressed = defaults.suppressed;
+                settings.ordering = defaults.ordering;
+                *formulation = *other;
+            }
+            Self::Loosen(rtol) => {
+                let factor = rtol / settings.relative_tolerance;
+                settings.relative_tolerance = *rtol;
+                let atol = &mut settings.absolute_tolerances;
+                for tolerance in [
+                    &mut atol.displacement,
+                    &mut atol.velocity,
+                    &mut atol.pressure,
+                    &mut atol.multiplier,
+                ] {
+                    *tolerance *= factor;
+                }
+            }
+            Self::Scene(_) => {}
+        }
+    }
+}
+
+impl fmt::Display for Remedy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::LeaveOut(fields) => {
+                write!(f, "leave {} out of the error test", symbols(fields))
+            }
+            Self::MaxOrder(order) => write!(f, "take order {order} at most"),
+            Self::Reformulate(other, index) => {
+                write!(f, "take the formulation `{other}` (index {index})")
+            }
+            Self::Loosen(rtol) => {
+                write!(f, "loosen the tolerances, to a relative one of {rtol:e}")
+            }
+            Self::Scene(change) => f.write_str(change),
+        }
+    }
+}
+
+/// Something that makes a run fail or crawl, and how to mend it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// The blocks at fault, if it is some.
+    pub fields: Vec<Field>,
+    /// What is wrong.
+    pub problem: String,
+    /// What to change, all of it.
+    pub remedies: Vec<Remedy>,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let remedies: Vec<_> = self.remedies.iter().map(ToString::to_string).collect();
+        write!(f, "{}. Remedy: {}", self.problem, remedies.join(" and "))
+    }
+}
+
+fn symbols(fields: &[Field]) -> String {
+    let symbols: Vec<_> = fields.iter().map(|field| field.symbol()).collect();
+    symbols.join(", ")
+}
+
+/// A formulation with its indices, and the settings of its integration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Advice {
+    formulation: Formulation,
+    parameters: Parameters,
+    settings: Settings,
+    /// [`Muscle::drive`].
+    drive: Option<f64>,
+}
+
+impl Advice {
+    /// Looks at the formulation and the settings of a muscle's run.
+    pub fn new(muscle: &Muscle, formulation: Formulation, settings: &Settings) -> Self {
+        Self {
+            formulation,
+            parameters: muscle.parameters,
+            settings: settings.clone(),
+            drive: muscle.drive(),
+        }
+    }
+
+    /// The index of the DAE.
+    pub fn index(&self) -> u8 {
+        self.formulation.index(&self.parameters)
+    }
+
+    /// The blocks with the perturbation index of each.
+    pub fn blocks(&self) -> Vec<(Field, u8)> {
+        let rows = self.formulation.rows().iter();
+        rows.map(|(f, _)| (*f, self.formulation.variable_index(*f, &self.parameters)))
+            .collect()
+    }
+
+    /// The multipliers of index 2 and more: those to leave out of the error test.
+    pub fn to_leave_out(&self) -> Vec<Field> {
+        let blocks = self.blocks().into_iter();
+        blocks
+            .filter(|(field, index)| *index >= 2 && !field.is_displacement_like())
+            .map(|(field, _)| field)
+            .collect()
+    }
+
+    /// The highest BDF order whose sector of stability holds all modes that the steps do not
+    /// resolve. Under Rayleigh damping the mode of angular frequency ω has the damping ratio
+    /// (α/ω + βω)/2, the cosine of its angle to the negative real axis.
+    pub fn max_order(&self) -> u8 {
+        let Parameters { alpha, beta, .. } = self.parameters;
+        let resolved = UNRESOLVED * TAU * self.drive.unwrap_or(0.0);
+        let ratio = |omega: f64| 0.5 * (alpha / omega + beta * omega);
+        // The least damped of them; without β the fastest are not damped at all.
+        let least = if beta > 0.0 {
+            let slowest = resolved.max((alpha / beta).sqrt());
+            if slowest > 0.0 { ratio(slowest) } else { 0.0 }
+        } else {
+            0.0
+        };
+        SECTORS
+            .into_iter()
+            .find(|(_, degrees)| least >= degrees.to_radians().cos())
+            .map_or(2, |(order, _)| order)
+    }
+
+    /// A formulation of the same physics with a lower index.
+    fn lower(&self) -> Option<Remedy> {
+        let incompressible = self.parameters.is_incompressible();
+        let other = match (self.formulation, incompressible) {
+            (Formulation::Position, true) => Formulation::Stabilized,
+            (Formulation::Position, false) => Formulation::Velocity,
+            (Formulation::Rate, _) if self.parameters.is_damped() => Formulation::ImplicitRate,
+            _ => return None,
+        };
+        Some(Remedy::Reformulate(other, other.index(&self.parameters)))
+    }
+
+    /// What is expected to make the run fail, before it is tried.
+    pub fn findings(&self) -> Vec<Finding> {
+        self.error_test().into_iter().chain(self.order()).collect()
+    }
+
+    /// Multipliers of higher index in the error test.
+    fn error_test(&self) -> Option<Finding> {
+        let tested: Vec<Field> = self
+            .to_leave_out()
+            .into_iter()
+            .filter(|field| !self.settings.suppressed.contains(field))
+            .collect();
+        if tested.is_empty() {
+            return None;
+        }
+        let named: Vec<_> = tested
+            .iter()
+            .map(|field| {
+                let index = self.formulation.variable_index(*field, &self.parameters);
+                format!("{field} (index {index})")
+            })
+            .collect();
+        let mut remedies = vec![Remedy::LeaveOut(tested.clone())];
+        remedies.extend(self.order_bound());
+        Some(Finding {
+            problem: format!(
+                "in the error test: {}, whose estimated error does not fall as fast as the step, \
+                 or not at all",
+                named.join(", ")
+            ),
+            fields: tested,
+            remedies,
+        })
+    }
+
+    /// An order whose sector of stability leaves modes out.
+    fn order(&self) -> Option<Finding> {
+        let bound = self.order_bound()?;
+        Some(Finding {
+            fields: Vec::new(),
+            problem: format!(
+                "orders up to {} are allowed, but modes that the steps do not resolve are too \
+                 little damped for orders above {}: they grow",
+                self.settings.max_order,
+                self.max_order()
+            ),
+            remedies: vec![bound],
+        })
+    }
+
+    fn order_bound(&self) -> Option<Remedy> {
+        let bdf = self.settings.integrator == IntegratorKind::Ida;
+        let bound = self.max_order();
+        (bdf && self.settings.max_order > bound).then_some(Remedy::MaxOrder(bound))
+    }
+
+    /// What made a run stop, the likeliest first; each finding's remedies alone are to mend it.
+    pub fn causes(&self) -> Vec<Finding> {
+        let settings = self.error_test().or_else(|| self.order());
+        let mut causes: Vec<Finding> = settings.into_iter().collect();
+        let index = self.index();
+        if index < 2 {
+            return causes;
+        }
+        let highest: Vec<Field> = self
+            .blocks()
+            .into_iter()
+            .filter(|(_, i)| *i == index)
+            .map(|(field, _)| field)
+            .collect();
+        let magnified = format!(
+            "{}, of index {index}, magnifies what Newton's method leaves by 1/h^{}",
+            symbols(&highest),
+            index - 1
+        );
+        let finding = |problem: String, remedy: Remedy| Finding {
+            fields: highest.clone(),
+            problem,
+            // A lower index does not damp the modes that the order is bounded for.
+            remedies: std::iter::once(remedy).chain(self.order_bound()).collect(),
+        };
+        let tolerance = self.settings.relative_tolerance;
+        let usual = Settings::paper(self.formulation).relative_tolerance;
+        if tolerance < usual {
+            causes.push(finding(
+                format!(
+                    "a relative tolerance of {tolerance:e} asks for small steps h, and {magnified}"
+                ),
+                Remedy::Loosen(usual),
+            ));
+        }
+        if let Some(remedy) = self.lower() {
+            causes.push(finding(magnified.clone(), remedy));
+        }
+        if causes.is_empty() {
+            let change = "take a finite kappa, which lowers the index";
+            causes.push(finding(magnified, Remedy::Scene(change)));
+        }
+        causes
+    }
+}
+
+impl fmt::Display for Advice {
+    /// The words for a run that stopped.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let blocks: Vec<_> = self
+            .blocks()
+            .iter()
+            .map(|(field, index)| format!("{field} {index}"))
+            .collect();
+        write!(
+            f,
+            "`{}` with kappa = {}, beta = {} has index {} ({})",
+            self.formulation,
+            self.parameters.kappa(),
+            self.parameters.beta,
+            self.index(),
+            blocks.join(", ")
+        )?;
+        for (n, cause) in self.causes().iter().enumerate() {
+            let lead = if n == 0 { "At fault:" } else { "Or:" };
+            write!(f, ". {lead} {cause}")?;
+        }
+        Ok(())
+    }
+}
+
+/// An integrator that gives advice when it stops.
+pub struct Advised<P> {
+    inner: Box<dyn Integrator<P>>,
+    advice: Advice,
+}
+
+impl<P> Advised<P> {
+    /// Adds `advice` to the message of `inner`.
+    pub fn new(inner: Box<dyn Integrator<P>>, advice: Advice) -> Self {
+        Self { inner, advice }
+    }
+}
+
+impl<P> Integrator<P> for Advised<P> {
+    fn advance(&mut self) -> Result<Advance, ModelError> {
+        Ok(match self.inner.advance()? {
+            Advance::Stopped { reason, message } => Advance::Stopped {
+                reason,
+                message: format!("{message}. {}", self.advice),
+            },
+            other => other,
+        })
+    }
+
+    fn time(&self) -> f64 {
+        self.inner.time()
+    }
+
+    fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError> {
+        self.inner.dense_output(t, derivative, out)
+    }
+
+    fn counts(&self) -> Counts {
+        self.inner.counts()
+    }
+
+    fn problem(&self) -> &P {
+        self.inner.problem()
+    }
+
+    fn problem_mut(&mut self) -> &mut P {
+        self.inner.problem_mut()
+    }
+}

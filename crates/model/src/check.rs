@@ -1,0 +1,251 @@
+//! What can be said of a run before it is tried: sizes, index, stability, modes, cost.
+
+use std::f64::consts::TAU;
+use std::time::{Duration, Instant};
+
+use myovib_fem::generate;
+use sundials_wrap::DaeProblem;
+use sundials_wrap::klu::{KluOptions, RealNumeric, Symbolic};
+
+use crate::advice::{Advice, Finding, Remedy};
+use crate::error::ModelError;
+use crate::field::Field;
+use crate::formulation::Formulation;
+use crate::index::{IndexReport, LARGEST_SYSTEM};
+use crate::inf_sup;
+use crate::muscle::Muscle;
+use crate::muscle_dae::MuscleDae;
+use crate::settings::{IntegratorKind, Settings};
+use crate::spectrum;
+use crate::start::{BlockResidual, residuals};
+use crate::table1::Case;
+
+/// Modes looked at beside the drive.
+const SLOW_MODES: usize = 3;
+/// Error of a step of order k: this times (ω h)^(k+1), from the steps of the runs of Table 2.
+const ERROR_CONSTANT: f64 = 1.0 / 5.8;
+/// Newton iterations of a step, and steps between two factorisations, as in the runs of Table 2.
+const ITERATIONS: f64 = 2.0;
+const STEPS_PER_SETUP: f64 = 5.0;
+/// A drive this near to an eigenfrequency, as a fraction of it, is a resonance.
+const RESONANCE: f64 = 0.1;
+/// A residual beyond this fraction of its terms is not rounding.
+const INCONSISTENT: f64 = 1e-9;
+
+/// Where the computed index comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Computed {
+    /// The scene's own matrices.
+    Here,
+    /// The same formulation, law and parameters on a coarse beam.
+    OnCoarseBeam,
+}
+
+/// The expected cost of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cost {
+    /// Steps, to about a factor of two for a run that follows its drive.
+    pub steps: f64,
+    /// Time of a step with [`ITERATIONS`] iterations of Newton's method, measured here, s.
+    pub seconds_per_step: f64,
+}
+
+/// What is found before a run.
+#[derive(Debug, Clone)]
+pub struct Report {
+    /// The blocks of unknowns with their sizes.
+    pub unknowns: Vec<(Field, usize)>,
+    /// Index and indices by the rule of the formulation, and what to say of the settings.
+    pub advice: Advice,
+    /// The index by computation.
+    pub computed: IndexReport,
+    /// On what it was computed.
+    pub computed_on: Computed,
+    /// The smallest inf–sup constant.
+    pub inf_sup: f64,
+    /// Pressures that no displacement holds.
+    pub nullity: usize,
+    /// The residual of the start at rest.
+    pub residuals: Vec<BlockResidual>,
+    /// The lowest eigenfrequencies at rest, Hz.
+    pub slow_modes: Vec<f64>,
+    /// The highest, Hz.
+    pub fastest_mode: f64,
+    /// The frequency of the load, Hz.
+    pub drive: Option<f64>,
+    /// The expected cost.
+    pub cost: Cost,
+    /// What is expected to fail, and what to change.
+    pub findings: Vec<Finding>,
+}
+
+/// Looks at the run of a muscle that starts at rest at t = 0.
+///
+/// # Errors
+/// [`ModelError::NotAllowed`] for a formulation that cannot be run; those of the single questions.
+pub fn check(
+    muscle: &Muscle,
+    formulation: Formulation,
+    settings: &Settings,
+) -> Result<Report, ModelError> {
+    let mut dae = MuscleDae::new(muscle.clone(), formulation)?;
+    let advice = Advice::new(muscle, formulation, settings);
+    let rest = vec![0.0; dae.n_unknowns()];
+    let residuals = residuals(&mut dae, 0.0, &rest, &rest)?;
+    let (computed, computed_on) = index(&mut dae, &rest)?;
+    let held = inf_sup::constants(&muscle.solid)?;
+    let (slow_modes, fastest_mode) = if held.nullity() == 0 {
+        modes(muscle)?
+    } else {
+        (Vec::new(), f64::NAN)
+    };
+    let drive = muscle.drive();
+    let mut findings = advice.findings();
+    findings.extend(unheld(held.nullity(), muscle));
+    findings.extend(inconsistent(&residuals));
+    findings.extend(resonance(&slow_modes, drive));
+    Ok(Report {
+        unknowns: dae
+            .layout()
+            .blocks()
+            .iter()
+            .map(|(f, r)| (*f, r.len()))
+            .collect(),
+        cost: cost(
+            &mut dae,
+            &advice,
+            settings,
+            drive.or(slow_modes.first().copied()),
+        )?,
+        inf_sup: held.smallest().unwrap_or(0.0),
+        nullity: held.nullity(),
+        advice,
+        computed,
+        computed_on,
+        residuals,
+        slow_modes,
+        fastest_mode,
+        drive,
+        findings,
+    })
+}
+
+/// The index of the scene itself where it is small enough, else on a coarse beam: the index does not
+/// depend on the mesh as long as B has full rank.
+fn index(dae: &mut MuscleDae, rest: &[f64]) -> Result<(IndexReport, Computed), ModelError> {
+    if rest.len() <= LARGEST_SYSTEM {
+        return Ok((IndexReport::at(dae, 0.0, rest, rest)?, Computed::Here));
+    }
+    let muscle = dae.muscle();
+    let case = Case {
+        equation: None,
+        law: muscle.solid.laws()[0],
+        formulation: dae.formulation(),
+        kappa: muscle.parameters.kappa(),
+        beta: muscle.parameters.beta,
+        printed: None,
+    };
+    let mesh = generate::beam(0.1, 0.04, [3, 2])?;
+    Ok((case.at_random_state(&mesh, 1)?, Computed::OnCoarseBeam))
+}
+
+fn modes(muscle: &Muscle) -> Result<(Vec<f64>, f64), ModelError> {
+    let q = vec![0.0; muscle.solid.dofs().n_free()];
+    let pressure = vec![0.0; muscle.solid.space().n_vertices()];
+    let lowest = spectrum::lowest(muscle, &q, &pressure, SLOW_MODES)?;
+    let slow = lowest
+        .iter()
+        .filter_map(myovib_structure::Mode::frequency)
+        .collect();
+    Ok((slow, spectrum::fastest(muscle)? / TAU))
+}
+
+fn unheld(nullity: usize, muscle: &Muscle) -> Option<Finding> {
+    (nullity > 0 && muscle.parameters.is_incompressible()).then(|| Finding {
+        fields: vec![Field::Pressure],
+        problem: format!(
+            "{nullity} independent pressures are held by no displacement: with kappa = inf the \
+             pencil is singular and there is no index"
+        ),
+        remedies: vec![Remedy::Scene(
+            "take a finite kappa, or a mesh without triangles that have all nodes fixed",
+        )],
+    })
+}
+
+fn inconsistent(residuals: &[BlockResidual]) -> Option<Finding> {
+    let worst = residuals
+        .iter()
+        .find(|block| block.relative > INCONSISTENT)?;
+    Some(Finding {
+        fields: vec![worst.field],
+        problem: format!("rest does not satisfy the equations at t = 0 ({worst})"),
+        remedies: vec![Remedy::Scene(
+            "let loads and prescribed motions start from zero",
+        )],
+    })
+}
+
+fn resonance(slow_modes: &[f64], drive: Option<f64>) -> Option<Finding> {
+    let drive = drive?;
+    let mode = slow_modes
+        .iter()
+        .find(|mode| (drive / **mode - 1.0).abs() < RESONANCE)?;
+    Some(Finding {
+        fields: Vec::new(),
+        problem: format!("the load at {drive:.3} Hz is next to the eigenfrequency {mode:.3} Hz"),
+        remedies: vec![Remedy::Scene(
+            "expect large motions, bounded by damping alone, or change the frequency",
+        )],
+    })
+}
+
+/// Steps that follow a sine of frequency `f` to the tolerance, times the measured time of a step.
+fn cost(
+    dae: &mut MuscleDae,
+    advice: &Advice,
+    settings: &Settings,
+    f: Option<f64>,
+) -> Result<Cost, ModelError> {
+    let order = match settings.integrator {
+        IntegratorKind::Ida => settings.max_order.min(advice.max_order()),
+        IntegratorKind::Radau => 5,
+    };
+    let angle = (settings.relative_tolerance / ERROR_CONSTANT).powf(1.0 / f64::from(order + 1));
+    let steps = f.map_or(f64::NAN, |f| settings.t_end * f * TAU / angle);
+
+    let n = dae.n_unknowns();
+    let (rest, mut work) = (vec![0.0; n], vec![0.0; n]);
+    let pattern = dae.jacobian_pattern();
+    let mut values = vec![0.0; pattern.nnz()];
+    let options = KluOptions {
+        ordering: settings.ordering,
+        btf: settings.btf,
+        ..KluOptions::default()
+    };
+    let symbolic = Symbolic::analyze(&pattern, options)?;
+    // c_j of a step that resolves the drive.
+    let rate = f.map_or(1.0, |f| f * TAU / angle);
+    let (setup, factors) = timed(|| -> Result<RealNumeric, ModelError> {
+        dae.jacobian(0.0, &rest, &rest, 1.0, rate, &mut values)?;
+        Ok(RealNumeric::factor(&symbolic, &values)?)
+    });
+    let factors = factors?;
+    let (iteration, done) = timed(|| -> Result<(), ModelError> {
+        dae.residual(0.0, &rest, &rest, &mut work)?;
+        Ok(factors.solve(&mut work)?)
+    });
+    done?;
+    let seconds_per_step =
+        ITERATIONS * iteration.as_secs_f64() + setup.as_secs_f64() / STEPS_PER_SETUP;
+    Ok(Cost {
+        steps,
+        seconds_per_step,
+    })
+}
+
+fn timed<T>(work: impl FnOnce() -> T) -> (Duration, T) {
+    let started = Instant::now();
+    let result = work();
+    (started.elapsed(), result)
+}

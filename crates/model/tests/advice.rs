@@ -1,0 +1,184 @@
+//! Runs of higher index that stop say why, and what they advise works.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use myovib_fem::{Mesh, generate};
+use myovib_model::advice::Advice;
+use myovib_model::{
+    Field, Formulation, Limits, MuscleDae, Outcome, Settings, Statistics, check, paper, run,
+    start_at_rest,
+};
+
+const INFINITE: f64 = f64::INFINITY;
+
+/// A run of the muscle.
+struct Run {
+    mesh: Mesh,
+    formulation: Formulation,
+    beta: f64,
+    settings: Settings,
+}
+
+impl Run {
+    fn new(
+        mesh: Mesh,
+        formulation: Formulation,
+        beta: f64,
+        suppressed: &[Field],
+        order: u8,
+    ) -> Self {
+        let settings = Settings {
+            suppressed: suppressed.to_vec(),
+            max_order: order,
+            ..Settings::paper(formulation)
+        };
+        Self {
+            mesh,
+            formulation,
+            beta,
+            settings,
+        }
+    }
+
+    /// All tolerances by the factor that brings the relative one to `rtol`.
+    fn to_tolerance(mut self, rtol: f64) -> Self {
+        myovib_model::advice::Remedy::Loosen(rtol).apply(&mut self.formulation, &mut self.settings);
+        self
+    }
+
+    fn until(mut self, t_end: f64) -> Self {
+        self.settings.t_end = t_end;
+        self
+    }
+
+    fn integrate(&self) -> Statistics {
+        let muscle = paper::muscle(&self.mesh, INFINITE, self.beta).unwrap();
+        let dae = MuscleDae::new(muscle, self.formulation).unwrap();
+        let mut integrator = start_at_rest(dae, &self.settings).unwrap();
+        // Against a remedy that makes the run crawl instead.
+        let mut limits = Limits::new(60.0, None);
+        run(&mut *integrator, &mut [&mut limits]).unwrap()
+    }
+
+    /// The message with which it stops.
+    fn message(&self) -> String {
+        match self.integrate().outcome {
+            Outcome::Stopped { message, .. } => message,
+            Outcome::Finished => panic!("the run is expected to stop"),
+        }
+    }
+
+    fn advice(&self) -> Advice {
+        let muscle = paper::muscle(&self.mesh, INFINITE, self.beta).unwrap();
+        Advice::new(&muscle, self.formulation, &self.settings)
+    }
+
+    /// Stops with the words of its advice; each remedy alone brings it to the end.
+    fn stops_and_every_remedy_works(&self, words: &[&str]) {
+        let message = self.message();
+        for word in words {
+            assert!(message.contains(word), "`{word}` in: {message}");
+        }
+        let causes = self.advice().causes();
+        assert!(!causes.is_empty());
+        for cause in causes {
+            assert!(
+                message.contains(&cause.to_string()),
+                "`{cause}` in: {message}"
+            );
+            let (mut formulation, mut settings) = (self.formulation, self.settings.clone());
+            for remedy in &cause.remedies {
+                remedy.apply(&mut formulation, &mut settings);
+            }
+            let mended = Run {
+                mesh: self.mesh.clone(),
+                formulation,
+                beta: self.beta,
+                settings,
+            };
+            assert_eq!(mended.integrate().outcome, Outcome::Finished, "{cause}");
+        }
+    }
+}
+
+fn muscle() -> Mesh {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/meshes/muscle.msh");
+    Mesh::read_msh(path).unwrap()
+}
+
+fn spindle() -> Mesh {
+    generate::spindle([10, 2]).unwrap()
+}
+
+/// Row 4 of Table 2: (28) with κ = ∞, λ of index 3 in the error test, order 5.
+#[test]
+fn row_4_names_index_variable_and_remedy() {
+    Run::new(muscle(), Formulation::Position, 0.0, &[], 5).stops_and_every_remedy_works(&[
+        "index 3",
+        "lambda (index 3)",
+        "leave lambda out",
+        "order 2",
+    ]);
+}
+
+/// (29) with κ = ∞ and μ of index 3 in the error test, at the paper's tolerances.
+#[test]
+fn mu_in_the_error_test() {
+    Run::new(spindle(), Formulation::Rate, 1e-4, &[], 5)
+        .until(1.0)
+        .stops_and_every_remedy_works(&["index 3", "mu (index 3)", "leave lambda, mu out"]);
+}
+
+/// The same at a tolerance of 1e-6, order 2.
+#[test]
+fn mu_in_the_error_test_at_a_tight_tolerance() {
+    Run::new(muscle(), Formulation::Rate, 1e-4, &[], 2)
+        .to_tolerance(1e-6)
+        .until(1.0)
+        .stops_and_every_remedy_works(&["index 3", "mu (index 3)", "tolerance of 1e-6", "loosen"]);
+}
+
+/// (28) with κ = ∞ at a tight tolerance, order 2.
+#[test]
+fn a_tight_tolerance() {
+    Run::new(spindle(), Formulation::Position, 0.0, &[], 2)
+        .to_tolerance(1e-6)
+        .until(1.0)
+        .stops_and_every_remedy_works(&["index 3", "lambda (index 3)", "tolerance of 1e-6"]);
+}
+
+/// `check` says before the run what the run says when it stops.
+#[test]
+fn check_warns_in_the_same_words() {
+    let bad = Run::new(spindle(), Formulation::Position, 0.0, &[], 5);
+    let muscle = paper::muscle(&bad.mesh, INFINITE, 0.0).unwrap();
+    let report = check::check(&muscle, bad.formulation, &bad.settings).unwrap();
+    assert_eq!(report.advice.index(), 3);
+    assert_eq!(report.computed.decided(), Some(3));
+    assert_eq!(report.advice.to_leave_out(), [Field::Pressure]);
+    assert_eq!(report.findings[0], bad.advice().causes()[0]);
+    assert!(report.residuals.iter().all(|block| block.largest == 0.0));
+
+    let good = Run::new(spindle(), Formulation::Position, 0.0, &[Field::Pressure], 2);
+    let report = check::check(&muscle, good.formulation, &good.settings).unwrap();
+    assert!(report.findings.is_empty(), "{:?}", report.findings);
+    // The run of ten seconds takes what was estimated, within a factor of three.
+    let steps = good.integrate().steps as f64;
+    assert!(
+        (1.0 / 3.0..3.0).contains(&(report.cost.steps / steps)),
+        "{} {steps}",
+        report.cost.steps
+    );
+}
+
+/// BDF's order is bounded by the damping of the modes that steps do not resolve.
+#[test]
+fn order_by_damping() {
+    let order = |beta: f64| {
+        Run::new(spindle(), Formulation::Rate, beta, &[], 5)
+            .advice()
+            .max_order()
+    };
+    // Damping ratio at ω = 10 · 2π · 8 Hz = 503 rad/s, βω/2 for the most part: 0.026, 0.10, 0.35,
+    // 0.75 against 0.069 (order 3), 0.287 (4), 0.618 (5).
+    assert_eq!([1e-4, 4e-4, 1.4e-3, 3e-3].map(order), [2, 3, 4, 5]);
+}
