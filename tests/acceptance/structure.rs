@@ -82,3 +82,31 @@ fn modes_gives_the_muscles_first_ten() {
     let drawing = std::fs::read_to_string(folder.path().join("m.svg")).expect("the figure");
     assert!(drawing.contains("mode 10"));
 }
+
+/// Row 4 of Table 2 as a scene: the warning names index, variable and remedy before it is run.
+#[test]
+fn check_warns_of_row_4() {
+    let run = myovib(&["check", "table2-4", "--json"]);
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    let found = document(&run.stdout, "check");
+    let body = &found["body"];
+    assert_eq!(
+        (&body["index"], &body["computed"]["index"]),
+        (&3.into(), &3.into())
+    );
+    let sizes: Vec<_> = (0..3)
+        .map(|i| body["blocks"][i]["unknowns"].as_u64().expect("a number"))
+        .collect();
+    assert_eq!(sizes.iter().sum::<u64>(), 2849);
+    assert_eq!(body["blocks"][2]["better_left_out"], true);
+    assert_eq!(body["drive"], 8.0);
+    assert_eq!(body["advised_max_order"], 2);
+    assert_eq!(body["warnings"][0]["fields"][0], "lambda");
+    let remedies = body["warnings"][0]["remedies"].to_string();
+    assert!(remedies.contains("leave lambda out"), "{remedies}");
+
+    let text = myovib(&["check", "table2-4-suppressed"]);
+    assert!(text.stdout.contains("No objections"), "{}", text.stdout);
+    let chain = myovib(&["check", "figure2"]);
+    assert_eq!(chain.code, 0, "{}", chain.stderr);
+}

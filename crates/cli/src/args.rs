@@ -9,6 +9,7 @@ use std::str::FromStr;
 use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 
+use crate::commands::check::CheckArgs;
 use crate::commands::doctor::DoctorArgs;
 use crate::commands::figure::{FigureArgs, FiguresArgs};
 use crate::commands::infsup::InfsupArgs;
@@ -44,6 +45,8 @@ pub struct Cli {
 pub enum Command {
     /// Say what libraries and what machine this program has, and what the build lacks.
     Doctor(DoctorArgs),
+    /// Say of a scene, without running it: index, stability, modes, cost, and what will fail.
+    Check(CheckArgs),
     /// Measure the inf–sup constants of P2–P1 and P1–P1 over refined meshes.
     Infsup(InfsupArgs),
     /// Find the muscle's lowest eigenfrequencies and modes, beside its load's 8 Hz.

@@ -1,5 +1,6 @@
 //! One file per command.
 
+pub mod check;
 pub mod doctor;
 pub mod figure;
 pub mod infsup;
@@ -20,6 +21,7 @@ use crate::exit::Exit;
 pub fn run(command: &Command) -> anyhow::Result<Exit> {
     match command {
         Command::Doctor(args) => doctor::run(args),
+        Command::Check(args) => check::run(args),
         Command::Infsup(args) => infsup::run(args),
         Command::Modes(args) => modes::run(args),
         Command::Table1(args) => table1::run(args),

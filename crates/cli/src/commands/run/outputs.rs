@@ -3,7 +3,9 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use myovib_model::{Integrator, ModelError, Observer, Outcome, SampleTimes, Step, StopReason};
+use myovib_model::{
+    Integrator, ModelError, Observer, Outcome, SampleTimes, Step, StopReason,
+};
 use serde_json::Value;
 
 use super::checkpoint::{Checkpoint, Totals};
@@ -56,9 +58,7 @@ impl Outputs<'_> {
         self.write_fields(integrator, from, to)?;
         while let Some(t) = self.drift_times.due(to) {
             integrator.dense_output(t.max(from), 0, &mut self.y)?;
-            let Some((dae, range)) = integrator.problem_mut().muscle() else {
-                continue;
-            };
+            let Some((dae, range)) = integrator.problem_mut().muscle() else { continue };
             let drift = dae.constraint_drift(t, &self.y[range])?;
             if drift >= self.drift.0 {
                 self.drift = (drift, t);

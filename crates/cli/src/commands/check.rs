@@ -1,0 +1,278 @@
+//! `myovib check`: what can be said of a scene before it is run.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use myovib_model::advice::Finding;
+use myovib_model::check::{self, Computed, Report};
+use serde::Serialize;
+
+use super::table1::{ReportJson, report_json};
+use crate::args::CommonArgs;
+use crate::exit::Exit;
+use crate::json;
+use crate::report::{Align, Table, Tone, coloured_stdout, exponent, kappa, paint};
+use crate::scene::{Body, Scene};
+
+/// Options of `myovib check`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    myovib check scene.toml\n  \
+    myovib check table2-4\n  \
+    myovib check scene.toml --set solid.kappa=inf --json\n\n\
+    Nothing is integrated and nothing is written. Warnings do not change the exit code.")]
+pub struct CheckArgs {
+    /// The scene: a TOML file, or the name of a built-in scene.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+
+    /// Change a value of the scene, as in solid.kappa=inf; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+
+    /// Options of every command.
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// Looks at the scene and says what is found.
+///
+/// # Errors
+/// A wrong scene, or an output that cannot be written.
+pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
+    let scene = Scene::load(&args.scene, &args.set)?;
+    let name = args.scene.display().to_string();
+    let (text, document) = match &scene.body {
+        Some(body) => {
+            let report = check::check(&body.muscle, body.formulation, &body.settings)?;
+            (
+                text(body, &report),
+                Document {
+                    scene: name,
+                    body: Some(document(body, &report)),
+                },
+            )
+        }
+        None => (
+            "The scene is right. Rods and chains are ordinary differential equations: index 0, \
+             nothing to leave out of the error test.\n"
+                .to_owned(),
+            Document {
+                scene: name,
+                body: None,
+            },
+        ),
+    };
+    args.common.give("check", &text, &document)?;
+    Ok(Exit::Done)
+}
+
+fn text(body: &Body, report: &Report) -> String {
+    let parameters = &body.muscle.parameters;
+    let advice = &report.advice;
+    let mut table = Table::new(&[
+        ("unknowns", Align::Left),
+        ("number", Align::Right),
+        ("index", Align::Right),
+        ("error test", Align::Left),
+    ]);
+    let leave_out = advice.to_leave_out();
+    for ((field, number), (_, index)) in report.unknowns.iter().zip(advice.blocks()) {
+        let tested = if body.settings.suppressed.contains(field) {
+            "left out"
+        } else {
+            "in"
+        };
+        let advised = if leave_out.contains(field) {
+            ", better left out"
+        } else {
+            ""
+        };
+        let advised = if tested == "in" { advised } else { "" };
+        table.row([
+            field.symbol().into(),
+            number.to_string().into(),
+            index.to_string().into(),
+            format!("{tested}{advised}").into(),
+        ]);
+    }
+    let total: usize = report.unknowns.iter().map(|(_, number)| number).sum();
+    let mut text = format!(
+        "`{}`, κ = {}, β = {}: {total} unknowns\n\n{}\n",
+        body.formulation,
+        kappa(parameters.kappa()),
+        exponent(parameters.beta),
+        table.render(coloured_stdout())
+    );
+    for line in lines(body, report) {
+        text.push_str(&line);
+        text.push('\n');
+    }
+    text.push('\n');
+    text.push_str(&warnings(&report.findings));
+    text
+}
+
+fn lines(body: &Body, report: &Report) -> Vec<String> {
+    let place = match report.computed_on {
+        Computed::Here => "computed from the scene's matrices",
+        Computed::OnCoarseBeam => {
+            "by the rule of the formulation; computed on a coarse beam with the same parameters"
+        }
+    };
+    let mut lines = vec![
+        format!(
+            "index           {}, {place}: {}, narrowest gap {:.1} decades",
+            report.advice.index(),
+            report.computed.index,
+            report.computed.gap
+        ),
+        format!(
+            "inf–sup         {:.3}, {} pressures not held",
+            report.inf_sup, report.nullity
+        ),
+    ];
+    for block in &report.residuals {
+        lines.push(format!("start at rest   {block}"));
+    }
+    let slow: Vec<String> = report
+        .slow_modes
+        .iter()
+        .map(|f| format!("{f:.2}"))
+        .collect();
+    let drive = report
+        .drive
+        .map_or("none".to_owned(), |f| format!("{f} Hz"));
+    lines.push(format!(
+        "modes           {} Hz, …, {:.0} Hz; load {drive}",
+        slow.join(", "),
+        report.fastest_mode
+    ));
+    lines.push(format!(
+        "BDF order       {} at most: beyond it modes faster than the steps resolve would grow",
+        report.advice.max_order()
+    ));
+    let cost = report.cost;
+    if cost.steps.is_finite() {
+        lines.push(format!(
+            "cost            about {:.0} steps to t = {} s, {:.2e} s each: {:.1} s",
+            cost.steps,
+            body.settings.t_end,
+            cost.seconds_per_step,
+            cost.steps * cost.seconds_per_step
+        ));
+    }
+    lines
+}
+
+fn warnings(findings: &[Finding]) -> String {
+    if findings.is_empty() {
+        return "No objections.\n".into();
+    }
+    let warning = paint("warning", Tone::Bad, coloured_stdout());
+    findings
+        .iter()
+        .map(|finding| format!("{warning}: {finding}\n"))
+        .collect()
+}
+
+#[derive(Serialize)]
+struct Document {
+    scene: String,
+    /// Null for a scene without a body.
+    body: Option<BodyJson>,
+}
+
+#[derive(Serialize)]
+struct BodyJson {
+    formulation: &'static str,
+    #[serde(serialize_with = "json::kappa")]
+    kappa: f64,
+    beta: f64,
+    unknowns: usize,
+    blocks: Vec<BlockJson>,
+    /// By the rule of the formulation.
+    index: u8,
+    computed: ReportJson,
+    computed_on: &'static str,
+    inf_sup: f64,
+    nullity: usize,
+    initial_residual: Vec<ResidualJson>,
+    slow_modes: Vec<f64>,
+    fastest_mode: f64,
+    drive: Option<f64>,
+    advised_max_order: u8,
+    expected_steps: f64,
+    expected_seconds: f64,
+    warnings: Vec<WarningJson>,
+}
+
+#[derive(Serialize)]
+struct BlockJson {
+    field: &'static str,
+    unknowns: usize,
+    index: u8,
+    left_out: bool,
+    better_left_out: bool,
+}
+
+#[derive(Serialize)]
+struct ResidualJson {
+    field: &'static str,
+    largest: f64,
+    relative: f64,
+    worst: String,
+}
+
+#[derive(Serialize)]
+struct WarningJson {
+    problem: String,
+    fields: Vec<&'static str>,
+    remedies: Vec<String>,
+}
+
+fn document(body: &Body, report: &Report) -> BodyJson {
+    let leave_out = report.advice.to_leave_out();
+    let blocks = report.unknowns.iter().zip(report.advice.blocks());
+    let blocks = blocks.map(|((field, unknowns), (_, index))| BlockJson {
+        field: field.symbol(),
+        unknowns: *unknowns,
+        index,
+        left_out: body.settings.suppressed.contains(field),
+        better_left_out: leave_out.contains(field),
+    });
+    let residual = |block: &myovib_model::start::BlockResidual| ResidualJson {
+        field: block.field.symbol(),
+        largest: block.largest,
+        relative: block.relative,
+        worst: block.worst.clone(),
+    };
+    let warning = |finding: &Finding| WarningJson {
+        problem: finding.problem.clone(),
+        fields: finding.fields.iter().map(|field| field.symbol()).collect(),
+        remedies: finding.remedies.iter().map(ToString::to_string).collect(),
+    };
+    BodyJson {
+        formulation: body.formulation.name(),
+        kappa: body.muscle.parameters.kappa(),
+        beta: body.muscle.parameters.beta,
+        unknowns: report.unknowns.iter().map(|(_, number)| number).sum(),
+        blocks: blocks.collect(),
+        index: report.advice.index(),
+        computed: report_json(&report.computed),
+        computed_on: match report.computed_on {
+            Computed::Here => "scene",
+            Computed::OnCoarseBeam => "coarse-beam",
+        },
+        inf_sup: report.inf_sup,
+        nullity: report.nullity,
+        initial_residual: report.residuals.iter().map(residual).collect(),
+        slow_modes: report.slow_modes.clone(),
+        fastest_mode: report.fastest_mode,
+        drive: report.drive,
+        advised_max_order: report.advice.max_order(),
+        expected_steps: report.cost.steps,
+        expected_seconds: report.cost.steps * report.cost.seconds_per_step,
+        warnings: report.findings.iter().map(warning).collect(),
+    }
+}
