@@ -4,5 +4,6 @@ mod contract;
 mod doctor;
 mod figures;
 mod harness;
+mod scenes;
 mod structure;
 mod table2;

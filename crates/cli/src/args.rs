@@ -17,6 +17,7 @@ use crate::commands::init::InitArgs;
 use crate::commands::modes::ModesArgs;
 use crate::commands::run::RunArgs;
 use crate::commands::schema::SchemaArgs;
+use crate::commands::sweep::SweepArgs;
 use crate::commands::table1::Table1Args;
 use crate::commands::table2::Table2Args;
 use crate::error::InputError;
@@ -65,6 +66,8 @@ pub enum Command {
     Run(RunArgs),
     /// Print the JSON Schema of scenes, with which editors complete and check.
     Schema(SchemaArgs),
+    /// Run a scene over a grid of values, on all cores.
+    Sweep(SweepArgs),
 }
 
 /// Options of every command.

@@ -8,6 +8,7 @@ pub mod init;
 pub mod modes;
 pub mod run;
 pub mod schema;
+pub mod sweep;
 pub mod table1;
 pub mod table2;
 
@@ -31,5 +32,6 @@ pub fn run(command: &Command) -> anyhow::Result<Exit> {
         Command::Init(args) => init::run(args),
         Command::Run(args) => run::run(args),
         Command::Schema(args) => schema::run(args),
+        Command::Sweep(args) => sweep::run(args),
     }
 }

@@ -11,11 +11,7 @@ const MUSCLE: &str = include_str!("../../../../data/meshes/muscle.msh");
 
 impl Builder<'_> {
     /// The mesh, refined and with the regions cut out.
-    pub(super) fn mesh(
-        &self,
-        mesh: &mesh::Mesh,
-        regions: &[Region],
-    ) -> Result<Mesh, InputError> {
+    pub(super) fn mesh(&self, mesh: &mesh::Mesh, regions: &[Region]) -> Result<Mesh, InputError> {
         let (place, coarse) = match mesh.source {
             MeshSource::File { ref path } => ("mesh.path", Mesh::read_msh(self.resolve(path))),
             MeshSource::Muscle => ("mesh", Mesh::parse_msh(MUSCLE, "muscle.msh")),
@@ -37,18 +33,16 @@ impl Builder<'_> {
         };
         let coarse = self.at(place, coarse)?;
         let mesh = (0..mesh.refine).fold(coarse, |mesh, _| mesh.refined());
-        regions.iter().enumerate().try_fold(mesh, |mesh, (i, region)| {
-            self.with_region(&mesh, region, &format!("region[{i}]"))
-        })
+        regions
+            .iter()
+            .enumerate()
+            .try_fold(mesh, |mesh, (i, region)| {
+                self.with_region(&mesh, region, &format!("region[{i}]"))
+            })
     }
 
     /// Moves the triangles of a region into a group of their own.
-    fn with_region(
-        &self,
-        mesh: &Mesh,
-        region: &Region,
-        path: &str,
-    ) -> Result<Mesh, InputError> {
+    fn with_region(&self, mesh: &Mesh, region: &Region, path: &str) -> Result<Mesh, InputError> {
         if mesh.groups().contains_key(&region.name) {
             let error = InputError::new(format!("the mesh has a group `{}` already", region.name));
             return Err(self.wrong(&format!("{path}.name"), error));

@@ -55,14 +55,19 @@ impl Builder<'_> {
     /// The chains, whose names differ.
     pub(super) fn chains(&self, file: &SceneFile) -> Result<Vec<DrivenChain>, InputError> {
         for (i, chain) in file.chain.iter().enumerate() {
-            if file.chain[..i].iter().any(|before| before.name == chain.name) {
+            if file.chain[..i]
+                .iter()
+                .any(|before| before.name == chain.name)
+            {
                 let error = InputError::new(format!("two chains have the name `{}`", chain.name))
                     .next("give each chain a `name` of its own");
                 return Err(self.wrong(&format!("chain[{i}]"), error));
             }
         }
         let chains = file.chain.iter().enumerate();
-        chains.map(|(i, chain)| self.chain(file, chain, &format!("chain[{i}]"))).collect()
+        chains
+            .map(|(i, chain)| self.chain(file, chain, &format!("chain[{i}]")))
+            .collect()
     }
 
     fn chain(
@@ -94,7 +99,9 @@ impl Builder<'_> {
             },
             seed: chain.seed,
         };
-        let omega = detuning.frequencies(chain.oscillators).map_err(ModelError::from);
+        let omega = detuning
+            .frequencies(chain.oscillators)
+            .map_err(ModelError::from);
         let reach = match chain.reach {
             ReachName::All => Reach::All,
             ReachName::Boundary => Reach::Boundary,
@@ -114,7 +121,10 @@ impl Builder<'_> {
                 },
                 reach,
             },
-            drive: Drive { gain: chain.gain, reach },
+            drive: Drive {
+                gain: chain.gain,
+                reach,
+            },
             at: chain.at,
             axis: super::body::index(chain.component),
             initial: chain.initial,
@@ -133,7 +143,10 @@ impl Builder<'_> {
                     .allowed("letters, digits, `_` and `-`");
                 return fails(".name", error);
             }
-            if file.probe[..i].iter().any(|before| before.name == probe.name) {
+            if file.probe[..i]
+                .iter()
+                .any(|before| before.name == probe.name)
+            {
                 let error = InputError::new(format!("two probes have the name `{}`", probe.name));
                 return fails(".name", error);
             }

@@ -61,27 +61,40 @@ pub(super) fn dynamic<P: System>(
     };
     let (seed, statistics) = (seed(scene), &whole);
     match &scene.body {
-        Some(Body { muscle, formulation, settings }) => {
+        Some(Body {
+            muscle,
+            formulation,
+            settings,
+        }) => {
             extend(&mut document, body(muscle, *formulation));
-            extend(&mut document, json!({
-                "constraint_drift": outputs.drift.0,
-                "constraint_drift_at": outputs.drift.1,
-            }));
+            extend(
+                &mut document,
+                json!({
+                    "constraint_drift": outputs.drift.0,
+                    "constraint_drift_at": outputs.drift.1,
+                }),
+            );
             let numbers = StatisticsJson::new(statistics, settings, *formulation);
             extend(&mut document, serde_json::to_value(numbers)?);
         }
         None => {
             let tolerances = &scene.file.integrator.oscillators;
             extend(&mut document, counts(statistics));
-            extend(&mut document, json!({
-                "index": 0,
-                "rtol": tolerances.rtol,
-                "atol": tolerances.atol,
-                "max_order": scene.file.integrator.max_order.unwrap_or(5),
-            }));
+            extend(
+                &mut document,
+                json!({
+                    "index": 0,
+                    "rtol": tolerances.rtol,
+                    "atol": tolerances.atol,
+                    "max_order": scene.file.integrator.max_order.unwrap_or(5),
+                }),
+            );
         }
     }
-    extend(&mut document, json!({ "seed": seed }));
+    extend(
+        &mut document,
+        json!({ "seed": seed, "energy": outputs.energy() }),
+    );
     Ok(document)
 }
 
@@ -98,7 +111,10 @@ fn seed(scene: &Scene) -> Value {
 fn body(muscle: &Muscle, formulation: Formulation) -> Value {
     let parameters = &muscle.parameters;
     let indices = formulation.rows().iter().map(|(field, _)| {
-        (field.symbol().to_owned(), json!(formulation.variable_index(*field, parameters)))
+        (
+            field.symbol().to_owned(),
+            json!(formulation.variable_index(*field, parameters)),
+        )
     });
     json!({
         "formulation": formulation.name(),

@@ -3,9 +3,7 @@
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use myovib_model::{
-    Integrator, Limits, Observer, Outcome, SampleTimes, StopReason, run,
-};
+use myovib_model::{Integrator, Limits, Observer, Outcome, SampleTimes, StopReason, run};
 use serde_json::Value;
 
 use super::checkpoint::{Checkpoint, Totals};
@@ -16,7 +14,7 @@ use super::recorder::{Recorder, What, quantities};
 use super::stop::Condition;
 use super::system::System;
 use super::watch::Watch;
-use super::{RunArgs, RunResult, start};
+use super::{RunArgs, RunResult, html, start};
 use crate::error::InputError;
 use crate::exit::Exit;
 use crate::scene::Scene;
@@ -35,9 +33,19 @@ pub(super) fn compute(
 ) -> anyhow::Result<RunResult> {
     let started = Instant::now();
     let echo = serde_json::to_value(&scene.file)?;
-    let checkpoint =
-        if args.resume { Some(Checkpoint::read(&args.out, &echo)?) } else { None };
-    let run = Motion { scene, args, interrupted, checkpoint, echo, started };
+    let checkpoint = if args.resume {
+        Some(Checkpoint::read(&args.out, &echo)?)
+    } else {
+        None
+    };
+    let run = Motion {
+        scene,
+        args,
+        interrupted,
+        checkpoint,
+        echo,
+        started,
+    };
     match (&scene.body, &scene.rod) {
         (Some(body), _) if scene.chains.is_empty() => {
             let integrator = start::muscle(body, run.checkpoint.as_ref())?;
@@ -100,7 +108,9 @@ impl Motion<'_> {
         let most_cpu = scene.file.integrator.max_cpu.unwrap_or(f64::INFINITY);
         let mut limits = Limits::new(most_cpu, Some(self.interrupted));
         let mut watch = Watch::new(args.common.quiet, integrator.time(), scene.t_end);
-        let mut steps = StepLimit { most: scene.file.integrator.max_steps };
+        let mut steps = StepLimit {
+            most: scene.file.integrator.max_steps,
+        };
         let mut observers: Vec<&mut dyn Observer<P>> =
             vec![&mut outputs, &mut watch, &mut steps, &mut limits];
         let statistics = run(&mut *integrator, &mut observers)?;
@@ -113,10 +123,13 @@ impl Motion<'_> {
             integration: statistics.wall_seconds - outputs.seconds.as_secs_f64(),
             output: outputs.seconds.as_secs_f64(),
         };
-        let document =
-            document::dynamic(scene, &*integrator, &statistics, &outputs, &timing)?;
+        let document = document::dynamic(scene, &*integrator, &statistics, &outputs, &timing)?;
         document::write(&folder, &document)?;
-        Ok(RunResult { document, exit: exit(&statistics.outcome) })
+        html::write(&folder, scene, &document)?;
+        Ok(RunResult {
+            document,
+            exit: exit(&statistics.outcome),
+        })
     }
 }
 
@@ -131,12 +144,16 @@ fn exit(outcome: &Outcome) -> Exit {
 /// What the probes measure, located in the mesh.
 fn measurements(scene: &Scene) -> Result<Vec<What>, InputError> {
     let probes = scene.file.probe.iter().enumerate();
-    probes.map(|(i, probe)| scene.at(&format!("probe[{i}]"), What::new(&probe.kind, scene))).collect()
+    probes
+        .map(|(i, probe)| scene.at(&format!("probe[{i}]"), What::new(&probe.kind, scene)))
+        .collect()
 }
 
 fn conditions(scene: &Scene) -> Result<Vec<Condition>, InputError> {
     let stops = scene.file.stop.iter().enumerate();
-    stops.map(|(i, stop)| scene.at(&format!("stop[{i}]"), Condition::new(stop, scene))).collect()
+    stops
+        .map(|(i, stop)| scene.at(&format!("stop[{i}]"), Condition::new(stop, scene)))
+        .collect()
 }
 
 fn open(
@@ -190,7 +207,11 @@ fn checkpoint_times(scene: &Scene, checkpoint: Option<&Checkpoint>) -> SampleTim
         .as_ref()
         .map_or(scene.t_end / CHECKPOINTS, |c| c.every);
     let times = times(every, scene.t_end, checkpoint);
-    if checkpoint.is_none() { times.skip(1) } else { times }
+    if checkpoint.is_none() {
+        times.skip(1)
+    } else {
+        times
+    }
 }
 
 /// Ends a run after a number of steps.

@@ -9,6 +9,7 @@ mod document;
 mod dynamic;
 mod energy;
 mod folder;
+mod html;
 mod outputs;
 mod recorder;
 mod start;

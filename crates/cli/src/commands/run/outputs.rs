@@ -3,9 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use myovib_model::{
-    Integrator, ModelError, Observer, Outcome, SampleTimes, Step, StopReason,
-};
+use myovib_model::{Integrator, ModelError, Observer, Outcome, SampleTimes, Step, StopReason};
 use serde_json::Value;
 
 use super::checkpoint::{Checkpoint, Totals};
@@ -58,7 +56,9 @@ impl Outputs<'_> {
         self.write_fields(integrator, from, to)?;
         while let Some(t) = self.drift_times.due(to) {
             integrator.dense_output(t.max(from), 0, &mut self.y)?;
-            let Some((dae, range)) = integrator.problem_mut().muscle() else { continue };
+            let Some((dae, range)) = integrator.problem_mut().muscle() else {
+                continue;
+            };
             let drift = dae.constraint_drift(t, &self.y[range])?;
             if drift >= self.drift.0 {
                 self.drift = (drift, t);
@@ -166,6 +166,16 @@ impl Outputs<'_> {
         integrator.dense_output(t, 0, &mut self.y)?;
         let (dae, range) = muscle_of(integrator.problem_mut())?;
         Ok(self.conditions[k].excess(&dae.snapshot(t, &self.y[range])))
+    }
+
+    /// The last values of the first energy probe: kinetic, elastic, work, dissipated, imbalance.
+    pub(super) fn energy(&self) -> Option<[f64; 5]> {
+        self.recorders
+            .iter()
+            .find_map(|recorder| match &recorder.what {
+                What::Energy(balance) => Some(balance.row()),
+                _ => None,
+            })
     }
 
     /// Writes the state reached, from which the run can go on.

@@ -52,24 +52,35 @@ impl What {
         };
         let network = |name: &str| {
             let found = scene.chains.iter().position(|chain| chain.name == name);
-            found.ok_or(ModelError::NoSuchPart { part: "chain of that name" })
+            found.ok_or(ModelError::NoSuchPart {
+                part: "chain of that name",
+            })
         };
         let one = |measurement| Ok(Self::Places(vec![measurement]));
         match kind {
-            ProbeKind::Point { at, quantities: names } => {
-                one(Measurement::at(space()?, *at, &quantities(names))?)
-            }
-            ProbeKind::Average { group, quantities: names } => {
-                one(Measurement::average(space()?, group, &quantities(names))?)
-            }
-            ProbeKind::Line { from, to, points, quantities: names } => {
+            ProbeKind::Point {
+                at,
+                quantities: names,
+            } => one(Measurement::at(space()?, *at, &quantities(names))?),
+            ProbeKind::Average {
+                group,
+                quantities: names,
+            } => one(Measurement::average(space()?, group, &quantities(names))?),
+            ProbeKind::Line {
+                from,
+                to,
+                points,
+                quantities: names,
+            } => {
                 let (space, quantities) = (space()?, quantities(names));
                 let place = |i: usize| {
                     let s = i as f64 / (points - 1) as f64;
                     [0, 1].map(|axis| (1.0 - s) * from[axis] + s * to[axis])
                 };
                 let measure = |i| Measurement::at(space, place(i), &quantities);
-                Ok(Self::Places((0..*points).map(measure).collect::<Result<_, _>>()?))
+                Ok(Self::Places(
+                    (0..*points).map(measure).collect::<Result<_, _>>()?,
+                ))
             }
             ProbeKind::Reaction { group } => Ok(Self::Reaction(space()?.nodes_of(group)?)),
             ProbeKind::Energy => Ok(Self::Energy(EnergyBalance::default())),
@@ -154,7 +165,11 @@ impl What {
                 let (position, velocity) = y[range].split_at(network.n_oscillators());
                 let coherence = Coherence::new(network.omega(), position, velocity);
                 let centroid = coherence.centroid;
-                Ok(vec![centroid.norm(), centroid.arg(), coherence.phase.norm()])
+                Ok(vec![
+                    centroid.norm(),
+                    centroid.arg(),
+                    coherence.phase.norm(),
+                ])
             }
             Self::Oscillators(k, _) => {
                 let (_, range) = system.network(*k).ok_or(no_network)?;

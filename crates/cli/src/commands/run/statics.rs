@@ -9,7 +9,7 @@ use sundials_wrap::DaeProblem;
 use super::document;
 use super::folder::Folder;
 use super::recorder::{Recorder, What, quantities};
-use super::{RunArgs, RunResult};
+use super::{RunArgs, RunResult, html};
 use crate::error::InputError;
 use crate::exit::Exit;
 use crate::scene::Scene;
@@ -65,6 +65,7 @@ pub(super) fn compute(scene: &Scene, args: &RunArgs) -> anyhow::Result<RunResult
         "wall_seconds": started.elapsed().as_secs_f64(),
     });
     document::write(&folder, &document)?;
+    html::write(&folder, scene, &document)?;
     Ok(RunResult {
         document,
         exit: Exit::Done,

@@ -1,7 +1,7 @@
 //! Conditions of a scene that end the run.
 
-use myovib_fem::quadrature::TriangleRule;
 use myovib_fem::Located;
+use myovib_fem::quadrature::TriangleRule;
 use myovib_model::{ModelError, Probe, Quantity, Snapshot};
 
 use crate::scene::Scene;
@@ -18,7 +18,10 @@ pub(super) enum Condition {
 impl Condition {
     /// What `stop` means in this scene.
     pub(super) fn new(stop: &Stop, scene: &Scene) -> Result<Self, ModelError> {
-        let body = scene.body.as_ref().ok_or(ModelError::NoSuchPart { part: "muscle" })?;
+        let body = scene
+            .body
+            .as_ref()
+            .ok_or(ModelError::NoSuchPart { part: "muscle" })?;
         let space = body.muscle.solid.space();
         Ok(match *stop {
             Stop::Displacement { at, above } => Self::Displacement {

@@ -30,7 +30,9 @@ pub(super) trait System: DaeProblem {
 pub(super) fn muscle_of<P: System + ?Sized>(
     system: &mut P,
 ) -> Result<(&mut MuscleDae, Range<usize>), ModelError> {
-    system.muscle().ok_or(ModelError::NoSuchPart { part: "muscle" })
+    system
+        .muscle()
+        .ok_or(ModelError::NoSuchPart { part: "muscle" })
 }
 
 impl System for MuscleDae {

@@ -1,0 +1,274 @@
+//! `report.html`: the run at a glance, in one file that needs no network.
+
+use std::fmt::Write as _;
+use std::fs;
+
+use anyhow::Context;
+use myovib_fem::Group;
+use serde_json::Value;
+
+use super::folder::Folder;
+use crate::plot::{Axis, Colour, EdgeGroup, Figure, LinePlot, MeshPlot, Panel, Series};
+use crate::scene::{Body, Scene};
+use crate::scene_file::output::Probe;
+use crate::versions::Versions;
+
+const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;\
+padding:0 1rem;color:#222}h1{font-size:1.6rem}h2{font-size:1.2rem;margin-top:2rem}\
+table{border-collapse:collapse}td{padding:.15rem 1.2rem .15rem 0;vertical-align:top}\
+svg{width:100%;max-width:42rem;height:auto}pre{background:#f5f5f5;padding:1rem;overflow:auto;\
+font-size:13px}.bad{color:#b00020;font-weight:600}";
+
+/// Writes the report of a run.
+pub(super) fn write(folder: &Folder, scene: &Scene, document: &Value) -> anyhow::Result<()> {
+    let title = if scene.file.title.is_empty() {
+        "A run"
+    } else {
+        &scene.file.title
+    };
+    let mut html = format!(
+        "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\">\
+         <title>{0}</title><style>{STYLE}</style>\n<h1>{0}</h1>\n",
+        escape(title)
+    );
+    html += &outcome(document);
+    if let Some(body) = &scene.body {
+        html += "<h2>Mesh and boundary conditions</h2>\n";
+        html += &mesh_figure(scene, body);
+    }
+    for probe in &scene.file.probe {
+        write!(
+            html,
+            "<h2>Probe {}</h2>\n{}",
+            escape(&probe.name),
+            probe_figure(folder, probe)?
+        )?;
+    }
+    html += "<h2>What the run means</h2>\n";
+    html += &meaning(document);
+    html += "<h2>Statistics</h2>\n";
+    html += &statistics(document);
+    write!(
+        html,
+        "<h2>The scene</h2>\n<pre>{}</pre>\n",
+        escape(scene.text())
+    )?;
+    let Versions {
+        myovib,
+        git,
+        sundials,
+        klu,
+    } = Versions::found();
+    writeln!(
+        html,
+        "<p>myovib {myovib} ({git}), SUNDIALS {sundials}, KLU {klu}.</p></html>"
+    )?;
+    folder.write("report.html", &html)
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+fn outcome(document: &Value) -> String {
+    let plain = |key: &str| document[key].as_str().unwrap_or_default();
+    match plain("outcome") {
+        "finished" => "<p>The run reached its end.</p>\n".to_owned(),
+        _ => format!(
+            "<p class=\"bad\">Stopped: {}</p>\n",
+            escape(plain("message"))
+        ),
+    }
+}
+
+fn mesh_figure(scene: &Scene, body: &Body) -> String {
+    let space = body.muscle.solid.space();
+    let mut triangles = Vec::new();
+    for element in 0..space.n_elements() {
+        triangles.extend(<[usize; 6]>::try_from(space.element_nodes(element)));
+    }
+    let held = scene.file.fixed.iter().map(|fixed| (&fixed.group, None));
+    let moved = scene
+        .file
+        .displacement
+        .iter()
+        .map(|moving| (&moving.group, None));
+    let loaded = scene.file.traction.iter().map(|traction| {
+        let direction =
+            [traction.x.is_some(), traction.y.is_some()].map(|g| f64::from(u8::from(g)));
+        (&traction.group, Some(direction))
+    });
+    let named = held.chain(moved).chain(loaded).enumerate();
+    let groups = named.filter_map(|(i, (name, arrows))| {
+        let Ok(Group::Edges(edges)) = space.mesh().group(name) else {
+            return None;
+        };
+        let nodes = edges.iter().map(|&edge| space.edge_nodes(edge));
+        let edges = nodes.filter_map(|nodes| nodes.try_into().ok()).collect();
+        Some(EdgeGroup {
+            name: name.clone(),
+            edges,
+            colour: Colour::of_series(i),
+            arrows,
+        })
+    });
+    let plot = MeshPlot {
+        x: Axis::new("x", "m"),
+        y: Axis::new("y", "m"),
+        nodes: space.node_points().to_vec(),
+        triangles,
+        groups: groups.collect(),
+        scale: 1.0,
+        ..MeshPlot::default()
+    };
+    Figure::of("Mesh and boundary conditions", plot).render()
+}
+
+/// The columns of a probe over time, one panel for each.
+fn probe_figure(folder: &Folder, probe: &Probe) -> anyhow::Result<String> {
+    let path = folder.path().join(format!("{}.csv", probe.name));
+    let text =
+        fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let rows: Vec<Vec<f64>> = lines
+        .map(|line| {
+            line.split(',')
+                .filter_map(|word| word.parse().ok())
+                .collect()
+        })
+        .filter(|row: &Vec<f64>| row.len() == names.len())
+        .collect();
+    if rows.len() < 2 {
+        return Ok(values(&names, rows.first()));
+    }
+    let column = |j: usize| rows.iter().map(|row| row[j]).collect::<Vec<f64>>();
+    let t = column(0);
+    // More panels than fit a screen are left to the CSV file.
+    let shown = names.iter().enumerate().skip(1).take(6);
+    let panels = shown.map(|(j, name)| {
+        Box::new(LinePlot {
+            x: Axis::new("*t*", "s"),
+            y: Axis::new(name.replace('_', " "), unit(name)),
+            series: vec![Series::curve("", &t, &column(j))],
+            ..LinePlot::default()
+        }) as Box<dyn Panel>
+    });
+    Ok(Figure::column(&*probe.name, panels.collect()).render())
+}
+
+fn values(names: &[&str], row: Option<&Vec<f64>>) -> String {
+    let cells = names.iter().zip(row.into_iter().flatten());
+    let rows: String = cells
+        .map(|(name, value)| {
+            format!(
+                "<tr><td>{}</td><td>{value:.6e} {}</td></tr>",
+                escape(name),
+                unit(name)
+            )
+        })
+        .collect();
+    format!("<table>{rows}</table>\n")
+}
+
+fn unit(name: &str) -> &'static str {
+    match name.split('_').next().unwrap_or_default() {
+        "t" => "s",
+        "u" => "m",
+        "v" => "m/s",
+        "p" | "stress" | "von" => "Pa",
+        "R" => "N/m",
+        "kinetic" | "elastic" | "work" | "dissipated" | "imbalance" => "J/m",
+        _ => "",
+    }
+}
+
+/// Index, drift and energy in words, with the numbers of this run.
+fn meaning(document: &Value) -> String {
+    let mut text = String::new();
+    if document["analysis"] == "static" {
+        return format!(
+            "<p>Newton's method found the equilibrium in {} iterations over {} load steps.</p>\n",
+            document["newton_iterations"], document["load_steps"]
+        );
+    }
+    let index = document["index"].as_u64().unwrap_or(0);
+    text += &format!("<p>The system has index {index}: ");
+    text += match index {
+        0 => "an ordinary differential equation; all variables are controlled alike.</p>\n",
+        1 => {
+            "the pressure follows from the displacement without differentiation, and the error \
+             test may include it.</p>\n"
+        }
+        2 => {
+            "the multipliers follow after one differentiation. Their estimated errors do not \
+             shrink with the step as those of the other variables do, so they are best left out \
+             of the error test.</p>\n"
+        }
+        _ => {
+            "the multipliers follow only after two differentiations. A code of BDF type meets \
+             them at the limit of what it can do: with them in the error test it tends to stop, \
+             and a formulation of lower index is the better choice.</p>\n"
+        }
+    };
+    if let Some(drift) = document["constraint_drift"].as_f64() {
+        text += &format!(
+            "<p>The volume constraint p/κ + J - 1 = 0 was missed by at most {drift:.1e} \
+             (projected on the pressure's functions)."
+        );
+        if document["formulation"] == "velocity" {
+            text += " This formulation imposes its derivative, so that errors add up over time.";
+        }
+        text += "</p>\n";
+    }
+    let skipped = document["suppressed"].as_array().map(|all| {
+        all.iter()
+            .filter_map(Value::as_str)
+            .collect::<Vec<_>>()
+            .join(", ")
+    });
+    if let Some(skipped) = skipped.filter(|names| !names.is_empty()) {
+        text += &format!("<p>Left out of the error test: {skipped}.</p>\n");
+    }
+    if let Some([kinetic, elastic, work, dissipated, imbalance]) = energies(document) {
+        text += &format!(
+            "<p>Energy per metre of depth at the end: {kinetic:.3e} J kinetic and {elastic:.3e} J \
+             elastic; the loads did {work:.3e} J of work, damping took {dissipated:.3e} J. The \
+             balance is missed by {imbalance:.1e} J, what time integration with this tolerance \
+             loses or gains.</p>\n"
+        );
+    }
+    text
+}
+
+/// The last row of an energy probe.
+fn energies(document: &Value) -> Option<[f64; 5]> {
+    let row = document["energy"].as_array()?;
+    let numbers: Vec<f64> = row.iter().filter_map(Value::as_f64).collect();
+    numbers.try_into().ok()
+}
+
+fn statistics(document: &Value) -> String {
+    let Some(object) = document.as_object() else {
+        return String::new();
+    };
+    let is_plain = |value: &&Value| !value.is_object() && !value.is_array() && !value.is_null();
+    let rows: String = object
+        .iter()
+        .filter(|(_, value)| is_plain(value))
+        .map(|(key, value)| {
+            let value = value
+                .as_str()
+                .map_or_else(|| value.to_string(), str::to_owned);
+            format!(
+                "<tr><td>{}</td><td>{}</td></tr>\n",
+                escape(key),
+                escape(&value)
+            )
+        })
+        .collect();
+    format!("<table>{rows}</table>\n")
+}

@@ -1,0 +1,244 @@
+//! Scenes: every built-in one runs, killed runs go on, sweeps are stable, nothing is computed in vain.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use myovib_cli::scene::BUILTIN;
+use serde_json::Value;
+
+use crate::harness::myovib_in;
+
+fn run_json(folder: &Path) -> Value {
+    let text = fs::read_to_string(folder.join("run.json")).expect("run.json was written");
+    serde_json::from_str(&text).expect("valid JSON")
+}
+
+/// The rows of a CSV file, without its header.
+fn rows(path: &Path) -> Vec<Vec<f64>> {
+    let text = fs::read_to_string(path).expect("the file was written");
+    let numbers = |line: &str| line.split(',').map(|word| word.parse().unwrap()).collect();
+    text.lines().skip(1).map(numbers).collect()
+}
+
+/// Runs a scene in `folder` and expects success.
+fn run(folder: &Path, scene: &str, out: &str, more: &[&str]) -> Value {
+    let arguments = [&["run", scene, "--out", out, "--quiet"], more].concat();
+    let run = myovib_in(folder, &arguments);
+    assert_eq!(run.code, 0, "{scene}: {}", run.stderr);
+    run_json(&folder.join(out))
+}
+
+#[test]
+fn every_built_in_scene_runs_at_least_to_a_short_end_time() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in BUILTIN {
+        let end: &[&str] = if text.contains("[time]") {
+            &["--set", "time.end=0.05"]
+        } else {
+            &[]
+        };
+        let document = run(folder.path(), name, name, end);
+        assert_eq!(document["outcome"], "finished", "{name}");
+        assert!(folder.path().join(name).join("report.html").exists());
+    }
+}
+
+#[test]
+fn a_wrong_scene_is_explained_and_writes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    for (set, message) in [
+        ("fixed[0].group=fixd", "did you mean `fixed`?"),
+        ("traction[0].group=muscle", "holds triangles"),
+        ("material[0].group=leg", "the mesh has no group `leg`"),
+        ("material[0].group=load", "holds no triangles"),
+        ("probe[0].at=[1.0, 0.0]", "outside the mesh"),
+        ("solid.beta=0.0", "it needs beta > 0"),
+        ("traction[0].y=100.0", "the loads do not start from zero"),
+        ("mesh.type=file", "needs `path`"),
+        ("fields.every=0", "out of range"),
+    ] {
+        let run = myovib_in(
+            folder.path(),
+            &["run", "init", "--out", "out", "--set", set],
+        );
+        assert_eq!(run.code, 2, "{set}: {}", run.stderr);
+        assert!(run.stderr.contains(message), "{set}: {}", run.stderr);
+        assert!(
+            run.stderr.contains("where:") || set.contains("y=100"),
+            "{}",
+            run.stderr
+        );
+        assert!(!folder.path().join("out").exists(), "{set} wrote something");
+    }
+}
+
+#[test]
+fn a_run_is_not_overwritten_by_accident() {
+    let folder = tempfile::tempdir().unwrap();
+    let end = ["--set", "time.end=0.02"];
+    run(folder.path(), "init", "out", &end);
+    let again = myovib_in(
+        folder.path(),
+        &["run", "init", "--out", "out", end[0], end[1]],
+    );
+    assert_eq!(again.code, 2);
+    assert!(again.stderr.contains("--resume"), "{}", again.stderr);
+}
+
+#[test]
+fn a_killed_run_leaves_whole_files_and_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let settings = [
+        "--set",
+        "time.end=6",
+        "--set",
+        "fields.every=0.5",
+        "--set",
+        "checkpoint.every=0.25",
+    ];
+    let arguments = [
+        &["run", "init", "--out", "killed", "--quiet"],
+        &settings[..],
+    ]
+    .concat();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_myovib"))
+        .args(&arguments)
+        .current_dir(folder.path())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let killed = folder.path().join("killed");
+    let csv = killed.join("origin.csv");
+    // Far enough for a checkpoint beyond the ramp; if the machine is so fast that the run ends
+    // first, going on from its last checkpoint is tested all the same.
+    for _ in 0..2000 {
+        let enough = fs::read_to_string(&csv).is_ok_and(|text| text.lines().count() > 200);
+        if enough || child.try_wait().unwrap().is_some() {
+            break;
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+
+    let text = fs::read_to_string(&csv).unwrap();
+    assert!(text.ends_with('\n'));
+    assert!(rows(&csv).iter().all(|row| row.len() == 4));
+    let pvd = fs::read_to_string(killed.join("fields.pvd")).unwrap();
+    for line in pvd.lines().filter(|line| line.contains("file=")) {
+        let name = line
+            .split("file=\"")
+            .nth(1)
+            .unwrap()
+            .split('"')
+            .next()
+            .unwrap();
+        assert!(
+            fs::read_to_string(killed.join(name))
+                .unwrap()
+                .ends_with("</VTKFile>\n")
+        );
+    }
+
+    let document = run(
+        folder.path(),
+        "init",
+        "killed",
+        &[&settings[..], &["--resume"]].concat(),
+    );
+    assert_eq!(document["resumed"], 1);
+    run(folder.path(), "init", "whole", &settings);
+    let (resumed, whole) = (rows(&csv), rows(&folder.path().join("whole/origin.csv")));
+    assert_eq!(resumed.len(), whole.len());
+    let largest = |j: usize| whole.iter().map(|row| row[j].abs()).fold(0.0, f64::max);
+    for (a, b) in resumed.iter().zip(&whole) {
+        assert_eq!(a[0], b[0]);
+        // u_y at the origin has an error of 2 to 4 % of its amplitude at these tolerances (its
+        // absolute tolerance is 2 % of it), in either run.
+        assert!(
+            (a[2] - b[2]).abs() < 0.08 * largest(2),
+            "u_y at t = {}: {} {}",
+            a[0],
+            a[2],
+            b[2]
+        );
+        // A restart that disturbed λ would show as a peak.
+        assert!(
+            (a[3] - b[3]).abs() < 0.10 * largest(3),
+            "p at t = {}: {} {}",
+            a[0],
+            a[3],
+            b[3]
+        );
+    }
+}
+
+#[test]
+fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let common = [
+        "sweep",
+        "table2-1",
+        "--quiet",
+        "--set",
+        "time.end=0.2",
+        "--vary",
+        "solid.kappa=1e4,1e5,-1",
+        "--vary",
+        "material[0].c10=1e4,2e4",
+        "--out",
+    ];
+    let sweep = |out: &str, more: &[&str]| {
+        let run = myovib_in(folder.path(), &[&common[..], &[out], more].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let text = fs::read_to_string(folder.path().join(out).join("sweep.json")).unwrap();
+        let value: Value = serde_json::from_str(&text).unwrap();
+        value["rows"].as_array().unwrap().clone()
+    };
+    let all = sweep("all", &["--threads", "2"]);
+    let alone = sweep("alone", &["--case", "4/6"]);
+    assert_eq!(all.len(), 6);
+    assert_eq!(all[3]["probes"], alone[3]["probes"]);
+    assert_eq!(alone[2]["outcome"], "not computed");
+    // κ = -1 is a failed row, not a failed sweep.
+    assert_eq!(
+        (all[4]["outcome"].as_str(), all[0]["outcome"].as_str()),
+        (Some("failed"), Some("finished"))
+    );
+    assert!(all[4]["message"].as_str().unwrap().contains("out of range"));
+}
+
+#[test]
+fn what_a_scene_does_not_ask_for_is_not_computed() {
+    let folder = tempfile::tempdir().unwrap();
+    let end = ["--set", "time.end=0.2"];
+    let undamped = run(folder.path(), "table2-1", "undamped", &end);
+    assert_eq!(undamped["work"]["force_rate_passes"], 0);
+    assert_eq!(undamped["work"]["rate_tangent_passes"], 0);
+    assert_eq!(undamped["indices"]["mu"], Value::Null, "β = 0: no μ");
+    assert_eq!(undamped["output_work"]["field_files"], 0);
+    assert_eq!(undamped["output_work"]["stress_evaluations"], 0);
+    assert_eq!(undamped["output_work"]["energy_evaluations"], 0);
+    assert_eq!(undamped["unknowns"], 2849, "no chain, no chain states");
+
+    let damped = run(folder.path(), "init", "damped", &end);
+    assert_eq!(
+        damped["work"]["force_rate_passes"],
+        damped["work"]["residual_passes"]
+    );
+    assert!(damped["output_work"]["stress_evaluations"].as_u64() > Some(0));
+
+    let linear = run(folder.path(), "table1-26-finite-undamped", "linear", &end);
+    assert_eq!(linear["work"]["tangent_passes"], 1, "linear: one assembly");
+    assert!(linear["jacobian_evaluations"].as_u64() > Some(1));
+
+    let rod = run(folder.path(), "figure3", "rod", &end);
+    assert_eq!(rod["mesh"], Value::Null, "a rod reads no mesh");
+    assert_eq!(
+        (&rod["unknowns"], &rod["work"]["residual_passes"]),
+        (&60.into(), &0.into())
+    );
+}
