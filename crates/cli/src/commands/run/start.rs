@@ -1,9 +1,7 @@
 //! Integrators for the systems a scene can be, from rest or from a checkpoint.
 
 use myovib_model::advice::{Advice, Advised};
-use myovib_model::coupling::{
-    CoupledDae, ErrorTest, NoBody, Oscillators, Source, StateTolerances,
-};
+use myovib_model::coupling::{CoupledDae, ErrorTest, NoBody, Oscillators, Source, StateTolerances};
 use myovib_model::{
     IdaIntegrator, Integrator, IntegratorKind, ModelError, MuscleDae, Probe, RodDae, Settings, ida,
     start_at_rest,
@@ -23,14 +21,20 @@ pub(super) fn muscle(
     checkpoint: Option<&Checkpoint>,
 ) -> anyhow::Result<Box<dyn Integrator<MuscleDae>>> {
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-    let Some(Checkpoint { t, y, y_dot, step, .. }) = checkpoint else {
+    let Some(Checkpoint {
+        t, y, y_dot, step, ..
+    }) = checkpoint
+    else {
         refuse_sudden_loads(&mut dae)?;
         return Ok(start_at_rest(dae, &body.settings)?);
     };
     if body.settings.integrator == IntegratorKind::Radau {
         return Err(InputError::new("a run with Radau IIA cannot go on from a checkpoint").into());
     }
-    let settings = Settings { initial_step: Some(*step), ..body.settings.clone() };
+    let settings = Settings {
+        initial_step: Some(*step),
+        ..body.settings.clone()
+    };
     let integrator = IdaIntegrator::starting_at(dae, &settings, *t, y, y_dot)?;
     Ok(Box::new(Advised::new(Box::new(integrator), advice(body))))
 }
@@ -110,8 +114,13 @@ fn coupled<B: CoupledBody>(
     }
     let test = test.with_oscillators(&dae, tolerances(scene));
     Ok(Box::new(match checkpoint {
-        Some(Checkpoint { t, y, y_dot, step, .. }) => {
-            let options = IdaOptions { initial_step: Some(*step), ..options };
+        Some(Checkpoint {
+            t, y, y_dot, step, ..
+        }) => {
+            let options = IdaOptions {
+                initial_step: Some(*step),
+                ..options
+            };
             IdaIntegrator::coupled_at(dae, test, options, [*t, scene.t_end], y, y_dot)?
         }
         None => {
@@ -163,14 +172,18 @@ fn options(scene: &Scene) -> IdaOptions {
 /// A run starts from rest without load, so that all values and derivatives are zero.
 fn refuse_sudden_loads(dae: &mut MuscleDae) -> anyhow::Result<()> {
     let rest = vec![0.0; dae.n_unknowns()];
-    let force = dae.unbalanced_force(0.0, &rest, &rest).map_err(ModelError::from)?;
+    let force = dae
+        .unbalanced_force(0.0, &rest, &rest)
+        .map_err(ModelError::from)?;
     let free = dae.muscle().solid.dofs().free_to_full();
     let largest = free.iter().map(|&i| force[i].abs()).fold(0.0, f64::max);
     if largest > 0.0 {
-        return Err(InputError::new("the loads do not start from zero, but the body starts at rest")
-            .found(format!("a nodal force of {largest:.3e} N/m at t = 0"))
-            .next("let them rise: y = { type = \"step\", value = -9.81, rise = 0.1 }")
-            .into());
+        return Err(InputError::new(
+            "the loads do not start from zero, but the body starts at rest",
+        )
+        .found(format!("a nodal force of {largest:.3e} N/m at t = 0"))
+        .next("let them rise: y = { type = \"step\", value = -9.81, rise = 0.1 }")
+        .into());
     }
     Ok(())
 }
