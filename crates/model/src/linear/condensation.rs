@@ -17,6 +17,7 @@
 
 use std::ops::Range;
 
+use nalgebra_sparse::pattern::SparsityPattern;
 use sundials_wrap::DaeProblem;
 
 use crate::assembly::{Assembly, Entry};
@@ -210,6 +211,11 @@ impl Condensation {
             recovered: recovered.into_iter().map(|(_, block)| block).collect(),
             n_full: dae.n_unknowns(),
         })
+    }
+
+    /// The pattern of the condensed matrix.
+    pub fn pattern(&self) -> &SparsityPattern {
+        self.condensed.pattern()
     }
 
     /// Unknowns of the condensed system.

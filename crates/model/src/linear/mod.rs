@@ -11,6 +11,7 @@ mod number;
 mod radau;
 mod sparse_system;
 mod structured;
+pub mod supernodal;
 
 pub use condensation::Condensation;
 pub use condensed::Condensed;

@@ -1,26 +1,36 @@
-//! A sparse linear system with factors kept fresh, and a check on what its solutions are worth.
+//! A sparse linear system: factorised by dense blocks, checked, and by KLU where that is not enough.
+
+use std::sync::Arc;
 
 use nalgebra_sparse::pattern::SparsityPattern;
-use sundials_wrap::klu::{Factors, KluError, KluOptions, Pivots, Symbolic};
+use sundials_wrap::klu::{Factors, KluError, KluOptions, Symbolic};
 
 use super::Number;
+use super::supernodal::{Analysis, Supernodal};
 
-/// Solutions with a larger backward error are refined. What factors with good pivots leave is a
-/// few ε times the length of a row; at 1e-12 four digits are gone, and a refinement, which costs
-/// as much as a solve, brings them back.
+/// Solutions with a larger backward error are refined. Good pivots leave a few ε times the length
+/// of a row; at 1e-12 four digits are gone, and a refinement, which costs as much as a solve,
+/// brings them back.
 const REFINE_ABOVE: f64 = 1e-12;
 
 /// Refinements of one solution. The first contracts the error by the backward error before it;
-/// if two do not do, more will not.
+/// if two do not do, more will not, and pivots must be exchanged.
 const MAX_REFINEMENTS: usize = 2;
+
+/// Neighbours to be eliminated before an unknown without a diagonal entry (a pressure for κ = ∞).
+/// One is enough for a pivot that is not zero; measured on the muscle from 1 to all, the backward
+/// error stays at 1e-15 throughout, and up to twelve the fill does not grow.
+const NEIGHBOURS_BEFORE: usize = 12;
 
 /// What linear systems cost and how well they were solved.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LinearWork {
-    /// Factorisations with pivots chosen anew.
+    /// Factorisations.
     pub factorizations: u64,
-    /// Factorisations with the pivots kept.
-    pub refactorizations: u64,
+    /// Of these, with exchange of pivots, by KLU.
+    pub pivoted: u64,
+    /// Entries of L and U of the last factorisation.
+    pub factor_entries: u64,
     /// Solves.
     pub solves: u64,
     /// Refinements of solutions.
@@ -35,7 +45,11 @@ pub struct LinearWork {
 pub struct SparseSystem<T: Number> {
     pattern: SparsityPattern,
     values: Vec<T>,
-    factors: Factors<T>,
+    symbolic: Symbolic,
+    blocks: Supernodal<T>,
+    /// KLU, once fixed pivots have failed.
+    pivoting: Option<Factors<T>>,
+    n_block_entries: u64,
     check: bool,
     rhs: Vec<T>,
     residual: Vec<T>,
@@ -46,11 +60,16 @@ impl<T: Number> SparseSystem<T> {
     /// Analyses the compressed-column `pattern`.
     ///
     /// # Errors
-    /// Those of the analysis.
+    /// Those of KLU's analysis, whose order of elimination is used.
     pub fn new(pattern: &SparsityPattern, options: KluOptions) -> Result<Self, KluError> {
         let n = pattern.major_dim();
+        let symbolic = Symbolic::analyze(pattern, options)?;
+        let analysis = Analysis::new(pattern, &symbolic.column_order(), NEIGHBOURS_BEFORE);
         Ok(Self {
-            factors: Factors::new(Symbolic::analyze(pattern, options)?),
+            n_block_entries: analysis.n_entries() as u64,
+            blocks: Supernodal::new(Arc::new(analysis)),
+            pivoting: None,
+            symbolic,
             pattern: pattern.clone(),
             values: vec![T::zero(); pattern.nnz()],
             check: true,
@@ -70,26 +89,52 @@ impl<T: Number> SparseSystem<T> {
     /// # Errors
     /// [`KluError::Singular`] and others of the factorisation.
     pub fn renew(&mut self, work: &mut LinearWork) -> Result<(), KluError> {
-        match self.factors.renew(&self.values)? {
-            Pivots::Fresh => work.factorizations += 1,
-            Pivots::Kept => work.refactorizations += 1,
-        }
         self.check = true;
+        if self.pivoting.is_none() && self.blocks.factor(&self.values).is_ok() {
+            work.factorizations += 1;
+            work.factor_entries = self.n_block_entries;
+            return Ok(());
+        }
+        self.pivot(work)
+    }
+
+    /// Factorises with exchange of pivots, now and from now on.
+    fn pivot(&mut self, work: &mut LinearWork) -> Result<(), KluError> {
+        let factors = self
+            .pivoting
+            .get_or_insert_with(|| Factors::new(self.symbolic.clone()));
+        factors.renew(&self.values)?;
+        let (lower, upper) = factors.current()?.nnz_factors();
+        work.factorizations += 1;
+        work.pivoted += 1;
+        work.factor_entries = (lower + upper) as u64;
         Ok(())
     }
 
     /// Solves in place. The first solution with new factors is checked; if it needs refinement,
-    /// so do all others with these factors.
+    /// so do all others with these factors; if refinement does not help, pivots are exchanged.
     ///
     /// # Errors
     /// Those of the solve.
     pub fn solve(&mut self, x: &mut [T], work: &mut LinearWork) -> Result<(), KluError> {
         work.solves += 1;
         if !self.check {
-            return self.factors.solve(x);
+            return self.apply_factors(x);
         }
         self.rhs.copy_from_slice(x);
-        self.factors.solve(x)?;
+        let mut error = self.solve_and_refine(x, work)?;
+        if error > REFINE_ABOVE && self.pivoting.is_none() {
+            self.pivot(work)?;
+            x.copy_from_slice(&self.rhs);
+            error = self.solve_and_refine(x, work)?;
+        }
+        work.largest_backward_error = work.largest_backward_error.max(error);
+        Ok(())
+    }
+
+    /// Solves for `x` = b, a copy of which is in `rhs`, and returns the backward error.
+    fn solve_and_refine(&mut self, x: &mut [T], work: &mut LinearWork) -> Result<f64, KluError> {
+        self.apply_factors(x)?;
         let mut error = self.backward_error(x);
         self.check = error > REFINE_ABOVE;
         for _ in 0..MAX_REFINEMENTS {
@@ -97,18 +142,31 @@ impl<T: Number> SparseSystem<T> {
                 break;
             }
             work.refinements += 1;
-            self.factors.solve(&mut self.residual)?;
+            let mut correction = std::mem::take(&mut self.residual);
+            let solved = self.apply_factors(&mut correction);
+            self.residual = correction;
+            solved?;
             for (x, &correction) in x.iter_mut().zip(&self.residual) {
                 *x += correction;
             }
             error = self.backward_error(x);
         }
-        work.largest_backward_error = work.largest_backward_error.max(error);
-        Ok(())
+        Ok(error)
     }
 
-    /// max_i |b - A x|_i / (|A||x| + |b|)_i; leaves b - A x in `residual`. It does not depend on
-    /// the scaling of rows and columns, which here differ by many powers of ten.
+    fn apply_factors(&mut self, x: &mut [T]) -> Result<(), KluError> {
+        match &self.pivoting {
+            Some(factors) => factors.solve(x),
+            None => {
+                self.blocks.solve(x);
+                Ok(())
+            }
+        }
+    }
+
+    /// max_i |b - A x|_i / (|A||x| + |b|)_i, infinite where it is not a number; leaves b - A x in
+    /// `residual`. It does not depend on the scaling of rows and columns, which here differ by many
+    /// powers of ten.
     fn backward_error(&mut self, x: &[T]) -> f64 {
         self.residual.copy_from_slice(&self.rhs);
         multiply_subtract(&self.pattern, &self.values, x, &mut self.residual);
@@ -118,12 +176,17 @@ impl<T: Number> SparseSystem<T> {
         for ((column, row), a) in self.pattern.entries().zip(&self.values) {
             self.scale[row] += a.abs() * x[column].abs();
         }
-        self.residual
-            .iter()
-            .zip(&self.scale)
-            .filter(|(_, scale)| **scale > 0.0)
+        let ratios = self.residual.iter().zip(&self.scale);
+        ratios
+            .filter(|(_, scale)| **scale != 0.0)
             .map(|(residual, scale)| residual.abs() / scale)
-            .fold(0.0, f64::max)
+            .fold(0.0, |max, ratio| {
+                if ratio.is_nan() {
+                    f64::INFINITY
+                } else {
+                    f64::max(max, ratio)
+                }
+            })
     }
 }
 
@@ -137,10 +200,8 @@ pub(super) fn multiply_subtract<T: Number>(
     let offsets = pattern.major_offsets();
     for (window, &x) in offsets.windows(2).zip(x) {
         let column = window[0]..window[1];
-        for (&row, &a) in pattern.minor_indices()[column.clone()]
-            .iter()
-            .zip(&values[column])
-        {
+        let rows = &pattern.minor_indices()[column.clone()];
+        for (&row, &a) in rows.iter().zip(&values[column]) {
             y[row] -= a * x;
         }
     }

@@ -163,6 +163,15 @@ impl RawSymbolic {
         self.structural_rank
     }
 
+    /// The columns in the order of elimination.
+    pub(crate) fn column_order(&self) -> Vec<usize> {
+        // SAFETY: the analysis is ours and alive; nothing writes to it after klu_l_analyze.
+        let order = unsafe { self.handle.as_ref() }.Q;
+        // SAFETY: Q has one entry per column, written by klu_l_analyze, and lives with the handle.
+        let order = unsafe { std::slice::from_raw_parts(order, self.n()) };
+        order.iter().map(|&column| column as usize).collect()
+    }
+
     fn ap(&self) -> *mut i64 {
         self.column_pointers.as_ptr().cast_mut()
     }
