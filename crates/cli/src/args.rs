@@ -9,6 +9,7 @@ use std::str::FromStr;
 use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 
+use crate::commands::bench::BenchArgs;
 use crate::commands::check::CheckArgs;
 use crate::commands::doctor::DoctorArgs;
 use crate::commands::figure::{FigureArgs, FiguresArgs};
@@ -60,6 +61,8 @@ pub enum Command {
     Figure(FigureArgs),
     /// Draw all of the paper's figures.
     Figures(FiguresArgs),
+    /// Measure what accuracy, features and finer meshes cost.
+    Bench(BenchArgs),
     /// Write a commented scene to start from.
     Init(InitArgs),
     /// Compute a scene: a motion or an equilibrium.

@@ -1,5 +1,6 @@
 //! One file per command.
 
+pub mod bench;
 pub mod check;
 pub mod doctor;
 pub mod figure;
@@ -21,6 +22,7 @@ use crate::exit::Exit;
 /// When the input is wrong or an output cannot be written.
 pub fn run(command: &Command) -> anyhow::Result<Exit> {
     match command {
+        Command::Bench(args) => bench::run(args),
         Command::Doctor(args) => doctor::run(args),
         Command::Check(args) => check::run(args),
         Command::Infsup(args) => infsup::run(args),

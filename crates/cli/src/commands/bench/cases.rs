@@ -1,0 +1,143 @@
+//! The problems of the benchmark, and the ways to solve each.
+
+use myovib_model::{
+    AbsoluteTolerances, Field, Formulation, IntegratorKind, LinearSolver, Settings,
+};
+use sundials_wrap::klu::Ordering;
+
+use crate::error::InputError;
+
+/// One body and load: all its formulations have the same solution in space and time.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Case {
+    pub(super) name: &'static str,
+    pub(super) kappa: f64,
+    pub(super) beta: f64,
+    pub(super) formulations: &'static [Formulation],
+}
+
+/// All cases. `displacement` discretises the volume in another way, so it is a case of its own.
+pub(super) const CASES: [Case; 5] = [
+    Case {
+        name: "undamped",
+        kappa: 1e5,
+        beta: 0.0,
+        formulations: &[Formulation::Position, Formulation::Velocity],
+    },
+    Case {
+        name: "damped",
+        kappa: 1e5,
+        beta: 1e-4,
+        formulations: &[Formulation::Rate, Formulation::ImplicitRate],
+    },
+    Case {
+        name: "incompressible",
+        kappa: f64::INFINITY,
+        beta: 0.0,
+        formulations: &[
+            Formulation::Position,
+            Formulation::Velocity,
+            Formulation::Stabilized,
+        ],
+    },
+    Case {
+        name: "damped-incompressible",
+        kappa: f64::INFINITY,
+        beta: 1e-4,
+        formulations: &[Formulation::Rate, Formulation::ImplicitRate],
+    },
+    Case {
+        name: "displacement",
+        kappa: 1e5,
+        beta: 0.0,
+        formulations: &[Formulation::Displacement],
+    },
+];
+
+/// The cases with these names; all if there are none.
+pub(super) fn selected(names: &[String]) -> Result<Vec<&'static Case>, InputError> {
+    if names.is_empty() {
+        return Ok(CASES.iter().collect());
+    }
+    names
+        .iter()
+        .map(|name| {
+            CASES.iter().find(|case| case.name == name).ok_or_else(|| {
+                InputError::new("unknown case")
+                    .at("--cases")
+                    .found(name)
+                    .allowed(CASES.map(|case| case.name).join(", "))
+            })
+        })
+        .collect()
+}
+
+/// A way to integrate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Way {
+    /// IDAS at order 2, condensed.
+    Bdf2,
+    /// IDAS at order 5, condensed.
+    Bdf5,
+    /// Radau IIA of order 5.
+    Radau,
+    /// What SUNDIALS does by itself: order 5, all components in the error test, the whole matrix
+    /// with COLAMD and block triangular form.
+    ByHand,
+}
+
+impl Way {
+    pub(super) const ALL: [Self; 4] = [Self::Bdf2, Self::Bdf5, Self::Radau, Self::ByHand];
+
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Bdf2 => "BDF 2",
+            Self::Bdf5 => "BDF 5",
+            Self::Radau => "Radau IIA 5",
+            Self::ByHand => "IDAS defaults",
+        }
+    }
+
+    /// The settings for a relative tolerance; absolute ones in the paper's proportion to it.
+    pub(super) fn settings(self, formulation: Formulation, rtol: f64, t_end: f64) -> Settings {
+        let paper = Settings::paper(formulation);
+        let factor = rtol / paper.relative_tolerance;
+        let AbsoluteTolerances {
+            displacement,
+            velocity,
+            pressure,
+            multiplier,
+        } = paper.absolute_tolerances;
+        let ours = Settings {
+            t_end,
+            relative_tolerance: rtol,
+            absolute_tolerances: AbsoluteTolerances {
+                displacement: factor * displacement,
+                velocity: factor * velocity,
+                pressure: factor * pressure,
+                multiplier: factor * multiplier,
+            },
+            ..paper
+        };
+        match self {
+            Self::Bdf2 => ours,
+            Self::Bdf5 => Settings {
+                max_order: 5,
+                ..ours
+            },
+            Self::Radau => Settings {
+                integrator: IntegratorKind::Radau,
+                max_order: 5,
+                ..ours
+            },
+            Self::ByHand => Settings {
+                max_order: 5,
+                suppressed: Vec::<Field>::new(),
+                linear_solver: LinearSolver::Full,
+                ordering: Ordering::Colamd,
+                btf: true,
+                ..ours
+            },
+        }
+    }
+}

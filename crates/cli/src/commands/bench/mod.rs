@@ -1,0 +1,102 @@
+//! `myovib bench`: what accuracy costs, what features cost, how costs grow.
+
+mod cases;
+mod features;
+mod growth;
+mod reference;
+mod work;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use myovib_fem::Mesh;
+
+use crate::args::{CommonArgs, check_folder};
+use crate::exit::Exit;
+
+/// Options of `myovib bench`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    myovib bench --svg work.svg --json work.json\n  \
+    myovib bench --cases incompressible --tolerances 1e-3,1e-4,1e-5\n  \
+    myovib bench features\n  \
+    myovib bench growth --refinements 3\n\n\
+    CPU times are those of one thread; compare them within one run.")]
+pub struct BenchArgs {
+    /// What to measure.
+    #[arg(value_enum, default_value = "work")]
+    pub what: What,
+
+    /// Cases to run: undamped, damped, incompressible, damped-incompressible, displacement.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub cases: Vec<String>,
+
+    /// Relative tolerances; the absolute ones follow in proportion to the paper's.
+    #[arg(long, value_name = "X", value_delimiter = ',',
+          default_values_t = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])]
+    pub tolerances: Vec<f64>,
+
+    /// End time in s, at most that of the references.
+    #[arg(long, value_name = "T")]
+    pub t_end: Option<f64>,
+
+    /// Runs of each point; the fastest counts.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub repeats: u32,
+
+    /// CPU seconds a run may take before it counts as failed.
+    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    pub cap: f64,
+
+    /// Uniform refinements of the mesh in `growth`.
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    pub refinements: u32,
+
+    /// Folder of the reference trajectories [default: those built in].
+    #[arg(long, value_name = "DIR")]
+    pub references: Option<PathBuf>,
+
+    /// Compute the references anew with Radau IIA, into the folder of `--references`.
+    #[arg(long, requires = "references")]
+    pub write_references: bool,
+
+    /// Draw the diagram of work and precision.
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+
+    /// Options of every command.
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// What is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum What {
+    /// Work against precision, for formulations and integrators.
+    Work,
+    /// Time of a residual and of a run as features are switched on one by one.
+    Features,
+    /// Time, memory and fill on refined meshes.
+    Growth,
+}
+
+/// Runs the benchmark.
+///
+/// # Errors
+/// Wrong options, or an output that cannot be written. A run that fails is a row.
+pub fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
+    args.common.check()?;
+    if let Some(path) = &args.svg {
+        check_folder("--svg", path)?;
+    }
+    let mesh = Mesh::parse_msh(
+        include_str!("../../../../../data/meshes/muscle.msh"),
+        "muscle.msh",
+    )?;
+    match args.what {
+        What::Work if args.write_references => reference::write_all(args, &mesh),
+        What::Work => work::run(args, &mesh),
+        What::Features => features::run(args, &mesh),
+        What::Growth => growth::run(args, &mesh),
+    }
+}

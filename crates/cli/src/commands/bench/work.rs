@@ -1,0 +1,266 @@
+//! Work against precision: every formulation, several ways to integrate, several tolerances.
+
+use anyhow::Context;
+use myovib_fem::Mesh;
+use myovib_model::{
+    Formulation, Limits, MuscleDae, Outcome, Probe, Settings, Statistics, paper, run as run_model,
+    start_at_rest,
+};
+use serde::Serialize;
+
+use super::BenchArgs;
+use super::cases::{Case, Way, selected};
+use super::reference::{Errors, Reference, Trajectory};
+use crate::atomic_file;
+use crate::exit::Exit;
+use crate::machine::Machine;
+use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
+use crate::progress::Progress;
+use crate::report::{Align, Cell, Table, Tone, coloured_stdout};
+
+/// One point of the diagram; a failed run is one, too.
+#[derive(Debug, Serialize)]
+struct PointJson {
+    case: &'static str,
+    formulation: &'static str,
+    way: &'static str,
+    rtol: f64,
+    outcome: &'static str,
+    reason: Option<&'static str>,
+    t_reached: f64,
+    errors: Option<Errors>,
+    cpu_seconds: f64,
+    steps: u64,
+    error_test_failures: u64,
+    residual_evaluations: u64,
+    linear_setups: u64,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    machine: Machine,
+    t_end: f64,
+    repeats: u32,
+    claimed: Vec<(&'static str, Errors)>,
+    points: &'a [PointJson],
+    best: Vec<Best<'a>>,
+}
+
+/// The cheapest way to an accuracy in u_y.
+#[derive(Serialize)]
+struct Best<'a> {
+    case: &'a str,
+    accuracy: f64,
+    formulation: &'a str,
+    way: &'a str,
+    rtol: f64,
+    cpu_seconds: f64,
+}
+
+/// Accuracies for which the cheapest way is named.
+const ACCURACIES: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
+
+pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
+    let cases = selected(&args.cases)?;
+    let mut progress = Progress::new(args.common.quiet);
+    let (mut points, mut claimed) = (Vec::new(), Vec::new());
+    let mut end = args.t_end.unwrap_or(f64::INFINITY);
+    for case in &cases {
+        let reference = Reference::load(case, args.references.as_deref())?;
+        end = end.min(reference.t_end());
+        claimed.push((case.name, reference.claimed));
+        for &formulation in case.formulations {
+            for way in Way::ALL {
+                for &rtol in &args.tolerances {
+                    progress.show(|| {
+                        format!("{}: {formulation}, {} at {rtol:e}", case.name, way.name())
+                    });
+                    let settings = way.settings(formulation, rtol, end);
+                    let (statistics, errors) =
+                        measure(case, formulation, &settings, &reference, args, mesh)?;
+                    points.push(PointJson {
+                        case: case.name,
+                        formulation: formulation.name(),
+                        way: way.name(),
+                        rtol,
+                        outcome: statistics.outcome.name(),
+                        reason: statistics.outcome.reason().map(|reason| reason.name()),
+                        t_reached: statistics.t_reached,
+                        errors,
+                        cpu_seconds: statistics.cpu_seconds,
+                        steps: statistics.steps,
+                        error_test_failures: statistics.error_test_failures,
+                        residual_evaluations: statistics.residual_evaluations,
+                        linear_setups: statistics.linear_setups,
+                    });
+                }
+            }
+        }
+    }
+    drop(progress);
+    if let Some(path) = &args.svg {
+        let svg = diagram(&points, &cases).render();
+        atomic_file::write(path, |file| file.write_all(svg.as_bytes()))
+            .with_context(|| format!("cannot write `{}`", path.display()))?;
+    }
+    let best = best(&points);
+    let text = text(&points, &best);
+    let document = Document {
+        machine: Machine::found(),
+        t_end: end,
+        repeats: args.repeats,
+        claimed,
+        points: &points,
+        best,
+    };
+    args.common.give("bench", &text, &document)?;
+    Ok(Exit::Done)
+}
+
+/// The fastest of the repeats, with the errors of its solution if it got to the end.
+fn measure(
+    case: &Case,
+    formulation: Formulation,
+    settings: &Settings,
+    reference: &Reference,
+    args: &BenchArgs,
+    mesh: &Mesh,
+) -> anyhow::Result<(Statistics, Option<Errors>)> {
+    let mut fastest: Option<(Statistics, Option<Errors>)> = None;
+    for _ in 0..args.repeats.max(1) {
+        let muscle = paper::muscle(mesh, case.kappa, case.beta)?;
+        let origin = Probe::at(muscle.solid.space(), [0.0, 0.0])?;
+        let dae = MuscleDae::new(muscle, formulation)?;
+        let mut trajectory = Trajectory::default();
+        let mut recorder = trajectory.recorder(&dae, &origin, settings.t_end);
+        let mut limits = Limits::new(args.cap, None);
+        let mut integrator = start_at_rest(dae, settings)?;
+        let statistics = run_model(integrator.as_mut(), &mut [&mut recorder, &mut limits])?;
+        drop(recorder);
+        let solid = &integrator.problem().muscle().solid;
+        let errors = (statistics.outcome == Outcome::Finished)
+            .then(|| trajectory.errors(&reference.trajectory, solid));
+        let slower =
+            |(known, _): &(Statistics, Option<Errors>)| statistics.cpu_seconds < known.cpu_seconds;
+        if fastest.as_ref().is_none_or(slower) {
+            fastest = Some((statistics, errors));
+        }
+    }
+    fastest.context("there is at least one repeat")
+}
+
+fn best(points: &[PointJson]) -> Vec<Best<'_>> {
+    let mut cases: Vec<&str> = points.iter().map(|point| point.case).collect();
+    cases.dedup();
+    let mut best = Vec::new();
+    for case in cases {
+        for accuracy in ACCURACIES {
+            let reaches = |point: &&PointJson| {
+                point.case == case && point.errors.is_some_and(|e| e.u_y <= accuracy)
+            };
+            let cheapest = points
+                .iter()
+                .filter(reaches)
+                .min_by(|a, b| a.cpu_seconds.total_cmp(&b.cpu_seconds));
+            best.extend(cheapest.map(|point| Best {
+                case,
+                accuracy,
+                formulation: point.formulation,
+                way: point.way,
+                rtol: point.rtol,
+                cpu_seconds: point.cpu_seconds,
+            }));
+        }
+    }
+    best
+}
+
+fn text(points: &[PointJson], best: &[Best<'_>]) -> String {
+    use Align::{Left, Right};
+    let mut table = Table::new(&[
+        ("case", Left),
+        ("formulation", Left),
+        ("way", Left),
+        ("rtol", Right),
+        ("error u_y", Right),
+        ("p", Right),
+        ("u, L2", Right),
+        ("p, L2", Right),
+        ("CPU s", Right),
+        ("steps", Right),
+        ("residuals", Right),
+        ("set-ups", Right),
+        ("outcome", Left),
+    ]);
+    let number = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{x:.1e}"));
+    for point in points {
+        let errors = point.errors;
+        let outcome = match point.reason {
+            None => Cell::new(point.outcome, Tone::Plain),
+            Some(reason) => Cell::new(
+                format!("{}: {reason} at t = {:.3}", point.outcome, point.t_reached),
+                Tone::Bad,
+            ),
+        };
+        let mut cells: Vec<Cell> = [
+            point.case.to_owned(),
+            point.formulation.to_owned(),
+            point.way.to_owned(),
+            format!("{:.0e}", point.rtol),
+            number(errors.map(|e| e.u_y)),
+            number(errors.and_then(|e| e.p)),
+            number(errors.map(|e| e.displacement_l2)),
+            number(errors.and_then(|e| e.pressure_l2)),
+            format!("{:.2}", point.cpu_seconds),
+            point.steps.to_string(),
+            point.residual_evaluations.to_string(),
+            point.linear_setups.to_string(),
+        ]
+        .map(Cell::from)
+        .into();
+        cells.push(outcome);
+        table.row(cells);
+    }
+    let mut text = table.render(coloured_stdout());
+    text.push('\n');
+    for b in best {
+        text.push_str(&format!(
+            "{}: u_y to {:.0e} cheapest by {} with {} at rtol {:.0e}, {:.2} s\n",
+            b.case, b.accuracy, b.formulation, b.way, b.rtol, b.cpu_seconds
+        ));
+    }
+    text
+}
+
+/// One panel for each case: CPU time over the error of u_y.
+fn diagram(points: &[PointJson], cases: &[&Case]) -> Figure {
+    let panels = cases
+        .iter()
+        .map(|case| {
+            let mut series = Vec::new();
+            for formulation in case.formulations {
+                for way in Way::ALL {
+                    let of_curve = points.iter().filter(|point| {
+                        point.case == case.name
+                            && point.formulation == formulation.name()
+                            && point.way == way.name()
+                    });
+                    let (x, y): (Vec<_>, Vec<_>) = of_curve
+                        .filter_map(|point| Some((point.errors?.u_y, point.cpu_seconds)))
+                        .unzip();
+                    let name = format!("{}, {}", formulation.name(), way.name());
+                    series.push(Series::curve(name, &x, &y).marked());
+                }
+            }
+            let plot = LinePlot {
+                title: case.name.to_owned(),
+                x: Axis::new("relative error of *u*_{y}(0, 0)", "").logarithmic(),
+                y: Axis::new("CPU time", "s").logarithmic(),
+                series,
+                ..LinePlot::default()
+            };
+            Box::new(plot) as Box<dyn Panel>
+        })
+        .collect();
+    Figure::column("Work and precision", panels)
+}
