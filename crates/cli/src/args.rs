@@ -11,10 +11,12 @@ use serde::Serialize;
 
 use crate::commands::bench::BenchArgs;
 use crate::commands::check::CheckArgs;
+use crate::commands::completions::CompletionsArgs;
 use crate::commands::doctor::DoctorArgs;
 use crate::commands::figure::{FigureArgs, FiguresArgs};
 use crate::commands::infsup::InfsupArgs;
 use crate::commands::init::InitArgs;
+use crate::commands::man::ManArgs;
 use crate::commands::modes::ModesArgs;
 use crate::commands::run::RunArgs;
 use crate::commands::schema::SchemaArgs;
@@ -69,6 +71,10 @@ pub enum Command {
     Run(RunArgs),
     /// Print the JSON Schema of scenes, with which editors complete and check.
     Schema(SchemaArgs),
+    /// Print completions for a shell.
+    Completions(CompletionsArgs),
+    /// Print the manual page of the program or of a command.
+    Man(ManArgs),
     /// Run a scene over a grid of values, on all cores.
     Sweep(SweepArgs),
 }

@@ -2,10 +2,12 @@
 
 pub mod bench;
 pub mod check;
+pub mod completions;
 pub mod doctor;
 pub mod figure;
 pub mod infsup;
 pub mod init;
+pub mod man;
 pub mod modes;
 pub mod run;
 pub mod schema;
@@ -33,6 +35,8 @@ pub fn run(command: &Command) -> anyhow::Result<Exit> {
         Command::Figures(args) => figure::run_all(args),
         Command::Init(args) => init::run(args),
         Command::Run(args) => run::run(args),
+        Command::Completions(args) => completions::run(args),
+        Command::Man(args) => man::run(args),
         Command::Schema(args) => schema::run(args),
         Command::Sweep(args) => sweep::run(args),
     }

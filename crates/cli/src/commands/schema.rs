@@ -12,14 +12,21 @@ use crate::scene_file;
                         language server check a scene that starts with the line\n  \
                         #:schema ./scene.schema.json"
 )]
-pub struct SchemaArgs {}
+pub struct SchemaArgs {
+    /// Print the scene reference of the guide instead, as Markdown.
+    #[arg(long)]
+    pub markdown: bool,
+}
 
 /// Prints the schema.
 ///
 /// # Errors
 /// When standard output cannot be written.
-pub fn run(_: &SchemaArgs) -> anyhow::Result<Exit> {
-    let text = serde_json::to_string_pretty(&scene_file::schema())?;
-    println!("{text}");
+pub fn run(args: &SchemaArgs) -> anyhow::Result<Exit> {
+    if args.markdown {
+        print!("{}", scene_file::reference());
+        return Ok(Exit::Done);
+    }
+    println!("{}", serde_json::to_string_pretty(&scene_file::schema())?);
     Ok(Exit::Done)
 }

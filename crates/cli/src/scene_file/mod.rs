@@ -17,12 +17,14 @@ pub mod output;
 pub mod solid;
 
 pub(crate) mod check;
+mod reference;
 mod schema;
 mod source;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use reference::reference;
 pub use schema::schema;
 pub use source::Source;
 

@@ -1,0 +1,29 @@
+//! `myovib completions`: what makes a shell complete commands and options.
+
+use std::io::{self, Write};
+
+use clap::{Args, CommandFactory};
+use clap_complete::Shell;
+
+use crate::args::Cli;
+use crate::exit::Exit;
+
+/// Options of `myovib completions`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  \
+    myovib completions bash > ~/.local/share/bash-completion/completions/myovib")]
+pub struct CompletionsArgs {
+    /// The shell.
+    pub shell: Shell,
+}
+
+/// Prints the completions.
+///
+/// # Errors
+/// When standard output cannot be written.
+pub fn run(args: &CompletionsArgs) -> anyhow::Result<Exit> {
+    let mut text = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "myovib", &mut text);
+    io::stdout().write_all(&text)?;
+    Ok(Exit::Done)
+}

@@ -1,0 +1,41 @@
+//! `myovib man`: manual pages in roff.
+
+use std::io::{self, Write};
+
+use clap::{Args, CommandFactory};
+
+use crate::args::Cli;
+use crate::error::InputError;
+use crate::exit::Exit;
+
+/// Options of `myovib man`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  myovib man | man -l -\n  myovib man run > myovib-run.1")]
+pub struct ManArgs {
+    /// The command; without it, the page of the program.
+    pub command: Option<String>,
+}
+
+/// Prints the page.
+///
+/// # Errors
+/// For a command that there is not; when standard output cannot be written.
+pub fn run(args: &ManArgs) -> anyhow::Result<Exit> {
+    let program = Cli::command();
+    let command = match &args.command {
+        None => program,
+        Some(name) => match program.find_subcommand(name) {
+            Some(command) => command.clone().display_name(format!("myovib-{name}")),
+            None => {
+                let names: Vec<&str> = program.get_subcommands().map(|c| c.get_name()).collect();
+                return Err(InputError::new(format!("there is no command `{name}`"))
+                    .allowed(names.join(", "))
+                    .into());
+            }
+        },
+    };
+    let mut text = Vec::new();
+    clap_mangen::Man::new(command).render(&mut text)?;
+    io::stdout().write_all(&text)?;
+    Ok(Exit::Done)
+}
