@@ -92,7 +92,7 @@ fn measure(mesh: &Mesh, refinements: u32, t_end: f64) -> anyhow::Result<Level> {
     let n = dae.n_unknowns();
     let (y, y_dot) = (vec![1e-7; n], vec![1e-6; n]);
     let mut out = vec![0.0; n];
-    let repeats = 200 >> (2 * refinements);
+    let repeats = 10.max(200 >> (2 * refinements));
     let residual = fastest(repeats, || dae.residual(0.5, &y, &y_dot, &mut out))?;
 
     let plan = Arc::new(Condensation::new(&dae).expect("(28) has kinematic equations"));
@@ -102,7 +102,7 @@ fn measure(mesh: &Mesh, refinements: u32, t_end: f64) -> anyhow::Result<Level> {
     )?;
     let mut work = LinearWork::default();
     // A first evaluation of a state without meaning would cost what one with it does.
-    let jacobian = fastest(repeats / 10, || dae.update_matrices(0.5, &y, &y_dot))?;
+    let jacobian = fastest(5.max(repeats / 10), || dae.update_matrices(0.5, &y, &y_dot))?;
     let mut set_up = |work: &mut LinearWork| {
         let start = Instant::now();
         let done = matrix.set_up(1e3, |m| dae.matrix_values(m), work);
