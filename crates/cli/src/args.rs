@@ -18,9 +18,11 @@ use crate::commands::infsup::InfsupArgs;
 use crate::commands::init::InitArgs;
 use crate::commands::man::ManArgs;
 use crate::commands::modes::ModesArgs;
+use crate::commands::movie::MovieArgs;
 use crate::commands::run::RunArgs;
 use crate::commands::schema::SchemaArgs;
 use crate::commands::sweep::SweepArgs;
+use crate::commands::synchronization::SynchronizationArgs;
 use crate::commands::table1::Table1Args;
 use crate::commands::table2::Table2Args;
 use crate::error::InputError;
@@ -65,6 +67,10 @@ pub enum Command {
     Figures(FiguresArgs),
     /// Measure what accuracy, features and finer meshes cost.
     Bench(BenchArgs),
+    /// Animate the chain in the complex plane, or the muscle's deformation (GIF).
+    Movie(MovieArgs),
+    /// Sweep the drive of a chain and see when the chain locks to it.
+    Synchronization(SynchronizationArgs),
     /// Write a commented scene to start from.
     Init(InitArgs),
     /// Compute a scene: a motion or an equilibrium.

@@ -3,7 +3,7 @@
 //! Cast: [`scene_file`] reads scenes; [`args`] turns typed text into validated values; [`commands`] has one file per command;
 //! [`exit`] and [`error`] say how a command ends; [`json`], [`csv`], [`atomic_file`] and
 //! [`report`] are the ways out; [`versions`] and [`machine`] are what a result's reader must know.
-//! Only this crate prints.
+//! [`experiments`] runs what is behind figures of chains. Only this crate prints.
 #![forbid(unsafe_code)]
 
 pub mod args;
@@ -12,10 +12,13 @@ pub mod commands;
 pub mod csv;
 pub mod error;
 pub mod exit;
+pub mod experiments;
 pub mod interrupt;
 pub mod json;
 pub mod machine;
 pub mod mesh_file;
+pub mod parallel;
+pub mod picture;
 pub mod plot;
 pub mod progress;
 pub mod report;

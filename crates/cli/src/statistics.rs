@@ -6,10 +6,10 @@ use myovib_model::{Formulation, Outcome, Settings, Statistics};
 use serde::Serialize;
 use sundials_wrap::klu::Ordering;
 
-/// Statistics and settings, to be flattened into a document.
+/// The counts and the outcome of a run.
 #[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs)] // the names are the contract's, documented with Statistics and Settings
-pub struct StatisticsJson<'a> {
+#[allow(missing_docs)] // the names are the contract's, documented with Statistics
+pub struct CountsJson<'a> {
     pub steps: u64,
     pub error_test_failures: u64,
     pub step_solve_failures: u64,
@@ -26,6 +26,42 @@ pub struct StatisticsJson<'a> {
     pub message: Option<&'a str>,
     pub cpu_seconds: f64,
     pub wall_seconds: f64,
+}
+
+impl<'a> CountsJson<'a> {
+    /// The counts of a run.
+    pub fn new(statistics: &'a Statistics) -> Self {
+        let message = match &statistics.outcome {
+            Outcome::Finished => None,
+            Outcome::Stopped { message, .. } => Some(message.as_str()),
+        };
+        Self {
+            steps: statistics.steps,
+            error_test_failures: statistics.error_test_failures,
+            step_solve_failures: statistics.step_solve_failures,
+            newton_failures: statistics.newton_failures,
+            newton_iterations: statistics.newton_iterations,
+            residual_evaluations: statistics.residual_evaluations,
+            jacobian_evaluations: statistics.jacobian_evaluations,
+            linear_setups: statistics.linear_setups,
+            last_order: statistics.last_order,
+            last_step: statistics.last_step,
+            t_reached: statistics.t_reached,
+            outcome: statistics.outcome.name(),
+            reason: statistics.outcome.reason().map(|reason| reason.name()),
+            message,
+            cpu_seconds: statistics.cpu_seconds,
+            wall_seconds: statistics.wall_seconds,
+        }
+    }
+}
+
+/// Statistics and settings, to be flattened into a document.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // the names are the contract's, documented with Settings
+pub struct StatisticsJson<'a> {
+    #[serde(flatten)]
+    pub counts: CountsJson<'a>,
     pub integrator: &'a str,
     pub suppressed: Vec<&'a str>,
     pub rtol: f64,
@@ -49,27 +85,8 @@ impl<'a> StatisticsJson<'a> {
         settings: &'a Settings,
         formulation: Formulation,
     ) -> Self {
-        let message = match &statistics.outcome {
-            Outcome::Finished => None,
-            Outcome::Stopped { message, .. } => Some(message.as_str()),
-        };
         Self {
-            steps: statistics.steps,
-            error_test_failures: statistics.error_test_failures,
-            step_solve_failures: statistics.step_solve_failures,
-            newton_failures: statistics.newton_failures,
-            newton_iterations: statistics.newton_iterations,
-            residual_evaluations: statistics.residual_evaluations,
-            jacobian_evaluations: statistics.jacobian_evaluations,
-            linear_setups: statistics.linear_setups,
-            last_order: statistics.last_order,
-            last_step: statistics.last_step,
-            t_reached: statistics.t_reached,
-            outcome: statistics.outcome.name(),
-            reason: statistics.outcome.reason().map(|reason| reason.name()),
-            message,
-            cpu_seconds: statistics.cpu_seconds,
-            wall_seconds: statistics.wall_seconds,
+            counts: CountsJson::new(statistics),
             integrator: settings.integrator.name(),
             suppressed: settings
                 .suppressed

@@ -97,6 +97,8 @@ impl<B: DaeProblem + Send + 'static> IdaIntegrator<CoupledDae<B>> {
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let options = IdaOptions {
+            // Replaced by the weights below; those of a body alone have another length.
+            tolerances: IdaOptions::default().tolerances,
             suppressed: Suppressed::Components(error_test.left_out().to_vec()),
             ..options
         };

@@ -22,6 +22,10 @@ pub const LAW: Law = Law::MooneyRivlin {
     c10: 1.0e4,
     c01: 2.0e2,
 };
+/// Bulk modulus κ of the paper's preferred pair, Pa.
+pub const KAPPA: f64 = 1e5;
+/// Stiffness-proportional damping β of the paper's preferred pair, s.
+pub const BETA: f64 = 1e-4;
 /// Amplitude of the surface load τ_y, Pa.
 pub const LOAD_AMPLITUDE: f64 = 100.0;
 /// Physical group of the nodes that are kept fixed.

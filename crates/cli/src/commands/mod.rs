@@ -9,9 +9,11 @@ pub mod infsup;
 pub mod init;
 pub mod man;
 pub mod modes;
+pub mod movie;
 pub mod run;
 pub mod schema;
 pub mod sweep;
+pub mod synchronization;
 pub mod table1;
 pub mod table2;
 
@@ -37,6 +39,8 @@ pub fn run(command: &Command) -> anyhow::Result<Exit> {
         Command::Run(args) => run::run(args),
         Command::Completions(args) => completions::run(args),
         Command::Man(args) => man::run(args),
+        Command::Movie(args) => movie::run(args),
+        Command::Synchronization(args) => synchronization::run(args),
         Command::Schema(args) => schema::run(args),
         Command::Sweep(args) => sweep::run(args),
     }

@@ -19,17 +19,37 @@ const AIR: f64 = 0.08;
 /// A time with the displacement of every node.
 type Snapshot = (f64, Vec<[f64; 2]>);
 
-pub(super) fn draw(run: &MuscleRun) -> anyhow::Result<Product> {
-    let (highest, lowest) = extremes(run).context("the run ended before its first step")?;
-    let snapshots = [highest, lowest];
-    let size = |u: &[f64; 2]| u[0].hypot(u[1]);
-    let largest = snapshots
-        .iter()
-        .flat_map(|(_, u)| u.iter().map(size))
-        .fold(0.0, f64::max);
-    let scale = round_down(REACH * height(run) / largest);
+/// What all pictures of one run share.
+struct Drawing<'a> {
+    run: &'a MuscleRun,
+    /// The largest displacement, m.
+    largest: f64,
+    /// What displacements are multiplied with.
+    scale: f64,
+}
 
-    let panel = |(t, displacement): &Snapshot| -> anyhow::Result<MeshPlot> {
+impl<'a> Drawing<'a> {
+    fn of<'s>(run: &'a MuscleRun, snapshots: impl IntoIterator<Item = &'s Snapshot>) -> Self {
+        let all = snapshots.into_iter().flat_map(|(_, u)| u.iter().map(size));
+        let largest = all.fold(0.0, f64::max);
+        Self {
+            run,
+            largest,
+            scale: if largest > 0.0 {
+                round_down(REACH * height(run) / largest)
+            } else {
+                // A run interrupted at rest.
+                1.0
+            },
+        }
+    }
+
+    fn panel(&self, (t, displacement): &Snapshot) -> anyhow::Result<MeshPlot> {
+        let Self {
+            run,
+            largest,
+            scale,
+        } = *self;
         let reach = scale * largest + AIR * height(run);
         let bottom = extent(run, 1, f64::min) - reach;
         let top = extent(run, 1, f64::max) + reach;
@@ -46,10 +66,29 @@ pub(super) fn draw(run: &MuscleRun) -> anyhow::Result<Product> {
             }),
             ..outline
         })
-    };
+    }
+}
+
+fn size(u: &[f64; 2]) -> f64 {
+    u[0].hypot(u[1])
+}
+
+/// The last period of the run, picture by picture.
+pub(in crate::commands) fn frames(run: &MuscleRun) -> impl Iterator<Item = anyhow::Result<Figure>> {
+    let drawing = Drawing::of(run, &run.last_period);
+    run.last_period
+        .iter()
+        .map(move |snapshot| Ok(Figure::of("", drawing.panel(snapshot)?)))
+}
+
+pub(super) fn draw(run: &MuscleRun) -> anyhow::Result<Product> {
+    let (highest, lowest) = extremes(run).context("the run ended before its first step")?;
+    let snapshots = [highest, lowest];
+    let drawing = Drawing::of(run, snapshots);
+    let Drawing { largest, scale, .. } = drawing;
     let panels = snapshots
         .iter()
-        .map(|snapshot| Ok(Box::new(panel(snapshot)?) as Box<dyn Panel>))
+        .map(|snapshot| Ok(Box::new(drawing.panel(snapshot)?) as Box<dyn Panel>))
         .collect::<anyhow::Result<_>>()?;
 
     let points = run.space.node_points();
@@ -65,14 +104,16 @@ pub(super) fn draw(run: &MuscleRun) -> anyhow::Result<Product> {
     Ok(Product {
         number: 5,
         figure: Figure::column("Two snapshots of the deformed muscle", panels),
-        columns: vec![
+        columns: [
             "x",
             "y",
             "u_x_highest",
             "u_y_highest",
             "u_x_lowest",
             "u_y_lowest",
-        ],
+        ]
+        .map(String::from)
+        .into(),
         rows,
         findings,
         run: run.document()?,

@@ -28,7 +28,9 @@ pub(super) fn draw(mesh: &Mesh) -> anyhow::Result<Product> {
         number: 4,
         rows: edge_rows(&space, &plot),
         figure: Figure::of("Finite element mesh and boundary conditions", plot),
-        columns: vec!["x_1", "y_1", "x_2", "y_2", "fixed", "load"],
+        columns: ["x_1", "y_1", "x_2", "y_2", "fixed", "load"]
+            .map(String::from)
+            .into(),
         findings,
         run: Map::new(),
         exit: Exit::Done,

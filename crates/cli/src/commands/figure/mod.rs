@@ -1,37 +1,61 @@
 //! `myovib figure N` and `myovib figures`: the paper's figures, drawn from live runs.
 
+mod chain_plots;
 mod deformation;
 mod mesh;
+mod muscle_coherence;
 mod muscle_run;
 mod origin;
 mod product;
+mod radii;
+mod snapshots;
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::PathBuf;
+use std::sync::Mutex;
 
 use anyhow::Context;
 use clap::Args;
+use myovib_fem::Mesh;
+use myovib_model::paper;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::args::CommonArgs;
 use crate::error::InputError;
 use crate::exit::Exit;
+use crate::experiments::{ChainArgs, muscle_chain, rod_chain};
 use crate::mesh_file;
-use muscle_run::MuscleRun;
+use crate::progress::Progress;
+use chain_plots::Chained;
+pub(super) use chain_plots::{complex_plane, largest_radius};
+pub(super) use deformation::frames;
+pub(super) use muscle_run::MuscleRun;
 
 /// Options of `myovib figure`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     myovib figure 4\n  \
+    myovib figure 3 --json\n  \
+    myovib figure 3 --gamma 4000 --width 0.2 --seed 7\n  \
+    myovib figure 7 --point 0.03,0.01 --png\n  \
     myovib figure 6 --out figures --json figure6.json\n\n\
     Writes figureN.svg, and figureN.csv with the numbers behind it.")]
 pub struct FigureArgs {
-    /// Number in the paper: 4 mesh and boundary conditions; 5 the deformed muscle; 6 displacement
-    /// and pressure in the origin.
-    #[arg(value_parser = clap::value_parser!(u8).range(4..=6))]
+    /// Number in the paper: 2 oscillators in the complex plane; 3 their radii over time; 4 mesh and
+    /// boundary conditions; 5 the deformed muscle; 6 displacement and pressure in the origin;
+    /// 7 coherence of the chain in the muscle.
+    #[arg(value_parser = clap::value_parser!(u8).range(2..=7))]
     pub number: u8,
+
+    /// Where the chain is driven: X on the rod [default: 0.05], X,Y in the muscle [default: 0,0].
+    #[arg(
+        long,
+        value_name = "POINT",
+        value_delimiter = ',',
+        allow_negative_numbers = true
+    )]
+    pub point: Vec<f64>,
 
     /// What all figures can be told.
     #[command(flatten)]
@@ -58,9 +82,17 @@ pub struct Options {
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
 
-    /// End time in s.
-    #[arg(long, value_name = "T", default_value_t = 50.0)]
-    pub t_end: f64,
+    /// End time in s [default: 200 with the rod, 50 with the muscle].
+    #[arg(long, value_name = "T")]
+    pub t_end: Option<f64>,
+
+    /// Write each picture as PNG too.
+    #[arg(long)]
+    pub png: bool,
+
+    /// The chain of Figures 2, 3 and 7.
+    #[command(flatten)]
+    pub chain: ChainArgs,
 
     /// Options of every command.
     #[command(flatten)]
@@ -72,7 +104,7 @@ pub struct Options {
 /// # Errors
 /// Wrong options or mesh, or an output that cannot be written.
 pub fn run(args: &FigureArgs) -> anyhow::Result<Exit> {
-    draw(&[args.number], &args.options, "figure")
+    draw(&[args.number], &args.point, &args.options, "figure")
 }
 
 /// Draws all figures.
@@ -80,7 +112,85 @@ pub fn run(args: &FigureArgs) -> anyhow::Result<Exit> {
 /// # Errors
 /// As [`run`].
 pub fn run_all(args: &FiguresArgs) -> anyhow::Result<Exit> {
-    draw(&[4, 5, 6], &args.options, "figures")
+    draw(&[2, 3, 4, 5, 6, 7], &[], &args.options, "figures")
+}
+
+/// The runs behind the figures asked for, each made once.
+struct Runs {
+    /// Figures 2 and 3.
+    rod: Option<Chained>,
+    /// Figures 5 and 6.
+    muscle: Option<MuscleRun>,
+    /// Figure 7.
+    muscle_chain: Option<Chained>,
+}
+
+impl Runs {
+    /// Wrong options of any run are found before the first.
+    fn compute(
+        numbers: &[u8],
+        point: &[f64],
+        mesh: &Mesh,
+        options: &Options,
+    ) -> anyhow::Result<Self> {
+        let wanted = |figures: &[u8]| figures.iter().any(|number| numbers.contains(number));
+        let progress = Mutex::new(Progress::new(options.common.quiet));
+        let on_muscle = wanted(&[7])
+            .then(|| anyhow::Ok((options.chain.setup(5, 0.5)?, muscle_point(point)?)))
+            .transpose()?;
+        let on_rod = wanted(&[2, 3])
+            .then(|| anyhow::Ok((options.chain.setup(20, 0.05)?, rod_point(point)?)))
+            .transpose()?;
+        if wanted(&[5, 6, 7]) {
+            // The mesh may lack a group.
+            paper::muscle(mesh, paper::KAPPA, paper::BETA)?;
+        }
+        let rod = on_rod.map(|(setup, x)| {
+            let run = rod_chain(&setup, x, options.t_end.unwrap_or(200.0), &progress)?;
+            anyhow::Ok(Chained { setup, run })
+        });
+        let t_end = options.t_end.unwrap_or(50.0);
+        let rod = rod.transpose()?;
+        let muscle = wanted(&[5, 6])
+            .then(|| MuscleRun::compute(mesh, t_end, options.common.quiet))
+            .transpose()?;
+        let muscle_chain = on_muscle.map(|(setup, point)| {
+            let run = muscle_chain(mesh, &setup, point, t_end, &progress)?;
+            anyhow::Ok(Chained { setup, run })
+        });
+        Ok(Self {
+            rod,
+            muscle,
+            muscle_chain: muscle_chain.transpose()?,
+        })
+    }
+}
+
+fn needed<T>(run: &Option<T>) -> anyhow::Result<&T> {
+    run.as_ref()
+        .context("the run behind this figure was not made")
+}
+
+fn rod_point(point: &[f64]) -> Result<f64, InputError> {
+    match point {
+        [] => Ok(paper::ROD_POINT),
+        [x] => Ok(*x),
+        _ => Err(wrong_point("one coordinate on the rod, 0 ≤ x ≤ 0.1")),
+    }
+}
+
+fn muscle_point(point: &[f64]) -> Result<[f64; 2], InputError> {
+    match point {
+        [] => Ok([0.0, 0.0]),
+        [x, y] => Ok([*x, *y]),
+        _ => Err(wrong_point("two coordinates in the muscle, X,Y")),
+    }
+}
+
+fn wrong_point(allowed: &str) -> InputError {
+    InputError::new("wrong number of coordinates")
+        .at("--point")
+        .allowed(allowed)
 }
 
 #[derive(Serialize)]
@@ -98,40 +208,36 @@ struct Entry<'a> {
     run: &'a Map<String, Value>,
 }
 
-fn draw(numbers: &[u8], options: &Options, command: &str) -> anyhow::Result<Exit> {
-    if !(options.t_end >= 1.0 && options.t_end.is_finite()) {
+fn draw(numbers: &[u8], point: &[f64], options: &Options, command: &str) -> anyhow::Result<Exit> {
+    if let Some(t_end) = options.t_end.filter(|t| !(*t >= 1.0 && t.is_finite())) {
         // Before the load has risen there is nothing to see.
         return Err(InputError::new("value out of range")
             .at("--t-end")
-            .found(options.t_end)
+            .found(t_end)
             .allowed("a finite number, 1 at least (s)")
             .into());
     }
     options.common.check()?;
     let (mesh, _) = mesh_file::load(options.mesh.as_deref())?;
-    fs::create_dir_all(&options.out)
-        .with_context(|| format!("cannot make the folder `{}`", options.out.display()))?;
-
-    // Figures 5 and 6 show one run.
-    let needs_run = numbers.iter().any(|number| [5, 6].contains(number));
-    let muscle_run =
-        needs_run.then(|| MuscleRun::compute(&mesh, options.t_end, options.common.quiet));
-    let muscle_run = muscle_run.transpose()?;
-    let mut products = Vec::new();
-    for &number in numbers {
-        products.push(match (number, &muscle_run) {
-            (5, Some(run)) => deformation::draw(run)?,
-            (6, Some(run)) => origin::draw(run)?,
-            _ => mesh::draw(&mesh)?,
-        });
-    }
+    let runs = Runs::compute(numbers, point, &mesh, options)?;
+    let products = numbers
+        .iter()
+        .map(|&number| match number {
+            2 => snapshots::draw(needed(&runs.rod)?),
+            3 => radii::draw(needed(&runs.rod)?),
+            5 => deformation::draw(needed(&runs.muscle)?),
+            6 => origin::draw(needed(&runs.muscle)?),
+            7 => muscle_coherence::draw(needed(&runs.muscle_chain)?),
+            _ => mesh::draw(&mesh),
+        })
+        .collect::<anyhow::Result<Vec<_>>>()?;
 
     let mut text = String::new();
     let mut document = Document {
         figures: Vec::new(),
     };
     for product in &products {
-        let files = product.write(&options.out)?;
+        let files = product.write(&options.out, options.png)?;
         text += &product.summary(&files);
         document.figures.push(Entry {
             number: product.number,

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Mutex;
 
 use myovib_fem::{Mesh, Space};
+use myovib_model::paper::{BETA, KAPPA};
 use myovib_model::{
     Formulation, Limits, MuscleDae, Probe, SampleTimes, Sampler, Settings, Statistics, StopReason,
     paper, run, start_at_rest,
@@ -17,29 +18,29 @@ use crate::progress::Progress;
 use crate::statistics::StatisticsJson;
 use crate::watch::Watch;
 
-/// The paper's preferred pair, where it names none.
-pub(super) const KAPPA: f64 = 1e5;
-pub(super) const BETA: f64 = 1e-4;
-
 /// Period of the load, s.
 pub(super) const PERIOD: f64 = 1.0 / 8.0;
 /// Samples per period of the load.
 const PER_PERIOD: f64 = 50.0;
 
 /// What was recorded of the run.
-pub(super) struct MuscleRun {
+pub(in crate::commands) struct MuscleRun {
     pub(super) space: Space,
     pub(super) settings: Settings,
     pub(super) statistics: Statistics,
     /// t, u_x, u_y, p in the origin.
     pub(super) origin: Vec<[f64; 4]>,
     /// Times and nodal displacements over the last period, as far as the run got.
-    pub(super) last_period: VecDeque<(f64, Vec<[f64; 2]>)>,
+    pub(in crate::commands) last_period: VecDeque<(f64, Vec<[f64; 2]>)>,
 }
 
 impl MuscleRun {
     /// Integrates to `t_end` (s).
-    pub(super) fn compute(mesh: &Mesh, t_end: f64, quiet: bool) -> anyhow::Result<Self> {
+    pub(in crate::commands) fn compute(
+        mesh: &Mesh,
+        t_end: f64,
+        quiet: bool,
+    ) -> anyhow::Result<Self> {
         let muscle = paper::muscle(mesh, KAPPA, BETA)?;
         let space = Space::clone(muscle.solid.space());
         let origin = Probe::at(&space, [0.0, 0.0])?;
@@ -101,7 +102,7 @@ impl MuscleRun {
     }
 
     /// A run that did not reach its end is still drawn, as far as it got.
-    pub(super) fn exit(&self) -> Exit {
+    pub(in crate::commands) fn exit(&self) -> Exit {
         match self.statistics.outcome.reason() {
             None => Exit::Done,
             Some(StopReason::Interrupted) => Exit::Interrupted,

@@ -35,7 +35,7 @@ pub(super) fn draw(run: &MuscleRun) -> anyhow::Result<Product> {
                 Box::new(panel(3, "*p*(0, 0)", "Pa")),
             ],
         ),
-        columns: vec!["t", "u_x", "u_y", "p"],
+        columns: ["t", "u_x", "u_y", "p"].map(String::from).into(),
         rows: run.origin.iter().map(|row| row.to_vec()).collect(),
         findings: vec![
             ("u_y_largest_shown", largest(2).into()),

@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
-use anyhow::Context;
 use serde_json::{Map, Value};
 
-use crate::atomic_file;
-use crate::csv::CsvWriter;
 use crate::exit::Exit;
+use crate::picture;
 use crate::plot::Figure;
 
 /// A figure, ready to be written.
@@ -16,7 +14,7 @@ pub(super) struct Product {
     pub(super) number: u8,
     pub(super) figure: Figure,
     /// The numbers behind it.
-    pub(super) columns: Vec<&'static str>,
+    pub(super) columns: Vec<String>,
     pub(super) rows: Vec<Vec<f64>>,
     /// Scalars for the text and for JSON.
     pub(super) findings: Vec<(&'static str, Value)>,
@@ -26,37 +24,37 @@ pub(super) struct Product {
 }
 
 impl Product {
-    /// Writes `figureN.svg` and `figureN.csv`, and gives their paths.
-    pub(super) fn write(&self, folder: &Path) -> anyhow::Result<Vec<String>> {
-        let svg = self.figure.render();
-        let csv = self.csv()?;
-        [("svg", svg.into_bytes()), ("csv", csv)]
-            .into_iter()
-            .map(|(extension, bytes)| {
-                let path = folder.join(format!("figure{}.{extension}", self.number));
-                let shown = path.display().to_string();
-                atomic_file::write(&path, |file| file.write_all(&bytes))
-                    .with_context(|| format!("cannot write `{shown}`"))?;
-                Ok(shown)
-            })
-            .collect()
-    }
-
-    fn csv(&self) -> anyhow::Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        let mut csv = CsvWriter::new(&mut bytes, &self.columns)?;
-        for row in &self.rows {
-            csv.row(row)?;
-        }
-        Ok(bytes)
+    /// Writes `figureN.svg` and `figureN.csv` (`.png` if asked), and gives their paths.
+    pub(super) fn write(&self, folder: &Path, png: bool) -> anyhow::Result<Vec<String>> {
+        let name = format!("figure{}", self.number);
+        picture::write(
+            folder,
+            &name,
+            &self.figure,
+            (&self.columns, &self.rows),
+            png,
+        )
     }
 
     /// The figure in words.
     pub(super) fn summary(&self, files: &[String]) -> String {
         let mut text = format!("Figure {}: {}\n", self.number, self.figure.title);
         for (name, value) in &self.findings {
-            text += &format!("  {name}: {value}\n");
+            describe(name, value, 2, &mut text);
         }
         text + &format!("  {}\n", files.join(", "))
+    }
+}
+
+/// A finding on a line of its own, its parts on lines below.
+fn describe(name: &str, value: &Value, indent: usize, text: &mut String) {
+    match value {
+        Value::Object(parts) => {
+            *text += &format!("{:indent$}{name}\n", "");
+            for (name, value) in parts {
+                describe(name, value, indent + 2, text);
+            }
+        }
+        value => *text += &format!("{:indent$}{name}: {value}\n", ""),
     }
 }

@@ -3,8 +3,6 @@
 use std::fs::File;
 use std::path::PathBuf;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 
 use anyhow::Context;
 use myovib_fem::Mesh;
@@ -18,6 +16,7 @@ use super::Table2Args;
 use super::rows::Row;
 use crate::csv::CsvWriter;
 use crate::interrupt;
+use crate::parallel;
 use crate::progress::Progress;
 use crate::watch::Watch;
 
@@ -43,28 +42,11 @@ pub(super) fn run_all(
     args: &Table2Args,
 ) -> anyhow::Result<Vec<RowResult>> {
     let progress = Mutex::new(Progress::new(args.common.quiet));
-    let next = AtomicUsize::new(0);
-    let results: Mutex<Vec<Option<anyhow::Result<RowResult>>>> =
-        Mutex::new(rows.iter().map(|_| None).collect());
-    let worker = || {
-        while let Some((i, row)) =
-            Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|i| Some((i, rows.get(i)?)))
-        {
-            let result = run_row(row, mesh, args, &progress)
-                .with_context(|| format!("row {} of Table 2", row.key));
-            results.lock().expect("no thread panics with the lock")[i] = Some(result);
-        }
-    };
-    thread::scope(|scope| {
-        for _ in 0..args.common.n_threads().get().min(rows.len()) {
-            scope.spawn(worker);
-        }
-    });
-    let results = results.into_inner().expect("all threads have ended");
-    results
-        .into_iter()
-        .map(|result| result.expect("each row is taken by one thread"))
-        .collect()
+    parallel::map(rows, args.common.n_threads(), |row| {
+        run_row(row, mesh, args, &progress).with_context(|| format!("row {} of Table 2", row.key))
+    })
+    .into_iter()
+    .collect()
 }
 
 fn settings(row: &Row, args: &Table2Args) -> Settings {

@@ -1,0 +1,92 @@
+//! What figures of chains share.
+
+use myovib_model::coupling::CoherenceHistory;
+use num_complex::Complex64;
+use serde_json::{Map, Value};
+
+use crate::experiments::{ChainRun, ChainSetup, SettledJson};
+use crate::plot::ComplexPlane;
+
+/// Columns of a chain's history.
+pub(super) const COLUMNS: [&str; 7] = [
+    "t",
+    "psi_abs",
+    "psi_re",
+    "psi_im",
+    "chi_abs",
+    "chi_arg",
+    "frequency",
+];
+
+/// Every `stride`-th sample of a history, in the order of [`COLUMNS`].
+pub(super) fn chain_rows(
+    history: &CoherenceHistory,
+    stride: usize,
+) -> impl Iterator<Item = (usize, Vec<f64>)> + '_ {
+    (0..history.t.len()).step_by(stride).map(|i| {
+        let (psi, chi) = (history.centroid[i], history.phase[i]);
+        let row = vec![
+            history.t[i],
+            psi.norm(),
+            psi.re,
+            psi.im,
+            chi.norm(),
+            chi.arg(),
+            history.frequency[i],
+        ];
+        (i, row)
+    })
+}
+
+/// The largest radius of any oscillator at any sample, with a little air.
+pub(in crate::commands) fn largest_radius(history: &CoherenceHistory) -> f64 {
+    let radii = history.phasors.iter().flatten().map(|z| z.norm());
+    let largest = radii.fold(0.0, f64::max);
+    if largest > 0.0 { 1.12 * largest } else { 1.0 }
+}
+
+/// The oscillators at sample `i` in the complex plane.
+pub(in crate::commands) fn complex_plane(
+    history: &CoherenceHistory,
+    i: usize,
+    radius: f64,
+) -> ComplexPlane {
+    let point = |z: &Complex64| [z.re, z.im];
+    ComplexPlane {
+        title: format!("*t* = {:.2} s", history.t[i]),
+        labels: ["*y*_{n}".into(), "*ẏ*_{n}/*ω*_{n}".into()],
+        points: history.phasors[i].iter().map(point).collect(),
+        points_name: "oscillators".into(),
+        centroid: point(&history.centroid[i]),
+        centroid_name: "centroid Ψ".into(),
+        radius,
+    }
+}
+
+/// A run of a chain with what was run.
+pub(super) struct Chained {
+    pub(super) setup: ChainSetup,
+    pub(super) run: ChainRun,
+}
+
+impl Chained {
+    /// The settled values, for the text and for JSON.
+    pub(super) fn findings(&self) -> anyhow::Result<Vec<(&'static str, Value)>> {
+        let settled = self.run.settled().map(SettledJson::from);
+        Ok(vec![("settled", serde_json::to_value(settled)?)])
+    }
+
+    /// The chain, statistics and settings, for JSON.
+    pub(super) fn document(&self) -> anyhow::Result<Map<String, Value>> {
+        let mut document = Map::new();
+        for part in [
+            serde_json::to_value(&self.setup)?,
+            serde_json::to_value(self.run.json())?,
+        ] {
+            if let Value::Object(entries) = part {
+                document.extend(entries);
+            }
+        }
+        Ok(document)
+    }
+}

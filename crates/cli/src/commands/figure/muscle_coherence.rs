@@ -1,0 +1,34 @@
+//! Figure 7: coherence of the chain in the muscle.
+
+use super::chain_plots::{COLUMNS, Chained, chain_rows};
+use super::product::Product;
+use crate::plot::{Axis, Colour, Figure, LinePlot, Series};
+
+pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
+    let history = &chained.run.history;
+    let plot = |axis: Axis, values: &[f64], colour| {
+        Box::new(LinePlot {
+            x: Axis::new("*t*", "s").between(0.0, chained.run.t_end),
+            y: axis,
+            series: vec![Series::curve("", &history.t, values).coloured(colour)],
+            ..LinePlot::default()
+        })
+    };
+    let phase = Axis::new("|χ|", "").between(0.0, 1.05);
+    let figure = Figure::column(
+        "Coherence of the chain in the muscle",
+        vec![
+            plot(phase, &history.coherence(), Colour::BLUE),
+            plot(Axis::new("|Ψ|", ""), &history.strength(), Colour::VERMILION),
+        ],
+    );
+    Ok(Product {
+        number: 7,
+        figure,
+        columns: COLUMNS.map(String::from).into(),
+        rows: chain_rows(history, 1).map(|(_, row)| row).collect(),
+        findings: chained.findings()?,
+        run: chained.document()?,
+        exit: chained.run.exit(),
+    })
+}

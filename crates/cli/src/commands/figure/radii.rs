@@ -1,0 +1,49 @@
+//! Figure 3: radii of the oscillators and of their centroid over time.
+
+use super::chain_plots::{COLUMNS, Chained, chain_rows};
+use super::product::Product;
+use crate::plot::{Axis, Colour, Figure, LinePlot, Series};
+
+/// Of the samples, every fifth goes to the table: 0.05 s apart.
+const STRIDE: usize = 5;
+
+pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
+    let (history, n) = (&chained.run.history, chained.setup.oscillators);
+    let radius = |n: usize| -> Vec<f64> { history.phasors.iter().map(|z| z[n].norm()).collect() };
+    // One entry in the legend for all radii.
+    let radii = (0..n).map(|n| {
+        let name = if n == 0 { "radii *r*_{n}" } else { "" };
+        Series::curve(name, &history.t, &radius(n)).coloured(Colour::SKY)
+    });
+    let strength = Series::curve("|Ψ|", &history.t, &history.strength());
+    let coherence = Series::curve("|χ|", &history.t, &history.coherence());
+    let plot = LinePlot {
+        x: Axis::new("*t*", "s").between(0.0, chained.run.t_end),
+        y: Axis::new("radius", ""),
+        series: radii
+            .chain([
+                strength.coloured(Colour::VERMILION),
+                coherence.coloured(Colour::BLACK),
+            ])
+            .collect(),
+        ..LinePlot::default()
+    };
+    let columns = (1..=n).map(|n| format!("r_{n}"));
+    let rows = chain_rows(history, STRIDE).map(|(i, mut row)| {
+        row.extend(history.phasors[i].iter().map(|z| z.norm()));
+        row
+    });
+    Ok(Product {
+        number: 3,
+        figure: Figure::of("Radii of oscillators and centroid over time", plot),
+        columns: COLUMNS
+            .map(String::from)
+            .into_iter()
+            .chain(columns)
+            .collect(),
+        rows: rows.collect(),
+        findings: chained.findings()?,
+        run: chained.document()?,
+        exit: chained.run.exit(),
+    })
+}

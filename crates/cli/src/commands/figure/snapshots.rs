@@ -1,0 +1,44 @@
+//! Figure 2: the oscillators in the complex plane at four times.
+
+use super::chain_plots::{Chained, complex_plane, largest_radius};
+use super::product::Product;
+use crate::plot::{Figure, Panel};
+
+/// When, as fractions of the run: near the crest of |Ψ|, while phases scatter, and settled.
+const TIMES: [f64; 4] = [0.065, 0.15, 0.3, 1.0];
+
+pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
+    let (history, n) = (&chained.run.history, chained.setup.oscillators);
+    let radius = largest_radius(history);
+    let last = history.t.len() - 1;
+    let samples = TIMES.map(|fraction| (fraction * last as f64).round() as usize);
+    let panels = samples.map(|i| Box::new(complex_plane(history, i, radius)) as Box<dyn Panel>);
+    let row = |&i: &usize| {
+        let points = history.phasors[i].iter().flat_map(|z| [z.re, z.im]);
+        let psi = history.centroid[i];
+        [history.t[i], psi.re, psi.im]
+            .into_iter()
+            .chain(points)
+            .collect()
+    };
+    let columns = (1..=n).flat_map(|n| [format!("re_{n}"), format!("im_{n}")]);
+    Ok(Product {
+        number: 2,
+        figure: Figure {
+            n_columns: 2,
+            ..Figure::column(
+                format!("{n} oscillators in the complex plane"),
+                panels.into(),
+            )
+        },
+        columns: ["t", "psi_re", "psi_im"]
+            .map(String::from)
+            .into_iter()
+            .chain(columns)
+            .collect(),
+        rows: samples.iter().map(row).collect(),
+        findings: chained.findings()?,
+        run: chained.document()?,
+        exit: chained.run.exit(),
+    })
+}

@@ -1,0 +1,159 @@
+//! `myovib movie`: what the paper put on its website, as animated GIFs.
+
+use std::path::PathBuf;
+use std::sync::Mutex;
+
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+use myovib_model::paper;
+use serde::Serialize;
+
+use super::figure::{MuscleRun, complex_plane, frames, largest_radius};
+use crate::args::CommonArgs;
+use crate::atomic_file;
+use crate::error::InputError;
+use crate::exit::Exit;
+use crate::experiments::{ChainArgs, EVERY, rod_chain};
+use crate::mesh_file;
+use crate::plot::{Figure, movie};
+use crate::progress::Progress;
+
+/// Time between frames as shown, in hundredths of a second: 25 frames per second.
+const DELAY: u16 = 4;
+
+/// Options of `myovib movie`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    myovib movie chain\n  \
+    myovib movie muscle --out muscle.gif --width-pixels 480")]
+pub struct MovieArgs {
+    /// What to show.
+    #[arg(value_enum)]
+    pub subject: Subject,
+
+    /// File to write [default: SUBJECT.gif].
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+
+    /// Width of the picture.
+    #[arg(long, value_name = "N", default_value_t = 640, value_parser = clap::value_parser!(u16).range(64..=2000))]
+    pub width_pixels: u16,
+
+    /// First moment shown of the chain, s.
+    #[arg(long, value_name = "T", default_value_t = 8.0)]
+    pub from: f64,
+
+    /// Last moment shown, s [default: 16 (chain), 3 (muscle, of which the last cycle is shown)].
+    #[arg(long, value_name = "T")]
+    pub to: Option<f64>,
+
+    /// Mesh (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the built-in spindle].
+    #[arg(long, value_name = "FILE")]
+    pub mesh: Option<PathBuf>,
+
+    /// The options of the chain.
+    #[command(flatten)]
+    pub chain: ChainArgs,
+
+    /// Options of every command.
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// Subject of a movie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Subject {
+    /// The chain on the rod, in the complex plane.
+    Chain,
+    /// The deformation of the muscle, enlarged, with its pressure.
+    Muscle,
+}
+
+#[derive(Serialize)]
+struct Document {
+    file: String,
+    frames: usize,
+}
+
+/// Makes a movie.
+///
+/// # Errors
+/// Wrong options or mesh, or an output that cannot be written.
+pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
+    args.common.check()?;
+    let (from, to) = match args.subject {
+        Subject::Chain => (args.from, args.to.unwrap_or(16.0)),
+        Subject::Muscle => (0.0, args.to.unwrap_or(3.0)),
+    };
+    if !(0.0 <= from && from < to && to.is_finite()) {
+        return Err(InputError::new("the movie has no duration")
+            .at("--from, --to")
+            .found(format!("{from} to {to} s"))
+            .allowed("0 ≤ from < to")
+            .into());
+    }
+    let path = args.out.clone().unwrap_or_else(|| {
+        PathBuf::from(match args.subject {
+            Subject::Chain => "chain.gif",
+            Subject::Muscle => "muscle.gif",
+        })
+    });
+    let movie = match args.subject {
+        Subject::Chain => chain(args, from, to)?,
+        Subject::Muscle => deformation(args, to)?,
+    };
+    let mut bytes = Vec::new();
+    movie::write(
+        &mut bytes,
+        movie.frames.into_iter().map(Ok),
+        args.width_pixels,
+        DELAY,
+    )?;
+    atomic_file::write(&path, |file| file.write_all(&bytes))
+        .with_context(|| format!("cannot write `{}`", path.display()))?;
+    let document = Document {
+        file: path.display().to_string(),
+        frames: movie.n_frames,
+    };
+    let text = format!("{}: {} frames\n", path.display(), movie.n_frames);
+    args.common.give("movie", &text, &document)?;
+    Ok(movie.exit)
+}
+
+struct Movie {
+    frames: Vec<Figure>,
+    n_frames: usize,
+    exit: Exit,
+}
+
+impl Movie {
+    fn new(frames: Vec<Figure>, exit: Exit) -> Self {
+        Self {
+            n_frames: frames.len(),
+            frames,
+            exit,
+        }
+    }
+}
+
+/// Every second sample of 0.01 s, shown for 0.04 s: half speed.
+fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
+    let setup = args.chain.setup(20, 0.05)?;
+    let progress = Mutex::new(Progress::new(args.common.quiet));
+    let run = rod_chain(&setup, paper::ROD_POINT, to, &progress)?;
+    let history = &run.history;
+    let radius = largest_radius(history);
+    let first = (from / EVERY).ceil() as usize;
+    let frames = (first..history.t.len())
+        .step_by(2)
+        .map(|i| Figure::of("", complex_plane(history, i, radius)));
+    Ok(Movie::new(frames.collect(), run.exit()))
+}
+
+/// The last cycle of the load, 50 frames: one sixteenth of the speed.
+fn deformation(args: &MovieArgs, to: f64) -> anyhow::Result<Movie> {
+    let (mesh, _) = mesh_file::load(args.mesh.as_deref())?;
+    let run = MuscleRun::compute(&mesh, to, args.common.quiet)?;
+    let frames: Vec<Figure> = frames(&run).collect::<anyhow::Result<_>>()?;
+    Ok(Movie::new(frames, run.exit()))
+}

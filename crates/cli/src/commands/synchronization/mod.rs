@@ -1,0 +1,205 @@
+//! `myovib synchronization`: is the external vibration able to synchronise the chain?
+//!
+//! The paper's question, answered by sweeps: for each gain γ, width of the frequencies, coupling D
+//! and frequency of the drive, the settled |Ψ|, |χ| and frequency of the centroid, and whether the
+//! chain is locked to the drive. The rod moves the same whatever the chain does, so it is
+//! integrated once per drive frequency, and its motion replayed to the chains.
+
+mod report;
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+
+use clap::Args;
+use myovib_model::coupling::{LockCriterion, Recording, Settling, Synchrony};
+use myovib_model::paper;
+
+use crate::args::CommonArgs;
+use crate::error::InputError;
+use crate::exit::Exit;
+use crate::experiments::{ChainArgs, ChainSetup, EndsName, GeneratorName, ReachName};
+use crate::experiments::{record_rod, replay};
+use crate::parallel;
+use crate::progress::Progress;
+
+/// Options of `myovib synchronization`.
+#[derive(Debug, Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:\n  \
+    myovib synchronization\n  \
+    myovib synchronization --gamma 1000,4000,6000 --width 0.05,0.5 --coupling 1,3\n  \
+    myovib synchronization --gamma 250,1000,4000 --frequency 7,7.5,8,8.5 --json\n\n\
+    Locked: over the trailing window the centroid's mean frequency differs from the drive's by\n\
+    less than `--slip` turns per window, and |χ| never falls below `--coherence`."
+)]
+pub struct SynchronizationArgs {
+    /// Gains γ of the forcing.
+    #[arg(
+        long,
+        value_name = "G,…",
+        value_delimiter = ',',
+        default_values_t = [1.0, 10.0, 100.0, 300.0, 1000.0, 2000.0, 3000.0, 3500.0, 4000.0, 6000.0, 10000.0]
+    )]
+    pub gamma: Vec<f64>,
+
+    /// Half widths of the interval of natural frequencies, rad/s.
+    #[arg(long, value_name = "W,…", value_delimiter = ',', default_values_t = [0.05])]
+    pub width: Vec<f64>,
+
+    /// Couplings D of neighbours.
+    #[arg(long, value_name = "D,…", value_delimiter = ',', default_values_t = [3.0])]
+    pub coupling: Vec<f64>,
+
+    /// Frequencies of the drive, Hz.
+    #[arg(long, value_name = "F,…", value_delimiter = ',', default_values_t = [8.0])]
+    pub frequency: Vec<f64>,
+
+    /// Number of oscillators.
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    pub oscillators: usize,
+
+    /// Generator of the natural frequencies: matlab, chacha8.
+    #[arg(long, value_name = "NAME", default_value_t)]
+    pub generator: GeneratorName,
+
+    /// Seed of the generator.
+    #[arg(long, value_name = "S", default_value_t = myovib_oscillators::Detuning::DEFAULT_SEED)]
+    pub seed: u32,
+
+    /// Oscillators that the forcing reaches.
+    #[arg(long, value_enum, default_value_t = ReachName::All)]
+    pub reach: ReachName,
+
+    /// Place on the rod that drives the chain.
+    #[arg(long, value_name = "X", default_value_t = paper::ROD_POINT)]
+    pub point: f64,
+
+    /// End time of each run, s.
+    #[arg(long, value_name = "T", default_value_t = 100.0)]
+    pub t_end: f64,
+
+    /// Turns by which a locked centroid may slip against the drive in the window.
+    #[arg(long, value_name = "TURNS", default_value_t = LockCriterion::default().slip)]
+    pub slip: f64,
+
+    /// Least |χ| of a locked chain in the window.
+    #[arg(long, value_name = "CHI", default_value_t = LockCriterion::default().coherence)]
+    pub coherence: f64,
+
+    /// Folder for picture and table; made if it is not there.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+
+    /// Write the picture as PNG too.
+    #[arg(long)]
+    pub png: bool,
+
+    /// Options of every command.
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// One point of the sweep.
+struct Case {
+    frequency: f64,
+    setup: ChainSetup,
+    /// Index of the drive among the recordings.
+    drive: usize,
+}
+
+/// What a chain settled to.
+struct Outcome {
+    frequency: f64,
+    setup: ChainSetup,
+    settled: Settling,
+    synchrony: Synchrony,
+}
+
+impl SynchronizationArgs {
+    fn check(&self) -> Result<(), InputError> {
+        let positive = |option, value: f64| {
+            if value > 0.0 && value.is_finite() {
+                return Ok(());
+            }
+            let error = InputError::new("value out of range").at(option);
+            Err(error.found(value).allowed("a finite number above 0"))
+        };
+        positive("--t-end", self.t_end)?;
+        positive("--slip", self.slip)?;
+        positive("--coherence", self.coherence)?;
+        self.frequency
+            .iter()
+            .try_for_each(|f| positive("--frequency", *f))
+    }
+
+    /// All combinations, γ fastest.
+    fn cases(&self) -> Result<Vec<Case>, InputError> {
+        let mut cases = Vec::new();
+        for (drive, &frequency) in self.frequency.iter().enumerate() {
+            for &width in &self.width {
+                for &coupling in &self.coupling {
+                    for &gamma in &self.gamma {
+                        let chain = ChainArgs {
+                            oscillators: Some(self.oscillators),
+                            width: Some(width),
+                            generator: self.generator,
+                            seed: self.seed,
+                            gamma,
+                            coupling,
+                            ends: EndsName::Periodic,
+                            reach: self.reach,
+                        };
+                        cases.push(Case {
+                            frequency,
+                            setup: chain.setup(self.oscillators, width)?,
+                            drive,
+                        });
+                    }
+                }
+            }
+        }
+        Ok(cases)
+    }
+}
+
+/// Runs the sweep.
+///
+/// # Errors
+/// Wrong options, or an output that cannot be written.
+pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
+    args.check()?;
+    args.common.check()?;
+    let cases = args.cases()?;
+    let progress = Mutex::new(Progress::new(args.common.quiet));
+    let threads = args.common.n_threads();
+    let recordings: Vec<Arc<Recording>> = parallel::map(&args.frequency, threads, |frequency| {
+        record_rod(*frequency, args.point, args.t_end, &progress)
+    })
+    .into_iter()
+    .collect::<anyhow::Result<_>>()?;
+    let criterion = LockCriterion {
+        slip: args.slip,
+        coherence: args.coherence,
+    };
+    let runs = parallel::map(&cases, threads, |case| {
+        let recording = Arc::clone(&recordings[case.drive]);
+        replay(&case.setup, recording, args.t_end, &progress)
+    });
+    let (mut results, mut exit) = (Vec::new(), Exit::Done);
+    for (case, run) in cases.iter().zip(runs) {
+        let run = run?;
+        // What did not reach its end has not settled: it is left out.
+        match (run.exit(), run.settled()) {
+            (Exit::Done, Some(settled)) => results.push(Outcome {
+                frequency: case.frequency,
+                setup: case.setup.clone(),
+                synchrony: criterion.judge(&settled, case.frequency),
+                settled,
+            }),
+            (unfinished, _) => exit = unfinished,
+        }
+    }
+    report::give(args, &results)?;
+    Ok(exit)
+}

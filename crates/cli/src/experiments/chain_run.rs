@@ -1,0 +1,171 @@
+//! What a run with a chain came to.
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
+use myovib_model::coupling::{CoherenceHistory, CoupledDae, Settling, StateTolerances};
+use myovib_model::{
+    IdaIntegrator, Integrator, Limits, Observer, SampleTimes, Sampler, Statistics, StopReason, run,
+};
+use myovib_oscillators::Settled;
+use serde::Serialize;
+use sundials_wrap::DaeProblem;
+
+use super::EVERY;
+use crate::exit::Exit;
+use crate::interrupt;
+use crate::progress::Progress;
+use crate::statistics::CountsJson;
+use crate::watch::Watch;
+
+/// A finished run of a chain, on whatever body.
+pub struct ChainRun {
+    /// Coherence at sample times.
+    pub history: CoherenceHistory,
+    /// Counts and outcome.
+    pub statistics: Statistics,
+    /// Length of the integrator's vector.
+    pub unknowns: usize,
+    /// Relative and absolute tolerances by block.
+    pub tolerances: BTreeMap<&'static str, [f64; 2]>,
+    /// Blocks left out of the error test.
+    pub suppressed: Vec<&'static str>,
+    /// Highest order of the BDF.
+    pub max_order: usize,
+    /// End time asked for, s.
+    pub t_end: f64,
+}
+
+impl ChainRun {
+    /// Length of the window over which the run is judged: 20 s, or less for a short run.
+    pub fn window(&self) -> f64 {
+        20.0_f64.min(self.t_end / 2.0)
+    }
+
+    /// Settled values over the window; none for a run that stopped too early to have any.
+    pub fn settled(&self) -> Option<Settling> {
+        self.history.settled(self.window()).ok()
+    }
+
+    /// How a command that shows this run ends; a run that stopped is shown as far as it got.
+    pub fn exit(&self) -> Exit {
+        match self.statistics.outcome.reason() {
+            None => Exit::Done,
+            Some(StopReason::Interrupted) => Exit::Interrupted,
+            Some(_) => Exit::Stopped,
+        }
+    }
+
+    /// Integrates and observes the first network of a coupled system.
+    pub(super) fn observe<B: DaeProblem + Send + 'static>(
+        integrator: &mut IdaIntegrator<CoupledDae<B>>,
+        name: &str,
+        t_end: f64,
+        progress: &Mutex<Progress>,
+    ) -> anyhow::Result<(CoherenceHistory, Statistics)> {
+        let n = integrator.problem().n_unknowns();
+        let mut history = CoherenceHistory::default();
+        let mut sampler = Sampler::new(
+            SampleTimes::new(EVERY, t_end),
+            n,
+            |dae: &mut CoupledDae<B>, t, y: &[f64]| Ok(history.record(dae, 0, t, y)?),
+        );
+        let mut watch = Watch::new(name.to_owned(), t_end, progress);
+        let mut limits = Limits::new(f64::INFINITY, Some(interrupt::flag()));
+        let mut observers: Vec<&mut dyn Observer<CoupledDae<B>>> =
+            vec![&mut sampler, &mut watch, &mut limits];
+        let statistics = run(integrator, &mut observers)?;
+        drop(sampler);
+        Ok((history, statistics))
+    }
+
+    /// Statistics and settings for a JSON document.
+    pub fn json(&self) -> ChainRunJson<'_> {
+        let part = |which: usize| {
+            let entries = self.tolerances.iter();
+            entries.map(|(name, pair)| (*name, pair[which])).collect()
+        };
+        ChainRunJson {
+            counts: CountsJson::new(&self.statistics),
+            unknowns: self.unknowns,
+            integrator: "ida",
+            suppressed: self.suppressed.clone(),
+            rtol: part(0),
+            atol: part(1),
+            max_order: self.max_order,
+            t_end: self.t_end,
+        }
+    }
+}
+
+/// The tolerances of a block of states for the output.
+pub(super) fn pair(tolerances: StateTolerances) -> [f64; 2] {
+    [tolerances.relative, tolerances.absolute]
+}
+
+/// Statistics of a run with a chain, with all settings used.
+#[derive(Debug, Serialize)]
+#[allow(missing_docs)] // the names are the contract's
+pub struct ChainRunJson<'a> {
+    #[serde(flatten)]
+    pub counts: CountsJson<'a>,
+    pub unknowns: usize,
+    pub integrator: &'a str,
+    pub suppressed: Vec<&'a str>,
+    pub rtol: BTreeMap<&'a str, f64>,
+    pub atol: BTreeMap<&'a str, f64>,
+    pub max_order: usize,
+    pub t_end: f64,
+}
+
+/// Settled values for a JSON document.
+#[derive(Debug, Serialize)]
+pub struct SettledJson {
+    /// Length of the trailing window, s.
+    window: f64,
+    /// |Ψ|.
+    psi: SpreadJson,
+    /// |χ|.
+    chi: SpreadJson,
+    /// Frequency of the centroid, Hz.
+    frequency: SpreadJson,
+}
+
+#[derive(Debug, Serialize)]
+struct SpreadJson {
+    mean: f64,
+    min: f64,
+    max: f64,
+    std: f64,
+    samples: usize,
+}
+
+impl From<Settled> for SpreadJson {
+    fn from(settled: Settled) -> Self {
+        let Settled {
+            mean,
+            min,
+            max,
+            std,
+            samples,
+        } = settled;
+        Self {
+            mean,
+            min,
+            max,
+            std,
+            samples,
+        }
+    }
+}
+
+impl From<Settling> for SettledJson {
+    fn from(settling: Settling) -> Self {
+        Self {
+            window: settling.window,
+            psi: settling.centroid.into(),
+            chi: settling.phase.into(),
+            frequency: settling.frequency.into(),
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! The runs of chains behind figures, movies and sweeps: the paper's sections 3.1 and 3.2.
+//!
+//! Cast: [`ChainArgs`] is what a user may change of the chain, [`ChainSetup`] the chain itself;
+//! [`rod_chain`] and [`muscle_chain`] run a body with a chain as one system, [`replay`] a chain on
+//! the motion that [`record_rod`] kept; all give a [`ChainRun`].
+
+mod chain_args;
+mod chain_run;
+mod muscle_chain;
+mod rod_chain;
+
+pub use chain_args::{ChainArgs, ChainSetup, EndsName, GeneratorName, ReachName};
+pub use chain_run::{ChainRun, ChainRunJson, SettledJson};
+pub use muscle_chain::muscle_chain;
+pub use rod_chain::{record_rod, replay, rod_chain};
+
+/// Time between samples of the coherence, s: 12.5 per cycle of 8 Hz, which resolve mean and
+/// frequency over a window of 20 s to five digits.
+pub const EVERY: f64 = 0.01;

@@ -1,0 +1,49 @@
+//! Independent jobs on several threads.
+
+use std::num::NonZeroUsize;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+/// `f` of every item, in the order of the items, on at most `n_threads` threads.
+pub fn map<T: Sync, R: Send>(
+    items: &[T],
+    n_threads: NonZeroUsize,
+    f: impl Fn(&T) -> R + Sync,
+) -> Vec<R> {
+    let next = AtomicUsize::new(0);
+    let results: Mutex<Vec<Option<R>>> = Mutex::new(items.iter().map(|_| None).collect());
+    let worker = || {
+        while let Some((i, item)) = {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            items.get(i).map(|item| (i, item))
+        } {
+            let result = f(item);
+            results.lock().expect("no thread panics with the lock")[i] = Some(result);
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..n_threads.get().min(items.len()) {
+            scope.spawn(worker);
+        }
+    });
+    let results = results.into_inner().expect("all threads have ended");
+    results
+        .into_iter()
+        .map(|result| result.expect("each item is taken by one thread"))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_keep_the_order_of_the_items() {
+        let items: Vec<u32> = (0..100).collect();
+        let three = NonZeroUsize::new(3).unwrap();
+        let squares: Vec<u32> = items.iter().map(|i| i * i).collect();
+        assert_eq!(map(&items, three, |i| i * i), squares);
+        assert!(map(&[] as &[u32], three, |i| *i).is_empty());
+    }
+}

@@ -1,0 +1,55 @@
+//! A figure's files: the picture, and the numbers behind it.
+
+use std::path::Path;
+
+use anyhow::Context;
+
+use crate::atomic_file;
+use crate::csv::CsvWriter;
+use crate::plot::{Figure, raster};
+
+/// Pixels in a row of a PNG: 85 mm at 600 dpi.
+const PNG_WIDTH: u32 = 2000;
+
+/// Writes `name.svg`, `name.csv` and, if asked, `name.png` to `folder`, which is made if there is
+/// none, and gives their paths.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write(
+    folder: &Path,
+    name: &str,
+    figure: &Figure,
+    (columns, rows): (&[String], &[Vec<f64>]),
+    png: bool,
+) -> anyhow::Result<Vec<String>> {
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("cannot make the folder `{}`", folder.display()))?;
+    let svg = figure.render();
+    let mut files = Vec::new();
+    if png {
+        files.push(("png", raster::png(&svg, PNG_WIDTH)?));
+    }
+    files.push(("svg", svg.into_bytes()));
+    files.push(("csv", table(columns, rows)?));
+    files
+        .into_iter()
+        .map(|(extension, bytes)| {
+            let path = folder.join(format!("{name}.{extension}"));
+            let shown = path.display().to_string();
+            atomic_file::write(&path, |file| file.write_all(&bytes))
+                .with_context(|| format!("cannot write `{shown}`"))?;
+            Ok(shown)
+        })
+        .collect()
+}
+
+fn table(columns: &[String], rows: &[Vec<f64>]) -> anyhow::Result<Vec<u8>> {
+    let names: Vec<&str> = columns.iter().map(String::as_str).collect();
+    let mut bytes = Vec::new();
+    let mut csv = CsvWriter::new(&mut bytes, &names)?;
+    for row in rows {
+        csv.row(row)?;
+    }
+    Ok(bytes)
+}

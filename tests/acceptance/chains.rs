@@ -1,0 +1,151 @@
+//! `myovib figure` with a chain, `movie` and `synchronization`.
+
+use std::fs;
+use std::path::Path;
+
+use crate::harness::{Run, document, myovib_in};
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("the folder");
+    let mut names: Vec<String> = entries
+        .map(|entry| {
+            entry
+                .expect("an entry")
+                .file_name()
+                .into_string()
+                .expect("UTF-8")
+        })
+        .collect();
+    names.sort();
+    names
+}
+
+fn run(arguments: &str) -> (tempfile::TempDir, Run) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let words: Vec<&str> = arguments.split_whitespace().collect();
+    let run = myovib_in(folder.path(), &words);
+    (folder, run)
+}
+
+/// Header and rows of a table of numbers.
+fn table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
+    let text = fs::read_to_string(path).expect("the table");
+    let mut lines = text.lines();
+    let header = lines.next().expect("a header");
+    let numbers = |line: &str| -> Vec<f64> {
+        let words = line.split(',');
+        words.map(|word| word.parse().expect("a number")).collect()
+    };
+    (
+        header.split(',').map(String::from).collect(),
+        lines.map(numbers).collect(),
+    )
+}
+
+#[test]
+fn figure_3_gives_what_it_shows_in_numbers() {
+    let (folder, run) = run("figure 3 --t-end 4 --json --png --quiet");
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    let json = &document(&run.stdout, "figure")["figures"][0];
+    assert_eq!(json["number"], 3);
+    assert_eq!(
+        (&json["generator"], &json["seed"]),
+        (&"matlab".into(), &5489.into())
+    );
+    let frequencies = json["frequencies"].as_array().expect("the frequencies");
+    assert_eq!(frequencies.len(), 20);
+    // 16π + 0.05 (2·0.8147… − 1), the first of MATLAB's numbers.
+    let first = 16.0 * std::f64::consts::PI + 0.05 * (2.0 * 0.814_723_686_393_178_9 - 1.0);
+    assert_eq!(frequencies[0].as_f64(), Some(first));
+    for quantity in ["psi", "chi", "frequency"] {
+        let spread = &json["settled"][quantity];
+        let number = |name: &str| spread[name].as_f64().expect(name);
+        assert!(number("min") < number("mean") && number("mean") < number("max"));
+        assert!(number("std") > 0.0);
+    }
+    // Half of a short run; 20 s of a long one.
+    assert_eq!(json["settled"]["window"], 2.0);
+    let statistics = json;
+    assert_eq!(
+        (&statistics["outcome"], &statistics["unknowns"]),
+        (&"finished".into(), &60.into())
+    );
+    assert!(statistics["steps"].as_u64() > Some(100));
+    assert_eq!(statistics["rtol"]["chain"], 1e-7);
+
+    assert_eq!(
+        names(&folder.path().join("out")),
+        ["figure3.csv", "figure3.png", "figure3.svg"]
+    );
+    let (header, rows) = table(&folder.path().join("out/figure3.csv"));
+    assert_eq!(
+        (header.len(), header[0].as_str(), header[26].as_str()),
+        (27, "t", "r_20")
+    );
+    assert_eq!((rows.len(), rows[0][0], rows[80][0]), (81, 0.0, 4.0));
+}
+
+#[test]
+fn synchronization_judges_every_combination() {
+    let (folder, run) = run(
+        "synchronization --gamma 1,6000 --frequency 8,7.5 --oscillators 3 --t-end 4 --json --quiet",
+    );
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let json = document(&run.stdout, "synchronization");
+    let cases = json["cases"].as_array().expect("cases");
+    assert_eq!(cases.len(), 4);
+    for case in cases {
+        let both = case["follows"] == true && case["coherent"] == true;
+        assert_eq!(case["locked"], both);
+    }
+    assert_eq!(
+        names(&folder.path().join("out")),
+        ["synchronization.csv", "synchronization.svg"]
+    );
+}
+
+#[test]
+fn movies_are_animations() {
+    let (folder, run) = run("movie chain --from 0 --to 0.2 --width-pixels 120 --quiet --json");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    // 0, 0.02, … 0.2 s.
+    assert_eq!(document(&run.stdout, "movie")["frames"], 11);
+    let bytes = fs::read(folder.path().join("chain.gif")).expect("the movie");
+    assert!(bytes.starts_with(b"GIF89a") && bytes.len() > 2000);
+}
+
+#[test]
+fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
+    for (arguments, reason) in [
+        ("figure 3 --oscillators 0", "at least one oscillator"),
+        ("figure 3 --width -0.1", "at least 0 and finite, got -0.1"),
+        (
+            "figure 3 --generator rand48",
+            "unknown random generator \"rand48\"",
+        ),
+        ("figure 3 --point 0.2", "x = 0.2 must be on the rod"),
+        ("figure 3 --point 0.01,0.02", "wrong number of coordinates"),
+        (
+            "figure 7 --point 1,1",
+            "the point (1, 1) lies outside the mesh",
+        ),
+        ("figure 3 --gamma inf", "--gamma"),
+        ("figure 3 --t-end 0", "--t-end"),
+        ("figure 8", "2..=7"),
+        ("figure 4 --mesh no-such.msh", "no-such.msh"),
+        ("movie chain --from 3 --to 1", "no duration"),
+        ("synchronization --frequency 0", "--frequency"),
+        ("synchronization --oscillators 0", "at least one oscillator"),
+        ("synchronization --point 2", "must be on the rod"),
+    ] {
+        let (folder, run) = run(arguments);
+        assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{arguments}");
+        assert!(
+            run.stderr.starts_with("error: "),
+            "{arguments}: {}",
+            run.stderr
+        );
+        assert!(run.stderr.contains(reason), "{arguments}: {}", run.stderr);
+        assert_eq!(names(folder.path()), [""; 0], "{arguments}");
+    }
+}
