@@ -31,6 +31,18 @@ fn table1_computes_the_papers_indices() {
     }
     let limit = found["limit"].as_array().expect("the limit of (29)");
     assert_eq!(limit.last().expect("its end")["index"], 4);
+    // (34) with a quadratic extra multiplier is wrong; (33) has μ = 0 to rounding.
+    let counterexample = &found["counterexample"];
+    assert!(
+        counterexample["error"]
+            .as_f64()
+            .is_some_and(|error| error > 0.3)
+    );
+    assert!(
+        counterexample["matching"]["multiplier"]
+            .as_f64()
+            .is_some_and(|mu| mu < 1e-11)
+    );
 }
 
 #[test]
@@ -80,7 +92,7 @@ fn modes_gives_the_muscles_first_ten() {
         }
     }
     let drawing = std::fs::read_to_string(folder.path().join("m.svg")).expect("the figure");
-    assert!(drawing.contains("mode 10"));
+    assert!(drawing.contains("mode\u{a0}10:"), "{drawing:.4000}");
 }
 
 /// Row 4 of Table 2 as a scene: the warning names index, variable and remedy before it is run.

@@ -49,7 +49,7 @@ pub fn p2_gradients(lambda: [f64; 3]) -> [[f64; 2]; 6] {
 }
 
 /// The inverse of the map's derivative ∂x/∂(ξ, η), and its determinant (twice the area).
-pub(crate) fn inverse_map([a, b, c]: [[f64; 2]; 3]) -> ([[f64; 2]; 2], f64) {
+pub fn inverse_map([a, b, c]: [[f64; 2]; 3]) -> ([[f64; 2]; 2], f64) {
     let (xi, eta) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
     let det = xi[0] * eta[1] - eta[0] * xi[1];
     (

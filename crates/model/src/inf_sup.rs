@@ -141,7 +141,7 @@ fn body(pair: Pair, mesh: &Mesh, fixed: &[&str]) -> Result<Solid, ModelError> {
 }
 
 /// B at rest.
-fn divergence(solid: &Solid) -> Result<CscMatrix<f64>, ModelError> {
+pub(crate) fn divergence(solid: &Solid) -> Result<CscMatrix<f64>, ModelError> {
     let rest = vec![0.0; 2 * solid.space().n_nodes()];
     let pressure = vec![0.0; solid.space().n_vertices()];
     let mut values = vec![0.0; solid.divergence_pattern().nnz()];

@@ -10,6 +10,8 @@
 //! - [`Probe`], [`Displacement`]: values at a point;
 //! - [`Snapshot`], [`Measurement`], [`Energies`]: what else is read off a state;
 //! - [`RodDae`], [`coupling`]: the rod, and oscillators driven by a body as one system.
+//! - [`Start`]: consistent initial values; [`index`], [`table1`], [`inf_sup`], [`spectrum`]: what the
+//!   matrices say of a model; [`check`], [`advice`]: what that means for a run.
 #![doc = include_str!("../notes/0001-formulations.md")]
 #![forbid(unsafe_code)]
 
@@ -41,6 +43,7 @@ mod statistics;
 
 pub mod advice;
 pub mod check;
+pub mod counterexample;
 pub mod coupling;
 pub mod equation;
 pub mod formulation;

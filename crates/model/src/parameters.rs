@@ -14,6 +14,8 @@ pub struct Parameters {
     pub beta: f64,
     /// 1/κ, 1/Pa; 0 for the fully incompressible material.
     pub inv_kappa: f64,
+    /// κ as it was given: 1/(1/κ) differs by a rounding.
+    kappa: f64,
 }
 
 impl Parameters {
@@ -55,12 +57,13 @@ impl Parameters {
             alpha,
             beta,
             inv_kappa: 1.0 / kappa,
+            kappa,
         })
     }
 
     /// Bulk modulus κ, Pa; infinite for the incompressible material.
     pub fn kappa(&self) -> f64 {
-        1.0 / self.inv_kappa
+        self.kappa
     }
 
     /// Whether κ = ∞.

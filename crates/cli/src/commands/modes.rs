@@ -174,9 +174,8 @@ fn panel(muscle: &Muscle, n: usize, mode: &Mode) -> MeshPlot {
     let (solid, space) = (&muscle.solid, muscle.solid.space());
     let mut shape = vec![0.0; solid.dofs().n_full()];
     solid.dofs().expand(&mode.shape, &mut shape);
-    let displacement: Vec<[f64; 2]> = shape.chunks_exact(2).map(|u| [u[0], u[1]]).collect();
-    let largest = displacement
-        .iter()
+    let largest = shape
+        .chunks_exact(2)
         .map(|u| u[0].hypot(u[1]))
         .fold(0.0, f64::max);
     let across = |k: usize| {
@@ -186,19 +185,25 @@ fn panel(muscle: &Muscle, n: usize, mode: &Mode) -> MeshPlot {
         });
         high - low
     };
+    // A mode has no size of its own: moved nodes, not a displacement with a scale to print.
+    let scale = DRAWN * across(0).max(across(1)) / largest;
+    let nodes = space
+        .node_points()
+        .iter()
+        .zip(shape.chunks_exact(2))
+        .map(|(point, u)| [point[0] + scale * u[0], point[1] + scale * u[1]])
+        .collect();
     MeshPlot {
         title: format!("mode {}: {} Hz", n + 1, frequency(mode)),
         x: Axis::new("*x*", "m"),
         y: Axis::new("*y*", "m"),
-        nodes: space.node_points().to_vec(),
+        nodes,
         triangles: (0..space.n_elements())
             .map(|element| {
                 let nodes = space.element_nodes(element);
                 std::array::from_fn(|i| nodes[i])
             })
             .collect(),
-        displacement,
-        scale: DRAWN * across(0).max(across(1)) / largest,
         ..MeshPlot::default()
     }
 }

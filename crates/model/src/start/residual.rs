@@ -19,7 +19,7 @@ pub struct BlockResidual {
     /// max |F_i| over the block, in the equation's units.
     pub largest: f64,
     /// The same as a fraction of max Σ_j (|∂F_i/∂y_j y_j| + |∂F_i/∂ẏ_j ẏ_j|), the size of the terms
-    /// that should cancel; 0 where all are zero.
+    /// that should cancel; infinite where these are zero and F_i is not.
     pub relative: f64,
     /// Where it is largest: the name of the row's unknown, with its node.
     pub worst: String,
@@ -34,6 +34,9 @@ impl fmt::Display for BlockResidual {
             worst,
             ..
         } = self;
+        if *largest == 0.0 {
+            return write!(f, "{equation:?}: 0");
+        }
         write!(
             f,
             "{equation:?}: {largest:.1e}, {relative:.1e} of its terms, largest at {worst}"

@@ -1,0 +1,257 @@
+//! The paper's warning of section 2: (34) with the extra multiplier in a richer space than the
+//! pressure is not (33).
+//!
+//! With the pressures' operator B and another one B̃ for the extra multiplier the equations are
+//!
+//! ```text
+//! M q̇ = M v - B̃ᵀμ,   M v̇ = f - A q - D v - Bᵀλ,   0 = B̃ q,   0 = B v.
+//! ```
+//!
+//! v keeps to B v = 0 only, so where B̃ asks for more than B the multiplier μ must take away what B̃
+//! forbids: μ ≠ 0 and q̇ ≠ v. With B̃ = B it is (33), and μ = 0.
+//!
+//! Small strains, so all matrices are constant, and the multipliers are eliminated by projections: in
+//! coordinates in which M is the identity q̇ = P̃ v, v̇ = P (f - A q - D v), P and P̃ the orthogonal
+//! projections onto the kernels of B and B̃. What follows is the solution of the DAE whatever
+//! integrator would be used, and it exists where B̃ has dependent rows too, where μ is not unique.
+
+use myovib_fem::element::{inverse_map, p2_gradients, p2_values};
+use myovib_fem::quadrature::TriangleRule;
+use myovib_fem::{Fields, Mesh, Pressure, Solid, Tangents};
+use myovib_structure::{Index, Pencil, PencilStructure};
+use nalgebra::{DMatrix, DVector};
+use nalgebra_sparse::CscMatrix;
+
+use crate::error::ModelError;
+use crate::inf_sup::divergence;
+use crate::paper;
+use crate::signal::Signal;
+use crate::table1::SMALL_STRAIN;
+
+/// Time over which the solutions are compared, s: four periods of the load.
+const T_END: f64 = 0.5;
+/// Steps of the implicit midpoint rule: 250 in a period of the load.
+const STEPS: usize = 1000;
+/// Eigenvalues of B̃ M⁻¹ B̃ᵀ below this fraction of the largest are zero: far above rounding, and far
+/// below the eigenvalues of operators of full rank on a coarse mesh.
+const DEPENDENT: f64 = 1e-10;
+
+/// The space of the extra multiplier.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MultiplierSpace {
+    /// Linear, that of the pressure: (33).
+    Linear,
+    /// Quadratic, as COMSOL took it: (34).
+    Quadratic,
+}
+
+/// A solution of the stabilised equations under the paper's kind of load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solution {
+    /// The index of the DAE.
+    pub index: Index,
+    /// Number of extra multipliers.
+    pub multipliers: usize,
+    /// Rows of B̃ that are combinations of others.
+    pub dependent: usize,
+    /// max over time of the largest displacement, m.
+    pub amplitude: f64,
+    /// max over time of |M⁻¹B̃ᵀμ| = |v - q̇| over max |v|, in the norm of the kinetic energy.
+    pub multiplier: f64,
+    /// The motion, a column for each step.
+    displacement: DMatrix<f64>,
+}
+
+impl Solution {
+    /// max |q - q'| over max |q'|.
+    pub fn error(&self, reference: &Self) -> f64 {
+        (&self.displacement - &reference.displacement).amax() / reference.displacement.amax()
+    }
+}
+
+/// Solves with the extra multiplier in `space`, on a mesh with the groups `fixed` and `load` under a
+/// vertical load of 8 Hz.
+///
+/// # Errors
+/// [`ModelError::Fem`] for a mesh without the groups.
+pub fn solve(mesh: &Mesh, space: MultiplierSpace) -> Result<Solution, ModelError> {
+    let amplitude = Signal::Constant(paper::LOAD_AMPLITUDE);
+    let muscle = paper::muscle_with_load(mesh, SMALL_STRAIN, f64::INFINITY, 0.0, amplitude)?;
+    let solid = &muscle.solid;
+    let mut load = vec![0.0; solid.dofs().n_full()];
+    for part in &muscle.loads {
+        part.add_at(0.0, &mut load);
+    }
+    let mut force = vec![0.0; solid.dofs().n_free()];
+    solid.dofs().restrict(&load, &mut force);
+
+    let pressures = DMatrix::from(&divergence(solid)?);
+    let extra = match space {
+        MultiplierSpace::Linear => pressures.clone(),
+        MultiplierSpace::Quadratic => quadratic_divergence(solid),
+    };
+    let mass = on_displacements(solid, solid.mass_values());
+    let stiffness = stiffness(solid)?;
+    let index = index(&mass, &stiffness, &pressures, &extra)?;
+
+    // x ↦ Lᵀx makes M = L Lᵀ the identity.
+    let lower = mass
+        .cholesky()
+        .expect("a mass matrix is positive definite")
+        .unpack();
+    let to_unit = |rows: &DMatrix<f64>| {
+        let columns = lower.solve_lower_triangular(&rows.transpose());
+        columns.expect("L has a positive diagonal").transpose()
+    };
+    let force = DMatrix::from_column_slice(1, force.len(), &force);
+    let force = to_unit(&force).transpose().column(0).into_owned();
+    let stiffness = to_unit(&to_unit(&stiffness).transpose());
+    let (keeps_pressure, _) = kernel_projection(&to_unit(&pressures));
+    let (keeps_extra, dependent) = kernel_projection(&to_unit(&extra));
+    let motion = integrate(&stiffness, &keeps_pressure, &keeps_extra, &force);
+
+    let n = force.len();
+    let (q, v) = (motion.rows(0, n), motion.rows(n, n));
+    let largest = |m: &DMatrix<f64>| m.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
+    let taken_away = v - &keeps_extra * v;
+    let displacement = lower
+        .transpose()
+        .solve_upper_triangular(&q.into_owned())
+        .expect("L has a positive diagonal");
+    Ok(Solution {
+        index,
+        multipliers: extra.nrows(),
+        dependent,
+        amplitude: displacement.amax(),
+        multiplier: largest(&taken_away) / largest(&v.into_owned()),
+        displacement,
+    })
+}
+
+/// The implicit midpoint rule for (q, v), a column for each step.
+fn integrate(
+    stiffness: &DMatrix<f64>,
+    keeps_pressure: &DMatrix<f64>,
+    keeps_extra: &DMatrix<f64>,
+    force: &DVector<f64>,
+) -> DMatrix<f64> {
+    let n = force.len();
+    let mut rate = DMatrix::zeros(2 * n, 2 * n);
+    rate.view_mut((0, n), (n, n)).copy_from(keeps_extra);
+    rate.view_mut((n, 0), (n, n))
+        .copy_from(&-(keeps_pressure * stiffness));
+    rate.view_mut((n, n), (n, n))
+        .copy_from(&(keeps_pressure * -paper::ALPHA));
+    let push = keeps_pressure * force;
+    let load = Signal::Sine {
+        amplitude: 1.0,
+        frequency: 8.0,
+        phase: 0.0,
+    };
+
+    let step = T_END / STEPS as f64;
+    let half = &rate * (0.5 * step);
+    let identity = DMatrix::identity(2 * n, 2 * n);
+    let implicit = (&identity - &half).lu();
+    let explicit = identity + half;
+    let mut motion = DMatrix::zeros(2 * n, STEPS + 1);
+    for k in 0..STEPS {
+        let mut right = &explicit * motion.column(k);
+        let now = load.at((k as f64 + 0.5) * step).value;
+        right.rows_mut(n, n).axpy(step * now, &push, 1.0);
+        let next = implicit
+            .solve(&right)
+            .expect("a small step of a bounded system");
+        motion.set_column(k + 1, &next);
+    }
+    motion
+}
+
+/// The orthogonal projection onto the kernel, and the number of dependent rows.
+fn kernel_projection(b: &DMatrix<f64>) -> (DMatrix<f64>, usize) {
+    let eigen = (b * b.transpose()).symmetric_eigen();
+    let bound = DEPENDENT * eigen.eigenvalues.amax();
+    let mut projection = DMatrix::identity(b.ncols(), b.ncols());
+    let mut dependent = 0;
+    for (value, vector) in eigen
+        .eigenvalues
+        .iter()
+        .zip(eigen.eigenvectors.column_iter())
+    {
+        if *value > bound {
+            let direction = b.tr_mul(&vector);
+            projection -= &direction * direction.transpose() / *value;
+        } else {
+            dependent += 1;
+        }
+    }
+    (projection, dependent)
+}
+
+/// ∫ ψ̃ div φ with quadratic ψ̃ on the displacement's nodes.
+fn quadratic_divergence(solid: &Solid) -> DMatrix<f64> {
+    let space = solid.space();
+    let mut full = DMatrix::zeros(space.n_nodes(), solid.dofs().n_full());
+    for element in 0..space.n_elements() {
+        let (inverse, det) = inverse_map(space.mesh().corners(element));
+        let nodes = space.element_nodes(element);
+        // The integrand has degree 3.
+        for point in TriangleRule::Degree4.points() {
+            let weight = 0.5 * det * point.weight;
+            let (values, gradients) = (
+                p2_values(point.barycentric),
+                p2_gradients(point.barycentric),
+            );
+            for (&row, value) in nodes.iter().zip(values) {
+                for (&node, [xi, eta]) in nodes.iter().zip(gradients) {
+                    for m in 0..2 {
+                        let derivative = xi * inverse[0][m] + eta * inverse[1][m];
+                        full[(row, 2 * node + m)] += weight * value * derivative;
+                    }
+                }
+            }
+        }
+    }
+    full.select_columns(solid.dofs().free_to_full())
+}
+
+fn stiffness(solid: &Solid) -> Result<DMatrix<f64>, ModelError> {
+    let rest = vec![0.0; solid.dofs().n_full()];
+    let pressure = vec![0.0; solid.space().n_vertices()];
+    let mut values = vec![0.0; solid.displacement_pattern().nnz()];
+    let mut wanted = Tangents {
+        stiffness: Some(&mut values),
+        ..Tangents::default()
+    };
+    solid.tangents(&Fields::new(&rest, Pressure::Nodal(&pressure)), &mut wanted)?;
+    Ok(on_displacements(solid, values))
+}
+
+fn on_displacements(solid: &Solid, values: Vec<f64>) -> DMatrix<f64> {
+    let pattern = solid.displacement_pattern().clone();
+    let matrix = CscMatrix::try_from_pattern_and_values(pattern, values);
+    DMatrix::from(&matrix.expect("values of the pattern"))
+}
+
+/// The index of the equations above with unknowns q, v, λ, μ.
+fn index(
+    mass: &DMatrix<f64>,
+    stiffness: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    extra: &DMatrix<f64>,
+) -> Result<Index, ModelError> {
+    let (n, m, k) = (mass.nrows(), b.nrows(), extra.nrows());
+    let size = 2 * n + m + k;
+    let (mut e, mut a) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
+    e.view_mut((0, 0), (n, n)).copy_from(mass);
+    e.view_mut((n, n), (n, n)).copy_from(mass);
+    a.view_mut((0, n), (n, n)).copy_from(&-mass);
+    a.view_mut((0, 2 * n + m), (n, k))
+        .copy_from(&extra.transpose());
+    a.view_mut((n, 0), (n, n)).copy_from(stiffness);
+    a.view_mut((n, n), (n, n)).copy_from(&(mass * paper::ALPHA));
+    a.view_mut((n, 2 * n), (n, m)).copy_from(&b.transpose());
+    a.view_mut((2 * n, n), (m, n)).copy_from(b);
+    a.view_mut((2 * n + m, 0), (k, n)).copy_from(extra);
+    Ok(PencilStructure::of(&Pencil::new(e, a)?).index)
+}

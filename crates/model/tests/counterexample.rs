@@ -1,0 +1,29 @@
+//! (34) with a richer space for the extra multiplier, beside (33).
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use myovib_fem::generate;
+use myovib_model::counterexample::{MultiplierSpace, solve};
+use myovib_structure::Index;
+
+/// With the pressure's space μ is rounding and the index 2. With the richer one three rows of B̃ are
+/// dependent on this beam, so there is no index and μ is not unique; what there is of it takes away
+/// most of v, and the displacement is wrong by a third.
+#[test]
+fn the_extra_multiplier_needs_the_pressures_space() {
+    let mesh = generate::beam(0.1, 0.04, [4, 2]).unwrap();
+    let right = solve(&mesh, MultiplierSpace::Linear).unwrap();
+    assert_eq!((right.index, right.dependent), (Index::Decided(2), 0));
+    // A thousand steps of rounding.
+    assert!(right.multiplier < 1e-11, "{}", right.multiplier);
+
+    let wrong = solve(&mesh, MultiplierSpace::Quadratic).unwrap();
+    assert_eq!(
+        wrong.index,
+        Index::Singular {
+            nullity: wrong.dependent
+        }
+    );
+    assert_eq!((wrong.multipliers, wrong.dependent), (45, 3));
+    assert!(wrong.multiplier > 0.9, "{}", wrong.multiplier);
+    assert!(wrong.error(&right) > 0.3, "{}", wrong.error(&right));
+}
