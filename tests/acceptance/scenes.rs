@@ -19,7 +19,11 @@ fn run_json(folder: &Path) -> Value {
 /// The rows of a CSV file, without its header.
 fn rows(path: &Path) -> Vec<Vec<f64>> {
     let text = fs::read_to_string(path).expect("the file was written");
-    let numbers = |line: &str| line.split(',').map(|word| word.parse().unwrap()).collect();
+    let numbers = |line: &str| {
+        line.split(',')
+            .map(|word| word.parse().expect("a number"))
+            .collect()
+    };
     text.lines().skip(1).map(numbers).collect()
 }
 

@@ -151,15 +151,15 @@ impl Builder<'_> {
                 return fails(".name", error);
             }
             match &probe.kind {
-                ProbeKind::Coherence { chain } | ProbeKind::Oscillators { chain } => {
-                    if !file.chain.iter().any(|known| known.name == *chain) {
-                        let names: Vec<&str> =
-                            file.chain.iter().map(|chain| chain.name.as_str()).collect();
-                        let error = InputError::new(format!("there is no chain `{chain}`"))
-                            .allowed(names.join(", "));
-                        return fails(".chain", error);
-                    }
+                ProbeKind::Coherence { chain } | ProbeKind::Oscillators { chain }
+                    if !file.chain.iter().any(|known| known.name == *chain) =>
+                {
+                    let names: Vec<&str> = file.chain.iter().map(|c| c.name.as_str()).collect();
+                    let error = InputError::new(format!("there is no chain `{chain}`"))
+                        .allowed(names.join(", "));
+                    return fails(".chain", error);
                 }
+                ProbeKind::Coherence { .. } | ProbeKind::Oscillators { .. } => {}
                 ProbeKind::Rod { .. } if file.rod.is_none() => {
                     return fails(".type", InputError::new("the scene has no [rod]"));
                 }

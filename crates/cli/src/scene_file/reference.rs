@@ -11,12 +11,12 @@ pub fn reference() -> String {
         "# Scene reference\n\nMade from the types by `myovib schema --markdown`; SI units. A key \
          without default must be given, unless it says *optional*.\n",
     );
-    text += &object(&schema, &schema);
+    text += &object(&schema);
     let definitions = schema["$defs"].as_object().into_iter().flatten();
     for (name, definition) in definitions {
         text += &format!("\n## {name}\n\n{}\n", description(definition));
-        text += &object(definition, &schema);
-        text += &alternatives(definition, &schema);
+        text += &object(definition);
+        text += &alternatives(definition);
     }
     text
 }
@@ -26,7 +26,7 @@ fn description(schema: &Value) -> &str {
 }
 
 /// A table of the keys of an object.
-fn object(schema: &Value, root: &Value) -> String {
+fn object(schema: &Value) -> String {
     let Some(properties) = schema["properties"].as_object() else {
         return String::new();
     };
@@ -47,16 +47,13 @@ fn object(schema: &Value, root: &Value) -> String {
             value => format!("`{value}`"),
         };
         let meaning = cell(description(property));
-        text += &format!(
-            "| `{key}` | {} | {default} | {meaning} |\n",
-            kind(property, root)
-        );
+        text += &format!("| `{key}` | {} | {default} | {meaning} |\n", kind(property));
     }
     text
 }
 
 /// The alternatives of a definition: names of a choice, or the tables told apart by a tag.
-fn alternatives(schema: &Value, root: &Value) -> String {
+fn alternatives(schema: &Value) -> String {
     let both = schema["oneOf"]
         .as_array()
         .into_iter()
@@ -71,17 +68,17 @@ fn alternatives(schema: &Value, root: &Value) -> String {
         match (tag, one["const"].as_str()) {
             (Some((key, name)), _) => {
                 text += &format!("\n**`{key} = \"{name}\"`**: {}\n", description(one));
-                text += &object(one, root);
+                text += &object(one);
             }
             (None, Some(name)) => text += &format!("\n- `\"{name}\"`: {}", cell(description(one))),
-            (None, None) => text += &format!("\n- {}", kind(one, root)),
+            (None, None) => text += &format!("\n- {}", kind(one)),
         }
     }
     text.trim_end_matches(' ').to_owned() + "\n"
 }
 
 /// The kind of a value with its range.
-fn kind(schema: &Value, root: &Value) -> String {
+fn kind(schema: &Value) -> String {
     if let Some(name) = schema["$ref"]
         .as_str()
         .and_then(|r| r.strip_prefix("#/$defs/"))
@@ -91,10 +88,7 @@ fn kind(schema: &Value, root: &Value) -> String {
     let choices = schema["anyOf"].as_array().or(schema["oneOf"].as_array());
     if let Some(choices) = choices {
         let known = choices.iter().filter(|one| one["type"] != "null");
-        return known
-            .map(|one| kind(one, root))
-            .collect::<Vec<_>>()
-            .join(" or ");
+        return known.map(kind).collect::<Vec<_>>().join(" or ");
     }
     if let Some(constant) = schema["const"].as_str() {
         return format!("`\"{constant}\"`");
@@ -107,7 +101,7 @@ fn kind(schema: &Value, root: &Value) -> String {
     };
     let word = match name {
         Some("array") => {
-            let entries = kind(&schema["items"], root);
+            let entries = kind(&schema["items"]);
             return match (schema["minItems"].as_u64(), schema["maxItems"].as_u64()) {
                 (Some(a), Some(b)) if a == b => format!("list of {a}: {entries}"),
                 _ => format!("list: {entries}"),
