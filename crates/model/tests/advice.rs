@@ -40,7 +40,7 @@ impl Run {
     }
 
     /// All tolerances by the factor that brings the relative one to `rtol`.
-    fn to_tolerance(mut self, rtol: f64) -> Self {
+    fn with_tolerance(mut self, rtol: f64) -> Self {
         myovib_model::advice::Remedy::Loosen(rtol).apply(&mut self.formulation, &mut self.settings);
         self
     }
@@ -132,7 +132,7 @@ fn mu_in_the_error_test() {
 #[test]
 fn mu_in_the_error_test_at_a_tight_tolerance() {
     Run::new(muscle(), Formulation::Rate, 1e-4, &[], 2)
-        .to_tolerance(1e-6)
+        .with_tolerance(1e-6)
         .until(1.0)
         .stops_and_every_remedy_works(&["index 3", "mu (index 3)", "tolerance of 1e-6", "loosen"]);
 }
@@ -141,7 +141,7 @@ fn mu_in_the_error_test_at_a_tight_tolerance() {
 #[test]
 fn a_tight_tolerance() {
     Run::new(spindle(), Formulation::Position, 0.0, &[], 2)
-        .to_tolerance(1e-6)
+        .with_tolerance(1e-6)
         .until(1.0)
         .stops_and_every_remedy_works(&["index 3", "lambda (index 3)", "tolerance of 1e-6"]);
 }
