@@ -145,7 +145,7 @@ fn interpolation_is_linear_and_exact_at_nodes() {
     }
     assert_eq!(
         rod.displacement_at(0.2).unwrap_err().to_string(),
-        "rod: x = 0.2 must be on the rod, 0 ≤ x ≤ L"
+        "x = 0.2 must be on the rod, 0 ≤ x ≤ L"
     );
 }
 
@@ -273,20 +273,20 @@ fn bad_data_are_refused_with_their_numbers() {
             density: -1.0,
             ..data
         }),
-        "rod: density = -1 must be positive and finite"
+        "density = -1 must be positive and finite"
     );
     assert_eq!(
         refused(RodData {
             stiffness_damping: f64::NAN,
             ..data
         }),
-        "rod: stiffness_damping = NaN must be at least 0 and finite"
+        "stiffness_damping = NaN must be at least 0 and finite"
     );
     assert_eq!(
         refused(RodData {
             n_elements: 0,
             ..data
         }),
-        "rod: n_elements = 0 must be at least 1"
+        "n_elements = 0 must be at least 1"
     );
 }

@@ -46,7 +46,7 @@ pub enum Computed {
 pub struct Cost {
     /// Steps, to about a factor of two for a run that follows its drive.
     pub steps: f64,
-    /// Time of a step with [`ITERATIONS`] iterations of Newton's method, measured here, s.
+    /// Time of a step with the usual number of iterations of Newton's method, measured here, s.
     pub seconds_per_step: f64,
 }
 

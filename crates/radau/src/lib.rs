@@ -1,6 +1,6 @@
 //! Radau IIA methods for fully implicit differential-algebraic equations F(t, y, ẏ) = 0.
 //!
-//! [`Radau`] integrates any [`DaeProblem`](sundials_wrap::DaeProblem) with the implicit
+//! [`RadauSolver`] integrates any [`DaeProblem`](sundials_wrap::DaeProblem) with the implicit
 //! Runge–Kutta method of 3 stages and order 5 (or 1, 5, 7 stages), with adaptive steps. It is
 //! L-stable at full order, where BDF methods above order 2 fail on undamped oscillations, and it
 //! takes constrained mechanical systems in their index-3 form.

@@ -1,4 +1,4 @@
-//! Scenes as validated objects: what [`scene_file`](crate::scene_file) read, put together with its
+//! Scenes as validated objects: what [`crate::scene_file`] read, put together with its
 //! mesh into the model.
 //!
 //! What is wrong is told with its place in the text, as in `scene_file`: an unknown group lists

@@ -1,8 +1,8 @@
 //! Scenes as text: what a user writes in TOML, read with the place of every error.
 //!
 //! [`read`] takes a file through four steps: TOML to a tree that remembers where each value
-//! stands ([`source`]), `--set` overrides, a check against the JSON Schema that the types
-//! themselves give ([`check`], [`schema`]), and only then the typed [`SceneFile`]. What needs a
+//! stands (`source`), `--set` overrides, a check against the JSON Schema that the types
+//! themselves give (`check`, [`schema`]), and only then the typed [`SceneFile`]. What needs a
 //! mesh to be judged is checked later, in `scene`, and finds its place through the same
 //! [`Source`].
 //!
