@@ -3,6 +3,7 @@
 
 mod agreement;
 mod common;
+mod energy;
 mod jacobian;
 mod parameters;
 mod statics;
