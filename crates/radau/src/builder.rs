@@ -7,6 +7,7 @@ use crate::control::Control;
 use crate::dense::Collocation;
 use crate::error::{expect_finite, expect_length};
 use crate::error_test::ErrorTest;
+use crate::hermite::Hermite;
 use crate::newton::NewtonSolver;
 use crate::solver::Jacobian;
 use crate::work::Counters;
@@ -88,6 +89,7 @@ impl<P: DaeProblem> RadauBuilder<P> {
         let limit = options.newton_limit();
         let mut solver = RadauSolver {
             collocation: Collocation::line(&method, t0, y0, y_dot0),
+            hermite: (method.stages() == 3).then(|| Hermite::new(t0, y0, y_dot0)),
             newton: NewtonSolver::new(&method, n, options.newton_tolerance(), limit),
             error_test: ErrorTest::new(options.error_mask(&kinds)),
             control: Control::new(options.stages, options.safety, limit),

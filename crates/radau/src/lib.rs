@@ -7,7 +7,7 @@
 //!
 //! Cast: a [`Method`] is the table of coefficients; `NewtonSolver` solves the stage equations with
 //! some [`NewtonMatrices`] ([`KluMatrices`] unless told otherwise); `ErrorTest` estimates the
-//! error; `Control` chooses h; `Collocation` is the polynomial behind dense output. Options,
+//! error; `Control` chooses h; `Collocation` and `Hermite` are behind dense output. Options,
 //! outcomes and statistics have the shapes and names they have for IDAS.
 //!
 //! # Examples
@@ -65,10 +65,12 @@ mod control;
 mod dense;
 mod error;
 mod error_test;
+mod hermite;
 mod matrices;
 mod method;
 mod newton;
 mod options;
+mod output;
 mod solver;
 mod work;
 

@@ -1,16 +1,17 @@
 //! The integrator: one step after another.
 
 use num_complex::Complex64;
-use sundials_wrap::{DaeProblem, Outcome, Stats, StepError, Stop, StopReason, WorstComponent};
+use sundials_wrap::{DaeProblem, Outcome, StepError, Stop, StopReason, WorstComponent};
 
 use crate::control::Control;
 use crate::dense::{Collocation, add_scaled};
-use crate::error::{expect_finite, expect_length};
+use crate::error::expect_finite;
 use crate::error_test::ErrorTest;
+use crate::hermite::Hermite;
 use crate::newton::{Newton, NewtonSolver, Step};
 use crate::work::Counters;
 use crate::{
-    KluMatrices, Method, NewtonMatrices, RadauBuilder, RadauError, RadauOptions, StepSize, Work,
+    KluMatrices, Method, NewtonMatrices, RadauBuilder, RadauError, RadauOptions, StepSize,
 };
 
 /// How many components [`Stop::worst_components`] lists.
@@ -40,6 +41,8 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(crate) h: Option<f64>,
     /// The last accepted step's polynomial.
     pub(crate) collocation: Collocation,
+    /// Where it is more accurate between the ends of steps: for three stages.
+    pub(crate) hermite: Option<Hermite>,
     pub(crate) newton: NewtonSolver,
     pub(crate) error_test: ErrorTest,
     pub(crate) control: Control,
@@ -359,6 +362,9 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             add_scaled(&mut self.y_dot, self.method.a_inverse(last, j) / h, z_j);
         }
         self.t = t;
+        if let Some(hermite) = &mut self.hermite {
+            hermite.push(t, &self.y, &self.y_dot);
+        }
         self.update_weights();
         let reusable = self.newton.contraction <= self.options.jacobian_reuse;
         self.jacobian = if reusable {
@@ -454,102 +460,5 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             stats,
             worst_components: worst.into_iter().map(named).collect(),
         }))
-    }
-
-    /// Evaluates the collocation polynomial of the last step, or its derivative, at t.
-    ///
-    /// Its error is of order h^(s+1) within the step; only at the ends it is that of the method.
-    ///
-    /// # Shapes
-    /// `out`: the number of unknowns.
-    ///
-    /// # Errors
-    /// [`RadauError::NoDenseOutput`] outside of the last step or for a `derivative` above 1,
-    /// [`RadauError::WrongLength`].
-    pub fn dense_output(
-        &self,
-        t: f64,
-        derivative: usize,
-        out: &mut [f64],
-    ) -> Result<(), RadauError> {
-        expect_length("dense output", self.y.len(), out.len())?;
-        let (from, to) = match self.counters.stats.steps {
-            0 => (self.t, self.t),
-            _ => (self.collocation.t0, self.t),
-        };
-        if derivative > 1 || !(from..=to).contains(&t) {
-            return Err(RadauError::NoDenseOutput {
-                t,
-                derivative,
-                from,
-                to,
-            });
-        }
-        self.collocation.evaluate(&self.method, t, derivative, out);
-        Ok(())
-    }
-
-    /// Sets a time not to step over.
-    ///
-    /// # Errors
-    /// [`RadauError::NotFinite`], [`RadauError::TimeBehind`].
-    pub fn set_stop_time(&mut self, t: f64) -> Result<(), RadauError> {
-        expect_finite("stop_time", &[t])?;
-        if t < self.t {
-            return Err(RadauError::TimeBehind {
-                t_out: t,
-                t: self.t,
-            });
-        }
-        self.options.stop_time = Some(t);
-        Ok(())
-    }
-
-    /// The time reached.
-    pub fn t(&self) -> f64 {
-        self.t
-    }
-
-    /// The solution there.
-    pub fn y(&self) -> &[f64] {
-        &self.y
-    }
-
-    /// The derivative of the collocation polynomial there; at the start ẏ_0.
-    pub fn y_dot(&self) -> &[f64] {
-        &self.y_dot
-    }
-
-    /// The problem.
-    pub fn problem(&self) -> &P {
-        &self.problem
-    }
-
-    /// The problem, to be changed with care: the solution so far was that of the old one.
-    pub fn problem_mut(&mut self) -> &mut P {
-        &mut self.problem
-    }
-
-    /// Gives the problem back.
-    pub fn into_problem(self) -> P {
-        self.problem
-    }
-
-    /// The method in use.
-    pub fn method(&self) -> &Method {
-        &self.method
-    }
-
-    /// The counters that IDAS has too.
-    pub fn stats(&self) -> Stats {
-        Stats {
-            current_step: self.h.unwrap_or(0.0),
-            ..self.counters.stats
-        }
-    }
-
-    /// The counters of the linear algebra.
-    pub fn work(&self) -> Work {
-        self.counters.work
     }
 }

@@ -86,7 +86,22 @@ fn pendulum_index_3_has_orders_5_3_and_2() {
 }
 
 #[test]
-fn dense_output_has_the_order_of_the_stages() {
+fn dense_output_over_two_steps_has_order_6() {
+    // y2 = sin t is exact at the ends and so are its derivatives there, to the order of the stages.
+    let errors = |n: f64| {
+        let h = 1.0 / n;
+        let solver = run(LinearIndex1, 3.0 * h, fixed(h));
+        let t = 2.4 * h;
+        let mut out = [0.0; 2];
+        solver.dense_output(t, 0, &mut out).unwrap();
+        vec![(out[0] - LinearIndex1.exact(t).unwrap()[0]).abs()]
+    };
+    println!("{:?} {:?}", errors(8.0), orders(errors, 8.0));
+    assert_orders(&orders(errors, 8.0), &[6.0]);
+}
+
+#[test]
+fn dense_output_of_the_first_step_has_the_order_of_the_stages() {
     // Within one step the value errs by O(h⁴), the derivative by O(h³).
     let errors = |n: f64| {
         let h = 1.0 / n;

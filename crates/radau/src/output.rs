@@ -1,0 +1,111 @@
+//! What can be asked of the integrator between steps.
+
+use sundials_wrap::{DaeProblem, Stats};
+
+use crate::error::{expect_finite, expect_length};
+use crate::{Method, NewtonMatrices, RadauError, RadauSolver, Work};
+
+impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
+    /// Evaluates the solution, or its derivative, at a time within the last step.
+    ///
+    /// For three stages by the Hermite polynomial of degree 5 over the last two steps, with an
+    /// error O(h⁶) as at their ends; otherwise, and in the first step, by the collocation
+    /// polynomial, with an error O(h^(s+1)). For variables of index 2 and 3 it is that of the
+    /// ends, O(h^s) and O(h^(s−1)).
+    ///
+    /// # Shapes
+    /// `out`: the number of unknowns.
+    ///
+    /// # Errors
+    /// [`RadauError::NoDenseOutput`] outside of the last step or for a `derivative` above 1,
+    /// [`RadauError::WrongLength`].
+    pub fn dense_output(
+        &self,
+        t: f64,
+        derivative: usize,
+        out: &mut [f64],
+    ) -> Result<(), RadauError> {
+        expect_length("dense output", self.y.len(), out.len())?;
+        let (from, to) = match self.counters.stats.steps {
+            0 => (self.t, self.t),
+            _ => (self.collocation.t0, self.t),
+        };
+        if derivative > 1 || !(from..=to).contains(&t) {
+            return Err(RadauError::NoDenseOutput {
+                t,
+                derivative,
+                from,
+                to,
+            });
+        }
+        match &self.hermite {
+            Some(hermite) if hermite.is_complete() => hermite.evaluate(t, derivative, out),
+            _ => self.collocation.evaluate(&self.method, t, derivative, out),
+        }
+        Ok(())
+    }
+
+    /// Sets a time not to step over.
+    ///
+    /// # Errors
+    /// [`RadauError::NotFinite`], [`RadauError::TimeBehind`].
+    pub fn set_stop_time(&mut self, t: f64) -> Result<(), RadauError> {
+        expect_finite("stop_time", &[t])?;
+        if t < self.t {
+            return Err(RadauError::TimeBehind {
+                t_out: t,
+                t: self.t,
+            });
+        }
+        self.options.stop_time = Some(t);
+        Ok(())
+    }
+
+    /// The time reached.
+    pub fn t(&self) -> f64 {
+        self.t
+    }
+
+    /// The solution there.
+    pub fn y(&self) -> &[f64] {
+        &self.y
+    }
+
+    /// The derivative of the collocation polynomial there; at the start ẏ_0.
+    pub fn y_dot(&self) -> &[f64] {
+        &self.y_dot
+    }
+
+    /// The problem.
+    pub fn problem(&self) -> &P {
+        &self.problem
+    }
+
+    /// The problem, to be changed with care: the solution so far was that of the old one.
+    pub fn problem_mut(&mut self) -> &mut P {
+        &mut self.problem
+    }
+
+    /// Gives the problem back.
+    pub fn into_problem(self) -> P {
+        self.problem
+    }
+
+    /// The method in use.
+    pub fn method(&self) -> &Method {
+        &self.method
+    }
+
+    /// The counters that IDAS has too.
+    pub fn stats(&self) -> Stats {
+        Stats {
+            current_step: self.h.unwrap_or(0.0),
+            ..self.counters.stats
+        }
+    }
+
+    /// The counters of the linear algebra.
+    pub fn work(&self) -> Work {
+        self.counters.work
+    }
+}
