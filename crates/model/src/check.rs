@@ -15,7 +15,7 @@ use crate::index::{IndexReport, LARGEST_SYSTEM};
 use crate::inf_sup;
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
-use crate::settings::{IntegratorKind, Settings};
+use crate::settings::Settings;
 use crate::spectrum;
 use crate::start::{BlockResidual, residuals};
 use crate::table1::Case;
@@ -207,9 +207,9 @@ fn cost(
     settings: &Settings,
     f: Option<f64>,
 ) -> Result<Cost, ModelError> {
-    let order = match settings.integrator {
-        IntegratorKind::Ida => settings.max_order.min(advice.max_order()),
-        IntegratorKind::Radau => 5,
+    let order = match settings.integrator.stages() {
+        None => settings.max_order.min(advice.max_order()),
+        Some(stages) => 2 * stages as u8 - 1,
     };
     let angle = (settings.relative_tolerance / ERROR_CONSTANT).powf(1.0 / f64::from(order + 1));
     let steps = f.map_or(f64::NAN, |f| settings.t_end * f * TAU / angle);

@@ -1,11 +1,13 @@
 //! What the run driver asks of a time integrator; IDAS or Radau IIA.
 
+use sundials_wrap::DaeProblem;
+
 use crate::advice::{Advice, Advised};
 use crate::error::ModelError;
 use crate::ida::IdaIntegrator;
 use crate::muscle_dae::MuscleDae;
 use crate::radau::RadauIntegrator;
-use crate::settings::{IntegratorKind, Settings};
+use crate::settings::Settings;
 use crate::statistics::StopReason;
 
 /// What one internal step came to.
@@ -76,10 +78,26 @@ pub fn start_at_rest(
     dae: MuscleDae,
     settings: &Settings,
 ) -> Result<Box<dyn Integrator<MuscleDae>>, ModelError> {
+    let zero = vec![0.0; dae.n_unknowns()];
+    start_from(dae, settings, 0.0, &zero, &zero)
+}
+
+/// Starts a muscle at time `t`, from a state with consistent derivatives, with the integrator that
+/// `settings` names.
+///
+/// # Errors
+/// Settings the integrator does not take.
+pub fn start_from(
+    dae: MuscleDae,
+    settings: &Settings,
+    t: f64,
+    y: &[f64],
+    y_dot: &[f64],
+) -> Result<Box<dyn Integrator<MuscleDae>>, ModelError> {
     let advice = Advice::new(dae.muscle(), dae.formulation(), settings);
-    let integrator: Box<dyn Integrator<MuscleDae>> = match settings.integrator {
-        IntegratorKind::Ida => Box::new(IdaIntegrator::from_rest(dae, settings)?),
-        IntegratorKind::Radau => Box::new(RadauIntegrator::from_rest(dae, settings)?),
+    let integrator: Box<dyn Integrator<MuscleDae>> = match settings.integrator.stages() {
+        None => Box::new(IdaIntegrator::starting_at(dae, settings, t, y, y_dot)?),
+        Some(_) => Box::new(RadauIntegrator::starting_at(dae, settings, t, y, y_dot)?),
     };
     Ok(Box::new(Advised::new(integrator, advice)))
 }

@@ -67,7 +67,7 @@ pub use error::ModelError;
 pub use field::{Field, Layout};
 pub use formulation::Formulation;
 pub use ida::IdaIntegrator;
-pub use integrator::{Advance, Counts, Integrator, start_at_rest};
+pub use integrator::{Advance, Counts, Integrator, start_at_rest, start_from};
 pub use jet::Jet;
 pub use load::{Load, Prescribed};
 pub use matrix::{Matrix, Term};

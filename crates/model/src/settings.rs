@@ -36,16 +36,35 @@ pub enum IntegratorKind {
     /// IDAS: variable-order BDF.
     #[default]
     Ida,
-    /// Radau IIA of order 5.
+    /// Radau IIA with 3 stages: order 5.
     Radau,
+    /// Radau IIA with 5 stages: order 9.
+    Radau9,
+    /// Radau IIA with 7 stages: order 13.
+    Radau13,
 }
 
 impl IntegratorKind {
+    /// All integrators.
+    pub const ALL: [Self; 4] = [Self::Ida, Self::Radau, Self::Radau9, Self::Radau13];
+
     /// The name used in options, scenes and output.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ida => "ida",
             Self::Radau => "radau",
+            Self::Radau9 => "radau9",
+            Self::Radau13 => "radau13",
+        }
+    }
+
+    /// The number of stages of a Radau IIA method; its order is twice that, less one.
+    pub fn stages(self) -> Option<usize> {
+        match self {
+            Self::Ida => None,
+            Self::Radau => Some(3),
+            Self::Radau9 => Some(5),
+            Self::Radau13 => Some(7),
         }
     }
 }

@@ -17,6 +17,8 @@ impl Builder<'_> {
             integrator: match wanted.method {
                 Method::Bdf => IntegratorKind::Ida,
                 Method::Radau => IntegratorKind::Radau,
+                Method::Radau9 => IntegratorKind::Radau9,
+                Method::Radau13 => IntegratorKind::Radau13,
             },
             t_end: self.t_end,
             relative_tolerance: wanted.rtol,

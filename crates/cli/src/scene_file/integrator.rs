@@ -69,6 +69,10 @@ pub enum Method {
     Bdf,
     /// Radau IIA, order 5.
     Radau,
+    /// Radau IIA, order 9.
+    Radau9,
+    /// Radau IIA, order 13.
+    Radau13,
 }
 
 /// Absolute tolerances by block of unknowns.

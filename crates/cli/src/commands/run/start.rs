@@ -3,8 +3,8 @@
 use myovib_model::advice::{Advice, Advised};
 use myovib_model::coupling::{CoupledDae, ErrorTest, NoBody, Oscillators, Source, StateTolerances};
 use myovib_model::{
-    IdaIntegrator, Integrator, IntegratorKind, ModelError, MuscleDae, Probe, RodDae, Settings, ida,
-    start_at_rest,
+    IdaIntegrator, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, ida, start_at_rest,
+    start_from,
 };
 use sundials_wrap::{DaeProblem, IdaOptions};
 
@@ -28,15 +28,11 @@ pub(super) fn muscle(
         refuse_sudden_loads(&mut dae)?;
         return Ok(start_at_rest(dae, &body.settings)?);
     };
-    if body.settings.integrator == IntegratorKind::Radau {
-        return Err(InputError::new("a run with Radau IIA cannot go on from a checkpoint").into());
-    }
     let settings = Settings {
         initial_step: Some(*step),
         ..body.settings.clone()
     };
-    let integrator = IdaIntegrator::starting_at(dae, &settings, *t, y, y_dot)?;
-    Ok(Box::new(Advised::new(Box::new(integrator), advice(body))))
+    Ok(start_from(dae, &settings, *t, y, y_dot)?)
 }
 
 /// A muscle with chains.
@@ -106,7 +102,7 @@ fn coupled<B: CoupledBody>(
     options: IdaOptions,
     checkpoint: Option<&Checkpoint>,
 ) -> anyhow::Result<Box<dyn Integrator<CoupledDae<B>>>> {
-    if scene.file.integrator.method == Method::Radau {
+    if scene.file.integrator.method != Method::Bdf {
         let error = InputError::new("Radau IIA integrates a muscle by itself only")
             .at("integrator.method")
             .next("take \"bdf\"");

@@ -37,7 +37,7 @@ pub struct Table2Args {
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
 
-    /// Integrator: `ida` (BDF) or `radau` (Radau IIA of order 5).
+    /// Integrator: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`, `radau9`, `radau13`.
     #[arg(long, value_name = "NAME", default_value = "ida", value_parser = integrator)]
     pub integrator: IntegratorKind,
 
@@ -83,10 +83,13 @@ pub struct Table2Args {
 }
 
 fn integrator(name: &str) -> Result<IntegratorKind, String> {
-    [IntegratorKind::Ida, IntegratorKind::Radau]
+    IntegratorKind::ALL
         .into_iter()
         .find(|kind| kind.name() == name)
-        .ok_or_else(|| format!("`{name}` is no integrator: ida or radau"))
+        .ok_or_else(|| {
+            let names = IntegratorKind::ALL.map(IntegratorKind::name).join(", ");
+            format!("`{name}` is no integrator: {names}")
+        })
 }
 
 fn linear_solver(name: &str) -> Result<LinearSolver, String> {
@@ -190,11 +193,11 @@ impl Table2Args {
         self.csv
             .as_deref()
             .map_or(Ok(()), |path| check_folder("--csv", path))?;
-        if let (Some(order), IntegratorKind::Radau) = (self.max_order, self.integrator) {
-            return Err(InputError::new("Radau IIA has one order, 5")
+        if let (Some(order), Some(_)) = (self.max_order, self.integrator.stages()) {
+            return Err(InputError::new("Radau IIA has one order")
                 .at("--max-order")
                 .found(order)
-                .allowed("no --max-order with --integrator radau"));
+                .allowed("no --max-order with --integrator radau, radau9 or radau13"));
         }
         for (option, value) in [
             ("--t-end", self.t_end),

@@ -7,8 +7,8 @@ use std::sync::Mutex;
 use anyhow::Context;
 use myovib_fem::Mesh;
 use myovib_model::{
-    IntegratorKind, Limits, MuscleDae, Observer, Probe, SampleTimes, Sampler, Settings, Statistics,
-    paper, run, start_at_rest,
+    Limits, MuscleDae, Observer, Probe, SampleTimes, Sampler, Settings, Statistics, paper, run,
+    start_at_rest,
 };
 use sundials_wrap::DaeProblem;
 
@@ -58,9 +58,9 @@ fn settings(row: &Row, args: &Table2Args) -> Settings {
         relative_tolerance: args.rtol,
         absolute_tolerances,
         suppressed: args.suppress.fields(row),
-        max_order: match args.integrator {
-            IntegratorKind::Ida => args.max_order.unwrap_or(row.max_order),
-            IntegratorKind::Radau => 5,
+        max_order: match args.integrator.stages() {
+            None => args.max_order.unwrap_or(row.max_order),
+            Some(stages) => 2 * stages as u8 - 1,
         },
         integrator: args.integrator,
         linear_solver: args.linear_solver,
