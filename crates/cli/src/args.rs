@@ -1,4 +1,4 @@
-//! The command line as typed text, and the options every command has.
+//! The options every command has.
 
 use std::convert::Infallible;
 use std::io::{self, Write};
@@ -6,84 +6,11 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use clap::{Args, Parser, Subcommand};
+use clap::Args;
 use serde::Serialize;
 
-use crate::commands::bench::BenchArgs;
-use crate::commands::check::CheckArgs;
-use crate::commands::completions::CompletionsArgs;
-use crate::commands::doctor::DoctorArgs;
-use crate::commands::figure::{FigureArgs, FiguresArgs};
-use crate::commands::infsup::InfsupArgs;
-use crate::commands::init::InitArgs;
-use crate::commands::man::ManArgs;
-use crate::commands::modes::ModesArgs;
-use crate::commands::movie::MovieArgs;
-use crate::commands::run::RunArgs;
-use crate::commands::schema::SchemaArgs;
-use crate::commands::sweep::SweepArgs;
-use crate::commands::synchronization::SynchronizationArgs;
-use crate::commands::table1::Table1Args;
-use crate::commands::table2::Table2Args;
 use crate::error::InputError;
-use crate::{json, machine, versions};
-
-/// Deformation and microvibration of skeletal muscle as differential-algebraic equations.
-#[derive(Debug, Parser)]
-#[command(
-    name = "myovib",
-    version,
-    long_version = versions::long(),
-    propagate_version = true,
-    subcommand_required = true,
-    after_help = "Exit codes: 0 done · 1 a result differs from what was to be shown · 2 wrong \
-                  input, nothing written · 3 the integrator stopped, output kept · 130 interrupted, \
-                  output kept"
-)]
-pub struct Cli {
-    /// What to do.
-    #[command(subcommand)]
-    pub command: Command,
-}
-
-/// One variant per command.
-#[derive(Debug, Subcommand)]
-pub enum Command {
-    /// Say what libraries and what machine this program has, and what the build lacks.
-    Doctor(DoctorArgs),
-    /// Say of a scene, without running it: index, stability, modes, cost, and what will fail.
-    Check(CheckArgs),
-    /// Measure the inf–sup constants of P2–P1 and P1–P1 over refined meshes.
-    Infsup(InfsupArgs),
-    /// Find the muscle's lowest eigenfrequencies and modes, beside its load's 8 Hz.
-    Modes(ModesArgs),
-    /// Compute the indices of the paper's Table 1 and print them beside the paper's.
-    Table1(Table1Args),
-    /// Run the paper's Table 2 and print it beside the paper's counts.
-    Table2(Table2Args),
-    /// Draw one of the paper's figures, with the numbers behind it.
-    Figure(FigureArgs),
-    /// Draw all of the paper's figures.
-    Figures(FiguresArgs),
-    /// Measure what accuracy, features and finer meshes cost.
-    Bench(BenchArgs),
-    /// Animate the chain in the complex plane, or the muscle's deformation (GIF).
-    Movie(MovieArgs),
-    /// Sweep the drive of a chain and see when the chain locks to it.
-    Synchronization(SynchronizationArgs),
-    /// Write a commented scene to start from.
-    Init(InitArgs),
-    /// Compute a scene: a motion or an equilibrium.
-    Run(RunArgs),
-    /// Print the JSON Schema of scenes, with which editors complete and check.
-    Schema(SchemaArgs),
-    /// Print completions for a shell.
-    Completions(CompletionsArgs),
-    /// Print the manual page of the program or of a command.
-    Man(ManArgs),
-    /// Run a scene over a grid of values, on all cores.
-    Sweep(SweepArgs),
-}
+use crate::{json, machine};
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
@@ -170,45 +97,5 @@ pub fn check_folder(option: &str, file: &Path) -> Result<(), InputError> {
             .found(file.display())
             .next(format!("create it: mkdir -p {}", folder.display()))),
         _ => Ok(()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory;
-
-    use super::*;
-
-    #[test]
-    fn clap_finds_no_contradiction() {
-        Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn json_without_a_file_means_standard_output() {
-        for (typed, target) in [
-            (
-                &["myovib", "doctor", "--json"][..],
-                Some(JsonTarget::Stdout),
-            ),
-            (
-                &["myovib", "doctor", "--json", "-"],
-                Some(JsonTarget::Stdout),
-            ),
-            (
-                &["myovib", "doctor", "--json", "--quiet"],
-                Some(JsonTarget::Stdout),
-            ),
-            (
-                &["myovib", "doctor", "--json", "d.json"],
-                Some(JsonTarget::File("d.json".into())),
-            ),
-            (&["myovib", "doctor"], None),
-        ] {
-            let Command::Doctor(doctor) = Cli::try_parse_from(typed).unwrap().command else {
-                panic!("{typed:?} is the doctor's")
-            };
-            assert_eq!(doctor.common.json, target, "{typed:?}");
-        }
     }
 }

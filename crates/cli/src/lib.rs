@@ -1,13 +1,14 @@
 //! The command line `myovib`: commands that compute, and what they write.
 //!
-//! Cast: [`scene_file`] reads scenes; [`args`] turns typed text into validated values; [`commands`] has one file per command;
-//! [`exit`] and [`error`] say how a command ends; [`json`], [`csv`], [`atomic_file`] and
-//! [`report`] are the ways out; [`versions`] and [`machine`] are what a result's reader must know.
-//! [`experiments`] runs what is behind figures of chains. Only this crate prints.
+//! Cast: [`cli`] names the commands and runs them; [`commands`] has one file per command, [`args`]
+//! the options they share; [`scene_file`] reads scenes; [`exit`] and [`error`] say how a command
+//! ends; [`json`], [`csv`], [`atomic_file`] and [`report`] are the ways out; [`versions`] and
+//! [`machine`] are what a reader of results must know.
 #![forbid(unsafe_code)]
 
 pub mod args;
 pub mod atomic_file;
+pub mod cli;
 pub mod commands;
 pub mod csv;
 pub mod error;
@@ -34,13 +35,13 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use crate::args::Cli;
+use crate::cli::Cli;
 use crate::exit::Exit;
 
 /// Reads the command line, runs the command, reports its failure, and gives the exit code.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    let exit = commands::run(&cli.command).unwrap_or_else(|failure| {
+    let exit = cli.command.run().unwrap_or_else(|failure| {
         if error::is_broken_pipe(&failure) {
             return Exit::Done;
         }

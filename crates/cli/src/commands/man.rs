@@ -2,9 +2,8 @@
 
 use std::io::{self, Write};
 
-use clap::{Args, CommandFactory};
+use clap::Args;
 
-use crate::args::Cli;
 use crate::error::InputError;
 use crate::exit::Exit;
 
@@ -16,12 +15,11 @@ pub struct ManArgs {
     pub command: Option<String>,
 }
 
-/// Prints the page.
+/// Prints the page of `program` or of one of its commands.
 ///
 /// # Errors
 /// For a command that there is not; when standard output cannot be written.
-pub fn run(args: &ManArgs) -> anyhow::Result<Exit> {
-    let program = Cli::command();
+pub fn run(args: &ManArgs, program: clap::Command) -> anyhow::Result<Exit> {
     let command = match &args.command {
         None => program,
         Some(name) => match program.find_subcommand(name) {
