@@ -6,10 +6,10 @@ use sundials_wrap::{
     ConsistencyMode, DaeProblem, IdaBuilder, IdaOptions, IdaSolver, Suppressed, Tolerances,
 };
 
-use crate::coupling::{CoupledDae, ErrorTest};
+use crate::coupling::{Body, CoupledDae, ErrorTest};
 use crate::error::ModelError;
 use crate::integrator::{Advance, Counts, Integrator};
-use crate::linear::CondensedSolver;
+use crate::linear::{CondensedSolver, CoupledSolver};
 use crate::muscle_dae::MuscleDae;
 use crate::settings::{LinearSolver, Settings};
 use crate::statistics::StopReason;
@@ -58,7 +58,7 @@ impl IdaIntegrator<MuscleDae> {
     }
 }
 
-impl<B: DaeProblem + Send + 'static> IdaIntegrator<CoupledDae<B>> {
+impl<B: Body> IdaIntegrator<CoupledDae<B>> {
     /// Starts a coupled system at t = 0 from `y`, the body at rest.
     ///
     /// The tolerances, and what the error test leaves out, are those of `error_test`. A load that
@@ -71,11 +71,14 @@ impl<B: DaeProblem + Send + 'static> IdaIntegrator<CoupledDae<B>> {
         mut dae: CoupledDae<B>,
         error_test: ErrorTest,
         options: IdaOptions,
+        linear_solver: LinearSolver,
         t_end: f64,
         y: &[f64],
     ) -> Result<Self, ModelError> {
         let (y_dot, imbalance) = dae.derivatives_at(0.0, y)?;
-        let mut integrator = Self::coupled_at(dae, error_test, options, [0.0, t_end], y, &y_dot)?;
+        let times = [0.0, t_end];
+        let mut integrator =
+            Self::coupled_at(dae, error_test, options, linear_solver, times, y, &y_dot)?;
         if imbalance > 0.0 {
             let mode = ConsistencyMode::AlgebraicAndDerivatives;
             integrator.solver.correct_initial_values(mode, t_end)?;
@@ -92,6 +95,7 @@ impl<B: DaeProblem + Send + 'static> IdaIntegrator<CoupledDae<B>> {
         dae: CoupledDae<B>,
         error_test: ErrorTest,
         options: IdaOptions,
+        linear_solver: LinearSolver,
         [t, t_end]: [f64; 2],
         y: &[f64],
         y_dot: &[f64],
@@ -102,13 +106,24 @@ impl<B: DaeProblem + Send + 'static> IdaIntegrator<CoupledDae<B>> {
             suppressed: Suppressed::Components(error_test.left_out().to_vec()),
             ..options
         };
-        let solver = builder(dae, options, t_end)
-            .error_weights(move |_, y, weights| {
-                error_test.weights(y, weights);
-                Ok(())
-            })
-            .build(t, y, y_dot)?;
-        Ok(Self { solver, t_end })
+        let of_body = match linear_solver {
+            LinearSolver::Condensed => dae.body().condensed_solver(options.klu)?,
+            LinearSolver::Full => None,
+        };
+        let condensed = of_body
+            .map(|body| CoupledSolver::new(body, &dae, options.klu))
+            .transpose()?;
+        let mut builder = builder(dae, options, t_end).error_weights(move |_, y, weights| {
+            error_test.weights(y, weights);
+            Ok(())
+        });
+        if let Some(solver) = condensed {
+            builder = builder.structured_solver(solver);
+        }
+        Ok(Self {
+            solver: builder.build(t, y, y_dot)?,
+            t_end,
+        })
     }
 }
 

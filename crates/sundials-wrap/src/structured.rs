@@ -28,3 +28,20 @@ pub trait StructuredSolver<P> {
     /// As for [`setup`](StructuredSolver::setup).
     fn solve(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError>;
 }
+
+impl<P, S: StructuredSolver<P> + ?Sized> StructuredSolver<P> for Box<S> {
+    fn setup(
+        &mut self,
+        problem: &mut P,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        c_j: f64,
+    ) -> Result<(), StepError> {
+        (**self).setup(problem, t, y, y_dot, c_j)
+    }
+
+    fn solve(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
+        (**self).solve(problem, rhs)
+    }
+}

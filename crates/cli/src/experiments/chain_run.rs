@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-use myovib_model::coupling::{CoherenceHistory, CoupledDae, Settling, StateTolerances};
+use myovib_model::coupling::{Body, CoherenceHistory, CoupledDae, Settling, StateTolerances};
 use myovib_model::{
     IdaIntegrator, Integrator, Limits, Observer, SampleTimes, Sampler, Statistics, StopReason, run,
 };
@@ -57,7 +57,7 @@ impl ChainRun {
     }
 
     /// Integrates and observes the first network of a coupled system.
-    pub(super) fn observe<B: DaeProblem + Send + 'static>(
+    pub(super) fn observe<B: Body>(
         integrator: &mut IdaIntegrator<CoupledDae<B>>,
         name: &str,
         t_end: f64,

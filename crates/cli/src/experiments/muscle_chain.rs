@@ -51,7 +51,9 @@ pub fn muscle_chain(
     let dae = CoupledDae::new(muscle, vec![oscillators]);
     let test = test.with_oscillators(&dae, TOLERANCES);
     let unknowns = dae.n_unknowns();
-    let mut integrator = IdaIntegrator::coupled(dae, test, options, t_end, &vec![0.0; unknowns])?;
+    let rest = vec![0.0; unknowns];
+    let linear_solver = settings.linear_solver;
+    let mut integrator = IdaIntegrator::coupled(dae, test, options, linear_solver, t_end, &rest)?;
     let (history, statistics) =
         ChainRun::observe(&mut integrator, "muscle and chain", t_end, progress)?;
     let blocks = FORMULATION.rows().iter().map(|(field, _)| {

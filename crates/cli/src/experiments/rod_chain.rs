@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex};
 use anyhow::Context;
 use myovib_fem::rod::{EndLoad, Rod, RodData};
 use myovib_model::coupling::{
-    CoupledDae, ErrorTest, NoBody, Oscillators, Recorder, Recording, Source, StateTolerances,
+    Body, CoupledDae, ErrorTest, NoBody, Oscillators, Recorder, Recording, Source, StateTolerances,
 };
-use myovib_model::{IdaIntegrator, Limits, Outcome, RodDae, Signal, run};
+use myovib_model::{IdaIntegrator, Limits, LinearSolver, Outcome, RodDae, Signal, run};
 use sundials_wrap::{DaeProblem, IdaOptions};
 
 use super::chain_run::pair;
@@ -16,6 +16,9 @@ use super::{ChainRun, ChainSetup};
 use crate::interrupt;
 use crate::progress::Progress;
 use crate::watch::Watch;
+
+/// A rod has no shorter way than its own small matrix.
+const LINEAR_SOLVER: LinearSolver = LinearSolver::Full;
 
 /// The paper's rod under its load with another frequency (Hz).
 fn rod(frequency: f64) -> anyhow::Result<RodDae> {
@@ -64,8 +67,14 @@ pub fn record_rod(
     let mut recorder = Recorder::new(point, n);
     let mut watch = Watch::new(format!("rod at {frequency} Hz"), t_end, progress);
     let mut limits = Limits::new(f64::INFINITY, Some(interrupt::flag()));
-    let mut integrator =
-        IdaIntegrator::coupled(dae, test, IdaOptions::default(), t_end, &vec![0.0; n])?;
+    let mut integrator = IdaIntegrator::coupled(
+        dae,
+        test,
+        IdaOptions::default(),
+        LINEAR_SOLVER,
+        t_end,
+        &vec![0.0; n],
+    )?;
     let statistics = run(
         &mut integrator,
         &mut [&mut recorder, &mut watch, &mut limits],
@@ -100,7 +109,7 @@ fn coupled<B: DaeProblem>(
 }
 
 /// Runs a system all of whose states have the default tolerances.
-fn finish<B: DaeProblem + Send + 'static>(
+fn finish<B: Body>(
     dae: CoupledDae<B>,
     name: &str,
     blocks: &[&'static str],
@@ -113,7 +122,14 @@ fn finish<B: DaeProblem + Send + 'static>(
         ErrorTest::of_states(dae.body_range().len(), tolerances).with_oscillators(&dae, tolerances);
     let options = IdaOptions::default();
     let max_order = options.max_order;
-    let mut integrator = IdaIntegrator::coupled(dae, test, options, t_end, &vec![0.0; unknowns])?;
+    let mut integrator = IdaIntegrator::coupled(
+        dae,
+        test,
+        options,
+        LINEAR_SOLVER,
+        t_end,
+        &vec![0.0; unknowns],
+    )?;
     let (history, statistics) = ChainRun::observe(&mut integrator, name, t_end, progress)?;
     Ok(ChainRun {
         history,

@@ -11,11 +11,12 @@
 //! e marks the rows the forcing reaches, w the unknowns that make up u. Without oscillators there
 //! are no further states; without a body ([`NoBody`]) there is no mesh.
 //!
-//! Cast: [`CoupledDae`] is the system, made of a body and of [`Oscillators`] with a [`Source`] for
+//! Cast: [`CoupledDae`] is the system, made of a [`Body`] and of [`Oscillators`] with a [`Source`] for
 //! each direction; a [`Recording`] replays a body's motion to oscillators integrated afterwards;
 //! [`ErrorTest`] gives each part its own tolerances; [`CoherenceHistory`] is what is observed, and
 //! [`LockCriterion`] judges it.
 
+mod body;
 mod dae;
 mod error_test;
 mod history;
@@ -24,6 +25,7 @@ mod no_body;
 mod oscillators;
 mod recording;
 
+pub use body::{Body, BodySolver};
 pub use dae::CoupledDae;
 pub use error_test::{ErrorTest, StateTolerances};
 pub use history::{CoherenceHistory, Settling};

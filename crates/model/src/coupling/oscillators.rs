@@ -7,6 +7,7 @@ use myovib_oscillators::{Drive, Network};
 use super::recording::Recording;
 use crate::displacement::Displacement;
 use crate::error::ModelError;
+use crate::linear::Number;
 use crate::signal::Signal;
 
 /// The displacement u in the forcing γ u of one direction.
@@ -87,6 +88,17 @@ impl Oscillators {
     /// The gain and reach of the forcing.
     pub fn drive(&self) -> Drive {
         self.drive
+    }
+
+    /// `rows` −= γ e wᵀ `body`: what a change of the body's unknowns does to the equations.
+    pub(crate) fn subtract_forcing<T: Number>(&self, body: &[T], rows: &mut [T]) {
+        for (channel, source) in self.sources.iter().enumerate() {
+            let unknowns = source.unknowns().iter();
+            let u = unknowns.fold(T::zero(), |u, &(i, weight)| u + body[i] * weight);
+            for row in self.network.forced_rows(channel) {
+                rows[row] -= u * self.drive.gain;
+            }
+        }
     }
 
     /// The sources, one per direction.

@@ -3,10 +3,12 @@
 //! Cast of types: a [`Condensation`] is the elimination of velocities from the Newton matrix, laid
 //! out once for a formulation; [`Condensed`] holds the numbers, real or complex, for one c_j;
 //! [`SparseSystem`] factorises, solves and checks; [`CondensedSolver`] is what IDAS calls,
-//! [`CondensedMatrices`] what Radau IIA does.
+//! [`CondensedMatrices`] what Radau IIA does; [`CoupledSolver`] and [`CoupledMatrices`] continue them
+//! to the oscillators a body drives.
 
 mod condensation;
 mod condensed;
+mod coupled;
 mod number;
 mod radau;
 mod sparse_system;
@@ -15,6 +17,7 @@ pub mod supernodal;
 
 pub use condensation::Condensation;
 pub use condensed::Condensed;
+pub use coupled::{CoupledMatrices, CoupledSolver};
 pub use number::Number;
 pub use radau::CondensedMatrices;
 pub use sparse_system::{LinearWork, SparseSystem};

@@ -1,10 +1,12 @@
 //! The paper's rod and chain as one system, run and observed.
 
+use myovib_fem::Mesh;
 use myovib_model::coupling::{
-    CoherenceHistory, CoupledDae, ErrorTest, NoBody, Oscillators, Source, StateTolerances,
+    Body, CoherenceHistory, CoupledDae, ErrorTest, NoBody, Oscillators, Source, StateTolerances,
 };
 use myovib_model::{
-    IdaIntegrator, Observer, Outcome, RodDae, SampleTimes, Sampler, Statistics, paper, run,
+    Displacement, Formulation, IdaIntegrator, LinearSolver, MuscleDae, Observer, Outcome, Probe,
+    RodDae, SampleTimes, Sampler, Settings, Statistics, ida, paper, run,
 };
 use myovib_oscillators::{Chain, Drive};
 use sundials_wrap::{DaeProblem, IdaOptions};
@@ -36,7 +38,7 @@ pub(crate) fn chain_alone(chain: &Chain, gain: f64, source: Source) -> CoupledDa
 }
 
 /// Starts a system whose states all have the tolerances `tolerances`.
-pub(crate) fn start<B: DaeProblem + Send + 'static>(
+pub(crate) fn start<B: Body>(
     dae: CoupledDae<B>,
     tolerances: StateTolerances,
     t_end: f64,
@@ -44,11 +46,65 @@ pub(crate) fn start<B: DaeProblem + Send + 'static>(
 ) -> IdaIntegrator<CoupledDae<B>> {
     let test =
         ErrorTest::of_states(dae.body_range().len(), tolerances).with_oscillators(&dae, tolerances);
-    IdaIntegrator::coupled(dae, test, IdaOptions::default(), t_end, y).unwrap()
+    IdaIntegrator::coupled(
+        dae,
+        test,
+        IdaOptions::default(),
+        LinearSolver::Full,
+        t_end,
+        y,
+    )
+    .unwrap()
+}
+
+/// The paper's mesh.
+pub(crate) fn muscle_mesh() -> Mesh {
+    Mesh::parse_msh(
+        include_str!("../../../../data/meshes/muscle.msh"),
+        "muscle.msh",
+    )
+    .unwrap()
+}
+
+/// The paper's muscle, in the formulation of Figure 7.
+pub(crate) fn muscle() -> MuscleDae {
+    let muscle = paper::muscle(&muscle_mesh(), paper::KAPPA, paper::BETA).unwrap();
+    MuscleDae::new(muscle, Formulation::Rate).unwrap()
+}
+
+/// u_y of a muscle's origin.
+pub(crate) fn origin(muscle: &MuscleDae) -> Displacement {
+    let probe = Probe::at(muscle.muscle().solid.space(), [0.0, 0.0]).unwrap();
+    muscle.displacement_at(&probe, 1)
+}
+
+/// The paper's muscle drives `chain` at the origin with the gain `gain`.
+pub(crate) fn muscle_and_chain(chain: &Chain, gain: f64) -> CoupledDae<MuscleDae> {
+    let muscle = muscle();
+    let source = Source::Body(origin(&muscle));
+    let drive = Drive {
+        gain,
+        reach: chain.reach,
+    };
+    let oscillators = Oscillators::new(chain.network().unwrap(), drive, vec![source]).unwrap();
+    CoupledDae::new(muscle, vec![oscillators])
+}
+
+/// Starts a muscle from rest with `settings`, its chains with `chain`.
+pub(crate) fn start_muscle(
+    dae: CoupledDae<MuscleDae>,
+    settings: &Settings,
+    chain: StateTolerances,
+) -> IdaIntegrator<CoupledDae<MuscleDae>> {
+    let test = ErrorTest::of_muscle(dae.body(), settings).with_oscillators(&dae, chain);
+    let options = ida::options(dae.body(), settings);
+    let (solver, t_end) = (settings.linear_solver, settings.t_end);
+    let rest = vec![0.0; dae.n_unknowns()];
+    IdaIntegrator::coupled(dae, test, options, solver, t_end, &rest).unwrap()
 }
 
 /// Runs to the end, sampling the coherence of the first network every `every` seconds.
-pub(crate) fn observe<B: DaeProblem + Send + 'static>(
+pub(crate) fn observe<B: Body>(
     integrator: &mut IdaIntegrator<CoupledDae<B>>,
     every: f64,
     t_end: f64,

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod common;
+mod condensed;
 mod jacobian;
 mod replay;
 mod rod_chain;

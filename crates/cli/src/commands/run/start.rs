@@ -3,8 +3,8 @@
 use myovib_model::advice::{Advice, Advised};
 use myovib_model::coupling::{CoupledDae, ErrorTest, NoBody, Oscillators, Source, StateTolerances};
 use myovib_model::{
-    IdaIntegrator, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, ida, start_at_rest,
-    start_from,
+    IdaIntegrator, Integrator, LinearSolver, ModelError, MuscleDae, Probe, RodDae, Settings, ida,
+    start_at_rest, start_from,
 };
 use sundials_wrap::{DaeProblem, IdaOptions};
 
@@ -60,7 +60,8 @@ pub(super) fn muscle_and_chains(
     };
     let oscillators = oscillators(scene, source)?;
     let dae = CoupledDae::new(dae, oscillators);
-    let integrator = coupled(scene, dae, test, options, checkpoint)?;
+    let linear_solver = body.settings.linear_solver;
+    let integrator = coupled(scene, dae, test, options, linear_solver, checkpoint)?;
     Ok(Box::new(Advised::new(integrator, advice(body))))
 }
 
@@ -82,7 +83,14 @@ pub(super) fn rod(
     let oscillators = oscillators(scene, source)?;
     let test = ErrorTest::of_states(rod.n_unknowns(), tolerances(scene));
     let dae = CoupledDae::new(rod.clone(), oscillators);
-    coupled(scene, dae, test, options(scene), checkpoint)
+    coupled(
+        scene,
+        dae,
+        test,
+        options(scene),
+        LinearSolver::Full,
+        checkpoint,
+    )
 }
 
 /// Chains by themselves.
@@ -92,7 +100,14 @@ pub(super) fn chains(
 ) -> anyhow::Result<Box<dyn Integrator<CoupledDae<NoBody>>>> {
     let dae = CoupledDae::new(NoBody, oscillators(scene, |_| Ok(Source::Rest))?);
     let test = ErrorTest::of_states(0, tolerances(scene));
-    coupled(scene, dae, test, options(scene), checkpoint)
+    coupled(
+        scene,
+        dae,
+        test,
+        options(scene),
+        LinearSolver::Full,
+        checkpoint,
+    )
 }
 
 fn coupled<B: CoupledBody>(
@@ -100,6 +115,7 @@ fn coupled<B: CoupledBody>(
     dae: CoupledDae<B>,
     test: ErrorTest,
     options: IdaOptions,
+    linear_solver: LinearSolver,
     checkpoint: Option<&Checkpoint>,
 ) -> anyhow::Result<Box<dyn Integrator<CoupledDae<B>>>> {
     if scene.file.integrator.method != Method::Bdf {
@@ -117,7 +133,15 @@ fn coupled<B: CoupledBody>(
                 initial_step: Some(*step),
                 ..options
             };
-            IdaIntegrator::coupled_at(dae, test, options, [*t, scene.t_end], y, y_dot)?
+            IdaIntegrator::coupled_at(
+                dae,
+                test,
+                options,
+                linear_solver,
+                [*t, scene.t_end],
+                y,
+                y_dot,
+            )?
         }
         None => {
             let mut y = vec![0.0; dae.n_unknowns()];
@@ -125,7 +149,7 @@ fn coupled<B: CoupledBody>(
                 let n = dae.oscillators(k).network().n_oscillators();
                 y[dae.range(k)][..n].fill(chain.initial);
             }
-            IdaIntegrator::coupled(dae, test, options, scene.t_end, &y)?
+            IdaIntegrator::coupled(dae, test, options, linear_solver, scene.t_end, &y)?
         }
     }))
 }

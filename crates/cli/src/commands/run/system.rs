@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use myovib_model::coupling::{CoupledDae, NoBody};
+use myovib_model::coupling::{self, CoupledDae, NoBody};
 use myovib_model::{ModelError, MuscleDae, RodDae, WorkCounters};
 use myovib_oscillators::Network;
 use sundials_wrap::DaeProblem;
@@ -47,7 +47,7 @@ impl System for MuscleDae {
 }
 
 /// A body that oscillators can be coupled to.
-pub(super) trait Body: DaeProblem + Send + 'static {
+pub(super) trait Body: coupling::Body {
     fn as_muscle(&mut self) -> Option<&mut MuscleDae> {
         None
     }
