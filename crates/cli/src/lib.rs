@@ -3,7 +3,8 @@
 //! Cast: [`cli`] names the commands and runs them; [`commands`] has one file per command, [`args`]
 //! the options they share; [`scene_file`] reads scenes; [`exit`] and [`error`] say how a command
 //! ends; [`json`], [`csv`], [`atomic_file`] and [`report`] are the ways out; [`versions`] and
-//! [`machine`] are what a reader of results must know.
+//! [`machine`] are what a reader of results must know. [`experiments`] runs what is behind figures
+//! of chains. Only this crate prints.
 #![forbid(unsafe_code)]
 
 pub mod args;

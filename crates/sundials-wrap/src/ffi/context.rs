@@ -4,7 +4,7 @@ use std::ptr::{self, NonNull};
 
 use sundials_sys::{_SUNContext, SUNContext, SUNContext_Create, SUNContext_Free};
 
-use super::ida::{CallFailed, NULL_RESULT};
+use super::call::{CallFailed, NULL_RESULT};
 
 /// An owned context. It must be dropped after every object made with it.
 pub(crate) struct Context(NonNull<_SUNContext>);

@@ -11,8 +11,8 @@ use sundials_sys::{
     SUNLinearSolver_Type_SUNLINEARSOLVER_DIRECT, SUNMatrix,
 };
 
+use super::call::{CallFailed, NULL_RESULT};
 use super::context::Context;
-use super::ida::{CallFailed, NULL_RESULT};
 use super::klu::RawOptions;
 use super::matrix::Matrix;
 use super::pinned::Pinned;

@@ -11,8 +11,8 @@ use sundials_sys::{
     SUNSparseMatrix_IndexPointers, SUNSparseMatrix_IndexValues, SUNSparseMatrix_NNZ,
 };
 
+use super::call::{CallFailed, NULL_RESULT};
 use super::context::Context;
-use super::ida::{CallFailed, NULL_RESULT};
 
 /// An owned matrix.
 pub(crate) struct Matrix {

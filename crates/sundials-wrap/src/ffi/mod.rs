@@ -5,11 +5,13 @@
 //!
 //! - [`klu`]: symbolic and numeric factorisations of KLU;
 //! - [`context`], [`vector`], [`matrix`], [`linear_solver`]: the SUNDIALS objects IDAS works on;
+//! - [`call`]: how a call in C may fail;
 //! - [`ida`]: the integrator's memory and every call on it;
 //! - [`trampoline`]: what C calls, and the way back to safe Rust;
 //! - [`pinned`]: data at an address that does not move, shared with C;
 //! - [`version`]: the versions of the linked libraries.
 
+pub(crate) mod call;
 pub(crate) mod context;
 pub(crate) mod ida;
 pub(crate) mod klu;

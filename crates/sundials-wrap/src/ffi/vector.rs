@@ -8,8 +8,8 @@ use sundials_sys::{
     N_VNew_Serial, N_Vector,
 };
 
+use super::call::{CallFailed, NULL_RESULT};
 use super::context::Context;
-use super::ida::{CallFailed, NULL_RESULT};
 
 /// An owned serial vector, initialised with zeros.
 pub(crate) struct NVector(NonNull<_generic_N_Vector>);

@@ -3,7 +3,7 @@
 use sundials_sys as sys;
 
 use crate::error::Error;
-use crate::ffi::ida::CallFailed;
+use crate::ffi::call::CallFailed;
 use crate::options::expect_length;
 use crate::problem::DaeProblem;
 

@@ -10,7 +10,8 @@ use std::panic::resume_unwind;
 use sundials_sys as sys;
 
 use crate::error::Error;
-use crate::ffi::ida::{CallFailed, Counter, Ida, InitialUnknowns, Task};
+use crate::ffi::call::CallFailed;
+use crate::ffi::ida::{Counter, Ida, InitialUnknowns, Task};
 use crate::options::{differential, expect_finite, expect_length, finite};
 use crate::outcome::{Outcome, Stop, StopReason, WorstComponent};
 use crate::problem::{DaeProblem, VariableKind};

@@ -3,11 +3,17 @@
 //! Life cycle: [`Ida::new`] (create, attach callbacks, vectors, linear solver) → settings → solve
 //! calls, queries and re-initialisations in any order → drop.
 
-use std::os::raw::{c_int, c_long, c_void};
+mod counter;
+mod settings;
+
+pub(crate) use counter::Counter;
+
+use std::os::raw::{c_int, c_void};
 use std::ptr::NonNull;
 
 use sundials_sys as sys;
 
+use super::call::{CallFailed, NULL_RESULT, check};
 use super::context::Context;
 use super::klu::RawOptions;
 use super::linear_solver::LinearSolver;
@@ -15,30 +21,6 @@ use super::matrix::Matrix;
 use super::pinned::Pinned;
 use super::trampoline::{self, Boundary, Callbacks};
 use super::vector::NVector;
-
-/// The code reported when a constructor in C returns a null pointer: out of memory.
-pub(crate) const NULL_RESULT: i32 = sys::IDA_MEM_FAIL;
-
-/// A call that IDAS refused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct CallFailed {
-    pub(crate) call: &'static str,
-    pub(crate) code: i32,
-}
-
-impl CallFailed {
-    pub(crate) fn new(call: &'static str, code: i32) -> Self {
-        Self { call, code }
-    }
-}
-
-fn check(call: &'static str, code: c_int) -> Result<(), CallFailed> {
-    if code == sys::IDA_SUCCESS {
-        Ok(())
-    } else {
-        Err(CallFailed::new(call, code))
-    }
-}
 
 /// How far one solve call goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -265,142 +247,6 @@ impl<C: Callbacks> Ida<C> {
         boundary.into_inner().callbacks
     }
 
-    // ---- settings ----
-
-    pub(crate) fn set_scalar_tolerances(
-        &mut self,
-        relative: f64,
-        absolute: f64,
-    ) -> Result<(), CallFailed> {
-        // SAFETY: the block is valid and borrowed uniquely; two numbers are stored.
-        let code = unsafe { sys::IDASStolerances(self.memory.raw(), relative, absolute) };
-        check("IDASStolerances", code)
-    }
-
-    pub(crate) fn set_vector_tolerances(
-        &mut self,
-        relative: f64,
-        absolute: &[f64],
-    ) -> Result<(), CallFailed> {
-        self.scratch.as_mut_slice().copy_from_slice(absolute);
-        let scratch = self.scratch.raw();
-        // SAFETY: as above; the vector has the integrator's length and is copied.
-        let code = unsafe { sys::IDASVtolerances(self.memory.raw(), relative, scratch) };
-        check("IDASVtolerances", code)
-    }
-
-    pub(crate) fn set_weight_function(&mut self) -> Result<(), CallFailed> {
-        let function: sys::IDAEwtFn = Some(trampoline::error_weights::<C>);
-        self.set("IDAWFtolerances", sys::IDAWFtolerances, function)
-    }
-
-    pub(crate) fn set_max_order(&mut self, order: i32) -> Result<(), CallFailed> {
-        self.set("IDASetMaxOrd", sys::IDASetMaxOrd, order)
-    }
-
-    pub(crate) fn set_initial_step(&mut self, step: f64) -> Result<(), CallFailed> {
-        self.set("IDASetInitStep", sys::IDASetInitStep, step)
-    }
-
-    pub(crate) fn set_min_step(&mut self, step: f64) -> Result<(), CallFailed> {
-        self.set("IDASetMinStep", sys::IDASetMinStep, step)
-    }
-
-    pub(crate) fn set_max_step(&mut self, step: f64) -> Result<(), CallFailed> {
-        self.set("IDASetMaxStep", sys::IDASetMaxStep, step)
-    }
-
-    /// Steps allowed in one solve call; negative for no limit.
-    pub(crate) fn set_max_steps(&mut self, steps: i64) -> Result<(), CallFailed> {
-        self.set("IDASetMaxNumSteps", sys::IDASetMaxNumSteps, steps)
-    }
-
-    pub(crate) fn set_stop_time(&mut self, t: f64) -> Result<(), CallFailed> {
-        self.set("IDASetStopTime", sys::IDASetStopTime, t)
-    }
-
-    pub(crate) fn set_max_error_test_failures(&mut self, count: i32) -> Result<(), CallFailed> {
-        self.set("IDASetMaxErrTestFails", sys::IDASetMaxErrTestFails, count)
-    }
-
-    pub(crate) fn set_max_convergence_failures(&mut self, count: i32) -> Result<(), CallFailed> {
-        self.set("IDASetMaxConvFails", sys::IDASetMaxConvFails, count)
-    }
-
-    pub(crate) fn set_max_newton_iterations(&mut self, count: i32) -> Result<(), CallFailed> {
-        self.set("IDASetMaxNonlinIters", sys::IDASetMaxNonlinIters, count)
-    }
-
-    pub(crate) fn set_nonlinear_coefficient(&mut self, value: f64) -> Result<(), CallFailed> {
-        self.set("IDASetNonlinConvCoef", sys::IDASetNonlinConvCoef, value)
-    }
-
-    pub(crate) fn set_delta_cj(&mut self, value: f64) -> Result<(), CallFailed> {
-        self.set("IDASetDeltaCjLSetup", sys::IDASetDeltaCjLSetup, value)
-    }
-
-    pub(crate) fn set_linear_solution_scaling(&mut self, on: bool) -> Result<(), CallFailed> {
-        let on = c_int::from(on);
-        self.set(
-            "IDASetLinearSolutionScaling",
-            sys::IDASetLinearSolutionScaling,
-            on,
-        )
-    }
-
-    pub(crate) fn set_suppression(&mut self, on: bool) -> Result<(), CallFailed> {
-        self.set("IDASetSuppressAlg", sys::IDASetSuppressAlg, c_int::from(on))
-    }
-
-    /// One number per component: 1 differential (or kept in the error test), 0 algebraic.
-    pub(crate) fn set_id(&mut self, id: &[f64]) -> Result<(), CallFailed> {
-        self.set_vector("IDASetId", sys::IDASetId, id)
-    }
-
-    /// One number per component: 0 none, ±1 for ≥ 0 or ≤ 0, ±2 for > 0 or < 0.
-    pub(crate) fn set_constraints(&mut self, constraints: &[f64]) -> Result<(), CallFailed> {
-        self.set_vector("IDASetConstraints", sys::IDASetConstraints, constraints)
-    }
-
-    /// Attaches the root functions, as many as the callbacks have, each with a direction: 0 both,
-    /// ±1 rising or falling only.
-    pub(crate) fn set_roots(&mut self, directions: &mut [i32]) -> Result<(), CallFailed> {
-        let n_roots = self.boundary().callbacks.n_roots();
-        assert_eq!(directions.len(), n_roots, "one direction per root function");
-        let function: sys::IDARootFn = Some(trampoline::roots::<C>);
-        // SAFETY: the block is valid; the function fits the user data and writes n_roots numbers.
-        let code = unsafe { sys::IDARootInit(self.memory.raw(), n_roots as c_int, function) };
-        check("IDARootInit", code)?;
-        self.set(
-            "IDASetRootDirection",
-            sys::IDASetRootDirection,
-            directions.as_mut_ptr(),
-        )
-    }
-
-    /// Attaches quadratures starting at `q0`.
-    pub(crate) fn init_quadrature(&mut self, q0: &[f64]) -> Result<(), CallFailed> {
-        let vector = NVector::from_slice(q0, &self.context)?;
-        let function: sys::IDAQuadRhsFn = Some(trampoline::quadrature::<C>);
-        // SAFETY: the block is valid; the function fits the user data; the vector is copied.
-        let code = unsafe { sys::IDAQuadInit(self.memory.raw(), function, vector.raw()) };
-        check("IDAQuadInit", code)?;
-        self.quadrature = Some(vector);
-        Ok(())
-    }
-
-    /// Puts the quadratures into the error test.
-    pub(crate) fn set_quadrature_tolerances(
-        &mut self,
-        relative: f64,
-        absolute: f64,
-    ) -> Result<(), CallFailed> {
-        self.set("IDASetQuadErrCon", sys::IDASetQuadErrCon, c_int::from(true))?;
-        // SAFETY: the block is valid and borrowed uniquely; two numbers are stored.
-        let code = unsafe { sys::IDAQuadSStolerances(self.memory.raw(), relative, absolute) };
-        check("IDAQuadSStolerances", code)
-    }
-
     // ---- integration ----
 
     /// IDASolve: the code, and the time reached, at which y and ẏ are left.
@@ -554,41 +400,5 @@ impl<C: Callbacks> Ida<C> {
 
     pub(crate) fn last_linear_flag(&self) -> i64 {
         self.get(sys::IDAGetLastLinFlag)
-    }
-}
-
-/// The counters of IDAS.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Counter {
-    Steps,
-    ResidualEvaluations,
-    LinearSetups,
-    ErrorTestFailures,
-    Backtracks,
-    NewtonIterations,
-    NewtonFailures,
-    StepSolveFailures,
-    JacobianEvaluations,
-    RootEvaluations,
-    QuadratureEvaluations,
-    QuadratureErrorTestFailures,
-}
-
-impl Counter {
-    fn function(self) -> unsafe extern "C" fn(*mut c_void, *mut c_long) -> c_int {
-        match self {
-            Self::Steps => sys::IDAGetNumSteps,
-            Self::ResidualEvaluations => sys::IDAGetNumResEvals,
-            Self::LinearSetups => sys::IDAGetNumLinSolvSetups,
-            Self::ErrorTestFailures => sys::IDAGetNumErrTestFails,
-            Self::Backtracks => sys::IDAGetNumBacktrackOps,
-            Self::NewtonIterations => sys::IDAGetNumNonlinSolvIters,
-            Self::NewtonFailures => sys::IDAGetNumNonlinSolvConvFails,
-            Self::StepSolveFailures => sys::IDAGetNumStepSolveFails,
-            Self::JacobianEvaluations => sys::IDAGetNumJacEvals,
-            Self::RootEvaluations => sys::IDAGetNumGEvals,
-            Self::QuadratureEvaluations => sys::IDAGetQuadNumRhsEvals,
-            Self::QuadratureErrorTestFailures => sys::IDAGetQuadNumErrTestFails,
-        }
     }
 }

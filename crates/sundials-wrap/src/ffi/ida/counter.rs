@@ -1,0 +1,42 @@
+//! The counters of IDAS and the functions that read them.
+
+use std::os::raw::{c_int, c_long, c_void};
+
+use sundials_sys as sys;
+
+/// The counters of IDAS.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Counter {
+    Steps,
+    ResidualEvaluations,
+    LinearSetups,
+    ErrorTestFailures,
+    Backtracks,
+    NewtonIterations,
+    NewtonFailures,
+    StepSolveFailures,
+    JacobianEvaluations,
+    RootEvaluations,
+    QuadratureEvaluations,
+    QuadratureErrorTestFailures,
+}
+
+impl Counter {
+    /// The function that reads this counter from a memory block.
+    pub(super) fn function(self) -> unsafe extern "C" fn(*mut c_void, *mut c_long) -> c_int {
+        match self {
+            Self::Steps => sys::IDAGetNumSteps,
+            Self::ResidualEvaluations => sys::IDAGetNumResEvals,
+            Self::LinearSetups => sys::IDAGetNumLinSolvSetups,
+            Self::ErrorTestFailures => sys::IDAGetNumErrTestFails,
+            Self::Backtracks => sys::IDAGetNumBacktrackOps,
+            Self::NewtonIterations => sys::IDAGetNumNonlinSolvIters,
+            Self::NewtonFailures => sys::IDAGetNumNonlinSolvConvFails,
+            Self::StepSolveFailures => sys::IDAGetNumStepSolveFails,
+            Self::JacobianEvaluations => sys::IDAGetNumJacEvals,
+            Self::RootEvaluations => sys::IDAGetNumGEvals,
+            Self::QuadratureEvaluations => sys::IDAGetQuadNumRhsEvals,
+            Self::QuadratureErrorTestFailures => sys::IDAGetQuadNumErrTestFails,
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! What can be set on an integrator: one method for each setter of IDAS.
+
+use std::os::raw::c_int;
+
+use sundials_sys as sys;
+
+use super::super::call::{CallFailed, check};
+use super::super::trampoline::{self, Callbacks};
+use super::super::vector::NVector;
+use super::Ida;
+
+impl<C: Callbacks> Ida<C> {
+    pub(crate) fn set_scalar_tolerances(
+        &mut self,
+        relative: f64,
+        absolute: f64,
+    ) -> Result<(), CallFailed> {
+        // SAFETY: the block is valid and borrowed uniquely; two numbers are stored.
+        let code = unsafe { sys::IDASStolerances(self.memory.raw(), relative, absolute) };
+        check("IDASStolerances", code)
+    }
+
+    pub(crate) fn set_vector_tolerances(
+        &mut self,
+        relative: f64,
+        absolute: &[f64],
+    ) -> Result<(), CallFailed> {
+        self.scratch.as_mut_slice().copy_from_slice(absolute);
+        let scratch = self.scratch.raw();
+        // SAFETY: as above; the vector has the integrator's length and is copied.
+        let code = unsafe { sys::IDASVtolerances(self.memory.raw(), relative, scratch) };
+        check("IDASVtolerances", code)
+    }
+
+    pub(crate) fn set_weight_function(&mut self) -> Result<(), CallFailed> {
+        let function: sys::IDAEwtFn = Some(trampoline::error_weights::<C>);
+        self.set("IDAWFtolerances", sys::IDAWFtolerances, function)
+    }
+
+    pub(crate) fn set_max_order(&mut self, order: i32) -> Result<(), CallFailed> {
+        self.set("IDASetMaxOrd", sys::IDASetMaxOrd, order)
+    }
+
+    pub(crate) fn set_initial_step(&mut self, step: f64) -> Result<(), CallFailed> {
+        self.set("IDASetInitStep", sys::IDASetInitStep, step)
+    }
+
+    pub(crate) fn set_min_step(&mut self, step: f64) -> Result<(), CallFailed> {
+        self.set("IDASetMinStep", sys::IDASetMinStep, step)
+    }
+
+    pub(crate) fn set_max_step(&mut self, step: f64) -> Result<(), CallFailed> {
+        self.set("IDASetMaxStep", sys::IDASetMaxStep, step)
+    }
+
+    /// Steps allowed in one solve call; negative for no limit.
+    pub(crate) fn set_max_steps(&mut self, steps: i64) -> Result<(), CallFailed> {
+        self.set("IDASetMaxNumSteps", sys::IDASetMaxNumSteps, steps)
+    }
+
+    pub(crate) fn set_stop_time(&mut self, t: f64) -> Result<(), CallFailed> {
+        self.set("IDASetStopTime", sys::IDASetStopTime, t)
+    }
+
+    pub(crate) fn set_max_error_test_failures(&mut self, count: i32) -> Result<(), CallFailed> {
+        self.set("IDASetMaxErrTestFails", sys::IDASetMaxErrTestFails, count)
+    }
+
+    pub(crate) fn set_max_convergence_failures(&mut self, count: i32) -> Result<(), CallFailed> {
+        self.set("IDASetMaxConvFails", sys::IDASetMaxConvFails, count)
+    }
+
+    pub(crate) fn set_max_newton_iterations(&mut self, count: i32) -> Result<(), CallFailed> {
+        self.set("IDASetMaxNonlinIters", sys::IDASetMaxNonlinIters, count)
+    }
+
+    pub(crate) fn set_nonlinear_coefficient(&mut self, value: f64) -> Result<(), CallFailed> {
+        self.set("IDASetNonlinConvCoef", sys::IDASetNonlinConvCoef, value)
+    }
+
+    pub(crate) fn set_delta_cj(&mut self, value: f64) -> Result<(), CallFailed> {
+        self.set("IDASetDeltaCjLSetup", sys::IDASetDeltaCjLSetup, value)
+    }
+
+    pub(crate) fn set_linear_solution_scaling(&mut self, on: bool) -> Result<(), CallFailed> {
+        let on = c_int::from(on);
+        self.set(
+            "IDASetLinearSolutionScaling",
+            sys::IDASetLinearSolutionScaling,
+            on,
+        )
+    }
+
+    pub(crate) fn set_suppression(&mut self, on: bool) -> Result<(), CallFailed> {
+        self.set("IDASetSuppressAlg", sys::IDASetSuppressAlg, c_int::from(on))
+    }
+
+    /// One number per component: 1 differential (or kept in the error test), 0 algebraic.
+    pub(crate) fn set_id(&mut self, id: &[f64]) -> Result<(), CallFailed> {
+        self.set_vector("IDASetId", sys::IDASetId, id)
+    }
+
+    /// One number per component: 0 none, ±1 for ≥ 0 or ≤ 0, ±2 for > 0 or < 0.
+    pub(crate) fn set_constraints(&mut self, constraints: &[f64]) -> Result<(), CallFailed> {
+        self.set_vector("IDASetConstraints", sys::IDASetConstraints, constraints)
+    }
+
+    /// Attaches the root functions, as many as the callbacks have, each with a direction: 0 both,
+    /// ±1 rising or falling only.
+    pub(crate) fn set_roots(&mut self, directions: &mut [i32]) -> Result<(), CallFailed> {
+        let n_roots = self.boundary().callbacks.n_roots();
+        assert_eq!(directions.len(), n_roots, "one direction per root function");
+        let function: sys::IDARootFn = Some(trampoline::roots::<C>);
+        // SAFETY: the block is valid; the function fits the user data and writes n_roots numbers.
+        let code = unsafe { sys::IDARootInit(self.memory.raw(), n_roots as c_int, function) };
+        check("IDARootInit", code)?;
+        self.set(
+            "IDASetRootDirection",
+            sys::IDASetRootDirection,
+            directions.as_mut_ptr(),
+        )
+    }
+
+    /// Attaches quadratures starting at `q0`.
+    pub(crate) fn init_quadrature(&mut self, q0: &[f64]) -> Result<(), CallFailed> {
+        let vector = NVector::from_slice(q0, &self.context)?;
+        let function: sys::IDAQuadRhsFn = Some(trampoline::quadrature::<C>);
+        // SAFETY: the block is valid; the function fits the user data; the vector is copied.
+        let code = unsafe { sys::IDAQuadInit(self.memory.raw(), function, vector.raw()) };
+        check("IDAQuadInit", code)?;
+        self.quadrature = Some(vector);
+        Ok(())
+    }
+
+    /// Puts the quadratures into the error test.
+    pub(crate) fn set_quadrature_tolerances(
+        &mut self,
+        relative: f64,
+        absolute: f64,
+    ) -> Result<(), CallFailed> {
+        self.set("IDASetQuadErrCon", sys::IDASetQuadErrCon, c_int::from(true))?;
+        // SAFETY: the block is valid and borrowed uniquely; two numbers are stored.
+        let code = unsafe { sys::IDAQuadSStolerances(self.memory.raw(), relative, absolute) };
+        check("IDAQuadSStolerances", code)
+    }
+}
