@@ -7,8 +7,8 @@ use crate::control::Control;
 use crate::dense::Collocation;
 use crate::error::{expect_finite, expect_length};
 use crate::error_test::ErrorTest;
-use crate::hermite::Hermite;
 use crate::newton::NewtonSolver;
+use crate::predictor::Predictor;
 use crate::solver::Jacobian;
 use crate::work::Counters;
 use crate::{KluMatrices, Method, NewtonMatrices, RadauError, RadauOptions, RadauSolver};
@@ -83,13 +83,14 @@ impl<P: DaeProblem> RadauBuilder<P> {
         expect_finite("y_dot0", y_dot0)?;
         options.validate(n)?;
         let method = Method::radau_iia(options.stages)?;
+        let scaling = options.index_scaling.powers(&kinds, &indices);
 
         let mut counters = Counters::default();
         counters.stats.t_reached = t0;
         let limit = options.newton_limit();
         let mut solver = RadauSolver {
             collocation: Collocation::line(&method, t0, y0, y_dot0),
-            hermite: (method.stages() == 3).then(|| Hermite::new(t0, y0, y_dot0)),
+            predictor: Predictor::new(&method, n),
             newton: NewtonSolver::new(&method, n, options.newton_tolerance(), limit),
             error_test: ErrorTest::new(options.error_mask(&kinds)),
             control: Control::new(options.stages, options.safety, limit),
@@ -106,7 +107,7 @@ impl<P: DaeProblem> RadauBuilder<P> {
             matrices,
             method,
             options,
-            indices,
+            scaling,
             counters,
         };
         solver.update_weights();

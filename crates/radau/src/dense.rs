@@ -1,13 +1,27 @@
-//! The collocation polynomial of a step: dense output, and the next step's starting values.
+//! The collocation polynomial of a step: the next step's starting values and, with one more
+//! condition, dense output.
 
 use crate::Method;
 
-/// The polynomial of degree s through y_0 at t_0 and y_0 + z_j at t_0 + c_j h.
+/// The polynomial u of degree s through y_0 at t_0 and y_0 + z_j at t_0 + c_j h.
+///
+/// Its derivative is that of the solution at the nodes, but not at t_0. Dense output corrects that,
+///
+/// ```text
+/// û(t_0 + θh) = u(t_0 + θh) + h (ẏ_0 − u'(t_0)) r(θ),
+/// ```
+///
+/// with the ramp r of degree s + 1, r(0) = 0, r'(0) = 1, r'(c_j) = 0. Both errors of u, that of its
+/// derivative at t_0 and that of its values, are to leading order h^(s+1) times the same
+/// derivative of the solution; taking away the first takes away the second: û errs by O(h^(s+2)),
+/// and joins the step before with a continuous derivative. As r(1) = 0, the ends stay.
 #[derive(Debug, Clone)]
 pub(crate) struct Collocation {
     pub(crate) t0: f64,
     pub(crate) h: f64,
     pub(crate) y0: Vec<f64>,
+    /// ẏ_0, from the end of the step before.
+    pub(crate) y_dot0: Vec<f64>,
     /// The stage increments z_j, one after the other.
     pub(crate) increments: Vec<f64>,
 }
@@ -24,23 +38,30 @@ impl Collocation {
             t0,
             h: 1.0,
             y0: y0.to_vec(),
+            y_dot0: y_dot0.to_vec(),
             increments,
         }
     }
 
-    /// Evaluates the polynomial (`derivative` 0) or its derivative (1), also outside the step.
+    /// Evaluates û (`derivative` 0) or its derivative (1).
     pub(crate) fn evaluate(&self, method: &Method, t: f64, derivative: usize, out: &mut [f64]) {
         let theta = (t - self.t0) / self.h;
+        let (ramp, scale) = match derivative {
+            0 => (method.ramp(theta), 1.0),
+            _ => (method.ramp_derivative(theta), 1.0 / self.h),
+        };
         match derivative {
             0 => out.copy_from_slice(&self.y0),
             _ => out.fill(0.0),
         }
+        add_scaled(out, scale * ramp * self.h, &self.y_dot0);
         for (j, z) in self.increments.chunks_exact(self.y0.len()).enumerate() {
-            let weight = match derivative {
+            let basis = match derivative {
                 0 => method.basis(j, theta),
-                _ => method.basis_derivative(j, theta) / self.h,
+                _ => method.basis_derivative(j, theta),
             };
-            add_scaled(out, weight, z);
+            let slope = method.basis_derivative(j, 0.0);
+            add_scaled(out, scale * (basis - ramp * slope), z);
         }
     }
 

@@ -5,9 +5,9 @@
 //! L-stable at full order, where BDF methods above order 2 fail on undamped oscillations, and it
 //! takes constrained mechanical systems in their index-3 form.
 //!
-//! Cast: a [`Method`] is the table of coefficients; `NewtonSolver` solves the stage equations with
+//! Cast: a [`Method`] is the table of coefficients; `NewtonSolver` solves the stage equations, from the start of a `Predictor`, with
 //! some [`NewtonMatrices`] ([`KluMatrices`] unless told otherwise); `ErrorTest` estimates the
-//! error; `Control` chooses h; `Collocation` and `Hermite` are behind dense output. Options,
+//! error; `Control` chooses h; `Collocation` is the polynomial behind dense output. Options,
 //! outcomes and statistics have the shapes and names they have for IDAS.
 //!
 //! # Examples
@@ -65,12 +65,12 @@ mod control;
 mod dense;
 mod error;
 mod error_test;
-mod hermite;
 mod matrices;
 mod method;
 mod newton;
 mod options;
 mod output;
+mod predictor;
 mod solver;
 mod work;
 
@@ -78,7 +78,7 @@ pub use builder::RadauBuilder;
 pub use error::RadauError;
 pub use matrices::{KluMatrices, NewtonMatrices};
 pub use method::{ComplexMode, Method, RealMode};
-pub use options::{RadauOptions, StepSize};
+pub use options::{IndexScaling, RadauOptions, StepSize};
 pub use solver::RadauSolver;
 pub use work::Work;
 

@@ -53,6 +53,8 @@ pub struct ComplexMode {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Method {
     nodes: Vec<f64>,
+    /// The coefficients of the ramp, from θ upwards.
+    ramp: Vec<f64>,
     a_inverse: DMatrix<f64>,
     real: RealMode,
     complex: Vec<ComplexMode>,
@@ -77,6 +79,7 @@ impl Method {
         });
         let (real, complex) = modes(&a_inverse);
         Ok(Self {
+            ramp: ramp(&nodes),
             nodes,
             a_inverse,
             real,
@@ -119,10 +122,38 @@ impl Method {
         lagrange(&self.nodes, j, theta)
     }
 
+    /// r(θ), the polynomial of degree s + 1 with r(0) = 0, r'(0) = 1 and r'(c_i) = 0; so
+    /// r(1) = 0 for s > 1. For s = 1 there is no such polynomial, and r = 0.
+    pub fn ramp(&self, theta: f64) -> f64 {
+        theta * self.ramp.iter().rev().fold(0.0, |sum, a| sum * theta + a)
+    }
+
+    /// r'(θ); see [`ramp`](Method::ramp).
+    pub fn ramp_derivative(&self, theta: f64) -> f64 {
+        let powers = self.ramp.iter().enumerate().rev();
+        powers.fold(0.0, |sum, (k, a)| sum * theta + (k as f64 + 1.0) * a)
+    }
+
     /// ℓ_j'(θ); see [`basis`](Method::basis).
     pub fn basis_derivative(&self, j: usize, theta: f64) -> f64 {
         lagrange_derivative(&self.nodes, j, theta)
     }
+}
+
+/// The coefficients of ∫_0^θ Π_i (1 − τ/c_i) dτ, from θ upwards; none for one stage.
+fn ramp(nodes: &[f64]) -> Vec<f64> {
+    if nodes.len() == 1 {
+        return Vec::new();
+    }
+    let mut derivative = vec![1.0];
+    for c in nodes {
+        derivative.push(0.0);
+        for k in (1..derivative.len()).rev() {
+            derivative[k] -= derivative[k - 1] / c;
+        }
+    }
+    let powers = derivative.iter().enumerate();
+    powers.map(|(k, a)| a / (k as f64 + 1.0)).collect()
 }
 
 /// The nodes on [0, 1]: eigenvalues of the Jacobi matrix of the Legendre polynomials, its last
@@ -290,6 +321,31 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    #[test]
+    fn the_ramp_rises_at_0_and_nowhere_else() {
+        for s in [3, 5, 7] {
+            let method = Method::radau_iia(s).unwrap();
+            assert_eq!((method.ramp(0.0), method.ramp_derivative(0.0)), (0.0, 1.0));
+            // r(1) = ∫ Π (1 − τ/c_i) dτ, which the quadrature at the c_i has exactly: 0.
+            assert!(method.ramp(1.0).abs() < rounding(s), "s = {s}");
+            for &theta in method.nodes() {
+                assert!(
+                    method.ramp_derivative(theta).abs() < 10.0 * rounding(s),
+                    "s = {s}"
+                );
+            }
+            let (d, theta) = (1e-4, 0.3 * method.nodes()[0]);
+            let difference = method.ramp(theta + d) - method.ramp(theta - d);
+            let slope = difference / (2.0 * d);
+            // d² r'''/6, with the r''' of a polynomial whose derivative falls from 1 to 0 by c_1.
+            let allowed = (d / method.nodes()[0]).powi(2);
+            assert!(
+                (slope - method.ramp_derivative(theta)).abs() < allowed,
+                "s = {s}"
+            );
         }
     }
 

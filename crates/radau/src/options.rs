@@ -16,6 +16,41 @@ pub enum StepSize {
     Fixed(f64),
 }
 
+/// Which errors count h^(k−1) times, k being the index of the variable.
+///
+/// The error of a variable of index k is larger by h^(1−k) than that of the variables it depends
+/// on, and contributes h^(k−1) times itself to them (Hairer & Wanner VII.7). The unit of h is that
+/// of the problem's t.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum IndexScaling {
+    /// Those of all variables of index 2 and 3, as in RADAU5.
+    All,
+    /// Those of algebraic variables of index 2 and 3. A velocity of index 2 counts in full: only
+    /// what violates the constraint is corrected in the next step, the rest of its error stays.
+    #[default]
+    Algebraic,
+    /// None.
+    None,
+}
+
+impl IndexScaling {
+    /// The power of h for each variable.
+    pub(crate) fn powers(self, kinds: &[VariableKind], indices: &[u8]) -> Vec<i32> {
+        let scaled = |kind| match self {
+            Self::All => true,
+            Self::Algebraic => kind == VariableKind::Algebraic,
+            Self::None => false,
+        };
+        let variables = kinds.iter().zip(indices);
+        variables
+            .map(|(&kind, &index)| match scaled(kind) {
+                true => i32::from(index.max(1)) - 1,
+                false => 0,
+            })
+            .collect()
+    }
+}
+
 /// The settings of one integration. The defaults are those of Hairer and Wanner's code RADAU5
 /// where it has them; what IDAS has too has the names of
 /// [`IdaOptions`](sundials_wrap::IdaOptions).
@@ -40,11 +75,9 @@ pub struct RadauOptions {
     /// 0.1 rtol^((s+1)/2s), and atol in proportion (Hairer & Wanner IV.8). Otherwise, and where
     /// the relative tolerance is 0, it is tested against the tolerances as they stand.
     pub tolerances_for_solution: bool,
-    /// Whether the error of a variable of index k counts h^(k−1) times (the default), in the error
-    /// test and in Newton's. It is larger by h^(1−k) than that of the differential variables, to
-    /// which it contributes h^(k−1) times itself (Hairer & Wanner VII.7). The unit of h is that of
-    /// the problem's t.
-    pub scale_by_index: bool,
+    /// Which errors count h^(k−1) times, k being the index of the variable, in the error test and
+    /// in Newton's; [`IndexScaling::Algebraic`] by default.
+    pub index_scaling: IndexScaling,
     /// Components left out of the error test (they count in Newton's); none by default.
     pub suppressed: Suppressed,
     /// Step size control; [`StepSize::Adaptive`] by default.
@@ -87,7 +120,7 @@ impl Default for RadauOptions {
             stages: 3,
             tolerances: Tolerances::scalar(1e-4, 1e-8),
             tolerances_for_solution: true,
-            scale_by_index: true,
+            index_scaling: IndexScaling::default(),
             suppressed: Suppressed::Nothing,
             step_size: StepSize::Adaptive,
             initial_step: None,

@@ -8,10 +8,10 @@ use crate::{Method, NewtonMatrices, RadauError, RadauSolver, Work};
 impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     /// Evaluates the solution, or its derivative, at a time within the last step.
     ///
-    /// For three stages by the Hermite polynomial of degree 5 over the last two steps, with an
-    /// error O(h⁶) as at their ends; otherwise, and in the first step, by the collocation
-    /// polynomial, with an error O(h^(s+1)). For variables of index 2 and 3 it is that of the
-    /// ends, O(h^s) and O(h^(s−1)).
+    /// The polynomial of degree s + 1 through the stages, with the derivative of the step before at
+    /// its beginning. Its error is O(h^(s+2)), that of its derivative O(h^(s+1)); in the first step
+    /// that depends on the ẏ_0 given. Variables of index 2 and 3 have that of the ends, O(h^s) and
+    /// O(h^(s−1)).
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
@@ -38,10 +38,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
                 to,
             });
         }
-        match &self.hermite {
-            Some(hermite) if hermite.is_complete() => hermite.evaluate(t, derivative, out),
-            _ => self.collocation.evaluate(&self.method, t, derivative, out),
-        }
+        self.collocation.evaluate(&self.method, t, derivative, out);
         Ok(())
     }
 

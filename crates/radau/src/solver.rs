@@ -7,8 +7,8 @@ use crate::control::Control;
 use crate::dense::{Collocation, add_scaled};
 use crate::error::expect_finite;
 use crate::error_test::ErrorTest;
-use crate::hermite::Hermite;
 use crate::newton::{Newton, NewtonSolver, Step};
+use crate::predictor::Predictor;
 use crate::work::Counters;
 use crate::{
     KluMatrices, Method, NewtonMatrices, RadauBuilder, RadauError, RadauOptions, StepSize,
@@ -33,7 +33,8 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(crate) matrices: M,
     pub(crate) method: Method,
     pub(crate) options: RadauOptions,
-    pub(crate) indices: Vec<u8>,
+    /// The power of h with which a component's error counts.
+    pub(crate) scaling: Vec<i32>,
     pub(crate) t: f64,
     pub(crate) y: Vec<f64>,
     pub(crate) y_dot: Vec<f64>,
@@ -41,8 +42,7 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(crate) h: Option<f64>,
     /// The last accepted step's polynomial.
     pub(crate) collocation: Collocation,
-    /// Where it is more accurate between the ends of steps: for three stages.
-    pub(crate) hermite: Option<Hermite>,
+    pub(crate) predictor: Predictor,
     pub(crate) newton: NewtonSolver,
     pub(crate) error_test: ErrorTest,
     pub(crate) control: Control,
@@ -53,7 +53,7 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(crate) shifts: Vec<Complex64>,
     /// Inverse tolerances at y.
     pub(crate) weights: Vec<f64>,
-    /// The same, times h^(index − 1).
+    /// The same, times the power of h that `scaling` says.
     pub(crate) scaled_weights: Vec<f64>,
     pub(crate) counters: Counters,
 }
@@ -284,8 +284,8 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
                 return rejection("linear set-up", StopReason::LinearSetupFailed, error).map(Err);
             }
             let z = &mut self.newton.z;
-            self.collocation
-                .extrapolate(&self.method, self.t, h, &self.y, z);
+            let (method, last) = (&self.method, &self.collocation);
+            self.predictor.start(method, last, (self.t, h), &self.y, z);
             let step = Step {
                 method: &self.method,
                 t: self.t,
@@ -349,9 +349,11 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
 
     /// Makes the step just computed, which ends at `t`, the last one.
     fn accept(&mut self, h: f64, t: f64) {
+        self.predictor.learn(&self.newton.z, &self.scaled_weights);
         self.collocation.t0 = self.t;
         self.collocation.h = h;
         self.collocation.y0.copy_from_slice(&self.y);
+        self.collocation.y_dot0.copy_from_slice(&self.y_dot);
         std::mem::swap(&mut self.collocation.increments, &mut self.newton.z);
 
         let last = self.method.stages() - 1;
@@ -362,9 +364,6 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             add_scaled(&mut self.y_dot, self.method.a_inverse(last, j) / h, z_j);
         }
         self.t = t;
-        if let Some(hermite) = &mut self.hermite {
-            hermite.push(t, &self.y, &self.y_dot);
-        }
         self.update_weights();
         let reusable = self.newton.contraction <= self.options.jacobian_reuse;
         self.jacobian = if reusable {
@@ -432,14 +431,9 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     }
 
     fn scale_weights(&mut self, h: f64) {
-        let powers = if self.options.scale_by_index {
-            [1.0, h, h * h]
-        } else {
-            [1.0; 3]
-        };
-        let weights = self.weights.iter().zip(&self.indices);
-        for (scaled, (w, &index)) in self.scaled_weights.iter_mut().zip(weights) {
-            *scaled = w * powers[usize::from(index).clamp(1, 3) - 1];
+        let weights = self.weights.iter().zip(&self.scaling);
+        for (scaled, (w, &power)) in self.scaled_weights.iter_mut().zip(weights) {
+            *scaled = w * h.powi(power);
         }
     }
 

@@ -1,10 +1,11 @@
 //! Observed orders at fixed steps, and of the dense output (shared cases S4).
 
-use myovib_radau::{RadauError, RadauOptions, StepSize};
-use sundials_wrap::Tolerances;
+use myovib_radau::{IndexScaling, RadauError, RadauOptions, RadauSolver, StepSize};
 use sundials_wrap::samples::{JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample};
+use sundials_wrap::{DaeProblem, Tolerances};
 
-use crate::common::run;
+use crate::common::{run, solver};
+use crate::failures::well_behaved;
 
 /// Fixed steps, Newton converged as far as rounding allows.
 fn fixed(h: f64) -> RadauOptions {
@@ -13,6 +14,7 @@ fn fixed(h: f64) -> RadauOptions {
         tolerances_for_solution: false,
         newton_tolerance: Some(0.003),
         max_newton_iterations: Some(30),
+        index_scaling: IndexScaling::All,
         step_size: StepSize::Fixed(h),
         ..RadauOptions::default()
     }
@@ -85,35 +87,72 @@ fn pendulum_index_3_has_orders_5_3_and_2() {
     }
 }
 
-#[test]
-fn dense_output_over_two_steps_has_order_6() {
-    // y2 = sin t is exact at the ends and so are its derivatives there, to the order of the stages.
-    let errors = |n: f64| {
-        let h = 1.0 / n;
-        let solver = run(LinearIndex1, 3.0 * h, fixed(h));
-        let t = 2.4 * h;
-        let mut out = [0.0; 2];
-        solver.dense_output(t, 0, &mut out).unwrap();
-        vec![(out[0] - LinearIndex1.exact(t).unwrap()[0]).abs()]
+/// The errors of the dense output and its derivative in the last of n steps up to `t_end`.
+fn dense_errors<P: DaeProblem>(
+    problem: P,
+    (y0, y_dot0): (&[f64], &[f64]),
+    (stages, n): (usize, f64),
+    t_end: f64,
+    exact: impl Fn(f64) -> [f64; 2],
+) -> Vec<f64> {
+    let h = t_end / n;
+    let mut solver = RadauSolver::builder(problem)
+        .options(RadauOptions { stages, ..fixed(h) })
+        .build(0.0, y0, y_dot0)
+        .unwrap();
+    solver.integrate_to(t_end).unwrap();
+    let t = t_end - 0.6 * h;
+    let mut out = vec![0.0; y0.len()];
+    let mut value = |derivative| {
+        solver.dense_output(t, derivative, &mut out).unwrap();
+        out[0]
     };
-    println!("{:?} {:?}", errors(8.0), orders(errors, 8.0));
-    assert_orders(&orders(errors, 8.0), &[6.0]);
+    let [y, y_dot] = exact(t);
+    vec![(value(0) - y).abs(), (value(1) - y_dot).abs()]
 }
 
 #[test]
-fn dense_output_of_the_first_step_has_the_order_of_the_stages() {
-    // Within one step the value errs by O(h⁴), the derivative by O(h³).
+fn dense_output_of_an_ode_has_two_orders_more_than_stages() {
     let errors = |n: f64| {
-        let h = 1.0 / n;
-        let solver = run(JayIndex2, h, fixed(h));
-        let mut out = [0.0; 3];
-        let mut error = |derivative| {
-            solver.dense_output(0.4 * h, derivative, &mut out).unwrap();
-            (out[0] - (0.4 * h).exp()).abs()
-        };
-        vec![error(0), error(1)]
+        dense_errors(well_behaved(), (&[0.0], &[1.0]), (3, n), 0.5, |t| {
+            let y = (2f64.sqrt() * t).tanh() / 2f64.sqrt();
+            [y, 1.0 - 2.0 * y * y]
+        })
     };
-    assert_orders(&orders(errors, 20.0), &[4.0, 3.0]);
+    assert_orders(&orders(errors, 16.0), &[5.0, 4.0]);
+}
+
+#[test]
+fn dense_output_of_a_dae_has_one_order_more_than_stages_at_least() {
+    // Here ẏ1 at the ends is only of the order of the stages, for it contains ẏ2 of the
+    // algebraic y2.
+    for (stages, n) in [(3, 16.0), (5, 16.0)] {
+        let errors = |n: f64| {
+            let start = LinearIndex1.start();
+            let initial = (&start.y[..], &start.y_dot[..]);
+            dense_errors(LinearIndex1, initial, (stages, n), 2.0, |t| {
+                [(-t).exp() + t * t.sin(), t.sin() + t * t.cos() - (-t).exp()]
+            })
+        };
+        let order = stages as f64 + 1.0;
+        assert_orders(&orders(errors, n), &[order, order - 1.0]);
+    }
+}
+
+#[test]
+fn dense_output_joins_steps_with_a_continuous_derivative() {
+    let mut solver = solver(JayIndex2, fixed(0.05));
+    let mut ends = [[0.0; 3], [0.0; 3]];
+    for end in &mut ends {
+        solver.step(1.0).unwrap();
+        let before = solver.y_dot().to_vec();
+        solver.step(1.0).unwrap();
+        solver.dense_output(solver.t() - 0.05, 1, end).unwrap();
+        for (a, b) in end.iter().zip(&before) {
+            // Rounding, divided by h and magnified by the derivatives of the basis.
+            assert!((a - b).abs() < 1e-12 * (1.0 + b.abs()), "{a} {b}");
+        }
+    }
 }
 
 #[test]

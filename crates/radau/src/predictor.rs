@@ -1,0 +1,78 @@
+//! Where Newton's method starts.
+
+use crate::Method;
+use crate::dense::Collocation;
+
+/// Starting values of the stage increments: the last step's polynomial continued, or zero.
+///
+/// A polynomial of degree s magnifies what is wrong with its coefficients some 10^(s/2) times over
+/// the next step of the same size. While steps are short it starts Newton several digits closer;
+/// over steps as long as a high order allows it may be worse than nothing. So the start is chosen
+/// that would have been the closer one in the step before.
+#[derive(Debug)]
+pub(crate) struct Predictor {
+    continued: Vec<f64>,
+    continues: bool,
+}
+
+impl Predictor {
+    pub(crate) fn new(method: &Method, n: usize) -> Self {
+        Self {
+            continued: vec![0.0; method.stages() * n],
+            continues: true,
+        }
+    }
+
+    /// Starting values `z` for a step of size `h` from (`t`, `y`), where `last` ends.
+    pub(crate) fn start(
+        &mut self,
+        method: &Method,
+        last: &Collocation,
+        (t, h): (f64, f64),
+        y: &[f64],
+        z: &mut [f64],
+    ) {
+        last.extrapolate(method, t, h, y, &mut self.continued);
+        match self.continues {
+            true => z.copy_from_slice(&self.continued),
+            false => z.fill(0.0),
+        }
+    }
+
+    /// Chooses the start of the next step by the increments `z` this one ended with.
+    pub(crate) fn learn(&mut self, z: &[f64], weights: &[f64]) {
+        let mut squares = [0.0, 0.0];
+        let stages = z.chunks_exact(weights.len());
+        let continued = self.continued.chunks_exact(weights.len());
+        for (z, continued) in stages.zip(continued) {
+            for ((z, continued), w) in z.iter().zip(continued).zip(weights) {
+                squares[0] += ((z - continued) * w).powi(2);
+                squares[1] += (z * w).powi(2);
+            }
+        }
+        self.continues = squares[0] < squares[1];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_closer_start_of_the_last_step_is_taken_next() {
+        let method = Method::radau_iia(1).expect("there is one");
+        // y = 1 + t up to t = 1, where it goes on to 3 with the next step.
+        let last = Collocation::line(&method, 0.0, &[1.0], &[1.0]);
+        let mut predictor = Predictor::new(&method, 1);
+        let mut z = [0.0];
+        let mut start = |predictor: &mut Predictor| {
+            predictor.start(&method, &last, (1.0, 1.0), &[2.0], &mut z);
+            z[0]
+        };
+        assert!((start(&mut predictor) - 1.0).abs() < 1e-15);
+        predictor.learn(&[0.4], &[1.0]);
+        assert_eq!(start(&mut predictor), 0.0);
+        predictor.learn(&[0.6], &[1.0]);
+        assert!((start(&mut predictor) - 1.0).abs() < 1e-15);
+    }
+}
