@@ -132,8 +132,9 @@ fn evaluate_batch<const N: usize, W: Potential>(
     let zero = [[Lanes::ZERO; 2]; N];
     let (mut force, mut force_rate, mut multiplier_force) = (zero, zero, zero);
     let (mut defect, mut defect_rate) = ([Lanes::ZERO; 3], [Lanes::ZERO; 3]);
+    let rates = out.force_rate.is_some() || out.defect_rate.is_some();
     for point in points {
-        let at = AtPoint::new(w, batch, point, &local, fields.v.is_some())
+        let at = AtPoint::new(w, batch, point, &local, rates)
             .map_err(|(l, jacobian)| Inverted::new(batch.elements[l], point.psi, jacobian))?;
         let (h, v) = (&at.h, &at.v);
         if out.force.is_some() {

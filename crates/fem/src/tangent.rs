@@ -163,8 +163,9 @@ fn tangents_batch<const N: usize, W: Potential>(
     let (mut stiffness, mut rate_stiffness, mut multiplier_stiffness) = (zero, zero, zero);
     let zero: Divergence<N> = [[[Lanes::ZERO; 2]; N]; 3];
     let (mut divergence, mut divergence_rate) = (zero, zero);
+    let rates = out.rate_stiffness.is_some() || out.divergence_rate.is_some();
     for point in points {
-        let at = AtPoint::new(w, batch, point, &local, fields.v.is_some())
+        let at = AtPoint::new(w, batch, point, &local, rates)
             .map_err(|(l, jacobian)| Inverted::new(batch.elements[l], point.psi, jacobian))?;
         let (h, v) = (&at.h, &at.v);
         if out.stiffness.is_some() {

@@ -51,6 +51,7 @@ pub mod samples;
 mod solver;
 mod stats;
 mod structured;
+mod vector_kernels;
 mod versions;
 
 /// Design notes.

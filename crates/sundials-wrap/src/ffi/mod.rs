@@ -5,6 +5,7 @@
 //!
 //! - [`klu`]: symbolic and numeric factorisations of KLU;
 //! - [`context`], [`vector`], [`matrix`], [`linear_solver`]: the SUNDIALS objects IDAS works on;
+//! - [`vector_operations`]: the arithmetic on vectors that IDAS calls;
 //! - [`call`]: how a call in C may fail;
 //! - [`ida`]: the integrator's memory and every call on it;
 //! - [`trampoline`]: what C calls, and the way back to safe Rust;
@@ -20,4 +21,5 @@ pub(crate) mod matrix;
 pub(crate) mod pinned;
 pub(crate) mod trampoline;
 pub(crate) mod vector;
+mod vector_operations;
 pub(crate) mod version;

@@ -10,6 +10,7 @@ use sundials_sys::{
 
 use super::call::{CallFailed, NULL_RESULT};
 use super::context::Context;
+use super::vector_operations;
 
 /// An owned serial vector, initialised with zeros.
 pub(crate) struct NVector(NonNull<_generic_N_Vector>);
@@ -22,6 +23,8 @@ impl NVector {
         let vector = NonNull::new(vector).ok_or(CallFailed::new("N_VNew_Serial", NULL_RESULT))?;
         // SAFETY: the vector was just made; this initialises its n entries.
         unsafe { N_VConst(0.0, vector.as_ptr()) };
+        // SAFETY: as above.
+        unsafe { vector_operations::install(vector.as_ptr()) };
         Ok(Self(vector))
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::analysis::{Analysis, Supernode};
 use super::dense::{dot, eliminate, subtract, subtract_product};
@@ -70,11 +70,14 @@ impl<T: Number> Supernodal<T> {
     /// [`ZeroPivot`]; there are no factors then.
     pub fn factor(&mut self, values: &[T]) -> Result<(), ZeroPivot> {
         let arch = self.arch;
-        arch.dispatch(|| self.factor_inner(values))
+        arch.dispatch(Factor {
+            factors: self,
+            values,
+        })
     }
 
     #[inline(always)]
-    fn factor_inner(&mut self, values: &[T]) -> Result<(), ZeroPivot> {
+    fn factor_here(&mut self, values: &[T]) -> Result<(), ZeroPivot> {
         let Self {
             analysis,
             blocks,
@@ -122,11 +125,11 @@ impl<T: Number> Supernodal<T> {
     /// Solves A x = b in place with the last factors.
     pub fn solve(&mut self, rhs: &mut [T]) {
         let arch = self.arch;
-        arch.dispatch(|| self.solve_inner(rhs));
+        arch.dispatch(Solve { factors: self, rhs });
     }
 
     #[inline(always)]
-    fn solve_inner(&mut self, rhs: &mut [T]) {
+    fn solve_here(&mut self, rhs: &mut [T]) {
         let Self {
             analysis,
             blocks,
@@ -172,6 +175,37 @@ impl<T: Number> Supernodal<T> {
         for (&x, &original) in x.iter().zip(&analysis.order) {
             rhs[original] = x;
         }
+    }
+}
+
+/// The factorisation, to be run with the processor's vector instructions. A type and not a closure:
+/// a closure's call is not inlined into the function that has the instructions.
+struct Factor<'a, T: Number> {
+    factors: &'a mut Supernodal<T>,
+    values: &'a [T],
+}
+
+impl<T: Number> WithSimd for Factor<'_, T> {
+    type Output = Result<(), ZeroPivot>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        self.factors.factor_here(self.values)
+    }
+}
+
+/// The solve, likewise.
+struct Solve<'a, T: Number> {
+    factors: &'a mut Supernodal<T>,
+    rhs: &'a mut [T],
+}
+
+impl<T: Number> WithSimd for Solve<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.factors.solve_here(self.rhs);
     }
 }
 

@@ -1,0 +1,221 @@
+//! The operations of our vectors that IDAS calls most, in place of SUNDIALS' scalar ones.
+//!
+//! SUNDIALS lets the result be one of the arguments; Rust does not let a `&mut` slice overlap
+//! another. So each operation first asks which vectors are the same, and has a kernel for each
+//! case. Vectors either are the same or do not overlap: every serial vector owns its entries.
+
+use std::mem::MaybeUninit;
+use std::os::raw::c_int;
+use std::slice;
+
+use sundials_sys::{N_VGetArrayPointer_Serial, N_VGetLength_Serial, N_Vector};
+
+use super::vector::{view, view_mut};
+use crate::vector_kernels as kernels;
+
+/// Puts the operations of this module into the table of `vector`, which its clones inherit.
+///
+/// # Safety
+/// `vector` is a valid serial vector that nothing else refers to.
+pub(super) unsafe fn install(vector: N_Vector) {
+    // SAFETY: the caller's promise.
+    let vector = unsafe { &mut *vector };
+    // SAFETY: every serial vector owns a table of operations.
+    let operations = unsafe { &mut *vector.ops };
+    operations.nvlinearsum = Some(linear_sum);
+    operations.nvscale = Some(scale);
+    operations.nvlinearcombination = Some(linear_combination);
+    operations.nvwrmsnorm = Some(weighted_rms);
+    operations.nvwrmsnormmask = Some(weighted_rms_masked);
+}
+
+/// The entries of a vector to be overwritten, initialised or not.
+///
+/// # Safety
+/// `vector` is a valid serial vector; nothing else reads or writes its entries during `'a`.
+unsafe fn unwritten<'a>(vector: N_Vector) -> &'a mut [MaybeUninit<f64>] {
+    // SAFETY: the caller's promise.
+    let length = unsafe { N_VGetLength_Serial(vector) } as usize;
+    // SAFETY: as above.
+    let data = unsafe { N_VGetArrayPointer_Serial(vector) }.cast::<MaybeUninit<f64>>();
+    // SAFETY: a serial vector owns that many doubles; exclusive by the caller's promise.
+    unsafe { slice::from_raw_parts_mut(data, length) }
+}
+
+/// z ← a x + b y.
+///
+/// # Safety
+/// As SUNDIALS promises its own operation: valid serial vectors of one length, `x` and `y`
+/// initialised, none used elsewhere during the call.
+unsafe extern "C" fn linear_sum(a: f64, x: N_Vector, b: f64, y: N_Vector, z: N_Vector) {
+    if x == y {
+        // SAFETY: the caller's promise.
+        unsafe { scale(a + b, x, z) };
+    } else if z == y {
+        // SAFETY: x is initialised and another vector than y.
+        let x = unsafe { view(x) };
+        // SAFETY: as above; y is borrowed here only.
+        kernels::add_scaled(a, x, b, unsafe { view_mut(y) });
+    } else if z == x {
+        // SAFETY: y is initialised and another vector than x.
+        let y = unsafe { view(y) };
+        // SAFETY: as above; x is borrowed here only.
+        kernels::add_scaled(b, y, a, unsafe { view_mut(x) });
+    } else {
+        // SAFETY: x is initialised and another vector than z.
+        let x = unsafe { view(x) };
+        // SAFETY: so is y.
+        let y = unsafe { view(y) };
+        // SAFETY: z is borrowed here only.
+        kernels::linear_sum(a, x, b, y, unsafe { unwritten(z) });
+    }
+}
+
+/// z ← c x.
+///
+/// # Safety
+/// As for [`linear_sum`].
+unsafe extern "C" fn scale(c: f64, x: N_Vector, z: N_Vector) {
+    if z == x {
+        // SAFETY: x is initialised and borrowed here only.
+        kernels::scale_in_place(c, unsafe { view_mut(x) });
+    } else {
+        // SAFETY: x is initialised and another vector than z.
+        let x = unsafe { view(x) };
+        // SAFETY: z is borrowed here only.
+        kernels::scale(c, x, unsafe { unwritten(z) });
+    }
+}
+
+/// z ← Σ c_k x_k; z may be the first of the x.
+///
+/// # Safety
+/// As for [`linear_sum`]; `coefficients` and `vectors` point to `n` ≥ 1 entries each.
+unsafe extern "C" fn linear_combination(
+    n: c_int,
+    coefficients: *mut f64,
+    vectors: *mut N_Vector,
+    z: N_Vector,
+) -> c_int {
+    // SAFETY: the caller's promise.
+    let c = unsafe { slice::from_raw_parts(coefficients, n as usize) };
+    // SAFETY: the caller's promise.
+    let x = unsafe { slice::from_raw_parts(vectors, n as usize) };
+    if n == 1 {
+        // SAFETY: the caller's promise.
+        unsafe { scale(c[0], x[0], z) };
+        return 0;
+    }
+    // SAFETY: the caller's promise.
+    unsafe { linear_sum(c[0], x[0], c[1], x[1], z) };
+    for (&c, &x) in c.iter().zip(x).skip(2) {
+        // SAFETY: the caller's promise; z is written by now.
+        unsafe { linear_sum(c, x, 1.0, z, z) };
+    }
+    0
+}
+
+/// √(Σ (x w)² / n).
+///
+/// # Safety
+/// As for [`linear_sum`].
+unsafe extern "C" fn weighted_rms(x: N_Vector, w: N_Vector) -> f64 {
+    // SAFETY: initialised, and only read.
+    let x = unsafe { view(x) };
+    // SAFETY: as above.
+    kernels::weighted_rms(x, unsafe { view(w) })
+}
+
+/// √(Σ (x w)² / n), the sum over the entries with a positive `id`.
+///
+/// # Safety
+/// As for [`linear_sum`].
+unsafe extern "C" fn weighted_rms_masked(x: N_Vector, w: N_Vector, id: N_Vector) -> f64 {
+    // SAFETY: initialised, and only read.
+    let x = unsafe { view(x) };
+    // SAFETY: as above.
+    let w = unsafe { view(w) };
+    // SAFETY: as above.
+    kernels::weighted_rms_masked(x, w, unsafe { view(id) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::context::Context;
+    use super::super::vector::NVector;
+    use super::*;
+
+    /// Longer than the partial sums of a norm, and no multiple of them.
+    const N: usize = 75;
+
+    fn wave(context: &Context, phase: f64) -> NVector {
+        let values: Vec<f64> = (0..N).map(|i| (phase + i as f64).sin()).collect();
+        NVector::from_slice(&values, context).unwrap()
+    }
+
+    /// Every way in which the arguments of a linear sum may coincide gives what plain arithmetic
+    /// gives.
+    #[test]
+    fn the_result_may_be_an_argument() {
+        let context = Context::new().unwrap();
+        let (a, b) = (0.3, -1.7);
+        for which in [[0, 1, 2], [0, 1, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0]] {
+            let vectors = [0.0, 1.0, 2.0].map(|phase| wave(&context, phase));
+            let [x, y, z] = which.map(|k| &vectors[k]);
+            let same = which[0] == which[1];
+            let expected: Vec<f64> = x
+                .as_slice()
+                .iter()
+                .zip(y.as_slice())
+                .map(|(x, y)| if same { (a + b) * x } else { a * x + b * y })
+                .collect();
+            // SAFETY: vectors of our own and of one length.
+            unsafe { linear_sum(a, x.raw(), b, y.raw(), z.raw()) };
+            assert_eq!(z.as_slice(), expected, "{which:?}");
+        }
+    }
+
+    #[test]
+    fn combinations_of_one_to_four_vectors() {
+        let context = Context::new().unwrap();
+        let mut c = [0.3, -1.7, 2.5, 0.1];
+        for n in 1..=4 {
+            let vectors = [0.0, 1.0, 2.0, 3.0].map(|phase| wave(&context, phase));
+            let expected: Vec<f64> = (0..N)
+                .map(|i| (0..n).map(|k| c[k] * vectors[k].as_slice()[i]).sum())
+                .collect();
+            let mut raw = vectors.each_ref().map(NVector::raw);
+            let z = raw[0];
+            // SAFETY: n vectors of our own, the result being the first.
+            unsafe { linear_combination(n as c_int, c.as_mut_ptr(), raw.as_mut_ptr(), z) };
+            for (found, expected) in vectors[0].as_slice().iter().zip(&expected) {
+                // The roundings of at most four terms below 3.
+                assert!((found - expected).abs() < 12.0 * f64::EPSILON);
+            }
+        }
+    }
+
+    #[test]
+    fn norms_are_those_of_sundials() {
+        use sundials_sys::{N_VWrmsNorm_Serial, N_VWrmsNormMask_Serial};
+        let context = Context::new().unwrap();
+        let [x, w] = [0.0, 1.0].map(|phase| wave(&context, phase));
+        let mut id = NVector::zeros(N, &context).unwrap();
+        for (i, id) in id.as_mut_slice().iter_mut().enumerate() {
+            *id = f64::from(i % 3 != 0);
+        }
+        let (x, w, id) = (x.raw(), w.raw(), id.raw());
+        // SAFETY: vectors of our own and of one length.
+        let ours = [unsafe { weighted_rms(x, w) }, unsafe {
+            weighted_rms_masked(x, w, id)
+        }];
+        // SAFETY: as above.
+        let theirs = [unsafe { N_VWrmsNorm_Serial(x, w) }, unsafe {
+            N_VWrmsNormMask_Serial(x, w, id)
+        }];
+        for (ours, theirs) in ours.into_iter().zip(theirs) {
+            // N positive terms in another order: N ε of the sum, half of that of the root.
+            assert!((ours - theirs).abs() <= N as f64 * f64::EPSILON * theirs);
+        }
+    }
+}
