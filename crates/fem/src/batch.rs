@@ -1,105 +1,141 @@
-//! Elements in batches of [`LANES`], laid out so that loops over lanes become vector instructions.
+//! Elements in batches of [`LANES`], laid out for vector instructions.
+//!
+//! Cast: a [`Batch`] keeps what is known of its elements; a [`Part`] of it is as many elements as a
+//! register has lanes, and [`Lanes`] one number for each of these. Every element is computed alone,
+//! so results do not depend on the width of the registers, to the last bit.
+//!
+//! What works on lanes are loops in functions that are always inlined: a closure, as `array::map`
+//! takes it, is compiled without the instructions it calls, and becomes a call for each.
 //!
 //! A batch holds elements of one law. Per element it keeps the inverse of the affine map and the
 //! area; shape gradients are kept once per quadrature point in reference coordinates, so a batch
 //! moves little memory. Lanes beyond the last element repeat it with area zero. Note 0002.
 
-use std::ops::{Add, AddAssign, Mul};
+use std::ops::{Add, Mul, Neg, Range, Sub};
+use std::slice::{from_mut, from_ref};
+
+use pulp::Simd;
+use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
 use crate::element::{inverse_map, p1_gradients, p2_gradients};
-use crate::material::{Law, Tensor};
+use crate::material::tensor::TensorOf;
+use crate::material::{Law, Real};
 use crate::quadrature::TriangleRule;
 use crate::space::Space;
 
 /// Elements per batch: one AVX-512 register of f64, two of AVX2.
 pub(crate) const LANES: usize = 8;
 
-/// One number per element of a batch.
+/// Numbers of all elements of a batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
-pub(crate) struct Lanes(pub(crate) [f64; LANES]);
+pub(crate) struct Array(pub(crate) [f64; LANES]);
 
-impl Lanes {
-    pub(crate) const ZERO: Self = Self([0.0; LANES]);
+impl Array {
+    const ZERO: Self = Self([0.0; LANES]);
 }
 
-/// The [`Lanes`] of an expression in the lane's number.
-///
-/// A macro, not a function of a closure: what is not inlined has no vector instructions.
-macro_rules! lanes {
-    ($l:ident => $value:expr) => {{
-        let mut lanes = $crate::batch::Lanes::ZERO;
-        for $l in 0..$crate::batch::LANES {
-            lanes.0[$l] = $value;
-        }
-        lanes
-    }};
+/// One number for each of as many elements of a batch as a register of the processor holds.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Lanes<S: Simd> {
+    simd: S,
+    value: S::f64s,
 }
-pub(crate) use lanes;
 
-/// The [`TensorLanes`] of an expression in the lane's number.
-macro_rules! tensor_lanes {
-    ($l:ident => $value:expr) => {{
-        let mut lanes = [[$crate::batch::Lanes::ZERO; 2]; 2];
-        for $l in 0..$crate::batch::LANES {
-            $crate::batch::set_lane(&mut lanes, $l, $value);
-        }
-        lanes
-    }};
+impl<S: Simd> Lanes<S> {
+    #[inline(always)]
+    pub(crate) fn zero(simd: S) -> Self {
+        let value = simd.splat_f64s(0.0);
+        Self { simd, value }
+    }
+
+    /// Register number `part` of an array.
+    #[inline(always)]
+    fn load(simd: S, array: &Array, part: usize) -> Self {
+        let value = S::as_simd_f64s(&array.0).0[part];
+        Self { simd, value }
+    }
+
+    /// The numbers as a slice.
+    #[inline(always)]
+    pub(crate) fn as_slice(&self) -> &[f64] {
+        cast_slice(from_ref(&self.value))
+    }
+
+    #[inline(always)]
+    fn as_mut_slice(&mut self) -> &mut [f64] {
+        cast_slice_mut(from_mut(&mut self.value))
+    }
 }
-pub(crate) use tensor_lanes;
 
-// Whole values in, a whole value out: nothing can alias, so the loops become vector instructions.
-
-impl Add for Lanes {
+impl<S: Simd> Add for Lanes<S> {
     type Output = Self;
 
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        lanes!(l => self.0[l] + other.0[l])
+        let value = self.simd.add_f64s(self.value, other.value);
+        Self { value, ..self }
     }
 }
 
-impl AddAssign for Lanes {
+impl<S: Simd> Sub for Lanes<S> {
+    type Output = Self;
+
     #[inline(always)]
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
+    fn sub(self, other: Self) -> Self {
+        let value = self.simd.sub_f64s(self.value, other.value);
+        Self { value, ..self }
     }
 }
 
-impl Mul for Lanes {
+impl<S: Simd> Mul for Lanes<S> {
     type Output = Self;
 
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        lanes!(l => self.0[l] * other.0[l])
+        let value = self.simd.mul_f64s(self.value, other.value);
+        Self { value, ..self }
     }
 }
 
-impl Mul<f64> for Lanes {
+impl<S: Simd> Mul<f64> for Lanes<S> {
     type Output = Self;
 
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {
-        lanes!(l => self.0[l] * factor)
+        self * self.like(factor)
     }
 }
 
-/// A 2 × 2 tensor per element.
-pub(crate) type TensorLanes = [[Lanes; 2]; 2];
+impl<S: Simd> Neg for Lanes<S> {
+    type Output = Self;
 
-/// The tensor of lane `l`.
-#[inline(always)]
-pub(crate) fn lane(t: &TensorLanes, l: usize) -> Tensor {
-    [[t[0][0].0[l], t[0][1].0[l]], [t[1][0].0[l], t[1][1].0[l]]]
+    #[inline(always)]
+    fn neg(self) -> Self {
+        let value = self.simd.neg_f64s(self.value);
+        Self { value, ..self }
+    }
 }
 
-#[inline(always)]
-pub(crate) fn set_lane(t: &mut TensorLanes, l: usize, value: Tensor) {
-    for i in 0..2 {
-        for j in 0..2 {
-            t[i][j].0[l] = value[i][j];
+impl<S: Simd> Real for Lanes<S> {
+    #[inline(always)]
+    fn like(self, value: f64) -> Self {
+        let value = self.simd.splat_f64s(value);
+        Self { value, ..self }
+    }
+
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        let value = self.simd.mul_add_f64s(self.value, a.value, b.value);
+        Self { value, ..self }
+    }
+
+    #[inline(always)]
+    fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
+        for lane in self.as_mut_slice() {
+            *lane = f(*lane);
         }
+        self
     }
 }
 
@@ -121,18 +157,22 @@ pub(crate) struct Batch<const N: usize> {
     pub(crate) count: usize,
     pub(crate) nodes: [[usize; LANES]; N],
     /// ∂(ξ, η)/∂x.
-    pub(crate) inverse: TensorLanes,
-    pub(crate) area: Lanes,
+    inverse: TensorOf<Array>,
+    area: Array,
 }
 
 impl<const N: usize> Batch<N> {
     fn new(space: &Space, law: Law, members: &[usize]) -> Self {
         let elements = std::array::from_fn(|l| members[l.min(members.len() - 1)]);
-        let mut inverse = [[Lanes::ZERO; 2]; 2];
-        let mut area = Lanes::ZERO;
+        let mut inverse = [[Array::ZERO; 2]; 2];
+        let mut area = Array::ZERO;
         for (l, &element) in elements.iter().enumerate() {
             let (map, det) = inverse_map(space.mesh().corners(element));
-            set_lane(&mut inverse, l, map);
+            for (row, map) in inverse.iter_mut().zip(map) {
+                for (entry, map) in row.iter_mut().zip(map) {
+                    entry.0[l] = map;
+                }
+            }
             area.0[l] = if l < members.len() { 0.5 * det } else { 0.0 };
         }
         let nodes = std::array::from_fn(|a| elements.map(|e| space.element_nodes(e)[a]));
@@ -145,16 +185,77 @@ impl<const N: usize> Batch<N> {
             area,
         }
     }
+}
+
+/// The elements of a batch that fit a register.
+pub(crate) struct Part<'a, S: Simd, const N: usize> {
+    simd: S,
+    batch: &'a Batch<N>,
+    /// The lanes of the batch, those without element included.
+    lanes: Range<usize>,
+    inverse: TensorOf<Lanes<S>>,
+    area: Lanes<S>,
+}
+
+impl<const N: usize> Batch<N> {
+    /// Number of parts that have elements.
+    #[inline(always)]
+    pub(crate) fn n_parts<S: Simd>(&self, _: S) -> usize {
+        self.count.div_ceil(S::F64_LANES)
+    }
+
+    /// One of the parts.
+    #[inline(always)]
+    pub(crate) fn part<S: Simd>(&self, simd: S, part: usize) -> Part<'_, S, N> {
+        let mut inverse = [[Lanes::zero(simd); 2]; 2];
+        for (row, arrays) in inverse.iter_mut().zip(&self.inverse) {
+            for (entry, array) in row.iter_mut().zip(arrays) {
+                *entry = Lanes::load(simd, array, part);
+            }
+        }
+        Part {
+            simd,
+            batch: self,
+            lanes: part * S::F64_LANES..(part + 1) * S::F64_LANES,
+            inverse,
+            area: Lanes::load(simd, &self.area, part),
+        }
+    }
+}
+
+impl<S: Simd, const N: usize> Part<'_, S, N> {
+    #[inline(always)]
+    pub(crate) fn zero(&self) -> Lanes<S> {
+        Lanes::zero(self.simd)
+    }
+
+    /// The element of a lane of the part.
+    pub(crate) fn element(&self, lane: usize) -> usize {
+        self.batch.elements[self.lanes.start + lane]
+    }
+
+    /// The lanes of the batch with elements.
+    #[inline(always)]
+    pub(crate) fn occupied(&self) -> Range<usize> {
+        self.lanes.start..self.lanes.end.min(self.batch.count)
+    }
+
+    /// The nodes in one place of the elements.
+    #[inline(always)]
+    fn nodes(&self, place: usize) -> &[usize] {
+        &self.batch.nodes[place][self.lanes.clone()]
+    }
 
     /// Nodal values of a displacement-like field, zero if there is none.
     #[inline(always)]
-    pub(crate) fn gather_vector(&self, field: Option<&[f64]>) -> [[Lanes; 2]; N] {
-        let mut values = [[Lanes::ZERO; 2]; N];
+    pub(crate) fn gather_vector(&self, field: Option<&[f64]>) -> [[Lanes<S>; 2]; N] {
+        let mut values = [[self.zero(); 2]; N];
         if let Some(field) = field {
-            for (values, nodes) in values.iter_mut().zip(&self.nodes) {
-                for l in 0..LANES {
-                    values[0].0[l] = field[2 * nodes[l]];
-                    values[1].0[l] = field[2 * nodes[l] + 1];
+            for (place, [x, y]) in values.iter_mut().enumerate() {
+                let lanes = x.as_mut_slice().iter_mut().zip(y.as_mut_slice());
+                for ((x, y), &node) in lanes.zip(self.nodes(place)) {
+                    let at_node = &field[2 * node..][..2];
+                    (*x, *y) = (at_node[0], at_node[1]);
                 }
             }
         }
@@ -163,12 +264,12 @@ impl<const N: usize> Batch<N> {
 
     /// Vertex values of a pressure-like field, zero if there is none.
     #[inline(always)]
-    pub(crate) fn gather_scalar(&self, field: Option<&[f64]>) -> [Lanes; 3] {
-        let mut values = [Lanes::ZERO; 3];
+    pub(crate) fn gather_scalar(&self, field: Option<&[f64]>) -> [Lanes<S>; 3] {
+        let mut values = [self.zero(); 3];
         if let Some(field) = field {
-            for (values, nodes) in values.iter_mut().zip(&self.nodes) {
-                for l in 0..LANES {
-                    values.0[l] = field[nodes[l]];
+            for (place, value) in values.iter_mut().enumerate() {
+                for (lane, &node) in value.as_mut_slice().iter_mut().zip(self.nodes(place)) {
+                    *lane = field[node];
                 }
             }
         }
@@ -177,37 +278,40 @@ impl<const N: usize> Batch<N> {
 
     /// Adds element vectors to a displacement-like array.
     #[inline(always)]
-    pub(crate) fn scatter_vector(&self, local: &[[Lanes; 2]; N], field: &mut [f64]) {
-        for l in 0..self.count {
-            for (nodes, values) in self.nodes.iter().zip(local) {
-                field[2 * nodes[l]] += values[0].0[l];
-                field[2 * nodes[l] + 1] += values[1].0[l];
+    pub(crate) fn scatter_vector(&self, local: &[[Lanes<S>; 2]; N], field: &mut [f64]) {
+        for (lane, l) in self.occupied().enumerate() {
+            for (nodes, values) in self.batch.nodes.iter().zip(local) {
+                let entries = &mut field[2 * nodes[l]..][..2];
+                entries[0] += values[0].as_slice()[lane];
+                entries[1] += values[1].as_slice()[lane];
             }
         }
     }
 
     /// Adds element vectors to a pressure-like array.
     #[inline(always)]
-    pub(crate) fn scatter_scalar(&self, local: &[Lanes; 3], field: &mut [f64]) {
-        for l in 0..self.count {
-            for (nodes, values) in self.nodes.iter().zip(local) {
-                field[nodes[l]] += values.0[l];
+    pub(crate) fn scatter_scalar(&self, local: &[Lanes<S>; 3], field: &mut [f64]) {
+        for (lane, l) in self.occupied().enumerate() {
+            for (nodes, values) in self.batch.nodes.iter().zip(local) {
+                field[nodes[l]] += values.as_slice()[lane];
             }
         }
     }
 
     /// ∇u at a quadrature point: the reference gradient times the inverse map.
     #[inline(always)]
-    pub(crate) fn gradient(&self, u: &[[Lanes; 2]; N], point: &Point<N>) -> TensorLanes {
-        let mut h = [[Lanes::ZERO; 2]; 2];
+    pub(crate) fn gradient(&self, u: &[[Lanes<S>; 2]; N], point: &Point<N>) -> TensorOf<Lanes<S>> {
+        let mut h = [[self.zero(); 2]; 2];
+        let [xi, eta] = self.inverse;
         for (i, row) in h.iter_mut().enumerate() {
-            let mut reference = [Lanes::ZERO; 2];
+            let mut reference = [self.zero(); 2];
             for (value, gradient) in u.iter().zip(&point.gradients) {
-                reference[0] += value[i] * gradient[0];
-                reference[1] += value[i] * gradient[1];
+                for (sum, &gradient) in reference.iter_mut().zip(gradient) {
+                    *sum = value[i].mul_add(sum.like(gradient), *sum);
+                }
             }
             for (j, entry) in row.iter_mut().enumerate() {
-                *entry = reference[0] * self.inverse[0][j] + reference[1] * self.inverse[1][j];
+                *entry = reference[0].mul_add(xi[j], reference[1] * eta[j]);
             }
         }
         h
@@ -215,18 +319,28 @@ impl<const N: usize> Batch<N> {
 
     /// A pressure-like field at a quadrature point.
     #[inline(always)]
-    pub(crate) fn interpolate(&self, p: &[Lanes; 3], point: &Point<N>) -> Lanes {
+    pub(crate) fn interpolate(&self, p: &[Lanes<S>; 3], point: &Point<N>) -> Lanes<S> {
         p[0] * point.psi[0] + p[1] * point.psi[1] + p[2] * point.psi[2]
+    }
+
+    /// ∂(ξ, η)/∂x.
+    #[inline(always)]
+    pub(crate) fn inverse(&self) -> &TensorOf<Lanes<S>> {
+        &self.inverse
     }
 
     /// w T J⁻ᵀ: ready for the product with reference gradients, the quadrature weight included.
     #[inline(always)]
-    pub(crate) fn pull_back(&self, point: &Point<N>, tensor: &TensorLanes) -> TensorLanes {
+    pub(crate) fn pull_back(
+        &self,
+        point: &Point<N>,
+        tensor: &TensorOf<Lanes<S>>,
+    ) -> TensorOf<Lanes<S>> {
         let weights = self.weights(point);
-        let mut out = [[Lanes::ZERO; 2]; 2];
+        let mut out = [[self.zero(); 2]; 2];
         for (row, tensor) in out.iter_mut().zip(tensor) {
             for (entry, inverse) in row.iter_mut().zip(&self.inverse) {
-                *entry = weights * (tensor[0] * inverse[0] + tensor[1] * inverse[1]);
+                *entry = weights * tensor[0].mul_add(inverse[0], tensor[1] * inverse[1]);
             }
         }
         out
@@ -234,7 +348,7 @@ impl<const N: usize> Batch<N> {
 
     /// The quadrature weights of a point.
     #[inline(always)]
-    pub(crate) fn weights(&self, point: &Point<N>) -> Lanes {
+    pub(crate) fn weights(&self, point: &Point<N>) -> Lanes<S> {
         self.area * point.weight
     }
 }

@@ -15,16 +15,18 @@
 
 mod mooney_rivlin;
 mod potential;
+mod real;
 mod small_strain;
 mod st_venant_kirchhoff;
 pub(crate) mod tensor;
 
 pub(crate) use mooney_rivlin::MooneyRivlin;
 pub(crate) use potential::Potential;
+pub(crate) use real::Real;
 pub(crate) use small_strain::SmallStrain;
 pub(crate) use st_venant_kirchhoff::StVenantKirchhoff;
 
-use tensor::{Volumetric, dilation, tangent, tangent_rate};
+use tensor::{Strain, Volumetric};
 
 /// A 2 × 2 tensor: ∇u, a stress, a velocity gradient.
 pub type Tensor = [[f64; 2]; 2];
@@ -95,12 +97,13 @@ pub(crate) use with_potential;
 impl Law {
     /// W at `h` = ∇u, without the pressure's part.
     pub fn energy(self, h: Tensor) -> f64 {
-        with_potential!(self, w => tensor::energy(&w, h))
+        with_potential!(self, w => Strain::new(&w, h).energy(&w))
     }
 
     /// First Piola–Kirchhoff stress P = ∂W/∂F − p cof F.
     pub fn stress(self, h: Tensor, p: f64) -> Tensor {
-        with_potential!(self, w => tensor::stress(&w, h, Volumetric::pressure(p)))
+        let volumetric = Volumetric::pressure(p);
+        with_potential!(self, w => Strain::new(&w, h).stress(&w, volumetric))
     }
 
     /// Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ, with `v` = ∇v.
@@ -110,12 +113,13 @@ impl Law {
             p_rate,
             kappa: 0.0,
         };
-        with_potential!(self, w => tensor::stress_rate(&w, h, v, volumetric))
+        with_potential!(self, w => Strain::new(&w, h).stress_rate(&w, v, volumetric))
     }
 
     /// ∂P/∂F at fixed p.
     pub fn tangent(self, h: Tensor, p: f64) -> Tangent {
-        with_potential!(self, w => tangent(&w, h, Volumetric::pressure(p))).full()
+        let volumetric = Volumetric::pressure(p);
+        with_potential!(self, w => Strain::new(&w, h).tangent(&w, volumetric)).full()
     }
 
     /// ∂Ṗ/∂F at fixed ∇v, p, ṗ: the rate of the tangent along `v` = ∇v.
@@ -125,17 +129,17 @@ impl Law {
             p_rate,
             kappa: 0.0,
         };
-        with_potential!(self, w => tangent_rate(&w, h, v, volumetric)).full()
+        with_potential!(self, w => Strain::new(&w, h).tangent_rate(&w, v, volumetric)).full()
     }
 
     /// J − 1, or div u for small strains.
     pub fn volume_change(self, h: Tensor) -> f64 {
-        with_potential!(self, w => dilation(&w, h))
+        with_potential!(self, w => Strain::new(&w, h).d)
     }
 
     /// ∂(J − 1)/∂F = cof F, or I for small strains.
     pub fn volume_gradient(self, h: Tensor) -> Tensor {
-        with_potential!(self, w => tensor::volume_gradient(&w, h))
+        with_potential!(self, w => Strain::new(&w, h).normal)
     }
 
     /// The stress P33 that keeps F33 = 1.
@@ -156,7 +160,7 @@ impl Law {
             Law::StVenantKirchhoff { shear_modulus } => {
                 let d = self.volume_change(h);
                 let law = StVenantKirchhoff { shear_modulus };
-                law.stress_33(tensor::distortion_measure(h), d) - p * (1.0 + d)
+                law.stress_33(Strain::new(&law, h).e, d) - p * (1.0 + d)
             }
         }
     }

@@ -2,164 +2,150 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::batch::{Batch, Batches, Lanes, Point, TensorLanes, lane, lanes, tensor_lanes};
-use crate::material::tensor::{
-    Volumetric, contract, dilation, scaled, stress, stress_rate, volume_gradient,
-};
-use crate::material::{Potential, with_potential};
+use crate::batch::{Batches, Lanes, Part, Point};
+use crate::material::tensor::{Strain, TensorOf, Volumetric, scaled};
+use crate::material::{Potential, Real, with_potential};
 use crate::solid::{Fields, Inverted, Pressure, Vectors};
 
-/// Nodal values of the fields in one batch.
-pub(crate) struct Local<const N: usize> {
-    pub(crate) u: [[Lanes; 2]; N],
-    pub(crate) v: [[Lanes; 2]; N],
-    pub(crate) p: [Lanes; 3],
-    pub(crate) p_rate: [Lanes; 3],
-    pub(crate) mu: [Lanes; 3],
-    pub(crate) kappa: f64,
+/// Nodal values of the fields in one part of a batch.
+pub(crate) struct Local<S: Simd, const N: usize> {
+    u: [[Lanes<S>; 2]; N],
+    v: [[Lanes<S>; 2]; N],
+    /// Whether rates are wanted, and `v` is more than zero.
+    rates: bool,
+    p: [Lanes<S>; 3],
+    p_rate: [Lanes<S>; 3],
+    mu: [Lanes<S>; 3],
+    kappa: f64,
 }
 
-impl<const N: usize> Local<N> {
+impl<S: Simd, const N: usize> Local<S, N> {
     /// Fields that are not given count as zero; the callers have checked those that must be there.
     #[inline(always)]
-    pub(crate) fn gather(batch: &Batch<N>, fields: &Fields<'_>) -> Self {
+    pub(crate) fn gather(part: &Part<'_, S, N>, fields: &Fields<'_>, rates: bool) -> Self {
         let (p, kappa) = match fields.pressure {
             Pressure::Nodal(p) => (Some(p), 0.0),
             Pressure::Penalty { kappa } => (None, kappa),
         };
         Self {
-            u: batch.gather_vector(Some(fields.u)),
-            v: batch.gather_vector(fields.v),
-            p: batch.gather_scalar(p),
-            p_rate: batch.gather_scalar(fields.p_rate),
-            mu: batch.gather_scalar(fields.mu),
+            u: part.gather_vector(Some(fields.u)),
+            v: part.gather_vector(fields.v.filter(|_| rates)),
+            rates,
+            p: part.gather_scalar(p),
+            p_rate: part.gather_scalar(fields.p_rate.filter(|_| rates)),
+            mu: part.gather_scalar(fields.mu),
             kappa,
         }
     }
 }
 
-/// Fields at one quadrature point of one batch.
-pub(crate) struct AtPoint {
-    pub(crate) h: TensorLanes,
-    pub(crate) v: TensorLanes,
-    pub(crate) p: Lanes,
-    pub(crate) p_rate: Lanes,
-    pub(crate) mu: Lanes,
-    pub(crate) kappa: f64,
+/// Fields at one quadrature point of one part of a batch.
+pub(crate) struct AtPoint<S: Simd> {
+    pub(crate) strain: Strain<Lanes<S>>,
+    pub(crate) v: TensorOf<Lanes<S>>,
+    pub(crate) volumetric: Volumetric<Lanes<S>>,
+    pub(crate) mu: Lanes<S>,
 }
 
-impl AtPoint {
+impl<S: Simd> AtPoint<S> {
     /// Interpolates to a point and checks that no element is inverted there.
     #[inline(always)]
     pub(crate) fn new<const N: usize, W: Potential>(
         w: &W,
-        batch: &Batch<N>,
+        part: &Part<'_, S, N>,
         point: &Point<N>,
-        local: &Local<N>,
-        with_v: bool,
-    ) -> Result<Self, (usize, f64)> {
-        let h = batch.gradient(&local.u, point);
+        local: &Local<S, N>,
+    ) -> Result<Self, Inverted> {
+        let strain = Strain::new(w, part.gradient(&local.u, point));
         if W::FINITE {
-            let d = lanes!(l => dilation(w, lane(&h, l)));
-            if let Some(l) = d.0.iter().position(|&d| d <= -1.0 || d.is_nan()) {
-                return Err((l, 1.0 + d.0[l]));
+            let inverted = |d: &f64| *d <= -1.0 || d.is_nan();
+            if let Some(lane) = strain.d.as_slice().iter().position(inverted) {
+                let jacobian = 1.0 + strain.d.as_slice()[lane];
+                return Err(Inverted::new(part.element(lane), point.psi, jacobian));
             }
         }
-        let v = if with_v {
-            batch.gradient(&local.v, point)
+        let v = if local.rates {
+            part.gradient(&local.v, point)
         } else {
-            [[Lanes::ZERO; 2]; 2]
+            [[part.zero(); 2]; 2]
         };
         Ok(Self {
-            h,
+            strain,
             v,
-            p: batch.interpolate(&local.p, point),
-            p_rate: batch.interpolate(&local.p_rate, point),
-            mu: batch.interpolate(&local.mu, point),
-            kappa: local.kappa,
+            volumetric: Volumetric {
+                p: part.interpolate(&local.p, point),
+                p_rate: part.interpolate(&local.p_rate, point),
+                kappa: local.kappa,
+            },
+            mu: part.interpolate(&local.mu, point),
         })
-    }
-
-    #[inline(always)]
-    pub(crate) fn volumetric(&self, l: usize) -> Volumetric {
-        Volumetric {
-            p: self.p.0[l],
-            p_rate: self.p_rate.0[l],
-            kappa: self.kappa,
-        }
     }
 }
 
 /// Adds ∫ flux : ∇φ of one point to the element vectors.
 #[inline(always)]
-fn accumulate<const N: usize>(
-    out: &mut [[Lanes; 2]; N],
-    batch: &Batch<N>,
+fn accumulate<S: Simd, const N: usize>(
+    out: &mut [[Lanes<S>; 2]; N],
+    part: &Part<'_, S, N>,
     point: &Point<N>,
-    flux: &TensorLanes,
+    flux: &TensorOf<Lanes<S>>,
 ) {
-    let flux = batch.pull_back(point, flux);
+    let flux = part.pull_back(point, flux);
     for (node, gradient) in out.iter_mut().zip(&point.gradients) {
         for (sum, row) in node.iter_mut().zip(&flux) {
-            *sum += row[0] * gradient[0] + row[1] * gradient[1];
+            let [xi, eta] = [sum.like(gradient[0]), sum.like(gradient[1])];
+            *sum = row[0].mul_add(xi, row[1].mul_add(eta, *sum));
         }
     }
 }
 
 /// Adds ∫ ψ f of one point to the element vectors.
 #[inline(always)]
-fn accumulate_scalar<const N: usize>(
-    out: &mut [Lanes; 3],
-    batch: &Batch<N>,
+fn accumulate_scalar<S: Simd, const N: usize>(
+    out: &mut [Lanes<S>; 3],
+    part: &Part<'_, S, N>,
     point: &Point<N>,
-    f: &Lanes,
+    f: Lanes<S>,
 ) {
-    let weighted = batch.weights(point) * *f;
+    let weighted = part.weights(point) * f;
     for (sum, psi) in out.iter_mut().zip(point.psi) {
-        *sum += weighted * psi;
+        *sum = weighted.mul_add(sum.like(psi), *sum);
     }
 }
 
 #[inline(always)]
-fn evaluate_batch<const N: usize, W: Potential>(
+fn evaluate_part<S: Simd, const N: usize, W: Potential>(
     w: &W,
-    batch: &Batch<N>,
+    part: &Part<'_, S, N>,
     points: &[Point<N>],
     fields: &Fields<'_>,
     out: &mut Vectors<'_>,
 ) -> Result<(), Inverted> {
-    let local = Local::gather(batch, fields);
-    let zero = [[Lanes::ZERO; 2]; N];
-    let (mut force, mut force_rate, mut multiplier_force) = (zero, zero, zero);
-    let (mut defect, mut defect_rate) = ([Lanes::ZERO; 3], [Lanes::ZERO; 3]);
     let rates = out.force_rate.is_some() || out.defect_rate.is_some();
+    let local = Local::gather(part, fields, rates);
+    let zero = [[part.zero(); 2]; N];
+    let (mut force, mut force_rate, mut multiplier_force) = (zero, zero, zero);
+    let (mut defect, mut defect_rate) = ([part.zero(); 3], [part.zero(); 3]);
     for point in points {
-        let at = AtPoint::new(w, batch, point, &local, rates)
-            .map_err(|(l, jacobian)| Inverted::new(batch.elements[l], point.psi, jacobian))?;
-        let (h, v) = (&at.h, &at.v);
+        let at = AtPoint::new(w, part, point, &local)?;
         if out.force.is_some() {
-            let flux = tensor_lanes!(l => stress(w, lane(h, l), at.volumetric(l)));
-            accumulate(&mut force, batch, point, &flux);
+            let flux = at.strain.stress(w, at.volumetric);
+            accumulate(&mut force, part, point, &flux);
         }
         if out.force_rate.is_some() {
-            let flux = tensor_lanes!(l => stress_rate(w, lane(h, l), lane(v, l), at.volumetric(l)));
-            accumulate(&mut force_rate, batch, point, &flux);
+            let flux = at.strain.stress_rate(w, at.v, at.volumetric);
+            accumulate(&mut force_rate, part, point, &flux);
         }
         if out.multiplier_force.is_some() {
-            let flux = tensor_lanes!(l => scaled(at.mu.0[l], volume_gradient(w, lane(h, l))));
-            accumulate(&mut multiplier_force, batch, point, &flux);
+            let flux = scaled(at.mu, at.strain.normal);
+            accumulate(&mut multiplier_force, part, point, &flux);
         }
         if out.defect.is_some() {
-            accumulate_scalar(
-                &mut defect,
-                batch,
-                point,
-                &lanes!(l => dilation(w, lane(h, l))),
-            );
+            accumulate_scalar(&mut defect, part, point, at.strain.d);
         }
         if out.defect_rate.is_some() {
-            let rate = lanes!(l => contract(volume_gradient(w, lane(h, l)), lane(v, l)));
-            accumulate_scalar(&mut defect_rate, batch, point, &rate);
+            let rate = at.strain.dilation_rate(at.v);
+            accumulate_scalar(&mut defect_rate, part, point, rate);
         }
     }
     for (local, global) in [
@@ -168,7 +154,7 @@ fn evaluate_batch<const N: usize, W: Potential>(
         (&multiplier_force, &mut out.multiplier_force),
     ] {
         if let Some(global) = global {
-            batch.scatter_vector(local, global);
+            part.scatter_vector(local, global);
         }
     }
     for (local, global) in [
@@ -176,7 +162,7 @@ fn evaluate_batch<const N: usize, W: Potential>(
         (&defect_rate, &mut out.defect_rate),
     ] {
         if let Some(global) = global {
-            batch.scatter_scalar(local, global);
+            part.scatter_scalar(local, global);
         }
     }
     Ok(())
@@ -193,7 +179,7 @@ impl<const N: usize> WithSimd for Evaluate<'_, '_, N> {
     type Output = Result<(), Inverted>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self {
             elements,
             fields,
@@ -204,8 +190,11 @@ impl<const N: usize> WithSimd for Evaluate<'_, '_, N> {
         }
         for batch in &elements.batches {
             with_potential!(batch.law, w => {
-                evaluate_batch(&w, batch, &elements.points, fields, out)
-            })?;
+                for part in 0..batch.n_parts(simd) {
+                    let part = batch.part(simd, part);
+                    evaluate_part(&w, &part, &elements.points, fields, out)?;
+                }
+            });
         }
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! Linear isochoric elasticity: W = ζ |dev ε|² = ζ (e/2 + d²/6).
 
+use super::Real;
 use super::potential::{First, Potential, Second, Third};
 
 #[derive(Debug, Clone, Copy)]
@@ -16,29 +17,31 @@ impl Potential for SmallStrain {
     }
 
     #[inline(always)]
-    fn first(&self, _e: f64, d: f64) -> First {
+    fn first<R: Real>(&self, _e: R, d: R) -> First<R> {
         First {
-            e: self.shear_modulus / 2.0,
-            d: self.shear_modulus / 3.0 * d,
+            e: d.like(self.shear_modulus / 2.0),
+            d: d * (self.shear_modulus / 3.0),
         }
     }
 
     #[inline(always)]
-    fn second(&self, _e: f64, _d: f64) -> Second {
+    fn second<R: Real>(&self, _e: R, d: R) -> Second<R> {
+        let zero = d.like(0.0);
         Second {
-            ee: 0.0,
-            ed: 0.0,
-            dd: self.shear_modulus / 3.0,
+            ee: zero,
+            ed: zero,
+            dd: d.like(self.shear_modulus / 3.0),
         }
     }
 
     #[inline(always)]
-    fn third(&self, _e: f64, _d: f64) -> Third {
+    fn third<R: Real>(&self, _e: R, d: R) -> Third<R> {
+        let zero = d.like(0.0);
         Third {
-            eee: 0.0,
-            eed: 0.0,
-            edd: 0.0,
-            ddd: 0.0,
+            eee: zero,
+            eed: zero,
+            edd: zero,
+            ddd: zero,
         }
     }
 }

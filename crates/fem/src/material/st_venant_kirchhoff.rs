@@ -3,6 +3,7 @@
 //! In plane strain `2 tr E = |F|² − 2 = e + 2 d` and `4 tr E² = (e + 2 d)² + 2 e − 2 d²`, so that
 //! `W = ζ ((e + 2 d)²/6 + e/2 − d²/2)`: a quadratic, linearised by the law of small strains.
 
+use super::Real;
 use super::potential::{First, Potential, Second, Third};
 
 #[derive(Debug, Clone, Copy)]
@@ -27,30 +28,32 @@ impl Potential for StVenantKirchhoff {
     }
 
     #[inline(always)]
-    fn first(&self, e: f64, d: f64) -> First {
+    fn first<R: Real>(&self, e: R, d: R) -> First<R> {
+        let third = self.shear_modulus / 3.0;
         First {
-            e: self.shear_modulus * ((e + 2.0 * d) / 3.0 + 0.5),
-            d: self.shear_modulus / 3.0 * (2.0 * e + d),
+            e: (e + d * 2.0) * third + d.like(0.5 * self.shear_modulus),
+            d: (e * 2.0 + d) * third,
         }
     }
 
     #[inline(always)]
-    fn second(&self, _e: f64, _d: f64) -> Second {
-        let third = self.shear_modulus / 3.0;
+    fn second<R: Real>(&self, _e: R, d: R) -> Second<R> {
+        let third = d.like(self.shear_modulus / 3.0);
         Second {
             ee: third,
-            ed: 2.0 * third,
+            ed: third * 2.0,
             dd: third,
         }
     }
 
     #[inline(always)]
-    fn third(&self, _e: f64, _d: f64) -> Third {
+    fn third<R: Real>(&self, _e: R, d: R) -> Third<R> {
+        let zero = d.like(0.0);
         Third {
-            eee: 0.0,
-            eed: 0.0,
-            edd: 0.0,
-            ddd: 0.0,
+            eee: zero,
+            eed: zero,
+            edd: zero,
+            ddd: zero,
         }
     }
 }
