@@ -2,7 +2,7 @@
 
 use std::ops::{AddAssign, Mul, SubAssign};
 
-use num_complex::ComplexFloat;
+use num_complex::{Complex64, ComplexFloat};
 use sundials_wrap::klu::Scalar;
 
 /// `f64` or `Complex64`.
@@ -14,14 +14,23 @@ pub trait Number:
     + SubAssign
     + std::fmt::Debug
 {
+    /// `self` + a b, with fused multiply-adds: one instruction where the processor has it.
+    fn plus_product(self, a: Self, b: Self) -> Self;
 }
 
-impl<T> Number for T where
-    T: Scalar
-        + ComplexFloat<Real = f64>
-        + Mul<f64, Output = T>
-        + AddAssign
-        + SubAssign
-        + std::fmt::Debug
-{
+impl Number for f64 {
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        a.mul_add(b, self)
+    }
+}
+
+impl Number for Complex64 {
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        Self {
+            re: (-a.im).mul_add(b.im, a.re.mul_add(b.re, self.re)),
+            im: a.im.mul_add(b.re, a.re.mul_add(b.im, self.im)),
+        }
+    }
 }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::analysis::{Analysis, Supernode};
-use super::dense::{dot, eliminate, subtract, subtract_product};
+use super::analysis::{Analysis, Child, Supernode};
+use super::dense::{dot, eliminate_rows, factor_panel, solve_lower, subtract, subtract_outer};
 use crate::linear::Number;
 
 /// A pivot was zero or not finite: another order, or exchanges of pivots, are needed.
@@ -13,23 +13,16 @@ use crate::linear::Number;
 #[error("a pivot is zero or not finite in the fixed order of elimination")]
 pub struct ZeroPivot;
 
-/// The factors of one supernode.
-#[derive(Debug, Clone)]
-struct Block<T> {
-    /// L and U of the pivots, `k × k`, column-major.
-    pivots: Vec<T>,
-    /// L below the pivots, `rows × k`, column-major.
-    lower: Vec<T>,
-    /// U right of the pivots, transposed: `rows × k`, column-major.
-    upper: Vec<T>,
-}
-
 /// LU factors in dense blocks. After construction nothing allocates.
+///
+/// For a supernode of k columns and r rows below them: L and U of its columns, (k + r) × k, and
+/// then its rows of U, transposed, r × k; all column-major, one supernode after the other.
 #[derive(Debug, Clone)]
 pub struct Supernodal<T: Number> {
     analysis: Arc<Analysis>,
-    blocks: Vec<Block<T>>,
-    front: Vec<T>,
+    factors: Vec<T>,
+    /// What a supernode subtracts from those above it.
+    update: Vec<T>,
     /// Updates waiting for their parents, the youngest on top.
     stack: Vec<T>,
     x: Vec<T>,
@@ -41,24 +34,15 @@ impl<T: Number> Supernodal<T> {
     /// Room for the factors.
     pub fn new(analysis: Arc<Analysis>) -> Self {
         let zeros = |n: usize| vec![T::zero(); n];
-        let blocks = analysis
-            .supernodes
-            .iter()
-            .map(|node| Block {
-                pivots: zeros(node.columns.len().pow(2)),
-                lower: zeros(node.columns.len() * node.rows.len()),
-                upper: zeros(node.columns.len() * node.rows.len()),
-            })
-            .collect();
         let largest = |f: fn(&Supernode) -> usize| {
             analysis.supernodes.iter().map(f).max().unwrap_or_default()
         };
         Self {
-            blocks,
-            front: zeros(largest(Supernode::size).pow(2)),
+            factors: zeros(analysis.n_entries()),
+            update: zeros(largest(|node| node.rows.len()).pow(2)),
             stack: zeros(stack_height(&analysis)),
             x: zeros(analysis.n()),
-            gathered: zeros(largest(|node| node.rows.len())),
+            gathered: zeros(largest(Supernode::size)),
             arch: Arch::new(),
             analysis,
         }
@@ -80,43 +64,37 @@ impl<T: Number> Supernodal<T> {
     fn factor_here(&mut self, values: &[T]) -> Result<(), ZeroPivot> {
         let Self {
             analysis,
-            blocks,
-            front,
+            factors,
+            update,
             stack,
             ..
         } = self;
         let mut top = 0;
-        for (node, block) in analysis.supernodes.iter().zip(blocks) {
-            let (m, k) = (node.size(), node.columns.len());
-            let front = &mut front[..m * m];
-            front.fill(T::zero());
+        let mut rest = &mut factors[..];
+        for node in &analysis.supernodes {
+            let (m, k, r) = (node.size(), node.columns.len(), node.rows.len());
+            let block;
+            (block, rest) = rest.split_at_mut(node.n_entries());
+            let update = &mut update[..r * r];
+            block.fill(T::zero());
+            update.fill(T::zero());
             for &(index, position) in &node.entries {
-                front[position as usize] += values[index as usize];
+                block[position as usize] += values[index as usize];
             }
-            for (_, places) in node.children.iter().rev() {
-                let r = places.len();
-                top -= r * r;
-                for (&column, update) in places.iter().zip(stack[top..].chunks_exact(r)) {
-                    let column = &mut front[column as usize * m..][..m];
-                    for (&row, &update) in places.iter().zip(update) {
-                        column[row as usize] += update;
-                    }
-                }
+            let (panel, upper) = block.split_at_mut(m * k);
+            for child in node.children.iter().rev() {
+                let n = child.places.len();
+                top -= n * n;
+                child.add(&stack[top..][..n * n], k, panel, upper, update);
             }
-            if !eliminate(front, m, k) {
+            if !factor_panel(panel, m) {
                 return Err(ZeroPivot);
             }
-            let r = m - k;
-            for (p, column) in front[..k * m].chunks_exact(m).enumerate() {
-                block.pivots[p * k..][..k].copy_from_slice(&column[..k]);
-                block.lower[p * r..][..r].copy_from_slice(&column[k..]);
+            if r > 0 {
+                eliminate_rows(upper, r, panel, m);
+                subtract_outer(update, r, &panel[k..], m, upper);
             }
-            for (j, column) in front[k * m..].chunks_exact(m).enumerate() {
-                for (p, &u) in column[..k].iter().enumerate() {
-                    block.upper[p * r + j] = u;
-                }
-                stack[top + j * r..][..r].copy_from_slice(&column[k..]);
-            }
+            stack[top..][..r * r].copy_from_slice(update);
             top += r * r;
         }
         Ok(())
@@ -132,7 +110,7 @@ impl<T: Number> Supernodal<T> {
     fn solve_here(&mut self, rhs: &mut [T]) {
         let Self {
             analysis,
-            blocks,
+            factors,
             x,
             gathered,
             ..
@@ -140,33 +118,34 @@ impl<T: Number> Supernodal<T> {
         for (x, &original) in x.iter_mut().zip(&analysis.order) {
             *x = rhs[original];
         }
-        for (node, block) in analysis.supernodes.iter().zip(blocks.iter()) {
-            let pivots = &mut x[node.columns.clone()];
-            for (p, column) in block.pivots.chunks_exact(pivots.len()).enumerate() {
-                let (solved, rest) = pivots.split_at_mut(p + 1);
-                subtract(rest, &column[p + 1..], solved[p]);
-            }
-            let below = &mut gathered[..node.rows.len()];
-            below.fill(T::zero());
-            subtract_product(below, &block.lower, pivots);
-            for (&row, &update) in node.rows.iter().zip(below.iter()) {
+        let mut start = 0;
+        for node in &analysis.supernodes {
+            let (m, k) = (node.size(), node.columns.len());
+            let y = &mut gathered[..m];
+            y[..k].copy_from_slice(&x[node.columns.clone()]);
+            y[k..].fill(T::zero());
+            solve_lower(y, &factors[start..][..m * k]);
+            x[node.columns.clone()].copy_from_slice(&y[..k]);
+            for (&row, &update) in node.rows.iter().zip(&y[k..]) {
                 x[row as usize] += update;
             }
+            start += node.n_entries();
         }
-        for (node, block) in analysis.supernodes.iter().zip(blocks.iter()).rev() {
-            let r = node.rows.len();
+        for node in analysis.supernodes.iter().rev() {
+            start -= node.n_entries();
+            let (m, k, r) = (node.size(), node.columns.len(), node.rows.len());
+            let (panel, upper) = factors[start..][..node.n_entries()].split_at(m * k);
             let right = &mut gathered[..r];
             for (value, &row) in right.iter_mut().zip(&node.rows) {
                 *value = x[row as usize];
             }
             let pivots = &mut x[node.columns.clone()];
             if r > 0 {
-                for (pivot, row) in pivots.iter_mut().zip(block.upper.chunks_exact(r)) {
+                for (pivot, row) in pivots.iter_mut().zip(upper.chunks_exact(r)) {
                     *pivot -= dot(row, right);
                 }
             }
-            let k = pivots.len();
-            for (p, column) in block.pivots.chunks_exact(k).enumerate().rev() {
+            for (p, column) in panel.chunks_exact(m).enumerate().rev() {
                 let (above, rest) = pivots.split_at_mut(p);
                 rest[0] = rest[0] / column[p];
                 subtract(above, &column[..p], rest[0]);
@@ -174,6 +153,43 @@ impl<T: Number> Supernodal<T> {
         }
         for (&x, &original) in x.iter().zip(&analysis.order) {
             rhs[original] = x;
+        }
+    }
+}
+
+impl Child {
+    /// Adds the `update` of this child to the columns, rows and update of its parent, which has
+    /// `k` columns.
+    #[inline(always)]
+    fn add<T: Number>(
+        &self,
+        update: &[T],
+        k: usize,
+        panel: &mut [T],
+        upper: &mut [T],
+        above: &mut [T],
+    ) {
+        let n = self.places.len();
+        let m = panel.len() / k;
+        let r = m - k;
+        let (own, beyond) = self.places.split_at(self.n_columns);
+        let (of_columns, of_rows) = update.split_at(self.n_columns * n);
+        for (&column, update) in own.iter().zip(of_columns.chunks_exact(n)) {
+            let column = &mut panel[column as usize * m..][..m];
+            for (&row, &update) in self.places.iter().zip(update) {
+                column[row as usize] += update;
+            }
+        }
+        for (&column, update) in beyond.iter().zip(of_rows.chunks_exact(n)) {
+            let column = column as usize - k;
+            let (to_rows, to_update) = update.split_at(self.n_columns);
+            for (&row, &update) in own.iter().zip(to_rows) {
+                upper[row as usize * r + column] += update;
+            }
+            let target = &mut above[column * r..][..r];
+            for (&row, &update) in beyond.iter().zip(to_update) {
+                target[row as usize - k] += update;
+            }
         }
     }
 }
@@ -213,8 +229,8 @@ impl<T: Number> WithSimd for Solve<'_, T> {
 fn stack_height(analysis: &Analysis) -> usize {
     let (mut top, mut highest) = (0_usize, 0);
     for node in &analysis.supernodes {
-        for (_, places) in &node.children {
-            top -= places.len().pow(2);
+        for child in &node.children {
+            top -= child.places.len().pow(2);
         }
         top += node.rows.len().pow(2);
         highest = highest.max(top);
