@@ -14,13 +14,14 @@ use crate::commands::modes::ModesArgs;
 use crate::commands::movie::MovieArgs;
 use crate::commands::run::RunArgs;
 use crate::commands::schema::SchemaArgs;
+use crate::commands::stress::StressArgs;
 use crate::commands::sweep::SweepArgs;
 use crate::commands::synchronization::SynchronizationArgs;
 use crate::commands::table1::Table1Args;
 use crate::commands::table2::Table2Args;
 use crate::commands::{
-    bench, check, completions, doctor, figure, infsup, init, man, modes, movie, run, schema, sweep,
-    synchronization, table1, table2,
+    bench, check, completions, doctor, figure, infsup, init, man, modes, movie, run, schema,
+    stress, sweep, synchronization, table1, table2,
 };
 use crate::exit::Exit;
 use crate::versions;
@@ -80,6 +81,8 @@ pub enum Command {
     Man(ManArgs),
     /// Run a scene over a grid of values, on all cores.
     Sweep(SweepArgs),
+    /// Run the matrix of formulations, parameters and settings, and see where each breaks.
+    Stress(StressArgs),
 }
 
 impl Command {
@@ -106,6 +109,7 @@ impl Command {
             Self::Synchronization(args) => synchronization::run(args),
             Self::Schema(args) => schema::run(args),
             Self::Sweep(args) => sweep::run(args),
+            Self::Stress(args) => stress::run(args),
         }
     }
 }

@@ -64,6 +64,7 @@ pub struct StatisticsJson<'a> {
     pub counts: CountsJson<'a>,
     pub integrator: &'a str,
     pub suppressed: Vec<&'a str>,
+    pub multiplier_weights: &'a str,
     pub rtol: f64,
     pub atol: BTreeMap<&'a str, f64>,
     pub max_order: u8,
@@ -93,6 +94,7 @@ impl<'a> StatisticsJson<'a> {
                 .iter()
                 .map(|field| field.symbol())
                 .collect(),
+            multiplier_weights: settings.multiplier_weights.name(),
             rtol: settings.relative_tolerance,
             atol: formulation
                 .rows()

@@ -18,7 +18,7 @@ use crate::formulation::Formulation;
 use crate::integrator::{Advance, Counts, Integrator};
 use crate::muscle::Muscle;
 use crate::parameters::Parameters;
-use crate::settings::{IntegratorKind, Settings};
+use crate::settings::{IntegratorKind, MultiplierWeights, Settings};
 
 /// Half the opening angle of the sector of stability of BDF, degrees, for orders 3, 4, 5 (order 2 is
 /// stable in the whole half-plane). E. Hairer, G. Wanner, *Solving Ordinary Differential Equations
@@ -201,6 +201,9 @@ impl Advice {
 
     /// Multipliers of higher index in the error test.
     fn error_test(&self) -> Option<Finding> {
+        if self.settings.multiplier_weights == MultiplierWeights::StepScaled {
+            return None;
+        }
         let tested: Vec<Field> = self
             .to_leave_out()
             .into_iter()

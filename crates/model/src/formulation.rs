@@ -122,8 +122,19 @@ impl Formulation {
     /// Where MODEL's list is silent this is what the matrices say: with β > 0 and κ < ∞ the force
     /// β Bᵀλ̇ hands the perturbation of the constraint on to the velocity, which has index 1.
     pub fn variable_index(self, field: Field, parameters: &Parameters) -> u8 {
-        let damped = parameters.is_damped();
-        let incompressible = parameters.is_incompressible();
+        self.index_of(
+            field,
+            parameters.is_damped(),
+            parameters.is_incompressible(),
+        )
+    }
+
+    /// Perturbation index of one block of unknowns in the limit κ → ∞.
+    pub fn limit_index(self, field: Field, damped: bool) -> u8 {
+        self.index_of(field, damped, true)
+    }
+
+    fn index_of(self, field: Field, damped: bool, incompressible: bool) -> u8 {
         match (self, field) {
             (Displacement, _) => 0,
             (ImplicitRate | Rate, Field::Velocity) if !incompressible => u8::from(damped),

@@ -11,13 +11,16 @@ use crate::error::ModelError;
 use crate::integrator::{Advance, Counts, Integrator};
 use crate::linear::{CondensedSolver, CoupledSolver};
 use crate::muscle_dae::MuscleDae;
-use crate::settings::{LinearSolver, Settings};
+use crate::settings::{LinearSolver, MultiplierWeights, Settings};
 use crate::statistics::StopReason;
+use crate::step_weights::{StepSize, StepWeights};
 
 /// IDAS in one-step mode with a stop time at the end.
 pub struct IdaIntegrator<P: DaeProblem> {
     solver: IdaSolver<P>,
     t_end: f64,
+    /// Where error weights that follow the step read its size.
+    step_size: StepSize,
 }
 
 impl IdaIntegrator<MuscleDae> {
@@ -47,13 +50,23 @@ impl IdaIntegrator<MuscleDae> {
             LinearSolver::Condensed => CondensedSolver::new(&dae, options.klu)?,
             LinearSolver::Full => None,
         };
+        let step_size = StepSize::default();
+        let scaled = settings.multiplier_weights == MultiplierWeights::StepScaled;
+        let weights = scaled.then(|| StepWeights::new(&dae, settings, step_size.clone()));
         let mut builder = builder(dae, options, settings.t_end);
         if let Some(solver) = condensed {
             builder = builder.structured_solver(solver);
         }
+        if let Some(weights) = weights {
+            builder = builder.error_weights(move |_, y, out| {
+                weights.write(y, out);
+                Ok(())
+            });
+        }
         Ok(Self {
             solver: builder.build(t, y, y_dot)?,
             t_end: settings.t_end,
+            step_size,
         })
     }
 }
@@ -123,6 +136,7 @@ impl<B: Body> IdaIntegrator<CoupledDae<B>> {
         Ok(Self {
             solver: builder.build(t, y, y_dot)?,
             t_end,
+            step_size: StepSize::default(),
         })
     }
 }
@@ -140,7 +154,11 @@ impl<P: DaeProblem> IdaIntegrator<P> {
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let solver = builder(problem, options, t_end).build(0.0, y, y_dot)?;
-        Ok(Self { solver, t_end })
+        Ok(Self {
+            solver,
+            t_end,
+            step_size: StepSize::default(),
+        })
     }
 
     /// The solver itself.
@@ -182,6 +200,7 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
 
 impl<P: DaeProblem> Integrator<P> for IdaIntegrator<P> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
+        self.step_size.set(self.solver.stats().current_step);
         Ok(advance(self.solver.step(self.t_end)?, self.t_end))
     }
 

@@ -56,6 +56,7 @@ pub mod radau;
 pub mod spectrum;
 pub mod start;
 pub mod statics;
+pub mod step_weights;
 pub mod table1;
 
 pub use assembly::{Assembly, Entry};
@@ -80,7 +81,9 @@ pub use radau::RadauIntegrator;
 pub use recorder::{SampleTimes, Sampler};
 pub use rod_dae::RodDae;
 pub use run::{Limits, Observer, Step, run};
-pub use settings::{AbsoluteTolerances, IntegratorKind, LinearSolver, Settings, default_ordering};
+pub use settings::{
+    AbsoluteTolerances, IntegratorKind, LinearSolver, MultiplierWeights, Settings, default_ordering,
+};
 pub use signal::Signal;
 pub use spline::Spline;
 pub use start::Start;

@@ -88,6 +88,27 @@ impl LinearSolver {
     }
 }
 
+/// How closely the error test looks at multipliers that are not left out of it (IDAS).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum MultiplierWeights {
+    /// By their tolerances alone.
+    #[default]
+    Plain,
+    /// A multiplier of index i by its tolerances over (Ωh)^(i−1): see
+    /// [`StepWeights`](crate::step_weights::StepWeights).
+    StepScaled,
+}
+
+impl MultiplierWeights {
+    /// The name used in options, scenes and output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Plain => "plain",
+            Self::StepScaled => "step-scaled",
+        }
+    }
+}
+
 /// Settings of a time integration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -101,6 +122,8 @@ pub struct Settings {
     pub absolute_tolerances: AbsoluteTolerances,
     /// Blocks left out of the error test.
     pub suppressed: Vec<Field>,
+    /// How closely the error test looks at multipliers that are not left out (IDAS).
+    pub multiplier_weights: MultiplierWeights,
     /// Maximum BDF order, 1 to 5 (IDAS).
     pub max_order: u8,
     /// Relative change of c_j beyond which the Newton matrix is set up anew (IDAS).
@@ -136,6 +159,7 @@ impl Settings {
                 .into_iter()
                 .filter(|field| formulation.has(*field))
                 .collect(),
+            multiplier_weights: MultiplierWeights::Plain,
             max_order: 2,
             delta_cj: 0.25,
             linear_solver: LinearSolver::Condensed,

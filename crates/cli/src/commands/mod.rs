@@ -12,6 +12,7 @@ pub mod modes;
 pub mod movie;
 pub mod run;
 pub mod schema;
+pub mod stress;
 pub mod sweep;
 pub mod synchronization;
 pub mod table1;

@@ -1,12 +1,15 @@
 //! The integrator's settings from a scene.
 
 use myovib_model::{
-    AbsoluteTolerances, Field, Formulation, IntegratorKind, Settings, default_ordering,
+    AbsoluteTolerances, Field, Formulation, IntegratorKind, MultiplierWeights, Settings,
+    default_ordering,
 };
 use sundials_wrap::klu::Ordering;
 
 use super::builder::Builder;
-use crate::scene_file::integrator::{Block, Integrator, Method, OrderingName};
+use crate::scene_file::integrator::{
+    Block, Integrator, Method, MultiplierWeightsName, OrderingName,
+};
 
 impl Builder<'_> {
     /// The settings for a muscle in `formulation`.
@@ -31,6 +34,10 @@ impl Builder<'_> {
             suppressed: match &wanted.suppress {
                 Some(blocks) => suppressed(blocks, formulation),
                 None => defaults.suppressed,
+            },
+            multiplier_weights: match wanted.multiplier_weights {
+                MultiplierWeightsName::Plain => MultiplierWeights::Plain,
+                MultiplierWeightsName::StepScaled => MultiplierWeights::StepScaled,
             },
             max_order: wanted
                 .max_order

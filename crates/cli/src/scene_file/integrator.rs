@@ -19,6 +19,8 @@ pub struct Integrator {
     /// Blocks left out of the error test [default: `["pressure"]` where the pressure has index 1
     /// or more and `["pressure", "multiplier"]` where there is a multiplier].
     pub suppress: Option<Vec<Block>>,
+    /// How the error test weighs multipliers that are in it (BDF, muscle without chains).
+    pub multiplier_weights: MultiplierWeightsName,
     /// Highest order of BDF; undamped modes need 2 (orders 3 to 5 are unstable for them)
     /// [default: 2 with a muscle, 5 for rod and chain alone].
     #[schemars(range(min = 1, max = 5))]
@@ -50,6 +52,7 @@ impl Default for Integrator {
             atol: Atol::default(),
             oscillators: OscillatorTolerances::default(),
             suppress: None,
+            multiplier_weights: MultiplierWeightsName::Plain,
             max_order: None,
             initial_step: None,
             max_step: None,
@@ -137,6 +140,17 @@ pub enum Block {
     Pressure,
     /// μ of (29) or (33).
     Multiplier,
+}
+
+/// How the error test weighs multipliers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MultiplierWeightsName {
+    /// By their tolerances alone.
+    Plain,
+    /// A multiplier of index i by its tolerances over (Ωh)^(i−1), with the angular frequency Ω of
+    /// the drive and the step h: lets multipliers of index 2 and 3 stay in the error test.
+    StepScaled,
 }
 
 /// Column orderings.

@@ -9,7 +9,7 @@ use std::str::FromStr;
 
 use anyhow::Context;
 use clap::Args;
-use myovib_model::{Field, IntegratorKind, LinearSolver, paper};
+use myovib_model::{Field, IntegratorKind, LinearSolver, MultiplierWeights, paper};
 
 use crate::args::{CommonArgs, check_folder};
 use crate::error::InputError;
@@ -52,6 +52,10 @@ pub struct Table2Args {
     /// What the error test leaves out: `none`, `default` (the row's), or a list of q, v, lambda, mu.
     #[arg(long, value_name = "BLOCKS", default_value = "default")]
     pub suppress: Suppress,
+
+    /// How the error test weighs multipliers that are in it: `plain` or `step-scaled`.
+    #[arg(long, value_name = "HOW", default_value = "plain", value_parser = multiplier_weights)]
+    pub multiplier_weights: MultiplierWeights,
 
     /// Relative tolerance.
     #[arg(long, value_name = "X", default_value_t = 1e-3)]
@@ -97,6 +101,13 @@ fn linear_solver(name: &str) -> Result<LinearSolver, String> {
         .into_iter()
         .find(|how| how.name() == name)
         .ok_or_else(|| format!("`{name}` is no linear solver: condensed or full"))
+}
+
+fn multiplier_weights(name: &str) -> Result<MultiplierWeights, String> {
+    [MultiplierWeights::Plain, MultiplierWeights::StepScaled]
+        .into_iter()
+        .find(|weights| weights.name() == name)
+        .ok_or_else(|| format!("`{name}` is no way to weigh: plain or step-scaled"))
 }
 
 /// A named point to record at.
@@ -165,6 +176,7 @@ impl Table2Args {
             || self.max_order.is_some()
             || self.integrator != IntegratorKind::Ida
             || self.suppress != Suppress::Default
+            || self.multiplier_weights != MultiplierWeights::Plain
             || self.rtol != 1e-3
             || self.atol_velocity != 1e-5
             || self.mesh.is_some()

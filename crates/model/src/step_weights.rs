@@ -1,0 +1,94 @@
+//! Error weights of multipliers that follow the step size.
+//!
+//! A perturbation δ of the constraint (what Newton's method leaves, or the error of the
+//! displacement) appears in a multiplier of index i as δ/h^(i−1). Its estimated error therefore does
+//! not fall with the step: the error test rejects, the next step is smaller, the estimate larger,
+//! until the step underflows. Weighed by (Ωh)^(i−1), with the angular frequency Ω of the drive, the
+//! multiplier's error counts by what it does to the velocity (i = 2) or displacement (i = 3) within
+//! the step, which does fall. Steps that do not resolve the drive, Ωh > 1, gain nothing.
+//!
+//! Reference: E. Hairer, C. Lubich, M. Roche, *The Numerical Solution of Differential-Algebraic
+//! Systems by Runge–Kutta Methods*, Springer 1989, chapter 7 (errors of index-2 and index-3
+//! components multiplied by h and h²).
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::field::{Field, Layout};
+use crate::formulation::Formulation;
+use crate::muscle_dae::MuscleDae;
+use crate::settings::{AbsoluteTolerances, Settings};
+
+/// The size of the step about to be taken, shared by an integrator and its weights; 0 before the
+/// first.
+#[derive(Debug, Clone, Default)]
+pub struct StepSize(Arc<AtomicU64>);
+
+impl StepSize {
+    /// Sets the size, s.
+    pub fn set(&self, h: f64) {
+        self.0.store(h.to_bits(), Ordering::Relaxed);
+    }
+
+    /// The size, s.
+    pub fn get(&self) -> f64 {
+        f64::from_bits(self.0.load(Ordering::Relaxed))
+    }
+}
+
+/// Error weights w_i of all unknowns: `1/(rtol |y_i| + atol_i)`, for multipliers times (Ωh)^(i−1).
+///
+/// The index i is that of the incompressible body: with a large κ the same DAE is perturbed
+/// singularly, and its multiplier behaves like that of the limit as long as the steps do not
+/// resolve the waves of compression.
+#[derive(Debug, Clone)]
+pub struct StepWeights {
+    layout: Layout,
+    relative: f64,
+    absolute: AbsoluteTolerances,
+    formulation: Formulation,
+    /// β > 0, which lowers the index of the multipliers.
+    damped: bool,
+    /// Ω, 1/s.
+    omega: f64,
+    step_size: StepSize,
+}
+
+impl StepWeights {
+    /// Weights for `dae` with the tolerances of `settings`; without a drive that has a frequency,
+    /// Ω = 1/s.
+    pub fn new(dae: &MuscleDae, settings: &Settings, step_size: StepSize) -> Self {
+        let muscle = dae.muscle();
+        Self {
+            layout: dae.layout().clone(),
+            relative: settings.relative_tolerance,
+            absolute: settings.absolute_tolerances,
+            formulation: dae.formulation(),
+            damped: muscle.parameters.is_damped(),
+            omega: muscle.drive().map_or(1.0, |frequency| TAU * frequency),
+            step_size,
+        }
+    }
+
+    /// Writes the weights for `y`.
+    pub fn write(&self, y: &[f64], weights: &mut [f64]) {
+        for (field, range) in self.layout.blocks() {
+            let (factor, absolute) = (self.factor(*field), self.absolute.of(*field));
+            for (weight, y) in weights[range.clone()].iter_mut().zip(&y[range.clone()]) {
+                *weight = factor / (self.relative * y.abs() + absolute);
+            }
+        }
+    }
+
+    /// (Ωh)^(i−1) for a multiplier of index i, 1 for displacement and velocity.
+    fn factor(&self, field: Field) -> f64 {
+        let h = self.step_size.get();
+        if field.is_displacement_like() || h == 0.0 {
+            return 1.0;
+        }
+        let index = self.formulation.limit_index(field, self.damped);
+        let power = i32::from(index.saturating_sub(1));
+        (self.omega * h.abs()).min(1.0).powi(power)
+    }
+}
