@@ -1,6 +1,6 @@
 # The menu of habits. `make` alone prints it.
 .DEFAULT_GOAL := help
-.PHONY: help fmt lint test test-slow doc bench paper doctor ci
+.PHONY: help fmt lint test test-slow doc bench paper stress fuzz mutants doctor ci
 
 help: ## print this menu
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -26,6 +26,15 @@ bench: ## timings
 
 paper: ## Table 2 of the paper beside ours
 	./scripts/reproduce
+
+stress: ## all planes of the stress matrix (hours; goes on where it was interrupted)
+	cargo run --release --locked --quiet -p myovib -- stress --full --out out/stress
+
+fuzz: ## ten minutes for each reader of input (nightly and cargo-fuzz; without: seeded mutants)
+	./scripts/fuzz
+
+mutants: ## mutation testing of a seeded sample (hours; cargo-mutants)
+	./scripts/mutants
 
 doctor: ## what this machine has, what it lacks
 	cargo run --release --locked --quiet -p myovib -- doctor

@@ -8,10 +8,20 @@ use crate::scene_file::mesh::{self, MeshSource, Region};
 
 /// The muscle of the reproduction.
 const MUSCLE: &str = include_str!("../../../../data/meshes/muscle.msh");
+/// The most triangles a scene may ask for, far more than can be integrated on one machine: a typing
+/// error shall be told before memory is gone.
+const MAX_TRIANGLES: usize = 4_000_000;
 
 impl Builder<'_> {
     /// The mesh, refined and with the regions cut out.
     pub(super) fn mesh(&self, mesh: &mesh::Mesh, regions: &[Region]) -> Result<Mesh, InputError> {
+        if let MeshSource::Spindle { cells }
+        | MeshSource::Rectangle { cells, .. }
+        | MeshSource::Beam { cells, .. }
+        | MeshSource::Cook { cells } = mesh.source
+        {
+            self.check_size(2_usize.saturating_mul(cells[0].saturating_mul(cells[1])))?;
+        }
         let (place, coarse) = match mesh.source {
             MeshSource::File { ref path } => ("mesh.path", Mesh::read_msh(self.resolve(path))),
             MeshSource::Muscle => ("mesh", Mesh::parse_msh(MUSCLE, "muscle.msh")),
@@ -32,6 +42,9 @@ impl Builder<'_> {
             MeshSource::Cook { cells } => ("mesh", generate::cook(cells)),
         };
         let coarse = self.at(place, coarse)?;
+        self.check_size(
+            (0..mesh.refine).fold(coarse.triangles().len(), |n, _| n.saturating_mul(4)),
+        )?;
         let mesh = (0..mesh.refine).fold(coarse, |mesh, _| mesh.refined());
         regions
             .iter()
@@ -39,6 +52,16 @@ impl Builder<'_> {
             .try_fold(mesh, |mesh, (i, region)| {
                 self.with_region(&mesh, region, &format!("region[{i}]"))
             })
+    }
+
+    fn check_size(&self, n_triangles: usize) -> Result<(), InputError> {
+        if n_triangles <= MAX_TRIANGLES {
+            return Ok(());
+        }
+        let error = InputError::new("the mesh is too large")
+            .found(format!("{n_triangles} triangles"))
+            .allowed(format!("at most {MAX_TRIANGLES}"));
+        Err(self.wrong("mesh", error))
     }
 
     /// Moves the triangles of a region into a group of their own.

@@ -26,7 +26,7 @@ pub struct Rod {
     #[schemars(range(min = 0))]
     pub beta: f64,
     /// Number of linear elements.
-    #[schemars(range(min = 1))]
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub elements: usize,
     /// What τ is at the right end.
     pub reading: RodReading,
@@ -72,7 +72,7 @@ pub struct Chain {
     /// Name in output and for feedback.
     pub name: String,
     /// Number of oscillators N.
-    #[schemars(range(min = 1))]
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub oscillators: usize,
     /// Centre of the natural frequencies, Hz.
     #[schemars(extend("exclusiveMinimum" = 0))]

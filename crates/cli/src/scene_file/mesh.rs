@@ -34,7 +34,7 @@ pub enum MeshSource {
     Spindle {
         /// Cells along (a multiple of 10) and across (an even number), two triangles each.
         #[serde(default = "spindle_cells")]
-        #[schemars(inner(range(min = 1)))]
+        #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
     /// A rectangle with its lower left corner at (0, 0); groups `left`, `right`, `bottom`, `top`,
@@ -47,7 +47,7 @@ pub enum MeshSource {
         #[schemars(extend("exclusiveMinimum" = 0))]
         height: f64,
         /// Cells along and across, two triangles each.
-        #[schemars(inner(range(min = 1)))]
+        #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
     /// A slender rectangle around the axis y = 0; groups `fixed` (left end), `load` (right end),
@@ -60,13 +60,13 @@ pub enum MeshSource {
         #[schemars(extend("exclusiveMinimum" = 0))]
         height: f64,
         /// Cells along and across, two triangles each.
-        #[schemars(inner(range(min = 1)))]
+        #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
     /// Cook's membrane: the trapezoid (0,0), (48,44), (48,60), (0,44); groups as `beam`.
     Cook {
         /// Cells along and across, two triangles each.
-        #[schemars(inner(range(min = 1)))]
+        #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
 }

@@ -1,0 +1,115 @@
+//! Readers under mutated input: meshes, scenes and tables that were damaged by a seeded random
+//! generator are read or refused with a message that says where, never with a panic.
+//!
+//! Deterministic and short by default. `MYOVIB_MUTATE_SECONDS=600` goes on for so long with new
+//! seeds; a finding is kept in the temporary folder and named.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+mod mutate;
+
+use std::fs;
+use std::panic::catch_unwind;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use myovib_cli::scene::{BUILTIN, Scene};
+use myovib_fem::{FemError, Mesh};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use mutate::mutate;
+
+/// Mutants of a short run.
+const CASES: u64 = 200;
+
+/// Reads mutants of `corpus` until the time is over.
+fn run(target: &str, corpus: &[&str], read: impl Fn(&str) + std::panic::RefUnwindSafe) {
+    let seconds = std::env::var("MYOVIB_MUTATE_SECONDS").ok();
+    let until = seconds.map(|text| Instant::now() + Duration::from_secs(text.parse().unwrap()));
+    let goes_on = |case| until.map_or(case < CASES, |end| Instant::now() < end);
+    let mut case = 0;
+    while goes_on(case) {
+        let mut random = ChaCha8Rng::seed_from_u64(case);
+        let mutant = mutate(corpus, &mut random);
+        if catch_unwind(|| read(&mutant)).is_err() {
+            let path = std::env::temp_dir().join(format!("myovib-{target}-{case}"));
+            fs::write(&path, &mutant).unwrap();
+            panic!(
+                "{target}: case {case} fails; it is kept in {}",
+                path.display()
+            );
+        }
+        case += 1;
+    }
+    println!("{target}: {case} mutants");
+}
+
+#[test]
+fn damaged_meshes_are_refused_with_their_place() {
+    let meshes = [
+        include_str!("../../../../data/meshes/block.msh"),
+        include_str!("../../../../data/meshes/muscle.msh"),
+    ];
+    run("mesh", &meshes, |text| {
+        match Mesh::parse_msh(text, "m.msh") {
+            Ok(mesh) => assert!(mesh.area() > 0.0),
+            Err(error @ FemError::Msh { .. }) => assert!(error.to_string().contains("m.msh")),
+            Err(error) => assert!(!error.to_string().is_empty()),
+        }
+    });
+}
+
+#[test]
+fn damaged_scenes_are_refused_with_their_place() {
+    let scenes: Vec<&str> = BUILTIN.iter().map(|(_, text)| *text).collect();
+    run("scene", &scenes, |text| {
+        if let Err(error) = Scene::build("s.toml", text, &[], Path::new("")) {
+            let message = error.to_string();
+            assert!(message.contains("s.toml"), "{message}");
+        }
+    });
+}
+
+#[test]
+fn damaged_tables_are_refused_with_their_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("table.csv");
+    let scene = include_str!("table.toml");
+    let tables = [
+        "t,force\n0,0\n0.5,1\n1,2.5\n2,-1e-3\n",
+        "force , t\n1,0\n2,3\n",
+    ];
+    let read = |text: &str| {
+        fs::write(&table, text).unwrap();
+        if let Err(error) = Scene::build("s.toml", scene, &[], folder.path()) {
+            let message = error.to_string();
+            assert!(message.contains("s.toml"), "{message}");
+        }
+    };
+    // The undamaged tables are read.
+    for text in tables {
+        fs::write(&table, text).unwrap();
+        Scene::build("s.toml", scene, &[], folder.path()).unwrap();
+    }
+    run("table", &tables, read);
+}
+
+/// What mutation, or thought, has found. Each once panicked or asked for unbounded memory.
+#[test]
+fn sizes_beyond_reason_are_refused_before_anything_is_allocated() {
+    let huge = usize::MAX / 2;
+    for (scene, key, value) in [
+        ("cook-static", "mesh.cells", format!("[{huge}, {huge}]")),
+        ("cook-static", "mesh.cells", "[100000, 100000]".to_owned()),
+        ("figure2", "chain[0].oscillators", "100000000000".to_owned()),
+        ("figure2", "rod.elements", "100000000000".to_owned()),
+    ] {
+        let (_, text) = BUILTIN.iter().find(|(name, _)| *name == scene).unwrap();
+        let set = [format!("{key}={value}")];
+        let error = Scene::build("s.toml", text, &set, Path::new("")).unwrap_err();
+        assert!(
+            error.to_string().contains("at most") || error.to_string().contains("maximum"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,14 @@
+//! Any bytes are a scene, or refused with their place.
+#![no_main]
+
+use std::path::Path;
+
+use libfuzzer_sys::fuzz_target;
+use myovib_cli::scene::Scene;
+
+fuzz_target!(|bytes: &[u8]| {
+    let text = String::from_utf8_lossy(bytes);
+    if let Err(error) = Scene::build("s.toml", &text, &[], Path::new("")) {
+        assert!(error.to_string().contains("s.toml"), "{error}");
+    }
+});

@@ -1,0 +1,18 @@
+//! Any bytes are the table of a force, or refused with the place in the scene that names it.
+#![no_main]
+
+use std::sync::LazyLock;
+
+use libfuzzer_sys::fuzz_target;
+use myovib_cli::scene::Scene;
+use tempfile::TempDir;
+
+static FOLDER: LazyLock<TempDir> = LazyLock::new(|| tempfile::tempdir().expect("a folder"));
+
+fuzz_target!(|bytes: &[u8]| {
+    std::fs::write(FOLDER.path().join("table.csv"), bytes).expect("the folder is ours");
+    let scene = include_str!("../../crates/cli/tests/mutations/table.toml");
+    if let Err(error) = Scene::build("s.toml", scene, &[], FOLDER.path()) {
+        assert!(error.to_string().contains("s.toml"), "{error}");
+    }
+});
