@@ -161,6 +161,12 @@ impl<P: DaeProblem> IdaIntegrator<P> {
         })
     }
 
+    /// The problem with y and ẏ at the time reached.
+    pub fn into_state(self) -> (P, Vec<f64>, Vec<f64>) {
+        let (y, y_dot) = (self.solver.y().to_vec(), self.solver.y_dot().to_vec());
+        (self.solver.into_problem(), y, y_dot)
+    }
+
     /// The solver itself.
     pub fn solver(&self) -> &IdaSolver<P> {
         &self.solver

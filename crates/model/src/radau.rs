@@ -1,6 +1,6 @@
 //! Radau IIA as an [`Integrator`] of a model.
 
-use myovib_radau::{KluMatrices, Method, NewtonMatrices, RadauOptions, RadauSolver};
+use myovib_radau::{KluMatrices, Method, NewtonMatrices, RadauBuilder, RadauOptions, RadauSolver};
 use sundials_wrap::klu::KluOptions;
 use sundials_wrap::{DaeProblem, Suppressed, Tolerances};
 
@@ -61,12 +61,24 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauIntegrator<P, M> {
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
-        let options = RadauOptions {
-            stop_time: Some(t_end),
-            ..options
-        };
-        let solver = RadauSolver::builder(problem)
-            .options(options)
+        let solver = builder(problem, options, t_end).build_with(matrices, t, y, y_dot)?;
+        Ok(Self { solver, t_end })
+    }
+
+    /// The same, with weights in the error test that are a function of y.
+    ///
+    /// # Errors
+    /// [`ModelError::Radau`] for options Radau IIA does not take.
+    pub fn with_weights(
+        problem: P,
+        matrices: M,
+        options: RadauOptions,
+        (t, t_end): (f64, f64),
+        (y, y_dot): (&[f64], &[f64]),
+        weights: impl FnMut(&[f64], &mut [f64]) + Send + 'static,
+    ) -> Result<Self, ModelError> {
+        let solver = builder(problem, options, t_end)
+            .error_weights(weights)
             .build_with(matrices, t, y, y_dot)?;
         Ok(Self { solver, t_end })
     }
@@ -75,6 +87,13 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauIntegrator<P, M> {
     pub fn solver(&self) -> &RadauSolver<P, M> {
         &self.solver
     }
+}
+
+fn builder<P: DaeProblem>(problem: P, options: RadauOptions, t_end: f64) -> RadauBuilder<P> {
+    RadauSolver::builder(problem).options(RadauOptions {
+        stop_time: Some(t_end),
+        ..options
+    })
 }
 
 /// The Newton matrices of a muscle: condensed where the formulation and the settings allow it.

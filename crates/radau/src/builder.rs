@@ -3,21 +3,22 @@
 use num_complex::Complex64;
 use sundials_wrap::{DaeProblem, Tolerances};
 
+use crate::attempt::Jacobian;
 use crate::control::Control;
 use crate::dense::Collocation;
 use crate::error::{expect_finite, expect_length};
 use crate::error_test::ErrorTest;
 use crate::newton::NewtonSolver;
 use crate::predictor::Predictor;
-use crate::solver::Jacobian;
+use crate::weights::{UserWeights, Weights};
 use crate::work::Counters;
 use crate::{KluMatrices, Method, NewtonMatrices, RadauError, RadauOptions, RadauSolver};
 
 /// A [`RadauSolver`] in the making.
-#[derive(Debug)]
 pub struct RadauBuilder<P> {
     problem: P,
     options: RadauOptions,
+    weights: Option<UserWeights>,
 }
 
 impl<P: DaeProblem> RadauBuilder<P> {
@@ -25,6 +26,7 @@ impl<P: DaeProblem> RadauBuilder<P> {
         Self {
             problem,
             options: RadauOptions::default(),
+            weights: None,
         }
     }
 
@@ -39,6 +41,18 @@ impl<P: DaeProblem> RadauBuilder<P> {
     #[must_use]
     pub fn tolerances(mut self, tolerances: Tolerances) -> Self {
         self.options.tolerances = tolerances;
+        self
+    }
+
+    /// Sets the weights of the components, a function of y, in the place of tolerances. It is called
+    /// after each step, as IDAS calls its own, and its values are taken as they are; see
+    /// [`RadauOptions::internal_factor`].
+    #[must_use]
+    pub fn error_weights(
+        mut self,
+        weights: impl FnMut(&[f64], &mut [f64]) + Send + 'static,
+    ) -> Self {
+        self.weights = Some(Box::new(weights));
         self
     }
 
@@ -71,7 +85,11 @@ impl<P: DaeProblem> RadauBuilder<P> {
         y0: &[f64],
         y_dot0: &[f64],
     ) -> Result<RadauSolver<P, M>, RadauError> {
-        let Self { problem, options } = self;
+        let Self {
+            problem,
+            options,
+            weights,
+        } = self;
         let n = problem.n_unknowns();
         let (indices, kinds) = (problem.indices(), problem.kinds());
         expect_length("initial values y0", n, y0.len())?;
@@ -83,7 +101,7 @@ impl<P: DaeProblem> RadauBuilder<P> {
         expect_finite("y_dot0", y_dot0)?;
         options.validate(n)?;
         let method = Method::radau_iia(options.stages)?;
-        let scaling = options.index_scaling.powers(&kinds, &indices);
+        let powers = options.index_scaling.powers(&kinds, &indices);
 
         let mut counters = Counters::default();
         counters.stats.t_reached = t0;
@@ -97,8 +115,7 @@ impl<P: DaeProblem> RadauBuilder<P> {
             jacobian: Jacobian::Due,
             set_up_for: None,
             shifts: vec![Complex64::ZERO; method.complex_modes().len()],
-            weights: vec![0.0; n],
-            scaled_weights: vec![0.0; n],
+            weights: Weights::new(weights, powers),
             y: y0.to_vec(),
             y_dot: y_dot0.to_vec(),
             t: t0,
@@ -107,10 +124,9 @@ impl<P: DaeProblem> RadauBuilder<P> {
             matrices,
             method,
             options,
-            scaling,
             counters,
         };
-        solver.update_weights();
+        solver.weights.update(&solver.options, &solver.y);
         Ok(solver)
     }
 }

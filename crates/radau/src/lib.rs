@@ -60,6 +60,7 @@
 //!   methods, ACM Trans. Math. Softw. 20 (1994) 496.
 #![forbid(unsafe_code)]
 
+mod attempt;
 mod builder;
 mod control;
 mod dense;
@@ -72,6 +73,7 @@ mod options;
 mod output;
 mod predictor;
 mod solver;
+mod weights;
 mod work;
 
 pub use builder::RadauBuilder;

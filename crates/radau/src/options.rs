@@ -232,12 +232,19 @@ impl RadauOptions {
     /// component.
     pub(crate) fn internal_tolerances(&self) -> (f64, impl Fn(usize) -> f64) {
         let (relative, absolute) = self.relative_and_absolute();
+        let factor = self.internal_factor(relative);
+        (factor * relative, move |i| factor * absolute(i))
+    }
+
+    /// The factor from tolerances for the solution to those the estimate is tested against, for a
+    /// `relative` tolerance among them: 0.1 rtol^((s+1)/2s − 1). It is 1 unless
+    /// `tolerances_for_solution`.
+    pub fn internal_factor(&self, relative: f64) -> f64 {
         let s = self.stages as f64;
-        let factor = match self.tolerances_for_solution && relative > 0.0 {
+        match self.tolerances_for_solution && relative > 0.0 {
             true => 0.1 * relative.powf((s + 1.0) / (2.0 * s) - 1.0),
             false => 1.0,
-        };
-        (factor * relative, move |i| factor * absolute(i))
+        }
     }
 
     fn relative_and_absolute(&self) -> (f64, impl Fn(usize) -> f64) {

@@ -1,14 +1,16 @@
 //! The integrator: one step after another.
 
 use num_complex::Complex64;
-use sundials_wrap::{DaeProblem, Outcome, StepError, Stop, StopReason, WorstComponent};
+use sundials_wrap::{DaeProblem, Outcome, Stop, StopReason, WorstComponent};
 
+use crate::attempt::{Attempt, Fatal, Jacobian, Rejection};
 use crate::control::Control;
 use crate::dense::{Collocation, add_scaled};
 use crate::error::expect_finite;
 use crate::error_test::ErrorTest;
-use crate::newton::{Newton, NewtonSolver, Step};
+use crate::newton::NewtonSolver;
 use crate::predictor::Predictor;
+use crate::weights::Weights;
 use crate::work::Counters;
 use crate::{
     KluMatrices, Method, NewtonMatrices, RadauBuilder, RadauError, RadauOptions, StepSize,
@@ -33,8 +35,6 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(crate) matrices: M,
     pub(crate) method: Method,
     pub(crate) options: RadauOptions,
-    /// The power of h with which a component's error counts.
-    pub(crate) scaling: Vec<i32>,
     pub(crate) t: f64,
     pub(crate) y: Vec<f64>,
     pub(crate) y_dot: Vec<f64>,
@@ -51,57 +51,8 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(crate) set_up_for: Option<f64>,
     /// λ/h of the complex modes.
     pub(crate) shifts: Vec<Complex64>,
-    /// Inverse tolerances at y.
-    pub(crate) weights: Vec<f64>,
-    /// The same, times the power of h that `scaling` says.
-    pub(crate) scaled_weights: Vec<f64>,
+    pub(crate) weights: Weights,
     pub(crate) counters: Counters,
-}
-
-/// Where the Jacobian in use was evaluated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Jacobian {
-    /// Nowhere that serves: it is due.
-    Due,
-    /// At an earlier step.
-    Old,
-    /// At the beginning of this step.
-    Current,
-}
-
-/// What one attempt at a step led to.
-enum Attempt {
-    Accepted { proposal: f64 },
-    Rejected(Rejection),
-}
-
-/// Why an attempt was rejected, and the factor on h for the next one.
-struct Rejection {
-    reason: StopReason,
-    message: String,
-    step_factor: f64,
-}
-
-/// What cannot be repaired by a smaller step.
-struct Fatal {
-    function: &'static str,
-    source: Box<dyn std::error::Error + Send + Sync>,
-}
-
-/// Halves the step after a recoverable error, ends the integration after a fatal one.
-fn rejection(
-    function: &'static str,
-    reason: StopReason,
-    error: StepError,
-) -> Result<Rejection, Fatal> {
-    match error {
-        StepError::Recoverable(message) => Ok(Rejection {
-            reason,
-            message,
-            step_factor: 0.5,
-        }),
-        StepError::Fatal(source) => Err(Fatal { function, source }),
-    }
 }
 
 impl<P: DaeProblem> RadauSolver<P> {
@@ -228,128 +179,9 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
         }
     }
 
-    /// One attempt at a step of size h; nothing but Newton's memory and the Jacobian changes.
-    fn attempt(&mut self, h: f64, repeated: bool) -> Result<Attempt, Fatal> {
-        let iterations = match self.solve_stages(h)? {
-            Ok(iterations) => iterations,
-            Err(rejection) => return Ok(Attempt::Rejected(rejection)),
-        };
-        if let StepSize::Fixed(proposal) = self.options.step_size {
-            return Ok(Attempt::Accepted { proposal });
-        }
-        let first = self.counters.stats.steps == 0;
-        let (step, counters) = (
-            Step {
-                method: &self.method,
-                t: self.t,
-                h,
-                y: &self.y,
-                weights: &self.scaled_weights,
-            },
-            &mut self.counters,
-        );
-        let (problem, matrices, z) = (&mut self.problem, &mut self.matrices, &self.newton.z);
-        let filter_twice = first || repeated;
-        match self
-            .error_test
-            .estimate(problem, matrices, &step, z, filter_twice, counters)
-        {
-            Ok(error) if error < 1.0 => Ok(Attempt::Accepted {
-                proposal: self.control.accept(h, error, iterations),
-            }),
-            Ok(error) => Ok(Attempt::Rejected(Rejection {
-                reason: StopReason::ErrorTestFailures,
-                message: format!("estimated error {error:.2e} times the tolerance at h = {h:e}"),
-                // Nothing is known about the scale before the first step is accepted.
-                step_factor: match first {
-                    true => 0.1,
-                    false => self.control.propose(h, error, iterations) / h,
-                },
-            })),
-            Err(error) => {
-                rejection("residual", StopReason::ResidualFailed, error).map(Attempt::Rejected)
-            }
-        }
-    }
-
-    /// Solves the stage equations, with a new Jacobian if the one at hand fails; the number of
-    /// iterations, or why it could not be done.
-    fn solve_stages(&mut self, h: f64) -> Result<Result<usize, Rejection>, Fatal> {
-        self.scale_weights(h);
-        loop {
-            if let Err(error) = self.evaluate_jacobian() {
-                return rejection("Jacobian", StopReason::ResidualFailed, error).map(Err);
-            }
-            if let Err(error) = self.set_up(h) {
-                return rejection("linear set-up", StopReason::LinearSetupFailed, error).map(Err);
-            }
-            let z = &mut self.newton.z;
-            let (method, last) = (&self.method, &self.collocation);
-            self.predictor.start(method, last, (self.t, h), &self.y, z);
-            let step = Step {
-                method: &self.method,
-                t: self.t,
-                h,
-                y: &self.y,
-                weights: &self.scaled_weights,
-            };
-            let (problem, matrices) = (&mut self.problem, &mut self.matrices);
-            let rejection = match self
-                .newton
-                .solve(problem, matrices, &step, &mut self.counters)
-            {
-                Ok(Newton::Converged { iterations }) => return Ok(Ok(iterations)),
-                Ok(Newton::Failed { step_factor }) => Rejection {
-                    reason: StopReason::ConvergenceFailures,
-                    message: format!("Newton does not converge at h = {h:e}"),
-                    step_factor,
-                },
-                Err(error) => rejection("residual", StopReason::ResidualFailed, error)?,
-            };
-            self.counters.stats.newton_failures += 1;
-            // The Jacobian of an earlier step may be to blame for slow convergence.
-            if self.jacobian == Jacobian::Current || rejection.reason == StopReason::ResidualFailed
-            {
-                return Ok(Err(rejection));
-            }
-            self.jacobian = Jacobian::Due;
-        }
-    }
-
-    /// Evaluates the Jacobian at the beginning of the step, if it is due.
-    fn evaluate_jacobian(&mut self) -> Result<(), StepError> {
-        if self.jacobian == Jacobian::Due {
-            self.counters.stats.jacobian_evaluations += 1;
-            self.set_up_for = None;
-            self.matrices
-                .evaluate(&mut self.problem, self.t, &self.y, &self.y_dot)?;
-            self.jacobian = Jacobian::Current;
-        }
-        Ok(())
-    }
-
-    /// Sets up J_y + λ/h J_ẏ for all eigenvalues λ of A⁻¹, if h or the Jacobian is new.
-    fn set_up(&mut self, h: f64) -> Result<(), StepError> {
-        if self.set_up_for == Some(h) {
-            return Ok(());
-        }
-        self.set_up_for = None;
-        self.counters.stats.linear_setups += 1;
-        self.counters.work.real_factorizations += 1;
-        self.counters.work.complex_factorizations += self.shifts.len() as u64;
-        for (shift, mode) in self.shifts.iter_mut().zip(self.method.complex_modes()) {
-            *shift = mode.lambda / h;
-        }
-        let real = self.method.real_mode().lambda / h;
-        self.matrices
-            .set_up(&mut self.problem, real, &self.shifts)?;
-        self.set_up_for = Some(h);
-        Ok(())
-    }
-
     /// Makes the step just computed, which ends at `t`, the last one.
     fn accept(&mut self, h: f64, t: f64) {
-        self.predictor.learn(&self.newton.z, &self.scaled_weights);
+        self.predictor.learn(&self.newton.z, self.weights.scaled());
         self.collocation.t0 = self.t;
         self.collocation.h = h;
         self.collocation.y0.copy_from_slice(&self.y);
@@ -364,7 +196,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             add_scaled(&mut self.y_dot, self.method.a_inverse(last, j) / h, z_j);
         }
         self.t = t;
-        self.update_weights();
+        self.weights.update(&self.options, &self.y);
         let reusable = self.newton.contraction <= self.options.jacobian_reuse;
         self.jacobian = if reusable {
             Jacobian::Old
@@ -412,7 +244,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             let square: f64 = self
                 .y_dot
                 .iter()
-                .zip(&self.weights)
+                .zip(self.weights.plain())
                 .map(|(v, w)| (v * w).powi(2))
                 .sum();
             let norm = (square / self.y.len() as f64).sqrt();
@@ -422,24 +254,9 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
         self.options.initial_step.unwrap_or_else(estimate).min(most)
     }
 
-    pub(crate) fn update_weights(&mut self) {
-        let (relative, absolute) = self.options.internal_tolerances();
-        for (i, (w, y)) in self.weights.iter_mut().zip(&self.y).enumerate() {
-            // Where a relative tolerance alone meets y = 0, the weight is huge but finite.
-            *w = 1.0 / (relative * y.abs() + absolute(i)).max(f64::MIN_POSITIVE);
-        }
-    }
-
-    fn scale_weights(&mut self, h: f64) {
-        let weights = self.weights.iter().zip(&self.scaling);
-        for (scaled, (w, &power)) in self.scaled_weights.iter_mut().zip(weights) {
-            *scaled = w * h.powi(power);
-        }
-    }
-
     fn stop(&self, reason: StopReason, message: String) -> Outcome {
         let stats = self.counters.stats;
-        let worst = self.error_test.worst(&self.scaled_weights, N_WORST);
+        let worst = self.error_test.worst(self.weights.scaled(), N_WORST);
         let named = |(index, weighted_error)| WorstComponent {
             index,
             name: self.problem.component_name(index),

@@ -1,15 +1,12 @@
 //! The integrator's settings from a scene.
 
 use myovib_model::{
-    AbsoluteTolerances, Field, Formulation, IntegratorKind, MultiplierWeights, Settings,
-    default_ordering,
+    AbsoluteTolerances, Field, Formulation, MultiplierWeights, Settings, default_ordering,
 };
 use sundials_wrap::klu::Ordering;
 
 use super::builder::Builder;
-use crate::scene_file::integrator::{
-    Block, Integrator, Method, MultiplierWeightsName, OrderingName,
-};
+use crate::scene_file::integrator::{Block, Integrator, MultiplierWeightsName, OrderingName};
 
 impl Builder<'_> {
     /// The settings for a muscle in `formulation`.
@@ -17,12 +14,7 @@ impl Builder<'_> {
         let defaults = Settings::paper(formulation);
         let atol = &wanted.atol;
         Settings {
-            integrator: match wanted.method {
-                Method::Bdf => IntegratorKind::Ida,
-                Method::Radau => IntegratorKind::Radau,
-                Method::Radau9 => IntegratorKind::Radau9,
-                Method::Radau13 => IntegratorKind::Radau13,
-            },
+            integrator: wanted.method.kind(),
             t_end: self.t_end,
             relative_tolerance: wanted.rtol,
             absolute_tolerances: AbsoluteTolerances {

@@ -1,5 +1,6 @@
 //! The integrator's settings in a scene.
 
+use myovib_model::IntegratorKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -76,6 +77,18 @@ pub enum Method {
     Radau9,
     /// Radau IIA, order 13.
     Radau13,
+}
+
+impl Method {
+    /// The integrator of this name.
+    pub fn kind(self) -> IntegratorKind {
+        match self {
+            Self::Bdf => IntegratorKind::Ida,
+            Self::Radau => IntegratorKind::Radau,
+            Self::Radau9 => IntegratorKind::Radau9,
+            Self::Radau13 => IntegratorKind::Radau13,
+        }
+    }
 }
 
 /// Absolute tolerances by block of unknowns.

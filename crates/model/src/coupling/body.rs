@@ -1,15 +1,19 @@
 //! What oscillators can be coupled to.
 
+use myovib_radau::{Method, NewtonMatrices};
 use sundials_wrap::klu::{KluError, KluOptions};
 use sundials_wrap::{DaeProblem, StructuredSolver};
 
 use super::no_body::NoBody;
-use crate::linear::CondensedSolver;
+use crate::linear::{CondensedMatrices, CondensedSolver};
 use crate::muscle_dae::MuscleDae;
 use crate::rod_dae::RodDae;
 
 /// A body's own linear solver.
 pub type BodySolver<B> = Box<dyn StructuredSolver<B> + Send>;
+
+/// A body's own Newton matrices for Radau IIA.
+pub type BodyMatrices<B> = Box<dyn NewtonMatrices<B>>;
 
 /// A body that oscillators can be coupled to.
 pub trait Body: DaeProblem + Send + Sized + 'static {
@@ -21,12 +25,33 @@ pub trait Body: DaeProblem + Send + Sized + 'static {
     fn condensed_solver(&self, _options: KluOptions) -> Result<Option<BodySolver<Self>>, KluError> {
         Ok(None)
     }
+
+    /// The same for Radau IIA.
+    ///
+    /// # Errors
+    /// Those of the analysis.
+    fn condensed_matrices(
+        &self,
+        _options: KluOptions,
+        _method: &Method,
+    ) -> Result<Option<BodyMatrices<Self>>, KluError> {
+        Ok(None)
+    }
 }
 
 impl Body for MuscleDae {
     fn condensed_solver(&self, options: KluOptions) -> Result<Option<BodySolver<Self>>, KluError> {
         let solver = CondensedSolver::new(self, options)?;
         Ok(solver.map(|solver| Box::new(solver) as BodySolver<Self>))
+    }
+
+    fn condensed_matrices(
+        &self,
+        options: KluOptions,
+        method: &Method,
+    ) -> Result<Option<BodyMatrices<Self>>, KluError> {
+        let matrices = CondensedMatrices::new(self, options, method)?;
+        Ok(matrices.map(|matrices| Box::new(matrices) as BodyMatrices<Self>))
     }
 }
 

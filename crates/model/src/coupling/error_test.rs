@@ -93,6 +93,22 @@ impl ErrorTest {
         self.left_out.resize(end, !tolerances.tested);
     }
 
+    /// The same test with tolerances times a factor that depends on the relative one.
+    #[must_use]
+    pub fn scaled(mut self, factor: impl Fn(f64) -> f64) -> Self {
+        for (relative, absolute) in self.relative.iter_mut().zip(&mut self.absolute) {
+            let factor = factor(*relative);
+            *relative *= factor;
+            *absolute *= factor;
+        }
+        self
+    }
+
+    /// The smallest relative tolerance.
+    pub fn smallest_relative(&self) -> f64 {
+        self.relative.iter().copied().fold(1.0, f64::min)
+    }
+
     /// Components left out of the error test.
     pub fn left_out(&self) -> &[bool] {
         &self.left_out

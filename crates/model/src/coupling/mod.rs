@@ -23,13 +23,15 @@ mod history;
 mod locking;
 mod no_body;
 mod oscillators;
+mod radau;
 mod recording;
 
-pub use body::{Body, BodySolver};
+pub use body::{Body, BodyMatrices, BodySolver};
 pub use dae::CoupledDae;
 pub use error_test::{ErrorTest, StateTolerances};
 pub use history::{CoherenceHistory, Settling};
 pub use locking::{LockCriterion, Synchrony};
 pub use no_body::NoBody;
 pub use oscillators::{Oscillators, Source};
+pub use radau::SystemMatrices;
 pub use recording::{Recorder, Recording};

@@ -3,9 +3,10 @@
 use myovib_model::advice::{Advice, Advised};
 use myovib_model::coupling::{CoupledDae, ErrorTest, NoBody, Oscillators, Source, StateTolerances};
 use myovib_model::{
-    IdaIntegrator, Integrator, LinearSolver, ModelError, MuscleDae, Probe, RodDae, Settings, ida,
-    start_at_rest, start_from,
+    IdaIntegrator, Integrator, LinearSolver, ModelError, MuscleDae, Probe, RadauIntegrator, RodDae,
+    Settings, ida, radau, start_at_rest, start_from,
 };
+use myovib_radau::RadauOptions;
 use sundials_wrap::{DaeProblem, IdaOptions};
 
 use super::checkpoint::Checkpoint;
@@ -45,10 +46,10 @@ pub(super) fn muscle_and_chains(
     if checkpoint.is_none() {
         refuse_sudden_loads(&mut dae)?;
     }
-    let options = IdaOptions {
-        // The error test has tolerances for all parts.
-        tolerances: IdaOptions::default().tolerances,
-        ..ida::options(&dae, &body.settings)
+    let options = Options {
+        ida: ida::options(&dae, &body.settings),
+        radau: radau::options(&dae, &body.settings),
+        linear: body.settings.linear_solver,
     };
     let test = ErrorTest::of_muscle(&dae, &body.settings);
     let source = |chain: &DrivenChain| match chain.at {
@@ -60,8 +61,7 @@ pub(super) fn muscle_and_chains(
     };
     let oscillators = oscillators(scene, source)?;
     let dae = CoupledDae::new(dae, oscillators);
-    let linear_solver = body.settings.linear_solver;
-    let integrator = coupled(scene, dae, test, options, linear_solver, checkpoint)?;
+    let integrator = coupled(scene, dae, test, options, checkpoint)?;
     Ok(Box::new(Advised::new(integrator, advice(body))))
 }
 
@@ -83,14 +83,7 @@ pub(super) fn rod(
     let oscillators = oscillators(scene, source)?;
     let test = ErrorTest::of_states(rod.n_unknowns(), tolerances(scene));
     let dae = CoupledDae::new(rod.clone(), oscillators);
-    coupled(
-        scene,
-        dae,
-        test,
-        options(scene),
-        LinearSolver::Full,
-        checkpoint,
-    )
+    coupled(scene, dae, test, options(scene), checkpoint)
 }
 
 /// Chains by themselves.
@@ -100,58 +93,52 @@ pub(super) fn chains(
 ) -> anyhow::Result<Box<dyn Integrator<CoupledDae<NoBody>>>> {
     let dae = CoupledDae::new(NoBody, oscillators(scene, |_| Ok(Source::Rest))?);
     let test = ErrorTest::of_states(0, tolerances(scene));
-    coupled(
-        scene,
-        dae,
-        test,
-        options(scene),
-        LinearSolver::Full,
-        checkpoint,
-    )
+    coupled(scene, dae, test, options(scene), checkpoint)
 }
 
 fn coupled<B: CoupledBody>(
     scene: &Scene,
     dae: CoupledDae<B>,
     test: ErrorTest,
-    options: IdaOptions,
-    linear_solver: LinearSolver,
+    options: Options,
     checkpoint: Option<&Checkpoint>,
 ) -> anyhow::Result<Box<dyn Integrator<CoupledDae<B>>>> {
-    if scene.file.integrator.method != Method::Bdf {
-        let error = InputError::new("Radau IIA integrates a muscle by itself only")
-            .at("integrator.method")
-            .next("take \"bdf\"");
-        return Err(error.into());
-    }
     let test = test.with_oscillators(&dae, tolerances(scene));
-    Ok(Box::new(match checkpoint {
-        Some(Checkpoint {
-            t, y, y_dot, step, ..
-        }) => {
-            let options = IdaOptions {
-                initial_step: Some(*step),
-                ..options
-            };
-            IdaIntegrator::coupled_at(
-                dae,
-                test,
-                options,
-                linear_solver,
-                [*t, scene.t_end],
-                y,
-                y_dot,
-            )?
+    let Options { ida, radau, linear } = options;
+    let bdf = scene.file.integrator.method == Method::Bdf;
+    let Some(Checkpoint {
+        t, y, y_dot, step, ..
+    }) = checkpoint
+    else {
+        let mut y = vec![0.0; dae.n_unknowns()];
+        for (k, chain) in scene.chains.iter().enumerate() {
+            let n = dae.oscillators(k).network().n_oscillators();
+            y[dae.range(k)][..n].fill(chain.initial);
         }
-        None => {
-            let mut y = vec![0.0; dae.n_unknowns()];
-            for (k, chain) in scene.chains.iter().enumerate() {
-                let n = dae.oscillators(k).network().n_oscillators();
-                y[dae.range(k)][..n].fill(chain.initial);
-            }
-            IdaIntegrator::coupled(dae, test, options, linear_solver, scene.t_end, &y)?
-        }
-    }))
+        let end = scene.t_end;
+        return Ok(match bdf {
+            true => Box::new(IdaIntegrator::coupled(dae, test, ida, linear, end, &y)?),
+            false => Box::new(RadauIntegrator::coupled(dae, test, radau, linear, end, &y)?),
+        });
+    };
+    let (times, initial_step) = ([*t, scene.t_end], Some(*step));
+    Ok(if bdf {
+        let ida = IdaOptions {
+            initial_step,
+            ..ida
+        };
+        Box::new(IdaIntegrator::coupled_at(
+            dae, test, ida, linear, times, y, y_dot,
+        )?)
+    } else {
+        let radau = RadauOptions {
+            initial_step,
+            ..radau
+        };
+        Box::new(RadauIntegrator::coupled_at(
+            dae, test, radau, linear, times, y, y_dot,
+        )?)
+    })
 }
 
 fn oscillators(
@@ -178,14 +165,30 @@ fn tolerances(scene: &Scene) -> StateTolerances {
     }
 }
 
+/// What the integrators of a coupled system can be told; the error test has the tolerances.
+struct Options {
+    ida: IdaOptions,
+    radau: RadauOptions,
+    linear: LinearSolver,
+}
+
 /// The options for systems without a muscle.
-fn options(scene: &Scene) -> IdaOptions {
+fn options(scene: &Scene) -> Options {
     let wanted = &scene.file.integrator;
-    IdaOptions {
-        max_order: wanted.max_order.unwrap_or(5) as usize,
-        initial_step: wanted.initial_step,
-        max_step: wanted.max_step,
-        ..IdaOptions::default()
+    Options {
+        ida: IdaOptions {
+            max_order: wanted.max_order.unwrap_or(5) as usize,
+            initial_step: wanted.initial_step,
+            max_step: wanted.max_step,
+            ..IdaOptions::default()
+        },
+        radau: RadauOptions {
+            stages: wanted.method.kind().stages().unwrap_or(3),
+            initial_step: wanted.initial_step,
+            max_step: wanted.max_step,
+            ..RadauOptions::default()
+        },
+        linear: LinearSolver::Full,
     }
 }
 

@@ -1,0 +1,91 @@
+//! Radau IIA for coupled systems.
+
+use myovib_radau::{KluMatrices, Method, NewtonMatrices, RadauOptions};
+use sundials_wrap::{DaeProblem, IdaOptions, Suppressed, Tolerances};
+
+use super::body::Body;
+use super::dae::CoupledDae;
+use super::error_test::ErrorTest;
+use crate::error::ModelError;
+use crate::ida::IdaIntegrator;
+use crate::linear::CoupledMatrices;
+use crate::radau::RadauIntegrator;
+use crate::settings::LinearSolver;
+
+/// Matrices chosen at run time: by the body's own, or of the whole.
+pub type SystemMatrices<B> = Box<dyn NewtonMatrices<CoupledDae<B>>>;
+
+impl<B: Body> RadauIntegrator<CoupledDae<B>, SystemMatrices<B>> {
+    /// Starts a coupled system at t = 0 from `y`, the body at rest, as
+    /// [`IdaIntegrator::coupled`] does.
+    ///
+    /// # Errors
+    /// [`ModelError::Radau`] for options Radau IIA does not take, [`ModelError::Integrator`] when
+    /// no consistent derivatives are found, [`ModelError::Evaluation`] when the equations cannot be
+    /// evaluated at t = 0.
+    pub fn coupled(
+        mut dae: CoupledDae<B>,
+        error_test: ErrorTest,
+        options: RadauOptions,
+        linear_solver: LinearSolver,
+        t_end: f64,
+        y: &[f64],
+    ) -> Result<Self, ModelError> {
+        let times = [0.0, t_end];
+        let (y_dot, imbalance) = dae.derivatives_at(0.0, y)?;
+        if imbalance == 0.0 {
+            return Self::coupled_at(dae, error_test, options, linear_solver, times, y, &y_dot);
+        }
+        let (test, ida) = (error_test.clone(), IdaOptions::default());
+        let corrected = IdaIntegrator::coupled(dae, test, ida, linear_solver, t_end, y)?;
+        let (dae, y, y_dot) = corrected.into_state();
+        Self::coupled_at(dae, error_test, options, linear_solver, times, &y, &y_dot)
+    }
+
+    /// Starts a coupled system from a state with consistent derivatives, over the times
+    /// `[start, end]`.
+    ///
+    /// The tolerances, and what the error test leaves out, are those of `error_test`.
+    ///
+    /// # Errors
+    /// [`ModelError::Radau`] for options Radau IIA does not take.
+    pub fn coupled_at(
+        dae: CoupledDae<B>,
+        error_test: ErrorTest,
+        options: RadauOptions,
+        linear_solver: LinearSolver,
+        [t, t_end]: [f64; 2],
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Self, ModelError> {
+        let options = RadauOptions {
+            // What Newton takes its own tolerance from; the weights below replace the others.
+            tolerances: Tolerances::scalar(error_test.smallest_relative(), 0.0),
+            suppressed: Suppressed::Components(error_test.left_out().to_vec()),
+            ..options
+        };
+        let method = Method::radau_iia(options.stages)?;
+        let of_body = match linear_solver {
+            LinearSolver::Condensed => dae.body().condensed_matrices(options.klu, &method)?,
+            LinearSolver::Full => None,
+        };
+        let matrices: SystemMatrices<B> = match of_body {
+            Some(body) => Box::new(CoupledMatrices::new(body, &dae, options.klu, &method)?),
+            None => {
+                let pattern = dae.jacobian_pattern();
+                Box::new(KluMatrices::new(&pattern, options.klu, &method)?)
+            }
+        };
+        let test = error_test.scaled(|relative| options.internal_factor(relative));
+        Self::with_weights(
+            dae,
+            matrices,
+            options,
+            (t, t_end),
+            (y, y_dot),
+            move |y, w| {
+                test.weights(y, w);
+            },
+        )
+    }
+}
