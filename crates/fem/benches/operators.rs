@@ -44,6 +44,7 @@ fn main() {
         v: Some(&v),
         p_rate: Some(&p_rate),
         mu: Some(&mu),
+        factors: None,
     };
     let plain = Fields::new(&u, Pressure::Nodal(&p));
     let mut a = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];

@@ -276,6 +276,18 @@ impl<S: Simd, const N: usize> Part<'_, S, N> {
         values
     }
 
+    /// Corner values of the law's factors.
+    #[inline(always)]
+    pub(crate) fn gather_factors(&self, factors: &[[f64; 3]]) -> [Lanes<S>; 3] {
+        let mut values = [self.zero(); 3];
+        for (corner, value) in values.iter_mut().enumerate() {
+            for (lane, factor) in value.as_mut_slice().iter_mut().enumerate() {
+                *factor = factors[self.element(lane)][corner];
+            }
+        }
+        values
+    }
+
     /// Adds element vectors to a displacement-like array.
     #[inline(always)]
     pub(crate) fn scatter_vector(&self, local: &[[Lanes<S>; 2]; N], field: &mut [f64]) {

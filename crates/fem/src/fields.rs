@@ -16,7 +16,8 @@ pub enum Pressure<'a> {
 ///
 /// # Shapes
 /// `u`, `v`: `2 n_nodes`, interleaved, constrained components included. `p`, `p_rate`, `mu`:
-/// `n_vertices`. A `p_rate` or `mu` not given counts as zero.
+/// `n_vertices`. `factors`: three per element, one at each corner. A `p_rate` or `mu` not given
+/// counts as zero, factors not given as one.
 #[derive(Debug, Clone, Copy)]
 pub struct Fields<'a> {
     /// Displacement.
@@ -29,6 +30,10 @@ pub struct Fields<'a> {
     pub p_rate: Option<&'a [f64]>,
     /// Multiplier of the velocity constraint, as in (33).
     pub mu: Option<&'a [f64]>,
+    /// Factors of the law's energy W, linear in each element: a stiffness that varies in space and
+    /// time, as the paper's E(ξ, t). They leave the volume terms alone, and rates are those at
+    /// fixed factors.
+    pub factors: Option<&'a [[f64; 3]]>,
 }
 
 impl<'a> Fields<'a> {
@@ -40,6 +45,7 @@ impl<'a> Fields<'a> {
             v: None,
             p_rate: None,
             mu: None,
+            factors: None,
         }
     }
 }

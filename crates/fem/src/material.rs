@@ -95,6 +95,23 @@ macro_rules! with_potential {
 pub(crate) use with_potential;
 
 impl Law {
+    /// The law with its energy multiplied by `factor`.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        match self {
+            Law::MooneyRivlin { c10, c01 } => Law::MooneyRivlin {
+                c10: factor * c10,
+                c01: factor * c01,
+            },
+            Law::SmallStrain { shear_modulus } => Law::SmallStrain {
+                shear_modulus: factor * shear_modulus,
+            },
+            Law::StVenantKirchhoff { shear_modulus } => Law::StVenantKirchhoff {
+                shear_modulus: factor * shear_modulus,
+            },
+        }
+    }
+
     /// W at `h` = ∇u, without the pressure's part.
     pub fn energy(self, h: Tensor) -> f64 {
         with_potential!(self, w => Strain::new(&w, h).energy(&w))

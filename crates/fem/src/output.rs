@@ -43,7 +43,7 @@ impl Solid {
     /// # Panics
     /// If a field's length is wrong.
     pub fn state_at(&self, fields: &Fields<'_>, at: &Located) -> PointState {
-        let law = self.laws()[at.element];
+        let law = self.law_at(fields, at);
         let h = self.gradient_at(fields.u, at);
         let pressure = match fields.pressure {
             Pressure::Nodal(p) => self.space().pressure_at(p, at),
@@ -69,6 +69,15 @@ impl Solid {
             cauchy,
             cauchy_33,
         }
+    }
+
+    /// The law at a place in the mesh, its factor included.
+    fn law_at(&self, fields: &Fields<'_>, at: &Located) -> Law {
+        let law = self.laws()[at.element];
+        fields.factors.map_or(law, |factors| {
+            let corners = factors[at.element].iter().zip(at.barycentric);
+            law.scaled(corners.map(|(factor, psi)| factor * psi).sum())
+        })
     }
 
     /// ∇u at a place in the mesh.
@@ -100,7 +109,7 @@ impl Solid {
     pub fn strain_energy(&self, fields: &Fields<'_>) -> f64 {
         let rule = self.rule().points();
         let density = |at: &Located| {
-            let law = self.laws()[at.element];
+            let law = self.law_at(fields, at);
             let h = self.gradient_at(fields.u, at);
             let d = law.volume_change(h);
             let volumetric = match fields.pressure {

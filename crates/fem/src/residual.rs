@@ -16,6 +16,7 @@ pub(crate) struct Local<S: Simd, const N: usize> {
     p: [Lanes<S>; 3],
     p_rate: [Lanes<S>; 3],
     mu: [Lanes<S>; 3],
+    factors: Option<[Lanes<S>; 3]>,
     kappa: f64,
 }
 
@@ -34,6 +35,7 @@ impl<S: Simd, const N: usize> Local<S, N> {
             p: part.gather_scalar(p),
             p_rate: part.gather_scalar(fields.p_rate.filter(|_| rates)),
             mu: part.gather_scalar(fields.mu),
+            factors: fields.factors.map(|factors| part.gather_factors(factors)),
             kappa,
         }
     }
@@ -56,7 +58,10 @@ impl<S: Simd> AtPoint<S> {
         point: &Point<N>,
         local: &Local<S, N>,
     ) -> Result<Self, Inverted> {
-        let strain = Strain::new(w, part.gradient(&local.u, point));
+        let mut strain = Strain::new(w, part.gradient(&local.u, point));
+        if let Some(factors) = &local.factors {
+            strain.factor = Some(part.interpolate(factors, point));
+        }
         if W::FINITE {
             let inverted = |d: &f64| *d <= -1.0 || d.is_nan();
             if let Some(lane) = strain.d.as_slice().iter().position(inverted) {

@@ -290,6 +290,9 @@ impl Solid {
         check_length(n, fields.v, "v");
         check_length(m, fields.p_rate, "p_rate");
         check_length(m, fields.mu, "mu");
+        if let Some(factors) = fields.factors {
+            assert_eq!(factors.len(), self.space.n_elements(), "factors");
+        }
         if let Pressure::Nodal(p) = fields.pressure {
             check_length(m, Some(p), "p");
         }

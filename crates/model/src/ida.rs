@@ -6,7 +6,7 @@ use sundials_wrap::{
     ConsistencyMode, DaeProblem, IdaBuilder, IdaOptions, IdaSolver, Suppressed, Tolerances,
 };
 
-use crate::coupling::{Body, CoupledDae, ErrorTest};
+use crate::coupling::{Body, CoupledDae, ErrorTest, FeedbackDae};
 use crate::error::ModelError;
 use crate::integrator::{Advance, Counts, Integrator};
 use crate::linear::{CondensedSolver, CoupledSolver};
@@ -113,12 +113,6 @@ impl<B: Body> IdaIntegrator<CoupledDae<B>> {
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
-        let options = IdaOptions {
-            // Replaced by the weights below; those of a body alone have another length.
-            tolerances: IdaOptions::default().tolerances,
-            suppressed: Suppressed::Components(error_test.left_out().to_vec()),
-            ..options
-        };
         let of_body = match linear_solver {
             LinearSolver::Condensed => dae.body().condensed_solver(options.klu)?,
             LinearSolver::Full => None,
@@ -126,15 +120,34 @@ impl<B: Body> IdaIntegrator<CoupledDae<B>> {
         let condensed = of_body
             .map(|body| CoupledSolver::new(body, &dae, options.klu))
             .transpose()?;
-        let mut builder = builder(dae, options, t_end).error_weights(move |_, y, weights| {
-            error_test.weights(y, weights);
-            Ok(())
-        });
+        let mut builder = tested(dae, error_test, options, t_end);
         if let Some(solver) = condensed {
             builder = builder.structured_solver(solver);
         }
         Ok(Self {
             solver: builder.build(t, y, y_dot)?,
+            t_end,
+            step_size: StepSize::default(),
+        })
+    }
+}
+
+impl IdaIntegrator<FeedbackDae> {
+    /// Starts a muscle with feedback from a state with consistent derivatives, over the times
+    /// `[start, end]`. Its Newton matrices are factorised as a whole.
+    ///
+    /// # Errors
+    /// [`ModelError::Integrator`] for options IDAS does not take.
+    pub fn feedback_at(
+        dae: FeedbackDae,
+        error_test: ErrorTest,
+        options: IdaOptions,
+        [t, t_end]: [f64; 2],
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Self, ModelError> {
+        Ok(Self {
+            solver: tested(dae, error_test, options, t_end).build(t, y, y_dot)?,
             t_end,
             step_size: StepSize::default(),
         })
@@ -177,6 +190,25 @@ fn builder<P: DaeProblem>(problem: P, options: IdaOptions, t_end: f64) -> IdaBui
     IdaSolver::builder(problem).options(IdaOptions {
         stop_time: Some(t_end),
         ..options
+    })
+}
+
+/// A system of parts, each of which the error test looks at in its own way.
+fn tested<P: DaeProblem>(
+    problem: P,
+    error_test: ErrorTest,
+    options: IdaOptions,
+    t_end: f64,
+) -> IdaBuilder<P> {
+    let options = IdaOptions {
+        // Replaced by the weights below; those of a body alone have another length.
+        tolerances: IdaOptions::default().tolerances,
+        suppressed: Suppressed::Components(error_test.left_out().to_vec()),
+        ..options
+    };
+    builder(problem, options, t_end).error_weights(move |_, y, weights| {
+        error_test.weights(y, weights);
+        Ok(())
     })
 }
 

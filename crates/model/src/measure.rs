@@ -57,12 +57,17 @@ pub struct Snapshot<'a> {
     pub velocity: &'a [f64],
     /// Pressure, or κ in its place.
     pub pressure: Pressure<'a>,
+    /// Factors of the law's energy, if it has any.
+    pub factors: Option<&'a [[f64; 3]]>,
 }
 
 impl<'a> Snapshot<'a> {
     /// Displacement and pressure for the operators of the solid.
     pub fn fields(&self) -> Fields<'a> {
-        Fields::new(self.displacement, self.pressure)
+        Fields {
+            factors: self.factors,
+            ..Fields::new(self.displacement, self.pressure)
+        }
     }
 
     /// The components of a quantity at a place.
@@ -234,6 +239,7 @@ mod tests {
             displacement: &u,
             velocity: &u,
             pressure: Pressure::Nodal(&p),
+            factors: None,
         };
         for (group, mean) in [("right", 4.0), ("body", 4.0 / 3.0)] {
             let quantities = [Quantity::Displacement, Quantity::Pressure];
@@ -262,6 +268,7 @@ mod tests {
             displacement: &u,
             velocity: &u,
             pressure: Pressure::Nodal(&p),
+            factors: None,
         };
         let quantities = [Quantity::VolumeRatio, Quantity::Stress];
         let mut values = Vec::new();

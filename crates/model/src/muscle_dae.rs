@@ -31,6 +31,8 @@ pub struct MuscleDae {
     matrices: Matrices,
     work: Workspace,
     counters: WorkCounters,
+    /// Factors of the law's energy, three per element; none: one everywhere.
+    factors: Option<Vec<[f64; 3]>>,
 }
 
 impl MuscleDae {
@@ -93,6 +95,7 @@ impl MuscleDae {
         Self {
             work: Workspace::new(solid),
             counters: WorkCounters::default(),
+            factors: None,
             muscle,
             formulation,
             layout,
@@ -126,6 +129,62 @@ impl MuscleDae {
     /// The work done so far.
     pub fn counters(&self) -> &WorkCounters {
         &self.counters
+    }
+
+    /// Multiplies the law's energy from now on: factors at the corners of each element.
+    ///
+    /// # Panics
+    /// At the next evaluation, if there are not three for each element.
+    pub fn set_factors(&mut self, factors: &[[f64; 3]]) {
+        let own = self.factors.get_or_insert_default();
+        own.clear();
+        own.extend_from_slice(factors);
+    }
+
+    /// Adds ∫ w (P + β Ṗ) : ∇φ to the rows of the momentum balance: P without the
+    /// pressure's part, w given by its values at the corners of each element. This is ∂F/∂g for
+    /// factors 1 + g w.
+    ///
+    /// # Errors
+    /// [`StepError::Recoverable`] for an element with det F ≤ 0.
+    pub fn add_factor_response(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        weights: &[[f64; 3]],
+        rows: &mut [f64],
+    ) -> Result<(), StepError> {
+        self.expand(t, y, None);
+        let Self {
+            work,
+            muscle: Muscle { solid, .. },
+            context,
+            layout,
+            ..
+        } = self;
+        let no_pressure = vec![0.0; solid.space().n_vertices()];
+        let fields = Fields {
+            v: Some(&work.velocity),
+            factors: Some(weights),
+            ..Fields::new(&work.displacement, Pressure::Nodal(&no_pressure))
+        };
+        let damped = context.beta > 0.0;
+        let mut vectors = Vectors {
+            force: Some(&mut work.force),
+            force_rate: damped.then_some(&mut work.force_rate),
+            ..Vectors::default()
+        };
+        solid.evaluate(&fields, &mut vectors).map_err(recoverable)?;
+        let momentum = layout
+            .range(Field::Velocity)
+            .expect("the momentum balance stands in the rows of v");
+        for (row, &i) in rows[momentum].iter_mut().zip(solid.dofs().free_to_full()) {
+            *row += work.force[i];
+            if damped {
+                *row += context.beta * work.force_rate[i];
+            }
+        }
+        Ok(())
     }
 
     /// Where a linear solver counts its work.
@@ -171,6 +230,7 @@ impl MuscleDae {
             displacement: &self.work.displacement,
             velocity: &self.work.velocity,
             pressure,
+            factors: self.factors.as_deref(),
         }
     }
 
@@ -253,13 +313,7 @@ impl MuscleDae {
         self.expand(t, y, None);
         let solid = &self.muscle.solid;
         let work = &mut self.work;
-        let fields = Fields {
-            u: &work.displacement,
-            pressure: Pressure::Nodal(&y[range.clone()]),
-            v: None,
-            p_rate: None,
-            mu: None,
-        };
+        let fields = Fields::new(&work.displacement, Pressure::Nodal(&y[range.clone()]));
         solid.evaluate(
             &fields,
             &mut Vectors {
@@ -314,8 +368,8 @@ impl MuscleDae {
         layout: &Layout,
         context: &Context,
         state: &State<'s>,
-        displacement: &'s [f64],
-        velocity: &'s [f64],
+        [displacement, velocity]: [&'s [f64]; 2],
+        factors: Option<&'s [[f64; 3]]>,
     ) -> Fields<'s> {
         let has = |field| layout.range(field).is_some();
         Fields {
@@ -330,6 +384,7 @@ impl MuscleDae {
             v: Some(velocity),
             p_rate: Self::pressure_rate(context, state),
             mu: has(Field::GglMultiplier).then(|| state.value(Field::GglMultiplier)),
+            factors,
         }
     }
 
@@ -339,7 +394,8 @@ impl MuscleDae {
     /// [`StepError::Recoverable`] for an element with det F ≤ 0.
     pub fn update_matrices(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), StepError> {
         let solid = &self.muscle.solid;
-        if solid.is_linear() && self.counters.tangent_passes > 0 {
+        let constant = solid.is_linear() && self.factors.is_none();
+        if constant && self.counters.tangent_passes > 0 {
             return Ok(());
         }
         self.expand(t, y, None);
@@ -349,8 +405,8 @@ impl MuscleDae {
             &self.layout,
             &self.context,
             &state,
-            &work.displacement,
-            &work.velocity,
+            [&work.displacement, &work.velocity],
+            self.factors.as_deref(),
         );
         let mut tangents: Tangents<'_> = self.matrices.wanted();
         self.counters.tangent_passes += 1;
@@ -394,10 +450,12 @@ impl DaeProblem for MuscleDae {
             layout,
             muscle,
             counters,
+            factors,
             ..
         } = self;
         let state = State::new(layout, y, y_dot);
-        let fields = Self::fields(layout, context, &state, &work.displacement, &work.velocity);
+        let motion = [&work.displacement[..], &work.velocity];
+        let fields = Self::fields(layout, context, &state, motion, factors.as_deref());
         let mut vectors = Vectors {
             force: needs.force.then_some(&mut work.force),
             force_rate: needs.force_rate.then_some(&mut work.force_rate),

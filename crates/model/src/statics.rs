@@ -161,13 +161,7 @@ impl<'a> Newton<'a> {
         let (q, pressure) = x.split_at(n_free);
         let (momentum, constraint) = r.split_at_mut(n_free);
         solid.dofs().expand(q, displacement);
-        let fields = Fields {
-            u: displacement,
-            pressure: Pressure::Nodal(pressure),
-            v: None,
-            p_rate: None,
-            mu: None,
-        };
+        let fields = Fields::new(displacement, Pressure::Nodal(pressure));
         let mut product = vec![0.0; pressure.len()];
         solid.apply_pressure_mass(pressure, &mut product);
         let mut vectors = Vectors {
@@ -228,13 +222,7 @@ impl<'a> Newton<'a> {
         let solid = &self.muscle.solid;
         let (q, pressure) = x.split_at(solid.dofs().n_free());
         solid.dofs().expand(q, &mut self.displacement);
-        let fields = Fields {
-            u: &self.displacement,
-            pressure: Pressure::Nodal(pressure),
-            v: None,
-            p_rate: None,
-            mu: None,
-        };
+        let fields = Fields::new(&self.displacement, Pressure::Nodal(pressure));
         solid.tangents(&fields, &mut self.matrices.wanted())?;
         let matrices = &self.matrices;
         self.assembly.combine(

@@ -12,7 +12,7 @@
 //! [`Strain`] holds what all of these share at a point; what two of them compute from it is the
 //! same expression, so the compiler computes it once.
 
-use super::potential::{First, Potential, Second};
+use super::potential::{First, Potential, Second, Third};
 use super::{Real, Tangent};
 
 /// A 2 × 2 tensor of some kind of number.
@@ -143,6 +143,8 @@ pub(crate) struct Strain<R> {
     distortion: TensorOf<R>,
     /// N = ∂d/∂F: cof F or I.
     pub(crate) normal: TensorOf<R>,
+    /// The factor of W, if it is not one.
+    pub(crate) factor: Option<R>,
 }
 
 impl<R: Real> Strain<R> {
@@ -165,6 +167,16 @@ impl<R: Real> Strain<R> {
             d,
             distortion,
             normal,
+            factor: None,
+        }
+    }
+
+    /// A derivative of W, times the factor.
+    #[inline(always)]
+    fn graded(&self, derivative: R) -> R {
+        match self.factor {
+            Some(factor) => factor * derivative,
+            None => derivative,
         }
     }
 
@@ -173,8 +185,8 @@ impl<R: Real> Strain<R> {
     fn first<W: Potential>(&self, w: &W, volumetric: Volumetric<R>) -> First<R> {
         let slope = w.first(self.e, self.d);
         First {
-            d: slope.d + self.d * volumetric.kappa - volumetric.p,
-            ..slope
+            e: self.graded(slope.e),
+            d: self.graded(slope.d) + self.d * volumetric.kappa - volumetric.p,
         }
     }
 
@@ -182,8 +194,20 @@ impl<R: Real> Strain<R> {
     fn second<W: Potential>(&self, w: &W, volumetric: Volumetric<R>) -> Second<R> {
         let slope = w.second(self.e, self.d);
         Second {
-            dd: slope.dd + self.d.like(volumetric.kappa),
-            ..slope
+            ee: self.graded(slope.ee),
+            ed: self.graded(slope.ed),
+            dd: self.graded(slope.dd) + self.d.like(volumetric.kappa),
+        }
+    }
+
+    #[inline(always)]
+    fn third<W: Potential>(&self, w: &W) -> Third<R> {
+        let slope = w.third(self.e, self.d);
+        Third {
+            eee: self.graded(slope.eee),
+            eed: self.graded(slope.eed),
+            edd: self.graded(slope.edd),
+            ddd: self.graded(slope.ddd),
         }
     }
 
@@ -266,7 +290,7 @@ impl<R: Real> Strain<R> {
         let (distortion_v, normal_rate) = (distortion(v), volume_gradient_rate(w, v));
         let (e_rate, d_rate) = self.rates(v);
         let curve = self.second(w, volumetric);
-        let third = w.third(self.e, self.d);
+        let third = self.third(w);
         let slope_e_rate = curve.ee.mul_add(e_rate, curve.ed * d_rate);
         let slope_d_rate = curve.ed.mul_add(e_rate, curve.dd * d_rate) - volumetric.p_rate;
         let ee_rate = third.eee.mul_add(e_rate, third.eed * d_rate);

@@ -14,6 +14,7 @@ struct State {
     p: Vec<f64>,
     p_rate: Vec<f64>,
     mu: Vec<f64>,
+    factors: Option<Vec<[f64; 3]>>,
     kappa: Option<f64>,
 }
 
@@ -31,6 +32,7 @@ impl State {
             v: Some(&self.v),
             p_rate: Some(&self.p_rate),
             mu: Some(&self.mu),
+            factors: self.factors.as_deref(),
         }
     }
 
@@ -94,6 +96,10 @@ fn check(what: &str, found: impl Iterator<Item = f64>, slope: &[f64], scale: f64
 }
 
 fn check_all(law: Law, space: Space, kappa: Option<f64>) {
+    check_graded(law, space, kappa, None);
+}
+
+fn check_graded(law: Law, space: Space, kappa: Option<f64>, factors: Option<Vec<[f64; 3]>>) {
     let (n, m) = (2 * space.n_nodes(), space.n_vertices());
     let solid = clamped(space, "left", law);
     let mut state = State {
@@ -102,6 +108,7 @@ fn check_all(law: Law, space: Space, kappa: Option<f64>) {
         p: random(m, 3e3, 3),
         p_rate: random(m, 2e3, 4),
         mu: random(m, 5e3, 5),
+        factors,
         kappa,
     };
     let nnz = solid.displacement_pattern().nnz();
@@ -220,4 +227,46 @@ difference_tests! {
     mooney_rivlin_equal_order: MUSCLE_LAW, Space::equal_order, None;
     small_strain: SMALL_LAW, Space::taylor_hood, None;
     small_strain_penalty: SMALL_LAW, Space::taylor_hood, Some(1e5);
+}
+
+#[test]
+fn factors_of_the_law() {
+    let mesh = generate::rectangle([0.0, 0.0], [1.0, 1.0], [2, 2]).unwrap();
+    let factors = random(3 * mesh.triangles().len(), 0.4, 9);
+    let factors = factors
+        .chunks(3)
+        .map(|c| [1.0 + c[0], 1.0 + c[1], 1.0 + c[2]]);
+    let space = Space::taylor_hood(&mesh);
+    check_graded(MUSCLE_LAW, space, None, Some(factors.collect()));
+}
+
+#[test]
+fn a_factor_everywhere_is_a_stiffer_law() {
+    let mesh = generate::rectangle([0.0, 0.0], [0.02, 0.02], [2, 2]).unwrap();
+    let solid = |law| clamped(Space::taylor_hood(&mesh), "left", law);
+    let (soft, stiff) = (solid(MUSCLE_LAW), solid(MUSCLE_LAW.scaled(1.7)));
+    let (n, m) = (2 * soft.space().n_nodes(), soft.space().n_vertices());
+    let mut state = State {
+        u: random(n, 2e-4, 1),
+        v: random(n, 1e-2, 2),
+        p: random(m, 3e3, 3),
+        p_rate: random(m, 2e3, 4),
+        mu: random(m, 5e3, 5),
+        factors: Some(vec![[1.7; 3]; soft.space().n_elements()]),
+        kappa: None,
+    };
+    let graded = state.evaluate(&soft);
+    let energy = soft.strain_energy(&state.fields());
+    state.factors = None;
+    // Two orders of the same few dozen operations.
+    for (a, b) in graded.iter().zip(state.evaluate(&stiff)) {
+        let largest = b.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        assert!(
+            a.iter()
+                .zip(&b)
+                .all(|(a, b)| (a - b).abs() < 1e-12 * largest)
+        );
+    }
+    let expected = stiff.strain_energy(&state.fields());
+    assert!((energy - expected).abs() < 1e-12 * expected.abs());
 }

@@ -251,6 +251,7 @@ fn all_vectors_at_once_equal_each_alone() {
         v: Some(&v),
         p_rate: Some(&p_rate),
         mu: Some(&mu),
+        factors: None,
     };
     let mut all = [n, n, n, m, m].map(|n| vec![f64::NAN; n]);
     let [force, force_rate, multiplier_force, defect, defect_rate] = &mut all;

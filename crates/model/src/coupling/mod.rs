@@ -14,11 +14,12 @@
 //! Cast: [`CoupledDae`] is the system, made of a [`Body`] and of [`Oscillators`] with a [`Source`] for
 //! each direction; a [`Recording`] replays a body's motion to oscillators integrated afterwards;
 //! [`ErrorTest`] gives each part its own tolerances; [`CoherenceHistory`] is what is observed, and
-//! [`LockCriterion`] judges it.
+//! [`LockCriterion`] judges it. With a [`Feedback`] the coupling is two-way: [`FeedbackDae`].
 
 mod body;
 mod dae;
 mod error_test;
+mod feedback;
 mod history;
 mod locking;
 mod no_body;
@@ -29,6 +30,7 @@ mod recording;
 pub use body::{Body, BodyMatrices, BodySolver};
 pub use dae::CoupledDae;
 pub use error_test::{ErrorTest, StateTolerances};
+pub use feedback::{Feedback, FeedbackDae};
 pub use history::{CoherenceHistory, Settling};
 pub use locking::{LockCriterion, Synchrony};
 pub use no_body::NoBody;

@@ -2,9 +2,9 @@
 
 use crate::common::{chain_alone, rod_and_chain};
 use myovib_fem::Mesh;
-use myovib_model::coupling::{CoupledDae, Oscillators, Source};
+use myovib_model::coupling::{CoupledDae, Feedback, FeedbackDae, Oscillators, Source};
 use myovib_model::{Formulation, MuscleDae, Probe, Signal, paper};
-use myovib_oscillators::{Array, Chain, Coefficients, Drive, Ends, Reach};
+use myovib_oscillators::{Array, Chain, Coefficients, Drive, Ends, Reach, SmoothCoherence};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use sundials_wrap::DaeProblem;
@@ -142,6 +142,66 @@ fn muscle_with_a_chain_and_an_array_at_any_point() {
             assert!(error < CLOSE, "{formulation}: {error:e}");
         }
     }
+}
+
+/// A small muscle with two chains that act back on it with interpolated weights.
+fn with_feedback(formulation: Formulation) -> FeedbackDae {
+    let muscle = small_muscle(formulation);
+    let n_elements = muscle.muscle().solid.space().n_elements();
+    let probe = Probe::at(muscle.muscle().solid.space(), [0.3, 0.2]).unwrap();
+    let driven = |reach| {
+        let source = Source::Body(muscle.displacement_at(&probe, 1));
+        let drive = Drive { gain: 1e3, reach };
+        Oscillators::new(chain(reach).network().unwrap(), drive, vec![source]).unwrap()
+    };
+    let parts = vec![driven(Reach::All), driven(Reach::Boundary)];
+    let feedback = |network, share: [f64; 3]| Feedback {
+        network,
+        coherence: SmoothCoherence::new(0.5).unwrap(),
+        unsynchronised: 3.0,
+        coherent: 0.8,
+        weights: vec![share; n_elements],
+    };
+    let shares = [[0.2, 0.5, 1.0], [0.8, 0.5, 0.0]];
+    let feedbacks = vec![feedback(0, shares[0]), feedback(1, shares[1])];
+    FeedbackDae::new(CoupledDae::new(muscle, parts), feedbacks)
+}
+
+#[test]
+fn a_muscle_whose_stiffness_follows_two_chains() {
+    let mut rng = StdRng::seed_from_u64(1);
+    for formulation in [Formulation::Rate, Formulation::ImplicitRate] {
+        let mut dae = with_feedback(formulation);
+        let layout = dae.one_way().body().layout().clone();
+        let sizes = layout.fill(|field| match field.symbol() {
+            "q" => 0.05,
+            "v" => 1.0,
+            "lambda" => 1e3,
+            _ => 1e4,
+        });
+        // Oscillators near their smoothing radius, where the coherence is most curved, and ten
+        // thousand times below it: near rest, where |χ| itself has no derivative.
+        for at_rest in [1.0, 1e-4] {
+            let size = |i: usize| sizes.get(i).copied().unwrap_or(at_rest);
+            for _ in 0..3 {
+                let error = discrepancy(&mut dae, size, &mut rng);
+                assert!(error < CLOSE, "{formulation}: {error:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn chains_at_rest_are_out_of_step_and_stiffen_by_their_shares() {
+    let dae = with_feedback(Formulation::Rate);
+    let mut y = vec![0.0; dae.n_unknowns()];
+    assert_eq!(dae.factors(&y), [3.0, 3.0]);
+    // All oscillators of the first chain far out in one direction: coherent but for ε²/r².
+    let positions = dae.one_way().range(0).start..;
+    y[positions][..4].fill(1e3);
+    let factors = dae.factors(&y);
+    assert!((factors[0] - 0.8).abs() < 2.2 * 0.5_f64.powi(2) / 1e6 * 1.01);
+    assert_eq!(factors[1], 3.0);
 }
 
 #[test]
