@@ -21,8 +21,8 @@ test-slow: ## the slow tests, in release mode
 doc: ## the documentation, warnings as errors; opens at target/doc/myovib_model
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
 
-bench: ## timings
-	cargo bench --workspace --locked
+bench: ## timings; a dated record goes to data/bench
+	./scripts/bench
 
 paper: ## Table 2 of the paper beside ours
 	./scripts/reproduce

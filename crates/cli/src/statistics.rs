@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use myovib_model::linear::LinearWork;
 use myovib_model::{Formulation, Outcome, Settings, Statistics};
 use serde::Serialize;
 use sundials_wrap::klu::Ordering;
@@ -52,6 +53,40 @@ impl<'a> CountsJson<'a> {
             message,
             cpu_seconds: statistics.cpu_seconds,
             wall_seconds: statistics.wall_seconds,
+        }
+    }
+}
+
+/// What the condensed linear solver did; all zero where it was not used.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // the names are those of LinearWork, documented there
+pub struct LinearWorkJson {
+    pub factorizations: u64,
+    pub pivoted: u64,
+    pub factor_entries: u64,
+    pub solves: u64,
+    pub refinements: u64,
+    pub largest_backward_error: f64,
+}
+
+impl LinearWorkJson {
+    /// The counts of a run.
+    pub fn new(work: &LinearWork) -> Self {
+        let LinearWork {
+            factorizations,
+            pivoted,
+            factor_entries,
+            solves,
+            refinements,
+            largest_backward_error,
+        } = *work;
+        Self {
+            factorizations,
+            pivoted,
+            factor_entries,
+            solves,
+            refinements,
+            largest_backward_error,
         }
     }
 }

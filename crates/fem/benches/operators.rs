@@ -7,6 +7,7 @@ use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
 
+use myovib_fem::quadrature::TriangleRule;
 use myovib_fem::solid::{Fields, Pressure, Solid, Tangents, Vectors};
 use myovib_fem::{DofMap, Law, Mesh, Space};
 
@@ -27,7 +28,10 @@ fn main() {
     let space = Arc::new(Space::taylor_hood(&Mesh::read_msh(path).unwrap()));
     let dofs = DofMap::clamped(&space, &space.nodes_of("fixed").unwrap()).unwrap();
     let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
-    let solid = Solid::uniform(space.clone(), dofs, law, 1.1e3).unwrap();
+    let solid = Solid::uniform(space.clone(), dofs.clone(), law, 1.1e3).unwrap();
+    let laws = vec![law; space.n_elements()];
+    let rule = TriangleRule::Degree2;
+    let three_points = Solid::with_rule(space.clone(), dofs, laws, 1.1e3, rule).unwrap();
 
     let (n, m) = (2 * space.n_nodes(), space.n_vertices());
     let wave = |n: usize, size: f64| (0..n).map(|i| size * (i as f64).sin()).collect::<Vec<_>>();
@@ -68,6 +72,17 @@ fn main() {
     let report =
         |name: &str, time: f64| println!("{name:<42}{time:9.1} µs {:7.2}", time / residual);
     report("force, defect", residual);
+    report(
+        "force, defect, three points",
+        fastest(|| {
+            let mut out = Vectors {
+                force: Some(force),
+                defect: Some(defect),
+                ..Default::default()
+            };
+            three_points.evaluate(black_box(&plain), &mut out).unwrap();
+        }),
+    );
     report(
         "force, force rate, defect",
         fastest(|| {

@@ -11,6 +11,8 @@ pub(crate) struct Matrices {
     displacement_identity: SparsityPattern,
     pressure_identity: SparsityPattern,
     ones: Vec<f64>,
+    /// The entries of one component with the same: half of the displacement pattern.
+    mass_pattern: SparsityPattern,
     mass: Vec<f64>,
     stiffness: Option<Vec<f64>>,
     rate_stiffness: Option<Vec<f64>>,
@@ -24,11 +26,14 @@ impl Matrices {
     pub(crate) fn new(solid: &Solid, used: impl IntoIterator<Item = Matrix>) -> Self {
         let n_free = solid.dofs().n_free();
         let n_vertices = solid.space().n_vertices();
+        let (mass_pattern, mass) =
+            without_zeros(solid.displacement_pattern(), &solid.mass_values());
         let mut matrices = Self {
             displacement_identity: diagonal(n_free),
             pressure_identity: diagonal(n_vertices),
             ones: vec![1.0; n_free.max(n_vertices)],
-            mass: solid.mass_values(),
+            mass_pattern,
+            mass,
             stiffness: None,
             rate_stiffness: None,
             divergence: None,
@@ -75,6 +80,7 @@ impl Matrices {
         let pattern = match matrix {
             Matrix::DisplacementIdentity => &self.displacement_identity,
             Matrix::PressureIdentity => &self.pressure_identity,
+            Matrix::Mass => &self.mass_pattern,
             _ => Self::state_pattern(solid, matrix),
         };
         (pattern, transposed)
@@ -107,6 +113,24 @@ impl Matrices {
             multiplier_stiffness: self.multiplier_stiffness.as_deref_mut(),
         }
     }
+}
+
+/// The entries of a constant matrix that are not zero.
+fn without_zeros(pattern: &SparsityPattern, values: &[f64]) -> (SparsityPattern, Vec<f64>) {
+    let (mut offsets, mut rows, mut kept) = (vec![0], Vec::new(), Vec::new());
+    for column in pattern.major_offsets().windows(2) {
+        for place in column[0]..column[1] {
+            if values[place] != 0.0 {
+                rows.push(pattern.minor_indices()[place]);
+                kept.push(values[place]);
+            }
+        }
+        offsets.push(rows.len());
+    }
+    let (n_columns, n_rows) = (pattern.major_dim(), pattern.minor_dim());
+    let pattern = SparsityPattern::try_from_offsets_and_indices(n_columns, n_rows, offsets, rows)
+        .expect("a part of a valid pattern is one");
+    (pattern, kept)
 }
 
 fn diagonal(n: usize) -> SparsityPattern {

@@ -4,6 +4,7 @@ mod cases;
 mod features;
 mod growth;
 mod reference;
+mod rows;
 mod work;
 
 use std::path::PathBuf;
@@ -20,7 +21,8 @@ use crate::exit::Exit;
     myovib bench --svg work.svg --json work.json\n  \
     myovib bench --cases incompressible --tolerances 1e-3,1e-4,1e-5\n  \
     myovib bench features\n  \
-    myovib bench growth --refinements 3\n\n\
+    myovib bench growth --refinements 3\n  \
+    myovib bench rows --repeats 3\n\n\
     CPU times are those of one thread; compare them within one run.")]
 pub struct BenchArgs {
     /// What to measure.
@@ -78,6 +80,8 @@ pub enum What {
     Features,
     /// Time, memory and fill on refined meshes.
     Growth,
+    /// Rows of Table 2 with the condensed, the full and SUNDIALS' own linear solver.
+    Rows,
 }
 
 /// Runs the benchmark.
@@ -98,5 +102,6 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
         What::Work => work::run(args, &mesh),
         What::Features => features::run(args, &mesh),
         What::Growth => growth::run(args, &mesh),
+        What::Rows => rows::run(args, &mesh),
     }
 }

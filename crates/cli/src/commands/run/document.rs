@@ -10,7 +10,7 @@ use super::system::System;
 use crate::json;
 use crate::report::{Align, Table};
 use crate::scene::{Body, Scene};
-use crate::statistics::StatisticsJson;
+use crate::statistics::{LinearWorkJson, StatisticsJson};
 
 /// Wall-clock seconds by part.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -43,6 +43,7 @@ pub(super) fn dynamic<P: System>(
             "tangent_passes": work.tangent_passes,
             "rate_tangent_passes": work.rate_tangent_passes,
             "matrix_sums": work.matrix_sums,
+            "linear": LinearWorkJson::new(&work.linear),
         },
         "output_work": outputs.work,
         "wall_seconds_by_part": timing,

@@ -1,7 +1,7 @@
 //! `myovib table2`: the runs of the paper's Table 2, beside the paper's counts.
 
 mod report;
-mod rows;
+pub(super) mod rows;
 mod run_row;
 
 use std::path::PathBuf;

@@ -14,7 +14,7 @@ use super::run_row::RowResult;
 use crate::exit::Exit;
 use crate::json;
 use crate::report::{Align, Cell, Table, Tone, coloured_stdout, compared, exponent, kappa};
-use crate::statistics::StatisticsJson;
+use crate::statistics::{LinearWorkJson, StatisticsJson};
 
 /// What the paper printed.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -255,6 +255,7 @@ struct RowJson<'a> {
     conventions: &'a [&'a str],
     #[serde(flatten)]
     statistics: StatisticsJson<'a>,
+    linear_work: LinearWorkJson,
     unknowns: usize,
     unknowns_paper: usize,
     constraint_drift: f64,
@@ -299,6 +300,7 @@ pub(super) fn document<'a>(
                 &result.settings,
                 result.row.formulation,
             ),
+            linear_work: LinearWorkJson::new(&result.linear_work),
             unknowns: result.unknowns,
             unknowns_paper: result.unknowns_paper,
             constraint_drift: result.constraint_drift,

@@ -4,7 +4,7 @@ use myovib_model::{Field, Formulation};
 
 /// Which algebraic variables the error test leaves out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Convention {
+pub(in crate::commands) enum Convention {
     /// By the paper's words, "the algebraic variables are excluded": λ in (28) and (31), only μ
     /// in (29).
     Paper,
@@ -18,7 +18,7 @@ pub(super) enum Convention {
 
 impl Convention {
     /// The conventions a row stands for; none for a variant.
-    pub(super) fn names(self) -> &'static [&'static str] {
+    pub(in crate::commands) fn names(self) -> &'static [&'static str] {
         match self {
             Self::Paper => &["paper"],
             Self::Multipliers => &["multipliers"],
@@ -28,7 +28,7 @@ impl Convention {
     }
 
     /// The name used in output.
-    pub(super) fn name(self) -> &'static str {
+    pub(in crate::commands) fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
             Self::Multipliers => "multipliers",
@@ -40,23 +40,23 @@ impl Convention {
 
 /// One row: a run of the muscle to t = 10.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Row {
+pub(in crate::commands) struct Row {
     /// The row's name on the command line and in JSON.
-    pub(super) key: &'static str,
+    pub(in crate::commands) key: &'static str,
     /// The paper's row it stands beside.
-    pub(super) paper_key: &'static str,
+    pub(in crate::commands) paper_key: &'static str,
     /// The formulation.
-    pub(super) formulation: Formulation,
+    pub(in crate::commands) formulation: Formulation,
     /// κ, Pa.
-    pub(super) kappa: f64,
+    pub(in crate::commands) kappa: f64,
     /// β, s.
-    pub(super) beta: f64,
+    pub(in crate::commands) beta: f64,
     /// The convention it belongs to.
-    pub(super) convention: Convention,
+    pub(in crate::commands) convention: Convention,
     /// What the error test leaves out.
-    pub(super) suppressed: &'static [Field],
+    pub(in crate::commands) suppressed: &'static [Field],
     /// Maximum BDF order.
-    pub(super) max_order: u8,
+    pub(in crate::commands) max_order: u8,
 }
 
 const INF: f64 = f64::INFINITY;
@@ -86,7 +86,7 @@ const fn row(
 }
 
 /// All rows in the order of the table.
-pub(super) const ROWS: [Row; 9] = {
+pub(in crate::commands) const ROWS: [Row; 9] = {
     use Convention::{Both, Multipliers, Paper, Variant};
     use Formulation::{Position, Rate, Velocity};
     [

@@ -6,6 +6,7 @@ use std::sync::Mutex;
 
 use anyhow::Context;
 use myovib_fem::Mesh;
+use myovib_model::linear::LinearWork;
 use myovib_model::{
     Limits, MuscleDae, Observer, Probe, SampleTimes, Sampler, Settings, Statistics, paper, run,
     start_at_rest,
@@ -29,6 +30,7 @@ pub(super) struct RowResult {
     pub(super) settings: Settings,
     pub(super) index: u8,
     pub(super) statistics: Statistics,
+    pub(super) linear_work: LinearWork,
     pub(super) unknowns: usize,
     pub(super) unknowns_paper: usize,
     /// The largest drift over the samples and the end; 0 for a formulation without pressure.
@@ -125,6 +127,7 @@ fn run_row(
         settings,
         index,
         statistics,
+        linear_work: integrator.problem().counters().linear,
         unknowns,
         unknowns_paper,
         constraint_drift: largest_drift,

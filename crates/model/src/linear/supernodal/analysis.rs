@@ -30,6 +30,51 @@ pub(super) struct Child {
     pub(super) places: Vec<u32>,
     /// How many of these are columns.
     pub(super) n_columns: usize,
+    /// The places that are columns, as few runs of neighbours.
+    pub(super) column_runs: Vec<Run>,
+    /// The places that are rows, likewise, counted from the first row of the parent.
+    pub(super) row_runs: Vec<Run>,
+}
+
+/// Neighbours in a child's rows that are neighbours in its parent's, too.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Run {
+    /// The first of them in the child.
+    pub(super) from: usize,
+    /// The first of them in the parent.
+    pub(super) to: usize,
+    pub(super) len: usize,
+}
+
+impl Child {
+    /// `places` of which all below `k` are columns of the parent.
+    fn new(places: Vec<u32>, k: usize) -> Self {
+        let n_columns = places.partition_point(|&place| (place as usize) < k);
+        Self {
+            column_runs: runs(&places[..n_columns], 0, 0),
+            row_runs: runs(&places[n_columns..], n_columns, k),
+            places,
+            n_columns,
+        }
+    }
+}
+
+/// The runs in `places`, the first of which is number `first` of the child; places of the parent
+/// count from `origin`.
+fn runs(places: &[u32], first: usize, origin: usize) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for (i, &place) in places.iter().enumerate() {
+        let to = place as usize - origin;
+        match runs.last_mut() {
+            Some(run) if run.to + run.len == to => run.len += 1,
+            _ => runs.push(Run {
+                from: first + i,
+                to,
+                len: 1,
+            }),
+        }
+    }
+    runs
 }
 
 impl Supernode {
@@ -245,14 +290,11 @@ fn connect(supernodes: &mut [Supernode]) {
         if let Some(&first) = supernodes[s].rows.first() {
             let parent = owner[first as usize];
             let rows = &supernodes[s].rows;
-            let end = supernodes[parent].columns.end;
-            let child = Child {
-                places: rows
-                    .iter()
-                    .map(|&row| local(&supernodes[parent], row as usize) as u32)
-                    .collect(),
-                n_columns: rows.partition_point(|&row| (row as usize) < end),
-            };
+            let places = rows
+                .iter()
+                .map(|&row| local(&supernodes[parent], row as usize) as u32)
+                .collect();
+            let child = Child::new(places, supernodes[parent].columns.len());
             supernodes[parent].children.push(child);
         }
     }

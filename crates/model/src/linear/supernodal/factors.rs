@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::analysis::{Analysis, Child, Supernode};
+use super::analysis::{Analysis, Child, Run, Supernode};
 use super::dense::{dot, eliminate_rows, factor_panel, solve_lower, subtract, subtract_outer};
 use crate::linear::Number;
 
@@ -175,21 +175,28 @@ impl Child {
         let (own, beyond) = self.places.split_at(self.n_columns);
         let (of_columns, of_rows) = update.split_at(self.n_columns * n);
         for (&column, update) in own.iter().zip(of_columns.chunks_exact(n)) {
-            let column = &mut panel[column as usize * m..][..m];
-            for (&row, &update) in self.places.iter().zip(update) {
-                column[row as usize] += update;
-            }
+            let (pivots, rows) = panel[column as usize * m..][..m].split_at_mut(k);
+            add_runs(&self.column_runs, update, pivots);
+            add_runs(&self.row_runs, update, rows);
         }
         for (&column, update) in beyond.iter().zip(of_rows.chunks_exact(n)) {
             let column = column as usize - k;
-            let (to_rows, to_update) = update.split_at(self.n_columns);
-            for (&row, &update) in own.iter().zip(to_rows) {
+            for (&row, &update) in own.iter().zip(update) {
                 upper[row as usize * r + column] += update;
             }
-            let target = &mut above[column * r..][..r];
-            for (&row, &update) in beyond.iter().zip(to_update) {
-                target[row as usize - k] += update;
-            }
+            add_runs(&self.row_runs, update, &mut above[column * r..][..r]);
+        }
+    }
+}
+
+#[inline(always)]
+fn add_runs<T: Number>(runs: &[Run], update: &[T], target: &mut [T]) {
+    for &Run { from, to, len } in runs {
+        for (target, &update) in target[to..to + len]
+            .iter_mut()
+            .zip(&update[from..from + len])
+        {
+            *target += update;
         }
     }
 }

@@ -1,0 +1,194 @@
+//! Rows of Table 2 by three ways to solve Newton's systems, in one run.
+
+use myovib_fem::Mesh;
+use myovib_model::linear::LinearWork;
+use myovib_model::{
+    LinearSolver, MuscleDae, Settings, Statistics, paper, run as run_model, start_at_rest,
+};
+use serde::Serialize;
+use sundials_wrap::klu::Ordering;
+
+use super::BenchArgs;
+use crate::commands::table2::rows::{ROWS, Row};
+use crate::exit::Exit;
+use crate::machine::Machine;
+use crate::progress::Progress;
+use crate::report::{Align, Cell, Table, coloured_stdout};
+use crate::statistics::LinearWorkJson;
+
+/// The rows that run to the end, in the convention that leaves multipliers out of the error test.
+const KEYS: [&str; 4] = ["1", "2m", "3m", "31"];
+
+/// How the linear systems are solved.
+#[derive(Debug, Clone, Copy)]
+struct Way {
+    name: &'static str,
+    linear_solver: LinearSolver,
+    ordering: Ordering,
+    btf: bool,
+}
+
+/// Ours; the reference; and what SUNDIALS' KLU does when nothing is set.
+const WAYS: [Way; 3] = [
+    Way {
+        name: "condensed",
+        linear_solver: LinearSolver::Condensed,
+        ordering: Ordering::Amd,
+        btf: false,
+    },
+    Way {
+        name: "full, AMD",
+        linear_solver: LinearSolver::Full,
+        ordering: Ordering::Amd,
+        btf: false,
+    },
+    Way {
+        name: "full, COLAMD and BTF",
+        linear_solver: LinearSolver::Full,
+        ordering: Ordering::Colamd,
+        btf: true,
+    },
+];
+
+#[derive(Serialize)]
+struct RunJson {
+    row: &'static str,
+    linear_solver: &'static str,
+    cpu_seconds: f64,
+    steps: u64,
+    residual_evaluations: u64,
+    linear_setups: u64,
+    outcome: &'static str,
+    /// CPU time over that of the condensed path.
+    ratio: f64,
+    /// Steps over those of the condensed path, less one.
+    more_steps: f64,
+    /// Counted on the condensed path only.
+    linear_work: Option<LinearWorkJson>,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    machine: Machine,
+    t_end: f64,
+    repeats: u32,
+    runs: &'a [RunJson],
+    /// CPU seconds of all rows, by way.
+    sums: Vec<(&'static str, f64)>,
+}
+
+pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
+    let t_end = args.t_end.unwrap_or(10.0);
+    let mut progress = Progress::new(args.common.quiet);
+    let mut runs = Vec::new();
+    for row in ROWS.iter().filter(|row| KEYS.contains(&row.key)) {
+        let mut first: Option<Statistics> = None;
+        for way in WAYS {
+            progress.show(|| format!("row {}, {}", row.key, way.name));
+            let (statistics, work) = measure(row, way, mesh, t_end, args.repeats)?;
+            let base = first.get_or_insert_with(|| statistics.clone());
+            runs.push(RunJson {
+                row: row.key,
+                linear_solver: way.name,
+                cpu_seconds: statistics.cpu_seconds,
+                steps: statistics.steps,
+                residual_evaluations: statistics.residual_evaluations,
+                linear_setups: statistics.linear_setups,
+                outcome: statistics.outcome.name(),
+                ratio: statistics.cpu_seconds / base.cpu_seconds,
+                more_steps: statistics.steps as f64 / base.steps as f64 - 1.0,
+                linear_work: (way.linear_solver == LinearSolver::Condensed)
+                    .then(|| LinearWorkJson::new(&work)),
+            });
+        }
+    }
+    drop(progress);
+    let sum = |way: Way| {
+        let of_way = runs.iter().filter(|run| run.linear_solver == way.name);
+        (way.name, of_way.map(|run| run.cpu_seconds).sum())
+    };
+    let document = Document {
+        machine: Machine::found(),
+        t_end,
+        repeats: args.repeats,
+        runs: &runs,
+        sums: WAYS.map(sum).into(),
+    };
+    args.common
+        .give("bench", &text(&runs, &document.sums), &document)?;
+    Ok(Exit::Done)
+}
+
+/// The fastest of the repeats.
+fn measure(
+    row: &Row,
+    way: Way,
+    mesh: &Mesh,
+    t_end: f64,
+    repeats: u32,
+) -> anyhow::Result<(Statistics, LinearWork)> {
+    let settings = Settings {
+        t_end,
+        suppressed: row.suppressed.to_vec(),
+        max_order: row.max_order,
+        linear_solver: way.linear_solver,
+        ordering: way.ordering,
+        btf: way.btf,
+        ..Settings::paper(row.formulation)
+    };
+    let once = || -> anyhow::Result<_> {
+        let muscle = paper::muscle(mesh, row.kappa, row.beta)?;
+        let dae = MuscleDae::new(muscle, row.formulation)?;
+        let mut integrator = start_at_rest(dae, &settings)?;
+        let statistics = run_model(integrator.as_mut(), &mut [])?;
+        Ok((statistics, integrator.problem().counters().linear))
+    };
+    let mut fastest = once()?;
+    for _ in 1..repeats {
+        let next = once()?;
+        if next.0.cpu_seconds < fastest.0.cpu_seconds {
+            fastest = next;
+        }
+    }
+    Ok(fastest)
+}
+
+fn text(runs: &[RunJson], sums: &[(&str, f64)]) -> String {
+    use Align::{Left, Right};
+    let mut table = Table::new(&[
+        ("row", Left),
+        ("linear solver", Left),
+        ("CPU s", Right),
+        ("ratio", Right),
+        ("steps", Right),
+        ("more", Right),
+        ("residuals", Right),
+        ("set-ups", Right),
+        ("refined", Right),
+        ("backward error", Right),
+    ]);
+    for run in runs {
+        let work = run.linear_work.as_ref();
+        let cells = [
+            run.row.to_owned(),
+            run.linear_solver.to_owned(),
+            format!("{:.2}", run.cpu_seconds),
+            format!("{:.1}", run.ratio),
+            run.steps.to_string(),
+            format!("{:+.1} %", 100.0 * run.more_steps),
+            run.residual_evaluations.to_string(),
+            run.linear_setups.to_string(),
+            work.map_or(String::new(), |work| work.refinements.to_string()),
+            work.map_or(String::new(), |work| {
+                format!("{:.0e}", work.largest_backward_error)
+            }),
+        ];
+        table.row(cells.map(Cell::from));
+    }
+    let mut text = table.render(coloured_stdout());
+    text.push('\n');
+    for (name, sum) in sums {
+        text.push_str(&format!("{name}: {sum:.2} s together\n"));
+    }
+    text
+}
