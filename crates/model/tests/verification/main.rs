@@ -4,6 +4,7 @@
 mod agreement;
 mod common;
 mod energy;
+mod index3;
 mod jacobian;
 mod parameters;
 mod statics;

@@ -4,7 +4,7 @@ use sundials_sys as sys;
 
 use crate::error::Error;
 use crate::ffi::call::CallFailed;
-use crate::options::expect_length;
+use crate::options::{expect_length, finite};
 use crate::problem::DaeProblem;
 
 use super::IdaSolver;
@@ -21,7 +21,7 @@ impl<P: DaeProblem> IdaSolver<P> {
     ///
     /// # Errors
     /// [`Error::NoDenseOutput`] outside of the last step or for too high a derivative,
-    /// [`Error::WrongLength`].
+    /// [`Error::WrongLength`], [`Error::InvalidOption`] for a time that is not finite.
     pub fn dense_output(
         &mut self,
         t: f64,
@@ -29,6 +29,8 @@ impl<P: DaeProblem> IdaSolver<P> {
         out: &mut [f64],
     ) -> Result<(), Error> {
         expect_length("dense output", self.n, out.len())?;
+        // IDAS lets a NaN pass.
+        finite("t", t)?;
         let k = i32::try_from(derivative).unwrap_or(i32::MAX);
         match self.ida.derivative(t, k) {
             Ok(values) => out.copy_from_slice(values),
@@ -85,6 +87,7 @@ impl<P: DaeProblem> IdaSolver<P> {
             return Err(Error::NoQuadrature);
         }
         expect_length("quadratures", self.n_quadratures(), out.len())?;
+        finite("t", t)?;
         let k = i32::try_from(derivative).unwrap_or(i32::MAX);
         match self.ida.quadrature(t, k) {
             Ok(values) => out.copy_from_slice(values),

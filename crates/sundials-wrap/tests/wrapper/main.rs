@@ -8,3 +8,4 @@ mod misuse;
 mod published;
 mod robertson;
 mod samples;
+mod states;

@@ -1,0 +1,92 @@
+//! How the muscle's motion tends to the incompressible one as κ → ∞.
+//!
+//! ```text
+//! cargo run --release -p myovib-model --example kappa_limit
+//! ```
+//! For each κ the largest distance in u_y(0, 0) over [0, 0.6] s from the motion of κ = ∞, beside
+//! the largest u_y of that; by Radau IIA at a relative tolerance of 1e-8, `displacement` included,
+//! whose limit locks.
+
+use myovib_fem::Mesh;
+use myovib_model::{
+    Formulation, IntegratorKind, ModelError, MuscleDae, Outcome, Probe, SampleTimes, Sampler,
+    Settings, paper, run, start_at_rest,
+};
+use sundials_wrap::DaeProblem;
+
+const T_END: f64 = 0.6;
+
+fn main() -> Result<(), ModelError> {
+    let mesh = include_str!("../../../data/meshes/muscle.msh");
+    let mesh = Mesh::parse_msh(mesh, "muscle.msh")?;
+    let columns = [
+        (Formulation::Position, 0.0),
+        (Formulation::Rate, paper::BETA),
+        (Formulation::Displacement, 0.0),
+    ];
+    println!("| κ | `position`, β = 0 | `rate`, β = 1e-4 | `displacement`, β = 0 |");
+    println!("|---|---|---|---|");
+    let limits = [
+        motion(&mesh, Formulation::Position, f64::INFINITY, 0.0)?,
+        motion(&mesh, Formulation::Rate, f64::INFINITY, paper::BETA)?,
+    ];
+    for kappa in (5..=12).map(|k| 10_f64.powi(k)) {
+        let mut row = format!("| {kappa:.0e} |");
+        for (i, &(formulation, beta)) in columns.iter().enumerate() {
+            let limit = &limits[i % limits.len()];
+            let cell = match motion(&mesh, formulation, kappa, beta)? {
+                Some(u_y) => limit.as_ref().map(|limit| distance(&u_y, limit)),
+                None => None,
+            };
+            row += &cell.map_or(" stopped |".to_owned(), |gap| format!(" {gap:.2e} |"));
+        }
+        println!("{row}");
+    }
+    Ok(())
+}
+
+/// u_y at the origin, if the run gets to its end.
+fn motion(
+    mesh: &Mesh,
+    formulation: Formulation,
+    kappa: f64,
+    beta: f64,
+) -> Result<Option<Vec<f64>>, ModelError> {
+    let muscle = paper::muscle(mesh, kappa, beta)?;
+    let origin = Probe::at(muscle.solid.space(), [0.0, 0.0])?;
+    let mut settings = Settings::paper(formulation);
+    let atol = &mut settings.absolute_tolerances;
+    for tolerance in [
+        &mut atol.displacement,
+        &mut atol.velocity,
+        &mut atol.pressure,
+        &mut atol.multiplier,
+    ] {
+        *tolerance *= 1e-5;
+    }
+    settings.relative_tolerance = 1e-8;
+    settings.integrator = IntegratorKind::Radau;
+    settings.t_end = T_END;
+    let dae = MuscleDae::new(muscle, formulation)?;
+    let n = dae.n_unknowns();
+    let mut integrator = start_at_rest(dae, &settings)?;
+    let mut u_y = Vec::new();
+    let mut sampler = Sampler::new(
+        SampleTimes::new(1.0 / 160.0, T_END),
+        n,
+        |dae: &mut MuscleDae, t, y: &[f64]| {
+            let (displacement, _) = dae.nodal_motion(t, y);
+            u_y.push(origin.vector(displacement)[1]);
+            Ok(())
+        },
+    );
+    let statistics = run(integrator.as_mut(), &mut [&mut sampler])?;
+    drop(sampler);
+    Ok((statistics.outcome == Outcome::Finished).then_some(u_y))
+}
+
+fn distance(ours: &[f64], limit: &[f64]) -> f64 {
+    let gaps = ours.iter().zip(limit).map(|(a, b)| (a - b).abs());
+    let largest = limit.iter().map(|b| b.abs()).fold(0.0, f64::max);
+    gaps.fold(0.0, f64::max) / largest
+}

@@ -1,0 +1,148 @@
+//! The API as a state machine: any order of calls, sensible or not, ends in a value or an error,
+//! and what the solver says of itself stays true.
+
+use proptest::prelude::*;
+use sundials_wrap::samples::{Robertson, Sample};
+use sundials_wrap::{ConsistencyMode, IdaSolver, Outcome, Tolerances};
+
+/// A call with its arguments, as shares of what makes sense.
+#[derive(Debug, Clone)]
+enum Call {
+    Step(f64),
+    IntegrateTo(f64),
+    DenseOutput { back: f64, derivative: usize },
+    DenseOutputInto(usize),
+    Reinit(f64),
+    ReinitWith(usize),
+    Correct(f64),
+    Weights(usize),
+}
+
+/// Times from far behind to far ahead, and what is no time.
+fn time() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        8 => -1.0..10.0,
+        1 => Just(1e12),
+        1 => Just(f64::MAX),
+        1 => Just(f64::NAN),
+        1 => Just(f64::INFINITY),
+        1 => Just(f64::NEG_INFINITY),
+        1 => Just(0.0),
+    ]
+}
+
+fn call() -> impl Strategy<Value = Call> {
+    prop_oneof![
+        4 => time().prop_map(Call::Step),
+        3 => time().prop_map(Call::IntegrateTo),
+        3 => (time(), 0_usize..8).prop_map(|(back, derivative)| Call::DenseOutput { back, derivative }),
+        1 => (0_usize..6).prop_map(Call::DenseOutputInto),
+        2 => time().prop_map(Call::Reinit),
+        1 => (0_usize..6).prop_map(Call::ReinitWith),
+        1 => time().prop_map(Call::Correct),
+        1 => (0_usize..6).prop_map(Call::Weights),
+    ]
+}
+
+/// What must hold whatever was called before.
+fn check(solver: &IdaSolver<Robertson>) {
+    assert!(solver.t().is_finite());
+    assert_eq!((solver.y().len(), solver.y_dot().len()), (3, 3));
+    assert!(
+        solver
+            .y()
+            .iter()
+            .chain(solver.y_dot())
+            .all(|v| v.is_finite())
+    );
+    let stats = solver.stats();
+    assert!(stats.last_order <= 5 && stats.newton_iterations >= stats.steps);
+}
+
+fn apply(solver: &mut IdaSolver<Robertson>, call: &Call) {
+    let before = (solver.t(), solver.y().to_vec());
+    let start = Robertson.start();
+    let refused = match *call {
+        Call::Step(t) => solver.step(t).map(reached(solver.t())).is_err(),
+        Call::IntegrateTo(t) => solver.integrate_to(t).map(reached(t)).is_err(),
+        Call::DenseOutput { back, derivative } => {
+            let mut out = [0.0; 3];
+            let t = solver.t() - back * solver.stats().last_step;
+            let result = solver.dense_output(t, derivative, &mut out);
+            assert!(result.is_err() || out.iter().all(|v| v.is_finite()));
+            true
+        }
+        Call::DenseOutputInto(length) => {
+            let result = solver.dense_output(solver.t(), 0, &mut vec![0.0; length]);
+            assert!(length == 3 || result.is_err());
+            true
+        }
+        Call::Reinit(t) => solver.reinit(t, &start.y, &start.y_dot, &[]).is_err(),
+        Call::ReinitWith(length) => {
+            let result = solver.reinit(0.0, &vec![0.5; length], &start.y_dot, &[]);
+            assert_eq!(result.is_ok(), length == 3);
+            result.is_err()
+        }
+        Call::Correct(t) => solver
+            .correct_initial_values(ConsistencyMode::AlgebraicAndDerivatives, t)
+            .is_err(),
+        Call::Weights(length) => {
+            let result = solver.error_weights(&mut vec![0.0; length]);
+            assert!(length == 3 || result.is_err());
+            true
+        }
+    };
+    let asks_only = matches!(
+        call,
+        Call::DenseOutput { .. } | Call::DenseOutputInto(_) | Call::Weights(_)
+    );
+    if refused && asks_only {
+        assert_eq!(before, (solver.t(), solver.y().to_vec()), "{call:?}");
+    }
+}
+
+/// Outcomes name a time at or before the one asked for.
+fn reached(t_out: f64) -> impl Fn(Outcome) {
+    move |outcome| match outcome {
+        Outcome::Reached { t } => assert_eq!(t, t_out),
+        other => assert!(other.t().is_finite()),
+    }
+}
+
+proptest! {
+    // 64 sequences of at most 24 calls take a second; failures are kept beside this file.
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_order_of_calls_ends_in_a_value_or_an_error(calls in proptest::collection::vec(call(), 1..24)) {
+        let start = Robertson.start();
+        let mut solver = IdaSolver::builder(Robertson)
+            .tolerances(Tolerances::vector(1e-4, [1e-8, 1e-10, 1e-8]))
+            .build(start.t, &start.y, &start.y_dot)
+            .unwrap();
+        for call in &calls {
+            apply(&mut solver, call);
+            check(&solver);
+        }
+    }
+}
+
+#[test]
+fn sixty_four_solvers_in_as_many_threads_have_the_same_bits() {
+    let run = || {
+        let start = Robertson.start();
+        let mut solver = IdaSolver::builder(Robertson)
+            .tolerances(Tolerances::vector(1e-4, [1e-8, 1e-10, 1e-8]))
+            .build(start.t, &start.y, &start.y_dot)
+            .unwrap();
+        solver.integrate_to(40.0).unwrap();
+        solver.y().iter().map(|y| y.to_bits()).collect::<Vec<_>>()
+    };
+    let alone = run();
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..64).map(|_| scope.spawn(run)).collect();
+        for thread in threads {
+            assert_eq!(thread.join().unwrap(), alone);
+        }
+    });
+}
