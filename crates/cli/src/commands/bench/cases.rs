@@ -79,21 +79,34 @@ pub(super) enum Way {
     Bdf2,
     /// IDAS at order 5, condensed.
     Bdf5,
-    /// Radau IIA of order 5.
+    /// Radau IIA of order 5, all components in the error test.
     Radau,
+    /// The same of order 9.
+    Radau9,
+    /// The same of order 13.
+    Radau13,
     /// What SUNDIALS does by itself: order 5, all components in the error test, the whole matrix
     /// with COLAMD and block triangular form.
     ByHand,
 }
 
 impl Way {
-    pub(super) const ALL: [Self; 4] = [Self::Bdf2, Self::Bdf5, Self::Radau, Self::ByHand];
+    pub(super) const ALL: [Self; 6] = [
+        Self::Bdf2,
+        Self::Bdf5,
+        Self::Radau,
+        Self::Radau9,
+        Self::Radau13,
+        Self::ByHand,
+    ];
 
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Bdf2 => "BDF 2",
             Self::Bdf5 => "BDF 5",
             Self::Radau => "Radau IIA 5",
+            Self::Radau9 => "Radau IIA 9",
+            Self::Radau13 => "Radau IIA 13",
             Self::ByHand => "IDAS defaults",
         }
     }
@@ -119,17 +132,20 @@ impl Way {
             },
             ..paper
         };
+        let radau = |integrator| Settings {
+            integrator,
+            suppressed: Vec::new(),
+            ..ours.clone()
+        };
         match self {
             Self::Bdf2 => ours,
             Self::Bdf5 => Settings {
                 max_order: 5,
                 ..ours
             },
-            Self::Radau => Settings {
-                integrator: IntegratorKind::Radau,
-                max_order: 5,
-                ..ours
-            },
+            Self::Radau => radau(IntegratorKind::Radau),
+            Self::Radau9 => radau(IntegratorKind::Radau9),
+            Self::Radau13 => radau(IntegratorKind::Radau13),
             Self::ByHand => Settings {
                 max_order: 5,
                 suppressed: Vec::<Field>::new(),

@@ -1,5 +1,6 @@
 //! `myovib bench`: what accuracy costs, what features cost, how costs grow.
 
+mod accuracy;
 mod cases;
 mod features;
 mod growth;
@@ -20,6 +21,7 @@ use crate::exit::Exit;
 #[command(after_help = "Examples:\n  \
     myovib bench --svg work.svg --json work.json\n  \
     myovib bench --cases incompressible --tolerances 1e-3,1e-4,1e-5\n  \
+    myovib bench accuracy --repeats 3\n  \
     myovib bench features\n  \
     myovib bench growth --refinements 3\n  \
     myovib bench rows --repeats 3\n\n\
@@ -76,6 +78,8 @@ pub struct BenchArgs {
 pub enum What {
     /// Work against precision, for formulations and integrators.
     Work,
+    /// CPU time that each way needs for given accuracies of u_y at the origin, up to t = 10 s.
+    Accuracy,
     /// Time of a residual and of a run as features are switched on one by one.
     Features,
     /// Time, memory and fill on refined meshes.
@@ -100,6 +104,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     match args.what {
         What::Work if args.write_references => reference::write_all(args, &mesh),
         What::Work => work::run(args, &mesh),
+        What::Accuracy => accuracy::run(args, &mesh),
         What::Features => features::run(args, &mesh),
         What::Growth => growth::run(args, &mesh),
         What::Rows => rows::run(args, &mesh),

@@ -76,8 +76,14 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
                         format!("{}: {formulation}, {} at {rtol:e}", case.name, way.name())
                     });
                     let settings = way.settings(formulation, rtol, end);
-                    let (statistics, errors) =
-                        measure(case, formulation, &settings, &reference, args, mesh)?;
+                    let (statistics, errors) = measure(
+                        case,
+                        formulation,
+                        &settings,
+                        &reference.trajectory,
+                        args,
+                        mesh,
+                    )?;
                     points.push(PointJson {
                         case: case.name,
                         formulation: formulation.name(),
@@ -118,11 +124,11 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
 }
 
 /// The fastest of the repeats, with the errors of its solution if it got to the end.
-fn measure(
+pub(super) fn measure(
     case: &Case,
     formulation: Formulation,
     settings: &Settings,
-    reference: &Reference,
+    reference: &Trajectory,
     args: &BenchArgs,
     mesh: &Mesh,
 ) -> anyhow::Result<(Statistics, Option<Errors>)> {
@@ -138,8 +144,8 @@ fn measure(
         let statistics = run_model(integrator.as_mut(), &mut [&mut recorder, &mut limits])?;
         drop(recorder);
         let solid = &integrator.problem().muscle().solid;
-        let errors = (statistics.outcome == Outcome::Finished)
-            .then(|| trajectory.errors(&reference.trajectory, solid));
+        let errors =
+            (statistics.outcome == Outcome::Finished).then(|| trajectory.errors(reference, solid));
         let slower =
             |(known, _): &(Statistics, Option<Errors>)| statistics.cpu_seconds < known.cpu_seconds;
         if fastest.as_ref().is_none_or(slower) {
