@@ -1,14 +1,16 @@
-//! Digits against steps on published problems, Radau IIA beside IDAS.
+//! Digits against steps on published problems, Radau IIA of all orders beside IDAS, as Markdown.
 //!
 //! ```text
 //! cargo run --release -p myovib-radau --example work_precision
 //! ```
 //! Digits are −log10 of the largest error relative to 1 + |reference| over the components named;
-//! relative and absolute tolerance are equal. "–" where the integration stopped early.
+//! relative and absolute tolerance are equal, Robertson's absolute ones (1e-4, 1e-8, 1e-2) times
+//! that. Each entry is "digits (steps)"; "–" where 100 000 steps were not enough.
 
 use myovib_radau::{RadauOptions, RadauSolver};
 use sundials_wrap::samples::{
-    Akzo, CarAxis, Heat2d, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample, VanDerPol,
+    Akzo, CarAxis, Heat2d, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Robertson, Sample,
+    VanDerPol,
 };
 use sundials_wrap::{IdaOptions, IdaSolver, Outcome, Suppressed, Tolerances, VariableKind};
 
@@ -37,68 +39,78 @@ const CAR_AXIS: [f64; 8] = [
 /// Test Set for IVP Solvers, vdpolm at t = 2000.
 const VAN_DER_POL: [f64; 2] = [1.706_167_732_170_469, -0.000_892_809_701_024_812_5];
 
+/// Robertson, y1 at t = 1e11, of data/references/s3_robertson.json.
+const ROBERTSON: f64 = 2.083_340_149_699_905e-8;
+
 /// The heat equation at t = 0.32: the corner of the interior, by the matrix exponential.
 const HEAT_CORNER: f64 = 0.000_239_855_762_019_495_92;
 
+/// Stages of the methods compared.
+const STAGES: [usize; 4] = [1, 3, 5, 7];
+const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-8];
+const MAX_STEPS: usize = 100_000;
+
+/// A sample, the tolerances in proportion, and what is judged of it.
+struct Problem<'a, S> {
+    name: &'a str,
+    sample: S,
+    t_end: f64,
+    /// Absolute tolerances by component, for a relative tolerance of 1; 1 for all if empty.
+    absolute: &'a [f64],
+    digits: &'a dyn Fn(&[f64]) -> f64,
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    println!(
-        "{:<42}{:>6}{:>14}{:>10}{:>10}{:>8}{:>14}{:>10}{:>8}",
-        "problem",
-        "tol",
-        "Radau: steps",
-        "residuals",
-        "set-ups",
-        "digits",
-        "IDAS: steps",
-        "residuals",
-        "digits"
-    );
-    let digits = |reference: &'static [f64], first: usize| {
-        move |y: &[f64]| {
-            let errors = reference
-                .iter()
-                .zip(&y[first..])
-                .map(|(r, y)| (y - r).abs() / (1.0 + r.abs()));
-            -errors.fold(0.0, f64::max).log10()
-        }
-    };
-    rows("Akzo Nobel (index 1)", Akzo, 180.0, digits(&AKZO, 0))?;
-    rows(
-        "heat 10 × 10 (index 1), corner",
-        Heat2d::new(10),
-        0.32,
-        |y| -(y[11] - HEAT_CORNER).abs().log10(),
-    )?;
-    rows(
-        "van der Pol, μ = 1000",
-        VanDerPol { vdp_mu: 1000.0 },
-        2000.0,
-        digits(&VAN_DER_POL, 0),
-    )?;
+    println!("| problem | tol | Radau IIA 1 | 5 | 9 | 13 | IDAS |");
+    println!("|---|---|---|---|---|---|---|");
+    row("s1 Akzo Nobel (index 1)", Akzo, 180.0, &mixed(&AKZO))?;
     for (name, form) in [
         ("index 3", MechanicalForm::Index3),
         ("index 2", MechanicalForm::Index2),
         ("stabilized", MechanicalForm::Stabilized),
     ] {
-        rows(
-            &format!("car axis ({name}), p and v"),
-            CarAxis::new(form),
-            3.0,
-            digits(&CAR_AXIS, 0),
-        )?;
+        let name = format!("s2 car axis ({name}), p and v");
+        row(&name, CarAxis::new(form), 3.0, &mixed(&CAR_AXIS))?;
     }
-    exact("linear (index 1)", LinearIndex1, 10.0, 0)?;
-    exact("Jay (index 2), y", JayIndex2, 1.0, 0)?;
+    rows(&Problem {
+        name: "s3 Robertson, y1 at 1e11",
+        sample: Robertson,
+        t_end: 1e11,
+        absolute: &[1e-4, 1e-8, 1e-2],
+        digits: &|y| -((y[0] - ROBERTSON) / ROBERTSON).abs().log10(),
+    })?;
+    exact("s4 linear (index 1)", LinearIndex1, 10.0, 0)?;
+    exact("s4 Jay (index 2), y", JayIndex2, 1.0, 0)?;
     let pendulum = Pendulum::new(MechanicalForm::Index3);
     for (name, component) in [("x", 0), ("ẋ", 2), ("λ", 4)] {
-        exact(
-            &format!("pendulum (index 3), {name}"),
-            pendulum,
-            2.0,
-            component,
-        )?;
+        let name = format!("s4 pendulum (index 3), {name}");
+        exact(&name, pendulum, 2.0, component)?;
     }
+    row(
+        "s5 heat 10 × 10 (index 1), corner",
+        Heat2d::new(10),
+        0.32,
+        &|y| -(y[11] - HEAT_CORNER).abs().log10(),
+    )?;
+    let van_der_pol = VanDerPol { vdp_mu: 1000.0 };
+    row(
+        "s9 van der Pol, μ = 1000",
+        van_der_pol,
+        2000.0,
+        &mixed(&VAN_DER_POL),
+    )?;
     Ok(())
+}
+
+/// Digits of the first components against a reference.
+fn mixed(reference: &'static [f64]) -> impl Fn(&[f64]) -> f64 {
+    move |y| {
+        let errors = reference
+            .iter()
+            .zip(y)
+            .map(|(r, y)| (y - r).abs() / (1.0 + r.abs()));
+        -errors.fold(0.0, f64::max).log10()
+    }
 }
 
 /// Rows for one component of a problem with an exact solution.
@@ -109,67 +121,94 @@ fn exact<S: Sample + Copy>(
     component: usize,
 ) -> Result<(), Box<dyn std::error::Error>> {
     let exact = sample.exact(t_end).ok_or("no exact solution")?[component];
-    rows(name, sample, t_end, |y| {
+    row(name, sample, t_end, &|y| {
         -((y[component] - exact).abs() / (1.0 + exact.abs())).log10()
     })
 }
 
-fn rows<S: Sample + Clone>(
+fn row<S: Sample + Clone>(
     name: &str,
     sample: S,
     t_end: f64,
-    digits: impl Fn(&[f64]) -> f64,
+    digits: &dyn Fn(&[f64]) -> f64,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let start = sample.start();
-    for tol in [1e-4, 1e-6, 1e-8] {
-        let tolerances = Tolerances::scalar(tol, tol);
-        let options = RadauOptions {
-            tolerances: tolerances.clone(),
-            ..RadauOptions::default()
-        };
-        let mut radau = RadauSolver::builder(sample.clone())
-            .options(options)
-            .build(start.t, &start.y, &start.y_dot)?;
-        let arrived = radau.integrate_to(t_end)? == Outcome::Reached { t: t_end };
-        let stats = radau.stats();
-        print!(
-            "{name:<42}{tol:>6.0e}{:>14}{:>10}{:>10}{:>8}",
-            stats.steps,
-            stats.residual_evaluations,
-            stats.linear_setups,
-            shown(arrived.then(|| digits(radau.y())))
-        );
-        // As one uses BDF: without the multipliers in the error test, where there are some.
-        let algebraic = sample.kinds().contains(&VariableKind::Algebraic);
-        let higher_index = sample.indices().iter().any(|&index| index > 1);
-        let suppressed = if algebraic && higher_index {
-            Suppressed::Algebraic
-        } else {
-            Suppressed::Nothing
-        };
-        let options = IdaOptions {
-            tolerances,
-            suppressed,
-            max_steps: Some(100_000),
-            ..IdaOptions::default()
-        };
-        let mut ida = IdaSolver::builder(sample.clone()).options(options).build(
-            start.t,
-            &start.y,
-            &start.y_dot,
-        )?;
-        let arrived = ida.integrate_to(t_end)? == Outcome::Reached { t: t_end };
-        let stats = ida.stats();
-        println!(
-            "{:>14}{:>10}{:>8}",
-            stats.steps,
-            stats.residual_evaluations,
-            shown(arrived.then(|| digits(ida.y())))
-        );
+    rows(&Problem {
+        name,
+        sample,
+        t_end,
+        absolute: &[],
+        digits,
+    })
+}
+
+fn rows<S: Sample + Clone>(problem: &Problem<'_, S>) -> Result<(), Box<dyn std::error::Error>> {
+    for tol in TOLERANCES {
+        print!("| {} | {tol:.0e} |", problem.name);
+        for stages in STAGES {
+            print!(" {} |", radau(problem, stages, tol)?);
+        }
+        println!(" {} |", idas(problem, tol)?);
     }
     Ok(())
 }
 
-fn shown(digits: Option<f64>) -> String {
-    digits.map_or("–".to_owned(), |digits| format!("{digits:.1}"))
+fn tolerances<S>(problem: &Problem<'_, S>, tol: f64) -> Tolerances {
+    match problem.absolute {
+        [] => Tolerances::scalar(tol, tol),
+        absolute => Tolerances::vector(tol, absolute.iter().map(|a| tol * a).collect::<Vec<_>>()),
+    }
+}
+
+fn radau<S: Sample + Clone>(
+    problem: &Problem<'_, S>,
+    stages: usize,
+    tol: f64,
+) -> Result<String, Box<dyn std::error::Error>> {
+    let start = problem.sample.start();
+    let options = RadauOptions {
+        stages,
+        tolerances: tolerances(problem, tol),
+        max_steps: Some(MAX_STEPS),
+        ..RadauOptions::default()
+    };
+    let mut solver = RadauSolver::builder(problem.sample.clone())
+        .options(options)
+        .build(start.t, &start.y, &start.y_dot)?;
+    let t = problem.t_end;
+    let arrived = solver.integrate_to(t)? == Outcome::Reached { t };
+    let digits = arrived.then(|| (problem.digits)(solver.y()));
+    Ok(shown(digits, solver.stats().steps))
+}
+
+fn idas<S: Sample + Clone>(
+    problem: &Problem<'_, S>,
+    tol: f64,
+) -> Result<String, Box<dyn std::error::Error>> {
+    let (sample, start) = (&problem.sample, problem.sample.start());
+    // As one uses BDF: without the multipliers in the error test, where there are some.
+    let algebraic = sample.kinds().contains(&VariableKind::Algebraic);
+    let higher_index = sample.indices().iter().any(|&index| index > 1);
+    let suppressed = match algebraic && higher_index {
+        true => Suppressed::Algebraic,
+        false => Suppressed::Nothing,
+    };
+    let options = IdaOptions {
+        tolerances: tolerances(problem, tol),
+        suppressed,
+        max_steps: Some(MAX_STEPS),
+        ..IdaOptions::default()
+    };
+    let mut solver = IdaSolver::builder(sample.clone()).options(options).build(
+        start.t,
+        &start.y,
+        &start.y_dot,
+    )?;
+    let t = problem.t_end;
+    let arrived = solver.integrate_to(t)? == Outcome::Reached { t };
+    let digits = arrived.then(|| (problem.digits)(solver.y()));
+    Ok(shown(digits, solver.stats().steps))
+}
+
+fn shown(digits: Option<f64>, steps: u64) -> String {
+    digits.map_or("–".to_owned(), |digits| format!("{digits:.1} ({steps})"))
 }
