@@ -43,7 +43,7 @@ pub struct MovieArgs {
     #[arg(long, value_name = "T", default_value_t = 8.0)]
     pub from: f64,
 
-    /// Last moment shown, s [default: 16 (chain), 3 (muscle, of which the last cycle is shown)].
+    /// Last moment shown, s [default: 14 (chain), 3 (muscle, of which the last cycle is shown)].
     #[arg(long, value_name = "T")]
     pub to: Option<f64>,
 
@@ -65,7 +65,7 @@ pub struct MovieArgs {
 pub enum Subject {
     /// The chain on the rod, in the complex plane.
     Chain,
-    /// The deformation of the muscle, enlarged, with its pressure.
+    /// The deformation of the muscle, enlarged.
     Muscle,
 }
 
@@ -82,7 +82,7 @@ struct Document {
 pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
     args.common.check()?;
     let (from, to) = match args.subject {
-        Subject::Chain => (args.from, args.to.unwrap_or(16.0)),
+        Subject::Chain => (args.from, args.to.unwrap_or(14.0)),
         Subject::Muscle => (0.0, args.to.unwrap_or(3.0)),
     };
     if !(0.0 <= from && from < to && to.is_finite()) {
@@ -136,7 +136,7 @@ impl Movie {
     }
 }
 
-/// Every second sample of 0.01 s, shown for 0.04 s: half speed.
+/// Every sample of 0.01 s, shown for 0.04 s: a quarter of the speed, 12.5 frames per cycle.
 fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
     let setup = args.chain.setup(20, 0.05)?;
     let progress = Mutex::new(Progress::new(args.common.quiet));
@@ -144,9 +144,8 @@ fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
     let history = &run.history;
     let radius = largest_radius(history);
     let first = (from / EVERY).ceil() as usize;
-    let frames = (first..history.t.len())
-        .step_by(2)
-        .map(|i| Figure::of("", complex_plane(history, i, radius)));
+    let frames =
+        (first..history.t.len()).map(|i| Figure::of("", complex_plane(history, i, radius)));
     Ok(Movie::new(frames.collect(), run.exit()))
 }
 

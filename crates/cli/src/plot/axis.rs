@@ -13,7 +13,7 @@ pub enum Scale {
 /// One axis of a plot.
 #[derive(Debug, Clone, Default)]
 pub struct Axis {
-    /// What it shows: `*u*_{y}(0, 0)`.
+    /// What it shows: `*u*_{*y*}(0, 0)`.
     pub quantity: String,
     /// In which unit; empty for none.
     pub unit: String,

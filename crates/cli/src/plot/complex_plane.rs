@@ -3,10 +3,10 @@
 use super::arrow;
 use super::axis::Axis;
 use super::colour::Colour;
-use super::figure::{Margins, Panel};
+use super::figure::{Margins, Panel, TICK_SIZE};
 use super::frame::Frame;
 use super::legend::{self, Entry, Key};
-use super::svg::{Point, Rect, Stroke, Svg};
+use super::svg::{Point, Rect, Stroke, Svg, Type};
 
 /// Radius of a point.
 const POINT: f64 = 1.9;
@@ -15,7 +15,7 @@ const ARROW: Stroke = Stroke::solid(Colour::VERMILION, 1.1);
 /// Points in the square [-r, r]² with equal units on both axes.
 #[derive(Debug, Clone)]
 pub struct ComplexPlane {
-    /// Above the plot; none if empty.
+    /// In the upper left corner, which the points on their circle leave free; none if empty.
     pub title: String,
     /// Labels of the real and the imaginary axis.
     pub labels: [String; 2],
@@ -57,7 +57,7 @@ impl Panel for ComplexPlane {
         let [x, y] = self.axes();
         let margins =
             Frame::new((&x, [].into_iter()), (&y, [].into_iter()), (width, height)).margins();
-        let header = legend::height(&self.title, &self.entries(), width);
+        let header = legend::height("", &self.entries(), width);
         Margins {
             top: margins.top.max(header),
             ..margins
@@ -83,7 +83,9 @@ impl Panel for ComplexPlane {
             }
         });
         frame.draw(svg, area);
-        legend::draw(svg, area, &self.title, &self.entries());
+        let corner = [area.x + 3.0, area.y + 3.0 + 0.72 * TICK_SIZE];
+        svg.text(corner, &self.title, Type::of(TICK_SIZE).haloed());
+        legend::draw(svg, area, "", &self.entries());
     }
 
     fn aspect(&self) -> Option<f64> {

@@ -7,9 +7,8 @@ use skrifa::{FontRef, MetadataProvider};
 
 /// Noto Sans, subset to Latin and Greek, and the signs of mathematics it lacks from Noto Sans Math
 /// (licence beside the files).
-pub(super) const FILES: [&[u8]; 4] = [
+pub(super) const FILES: [&[u8]; 3] = [
     include_bytes!("../../fonts/NotoSans-Regular.ttf"),
-    include_bytes!("../../fonts/NotoSans-Bold.ttf"),
     include_bytes!("../../fonts/NotoSans-Italic.ttf"),
     include_bytes!("../../fonts/NotoSansMath-Regular.ttf"),
 ];
@@ -19,7 +18,7 @@ pub(super) const FAMILY: &str = "Noto Sans, Helvetica, Arial, sans-serif";
 
 /// The regular face, then the one to look in for what it lacks.
 static FACES: LazyLock<[FontRef<'static>; 2]> = LazyLock::new(|| {
-    [FILES[0], FILES[3]]
+    [FILES[0], FILES[2]]
         .map(|file| FontRef::new(file).expect("an embedded font is well formed, as a test shows"))
 });
 

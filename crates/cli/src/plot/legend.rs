@@ -91,11 +91,8 @@ pub(super) fn height(title: &str, entries: &[Entry], width: f64) -> f64 {
 pub(super) fn draw(svg: &mut Svg, area: Rect, title: &str, entries: &[Entry]) {
     let mut y = area.y - height(title, entries, area.width);
     if !title.is_empty() {
-        let style = Type {
-            bold: true,
-            ..Type::of(LABEL_SIZE)
-        };
-        svg.text([area.x, y + 0.5 * TITLE + 0.36 * LABEL_SIZE], title, style);
+        let at = [area.x, y + 0.5 * TITLE + 0.36 * LABEL_SIZE];
+        svg.text(at, title, Type::of(LABEL_SIZE));
         y += TITLE;
     }
     for row in rows(entries, area.width) {

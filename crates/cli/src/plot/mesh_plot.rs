@@ -62,6 +62,12 @@ const BAR_GAP: f64 = 5.0;
 const N_BANDS: usize = 12;
 const ARROW: f64 = 11.0;
 const GROUP_WIDTH: f64 = 2.0;
+/// The boundary before the deformation.
+const AT_REST: Stroke = Stroke {
+    colour: Colour::BLACK,
+    width: 0.6,
+    dashes: &[3.0, 1.5],
+};
 
 impl MeshPlot {
     fn positions(&self) -> Vec<Point> {
@@ -117,13 +123,15 @@ impl MeshPlot {
 
     fn entries(&self) -> Vec<Entry<'_>> {
         let key = |group: &EdgeGroup| Key::Line(Stroke::solid(group.colour, GROUP_WIDTH));
-        self.groups
-            .iter()
-            .map(|group| Entry {
-                name: &group.name,
-                key: key(group),
-            })
-            .collect()
+        let groups = self.groups.iter().map(|group| Entry {
+            name: &group.name,
+            key: key(group),
+        });
+        let at_rest = (!self.displacement.is_empty()).then_some(Entry {
+            name: "at rest",
+            key: Key::Line(AT_REST),
+        });
+        groups.chain(at_rest).collect()
     }
 
     fn levels(&self, field: &Field) -> Vec<f64> {
@@ -161,16 +169,19 @@ impl Panel for MeshPlot {
             (&y, [].into_iter()),
             (area.width, area.height),
         );
-        let placed: Vec<Point> = self
-            .positions()
-            .into_iter()
-            .map(|point| frame.place(area, point))
-            .collect();
+        let place = |points: Vec<Point>| -> Vec<Point> {
+            let points = points.into_iter();
+            points.map(|point| frame.place(area, point)).collect()
+        };
+        let placed = place(self.positions());
         svg.clipped(area, |svg| {
             if let Some(field) = &self.field {
                 self.draw_field(svg, &placed, field);
             }
             self.draw_edges(svg, &placed);
+            if !self.displacement.is_empty() {
+                self.draw_at_rest(svg, &place(self.nodes.clone()));
+            }
             for group in &self.groups {
                 draw_group(svg, &placed, group);
             }
@@ -189,16 +200,30 @@ impl Panel for MeshPlot {
 }
 
 impl MeshPlot {
-    fn draw_edges(&self, svg: &mut Svg, placed: &[Point]) {
+    /// The sides of all triangles, sorted: those within the mesh twice.
+    fn sides(&self) -> Vec<[usize; 3]> {
         let sides = |t: &[usize; 6]| [[t[0], t[1], t[3]], [t[1], t[2], t[4]], [t[2], t[0], t[5]]];
         let mut edges: Vec<[usize; 3]> = self.triangles.iter().flat_map(sides).collect();
         for edge in &mut edges {
             edge[..2].sort_unstable();
         }
         edges.sort_unstable();
+        edges
+    }
+
+    fn draw_edges(&self, svg: &mut Svg, placed: &[Point]) {
+        let mut edges = self.sides();
         edges.dedup();
         let path: String = edges.iter().map(|edge| curve(placed, edge)).collect();
         svg.path(&path, Stroke::solid(Colour::GREY, 0.3));
+    }
+
+    /// The boundary, of the mesh at rest.
+    fn draw_at_rest(&self, svg: &mut Svg, placed: &[Point]) {
+        let edges = self.sides();
+        let boundary = edges.chunk_by(|a, b| a == b).filter(|side| side.len() == 1);
+        let path: String = boundary.map(|side| curve(placed, &side[0])).collect();
+        svg.path(&path, AT_REST);
     }
 
     fn draw_field(&self, svg: &mut Svg, placed: &[Point], field: &Field) {
@@ -239,8 +264,8 @@ fn draw_group(svg: &mut Svg, placed: &[Point], group: &EdgeGroup) {
     svg.path(&path, Stroke::solid(group.colour, GROUP_WIDTH));
     let Some([dx, dy]) = group.arrows else { return };
     let length = dx.hypot(dy);
-    for &[a, b, middle] in &group.edges {
-        for node in [a, middle, b] {
+    for &[a, b, _] in &group.edges {
+        for node in [a, b] {
             let [x, y] = placed[node];
             // The page's second axis points down.
             let to = [x + ARROW * dx / length, y - ARROW * dy / length];
@@ -267,7 +292,7 @@ fn bar_margin(field: &Field, levels: &[f64]) -> f64 {
     let label = if field.axis.label(exponent).is_empty() {
         0.0
     } else {
-        1.5 * LABEL_SIZE
+        1.7 * LABEL_SIZE
     };
     BAR_GAP + BAR_WIDTH + 3.0 + widths.fold(0.0, f64::max) + label
 }

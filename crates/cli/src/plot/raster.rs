@@ -3,7 +3,7 @@
 use std::sync::{Arc, LazyLock};
 
 use anyhow::Context;
-use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::fontdb::Database;
 use resvg::usvg::{Options, Tree};
 
@@ -30,6 +30,8 @@ pub fn pixels(svg: &str, width: u32) -> anyhow::Result<Pixmap> {
     let scale = width as f32 / tree.size().width();
     let height = (tree.size().height() * scale).round() as u32;
     let mut pixmap = Pixmap::new(width, height).context("the figure has no pixels")?;
+    // The page need not fill the last row.
+    pixmap.fill(Color::WHITE);
     resvg::render(
         &tree,
         Transform::from_scale(scale, scale),

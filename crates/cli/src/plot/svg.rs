@@ -94,8 +94,6 @@ pub struct Type {
     pub colour: Colour,
     /// Whether it runs upwards instead of to the right.
     pub upwards: bool,
-    /// Whether it is bold.
-    pub bold: bool,
     /// Whether a white rim keeps it apart from what is below.
     pub haloed: bool,
 }
@@ -109,7 +107,6 @@ impl Type {
             anchor: Anchor::Start,
             colour,
             upwards: false,
-            bold: false,
             haloed: false,
         }
     }
@@ -243,9 +240,6 @@ impl Svg {
         let mut attributes = format!(r#"font-size="{}" text-anchor="{anchor}""#, style.size);
         if style.colour != Colour::BLACK {
             attributes += &format!(r#" fill="{}""#, style.colour);
-        }
-        if style.bold {
-            attributes += r#" font-weight="bold""#;
         }
         if style.haloed {
             attributes += r#" paint-order="stroke" stroke="white" stroke-width="2""#;

@@ -260,7 +260,7 @@ fn diagram(points: &[PointJson], cases: &[&Case]) -> Figure {
             }
             let plot = LinePlot {
                 title: case.name.to_owned(),
-                x: Axis::new("relative error of *u*_{y}(0, 0)", "").logarithmic(),
+                x: Axis::new("relative error of *u*_{*y*}(0, 0)", "").logarithmic(),
                 y: Axis::new("CPU time", "s").logarithmic(),
                 series,
                 ..LinePlot::default()

@@ -38,6 +38,15 @@ pub(super) fn chain_rows(
     })
 }
 
+/// |χ| where it is defined; NaN, which curves leave out, while all oscillators are at rest.
+pub(super) fn defined_coherence(history: &CoherenceHistory) -> Vec<f64> {
+    let at_rest = |phasors: &Vec<Complex64>| phasors.iter().all(|z| z.norm() == 0.0);
+    let samples = history.coherence().into_iter().zip(&history.phasors);
+    samples
+        .map(|(chi, phasors)| if at_rest(phasors) { f64::NAN } else { chi })
+        .collect()
+}
+
 /// The largest radius of any oscillator at any sample, with a little air.
 pub(in crate::commands) fn largest_radius(history: &CoherenceHistory) -> f64 {
     let radii = history.phasors.iter().flatten().map(|z| z.norm());
@@ -54,7 +63,7 @@ pub(in crate::commands) fn complex_plane(
     let point = |z: &Complex64| [z.re, z.im];
     ComplexPlane {
         title: format!("*t* = {:.2} s", history.t[i]),
-        labels: ["*y*_{n}".into(), "*ẏ*_{n}/*ω*_{n}".into()],
+        labels: ["*y*_{*n*}".into(), "*ẏ*_{*n*}/*ω*_{*n*}".into()],
         points: history.phasors[i].iter().map(point).collect(),
         points_name: "oscillators".into(),
         centroid: point(&history.centroid[i]),

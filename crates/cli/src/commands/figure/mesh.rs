@@ -65,7 +65,7 @@ pub(super) fn fixed(space: &Space) -> anyhow::Result<EdgeGroup> {
 /// The edges that carry the vertical load.
 pub(super) fn loaded(space: &Space) -> anyhow::Result<EdgeGroup> {
     Ok(EdgeGroup {
-        name: "load τ_{y}(*t*)".into(),
+        name: "load τ_{*y*}(*t*)".into(),
         edges: edges(space, LOAD_GROUP)?,
         colour: Colour::VERMILION,
         arrows: Some([0.0, 1.0]),

@@ -1,6 +1,6 @@
 //! Figure 7: coherence of the chain in the muscle.
 
-use super::chain_plots::{COLUMNS, Chained, chain_rows};
+use super::chain_plots::{COLUMNS, Chained, chain_rows, defined_coherence};
 use super::product::Product;
 use crate::plot::{Axis, Colour, Figure, LinePlot, Series};
 
@@ -18,7 +18,7 @@ pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
     let figure = Figure::column(
         "Coherence of the chain in the muscle",
         vec![
-            plot(phase, &history.coherence(), Colour::BLUE),
+            plot(phase, &defined_coherence(history), Colour::BLUE),
             plot(Axis::new("|Ψ|", ""), &history.strength(), Colour::VERMILION),
         ],
     );

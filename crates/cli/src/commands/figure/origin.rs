@@ -31,7 +31,7 @@ pub(super) fn draw(run: &MuscleRun) -> anyhow::Result<Product> {
         figure: Figure::column(
             "Vertical displacement and pressure in the origin (0, 0)",
             vec![
-                Box::new(panel(2, "*u*_{y}(0, 0)", "m")),
+                Box::new(panel(2, "*u*_{*y*}(0, 0)", "m")),
                 Box::new(panel(3, "*p*(0, 0)", "Pa")),
             ],
         ),

@@ -46,15 +46,37 @@ impl Product {
     }
 }
 
-/// A finding on a line of its own, its parts on lines below.
+/// A finding on a line of its own; numbers that belong together share a line.
 fn describe(name: &str, value: &Value, indent: usize, text: &mut String) {
     match value {
+        Value::Object(parts) if parts.values().all(Value::is_number) => {
+            let parts: Vec<String> = parts
+                .iter()
+                .map(|(name, value)| format!("{name} {}", number(value)))
+                .collect();
+            *text += &format!("{:indent$}{name}: {}\n", "", parts.join(", "));
+        }
         Value::Object(parts) => {
             *text += &format!("{:indent$}{name}\n", "");
             for (name, value) in parts {
                 describe(name, value, indent + 2, text);
             }
         }
-        value => *text += &format!("{:indent$}{name}: {value}\n", ""),
+        value => *text += &format!("{:indent$}{name}: {}\n", "", number(value)),
+    }
+}
+
+/// Five digits of a number that is not whole, for people; JSON has them all.
+fn number(value: &Value) -> String {
+    match value.as_f64() {
+        Some(x) if x != x.round() => {
+            let decimals = 4 - x.abs().log10().floor() as i32;
+            if (0..=7).contains(&decimals) {
+                format!("{x:.*}", decimals.unsigned_abs() as usize)
+            } else {
+                format!("{x:.4e}")
+            }
+        }
+        _ => value.to_string(),
     }
 }

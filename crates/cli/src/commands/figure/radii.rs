@@ -1,6 +1,6 @@
 //! Figure 3: radii of the oscillators and of their centroid over time.
 
-use super::chain_plots::{COLUMNS, Chained, chain_rows};
+use super::chain_plots::{COLUMNS, Chained, chain_rows, defined_coherence};
 use super::product::Product;
 use crate::plot::{Axis, Colour, Figure, LinePlot, Series};
 
@@ -12,14 +12,14 @@ pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
     let radius = |n: usize| -> Vec<f64> { history.phasors.iter().map(|z| z[n].norm()).collect() };
     // One entry in the legend for all radii.
     let radii = (0..n).map(|n| {
-        let name = if n == 0 { "radii *r*_{n}" } else { "" };
+        let name = if n == 0 { "radii *r*_{*n*}" } else { "" };
         Series::curve(name, &history.t, &radius(n)).coloured(Colour::SKY)
     });
     let strength = Series::curve("|Ψ|", &history.t, &history.strength());
-    let coherence = Series::curve("|χ|", &history.t, &history.coherence());
+    let coherence = Series::curve("|χ|", &history.t, &defined_coherence(history));
     let plot = LinePlot {
         x: Axis::new("*t*", "s").between(0.0, chained.run.t_end),
-        y: Axis::new("radius", ""),
+        y: Axis::new("*r*_{*n*}, |Ψ|, |χ|", ""),
         series: radii
             .chain([
                 strength.coloured(Colour::VERMILION),

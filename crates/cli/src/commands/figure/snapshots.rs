@@ -12,7 +12,15 @@ pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
     let radius = largest_radius(history);
     let last = history.t.len() - 1;
     let samples = TIMES.map(|fraction| (fraction * last as f64).round() as usize);
-    let panels = samples.map(|i| Box::new(complex_plane(history, i, radius)) as Box<dyn Panel>);
+    // The legend once, above the first.
+    let panels = samples.into_iter().enumerate().map(|(k, i)| {
+        let mut plane = complex_plane(history, i, radius);
+        if k > 0 {
+            plane.points_name.clear();
+            plane.centroid_name.clear();
+        }
+        Box::new(plane) as Box<dyn Panel>
+    });
     let row = |&i: &usize| {
         let points = history.phasors[i].iter().flat_map(|z| [z.re, z.im]);
         let psi = history.centroid[i];
@@ -28,7 +36,7 @@ pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
             n_columns: 2,
             ..Figure::column(
                 format!("{n} oscillators in the complex plane"),
-                panels.into(),
+                panels.collect(),
             )
         },
         columns: ["t", "psi_re", "psi_im"]
