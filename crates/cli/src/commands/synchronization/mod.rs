@@ -75,8 +75,8 @@ pub struct SynchronizationArgs {
     #[arg(long, value_name = "X", default_value_t = paper::ROD_POINT)]
     pub point: f64,
 
-    /// End time of each run, s.
-    #[arg(long, value_name = "T", default_value_t = 100.0)]
+    /// End time of each run, s; near the onset of entrainment transients last 150 s.
+    #[arg(long, value_name = "T", default_value_t = 200.0)]
     pub t_end: f64,
 
     /// Turns by which a locked centroid may slip against the drive in the window.

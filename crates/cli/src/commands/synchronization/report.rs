@@ -1,6 +1,7 @@
 //! The sweep as text, CSV, JSON and picture.
 
 use myovib_model::coupling::Synchrony;
+use myovib_oscillators::Settled;
 use serde::Serialize;
 
 use super::{Outcome, SynchronizationArgs};
@@ -178,29 +179,41 @@ fn document<'a>(args: &'a SynchronizationArgs, results: &[Outcome]) -> Document<
 /// Curves over γ; with several frequencies of the drive, also a map of the states.
 fn figure(args: &SynchronizationArgs, results: &[Outcome]) -> Figure {
     let mut panels: Vec<Box<dyn Panel>> = Vec::new();
-    type Quantity = fn(&Outcome) -> f64;
+    type Quantity = fn(&Outcome) -> Settled;
     let quantities: [(&str, &str, Quantity); 3] = [
-        ("|Ψ|", "", |result| result.settled.centroid.mean),
-        ("|χ|", "", |result| result.settled.phase.mean),
-        ("centroid", "Hz", |result| result.settled.frequency.mean),
+        ("|Ψ|", "", |result| result.settled.centroid),
+        ("|χ|", "", |result| result.settled.phase),
+        ("centroid", "Hz", |result| result.settled.frequency),
     ];
     let several_drives = args.frequency.len() > 1;
+    let several_curves = chunks(results).count() > 1;
     for (i, (name, unit, value)) in quantities.into_iter().enumerate() {
-        let series = chunks(results).map(|chunk| {
+        // The legend once, above the first panel.
+        let named = |name: String| if i == 0 { name } else { String::new() };
+        let mut series = Vec::new();
+        for chunk in chunks(results) {
             let gamma: Vec<f64> = chunk.iter().map(|result| result.setup.gamma).collect();
-            let values: Vec<f64> = chunk.iter().map(value).collect();
-            // The legend once, above the first panel.
-            let name = if i == 0 {
-                curve_name(args, &chunk[0])
-            } else {
-                String::new()
+            let curve = |name: String, part: fn(Settled) -> f64| {
+                let values: Vec<f64> = chunk.iter().map(|result| part(value(result))).collect();
+                Series::curve(named(name), &gamma, &values)
             };
-            Series::curve(name, &gamma, &values).marked()
-        });
+            if several_curves {
+                series.push(curve(curve_name(args, &chunk[0]), |s| s.mean).marked());
+            } else {
+                let range = |name: &str, part| curve(name.into(), part).coloured(Colour::SKY);
+                series.push(range("least and largest in the window", |s| s.min));
+                series.push(range("", |s| s.max));
+                series.push(
+                    curve("mean".into(), |s| s.mean)
+                        .coloured(Colour::BLUE)
+                        .marked(),
+                );
+            }
+        }
         panels.push(Box::new(LinePlot {
             x: Axis::new("gain *γ*", "").logarithmic(),
             y: Axis::new(name, unit),
-            series: series.collect(),
+            series,
             ..LinePlot::default()
         }));
     }
@@ -239,7 +252,7 @@ fn curve_name(args: &SynchronizationArgs, result: &Outcome) -> String {
 fn map(args: &SynchronizationArgs, results: &[Outcome]) -> HeatMap {
     let category = |state: Synchrony| STATES.iter().position(|(name, _)| *name == state.name());
     HeatMap {
-        column_label: "gain *γ*".into(),
+        column_label: "gain *γ* (in the cells: mean |χ|)".into(),
         columns: args.gamma.iter().map(f64::to_string).collect(),
         row_label: "drive".into(),
         rows: chunks(results)
@@ -249,7 +262,7 @@ fn map(args: &SynchronizationArgs, results: &[Outcome]) -> HeatMap {
             .iter()
             .map(|result| MapCell {
                 category: category(result.synchrony),
-                text: String::new(),
+                text: format!("{:.2}", result.settled.phase.mean),
             })
             .collect(),
         categories: STATES.map(|(name, c)| (name.to_owned(), c)).into(),
