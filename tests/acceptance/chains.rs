@@ -86,6 +86,37 @@ fn figure_3_gives_what_it_shows_in_numbers() {
 }
 
 #[test]
+fn figure_7_runs_muscle_and_chain_as_one_system() {
+    let (folder, run) = run("figure 7 --t-end 1 --json --quiet");
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    let json = &document(&run.stdout, "figure")["figures"][0];
+    // 3034 unknowns of (29) and two for each of five oscillators.
+    assert_eq!(
+        (&json["unknowns"], &json["oscillators"], &json["width"]),
+        (&3044.into(), &5.into(), &0.5.into())
+    );
+    let tolerances = |block: &str| [&json["rtol"][block], &json["atol"][block]];
+    assert_eq!(tolerances("q"), [1e-3, 1e-5]);
+    assert_eq!(tolerances("chain"), [1e-7, 1e-10]);
+    assert_eq!(
+        (&json["max_order"], &json["integrator"]),
+        (&5.into(), &"ida".into())
+    );
+    let (header, rows) = table(&folder.path().join("out/figure7.csv"));
+    let chi = header
+        .iter()
+        .position(|name| name == "chi_abs")
+        .expect("|χ|");
+    // Undefined, and counted 0, at rest; five of slightly different frequency run apart slowly.
+    assert_eq!((rows.len(), rows[0][chi]), (101, 0.0));
+    assert!(
+        rows[1..]
+            .iter()
+            .all(|row| row[chi] > 0.99 && row[chi] <= 1.0)
+    );
+}
+
+#[test]
 fn synchronization_judges_every_combination() {
     let (folder, run) = run(
         "synchronization --gamma 1,6000 --frequency 8,7.5 --oscillators 3 --t-end 4 --json --quiet",
@@ -108,8 +139,8 @@ fn synchronization_judges_every_combination() {
 fn movies_are_animations() {
     let (folder, run) = run("movie chain --from 0 --to 0.2 --width-pixels 120 --quiet --json");
     assert_eq!(run.code, 0, "{}", run.stderr);
-    // 0, 0.02, … 0.2 s.
-    assert_eq!(document(&run.stdout, "movie")["frames"], 11);
+    // 0, 0.01, … 0.2 s.
+    assert_eq!(document(&run.stdout, "movie")["frames"], 21);
     let bytes = fs::read(folder.path().join("chain.gif")).expect("the movie");
     assert!(bytes.starts_with(b"GIF89a") && bytes.len() > 2000);
 }
@@ -130,6 +161,8 @@ fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
             "the point (1, 1) lies outside the mesh",
         ),
         ("figure 3 --gamma inf", "--gamma"),
+        ("figure 3 --seed -1", "-1"),
+        ("figure 3 --ends closed", "periodic, open"),
         ("figure 3 --t-end 0", "--t-end"),
         ("figure 8", "2..=7"),
         ("figure 4 --mesh no-such.msh", "no-such.msh"),

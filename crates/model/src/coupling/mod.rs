@@ -15,6 +15,7 @@
 //! each direction; a [`Recording`] replays a body's motion to oscillators integrated afterwards;
 //! [`ErrorTest`] gives each part its own tolerances; [`CoherenceHistory`] is what is observed, and
 //! [`LockCriterion`] judges it. With a [`Feedback`] the coupling is two-way: [`FeedbackDae`].
+#![doc = include_str!("../../notes/0003-a-chain-beside-a-muscle.md")]
 
 mod body;
 mod dae;

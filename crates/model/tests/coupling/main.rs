@@ -4,5 +4,6 @@
 mod common;
 mod condensed;
 mod jacobian;
+mod muscle_chain;
 mod replay;
 mod rod_chain;

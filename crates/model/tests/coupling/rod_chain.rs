@@ -1,7 +1,7 @@
 //! The paper's section 3.1 with the rod itself: the settled coherence of its chains. Numbers of an
 //! independent integration, to the digits it states.
 
-use crate::common::{chain_alone, from_rest, observe, start};
+use crate::common::{EVERY, chain_alone, from_rest, observe, start};
 use myovib_model::coupling::{LockCriterion, Source, StateTolerances};
 use myovib_model::{Signal, paper};
 use myovib_oscillators::{Chain, Coefficients};
@@ -74,7 +74,7 @@ fn wider_detuning_and_weaker_coupling_cost_coherence() {
 #[test]
 fn locking_needs_frequency_and_coherence() {
     let chain = paper::chain(20, 0.05).unwrap();
-    let judged = |gain: f64| {
+    let judged = |gain: f64, t_end: f64| {
         // The rod's steady amplitude at L/2 (case S8) in place of the rod: five times faster.
         let dae = chain_alone(&chain, gain, Source::Given(Signal::paper(0.050_583)));
         let n = dae.n_unknowns();
@@ -82,21 +82,25 @@ fn locking_needs_frequency_and_coherence() {
             relative: 1e-6,
             ..StateTolerances::default()
         };
-        let mut integrator = start(dae, tolerances, 100.0, &vec![0.0; n]);
-        let (history, _) = observe(&mut integrator, 0.01, 100.0, &mut []);
+        let mut integrator = start(dae, tolerances, t_end, &vec![0.0; n]);
+        let (history, _) = observe(&mut integrator, EVERY, t_end, &mut []);
         let settled = history.settled(20.0).unwrap();
         (LockCriterion::default().judge(&settled, 8.0), settled)
     };
-    let (weak, at_rest) = judged(1.0);
+    let (weak, at_rest) = judged(1.0, 100.0);
     assert!(!weak.follows, "{at_rest:?}");
-    let (contest, beats) = judged(3000.0);
+    let (contest, beats) = judged(3000.0, 100.0);
     assert!(
         !contest.is_locked() && beats.centroid.min < 0.1,
         "{beats:?}"
     );
-    let (onset, scattered) = judged(4000.0);
+    // At 3500 the centroid beats for 150 s before it gives in, and stays scattered.
+    let (late, scattered) = judged(3500.0, 200.0);
+    assert!(late.follows && !late.coherent, "{scattered:?}");
+    assert!(scattered.centroid.min > 0.9, "{scattered:?}");
+    let (onset, scattered) = judged(4000.0, 100.0);
     assert!(onset.follows && !onset.coherent, "{scattered:?}");
-    let (firm, locked) = judged(6000.0);
+    let (firm, locked) = judged(6000.0, 100.0);
     assert!(firm.is_locked() && locked.phase.min > 0.98, "{locked:?}");
     // 8.000 Hz to the resolution of the window: a phase ripple of 0.05 rad in 20 s.
     assert!((locked.frequency.mean - 8.0).abs() < 4e-4, "{locked:?}");
