@@ -33,6 +33,7 @@ scenes! {
     "table2-4"
     "table2-4-order2"
     "table2-4-suppressed"
+    "two-way"
 }
 
 /// The text of the built-in scene of that name.

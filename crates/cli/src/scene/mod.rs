@@ -8,6 +8,7 @@
 mod body;
 mod builder;
 mod builtin;
+mod feedback;
 mod function;
 mod mesh;
 mod oscillators;
@@ -16,6 +17,7 @@ mod settings;
 use std::path::Path;
 
 use anyhow::Context;
+use myovib_model::coupling::Feedback;
 use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings};
 
 pub use builtin::{BUILTIN, builtin_text};
@@ -39,6 +41,8 @@ pub struct Scene {
     pub rod: Option<RodDae>,
     /// The chains of oscillators.
     pub chains: Vec<DrivenChain>,
+    /// How chains act back on the body.
+    pub feedbacks: Vec<Feedback>,
 }
 
 /// An elastic body and how it is to be computed.
@@ -141,12 +145,14 @@ impl Scene {
         }
         let rod = file.rod.as_ref().map(|rod| builder.rod(rod)).transpose()?;
         let chains = builder.chains(&file)?;
+        let feedbacks = builder.feedbacks(&file, body.as_ref(), &chains)?;
         builder.probes(&file)?;
         Ok(Self {
             t_end,
             body,
             rod,
             chains,
+            feedbacks,
             file,
             source,
         })

@@ -160,6 +160,10 @@ impl Builder<'_> {
                     return fails(".chain", error);
                 }
                 ProbeKind::Coherence { .. } | ProbeKind::Oscillators { .. } => {}
+                ProbeKind::Feedback if file.feedback.is_empty() => {
+                    return fails(".type", InputError::new("the scene has no [[feedback]]"));
+                }
+                ProbeKind::Feedback => {}
                 ProbeKind::Rod { .. } if file.rod.is_none() => {
                     return fails(".type", InputError::new("the scene has no [rod]"));
                 }

@@ -10,6 +10,7 @@
 //! [`chain`], [`integrator`], [`output`]; [`Source`] (text and places).
 
 pub mod chain;
+pub mod feedback;
 pub mod function;
 pub mod integrator;
 pub mod mesh;
@@ -30,6 +31,7 @@ pub use source::Source;
 
 use crate::error::InputError;
 use chain::{Chain, Rod};
+use feedback::Feedback;
 use integrator::Integrator;
 use mesh::{Mesh, Region};
 use output::{Fields, Probe, Stop};
@@ -73,6 +75,9 @@ pub struct SceneFile {
     /// Chains of oscillators.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub chain: Vec<Chain>,
+    /// What the coherence of chains does to the stiffness of the body: two-way coupling.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub feedback: Vec<Feedback>,
     /// Settings of the time integration.
     #[serde(default)]
     pub integrator: Integrator,

@@ -75,6 +75,8 @@ pub enum ProbeKind {
         /// Name of the chain.
         chain: String,
     },
+    /// The factor of the stiffness that each feedback gives at the time.
+    Feedback,
     /// Displacement and velocity of the rod at a position.
     Rod {
         /// Position, from 0 to the rod's length.

@@ -51,6 +51,10 @@ pub(super) fn compute(
             let integrator = start::muscle(body, run.checkpoint.as_ref())?;
             run.drive(integrator)
         }
+        (Some(body), _) if !scene.feedbacks.is_empty() => {
+            let integrator = start::muscle_with_feedback(scene, body, run.checkpoint.as_ref())?;
+            run.drive(integrator)
+        }
         (Some(body), _) => {
             let integrator = start::muscle_and_chains(scene, body, run.checkpoint.as_ref())?;
             run.drive(integrator)

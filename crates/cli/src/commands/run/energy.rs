@@ -81,6 +81,6 @@ fn energies_at<P: System>(
     let (mut y, mut y_dot) = (vec![0.0; n], vec![0.0; n]);
     integrator.dense_output(t, 0, &mut y)?;
     integrator.dense_output(t, 1, &mut y_dot)?;
-    let (dae, range) = muscle_of(integrator.problem_mut())?;
+    let (dae, range) = muscle_of(integrator.problem_mut(), &y)?;
     dae.energies(t, &y[range.clone()], &y_dot[range])
 }

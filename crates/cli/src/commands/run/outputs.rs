@@ -56,7 +56,7 @@ impl Outputs<'_> {
         self.write_fields(integrator, from, to)?;
         while let Some(t) = self.drift_times.due(to) {
             integrator.dense_output(t.max(from), 0, &mut self.y)?;
-            let Some((dae, range)) = integrator.problem_mut().muscle() else {
+            let Some((dae, range)) = integrator.problem_mut().muscle_at(&self.y) else {
                 continue;
             };
             let drift = dae.constraint_drift(t, &self.y[range])?;
@@ -119,7 +119,7 @@ impl Outputs<'_> {
         };
         while let Some(t) = times.due(to) {
             integrator.dense_output(t.max(from), 0, &mut self.y)?;
-            let (dae, range) = muscle_of(integrator.problem_mut())?;
+            let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
             let snapshot = dae.snapshot(t, &self.y[range]);
             self.work.stress_evaluations += series.write(t, &snapshot)?;
             self.work.field_files += 1;
@@ -164,7 +164,7 @@ impl Outputs<'_> {
         t: f64,
     ) -> Result<f64, ModelError> {
         integrator.dense_output(t, 0, &mut self.y)?;
-        let (dae, range) = muscle_of(integrator.problem_mut())?;
+        let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
         Ok(self.conditions[k].excess(&dae.snapshot(t, &self.y[range])))
     }
 

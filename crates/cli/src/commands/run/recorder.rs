@@ -12,6 +12,7 @@ use super::energy::EnergyBalance;
 use super::system::{System, muscle_of};
 use crate::csv::CsvWriter;
 use crate::scene::Scene;
+use crate::scene_file::feedback::Feedback;
 use crate::scene_file::output::{self, Probe, ProbeKind};
 
 /// What a probe measures.
@@ -26,6 +27,8 @@ pub(super) enum What {
     Coherence(usize),
     /// States of a network of so many oscillators.
     Oscillators(usize, usize),
+    /// The factors of the stiffness that the feedbacks give, by these names.
+    Feedback(Vec<String>),
     /// Displacement and velocity of the rod at a position.
     Rod(PointValue),
 }
@@ -89,6 +92,11 @@ impl What {
                 let k = network(chain)?;
                 Ok(Self::Oscillators(k, scene.chains[k].chain.omega.len()))
             }
+            ProbeKind::Feedback => {
+                let feedbacks = scene.file.feedback.iter();
+                let factor = |feedback: &Feedback| format!("factor_{}", feedback.chain);
+                Ok(Self::Feedback(feedbacks.map(factor).collect()))
+            }
             ProbeKind::Rod { at } => match &scene.rod {
                 Some(rod) => Ok(Self::Rod(rod.rod().displacement_at(*at)?)),
                 None => Err(ModelError::NoSuchPart { part: "rod" }),
@@ -114,6 +122,7 @@ impl What {
                 let numbered = |letter| (1..=*n).map(move |i| format!("{letter}_{i}"));
                 numbered("y").chain(numbered("w")).collect()
             }
+            Self::Feedback(names) => names.clone(),
             Self::Rod(_) => ["u", "v"].map(str::to_owned).into(),
         }
     }
@@ -145,7 +154,7 @@ impl What {
         let no_network = ModelError::NoSuchPart { part: "chain" };
         match self {
             Self::Places(measurements) => {
-                let (dae, range) = muscle_of(system)?;
+                let (dae, range) = muscle_of(system, y)?;
                 let snapshot = dae.snapshot(t, &y[range]);
                 let mut values = Vec::new();
                 for measurement in measurements {
@@ -154,7 +163,7 @@ impl What {
                 Ok(values)
             }
             Self::Reaction(nodes) => {
-                let (dae, range) = muscle_of(system)?;
+                let (dae, range) = muscle_of(system, y)?;
                 let force = dae.unbalanced_force(t, &y[range.clone()], &y_dot[range])?;
                 let sum = |axis| nodes.iter().map(|node| force[2 * node + axis]).sum();
                 Ok(vec![sum(0), sum(1)])
@@ -175,6 +184,7 @@ impl What {
                 let (_, range) = system.network(*k).ok_or(no_network)?;
                 Ok(y[range].to_vec())
             }
+            Self::Feedback(_) => Ok(system.stiffness_factors(y)),
             Self::Rod(point) => {
                 let n = system.rod().map_or(0, |rod| rod.rod().n_free());
                 Ok(vec![point.of(&y[..n]), point.of(&y[n..2 * n])])

@@ -1,7 +1,9 @@
 //! Integrators for the systems a scene can be, from rest or from a checkpoint.
 
 use myovib_model::advice::{Advice, Advised};
-use myovib_model::coupling::{CoupledDae, ErrorTest, NoBody, Oscillators, Source, StateTolerances};
+use myovib_model::coupling::{
+    CoupledDae, ErrorTest, FeedbackDae, NoBody, Oscillators, Source, StateTolerances,
+};
 use myovib_model::{
     IdaIntegrator, Integrator, LinearSolver, ModelError, MuscleDae, Probe, RadauIntegrator, RodDae,
     Settings, ida, radau, start_at_rest, start_from,
@@ -42,6 +44,50 @@ pub(super) fn muscle_and_chains(
     body: &Body,
     checkpoint: Option<&Checkpoint>,
 ) -> anyhow::Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>> {
+    let (dae, test, options) = one_way(scene, body, checkpoint)?;
+    let integrator = coupled(scene, dae, test, options, checkpoint)?;
+    Ok(Box::new(Advised::new(integrator, advice(body))))
+}
+
+/// A muscle with chains that act back on its stiffness.
+pub(super) fn muscle_with_feedback(
+    scene: &Scene,
+    body: &Body,
+    checkpoint: Option<&Checkpoint>,
+) -> anyhow::Result<Box<dyn Integrator<FeedbackDae>>> {
+    if scene.file.integrator.method != Method::Bdf {
+        let error = InputError::new("Radau IIA does not integrate a muscle with feedback")
+            .at("integrator.method")
+            .next("take \"bdf\"");
+        return Err(error.into());
+    }
+    let (dae, test, Options { ida, .. }) = one_way(scene, body, checkpoint)?;
+    let test = test.with_oscillators(&dae, tolerances(scene));
+    let rest = initial_state(scene, &dae);
+    let mut dae = FeedbackDae::new(dae, scene.feedbacks.clone());
+    let (t, y, y_dot, initial_step) = match checkpoint {
+        Some(Checkpoint {
+            t, y, y_dot, step, ..
+        }) => (*t, y.clone(), y_dot.clone(), Some(*step)),
+        None => {
+            let (y_dot, _) = dae.derivatives_at(0.0, &rest).map_err(ModelError::from)?;
+            (0.0, rest, y_dot, ida.initial_step)
+        }
+    };
+    let ida = IdaOptions {
+        initial_step,
+        ..ida
+    };
+    let integrator = IdaIntegrator::feedback_at(dae, test, ida, [t, scene.t_end], &y, &y_dot)?;
+    Ok(Box::new(Advised::new(Box::new(integrator), advice(body))))
+}
+
+/// A muscle and the chains it drives, with its part of the error test and the options.
+fn one_way(
+    scene: &Scene,
+    body: &Body,
+    checkpoint: Option<&Checkpoint>,
+) -> anyhow::Result<(CoupledDae<MuscleDae>, ErrorTest, Options)> {
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
     if checkpoint.is_none() {
         refuse_sudden_loads(&mut dae)?;
@@ -60,9 +106,7 @@ pub(super) fn muscle_and_chains(
         _ => Ok(Source::Rest),
     };
     let oscillators = oscillators(scene, source)?;
-    let dae = CoupledDae::new(dae, oscillators);
-    let integrator = coupled(scene, dae, test, options, checkpoint)?;
-    Ok(Box::new(Advised::new(integrator, advice(body))))
+    Ok((CoupledDae::new(dae, oscillators), test, options))
 }
 
 /// What to say of the index when the run stops.
@@ -110,11 +154,7 @@ fn coupled<B: CoupledBody>(
         t, y, y_dot, step, ..
     }) = checkpoint
     else {
-        let mut y = vec![0.0; dae.n_unknowns()];
-        for (k, chain) in scene.chains.iter().enumerate() {
-            let n = dae.oscillators(k).network().n_oscillators();
-            y[dae.range(k)][..n].fill(chain.initial);
-        }
+        let y = initial_state(scene, &dae);
         let end = scene.t_end;
         return Ok(match bdf {
             true => Box::new(IdaIntegrator::coupled(dae, test, ida, linear, end, &y)?),
@@ -139,6 +179,16 @@ fn coupled<B: CoupledBody>(
             dae, test, radau, linear, times, y, y_dot,
         )?)
     })
+}
+
+/// The body at rest, the oscillators where the scene puts them.
+fn initial_state<B: CoupledBody>(scene: &Scene, dae: &CoupledDae<B>) -> Vec<f64> {
+    let mut y = vec![0.0; dae.n_unknowns()];
+    for (k, chain) in scene.chains.iter().enumerate() {
+        let n = dae.oscillators(k).network().n_oscillators();
+        y[dae.range(k)][..n].fill(chain.initial);
+    }
+    y
 }
 
 fn oscillators(

@@ -2,15 +2,15 @@
 
 use std::ops::Range;
 
-use myovib_model::coupling::{self, CoupledDae, NoBody};
+use myovib_model::coupling::{self, CoupledDae, FeedbackDae, NoBody};
 use myovib_model::{ModelError, MuscleDae, RodDae, WorkCounters};
 use myovib_oscillators::Network;
 use sundials_wrap::DaeProblem;
 
 /// What outputs ask of a system.
 pub(super) trait System: DaeProblem {
-    /// The muscle, if there is one, and where its unknowns lie.
-    fn muscle(&mut self) -> Option<(&mut MuscleDae, Range<usize>)>;
+    /// The muscle as it is in state `y`, if there is one, and where its unknowns lie.
+    fn muscle_at(&mut self, y: &[f64]) -> Option<(&mut MuscleDae, Range<usize>)>;
 
     /// The rod, if there is one; its unknowns come first.
     fn rod(&self) -> Option<&RodDae> {
@@ -22,21 +22,27 @@ pub(super) trait System: DaeProblem {
         None
     }
 
+    /// The factor that each feedback gives the stiffness in state `y`.
+    fn stiffness_factors(&self, _y: &[f64]) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// The work done by the body.
     fn counters(&self) -> WorkCounters;
 }
 
 /// The muscle of a system that is asked for one.
-pub(super) fn muscle_of<P: System + ?Sized>(
-    system: &mut P,
-) -> Result<(&mut MuscleDae, Range<usize>), ModelError> {
+pub(super) fn muscle_of<'s, P: System + ?Sized>(
+    system: &'s mut P,
+    y: &[f64],
+) -> Result<(&'s mut MuscleDae, Range<usize>), ModelError> {
     system
-        .muscle()
+        .muscle_at(y)
         .ok_or(ModelError::NoSuchPart { part: "muscle" })
 }
 
 impl System for MuscleDae {
-    fn muscle(&mut self) -> Option<(&mut MuscleDae, Range<usize>)> {
+    fn muscle_at(&mut self, _: &[f64]) -> Option<(&mut MuscleDae, Range<usize>)> {
         let n = self.n_unknowns();
         Some((self, 0..n))
     }
@@ -80,7 +86,7 @@ impl Body for RodDae {
 impl Body for NoBody {}
 
 impl<B: Body> System for CoupledDae<B> {
-    fn muscle(&mut self) -> Option<(&mut MuscleDae, Range<usize>)> {
+    fn muscle_at(&mut self, _: &[f64]) -> Option<(&mut MuscleDae, Range<usize>)> {
         let range = self.body_range();
         self.body_mut().as_muscle().map(|muscle| (muscle, range))
     }
@@ -95,5 +101,24 @@ impl<B: Body> System for CoupledDae<B> {
 
     fn counters(&self) -> WorkCounters {
         self.body().counters()
+    }
+}
+
+impl System for FeedbackDae {
+    fn muscle_at(&mut self, y: &[f64]) -> Option<(&mut MuscleDae, Range<usize>)> {
+        let range = self.one_way().body_range();
+        Some((FeedbackDae::muscle_at(self, y), range))
+    }
+
+    fn network(&self, k: usize) -> Option<(&Network, Range<usize>)> {
+        self.one_way().network(k)
+    }
+
+    fn stiffness_factors(&self, y: &[f64]) -> Vec<f64> {
+        self.factors(y)
+    }
+
+    fn counters(&self) -> WorkCounters {
+        System::counters(self.one_way())
     }
 }
