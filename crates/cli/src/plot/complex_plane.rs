@@ -76,6 +76,8 @@ impl Panel for ComplexPlane {
         let stroke = Stroke::solid(Colour::GREY, 0.5);
         svg.line(&[[area.x, origin[1]], [area.right(), origin[1]]], stroke);
         svg.line(&[[origin[0], area.y], [origin[0], area.bottom()]], stroke);
+        let corner = [area.x + 3.0, area.y + 3.0 + 0.72 * TICK_SIZE];
+        svg.text(corner, &self.title, Type::of(TICK_SIZE).haloed());
         svg.clipped(area, |svg| {
             arrow::draw(svg, origin, frame.place(area, self.centroid), ARROW);
             for &point in &self.points {
@@ -83,8 +85,6 @@ impl Panel for ComplexPlane {
             }
         });
         frame.draw(svg, area);
-        let corner = [area.x + 3.0, area.y + 3.0 + 0.72 * TICK_SIZE];
-        svg.text(corner, &self.title, Type::of(TICK_SIZE).haloed());
         legend::draw(svg, area, "", &self.entries());
     }
 
