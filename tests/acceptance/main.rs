@@ -5,6 +5,7 @@ mod contract;
 mod doctor;
 mod figures;
 mod harness;
+mod scene_results;
 mod scenes;
 mod structure;
 mod table2;

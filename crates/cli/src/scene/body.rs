@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use myovib_fem::{DofMap, Group, Law, Mesh, Solid, Space, load};
-use myovib_model::{Formulation, Load, Muscle, Parameters, Prescribed, Signal};
+use myovib_model::{Formulation, LinearSolver, Load, Muscle, Parameters, Prescribed, Signal};
 
 use super::Body;
 use super::builder::Builder;
@@ -50,8 +50,13 @@ impl Builder<'_> {
                 })
             })
             .collect();
+        let mut settings = self.settings(&file.integrator, formulation);
+        if !file.feedback.is_empty() {
+            // The oscillators act on the body: the Newton matrix is no longer block triangular.
+            settings.linear_solver = LinearSolver::Full;
+        }
         Ok(Body {
-            settings: self.settings(&file.integrator, formulation),
+            settings,
             muscle: Muscle {
                 solid,
                 parameters,

@@ -1,0 +1,195 @@
+//! Scenes against theory and literature, two-way coupling, and a newcomer's path.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use crate::harness::myovib_in;
+
+/// The last row of a probe.
+fn last_row(folder: &Path, probe: &str) -> Vec<f64> {
+    let text = fs::read_to_string(folder.join(format!("{probe}.csv"))).expect("a probe's file");
+    let last = text.lines().last().expect("a row");
+    last.split(',')
+        .map(|word| word.parse().expect("a number"))
+        .collect()
+}
+
+fn run(folder: &Path, scene: &str, out: &str, sets: &[&str]) {
+    let mut arguments = vec!["run", scene, "--out", out, "--quiet"];
+    arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
+    let run = myovib_in(folder, &arguments);
+    assert_eq!(run.code, 0, "{scene}: {}", run.stderr);
+}
+
+#[test]
+fn a_cantilever_under_its_weight_sags_as_beam_theory_says() {
+    let folder = tempfile::tempdir().unwrap();
+    // Twenty times as long as high, so that the clamped end's restraint is a small matter, and a
+    // hundredth of the weight, so that the deflection is.
+    let [length, height, weight, shear] = [0.2, 0.01, 1e3 * 0.0981, 1e5];
+    let sets = [
+        "mesh.length=0.2",
+        "mesh.cells=[160,8]",
+        "body_force[0].y=-0.0981",
+    ];
+    run(folder.path(), "cantilever", "out", &sets);
+    // Plane strain and incompressible: E/(1 - ν²) = 3 G / (3/4) = 4 G, I = h³/12; and Timoshenko's
+    // shear with the factor 5/6.
+    let bending: f64 = weight * height * length * length * length * length
+        / (8.0 * 4.0 * shear * height * height * height / 12.0);
+    let shearing = weight * height * length * length / (2.0 * 5.0 / 6.0 * shear * height);
+    let sag = -last_row(&folder.path().join("out"), "tip")[2];
+    // The clamp, which holds the cross section's strain, stiffens a piece of about h/4 of the
+    // length: 4 · 0.25 · h/L = 5 % at most.
+    assert!(
+        (sag / (bending + shearing) - 1.0).abs() < 0.05,
+        "{sag} {bending} {shearing}"
+    );
+    // The supports carry the weight exactly: equilibrium, to Newton's rounding.
+    let reaction = last_row(&folder.path().join("out"), "support")[2];
+    assert!((reaction - weight * height * length).abs() < 1e-9);
+}
+
+#[test]
+fn cooks_membrane_converges_to_the_value_in_the_literature() {
+    let folder = tempfile::tempdir().unwrap();
+    let tips = [4, 8, 16].map(|n| {
+        let (out, cells) = (format!("cook{n}"), format!("mesh.cells=[{n},{n}]"));
+        run(folder.path(), "cook-static", &out, &[&cells]);
+        last_row(&folder.path().join(out), "tip")[2]
+    });
+    // Each refinement adds less: the corner at the clamp makes the convergence slow, yet the
+    // limit of the increments' geometric series lies near 6.9, where the literature on nearly
+    // incompressible elements (Simo and Armero 1992, and others after them) sees it, to a tenth.
+    let [first, second] = [tips[1] - tips[0], tips[2] - tips[1]];
+    assert!(0.0 < second && second < first, "{tips:?}");
+    let limit = tips[2] + second * second / (first - second);
+    assert!((limit - 6.9).abs() < 0.1, "{tips:?} → {limit}");
+}
+
+#[test]
+fn stiffness_follows_the_coherence_of_the_chains() {
+    let folder = tempfile::tempdir().unwrap();
+    // A gain of the rod's size, so that the chains are driven into step within a second.
+    let sets = [
+        "chain[0].gain=2e6",
+        "chain[1].gain=2e6",
+        "chain[2].gain=2e6",
+        "time.end=1.0",
+    ];
+    run(folder.path(), "two-way", "two", &sets);
+    let rows = |name: &str| -> Vec<Vec<f64>> {
+        let text = fs::read_to_string(folder.path().join("two").join(name)).unwrap();
+        let numbers = |line: &str| line.split(',').map(|word| word.parse().unwrap()).collect();
+        text.lines().skip(1).map(numbers).collect()
+    };
+    let (factors, coherence) = (rows("feedback.csv"), rows("middle.csv"));
+    assert_eq!(factors[0][1..], [1.5; 3], "at rest nothing is in step");
+    // In step, with radii of about 2 beside the smoothing radius of 0.2: 1 + 0.5 (0.2/2)², and as
+    // much for what is left of the detuning.
+    let last = factors.last().unwrap();
+    assert!(
+        last[2] < 1.02 && coherence.last().unwrap()[3] > 0.97,
+        "{last:?}"
+    );
+    // The coupling is two-way: held stiff, the muscle is nearer to resonance with the 8 Hz load
+    // and swings more than half as far again as the one that its chains let relax.
+    let stiff = sets.iter().copied().chain([
+        "feedback[0].coherent=1.5",
+        "feedback[1].coherent=1.5",
+        "feedback[2].coherent=1.5",
+    ]);
+    run(
+        folder.path(),
+        "two-way",
+        "stiff",
+        &stiff.collect::<Vec<_>>(),
+    );
+    let largest = |out: &str| {
+        let text = fs::read_to_string(folder.path().join(out).join("origin.csv")).unwrap();
+        let u_y = |line: &str| {
+            line.split(',')
+                .nth(2)
+                .unwrap()
+                .parse::<f64>()
+                .unwrap()
+                .abs()
+        };
+        text.lines().skip(1).map(u_y).fold(0.0, f64::max)
+    };
+    assert!(largest("stiff") > 1.5 * largest("two"));
+}
+
+/// A square of n × n cells with two triangles each, as Gmsh writes it (4.1, ASCII).
+fn square(n: usize) -> String {
+    let number = |i: usize, j: usize| 1 + i + (n + 1) * j;
+    let count = (n + 1) * (n + 1);
+    let mut text = format!(
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n1 1 \"wall\"\n1 2 \"top\"\n\
+         2 3 \"tissue\"\n$EndPhysicalNames\n$Entities\n0 2 1 0\n1 0 0 0 0.05 0 0 1 1 0\n\
+         2 0 0.05 0 0.05 0.05 0 1 2 0\n1 0 0 0 0.05 0.05 0 1 3 2 1 2\n$EndEntities\n\
+         $Nodes\n1 {count} 1 {count}\n2 1 0 {count}\n"
+    );
+    let lines = |range: std::ops::RangeInclusive<usize>| -> String {
+        range.map(|k| format!("{k}\n")).collect()
+    };
+    text += &lines(1..=count);
+    let h = 0.05 / n as f64;
+    for k in 0..count {
+        writeln!(
+            text,
+            "{} {} 0",
+            h * (k % (n + 1)) as f64,
+            h * (k / (n + 1)) as f64
+        )
+        .unwrap();
+    }
+    let elements = 2 * n + 2 * n * n;
+    write!(text, "$EndNodes\n$Elements\n3 {elements} 1 {elements}\n").unwrap();
+    let mut element = 0;
+    let mut put = |text: &mut String, nodes: &[usize]| {
+        element += 1;
+        let nodes: Vec<String> = nodes.iter().map(usize::to_string).collect();
+        writeln!(text, "{element} {}", nodes.join(" ")).unwrap();
+    };
+    for (entity, j) in [(1, 0), (2, n)] {
+        writeln!(text, "1 {entity} 1 {n}").unwrap();
+        (0..n).for_each(|i| put(&mut text, &[number(i, j), number(i + 1, j)]));
+    }
+    writeln!(text, "2 1 2 {}", 2 * n * n).unwrap();
+    for (i, j) in (0..n * n).map(|k| (k % n, k / n)) {
+        let [a, b] = [number(i, j), number(i + 1, j)];
+        let [d, c] = [number(i, j + 1), number(i + 1, j + 1)];
+        put(&mut text, &[a, b, c]);
+        put(&mut text, &[a, c, d]);
+    }
+    text + "$EndElements\n"
+}
+
+#[test]
+fn a_newcomer_gets_from_a_mesh_to_a_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::write(at.join("mine.msh"), square(4)).unwrap();
+    assert_eq!(myovib_in(at, &["init"]).code, 0);
+    let scene = fs::read_to_string(at.join("scene.toml")).unwrap();
+    let mine = scene
+        .replace("type = \"muscle\"", "type = \"file\"\npath = \"mine.msh\"")
+        .replace("group = \"muscle\"", "group = \"tissue\"")
+        .replace("group = \"fixed\"", "group = \"wall\"")
+        .replace("group = \"load\"", "group = \"top\"")
+        .replace("at = [0.0, 0.0]", "at = [0.025, 0.025]");
+    fs::write(at.join("scene.toml"), mine).unwrap();
+    let check = myovib_in(at, &["check", "scene.toml"]);
+    assert!(
+        check.code == 0 && check.stdout.contains("No objections."),
+        "{}",
+        check.stdout
+    );
+    run(at, "scene.toml", "out", &["time.end=0.5"]);
+    let report = fs::read_to_string(at.join("out/report.html")).unwrap();
+    // The mesh and the probe: two pictures, and nothing from outside.
+    assert_eq!(report.matches("<svg").count(), 2);
+    assert!(!report.contains("src=") && !report.contains("href=\"http"));
+}
