@@ -119,11 +119,13 @@ impl Matrices {
 fn without_zeros(pattern: &SparsityPattern, values: &[f64]) -> (SparsityPattern, Vec<f64>) {
     let (mut offsets, mut rows, mut kept) = (vec![0], Vec::new(), Vec::new());
     for column in pattern.major_offsets().windows(2) {
-        for place in column[0]..column[1] {
-            if values[place] != 0.0 {
-                rows.push(pattern.minor_indices()[place]);
-                kept.push(values[place]);
-            }
+        let own = column[0]..column[1];
+        let entries = pattern.minor_indices()[own.clone()]
+            .iter()
+            .zip(&values[own]);
+        for (&row, &value) in entries.filter(|(_, value)| **value != 0.0) {
+            rows.push(row);
+            kept.push(value);
         }
         offsets.push(rows.len());
     }
