@@ -109,6 +109,7 @@ pub struct StatisticsJson<'a> {
     pub btf: bool,
     pub initial_step: Option<f64>,
     pub max_step: Option<f64>,
+    pub project_every: Option<f64>,
     pub t_end: f64,
     /// The seed of random draws; null where nothing is drawn.
     pub seed: Option<u32>,
@@ -143,6 +144,7 @@ impl<'a> StatisticsJson<'a> {
             btf: settings.btf,
             initial_step: settings.initial_step,
             max_step: settings.max_step,
+            project_every: settings.project_every,
             t_end: settings.t_end,
             seed: None,
         }

@@ -180,6 +180,15 @@ impl<P: DaeProblem> IdaIntegrator<P> {
         (self.solver.into_problem(), y, y_dot)
     }
 
+    /// Starts again, at order 1, at time `t` from a state with consistent derivatives; counts begin
+    /// anew.
+    ///
+    /// # Errors
+    /// [`ModelError::Integrator`] for values that are not finite.
+    pub fn restart(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), ModelError> {
+        Ok(self.solver.reinit(t, y, y_dot, &[])?)
+    }
+
     /// The solver itself.
     pub fn solver(&self) -> &IdaSolver<P> {
         &self.solver

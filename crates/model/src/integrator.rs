@@ -6,6 +6,7 @@ use crate::advice::{Advice, Advised};
 use crate::error::ModelError;
 use crate::ida::IdaIntegrator;
 use crate::muscle_dae::MuscleDae;
+use crate::projected::Projected;
 use crate::radau::RadauIntegrator;
 use crate::settings::Settings;
 use crate::statistics::StopReason;
@@ -96,7 +97,13 @@ pub fn start_from(
 ) -> Result<Box<dyn Integrator<MuscleDae>>, ModelError> {
     let advice = Advice::new(dae.muscle(), dae.formulation(), settings);
     let integrator: Box<dyn Integrator<MuscleDae>> = match settings.integrator.stages() {
-        None => Box::new(IdaIntegrator::starting_at(dae, settings, t, y, y_dot)?),
+        None => {
+            let ida = IdaIntegrator::starting_at(dae, settings, t, y, y_dot)?;
+            match settings.project_every {
+                Some(every) => Box::new(Projected::new(ida, every)?),
+                None => Box::new(ida),
+            }
+        }
         Some(_) => Box::new(RadauIntegrator::starting_at(dae, settings, t, y, y_dot)?),
     };
     Ok(Box::new(Advised::new(integrator, advice)))

@@ -138,6 +138,8 @@ pub struct Settings {
     pub initial_step: Option<f64>,
     /// Largest step, s.
     pub max_step: Option<f64>,
+    /// Time between two projections onto the constraint, s; none if not given (IDAS).
+    pub project_every: Option<f64>,
 }
 
 impl Settings {
@@ -167,6 +169,7 @@ impl Settings {
             btf: false,
             initial_step: None,
             max_step: None,
+            project_every: None,
         }
     }
 }

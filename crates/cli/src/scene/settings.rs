@@ -40,6 +40,7 @@ impl Builder<'_> {
             btf: wanted.btf,
             initial_step: wanted.initial_step,
             max_step: wanted.max_step,
+            project_every: wanted.project_every,
             ..defaults
         }
     }

@@ -32,6 +32,10 @@ pub struct Integrator {
     /// Largest step, s [default: none].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_step: Option<f64>,
+    /// Time between two projections onto the constraint, s, after each of which the integrator
+    /// starts again: for `velocity`, which drifts (BDF, muscle without chains) [default: none].
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub project_every: Option<f64>,
     /// Steps after which the run stops [default: none].
     #[schemars(range(min = 1))]
     pub max_steps: Option<u64>,
@@ -57,6 +61,7 @@ impl Default for Integrator {
             max_order: None,
             initial_step: None,
             max_step: None,
+            project_every: None,
             max_steps: None,
             max_cpu: None,
             ordering: None,

@@ -2,12 +2,17 @@
 
 use myovib_fem::Mesh;
 use myovib_model::{
-    Formulation, IntegratorKind, MultiplierWeights, MuscleDae, Outcome, Probe, SampleTimes,
-    Sampler, Settings, Statistics, paper, run, start_at_rest,
+    Advance, Formulation, IntegratorKind, MultiplierWeights, MuscleDae, Outcome, Probe,
+    SampleTimes, Sampler, Settings, Signal, Statistics, paper, run, start_at_rest,
 };
 use sundials_wrap::DaeProblem;
 
 use crate::common::relative_difference;
+
+fn mesh() -> Mesh {
+    let text = include_str!("../../../../data/meshes/muscle.msh");
+    Mesh::parse_msh(text, "muscle.msh").unwrap()
+}
 
 /// The muscle from rest; its counts, and u_y and p at the origin, twenty to a period of the load.
 fn muscle(
@@ -15,8 +20,7 @@ fn muscle(
     [kappa, beta]: [f64; 2],
     settings: &Settings,
 ) -> (Statistics, Vec<f64>, Vec<f64>) {
-    let mesh = include_str!("../../../../data/meshes/muscle.msh");
-    let muscle = paper::muscle(&Mesh::parse_msh(mesh, "muscle.msh").unwrap(), kappa, beta).unwrap();
+    let muscle = paper::muscle(&mesh(), kappa, beta).unwrap();
     let origin = Probe::at(muscle.solid.space(), [0.0, 0.0]).unwrap();
     let dae = MuscleDae::new(muscle, formulation).unwrap();
     let n = dae.n_unknowns();
@@ -181,4 +185,41 @@ fn the_motion_tends_to_the_incompressible_one_like_the_inverse_bulk_modulus() {
         let incompressible = relative_difference(&at(f64::INFINITY), &limit);
         assert!(incompressible < 1e-3, "{formulation}: {incompressible:e}");
     }
+}
+
+/// `velocity` drifts off the constraint, visibly at ten times the paper's load; a projection puts it
+/// back and the integration goes on.
+#[test]
+fn projection_takes_the_drift_off_velocity() {
+    const EVERY: f64 = 0.8;
+    let load = Signal::paper(10.0 * paper::LOAD_AMPLITUDE);
+    let muscle = paper::muscle_with_load(&mesh(), paper::LAW, f64::INFINITY, 0.0, load).unwrap();
+    let dae = MuscleDae::new(muscle, Formulation::Velocity).unwrap();
+    let mut y = vec![0.0; dae.n_unknowns()];
+    let settings = Settings {
+        project_every: Some(EVERY),
+        ..settings(Formulation::Velocity, 1e-3, 1.0)
+    };
+    let mut integrator = start_at_rest(dae, &settings).unwrap();
+    while integrator.time() < EVERY {
+        assert_eq!(integrator.advance().unwrap(), Advance::Stepped);
+    }
+    let (t, steps) = (integrator.time(), integrator.counts().steps);
+    integrator.dense_output(t, 0, &mut y).unwrap();
+    let drifted = integrator.problem_mut().constraint_drift(t, &y).unwrap();
+    // The next step begins where the projection has put it.
+    assert_eq!(integrator.advance().unwrap(), Advance::Stepped);
+    integrator.dense_output(t, 0, &mut y).unwrap();
+    let projected = integrator.problem_mut().constraint_drift(t, &y).unwrap();
+    // Newton's method ends at rounding; the drift was that of a relative tolerance of 1e-3.
+    assert!(drifted > 1e-7, "{drifted:e}");
+    assert!(projected < 1e-12, "{projected:e}");
+    assert_eq!(integrator.counts().steps, steps + 1, "counts go on");
+    assert_eq!(
+        integrator.counts().last_order,
+        1,
+        "it starts again at order 1"
+    );
+    let statistics = run(integrator.as_mut(), &mut []).unwrap();
+    assert_eq!(statistics.outcome, Outcome::Finished);
 }

@@ -57,6 +57,10 @@ pub struct Table2Args {
     #[arg(long, value_name = "HOW", default_value = "plain", value_parser = multiplier_weights)]
     pub multiplier_weights: MultiplierWeights,
 
+    /// Project onto the constraint and start again every T seconds (IDAS).
+    #[arg(long, value_name = "T")]
+    pub project_every: Option<f64>,
+
     /// Relative tolerance.
     #[arg(long, value_name = "X", default_value_t = 1e-3)]
     pub rtol: f64,
@@ -177,6 +181,7 @@ impl Table2Args {
             || self.integrator != IntegratorKind::Ida
             || self.suppress != Suppress::Default
             || self.multiplier_weights != MultiplierWeights::Plain
+            || self.project_every.is_some()
             || self.rtol != 1e-3
             || self.atol_velocity != 1e-5
             || self.mesh.is_some()

@@ -61,6 +61,7 @@ fn settings(row: &Row, args: &Table2Args) -> Settings {
         absolute_tolerances,
         suppressed: args.suppress.fields(row),
         multiplier_weights: args.multiplier_weights,
+        project_every: args.project_every,
         max_order: match args.integrator.stages() {
             None => args.max_order.unwrap_or(row.max_order),
             Some(stages) => 2 * stages as u8 - 1,
