@@ -2,8 +2,8 @@
 
 use std::fs;
 use std::sync::Arc;
-use std::time::Instant;
 
+use cpu_time::ThreadTime;
 use myovib_fem::Mesh;
 use myovib_model::linear::{Condensation, Condensed, LinearWork};
 use myovib_model::{
@@ -17,11 +17,11 @@ use crate::exit::Exit;
 use crate::machine::Machine;
 use crate::report::{Align, Cell, Table, coloured_stdout};
 
-/// The fastest of several calls, s.
+/// The fastest of several calls, CPU seconds.
 pub(super) fn fastest<E>(repeats: u32, mut call: impl FnMut() -> Result<(), E>) -> Result<f64, E> {
     let mut best = f64::INFINITY;
     for _ in 0..repeats.max(1) {
-        let start = Instant::now();
+        let start = ThreadTime::now();
         call()?;
         best = best.min(start.elapsed().as_secs_f64());
     }
@@ -104,7 +104,7 @@ fn measure(mesh: &Mesh, refinements: u32, t_end: f64) -> anyhow::Result<Level> {
     // A first evaluation of a state without meaning would cost what one with it does.
     let jacobian = fastest(5.max(repeats / 10), || dae.update_matrices(0.5, &y, &y_dot))?;
     let mut set_up = |work: &mut LinearWork| {
-        let start = Instant::now();
+        let start = ThreadTime::now();
         let done = matrix.set_up(1e3, |m| dae.matrix_values(m), work);
         done.map(|()| start.elapsed().as_secs_f64())
     };

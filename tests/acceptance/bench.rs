@@ -1,0 +1,62 @@
+//! What `myovib bench` says about the solver, as far as it does not depend on the clock.
+
+use serde_json::Value;
+
+use crate::harness::{document, myovib};
+
+fn bench(arguments: &[&str]) -> Value {
+    let run = myovib(arguments);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    document(&run.stdout, "bench")
+}
+
+/// The condensed solver is the full one but for rounding: steps differ by 2 % at most, which is
+/// what a change of the last bits does to step-size control.
+#[test]
+fn all_linear_solvers_make_the_same_steps() {
+    let document = bench(&["bench", "rows", "--t-end", "0.6", "--quiet", "--json"]);
+    let runs = document["runs"].as_array().unwrap();
+    assert_eq!(runs.len(), 12, "four rows by three solvers");
+    for run in runs {
+        assert_eq!(run["outcome"], "finished");
+        assert!(run["more_steps"].as_f64().unwrap().abs() <= 0.02, "{run}");
+        let work = &run["linear_work"];
+        if run["linear_solver"] == "condensed" {
+            assert_eq!(work["factorizations"], run["linear_setups"]);
+            assert!(work["solves"].as_u64() >= run["steps"].as_u64(), "{run}");
+            // Solutions above it would have been refined.
+            assert!(
+                work["largest_backward_error"].as_f64().unwrap() < 1e-12,
+                "{run}"
+            );
+        } else {
+            assert!(work.is_null());
+        }
+    }
+}
+
+/// What a scene does not have is not computed: no pass over the elements asks for it.
+#[test]
+fn what_is_off_is_never_computed() {
+    let document = bench(&["bench", "features", "--t-end", "0.5", "--quiet", "--json"]);
+    let rows = document["features"].as_array().unwrap();
+    let count = |row: &Value, name: &str| row[name].as_u64().unwrap();
+    for row in rows {
+        let is_damped = row["feature"].as_str().unwrap().contains('β');
+        let passes = count(row, "residual_passes");
+        assert_eq!(
+            count(row, "force_rate_passes"),
+            if is_damped { passes } else { 0 },
+            "{row}"
+        );
+        let tangents = count(row, "tangent_passes");
+        let damped_tangents = if is_damped { tangents } else { 0 };
+        assert_eq!(count(row, "rate_tangent_passes"), damped_tangents, "{row}");
+    }
+    // A linear law has constant matrices.
+    assert!(
+        rows.iter()
+            .take(3)
+            .all(|row| count(row, "tangent_passes") == 1)
+    );
+}
