@@ -1,6 +1,5 @@
 //! Scenes against theory and literature, two-way coupling, and a newcomer's path.
 
-use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
@@ -137,27 +136,25 @@ fn square(n: usize) -> String {
     text += &lines(1..=count);
     let h = 0.05 / n as f64;
     for k in 0..count {
-        writeln!(
-            text,
-            "{} {} 0",
+        text += &format!(
+            "{} {} 0\n",
             h * (k % (n + 1)) as f64,
             h * (k / (n + 1)) as f64
-        )
-        .unwrap();
+        );
     }
     let elements = 2 * n + 2 * n * n;
-    write!(text, "$EndNodes\n$Elements\n3 {elements} 1 {elements}\n").unwrap();
+    text += &format!("$EndNodes\n$Elements\n3 {elements} 1 {elements}\n");
     let mut element = 0;
     let mut put = |text: &mut String, nodes: &[usize]| {
         element += 1;
         let nodes: Vec<String> = nodes.iter().map(usize::to_string).collect();
-        writeln!(text, "{element} {}", nodes.join(" ")).unwrap();
+        *text += &format!("{element} {}\n", nodes.join(" "));
     };
     for (entity, j) in [(1, 0), (2, n)] {
-        writeln!(text, "1 {entity} 1 {n}").unwrap();
+        text += &format!("1 {entity} 1 {n}\n");
         (0..n).for_each(|i| put(&mut text, &[number(i, j), number(i + 1, j)]));
     }
-    writeln!(text, "2 1 2 {}", 2 * n * n).unwrap();
+    text += &format!("2 1 2 {}\n", 2 * n * n);
     for (i, j) in (0..n * n).map(|k| (k % n, k / n)) {
         let [a, b] = [number(i, j), number(i + 1, j)];
         let [d, c] = [number(i, j + 1), number(i + 1, j + 1)];
