@@ -247,7 +247,7 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
 
 impl<P: DaeProblem> Integrator<P> for IdaIntegrator<P> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
-        self.step_size.set(self.solver.stats().current_step);
+        self.step_size.set(self.solver.current_step());
         Ok(advance(self.solver.step(self.t_end)?, self.t_end))
     }
 

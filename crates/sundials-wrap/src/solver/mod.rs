@@ -281,6 +281,11 @@ impl<P: DaeProblem> IdaSolver<P> {
     /// All counters.
     pub fn stats(&self) -> Stats {
         let ida = &self.ida;
+        // Without quadratures IDAS takes these questions for errors.
+        let of_quadratures = |counter| match self.n_quadratures() {
+            0 => 0,
+            _ => ida.counter(counter),
+        };
         Stats {
             steps: ida.counter(Counter::Steps),
             error_test_failures: ida.counter(Counter::ErrorTestFailures),
@@ -292,8 +297,8 @@ impl<P: DaeProblem> IdaSolver<P> {
             linear_setups: ida.counter(Counter::LinearSetups),
             backtracks: ida.counter(Counter::Backtracks),
             root_evaluations: ida.counter(Counter::RootEvaluations),
-            quadrature_evaluations: ida.counter(Counter::QuadratureEvaluations),
-            quadrature_error_test_failures: ida.counter(Counter::QuadratureErrorTestFailures),
+            quadrature_evaluations: of_quadratures(Counter::QuadratureEvaluations),
+            quadrature_error_test_failures: of_quadratures(Counter::QuadratureErrorTestFailures),
             last_order: ida.last_order(),
             current_order: ida.current_order(),
             last_step: ida.last_step(),
@@ -304,6 +309,11 @@ impl<P: DaeProblem> IdaSolver<P> {
             last_linear_flag: ida.last_linear_flag(),
             smallest_rcond: ida.smallest_rcond(),
         }
+    }
+
+    /// The size of the step to be tried next; 0 before the first.
+    pub fn current_step(&self) -> f64 {
+        self.ida.current_step()
     }
 
     fn n_quadratures(&self) -> usize {
