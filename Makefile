@@ -1,6 +1,6 @@
 # The menu of habits. `make` alone prints it.
 .DEFAULT_GOAL := help
-.PHONY: help fmt lint test test-slow doc bench paper stress fuzz mutants doctor ci
+.PHONY: help fmt lint test test-slow valgrind doc bench paper stress fuzz mutants doctor ci
 
 help: ## print this menu
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -17,6 +17,9 @@ test: ## set up the machine if needed, then all quick tests
 
 test-slow: ## the slow tests, in release mode
 	cargo test --workspace --locked --release -- --ignored
+
+valgrind: ## the wrapper's and Radau IIA's small tests under valgrind
+	./scripts/valgrind
 
 doc: ## the documentation, warnings as errors; opens at target/doc/myovib_model
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
