@@ -288,14 +288,10 @@ fn bad_descriptions_are_refused_with_their_numbers() {
         .unwrap_err()
     };
     assert_eq!(build(vec![], ALL_TERMS), Error::NoOscillators);
-    let refused = build(vec![50.0, -1.0], ALL_TERMS);
-    assert_eq!(
-        refused,
-        Error::Frequency {
-            number: 2,
-            value: -1.0
-        }
-    );
+    for value in [-1.0, 0.0] {
+        let refused = build(vec![50.0, value], ALL_TERMS);
+        assert_eq!(refused, Error::Frequency { number: 2, value });
+    }
     let infinite = Coefficients {
         coupling: f64::INFINITY,
         ..ALL_TERMS
