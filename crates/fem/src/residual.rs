@@ -3,9 +3,9 @@
 use pulp::{Simd, WithSimd};
 
 use crate::batch::{Batches, Lanes, Part, Point};
+use crate::fields::{Fields, Inverted, Pressure, Vectors};
 use crate::material::tensor::{Strain, TensorOf, Volumetric, scaled};
 use crate::material::{Potential, Real, with_potential};
-use crate::solid::{Fields, Inverted, Pressure, Vectors};
 
 /// Nodal values of the fields in one part of a batch.
 pub(crate) struct Local<S: Simd, const N: usize> {

@@ -3,10 +3,10 @@
 use pulp::{Simd, WithSimd};
 
 use crate::batch::{Batches, Lanes, Part, Point};
+use crate::fields::{Fields, Inverted, Tangents};
 use crate::material::tensor::{Symmetric, TensorOf, UPPER, volume_gradient_rate, volume_tangent};
 use crate::material::{Potential, Real, with_potential};
 use crate::residual::{AtPoint, Local};
-use crate::solid::{Fields, Inverted, Tangents};
 use crate::sparsity::{NOWHERE, ScatterMap};
 
 /// Element matrices: `[a][b][i][k]` for nodes a ≤ b, components i of a and k of b.
