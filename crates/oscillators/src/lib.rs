@@ -29,6 +29,7 @@ pub mod network;
 pub mod samples;
 pub mod settled;
 pub mod smooth;
+pub mod turning;
 
 pub use array::Array;
 pub use chain::{Chain, Ends};
@@ -39,6 +40,7 @@ pub use error::Error;
 pub use network::{Coefficients, Network};
 pub use settled::Settled;
 pub use smooth::SmoothCoherence;
+pub use turning::mean_frequency;
 
 /// Design notes.
 pub mod notes {

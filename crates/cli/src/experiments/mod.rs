@@ -14,6 +14,6 @@ pub use chain_run::{ChainRun, ChainRunJson, SettledJson};
 pub use muscle_chain::muscle_chain;
 pub use rod_chain::{record_rod, replay, rod_chain};
 
-/// Time between samples of the coherence, s: 12.5 per cycle of 8 Hz, which resolve mean and
-/// frequency over a window of 20 s to five digits.
+/// Time between samples of the coherence, s: 12.5 per cycle of 8 Hz, 6 per cycle of the ripple of
+/// 16 Hz. A passage of the centroid by zero is shorter; its frequency counts turns.
 pub const EVERY: f64 = 0.01;

@@ -1,6 +1,8 @@
 //! The coherence of oscillators over time.
 
-use myovib_oscillators::{Coherence, Settled, centroid_frequency, coherence::phasors};
+use myovib_oscillators::{
+    Coherence, Settled, centroid_frequency, coherence::phasors, mean_frequency,
+};
 use num_complex::Complex64;
 use sundials_wrap::{DaeProblem, StepError};
 
@@ -31,7 +33,8 @@ pub struct Settling {
     pub centroid: Settled,
     /// |χ|.
     pub phase: Settled,
-    /// Frequency of the centroid, Hz.
+    /// Frequency of the centroid, Hz: the mean by its turns in the window, NaN while it rests;
+    /// range and deviation of the instantaneous frequency where that is defined.
     pub frequency: Settled,
 }
 
@@ -84,7 +87,29 @@ impl CoherenceHistory {
             window,
             centroid: over(&self.strength())?,
             phase: over(&self.coherence())?,
-            frequency: over(&self.frequency)?,
+            frequency: self.settled_frequency(window),
         })
+    }
+
+    fn settled_frequency(&self, window: f64) -> Settled {
+        let samples = self.t.iter().zip(&self.frequency);
+        let defined = samples.filter(|(_, frequency)| !frequency.is_nan());
+        let (t, frequency): (Vec<f64>, Vec<f64>) = defined.unzip();
+        let sampled = Settled::over_window(&t, &frequency, window).unwrap_or(Settled {
+            mean: f64::NAN,
+            min: f64::NAN,
+            max: f64::NAN,
+            std: f64::NAN,
+            samples: t.len(),
+        });
+        let start = self.t.last().map_or(0.0, |end| end - window);
+        let first = self.t.partition_point(|&time| time < start);
+        let mean = mean_frequency(&self.t[first..], &self.centroid[first..]).unwrap_or(f64::NAN);
+        Settled {
+            mean,
+            // About this mean, not that of the samples.
+            std: sampled.std.hypot(sampled.mean - mean),
+            ..sampled
+        }
     }
 }
