@@ -2,7 +2,8 @@
 
 use myovib_fem::Mesh;
 use myovib_model::coupling::{
-    Body, CoherenceHistory, CoupledDae, ErrorTest, NoBody, Oscillators, Source, StateTolerances,
+    Body, CoherenceHistory, CoupledDae, ErrorTest, NoBody, Oscillators, Recorder, Recording,
+    Source, StateTolerances,
 };
 use myovib_model::{
     Displacement, Formulation, IdaIntegrator, LinearSolver, MuscleDae, Observer, Outcome, Probe,
@@ -35,6 +36,17 @@ pub(crate) fn chain_alone(chain: &Chain, gain: f64, source: Source) -> CoupledDa
     };
     let oscillators = Oscillators::new(chain.network().unwrap(), drive, vec![source]).unwrap();
     CoupledDae::new(NoBody, vec![oscillators])
+}
+
+/// The motion of the paper's rod at L/2, from rest to `t_end`.
+pub(crate) fn recorded_rod(t_end: f64) -> (Recording, Statistics) {
+    let rod = CoupledDae::new(paper::rod().unwrap(), Vec::new());
+    let point = rod.body().displacement_at(paper::ROD_POINT).unwrap();
+    let (n, y) = (rod.n_unknowns(), vec![0.0; rod.n_unknowns()]);
+    let mut recorder = Recorder::new(point, n);
+    let mut alone = start(rod, StateTolerances::default(), t_end, &y);
+    let statistics = run(&mut alone, &mut [&mut recorder]).unwrap();
+    (recorder.finish(), statistics)
 }
 
 /// Starts a system whose states all have the tolerances `tolerances`.

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::common::{EVERY, chain_alone, observe, rod_and_chain, start};
-use myovib_model::coupling::{CoupledDae, Recorder, Source, StateTolerances};
-use myovib_model::{paper, run};
+use crate::common::{EVERY, chain_alone, observe, recorded_rod, rod_and_chain, start};
+use myovib_model::coupling::{Source, StateTolerances};
+use myovib_model::paper;
 use sundials_wrap::DaeProblem;
 
 const T_END: f64 = 6.0;
@@ -30,13 +30,7 @@ fn the_replayed_rod_drives_the_chain_as_the_rod_does() {
     let mut together = start(together, tolerances, T_END, &y);
     let (at_once, _) = observe(&mut together, EVERY, T_END, &mut []);
 
-    let rod = CoupledDae::new(paper::rod().unwrap(), Vec::new());
-    let point = rod.body().displacement_at(paper::ROD_POINT).unwrap();
-    let (n, y) = (rod.n_unknowns(), vec![0.0; rod.n_unknowns()]);
-    let mut recorder = Recorder::new(point, n);
-    let mut alone = start(rod, tolerances, T_END, &y);
-    let statistics = run(&mut alone, &mut [&mut recorder]).unwrap();
-    let recording = recorder.finish();
+    let (recording, statistics) = recorded_rod(T_END);
     assert_eq!(recording.n_steps() as u64, statistics.steps);
     assert_eq!(recording.covers().map(|[_, end]| end), Some(T_END));
 

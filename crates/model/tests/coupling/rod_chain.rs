@@ -1,9 +1,11 @@
 //! The paper's section 3.1 with the rod itself: the settled coherence of its chains. Numbers of an
 //! independent integration, to the digits it states.
 
-use crate::common::{EVERY, chain_alone, from_rest, observe, start};
+use std::sync::Arc;
+
+use crate::common::{EVERY, chain_alone, from_rest, observe, recorded_rod, start};
 use myovib_model::coupling::{LockCriterion, Source, StateTolerances};
-use myovib_model::{Signal, paper};
+use myovib_model::paper;
 use myovib_oscillators::{Chain, Coefficients};
 use sundials_wrap::DaeProblem;
 
@@ -74,9 +76,9 @@ fn wider_detuning_and_weaker_coupling_cost_coherence() {
 #[test]
 fn locking_needs_frequency_and_coherence() {
     let chain = paper::chain(20, 0.05).unwrap();
+    let rod = Arc::new(recorded_rod(200.0).0);
     let judged = |gain: f64, t_end: f64| {
-        // The rod's steady amplitude at L/2 (case S8) in place of the rod: five times faster.
-        let dae = chain_alone(&chain, gain, Source::Given(Signal::paper(0.050_583)));
+        let dae = chain_alone(&chain, gain, Source::Recorded(Arc::clone(&rod)));
         let n = dae.n_unknowns();
         let tolerances = StateTolerances {
             relative: 1e-6,
