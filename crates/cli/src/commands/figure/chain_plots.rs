@@ -18,12 +18,11 @@ pub(super) const COLUMNS: [&str; 7] = [
     "frequency",
 ];
 
-/// Every `stride`-th sample of a history, in the order of [`COLUMNS`].
+/// The samples of a history, all that a picture shows, in the order of [`COLUMNS`].
 pub(super) fn chain_rows(
     history: &CoherenceHistory,
-    stride: usize,
 ) -> impl Iterator<Item = (usize, Vec<f64>)> + '_ {
-    (0..history.t.len()).step_by(stride).map(|i| {
+    (0..history.t.len()).map(|i| {
         let (psi, chi) = (history.centroid[i], history.phase[i]);
         let row = vec![
             history.t[i],

@@ -26,7 +26,7 @@ pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
         number: 7,
         figure,
         columns: COLUMNS.map(String::from).into(),
-        rows: chain_rows(history, 1).map(|(_, row)| row).collect(),
+        rows: chain_rows(history).map(|(_, row)| row).collect(),
         findings: chained.findings()?,
         run: chained.document()?,
         exit: chained.run.exit(),

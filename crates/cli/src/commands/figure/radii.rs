@@ -4,9 +4,6 @@ use super::chain_plots::{COLUMNS, Chained, chain_rows, defined_coherence};
 use super::product::Product;
 use crate::plot::{Axis, Colour, Figure, LinePlot, Series};
 
-/// Of the samples, every fifth goes to the table: 0.05 s apart.
-const STRIDE: usize = 5;
-
 pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
     let (history, n) = (&chained.run.history, chained.setup.oscillators);
     let radius = |n: usize| -> Vec<f64> { history.phasors.iter().map(|z| z[n].norm()).collect() };
@@ -29,7 +26,7 @@ pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
         ..LinePlot::default()
     };
     let columns = (1..=n).map(|n| format!("r_{n}"));
-    let rows = chain_rows(history, STRIDE).map(|(i, mut row)| {
+    let rows = chain_rows(history).map(|(i, mut row)| {
         row.extend(history.phasors[i].iter().map(|z| z.norm()));
         row
     });
