@@ -147,6 +147,16 @@ fn movies_are_animations() {
 }
 
 #[test]
+fn the_film_of_the_inclusion_shows_one_cycle_of_its_scenes_load() {
+    let (folder, run) = run("movie hardening --to 0.0625 --width-pixels 120 --quiet --json");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    // The scene's 16 Hz, 50 frames per period.
+    assert_eq!(document(&run.stdout, "movie")["frames"], 50);
+    let bytes = fs::read(folder.path().join("hardening.gif")).expect("the film");
+    assert!(bytes.starts_with(b"GIF89a"));
+}
+
+#[test]
 fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
     for (arguments, reason) in [
         ("figure 3 --oscillators 0", "at least one oscillator"),
@@ -168,6 +178,7 @@ fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
         ("figure 8", "2..=7"),
         ("figure 4 --mesh no-such.msh", "no-such.msh"),
         ("movie chain --from 3 --to 1", "no duration"),
+        ("movie hardening --mesh muscle.msh", "--mesh"),
         ("synchronization --frequency 0", "--frequency"),
         ("synchronization --oscillators 0", "at least one oscillator"),
         ("synchronization --point 2", "must be on the rod"),

@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+use myovib_model::{Outcome, StopReason};
+
 /// How a command ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
@@ -16,6 +18,17 @@ pub enum Exit {
     Stopped = 3,
     /// Interrupted; the output is kept.
     Interrupted = 130,
+}
+
+impl Exit {
+    /// How a command ends that shows a run as far as it got. An event was asked for: the run is done.
+    pub fn of(outcome: &Outcome) -> Self {
+        match outcome.reason() {
+            None | Some(StopReason::Event) => Self::Done,
+            Some(StopReason::Interrupted) => Self::Interrupted,
+            Some(_) => Self::Stopped,
+        }
+    }
 }
 
 impl From<Exit> for ExitCode {

@@ -119,7 +119,7 @@ fn label(quantity: Quantity) -> &'static str {
 
 /// Values at all nodes: exact for displacement, velocity and pressure; averaged over the elements
 /// at a node for what jumps between them.
-fn nodal(snapshot: &Snapshot<'_>, space: &Space, quantity: Quantity) -> Vec<Vec<f64>> {
+pub(crate) fn nodal(snapshot: &Snapshot<'_>, space: &Space, quantity: Quantity) -> Vec<Vec<f64>> {
     let vector = |field: &[f64]| field.chunks(2).map(|v| vec![v[0], v[1], 0.0]).collect();
     match (quantity, snapshot.pressure) {
         (Quantity::Displacement, _) => return vector(snapshot.displacement),

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use myovib_model::coupling::{Body, CoherenceHistory, CoupledDae, Settling, StateTolerances};
 use myovib_model::{
-    IdaIntegrator, Integrator, Limits, Observer, SampleTimes, Sampler, Statistics, StopReason, run,
+    IdaIntegrator, Integrator, Limits, Observer, SampleTimes, Sampler, Statistics, run,
 };
 use myovib_oscillators::Settled;
 use serde::Serialize;
@@ -49,11 +49,7 @@ impl ChainRun {
 
     /// How a command that shows this run ends; a run that stopped is shown as far as it got.
     pub fn exit(&self) -> Exit {
-        match self.statistics.outcome.reason() {
-            None => Exit::Done,
-            Some(StopReason::Interrupted) => Exit::Interrupted,
-            Some(_) => Exit::Stopped,
-        }
+        Exit::of(&self.statistics.outcome)
     }
 
     /// Integrates and observes the first network of a coupled system.

@@ -10,7 +10,7 @@ use super::legend::{self, Entry, Key};
 use super::svg::{self, Anchor, Point, Rect, Stroke, Svg, Type};
 use super::text;
 
-/// A named part of the boundary.
+/// Named edges: a part of the boundary, or between two materials.
 #[derive(Debug, Clone)]
 pub struct EdgeGroup {
     /// Its name in the legend.
@@ -49,7 +49,7 @@ pub struct MeshPlot {
     pub displacement: Vec<Point>,
     /// What the displacement is multiplied with; printed behind the title when there is one.
     pub scale: f64,
-    /// Highlighted parts of the boundary.
+    /// Highlighted edges.
     pub groups: Vec<EdgeGroup>,
     /// Marked nodes with their labels.
     pub marks: Vec<(usize, String)>,
@@ -200,19 +200,8 @@ impl Panel for MeshPlot {
 }
 
 impl MeshPlot {
-    /// The sides of all triangles, sorted: those within the mesh twice.
-    fn sides(&self) -> Vec<[usize; 3]> {
-        let sides = |t: &[usize; 6]| [[t[0], t[1], t[3]], [t[1], t[2], t[4]], [t[2], t[0], t[5]]];
-        let mut edges: Vec<[usize; 3]> = self.triangles.iter().flat_map(sides).collect();
-        for edge in &mut edges {
-            edge[..2].sort_unstable();
-        }
-        edges.sort_unstable();
-        edges
-    }
-
     fn draw_edges(&self, svg: &mut Svg, placed: &[Point]) {
-        let mut edges = self.sides();
+        let mut edges = sides(&self.triangles);
         edges.dedup();
         let path: String = edges.iter().map(|edge| curve(placed, edge)).collect();
         svg.path(&path, Stroke::solid(Colour::GREY, 0.3));
@@ -220,9 +209,8 @@ impl MeshPlot {
 
     /// The boundary, of the mesh at rest.
     fn draw_at_rest(&self, svg: &mut Svg, placed: &[Point]) {
-        let edges = self.sides();
-        let boundary = edges.chunk_by(|a, b| a == b).filter(|side| side.len() == 1);
-        let path: String = boundary.map(|side| curve(placed, &side[0])).collect();
+        let boundary = boundary(&self.triangles);
+        let path: String = boundary.iter().map(|edge| curve(placed, edge)).collect();
         svg.path(&path, AT_REST);
     }
 
@@ -246,6 +234,24 @@ impl MeshPlot {
             svg.fill(&path, band_colour(k, levels.len()));
         }
     }
+}
+
+/// The edges that belong to one of the triangles only: both ends, then the node between.
+pub fn boundary(triangles: &[[usize; 6]]) -> Vec<[usize; 3]> {
+    let sides = sides(triangles);
+    let alone = sides.chunk_by(|a, b| a == b).filter(|side| side.len() == 1);
+    alone.map(|side| side[0]).collect()
+}
+
+/// The sides of all triangles, sorted: those between two of them twice.
+fn sides(triangles: &[[usize; 6]]) -> Vec<[usize; 3]> {
+    let sides = |t: &[usize; 6]| [[t[0], t[1], t[3]], [t[1], t[2], t[4]], [t[2], t[0], t[5]]];
+    let mut edges: Vec<[usize; 3]> = triangles.iter().flat_map(sides).collect();
+    for edge in &mut edges {
+        edge[..2].sort_unstable();
+    }
+    edges.sort_unstable();
+    edges
 }
 
 /// The parabola through the ends of an edge and the node between, which the quadratic element

@@ -81,6 +81,15 @@ impl Scene {
         Ok(Self::build(&name, &text, overrides, &folder)?)
     }
 
+    /// The built-in scene `name`, with overrides applied.
+    ///
+    /// # Errors
+    /// A name that is none of [`BUILTIN`]'s, and what the overrides make wrong.
+    pub fn built_in(name: &str, overrides: &[String]) -> anyhow::Result<Self> {
+        let text = builtin_text(name).with_context(|| format!("there is no scene `{name}`"))?;
+        Ok(Self::build(name, text, overrides, Path::new(""))?)
+    }
+
     /// The scene's text, without overrides.
     pub fn text(&self) -> &str {
         self.source.text()

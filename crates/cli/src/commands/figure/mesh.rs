@@ -38,7 +38,7 @@ pub(super) fn draw(mesh: &Mesh) -> anyhow::Result<Product> {
 }
 
 /// The mesh alone, at rest.
-pub(super) fn outline(space: &Space) -> MeshPlot {
+pub(in crate::commands) fn outline(space: &Space) -> MeshPlot {
     let nodes = |element| -> [usize; 6] {
         let nodes = space.element_nodes(element);
         std::array::from_fn(|i| nodes[i])
@@ -53,7 +53,7 @@ pub(super) fn outline(space: &Space) -> MeshPlot {
 }
 
 /// The edges whose nodes are kept in place.
-pub(super) fn fixed(space: &Space) -> anyhow::Result<EdgeGroup> {
+pub(in crate::commands) fn fixed(space: &Space) -> anyhow::Result<EdgeGroup> {
     Ok(EdgeGroup {
         name: "fixed".into(),
         edges: edges(space, FIXED_GROUP)?,

@@ -2,9 +2,11 @@
 
 mod chain_plots;
 mod deformation;
+mod deformed;
+mod last_period;
 mod mesh;
 mod muscle_coherence;
-mod muscle_run;
+pub(super) mod muscle_run;
 mod origin;
 mod product;
 mod radii;
@@ -30,7 +32,15 @@ use crate::progress::Progress;
 use chain_plots::Chained;
 pub(super) use chain_plots::{complex_plane, largest_radius};
 pub(super) use deformation::frames;
+pub(super) use deformed::Drawing;
+pub(super) use last_period::{LastPeriod, PER_PERIOD};
+pub(super) use mesh::{fixed, outline};
 pub(super) use muscle_run::MuscleRun;
+
+/// End time of the runs with the rod, s.
+pub(super) const ROD_END: f64 = 200.0;
+/// End time of the runs with the muscle, s.
+pub(super) const MUSCLE_END: f64 = 50.0;
 
 /// Options of `myovib figure`.
 #[derive(Debug, Args)]
@@ -146,10 +156,10 @@ impl Runs {
             paper::muscle(mesh, paper::KAPPA, paper::BETA)?;
         }
         let rod = on_rod.map(|(setup, x)| {
-            let run = rod_chain(&setup, x, options.t_end.unwrap_or(200.0), &progress)?;
+            let run = rod_chain(&setup, x, options.t_end.unwrap_or(ROD_END), &progress)?;
             anyhow::Ok(Chained { setup, run })
         });
-        let t_end = options.t_end.unwrap_or(50.0);
+        let t_end = options.t_end.unwrap_or(MUSCLE_END);
         let rod = rod.transpose()?;
         let muscle = wanted(&[5, 6])
             .then(|| MuscleRun::compute(mesh, t_end, options.common.quiet))

@@ -1,17 +1,17 @@
 //! The run behind Figures 5 and 6: the muscle of section 3.2 in formulation (29).
 
-use std::collections::VecDeque;
 use std::sync::Mutex;
 
 use myovib_fem::{Mesh, Space};
 use myovib_model::paper::{BETA, KAPPA};
 use myovib_model::{
-    Formulation, Limits, MuscleDae, Probe, SampleTimes, Sampler, Settings, Statistics, StopReason,
-    paper, run, start_at_rest,
+    Formulation, Limits, MuscleDae, Probe, SampleTimes, Sampler, Settings, Statistics, paper, run,
+    start_at_rest,
 };
 use serde_json::{Map, Value, json};
 use sundials_wrap::DaeProblem;
 
+use super::last_period::{LastPeriod, PER_PERIOD};
 use crate::exit::Exit;
 use crate::interrupt;
 use crate::progress::Progress;
@@ -19,9 +19,7 @@ use crate::statistics::StatisticsJson;
 use crate::watch::Watch;
 
 /// Period of the load, s.
-pub(super) const PERIOD: f64 = 1.0 / 8.0;
-/// Samples per period of the load.
-const PER_PERIOD: f64 = 50.0;
+pub(in crate::commands) const PERIOD: f64 = 1.0 / 8.0;
 
 /// What was recorded of the run.
 pub(in crate::commands) struct MuscleRun {
@@ -30,11 +28,19 @@ pub(in crate::commands) struct MuscleRun {
     pub(super) statistics: Statistics,
     /// t, u_x, u_y, p in the origin.
     pub(super) origin: Vec<[f64; 4]>,
-    /// Times and nodal displacements over the last period, as far as the run got.
-    pub(in crate::commands) last_period: VecDeque<(f64, Vec<[f64; 2]>)>,
+    /// Displacement of every node.
+    pub(super) last_period: LastPeriod<Vec<[f64; 2]>>,
 }
 
 impl MuscleRun {
+    /// The settings of a run to `t_end` (s).
+    pub(in crate::commands) fn settings(t_end: f64) -> Settings {
+        Settings {
+            t_end,
+            ..Settings::paper(Formulation::Rate)
+        }
+    }
+
     /// Integrates to `t_end` (s).
     pub(in crate::commands) fn compute(
         mesh: &Mesh,
@@ -44,15 +50,12 @@ impl MuscleRun {
         let muscle = paper::muscle(mesh, KAPPA, BETA)?;
         let space = Space::clone(muscle.solid.space());
         let origin = Probe::at(&space, [0.0, 0.0])?;
-        let settings = Settings {
-            t_end,
-            ..Settings::paper(Formulation::Rate)
-        };
+        let settings = Self::settings(t_end);
         let dae = MuscleDae::new(muscle, Formulation::Rate)?;
         let unknowns = dae.n_unknowns();
         let mut integrator = start_at_rest(dae, &settings)?;
 
-        let (mut values, mut last_period) = (Vec::new(), VecDeque::new());
+        let (mut values, mut last_period) = (Vec::new(), LastPeriod::new(PERIOD));
         let times = SampleTimes::new(PERIOD / PER_PERIOD, t_end);
         let mut sampler = Sampler::new(times, unknowns, |dae: &mut MuscleDae, t, y: &[f64]| {
             let pressure = dae.pressure(y).map(<[f64]>::to_vec);
@@ -61,13 +64,7 @@ impl MuscleRun {
             let [u_x, u_y] = value.displacement;
             values.push([t, u_x, u_y, value.pressure]);
             let nodal = displacement.chunks_exact(2).map(|u| [u[0], u[1]]).collect();
-            last_period.push_back((t, nodal));
-            while last_period
-                .front()
-                .is_some_and(|(oldest, _)| *oldest <= t - PERIOD)
-            {
-                last_period.pop_front();
-            }
+            last_period.push(t, nodal);
             Ok(())
         });
         let progress = Mutex::new(Progress::new(quiet));
@@ -103,10 +100,6 @@ impl MuscleRun {
 
     /// A run that did not reach its end is still drawn, as far as it got.
     pub(in crate::commands) fn exit(&self) -> Exit {
-        match self.statistics.outcome.reason() {
-            None => Exit::Done,
-            Some(StopReason::Interrupted) => Exit::Interrupted,
-            Some(_) => Exit::Stopped,
-        }
+        Exit::of(&self.statistics.outcome)
     }
 }

@@ -132,16 +132,8 @@ impl Motion<'_> {
         html::write(&folder, scene, &document)?;
         Ok(RunResult {
             document,
-            exit: exit(&statistics.outcome),
+            exit: Exit::of(&statistics.outcome),
         })
-    }
-}
-
-fn exit(outcome: &Outcome) -> Exit {
-    match outcome.reason() {
-        None | Some(StopReason::Event) => Exit::Done,
-        Some(StopReason::Interrupted) => Exit::Interrupted,
-        Some(_) => Exit::Stopped,
     }
 }
 

@@ -1,5 +1,7 @@
 //! `myovib movie`: what the paper put on its website, as animated GIFs.
 
+mod hardening;
+
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -43,11 +45,13 @@ pub struct MovieArgs {
     #[arg(long, value_name = "T", default_value_t = 8.0)]
     pub from: f64,
 
-    /// Last moment shown, s [default: 14 (chain), 3 (muscle, of which the last cycle is shown)].
+    /// Last moment shown, s [default: 14 (chain), 3 (muscle and hardening, of which the last cycle
+    /// of the load is shown)].
     #[arg(long, value_name = "T")]
     pub to: Option<f64>,
 
-    /// Mesh (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the built-in spindle].
+    /// Mesh of the muscle (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the
+    /// built-in spindle].
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
 
@@ -67,6 +71,8 @@ pub enum Subject {
     Chain,
     /// The deformation of the muscle, enlarged.
     Muscle,
+    /// Waves at a stiff inclusion in the muscle: the scene `hardening`, enlarged.
+    Hardening,
 }
 
 #[derive(Serialize)]
@@ -81,9 +87,15 @@ struct Document {
 /// Wrong options or mesh, or an output that cannot be written.
 pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
     args.common.check()?;
+    if args.mesh.is_some() && args.subject != Subject::Muscle {
+        return Err(InputError::new("only the film of the muscle takes a mesh")
+            .at("--mesh")
+            .next("for another body write a scene, and `myovib run` it with [fields]")
+            .into());
+    }
     let (from, to) = match args.subject {
         Subject::Chain => (args.from, args.to.unwrap_or(14.0)),
-        Subject::Muscle => (0.0, args.to.unwrap_or(3.0)),
+        Subject::Muscle | Subject::Hardening => (0.0, args.to.unwrap_or(3.0)),
     };
     if !(0.0 <= from && from < to && to.is_finite()) {
         return Err(InputError::new("the movie has no duration")
@@ -96,11 +108,13 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
         PathBuf::from(match args.subject {
             Subject::Chain => "chain.gif",
             Subject::Muscle => "muscle.gif",
+            Subject::Hardening => "hardening.gif",
         })
     });
     let movie = match args.subject {
         Subject::Chain => chain(args, from, to)?,
         Subject::Muscle => deformation(args, to)?,
+        Subject::Hardening => hardening::film(args.to, args.common.quiet)?,
     };
     let mut bytes = Vec::new();
     movie::write(
@@ -153,6 +167,5 @@ fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
 fn deformation(args: &MovieArgs, to: f64) -> anyhow::Result<Movie> {
     let (mesh, _) = mesh_file::load(args.mesh.as_deref())?;
     let run = MuscleRun::compute(&mesh, to, args.common.quiet)?;
-    let frames: Vec<Figure> = frames(&run).collect::<anyhow::Result<_>>()?;
-    Ok(Movie::new(frames, run.exit()))
+    Ok(Movie::new(frames(&run)?, run.exit()))
 }

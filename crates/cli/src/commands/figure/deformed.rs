@@ -1,0 +1,106 @@
+//! Pictures of a deformed body, all of one motion to the same scale.
+
+use myovib_fem::Space;
+
+use super::mesh;
+use crate::plot::{Axis, EdgeGroup, Field, MeshPlot};
+
+/// How far the largest displacement reaches in the drawing, in parts of the body's height.
+const REACH: f64 = 0.3;
+
+/// Air above and below what moves, in parts of the body's height.
+const AIR: f64 = 0.08;
+
+/// What all pictures of one motion share.
+pub(in crate::commands) struct Drawing<'a> {
+    space: &'a Space,
+    groups: Vec<EdgeGroup>,
+    /// The largest displacement, m.
+    pub(super) largest: f64,
+    /// What displacements are multiplied with.
+    pub(super) scale: f64,
+}
+
+impl<'a> Drawing<'a> {
+    /// The scale that suits all these displacements of the nodes; `groups` are highlighted.
+    pub(in crate::commands) fn of<'s>(
+        space: &'a Space,
+        groups: Vec<EdgeGroup>,
+        displacements: impl IntoIterator<Item = &'s [[f64; 2]]>,
+    ) -> Self {
+        let all = displacements.into_iter().flatten().map(norm);
+        let largest = all.fold(0.0, f64::max);
+        Self {
+            space,
+            groups,
+            largest,
+            scale: if largest > 0.0 {
+                round_down(REACH * height(space) / largest)
+            } else {
+                // A run interrupted at rest.
+                1.0
+            },
+        }
+    }
+
+    /// The body at time `t`, coloured by a field.
+    pub(in crate::commands) fn panel(&self, t: f64, u: &[[f64; 2]], field: Field) -> MeshPlot {
+        let reach = self.scale * self.largest + AIR * height(self.space);
+        let bottom = extent(self.space, 1, f64::min) - reach;
+        let top = extent(self.space, 1, f64::max) + reach;
+        let outline = mesh::outline(self.space);
+        MeshPlot {
+            title: format!("*t* = {t:.4} s"),
+            y: outline.y.clone().between(bottom, top),
+            groups: self.groups.clone(),
+            displacement: u.to_vec(),
+            scale: self.scale,
+            field: Some(field),
+            ..outline
+        }
+    }
+
+    /// The size of the displacement as a field.
+    pub(super) fn size(&self, u: &[[f64; 2]]) -> Field {
+        Field {
+            axis: Axis::new("|*u*|", "m").between(0.0, self.largest),
+            values: u.iter().map(norm).collect(),
+        }
+    }
+}
+
+fn norm(u: &[f64; 2]) -> f64 {
+    u[0].hypot(u[1])
+}
+
+fn extent(space: &Space, c: usize, pick: fn(f64, f64) -> f64) -> f64 {
+    let coordinates = space.node_points().iter().map(|point| point[c]);
+    coordinates.reduce(pick).unwrap_or(0.0)
+}
+
+fn height(space: &Space) -> f64 {
+    extent(space, 1, f64::max) - extent(space, 1, f64::min)
+}
+
+/// The next lower number of the form 1, 2 or 5 times a power of ten.
+fn round_down(value: f64) -> f64 {
+    let power = 10_f64.powf(value.log10().floor());
+    [5.0, 2.0, 1.0]
+        .map(|m| m * power)
+        .into_iter()
+        .find(|n| *n <= value)
+        .unwrap_or(power)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scales_are_round() {
+        assert_eq!(
+            [1.0, 1.99, 27.0, 0.6, 999.0].map(round_down),
+            [1.0, 1.0, 20.0, 0.5, 500.0]
+        );
+    }
+}

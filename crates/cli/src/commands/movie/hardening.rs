@@ -1,0 +1,112 @@
+//! Waves at a stiff inclusion: the scene `hardening`, coloured by the stress, which the inclusion
+//! draws to itself.
+
+use std::sync::Mutex;
+
+use anyhow::Context;
+use myovib_fem::{Group, Space};
+use myovib_model::{Limits, MuscleDae, Quantity, SampleTimes, Sampler, run, start_at_rest};
+use sundials_wrap::DaeProblem;
+
+use super::Movie;
+use crate::commands::figure::{Drawing, LastPeriod, PER_PERIOD, fixed, outline};
+use crate::exit::Exit;
+use crate::interrupt;
+use crate::plot::mesh_plot::boundary;
+use crate::plot::{Axis, Colour, EdgeGroup, Field, Figure};
+use crate::progress::Progress;
+use crate::scene::{Body, Scene};
+use crate::vtu::nodal;
+use crate::watch::Watch;
+
+/// Name of the scene.
+const SCENE: &str = "hardening";
+/// The group of the inclusion's triangles in it.
+const INCLUSION: &str = "hardened";
+
+/// A moment of the motion, by nodes.
+struct Shot {
+    t: f64,
+    displacement: Vec<[f64; 2]>,
+    /// Von Mises stress, Pa.
+    stress: Vec<f64>,
+}
+
+/// The last cycle of the load before `to` (s), or before the scene's own end.
+pub(super) fn film(to: Option<f64>, quiet: bool) -> anyhow::Result<Movie> {
+    let end = to.map(|to| format!("time.end={to:?}"));
+    let scene = Scene::built_in(SCENE, end.as_slice())?;
+    let body = scene.body.as_ref().context("the scene has no body")?;
+    let space = body.muscle.solid.space();
+    let inclusion = inclusion(space)?;
+
+    let (shots, exit) = compute(body, scene.t_end, quiet)?;
+    // The colours end at the inclusion's stress; only the supports' corners have more.
+    let inside = |shot: &Shot| {
+        let values = inclusion.iter().flatten().map(|&node| shot.stress[node]);
+        values.fold(0.0, f64::max)
+    };
+    let axis = Axis::new("von Mises stress", "Pa");
+    let axis = axis.between(0.0, shots.iter().map(inside).fold(0.0, f64::max));
+    let outline = EdgeGroup {
+        name: "stiffer inclusion".into(),
+        edges: boundary(&inclusion),
+        colour: Colour::VERMILION,
+        arrows: None,
+    };
+    let displacements = shots.iter().map(|shot| &shot.displacement[..]);
+    let drawing = Drawing::of(space, vec![fixed(space)?, outline], displacements);
+    let frame = |shot: &Shot| {
+        let field = Field {
+            axis: axis.clone(),
+            values: shot.stress.clone(),
+        };
+        Figure::of("", drawing.panel(shot.t, &shot.displacement, field))
+    };
+    Ok(Movie::new(shots.iter().map(frame).collect(), exit))
+}
+
+/// The triangles of the inclusion.
+fn inclusion(space: &Space) -> anyhow::Result<Vec<[usize; 6]>> {
+    let Group::Triangles(members) = space.mesh().group(INCLUSION)? else {
+        anyhow::bail!("the group `{INCLUSION}` holds no triangles");
+    };
+    let triangles = outline(space).triangles;
+    Ok(members.iter().map(|&member| triangles[member]).collect())
+}
+
+/// Runs the body and gives the last period of its load.
+fn compute(body: &Body, t_end: f64, quiet: bool) -> anyhow::Result<(Vec<Shot>, Exit)> {
+    let frequency = body.muscle.drive().context("the load has no period")?;
+    let dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+    let unknowns = dae.n_unknowns();
+    let mut integrator = start_at_rest(dae, &body.settings)?;
+
+    let mut states = LastPeriod::new(1.0 / frequency);
+    let times = SampleTimes::new(1.0 / frequency / PER_PERIOD, t_end);
+    let mut sampler = Sampler::new(times, unknowns, |_: &mut MuscleDae, t, y: &[f64]| {
+        states.push(t, y.to_vec());
+        Ok(())
+    });
+    let progress = Mutex::new(Progress::new(quiet));
+    let mut watch = Watch::new(SCENE.into(), t_end, &progress);
+    let mut limits = Limits::new(f64::INFINITY, Some(interrupt::flag()));
+    let statistics = run(
+        &mut *integrator,
+        &mut [&mut sampler, &mut watch, &mut limits],
+    )?;
+    drop(sampler);
+    let dae = integrator.problem_mut();
+    let shots = states.iter().map(|(t, y)| shot(dae, *t, y)).collect();
+    Ok((shots, Exit::of(&statistics.outcome)))
+}
+
+fn shot(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Shot {
+    let snapshot = dae.snapshot(t, y);
+    let stress = nodal(&snapshot, snapshot.solid.space(), Quantity::VonMises);
+    Shot {
+        t,
+        displacement: snapshot.displacement.as_chunks().0.to_vec(),
+        stress: stress.concat(),
+    }
+}
