@@ -4,6 +4,7 @@ mod bench;
 mod chains;
 mod contract;
 mod doctor;
+mod fields;
 mod figures;
 mod harness;
 mod scene_results;

@@ -180,6 +180,77 @@ fn a_killed_run_leaves_whole_files_and_goes_on() {
     }
 }
 
+/// Goes on from the last checkpoint of a finished run, and gives the probe's rows of both.
+fn resumed(scene: &str, probe: &str, sets: &[&str]) -> [Vec<Vec<f64>>; 2] {
+    let folder = tempfile::tempdir().expect("a folder");
+    let settings = sets.iter().flat_map(|set| ["--set", set]);
+    let settings: Vec<&str> = settings.collect();
+    let csv = folder.path().join(format!("out/{probe}.csv"));
+    let whole = run(folder.path(), scene, "out", &settings);
+    assert_eq!(whole["resumed"], 0);
+    let uninterrupted = rows(&csv);
+    let more = [&settings[..], &["--resume"]].concat();
+    let document = run(folder.path(), scene, "out", &more);
+    assert_eq!(document["resumed"], 1);
+    assert_eq!(document["outcome"], "finished");
+    [uninterrupted, rows(&csv)]
+}
+
+/// The largest difference in column `j`, in parts of the column's largest value.
+fn difference([a, b]: &[Vec<Vec<f64>>; 2], j: usize) -> f64 {
+    let times = |rows: &[Vec<f64>]| -> Vec<f64> { rows.iter().map(|row| row[0]).collect() };
+    assert_eq!(times(a), times(b));
+    let largest = a.iter().map(|row| row[j].abs()).fold(0.0, f64::max);
+    let differences = a.iter().zip(b).map(|(a, b)| (a[j] - b[j]).abs());
+    differences.fold(0.0, f64::max) / largest
+}
+
+#[test]
+fn a_run_with_radau_goes_on_from_its_checkpoint() {
+    // One checkpoint, beyond the ramp's middle.
+    let sets = [
+        "integrator.method=radau",
+        "time.end=1.2",
+        "checkpoint.every=0.8",
+    ];
+    let rows = resumed("init", "origin", &sets);
+    // The absolute tolerance is 2 % of the amplitude of u_y; a one-step method loses nothing
+    // but the step's history.
+    assert!(difference(&rows, 2) < 0.02, "u_y {}", difference(&rows, 2));
+    assert!(difference(&rows, 3) < 0.02, "p {}", difference(&rows, 3));
+}
+
+#[test]
+fn a_run_with_two_way_coupling_goes_on_from_its_checkpoint() {
+    // The gain drives the chains into step within a second, so that the stiffness changes.
+    let sets = [
+        "chain[0].gain=2e6",
+        "chain[1].gain=2e6",
+        "chain[2].gain=2e6",
+        "time.end=0.8",
+        "checkpoint.every=0.5",
+    ];
+    let rows = resumed("two-way", "feedback", &sets);
+    let factors = || rows[0].iter().map(|row| row[2]);
+    assert!(factors().fold(f64::INFINITY, f64::min) < 1.4, "it acts");
+    for chain in 1..=3 {
+        let found = difference(&rows, chain);
+        // The chains' relative tolerance of 1e-4 in y, and the muscle's of 1e-3 in what drives
+        // them, times what is lost at order 1 after the restart: 1 %.
+        assert!(found < 0.01, "chain {chain}: {found}");
+    }
+}
+
+#[test]
+fn radau_with_two_way_coupling_is_refused_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["run", "two-way", "--set", "integrator.method=radau"];
+    let run = myovib_in(folder.path(), &arguments);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(run.stderr.contains("take \"bdf\""), "{}", run.stderr);
+    assert!(!folder.path().join("out").exists());
+}
+
 #[test]
 fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
     let folder = tempfile::tempdir().unwrap();
