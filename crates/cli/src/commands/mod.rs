@@ -11,6 +11,8 @@ pub mod man;
 pub mod modes;
 pub mod movie;
 pub mod run;
+#[cfg(test)]
+mod same_as_scenes;
 pub mod schema;
 pub mod stress;
 pub mod sweep;

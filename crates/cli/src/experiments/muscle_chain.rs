@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use myovib_fem::Mesh;
 use myovib_model::coupling::{CoupledDae, ErrorTest, Oscillators, Source, StateTolerances};
 use myovib_model::{Formulation, IdaIntegrator, MuscleDae, Probe, Settings, ida, paper};
-use sundials_wrap::{DaeProblem, IdaOptions};
+use sundials_wrap::DaeProblem;
 
 use super::chain_run::pair;
 use super::{ChainRun, ChainSetup};
@@ -16,7 +16,15 @@ const FORMULATION: Formulation = Formulation::Rate;
 
 /// Highest order, one for the whole system; the chain's tolerances ask for it (note 0003 of the
 /// model).
-const MAX_ORDER: usize = 5;
+const MAX_ORDER: u8 = 5;
+
+/// The settings of the muscle with its chain.
+pub fn muscle_chain_settings() -> Settings {
+    Settings {
+        max_order: MAX_ORDER,
+        ..Settings::paper(FORMULATION)
+    }
+}
 
 /// Muscle and chain as one system, coupled at `point` by u_y, from rest to `t_end`.
 ///
@@ -29,14 +37,11 @@ pub fn muscle_chain(
     t_end: f64,
     progress: &Mutex<Progress>,
 ) -> anyhow::Result<ChainRun> {
-    let settings = Settings::paper(FORMULATION);
+    let settings = muscle_chain_settings();
     let muscle = paper::muscle(mesh, paper::KAPPA, paper::BETA)?;
     let probe = Probe::at(muscle.solid.space(), point)?;
     let muscle = MuscleDae::new(muscle, FORMULATION)?;
-    let options = IdaOptions {
-        max_order: MAX_ORDER,
-        ..ida::options(&muscle, &settings)
-    };
+    let options = ida::options(&muscle, &settings);
     let test = ErrorTest::of_muscle(&muscle, &settings);
     let source = Source::Body(muscle.displacement_at(&probe, 1));
     let oscillators = Oscillators::new(setup.network()?, setup.drive(), vec![source])?;
@@ -59,7 +64,7 @@ pub fn muscle_chain(
         unknowns,
         tolerances: blocks.chain([("chain", pair(tolerances))]).collect(),
         suppressed: settings.suppressed.iter().map(|f| f.symbol()).collect(),
-        max_order: MAX_ORDER,
+        max_order: MAX_ORDER.into(),
         t_end,
     })
 }

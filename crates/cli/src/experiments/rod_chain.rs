@@ -8,7 +8,7 @@ use myovib_fem::rod::{EndLoad, Rod, RodData};
 use myovib_model::coupling::{
     Body, CoupledDae, ErrorTest, NoBody, Oscillators, Recorder, Recording, Source, StateTolerances,
 };
-use myovib_model::{IdaIntegrator, Limits, LinearSolver, Outcome, RodDae, Signal, run};
+use myovib_model::{IdaIntegrator, Limits, LinearSolver, Outcome, RodDae, Signal, paper, run};
 use sundials_wrap::{DaeProblem, IdaOptions};
 
 use super::chain_run::pair;
@@ -43,7 +43,7 @@ pub fn rod_chain(
     t_end: f64,
     progress: &Mutex<Progress>,
 ) -> anyhow::Result<ChainRun> {
-    let rod = rod(8.0)?;
+    let rod = paper::rod()?;
     let point = rod.displacement_at(x).context("--point")?;
     let dae = coupled(rod, setup, Source::Body(point))?;
     finish(dae, "rod and chain", &["rod", "chain"], t_end, progress)

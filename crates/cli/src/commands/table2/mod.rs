@@ -2,7 +2,7 @@
 
 mod report;
 pub(super) mod rows;
-mod run_row;
+pub(super) mod run_row;
 
 use std::path::PathBuf;
 use std::str::FromStr;

@@ -51,7 +51,8 @@ pub(super) fn run_all(
     .collect()
 }
 
-fn settings(row: &Row, args: &Table2Args) -> Settings {
+/// The settings of a row, changed as the options say.
+pub(in crate::commands) fn settings(row: &Row, args: &Table2Args) -> Settings {
     let paper = Settings::paper(row.formulation);
     let mut absolute_tolerances = paper.absolute_tolerances;
     absolute_tolerances.velocity = args.atol_velocity;
