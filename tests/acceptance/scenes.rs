@@ -287,6 +287,24 @@ fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
 }
 
 #[test]
+fn a_run_of_the_rod_starts_whatever_its_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let long = [
+        "--set",
+        "time.end=2000",
+        "--set",
+        "integrator.max_steps=300",
+    ];
+    let out = ["--out", "long", "--quiet"];
+    myovib_in(
+        folder.path(),
+        &[&["run", "figure3"][..], &out, &long].concat(),
+    );
+    let document = run_json(&folder.path().join("long"));
+    assert_eq!(document["reason"], "max_steps", "{}", document["message"]);
+}
+
+#[test]
 fn what_a_scene_does_not_ask_for_is_not_computed() {
     let folder = tempfile::tempdir().unwrap();
     let end = ["--set", "time.end=0.2"];

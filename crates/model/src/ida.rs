@@ -8,6 +8,7 @@ use sundials_wrap::{
 
 use crate::coupling::{Body, CoupledDae, ErrorTest, FeedbackDae};
 use crate::error::ModelError;
+use crate::first_step::look_ahead;
 use crate::integrator::{Advance, Counts, Integrator};
 use crate::linear::{CondensedSolver, CoupledSolver};
 use crate::muscle_dae::MuscleDae;
@@ -19,6 +20,10 @@ use crate::step_weights::{StepSize, StepWeights};
 pub struct IdaIntegrator<P: DaeProblem> {
     solver: IdaSolver<P>,
     t_end: f64,
+    /// The shortest time in which the system changes of itself, s.
+    time_scale: Option<f64>,
+    /// Whether a step was taken since the start or restart.
+    begun: bool,
     /// Where error weights that follow the step read its size.
     step_size: StepSize,
 }
@@ -51,6 +56,7 @@ impl IdaIntegrator<MuscleDae> {
             LinearSolver::Full => None,
         };
         let step_size = StepSize::default();
+        let time_scale = dae.muscle().time_scale();
         let scaled = settings.multiplier_weights == MultiplierWeights::StepScaled;
         let weights = scaled.then(|| StepWeights::new(&dae, settings, step_size.clone()));
         let mut builder = builder(dae, options, settings.t_end);
@@ -66,6 +72,8 @@ impl IdaIntegrator<MuscleDae> {
         Ok(Self {
             solver: builder.build(t, y, y_dot)?,
             t_end: settings.t_end,
+            time_scale,
+            begun: false,
             step_size,
         })
     }
@@ -94,7 +102,8 @@ impl<B: Body> IdaIntegrator<CoupledDae<B>> {
             Self::coupled_at(dae, error_test, options, linear_solver, times, y, &y_dot)?;
         if imbalance > 0.0 {
             let mode = ConsistencyMode::AlgebraicAndDerivatives;
-            integrator.solver.correct_initial_values(mode, t_end)?;
+            let t_first = integrator.look_ahead();
+            integrator.solver.correct_initial_values(mode, t_first)?;
         }
         Ok(integrator)
     }
@@ -120,6 +129,7 @@ impl<B: Body> IdaIntegrator<CoupledDae<B>> {
         let condensed = of_body
             .map(|body| CoupledSolver::new(body, &dae, options.klu))
             .transpose()?;
+        let time_scale = dae.time_scale();
         let mut builder = tested(dae, error_test, options, t_end);
         if let Some(solver) = condensed {
             builder = builder.structured_solver(solver);
@@ -127,6 +137,8 @@ impl<B: Body> IdaIntegrator<CoupledDae<B>> {
         Ok(Self {
             solver: builder.build(t, y, y_dot)?,
             t_end,
+            time_scale,
+            begun: false,
             step_size: StepSize::default(),
         })
     }
@@ -146,9 +158,12 @@ impl IdaIntegrator<FeedbackDae> {
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
+        let time_scale = dae.one_way().time_scale();
         Ok(Self {
             solver: tested(dae, error_test, options, t_end).build(t, y, y_dot)?,
             t_end,
+            time_scale,
+            begun: false,
             step_size: StepSize::default(),
         })
     }
@@ -170,8 +185,15 @@ impl<P: DaeProblem> IdaIntegrator<P> {
         Ok(Self {
             solver,
             t_end,
+            time_scale: None,
+            begun: false,
             step_size: StepSize::default(),
         })
+    }
+
+    /// t_out of the first step.
+    fn look_ahead(&self) -> f64 {
+        look_ahead(self.solver.t(), self.t_end, self.time_scale)
     }
 
     /// The problem with y and ẏ at the time reached.
@@ -186,6 +208,7 @@ impl<P: DaeProblem> IdaIntegrator<P> {
     /// # Errors
     /// [`ModelError::Integrator`] for values that are not finite.
     pub fn restart(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), ModelError> {
+        self.begun = false;
         Ok(self.solver.reinit(t, y, y_dot, &[])?)
     }
 
@@ -248,7 +271,13 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
 impl<P: DaeProblem> Integrator<P> for IdaIntegrator<P> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
         self.step_size.set(self.solver.current_step());
-        Ok(advance(self.solver.step(self.t_end)?, self.t_end))
+        let t_out = if self.begun {
+            self.t_end
+        } else {
+            self.look_ahead()
+        };
+        self.begun = true;
+        Ok(advance(self.solver.step(t_out)?, self.t_end))
     }
 
     fn time(&self) -> f64 {

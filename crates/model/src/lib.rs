@@ -22,6 +22,7 @@ mod displacement;
 mod energy;
 mod error;
 mod field;
+mod first_step;
 mod integrator;
 mod jet;
 mod load;

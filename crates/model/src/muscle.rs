@@ -2,6 +2,7 @@
 
 use myovib_fem::Solid;
 
+use crate::first_step::shortest;
 use crate::load::{Load, Prescribed};
 use crate::parameters::Parameters;
 use crate::signal::Signal;
@@ -27,8 +28,17 @@ impl Muscle {
 
     /// The highest frequency of the loads and prescribed motions, Hz, if one of them has any.
     pub fn drive(&self) -> Option<f64> {
+        let frequencies = self.signals().filter_map(Signal::frequency);
+        frequencies.reduce(f64::max)
+    }
+
+    /// The shortest time in which a load or prescribed motion changes, s, if one of them does.
+    pub fn time_scale(&self) -> Option<f64> {
+        shortest(self.signals().filter_map(Signal::time_scale))
+    }
+
+    fn signals(&self) -> impl Iterator<Item = &Signal> {
         let loads = self.loads.iter().map(Load::signal);
-        let signals = loads.chain(self.prescribed.iter().map(|p| &p.signal));
-        signals.filter_map(Signal::frequency).reduce(f64::max)
+        loads.chain(self.prescribed.iter().map(|p| &p.signal))
     }
 }

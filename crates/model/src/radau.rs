@@ -5,6 +5,7 @@ use sundials_wrap::klu::KluOptions;
 use sundials_wrap::{DaeProblem, Suppressed, Tolerances};
 
 use crate::error::ModelError;
+use crate::first_step::look_ahead;
 use crate::ida::advance;
 use crate::integrator::{Advance, Counts, Integrator};
 use crate::linear::CondensedMatrices;
@@ -15,6 +16,8 @@ use crate::settings::{LinearSolver, Settings};
 pub struct RadauIntegrator<P: DaeProblem, M = KluMatrices> {
     solver: RadauSolver<P, M>,
     t_end: f64,
+    /// The shortest time in which the system changes of itself, s.
+    time_scale: Option<f64>,
 }
 
 /// Matrices chosen at run time: condensed or full.
@@ -44,7 +47,9 @@ impl RadauIntegrator<MuscleDae, MuscleMatrices> {
     ) -> Result<Self, ModelError> {
         let options = options(&dae, settings);
         let matrices = matrices(&dae, &options, settings.linear_solver)?;
-        Self::new(dae, matrices, options, (t, settings.t_end), y, y_dot)
+        let time_scale = dae.muscle().time_scale();
+        let times = (t, settings.t_end);
+        Ok(Self::new(dae, matrices, options, times, y, y_dot)?.with_time_scale(time_scale))
     }
 }
 
@@ -62,7 +67,11 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauIntegrator<P, M> {
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let solver = builder(problem, options, t_end).build_with(matrices, t, y, y_dot)?;
-        Ok(Self { solver, t_end })
+        Ok(Self {
+            solver,
+            t_end,
+            time_scale: None,
+        })
     }
 
     /// The same, with weights in the error test that are a function of y.
@@ -80,7 +89,17 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauIntegrator<P, M> {
         let solver = builder(problem, options, t_end)
             .error_weights(weights)
             .build_with(matrices, t, y, y_dot)?;
-        Ok(Self { solver, t_end })
+        Ok(Self {
+            solver,
+            t_end,
+            time_scale: None,
+        })
+    }
+
+    /// The same, for a system that changes within `time_scale` (s), if it has such a time: it bounds
+    /// the first step.
+    pub(crate) fn with_time_scale(self, time_scale: Option<f64>) -> Self {
+        Self { time_scale, ..self }
     }
 
     /// The solver itself.
@@ -153,7 +172,11 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
 
 impl<P: DaeProblem, M: NewtonMatrices<P>> Integrator<P> for RadauIntegrator<P, M> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
-        Ok(advance(self.solver.step(self.t_end)?, self.t_end))
+        let t_out = match self.solver.stats().steps {
+            0 => look_ahead(self.solver.t(), self.t_end, self.time_scale),
+            _ => self.t_end,
+        };
+        Ok(advance(self.solver.step(t_out)?, self.t_end))
     }
 
     fn time(&self) -> f64 {

@@ -30,6 +30,11 @@ impl RodDae {
         &self.rod
     }
 
+    /// The function of time at its free end.
+    pub fn signal(&self) -> &Signal {
+        &self.signal
+    }
+
     /// The displacement at the point `x` of the rod.
     ///
     /// # Errors

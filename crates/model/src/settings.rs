@@ -134,7 +134,8 @@ pub struct Settings {
     pub ordering: Ordering,
     /// Whether KLU permutes to block triangular form first.
     pub btf: bool,
-    /// First step, s; the integrator's own choice if not given.
+    /// First step, s; if not given the integrator's estimate from ẏ, at most 0.08 of the shortest time
+    /// in which a load changes, whatever the end time.
     pub initial_step: Option<f64>,
     /// Largest step, s.
     pub max_step: Option<f64>,

@@ -65,6 +65,12 @@ impl Spline {
         (self.times[0], self.times[self.times.len() - 1])
     }
 
+    /// The shortest time between two points, s.
+    pub fn shortest_interval(&self) -> f64 {
+        let intervals = self.times.windows(2).map(|pair| pair[1] - pair[0]);
+        intervals.fold(f64::INFINITY, f64::min)
+    }
+
     /// Value and derivatives at time `t`; beyond the ends the first and last cubic go on.
     pub fn at(&self, t: f64) -> Jet {
         let last = self.times.len() - 2;

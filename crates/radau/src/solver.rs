@@ -111,9 +111,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
         {
             return Ok(self.stop(StopReason::MaxSteps, format!("{steps} steps are used up")));
         }
-        let mut wanted = self
-            .h
-            .unwrap_or_else(|| self.initial_step(t_out.min(limit)));
+        let mut wanted = self.h.unwrap_or_else(|| self.initial_step(t_out));
         let (mut rejected, mut unsolved) = (0, 0);
         let mut cause = String::new();
         loop {

@@ -26,7 +26,8 @@ pub struct Integrator {
     /// [default: 2 with a muscle, 5 for rod and chain alone].
     #[schemars(range(min = 1, max = 5))]
     pub max_order: Option<u32>,
-    /// First step, s [default: the integrator's choice].
+    /// First step, s [default: the integrator's estimate, at most 0.08 of the shortest period or rise
+    /// of a load and of the period of an oscillator].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub initial_step: Option<f64>,
     /// Largest step, s [default: none].

@@ -17,6 +17,11 @@ pub type BodyMatrices<B> = Box<dyn NewtonMatrices<B>>;
 
 /// A body that oscillators can be coupled to.
 pub trait Body: DaeProblem + Send + Sized + 'static {
+    /// The shortest time in which what drives the body changes, s, if something does.
+    fn time_scale(&self) -> Option<f64> {
+        None
+    }
+
     /// A shorter way to solve the body's Newton systems than KLU on the whole matrix, if there is
     /// one.
     ///
@@ -40,6 +45,10 @@ pub trait Body: DaeProblem + Send + Sized + 'static {
 }
 
 impl Body for MuscleDae {
+    fn time_scale(&self) -> Option<f64> {
+        self.muscle().time_scale()
+    }
+
     fn condensed_solver(&self, options: KluOptions) -> Result<Option<BodySolver<Self>>, KluError> {
         let solver = CondensedSolver::new(self, options)?;
         Ok(solver.map(|solver| Box::new(solver) as BodySolver<Self>))
@@ -55,6 +64,10 @@ impl Body for MuscleDae {
     }
 }
 
-impl Body for RodDae {}
+impl Body for RodDae {
+    fn time_scale(&self) -> Option<f64> {
+        self.signal().time_scale()
+    }
+}
 
 impl Body for NoBody {}

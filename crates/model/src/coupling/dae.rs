@@ -5,8 +5,10 @@ use std::ops::Range;
 use nalgebra_sparse::pattern::SparsityPattern;
 use sundials_wrap::{DaeProblem, StepError, VariableKind};
 
+use super::body::Body;
 use super::oscillators::{Oscillators, Source};
 use crate::blocks::{Block, Blocks};
+use crate::first_step::shortest;
 
 /// F(t, Y, Ẏ) = 0 for a body and the oscillators it drives, Y = (y, s_1, s_2, …).
 #[derive(Debug, Clone)]
@@ -173,6 +175,15 @@ impl<B: DaeProblem> CoupledDae<B> {
         body.fill(0.0);
         oscillators.iter_mut().for_each(|r| *r = -*r);
         Ok((y_dot, imbalance))
+    }
+}
+
+impl<B: Body> CoupledDae<B> {
+    /// The shortest time in which the body's drive or an oscillator changes, s, if one does.
+    pub fn time_scale(&self) -> Option<f64> {
+        let oscillators = self.parts.iter().map(|part| &part.oscillators);
+        let times = oscillators.filter_map(Oscillators::time_scale);
+        shortest(times.chain(self.body.time_scale()))
     }
 }
 

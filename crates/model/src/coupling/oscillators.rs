@@ -1,5 +1,6 @@
 //! A network of oscillators and what drives it.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use myovib_oscillators::{Drive, Network};
@@ -7,6 +8,7 @@ use myovib_oscillators::{Drive, Network};
 use super::recording::Recording;
 use crate::displacement::Displacement;
 use crate::error::ModelError;
+use crate::first_step::shortest;
 use crate::linear::Number;
 use crate::signal::Signal;
 
@@ -88,6 +90,16 @@ impl Oscillators {
     /// The gain and reach of the forcing.
     pub fn drive(&self) -> Drive {
         self.drive
+    }
+
+    /// The shortest of the oscillators' periods and of the times in which a given motion changes, s.
+    pub fn time_scale(&self) -> Option<f64> {
+        let periods = self.network.omega().iter().map(|omega| TAU / omega);
+        let motions = self.sources.iter().filter_map(|source| match source {
+            Source::Given(signal) => signal.time_scale(),
+            Source::Rest | Source::Body(_) | Source::Recorded(_) => None,
+        });
+        shortest(periods.chain(motions))
     }
 
     /// `rows` −= γ e wᵀ `body`: what a change of the body's unknowns does to the equations.

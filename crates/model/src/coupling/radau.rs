@@ -77,7 +77,8 @@ impl<B: Body> RadauIntegrator<CoupledDae<B>, SystemMatrices<B>> {
             }
         };
         let test = error_test.scaled(|relative| options.internal_factor(relative));
-        Self::with_weights(
+        let time_scale = dae.time_scale();
+        let integrator = Self::with_weights(
             dae,
             matrices,
             options,
@@ -86,6 +87,7 @@ impl<B: Body> RadauIntegrator<CoupledDae<B>, SystemMatrices<B>> {
             move |y, w| {
                 test.weights(y, w);
             },
-        )
+        )?;
+        Ok(integrator.with_time_scale(time_scale))
     }
 }
