@@ -84,6 +84,14 @@ pub enum FemError {
         /// Its two vertices.
         edge: [usize; 2],
     },
+    /// An edge that is to be part of the boundary, but has a triangle on either side.
+    #[error("edge ({}, {}) of group \"{group}\" lies inside the body", edge[0], edge[1])]
+    InnerEdge {
+        /// The group.
+        group: String,
+        /// Its two vertices.
+        edge: [usize; 2],
+    },
     /// A list that does not have one entry for each of something.
     #[error("{what}: {found} given, {needed} needed")]
     Count {

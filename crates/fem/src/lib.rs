@@ -14,6 +14,7 @@ pub mod dofs;
 pub mod element;
 mod error;
 mod fields;
+mod follower;
 pub mod generate;
 pub mod load;
 mod mass;
@@ -32,6 +33,7 @@ mod tangent;
 
 pub use dofs::DofMap;
 pub use error::{FemError, MshProblem};
+pub use follower::FollowerPressure;
 pub use material::Law;
 pub use mesh::{Group, Mesh};
 pub use solid::{Fields, Inverted, Pressure, Solid, Tangents, Vectors};

@@ -23,6 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         solid,
         parameters: Parameters::new(1.0, 0.0, f64::INFINITY)?,
         loads: vec![Load::new(&push, Signal::paper(20.0))],
+        pressures: Vec::new(),
         prescribed: Vec::new(),
     };
     let corner = Probe::at(muscle.solid.space(), [0.1, 0.03])?;

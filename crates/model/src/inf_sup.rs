@@ -162,6 +162,7 @@ fn index_at_rest(solid: Solid) -> Result<Option<IndexReport>, ModelError> {
         solid,
         parameters: Parameters::new(0.0, 0.0, f64::INFINITY)?,
         loads: Vec::new(),
+        pressures: Vec::new(),
         prescribed: Vec::new(),
     };
     let mut dae = MuscleDae::for_analysis(muscle, Formulation::Position);

@@ -72,7 +72,7 @@ pub use formulation::Formulation;
 pub use ida::IdaIntegrator;
 pub use integrator::{Advance, Counts, Integrator, start_at_rest, start_from};
 pub use jet::Jet;
-pub use load::{Load, Prescribed};
+pub use load::{Load, Prescribed, PressureLoad};
 pub use matrix::{Matrix, Term};
 pub use measure::{Measurement, Quantity, Snapshot};
 pub use muscle::Muscle;

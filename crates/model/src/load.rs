@@ -1,5 +1,7 @@
 //! Loads and prescribed displacements of the muscle.
 
+use myovib_fem::{FemError, FollowerPressure, Solid};
+
 use crate::signal::Signal;
 
 /// A force on the nodes: a constant vector times a function of time.
@@ -35,6 +37,41 @@ impl Load {
         for &(i, value) in &self.entries {
             total[i] += factor * value;
         }
+    }
+}
+
+/// A pressure on the deformed boundary that follows a function of time.
+#[derive(Debug, Clone)]
+pub struct PressureLoad {
+    operator: FollowerPressure,
+    signal: Signal,
+}
+
+impl PressureLoad {
+    /// The pressure `signal` (Pa) on a group of boundary edges, positive towards the body.
+    ///
+    /// # Errors
+    /// [`FemError`] for a group that does not hold edges of the boundary.
+    pub fn new(solid: &Solid, group: &str, signal: Signal) -> Result<Self, FemError> {
+        let operator = FollowerPressure::new(solid, group)?;
+        Ok(Self { operator, signal })
+    }
+
+    /// The function of time.
+    pub fn signal(&self) -> &Signal {
+        &self.signal
+    }
+
+    /// `total` += `factor` times the load at time `t` and the displacement `u` of all nodes.
+    pub fn add_at(&self, t: f64, factor: f64, u: &[f64], total: &mut [f64]) {
+        let pressure = factor * self.signal.at(t).value;
+        self.operator.add_force(pressure, u, total);
+    }
+
+    /// `values` += `factor` times its derivative by the free components of u.
+    pub(crate) fn add_stiffness_at(&self, t: f64, factor: f64, values: &mut [f64]) {
+        let pressure = factor * self.signal.at(t).value;
+        self.operator.add_stiffness(pressure, values);
     }
 }
 

@@ -3,6 +3,7 @@
 use myovib_fem::{Solid, Tangents};
 use nalgebra_sparse::pattern::SparsityPattern;
 
+use crate::load::PressureLoad;
 use crate::matrix::Matrix;
 
 /// Values of the matrices of one formulation.
@@ -15,6 +16,7 @@ pub(crate) struct Matrices {
     mass_pattern: SparsityPattern,
     mass: Vec<f64>,
     stiffness: Option<Vec<f64>>,
+    pressure_stiffness: Option<Vec<f64>>,
     rate_stiffness: Option<Vec<f64>>,
     divergence: Option<Vec<f64>>,
     divergence_rate: Option<Vec<f64>>,
@@ -35,6 +37,7 @@ impl Matrices {
             mass_pattern,
             mass,
             stiffness: None,
+            pressure_stiffness: None,
             rate_stiffness: None,
             divergence: None,
             divergence_rate: None,
@@ -43,6 +46,7 @@ impl Matrices {
         for matrix in used {
             let slot = match matrix {
                 Matrix::Stiffness => &mut matrices.stiffness,
+                Matrix::PressureStiffness => &mut matrices.pressure_stiffness,
                 Matrix::RateStiffness => &mut matrices.rate_stiffness,
                 Matrix::Divergence | Matrix::DivergenceTransposed => &mut matrices.divergence,
                 Matrix::DivergenceRate | Matrix::DivergenceRateTransposed => {
@@ -93,6 +97,7 @@ impl Matrices {
             Matrix::Mass => return &self.mass,
             Matrix::PressureMass => return solid.pressure_mass_values(),
             Matrix::Stiffness => &self.stiffness,
+            Matrix::PressureStiffness => &self.pressure_stiffness,
             Matrix::RateStiffness => &self.rate_stiffness,
             Matrix::Divergence | Matrix::DivergenceTransposed => &self.divergence,
             Matrix::DivergenceRate | Matrix::DivergenceRateTransposed => &self.divergence_rate,
@@ -101,6 +106,16 @@ impl Matrices {
         stored
             .as_deref()
             .expect("only matrices in use are asked for")
+    }
+
+    /// Fills the pressures' stiffness, if it is used, by `factor` times that of `loads` at time `t`.
+    pub(crate) fn update_pressures(&mut self, loads: &[PressureLoad], t: f64, factor: f64) {
+        if let Some(values) = &mut self.pressure_stiffness {
+            values.fill(0.0);
+            for load in loads {
+                load.add_stiffness_at(t, factor, values);
+            }
+        }
     }
 
     /// The state-dependent matrices, to be filled by the solid.

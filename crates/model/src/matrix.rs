@@ -22,6 +22,8 @@ pub enum Matrix {
     Stiffness,
     /// ∂/∂q ∫Ṗ:∇φ.
     RateStiffness,
+    /// ∂/∂q of the load by pressures on the deformed boundary.
+    PressureStiffness,
     /// B(q), `n_vertices × n_free`.
     Divergence,
     /// B(q)ᵀ.

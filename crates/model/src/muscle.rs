@@ -3,7 +3,7 @@
 use myovib_fem::Solid;
 
 use crate::first_step::shortest;
-use crate::load::{Load, Prescribed};
+use crate::load::{Load, Prescribed, PressureLoad};
 use crate::parameters::Parameters;
 use crate::signal::Signal;
 
@@ -14,8 +14,10 @@ pub struct Muscle {
     pub solid: Solid,
     /// Damping and compressibility.
     pub parameters: Parameters,
-    /// Forces on the body.
+    /// Forces of fixed direction on the body.
     pub loads: Vec<Load>,
+    /// Pressures on its deformed boundary.
+    pub pressures: Vec<PressureLoad>,
     /// Displacement components that follow a function of time; constrained ones not listed are 0.
     pub prescribed: Vec<Prescribed>,
 }
@@ -39,6 +41,8 @@ impl Muscle {
 
     fn signals(&self) -> impl Iterator<Item = &Signal> {
         let loads = self.loads.iter().map(Load::signal);
-        loads.chain(self.prescribed.iter().map(|p| &p.signal))
+        let pressures = self.pressures.iter().map(PressureLoad::signal);
+        let motions = self.prescribed.iter().map(|p| &p.signal);
+        loads.chain(pressures).chain(motions)
     }
 }

@@ -66,6 +66,7 @@ impl MuscleDae {
             } else {
                 PressureRateSource::None
             },
+            pressed: !muscle.pressures.is_empty(),
         };
         let needs = formulation
             .rows()
@@ -393,7 +394,10 @@ impl MuscleDae {
     /// # Errors
     /// [`StepError::Recoverable`] for an element with det F ≤ 0.
     pub fn update_matrices(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), StepError> {
-        let solid = &self.muscle.solid;
+        let Muscle {
+            solid, pressures, ..
+        } = &self.muscle;
+        self.matrices.update_pressures(pressures, t, 1.0);
         let constant = solid.is_linear() && self.factors.is_none();
         if constant && self.counters.tangent_passes > 0 {
             return Ok(());
@@ -472,6 +476,9 @@ impl DaeProblem for MuscleDae {
         work.load.fill(0.0);
         for load in &muscle.loads {
             load.add_at(t, &mut work.load);
+        }
+        for pressure in &muscle.pressures {
+            pressure.add_at(t, 1.0, &work.displacement, &mut work.load);
         }
         let mut integrals = Integrals {
             solid: &muscle.solid,

@@ -77,7 +77,12 @@ struct Newton<'a> {
     assembly: Assembly<f64>,
     matrices: Matrices,
     symbolic: Symbolic,
+    /// When the loads are taken, s.
+    t: f64,
+    /// The loads of fixed direction.
     load: Vec<f64>,
+    /// The square of all loads, on the undeformed body.
+    load_square: f64,
     displacement: Vec<f64>,
     force: Vec<f64>,
     iterations: usize,
@@ -97,6 +102,7 @@ impl<'a> Newton<'a> {
             inv_kappa: muscle.parameters.inv_kappa,
             has_pressure: true,
             pressure_rate: PressureRateSource::None,
+            pressed: !muscle.pressures.is_empty(),
         };
         let place = |equation: Equation, row: Field| {
             let rows = layout.range(row).expect("laid out with q and lambda");
@@ -132,7 +138,13 @@ impl<'a> Newton<'a> {
         for prescribed in &muscle.prescribed {
             displacement[prescribed.component] = prescribed.signal.at(t).value;
         }
+        let mut whole = load.clone();
+        for pressure in &muscle.pressures {
+            pressure.add_at(t, 1.0, &displacement, &mut whole);
+        }
         Ok(Self {
+            t,
+            load_square: square(&whole).max(f64::MIN_POSITIVE),
             symbolic: Symbolic::analyze(assembly.pattern(), options)?,
             muscle,
             layout,
@@ -153,6 +165,7 @@ impl<'a> Newton<'a> {
             displacement,
             force,
             load,
+            t,
             ..
         } = self;
         let solid = &muscle.solid;
@@ -170,6 +183,9 @@ impl<'a> Newton<'a> {
             ..Vectors::default()
         };
         solid.evaluate(&fields, &mut vectors)?;
+        for pressure in &muscle.pressures {
+            pressure.add_at(*t, -factor, displacement, force);
+        }
         for (row, &i) in momentum.iter_mut().zip(solid.dofs().free_to_full()) {
             *row = force[i] - factor * load[i];
         }
@@ -189,7 +205,7 @@ impl<'a> Newton<'a> {
             return Ok(None);
         }
         for _ in 0..MAX_ITERATIONS {
-            if self.tangent(&x, &mut values).is_err() {
+            if self.tangent(&x, factor, &mut values).is_err() {
                 return Ok(None);
             }
             self.iterations += 1;
@@ -218,12 +234,15 @@ impl<'a> Newton<'a> {
         Ok(None)
     }
 
-    fn tangent(&mut self, x: &[f64], values: &mut [f64]) -> Result<(), Inverted> {
-        let solid = &self.muscle.solid;
+    fn tangent(&mut self, x: &[f64], factor: f64, values: &mut [f64]) -> Result<(), Inverted> {
+        let Muscle {
+            solid, pressures, ..
+        } = self.muscle;
         let (q, pressure) = x.split_at(solid.dofs().n_free());
         solid.dofs().expand(q, &mut self.displacement);
         let fields = Fields::new(&self.displacement, Pressure::Nodal(pressure));
         solid.tangents(&fields, &mut self.matrices.wanted())?;
+        self.matrices.update_pressures(pressures, self.t, factor);
         let matrices = &self.matrices;
         self.assembly.combine(
             |of_value| *of_value,
@@ -243,10 +262,12 @@ impl<'a> Newton<'a> {
 
     /// The residual's size: forces beside the load, volume defects beside the body's volume.
     fn size(&self, r: &[f64]) -> f64 {
-        let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>();
         let (momentum, constraint) = r.split_at(self.muscle.solid.dofs().n_free());
         let volume = self.muscle.solid.volume();
-        norm(momentum) / norm(&self.load).max(f64::MIN_POSITIVE)
-            + norm(constraint) / (volume * volume)
+        square(momentum) / self.load_square + square(constraint) / (volume * volume)
     }
+}
+
+fn square(v: &[f64]) -> f64 {
+    v.iter().map(|v| v * v).sum()
 }

@@ -139,6 +139,7 @@ impl Case {
             solid: Solid::uniform(space, dofs, self.law, paper::DENSITY)?,
             parameters: Parameters::new(paper::ALPHA, self.beta, self.kappa)?,
             loads: Vec::new(),
+            pressures: Vec::new(),
             prescribed: Vec::new(),
         })
     }

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use myovib_fem::{DofMap, Group, Law, Mesh, Solid, Space, load};
-use myovib_model::{Formulation, LinearSolver, Load, Muscle, Parameters, Prescribed, Signal};
+use myovib_model::{
+    Formulation, LinearSolver, Load, Muscle, Parameters, Prescribed, PressureLoad, Signal,
+};
 
 use super::Body;
 use super::builder::Builder;
@@ -41,6 +43,7 @@ impl Builder<'_> {
             "material",
             Solid::with_densities(space, dofs, laws, &densities),
         )?;
+        let pressures = self.pressures(file, &solid)?;
         let prescribed = constrained
             .into_iter()
             .filter_map(|((node, axis), signal)| {
@@ -61,6 +64,7 @@ impl Builder<'_> {
                 solid,
                 parameters,
                 loads,
+                pressures,
                 prescribed,
             },
             formulation,
@@ -205,6 +209,19 @@ impl Builder<'_> {
             }
         }
         Ok(loads)
+    }
+
+    /// The pressures on the deformed boundary.
+    fn pressures(&self, file: &SceneFile, solid: &Solid) -> Result<Vec<PressureLoad>, InputError> {
+        let given = file.pressure.iter().enumerate();
+        given
+            .map(|(i, pressure)| {
+                let path = format!("pressure[{i}]");
+                let signal = self.signal(&pressure.value, &format!("{path}.value"))?;
+                let load = PressureLoad::new(solid, &pressure.group, signal);
+                self.at(&format!("{path}.group"), load)
+            })
+            .collect()
     }
 }
 

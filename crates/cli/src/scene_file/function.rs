@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 /// A function of time: a number (constant), or a table with a `type`.
 ///
-/// Its unit is that of what it drives: Pa for a traction, m for a displacement, m/s² for a body
-/// force, none for the strain of a rod.
+/// Its unit is that of what it drives: Pa for a traction or pressure, m for a displacement, m/s² for
+/// a body force, none for the strain of a rod.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Function {

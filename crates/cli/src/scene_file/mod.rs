@@ -35,7 +35,7 @@ use feedback::Feedback;
 use integrator::Integrator;
 use mesh::{Mesh, Region};
 use output::{Fields, Probe, Stop};
-use solid::{BodyForce, Displacement, Fixed, Material, Solid, Traction};
+use solid::{BodyForce, Displacement, Fixed, Material, Pressure, Solid, Traction};
 
 /// A scene: everything a run depends on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -67,6 +67,9 @@ pub struct SceneFile {
     /// Boundary forces of fixed direction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traction: Vec<Traction>,
+    /// Boundary pressures that follow the deformed body.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pressure: Vec<Pressure>,
     /// Forces per mass.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body_force: Vec<BodyForce>,

@@ -184,6 +184,16 @@ pub struct Traction {
     pub y: Option<Function>,
 }
 
+/// A pressure on a boundary that stays normal to it as the body deforms (follower load), per
+/// deformed length.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Pressure {
+    /// Physical group of edges of the boundary.
+    pub group: String,
+    /// The pressure, Pa, positive towards the body.
+    pub value: Function,
+}
+
 /// A force per mass throughout a region, gravity for one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BodyForce {

@@ -4,6 +4,7 @@
 mod common;
 mod convergence;
 mod differences;
+mod follower;
 mod identities;
 mod meshes;
 mod points;

@@ -51,6 +51,8 @@ pub struct Context {
     pub has_pressure: bool,
     /// Where ṗ is found.
     pub pressure_rate: PressureRateSource,
+    /// Whether pressures act on the deformed boundary.
+    pub pressed: bool,
 }
 
 /// The element integrals an equation asks for; what no equation asks for is not computed.

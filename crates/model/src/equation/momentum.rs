@@ -23,6 +23,7 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
         beta,
         has_pressure,
         pressure_rate,
+        pressed,
         ..
     } = *context;
     let mut terms = vec![
@@ -34,6 +35,10 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
         },
         Term::value(Field::Displacement, Matrix::Stiffness, 1.0),
     ];
+    if pressed {
+        let of_load = Matrix::PressureStiffness;
+        terms.push(Term::value(Field::Displacement, of_load, -1.0));
+    }
     if has_pressure {
         terms.push(Term::value(
             Field::Pressure,

@@ -7,4 +7,5 @@ mod energy;
 mod index3;
 mod jacobian;
 mod parameters;
+mod pressure;
 mod statics;

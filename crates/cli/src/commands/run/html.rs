@@ -101,7 +101,8 @@ fn mesh_figure(scene: &Scene, body: &Body) -> String {
             [traction.x.is_some(), traction.y.is_some()].map(|g| f64::from(u8::from(g)));
         (&traction.group, Some(direction))
     });
-    let named = held.chain(moved).chain(loaded).enumerate();
+    let pressed = scene.file.pressure.iter().map(|load| (&load.group, None));
+    let named = held.chain(moved).chain(loaded).chain(pressed).enumerate();
     let groups = named.filter_map(|(i, (name, arrows))| {
         let Ok(Group::Edges(edges)) = space.mesh().group(name) else {
             return None;
