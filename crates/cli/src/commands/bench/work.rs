@@ -238,35 +238,36 @@ fn text(points: &[PointJson], best: &[Best<'_>]) -> String {
     text
 }
 
-/// One panel for each case: CPU time over the error of u_y.
+/// One panel for each formulation of each case, one curve for each way: CPU time over the error of
+/// u_y.
 fn diagram(points: &[PointJson], cases: &[&Case]) -> Figure {
+    let formulations = |case: &&Case| case.formulations.iter().map(|f| f.name());
     let panels = cases
         .iter()
-        .map(|case| {
-            let mut series = Vec::new();
-            for formulation in case.formulations {
-                for way in Way::ALL {
-                    let of_curve = points.iter().filter(|point| {
-                        point.case == case.name
-                            && point.formulation == formulation.name()
-                            && point.way == way.name()
-                    });
-                    let (x, y): (Vec<_>, Vec<_>) = of_curve
-                        .filter_map(|point| Some((point.errors?.u_y, point.cpu_seconds)))
-                        .unzip();
-                    let name = format!("{}, {}", formulation.name(), way.name());
-                    series.push(Series::curve(name, &x, &y).marked());
-                }
-            }
-            let plot = LinePlot {
-                title: case.name.to_owned(),
-                x: Axis::new("relative error of *u*_{*y*}(0, 0)", "").logarithmic(),
-                y: Axis::new("CPU time", "s").logarithmic(),
-                series,
-                ..LinePlot::default()
-            };
-            Box::new(plot) as Box<dyn Panel>
-        })
+        .flat_map(|case| formulations(case).map(|name| panel(points, case.name, name)))
         .collect();
-    Figure::column("Work and precision", panels)
+    Figure {
+        width_mm: 170.0,
+        n_columns: 2,
+        ..Figure::column("Work and precision", panels)
+    }
+}
+
+fn panel(points: &[PointJson], case: &str, formulation: &str) -> Box<dyn Panel> {
+    let series = Way::ALL.iter().map(|way| {
+        let of_curve = points.iter().filter(|point| {
+            point.case == case && point.formulation == formulation && point.way == way.name()
+        });
+        let (x, y): (Vec<_>, Vec<_>) = of_curve
+            .filter_map(|point| Some((point.errors?.u_y, point.cpu_seconds)))
+            .unzip();
+        Series::curve(way.name(), &x, &y).marked()
+    });
+    Box::new(LinePlot {
+        title: format!("{case}: {formulation}"),
+        x: Axis::new("relative error of *u*_{*y*}(0, 0)", "").logarithmic(),
+        y: Axis::new("CPU time", "s").logarithmic(),
+        series: series.collect(),
+        ..LinePlot::default()
+    })
 }
