@@ -13,7 +13,7 @@ use sundials_wrap::{DaeProblem, IdaOptions};
 fn steps<P>(integrator: &mut dyn Integrator<P>, t: f64) -> Vec<f64> {
     let mut times = Vec::new();
     loop {
-        let advance = integrator.advance().unwrap();
+        let advance = integrator.advance().expect("no misuse");
         let stopped = matches!(advance, Advance::Stopped { .. });
         assert!(!stopped, "{advance:?} at t = {}", integrator.time());
         if integrator.time() > t || advance == Advance::Finished {
