@@ -81,6 +81,11 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             Ok(error) if error < 1.0 => Ok(Attempt::Accepted {
                 proposal: self.control.accept(h, error, iterations),
             }),
+            Ok(error) if !error.is_finite() => Ok(Attempt::Rejected(Rejection {
+                reason: StopReason::LinearSolveFailed,
+                message: format!("the estimated error is {error} at h = {h:e}"),
+                step_factor: 0.5,
+            })),
             Ok(error) => Ok(Attempt::Rejected(Rejection {
                 reason: StopReason::ErrorTestFailures,
                 message: format!("estimated error {error:.2e} times the tolerance at h = {h:e}"),

@@ -41,7 +41,8 @@ impl ErrorTest {
         }
     }
 
-    /// The weighted norm of the estimated error of the step with increments `z`.
+    /// The weighted norm of the estimated error of the step with increments `z`; not finite if a
+    /// solve has overflowed.
     pub(crate) fn estimate<P: DaeProblem, M: NewtonMatrices<P>>(
         &mut self,
         problem: &mut P,
@@ -68,7 +69,7 @@ impl ErrorTest {
             counters,
         )?;
         let norm = self.filter(problem, matrices, step, counters)?;
-        if norm < 1.0 || !filter_twice {
+        if norm < 1.0 || !norm.is_finite() || !filter_twice {
             return Ok(norm);
         }
         self.shifted.copy_from_slice(step.y);

@@ -2,8 +2,12 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use myovib_radau::{RadauError, RadauOptions, RadauSolver, StepSize};
+use myovib_radau::{
+    KluMatrices, Method, NewtonMatrices, RadauError, RadauOptions, RadauSolver, StepSize,
+};
 use nalgebra_sparse::pattern::SparsityPattern;
+use num_complex::Complex64;
+use sundials_wrap::klu::KluOptions;
 use sundials_wrap::{
     DaeProblem, Outcome, StepError, Stop, StopReason, Suppressed, Tolerances, VariableKind,
 };
@@ -166,6 +170,72 @@ fn nan_is_recoverable() {
     let stop = stopped(solver(problem, RadauOptions::default()).step(1.0).unwrap());
     assert_eq!(stop.reason, StopReason::ResidualFailed);
     assert_eq!(stop.message, "residual 0 (y[0]) is NaN");
+}
+
+/// KLU, but some real solves give NaN: the first `failures` after `healthy`.
+struct Overflowing {
+    klu: KluMatrices,
+    healthy: u64,
+    failures: u64,
+}
+
+impl<P: DaeProblem> NewtonMatrices<P> for Overflowing {
+    fn evaluate(&mut self, p: &mut P, t: f64, y: &[f64], v: &[f64]) -> Result<(), StepError> {
+        self.klu.evaluate(p, t, y, v)
+    }
+
+    fn set_up(&mut self, p: &mut P, real: f64, complex: &[Complex64]) -> Result<(), StepError> {
+        self.klu.set_up(p, real, complex)
+    }
+
+    fn solve_real(&mut self, p: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
+        self.klu.solve_real(p, rhs)?;
+        if self.healthy > 0 {
+            self.healthy -= 1;
+        } else if self.failures > 0 {
+            self.failures -= 1;
+            rhs.fill(f64::NAN);
+        }
+        Ok(())
+    }
+
+    fn solve_complex(&mut self, p: &mut P, k: usize, b: &mut [Complex64]) -> Result<(), StepError> {
+        self.klu.solve_complex(p, k, b)
+    }
+}
+
+#[test]
+fn an_error_estimate_of_nan_halves_the_step() {
+    let start = |healthy, failures| {
+        let problem = well_behaved();
+        let options = RadauOptions {
+            initial_step: Some(0.01),
+            ..RadauOptions::default()
+        };
+        let (method, pattern) = (Method::radau_iia(3).unwrap(), problem.jacobian_pattern());
+        let matrices = Overflowing {
+            klu: KluMatrices::new(&pattern, KluOptions::default(), &method).unwrap(),
+            healthy,
+            failures,
+        };
+        RadauSolver::builder(problem)
+            .options(options)
+            .build_with(matrices, 0.0, &[0.0], &[1.0])
+            .unwrap()
+    };
+    // The second step's last real solve is that of its error estimate.
+    let mut healthy = start(u64::MAX, 0);
+    healthy.step(1.0).unwrap();
+    healthy.step(1.0).unwrap();
+    let mut solver = start(healthy.work().real_solves - 1, 1);
+    solver.step(1.0).unwrap();
+    solver.step(1.0).unwrap();
+    let stats = solver.stats();
+    assert_eq!(stats.last_step, 0.5 * healthy.stats().last_step);
+    assert_eq!(
+        (stats.step_solve_failures, stats.error_test_failures),
+        (1, 0)
+    );
 }
 
 #[test]
