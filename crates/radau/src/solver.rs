@@ -145,11 +145,12 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
                     let repeated = rejected + unsolved > 0;
                     let next = if repeated { proposal.min(h) } else { proposal };
                     // A step shortened to meet the limit says little about the next.
-                    self.h = Some(if h < wanted {
+                    let next = if h < wanted {
                         next.max(wanted)
                     } else {
                         self.kept(h, next)
-                    });
+                    };
+                    self.h = Some(next.min(self.largest_step()));
                     let t = self.t;
                     let outcome = if at_limit {
                         Outcome::StopTime { t }
@@ -218,8 +219,12 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
         if self.jacobian == Jacobian::Old && (low..=high).contains(&(proposal / h)) {
             h
         } else {
-            proposal.min(self.options.max_step.unwrap_or(f64::INFINITY))
+            proposal
         }
+    }
+
+    fn largest_step(&self) -> f64 {
+        self.options.max_step.unwrap_or(f64::INFINITY)
     }
 
     /// The step of the size wanted, fitted to the time left. The last two share what is left, so
@@ -248,8 +253,8 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             let norm = (square / self.y.len() as f64).sqrt();
             (1e-3 * (t_out - self.t)).min(0.5 / norm)
         };
-        let most = self.options.max_step.unwrap_or(f64::INFINITY);
-        self.options.initial_step.unwrap_or_else(estimate).min(most)
+        let first = self.options.initial_step.unwrap_or_else(estimate);
+        first.min(self.largest_step())
     }
 
     fn stop(&self, reason: StopReason, message: String) -> Outcome {
