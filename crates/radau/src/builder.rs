@@ -1,7 +1,7 @@
 //! Putting an integrator together.
 
 use num_complex::Complex64;
-use sundials_wrap::{DaeProblem, Tolerances};
+use sundials_wrap::{DaeProblem, Tolerances, VariableKind};
 
 use crate::attempt::Jacobian;
 use crate::control::Control;
@@ -115,6 +115,9 @@ impl<P: DaeProblem> RadauBuilder<P> {
             jacobian: Jacobian::Due,
             set_up_for: None,
             shifts: vec![Complex64::ZERO; method.complex_modes().len()],
+            algebraic: (0..n)
+                .filter(|&i| kinds[i] == VariableKind::Algebraic)
+                .collect(),
             weights: Weights::new(weights, powers),
             y: y0.to_vec(),
             y_dot: y_dot0.to_vec(),

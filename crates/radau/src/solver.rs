@@ -21,8 +21,8 @@ const N_WORST: usize = 8;
 
 /// An integration of a [`DaeProblem`] by a Radau IIA method with adaptive steps.
 ///
-/// The initial values must be consistent, as for IDAS; ẏ_0 serves only to choose and to start the
-/// first step, so that a variable whose derivative does not occur in F may have 0 there.
+/// The initial values must be consistent, as for IDAS. An algebraic variable may have 0 for ẏ_0: it
+/// serves only to choose and to start the first step, and for others in its dense output.
 ///
 /// A recoverable error of the residual or the Jacobian, and a singular Newton matrix, halve the
 /// step; a fatal error is handed back; a panic of the problem passes through.
@@ -51,6 +51,8 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(crate) set_up_for: Option<f64>,
     /// λ/h of the complex modes.
     pub(crate) shifts: Vec<Complex64>,
+    /// The variables whose derivative does not occur in F.
+    pub(crate) algebraic: Vec<usize>,
     pub(crate) weights: Weights,
     pub(crate) counters: Counters,
 }
@@ -186,6 +188,9 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
         self.collocation.y0.copy_from_slice(&self.y);
         self.collocation.y_dot0.copy_from_slice(&self.y_dot);
         std::mem::swap(&mut self.collocation.increments, &mut self.newton.z);
+        if self.counters.stats.steps == 0 {
+            self.collocation.free_start(&self.method, &self.algebraic);
+        }
 
         let last = self.method.stages() - 1;
         let n = self.y.len();

@@ -155,6 +155,30 @@ fn dense_output_joins_steps_with_a_continuous_derivative() {
     }
 }
 
+/// z of Jay's problem is algebraic: ż occurs nowhere, so that 0 may be given at the start.
+#[test]
+fn dense_output_of_the_first_step_needs_no_derivative_of_algebraic_variables() {
+    let errors = |n: f64| {
+        let h = 1.0 / n;
+        let start = JayIndex2.start();
+        let mut solver = RadauSolver::builder(JayIndex2)
+            .options(fixed(h))
+            .build(0.0, &start.y, &[start.y_dot[0], start.y_dot[1], 0.0])
+            .unwrap();
+        solver.step(1.0).unwrap();
+        let mut out = [0.0; 3];
+        let mut error = |derivative, exact: f64| {
+            solver.dense_output(0.4 * h, derivative, &mut out).unwrap();
+            (out[2] - exact).abs()
+        };
+        let z = JayIndex2.exact(0.4 * h).unwrap()[2];
+        vec![error(0, z), error(1, 2.0 * z)]
+    };
+    // ż = 2z. The values have the order of the ends, s, their derivatives one less. Longer steps
+    // would fail: so wrong a start lets Newton diverge at first.
+    assert_orders(&orders(errors, 160.0), &[3.0, 2.0]);
+}
+
 #[test]
 fn dense_output_is_refused_outside_the_last_step_and_beyond_the_first_derivative() {
     let solver = run(JayIndex2, 1.0, fixed(0.05));
