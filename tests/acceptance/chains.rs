@@ -96,6 +96,15 @@ fn figure_7_runs_muscle_and_chain_as_one_system() {
         (&json["unknowns"], &json["oscillators"], &json["width"]),
         (&3044.into(), &5.into(), &0.5.into())
     );
+    assert_eq!(
+        (&json["ends"], &json["reach"]),
+        (&"periodic".into(), &"all".into())
+    );
+    assert_eq!(
+        (&json["body"], &json["load"]),
+        (&"muscle".into(), &"traction".into())
+    );
+    assert_eq!(json["point"], serde_json::json!([0.0, 0.0]));
     let tolerances = |block: &str| [&json["rtol"][block], &json["atol"][block]];
     assert_eq!(tolerances("q"), [1e-3, 1e-5]);
     assert_eq!(tolerances("chain"), [1e-7, 1e-10]);
@@ -126,14 +135,65 @@ fn synchronization_judges_every_combination() {
     let json = document(&run.stdout, "synchronization");
     let cases = json["cases"].as_array().expect("cases");
     assert_eq!(cases.len(), 4);
-    for case in cases {
-        let both = case["follows"] == true && case["coherent"] == true;
-        assert_eq!(case["locked"], both);
+    let drives = cases
+        .iter()
+        .map(|case| (&case["frequency"], &case["gamma"]));
+    let number = |x: f64| serde_json::Value::from(x);
+    let expected = [(8.0, 1.0), (8.0, 6000.0), (7.5, 1.0), (7.5, 6000.0)];
+    for (found, (frequency, gamma)) in drives.zip(expected) {
+        assert_eq!(found, (&number(frequency), &number(gamma)));
     }
+    assert_eq!(cases[0]["settled"]["window"], 2.0);
     assert_eq!(
         names(&folder.path().join("out")),
         ["synchronization.csv", "synchronization.svg"]
     );
+}
+
+/// The paper's question, over the full window: at its gain the chain keeps a frequency of its own,
+/// a drive of 6000 takes it over.
+#[test]
+fn a_strong_drive_locks_the_chain_and_the_papers_does_not() {
+    let (_folder, run) = run("synchronization --gamma 1,6000 --t-end 60 --json --quiet");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let json = document(&run.stdout, "synchronization");
+    let [free, driven] = &json["cases"].as_array().expect("cases")[..] else {
+        panic!("two cases: {json}");
+    };
+    let value = |case: &serde_json::Value, name: &str, which: &str| {
+        let number = case["settled"][name][which].as_f64();
+        number.expect("a number")
+    };
+    assert_eq!(driven["settled"]["window"], 20.0);
+    assert_eq!(
+        (&driven["locked"], &free["locked"]),
+        (&true.into(), &false.into())
+    );
+    // A tenth of a turn in 20 s, and |χ| ≥ 0.9: the criterion, recomputed from what is written.
+    assert!((value(driven, "frequency", "mean") - 8.0).abs() < 0.005);
+    assert!(value(driven, "chi", "min") >= 0.9);
+    // Ten times as far off as a locked chain may be: it slips turns, not parts of one.
+    assert!((value(free, "frequency", "mean") - 8.0).abs() > 0.05);
+    // All settings are there, those of the defaults too.
+    for case in [free, driven] {
+        for (setting, value) in [
+            ("van_der_pol", 2.0.into()),
+            ("duffing", 0.0.into()),
+            ("coupling", 3.0.into()),
+            ("ends", "periodic".into()),
+            ("reach", "all".into()),
+            ("body", "rod".into()),
+            ("point", serde_json::json!([0.05])),
+            ("load", "strain".into()),
+            ("load_frequency", 8.0.into()),
+            ("integrator", "ida".into()),
+            ("linear_solver", "full".into()),
+            ("seed", 5489.into()),
+        ] {
+            let value: serde_json::Value = value;
+            assert_eq!(case[setting], value, "{setting}");
+        }
+    }
 }
 
 #[test]

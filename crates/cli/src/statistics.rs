@@ -151,7 +151,8 @@ impl<'a> StatisticsJson<'a> {
     }
 }
 
-fn ordering_name(ordering: Ordering) -> &'static str {
+/// An ordering by its name in scenes and documents.
+pub(crate) fn ordering_name(ordering: Ordering) -> &'static str {
     match ordering {
         Ordering::Amd => "amd",
         Ordering::Colamd => "colamd",

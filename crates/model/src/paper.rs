@@ -28,6 +28,8 @@ pub const KAPPA: f64 = 1e5;
 pub const BETA: f64 = 1e-4;
 /// Amplitude of the surface load τ_y, Pa.
 pub const LOAD_AMPLITUDE: f64 = 100.0;
+/// Frequency of the load, of the muscle as of the rod, Hz.
+pub const LOAD_FREQUENCY: f64 = 8.0;
 /// Physical group of the nodes that are kept fixed.
 pub const FIXED_GROUP: &str = "fixed";
 /// Physical group of the edges that carry the surface load.

@@ -69,7 +69,7 @@ impl Signal {
     pub fn paper(amplitude: f64) -> Self {
         Self::RampedSine {
             amplitude,
-            frequency: 8.0,
+            frequency: crate::paper::LOAD_FREQUENCY,
             steepness: 10.0,
             shift: 8.0,
         }

@@ -79,7 +79,8 @@ impl std::str::FromStr for GeneratorName {
 }
 
 /// Ends of a chain, as typed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum EndsName {
     /// The last oscillator is the first one's neighbour.
     Periodic,
@@ -88,7 +89,8 @@ pub enum EndsName {
 }
 
 /// Reach of the forcing, as typed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum ReachName {
     /// All oscillators.
     All,
@@ -111,12 +113,16 @@ pub struct ChainSetup {
     pub gamma: f64,
     /// D.
     pub coupling: f64,
+    /// μ of Van der Pol's damping, 1/s.
+    pub van_der_pol: f64,
+    /// a of Duffing's stiffening, 1/s².
+    pub duffing: f64,
+    /// Ends of the chain.
+    pub ends: EndsName,
+    /// Oscillators that the forcing reaches.
+    pub reach: ReachName,
     /// Natural frequencies ω_n, rad/s.
     pub frequencies: Vec<f64>,
-    #[serde(skip)]
-    ends: Ends,
-    #[serde(skip)]
-    reach: Reach,
 }
 
 impl ChainArgs {
@@ -141,6 +147,11 @@ impl ChainArgs {
         let frequencies = detuning
             .frequencies(oscillators)
             .map_err(|error| InputError::new(error).at("--oscillators, --width"))?;
+        let Coefficients {
+            vdp_mu: van_der_pol,
+            duffing,
+            ..
+        } = Coefficients::default();
         let setup = ChainSetup {
             oscillators,
             width: detuning.half_width,
@@ -148,15 +159,11 @@ impl ChainArgs {
             seed: detuning.seed,
             gamma: self.gamma,
             coupling: self.coupling,
+            van_der_pol,
+            duffing,
+            ends: self.ends,
+            reach: self.reach,
             frequencies,
-            ends: match self.ends {
-                EndsName::Periodic => Ends::Periodic,
-                EndsName::Open => Ends::Open,
-            },
-            reach: match self.reach {
-                ReachName::All => Reach::All,
-                ReachName::Boundary => Reach::Boundary,
-            },
         };
         match setup.network() {
             Ok(_) => Ok(setup),
@@ -174,11 +181,15 @@ impl ChainSetup {
         Chain {
             omega: self.frequencies.clone(),
             coefficients: Coefficients {
+                vdp_mu: self.van_der_pol,
+                duffing: self.duffing,
                 coupling: self.coupling,
-                ..Coefficients::default()
             },
-            ends: self.ends,
-            reach: self.reach,
+            ends: match self.ends {
+                EndsName::Periodic => Ends::Periodic,
+                EndsName::Open => Ends::Open,
+            },
+            reach: self.reach(),
         }
         .network()
     }
@@ -187,7 +198,14 @@ impl ChainSetup {
     pub fn drive(&self) -> Drive {
         Drive {
             gain: self.gamma,
-            reach: self.reach,
+            reach: self.reach(),
+        }
+    }
+
+    fn reach(&self) -> Reach {
+        match self.reach {
+            ReachName::All => Reach::All,
+            ReachName::Boundary => Reach::Boundary,
         }
     }
 }

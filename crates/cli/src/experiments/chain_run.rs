@@ -9,6 +9,7 @@ use myovib_model::{
 };
 use myovib_oscillators::Settled;
 use serde::Serialize;
+use serde_json::{Map, Value};
 use sundials_wrap::DaeProblem;
 
 use super::EVERY;
@@ -34,6 +35,10 @@ pub struct ChainRun {
     pub max_order: usize,
     /// End time asked for, s.
     pub t_end: f64,
+    /// Name of the linear solver.
+    pub linear_solver: &'static str,
+    /// Settings of the body that moves with the chain; empty where its motion is replayed.
+    pub body: Map<String, Value>,
 }
 
 impl ChainRun {
@@ -90,6 +95,8 @@ impl ChainRun {
             atol: part(1),
             max_order: self.max_order,
             t_end: self.t_end,
+            linear_solver: self.linear_solver,
+            body: &self.body,
         }
     }
 }
@@ -112,6 +119,9 @@ pub struct ChainRunJson<'a> {
     pub atol: BTreeMap<&'a str, f64>,
     pub max_order: usize,
     pub t_end: f64,
+    pub linear_solver: &'a str,
+    #[serde(flatten)]
+    pub body: &'a Map<String, Value>,
 }
 
 /// Settled values for a JSON document.

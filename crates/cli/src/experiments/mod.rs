@@ -12,7 +12,7 @@ mod rod_chain;
 pub use chain_args::{ChainArgs, ChainSetup, EndsName, GeneratorName, ReachName};
 pub use chain_run::{ChainRun, ChainRunJson, SettledJson};
 pub use muscle_chain::{muscle_chain, muscle_chain_settings};
-pub use rod_chain::{record_rod, replay, rod_chain};
+pub use rod_chain::{record_rod, replay, rod_chain, rod_json};
 
 /// Time between samples of the coherence, s: 12.5 per cycle of 8 Hz, 6 per cycle of the ripple of
 /// 16 Hz. A passage of the centroid by zero is shorter; its frequency counts turns.

@@ -5,11 +5,13 @@ use std::sync::Mutex;
 use myovib_fem::Mesh;
 use myovib_model::coupling::{CoupledDae, ErrorTest, Oscillators, Source, StateTolerances};
 use myovib_model::{Formulation, IdaIntegrator, MuscleDae, Probe, Settings, ida, paper};
+use serde_json::{Map, json};
 use sundials_wrap::DaeProblem;
 
 use super::chain_run::pair;
 use super::{ChainRun, ChainSetup};
 use crate::progress::Progress;
+use crate::statistics::ordering_name;
 
 /// The formulation of Figure 7.
 const FORMULATION: Formulation = Formulation::Rate;
@@ -66,5 +68,23 @@ pub fn muscle_chain(
         suppressed: settings.suppressed.iter().map(|f| f.symbol()).collect(),
         max_order: MAX_ORDER.into(),
         t_end,
+        linear_solver: linear_solver.name(),
+        body: Map::from_iter([
+            ("body".to_owned(), json!("muscle")),
+            ("formulation".to_owned(), json!(FORMULATION.name())),
+            ("kappa".to_owned(), json!(paper::KAPPA)),
+            ("beta".to_owned(), json!(paper::BETA)),
+            ("point".to_owned(), json!(point)),
+            ("component".to_owned(), json!("y")),
+            ("load".to_owned(), json!("traction")),
+            ("load_amplitude".to_owned(), json!(paper::LOAD_AMPLITUDE)),
+            ("load_frequency".to_owned(), json!(paper::LOAD_FREQUENCY)),
+            (
+                "ordering".to_owned(),
+                json!(ordering_name(settings.ordering)),
+            ),
+            ("btf".to_owned(), json!(settings.btf)),
+            ("delta_cj".to_owned(), json!(settings.delta_cj)),
+        ]),
     })
 }

@@ -9,6 +9,7 @@ use myovib_model::coupling::{
     Body, CoupledDae, ErrorTest, NoBody, Oscillators, Recorder, Recording, Source, StateTolerances,
 };
 use myovib_model::{IdaIntegrator, Limits, LinearSolver, Outcome, RodDae, Signal, paper, run};
+use serde_json::{Map, Value, json};
 use sundials_wrap::{DaeProblem, IdaOptions};
 
 use super::chain_run::pair;
@@ -20,17 +21,34 @@ use crate::watch::Watch;
 /// A rod has no shorter way than its own small matrix.
 const LINEAR_SOLVER: LinearSolver = LinearSolver::Full;
 
+/// How the load is read.
+const END_LOAD: EndLoad = EndLoad::Strain;
+
+/// Amplitude of the load.
+const LOAD_AMPLITUDE: f64 = 1.0;
+
+/// Point and load of the rod under a load of `frequency` Hz, for JSON.
+pub fn rod_json(x: f64, frequency: f64) -> Map<String, Value> {
+    let load = match END_LOAD {
+        EndLoad::Strain => "strain",
+        EndLoad::Traction => "traction",
+    };
+    Map::from_iter([
+        ("body".to_owned(), json!("rod")),
+        ("point".to_owned(), json!([x])),
+        ("load".to_owned(), json!(load)),
+        ("load_amplitude".to_owned(), json!(LOAD_AMPLITUDE)),
+        ("load_frequency".to_owned(), json!(frequency)),
+    ])
+}
+
 /// The paper's rod under its load with another frequency (Hz).
 fn rod(frequency: f64) -> anyhow::Result<RodDae> {
-    let mut load = Signal::paper(1.0);
+    let mut load = Signal::paper(LOAD_AMPLITUDE);
     if let Signal::RampedSine { frequency: f, .. } = &mut load {
         *f = frequency;
     }
-    Ok(RodDae::new(
-        Rod::new(RodData::default())?,
-        EndLoad::Strain,
-        load,
-    ))
+    Ok(RodDae::new(Rod::new(RodData::default())?, END_LOAD, load))
 }
 
 /// Rod and chain as one system, coupled at the rod's point `x`, from rest to `t_end`.
@@ -46,7 +64,9 @@ pub fn rod_chain(
     let rod = paper::rod()?;
     let point = rod.displacement_at(x).context("--point")?;
     let dae = coupled(rod, setup, Source::Body(point))?;
-    finish(dae, "rod and chain", &["rod", "chain"], t_end, progress)
+    let body = rod_json(x, paper::LOAD_FREQUENCY);
+    let run = finish(dae, "rod and chain", &["rod", "chain"], t_end, progress)?;
+    Ok(ChainRun { body, ..run })
 }
 
 /// The motion of the rod's point `x` under a load of `frequency` Hz, from rest to `t_end`.
@@ -142,5 +162,7 @@ fn finish<B: Body>(
         suppressed: Vec::new(),
         max_order,
         t_end,
+        linear_solver: LINEAR_SOLVER.name(),
+        body: Map::new(),
     })
 }

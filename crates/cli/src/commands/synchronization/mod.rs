@@ -13,6 +13,7 @@ use std::sync::{Arc, Mutex};
 use clap::Args;
 use myovib_model::coupling::{LockCriterion, Recording, Settling, Synchrony};
 use myovib_model::paper;
+use serde_json::Value;
 
 use crate::args::CommonArgs;
 use crate::error::InputError;
@@ -28,8 +29,10 @@ use crate::progress::Progress;
     allow_negative_numbers = true,
     after_help = "Examples:\n  \
     myovib synchronization\n  \
+    myovib synchronization --gamma 1,6000 --t-end 60\n  \
     myovib synchronization --gamma 1000,4000,6000 --width 0.05,0.5 --coupling 1,3\n  \
     myovib synchronization --gamma 250,1000,4000 --frequency 7,7.5,8,8.5 --json\n\n\
+    The rod is integrated once per frequency, and its motion replayed to each chain.\n\
     Locked: over the trailing window the centroid's mean frequency differs from the drive's by\n\
     less than `--slip` turns per window, and |χ| never falls below `--coherence`."
 )]
@@ -114,6 +117,8 @@ struct Outcome {
     setup: ChainSetup,
     settled: Settling,
     synchrony: Synchrony,
+    /// Statistics and settings of the run, for JSON.
+    run: Value,
 }
 
 impl SynchronizationArgs {
@@ -195,6 +200,7 @@ pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
                 frequency: case.frequency,
                 setup: case.setup.clone(),
                 synchrony: criterion.judge(&settled, case.frequency),
+                run: serde_json::to_value(run.json())?,
                 settled,
             }),
             (unfinished, _) => exit = unfinished,

@@ -3,9 +3,10 @@
 use myovib_model::coupling::Synchrony;
 use myovib_oscillators::Settled;
 use serde::Serialize;
+use serde_json::{Map, Value};
 
 use super::{Outcome, SynchronizationArgs};
-use crate::experiments::SettledJson;
+use crate::experiments::{ChainSetup, SettledJson, rod_json};
 use crate::picture;
 use crate::plot::heat_map::Cell as MapCell;
 use crate::plot::{Axis, Colour, Figure, HeatMap, LinePlot, Panel, Series};
@@ -20,11 +21,14 @@ const STATES: [(&str, Colour); 4] = [
 ];
 
 #[derive(Serialize)]
-struct CaseJson {
+struct CaseJson<'a> {
     frequency: f64,
-    width: f64,
-    coupling: f64,
-    gamma: f64,
+    #[serde(flatten)]
+    chain: &'a ChainSetup,
+    #[serde(flatten)]
+    rod: Map<String, Value>,
+    #[serde(flatten)]
+    run: &'a Value,
     settled: SettledJson,
     follows: bool,
     coherent: bool,
@@ -39,7 +43,7 @@ struct Document<'a> {
     point: f64,
     t_end: f64,
     criterion: CriterionJson,
-    cases: Vec<CaseJson>,
+    cases: Vec<CaseJson<'a>>,
 }
 
 #[derive(Serialize)]
@@ -151,12 +155,12 @@ fn table(results: &[Outcome]) -> Table {
     table
 }
 
-fn document<'a>(args: &'a SynchronizationArgs, results: &[Outcome]) -> Document<'a> {
-    let case = |result: &Outcome| CaseJson {
+fn document<'a>(args: &'a SynchronizationArgs, results: &'a [Outcome]) -> Document<'a> {
+    let case = |result: &'a Outcome| CaseJson {
         frequency: result.frequency,
-        width: result.setup.width,
-        coupling: result.setup.coupling,
-        gamma: result.setup.gamma,
+        chain: &result.setup,
+        rod: rod_json(args.point, result.frequency),
+        run: &result.run,
         settled: result.settled.into(),
         follows: result.synchrony.follows,
         coherent: result.synchrony.coherent,
