@@ -47,6 +47,8 @@ impl Run {
 
     fn until(mut self, t_end: f64) -> Self {
         self.settings.t_end = t_end;
+        // The stops looked at are those after a first step of this size from rest.
+        self.settings.initial_step = Some(1e-3 * t_end);
         self
     }
 
