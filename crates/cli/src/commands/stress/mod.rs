@@ -1,7 +1,7 @@
 //! `myovib stress`: where each formulation breaks.
 //!
-//! Cast: a [`Cell`] is one run (formulation, κ, β, tolerance, load, mesh, order, error test); the
-//! plan says which; each is measured, compared with a trusted solution of its [`Physics`] by
+//! Cast: a `Cell` is one run (formulation, κ, β, tolerance, load, mesh, order, error test); the
+//! plan says which; each is measured, compared with a trusted solution of its `Physics` by
 //! Radau IIA, and judged. Results go to a store as they come, so that the matrix can be interrupted.
 
 mod cell;
