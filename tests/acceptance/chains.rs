@@ -126,6 +126,28 @@ fn figure_7_runs_muscle_and_chain_as_one_system() {
     );
 }
 
+/// Two families of integrators, one motion.
+#[test]
+fn figure_3_by_radau_is_figure_3_by_bdf() {
+    let settled = |integrator: &str| {
+        let (_folder, run) = run(&format!(
+            "figure 3 --t-end 4 --integrator {integrator} --json --quiet"
+        ));
+        assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+        let json = document(&run.stdout, "figure")["figures"][0].clone();
+        assert_eq!(json["integrator"], integrator);
+        // An order is the BDF's to choose.
+        assert_eq!(json["max_order"].is_null(), integrator != "ida");
+        let mean = |name: &str| json["settled"][name]["mean"].as_f64().expect(name);
+        [mean("psi"), mean("chi"), mean("frequency")]
+    };
+    let (bdf, radau) = (settled("ida"), settled("radau9"));
+    for (a, b) in bdf.into_iter().zip(radau) {
+        // The tolerances are 1e-7 a step; some thousand steps of BDF add their errors.
+        assert!((a - b).abs() < 1e-4 * b, "{bdf:?} {radau:?}");
+    }
+}
+
 #[test]
 fn synchronization_judges_every_combination() {
     let (folder, run) = run(
@@ -207,6 +229,17 @@ fn movies_are_animations() {
 }
 
 #[test]
+fn the_film_of_the_muscle_shows_one_cycle_of_its_load() {
+    let (folder, run) =
+        run("movie muscle --to 0.125 --integrator radau9 --width-pixels 120 --quiet --json");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    // The load's 8 Hz, 50 frames per period.
+    assert_eq!(document(&run.stdout, "movie")["frames"], 50);
+    let bytes = fs::read(folder.path().join("muscle.gif")).expect("the film");
+    assert!(bytes.starts_with(b"GIF89a"));
+}
+
+#[test]
 fn the_film_of_the_inclusion_shows_one_cycle_of_its_scenes_load() {
     let (folder, run) = run("movie hardening --to 0.0625 --width-pixels 120 --quiet --json");
     assert_eq!(run.code, 0, "{}", run.stderr);
@@ -239,6 +272,16 @@ fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
         ("figure 4 --mesh no-such.msh", "no-such.msh"),
         ("movie chain --from 3 --to 1", "no duration"),
         ("movie hardening --mesh muscle.msh", "--mesh"),
+        ("movie muscle --from 1", "--from"),
+        ("movie muscle --gamma 2", "--gamma"),
+        ("movie chain --mesh muscle.msh", "--mesh"),
+        ("figure 4 --gamma 10", "--gamma"),
+        ("figure 4 --integrator radau", "--integrator"),
+        ("figure 5 --point 0,0", "--point"),
+        ("figure 3 --mesh muscle.msh", "--mesh"),
+        ("figure 3 --integrator rk4", "`rk4` is no integrator"),
+        ("figure 3 --mu inf", "--mu"),
+        ("synchronization --t-end 0.01", "--t-end"),
         ("synchronization --frequency 0", "--frequency"),
         ("synchronization --oscillators 0", "at least one oscillator"),
         ("synchronization --point 2", "must be on the rod"),

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::Args;
+use myovib_model::IntegratorKind;
 use serde::Serialize;
 
 use crate::error::InputError;
@@ -98,4 +99,18 @@ pub fn check_folder(option: &str, file: &Path) -> Result<(), InputError> {
             .next(format!("create it: mkdir -p {}", folder.display()))),
         _ => Ok(()),
     }
+}
+
+/// An integrator by its name, for options.
+///
+/// # Errors
+/// The names there are.
+pub fn integrator(name: &str) -> Result<IntegratorKind, String> {
+    IntegratorKind::ALL
+        .into_iter()
+        .find(|kind| kind.name() == name)
+        .ok_or_else(|| {
+            let names = IntegratorKind::ALL.map(IntegratorKind::name).join(", ");
+            format!("`{name}` is no integrator: {names}")
+        })
 }

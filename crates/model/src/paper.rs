@@ -67,13 +67,33 @@ pub fn muscle(mesh: &Mesh, kappa: f64, beta: f64) -> Result<Muscle, ModelError> 
     muscle_with_load(mesh, LAW, kappa, beta, Signal::paper(LOAD_AMPLITUDE))
 }
 
-/// The rod of section 3.1: ten elements, the load read as strain, amplitude 1.
+/// How the rod's load is read.
+pub const ROD_END_LOAD: EndLoad = EndLoad::Strain;
+/// Amplitude of the rod's load, a strain.
+pub const ROD_LOAD_AMPLITUDE: f64 = 1.0;
+
+/// The rod of section 3.1: ten elements, with its load.
 ///
 /// # Errors
 /// None with these data; the rod's constructor checks any.
 pub fn rod() -> Result<RodDae, ModelError> {
-    let rod = Rod::new(RodData::default())?;
-    Ok(RodDae::new(rod, EndLoad::Strain, Signal::paper(1.0)))
+    rod_driven_at(LOAD_FREQUENCY)
+}
+
+/// The rod of section 3.1 under its load with another frequency, Hz.
+///
+/// # Errors
+/// As [`rod`].
+pub fn rod_driven_at(frequency: f64) -> Result<RodDae, ModelError> {
+    let mut load = Signal::paper(ROD_LOAD_AMPLITUDE);
+    if let Signal::RampedSine { frequency: f, .. } = &mut load {
+        *f = frequency;
+    }
+    Ok(RodDae::new(
+        Rod::new(RodData::default())?,
+        ROD_END_LOAD,
+        load,
+    ))
 }
 
 /// Place of the rod's point that drives the chain, L/2.

@@ -173,6 +173,19 @@ impl Settings {
             project_every: None,
         }
     }
+
+    /// The same for another integrator: Radau IIA leaves nothing out of its error test.
+    pub fn with_integrator(self, integrator: IntegratorKind) -> Self {
+        let suppressed = match integrator {
+            IntegratorKind::Ida => self.suppressed,
+            _ => Vec::new(),
+        };
+        Self {
+            integrator,
+            suppressed,
+            ..self
+        }
+    }
 }
 
 /// The ordering with the least fill: AMD, except for the unreduced (33), where it fills twenty

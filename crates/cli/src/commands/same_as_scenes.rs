@@ -6,7 +6,7 @@
 use clap::Parser;
 use myovib_fem::Mesh;
 use myovib_model::coupling::StateTolerances;
-use myovib_model::{Formulation, Muscle, Settings, Signal, paper, table1};
+use myovib_model::{Formulation, IntegratorKind, Muscle, Settings, Signal, paper, table1};
 
 use super::figure::muscle_run::PERIOD;
 use super::figure::{MUSCLE_END, MuscleRun, PER_PERIOD, ROD_END};
@@ -150,7 +150,7 @@ fn figure_4() {
 #[test]
 fn figures_5_and_6_and_the_film_of_the_muscle() {
     let muscle = paper::muscle(&mesh(), paper::KAPPA, paper::BETA).unwrap();
-    let settings = MuscleRun::settings(MUSCLE_END);
+    let settings = MuscleRun::settings(MUSCLE_END, IntegratorKind::Ida);
     for name in ["figure5", "figure6"] {
         assert_same(
             name,
@@ -210,7 +210,7 @@ fn figure_7() {
     let muscle = paper::muscle(&mesh(), paper::KAPPA, paper::BETA).unwrap();
     let settings = Settings {
         t_end: MUSCLE_END,
-        ..muscle_chain_settings()
+        ..muscle_chain_settings(IntegratorKind::Ida)
     };
     assert_same(
         "figure7",

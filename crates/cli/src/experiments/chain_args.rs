@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::error::InputError;
 
 /// Options of a chain of oscillators.
-#[derive(Debug, Clone, Args)]
+#[derive(Debug, Clone, Default, Args)]
 pub struct ChainArgs {
     /// Number of oscillators [default: 20 on the rod, 5 on the muscle].
     #[arg(long, value_name = "N", help_heading = "Chain")]
@@ -23,41 +23,57 @@ pub struct ChainArgs {
     )]
     pub width: Option<f64>,
 
-    /// Generator of the frequencies: matlab, chacha8.
-    #[arg(long, value_name = "NAME", help_heading = "Chain", default_value_t)]
-    pub generator: GeneratorName,
+    /// Generator of the frequencies: matlab, chacha8 [default: matlab].
+    #[arg(long, value_name = "NAME", help_heading = "Chain")]
+    pub generator: Option<GeneratorName>,
 
-    /// Seed of the generator.
-    #[arg(long, value_name = "S", help_heading = "Chain", default_value_t = Detuning::DEFAULT_SEED)]
-    pub seed: u32,
+    /// Seed of the generator [default: 5489].
+    #[arg(long, value_name = "S", help_heading = "Chain")]
+    pub seed: Option<u32>,
 
-    /// Gain γ of the forcing.
+    /// Gain γ of the forcing [default: 1].
     #[arg(
         long,
         value_name = "G",
         help_heading = "Chain",
-        default_value_t = 1.0,
         allow_negative_numbers = true
     )]
-    pub gamma: f64,
+    pub gamma: Option<f64>,
 
-    /// Coupling D of neighbours.
+    /// Coupling D of neighbours [default: 3].
     #[arg(
         long,
         value_name = "D",
         help_heading = "Chain",
-        default_value_t = 3.0,
         allow_negative_numbers = true
     )]
-    pub coupling: f64,
+    pub coupling: Option<f64>,
 
-    /// Ends of the chain.
-    #[arg(long, help_heading = "Chain", value_enum, default_value_t = EndsName::Periodic)]
-    pub ends: EndsName,
+    /// μ of Van der Pol's damping, 1/s [default: 2].
+    #[arg(
+        long,
+        value_name = "MU",
+        help_heading = "Chain",
+        allow_negative_numbers = true
+    )]
+    pub mu: Option<f64>,
 
-    /// Oscillators that the forcing reaches.
-    #[arg(long, help_heading = "Chain", value_enum, default_value_t = ReachName::All)]
-    pub reach: ReachName,
+    /// a of Duffing's stiffening, 1/s² [default: 0].
+    #[arg(
+        long,
+        value_name = "A",
+        help_heading = "Chain",
+        allow_negative_numbers = true
+    )]
+    pub duffing: Option<f64>,
+
+    /// Ends of the chain [default: periodic].
+    #[arg(long, help_heading = "Chain", value_enum)]
+    pub ends: Option<EndsName>,
+
+    /// Oscillators that the forcing reaches [default: all].
+    #[arg(long, help_heading = "Chain", value_enum)]
+    pub reach: Option<ReachName>,
 }
 
 /// A generator by name; unknown names are told from wrong syntax by the library's message.
@@ -126,43 +142,60 @@ pub struct ChainSetup {
 }
 
 impl ChainArgs {
+    /// The first option that was given, for a command whose run has no chain.
+    pub fn given(&self) -> Option<&'static str> {
+        let options = [
+            ("--oscillators", self.oscillators.is_some()),
+            ("--width", self.width.is_some()),
+            ("--generator", self.generator.is_some()),
+            ("--seed", self.seed.is_some()),
+            ("--gamma", self.gamma.is_some()),
+            ("--coupling", self.coupling.is_some()),
+            ("--mu", self.mu.is_some()),
+            ("--duffing", self.duffing.is_some()),
+            ("--ends", self.ends.is_some()),
+            ("--reach", self.reach.is_some()),
+        ];
+        let given = options.into_iter().find(|(_, given)| *given);
+        given.map(|(option, _)| option)
+    }
+
     /// The chain, with the body's own number of oscillators and width where none are given.
     ///
     /// # Errors
     /// No oscillators, a negative width, a value that is not finite.
     pub fn setup(&self, oscillators: usize, width: f64) -> Result<ChainSetup, InputError> {
-        for (option, value) in [("--gamma", self.gamma), ("--coupling", self.coupling)] {
-            if !value.is_finite() {
-                let error = InputError::new("value out of range").at(option);
-                return Err(error.found(value).allowed("a finite number"));
+        let paper = Coefficients::default();
+        let finite = |option: &str, value: Option<f64>, default: f64| {
+            let value = value.unwrap_or(default);
+            if value.is_finite() {
+                return Ok(value);
             }
-        }
+            let error = InputError::new("value out of range").at(option);
+            Err(error.found(value).allowed("a finite number"))
+        };
+        let default = Detuning::default();
         let detuning = Detuning {
             half_width: self.width.unwrap_or(width),
-            generator: self.generator.0,
-            seed: self.seed,
-            ..Detuning::default()
+            generator: self.generator.map_or(default.generator, |name| name.0),
+            seed: self.seed.unwrap_or(default.seed),
+            ..default
         };
         let oscillators = self.oscillators.unwrap_or(oscillators);
         let frequencies = detuning
             .frequencies(oscillators)
             .map_err(|error| InputError::new(error).at("--oscillators, --width"))?;
-        let Coefficients {
-            vdp_mu: van_der_pol,
-            duffing,
-            ..
-        } = Coefficients::default();
         let setup = ChainSetup {
             oscillators,
             width: detuning.half_width,
             generator: detuning.generator.name(),
             seed: detuning.seed,
-            gamma: self.gamma,
-            coupling: self.coupling,
-            van_der_pol,
-            duffing,
-            ends: self.ends,
-            reach: self.reach,
+            gamma: finite("--gamma", self.gamma, 1.0)?,
+            coupling: finite("--coupling", self.coupling, paper.coupling)?,
+            van_der_pol: finite("--mu", self.mu, paper.vdp_mu)?,
+            duffing: finite("--duffing", self.duffing, paper.duffing)?,
+            ends: self.ends.unwrap_or(EndsName::Periodic),
+            reach: self.reach.unwrap_or(ReachName::All),
             frequencies,
         };
         match setup.network() {

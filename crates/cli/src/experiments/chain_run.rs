@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-use myovib_model::coupling::{Body, CoherenceHistory, CoupledDae, Settling, StateTolerances};
+use myovib_model::coupling::{
+    Body, CoherenceHistory, CoupledDae, CoupledOptions, Settling, StateTolerances,
+};
 use myovib_model::{
-    IdaIntegrator, Integrator, Limits, Observer, SampleTimes, Sampler, Statistics, run,
+    Integrator, IntegratorKind, Limits, Observer, SampleTimes, Sampler, Statistics, run,
 };
 use myovib_oscillators::Settled;
 use serde::Serialize;
@@ -19,6 +21,17 @@ use crate::progress::Progress;
 use crate::statistics::CountsJson;
 use crate::watch::Watch;
 
+/// How a run is made.
+#[derive(Clone, Copy)]
+pub struct Course<'a> {
+    /// End time, s.
+    pub t_end: f64,
+    /// The integrator.
+    pub integrator: IntegratorKind,
+    /// What is told of it meanwhile.
+    pub progress: &'a Mutex<Progress>,
+}
+
 /// A finished run of a chain, on whatever body.
 pub struct ChainRun {
     /// Coherence at sample times.
@@ -27,12 +40,14 @@ pub struct ChainRun {
     pub statistics: Statistics,
     /// Length of the integrator's vector.
     pub unknowns: usize,
+    /// The integrator.
+    pub integrator: IntegratorKind,
     /// Relative and absolute tolerances by block.
     pub tolerances: BTreeMap<&'static str, [f64; 2]>,
     /// Blocks left out of the error test.
     pub suppressed: Vec<&'static str>,
-    /// Highest order of the BDF.
-    pub max_order: usize,
+    /// Highest order of the BDF; none for other integrators.
+    pub max_order: Option<usize>,
     /// End time asked for, s.
     pub t_end: f64,
     /// Name of the linear solver.
@@ -59,11 +74,13 @@ impl ChainRun {
 
     /// Integrates and observes the first network of a coupled system.
     pub(super) fn observe<B: Body>(
-        integrator: &mut IdaIntegrator<CoupledDae<B>>,
+        integrator: &mut dyn Integrator<CoupledDae<B>>,
         name: &str,
-        t_end: f64,
-        progress: &Mutex<Progress>,
+        course: Course,
     ) -> anyhow::Result<(CoherenceHistory, Statistics)> {
+        let Course {
+            t_end, progress, ..
+        } = course;
         let n = integrator.problem().n_unknowns();
         let mut history = CoherenceHistory::default();
         let mut sampler = Sampler::new(
@@ -89,16 +106,23 @@ impl ChainRun {
         ChainRunJson {
             counts: CountsJson::new(&self.statistics),
             unknowns: self.unknowns,
-            integrator: "ida",
+            integrator: self.integrator.name(),
             suppressed: self.suppressed.clone(),
             rtol: part(0),
             atol: part(1),
             max_order: self.max_order,
+            initial_step: None,
+            max_step: None,
             t_end: self.t_end,
             linear_solver: self.linear_solver,
             body: &self.body,
         }
     }
+}
+
+/// The highest order of the BDF with these options; none for other integrators.
+pub(super) fn max_order(options: &CoupledOptions) -> Option<usize> {
+    (options.integrator == IntegratorKind::Ida).then_some(options.ida.max_order)
 }
 
 /// The tolerances of a block of states for the output.
@@ -117,7 +141,10 @@ pub struct ChainRunJson<'a> {
     pub suppressed: Vec<&'a str>,
     pub rtol: BTreeMap<&'a str, f64>,
     pub atol: BTreeMap<&'a str, f64>,
-    pub max_order: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_order: Option<usize>,
+    pub initial_step: Option<f64>,
+    pub max_step: Option<f64>,
     pub t_end: f64,
     pub linear_solver: &'a str,
     #[serde(flatten)]

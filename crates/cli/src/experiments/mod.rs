@@ -10,7 +10,7 @@ mod muscle_chain;
 mod rod_chain;
 
 pub use chain_args::{ChainArgs, ChainSetup, EndsName, GeneratorName, ReachName};
-pub use chain_run::{ChainRun, ChainRunJson, SettledJson};
+pub use chain_run::{ChainRun, ChainRunJson, Course, SettledJson};
 pub use muscle_chain::{muscle_chain, muscle_chain_settings};
 pub use rod_chain::{record_rod, replay, rod_chain, rod_json};
 

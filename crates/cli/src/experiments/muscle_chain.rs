@@ -1,16 +1,15 @@
 //! The muscle of section 3.2 and its chain as one system.
 
-use std::sync::Mutex;
-
 use myovib_fem::Mesh;
-use myovib_model::coupling::{CoupledDae, ErrorTest, Oscillators, Source, StateTolerances};
-use myovib_model::{Formulation, IdaIntegrator, MuscleDae, Probe, Settings, ida, paper};
+use myovib_model::coupling::{
+    CoupledDae, CoupledOptions, ErrorTest, Oscillators, Source, StateTolerances, start_coupled,
+};
+use myovib_model::{Formulation, IntegratorKind, MuscleDae, Probe, Settings, paper};
 use serde_json::{Map, json};
 use sundials_wrap::DaeProblem;
 
-use super::chain_run::pair;
-use super::{ChainRun, ChainSetup};
-use crate::progress::Progress;
+use super::chain_run::{max_order, pair};
+use super::{ChainRun, ChainSetup, Course};
 use crate::statistics::ordering_name;
 
 /// The formulation of Figure 7.
@@ -21,14 +20,14 @@ const FORMULATION: Formulation = Formulation::Rate;
 const MAX_ORDER: u8 = 5;
 
 /// The settings of the muscle with its chain.
-pub fn muscle_chain_settings() -> Settings {
+pub fn muscle_chain_settings(integrator: IntegratorKind) -> Settings {
     Settings {
         max_order: MAX_ORDER,
-        ..Settings::paper(FORMULATION)
+        ..Settings::paper(FORMULATION).with_integrator(integrator)
     }
 }
 
-/// Muscle and chain as one system, coupled at `point` by u_y, from rest to `t_end`.
+/// Muscle and chain as one system, coupled at `point` by u_y, from rest.
 ///
 /// # Errors
 /// A point outside the mesh, a mesh without the groups needed; fatal errors of the run.
@@ -36,14 +35,14 @@ pub fn muscle_chain(
     mesh: &Mesh,
     setup: &ChainSetup,
     point: [f64; 2],
-    t_end: f64,
-    progress: &Mutex<Progress>,
+    course: Course,
 ) -> anyhow::Result<ChainRun> {
-    let settings = muscle_chain_settings();
+    let settings = muscle_chain_settings(course.integrator);
     let muscle = paper::muscle(mesh, paper::KAPPA, paper::BETA)?;
     let probe = Probe::at(muscle.solid.space(), point)?;
     let muscle = MuscleDae::new(muscle, FORMULATION)?;
-    let options = ida::options(&muscle, &settings);
+    let options = CoupledOptions::of_muscle(&muscle, &settings);
+    let max_order = max_order(&options);
     let test = ErrorTest::of_muscle(&muscle, &settings);
     let source = Source::Body(muscle.displacement_at(&probe, 1));
     let oscillators = Oscillators::new(setup.network()?, setup.drive(), vec![source])?;
@@ -52,10 +51,8 @@ pub fn muscle_chain(
     let test = test.with_oscillators(&dae, tolerances);
     let unknowns = dae.n_unknowns();
     let rest = vec![0.0; unknowns];
-    let linear_solver = settings.linear_solver;
-    let mut integrator = IdaIntegrator::coupled(dae, test, options, linear_solver, t_end, &rest)?;
-    let (history, statistics) =
-        ChainRun::observe(&mut integrator, "muscle and chain", t_end, progress)?;
+    let mut integrator = start_coupled(dae, test, options, course.t_end, &rest)?;
+    let (history, statistics) = ChainRun::observe(&mut *integrator, "muscle and chain", course)?;
     let blocks = FORMULATION.rows().iter().map(|(field, _)| {
         let absolute = settings.absolute_tolerances.of(*field);
         (field.symbol(), [settings.relative_tolerance, absolute])
@@ -64,11 +61,12 @@ pub fn muscle_chain(
         history,
         statistics,
         unknowns,
+        integrator: course.integrator,
         tolerances: blocks.chain([("chain", pair(tolerances))]).collect(),
         suppressed: settings.suppressed.iter().map(|f| f.symbol()).collect(),
-        max_order: MAX_ORDER.into(),
-        t_end,
-        linear_solver: linear_solver.name(),
+        max_order,
+        t_end: course.t_end,
+        linear_solver: settings.linear_solver.name(),
         body: Map::from_iter([
             ("body".to_owned(), json!("muscle")),
             ("formulation".to_owned(), json!(FORMULATION.name())),

@@ -13,7 +13,7 @@
 //!
 //! Cast: [`CoupledDae`] is the system, made of a [`Body`] and of [`Oscillators`] with a [`Source`] for
 //! each direction; a [`Recording`] replays a body's motion to oscillators integrated afterwards;
-//! [`ErrorTest`] gives each part its own tolerances; [`CoherenceHistory`] is what is observed, and
+//! [`ErrorTest`] gives each part its own tolerances; [`start_coupled`] an integrator; [`CoherenceHistory`] is what is observed, and
 //! [`LockCriterion`] judges it. With a [`Feedback`] the coupling is two-way: [`FeedbackDae`].
 #![doc = include_str!("../../notes/0003-a-chain-beside-a-muscle.md")]
 
@@ -27,6 +27,7 @@ mod no_body;
 mod oscillators;
 mod radau;
 mod recording;
+mod start;
 
 pub use body::{Body, BodyMatrices, BodySolver};
 pub use dae::CoupledDae;
@@ -38,3 +39,4 @@ pub use no_body::NoBody;
 pub use oscillators::{Oscillators, Source};
 pub use radau::SystemMatrices;
 pub use recording::{Recorder, Recording};
+pub use start::{CoupledOptions, start_coupled, start_coupled_from};

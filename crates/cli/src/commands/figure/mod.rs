@@ -19,14 +19,14 @@ use std::sync::Mutex;
 use anyhow::Context;
 use clap::Args;
 use myovib_fem::Mesh;
-use myovib_model::paper;
+use myovib_model::{IntegratorKind, paper};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use crate::args::CommonArgs;
+use crate::args::{self, CommonArgs};
 use crate::error::InputError;
 use crate::exit::Exit;
-use crate::experiments::{ChainArgs, muscle_chain, rod_chain};
+use crate::experiments::{ChainArgs, Course, muscle_chain, rod_chain};
 use crate::mesh_file;
 use crate::progress::Progress;
 use chain_plots::Chained;
@@ -96,6 +96,11 @@ pub struct Options {
     #[arg(long, value_name = "T")]
     pub t_end: Option<f64>,
 
+    /// Integrator: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`, `radau9`, `radau13`
+    /// [default: ida].
+    #[arg(long, value_name = "NAME", value_parser = args::integrator)]
+    pub integrator: Option<IntegratorKind>,
+
     /// Write each picture as PNG too.
     #[arg(long)]
     pub png: bool,
@@ -114,6 +119,7 @@ pub struct Options {
 /// # Errors
 /// Wrong options or mesh, or an output that cannot be written.
 pub fn run(args: &FigureArgs) -> anyhow::Result<Exit> {
+    args.check()?;
     draw(&[args.number], &args.point, &args.options, "figure")
 }
 
@@ -123,6 +129,32 @@ pub fn run(args: &FigureArgs) -> anyhow::Result<Exit> {
 /// As [`run`].
 pub fn run_all(args: &FiguresArgs) -> anyhow::Result<Exit> {
     draw(&[2, 3, 4, 5, 6, 7], &[], &args.options, "figures")
+}
+
+impl FigureArgs {
+    /// Options that have nothing to say to this figure are refused.
+    fn check(&self) -> Result<(), InputError> {
+        let (number, options) = (self.number, &self.options);
+        let chain = options.chain.given();
+        let point = (!self.point.is_empty()).then_some("--point");
+        let mesh = options.mesh.as_ref().map(|_| "--mesh");
+        let t_end = options.t_end.map(|_| "--t-end");
+        let integrator = options.integrator.map(|_| "--integrator");
+        let (shows, beside) = match number {
+            2 | 3 => ("a chain on a rod, which has no mesh", vec![mesh]),
+            4 => ("the mesh", vec![chain, point, t_end, integrator]),
+            5 | 6 => ("the muscle by itself", vec![chain, point]),
+            _ => return Ok(()),
+        };
+        match beside.into_iter().flatten().next() {
+            None => Ok(()),
+            Some(option) => Err(InputError::new(format!(
+                "the option has no meaning for Figure {number}, which shows {shows}"
+            ))
+            .at(option)
+            .next("Figures 2 and 3 take chain and --point, 4 to 6 a mesh, 7 all of them")),
+        }
+    }
 }
 
 /// The runs behind the figures asked for, each made once.
@@ -155,17 +187,21 @@ impl Runs {
             // The mesh may lack a group.
             paper::muscle(mesh, paper::KAPPA, paper::BETA)?;
         }
+        let course = |t_end: f64| Course {
+            t_end: options.t_end.unwrap_or(t_end),
+            integrator: options.integrator.unwrap_or_default(),
+            progress: &progress,
+        };
         let rod = on_rod.map(|(setup, x)| {
-            let run = rod_chain(&setup, x, options.t_end.unwrap_or(ROD_END), &progress)?;
+            let run = rod_chain(&setup, x, course(ROD_END))?;
             anyhow::Ok(Chained { setup, run })
         });
-        let t_end = options.t_end.unwrap_or(MUSCLE_END);
         let rod = rod.transpose()?;
         let muscle = wanted(&[5, 6])
-            .then(|| MuscleRun::compute(mesh, t_end, options.common.quiet))
+            .then(|| MuscleRun::compute(mesh, course(MUSCLE_END)))
             .transpose()?;
         let muscle_chain = on_muscle.map(|(setup, point)| {
-            let run = muscle_chain(mesh, &setup, point, t_end, &progress)?;
+            let run = muscle_chain(mesh, &setup, point, course(MUSCLE_END))?;
             anyhow::Ok(Chained { setup, run })
         });
         Ok(Self {

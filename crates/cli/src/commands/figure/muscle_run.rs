@@ -1,20 +1,18 @@
 //! The run behind Figures 5 and 6: the muscle of section 3.2 in formulation (29).
 
-use std::sync::Mutex;
-
 use myovib_fem::{Mesh, Space};
 use myovib_model::paper::{BETA, KAPPA};
 use myovib_model::{
-    Formulation, Limits, MuscleDae, Probe, SampleTimes, Sampler, Settings, Statistics, paper, run,
-    start_at_rest,
+    Formulation, IntegratorKind, Limits, MuscleDae, Probe, SampleTimes, Sampler, Settings,
+    Statistics, paper, run, start_at_rest,
 };
 use serde_json::{Map, Value, json};
 use sundials_wrap::DaeProblem;
 
 use super::last_period::{LastPeriod, PER_PERIOD};
 use crate::exit::Exit;
+use crate::experiments::Course;
 use crate::interrupt;
-use crate::progress::Progress;
 use crate::statistics::StatisticsJson;
 use crate::watch::Watch;
 
@@ -34,23 +32,20 @@ pub(in crate::commands) struct MuscleRun {
 
 impl MuscleRun {
     /// The settings of a run to `t_end` (s).
-    pub(in crate::commands) fn settings(t_end: f64) -> Settings {
+    pub(in crate::commands) fn settings(t_end: f64, integrator: IntegratorKind) -> Settings {
         Settings {
             t_end,
-            ..Settings::paper(Formulation::Rate)
+            ..Settings::paper(Formulation::Rate).with_integrator(integrator)
         }
     }
 
-    /// Integrates to `t_end` (s).
-    pub(in crate::commands) fn compute(
-        mesh: &Mesh,
-        t_end: f64,
-        quiet: bool,
-    ) -> anyhow::Result<Self> {
+    /// Integrates from rest.
+    pub(in crate::commands) fn compute(mesh: &Mesh, course: Course) -> anyhow::Result<Self> {
+        let t_end = course.t_end;
         let muscle = paper::muscle(mesh, KAPPA, BETA)?;
         let space = Space::clone(muscle.solid.space());
         let origin = Probe::at(&space, [0.0, 0.0])?;
-        let settings = Self::settings(t_end);
+        let settings = Self::settings(t_end, course.integrator);
         let dae = MuscleDae::new(muscle, Formulation::Rate)?;
         let unknowns = dae.n_unknowns();
         let mut integrator = start_at_rest(dae, &settings)?;
@@ -67,8 +62,7 @@ impl MuscleRun {
             last_period.push(t, nodal);
             Ok(())
         });
-        let progress = Mutex::new(Progress::new(quiet));
-        let mut watch = Watch::new("muscle".into(), t_end, &progress);
+        let mut watch = Watch::new("muscle".into(), t_end, course.progress);
         let mut limits = Limits::new(f64::INFINITY, Some(interrupt::flag()));
         let statistics = run(
             &mut *integrator,

@@ -7,15 +7,15 @@ use std::sync::Mutex;
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use myovib_model::paper;
+use myovib_model::{IntegratorKind, paper};
 use serde::Serialize;
 
 use super::figure::{MuscleRun, complex_plane, frames, largest_radius};
-use crate::args::CommonArgs;
+use crate::args::{self, CommonArgs};
 use crate::atomic_file;
 use crate::error::InputError;
 use crate::exit::Exit;
-use crate::experiments::{ChainArgs, EVERY, rod_chain};
+use crate::experiments::{ChainArgs, Course, EVERY, rod_chain};
 use crate::mesh_file;
 use crate::plot::{Figure, movie};
 use crate::progress::Progress;
@@ -41,9 +41,9 @@ pub struct MovieArgs {
     #[arg(long, value_name = "N", default_value_t = 640, value_parser = clap::value_parser!(u16).range(64..=2000))]
     pub width_pixels: u16,
 
-    /// First moment shown of the chain, s.
-    #[arg(long, value_name = "T", default_value_t = 8.0)]
-    pub from: f64,
+    /// First moment shown of the chain, s [default: 8].
+    #[arg(long, value_name = "T")]
+    pub from: Option<f64>,
 
     /// Last moment shown, s [default: 14 (chain), 3 (muscle and hardening, of which the last cycle
     /// of the load is shown)].
@@ -54,6 +54,11 @@ pub struct MovieArgs {
     /// built-in spindle].
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
+
+    /// Integrator of chain and muscle: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`,
+    /// `radau9`, `radau13` [default: ida].
+    #[arg(long, value_name = "NAME", value_parser = args::integrator)]
+    pub integrator: Option<IntegratorKind>,
 
     /// The options of the chain.
     #[command(flatten)]
@@ -81,20 +86,48 @@ struct Document {
     frames: usize,
 }
 
+impl MovieArgs {
+    /// Options that have nothing to say to this film are refused.
+    fn check(&self) -> Result<(), InputError> {
+        let mesh = self.mesh.as_ref().map(|_| "--mesh");
+        let from = self.from.map(|_| "--from");
+        let integrator = self.integrator.map(|_| "--integrator");
+        let chain = self.chain.given();
+        let (beside, next) = match self.subject {
+            Subject::Chain => (vec![mesh], "the chain moves on a rod, which has no mesh"),
+            Subject::Muscle => (vec![from, chain], "it shows the last cycle of the load"),
+            Subject::Hardening => (
+                vec![mesh, from, chain, integrator],
+                "it shows the scene `hardening`; for another write your own, and `myovib run` it \
+                 with [fields]",
+            ),
+        };
+        match beside.into_iter().flatten().next() {
+            None => Ok(()),
+            Some(option) => Err(InputError::new("the option has no meaning for this film")
+                .at(option)
+                .next(next)),
+        }
+    }
+
+    fn course<'a>(&self, t_end: f64, progress: &'a Mutex<Progress>) -> Course<'a> {
+        Course {
+            t_end,
+            integrator: self.integrator.unwrap_or_default(),
+            progress,
+        }
+    }
+}
+
 /// Makes a movie.
 ///
 /// # Errors
 /// Wrong options or mesh, or an output that cannot be written.
 pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
     args.common.check()?;
-    if args.mesh.is_some() && args.subject != Subject::Muscle {
-        return Err(InputError::new("only the film of the muscle takes a mesh")
-            .at("--mesh")
-            .next("for another body write a scene, and `myovib run` it with [fields]")
-            .into());
-    }
+    args.check()?;
     let (from, to) = match args.subject {
-        Subject::Chain => (args.from, args.to.unwrap_or(14.0)),
+        Subject::Chain => (args.from.unwrap_or(8.0), args.to.unwrap_or(14.0)),
         Subject::Muscle | Subject::Hardening => (0.0, args.to.unwrap_or(3.0)),
     };
     if !(0.0 <= from && from < to && to.is_finite()) {
@@ -154,7 +187,7 @@ impl Movie {
 fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
     let setup = args.chain.setup(20, 0.05)?;
     let progress = Mutex::new(Progress::new(args.common.quiet));
-    let run = rod_chain(&setup, paper::ROD_POINT, to, &progress)?;
+    let run = rod_chain(&setup, paper::ROD_POINT, args.course(to, &progress))?;
     let history = &run.history;
     let radius = largest_radius(history);
     let first = (from / EVERY).ceil() as usize;
@@ -166,6 +199,7 @@ fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
 /// The last cycle of the load, 50 frames: one sixteenth of the speed.
 fn deformation(args: &MovieArgs, to: f64) -> anyhow::Result<Movie> {
     let (mesh, _) = mesh_file::load(args.mesh.as_deref())?;
-    let run = MuscleRun::compute(&mesh, to, args.common.quiet)?;
+    let progress = Mutex::new(Progress::new(args.common.quiet));
+    let run = MuscleRun::compute(&mesh, args.course(to, &progress))?;
     Ok(Movie::new(frames(&run)?, run.exit()))
 }

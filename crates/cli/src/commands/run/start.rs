@@ -2,13 +2,13 @@
 
 use myovib_model::advice::{Advice, Advised};
 use myovib_model::coupling::{
-    CoupledDae, ErrorTest, FeedbackDae, NoBody, Oscillators, Source, StateTolerances,
+    CoupledDae, CoupledOptions, ErrorTest, FeedbackDae, NoBody, Oscillators, Source,
+    StateTolerances, start_coupled, start_coupled_from,
 };
 use myovib_model::{
-    IdaIntegrator, Integrator, LinearSolver, ModelError, MuscleDae, Probe, RadauIntegrator, RodDae,
-    Settings, ida, radau, start_at_rest, start_from,
+    IdaIntegrator, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, start_at_rest,
+    start_from,
 };
-use myovib_radau::RadauOptions;
 use sundials_wrap::{DaeProblem, IdaOptions};
 
 use super::checkpoint::Checkpoint;
@@ -61,7 +61,7 @@ pub(super) fn muscle_with_feedback(
             .next("take \"bdf\"");
         return Err(error.into());
     }
-    let (dae, test, Options { ida, .. }) = one_way(scene, body, checkpoint)?;
+    let (dae, test, CoupledOptions { ida, .. }) = one_way(scene, body, checkpoint)?;
     let test = test.with_oscillators(&dae, tolerances(scene));
     let rest = initial_state(scene, &dae);
     let mut dae = FeedbackDae::new(dae, scene.feedbacks.clone());
@@ -87,16 +87,12 @@ fn one_way(
     scene: &Scene,
     body: &Body,
     checkpoint: Option<&Checkpoint>,
-) -> anyhow::Result<(CoupledDae<MuscleDae>, ErrorTest, Options)> {
+) -> anyhow::Result<(CoupledDae<MuscleDae>, ErrorTest, CoupledOptions)> {
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
     if checkpoint.is_none() {
         refuse_sudden_loads(&mut dae)?;
     }
-    let options = Options {
-        ida: ida::options(&dae, &body.settings),
-        radau: radau::options(&dae, &body.settings),
-        linear: body.settings.linear_solver,
-    };
+    let options = CoupledOptions::of_muscle(&dae, &body.settings);
     let test = ErrorTest::of_muscle(&dae, &body.settings);
     let source = |chain: &DrivenChain| match chain.at {
         Some(Place::Point(point)) => {
@@ -144,40 +140,22 @@ fn coupled<B: CoupledBody>(
     scene: &Scene,
     dae: CoupledDae<B>,
     test: ErrorTest,
-    options: Options,
+    options: CoupledOptions,
     checkpoint: Option<&Checkpoint>,
 ) -> anyhow::Result<Box<dyn Integrator<CoupledDae<B>>>> {
     let test = test.with_oscillators(&dae, tolerances(scene));
-    let Options { ida, radau, linear } = options;
-    let bdf = scene.file.integrator.method == Method::Bdf;
-    let Some(Checkpoint {
-        t, y, y_dot, step, ..
-    }) = checkpoint
-    else {
-        let y = initial_state(scene, &dae);
-        let end = scene.t_end;
-        return Ok(match bdf {
-            true => Box::new(IdaIntegrator::coupled(dae, test, ida, linear, end, &y)?),
-            false => Box::new(RadauIntegrator::coupled(dae, test, radau, linear, end, &y)?),
-        });
-    };
-    let (times, initial_step) = ([*t, scene.t_end], Some(*step));
-    Ok(if bdf {
-        let ida = IdaOptions {
-            initial_step,
-            ..ida
-        };
-        Box::new(IdaIntegrator::coupled_at(
-            dae, test, ida, linear, times, y, y_dot,
-        )?)
-    } else {
-        let radau = RadauOptions {
-            initial_step,
-            ..radau
-        };
-        Box::new(RadauIntegrator::coupled_at(
-            dae, test, radau, linear, times, y, y_dot,
-        )?)
+    let largest = scene.file.integrator.max_step;
+    Ok(match checkpoint {
+        None => {
+            let y = initial_state(scene, &dae);
+            start_coupled(dae, test, options, scene.t_end, &y)?
+        }
+        Some(Checkpoint {
+            t, y, y_dot, step, ..
+        }) => {
+            let options = options.with_steps(Some(*step), largest);
+            start_coupled_from(dae, test, options, [*t, scene.t_end], y, y_dot)?
+        }
     })
 }
 
@@ -215,31 +193,15 @@ fn tolerances(scene: &Scene) -> StateTolerances {
     }
 }
 
-/// What the integrators of a coupled system can be told; the error test has the tolerances.
-struct Options {
-    ida: IdaOptions,
-    radau: RadauOptions,
-    linear: LinearSolver,
-}
-
 /// The options for systems without a muscle.
-fn options(scene: &Scene) -> Options {
+fn options(scene: &Scene) -> CoupledOptions {
     let wanted = &scene.file.integrator;
-    Options {
-        ida: IdaOptions {
-            max_order: wanted.max_order.unwrap_or(5) as usize,
-            initial_step: wanted.initial_step,
-            max_step: wanted.max_step,
-            ..IdaOptions::default()
-        },
-        radau: RadauOptions {
-            stages: wanted.method.kind().stages().unwrap_or(3),
-            initial_step: wanted.initial_step,
-            max_step: wanted.max_step,
-            ..RadauOptions::default()
-        },
-        linear: LinearSolver::Full,
+    let mut options = CoupledOptions::of_states(wanted.method.kind())
+        .with_steps(wanted.initial_step, wanted.max_step);
+    if let Some(order) = wanted.max_order {
+        options.ida.max_order = order as usize;
     }
+    options
 }
 
 /// A run starts from rest without load, so that all values and derivatives are zero.

@@ -12,13 +12,13 @@ use std::sync::{Arc, Mutex};
 
 use clap::Args;
 use myovib_model::coupling::{LockCriterion, Recording, Settling, Synchrony};
-use myovib_model::paper;
+use myovib_model::{IntegratorKind, paper};
 use serde_json::Value;
 
-use crate::args::CommonArgs;
+use crate::args::{self, CommonArgs};
 use crate::error::InputError;
 use crate::exit::Exit;
-use crate::experiments::{ChainArgs, ChainSetup, EndsName, GeneratorName, ReachName};
+use crate::experiments::{ChainArgs, ChainSetup, Course, EVERY, GeneratorName, ReachName};
 use crate::experiments::{record_rod, replay};
 use crate::parallel;
 use crate::progress::Progress;
@@ -82,6 +82,11 @@ pub struct SynchronizationArgs {
     #[arg(long, value_name = "T", default_value_t = 200.0)]
     pub t_end: f64,
 
+    /// Integrator of rod and chains: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`,
+    /// `radau9`, `radau13`.
+    #[arg(long, value_name = "NAME", default_value = "ida", value_parser = args::integrator)]
+    pub integrator: IntegratorKind,
+
     /// Turns by which a locked centroid may slip against the drive in the window.
     #[arg(long, value_name = "TURNS", default_value_t = LockCriterion::default().slip)]
     pub slip: f64,
@@ -111,14 +116,21 @@ struct Case {
     drive: usize,
 }
 
-/// What a chain settled to.
+/// What a case came to.
 struct Outcome {
     frequency: f64,
     setup: ChainSetup,
-    settled: Settling,
-    synchrony: Synchrony,
+    /// None for a run that did not reach its end: it has not settled.
+    verdict: Option<Verdict>,
     /// Statistics and settings of the run, for JSON.
     run: Value,
+}
+
+/// What a chain settled to.
+#[derive(Clone, Copy)]
+struct Verdict {
+    settled: Settling,
+    synchrony: Synchrony,
 }
 
 impl SynchronizationArgs {
@@ -130,7 +142,13 @@ impl SynchronizationArgs {
             let error = InputError::new("value out of range").at(option);
             Err(error.found(value).allowed("a finite number above 0"))
         };
-        positive("--t-end", self.t_end)?;
+        // Two samples make a frequency, in half of the run.
+        let shortest = 4.0 * EVERY;
+        if !(self.t_end >= shortest && self.t_end.is_finite()) {
+            let error = InputError::new("value out of range").at("--t-end");
+            let allowed = format!("a finite number, {shortest} at least (s)");
+            return Err(error.found(self.t_end).allowed(allowed));
+        }
         positive("--slip", self.slip)?;
         positive("--coherence", self.coherence)?;
         self.frequency
@@ -148,12 +166,12 @@ impl SynchronizationArgs {
                         let chain = ChainArgs {
                             oscillators: Some(self.oscillators),
                             width: Some(width),
-                            generator: self.generator,
-                            seed: self.seed,
-                            gamma,
-                            coupling,
-                            ends: EndsName::Periodic,
-                            reach: self.reach,
+                            generator: Some(self.generator),
+                            seed: Some(self.seed),
+                            gamma: Some(gamma),
+                            coupling: Some(coupling),
+                            reach: Some(self.reach),
+                            ..ChainArgs::default()
                         };
                         cases.push(Case {
                             frequency,
@@ -177,9 +195,14 @@ pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
     args.common.check()?;
     let cases = args.cases()?;
     let progress = Mutex::new(Progress::new(args.common.quiet));
+    let course = Course {
+        t_end: args.t_end,
+        integrator: args.integrator,
+        progress: &progress,
+    };
     let threads = args.common.n_threads();
     let recordings: Vec<Arc<Recording>> = parallel::map(&args.frequency, threads, |frequency| {
-        record_rod(*frequency, args.point, args.t_end, &progress)
+        record_rod(*frequency, args.point, course)
     })
     .into_iter()
     .collect::<anyhow::Result<_>>()?;
@@ -189,22 +212,24 @@ pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
     };
     let runs = parallel::map(&cases, threads, |case| {
         let recording = Arc::clone(&recordings[case.drive]);
-        replay(&case.setup, recording, args.t_end, &progress)
+        replay(&case.setup, recording, course)
     });
     let (mut results, mut exit) = (Vec::new(), Exit::Done);
     for (case, run) in cases.iter().zip(runs) {
         let run = run?;
-        // What did not reach its end has not settled: it is left out.
-        match (run.exit(), run.settled()) {
-            (Exit::Done, Some(settled)) => results.push(Outcome {
-                frequency: case.frequency,
-                setup: case.setup.clone(),
-                synchrony: criterion.judge(&settled, case.frequency),
-                run: serde_json::to_value(run.json())?,
-                settled,
-            }),
-            (unfinished, _) => exit = unfinished,
+        if run.exit() != Exit::Done {
+            exit = run.exit();
         }
+        let settled = run.settled().filter(|_| run.exit() == Exit::Done);
+        results.push(Outcome {
+            frequency: case.frequency,
+            setup: case.setup.clone(),
+            verdict: settled.map(|settled| Verdict {
+                settled,
+                synchrony: criterion.judge(&settled, case.frequency),
+            }),
+            run: serde_json::to_value(run.json())?,
+        });
     }
     report::give(args, &results)?;
     Ok(exit)

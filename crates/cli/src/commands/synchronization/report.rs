@@ -1,11 +1,11 @@
 //! The sweep as text, CSV, JSON and picture.
 
-use myovib_model::coupling::Synchrony;
+use myovib_model::coupling::{Settling, Synchrony};
 use myovib_oscillators::Settled;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::{Outcome, SynchronizationArgs};
+use super::{Outcome, SynchronizationArgs, Verdict};
 use crate::experiments::{ChainSetup, SettledJson, rod_json};
 use crate::picture;
 use crate::plot::heat_map::Cell as MapCell;
@@ -29,10 +29,11 @@ struct CaseJson<'a> {
     rod: Map<String, Value>,
     #[serde(flatten)]
     run: &'a Value,
-    settled: SettledJson,
-    follows: bool,
-    coherent: bool,
-    locked: bool,
+    /// These four are null for a run that stopped.
+    settled: Option<SettledJson>,
+    follows: Option<bool>,
+    coherent: Option<bool>,
+    locked: Option<bool>,
 }
 
 #[derive(Serialize)]
@@ -82,12 +83,12 @@ pub(super) fn give(args: &SynchronizationArgs, results: &[Outcome]) -> anyhow::R
         args.png,
     )?;
     let mut text = table(results).render(coloured_stdout());
+    let verdicts = || results.iter().filter_map(|result| result.verdict);
+    let window = verdicts().next().map_or(0.0, |one| one.settled.window);
     text += &format!(
         "\nlocked: the centroid slips less than {} turns against the drive in the last {} s, and \
          |χ| ≥ {}\n",
-        args.slip,
-        results.first().map_or(0.0, |result| result.settled.window),
-        args.coherence
+        args.slip, window, args.coherence
     );
     text += &format!("{}\n", files.join(", "));
     args.common.give("synchronization", &text, &document)
@@ -97,14 +98,22 @@ fn flag(value: bool) -> f64 {
     f64::from(u8::from(value))
 }
 
+/// The case, and what it settled to; NaN where it stopped.
 fn row(result: &Outcome) -> Vec<f64> {
-    let (setup, settled, state) = (&result.setup, &result.settled, result.synchrony);
+    let setup = &result.setup;
+    let case = [result.frequency, setup.width, setup.coupling, setup.gamma];
+    let settled = result.verdict.map_or([f64::NAN; 10], values);
+    case.into_iter().chain(settled).collect()
+}
+
+fn values(
+    Verdict {
+        settled,
+        synchrony: state,
+    }: Verdict,
+) -> [f64; 10] {
     let (psi, chi) = (settled.centroid, settled.phase);
-    vec![
-        result.frequency,
-        setup.width,
-        setup.coupling,
-        setup.gamma,
+    [
         psi.mean,
         psi.min,
         psi.max,
@@ -132,39 +141,49 @@ fn table(results: &[Outcome]) -> Table {
         ("state", Align::Left),
     ]);
     for result in results {
-        let (setup, settled) = (&result.setup, &result.settled);
-        let (psi, chi) = (settled.centroid, settled.phase);
-        let tone = if result.synchrony.is_locked() {
-            Tone::Good
-        } else {
-            Tone::Plain
+        let setup = &result.setup;
+        let case = [result.frequency, setup.width, setup.coupling, setup.gamma];
+        let case = case.map(|value| Cell::from(value.to_string()));
+        let state = match result.verdict {
+            None => [(); 5]
+                .map(|()| Cell::from("–"))
+                .into_iter()
+                .chain([Cell::new("stopped", Tone::Bad)])
+                .collect::<Vec<_>>(),
+            Some(Verdict { settled, synchrony }) => {
+                let (psi, chi) = (settled.centroid, settled.phase);
+                let tone = match synchrony.is_locked() {
+                    true => Tone::Good,
+                    false => Tone::Plain,
+                };
+                vec![
+                    format!("{:.3}", psi.mean).into(),
+                    format!("[{:.3}, {:.3}]", psi.min, psi.max).into(),
+                    format!("{:.3}", chi.mean).into(),
+                    format!("[{:.3}, {:.3}]", chi.min, chi.max).into(),
+                    format!("{:.3}", settled.frequency.mean).into(),
+                    Cell::new(synchrony.name(), tone),
+                ]
+            }
         };
-        table.row([
-            format!("{}", result.frequency).into(),
-            format!("{}", setup.width).into(),
-            format!("{}", setup.coupling).into(),
-            format!("{}", setup.gamma).into(),
-            format!("{:.3}", psi.mean).into(),
-            format!("[{:.3}, {:.3}]", psi.min, psi.max).into(),
-            format!("{:.3}", chi.mean).into(),
-            format!("[{:.3}, {:.3}]", chi.min, chi.max).into(),
-            format!("{:.3}", settled.frequency.mean).into(),
-            Cell::new(result.synchrony.name(), tone),
-        ]);
+        table.row(case.into_iter().chain(state));
     }
     table
 }
 
 fn document<'a>(args: &'a SynchronizationArgs, results: &'a [Outcome]) -> Document<'a> {
-    let case = |result: &'a Outcome| CaseJson {
-        frequency: result.frequency,
-        chain: &result.setup,
-        rod: rod_json(args.point, result.frequency),
-        run: &result.run,
-        settled: result.settled.into(),
-        follows: result.synchrony.follows,
-        coherent: result.synchrony.coherent,
-        locked: result.synchrony.is_locked(),
+    let case = |result: &'a Outcome| {
+        let state = result.verdict.map(|verdict| verdict.synchrony);
+        CaseJson {
+            frequency: result.frequency,
+            chain: &result.setup,
+            rod: rod_json(args.point, result.frequency),
+            run: &result.run,
+            settled: result.verdict.map(|verdict| verdict.settled.into()),
+            follows: state.map(|state| state.follows),
+            coherent: state.map(|state| state.coherent),
+            locked: state.map(|state| state.is_locked()),
+        }
     };
     Document {
         oscillators: args.oscillators,
@@ -183,11 +202,11 @@ fn document<'a>(args: &'a SynchronizationArgs, results: &'a [Outcome]) -> Docume
 /// Curves over γ; with several frequencies of the drive, also a map of the states.
 fn figure(args: &SynchronizationArgs, results: &[Outcome]) -> Figure {
     let mut panels: Vec<Box<dyn Panel>> = Vec::new();
-    type Quantity = fn(&Outcome) -> Settled;
+    type Quantity = fn(&Settling) -> Settled;
     let quantities: [(&str, &str, Quantity); 3] = [
-        ("|Ψ|", "", |result| result.settled.centroid),
-        ("|χ|", "", |result| result.settled.phase),
-        ("centroid", "Hz", |result| result.settled.frequency),
+        ("|Ψ|", "", |settled| settled.centroid),
+        ("|χ|", "", |settled| settled.phase),
+        ("centroid", "Hz", |settled| settled.frequency),
     ];
     let several_drives = args.frequency.len() > 1;
     let several_curves = chunks(results).count() > 1;
@@ -196,9 +215,15 @@ fn figure(args: &SynchronizationArgs, results: &[Outcome]) -> Figure {
         let named = |name: String| if i == 0 { name } else { String::new() };
         let mut series = Vec::new();
         for chunk in chunks(results) {
-            let gamma: Vec<f64> = chunk.iter().map(|result| result.setup.gamma).collect();
+            // What stopped has no point on its curve.
+            let settled = |result: &Outcome| {
+                let verdict = result.verdict?;
+                Some((result.setup.gamma, value(&verdict.settled)))
+            };
+            let (gamma, settled): (Vec<f64>, Vec<Settled>) =
+                chunk.iter().filter_map(settled).unzip();
             let curve = |name: String, part: fn(Settled) -> f64| {
-                let values: Vec<f64> = chunk.iter().map(|result| part(value(result))).collect();
+                let values: Vec<f64> = settled.iter().copied().map(part).collect();
                 Series::curve(named(name), &gamma, &values)
             };
             if several_curves {
@@ -221,8 +246,7 @@ fn figure(args: &SynchronizationArgs, results: &[Outcome]) -> Figure {
             ..LinePlot::default()
         }));
     }
-    // An interrupted sweep leaves gaps, which a grid does not show.
-    if several_drives && results.len().is_multiple_of(args.gamma.len()) {
+    if several_drives {
         panels.push(Box::new(map(args, results)));
     }
     Figure {
@@ -265,8 +289,12 @@ fn map(args: &SynchronizationArgs, results: &[Outcome]) -> HeatMap {
         cells: results
             .iter()
             .map(|result| MapCell {
-                category: category(result.synchrony),
-                text: format!("{:.2}", result.settled.phase.mean),
+                category: result
+                    .verdict
+                    .and_then(|verdict| category(verdict.synchrony)),
+                text: result.verdict.map_or("stopped".into(), |verdict| {
+                    format!("{:.2}", verdict.settled.phase.mean)
+                }),
             })
             .collect(),
         categories: STATES.map(|(name, c)| (name.to_owned(), c)).into(),

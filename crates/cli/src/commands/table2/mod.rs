@@ -11,7 +11,7 @@ use anyhow::Context;
 use clap::Args;
 use myovib_model::{Field, IntegratorKind, LinearSolver, MultiplierWeights, paper};
 
-use crate::args::{CommonArgs, check_folder};
+use crate::args::{self, CommonArgs, check_folder};
 use crate::error::InputError;
 use crate::exit::Exit;
 use crate::{atomic_file, mesh_file};
@@ -38,7 +38,7 @@ pub struct Table2Args {
     pub mesh: Option<PathBuf>,
 
     /// Integrator: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`, `radau9`, `radau13`.
-    #[arg(long, value_name = "NAME", default_value = "ida", value_parser = integrator)]
+    #[arg(long, value_name = "NAME", default_value = "ida", value_parser = args::integrator)]
     pub integrator: IntegratorKind,
 
     /// End time in s.
@@ -88,16 +88,6 @@ pub struct Table2Args {
     /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
-}
-
-fn integrator(name: &str) -> Result<IntegratorKind, String> {
-    IntegratorKind::ALL
-        .into_iter()
-        .find(|kind| kind.name() == name)
-        .ok_or_else(|| {
-            let names = IntegratorKind::ALL.map(IntegratorKind::name).join(", ");
-            format!("`{name}` is no integrator: {names}")
-        })
 }
 
 fn linear_solver(name: &str) -> Result<LinearSolver, String> {
