@@ -1,17 +1,16 @@
 //! The options every command has.
 
-use std::convert::Infallible;
 use std::io::{self, Write};
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
-use std::str::FromStr;
+use std::path::Path;
 
 use clap::Args;
 use myovib_model::IntegratorKind;
 use serde::Serialize;
 
 use crate::error::InputError;
-use crate::{json, machine};
+use crate::json::{self, JsonTarget};
+use crate::machine;
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
@@ -28,27 +27,6 @@ pub struct CommonArgs {
     /// Threads to use [default: all cores].
     #[arg(long, value_name = "N")]
     pub threads: Option<NonZeroUsize>,
-}
-
-/// Where a JSON document goes.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum JsonTarget {
-    /// Standard output.
-    Stdout,
-    /// A file.
-    File(PathBuf),
-}
-
-impl FromStr for JsonTarget {
-    type Err = Infallible;
-
-    fn from_str(text: &str) -> Result<Self, Infallible> {
-        Ok(if text == "-" {
-            Self::Stdout
-        } else {
-            Self::File(text.into())
-        })
-    }
 }
 
 impl CommonArgs {

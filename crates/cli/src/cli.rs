@@ -117,7 +117,7 @@ impl Command {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::args::JsonTarget;
+    use crate::json::JsonTarget;
 
     #[test]
     fn clap_finds_no_contradiction() {

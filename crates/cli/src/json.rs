@@ -1,13 +1,36 @@
 //! JSON documents: the envelope all of them share.
 
+use std::convert::Infallible;
 use std::io::{self, Write};
+use std::path::PathBuf;
+use std::str::FromStr;
 
 use anyhow::Context;
 use serde::{Serialize, Serializer};
 
-use crate::args::JsonTarget;
 use crate::atomic_file;
 use crate::versions::Versions;
+
+/// Where a JSON document goes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum JsonTarget {
+    /// Standard output.
+    Stdout,
+    /// A file.
+    File(PathBuf),
+}
+
+impl FromStr for JsonTarget {
+    type Err = Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Infallible> {
+        Ok(if text == "-" {
+            Self::Stdout
+        } else {
+            Self::File(text.into())
+        })
+    }
+}
 
 #[derive(Serialize)]
 struct Envelope<'a, T> {

@@ -35,6 +35,19 @@ pub const FIXED_GROUP: &str = "fixed";
 /// Physical group of the edges that carry the surface load.
 pub const LOAD_GROUP: &str = "load";
 
+impl Signal {
+    /// The load of the paper, 8 Hz: `τ_y` of section 3.2 at `amplitude` = 100 Pa, `τ` of the rod
+    /// at `amplitude` = 1.
+    pub fn paper(amplitude: f64) -> Self {
+        Self::RampedSine {
+            amplitude,
+            frequency: LOAD_FREQUENCY,
+            steepness: 10.0,
+            shift: 8.0,
+        }
+    }
+}
+
 /// The muscle on `mesh` with a surface load `(0, τ_y)` that follows `signal` (Pa).
 ///
 /// # Errors

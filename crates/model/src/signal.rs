@@ -64,17 +64,6 @@ pub enum Signal {
 }
 
 impl Signal {
-    /// The load of the paper, 8 Hz: `τ_y` of section 3.2 at `amplitude` = 100 Pa, `τ` of the rod
-    /// at `amplitude` = 1.
-    pub fn paper(amplitude: f64) -> Self {
-        Self::RampedSine {
-            amplitude,
-            frequency: crate::paper::LOAD_FREQUENCY,
-            steepness: 10.0,
-            shift: 8.0,
-        }
-    }
-
     /// The highest frequency of its sines, Hz, if it has any.
     pub fn frequency(&self) -> Option<f64> {
         match self {

@@ -14,7 +14,7 @@ use suitesparse_sys::klu_l_common;
 use sundials_sys::{N_Vector, SUNLinearSolver, SUNMatrix, realtype};
 
 use super::matrix::zeroed_values;
-use super::vector::{view, view_mut, zeroed_mut};
+use super::vector_view::{view, view_mut, zeroed_mut};
 
 /// What a callback answers to IDAS.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,16 +1,13 @@
-//! Serial vectors, and the view of IDAS' own vectors as slices.
+//! Serial vectors that we own.
 
 use std::ptr::NonNull;
-use std::slice;
 
-use sundials_sys::{
-    _generic_N_Vector, N_VConst, N_VDestroy, N_VGetArrayPointer_Serial, N_VGetLength_Serial,
-    N_VNew_Serial, N_Vector,
-};
+use sundials_sys::{_generic_N_Vector, N_VConst, N_VDestroy, N_VNew_Serial, N_Vector};
 
 use super::call::{CallFailed, NULL_RESULT};
 use super::context::Context;
 use super::vector_operations;
+use super::vector_view::{view, view_mut};
 
 /// An owned serial vector, initialised with zeros.
 pub(crate) struct NVector(NonNull<_generic_N_Vector>);
@@ -55,42 +52,4 @@ impl Drop for NVector {
         // SAFETY: ours, freed here only, before its context (see `Ida`).
         unsafe { N_VDestroy(self.raw()) };
     }
-}
-
-/// The entries of a serial vector.
-///
-/// # Safety
-/// `vector` is a valid serial vector of initialised entries, not written to during `'a`.
-pub(crate) unsafe fn view<'a>(vector: N_Vector) -> &'a [f64] {
-    // SAFETY: the vector is serial, the caller's promise.
-    let length = unsafe { N_VGetLength_Serial(vector) } as usize;
-    // SAFETY: as above.
-    let data = unsafe { N_VGetArrayPointer_Serial(vector) };
-    // SAFETY: a serial vector of positive length owns that many doubles; initialised and unwritten
-    // for 'a by the caller's promise.
-    unsafe { slice::from_raw_parts(data, length) }
-}
-
-/// The entries of a serial vector, to write to.
-///
-/// # Safety
-/// As for [`view`], and nothing else reads or writes the entries during `'a`.
-pub(crate) unsafe fn view_mut<'a>(vector: N_Vector) -> &'a mut [f64] {
-    // SAFETY: the vector is serial, the caller's promise.
-    let length = unsafe { N_VGetLength_Serial(vector) } as usize;
-    // SAFETY: as above.
-    let data = unsafe { N_VGetArrayPointer_Serial(vector) };
-    // SAFETY: as in `view`; exclusive for 'a by the caller's promise.
-    unsafe { slice::from_raw_parts_mut(data, length) }
-}
-
-/// The entries of a serial vector that may not be initialised yet, set to zero.
-///
-/// # Safety
-/// As for [`view_mut`], except that the entries need not be initialised.
-pub(crate) unsafe fn zeroed_mut<'a>(vector: N_Vector) -> &'a mut [f64] {
-    // SAFETY: the vector is valid, the caller's promise; this initialises its entries.
-    unsafe { N_VConst(0.0, vector) };
-    // SAFETY: initialised just now; the rest is the caller's promise.
-    unsafe { view_mut(vector) }
 }

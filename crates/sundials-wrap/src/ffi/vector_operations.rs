@@ -10,7 +10,7 @@ use std::slice;
 
 use sundials_sys::{N_VGetArrayPointer_Serial, N_VGetLength_Serial, N_Vector};
 
-use super::vector::{view, view_mut};
+use super::vector_view::{view, view_mut};
 use crate::vector_kernels as kernels;
 
 /// Puts the operations of this module into the table of `vector`, which its clones inherit.
