@@ -172,6 +172,28 @@ fn synchronization_judges_every_combination() {
     );
 }
 
+#[test]
+fn the_muscle_drives_chains_too() {
+    let (_folder, run) = run(
+        "synchronization --body muscle --gamma 1,10000 --t-end 2 --integrator radau9 --json --quiet",
+    );
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let json = document(&run.stdout, "synchronization");
+    let cases = json["cases"].as_array().expect("cases");
+    assert_eq!(json["point"], serde_json::json!([0.0, 0.0]));
+    for case in cases {
+        // The paper's chain on the muscle: five oscillators, two states each.
+        assert_eq!(
+            (&case["body"], &case["unknowns"]),
+            (&"muscle".into(), &10.into())
+        );
+        assert_eq!(case["integrator"], "radau9");
+    }
+    // A drive a millimetre strong is felt at a gain of ten thousand.
+    let strength = |k: usize| cases[k]["settled"]["psi"]["mean"].as_f64().expect("|Ψ|");
+    assert!((strength(1) - strength(0)).abs() > 1e-3);
+}
+
 /// The paper's question, over the full window: at its gain the chain keeps a frequency of its own,
 /// a drive of 6000 takes it over.
 #[test]
@@ -282,6 +304,8 @@ fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
         ("figure 3 --integrator rk4", "`rk4` is no integrator"),
         ("figure 3 --mu inf", "--mu"),
         ("synchronization --t-end 0.01", "--t-end"),
+        ("synchronization --mesh muscle.msh", "--body muscle"),
+        ("synchronization --body muscle --point 0.05", "--point"),
         ("synchronization --frequency 0", "--frequency"),
         ("synchronization --oscillators 0", "at least one oscillator"),
         ("synchronization --point 2", "must be on the rod"),

@@ -39,9 +39,14 @@ impl Signal {
     /// The load of the paper, 8 Hz: `τ_y` of section 3.2 at `amplitude` = 100 Pa, `τ` of the rod
     /// at `amplitude` = 1.
     pub fn paper(amplitude: f64) -> Self {
+        Self::paper_at(amplitude, LOAD_FREQUENCY)
+    }
+
+    /// The same with another frequency, Hz.
+    pub fn paper_at(amplitude: f64, frequency: f64) -> Self {
         Self::RampedSine {
             amplitude,
-            frequency: LOAD_FREQUENCY,
+            frequency,
             steepness: 10.0,
             shift: 8.0,
         }
@@ -98,10 +103,7 @@ pub fn rod() -> Result<RodDae, ModelError> {
 /// # Errors
 /// As [`rod`].
 pub fn rod_driven_at(frequency: f64) -> Result<RodDae, ModelError> {
-    let mut load = Signal::paper(ROD_LOAD_AMPLITUDE);
-    if let Signal::RampedSine { frequency: f, .. } = &mut load {
-        *f = frequency;
-    }
+    let load = Signal::paper_at(ROD_LOAD_AMPLITUDE, frequency);
     Ok(RodDae::new(
         Rod::new(RodData::default())?,
         ROD_END_LOAD,

@@ -6,17 +6,16 @@ use std::sync::Arc;
 use anyhow::Context;
 use myovib_fem::rod::EndLoad;
 use myovib_model::coupling::{
-    Body, CoupledDae, CoupledOptions, ErrorTest, NoBody, Oscillators, Recorder, Recording, Source,
+    Body, CoupledDae, CoupledOptions, ErrorTest, NoBody, Oscillators, Recording, Source,
     StateTolerances, start_coupled,
 };
-use myovib_model::{Limits, Outcome, paper, run};
+use myovib_model::paper;
 use serde_json::{Map, Value, json};
 use sundials_wrap::DaeProblem;
 
 use super::chain_run::{max_order, pair};
+use super::recording::record;
 use super::{ChainRun, ChainSetup, Course};
-use crate::interrupt;
-use crate::watch::Watch;
 
 /// Point and load of the rod under a load of `frequency` Hz, for JSON.
 pub fn rod_json(x: f64, frequency: f64) -> Map<String, Value> {
@@ -54,27 +53,19 @@ pub fn rod_chain(setup: &ChainSetup, x: f64, course: Course) -> anyhow::Result<C
 /// # Errors
 /// A point beside the rod; a run that does not reach its end.
 pub fn record_rod(frequency: f64, x: f64, course: Course) -> anyhow::Result<Arc<Recording>> {
-    let Course {
-        t_end, progress, ..
-    } = course;
     let rod = paper::rod_driven_at(frequency)?;
     let point = rod.displacement_at(x).context("--point")?;
     let dae = CoupledDae::new(rod, Vec::new());
     let n = dae.n_unknowns();
     let test = ErrorTest::of_states(n, StateTolerances::default());
-    let mut recorder = Recorder::new(point, n);
-    let mut watch = Watch::new(format!("rod at {frequency} Hz"), t_end, progress);
-    let mut limits = Limits::new(f64::INFINITY, Some(interrupt::flag()));
     let options = CoupledOptions::of_states(course.integrator);
-    let mut integrator = start_coupled(dae, test, options, t_end, &vec![0.0; n])?;
-    let statistics = run(
+    let mut integrator = start_coupled(dae, test, options, course.t_end, &vec![0.0; n])?;
+    record(
         &mut *integrator,
-        &mut [&mut recorder, &mut watch, &mut limits],
-    )?;
-    if let Outcome::Stopped { message, .. } = statistics.outcome {
-        anyhow::bail!("the rod at {frequency} Hz stopped: {message}");
-    }
-    Ok(Arc::new(recorder.finish()))
+        &format!("rod at {frequency} Hz"),
+        point,
+        course,
+    )
 }
 
 /// A chain alone, driven by a recorded motion.

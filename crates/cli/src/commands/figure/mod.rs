@@ -217,7 +217,7 @@ fn needed<T>(run: &Option<T>) -> anyhow::Result<&T> {
         .context("the run behind this figure was not made")
 }
 
-fn rod_point(point: &[f64]) -> Result<f64, InputError> {
+pub(super) fn rod_point(point: &[f64]) -> Result<f64, InputError> {
     match point {
         [] => Ok(paper::ROD_POINT),
         [x] => Ok(*x),
@@ -225,7 +225,7 @@ fn rod_point(point: &[f64]) -> Result<f64, InputError> {
     }
 }
 
-fn muscle_point(point: &[f64]) -> Result<[f64; 2], InputError> {
+pub(super) fn muscle_point(point: &[f64]) -> Result<[f64; 2], InputError> {
     match point {
         [] => Ok([0.0, 0.0]),
         [x, y] => Ok([*x, *y]),

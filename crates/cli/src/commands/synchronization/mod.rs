@@ -2,26 +2,28 @@
 //!
 //! The paper's question, answered by sweeps: for each gain γ, width of the frequencies, coupling D
 //! and frequency of the drive, the settled |Ψ|, |χ| and frequency of the centroid, and whether the
-//! chain is locked to the drive. The rod moves the same whatever the chain does, so it is
+//! chain is locked to the drive. The body moves the same whatever the chain does, so it is
 //! integrated once per drive frequency, and its motion replayed to the chains.
 
+mod driver;
 mod report;
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use clap::Args;
+use myovib_model::IntegratorKind;
 use myovib_model::coupling::{LockCriterion, Recording, Settling, Synchrony};
-use myovib_model::{IntegratorKind, paper};
 use serde_json::Value;
 
 use crate::args::{self, CommonArgs};
 use crate::error::InputError;
 use crate::exit::Exit;
+use crate::experiments::replay;
 use crate::experiments::{ChainArgs, ChainSetup, Course, EVERY, GeneratorName, ReachName};
-use crate::experiments::{record_rod, replay};
 use crate::parallel;
 use crate::progress::Progress;
+use driver::{BodyName, Driver};
 
 /// Options of `myovib synchronization`.
 #[derive(Debug, Args)]
@@ -31,12 +33,22 @@ use crate::progress::Progress;
     myovib synchronization\n  \
     myovib synchronization --gamma 1,6000 --t-end 60\n  \
     myovib synchronization --gamma 1000,4000,6000 --width 0.05,0.5 --coupling 1,3\n  \
-    myovib synchronization --gamma 250,1000,4000 --frequency 7,7.5,8,8.5 --json\n\n\
-    The rod is integrated once per frequency, and its motion replayed to each chain.\n\
+    myovib synchronization --gamma 250,1000,4000 --frequency 7,7.5,8,8.5 --json\n  \
+    myovib synchronization --body muscle --point 0.02,0 --gamma 1,1000,10000 --integrator radau9\n\n\
+    The body is integrated once per frequency, and its motion replayed to each chain.\n\
     Locked: over the trailing window the centroid's mean frequency differs from the drive's by\n\
     less than `--slip` turns per window, and |χ| never falls below `--coherence`."
 )]
 pub struct SynchronizationArgs {
+    /// What drives the chain.
+    #[arg(long, value_enum, default_value_t = BodyName::Rod)]
+    pub body: BodyName,
+
+    /// Mesh of the muscle (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the
+    /// built-in spindle].
+    #[arg(long, value_name = "FILE")]
+    pub mesh: Option<PathBuf>,
+
     /// Gains γ of the forcing.
     #[arg(
         long,
@@ -46,8 +58,9 @@ pub struct SynchronizationArgs {
     )]
     pub gamma: Vec<f64>,
 
-    /// Half widths of the interval of natural frequencies, rad/s.
-    #[arg(long, value_name = "W,…", value_delimiter = ',', default_values_t = [0.05])]
+    /// Half widths of the interval of natural frequencies, rad/s [default: 0.05 on the rod, 0.5 on
+    /// the muscle].
+    #[arg(long, value_name = "W,…", value_delimiter = ',')]
     pub width: Vec<f64>,
 
     /// Couplings D of neighbours.
@@ -58,9 +71,9 @@ pub struct SynchronizationArgs {
     #[arg(long, value_name = "F,…", value_delimiter = ',', default_values_t = [8.0])]
     pub frequency: Vec<f64>,
 
-    /// Number of oscillators.
-    #[arg(long, value_name = "N", default_value_t = 20)]
-    pub oscillators: usize,
+    /// Number of oscillators [default: 20 on the rod, 5 on the muscle].
+    #[arg(long, value_name = "N")]
+    pub oscillators: Option<usize>,
 
     /// Generator of the natural frequencies: matlab, chacha8.
     #[arg(long, value_name = "NAME", default_value_t)]
@@ -74,15 +87,16 @@ pub struct SynchronizationArgs {
     #[arg(long, value_enum, default_value_t = ReachName::All)]
     pub reach: ReachName,
 
-    /// Place on the rod that drives the chain.
-    #[arg(long, value_name = "X", default_value_t = paper::ROD_POINT)]
-    pub point: f64,
+    /// Where the chain is driven: X on the rod [default: 0.05], X,Y in the muscle [default: 0,0].
+    #[arg(long, value_name = "POINT", value_delimiter = ',')]
+    pub point: Vec<f64>,
 
-    /// End time of each run, s; near the onset of entrainment transients last 150 s.
-    #[arg(long, value_name = "T", default_value_t = 200.0)]
-    pub t_end: f64,
+    /// End time of each run, s; near the onset of entrainment transients last 150 s [default: 200
+    /// with the rod, 50 with the muscle].
+    #[arg(long, value_name = "T")]
+    pub t_end: Option<f64>,
 
-    /// Integrator of rod and chains: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`,
+    /// Integrator of body and chains: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`,
     /// `radau9`, `radau13`.
     #[arg(long, value_name = "NAME", default_value = "ida", value_parser = args::integrator)]
     pub integrator: IntegratorKind,
@@ -134,6 +148,24 @@ struct Verdict {
 }
 
 impl SynchronizationArgs {
+    fn t_end(&self) -> f64 {
+        let (_, _, default) = self.body.defaults();
+        self.t_end.unwrap_or(default)
+    }
+
+    fn oscillators(&self) -> usize {
+        let (default, _, _) = self.body.defaults();
+        self.oscillators.unwrap_or(default)
+    }
+
+    fn widths(&self) -> Vec<f64> {
+        let (_, default, _) = self.body.defaults();
+        match &self.width[..] {
+            [] => vec![default],
+            given => given.to_vec(),
+        }
+    }
+
     fn check(&self) -> Result<(), InputError> {
         let positive = |option, value: f64| {
             if value > 0.0 && value.is_finite() {
@@ -143,11 +175,11 @@ impl SynchronizationArgs {
             Err(error.found(value).allowed("a finite number above 0"))
         };
         // Two samples make a frequency, in half of the run.
-        let shortest = 4.0 * EVERY;
-        if !(self.t_end >= shortest && self.t_end.is_finite()) {
+        let (shortest, t_end) = (4.0 * EVERY, self.t_end());
+        if !(t_end >= shortest && t_end.is_finite()) {
             let error = InputError::new("value out of range").at("--t-end");
             let allowed = format!("a finite number, {shortest} at least (s)");
-            return Err(error.found(self.t_end).allowed(allowed));
+            return Err(error.found(t_end).allowed(allowed));
         }
         positive("--slip", self.slip)?;
         positive("--coherence", self.coherence)?;
@@ -160,12 +192,10 @@ impl SynchronizationArgs {
     fn cases(&self) -> Result<Vec<Case>, InputError> {
         let mut cases = Vec::new();
         for (drive, &frequency) in self.frequency.iter().enumerate() {
-            for &width in &self.width {
+            for width in self.widths() {
                 for &coupling in &self.coupling {
                     for &gamma in &self.gamma {
                         let chain = ChainArgs {
-                            oscillators: Some(self.oscillators),
-                            width: Some(width),
                             generator: Some(self.generator),
                             seed: Some(self.seed),
                             gamma: Some(gamma),
@@ -175,7 +205,7 @@ impl SynchronizationArgs {
                         };
                         cases.push(Case {
                             frequency,
-                            setup: chain.setup(self.oscillators, width)?,
+                            setup: chain.setup(self.oscillators(), width)?,
                             drive,
                         });
                     }
@@ -193,16 +223,17 @@ impl SynchronizationArgs {
 pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
     args.check()?;
     args.common.check()?;
+    let driver = Driver::new(args)?;
     let cases = args.cases()?;
     let progress = Mutex::new(Progress::new(args.common.quiet));
     let course = Course {
-        t_end: args.t_end,
+        t_end: args.t_end(),
         integrator: args.integrator,
         progress: &progress,
     };
     let threads = args.common.n_threads();
     let recordings: Vec<Arc<Recording>> = parallel::map(&args.frequency, threads, |frequency| {
-        record_rod(*frequency, args.point, course)
+        driver.record(*frequency, course)
     })
     .into_iter()
     .collect::<anyhow::Result<_>>()?;
@@ -231,6 +262,6 @@ pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
             run: serde_json::to_value(run.json())?,
         });
     }
-    report::give(args, &results)?;
+    report::give(args, &driver, &results)?;
     Ok(exit)
 }

@@ -5,8 +5,9 @@ use myovib_oscillators::Settled;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use super::driver::Driver;
 use super::{Outcome, SynchronizationArgs, Verdict};
-use crate::experiments::{ChainSetup, SettledJson, rod_json};
+use crate::experiments::{ChainSetup, SettledJson};
 use crate::picture;
 use crate::plot::heat_map::Cell as MapCell;
 use crate::plot::{Axis, Colour, Figure, HeatMap, LinePlot, Panel, Series};
@@ -26,7 +27,7 @@ struct CaseJson<'a> {
     #[serde(flatten)]
     chain: &'a ChainSetup,
     #[serde(flatten)]
-    rod: Map<String, Value>,
+    body: Map<String, Value>,
     #[serde(flatten)]
     run: &'a Value,
     /// These four are null for a run that stopped.
@@ -41,7 +42,7 @@ struct Document<'a> {
     oscillators: usize,
     generator: &'a str,
     seed: u32,
-    point: f64,
+    point: Value,
     t_end: f64,
     criterion: CriterionJson,
     cases: Vec<CaseJson<'a>>,
@@ -54,8 +55,12 @@ struct CriterionJson {
 }
 
 /// Writes the files and gives out the table.
-pub(super) fn give(args: &SynchronizationArgs, results: &[Outcome]) -> anyhow::Result<()> {
-    let document = document(args, results);
+pub(super) fn give(
+    args: &SynchronizationArgs,
+    driver: &Driver,
+    results: &[Outcome],
+) -> anyhow::Result<()> {
+    let document = document(args, driver, results);
     let columns = [
         "frequency",
         "width",
@@ -171,13 +176,17 @@ fn table(results: &[Outcome]) -> Table {
     table
 }
 
-fn document<'a>(args: &'a SynchronizationArgs, results: &'a [Outcome]) -> Document<'a> {
+fn document<'a>(
+    args: &'a SynchronizationArgs,
+    driver: &Driver,
+    results: &'a [Outcome],
+) -> Document<'a> {
     let case = |result: &'a Outcome| {
         let state = result.verdict.map(|verdict| verdict.synchrony);
         CaseJson {
             frequency: result.frequency,
             chain: &result.setup,
-            rod: rod_json(args.point, result.frequency),
+            body: driver.json(result.frequency, args.integrator),
             run: &result.run,
             settled: result.verdict.map(|verdict| verdict.settled.into()),
             follows: state.map(|state| state.follows),
@@ -186,11 +195,11 @@ fn document<'a>(args: &'a SynchronizationArgs, results: &'a [Outcome]) -> Docume
         }
     };
     Document {
-        oscillators: args.oscillators,
+        oscillators: args.oscillators(),
         generator: args.generator.0.name(),
         seed: args.seed,
-        point: args.point,
-        t_end: args.t_end,
+        point: driver.point(),
+        t_end: args.t_end(),
         criterion: CriterionJson {
             slip: args.slip,
             coherence: args.coherence,
@@ -267,7 +276,7 @@ fn curve_name(args: &SynchronizationArgs, result: &Outcome) -> String {
     if args.frequency.len() > 1 {
         parts.push(format!("{} Hz", result.frequency));
     }
-    if args.width.len() > 1 {
+    if args.widths().len() > 1 {
         parts.push(format!("±{} rad/s", result.setup.width));
     }
     if args.coupling.len() > 1 {

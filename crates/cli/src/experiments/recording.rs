@@ -1,0 +1,31 @@
+//! A body's motion, integrated once and kept for the chains that follow it.
+
+use std::sync::Arc;
+
+use myovib_model::coupling::{Recorder, Recording};
+use myovib_model::{Displacement, Integrator, Limits, Outcome, run};
+use sundials_wrap::DaeProblem;
+
+use super::Course;
+use crate::interrupt;
+use crate::watch::Watch;
+
+/// Runs a body to the end and keeps the motion of `point`.
+///
+/// # Errors
+/// A run that does not reach its end.
+pub(super) fn record<P: DaeProblem>(
+    integrator: &mut dyn Integrator<P>,
+    name: &str,
+    point: Displacement,
+    course: Course,
+) -> anyhow::Result<Arc<Recording>> {
+    let mut recorder = Recorder::new(point, integrator.problem().n_unknowns());
+    let mut watch = Watch::new(name.to_owned(), course.t_end, course.progress);
+    let mut limits = Limits::new(f64::INFINITY, Some(interrupt::flag()));
+    let statistics = run(integrator, &mut [&mut recorder, &mut watch, &mut limits])?;
+    if let Outcome::Stopped { message, .. } = statistics.outcome {
+        anyhow::bail!("{name} stopped: {message}");
+    }
+    Ok(Arc::new(recorder.finish()))
+}
