@@ -1,7 +1,7 @@
 //! Putting an integrator together.
 
 use num_complex::Complex64;
-use sundials_wrap::{DaeProblem, Tolerances, VariableKind};
+use sundials_wrap::{DaeProblem, Direction, StepError, Tolerances, VariableKind};
 
 use crate::attempt::Jacobian;
 use crate::control::Control;
@@ -10,6 +10,7 @@ use crate::error::{expect_finite, expect_length};
 use crate::error_test::ErrorTest;
 use crate::newton::NewtonSolver;
 use crate::predictor::Predictor;
+use crate::roots::{RootFunctions, Roots};
 use crate::weights::{UserWeights, Weights};
 use crate::work::Counters;
 use crate::{KluMatrices, Method, NewtonMatrices, RadauError, RadauOptions, RadauSolver};
@@ -19,6 +20,7 @@ pub struct RadauBuilder<P> {
     problem: P,
     options: RadauOptions,
     weights: Option<UserWeights>,
+    roots: Option<(Vec<Direction>, Box<RootFunctions<P>>)>,
 }
 
 impl<P: DaeProblem> RadauBuilder<P> {
@@ -27,6 +29,7 @@ impl<P: DaeProblem> RadauBuilder<P> {
             problem,
             options: RadauOptions::default(),
             weights: None,
+            roots: None,
         }
     }
 
@@ -53,6 +56,23 @@ impl<P: DaeProblem> RadauBuilder<P> {
         weights: impl FnMut(&[f64], &mut [f64]) + Send + 'static,
     ) -> Self {
         self.weights = Some(Box::new(weights));
+        self
+    }
+
+    /// Watches functions g(t, y, ẏ), as many as `directions`, as IDAS does; the integration pauses
+    /// where one crosses zero in its direction. This does not change the steps.
+    ///
+    /// Crossings are located on the dense output. Two of one function between successive nodes of a
+    /// step are not seen.
+    #[must_use]
+    pub fn roots(
+        mut self,
+        directions: impl Into<Vec<Direction>>,
+        functions: impl FnMut(&mut P, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError>
+        + Send
+        + 'static,
+    ) -> Self {
+        self.roots = Some((directions.into(), Box::new(functions)));
         self
     }
 
@@ -89,6 +109,7 @@ impl<P: DaeProblem> RadauBuilder<P> {
             problem,
             options,
             weights,
+            roots,
         } = self;
         let n = problem.n_unknowns();
         let (indices, kinds) = (problem.indices(), problem.kinds());
@@ -119,6 +140,8 @@ impl<P: DaeProblem> RadauBuilder<P> {
                 .filter(|&i| kinds[i] == VariableKind::Algebraic)
                 .collect(),
             weights: Weights::new(weights, powers),
+            roots: roots.map(|(directions, functions)| Roots::new(directions, functions, n)),
+            pause: None,
             y: y0.to_vec(),
             y_dot: y_dot0.to_vec(),
             t: t0,

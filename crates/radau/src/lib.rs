@@ -7,8 +7,8 @@
 //!
 //! Cast: a [`Method`] is the table of coefficients; `NewtonSolver` solves the stage equations, from the start of a `Predictor`, with
 //! some [`NewtonMatrices`] ([`KluMatrices`] unless told otherwise); `ErrorTest` estimates the
-//! error; `Control` chooses h; `Collocation` is the polynomial behind dense output. Options,
-//! outcomes and statistics have the shapes and names they have for IDAS.
+//! error; `Control` chooses h; `Collocation` is the polynomial behind dense output, on which `Roots`
+//! locates events. Options, outcomes and statistics have the shapes and names they have for IDAS.
 //!
 //! # Examples
 //! ```
@@ -66,12 +66,14 @@ mod control;
 mod dense;
 mod error;
 mod error_test;
+mod events;
 mod matrices;
 mod method;
 mod newton;
 mod options;
 mod output;
 mod predictor;
+mod roots;
 mod solver;
 mod weights;
 mod work;

@@ -49,10 +49,10 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     /// [`RadauError::NotFinite`], [`RadauError::TimeBehind`].
     pub fn set_stop_time(&mut self, t: f64) -> Result<(), RadauError> {
         expect_finite("stop_time", &[t])?;
-        if t < self.t {
+        if t < self.t() {
             return Err(RadauError::TimeBehind {
                 t_out: t,
-                t: self.t,
+                t: self.t(),
             });
         }
         self.options.stop_time = Some(t);
@@ -61,17 +61,19 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
 
     /// The time reached.
     pub fn t(&self) -> f64 {
-        self.t
+        self.pause.as_ref().map_or(self.t, |pause| pause.t)
     }
 
     /// The solution there.
     pub fn y(&self) -> &[f64] {
-        &self.y
+        self.pause.as_ref().map_or(&self.y, |pause| &pause.y)
     }
 
-    /// The derivative of the collocation polynomial there; at the start ẏ_0.
+    /// Its derivative there: that of the collocation polynomial, at the start ẏ_0.
     pub fn y_dot(&self) -> &[f64] {
-        &self.y_dot
+        self.pause
+            .as_ref()
+            .map_or(&self.y_dot, |pause| &pause.y_dot)
     }
 
     /// The problem.
@@ -98,6 +100,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     pub fn stats(&self) -> Stats {
         Stats {
             current_step: self.h.unwrap_or(0.0),
+            t_reached: self.t(),
             ..self.counters.stats
         }
     }

@@ -6,10 +6,11 @@ use sundials_wrap::{DaeProblem, Outcome, Stop, StopReason, WorstComponent};
 use crate::attempt::{Attempt, Fatal, Jacobian, Rejection};
 use crate::control::Control;
 use crate::dense::{Collocation, add_scaled};
-use crate::error::expect_finite;
 use crate::error_test::ErrorTest;
+use crate::events::Pause;
 use crate::newton::NewtonSolver;
 use crate::predictor::Predictor;
+use crate::roots::Roots;
 use crate::weights::Weights;
 use crate::work::Counters;
 use crate::{
@@ -54,6 +55,10 @@ pub struct RadauSolver<P, M = KluMatrices> {
     /// The variables whose derivative does not occur in F.
     pub(crate) algebraic: Vec<usize>,
     pub(crate) weights: Weights,
+    /// The functions whose roots are looked for.
+    pub(crate) roots: Option<Roots<P>>,
+    /// Where the integration pauses within the last step.
+    pub(crate) pause: Option<Pause>,
     pub(crate) counters: Counters,
 }
 
@@ -68,7 +73,8 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     /// Takes one step of the size the error allows, towards `t_out`.
     ///
     /// `t_out` gives the scale for the first step; steps may go beyond it, but not beyond the stop
-    /// time. Allocates nothing, except when a step is rejected or pivots are chosen anew.
+    /// time. After a root it looks for more in the rest of the step, and ends there. Allocates nothing,
+    /// except when a step is rejected, pivots are chosen anew, or a root is found.
     ///
     /// # Errors
     /// [`RadauError::TimeBehind`] and other misuse; [`RadauError::Fatal`] when the problem or the
@@ -77,10 +83,10 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
         self.step_within(t_out, self.options.stop_time)
     }
 
-    /// Integrates up to `t_out`, unless the stop time comes first.
+    /// Integrates up to `t_out`, unless a root or the stop time comes first.
     ///
     /// The last step is fitted to end there, because dense output is less accurate than the ends
-    /// of steps.
+    /// of steps; unless a root has interrupted a step that goes beyond `t_out`.
     ///
     /// # Errors
     /// As for [`step`](RadauSolver::step).
@@ -96,15 +102,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     }
 
     /// Takes one step that does not pass `limit`, repeating it until it is accepted.
-    fn step_within(&mut self, t_out: f64, limit: Option<f64>) -> Result<Outcome, RadauError> {
-        expect_finite("t_out", &[t_out])?;
-        if t_out < self.t {
-            return Err(RadauError::TimeBehind { t_out, t: self.t });
-        }
-        let limit = limit.unwrap_or(f64::INFINITY);
-        if limit <= self.t {
-            return Ok(Outcome::StopTime { t: self.t });
-        }
+    pub(crate) fn accepted_step(&mut self, t_out: f64, limit: f64) -> Result<Outcome, RadauError> {
         let steps = self.counters.stats.steps;
         if self
             .options
@@ -262,7 +260,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
         first.min(self.largest_step())
     }
 
-    fn stop(&self, reason: StopReason, message: String) -> Outcome {
+    pub(crate) fn stop(&self, reason: StopReason, message: String) -> Outcome {
         let stats = self.counters.stats;
         let worst = self.error_test.worst(self.weights.scaled(), N_WORST);
         let named = |(index, weighted_error)| WorstComponent {

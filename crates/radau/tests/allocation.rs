@@ -1,9 +1,9 @@
-//! A step allocates nothing.
+//! A step allocates nothing, watching for events included.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_radau::{RadauOptions, RadauSolver};
 use sundials_wrap::samples::{Heat2d, Sample};
-use sundials_wrap::{Outcome, Tolerances};
+use sundials_wrap::{Direction, Outcome, Tolerances};
 
 #[test]
 fn steps_allocate_nothing() {
@@ -18,6 +18,11 @@ fn steps_allocate_nothing() {
     };
     let mut solver = RadauSolver::builder(heat)
         .options(options)
+        .roots([Direction::Both], |_, _, y, _, g| {
+            // Watched, but not met: the temperature stays positive.
+            g[0] = 1.0 + y[0];
+            Ok(())
+        })
         .build(0.0, &start.y, &start.y_dot)
         .unwrap();
     // The first steps choose the pivots.

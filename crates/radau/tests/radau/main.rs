@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod common;
+mod events;
 mod failures;
 mod orders;
 mod published;

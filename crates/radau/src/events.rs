@@ -1,0 +1,94 @@
+//! Steps with pauses: at roots, and at times within a step that a root has interrupted.
+
+use sundials_wrap::{DaeProblem, Outcome, StepError, StopReason};
+
+use crate::error::expect_finite;
+use crate::roots::LastStep;
+use crate::{NewtonMatrices, RadauError, RadauSolver};
+
+/// A time within the last step at which the integration pauses; y and ẏ are those of the dense
+/// output.
+#[derive(Debug)]
+pub(crate) struct Pause {
+    pub(crate) t: f64,
+    pub(crate) y: Vec<f64>,
+    pub(crate) y_dot: Vec<f64>,
+}
+
+impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
+    /// Goes on to the end of one step, to `limit`, or to the first root before either.
+    pub(crate) fn step_within(
+        &mut self,
+        t_out: f64,
+        limit: Option<f64>,
+    ) -> Result<Outcome, RadauError> {
+        expect_finite("t_out", &[t_out])?;
+        let t = self.t();
+        if t_out < t {
+            return Err(RadauError::TimeBehind { t_out, t });
+        }
+        let limit = limit.unwrap_or(f64::INFINITY);
+        if limit <= t {
+            return Ok(Outcome::StopTime { t });
+        }
+        let outcome = match self.pause {
+            None => self.accepted_step(t_out, limit)?,
+            // The step is there already.
+            Some(_) if self.t < limit => Outcome::StepTaken { t: self.t },
+            Some(_) => Outcome::StopTime { t: limit },
+        };
+        match outcome {
+            Outcome::StepTaken { t } | Outcome::StopTime { t } => {
+                self.pause = None;
+                let root = self.root_before(t)?;
+                if t < self.t && self.pause.is_none() {
+                    self.pause_at(t);
+                }
+                Ok(root.unwrap_or(outcome))
+            }
+            other => Ok(other),
+        }
+    }
+
+    /// Pauses at the first root up to `t`, a time in the last step, if there is one.
+    fn root_before(&mut self, t: f64) -> Result<Option<Outcome>, RadauError> {
+        let Some(roots) = &mut self.roots else {
+            return Ok(None);
+        };
+        let last = LastStep {
+            method: &self.method,
+            collocation: &self.collocation,
+        };
+        match roots.next(&mut self.problem, &last, t, &mut self.counters) {
+            Ok(None) => Ok(None),
+            Ok(Some(root)) => {
+                self.pause_at(root.t);
+                Ok(Some(Outcome::Root {
+                    t: root.t,
+                    crossings: root.crossings,
+                }))
+            }
+            Err(StepError::Recoverable(message)) => {
+                Ok(Some(self.stop(StopReason::RootFunctionFailed, message)))
+            }
+            Err(StepError::Fatal(source)) => Err(RadauError::Fatal {
+                function: "root function",
+                t: self.collocation.t0,
+                h: self.collocation.h,
+                source,
+            }),
+        }
+    }
+
+    /// Makes `t`, a time in the last step, the time reached.
+    fn pause_at(&mut self, t: f64) {
+        let at = |derivative| {
+            let mut value = vec![0.0; self.y.len()];
+            self.collocation
+                .evaluate(&self.method, t, derivative, &mut value);
+            value
+        };
+        let (y, y_dot) = (at(0), at(1));
+        self.pause = Some(Pause { t, y, y_dot });
+    }
+}

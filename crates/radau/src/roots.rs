@@ -1,0 +1,209 @@
+//! Events: where functions of the solution cross zero.
+
+use std::fmt;
+
+use sundials_wrap::{DaeProblem, Direction, StepError};
+
+use crate::Method;
+use crate::dense::Collocation;
+use crate::work::Counters;
+
+/// g(t, y, ẏ), written into the last argument.
+pub(crate) type RootFunctions<P> =
+    dyn FnMut(&mut P, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError> + Send;
+
+/// Watches root functions g over the dense output of accepted steps.
+///
+/// A crossing is seen by a change of sign between two nodes of a step (or its ends), since a step of
+/// high order may hold several; it is located to some units of rounding of t. A function that is
+/// zero is not seen to cross until it has left zero.
+pub(crate) struct Roots<P> {
+    directions: Vec<Direction>,
+    functions: Box<RootFunctions<P>>,
+    /// Up to where crossings have been looked for; `None` before the first step.
+    t: Option<f64>,
+    /// g there.
+    low: Vec<f64>,
+    /// g at the end of the interval looked at.
+    high: Vec<f64>,
+    /// g in between.
+    middle: Vec<f64>,
+    y: Vec<f64>,
+    y_dot: Vec<f64>,
+}
+
+impl<P> fmt::Debug for Roots<P> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Roots")
+            .field("directions", &self.directions)
+            .field("t", &self.t)
+            .field("low", &self.low)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The last step, whose polynomial is searched.
+pub(crate) struct LastStep<'a> {
+    pub(crate) method: &'a Method,
+    pub(crate) collocation: &'a Collocation,
+}
+
+/// The first crossing found: for each function 0, or 1 if it crosses rising, −1 if falling.
+pub(crate) struct Crossing {
+    pub(crate) t: f64,
+    pub(crate) crossings: Vec<i32>,
+}
+
+impl<P: DaeProblem> Roots<P> {
+    /// Watches as many functions as there are `directions`, of `n` unknowns.
+    pub(crate) fn new(
+        directions: Vec<Direction>,
+        functions: Box<RootFunctions<P>>,
+        n: usize,
+    ) -> Self {
+        let n_roots = directions.len();
+        Self {
+            directions,
+            functions,
+            t: None,
+            low: vec![0.0; n_roots],
+            high: vec![0.0; n_roots],
+            middle: vec![0.0; n_roots],
+            y: vec![0.0; n],
+            y_dot: vec![0.0; n],
+        }
+    }
+
+    /// The first crossing beyond those found, up to `end`, a time in the last step.
+    pub(crate) fn next(
+        &mut self,
+        problem: &mut P,
+        step: &LastStep<'_>,
+        end: f64,
+        counters: &mut Counters,
+    ) -> Result<Option<Crossing>, StepError> {
+        let Collocation { t0, h, .. } = *step.collocation;
+        if self.t.is_none() {
+            self.evaluate(problem, step, t0, counters)?;
+            self.pass(t0);
+        }
+        let nodes = step.method.nodes().iter().map(|c| t0 + c * h);
+        for node in nodes.filter(|node| *node < end).chain([end]) {
+            if self.t.is_some_and(|t| node <= t) {
+                continue;
+            }
+            self.evaluate(problem, step, node, counters)?;
+            if let Some(crossing) = self.first(problem, step, node, counters)? {
+                return Ok(Some(crossing));
+            }
+            self.pass(node);
+        }
+        Ok(None)
+    }
+
+    /// The first crossing up to `t`, where g is `high`.
+    fn first(
+        &mut self,
+        problem: &mut P,
+        step: &LastStep<'_>,
+        mut t: f64,
+        counters: &mut Counters,
+    ) -> Result<Option<Crossing>, StepError> {
+        let n_roots = self.directions.len();
+        if !(0..n_roots).any(|i| self.crosses(i)) {
+            return Ok(None);
+        }
+        // Each function that crosses moves t to its own crossing, where later ones no longer do.
+        for i in 0..n_roots {
+            if self.crosses(i) {
+                t = self.narrow(i, problem, step, t, counters)?;
+            }
+        }
+        let crossings = (0..n_roots)
+            .map(|i| match self.crosses(i) {
+                true => -(self.low[i].signum() as i32),
+                false => 0,
+            })
+            .collect();
+        self.pass(t);
+        Ok(Some(Crossing { t, crossings }))
+    }
+
+    /// Whether function i crosses zero, in its direction, between `low` and `high`.
+    fn crosses(&self, i: usize) -> bool {
+        let wanted = match self.directions[i] {
+            Direction::Both => self.low[i] != 0.0,
+            Direction::Rising => self.low[i] < 0.0,
+            Direction::Falling => self.low[i] > 0.0,
+        };
+        wanted && changes(self.low[i], self.high[i])
+    }
+
+    /// Shortens the interval up to `t` to one with the first crossing of function i at its end, by
+    /// regula falsi; halving the value of an end that stays twice keeps it from creeping (the
+    /// Illinois rule).
+    fn narrow(
+        &mut self,
+        i: usize,
+        problem: &mut P,
+        step: &LastStep<'_>,
+        t: f64,
+        counters: &mut Counters,
+    ) -> Result<f64, StepError> {
+        let Collocation { t0, h, .. } = *step.collocation;
+        let tolerance = 100.0 * f64::EPSILON * (t0.abs() + h);
+        let (mut from, mut to) = (self.t.unwrap_or(t0), t);
+        let (mut at_from, mut at_to) = (self.low[i], self.high[i]);
+        let mut end_moved = None;
+        while to - from > tolerance && self.high[i] != 0.0 {
+            let secant = to - at_to * (to - from) / (at_to - at_from);
+            let middle = secant.clamp(from + 0.5 * tolerance, to - 0.5 * tolerance);
+            std::mem::swap(&mut self.high, &mut self.middle);
+            self.evaluate(problem, step, middle, counters)?;
+            let end = changes(self.low[i], self.high[i]);
+            let stays = end_moved.replace(end) == Some(end);
+            if end {
+                (to, at_to) = (middle, self.high[i]);
+                at_from *= if stays { 0.5 } else { 1.0 };
+            } else {
+                (from, at_from) = (middle, self.high[i]);
+                at_to *= if stays { 0.5 } else { 1.0 };
+                std::mem::swap(&mut self.high, &mut self.middle);
+            }
+        }
+        Ok(to)
+    }
+
+    /// Evaluates g at `t` into `high`.
+    fn evaluate(
+        &mut self,
+        problem: &mut P,
+        step: &LastStep<'_>,
+        t: f64,
+        counters: &mut Counters,
+    ) -> Result<(), StepError> {
+        step.collocation.evaluate(step.method, t, 0, &mut self.y);
+        step.collocation
+            .evaluate(step.method, t, 1, &mut self.y_dot);
+        counters.stats.root_evaluations += 1;
+        (self.functions)(problem, t, &self.y, &self.y_dot, &mut self.high)?;
+        match self.high.iter().position(|g| !g.is_finite()) {
+            None => Ok(()),
+            Some(i) => Err(StepError::Recoverable(format!(
+                "root function[{i}] = {} at t = {t}",
+                self.high[i]
+            ))),
+        }
+    }
+
+    /// Goes on from `t`, where g is `high`.
+    fn pass(&mut self, t: f64) {
+        self.t = Some(t);
+        std::mem::swap(&mut self.low, &mut self.high);
+    }
+}
+
+/// Whether the sign of a function that was `low` is another, or none, at `high`.
+fn changes(low: f64, high: f64) -> bool {
+    high == 0.0 || (low < 0.0) != (high < 0.0)
+}
