@@ -420,6 +420,17 @@ impl MuscleDae {
             .tangents(&fields, &mut tangents)
             .map_err(recoverable)
     }
+
+    /// a ∂F/∂y + b ∂F/∂ẏ from the matrices of the last update.
+    fn sum_matrices(&mut self, [a, b]: [f64; 2], values: &mut [f64]) {
+        self.counters.matrix_sums += 1;
+        let (matrices, solid) = (&self.matrices, &self.muscle.solid);
+        self.assembly.combine(
+            |[of_value, of_rate]| a * of_value + b * of_rate,
+            |matrix| matrices.values(solid, matrix),
+            values,
+        );
+    }
 }
 
 fn blocks(formulation: Formulation, context: &Context) -> Vec<(Field, Vec<Term>)> {
@@ -504,18 +515,21 @@ impl DaeProblem for MuscleDae {
         values: &mut [f64],
     ) -> Result<(), StepError> {
         self.update_matrices(t, y, y_dot)?;
-        self.counters.matrix_sums += 1;
-        let Self {
-            assembly,
-            matrices,
-            muscle,
-            ..
-        } = self;
-        assembly.combine(
-            |[of_value, of_rate]| a * of_value + b * of_rate,
-            |matrix| matrices.values(&muscle.solid, matrix),
-            values,
-        );
+        self.sum_matrices([a, b], values);
+        Ok(())
+    }
+
+    /// One pass over the elements for both parts.
+    fn jacobian_parts(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        [of_value, of_rate]: [&mut [f64]; 2],
+    ) -> Result<(), StepError> {
+        self.update_matrices(t, y, y_dot)?;
+        self.sum_matrices([1.0, 0.0], of_value);
+        self.sum_matrices([0.0, 1.0], of_rate);
         Ok(())
     }
 

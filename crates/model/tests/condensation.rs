@@ -111,7 +111,8 @@ fn solve_and_measure<T: Number>(
         btf: false,
         ..KluOptions::default()
     };
-    let mut condensed = Condensed::new(plan, options).unwrap();
+    let elimination = Arc::new(plan.elimination(options).unwrap());
+    let mut condensed = Condensed::new(plan, elimination);
     let mut work = LinearWork::default();
     condensed
         .set_up(c, |matrix| dae.matrix_values(matrix), &mut work)

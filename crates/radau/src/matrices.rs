@@ -103,8 +103,8 @@ impl<P: DaeProblem> NewtonMatrices<P> for KluMatrices {
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<(), StepError> {
-        problem.jacobian(t, y, y_dot, 1.0, 0.0, &mut self.jacobian_y)?;
-        problem.jacobian(t, y, y_dot, 0.0, 1.0, &mut self.jacobian_y_dot)
+        let parts = [&mut self.jacobian_y[..], &mut self.jacobian_y_dot];
+        problem.jacobian_parts(t, y, y_dot, parts)
     }
 
     fn set_up(

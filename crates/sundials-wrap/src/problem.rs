@@ -71,6 +71,23 @@ pub trait DaeProblem {
         values: &mut [f64],
     ) -> Result<(), StepError>;
 
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, in the order of the pattern: by two calls of
+    /// [`jacobian`](DaeProblem::jacobian), unless the problem knows how to do it in one pass.
+    ///
+    /// # Errors
+    /// As for [`residual`](DaeProblem::residual).
+    fn jacobian_parts(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        parts: [&mut [f64]; 2],
+    ) -> Result<(), StepError> {
+        let [of_value, of_rate] = parts;
+        self.jacobian(t, y, y_dot, 1.0, 0.0, of_value)?;
+        self.jacobian(t, y, y_dot, 0.0, 1.0, of_rate)
+    }
+
     /// How each variable enters F (IDAS' `id`).
     fn kinds(&self) -> Vec<VariableKind>;
 

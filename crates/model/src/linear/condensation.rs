@@ -19,13 +19,14 @@ use std::ops::Range;
 
 use nalgebra_sparse::pattern::SparsityPattern;
 use sundials_wrap::DaeProblem;
+use sundials_wrap::klu::{KluError, KluOptions};
 
 use crate::assembly::{Assembly, Entry};
 use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::muscle_dae::MuscleDae;
 
-use super::Number;
+use super::{Elimination, Number};
 
 /// p_0 + p_1 c + p_2 c².
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,6 +112,14 @@ pub struct Condensation {
 }
 
 impl Condensation {
+    /// Analyses the pattern that is left, for all matrices with it.
+    ///
+    /// # Errors
+    /// Those of the analysis.
+    pub fn elimination(&self, options: KluOptions) -> Result<Elimination, KluError> {
+        Elimination::new(self.condensed.pattern(), options)
+    }
+
     /// Lays out the elimination for `dae`; `None` where no equation is kinematic.
     pub fn new(dae: &MuscleDae) -> Option<Self> {
         let blocks = dae.blocks();

@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use sundials_wrap::klu::{KluError, KluOptions};
+use sundials_wrap::klu::KluError;
 
 use super::sparse_system::multiply_subtract;
-use super::{Condensation, LinearWork, Number, SparseSystem};
+use super::{Condensation, Elimination, LinearWork, Number, SparseSystem};
 use crate::matrix::Matrix;
 
 /// The condensed Newton matrix ∂F/∂y + c ∂F/∂ẏ, its factors and workspace.
 ///
-/// Several of them, real and complex, can share one [`Condensation`]. After the first set-up
+/// Several of them, real and complex, share one [`Condensation`] and one [`Elimination`]. After the first set-up
 /// neither a set-up nor a solve allocates.
 #[derive(Debug)]
 pub struct Condensed<T: Number> {
@@ -24,20 +24,18 @@ pub struct Condensed<T: Number> {
 }
 
 impl<T: Number> Condensed<T> {
-    /// Analyses the pattern that is left.
-    ///
-    /// # Errors
-    /// Those of the analysis.
-    pub fn new(plan: Arc<Condensation>, options: KluOptions) -> Result<Self, KluError> {
-        let (condensed, coupling) = (plan.condensed.pattern(), plan.coupling.pattern());
-        Ok(Self {
-            system: SparseSystem::new(condensed, options)?,
+    /// Room for the matrix of a `plan` and its factors; `elimination` is that of
+    /// [`Condensation::elimination`].
+    pub fn new(plan: Arc<Condensation>, elimination: Arc<Elimination>) -> Self {
+        let coupling = plan.coupling.pattern();
+        Self {
+            system: SparseSystem::new(elimination),
             coupling: vec![T::zero(); coupling.nnz()],
             c: T::zero(),
             kinematic: vec![T::zero(); coupling.major_dim()],
-            unknowns: vec![T::zero(); condensed.major_dim()],
+            unknowns: vec![T::zero(); plan.condensed.pattern().major_dim()],
             plan,
-        })
+        }
     }
 
     /// Forms and factorises the matrix for `c` from the `values` of the muscle's matrices.

@@ -38,6 +38,16 @@ fn network_jacobians<B: DaeProblem>(dae: &CoupledDae<B>) -> Vec<NetworkJacobian>
         .collect()
 }
 
+/// Analyses the matrices J_o of all networks.
+fn analyses<B: DaeProblem>(
+    dae: &CoupledDae<B>,
+    options: KluOptions,
+) -> Result<Vec<Symbolic>, KluError> {
+    (0..dae.n_networks())
+        .map(|k| Symbolic::analyze(dae.oscillators(k).network().jacobian_pattern(), options))
+        .collect()
+}
+
 /// Evaluates the Jacobians of all networks at the state `y` of the whole system.
 fn evaluate_networks<B: DaeProblem>(
     dae: &CoupledDae<B>,
@@ -58,15 +68,14 @@ struct NetworkFactors<T: Number> {
 }
 
 impl<T: Number> NetworkFactors<T> {
-    fn new<B: DaeProblem>(dae: &CoupledDae<B>, options: KluOptions) -> Result<Self, KluError> {
-        let networks = (0..dae.n_networks()).map(|k| {
-            let pattern = dae.oscillators(k).network().jacobian_pattern();
-            let symbolic = Symbolic::analyze(pattern, options)?;
-            Ok((vec![T::zero(); pattern.nnz()], Factors::new(symbolic)))
-        });
-        Ok(Self {
-            networks: networks.collect::<Result<_, KluError>>()?,
-        })
+    fn new(analyses: &[Symbolic]) -> Self {
+        let room = |symbolic: &Symbolic| {
+            let values = vec![T::zero(); symbolic.nnz()];
+            (values, Factors::new(symbolic.clone()))
+        };
+        Self {
+            networks: analyses.iter().map(room).collect(),
+        }
     }
 
     /// Factorises ∂F_o/∂s + c ∂F_o/∂ṡ.
@@ -116,7 +125,7 @@ impl<S> CoupledSolver<S> {
         Ok(Self {
             body,
             jacobians: network_jacobians(dae),
-            factors: NetworkFactors::new(dae, options)?,
+            factors: NetworkFactors::new(&analyses(dae, options)?),
         })
     }
 }
@@ -165,13 +174,12 @@ impl<M> CoupledMatrices<M> {
         method: &Method,
     ) -> Result<Self, KluError> {
         let modes = method.complex_modes().iter();
+        let analyses = analyses(dae, options)?;
         Ok(Self {
             body,
             jacobians: network_jacobians(dae),
-            real: NetworkFactors::new(dae, options)?,
-            complex: modes
-                .map(|_| NetworkFactors::new(dae, options))
-                .collect::<Result<_, _>>()?,
+            real: NetworkFactors::new(&analyses),
+            complex: modes.map(|_| NetworkFactors::new(&analyses)).collect(),
         })
     }
 }

@@ -31,12 +31,13 @@ impl CondensedMatrices {
         let Some(plan) = Condensation::new(dae).map(Arc::new) else {
             return Ok(None);
         };
+        let elimination = Arc::new(plan.elimination(options)?);
         let complex = method.complex_modes().iter();
         Ok(Some(Self {
-            real: Condensed::new(plan.clone(), options)?,
             complex: complex
-                .map(|_| Condensed::new(plan.clone(), options))
-                .collect::<Result<_, _>>()?,
+                .map(|_| Condensed::new(plan.clone(), elimination.clone()))
+                .collect(),
+            real: Condensed::new(plan, elimination),
         }))
     }
 }

@@ -40,12 +40,36 @@ pub struct LinearWork {
     pub largest_backward_error: f64,
 }
 
+/// The pattern of a matrix and the order in which it is eliminated: all that real and complex
+/// matrices with that pattern share.
+#[derive(Debug)]
+pub struct Elimination {
+    pattern: SparsityPattern,
+    symbolic: Symbolic,
+    blocks: Arc<Analysis>,
+}
+
+impl Elimination {
+    /// Analyses the compressed-column `pattern`.
+    ///
+    /// # Errors
+    /// Those of KLU's analysis, whose order of elimination is used.
+    pub fn new(pattern: &SparsityPattern, options: KluOptions) -> Result<Self, KluError> {
+        let symbolic = Symbolic::analyze(pattern, options)?;
+        let blocks = Analysis::new(pattern, &symbolic.column_order(), NEIGHBOURS_BEFORE);
+        Ok(Self {
+            pattern: pattern.clone(),
+            symbolic,
+            blocks: Arc::new(blocks),
+        })
+    }
+}
+
 /// A matrix with a fixed pattern, its factors and workspace.
 #[derive(Debug)]
 pub struct SparseSystem<T: Number> {
-    pattern: SparsityPattern,
+    elimination: Arc<Elimination>,
     values: Vec<T>,
-    symbolic: Symbolic,
     blocks: Supernodal<T>,
     /// KLU, once fixed pivots have failed.
     pivoting: Option<Factors<T>>,
@@ -57,26 +81,23 @@ pub struct SparseSystem<T: Number> {
 }
 
 impl<T: Number> SparseSystem<T> {
-    /// Analyses the compressed-column `pattern`.
-    ///
-    /// # Errors
-    /// Those of KLU's analysis, whose order of elimination is used.
-    pub fn new(pattern: &SparsityPattern, options: KluOptions) -> Result<Self, KluError> {
+    /// Room for a matrix and its factors.
+    pub fn new(elimination: Arc<Elimination>) -> Self {
+        let Elimination {
+            pattern, blocks, ..
+        } = &*elimination;
         let n = pattern.major_dim();
-        let symbolic = Symbolic::analyze(pattern, options)?;
-        let analysis = Analysis::new(pattern, &symbolic.column_order(), NEIGHBOURS_BEFORE);
-        Ok(Self {
-            n_block_entries: analysis.n_entries() as u64,
-            blocks: Supernodal::new(Arc::new(analysis)),
+        Self {
+            n_block_entries: blocks.n_entries() as u64,
+            blocks: Supernodal::new(blocks.clone()),
             pivoting: None,
-            symbolic,
-            pattern: pattern.clone(),
             values: vec![T::zero(); pattern.nnz()],
             check: true,
             rhs: vec![T::zero(); n],
             residual: vec![T::zero(); n],
             scale: vec![0.0; n],
-        })
+            elimination,
+        }
     }
 
     /// The values in the order of the pattern, to be filled before [`renew`](Self::renew).
@@ -102,7 +123,7 @@ impl<T: Number> SparseSystem<T> {
     fn pivot(&mut self, work: &mut LinearWork) -> Result<(), KluError> {
         let factors = self
             .pivoting
-            .get_or_insert_with(|| Factors::new(self.symbolic.clone()));
+            .get_or_insert_with(|| Factors::new(self.elimination.symbolic.clone()));
         factors.renew(&self.values)?;
         let (lower, upper) = factors.current()?.nnz_factors();
         work.factorizations += 1;
@@ -169,11 +190,12 @@ impl<T: Number> SparseSystem<T> {
     /// powers of ten.
     fn backward_error(&mut self, x: &[T]) -> f64 {
         self.residual.copy_from_slice(&self.rhs);
-        multiply_subtract(&self.pattern, &self.values, x, &mut self.residual);
+        let pattern = &self.elimination.pattern;
+        multiply_subtract(pattern, &self.values, x, &mut self.residual);
         for (scale, b) in self.scale.iter_mut().zip(&self.rhs) {
             *scale = b.abs();
         }
-        for ((column, row), a) in self.pattern.entries().zip(&self.values) {
+        for ((column, row), a) in pattern.entries().zip(&self.values) {
             self.scale[row] += a.abs() * x[column].abs();
         }
         let ratios = self.residual.iter().zip(&self.scale);

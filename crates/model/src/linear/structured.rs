@@ -20,10 +20,12 @@ impl CondensedSolver {
     /// # Errors
     /// Those of the analysis.
     pub fn new(dae: &MuscleDae, options: KluOptions) -> Result<Option<Self>, KluError> {
-        Condensation::new(dae)
-            .map(|plan| Condensed::new(Arc::new(plan), options))
-            .transpose()
-            .map(|matrix| matrix.map(|matrix| Self { matrix }))
+        let Some(plan) = Condensation::new(dae) else {
+            return Ok(None);
+        };
+        let elimination = Arc::new(plan.elimination(options)?);
+        let matrix = Condensed::new(Arc::new(plan), elimination);
+        Ok(Some(Self { matrix }))
     }
 }
 

@@ -96,10 +96,8 @@ fn measure(mesh: &Mesh, refinements: u32, t_end: f64) -> anyhow::Result<Level> {
     let residual = fastest(repeats, || dae.residual(0.5, &y, &y_dot, &mut out))?;
 
     let plan = Arc::new(Condensation::new(&dae).expect("(28) has kinematic equations"));
-    let mut matrix = Condensed::<f64>::new(
-        Arc::clone(&plan),
-        myovib_model::ida::options(&dae, &settings).klu,
-    )?;
+    let elimination = plan.elimination(myovib_model::ida::options(&dae, &settings).klu)?;
+    let mut matrix = Condensed::<f64>::new(Arc::clone(&plan), Arc::new(elimination));
     let mut work = LinearWork::default();
     // A first evaluation of a state without meaning would cost what one with it does.
     let jacobian = fastest(5.max(repeats / 10), || dae.update_matrices(0.5, &y, &y_dot))?;
