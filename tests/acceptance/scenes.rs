@@ -246,16 +246,6 @@ fn a_run_with_two_way_coupling_goes_on_from_its_checkpoint() {
 }
 
 #[test]
-fn radau_with_two_way_coupling_is_refused_before_anything_is_written() {
-    let folder = tempfile::tempdir().unwrap();
-    let arguments = ["run", "two-way", "--set", "integrator.method=radau"];
-    let run = myovib_in(folder.path(), &arguments);
-    assert_eq!(run.code, 2, "{}", run.stderr);
-    assert!(run.stderr.contains("take \"bdf\""), "{}", run.stderr);
-    assert!(!folder.path().join("out").exists());
-}
-
-#[test]
 fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
     let folder = tempfile::tempdir().unwrap();
     let common = [

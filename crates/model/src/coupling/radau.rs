@@ -6,6 +6,7 @@ use sundials_wrap::{DaeProblem, IdaOptions, Suppressed, Tolerances};
 use super::body::Body;
 use super::dae::CoupledDae;
 use super::error_test::ErrorTest;
+use super::feedback::FeedbackDae;
 use crate::error::ModelError;
 use crate::ida::IdaIntegrator;
 use crate::linear::CoupledMatrices;
@@ -58,12 +59,6 @@ impl<B: Body> RadauIntegrator<CoupledDae<B>, SystemMatrices<B>> {
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
-        let options = RadauOptions {
-            // What Newton takes its own tolerance from; the weights below replace the others.
-            tolerances: Tolerances::scalar(error_test.smallest_relative(), 0.0),
-            suppressed: Suppressed::Components(error_test.left_out().to_vec()),
-            ..options
-        };
         let method = Method::radau_iia(options.stages)?;
         let of_body = match linear_solver {
             LinearSolver::Condensed => dae.body().condensed_matrices(options.klu, &method)?,
@@ -76,18 +71,53 @@ impl<B: Body> RadauIntegrator<CoupledDae<B>, SystemMatrices<B>> {
                 Box::new(KluMatrices::new(&pattern, options.klu, &method)?)
             }
         };
-        let test = error_test.scaled(|relative| options.internal_factor(relative));
         let time_scale = dae.time_scale();
-        let integrator = Self::with_weights(
-            dae,
-            matrices,
-            options,
-            (t, t_end),
-            (y, y_dot),
-            move |y, w| {
-                test.weights(y, w);
-            },
-        )?;
+        let (times, state) = ((t, t_end), (y, y_dot));
+        let integrator = tested(dae, matrices, error_test, options, times, state)?;
         Ok(integrator.with_time_scale(time_scale))
     }
+}
+
+impl RadauIntegrator<FeedbackDae, KluMatrices> {
+    /// Starts a muscle with feedback from a state with consistent derivatives, over the times
+    /// `[start, end]`, as [`IdaIntegrator::feedback_at`] does.
+    ///
+    /// # Errors
+    /// [`ModelError::Radau`] for options Radau IIA does not take.
+    pub fn feedback_at(
+        dae: FeedbackDae,
+        error_test: ErrorTest,
+        options: RadauOptions,
+        [t, t_end]: [f64; 2],
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Self, ModelError> {
+        let method = Method::radau_iia(options.stages)?;
+        let matrices = KluMatrices::new(&dae.jacobian_pattern(), options.klu, &method)?;
+        let time_scale = dae.one_way().time_scale();
+        let (times, state) = ((t, t_end), (y, y_dot));
+        let integrator = tested(dae, matrices, error_test, options, times, state)?;
+        Ok(integrator.with_time_scale(time_scale))
+    }
+}
+
+/// A system of parts, each of which the error test looks at in its own way.
+fn tested<P: DaeProblem, M: NewtonMatrices<P>>(
+    problem: P,
+    matrices: M,
+    error_test: ErrorTest,
+    options: RadauOptions,
+    times: (f64, f64),
+    state: (&[f64], &[f64]),
+) -> Result<RadauIntegrator<P, M>, ModelError> {
+    let options = RadauOptions {
+        // What Newton takes its own tolerance from; the weights below replace the others.
+        tolerances: Tolerances::scalar(error_test.smallest_relative(), 0.0),
+        suppressed: Suppressed::Components(error_test.left_out().to_vec()),
+        ..options
+    };
+    let test = error_test.scaled(|relative| options.internal_factor(relative));
+    RadauIntegrator::with_weights(problem, matrices, options, times, state, move |y, w| {
+        test.weights(y, w);
+    })
 }

@@ -55,13 +55,7 @@ pub(super) fn muscle_with_feedback(
     body: &Body,
     checkpoint: Option<&Checkpoint>,
 ) -> anyhow::Result<Box<dyn Integrator<FeedbackDae>>> {
-    if scene.file.integrator.method != Method::Bdf {
-        let error = InputError::new("Radau IIA does not integrate a muscle with feedback")
-            .at("integrator.method")
-            .next("take \"bdf\"");
-        return Err(error.into());
-    }
-    let (dae, test, CoupledOptions { ida, .. }) = one_way(scene, body, checkpoint)?;
+    let (dae, test, CoupledOptions { ida, radau, .. }) = one_way(scene, body, checkpoint)?;
     let test = test.with_oscillators(&dae, tolerances(scene));
     let rest = initial_state(scene, &dae);
     let mut dae = FeedbackDae::new(dae, scene.feedbacks.clone());
@@ -74,12 +68,26 @@ pub(super) fn muscle_with_feedback(
             (0.0, rest, y_dot, ida.initial_step)
         }
     };
-    let ida = IdaOptions {
-        initial_step,
-        ..ida
-    };
-    let integrator = IdaIntegrator::feedback_at(dae, test, ida, [t, scene.t_end], &y, &y_dot)?;
-    Ok(Box::new(Advised::new(Box::new(integrator), advice(body))))
+    let times = [t, scene.t_end];
+    let integrator: Box<dyn Integrator<FeedbackDae>> =
+        if scene.file.integrator.method == Method::Bdf {
+            let ida = IdaOptions {
+                initial_step,
+                ..ida
+            };
+            Box::new(IdaIntegrator::feedback_at(
+                dae, test, ida, times, &y, &y_dot,
+            )?)
+        } else {
+            let radau = RadauOptions {
+                initial_step,
+                ..radau
+            };
+            Box::new(RadauIntegrator::feedback_at(
+                dae, test, radau, times, &y, &y_dot,
+            )?)
+        };
+    Ok(Box::new(Advised::new(integrator, advice(body))))
 }
 
 /// A muscle and the chains it drives, with its part of the error test and the options.
