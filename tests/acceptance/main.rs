@@ -7,6 +7,7 @@ mod doctor;
 mod fields;
 mod figures;
 mod harness;
+mod radau;
 mod scene_results;
 mod scenes;
 mod structure;

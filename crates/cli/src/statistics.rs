@@ -1,10 +1,12 @@
 //! The statistics of a run as JSON, under the contract's names, with all settings used.
 
 use std::collections::BTreeMap;
+use std::ops::Add;
 
 use myovib_model::linear::LinearWork;
-use myovib_model::{Formulation, Outcome, Settings, Statistics};
-use serde::Serialize;
+use myovib_model::{Formulation, IntegratorKind, Outcome, Settings, Statistics};
+use myovib_radau::Work;
+use serde::{Deserialize, Serialize};
 use sundials_wrap::klu::Ordering;
 
 /// The counts and the outcome of a run.
@@ -21,6 +23,8 @@ pub struct CountsJson<'a> {
     pub linear_setups: u64,
     pub last_order: u32,
     pub last_step: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radau_work: Option<RadauWorkJson>,
     pub t_reached: f64,
     pub outcome: &'a str,
     pub reason: Option<&'a str>,
@@ -47,12 +51,53 @@ impl<'a> CountsJson<'a> {
             linear_setups: statistics.linear_setups,
             last_order: statistics.last_order,
             last_step: statistics.last_step,
+            radau_work: statistics.radau_work.map(RadauWorkJson::from),
             t_reached: statistics.t_reached,
             outcome: statistics.outcome.name(),
             reason: statistics.outcome.reason().map(|reason| reason.name()),
             message,
             cpu_seconds: statistics.cpu_seconds,
             wall_seconds: statistics.wall_seconds,
+        }
+    }
+}
+
+/// The linear algebra of Radau IIA.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)] // the names are those of Work, documented there
+pub struct RadauWorkJson {
+    pub real_factorizations: u64,
+    pub complex_factorizations: u64,
+    pub real_solves: u64,
+    pub complex_solves: u64,
+}
+
+impl From<Work> for RadauWorkJson {
+    fn from(work: Work) -> Self {
+        let Work {
+            real_factorizations,
+            complex_factorizations,
+            real_solves,
+            complex_solves,
+        } = work;
+        Self {
+            real_factorizations,
+            complex_factorizations,
+            real_solves,
+            complex_solves,
+        }
+    }
+}
+
+impl Add for RadauWorkJson {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            real_factorizations: self.real_factorizations + other.real_factorizations,
+            complex_factorizations: self.complex_factorizations + other.complex_factorizations,
+            real_solves: self.real_solves + other.real_solves,
+            complex_solves: self.complex_solves + other.complex_solves,
         }
     }
 }
@@ -91,6 +136,41 @@ impl LinearWorkJson {
     }
 }
 
+/// The settings that one integrator has and the others have not.
+#[derive(Debug, Clone, Serialize)]
+#[serde(untagged)]
+#[allow(missing_docs)] // the names are the contract's, documented with Settings
+pub enum MethodJson<'a> {
+    Bdf {
+        max_order: u8,
+        delta_cj: f64,
+        multiplier_weights: &'a str,
+        project_every: Option<f64>,
+    },
+    RadauIia {
+        stages: usize,
+        order: u8,
+    },
+}
+
+impl<'a> MethodJson<'a> {
+    /// Those of the integrator of `settings`.
+    pub fn new(settings: &'a Settings) -> Self {
+        Self::radau_iia(settings.integrator).unwrap_or_else(|| Self::Bdf {
+            max_order: settings.max_order,
+            delta_cj: settings.delta_cj,
+            multiplier_weights: settings.multiplier_weights.name(),
+            project_every: settings.project_every,
+        })
+    }
+
+    /// Those of a Radau IIA method.
+    pub fn radau_iia(integrator: IntegratorKind) -> Option<Self> {
+        let (stages, order) = (integrator.stages()?, integrator.order()?);
+        Some(Self::RadauIia { stages, order })
+    }
+}
+
 /// Statistics and settings, to be flattened into a document.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)] // the names are the contract's, documented with Settings
@@ -98,18 +178,16 @@ pub struct StatisticsJson<'a> {
     #[serde(flatten)]
     pub counts: CountsJson<'a>,
     pub integrator: &'a str,
+    #[serde(flatten)]
+    pub method: MethodJson<'a>,
     pub suppressed: Vec<&'a str>,
-    pub multiplier_weights: &'a str,
     pub rtol: f64,
     pub atol: BTreeMap<&'a str, f64>,
-    pub max_order: u8,
-    pub delta_cj: f64,
     pub linear_solver: &'a str,
     pub ordering: &'a str,
     pub btf: bool,
     pub initial_step: Option<f64>,
     pub max_step: Option<f64>,
-    pub project_every: Option<f64>,
     pub t_end: f64,
     /// The seed of random draws; null where nothing is drawn.
     pub seed: Option<u32>,
@@ -125,26 +203,23 @@ impl<'a> StatisticsJson<'a> {
         Self {
             counts: CountsJson::new(statistics),
             integrator: settings.integrator.name(),
+            method: MethodJson::new(settings),
             suppressed: settings
                 .suppressed
                 .iter()
                 .map(|field| field.symbol())
                 .collect(),
-            multiplier_weights: settings.multiplier_weights.name(),
             rtol: settings.relative_tolerance,
             atol: formulation
                 .rows()
                 .iter()
                 .map(|(field, _)| (field.symbol(), settings.absolute_tolerances.of(*field)))
                 .collect(),
-            max_order: settings.max_order,
-            delta_cj: settings.delta_cj,
             linear_solver: settings.linear_solver.name(),
             ordering: ordering_name(settings.ordering),
             btf: settings.btf,
             initial_step: settings.initial_step,
             max_step: settings.max_step,
-            project_every: settings.project_every,
             t_end: settings.t_end,
             seed: None,
         }

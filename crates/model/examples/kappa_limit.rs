@@ -54,7 +54,7 @@ fn motion(
 ) -> Result<Option<Vec<f64>>, ModelError> {
     let muscle = paper::muscle(mesh, kappa, beta)?;
     let origin = Probe::at(muscle.solid.space(), [0.0, 0.0])?;
-    let mut settings = Settings::paper(formulation);
+    let mut settings = Settings::paper(formulation).with_integrator(IntegratorKind::Radau);
     let atol = &mut settings.absolute_tolerances;
     for tolerance in [
         &mut atol.displacement,
@@ -65,7 +65,6 @@ fn motion(
         *tolerance *= 1e-5;
     }
     settings.relative_tolerance = 1e-8;
-    settings.integrator = IntegratorKind::Radau;
     settings.t_end = T_END;
     let dae = MuscleDae::new(muscle, formulation)?;
     let n = dae.n_unknowns();

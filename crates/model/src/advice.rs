@@ -56,7 +56,7 @@ impl Remedy {
             }
             Self::MaxOrder(order) => settings.max_order = settings.max_order.min(*order),
             Self::Reformulate(other, _) => {
-                let defaults = Settings::paper(*other);
+                let defaults = Settings::paper(*other).with_integrator(settings.integrator);
                 settings.suppressed = defaults.suppressed;
                 settings.ordering = defaults.ordering;
                 *formulation = *other;
@@ -153,13 +153,21 @@ impl Advice {
             .collect()
     }
 
-    /// The multipliers of index 2 and more: those to leave out of the error test.
+    /// The multipliers of index 2 and more: those to leave out of the error test of BDF. Radau IIA
+    /// counts their errors by powers of the step.
     pub fn to_leave_out(&self) -> Vec<Field> {
+        if !self.is_bdf() {
+            return Vec::new();
+        }
         let blocks = self.blocks().into_iter();
         blocks
             .filter(|(field, index)| *index >= 2 && !field.is_displacement_like())
             .map(|(field, _)| field)
             .collect()
+    }
+
+    fn is_bdf(&self) -> bool {
+        self.settings.integrator == IntegratorKind::Ida
     }
 
     /// The highest BDF order whose sector of stability holds all modes that the steps do not
@@ -248,9 +256,8 @@ impl Advice {
     }
 
     fn order_bound(&self) -> Option<Remedy> {
-        let bdf = self.settings.integrator == IntegratorKind::Ida;
         let bound = self.max_order();
-        (bdf && self.settings.max_order > bound).then_some(Remedy::MaxOrder(bound))
+        (self.is_bdf() && self.settings.max_order > bound).then_some(Remedy::MaxOrder(bound))
     }
 
     /// What made a run stop, the likeliest first; each finding's remedies alone are to mend it.

@@ -207,10 +207,8 @@ fn cost(
     settings: &Settings,
     f: Option<f64>,
 ) -> Result<Cost, ModelError> {
-    let order = match settings.integrator.stages() {
-        None => settings.max_order.min(advice.max_order()),
-        Some(stages) => 2 * stages as u8 - 1,
-    };
+    let bdf = || settings.max_order.min(advice.max_order());
+    let order = settings.integrator.order().unwrap_or_else(bdf);
     let angle = (settings.relative_tolerance / ERROR_CONSTANT).powf(1.0 / f64::from(order + 1));
     let steps = f.map_or(f64::NAN, |f| settings.t_end * f * TAU / angle);
 

@@ -46,6 +46,12 @@ pub enum ModelError {
     /// The settings of Radau IIA, or a fatal error of the problem under it.
     #[error(transparent)]
     Radau(#[from] myovib_radau::RadauError),
+    /// A setting that Radau IIA does not have.
+    #[error("Radau IIA has no `{setting}`: it is a setting of BDF (IDAS)")]
+    OnlyBdf {
+        /// The setting's name.
+        setting: &'static str,
+    },
     /// Newton's method found no static equilibrium.
     #[error(
         "no static equilibrium: Newton's method failed beyond {reached} of the load even in small load steps"

@@ -339,6 +339,7 @@ impl From<wrap::Stats> for Counts {
             linear_setups: stats.linear_setups,
             last_order: stats.last_order as u32,
             last_step: stats.last_step,
+            radau_work: None,
         }
     }
 }

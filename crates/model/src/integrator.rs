@@ -1,5 +1,6 @@
 //! What the run driver asks of a time integrator; IDAS or Radau IIA.
 
+use myovib_radau::Work;
 use sundials_wrap::DaeProblem;
 
 use crate::advice::{Advice, Advised};
@@ -41,6 +42,7 @@ pub struct Counts {
     pub linear_setups: u64,
     pub last_order: u32,
     pub last_step: f64,
+    pub radau_work: Option<Work>,
 }
 
 /// A variable-step integrator that owns its problem.

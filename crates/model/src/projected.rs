@@ -91,6 +91,7 @@ impl Integrator<MuscleDae> for Projected {
             linear_setups: before.linear_setups + now.linear_setups,
             last_order: now.last_order,
             last_step: now.last_step,
+            radau_work: None,
         }
     }
 

@@ -28,7 +28,7 @@ impl RadauIntegrator<MuscleDae, MuscleMatrices> {
     /// [`IdaIntegrator::from_rest`](crate::IdaIntegrator::from_rest) does.
     ///
     /// # Errors
-    /// [`ModelError::Radau`] for settings Radau IIA does not take.
+    /// [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for settings Radau IIA does not take.
     pub fn from_rest(dae: MuscleDae, settings: &Settings) -> Result<Self, ModelError> {
         let zero = vec![0.0; dae.n_unknowns()];
         Self::starting_at(dae, settings, 0.0, &zero, &zero)
@@ -37,7 +37,7 @@ impl RadauIntegrator<MuscleDae, MuscleMatrices> {
     /// Starts a muscle at time `t` from a state with consistent derivatives.
     ///
     /// # Errors
-    /// [`ModelError::Radau`] for settings Radau IIA does not take.
+    /// [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for settings Radau IIA does not take.
     pub fn starting_at(
         dae: MuscleDae,
         settings: &Settings,
@@ -45,6 +45,7 @@ impl RadauIntegrator<MuscleDae, MuscleMatrices> {
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
+        settings.expect_no_bdf_settings()?;
         let options = options(&dae, settings);
         let matrices = matrices(&dae, &options, settings.linear_solver)?;
         let time_scale = dae.muscle().time_scale();
@@ -188,7 +189,10 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> Integrator<P> for RadauIntegrator<P, M
     }
 
     fn counts(&self) -> Counts {
-        Counts::from(self.solver.stats())
+        Counts {
+            radau_work: Some(self.solver.work()),
+            ..Counts::from(self.solver.stats())
+        }
     }
 
     fn problem(&self) -> &P {

@@ -52,6 +52,7 @@ pub fn run<P>(
         linear_setups: counts.linear_setups,
         last_order: counts.last_order,
         last_step: counts.last_step,
+        radau_work: counts.radau_work,
         t_reached: integrator.time(),
         outcome,
         cpu_seconds: cpu.elapsed().as_secs_f64(),

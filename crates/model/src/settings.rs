@@ -2,6 +2,7 @@
 
 use sundials_wrap::klu::Ordering;
 
+use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
 
@@ -58,7 +59,7 @@ impl IntegratorKind {
         }
     }
 
-    /// The number of stages of a Radau IIA method; its order is twice that, less one.
+    /// The number of stages of a Radau IIA method.
     pub fn stages(self) -> Option<usize> {
         match self {
             Self::Ida => None,
@@ -66,6 +67,11 @@ impl IntegratorKind {
             Self::Radau9 => Some(5),
             Self::Radau13 => Some(7),
         }
+    }
+
+    /// The order of a Radau IIA method, 2s − 1 with s stages.
+    pub fn order(self) -> Option<u8> {
+        self.stages().map(|stages| 2 * stages as u8 - 1)
     }
 }
 
@@ -185,6 +191,23 @@ impl Settings {
             suppressed,
             ..self
         }
+    }
+
+    /// Refuses with Radau IIA what only BDF can do, rather than leave it undone.
+    ///
+    /// # Errors
+    /// [`ModelError::OnlyBdf`].
+    pub fn expect_no_bdf_settings(&self) -> Result<(), ModelError> {
+        let weighted = self.multiplier_weights != MultiplierWeights::Plain;
+        for (setting, given) in [
+            ("multiplier_weights", weighted),
+            ("project_every", self.project_every.is_some()),
+        ] {
+            if given {
+                return Err(ModelError::OnlyBdf { setting });
+            }
+        }
+        Ok(())
     }
 }
 

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use myovib_radau::Work;
+
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
@@ -103,6 +105,8 @@ pub struct Statistics {
     pub last_order: u32,
     /// Size of the last step, s.
     pub last_step: f64,
+    /// The linear algebra of Radau IIA; none with BDF.
+    pub radau_work: Option<Work>,
     /// Time reached, s.
     pub t_reached: f64,
     /// How the run ended.

@@ -3,8 +3,8 @@
 
 use myovib_fem::Mesh;
 use myovib_model::{
-    AbsoluteTolerances, Field, Formulation, IntegratorKind, MuscleDae, Outcome, Settings, Signal,
-    paper, run, start_at_rest,
+    AbsoluteTolerances, Field, Formulation, IntegratorKind, LinearSolver, MuscleDae, Outcome,
+    Settings, Signal, paper, run, start_at_rest,
 };
 use sundials_wrap::DaeProblem;
 
@@ -58,5 +58,27 @@ fn index_3_moves_as_the_reduced_formulations_do() {
             difference < 10.0 * RTOL * size,
             "{formulation:?}: {difference:e} of {size:e}"
         );
+    }
+}
+
+/// ∂F/∂y and ∂F/∂ẏ come from one pass, with and without condensation.
+#[test]
+fn a_jacobian_takes_one_pass_over_the_elements() {
+    let mesh =
+        Mesh::parse_msh(include_str!("../../../data/meshes/block.msh"), "small.msh").unwrap();
+    for linear_solver in [LinearSolver::Condensed, LinearSolver::Full] {
+        let muscle = paper::muscle(&mesh, f64::INFINITY, 0.0).unwrap();
+        let dae = MuscleDae::new(muscle, Formulation::Position).unwrap();
+        let settings = Settings {
+            t_end: 1.0,
+            linear_solver,
+            ..Settings::paper(Formulation::Position).with_integrator(IntegratorKind::Radau)
+        };
+        let mut integrator = start_at_rest(dae, &settings).unwrap();
+        let statistics = run(integrator.as_mut(), &mut []).unwrap();
+        let passes = integrator.problem().counters().tangent_passes;
+        assert_eq!(passes, statistics.jacobian_evaluations);
+        let work = statistics.radau_work.unwrap();
+        assert_eq!(work.real_factorizations, statistics.linear_setups);
     }
 }

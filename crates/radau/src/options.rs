@@ -103,7 +103,8 @@ pub struct RadauOptions {
     /// default max(10 ε/rtol, min(0.03, √rtol)).
     pub newton_tolerance: Option<f64>,
     /// A Jacobian is kept for the next step while Newton contracts at least by this; 0.001 by
-    /// default. Larger where a Jacobian is expensive; 0: a new one in every step.
+    /// default. Larger where a Jacobian is expensive; 0: kept only after
+    /// steps in which one iteration was enough.
     pub jacobian_reuse: f64,
     /// A proposed step whose ratio to the last lies in this interval is not taken: the last h is
     /// kept, and with it the factors; 1 to 1.2 by default.

@@ -119,6 +119,7 @@ impl Scene {
         } = scene_file::read(name, text, overrides)?;
         let t_end = file.time.as_ref().map_or(0.0, |time| time.end);
         let builder = Builder::new(&source, folder, t_end);
+        builder.integrator(&file)?;
         if file.analysis == Analysis::Dynamic && file.time.is_none() {
             return Err(builder.wrong(
                 "",

@@ -6,15 +6,18 @@ use myovib_model::{
 use sundials_wrap::klu::Ordering;
 
 use super::builder::Builder;
-use crate::scene_file::integrator::{Block, Integrator, MultiplierWeightsName, OrderingName};
+use crate::error::InputError;
+use crate::scene_file::SceneFile;
+use crate::scene_file::integrator::{
+    Block, Integrator, Method, MultiplierWeightsName, OrderingName,
+};
 
 impl Builder<'_> {
     /// The settings for a muscle in `formulation`.
     pub(super) fn settings(&self, wanted: &Integrator, formulation: Formulation) -> Settings {
-        let defaults = Settings::paper(formulation);
+        let defaults = Settings::paper(formulation).with_integrator(wanted.method.kind());
         let atol = &wanted.atol;
         Settings {
-            integrator: wanted.method.kind(),
             t_end: self.t_end,
             relative_tolerance: wanted.rtol,
             absolute_tolerances: AbsoluteTolerances {
@@ -43,6 +46,33 @@ impl Builder<'_> {
             project_every: wanted.project_every,
             ..defaults
         }
+    }
+
+    /// Refuses settings that the method, or the integration of chains, does not have: they would
+    /// do nothing.
+    pub(super) fn integrator(&self, file: &SceneFile) -> Result<(), InputError> {
+        let wanted = &file.integrator;
+        let weighted = wanted.multiplier_weights != MultiplierWeightsName::Plain;
+        let given = [
+            ("max_order", wanted.max_order.is_some()),
+            ("multiplier_weights", weighted),
+            ("project_every", wanted.project_every.is_some()),
+        ];
+        for (key, _) in given.into_iter().filter(|(_, given)| *given) {
+            let path = format!("integrator.{key}");
+            if wanted.method != Method::Bdf {
+                let error = InputError::new(format!("Radau IIA has no `{key}`"))
+                    .next(format!("remove `{key}`, or take method = \"bdf\""));
+                return Err(self.wrong(&path, error));
+            }
+            let of_muscle = key != "max_order";
+            if of_muscle && (file.solid.is_none() || !file.chain.is_empty()) {
+                let error = InputError::new(format!("`{key}` is for a muscle without chains"))
+                    .next(format!("remove `{key}`"));
+                return Err(self.wrong(&path, error));
+            }
+        }
+        Ok(())
     }
 }
 

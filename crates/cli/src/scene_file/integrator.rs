@@ -17,8 +17,8 @@ pub struct Integrator {
     pub atol: Atol,
     /// Tolerances of rod and chain, whose response begins near 2e-5.
     pub oscillators: OscillatorTolerances,
-    /// Blocks left out of the error test [default: `["pressure"]` where the pressure has index 1
-    /// or more and `["pressure", "multiplier"]` where there is a multiplier].
+    /// Blocks left out of the error test [default: none with Radau IIA; with BDF `["pressure"]`, and
+    /// `["pressure", "multiplier"]` where there is a multiplier].
     pub suppress: Option<Vec<Block>>,
     /// How the error test weighs multipliers that are in it (BDF, muscle without chains).
     pub multiplier_weights: MultiplierWeightsName,

@@ -39,4 +39,4 @@ pub use no_body::NoBody;
 pub use oscillators::{Oscillators, Source};
 pub use radau::SystemMatrices;
 pub use recording::{Recorder, Recording};
-pub use start::{CoupledOptions, start_coupled, start_coupled_from};
+pub use start::{CoupledOptions, start_coupled, start_coupled_from, start_with_feedback};

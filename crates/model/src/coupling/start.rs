@@ -6,6 +6,7 @@ use sundials_wrap::IdaOptions;
 use super::body::Body;
 use super::dae::CoupledDae;
 use super::error_test::ErrorTest;
+use super::feedback::FeedbackDae;
 use crate::error::ModelError;
 use crate::ida::{self, IdaIntegrator};
 use crate::integrator::Integrator;
@@ -123,6 +124,30 @@ pub fn start_coupled_from<B: Body + 'static>(
             times,
             y,
             y_dot,
+        )?),
+    })
+}
+
+/// Starts a muscle with feedback from a state with consistent derivatives, over the times
+/// `[start, end]`.
+///
+/// # Errors
+/// As [`IdaIntegrator::feedback_at`] and [`RadauIntegrator::feedback_at`].
+pub fn start_with_feedback(
+    dae: FeedbackDae,
+    error_test: ErrorTest,
+    options: CoupledOptions,
+    times: [f64; 2],
+    y: &[f64],
+    y_dot: &[f64],
+) -> Result<Box<dyn Integrator<FeedbackDae>>, ModelError> {
+    let CoupledOptions { ida, radau, .. } = options;
+    Ok(match options.integrator.stages() {
+        None => Box::new(IdaIntegrator::feedback_at(
+            dae, error_test, ida, times, y, y_dot,
+        )?),
+        Some(_) => Box::new(RadauIntegrator::feedback_at(
+            dae, error_test, radau, times, y, y_dot,
         )?),
     })
 }

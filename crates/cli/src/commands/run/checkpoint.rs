@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::folder::Folder;
 use crate::error::InputError;
+use crate::statistics::RadauWorkJson;
 
 const NAME: &str = "checkpoint.json";
 
@@ -46,6 +47,8 @@ pub(super) struct Totals {
     pub(super) residual_evaluations: u64,
     pub(super) jacobian_evaluations: u64,
     pub(super) linear_setups: u64,
+    /// None with BDF.
+    pub(super) radau_work: Option<RadauWorkJson>,
     /// How often the run went on from a checkpoint.
     pub(super) resumed: u64,
 }
@@ -62,6 +65,9 @@ impl Totals {
             residual_evaluations: self.residual_evaluations + counts.residual_evaluations,
             jacobian_evaluations: self.jacobian_evaluations + counts.jacobian_evaluations,
             linear_setups: self.linear_setups + counts.linear_setups,
+            radau_work: counts
+                .radau_work
+                .map(|work| self.radau_work.unwrap_or_default() + work.into()),
             resumed: self.resumed,
         }
     }

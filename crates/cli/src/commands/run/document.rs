@@ -1,6 +1,6 @@
 //! `run.json`: what was computed, with what, and how it went.
 
-use myovib_model::{Formulation, Integrator, Muscle, Outcome, Statistics};
+use myovib_model::{Formulation, Integrator, Muscle, Statistics};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -10,7 +10,7 @@ use super::system::System;
 use crate::json;
 use crate::report::{Align, Table};
 use crate::scene::{Body, Scene};
-use crate::statistics::{LinearWorkJson, StatisticsJson};
+use crate::statistics::{CountsJson, LinearWorkJson, MethodJson, StatisticsJson};
 
 /// Wall-clock seconds by part.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -75,21 +75,31 @@ pub(super) fn dynamic<P: System>(
                     "constraint_drift_at": outputs.drift.1,
                 }),
             );
-            let numbers = StatisticsJson::new(statistics, settings, *formulation);
+            let mut numbers = StatisticsJson::new(statistics, settings, *formulation);
+            numbers.counts.radau_work = total.radau_work;
             extend(&mut document, serde_json::to_value(numbers)?);
         }
         None => {
             let tolerances = &scene.file.integrator.oscillators;
-            extend(&mut document, counts(statistics));
+            let wanted = &scene.file.integrator;
+            let integrator = wanted.method.kind();
+            let mut counts = CountsJson::new(statistics);
+            counts.radau_work = total.radau_work;
+            extend(&mut document, serde_json::to_value(counts)?);
             extend(
                 &mut document,
                 json!({
                     "index": 0,
                     "rtol": tolerances.rtol,
                     "atol": tolerances.atol,
-                    "max_order": scene.file.integrator.max_order.unwrap_or(5),
+                    "integrator": integrator.name(),
                 }),
             );
+            let method = match MethodJson::radau_iia(integrator) {
+                Some(radau) => serde_json::to_value(radau)?,
+                None => json!({ "max_order": wanted.max_order.unwrap_or(5) }),
+            };
+            extend(&mut document, method);
         }
     }
     extend(
@@ -124,32 +134,6 @@ fn body(muscle: &Muscle, formulation: Formulation) -> Value {
         "indices": indices.collect::<serde_json::Map<_, _>>(),
         "unknowns_paper": muscle.n_unknowns_paper(),
         "mesh": mesh(muscle),
-    })
-}
-
-/// The statistics of a run without a muscle.
-fn counts(statistics: &Statistics) -> Value {
-    let message = match &statistics.outcome {
-        Outcome::Finished => None,
-        Outcome::Stopped { message, .. } => Some(message),
-    };
-    json!({
-        "steps": statistics.steps,
-        "error_test_failures": statistics.error_test_failures,
-        "step_solve_failures": statistics.step_solve_failures,
-        "newton_failures": statistics.newton_failures,
-        "newton_iterations": statistics.newton_iterations,
-        "residual_evaluations": statistics.residual_evaluations,
-        "jacobian_evaluations": statistics.jacobian_evaluations,
-        "linear_setups": statistics.linear_setups,
-        "last_order": statistics.last_order,
-        "last_step": statistics.last_step,
-        "t_reached": statistics.t_reached,
-        "outcome": statistics.outcome.name(),
-        "reason": statistics.outcome.reason().map(|reason| reason.name()),
-        "message": message,
-        "cpu_seconds": statistics.cpu_seconds,
-        "wall_seconds": statistics.wall_seconds,
     })
 }
 

@@ -204,6 +204,10 @@ fn meaning(document: &Value) -> String {
             "the pressure follows from the displacement without differentiation, and the error \
              test may include it.</p>\n"
         }
+        _ if document["integrator"] != "ida" => {
+            "the multipliers follow only after differentiation. Radau IIA tests their errors times \
+             a power of the step, as they act on the motion.</p>\n"
+        }
         2 => {
             "the multipliers follow after one differentiation. Their estimated errors do not \
              shrink with the step as those of the other variables do, so they are best left out \

@@ -3,20 +3,18 @@
 use myovib_model::advice::{Advice, Advised};
 use myovib_model::coupling::{
     CoupledDae, CoupledOptions, ErrorTest, FeedbackDae, NoBody, Oscillators, Source,
-    StateTolerances, start_coupled, start_coupled_from,
+    StateTolerances, start_coupled, start_coupled_from, start_with_feedback,
 };
 use myovib_model::{
-    IdaIntegrator, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, start_at_rest,
-    start_from,
+    Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, start_at_rest, start_from,
 };
-use sundials_wrap::{DaeProblem, IdaOptions};
+use sundials_wrap::DaeProblem;
 
 use super::checkpoint::Checkpoint;
 use super::system::Body as CoupledBody;
 use crate::error::InputError;
 use crate::scene::{Body, DrivenChain, Scene};
 use crate::scene_file::chain::Place;
-use crate::scene_file::integrator::Method;
 
 /// A muscle by itself.
 pub(super) fn muscle(
@@ -55,38 +53,25 @@ pub(super) fn muscle_with_feedback(
     body: &Body,
     checkpoint: Option<&Checkpoint>,
 ) -> anyhow::Result<Box<dyn Integrator<FeedbackDae>>> {
-    let (dae, test, CoupledOptions { ida, radau, .. }) = one_way(scene, body, checkpoint)?;
+    let (dae, test, options) = one_way(scene, body, checkpoint)?;
     let test = test.with_oscillators(&dae, tolerances(scene));
     let rest = initial_state(scene, &dae);
     let mut dae = FeedbackDae::new(dae, scene.feedbacks.clone());
-    let (t, y, y_dot, initial_step) = match checkpoint {
+    let largest = scene.file.integrator.max_step;
+    let (t, y, y_dot, options) = match checkpoint {
         Some(Checkpoint {
             t, y, y_dot, step, ..
-        }) => (*t, y.clone(), y_dot.clone(), Some(*step)),
+        }) => {
+            let options = options.with_steps(Some(*step), largest);
+            (*t, y.clone(), y_dot.clone(), options)
+        }
         None => {
             let (y_dot, _) = dae.derivatives_at(0.0, &rest).map_err(ModelError::from)?;
-            (0.0, rest, y_dot, ida.initial_step)
+            (0.0, rest, y_dot, options)
         }
     };
     let times = [t, scene.t_end];
-    let integrator: Box<dyn Integrator<FeedbackDae>> =
-        if scene.file.integrator.method == Method::Bdf {
-            let ida = IdaOptions {
-                initial_step,
-                ..ida
-            };
-            Box::new(IdaIntegrator::feedback_at(
-                dae, test, ida, times, &y, &y_dot,
-            )?)
-        } else {
-            let radau = RadauOptions {
-                initial_step,
-                ..radau
-            };
-            Box::new(RadauIntegrator::feedback_at(
-                dae, test, radau, times, &y, &y_dot,
-            )?)
-        };
+    let integrator = start_with_feedback(dae, test, options, times, &y, &y_dot)?;
     Ok(Box::new(Advised::new(integrator, advice(body))))
 }
 

@@ -8,9 +8,9 @@ use myovib_fem::Mesh;
 use myovib_model::{Outcome, StopReason};
 use serde::{Deserialize, Serialize};
 
-use super::Table2Args;
 use super::rows::Convention;
 use super::run_row::RowResult;
+use super::{Suppress, Table2Args};
 use crate::exit::Exit;
 use crate::json;
 use crate::report::{Align, Cell, Table, Tone, coloured_stdout, compared, exponent, kappa};
@@ -39,14 +39,14 @@ fn paper(result: &RowResult) -> &'static PaperRow {
     &PAPER.rows[result.row.paper_key]
 }
 
-/// Whether the run ended as the paper's did. Variants have no counterpart there.
+/// Whether the run ended as the paper's did. Variants and Radau IIA have no counterpart there.
 fn agrees(result: &RowResult) -> Option<bool> {
-    (result.row.convention != Convention::Variant)
+    (result.convention() != Convention::Variant)
         .then(|| paper(result).outcome == result.statistics.outcome.name())
 }
 
 /// The exit code: a run that ends otherwise than the paper's. Where settings are overridden, only
-/// a stop of a run that the paper finished counts.
+/// a stop of a run that the paper finished counts, or one of Radau IIA.
 pub(super) fn exit(results: &[RowResult], is_modified: bool) -> Exit {
     let reason = |result: &RowResult| result.statistics.outcome.reason();
     if results
@@ -57,13 +57,18 @@ pub(super) fn exit(results: &[RowResult], is_modified: bool) -> Exit {
     }
     let differs = results.iter().any(|result| agrees(result) == Some(false));
     let stopped = results.iter().any(|result| {
-        agrees(result) == Some(false) && result.statistics.outcome != Outcome::Finished
+        let should_finish = agrees(result) == Some(false) || is_radau(result);
+        should_finish && result.statistics.outcome != Outcome::Finished
     });
     match (is_modified, differs, stopped) {
         (false, true, _) => Exit::Differs,
         (true, _, true) => Exit::Stopped,
         _ => Exit::Done,
     }
+}
+
+fn is_radau(result: &RowResult) -> bool {
+    result.settings.integrator.stages().is_some()
 }
 
 fn suppressed(result: &RowResult) -> String {
@@ -130,7 +135,7 @@ fn comparison(results: &[RowResult]) -> Table {
             kappa(row.kappa),
             exponent(row.beta),
             result.index.to_string(),
-            row.convention.name().into(),
+            result.convention().name().into(),
         ]
         .map(Cell::from)
         .into();
@@ -170,7 +175,7 @@ fn settings_and_work(results: &[RowResult]) -> Table {
             [
                 result.row.key.to_owned(),
                 suppressed(result),
-                result.settings.max_order.to_string(),
+                result.order().to_string(),
                 result.unknowns.to_string(),
                 statistics.residual_evaluations.to_string(),
                 statistics.newton_iterations.to_string(),
@@ -188,7 +193,7 @@ fn settings_and_work(results: &[RowResult]) -> Table {
 fn convention_line(results: &[RowResult], name: &str, meaning: &str) -> String {
     let ratios: Vec<String> = results
         .iter()
-        .filter(|result| result.row.convention.names().contains(&name))
+        .filter(|result| result.convention().names().contains(&name))
         .map(|result| {
             let ratio = result.statistics.steps as f64 / paper(result).steps as f64;
             format!("{} {ratio:.2}", result.row.key)
@@ -214,6 +219,16 @@ fn notes(results: &[RowResult], args: &Table2Args) -> String {
         "multipliers",
         "λ and μ are left out everywhere, which comes closest to the paper",
     );
+    if let Some(order) = args.integrator.order() {
+        notes.push_str(&format!(
+            "Radau IIA of order {order}: the rows' order and what they leave out of the error test \
+             are those of BDF; here {}.\n",
+            match &args.suppress {
+                Suppress::Default => "all variables are tested",
+                Suppress::Blocks(_) => "what `left out` says is left out",
+            }
+        ));
+    }
     if args.is_modified() {
         notes.push_str("Settings differ from those of the table: the outcomes are not judged.\n");
     }
@@ -231,7 +246,10 @@ fn notes(results: &[RowResult], args: &Table2Args) -> String {
             ));
         }
     }
-    if results.iter().any(|result| result.row.key == "4") {
+    if results
+        .iter()
+        .any(|result| result.row.key == "4" && !is_radau(result))
+    {
         notes.push_str(
             "Row 4 stops with λ in the error test at order 5, as the paper's run did; no setting \
              gives both the paper's other counts and this failure: at order 2 (4-order2), or with λ \
@@ -293,8 +311,8 @@ pub(super) fn document<'a>(
             kappa: result.row.kappa,
             beta: result.row.beta,
             index: result.index,
-            convention: result.row.convention.names().first().unwrap_or(&"–"),
-            conventions: result.row.convention.names(),
+            convention: result.convention().names().first().unwrap_or(&"–"),
+            conventions: result.convention().names(),
             statistics: StatisticsJson::new(
                 &result.statistics,
                 &result.settings,
@@ -337,9 +355,9 @@ pub(super) fn write_csv(sink: &mut dyn Write, results: &[RowResult]) -> io::Resu
             row.kappa,
             row.beta,
             result.index,
-            row.convention.name(),
+            result.convention().name(),
             suppressed(result).replace(',', "+"),
-            result.settings.max_order,
+            result.order(),
             statistics.steps,
             paper.steps,
             statistics.error_test_failures,

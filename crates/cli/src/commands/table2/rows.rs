@@ -12,7 +12,7 @@ pub(in crate::commands) enum Convention {
     Multipliers,
     /// The same in both conventions.
     Both,
-    /// A variant beside the paper's rows.
+    /// None: a variant beside the paper's rows, or an integrator that leaves nothing out.
     Variant,
 }
 
@@ -57,6 +57,14 @@ pub(in crate::commands) struct Row {
     pub(in crate::commands) suppressed: &'static [Field],
     /// Maximum BDF order.
     pub(in crate::commands) max_order: u8,
+}
+
+impl Row {
+    /// Whether the row is a problem of its own: the others differ from one of these in what BDF
+    /// leaves out of the error test, or in its order.
+    pub(super) fn is_of_its_own(&self) -> bool {
+        matches!(self.convention, Convention::Paper | Convention::Both)
+    }
 }
 
 const INF: f64 = f64::INFINITY;

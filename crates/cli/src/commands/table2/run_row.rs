@@ -8,13 +8,13 @@ use anyhow::Context;
 use myovib_fem::Mesh;
 use myovib_model::linear::LinearWork;
 use myovib_model::{
-    Limits, MuscleDae, Observer, Probe, SampleTimes, Sampler, Settings, Statistics, paper, run,
-    start_at_rest,
+    IntegratorKind, Limits, MuscleDae, Observer, Probe, SampleTimes, Sampler, Settings, Statistics,
+    paper, run, start_at_rest,
 };
 use sundials_wrap::DaeProblem;
 
 use super::Table2Args;
-use super::rows::Row;
+use super::rows::{Convention, Row};
 use crate::csv::CsvWriter;
 use crate::interrupt;
 use crate::parallel;
@@ -37,6 +37,26 @@ pub(super) struct RowResult {
     pub(super) constraint_drift: f64,
 }
 
+impl RowResult {
+    /// The highest order BDF was allowed, or that of Radau IIA.
+    pub(super) fn order(&self) -> u8 {
+        let Settings {
+            integrator,
+            max_order,
+            ..
+        } = self.settings;
+        integrator.order().unwrap_or(max_order)
+    }
+
+    /// The convention of the error test; Radau IIA follows none.
+    pub(super) fn convention(&self) -> Convention {
+        match self.settings.integrator {
+            IntegratorKind::Ida => self.row.convention,
+            _ => Convention::Variant,
+        }
+    }
+}
+
 /// Runs `rows` on as many threads as there are, in the order of the table.
 pub(super) fn run_all(
     rows: &[&'static Row],
@@ -53,21 +73,17 @@ pub(super) fn run_all(
 
 /// The settings of a row, changed as the options say.
 pub(in crate::commands) fn settings(row: &Row, args: &Table2Args) -> Settings {
-    let paper = Settings::paper(row.formulation);
+    let paper = Settings::paper(row.formulation).with_integrator(args.integrator);
     let mut absolute_tolerances = paper.absolute_tolerances;
     absolute_tolerances.velocity = args.atol_velocity;
     Settings {
         t_end: args.t_end,
         relative_tolerance: args.rtol,
         absolute_tolerances,
-        suppressed: args.suppress.fields(row),
+        suppressed: args.suppress.fields(row, args.integrator),
         multiplier_weights: args.multiplier_weights,
         project_every: args.project_every,
-        max_order: match args.integrator.stages() {
-            None => args.max_order.unwrap_or(row.max_order),
-            Some(stages) => 2 * stages as u8 - 1,
-        },
-        integrator: args.integrator,
+        max_order: args.max_order.unwrap_or(row.max_order),
         linear_solver: args.linear_solver,
         ..paper
     }

@@ -1,0 +1,166 @@
+//! `--integrator radau` and `integrator.method = "radau"`: what is tested, said and refused.
+
+use std::fs;
+
+use myovib_cli::scene::builtin_text;
+use serde_json::{Value, json};
+
+use crate::harness::{document, myovib, myovib_in};
+
+fn short_table(arguments: &[&str]) -> Value {
+    let common = ["table2", "--t-end", "0.02", "--quiet", "--json"];
+    let run = myovib(&[&common[..], arguments].concat());
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    document(&run.stdout, "table2")
+}
+
+#[test]
+fn radau_tests_all_variables_of_the_five_problems_and_says_so() {
+    let table = short_table(&["--integrator", "radau"]);
+    let rows = table["rows"].as_array().unwrap();
+    let keys: Vec<_> = rows.iter().map(|row| row["key"].clone()).collect();
+    assert_eq!(keys, ["1", "2", "3", "4", "31"]);
+    for row in rows {
+        let key = &row["key"];
+        assert_eq!(row["outcome"], "finished", "row {key}");
+        assert_eq!(row["suppressed"], json!([]));
+        assert_eq!(row["conventions"], json!([]));
+        let settings = [&row["integrator"], &row["stages"], &row["order"]];
+        assert_eq!(settings, [&Value::from("radau"), &3.into(), &5.into()]);
+        let fields = row.as_object().unwrap();
+        for of_bdf in [
+            "max_order",
+            "delta_cj",
+            "multiplier_weights",
+            "project_every",
+        ] {
+            assert!(!fields.contains_key(of_bdf), "row {key}: {of_bdf}");
+        }
+        // One real and one complex factorisation a set-up, one solve of each an iteration.
+        let work = &row["radau_work"];
+        assert_eq!(work["real_factorizations"], row["linear_setups"]);
+        assert_eq!(work["complex_factorizations"], row["linear_setups"]);
+        assert_eq!(work["complex_solves"], row["newton_iterations"]);
+    }
+    assert_eq!(table["modified"], true);
+}
+
+#[test]
+fn radau_leaves_out_what_it_is_told_to() {
+    let arguments = ["--integrator", "radau9", "--rows", "4", "--suppress"];
+    let table = short_table(&[&arguments[..], &["lambda"]].concat());
+    let row = &table["rows"][0];
+    assert_eq!(row["suppressed"], json!(["lambda"]));
+    assert_eq!(row["last_order"], 9);
+}
+
+#[test]
+fn what_only_bdf_has_is_refused_with_radau() {
+    for (arguments, option) in [
+        (["--max-order", "2"], "--max-order"),
+        (
+            ["--multiplier-weights", "step-scaled"],
+            "--multiplier-weights",
+        ),
+        (["--project-every", "0.1"], "--project-every"),
+        (["--rows", "2m"], "--rows"),
+    ] {
+        let run = myovib(&[&["table2", "--integrator", "radau"][..], &arguments].concat());
+        assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{arguments:?}");
+        assert!(
+            run.stderr.contains(&format!("where: {option}")),
+            "{}",
+            run.stderr
+        );
+    }
+}
+
+#[test]
+fn a_scene_with_radau_tests_all_variables_unless_told_otherwise() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |out: &str, more: &[&str]| {
+        let arguments = [
+            "run",
+            "table2-1",
+            "--quiet",
+            "--out",
+            out,
+            "--set",
+            "time.end=0.02",
+            "--set",
+            "integrator.method=radau9",
+        ];
+        let run = myovib_in(folder.path(), &[&arguments[..], more].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let text = fs::read_to_string(folder.path().join(out).join("run.json")).unwrap();
+        serde_json::from_str::<Value>(&text).unwrap()
+    };
+    let document = run("all", &[]);
+    assert_eq!(document["suppressed"], json!([]));
+    assert_eq!([&document["stages"], &document["order"]], [5, 9]);
+    assert_eq!(document.get("delta_cj"), None);
+    assert_eq!(document.get("max_order"), None);
+    let work = &document["radau_work"];
+    assert_eq!(work["real_factorizations"], document["linear_setups"]);
+    let document = run("motion", &["--set", "integrator.suppress=[\"pressure\"]"]);
+    assert_eq!(document["suppressed"], json!(["lambda"]));
+}
+
+#[test]
+fn what_only_bdf_has_is_refused_with_radau_at_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = |line: &str| {
+        let right = "[integrator]\nmethod = \"radau\"\n";
+        let text = myovib(&["init", "-"]).stdout;
+        let text = text.replacen("[integrator]\n", &format!("{right}{line}\n"), 1);
+        fs::write(folder.path().join("scene.toml"), text).unwrap();
+        myovib_in(folder.path(), &["run", "scene.toml"])
+    };
+    for (line, key) in [
+        ("max_order = 2", "max_order"),
+        ("multiplier_weights = \"step-scaled\"", "multiplier_weights"),
+        ("project_every = 0.1", "project_every"),
+    ] {
+        let run = scene(line);
+        assert_eq!(run.code, 2, "{line}: {}", run.stderr);
+        for part in ["scene.toml, line 40", &format!("no `{key}`")] {
+            assert!(run.stderr.contains(part), "{part}: {}", run.stderr);
+        }
+        assert!(!folder.path().join("out").exists());
+    }
+}
+
+/// Two-way coupling under both integrators: the same factors of the stiffness.
+#[test]
+fn radau_integrates_a_muscle_with_feedback() {
+    let folder = tempfile::tempdir().unwrap();
+    let order = "max_order = 3";
+    let text = builtin_text("two-way").unwrap();
+    assert!(text.contains(order), "the scene is for BDF");
+    // The gain drives the chains into step, so that the stiffness changes.
+    let text = text.replace("gain = ", "gain = 2e6 # ");
+    let factors = |name: &str, line: &str| -> Vec<f64> {
+        let file = format!("{name}.toml");
+        fs::write(folder.path().join(&file), text.replace(order, line)).unwrap();
+        let arguments = ["run", &file, "--quiet", "--out", name];
+        let run = myovib_in(
+            folder.path(),
+            &[&arguments[..], &["--set", "time.end=0.8"]].concat(),
+        );
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let csv = fs::read_to_string(folder.path().join(name).join("feedback.csv")).unwrap();
+        let numbers = csv.lines().skip(1).flat_map(|line| line.split(',').skip(1));
+        numbers.map(|number| number.parse().unwrap()).collect()
+    };
+    let (bdf, radau) = (
+        factors("bdf", order),
+        factors("radau", "method = \"radau\""),
+    );
+    assert!(
+        bdf.iter().copied().fold(f64::INFINITY, f64::min) < 1.4,
+        "it acts"
+    );
+    let apart = bdf.iter().zip(&radau).map(|(a, b)| (a - b).abs());
+    // The muscle that drives the chains errs by some per cent at the paper's tolerances.
+    assert!(apart.fold(0.0, f64::max) < 0.05);
+}
