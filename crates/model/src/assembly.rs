@@ -22,11 +22,11 @@ pub struct Entry<C> {
     pub coefficient: C,
 }
 
-/// An entry with its place in the whole matrix.
+/// All entries of one matrix in one place.
 #[derive(Debug, Clone)]
 struct Placed<C> {
     matrix: Matrix,
-    coefficient: C,
+    coefficients: Vec<C>,
     block: usize,
 }
 
@@ -53,7 +53,7 @@ impl<C: Copy> Assembly<C> {
         let mut blocks: Vec<Block<'_>> = Vec::new();
         let mut known: HashMap<(usize, usize, *const SparsityPattern, bool), usize> =
             HashMap::new();
-        let mut terms = Vec::new();
+        let mut terms: Vec<Placed<C>> = Vec::new();
         for entry in entries {
             let (pattern, transposed) = pattern_of(entry.matrix);
             let (row, column) = (entry.rows.start, entry.columns.start);
@@ -67,11 +67,15 @@ impl<C: Copy> Assembly<C> {
                 });
                 blocks.len() - 1
             });
-            terms.push(Placed {
-                matrix: entry.matrix,
-                coefficient: entry.coefficient,
-                block,
-            });
+            let same = |term: &&mut Placed<C>| term.block == block && term.matrix == entry.matrix;
+            match terms.iter_mut().find(same) {
+                Some(term) => term.coefficients.push(entry.coefficient),
+                None => terms.push(Placed {
+                    matrix: entry.matrix,
+                    coefficients: vec![entry.coefficient],
+                    block,
+                }),
+            }
         }
         Self {
             terms,
@@ -93,10 +97,13 @@ impl<C: Copy> Assembly<C> {
     ) {
         values.fill(T::zero());
         for term in &self.terms {
-            let factor = factor(&term.coefficient);
-            if factor != T::zero() {
+            let mut sum = T::zero();
+            for coefficient in &term.coefficients {
+                sum += factor(coefficient);
+            }
+            if sum != T::zero() {
                 let matrix = matrix_values(term.matrix);
-                self.blocks.add(term.block, factor, matrix, values);
+                self.blocks.add(term.block, sum, matrix, values);
             }
         }
     }
@@ -128,8 +135,9 @@ mod tests {
         let assembly = Assembly::new(
             (3, 3),
             [
-                entry(0..2, 0..2, Matrix::Mass, 3.0),
+                entry(0..2, 0..2, Matrix::Mass, 4.0),
                 entry(0..2, 0..2, Matrix::Stiffness, 2.0),
+                entry(0..2, 0..2, Matrix::Mass, -1.0),
                 entry(2..3, 0..2, Matrix::Divergence, 2.0),
                 entry(0..2, 2..3, Matrix::DivergenceTransposed, -2.0),
             ],

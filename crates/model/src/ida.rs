@@ -52,7 +52,7 @@ impl IdaIntegrator<MuscleDae> {
     ) -> Result<Self, ModelError> {
         let options = options(&dae, settings);
         let condensed = match settings.linear_solver {
-            LinearSolver::Condensed => CondensedSolver::new(&dae, options.klu)?,
+            LinearSolver::Condensed => Some(CondensedSolver::new(&dae, options.klu)?),
             LinearSolver::Full => None,
         };
         let step_size = StepSize::default();

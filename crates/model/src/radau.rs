@@ -116,7 +116,7 @@ fn builder<P: DaeProblem>(problem: P, options: RadauOptions, t_end: f64) -> Rada
     })
 }
 
-/// The Newton matrices of a muscle: condensed where the formulation and the settings allow it.
+/// The Newton matrices of a muscle: condensed where the settings allow it.
 ///
 /// # Errors
 /// [`ModelError::Radau`] for a number of stages that there is not, or a pattern that cannot be
@@ -127,13 +127,9 @@ pub fn matrices(
     linear_solver: LinearSolver,
 ) -> Result<MuscleMatrices, ModelError> {
     let method = Method::radau_iia(options.stages)?;
-    let condensed = match linear_solver {
-        LinearSolver::Condensed => CondensedMatrices::new(dae, options.klu, &method)?,
-        LinearSolver::Full => None,
-    };
-    Ok(match condensed {
-        Some(matrices) => Box::new(matrices),
-        None => Box::new(KluMatrices::new(
+    Ok(match linear_solver {
+        LinearSolver::Condensed => Box::new(CondensedMatrices::new(dae, options.klu, &method)?),
+        LinearSolver::Full => Box::new(KluMatrices::new(
             &dae.jacobian_pattern(),
             options.klu,
             &method,

@@ -78,7 +78,7 @@ impl IntegratorKind {
 /// How the linear systems of Newton's method are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LinearSolver {
-    /// By elimination of the velocities, where the formulation allows it; else as `Full`.
+    /// By elimination of the velocities, or by halves for (33).
     Condensed,
     /// By factorising the matrix of the whole first-order system.
     Full,
@@ -172,7 +172,7 @@ impl Settings {
             max_order: 2,
             delta_cj: 0.25,
             linear_solver: LinearSolver::Condensed,
-            ordering: default_ordering(formulation),
+            ordering: default_ordering(formulation, LinearSolver::Condensed),
             btf: false,
             initial_step: None,
             max_step: None,
@@ -211,11 +211,11 @@ impl Settings {
     }
 }
 
-/// The ordering with the least fill: AMD, except for the unreduced (33), where it fills twenty
+/// The ordering with the least fill: AMD, except for the whole matrix of (33), where it fills twenty
 /// times as much as COLAMD.
-pub fn default_ordering(formulation: Formulation) -> Ordering {
-    match formulation {
-        Formulation::Stabilized => Ordering::Colamd,
+pub fn default_ordering(formulation: Formulation, linear_solver: LinearSolver) -> Ordering {
+    match (formulation, linear_solver) {
+        (Formulation::Stabilized, LinearSolver::Full) => Ordering::Colamd,
         _ => Ordering::Amd,
     }
 }

@@ -53,13 +53,13 @@ impl Builder<'_> {
                 })
             })
             .collect();
-        let mut settings = self.settings(&file.integrator, formulation);
-        if !file.feedback.is_empty() {
+        let linear_solver = match file.feedback.is_empty() {
+            true => LinearSolver::Condensed,
             // The oscillators act on the body: the Newton matrix is no longer block triangular.
-            settings.linear_solver = LinearSolver::Full;
-        }
+            false => LinearSolver::Full,
+        };
         Ok(Body {
-            settings,
+            settings: self.settings(&file.integrator, formulation, linear_solver),
             muscle: Muscle {
                 solid,
                 parameters,

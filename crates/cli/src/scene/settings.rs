@@ -1,7 +1,8 @@
 //! The integrator's settings from a scene.
 
 use myovib_model::{
-    AbsoluteTolerances, Field, Formulation, MultiplierWeights, Settings, default_ordering,
+    AbsoluteTolerances, Field, Formulation, LinearSolver, MultiplierWeights, Settings,
+    default_ordering,
 };
 use sundials_wrap::klu::Ordering;
 
@@ -14,7 +15,12 @@ use crate::scene_file::integrator::{
 
 impl Builder<'_> {
     /// The settings for a muscle in `formulation`.
-    pub(super) fn settings(&self, wanted: &Integrator, formulation: Formulation) -> Settings {
+    pub(super) fn settings(
+        &self,
+        wanted: &Integrator,
+        formulation: Formulation,
+        linear_solver: LinearSolver,
+    ) -> Settings {
         let defaults = Settings::paper(formulation).with_integrator(wanted.method.kind());
         let atol = &wanted.atol;
         Settings {
@@ -39,7 +45,8 @@ impl Builder<'_> {
                 .map_or(defaults.max_order, |order| order as u8),
             ordering: wanted
                 .ordering
-                .map_or(default_ordering(formulation), ordering),
+                .map_or(default_ordering(formulation, linear_solver), ordering),
+            linear_solver,
             btf: wanted.btf,
             initial_step: wanted.initial_step,
             max_step: wanted.max_step,

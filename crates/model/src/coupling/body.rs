@@ -50,8 +50,7 @@ impl Body for MuscleDae {
     }
 
     fn condensed_solver(&self, options: KluOptions) -> Result<Option<BodySolver<Self>>, KluError> {
-        let solver = CondensedSolver::new(self, options)?;
-        Ok(solver.map(|solver| Box::new(solver) as BodySolver<Self>))
+        Ok(Some(Box::new(CondensedSolver::new(self, options)?)))
     }
 
     fn condensed_matrices(
@@ -60,7 +59,7 @@ impl Body for MuscleDae {
         method: &Method,
     ) -> Result<Option<BodyMatrices<Self>>, KluError> {
         let matrices = CondensedMatrices::new(self, options, method)?;
-        Ok(matrices.map(|matrices| Box::new(matrices) as BodyMatrices<Self>))
+        Ok(Some(Box::new(matrices)))
     }
 }
 

@@ -12,8 +12,7 @@
 //! damping: the dynamic stiffness c² M + c D + K bordered by B. It is a sum of the same matrices
 //! with coefficients that are polynomials in c, so all places are found once.
 //!
-//! The first line of (33), M (q̇ − v) + Bᵀμ = 0, is not of this kind: δv would be M⁻¹ of the rest,
-//! which is dense.
+//! The first line of (33) is not of this kind; its system is [split](super::Splitting) instead.
 
 use std::ops::Range;
 
@@ -26,19 +25,7 @@ use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::muscle_dae::MuscleDae;
 
-use super::{Elimination, Number};
-
-/// p_0 + p_1 c + p_2 c².
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Quadratic([f64; 3]);
-
-impl Quadratic {
-    /// The value at `c`.
-    pub(super) fn at<T: Number>(&self, c: T) -> T {
-        let [p0, p1, p2] = self.0;
-        T::one() * p0 + c * p1 + c * c * p2
-    }
-}
+use super::{Elimination, Quadratic};
 
 /// One kinematic equation, `rate · c δbase + value · δeliminated = b`.
 #[derive(Debug, Clone, Copy)]
@@ -120,16 +107,13 @@ impl Condensation {
         Elimination::new(self.condensed.pattern(), options)
     }
 
-    /// Lays out the elimination for `dae`; `None` where no equation is kinematic.
-    pub fn new(dae: &MuscleDae) -> Option<Self> {
+    /// Lays out the elimination for `dae`.
+    pub fn new(dae: &MuscleDae) -> Self {
         let blocks = dae.blocks();
         let kinematic: Vec<_> = blocks
             .iter()
             .filter_map(|(rows, terms)| Kinematic::read(*rows, terms))
             .collect();
-        if kinematic.is_empty() {
-            return None;
-        }
         let range = |field| {
             dae.layout()
                 .range(field)
@@ -213,13 +197,13 @@ impl Condensation {
             }
         }
         let pattern_of = |matrix| dae.pattern_of(matrix);
-        Some(Self {
+        Self {
             condensed: Assembly::new((end, end), condensed, pattern_of),
             coupling: Assembly::new((end, n_eliminated), coupling, pattern_of),
             kept: kept.into_iter().map(|(_, block)| block).collect(),
             recovered: recovered.into_iter().map(|(_, block)| block).collect(),
             n_full: dae.n_unknowns(),
-        })
+        }
     }
 
     /// The pattern of the condensed matrix.

@@ -4,19 +4,20 @@ use std::sync::Arc;
 
 use sundials_wrap::klu::KluError;
 
-use super::sparse_system::multiply_subtract;
+use super::product::Product;
 use super::{Condensation, Elimination, LinearWork, Number, SparseSystem};
 use crate::matrix::Matrix;
 
 /// The condensed Newton matrix ∂F/∂y + c ∂F/∂ẏ, its factors and workspace.
 ///
-/// Several of them, real and complex, share one [`Condensation`] and one [`Elimination`]. After the first set-up
-/// neither a set-up nor a solve allocates.
+/// Several of them, real and complex, share one [`Condensation`] and one [`Elimination`]. After the
+/// first set-up neither a set-up nor a solve allocates.
 #[derive(Debug)]
 pub struct Condensed<T: Number> {
     plan: Arc<Condensation>,
     system: SparseSystem<T>,
     coupling: Vec<T>,
+    product: Product,
     c: T,
     /// The right-hand sides of the kinematic equations.
     kinematic: Vec<T>,
@@ -31,6 +32,7 @@ impl<T: Number> Condensed<T> {
         Self {
             system: SparseSystem::new(elimination),
             coupling: vec![T::zero(); coupling.nnz()],
+            product: Product::new(coupling),
             c: T::zero(),
             kinematic: vec![T::zero(); coupling.major_dim()],
             unknowns: vec![T::zero(); plan.condensed.pattern().major_dim()],
@@ -72,12 +74,8 @@ impl<T: Number> Condensed<T> {
         for block in &plan.kept {
             self.unknowns[block.condensed.clone()].copy_from_slice(&rhs[block.rows.clone()]);
         }
-        multiply_subtract(
-            plan.coupling.pattern(),
-            &self.coupling,
-            &self.kinematic,
-            &mut self.unknowns,
-        );
+        self.product
+            .subtract(&self.coupling, &self.kinematic, &mut self.unknowns);
         self.system.solve(&mut self.unknowns, work)?;
         for block in &plan.kept {
             rhs[block.unknowns.clone()].copy_from_slice(&self.unknowns[block.condensed.clone()]);

@@ -1,17 +1,23 @@
 //! Newton's linear systems, solved by way of what the formulation knows about them.
 //!
 //! Cast of types: a [`Condensation`] is the elimination of velocities from the Newton matrix, laid
-//! out once for a formulation; [`Condensed`] holds the numbers, real or complex, for one c_j;
-//! [`SparseSystem`] factorises, solves and checks, in the order of one [`Elimination`]; [`CondensedSolver`] is what IDAS calls,
-//! [`CondensedMatrices`] what Radau IIA does; [`CoupledSolver`] and [`CoupledMatrices`] continue them
-//! to the oscillators a body drives.
+//! out once for a formulation; [`Condensed`] holds the numbers, real or complex, for one c_j. A
+//! [`Splitting`] and a [`Split`] are the same for the stabilized equations, whose system falls into
+//! two halves; a [`Reduction`] and a [`Reduced`] are either. [`SparseSystem`] factorises, solves and
+//! checks, in the order of one [`Elimination`]. [`CondensedSolver`] is what IDAS calls,
+//! [`CondensedMatrices`] what Radau IIA does; [`CoupledSolver`] and [`CoupledMatrices`] continue
+//! them to the oscillators a body drives.
 
 mod condensation;
 mod condensed;
 mod coupled;
 mod number;
+mod product;
 mod radau;
+mod reduced;
 mod sparse_system;
+mod split;
+mod splitting;
 mod structured;
 pub mod supernodal;
 
@@ -19,6 +25,10 @@ pub use condensation::Condensation;
 pub use condensed::Condensed;
 pub use coupled::{CoupledMatrices, CoupledSolver};
 pub use number::Number;
+use number::Quadratic;
 pub use radau::CondensedMatrices;
+pub use reduced::{Reduced, Reduction};
 pub use sparse_system::{Elimination, LinearWork, SparseSystem};
+pub use split::Split;
+pub use splitting::Splitting;
 pub use structured::CondensedSolver;

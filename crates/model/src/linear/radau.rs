@@ -1,44 +1,33 @@
 //! The condensed matrices as Radau IIA asks for them: one real and some complex c at a time.
 
-use std::sync::Arc;
-
 use myovib_radau::{Method, NewtonMatrices};
 use num_complex::Complex64;
 use sundials_wrap::StepError;
 use sundials_wrap::klu::{KluError, KluOptions};
 
 use super::structured::step_error;
-use super::{Condensation, Condensed};
+use super::{Reduced, Reduction};
 use crate::muscle_dae::MuscleDae;
 
-/// Solves the Newton systems of a [`MuscleDae`] under Radau IIA by condensation.
+/// Solves the Newton systems of a [`MuscleDae`] under Radau IIA by a [`Reduction`].
 #[derive(Debug)]
 pub struct CondensedMatrices {
-    real: Condensed<f64>,
-    complex: Vec<Condensed<Complex64>>,
+    real: Reduced<f64>,
+    complex: Vec<Reduced<Complex64>>,
 }
 
 impl CondensedMatrices {
-    /// Lays out the condensation for `method`; `None` for a formulation that has none.
+    /// Lays out the reduction for `method`.
     ///
     /// # Errors
     /// Those of the analysis.
-    pub fn new(
-        dae: &MuscleDae,
-        options: KluOptions,
-        method: &Method,
-    ) -> Result<Option<Self>, KluError> {
-        let Some(plan) = Condensation::new(dae).map(Arc::new) else {
-            return Ok(None);
-        };
-        let elimination = Arc::new(plan.elimination(options)?);
+    pub fn new(dae: &MuscleDae, options: KluOptions, method: &Method) -> Result<Self, KluError> {
+        let reduction = Reduction::new(dae, options)?;
         let complex = method.complex_modes().iter();
-        Ok(Some(Self {
-            complex: complex
-                .map(|_| Condensed::new(plan.clone(), elimination.clone()))
-                .collect(),
-            real: Condensed::new(plan, elimination),
-        }))
+        Ok(Self {
+            real: reduction.matrix(),
+            complex: complex.map(|_| reduction.matrix()).collect(),
+        })
     }
 }
 

@@ -190,13 +190,18 @@ impl<T: Number> SparseSystem<T> {
     /// powers of ten.
     fn backward_error(&mut self, x: &[T]) -> f64 {
         self.residual.copy_from_slice(&self.rhs);
-        let pattern = &self.elimination.pattern;
-        multiply_subtract(pattern, &self.values, x, &mut self.residual);
         for (scale, b) in self.scale.iter_mut().zip(&self.rhs) {
             *scale = b.abs();
         }
-        for ((column, row), a) in pattern.entries().zip(&self.values) {
-            self.scale[row] += a.abs() * x[column].abs();
+        let pattern = &self.elimination.pattern;
+        for (window, &x) in pattern.major_offsets().windows(2).zip(x) {
+            let column = window[0]..window[1];
+            let rows = &pattern.minor_indices()[column.clone()];
+            for (&row, &a) in rows.iter().zip(&self.values[column]) {
+                let product = a * x;
+                self.residual[row] -= product;
+                self.scale[row] += product.abs();
+            }
         }
         let ratios = self.residual.iter().zip(&self.scale);
         ratios
@@ -209,22 +214,5 @@ impl<T: Number> SparseSystem<T> {
                     f64::max(max, ratio)
                 }
             })
-    }
-}
-
-/// `y` -= A `x` for a compressed-column A.
-pub(super) fn multiply_subtract<T: Number>(
-    pattern: &SparsityPattern,
-    values: &[T],
-    x: &[T],
-    y: &mut [T],
-) {
-    let offsets = pattern.major_offsets();
-    for (window, &x) in offsets.windows(2).zip(x) {
-        let column = window[0]..window[1];
-        let rows = &pattern.minor_indices()[column.clone()];
-        for (&row, &a) in rows.iter().zip(&values[column]) {
-            y[row] -= a * x;
-        }
     }
 }

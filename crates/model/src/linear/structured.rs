@@ -1,31 +1,26 @@
 //! The condensed solver as IDAS calls it.
 
-use std::sync::Arc;
-
 use sundials_wrap::klu::{KluError, KluOptions};
 use sundials_wrap::{StepError, StructuredSolver};
 
-use super::{Condensation, Condensed};
+use super::{Reduced, Reduction};
 use crate::muscle_dae::MuscleDae;
 
-/// Solves the Newton systems of a [`MuscleDae`] by condensation.
+/// Solves the Newton systems of a [`MuscleDae`] by a [`Reduction`].
 #[derive(Debug)]
 pub struct CondensedSolver {
-    matrix: Condensed<f64>,
+    matrix: Reduced<f64>,
 }
 
 impl CondensedSolver {
-    /// Lays out the condensation; `None` for a formulation that has none.
+    /// Lays out the reduction.
     ///
     /// # Errors
     /// Those of the analysis.
-    pub fn new(dae: &MuscleDae, options: KluOptions) -> Result<Option<Self>, KluError> {
-        let Some(plan) = Condensation::new(dae) else {
-            return Ok(None);
-        };
-        let elimination = Arc::new(plan.elimination(options)?);
-        let matrix = Condensed::new(Arc::new(plan), elimination);
-        Ok(Some(Self { matrix }))
+    pub fn new(dae: &MuscleDae, options: KluOptions) -> Result<Self, KluError> {
+        Ok(Self {
+            matrix: Reduction::new(dae, options)?.matrix(),
+        })
     }
 }
 

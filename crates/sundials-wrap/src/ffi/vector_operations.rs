@@ -23,6 +23,7 @@ pub(super) unsafe fn install(vector: N_Vector) {
     // SAFETY: every serial vector owns a table of operations.
     let operations = unsafe { &mut *vector.ops };
     operations.nvlinearsum = Some(linear_sum);
+    operations.nvconst = Some(constant);
     operations.nvscale = Some(scale);
     operations.nvlinearcombination = Some(linear_combination);
     operations.nvwrmsnorm = Some(weighted_rms);
@@ -69,6 +70,15 @@ unsafe extern "C" fn linear_sum(a: f64, x: N_Vector, b: f64, y: N_Vector, z: N_V
         // SAFETY: z is borrowed here only.
         kernels::linear_sum(a, x, b, y, unsafe { unwritten(z) });
     }
+}
+
+/// z ← c.
+///
+/// # Safety
+/// As for [`linear_sum`].
+unsafe extern "C" fn constant(c: f64, z: N_Vector) {
+    // SAFETY: z is borrowed here only.
+    unsafe { unwritten(z) }.fill(MaybeUninit::new(c));
 }
 
 /// z ← c x.
@@ -151,6 +161,15 @@ mod tests {
     fn wave(context: &Context, phase: f64) -> NVector {
         let values: Vec<f64> = (0..N).map(|i| (phase + i as f64).sin()).collect();
         NVector::from_slice(&values, context).unwrap()
+    }
+
+    #[test]
+    fn a_constant_fills_the_vector() {
+        let context = Context::new().unwrap();
+        let z = wave(&context, 0.0);
+        // SAFETY: a vector of our own.
+        unsafe { constant(-0.7, z.raw()) };
+        assert_eq!(z.as_slice(), [-0.7; N]);
     }
 
     /// Every way in which the arguments of a linear sum may coincide gives what plain arithmetic

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use clap::ValueEnum;
 use myovib_fem::Mesh;
-use myovib_model::coupling::Recording;
 use myovib_model::IntegratorKind;
+use myovib_model::coupling::Recording;
 use serde_json::{Map, Value, json};
 
 use super::SynchronizationArgs;

@@ -1,0 +1,94 @@
+//! A muscle's Newton matrix for one c, reduced as its formulation allows.
+
+use std::sync::Arc;
+
+use sundials_wrap::klu::{KluError, KluOptions};
+
+use super::{Condensation, Condensed, Elimination, LinearWork, Number, Split, Splitting};
+use crate::matrix::Matrix;
+use crate::muscle_dae::MuscleDae;
+
+/// What can be done to the Newton matrices of a formulation, laid out and analysed once for all of
+/// them, real and complex.
+#[derive(Debug, Clone)]
+pub enum Reduction {
+    /// Velocities and rates of pressures are eliminated.
+    Condensed(Arc<Condensation>, Arc<Elimination>),
+    /// The stabilized equations fall into two halves.
+    Split(Arc<Splitting>, [Arc<Elimination>; 2]),
+}
+
+impl Reduction {
+    /// Lays out the reduction for `dae`: every formulation has one.
+    ///
+    /// # Errors
+    /// Those of the analysis.
+    pub fn new(dae: &MuscleDae, options: KluOptions) -> Result<Self, KluError> {
+        Ok(match Splitting::new(dae) {
+            Some(plan) => {
+                let eliminations = plan.eliminations(options)?;
+                Self::Split(Arc::new(plan), eliminations.map(Arc::new))
+            }
+            None => {
+                let plan = Condensation::new(dae);
+                let elimination = plan.elimination(options)?;
+                Self::Condensed(Arc::new(plan), Arc::new(elimination))
+            }
+        })
+    }
+
+    /// A matrix with room for its factors.
+    pub fn matrix<T: Number>(&self) -> Reduced<T> {
+        match self {
+            Self::Condensed(plan, elimination) => {
+                let matrix = Condensed::new(plan.clone(), elimination.clone());
+                Reduced::Condensed(Box::new(matrix))
+            }
+            Self::Split(plan, eliminations) => {
+                let matrix = Split::new(plan.clone(), eliminations.clone());
+                Reduced::Split(Box::new(matrix))
+            }
+        }
+    }
+}
+
+/// The Newton matrix ∂F/∂y + c ∂F/∂ẏ, by way of a [`Reduction`].
+#[derive(Debug)]
+pub enum Reduced<T: Number> {
+    /// By elimination of velocities.
+    Condensed(Box<Condensed<T>>),
+    /// In two halves.
+    Split(Box<Split<T>>),
+}
+
+impl<T: Number> Reduced<T> {
+    /// Forms and factorises the matrix for `c` from the `values` of the muscle's matrices.
+    ///
+    /// # Errors
+    /// [`KluError::Singular`] and others of the factorisation.
+    pub fn set_up<'m>(
+        &mut self,
+        c: T,
+        values: impl Fn(Matrix) -> &'m [f64],
+        work: &mut LinearWork,
+    ) -> Result<(), KluError> {
+        match self {
+            Self::Condensed(matrix) => matrix.set_up(c, values, work),
+            Self::Split(matrix) => matrix.set_up(c, values, work),
+        }
+    }
+
+    /// Solves the full system in place.
+    ///
+    /// # Shapes
+    /// `rhs`: the unknowns of the full system.
+    ///
+    /// # Errors
+    /// Those of the solve.
+    pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), KluError> {
+        match self {
+            Self::Condensed(matrix) => matrix.solve(rhs, work),
+            Self::Split(matrix) => matrix.solve(rhs, work),
+        }
+    }
+}
