@@ -8,7 +8,7 @@
 mod mutate;
 
 use std::fs;
-use std::panic::catch_unwind;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -16,6 +16,7 @@ use myovib_cli::scene::{BUILTIN, Scene};
 use myovib_fem::{FemError, Mesh};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use tempfile::TempDir;
 
 use mutate::mutate;
 
@@ -44,54 +45,98 @@ fn run(target: &str, corpus: &[&str], read: impl Fn(&str) + std::panic::RefUnwin
     println!("{target}: {case} mutants");
 }
 
+/// Reads a mesh. Any text is one, or refused with its place.
+fn read_mesh(text: &str) {
+    match Mesh::parse_msh(text, "m.msh") {
+        Ok(mesh) => assert!(mesh.area() > 0.0),
+        Err(error @ FemError::Msh { .. }) => assert!(error.to_string().contains("m.msh")),
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+}
+
+/// Reads a scene. Any text is one, or refused with its place.
+fn read_scene(text: &str) {
+    if let Err(error) = Scene::build("s.toml", text, &[], Path::new("")) {
+        let message = error.to_string();
+        assert!(message.contains("s.toml"), "{message}");
+    }
+}
+
+/// A scene whose force is the table beside it.
+struct TableScene(TempDir);
+
+impl TableScene {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn build(&self, table: &[u8]) -> Result<(), String> {
+        fs::write(self.0.path().join("table.csv"), table).unwrap();
+        Scene::build("s.toml", include_str!("table.toml"), &[], self.0.path())
+            .map(|_| ())
+            .map_err(|error| error.to_string())
+    }
+
+    /// Reads a table. Any bytes are one, or refused with the place that names it.
+    fn read(&self, table: &[u8]) {
+        if let Err(message) = self.build(table) {
+            assert!(message.contains("s.toml"), "{message}");
+        }
+    }
+}
+
+const TABLES: [&str; 2] = [
+    "t,force\n0,0\n0.5,1\n1,2.5\n2,-1e-3\n",
+    "force , t\n1,0\n2,3\n",
+];
+
 #[test]
 fn damaged_meshes_are_refused_with_their_place() {
     let meshes = [
         include_str!("../../../../data/meshes/block.msh"),
         include_str!("../../../../data/meshes/muscle.msh"),
     ];
-    run("mesh", &meshes, |text| {
-        match Mesh::parse_msh(text, "m.msh") {
-            Ok(mesh) => assert!(mesh.area() > 0.0),
-            Err(error @ FemError::Msh { .. }) => assert!(error.to_string().contains("m.msh")),
-            Err(error) => assert!(!error.to_string().is_empty()),
-        }
-    });
+    run("mesh", &meshes, read_mesh);
 }
 
 #[test]
 fn damaged_scenes_are_refused_with_their_place() {
     let scenes: Vec<&str> = BUILTIN.iter().map(|(_, text)| *text).collect();
-    run("scene", &scenes, |text| {
-        if let Err(error) = Scene::build("s.toml", text, &[], Path::new("")) {
-            let message = error.to_string();
-            assert!(message.contains("s.toml"), "{message}");
-        }
-    });
+    run("scene", &scenes, read_scene);
 }
 
 #[test]
 fn damaged_tables_are_refused_with_their_place() {
-    let folder = tempfile::tempdir().unwrap();
-    let table = folder.path().join("table.csv");
-    let scene = include_str!("table.toml");
-    let tables = [
-        "t,force\n0,0\n0.5,1\n1,2.5\n2,-1e-3\n",
-        "force , t\n1,0\n2,3\n",
-    ];
-    let read = |text: &str| {
-        fs::write(&table, text).unwrap();
-        if let Err(error) = Scene::build("s.toml", scene, &[], folder.path()) {
-            let message = error.to_string();
-            assert!(message.contains("s.toml"), "{message}");
-        }
-    };
-    // The undamaged tables are read.
-    for text in tables {
-        fs::write(&table, text).unwrap();
-        Scene::build("s.toml", scene, &[], folder.path()).unwrap();
+    let scene = TableScene::new();
+    for undamaged in TABLES {
+        scene.build(undamaged.as_bytes()).unwrap();
     }
-    run("table", &tables, read);
+    run("table", &TABLES, |text| scene.read(text.as_bytes()));
+}
+
+/// What libFuzzer kept (`make fuzz`): an input for each place in the readers it has reached.
+#[test]
+fn the_fuzzers_corpus_is_read_or_refused_with_its_place() {
+    let scene = TableScene::new();
+    let readers: [(&str, &dyn Fn(&[u8])); 3] = [
+        ("mesh", &|bytes| read_mesh(&String::from_utf8_lossy(bytes))),
+        ("scene", &|bytes| {
+            read_scene(&String::from_utf8_lossy(bytes))
+        }),
+        ("table", &|bytes| scene.read(bytes)),
+    ];
+    for (target, read) in readers {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
+        let mut files = 0;
+        for file in fs::read_dir(folder.join(target)).unwrap() {
+            let path = file.unwrap().path();
+            let bytes = fs::read(&path).unwrap();
+            let ended = catch_unwind(AssertUnwindSafe(|| read(&bytes)));
+            assert!(ended.is_ok(), "{}", path.display());
+            files += 1;
+        }
+        assert!(files > 10, "{target}: {files} files");
+    }
 }
 
 /// What mutation, or thought, has found. Each once panicked or asked for unbounded memory.

@@ -11,7 +11,10 @@ use std::ptr::NonNull;
 use std::slice;
 
 use suitesparse_sys::klu_l_common;
-use sundials_sys::{N_Vector, SUNLinearSolver, SUNMatrix, realtype};
+use sundials_sys::{
+    N_Vector, SUNLS_PACKAGE_FAIL_REC, SUNLS_PACKAGE_FAIL_UNREC, SUNLinearSolver, SUNMatrix,
+    realtype,
+};
 
 use super::matrix::zeroed_values;
 use super::vector_view::{view, view_mut, zeroed_mut};
@@ -116,13 +119,17 @@ unsafe fn boundary<'a, C>(user_data: *mut c_void) -> &'a mut Boundary<C> {
 
 /// Runs a callback; a panic is kept for later and answered as fatal.
 fn guarded<C>(boundary: &mut Boundary<C>, callback: impl FnOnce(&mut C) -> Answer) -> c_int {
+    answered(boundary, callback).code()
+}
+
+fn answered<C>(boundary: &mut Boundary<C>, callback: impl FnOnce(&mut C) -> Answer) -> Answer {
     let callbacks = &mut boundary.callbacks;
     // Unwind safety: the solver is handed back only together with the resumed panic.
     match catch_unwind(AssertUnwindSafe(|| callback(callbacks))) {
-        Ok(answer) => answer.code(),
+        Ok(answer) => answer,
         Err(panic) => {
             boundary.panic = Some(panic);
-            Answer::Fatal.code()
+            Answer::Fatal
         }
     }
 }
@@ -233,7 +240,12 @@ pub(crate) unsafe extern "C" fn structured_solve<C: Callbacks>(
     // SAFETY: as above; IDAS solves from b into an x of its own.
     let x = unsafe { view_mut(x) };
     x.copy_from_slice(b);
-    guarded(boundary, |callbacks| callbacks.structured_solve(x))
+    // IDAS takes codes that are not among those of linear solvers for success.
+    match answered(boundary, |callbacks| callbacks.structured_solve(x)) {
+        Answer::Success => 0,
+        Answer::Recoverable => SUNLS_PACKAGE_FAIL_REC as c_int,
+        Answer::Fatal => SUNLS_PACKAGE_FAIL_UNREC,
+    }
 }
 
 /// IDARootFn.

@@ -366,10 +366,23 @@ fn a_structured_solver_counts_as_klu_does() {
     assert!(klu.stats().smallest_rcond.unwrap() > 0.0);
 }
 
-/// A structured solver that cannot set up is asked again with a smaller step.
+/// A structured solver that cannot set up or solve is asked again, the matrix being fresh or the
+/// step smaller.
 #[test]
 fn a_structured_solver_may_fail_recoverably() {
-    struct Moody(DenseLu, u32);
+    struct Moody {
+        lu: DenseLu,
+        /// Calls until a set-up, and until a solve, fails.
+        setups: u32,
+        solves: u32,
+    }
+    fn countdown(calls: &mut u32) -> Result<(), StepError> {
+        *calls = calls.wrapping_sub(1);
+        match *calls {
+            0 => Err(StepError::Recoverable("moody".into())),
+            _ => Ok(()),
+        }
+    }
     impl StructuredSolver<Robertson> for Moody {
         fn setup(
             &mut self,
@@ -379,26 +392,30 @@ fn a_structured_solver_may_fail_recoverably() {
             y_dot: &[f64],
             c_j: f64,
         ) -> Result<(), StepError> {
-            self.1 += 1;
-            if self.1 == 5 {
-                return Err(StepError::Recoverable("moody".into()));
-            }
-            self.0.setup(problem, t, y, y_dot, c_j)
+            countdown(&mut self.setups)?;
+            self.lu.setup(problem, t, y, y_dot, c_j)
         }
         fn solve(&mut self, problem: &mut Robertson, rhs: &mut [f64]) -> Result<(), StepError> {
-            self.0.solve(problem, rhs)
+            countdown(&mut self.solves)?;
+            self.lu.solve(problem, rhs)
         }
     }
-    let start = Robertson.start();
-    let mut solver = IdaSolver::builder(Robertson)
-        .structured_solver(Moody(DenseLu::default(), 0))
-        .build(start.t, &start.y, &start.y_dot)
-        .unwrap();
-    assert_eq!(
-        solver.integrate_to(4.0).unwrap(),
-        Outcome::Reached { t: 4.0 }
-    );
-    assert_eq!(solver.stats().step_solve_failures, 1);
+    let run = |setups, solves| {
+        let start = Robertson.start();
+        let lu = DenseLu::default();
+        let mut solver = IdaSolver::builder(Robertson)
+            .structured_solver(Moody { lu, setups, solves })
+            .build(start.t, &start.y, &start.y_dot)
+            .unwrap();
+        let outcome = solver.integrate_to(4.0).unwrap();
+        assert_eq!(outcome, Outcome::Reached { t: 4.0 });
+        solver.stats()
+    };
+    let never = u32::MAX;
+    let well = run(never, never);
+    assert_eq!((well.newton_failures, well.step_solve_failures), (0, 0));
+    assert_eq!(run(5, never).step_solve_failures, 1);
+    assert_eq!(run(never, 5).newton_failures, 1);
 }
 
 #[test]

@@ -2,6 +2,9 @@
 #![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
 
 mod common;
+mod decay;
+mod endings;
+mod failures;
 mod features;
 mod klu;
 mod misuse;
