@@ -62,3 +62,54 @@ pub(super) fn stop_reason(code: i32) -> Option<StopReason> {
         _ => Some(StopReason::Other),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{name, stop_reason};
+    use crate::outcome::StopReason::{self, *};
+
+    /// The codes as the user's guide of IDAS 6.4 lists them, with what they mean here.
+    const CODES: [(i32, &str, Option<StopReason>); 26] = [
+        (-1, "IDA_TOO_MUCH_WORK", Some(MaxSteps)),
+        (-2, "IDA_TOO_MUCH_ACC", Some(ToleranceTooTight)),
+        (-3, "IDA_ERR_FAIL", Some(ErrorTestFailures)),
+        (-4, "IDA_CONV_FAIL", Some(ConvergenceFailures)),
+        (-5, "IDA_LINIT_FAIL", None),
+        (-6, "IDA_LSETUP_FAIL", Some(LinearSetupFailed)),
+        (-7, "IDA_LSOLVE_FAIL", Some(LinearSolveFailed)),
+        (-8, "IDA_RES_FAIL", Some(ResidualFailed)),
+        (-9, "IDA_REP_RES_ERR", Some(ResidualFailed)),
+        (-10, "IDA_RTFUNC_FAIL", Some(RootFunctionFailed)),
+        (-11, "IDA_CONSTR_FAIL", Some(ConstraintsViolated)),
+        (-12, "IDA_FIRST_RES_FAIL", Some(ResidualFailed)),
+        (-13, "IDA_LINESEARCH_FAIL", Some(Other)),
+        (-14, "IDA_NO_RECOVERY", Some(Other)),
+        (-16, "IDA_NLS_SETUP_FAIL", Some(LinearSetupFailed)),
+        (-17, "IDA_NLS_FAIL", Some(ConvergenceFailures)),
+        (-20, "IDA_MEM_NULL", None),
+        (-21, "IDA_MEM_FAIL", None),
+        (-22, "IDA_ILL_INPUT", None),
+        (-24, "IDA_BAD_EWT", Some(ErrorWeightsFailed)),
+        (-25, "IDA_BAD_K", Some(Other)),
+        (-26, "IDA_BAD_T", Some(Other)),
+        (-27, "IDA_BAD_DKY", Some(Other)),
+        (-31, "IDA_QRHS_FAIL", Some(QuadratureFailed)),
+        (-32, "IDA_FIRST_QRHS_ERR", Some(QuadratureFailed)),
+        (-33, "IDA_REP_QRHS_ERR", Some(QuadratureFailed)),
+    ];
+
+    #[test]
+    fn codes_have_the_names_and_meanings_of_the_guide() {
+        for (code, expected, meaning) in CODES {
+            assert_eq!((name(code), stop_reason(code)), (expected, meaning));
+        }
+        for (code, expected) in [
+            (0, "IDA_SUCCESS"),
+            (1, "IDA_TSTOP_RETURN"),
+            (2, "IDA_ROOT_RETURN"),
+            (-999, "another code of IDAS"),
+        ] {
+            assert_eq!(name(code), expected);
+        }
+    }
+}

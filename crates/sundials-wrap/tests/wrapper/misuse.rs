@@ -1,9 +1,11 @@
 //! Arguments that make no sense, limits that are reached, solvers by the thousand.
 
+use nalgebra_sparse::pattern::SparsityPattern;
+use sundials_wrap::klu::KluOptions;
 use sundials_wrap::samples::{Heat2d, Robertson, Sample};
 use sundials_wrap::{
-    Constraint, DaeProblem, Error, IdaOptions, IdaSolver, Outcome, StopReason, Suppressed,
-    Tolerances,
+    Constraint, DaeProblem, Error, IdaOptions, IdaSolver, Outcome, StepError, StopReason,
+    Suppressed, Tolerances, VariableKind,
 };
 
 use crate::decay::{Decay, stop};
@@ -91,10 +93,76 @@ fn wrong_lengths_and_values_are_refused_with_numbers() {
         ),
         (
             IdaOptions {
+                min_step: -1e-9,
+                ..base()
+            },
+            "min_step = -0.000000001",
+        ),
+        (
+            IdaOptions {
+                initial_step: Some(f64::NAN),
+                ..base()
+            },
+            "initial_step = NaN",
+        ),
+        (
+            IdaOptions {
+                stop_time: Some(f64::INFINITY),
+                ..base()
+            },
+            "stop_time = inf",
+        ),
+        (
+            IdaOptions {
+                max_steps: Some(0),
+                ..base()
+            },
+            "max_steps = 0",
+        ),
+        (
+            IdaOptions {
+                max_error_test_failures: 0,
+                ..base()
+            },
+            "max_error_test_failures = 0",
+        ),
+        (
+            IdaOptions {
+                max_convergence_failures: 1 << 31,
+                ..base()
+            },
+            "max_convergence_failures = 2147483648",
+        ),
+        (
+            IdaOptions {
+                nonlinear_coefficient: 0.0,
+                ..base()
+            },
+            "nonlinear_coefficient = 0",
+        ),
+        (
+            IdaOptions {
+                klu: KluOptions {
+                    pivot_tolerance: 1.5,
+                    ..KluOptions::default()
+                },
+                ..base()
+            },
+            "klu.pivot_tolerance = 1.5",
+        ),
+        (
+            IdaOptions {
+                delta_cj: 0.0,
+                ..base()
+            },
+            "delta_cj = 0:",
+        ),
+        (
+            IdaOptions {
                 delta_cj: 1.0,
                 ..base()
             },
-            "delta_cj = 1",
+            "delta_cj = 1:",
         ),
         (
             IdaOptions {
@@ -121,6 +189,25 @@ fn wrong_lengths_and_values_are_refused_with_numbers() {
         let error = with(options);
         assert!(error.contains(word), "{error}");
     }
+    // The ends of the ranges are in them.
+    let at_the_ends = IdaOptions {
+        max_order: 1,
+        min_step: 0.5,
+        max_step: Some(0.5),
+        max_steps: Some(1),
+        max_error_test_failures: 1,
+        max_convergence_failures: i32::MAX as usize,
+        max_newton_iterations: 1,
+        tolerances: Tolerances::scalar(0.0, 1e-6),
+        klu: KluOptions {
+            pivot_tolerance: 1.0,
+            ..KluOptions::default()
+        },
+        ..base()
+    };
+    let start = Robertson.start();
+    let builder = IdaSolver::builder(Robertson).options(at_the_ends);
+    builder.build(0.0, &start.y, &start.y_dot).unwrap();
     let zero_weight = with(IdaOptions {
         tolerances: Tolerances::vector(0.0, [1.0, 0.0, 1.0]),
         ..base()
@@ -145,6 +232,154 @@ fn wrong_lengths_and_values_are_refused_with_numbers() {
         ),
         "{error}"
     );
+}
+
+/// A problem that contradicts itself: so many unknowns, kinds, rows and columns.
+struct Crooked {
+    n: usize,
+    kinds: usize,
+    pattern: SparsityPattern,
+}
+
+impl DaeProblem for Crooked {
+    fn n_unknowns(&self) -> usize {
+        self.n
+    }
+    fn residual(&mut self, _: f64, _: &[f64], _: &[f64], _: &mut [f64]) -> Result<(), StepError> {
+        unreachable!("it is refused")
+    }
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        self.pattern.clone()
+    }
+    fn jacobian(
+        &mut self,
+        _: f64,
+        _: &[f64],
+        _: &[f64],
+        _: f64,
+        _: f64,
+        _: &mut [f64],
+    ) -> Result<(), StepError> {
+        unreachable!("it is refused")
+    }
+    fn kinds(&self) -> Vec<VariableKind> {
+        vec![VariableKind::Differential; self.kinds]
+    }
+    fn indices(&self) -> Vec<u8> {
+        vec![0; self.n]
+    }
+}
+
+#[test]
+fn a_problem_that_contradicts_itself_is_refused() {
+    let full = |rows, columns| {
+        let offsets = (0..=columns).map(|c| c * rows).collect();
+        let indices = (0..columns).flat_map(|_| 0..rows).collect();
+        SparsityPattern::try_from_offsets_and_indices(columns, rows, offsets, indices).unwrap()
+    };
+    for (n, kinds, pattern, expected) in [
+        (2, 3, full(2, 2), "kinds: expected length 2, got 3"),
+        (
+            2,
+            2,
+            full(3, 2),
+            "rows of the Jacobian: expected length 2, got 3",
+        ),
+        (
+            2,
+            2,
+            full(2, 1),
+            "columns of the Jacobian: expected length 2, got 1",
+        ),
+        (
+            2,
+            2,
+            SparsityPattern::zeros(2, 2),
+            "nothing to integrate: 2 unknowns, 0 entries in the Jacobian",
+        ),
+        (
+            0,
+            0,
+            SparsityPattern::zeros(0, 0),
+            "nothing to integrate: 0 unknowns, 0 entries in the Jacobian",
+        ),
+    ] {
+        let problem = Crooked { n, kinds, pattern };
+        let start = vec![0.0; n];
+        let error = IdaSolver::builder(problem)
+            .build(0.0, &start, &start)
+            .unwrap_err();
+        assert_eq!(error.to_string(), expected);
+    }
+}
+
+#[test]
+fn quadratures_and_times_that_are_no_numbers_are_refused() {
+    let build = |t0: f64, start: &[f64], tolerances| {
+        IdaSolver::builder(Decay::new())
+            .quadrature(start, tolerances, |_, _, y, _, rate| {
+                rate.copy_from_slice(y);
+                Ok(())
+            })
+            .build(t0, &[1.0], &[-1.0])
+    };
+    for (t0, start, tolerances, expected) in [
+        (f64::INFINITY, 0.0, None, "t0[0] = inf is not finite"),
+        (
+            0.0,
+            f64::NAN,
+            None,
+            "initial values of the quadratures[0] = NaN is not finite",
+        ),
+        (
+            0.0,
+            0.0,
+            Some((-1.0, 1.0)),
+            "relative tolerance of the quadratures = -1: must be finite and ≥ 0",
+        ),
+        (
+            0.0,
+            0.0,
+            Some((1.0, f64::NAN)),
+            "absolute tolerance of the quadratures = NaN: must be finite and ≥ 0",
+        ),
+    ] {
+        let error = build(t0, &[start], tolerances).unwrap_err();
+        assert_eq!(error.to_string(), expected);
+    }
+    let mut solver = build(0.0, &[0.0], None).unwrap();
+    for (y, q, expected) in [
+        (
+            vec![1.0],
+            vec![],
+            "initial values of the quadratures: expected length 1, got 0",
+        ),
+        (
+            vec![],
+            vec![0.0],
+            "initial values y0: expected length 1, got 0",
+        ),
+        (vec![f64::NAN], vec![0.0], "y0[0] = NaN is not finite"),
+    ] {
+        let error = solver.reinit(0.0, &y, &[-1.0], &q).unwrap_err();
+        assert_eq!(error.to_string(), expected);
+    }
+    solver.integrate_to(1.0).unwrap();
+    let mut q = [0.0];
+    assert!(solver.quadrature(&mut []).is_err());
+    assert!(solver.quadrature_dense_output(f64::NAN, 0, &mut q).is_err());
+    let error = solver.quadrature_dense_output(1.0, 9, &mut q).unwrap_err();
+    assert!(
+        matches!(error, Error::NoDenseOutput { derivative: 9, .. }),
+        "{error}"
+    );
+    // Between the ends of the last step the integral and its rate, y, are at hand.
+    let t = 1.0;
+    solver.quadrature_dense_output(t, 0, &mut q).unwrap();
+    // Tolerance 1e-4 per step of y, some thirty steps.
+    assert!((q[0] - (1.0 - (-t).exp())).abs() < 3e-3, "{q:?}");
+    solver.quadrature_dense_output(t, 1, &mut q).unwrap();
+    assert!((q[0] - (-t).exp()).abs() < 1e-2, "{q:?}");
 }
 
 #[test]
