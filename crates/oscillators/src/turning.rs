@@ -57,14 +57,16 @@ pub fn mean_frequency(t: &[f64], centroid: &[Complex64]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// A drive of 8 Hz and a free motion of 7.75 Hz with `ratio` of its strength, over 20 s.
+    /// A drive of 8 Hz and a free motion of 7.75 Hz with `ratio` of its strength, over 20 s from 3 s.
     fn beats(ratio: f64) -> (Vec<f64>, Vec<Complex64>) {
-        let t: Vec<f64> = (0..=2000).map(|k| 0.01 * f64::from(k)).collect();
+        let t: Vec<f64> = (300..=2300).map(|k| 0.01 * f64::from(k)).collect();
         let turning = |frequency: f64, t: f64| Complex64::cis(-TAU * frequency * t);
-        // The phase puts the passages by 0 between samples.
+        // The phase puts the passages by 0 in the middle between samples, where the angle jumps by
+        // nearly half a turn: with the motion's own 0.08 turns by more, if it is not in its frame.
+        let phase = 0.25 * 0.005 / 7.75;
         let centroid = t
             .iter()
-            .map(|&t| turning(8.0, t) + ratio * turning(7.75, t + 0.0013));
+            .map(|&t| turning(8.0, t) + ratio * turning(7.75, t + phase));
         let centroid = centroid.collect();
         (t, centroid)
     }

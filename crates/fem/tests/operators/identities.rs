@@ -294,6 +294,54 @@ fn all_vectors_at_once_equal_each_alone() {
 }
 
 #[test]
+fn all_tangents_at_once_equal_each_alone() {
+    let solid = muscle();
+    let (n, m) = (2 * solid.space().n_nodes(), solid.space().n_vertices());
+    let (u, v, p) = (random(n, 1e-4, 1), random(n, 1e-2, 2), random(m, 10.0, 3));
+    let (p_rate, mu) = (random(m, 100.0, 4), random(m, 50.0, 5));
+    let fields = Fields {
+        v: Some(&v),
+        p_rate: Some(&p_rate),
+        mu: Some(&mu),
+        ..Fields::new(&u, Pressure::Nodal(&p))
+    };
+    let (k, b) = (
+        solid.displacement_pattern().nnz(),
+        solid.divergence_pattern().nnz(),
+    );
+    let mut all = [k, k, k, b, b].map(|n| vec![f64::NAN; n]);
+    let [
+        stiffness,
+        rate_stiffness,
+        multiplier_stiffness,
+        divergence,
+        divergence_rate,
+    ] = &mut all;
+    let mut out = Tangents {
+        stiffness: Some(stiffness),
+        rate_stiffness: Some(rate_stiffness),
+        multiplier_stiffness: Some(multiplier_stiffness),
+        divergence: Some(divergence),
+        divergence_rate: Some(divergence_rate),
+    };
+    solid.tangents(&fields, &mut out).unwrap();
+    for (which, together) in all.iter().enumerate() {
+        let mut alone = vec![f64::NAN; together.len()];
+        let mut out = Tangents::default();
+        let slot = match which {
+            0 => &mut out.stiffness,
+            1 => &mut out.rate_stiffness,
+            2 => &mut out.multiplier_stiffness,
+            3 => &mut out.divergence,
+            _ => &mut out.divergence_rate,
+        };
+        *slot = Some(&mut alone);
+        solid.tangents(&fields, &mut out).unwrap();
+        assert_eq!(&alone, together, "tangent {which}");
+    }
+}
+
+#[test]
 fn laws_may_differ_between_triangles() {
     use std::sync::Arc;
     let space = Arc::new(Space::taylor_hood(&muscle_mesh()));

@@ -31,12 +31,16 @@ pub(crate) fn numbers(value: &Value) -> Vec<f64> {
 }
 
 /// max |a − b|.
+///
+/// # Panics
+/// If a difference is no number: `f64::max` would pass it over.
 pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
-    a.iter()
-        .zip(b)
-        .map(|(a, b)| (a - b).abs())
-        .fold(0.0, f64::max)
+    let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+    differences.fold(0.0, |largest, difference| {
+        assert!(!difference.is_nan(), "{a:?} {b:?}");
+        f64::max(largest, difference)
+    })
 }
 
 /// ṡ = −F(s, 0; c).
