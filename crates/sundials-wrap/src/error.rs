@@ -52,6 +52,13 @@ pub enum Error {
         /// The time reached.
         t: f64,
     },
+    /// Initial values were to be corrected after the first step: IDAS' memory then holds the
+    /// differences of past steps in their place.
+    #[error("initial values can be corrected before the first step only, not at t = {t}")]
+    AfterTheStart {
+        /// The time reached.
+        t: f64,
+    },
     /// Dense output was asked for outside of the last step, or of too high a derivative.
     #[error(
         "no derivative of order {derivative} at t = {t}: the last step, of order {order}, covers \

@@ -169,13 +169,16 @@ impl<P: DaeProblem> IdaSolver<P> {
     ///
     /// # Errors
     /// [`Error::InconsistentInitialValues`] when none were found, [`Error::Callback`] for a fatal
-    /// error of the problem, [`Error::Call`] for misuse.
+    /// error of the problem, [`Error::AfterTheStart`] and [`Error::Call`] for misuse.
     pub fn correct_initial_values(
         &mut self,
         mode: ConsistencyMode,
         t_first: f64,
     ) -> Result<(), Error> {
         finite("t_first", t_first)?;
+        if self.ida.counter(Counter::Steps) > 0 {
+            return Err(Error::AfterTheStart { t: self.t });
+        }
         let unknowns = match mode {
             ConsistencyMode::AlgebraicAndDerivatives => InitialUnknowns::AlgebraicAndDerivatives,
             ConsistencyMode::States => InitialUnknowns::States,

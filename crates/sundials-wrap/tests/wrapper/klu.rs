@@ -3,7 +3,8 @@
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 use sundials_wrap::klu::{
-    ComplexNumeric, KluError, KluOptions, Numeric, Ordering, RealNumeric, Scalar, Scaling, Symbolic,
+    ComplexNumeric, Factors, KluError, KluOptions, Numeric, Ordering, Pivots, RealNumeric, Scalar,
+    Scaling, Symbolic,
 };
 
 /// Largest relative residual allowed: a backward stable solve stays within a modest multiple of
@@ -275,6 +276,56 @@ fn bad_arguments_are_errors_with_numbers() {
     assert!(error.to_string().contains("expected 3, got 4"), "{error}");
     lu.solve(&mut [1.0; 3])
         .expect("a refused matrix leaves the old factors in place");
+}
+
+#[test]
+fn errors_name_the_column_and_the_status() {
+    let singular = |column| KluError::Singular { n: 2, column }.to_string();
+    assert_eq!(singular(None), "the 2 × 2 matrix is singular");
+    assert_eq!(
+        singular(Some(1)),
+        "the 2 × 2 matrix is singular (no pivot in column 1)"
+    );
+    for (status, name) in [
+        (-2, "out of memory"),
+        (-3, "invalid matrix"),
+        (-4, "too large"),
+        (7, "unknown"),
+    ] {
+        let message = KluError::Failed { status }.to_string();
+        assert_eq!(message, format!("KLU failed with status {status} ({name})"));
+    }
+}
+
+/// [p 1; 1 1] has the pivots p and 1 − 1/p, if the diagonal's are kept: the growth is 1/p − 1.
+#[test]
+fn pivots_are_kept_as_long_as_they_serve() {
+    let full = SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 2, 4], vec![0, 1, 0, 1])
+        .unwrap();
+    let symbolic = Symbolic::analyze(&full, KluOptions::default()).unwrap();
+    // Fresh pivots of growth 19; then growth 99, three digits less than which is 19 000; 1e9; and
+    // a matrix that is singular with the pivots kept.
+    let mut factors = Factors::<f64>::new(symbolic);
+    assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(KluError::NoFactors));
+    for (p, pivots) in [
+        (0.05, Pivots::Fresh),
+        (0.01, Pivots::Kept),
+        (1e-3, Pivots::Kept),
+        (1e-9, Pivots::Fresh),
+        (3.0, Pivots::Kept),
+        (0.5, Pivots::Kept),
+    ] {
+        assert_eq!(factors.renew(&[p, 1.0, 1.0, 1.0]).unwrap(), pivots, "{p}");
+        let mut x = [1.0 + p, 2.0];
+        factors.solve(&mut x).unwrap();
+        // A growth of 999 at most where pivots are kept, times a condition number of some ten.
+        let error = (x[0] - 1.0).abs().max((x[1] - 1.0).abs());
+        assert!(error < 1e4 * f64::EPSILON, "{p}: {x:?}");
+    }
+    assert!(matches!(
+        factors.renew(&[1.0; 4]),
+        Err(KluError::Singular { .. })
+    ));
 }
 
 #[test]

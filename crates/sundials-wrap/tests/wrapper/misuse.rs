@@ -4,8 +4,8 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use sundials_wrap::klu::KluOptions;
 use sundials_wrap::samples::{Heat2d, Robertson, Sample};
 use sundials_wrap::{
-    Constraint, DaeProblem, Error, IdaOptions, IdaSolver, Outcome, StepError, StopReason,
-    Suppressed, Tolerances, VariableKind,
+    ConsistencyMode, Constraint, DaeProblem, Error, IdaOptions, IdaSolver, Outcome, StepError,
+    StopReason, Suppressed, Tolerances, VariableKind,
 };
 
 use crate::decay::{Decay, stop};
@@ -415,6 +415,24 @@ fn an_output_time_behind_t_is_misuse() {
         solver.dense_output(0.6, 0, &mut []),
         Err(Error::WrongLength { .. })
     ));
+}
+
+/// What a sequence of calls once did: corrected values went into the differences of past steps, and
+/// the next step left what is no number.
+#[test]
+fn initial_values_are_corrected_before_the_first_step_only() {
+    let mut solver = Decay::new().solver();
+    let mode = ConsistencyMode::AlgebraicAndDerivatives;
+    solver.correct_initial_values(mode, 1.0).unwrap();
+    solver.integrate_to(0.5).unwrap();
+    let error = solver.correct_initial_values(mode, 1.0).unwrap_err();
+    assert!(matches!(error, Error::AfterTheStart { t: 0.5 }), "{error}");
+    solver.reinit(0.5, &[1.0], &[-1.0], &[]).unwrap();
+    solver.correct_initial_values(mode, 1.0).unwrap();
+    assert_eq!(
+        solver.integrate_to(1.0).unwrap(),
+        Outcome::Reached { t: 1.0 }
+    );
 }
 
 #[test]
