@@ -95,7 +95,7 @@ fn panel(home: &Cell, down: Factor, across: Factor, rows: &[Row]) -> Option<Heat
 
 /// Decimal digits of u_y where they are known, else the time reached.
 fn shown(row: &Row) -> MapCell {
-    let text = match (row.verdict, row.measured.error_u_y) {
+    let text = match (row.verdict, row.errors.error_u_y) {
         (Verdict::Ok | Verdict::Wrong, Some(error)) => format!("{:.1}", -error.log10()),
         (Verdict::Stopped, _) => format!("t={:.1}", row.measured.t_reached),
         _ => String::new(),

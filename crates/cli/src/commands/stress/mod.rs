@@ -2,7 +2,8 @@
 //!
 //! Cast: a `Cell` is one run (formulation, κ, β, tolerance, load, mesh, order, error test); the
 //! plan says which; each is measured, compared with a trusted solution of its `Physics` by
-//! Radau IIA, and judged. Results go to a store as they come, so that the matrix can be interrupted.
+//! Radau IIA if it finished, and judged. Results go to a store as they come, so that the matrix can be
+//! interrupted.
 
 mod cell;
 mod maps;
@@ -10,6 +11,7 @@ mod measure;
 mod plan;
 mod report;
 mod store;
+mod trusted;
 mod verdict;
 mod watch;
 
@@ -31,9 +33,10 @@ use crate::exit::Exit;
 use crate::machine::Machine;
 use crate::progress::Progress;
 use crate::{atomic_file, interrupt, mesh_file, parallel};
-use cell::{Cell, Physics, T_END};
-use measure::{Measured, Trusted};
-use store::Store;
+use cell::{Cell, T_END};
+use measure::{Ended, Measured, Run};
+use store::{Origin, Store};
+use trusted::{Errors, Solutions};
 use verdict::Verdict;
 
 /// Options of `myovib stress`.
@@ -69,6 +72,8 @@ struct Row {
     verdict: Verdict,
     #[serde(flatten)]
     measured: Measured,
+    #[serde(flatten)]
+    errors: Errors,
     /// What the settings have to do with a wrong result.
     explanation: Option<String>,
 }
@@ -79,6 +84,8 @@ struct Document<'a> {
     t_end: f64,
     cap: f64,
     full: bool,
+    /// Cells of the matrix; fewer rows if it was interrupted.
+    planned: usize,
     rows: &'a [Row],
 }
 
@@ -100,22 +107,23 @@ pub fn run(args: &StressArgs) -> anyhow::Result<Exit> {
     } else {
         plan::quick()
     };
-    let physics = physics_of(&cells);
     let n_threads = args.common.n_threads();
     if !args.common.quiet {
         let seconds = plan::estimate(&cells, args.cap) / n_threads.get() as f64;
         eprintln!(
-            "{} cells, {} trusted solutions, on {n_threads} threads: about {:.0} min",
+            "{} cells on {n_threads} threads: about {:.0} min",
             cells.len(),
-            physics.len(),
             (seconds / 60.0).ceil()
         );
     }
     fs::create_dir_all(&args.out).with_context(|| format!("cannot make {}", args.out.display()))?;
     let (mesh, _) = mesh_file::load(None)?;
-    let trusted = trusted_solutions(args, &physics, &mesh)?;
-    let measured = measure_all(args, &cells, &trusted, &mesh)?;
-    let rows = judged(&cells, measured, &mesh)?;
+    let origin = Origin::here(args.cap);
+    let path = args.out.join("trusted.jsonl");
+    let solutions = Solutions::open(&path, origin.clone(), &mesh, args.cap)?;
+    let store = Store::open(&args.out.join("cells.jsonl"), origin)?;
+    let runs = run_all(args, &cells, &store, &solutions)?;
+    let rows = judged(&cells, runs, &solutions)?;
 
     maps::write_all(&rows, &args.out)?;
     let document = Document {
@@ -123,6 +131,7 @@ pub fn run(args: &StressArgs) -> anyhow::Result<Exit> {
         t_end: T_END,
         cap: args.cap,
         full: args.full,
+        planned: cells.len(),
         rows: &rows,
     };
     let text = crate::json::document("stress", &document)?;
@@ -138,120 +147,86 @@ pub fn run(args: &StressArgs) -> anyhow::Result<Exit> {
     })
 }
 
-/// What the cells have in common, once each.
-fn physics_of(cells: &[Cell]) -> Vec<Physics> {
-    let mut all: Vec<Physics> = Vec::new();
-    for cell in cells {
-        if !all.contains(&cell.physics) {
-            all.push(cell.physics);
-        }
-    }
-    all
-}
-
-/// The trusted solutions by the name of their physics; none where Radau IIA does not get through.
-fn trusted_solutions(
-    args: &StressArgs,
-    physics: &[Physics],
-    mesh: &Mesh,
-) -> anyhow::Result<HashMap<String, Trusted>> {
-    let store = Store::<Option<Trusted>>::open(&args.out.join("trusted.jsonl"))?;
-    let found = each(args, "trusted solutions", physics, &store, |physics| {
-        measure::trusted(physics, mesh, args.cap)
-    })?;
-    let named = physics.iter().zip(found);
-    Ok(named
-        .filter_map(|(physics, found)| Some((physics.to_string(), found??)))
-        .collect())
-}
-
-fn measure_all(
+/// Runs the cells on all threads, but for those in the store; those that finish ask for their trusted
+/// solution. `None` for what an interruption has left out.
+fn run_all(
     args: &StressArgs,
     cells: &[Cell],
-    trusted: &HashMap<String, Trusted>,
-    mesh: &Mesh,
-) -> anyhow::Result<Vec<Option<Measured>>> {
-    let store = Store::<Measured>::open(&args.out.join("cells.jsonl"))?;
-    each(args, "cells", cells, &store, |cell| {
-        let trusted = trusted.get(&cell.physics.to_string());
-        measure::measure(cell, mesh, args.cap, trusted)
-    })
-}
-
-/// `f` of each item on all threads, unless its result is in the store; none after an interruption.
-fn each<I, T>(
-    args: &StressArgs,
-    what: &str,
-    items: &[I],
-    store: &Store<T>,
-    f: impl Fn(&I) -> T + Sync,
-) -> anyhow::Result<Vec<Option<T>>>
-where
-    I: Sync + ToString,
-    T: Send + Sync + Clone + Serialize + serde::de::DeserializeOwned,
-{
-    let done = AtomicUsize::new(0);
-    let progress = Mutex::new(Progress::new(args.common.quiet));
-    let results = parallel::map(items, args.common.n_threads(), |item| {
-        let key = item.to_string();
-        let result = match store.get(&key) {
-            Some(known) => Some(known.clone()),
-            None if interrupt::flag().load(Ordering::Relaxed) => None,
+    store: &Store<Run>,
+    solutions: &Solutions<'_>,
+) -> anyhow::Result<Vec<Option<Run>>> {
+    let interrupted = || interrupt::flag().load(Ordering::Relaxed);
+    let one = |cell: &Cell| {
+        let key = cell.to_string();
+        let run = match store.get(&key) {
+            Some(known) => known.clone(),
+            None if interrupted() => return Ok(None),
             None => {
-                let result = f(item);
+                let run = measure::measure(cell, solutions.mesh(), args.cap);
                 // What ran while the interruption came is no result.
-                let whole = !interrupt::flag().load(Ordering::Relaxed);
-                if whole {
-                    store.append(&key, &result)?;
+                if interrupted() {
+                    return Ok(None);
                 }
-                whole.then_some(result)
+                store.append(&key, &run)?;
+                run
             }
         };
+        if run.measured.ended == Ended::Finished && !interrupted() {
+            solutions.ensure(&cell.physics)?;
+        }
+        Ok(Some(run))
+    };
+    let done = AtomicUsize::new(0);
+    let progress = Mutex::new(Progress::new(args.common.quiet));
+    let runs = parallel::map(cells, args.common.n_threads(), |cell| {
+        let run = one(cell);
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         if let Ok(mut progress) = progress.lock() {
-            progress.show(|| format!("{what}: {done} of {}", items.len()));
+            progress.show(|| format!("{done} of {} cells", cells.len()));
         }
-        Ok(result)
+        run
     });
-    results.into_iter().collect()
+    runs.into_iter().collect()
 }
 
-/// Judges what was computed.
+/// Judges what was run.
 fn judged(
     cells: &[Cell],
-    measured: Vec<Option<Measured>>,
-    mesh: &Mesh,
+    runs: Vec<Option<Run>>,
+    solutions: &Solutions<'_>,
 ) -> anyhow::Result<Vec<Row>> {
-    let known: HashMap<String, &Measured> = cells
+    let run: Vec<(&Cell, Run, Errors)> = cells
         .iter()
-        .zip(&measured)
-        .filter_map(|(cell, measured)| Some((cell.to_string(), measured.as_ref()?)))
-        .collect();
-    let verdicts: Vec<Option<Verdict>> = cells
-        .iter()
-        .map(|cell| {
-            let row_1 = known.get(&cell.row_1().to_string()).copied();
-            let own = known.get(&cell.to_string())?;
-            Some(Verdict::of(own, row_1))
+        .zip(runs)
+        .filter_map(|(cell, run)| Some((cell, run?)))
+        .map(|(cell, run)| {
+            let errors = Errors::of(&run, solutions.known(&cell.physics).as_ref());
+            (cell, run, errors)
         })
         .collect();
-    let mut rows = Vec::new();
-    for ((cell, measured), verdict) in cells.iter().zip(measured).zip(verdicts) {
-        let (Some(measured), Some(verdict)) = (measured, verdict) else {
-            continue;
-        };
-        let explanation = match verdict {
-            Verdict::Wrong => Some(explanation(cell, mesh)?),
-            _ => None,
-        };
-        rows.push(Row {
-            cell: *cell,
-            verdict,
-            measured,
-            explanation,
-        });
-    }
-    Ok(rows)
+    let finished = run
+        .iter()
+        .filter(|(_, run, _)| run.measured.ended == Ended::Finished);
+    let error_of: HashMap<String, f64> = finished
+        .filter_map(|(cell, _, errors)| Some((cell.to_string(), errors.error_u_y?)))
+        .collect();
+    run.into_iter()
+        .map(|(cell, run, errors)| {
+            let row_1 = error_of.get(&cell.row_1().to_string()).copied();
+            let verdict = Verdict::of(run.measured.ended, &errors, row_1);
+            let explanation = match verdict {
+                Verdict::Wrong => Some(explanation(cell, solutions.mesh())?),
+                _ => None,
+            };
+            Ok(Row {
+                cell: *cell,
+                verdict,
+                measured: run.measured,
+                errors,
+                explanation,
+            })
+        })
+        .collect()
 }
 
 /// What the formulation and the settings of a cell make one expect.

@@ -13,20 +13,21 @@ pub(super) enum Factor {
     Beta,
     Tolerance,
     Load,
-    Level,
     Order,
     Multipliers,
+    Level,
 }
 
 impl Factor {
+    /// All, those that can be done without last.
     pub(super) const ALL: [Self; 7] = [
         Self::Kappa,
         Self::Beta,
         Self::Tolerance,
         Self::Load,
-        Self::Level,
         Self::Order,
         Self::Multipliers,
+        Self::Level,
     ];
 
     /// The name in file names and on axes.
@@ -109,18 +110,23 @@ pub(super) fn homes() -> Vec<Cell> {
         .collect()
 }
 
-/// The union of all two-factor planes through the paper's points.
+/// The union of all two-factor planes through the paper's points: first the lines through the points,
+/// then plane by plane for all formulations, so that an interrupted matrix has whole planes.
 pub(super) fn full() -> Vec<Cell> {
-    let mut cells = Vec::new();
-    for home in homes() {
-        for (i, first) in Factor::ALL.iter().enumerate() {
-            for second in &Factor::ALL[i + 1..] {
+    let lines = homes()
+        .into_iter()
+        .flat_map(|home| Factor::ALL.map(|factor| factor.variants(&home)))
+        .flatten();
+    let planes = Factor::ALL.iter().enumerate().flat_map(|(j, second)| {
+        let firsts = &Factor::ALL[..j];
+        firsts.iter().flat_map(move |first| {
+            homes().into_iter().flat_map(move |home| {
                 let rows = first.variants(&home);
-                cells.extend(rows.iter().flat_map(|row| second.variants(row)));
-            }
-        }
-    }
-    with_row_1(cells)
+                rows.into_iter().flat_map(|row| second.variants(&row))
+            })
+        })
+    });
+    with_row_1(lines.chain(planes))
 }
 
 /// A subset that has every kind of failure in it.
@@ -155,12 +161,12 @@ pub(super) fn quick() -> Vec<Cell> {
     with_row_1(cells)
 }
 
-/// Adds the runs of row 1 that the others are measured by; drops what is not allowed or twice.
-fn with_row_1(cells: Vec<Cell>) -> Vec<Cell> {
-    let rows: Vec<Cell> = cells.iter().map(Cell::row_1).collect();
+/// Puts the run of row 1 that a cell is measured by before it; drops what is not allowed or twice.
+fn with_row_1(cells: impl IntoIterator<Item = Cell>) -> Vec<Cell> {
     let mut seen = HashSet::new();
-    rows.into_iter()
-        .chain(cells)
+    cells
+        .into_iter()
+        .flat_map(|cell| [cell.row_1(), cell])
         .filter(|cell| cell.is_allowed() && seen.insert(cell.to_string()))
         .collect()
 }

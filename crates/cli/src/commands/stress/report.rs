@@ -24,7 +24,7 @@ pub(super) fn text(rows: &[Row]) -> String {
         text += &format!(
             "wrong: {}: u_y off by {:.1e}. {}\n",
             row.cell,
-            row.measured.error_u_y.unwrap_or(f64::NAN),
+            row.errors.error_u_y.unwrap_or(f64::NAN),
             row.explanation.as_deref().unwrap_or("")
         );
     }
@@ -99,8 +99,8 @@ fn cells<'a>(rows: impl Iterator<Item = &'a Row>) -> Table {
         line.push(Cell::new(row.verdict.name(), tone));
         line.extend(
             [
-                number(measured.error_u_y),
-                number(measured.error_p),
+                number(row.errors.error_u_y),
+                number(row.errors.error_p),
                 format!("{:.0e}", measured.constraint_drift),
                 number(measured.energy_imbalance),
                 measured.steps.to_string(),

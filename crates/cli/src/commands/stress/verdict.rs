@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use super::measure::{Ended, Measured};
+use super::measure::Ended;
+use super::trusted::Errors;
 
 /// A finished run is wrong when u_y is off by more than this factor times the error of row 1 of
 /// Table 2 at the same tolerance and order,
@@ -32,16 +33,14 @@ impl Verdict {
         }
     }
 
-    /// Judges a run by its error and that of row 1; a run without trusted solution is never ok.
-    pub(super) fn of(measured: &Measured, row_1: Option<&Measured>) -> Self {
-        if measured.ended != Ended::Finished {
+    /// Judges a run by its error and that of row 1, if row 1 finished; a run without trusted
+    /// solution is never ok.
+    pub(super) fn of(ended: Ended, errors: &Errors, row_1: Option<f64>) -> Self {
+        if ended != Ended::Finished {
             return Self::Stopped;
         }
-        let of_row_1 = row_1
-            .filter(|row| row.ended == Ended::Finished)
-            .and_then(|row| row.error_u_y);
-        let limit = of_row_1.map_or(AT_MOST, |error| AT_MOST.min(TIMES_ROW_1 * error));
-        match (measured.error_u_y, measured.trusted_to) {
+        let limit = row_1.map_or(AT_MOST, |error| AT_MOST.min(TIMES_ROW_1 * error));
+        match (errors.error_u_y, errors.trusted_to) {
             (Some(error), Some(trusted_to)) if trusted_to <= limit => {
                 if error <= limit {
                     Self::Ok
@@ -58,41 +57,38 @@ impl Verdict {
 mod tests {
     use super::*;
 
-    fn finished(error: f64, trusted_to: f64) -> Measured {
-        Measured {
-            ended: Ended::Finished,
+    fn verdict(error: f64, trusted_to: f64, row_1: Option<f64>) -> Verdict {
+        let errors = Errors {
             error_u_y: Some(error),
             trusted_to: Some(trusted_to),
-            ..Measured::default()
-        }
+            ..Errors::default()
+        };
+        Verdict::of(Ended::Finished, &errors, row_1)
     }
 
     #[test]
     fn the_limit_is_a_hundred_times_row_1_or_thirty_per_cent() {
-        let row_1 = finished(1e-4, 1e-7);
-        let verdict = |error| Verdict::of(&finished(error, 1e-7), Some(&row_1));
-        assert_eq!(verdict(9.9e-3), Verdict::Ok);
-        assert_eq!(verdict(1.1e-2), Verdict::Wrong);
-        assert_eq!(verdict(f64::NAN), Verdict::Wrong);
-        let alone = |error| Verdict::of(&finished(error, 1e-7), None);
+        let beside = |error| verdict(error, 1e-7, Some(1e-4));
+        assert_eq!(beside(9.9e-3), Verdict::Ok);
+        assert_eq!(beside(1.1e-2), Verdict::Wrong);
+        assert_eq!(beside(f64::NAN), Verdict::Wrong);
+        let alone = |error| verdict(error, 1e-7, None);
         assert_eq!((alone(0.29), alone(0.31)), (Verdict::Ok, Verdict::Wrong));
     }
 
     #[test]
     fn without_a_trusted_solution_nothing_is_ok() {
-        let unknown = Measured {
-            error_u_y: None,
-            trusted_to: None,
-            ..finished(0.0, 0.0)
-        };
-        assert_eq!(Verdict::of(&unknown, None), Verdict::Unverified);
+        let unknown = Verdict::of(Ended::Finished, &Errors::default(), None);
+        assert_eq!(unknown, Verdict::Unverified);
         // A solution trusted to less than what is to be judged by it.
-        let vague = finished(1e-9, 0.5);
-        assert_eq!(Verdict::of(&vague, None), Verdict::Unverified);
-        let stopped = Measured {
-            ended: Ended::Stopped,
-            ..finished(1e-9, 1e-9)
-        };
-        assert_eq!(Verdict::of(&stopped, None), Verdict::Stopped);
+        assert_eq!(verdict(1e-9, 0.5, None), Verdict::Unverified);
+        for ended in [Ended::Stopped, Ended::Failed, Ended::Panicked] {
+            let known = Errors {
+                error_u_y: Some(1e-9),
+                trusted_to: Some(1e-9),
+                ..Errors::default()
+            };
+            assert_eq!(Verdict::of(ended, &known, None), Verdict::Stopped);
+        }
     }
 }
