@@ -12,21 +12,21 @@ pub(super) enum Factor {
     Kappa,
     Beta,
     Tolerance,
-    Load,
     Order,
     Multipliers,
+    Load,
     Level,
 }
 
 impl Factor {
-    /// All, those that can be done without last.
+    /// All; those whose cells take longest come last.
     pub(super) const ALL: [Self; 7] = [
         Self::Kappa,
         Self::Beta,
         Self::Tolerance,
-        Self::Load,
         Self::Order,
         Self::Multipliers,
+        Self::Load,
         Self::Level,
     ];
 
