@@ -54,11 +54,15 @@ pub enum ModelError {
     },
     /// Newton's method found no static equilibrium.
     #[error(
-        "no static equilibrium: Newton's method failed beyond {reached} of the load even in small load steps"
+        "no static equilibrium: Newton's method failed beyond {reached} of the load even in small load steps{}; \
+         if that is a limit load, a damped motion gets past it",
+        .inverted.map_or(String::new(), |at| format!(", meeting {at}"))
     )]
     NoEquilibrium {
         /// The part of the load for which there is one.
         reached: f64,
+        /// An element that the last trials turned inside out.
+        inverted: Option<myovib_fem::Inverted>,
     },
     /// A factorisation or solve with KLU.
     #[error(transparent)]

@@ -62,7 +62,7 @@ pub mod step_weights;
 pub mod table1;
 
 pub use assembly::{Assembly, Entry};
-pub use counters::WorkCounters;
+pub use counters::{InvertedAt, WorkCounters};
 pub use displacement::Displacement;
 pub use energy::Energies;
 pub use equation::Equation;

@@ -161,6 +161,7 @@ impl MuscleDae {
             muscle: Muscle { solid, .. },
             context,
             layout,
+            counters,
             ..
         } = self;
         let no_pressure = vec![0.0; solid.space().n_vertices()];
@@ -175,7 +176,7 @@ impl MuscleDae {
             force_rate: damped.then_some(&mut work.force_rate),
             ..Vectors::default()
         };
-        solid.evaluate(&fields, &mut vectors).map_err(recoverable)?;
+        counters.passed(t, solid.evaluate(&fields, &mut vectors))?;
         let momentum = layout
             .range(Field::Velocity)
             .expect("the momentum balance stands in the rows of v");
@@ -415,10 +416,8 @@ impl MuscleDae {
         let mut tangents: Tangents<'_> = self.matrices.wanted();
         self.counters.tangent_passes += 1;
         self.counters.rate_tangent_passes += u64::from(tangents.rate_stiffness.is_some());
-        self.muscle
-            .solid
-            .tangents(&fields, &mut tangents)
-            .map_err(recoverable)
+        let pass = self.muscle.solid.tangents(&fields, &mut tangents);
+        self.counters.passed(t, pass)
     }
 
     /// a ∂F/∂y + b ∂F/∂ẏ from the matrices of the last update.
@@ -439,10 +438,6 @@ fn blocks(formulation: Formulation, context: &Context) -> Vec<(Field, Vec<Term>)
         .iter()
         .map(|(field, equation)| (*field, equation.terms(context)))
         .collect()
-}
-
-fn recoverable(inverted: Inverted) -> StepError {
-    StepError::Recoverable(inverted.to_string())
 }
 
 impl DaeProblem for MuscleDae {
@@ -480,10 +475,7 @@ impl DaeProblem for MuscleDae {
         };
         counters.residual_passes += 1;
         counters.force_rate_passes += u64::from(needs.force_rate);
-        muscle
-            .solid
-            .evaluate(&fields, &mut vectors)
-            .map_err(recoverable)?;
+        counters.passed(t, muscle.solid.evaluate(&fields, &mut vectors))?;
         work.load.fill(0.0);
         for load in &muscle.loads {
             load.add_at(t, &mut work.load);

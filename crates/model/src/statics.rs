@@ -33,10 +33,12 @@ pub struct Equilibrium {
 
 /// Solves ∫P:∇φ = f(t), ∫ψ(p/κ + J - 1) = 0 for the loads as they stand at time `t`.
 ///
-/// The whole load is tried first; where Newton's method fails, it is applied in steps.
+/// The whole load is tried first; where Newton's method fails, it is applied in steps, which shrink
+/// where it fails and grow where it does not. Prescribed displacements are part of the load.
 ///
 /// # Errors
-/// [`ModelError::NoEquilibrium`] with the part of the load that could be reached.
+/// [`ModelError::NoEquilibrium`] with the part of the load that could be reached, and the element that
+/// was turned inside out, if one was.
 pub fn equilibrium(muscle: &Muscle, t: f64) -> Result<Equilibrium, ModelError> {
     let mut newton = Newton::new(muscle, t)?;
     let mut x = vec![0.0; newton.layout.n_unknowns()];
@@ -52,7 +54,10 @@ pub fn equilibrium(muscle: &Muscle, t: f64) -> Result<Equilibrium, ModelError> {
         } else {
             increment = 0.5 * (target - reached);
             if increment < SMALLEST_LOAD_STEP {
-                return Err(ModelError::NoEquilibrium { reached });
+                return Err(ModelError::NoEquilibrium {
+                    reached,
+                    inverted: newton.inverted,
+                });
             }
         }
     }
@@ -83,9 +88,13 @@ struct Newton<'a> {
     load: Vec<f64>,
     /// The square of all loads, on the undeformed body.
     load_square: f64,
+    /// The prescribed components and their values, m.
+    prescribed: Vec<(usize, f64)>,
     displacement: Vec<f64>,
     force: Vec<f64>,
     iterations: usize,
+    /// The last element turned inside out by a trial of the present load step.
+    inverted: Option<Inverted>,
 }
 
 impl<'a> Newton<'a> {
@@ -131,13 +140,15 @@ impl<'a> Newton<'a> {
             ..KluOptions::default()
         };
         let nodal = vec![0.0; 2 * solid.space().n_nodes()];
-        let (mut load, mut displacement) = (nodal.clone(), nodal.clone());
+        let (mut load, displacement) = (nodal.clone(), nodal.clone());
         for part in &muscle.loads {
             part.add_at(t, &mut load);
         }
-        for prescribed in &muscle.prescribed {
-            displacement[prescribed.component] = prescribed.signal.at(t).value;
-        }
+        let prescribed: Vec<_> = muscle
+            .prescribed
+            .iter()
+            .map(|prescribed| (prescribed.component, prescribed.signal.at(t).value))
+            .collect();
         let mut whole = load.clone();
         for pressure in &muscle.pressures {
             pressure.add_at(t, 1.0, &displacement, &mut whole);
@@ -151,14 +162,25 @@ impl<'a> Newton<'a> {
             assembly,
             matrices,
             load,
+            prescribed,
             displacement,
             force: nodal,
             iterations: 0,
+            inverted: None,
         })
+    }
+
+    /// All components of the displacement: the free ones `q`, `factor` times the prescribed ones.
+    fn deform(&mut self, q: &[f64], factor: f64) {
+        for &(component, value) in &self.prescribed {
+            self.displacement[component] = factor * value;
+        }
+        self.muscle.solid.dofs().expand(q, &mut self.displacement);
     }
 
     /// The residual at `x` under `factor` times the load.
     fn residual(&mut self, x: &[f64], factor: f64, r: &mut [f64]) -> Result<(), Inverted> {
+        self.deform(&x[..self.muscle.solid.dofs().n_free()], factor);
         let Self {
             muscle,
             layout,
@@ -171,9 +193,8 @@ impl<'a> Newton<'a> {
         let solid = &muscle.solid;
         let n_free = solid.dofs().n_free();
         debug_assert_eq!(layout.n_unknowns(), x.len());
-        let (q, pressure) = x.split_at(n_free);
+        let pressure = &x[n_free..];
         let (momentum, constraint) = r.split_at_mut(n_free);
-        solid.dofs().expand(q, displacement);
         let fields = Fields::new(displacement, Pressure::Nodal(pressure));
         let mut product = vec![0.0; pressure.len()];
         solid.apply_pressure_mass(pressure, &mut product);
@@ -182,7 +203,9 @@ impl<'a> Newton<'a> {
             defect: Some(constraint),
             ..Vectors::default()
         };
-        solid.evaluate(&fields, &mut vectors)?;
+        solid.evaluate(&fields, &mut vectors).inspect_err(|at| {
+            self.inverted = Some(*at);
+        })?;
         for pressure in &muscle.pressures {
             pressure.add_at(*t, -factor, displacement, force);
         }
@@ -198,6 +221,7 @@ impl<'a> Newton<'a> {
     /// Newton's iteration from `start`; None if it does not converge.
     fn solve(&mut self, start: &[f64], factor: f64) -> Result<Option<Vec<f64>>, ModelError> {
         let n = start.len();
+        self.inverted = None;
         let (mut x, mut trial) = (start.to_vec(), vec![0.0; n]);
         let (mut r, mut r_trial) = (vec![0.0; n], vec![0.0; n]);
         let mut values = vec![0.0; self.assembly.pattern().nnz()];
@@ -239,7 +263,7 @@ impl<'a> Newton<'a> {
             solid, pressures, ..
         } = self.muscle;
         let (q, pressure) = x.split_at(solid.dofs().n_free());
-        solid.dofs().expand(q, &mut self.displacement);
+        self.deform(q, factor);
         let fields = Fields::new(&self.displacement, Pressure::Nodal(pressure));
         solid.tangents(&fields, &mut self.matrices.wanted())?;
         self.matrices.update_pressures(pressures, self.t, factor);

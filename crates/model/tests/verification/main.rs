@@ -6,6 +6,7 @@ mod common;
 mod energy;
 mod index3;
 mod jacobian;
+mod large;
 mod parameters;
 mod pressure;
 mod statics;

@@ -1,6 +1,6 @@
 //! `run.json`: what was computed, with what, and how it went.
 
-use myovib_model::{Formulation, Integrator, Muscle, Statistics};
+use myovib_model::{Formulation, Integrator, Muscle, Outcome, Statistics, WorkCounters};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -43,6 +43,7 @@ pub(super) fn dynamic<P: System>(
             "tangent_passes": work.tangent_passes,
             "rate_tangent_passes": work.rate_tangent_passes,
             "matrix_sums": work.matrix_sums,
+            "inversions": work.inversions,
             "linear": LinearWorkJson::new(&work.linear),
         },
         "output_work": outputs.work,
@@ -104,9 +105,26 @@ pub(super) fn dynamic<P: System>(
     }
     extend(
         &mut document,
-        json!({ "seed": seed, "energy": outputs.energy() }),
+        json!({
+            "seed": seed,
+            "energy": outputs.energy(),
+            "stop": stop(statistics, &work),
+        }),
     );
     Ok(document)
+}
+
+/// The element turned inside out where a run stopped, if one was.
+fn stop(statistics: &Statistics, work: &WorkCounters) -> Value {
+    let inverted = work.inverted_beyond(statistics.t_reached);
+    match (&statistics.outcome, inverted) {
+        (Outcome::Stopped { .. }, Some(at)) => json!({
+            "element": at.element,
+            "barycentric": at.barycentric,
+            "J": at.jacobian,
+        }),
+        _ => Value::Null,
+    }
 }
 
 /// The seed of each chain.

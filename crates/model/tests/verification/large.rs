@@ -1,0 +1,260 @@
+//! Large deformation: det F near 0, bodies turned inside out, snap-through.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use myovib_fem::{DofMap, Mesh, Solid, Space, generate, load};
+use myovib_model::statics::equilibrium;
+use myovib_model::{
+    Formulation, Load, ModelError, Muscle, MuscleDae, Observer, Outcome, Parameters, Prescribed,
+    PressureLoad, Probe, Settings, Signal, Statistics, Step, paper, run, start_at_rest,
+};
+use sundials_wrap::DaeProblem;
+
+const KAPPA: f64 = 1e5;
+
+/// 0.5 m high, 1 m long.
+fn block() -> (Mesh, Arc<Space>) {
+    let mesh = generate::rectangle([0.0; 2], [1.0, 0.5], [3, 2]).unwrap();
+    let space = Arc::new(Space::taylor_hood(&mesh));
+    (mesh, space)
+}
+
+fn body(space: Arc<Space>, held: &[(usize, usize)], alpha: f64, kappa: f64) -> Muscle {
+    let dofs = DofMap::new(&space, held).unwrap();
+    Muscle {
+        solid: Solid::uniform(space, dofs, paper::LAW, paper::DENSITY).unwrap(),
+        parameters: Parameters::new(alpha, 0.0, kappa).unwrap(),
+        loads: Vec::new(),
+        pressures: Vec::new(),
+        prescribed: Vec::new(),
+    }
+}
+
+/// A quarter of a block under pressure all round, so damped that it comes to rest within 1 s.
+fn squeezed(pressure: Signal) -> Muscle {
+    let (_, space) = block();
+    let held = [("left", 0), ("bottom", 1)].map(|(group, axis)| {
+        let nodes = space.nodes_of(group).unwrap().into_iter();
+        nodes.map(move |node| (node, axis))
+    });
+    let held: Vec<_> = held.into_iter().flatten().collect();
+    let mut muscle = body(space, &held, 50.0, KAPPA);
+    for group in ["right", "top"] {
+        let load = PressureLoad::new(&muscle.solid, group, pressure.clone()).unwrap();
+        muscle.pressures.push(load);
+    }
+    muscle
+}
+
+/// A block clamped at both ends, its right end pushed to the left.
+fn compressed(push: Signal) -> Muscle {
+    let (_, space) = block();
+    let nodes = |group: &str| space.nodes_of(group).unwrap();
+    let ends = nodes("left").into_iter().chain(nodes("right"));
+    let held: Vec<_> = ends.flat_map(|node| [(node, 0), (node, 1)]).collect();
+    let prescribed = nodes("right").into_iter().map(|node| Prescribed {
+        component: 2 * node,
+        signal: push.clone(),
+    });
+    let prescribed = prescribed.collect();
+    Muscle {
+        prescribed,
+        ..body(space, &held, 1.0, KAPPA)
+    }
+}
+
+/// A shallow arch, 0.2 m wide and 0.02 m high, clamped at both ends, under a load from above; so damped
+/// that it comes to rest within 1 s.
+fn arch(pressure: Signal, kappa: f64) -> Muscle {
+    let flat = generate::rectangle([-0.1, 0.0], [0.1, 0.01], [20, 2]).unwrap();
+    let raised = flat
+        .points()
+        .iter()
+        .map(|[x, y]| [*x, y + 0.02 * (1.0 - (x / 0.1).powi(2))]);
+    let mesh = Mesh::new(
+        raised.collect(),
+        flat.triangles().to_vec(),
+        flat.groups().clone(),
+    )
+    .unwrap();
+    let space = Arc::new(Space::taylor_hood(&mesh));
+    let ends = ["left", "right"].map(|group| space.nodes_of(group).unwrap());
+    let held: Vec<_> = ends
+        .concat()
+        .iter()
+        .flat_map(|n| [(*n, 0), (*n, 1)])
+        .collect();
+    let load = load::traction(&space, "top", [0.0, -1.0]).unwrap();
+    let mut muscle = body(space, &held, 50.0, kappa);
+    muscle.loads.push(Load::new(&load, pressure));
+    muscle
+}
+
+/// The sizes of the steps, s.
+#[derive(Default)]
+struct Sizes(Vec<f64>);
+
+impl Observer<MuscleDae> for Sizes {
+    fn accepted(
+        &mut self,
+        step: &mut Step<'_, MuscleDae>,
+    ) -> Result<ControlFlow<Outcome>, ModelError> {
+        self.0.push(step.to - step.from);
+        Ok(ControlFlow::Continue(()))
+    }
+}
+
+/// A run and where it ended.
+struct Run {
+    statistics: Statistics,
+    dae: MuscleDae,
+    y: Vec<f64>,
+    steps: Vec<f64>,
+}
+
+fn integrate(muscle: Muscle, formulation: Formulation, settings: &Settings) -> Run {
+    let dae = MuscleDae::new(muscle, formulation).unwrap();
+    let mut y = vec![0.0; dae.n_unknowns()];
+    let mut integrator = start_at_rest(dae, settings).unwrap();
+    let mut sizes = Sizes::default();
+    let statistics = run(integrator.as_mut(), &mut [&mut sizes]).unwrap();
+    integrator
+        .dense_output(statistics.t_reached, 0, &mut y)
+        .unwrap();
+    Run {
+        statistics,
+        dae: integrator.problem().clone(),
+        y,
+        steps: sizes.0,
+    }
+}
+
+/// Settings so loose that predicted states are turned inside out.
+fn loose(t_end: f64) -> Settings {
+    let mut settings = Settings {
+        t_end,
+        relative_tolerance: 0.1,
+        ..Settings::paper(Formulation::Position)
+    };
+    settings.absolute_tolerances.displacement = 0.1;
+    settings.absolute_tolerances.velocity = 0.1;
+    settings.absolute_tolerances.pressure = 1e4;
+    settings
+}
+
+/// J = 1 − p/κ = 0.09, where the dynamic body comes to rest as the static one does.
+#[test]
+fn a_block_is_squeezed_to_a_tenth_of_its_volume() {
+    let pressure = 4.0 * KAPPA;
+    let rest = equilibrium(&squeezed(Signal::Constant(pressure)), 0.0).unwrap();
+    let volume = 1.0 - rest.pressure[0] / KAPPA;
+    assert!((0.0..0.1).contains(&volume), "J = {volume}");
+    let step = Signal::Step {
+        value: pressure,
+        start: 0.0,
+        rise: 0.2,
+    };
+    for formulation in [
+        Formulation::Displacement,
+        Formulation::Position,
+        Formulation::Velocity,
+    ] {
+        let settings = Settings {
+            t_end: 1.0,
+            ..Settings::paper(formulation)
+        };
+        let run = integrate(squeezed(step.clone()), formulation, &settings);
+        assert_eq!(run.statistics.outcome, Outcome::Finished, "{formulation}");
+        let apart = rest.displacement.iter().zip(&run.y);
+        let apart = apart.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+        // Lengths of 1 m to the relative tolerance; the body is no longer pressed further by then.
+        assert!(apart < 1e-3, "{formulation}: {apart:e}");
+    }
+}
+
+#[test]
+fn steps_that_turn_elements_inside_out_shrink_and_grow_again() {
+    let push = Signal::Step {
+        value: -0.5,
+        start: 0.0,
+        rise: 0.2,
+    };
+    let run = integrate(compressed(push), Formulation::Position, &loose(0.5));
+    assert_eq!(run.statistics.outcome, Outcome::Finished);
+    assert!(run.dae.counters().inversions > 0, "no element was inverted");
+    assert!(run.statistics.step_solve_failures > 0);
+    let smaller = run
+        .steps
+        .windows(2)
+        .position(|pair| pair[1] < 0.5 * pair[0]);
+    let after = &run.steps[smaller.unwrap() + 1..];
+    let grown = after.iter().fold(0.0_f64, |most, h| most.max(*h));
+    assert!(grown > 2.0 * after[0], "{after:?}");
+}
+
+#[test]
+fn a_run_stopped_by_an_inverted_element_names_it() {
+    let push = Signal::Step {
+        value: -0.95,
+        start: 0.0,
+        rise: 0.02,
+    };
+    let run = integrate(compressed(push), Formulation::Position, &loose(0.5));
+    let Outcome::Stopped { message, .. } = &run.statistics.outcome else {
+        panic!("the run is expected to stop");
+    };
+    let t = run.statistics.t_reached;
+    let at = run.dae.counters().inverted_beyond(t).unwrap();
+    assert!(at.jacobian <= 0.0, "{at}");
+    assert!(message.contains(&at.to_string()), "`{at}` in: {message}");
+}
+
+/// Prescribed displacements are part of the load: at once they would turn the elements at the end
+/// inside out.
+#[test]
+fn a_static_body_is_compressed_in_steps() {
+    let solution = equilibrium(&compressed(Signal::Constant(-0.3)), 0.0).unwrap();
+    assert!(
+        solution.load_steps > 1,
+        "{} load steps",
+        solution.load_steps
+    );
+}
+
+/// Beyond its limit load an arch has no equilibrium nearby: the same load is found whatever part of
+/// the whole it is, and a motion gets past it.
+#[test]
+fn an_arch_snaps_through() {
+    for kappa in [KAPPA, f64::INFINITY] {
+        let limits = [50.0, 100.0].map(|load| {
+            match equilibrium(&arch(Signal::Constant(load), kappa), 0.0) {
+                Err(ModelError::NoEquilibrium { reached, .. }) => reached * load,
+                other => panic!("{other:?}"),
+            }
+        });
+        // The smallest load step is 1/1024 of the whole.
+        assert!(
+            (limits[0] - limits[1]).abs() <= 100.0 / 1024.0,
+            "{limits:?}"
+        );
+
+        let step = Signal::Step {
+            value: 2.0 * limits[0],
+            start: 0.0,
+            rise: 0.2,
+        };
+        let settings = Settings {
+            t_end: 1.0,
+            ..Settings::paper(Formulation::Position)
+        };
+        let run = integrate(arch(step, kappa), Formulation::Position, &settings);
+        assert_eq!(run.statistics.outcome, Outcome::Finished);
+        let mut dae = run.dae;
+        let crown = Probe::at(dae.muscle().solid.space(), [0.0, 0.02]).unwrap();
+        let (displacement, _) = dae.nodal_motion(1.0, &run.y);
+        let fall = -crown.vector(displacement)[1];
+        // From 0.02 m above the supports to below them.
+        assert!(fall > 0.02, "kappa = {kappa}: {fall}");
+    }
+}
