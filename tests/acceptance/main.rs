@@ -10,5 +10,6 @@ mod harness;
 mod radau;
 mod scene_results;
 mod scenes;
+mod stability;
 mod structure;
 mod table2;

@@ -240,3 +240,39 @@ fn explanation(cell: &Cell, mesh: &Mesh) -> anyhow::Result<String> {
         findings.join(" ")
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::num::NonZeroUsize;
+
+    use myovib_model::Formulation;
+
+    use super::*;
+
+    #[test]
+    fn a_cell_gives_the_same_bits_whatever_the_threads() {
+        let (mesh, _) = mesh_file::load(None).unwrap();
+        let cells = [
+            Formulation::Position,
+            Formulation::Velocity,
+            Formulation::Rate,
+        ]
+        .map(|f| {
+            let home = Cell::home(f, f64::INFINITY);
+            Cell { rtol: 1e-2, ..home }
+        });
+        let runs = |n_threads| {
+            let n_threads = NonZeroUsize::new(n_threads).unwrap();
+            let runs = parallel::map(&cells, n_threads, |cell| {
+                let mut run = measure::measure(cell, &mesh, 20.0);
+                run.measured.cpu_seconds = 0.0;
+                run.measured.wall_seconds = 0.0;
+                run
+            });
+            serde_json::to_value(runs).unwrap()
+        };
+        let one = runs(1);
+        assert_eq!(one[0]["measured"]["outcome"], "finished");
+        assert_eq!(one, runs(2));
+    }
+}

@@ -1,0 +1,101 @@
+//! Runs that go wrong say where, and the same scene gives the same bits.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::harness::myovib_in;
+
+/// A block clamped at both ends, pushed together so fast and integrated so loosely that Newton's
+/// method ends in elements turned inside out.
+const CRUSHED: &str = r#"
+[time]
+end = 0.5
+
+[mesh]
+type = "rectangle"
+width = 1.0
+height = 0.5
+cells = [3, 2]
+
+[solid]
+kappa = 1e5
+alpha = 1.0
+beta = 0.0
+formulation = "position"
+
+[[material]]
+law = "mooney-rivlin"
+density = 1.1e3
+c10 = 1e4
+c01 = 2e2
+
+[[fixed]]
+group = "left"
+
+[[displacement]]
+group = "right"
+x = { type = "step", value = -0.95, rise = 0.02 }
+y = 0.0
+
+[integrator]
+rtol = 0.1
+atol = { displacement = 0.1, velocity = 0.1, pressure = 1e4, multiplier = 5.0 }
+"#;
+
+fn run_json(folder: &Path) -> Value {
+    let text = fs::read_to_string(folder.join("run.json")).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+#[test]
+fn an_inverted_element_is_named_in_the_message_and_in_the_document() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("crushed.toml"), CRUSHED).unwrap();
+    let run = myovib_in(folder.path(), &["run", "crushed.toml", "--quiet"]);
+    assert_eq!(run.code, 3, "{}", run.stderr);
+    let document = run_json(&folder.path().join("out"));
+    let stop = &document["stop"];
+    assert!(stop["J"].as_f64().unwrap() <= 0.0, "{stop}");
+    assert_eq!(stop["barycentric"].as_array().unwrap().len(), 3);
+    let named = format!("in element {} at barycentric", stop["element"]);
+    let message = document["message"].as_str().unwrap();
+    assert!(message.contains(&named), "`{named}` in: {message}");
+    assert!(document["work"]["inversions"].as_u64().unwrap() > 0);
+}
+
+#[test]
+fn the_same_scene_gives_the_same_bits_whatever_the_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let probes = |out: &str, threads: &str| -> Vec<(String, Vec<u8>)> {
+        let arguments = [
+            "run",
+            "figure6",
+            "--set",
+            "time.end=0.3",
+            "--quiet",
+            "--threads",
+            threads,
+            "--out",
+            out,
+        ];
+        let run = myovib_in(folder.path(), &arguments);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let mut files: Vec<_> = fs::read_dir(folder.path().join(out))
+            .unwrap()
+            .map(|entry| entry.unwrap().path())
+            .filter(|path| path.extension().is_some_and(|e| e == "csv"))
+            .collect();
+        files.sort();
+        let read = |path: &std::path::PathBuf| {
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            (name, fs::read(path).unwrap())
+        };
+        files.iter().map(read).collect()
+    };
+    let (one, again, two) = (probes("one", "1"), probes("again", "1"), probes("two", "2"));
+    assert!(!one.is_empty() && one.iter().all(|(_, bytes)| bytes.len() > 100));
+    assert_eq!(one, again);
+    assert_eq!(one, two);
+}
