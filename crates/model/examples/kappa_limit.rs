@@ -4,13 +4,15 @@
 //! cargo run --release -p myovib-model --example kappa_limit
 //! ```
 //! For each κ the largest distance in u_y(0, 0) over [0, 0.6] s from the motion of κ = ∞, beside
-//! the largest u_y of that; by Radau IIA at a relative tolerance of 1e-8, `displacement` included,
-//! whose limit locks.
+//! the largest u_y of that; by Radau IIA at a relative tolerance of 1e-8. `displacement` is included,
+//! whose limit locks, and `position` with P1–P1 elements, which violate the inf–sup condition.
 
-use myovib_fem::Mesh;
+use std::sync::Arc;
+
+use myovib_fem::{DofMap, Mesh, Solid, Space, load};
 use myovib_model::{
-    Formulation, IntegratorKind, ModelError, MuscleDae, Outcome, Probe, SampleTimes, Sampler,
-    Settings, paper, run, start_at_rest,
+    Formulation, IntegratorKind, Load, ModelError, Muscle, MuscleDae, Outcome, Parameters, Probe,
+    SampleTimes, Sampler, Settings, Signal, paper, run, start_at_rest,
 };
 use sundials_wrap::DaeProblem;
 
@@ -19,22 +21,23 @@ const T_END: f64 = 0.6;
 fn main() -> Result<(), ModelError> {
     let mesh = include_str!("../../../data/meshes/muscle.msh");
     let mesh = Mesh::parse_msh(mesh, "muscle.msh")?;
+    let stable = Space::taylor_hood(&mesh);
+    let unstable = Space::equal_order(&mesh);
     let columns = [
-        (Formulation::Position, 0.0),
-        (Formulation::Rate, paper::BETA),
-        (Formulation::Displacement, 0.0),
+        (&stable, Formulation::Position, 0.0),
+        (&stable, Formulation::Rate, paper::BETA),
+        (&stable, Formulation::Displacement, 0.0),
+        (&unstable, Formulation::Position, 0.0),
     ];
-    println!("| κ | `position`, β = 0 | `rate`, β = 1e-4 | `displacement`, β = 0 |");
-    println!("|---|---|---|---|");
-    let limits = [
-        motion(&mesh, Formulation::Position, f64::INFINITY, 0.0)?,
-        motion(&mesh, Formulation::Rate, f64::INFINITY, paper::BETA)?,
-    ];
+    println!("| κ | `position`, β = 0 | `rate`, β = 1e-4 | `displacement`, β = 0 | P1–P1, β = 0 |");
+    println!("|---|---|---|---|---|");
+    let undamped = motion(&stable, Formulation::Position, f64::INFINITY, 0.0)?;
+    let damped = motion(&stable, Formulation::Rate, f64::INFINITY, paper::BETA)?;
     for kappa in (5..=12).map(|k| 10_f64.powi(k)) {
         let mut row = format!("| {kappa:.0e} |");
-        for (i, &(formulation, beta)) in columns.iter().enumerate() {
-            let limit = &limits[i % limits.len()];
-            let cell = match motion(&mesh, formulation, kappa, beta)? {
+        for (space, formulation, beta) in columns {
+            let limit = if beta > 0.0 { &damped } else { &undamped };
+            let cell = match motion(space, formulation, kappa, beta)? {
                 Some(u_y) => limit.as_ref().map(|limit| distance(&u_y, limit)),
                 None => None,
             };
@@ -47,12 +50,21 @@ fn main() -> Result<(), ModelError> {
 
 /// u_y at the origin, if the run gets to its end.
 fn motion(
-    mesh: &Mesh,
+    space: &Space,
     formulation: Formulation,
     kappa: f64,
     beta: f64,
 ) -> Result<Option<Vec<f64>>, ModelError> {
-    let muscle = paper::muscle(mesh, kappa, beta)?;
+    let space = Arc::new(space.clone());
+    let dofs = DofMap::clamped(&space, &space.nodes_of(paper::FIXED_GROUP)?)?;
+    let load = load::traction(&space, paper::LOAD_GROUP, [0.0, 1.0])?;
+    let muscle = Muscle {
+        loads: vec![Load::new(&load, Signal::paper(paper::LOAD_AMPLITUDE))],
+        pressures: Vec::new(),
+        prescribed: Vec::new(),
+        parameters: Parameters::new(paper::ALPHA, beta, kappa)?,
+        solid: Solid::uniform(space, dofs, paper::LAW, paper::DENSITY)?,
+    };
     let origin = Probe::at(muscle.solid.space(), [0.0, 0.0])?;
     let mut settings = Settings::paper(formulation).with_integrator(IntegratorKind::Radau);
     let atol = &mut settings.absolute_tolerances;

@@ -32,6 +32,8 @@ const UNRESOLVED: f64 = 10.0;
 pub enum Remedy {
     /// Leave these blocks out of the error test.
     LeaveOut(Vec<Field>),
+    /// Weigh the errors of multipliers by the step.
+    WeighByStep,
     /// Bound the order of BDF.
     MaxOrder(u8),
     /// Take another formulation of the same physics, of this index.
@@ -54,6 +56,7 @@ impl Remedy {
                     }
                 }
             }
+            Self::WeighByStep => settings.multiplier_weights = MultiplierWeights::StepScaled,
             Self::MaxOrder(order) => settings.max_order = settings.max_order.min(*order),
             Self::Reformulate(other, _) => {
                 let defaults = Settings::paper(*other).with_integrator(settings.integrator);
@@ -85,6 +88,11 @@ impl fmt::Display for Remedy {
             Self::LeaveOut(fields) => {
                 write!(f, "leave {} out of the error test", symbols(fields))
             }
+            Self::WeighByStep => write!(
+                f,
+                "weigh the errors of multipliers by the step (multiplier weights `{}`)",
+                MultiplierWeights::StepScaled.name()
+            ),
             Self::MaxOrder(order) => write!(f, "take order {order} at most"),
             Self::Reformulate(other, index) => {
                 write!(f, "take the formulation `{other}` (index {index})")
@@ -204,7 +212,75 @@ impl Advice {
 
     /// What is expected to make the run fail, before it is tried.
     pub fn findings(&self) -> Vec<Finding> {
-        self.error_test().into_iter().chain(self.order()).collect()
+        let of_multipliers = self.error_test().or_else(|| self.newton());
+        of_multipliers.into_iter().chain(self.order()).collect()
+    }
+
+    /// Multipliers of index 3, left out of the error test, that Newton's method is still measured by.
+    fn newton(&self) -> Option<Finding> {
+        let index = self.index();
+        let weighed = index > 2 && self.is_tighter_than_usual();
+        (weighed && self.weighs_plainly()).then(|| {
+            let remedies = vec![Remedy::WeighByStep];
+            self.of_highest_index(
+                format!(
+                    "{}, also where the error test leaves it out",
+                    self.small_steps()
+                ),
+                remedies,
+            )
+        })
+    }
+
+    /// Whether the error weights of multipliers could follow the step, but do not.
+    fn weighs_plainly(&self) -> bool {
+        self.is_bdf() && self.settings.multiplier_weights == MultiplierWeights::Plain
+    }
+
+    /// Whether the relative tolerance is below the paper's.
+    fn is_tighter_than_usual(&self) -> bool {
+        self.settings.relative_tolerance < self.usual_tolerance()
+    }
+
+    fn usual_tolerance(&self) -> f64 {
+        Settings::paper(self.formulation).relative_tolerance
+    }
+
+    /// The blocks of the highest index.
+    fn highest(&self) -> Vec<Field> {
+        let index = self.index();
+        let blocks = self.blocks().into_iter();
+        blocks
+            .filter(|(_, i)| *i == index)
+            .map(|(field, _)| field)
+            .collect()
+    }
+
+    /// What they do to Newton's method.
+    fn magnified(&self) -> String {
+        let index = self.index();
+        format!(
+            "{}, of index {index}, magnifies what Newton's method leaves by 1/h^{}",
+            symbols(&self.highest()),
+            index - 1
+        )
+    }
+
+    /// The same at a tight tolerance.
+    fn small_steps(&self) -> String {
+        format!(
+            "a relative tolerance of {:e} asks for small steps h, and {}",
+            self.settings.relative_tolerance,
+            self.magnified()
+        )
+    }
+
+    fn of_highest_index(&self, problem: String, remedies: Vec<Remedy>) -> Finding {
+        Finding {
+            fields: self.highest(),
+            problem,
+            remedies,
+        }
     }
 
     /// Multipliers of higher index in the error test.
@@ -268,39 +344,25 @@ impl Advice {
         if index < 2 {
             return causes;
         }
-        let highest: Vec<Field> = self
-            .blocks()
-            .into_iter()
-            .filter(|(_, i)| *i == index)
-            .map(|(field, _)| field)
-            .collect();
-        let magnified = format!(
-            "{}, of index {index}, magnifies what Newton's method leaves by 1/h^{}",
-            symbols(&highest),
-            index - 1
-        );
-        let finding = |problem: String, remedy: Remedy| Finding {
-            fields: highest.clone(),
-            problem,
-            // A lower index does not damp the modes that the order is bounded for.
-            remedies: std::iter::once(remedy).chain(self.order_bound()).collect(),
+        // None of these damps the modes that the order is bounded for.
+        let finding = |problem: String, remedy: Remedy| {
+            let remedies = std::iter::once(remedy).chain(self.order_bound());
+            self.of_highest_index(problem, remedies.collect())
         };
-        let tolerance = self.settings.relative_tolerance;
-        let usual = Settings::paper(self.formulation).relative_tolerance;
-        if tolerance < usual {
-            causes.push(finding(
-                format!(
-                    "a relative tolerance of {tolerance:e} asks for small steps h, and {magnified}"
-                ),
-                Remedy::Loosen(usual),
-            ));
+        let multipliers = !self.to_leave_out().is_empty();
+        if multipliers && self.weighs_plainly() {
+            causes.push(finding(self.magnified(), Remedy::WeighByStep));
+        }
+        if self.is_tighter_than_usual() {
+            let usual = self.usual_tolerance();
+            causes.push(finding(self.small_steps(), Remedy::Loosen(usual)));
         }
         if let Some(remedy) = self.lower() {
-            causes.push(finding(magnified.clone(), remedy));
+            causes.push(finding(self.magnified(), remedy));
         }
         if causes.is_empty() {
             let change = "take a finite kappa, which lowers the index";
-            causes.push(finding(magnified, Remedy::Scene(change)));
+            causes.push(finding(self.magnified(), Remedy::Scene(change)));
         }
         causes
     }

@@ -2,10 +2,10 @@
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_fem::{Mesh, generate};
-use myovib_model::advice::Advice;
+use myovib_model::advice::{Advice, Remedy};
 use myovib_model::{
-    Field, Formulation, Limits, MuscleDae, Outcome, Settings, Statistics, check, paper, run,
-    start_at_rest,
+    Field, Formulation, IntegratorKind, Limits, MuscleDae, Outcome, Settings, Statistics, check,
+    paper, run, start_at_rest,
 };
 
 const INFINITE: f64 = f64::INFINITY;
@@ -41,7 +41,7 @@ impl Run {
 
     /// All tolerances by the factor that brings the relative one to `rtol`.
     fn with_tolerance(mut self, rtol: f64) -> Self {
-        myovib_model::advice::Remedy::Loosen(rtol).apply(&mut self.formulation, &mut self.settings);
+        Remedy::Loosen(rtol).apply(&mut self.formulation, &mut self.settings);
         self
     }
 
@@ -118,6 +118,7 @@ fn row_4_names_index_variable_and_remedy() {
         "index 3",
         "lambda (index 3)",
         "leave lambda out",
+        "step-scaled",
         "order 2",
     ]);
 }
@@ -170,6 +171,25 @@ fn check_warns_in_the_same_words() {
         "{} {steps}",
         report.cost.steps
     );
+}
+
+/// At a tight tolerance Newton's method is measured by λ even where the error test leaves it out.
+#[test]
+fn a_tight_tolerance_wants_weights_that_follow_the_step() {
+    let run = |rtol: f64| {
+        Run::new(spindle(), Formulation::Position, 0.0, &[Field::Pressure], 2).with_tolerance(rtol)
+    };
+    assert!(run(1e-3).advice().findings().is_empty());
+    let mut tight = run(1e-6);
+    let findings = tight.advice().findings();
+    assert_eq!(findings.len(), 1, "{findings:?}");
+    assert_eq!(findings[0].remedies, [Remedy::WeighByStep]);
+    Remedy::WeighByStep.apply(&mut tight.formulation, &mut tight.settings);
+    assert!(tight.advice().findings().is_empty());
+    // Radau IIA needs no such weights.
+    let mut radau = run(1e-6);
+    radau.settings.integrator = IntegratorKind::Radau9;
+    assert!(radau.advice().findings().is_empty());
 }
 
 /// BDF's order is bounded by the damping of the modes that steps do not resolve.
