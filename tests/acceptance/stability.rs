@@ -45,8 +45,8 @@ atol = { displacement = 0.1, velocity = 0.1, pressure = 1e4, multiplier = 5.0 }
 "#;
 
 fn run_json(folder: &Path) -> Value {
-    let text = fs::read_to_string(folder.join("run.json")).unwrap();
-    serde_json::from_str(&text).unwrap()
+    let text = fs::read_to_string(folder.join("run.json")).expect("a document");
+    serde_json::from_str(&text).expect("valid JSON")
 }
 
 #[test]
