@@ -44,8 +44,9 @@ pub(crate) struct NewtonSolver {
     complex: Vec<Vec<Complex64>>,
     tolerance: f64,
     limit: usize,
-    /// θ/(1 − θ): bounds the error left by the last correction.
-    error_factor: f64,
+    /// θ/(1 − θ) for the first θ of the last step that had one: bounds the error that a first
+    /// correction leaves.
+    first_factor: f64,
     /// The last estimate of the contraction θ; 0 where one iteration was enough.
     pub(crate) contraction: f64,
 }
@@ -53,8 +54,8 @@ pub(crate) struct NewtonSolver {
 /// Above this contraction the iterations count as divergent.
 const DIVERGENT: f64 = 0.99;
 
-/// θ/(1 − θ) of the last step judges the first correction of this one, but not below this: the
-/// contraction may have been better there (a nilpotent error shows θ = 0 in its last iteration).
+/// The first correction of a step is not trusted to be better than this: the contraction may have
+/// been better in the last step.
 const LEAST_TRUST: f64 = 1e-3;
 
 impl NewtonSolver {
@@ -69,7 +70,7 @@ impl NewtonSolver {
             complex: vec![vec![Complex64::ZERO; n]; method.complex_modes().len()],
             tolerance,
             limit,
-            error_factor: 1.0,
+            first_factor: 1.0,
             contraction: 0.0,
         }
     }
@@ -79,6 +80,10 @@ impl NewtonSolver {
     /// With the contraction θ estimated from successive corrections, the error after a correction
     /// Δz is about θ/(1 − θ) ‖Δz‖; the iterations end when it is below the tolerance, or when θ
     /// says that it will not be within the iterations allowed (Hairer & Wanner IV.8).
+    ///
+    /// Two corrections do not show that the iterations diverge. In index 3 the first one, from a start
+    /// at rest, moves positions by h v; what is quadratic in it, h² v², comes back as corrections
+    /// h² v²/h of the velocity: as large as the first, however small h.
     pub(crate) fn solve<P: DaeProblem, M: NewtonMatrices<P>>(
         &mut self,
         problem: &mut P,
@@ -86,8 +91,9 @@ impl NewtonSolver {
         step: &Step<'_>,
         counters: &mut Counters,
     ) -> Result<Newton, StepError> {
-        self.error_factor = self.error_factor.max(LEAST_TRUST).powf(0.8);
+        self.first_factor = self.first_factor.max(LEAST_TRUST).powf(0.8);
         self.contraction = 0.0;
+        let mut error_factor = self.first_factor;
         let mut last_norm = 0.0;
         let mut last_ratio = 0.0;
         for iteration in 1..=self.limit {
@@ -99,19 +105,22 @@ impl NewtonSolver {
             }
             if iteration > 1 {
                 let ratio = norm / last_norm;
-                self.contraction = if iteration == 2 {
-                    ratio
-                } else {
-                    f64::sqrt(ratio * last_ratio)
+                self.contraction = match iteration {
+                    2 => ratio,
+                    _ => f64::sqrt(ratio * last_ratio),
                 };
                 last_ratio = ratio;
-                if self.contraction >= DIVERGENT {
+                if iteration > 2 && self.contraction >= DIVERGENT {
                     return Ok(Newton::Failed { step_factor: 0.5 });
                 }
-                self.error_factor = self.contraction / (1.0 - self.contraction);
+                let contraction = self.contraction.min(DIVERGENT);
+                error_factor = contraction / (1.0 - contraction);
+                if iteration == 2 {
+                    self.first_factor = error_factor;
+                }
                 let left = (self.limit - iteration) as i32;
-                let at_limit = self.error_factor * norm * self.contraction.powi(left);
-                if at_limit > self.tolerance {
+                let at_limit = error_factor * norm * contraction.powi(left);
+                if iteration > 2 && at_limit > self.tolerance {
                     let excess = (at_limit / self.tolerance).min(20.0);
                     let exponent = -1.0 / f64::from(left + 4);
                     return Ok(Newton::Failed {
@@ -119,7 +128,7 @@ impl NewtonSolver {
                     });
                 }
             }
-            if self.error_factor * norm <= self.tolerance {
+            if error_factor * norm <= self.tolerance {
                 return Ok(Newton::Converged {
                     iterations: iteration,
                 });

@@ -99,8 +99,8 @@ pub struct RadauOptions {
     /// Newton iterations allowed in one solve; by default 7, and 5 more for each two stages beyond
     /// 3.
     pub max_newton_iterations: Option<usize>,
-    /// Newton is converged when its estimated error is below this fraction of the tolerance; by
-    /// default max(10 ε/rtol, min(0.03, √rtol)).
+    /// Newton is converged when its estimated error is below this fraction of the tolerance that the
+    /// error is tested against; by default a thirtieth of that for the solution.
     pub newton_tolerance: Option<f64>,
     /// A Jacobian is kept for the next step while Newton contracts at least by this; 0.001 by
     /// default. Larger where a Jacobian is expensive; 0: kept only after
@@ -258,15 +258,19 @@ impl RadauOptions {
         })
     }
 
-    /// Newton's error as a fraction of the tolerance.
+    /// Newton's error as a fraction of the tolerance that the estimate is tested against.
+    ///
+    /// What Newton leaves is an error of the solution as it is, whatever the order of the method. So
+    /// it is a fraction of the tolerance for the solution: for s = 3 the same as RADAU5's √rtol of the
+    /// internal tolerance, (0.1 rtol^(2/3))^(3/2) = 0.1^(3/2) rtol.
     pub(crate) fn newton_tolerance(&self) -> f64 {
-        let (relative, _) = self.internal_tolerances();
+        let (internal, _) = self.internal_tolerances();
+        let (relative, _) = self.relative_and_absolute();
         self.newton_tolerance
             .unwrap_or_else(|| match relative > 0.0 {
-                true => relative
-                    .sqrt()
+                true => (0.1_f64.powf(1.5) / self.internal_factor(relative))
                     .min(0.03)
-                    .max(10.0 * f64::EPSILON / relative),
+                    .max(10.0 * f64::EPSILON / internal),
                 // Nothing says how many digits are wanted: as for 1e-6.
                 false => 1e-3,
             })

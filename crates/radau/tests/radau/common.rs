@@ -1,9 +1,10 @@
 //! Runs of samples, and reference numbers from `data/references/`.
 
 use myovib_radau::{RadauOptions, RadauSolver};
+use nalgebra_sparse::pattern::SparsityPattern;
 use serde_json::Value;
-use sundials_wrap::samples::Sample;
-use sundials_wrap::{Outcome, Tolerances};
+use sundials_wrap::samples::{Sample, Start};
+use sundials_wrap::{DaeProblem, Outcome, StepError, Tolerances, VariableKind};
 
 /// A reference file of the repository.
 pub(crate) fn reference(name: &str) -> Value {
@@ -64,4 +65,58 @@ pub(crate) fn mescd(y: &[f64], reference: &[f64]) -> f64 {
 pub(crate) fn scd(y: &[f64], reference: &[f64]) -> f64 {
     let errors = y.iter().zip(reference).map(|(y, r)| ((y - r) / r).abs());
     -errors.fold(0.0, f64::max).log10()
+}
+
+/// ẋ = v, v̇ = −x with x = sin t: steps of any size converge at once.
+pub(crate) struct Oscillator;
+
+impl DaeProblem for Oscillator {
+    fn n_unknowns(&self) -> usize {
+        2
+    }
+
+    fn residual(&mut self, _: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        r.copy_from_slice(&[v[0] - y[1], v[1] + y[0]]);
+        Ok(())
+    }
+
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 2, 4], vec![0, 1, 0, 1])
+            .unwrap()
+    }
+
+    fn jacobian(
+        &mut self,
+        _: f64,
+        _: &[f64],
+        _: &[f64],
+        a: f64,
+        b: f64,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        values.copy_from_slice(&[b, a, -a, b]);
+        Ok(())
+    }
+
+    fn kinds(&self) -> Vec<VariableKind> {
+        vec![VariableKind::Differential; 2]
+    }
+
+    fn indices(&self) -> Vec<u8> {
+        vec![0; 2]
+    }
+}
+
+impl Sample for Oscillator {
+    fn start(&self) -> Start {
+        Start {
+            t: 0.0,
+            y: vec![0.0, 1.0],
+            y_dot: vec![1.0, 0.0],
+        }
+    }
+
+    fn exact(&self, t: f64) -> Option<Vec<f64>> {
+        Some(vec![t.sin(), t.cos()])
+    }
 }

@@ -3,63 +3,12 @@
 use std::f64::consts::PI;
 
 use myovib_radau::{RadauError, RadauOptions, RadauSolver, StepSize};
-use nalgebra_sparse::pattern::SparsityPattern;
-use sundials_wrap::samples::{MechanicalForm, Pendulum, Sample, Start};
-use sundials_wrap::{DaeProblem, Direction, Outcome, StepError, StopReason, VariableKind};
+use sundials_wrap::samples::{MechanicalForm, Pendulum, Sample};
+use sundials_wrap::{Direction, Outcome, StepError, StopReason};
 
-use crate::common::tolerance;
+use crate::common::{Oscillator, tolerance};
 
 type Values<'a> = &'a mut [f64];
-
-/// ẋ = v, v̇ = −x with x = sin t: steps of any size converge at once.
-struct Oscillator;
-
-impl DaeProblem for Oscillator {
-    fn n_unknowns(&self) -> usize {
-        2
-    }
-
-    fn residual(&mut self, _: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
-        r.copy_from_slice(&[v[0] - y[1], v[1] + y[0]]);
-        Ok(())
-    }
-
-    fn jacobian_pattern(&self) -> SparsityPattern {
-        SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 2, 4], vec![0, 1, 0, 1])
-            .unwrap()
-    }
-
-    fn jacobian(
-        &mut self,
-        _: f64,
-        _: &[f64],
-        _: &[f64],
-        a: f64,
-        b: f64,
-        values: &mut [f64],
-    ) -> Result<(), StepError> {
-        values.copy_from_slice(&[b, a, -a, b]);
-        Ok(())
-    }
-
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Differential; 2]
-    }
-
-    fn indices(&self) -> Vec<u8> {
-        vec![0; 2]
-    }
-}
-
-impl Sample for Oscillator {
-    fn start(&self) -> Start {
-        Start {
-            t: 0.0,
-            y: vec![0.0, 1.0],
-            y_dot: vec![1.0, 0.0],
-        }
-    }
-}
 
 /// The solver at the start of `sample`, with roots.
 fn watched<S: Sample>(

@@ -4,7 +4,7 @@ use myovib_radau::{IndexScaling, RadauError, RadauOptions, RadauSolver, StepSize
 use sundials_wrap::samples::{JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample};
 use sundials_wrap::{DaeProblem, Tolerances};
 
-use crate::common::{run, solver};
+use crate::common::{Oscillator, run, solver};
 use crate::failures::well_behaved;
 
 /// Fixed steps, Newton converged as far as rounding allows.
@@ -47,6 +47,7 @@ fn orders(errors: impl Fn(f64) -> Vec<f64>, n: f64) -> Vec<f64> {
 /// The distance to the limit falls by half from one pair of steps to the next; ± 0.25 holds at the
 /// steps chosen, far enough from rounding.
 fn assert_orders(observed: &[f64], expected: &[f64]) {
+    println!("{observed:.2?}");
     for (i, (observed, expected)) in observed.iter().zip(expected).enumerate() {
         assert!(
             (observed - expected).abs() < 0.25,
@@ -71,6 +72,20 @@ fn linear_index_1_has_the_order_of_the_method() {
 }
 
 #[test]
+fn an_ode_has_the_order_of_the_method() {
+    for (stages, n) in [(1, 2000.0), (3, 40.0), (5, 10.0), (7, 5.0)] {
+        let errors = |n: f64| {
+            let options = RadauOptions {
+                stages,
+                ..fixed(10.0 / n)
+            };
+            errors(Oscillator, 10.0, options)
+        };
+        assert_orders(&orders(errors, n), &[(2 * stages - 1) as f64; 2]);
+    }
+}
+
+#[test]
 fn jay_index_2_has_orders_5_and_3() {
     for n in [20.0, 40.0] {
         let errors = |n: f64| errors(JayIndex2, 1.0, fixed(1.0 / n));
@@ -85,6 +100,27 @@ fn pendulum_index_3_has_orders_5_3_and_2() {
         let errors = |n: f64| errors(pendulum, 1.0, fixed(1.0 / n));
         assert_orders(&orders(errors, n), &[5.0, 5.0, 3.0, 3.0, 2.0]);
     }
+}
+
+/// s in index 2, s and s − 1 in index 3; what is of order 2s − 1 is exact at these steps.
+#[test]
+fn five_stages_have_orders_5_and_4_in_higher_index() {
+    let five = |n: f64| RadauOptions {
+        stages: 5,
+        ..fixed(1.0 / n)
+    };
+    let jay = |n: f64| errors(JayIndex2, 1.0, five(n))[2..].to_vec();
+    assert_orders(&orders(jay, 16.0), &[5.0]);
+    let pendulum = Pendulum::new(MechanicalForm::Index3);
+    // Rounding in λ keeps Newton above the 3e-15 that `fixed` asks for.
+    let pendulum = |n: f64| {
+        let options = RadauOptions {
+            newton_tolerance: Some(0.1),
+            ..five(n)
+        };
+        errors(pendulum, 1.0, options)[2..].to_vec()
+    };
+    assert_orders(&orders(pendulum, 20.0), &[5.0, 5.0, 4.0]);
 }
 
 /// The errors of the dense output and its derivative in the last of n steps up to `t_end`.

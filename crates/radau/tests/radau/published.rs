@@ -51,7 +51,7 @@ fn akzo() {
     let exact = numbers(&reference("s1_akzo")["ref"]);
     for (tol, expected) in TOLERANCES
         .into_iter()
-        .zip([(19.0, 3.93), (26.0, 6.3), (46.0, 7.13)])
+        .zip([(19.0, 4.69), (26.0, 6.28), (46.0, 7.13)])
     {
         let solver = run(Akzo, 180.0, tolerance(tol));
         assert_run(
@@ -68,7 +68,7 @@ fn car_axis_in_all_forms() {
     use MechanicalForm::{Index2, Index3, Stabilized};
     let exact = numbers(&reference("s2_caraxis")["ref"]);
     let expected = [
-        (Index3, [(251.0, 3.26), (614.0, 5.12), (1537.0, 6.83)]),
+        (Index3, [(241.0, 3.25), (598.0, 5.08), (1524.0, 6.84)]),
         (Index2, [(229.0, 3.15), (456.0, 4.70), (945.0, 6.3)]),
         (Stabilized, [(220.0, 3.03), (446.0, 4.66), (924.0, 6.26)]),
     ];
@@ -89,9 +89,9 @@ fn pendulum_of_index_3() {
     let sample = Pendulum::new(MechanicalForm::Index3);
     let exact = sample.exact(2.0).unwrap();
     for (components, expected) in [
-        (0..2, (452.0, 9.41)),
-        (2..4, (452.0, 7.20)),
-        (4..5, (452.0, 4.81)),
+        (0..2, (408.0, 9.87)),
+        (2..4, (408.0, 7.19)),
+        (4..5, (408.0, 4.81)),
     ] {
         // The multiplier is of order 2 only, and its error counts h² times: few digits at 1e-8.
         assert_run(
@@ -99,6 +99,27 @@ fn pendulum_of_index_3() {
             digits(sample, 2.0, &exact, components, EIGHT),
             expected,
         );
+    }
+}
+
+/// Newton from a start at rest, and its tolerance, are what long steps of high order depend on.
+#[test]
+fn pendulum_of_index_3_at_high_order() {
+    let sample = Pendulum::new(MechanicalForm::Index3);
+    let exact = sample.exact(2.0).unwrap();
+    for (stages, expected) in [
+        (5, [(28.0, 5.8), (38.0, 8.8), (54.0, 9.9)]),
+        (7, [(30.0, 5.3), (34.0, 7.9), (39.0, 9.8)]),
+    ] {
+        for (tol, expected) in TOLERANCES.into_iter().zip(expected) {
+            let options = RadauOptions {
+                stages,
+                ..tolerance(tol)
+            };
+            let solver = run(sample, 2.0, options);
+            let digits = mescd(&solver.y()[..2], &exact[..2]);
+            assert_run(tol, (solver.stats().steps, digits), expected);
+        }
     }
 }
 
@@ -114,7 +135,7 @@ fn exact_solutions() {
     assert_run(
         EIGHT,
         digits(JayIndex2, 1.0, &exact, 0..3, EIGHT),
-        (45.0, 6.37),
+        (40.0, 5.65),
     );
 }
 
@@ -123,7 +144,7 @@ fn stiff_van_der_pol() {
     let exact = numbers(&reference("s9_oscillators")["vdpolm"]["y"]);
     for (tol, expected) in TOLERANCES
         .into_iter()
-        .zip([(180.0, 3.96), (344.0, 6.03), (717.0, 7.69)])
+        .zip([(181.0, 3.86), (343.0, 6.21), (717.0, 7.69)])
     {
         let solver = run(VanDerPol { vdp_mu: 1000.0 }, 2000.0, tolerance(tol));
         assert_run(
