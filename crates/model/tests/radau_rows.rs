@@ -98,9 +98,9 @@ fn error(values: &[f64], reference: &[f64]) -> f64 {
     apart.fold(0.0, f64::max) / size
 }
 
-/// What the errors of u_y may be of the relative tolerance: up to 12 times were seen over 10 s, of
+/// What the errors of u_y may be of the relative tolerance: up to 6 times were seen over 10 s, of
 /// errors of some hundred steps in an undamped motion.
-const OF_TOLERANCE: f64 = 20.0;
+const OF_TOLERANCE: f64 = 10.0;
 
 #[test]
 fn all_rows_hold_their_tolerance() {
@@ -131,7 +131,12 @@ fn index_3_agrees_with_the_stabilized_formulation_to_the_tolerance() {
     let stabilized = (Formulation::Stabilized, INF, 0.0);
     let reference = adaptive(stabilized, IntegratorKind::Radau13, 1e-9, t_end);
     println!("rtol     steps  u_y      p");
-    for kind in [IntegratorKind::Radau, IntegratorKind::Radau9] {
+    // Beside the tolerance the pressure errs by C h^(s − 1), h the mean step: with s = 3 as at fixed
+    // steps, by 0.08 to 0.15 s⁻² h²; with s = 5 by up to 120 s⁻⁴ h⁴ in the first run of this test.
+    for (kind, c, order) in [
+        (IntegratorKind::Radau, 0.2, 2),
+        (IntegratorKind::Radau9, 200.0, 4),
+    ] {
         for digits in 3..=8 {
             let rtol = 10f64.powi(-digits);
             let ours = adaptive(INDEX_3, kind, rtol, t_end);
@@ -145,6 +150,9 @@ fn index_3_agrees_with_the_stabilized_formulation_to_the_tolerance() {
                 ours.steps
             );
             assert!(u_y < OF_TOLERANCE * rtol, "{rtol:e}: {u_y:e}");
+            let h = t_end / ours.steps as f64;
+            let allowed = OF_TOLERANCE * rtol + c * h.powi(order);
+            assert!(p < allowed, "{rtol:e}: {p:e} of {allowed:e}");
         }
     }
 }
