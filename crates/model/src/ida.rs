@@ -1,24 +1,19 @@
 //! IDAS as an [`Integrator`] of a model.
 
-use sundials_wrap as wrap;
 use sundials_wrap::klu::KluOptions;
-use sundials_wrap::{
-    ConsistencyMode, DaeProblem, IdaBuilder, IdaOptions, IdaSolver, Suppressed, Tolerances,
-};
+use sundials_wrap::{DaeProblem, IdaBuilder, IdaOptions, IdaSolver, Suppressed, Tolerances};
 
-use crate::coupling::{Body, CoupledDae, ErrorTest, FeedbackDae};
 use crate::error::ModelError;
 use crate::first_step::look_ahead;
 use crate::integrator::{Advance, Counts, Integrator};
-use crate::linear::{CondensedSolver, CoupledSolver};
+use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 use crate::settings::{LinearSolver, MultiplierWeights, Settings};
-use crate::statistics::StopReason;
 use crate::step_weights::{StepSize, StepWeights};
 
 /// IDAS in one-step mode with a stop time at the end.
 pub struct IdaIntegrator<P: DaeProblem> {
-    solver: IdaSolver<P>,
+    pub(crate) solver: IdaSolver<P>,
     t_end: f64,
     /// The shortest time in which the system changes of itself, s.
     time_scale: Option<f64>,
@@ -79,96 +74,6 @@ impl IdaIntegrator<MuscleDae> {
     }
 }
 
-impl<B: Body> IdaIntegrator<CoupledDae<B>> {
-    /// Starts a coupled system at t = 0 from `y`, the body at rest.
-    ///
-    /// The tolerances, and what the error test leaves out, are those of `error_test`. A load that
-    /// does not start from zero is met by consistent initial derivatives.
-    ///
-    /// # Errors
-    /// [`ModelError::Integrator`] for options IDAS does not take, [`ModelError::Evaluation`] when
-    /// the equations cannot be evaluated at t = 0.
-    pub fn coupled(
-        mut dae: CoupledDae<B>,
-        error_test: ErrorTest,
-        options: IdaOptions,
-        linear_solver: LinearSolver,
-        t_end: f64,
-        y: &[f64],
-    ) -> Result<Self, ModelError> {
-        let (y_dot, imbalance) = dae.derivatives_at(0.0, y)?;
-        let times = [0.0, t_end];
-        let mut integrator =
-            Self::coupled_at(dae, error_test, options, linear_solver, times, y, &y_dot)?;
-        if imbalance > 0.0 {
-            let mode = ConsistencyMode::AlgebraicAndDerivatives;
-            let t_first = integrator.look_ahead();
-            integrator.solver.correct_initial_values(mode, t_first)?;
-        }
-        Ok(integrator)
-    }
-
-    /// Starts a coupled system from a state with consistent derivatives, over the times
-    /// `[start, end]`.
-    ///
-    /// # Errors
-    /// [`ModelError::Integrator`] for options IDAS does not take.
-    pub fn coupled_at(
-        dae: CoupledDae<B>,
-        error_test: ErrorTest,
-        options: IdaOptions,
-        linear_solver: LinearSolver,
-        [t, t_end]: [f64; 2],
-        y: &[f64],
-        y_dot: &[f64],
-    ) -> Result<Self, ModelError> {
-        let of_body = match linear_solver {
-            LinearSolver::Condensed => dae.body().condensed_solver(options.klu)?,
-            LinearSolver::Full => None,
-        };
-        let condensed = of_body
-            .map(|body| CoupledSolver::new(body, &dae, options.klu))
-            .transpose()?;
-        let time_scale = dae.time_scale();
-        let mut builder = tested(dae, error_test, options, t_end);
-        if let Some(solver) = condensed {
-            builder = builder.structured_solver(solver);
-        }
-        Ok(Self {
-            solver: builder.build(t, y, y_dot)?,
-            t_end,
-            time_scale,
-            begun: false,
-            step_size: StepSize::default(),
-        })
-    }
-}
-
-impl IdaIntegrator<FeedbackDae> {
-    /// Starts a muscle with feedback from a state with consistent derivatives, over the times
-    /// `[start, end]`. Its Newton matrices are factorised as a whole.
-    ///
-    /// # Errors
-    /// [`ModelError::Integrator`] for options IDAS does not take.
-    pub fn feedback_at(
-        dae: FeedbackDae,
-        error_test: ErrorTest,
-        options: IdaOptions,
-        [t, t_end]: [f64; 2],
-        y: &[f64],
-        y_dot: &[f64],
-    ) -> Result<Self, ModelError> {
-        let time_scale = dae.one_way().time_scale();
-        Ok(Self {
-            solver: tested(dae, error_test, options, t_end).build(t, y, y_dot)?,
-            t_end,
-            time_scale,
-            begun: false,
-            step_size: StepSize::default(),
-        })
-    }
-}
-
 impl<P: DaeProblem> IdaIntegrator<P> {
     /// Starts `problem` at t = 0 from consistent values.
     ///
@@ -182,17 +87,22 @@ impl<P: DaeProblem> IdaIntegrator<P> {
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let solver = builder(problem, options, t_end).build(0.0, y, y_dot)?;
-        Ok(Self {
+        Ok(Self::of(solver, t_end, None))
+    }
+
+    /// Takes a solver that stops at `t_end`, of a system that changes within `time_scale` (s).
+    pub(crate) fn of(solver: IdaSolver<P>, t_end: f64, time_scale: Option<f64>) -> Self {
+        Self {
             solver,
             t_end,
-            time_scale: None,
+            time_scale,
             begun: false,
             step_size: StepSize::default(),
-        })
+        }
     }
 
     /// t_out of the first step.
-    fn look_ahead(&self) -> f64 {
+    pub(crate) fn look_ahead(&self) -> f64 {
         look_ahead(self.solver.t(), self.t_end, self.time_scale)
     }
 
@@ -218,29 +128,11 @@ impl<P: DaeProblem> IdaIntegrator<P> {
     }
 }
 
-fn builder<P: DaeProblem>(problem: P, options: IdaOptions, t_end: f64) -> IdaBuilder<P> {
+/// IDAS with a stop time at the end.
+pub(crate) fn builder<P: DaeProblem>(problem: P, options: IdaOptions, t_end: f64) -> IdaBuilder<P> {
     IdaSolver::builder(problem).options(IdaOptions {
         stop_time: Some(t_end),
         ..options
-    })
-}
-
-/// A system of parts, each of which the error test looks at in its own way.
-fn tested<P: DaeProblem>(
-    problem: P,
-    error_test: ErrorTest,
-    options: IdaOptions,
-    t_end: f64,
-) -> IdaBuilder<P> {
-    let options = IdaOptions {
-        // Replaced by the weights below; those of a body alone have another length.
-        tolerances: IdaOptions::default().tolerances,
-        suppressed: Suppressed::Components(error_test.left_out().to_vec()),
-        ..options
-    };
-    builder(problem, options, t_end).error_weights(move |_, y, weights| {
-        error_test.weights(y, weights);
-        Ok(())
     })
 }
 
@@ -277,7 +169,7 @@ impl<P: DaeProblem> Integrator<P> for IdaIntegrator<P> {
             self.look_ahead()
         };
         self.begun = true;
-        Ok(advance(self.solver.step(t_out)?, self.t_end))
+        Ok(Advance::of(self.solver.step(t_out)?, self.t_end))
     }
 
     fn time(&self) -> f64 {
@@ -298,65 +190,5 @@ impl<P: DaeProblem> Integrator<P> for IdaIntegrator<P> {
 
     fn problem_mut(&mut self) -> &mut P {
         self.solver.problem_mut()
-    }
-}
-
-/// What a step of a solver came to, for the run driver.
-pub(crate) fn advance(outcome: wrap::Outcome, t_end: f64) -> Advance {
-    match outcome {
-        wrap::Outcome::Stopped(stop) => {
-            let worst: Vec<_> = stop
-                .worst_components
-                .iter()
-                .take(3)
-                .map(|w| format!("{} ({:.1})", w.name, w.weighted_error))
-                .collect();
-            let mut message = stop.to_string();
-            if !worst.is_empty() {
-                message += "; largest weighted errors: ";
-                message += &worst.join(", ");
-            }
-            Advance::Stopped {
-                reason: reason(stop.reason),
-                message,
-            }
-        }
-        outcome if outcome.t() >= t_end => Advance::Finished,
-        _ => Advance::Stepped,
-    }
-}
-
-impl From<wrap::Stats> for Counts {
-    fn from(stats: wrap::Stats) -> Self {
-        Self {
-            steps: stats.steps,
-            error_test_failures: stats.error_test_failures,
-            step_solve_failures: stats.step_solve_failures,
-            newton_failures: stats.newton_failures,
-            newton_iterations: stats.newton_iterations,
-            residual_evaluations: stats.residual_evaluations,
-            jacobian_evaluations: stats.jacobian_evaluations,
-            linear_setups: stats.linear_setups,
-            last_order: stats.last_order as u32,
-            last_step: stats.last_step,
-            radau_work: None,
-        }
-    }
-}
-
-/// The wrapper's reasons under the names all integrators share.
-fn reason(reason: wrap::StopReason) -> StopReason {
-    use wrap::StopReason as Ida;
-    match reason {
-        Ida::ErrorTestFailures | Ida::ToleranceTooTight | Ida::ErrorWeightsFailed => {
-            StopReason::ErrorTestFailures
-        }
-        Ida::ConvergenceFailures | Ida::ConstraintsViolated => StopReason::ConvergenceFailures,
-        Ida::StepTooSmall => StopReason::StepTooSmall,
-        Ida::LinearSetupFailed | Ida::LinearSolveFailed => StopReason::LinearSetupFailed,
-        Ida::MaxSteps => StopReason::MaxSteps,
-        Ida::ResidualFailed | Ida::RootFunctionFailed | Ida::QuadratureFailed | Ida::Other => {
-            StopReason::ResidualFailed
-        }
     }
 }

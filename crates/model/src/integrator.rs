@@ -1,15 +1,9 @@
-//! What the run driver asks of a time integrator; IDAS or Radau IIA.
+//! What the run driver asks of a time integrator, IDAS or Radau IIA, and what both answer.
 
 use myovib_radau::Work;
-use sundials_wrap::DaeProblem;
+use sundials_wrap as wrap;
 
-use crate::advice::{Advice, Advised};
 use crate::error::ModelError;
-use crate::ida::IdaIntegrator;
-use crate::muscle_dae::MuscleDae;
-use crate::projected::Projected;
-use crate::radau::RadauIntegrator;
-use crate::settings::Settings;
 use crate::statistics::StopReason;
 
 /// What one internal step came to.
@@ -72,41 +66,64 @@ pub trait Integrator<P> {
     fn problem_mut(&mut self) -> &mut P;
 }
 
-/// Starts a muscle at rest at t = 0 with the integrator that `settings` names; when it stops it says
-/// what the index has to do with it.
-///
-/// # Errors
-/// Settings the integrator does not take.
-pub fn start_at_rest(
-    dae: MuscleDae,
-    settings: &Settings,
-) -> Result<Box<dyn Integrator<MuscleDae>>, ModelError> {
-    let zero = vec![0.0; dae.n_unknowns()];
-    start_from(dae, settings, 0.0, &zero, &zero)
+impl Advance {
+    /// What a step of a solver on its way to `t_end` came to.
+    pub(crate) fn of(outcome: wrap::Outcome, t_end: f64) -> Self {
+        match outcome {
+            wrap::Outcome::Stopped(stop) => {
+                let worst: Vec<_> = stop
+                    .worst_components
+                    .iter()
+                    .take(3)
+                    .map(|w| format!("{} ({:.1})", w.name, w.weighted_error))
+                    .collect();
+                let mut message = stop.to_string();
+                if !worst.is_empty() {
+                    message += "; largest weighted errors: ";
+                    message += &worst.join(", ");
+                }
+                Advance::Stopped {
+                    reason: reason(stop.reason),
+                    message,
+                }
+            }
+            outcome if outcome.t() >= t_end => Advance::Finished,
+            _ => Advance::Stepped,
+        }
+    }
 }
 
-/// Starts a muscle at time `t`, from a state with consistent derivatives, with the integrator that
-/// `settings` names.
-///
-/// # Errors
-/// Settings the integrator does not take.
-pub fn start_from(
-    dae: MuscleDae,
-    settings: &Settings,
-    t: f64,
-    y: &[f64],
-    y_dot: &[f64],
-) -> Result<Box<dyn Integrator<MuscleDae>>, ModelError> {
-    let advice = Advice::new(dae.muscle(), dae.formulation(), settings);
-    let integrator: Box<dyn Integrator<MuscleDae>> = match settings.integrator.stages() {
-        None => {
-            let ida = IdaIntegrator::starting_at(dae, settings, t, y, y_dot)?;
-            match settings.project_every {
-                Some(every) => Box::new(Projected::new(ida, every)?),
-                None => Box::new(ida),
-            }
+impl From<wrap::Stats> for Counts {
+    fn from(stats: wrap::Stats) -> Self {
+        Self {
+            steps: stats.steps,
+            error_test_failures: stats.error_test_failures,
+            step_solve_failures: stats.step_solve_failures,
+            newton_failures: stats.newton_failures,
+            newton_iterations: stats.newton_iterations,
+            residual_evaluations: stats.residual_evaluations,
+            jacobian_evaluations: stats.jacobian_evaluations,
+            linear_setups: stats.linear_setups,
+            last_order: stats.last_order as u32,
+            last_step: stats.last_step,
+            radau_work: None,
         }
-        Some(_) => Box::new(RadauIntegrator::starting_at(dae, settings, t, y, y_dot)?),
-    };
-    Ok(Box::new(Advised::new(integrator, advice)))
+    }
+}
+
+/// The wrapper's reasons under the names all integrators share.
+fn reason(reason: wrap::StopReason) -> StopReason {
+    use wrap::StopReason as Ida;
+    match reason {
+        Ida::ErrorTestFailures | Ida::ToleranceTooTight | Ida::ErrorWeightsFailed => {
+            StopReason::ErrorTestFailures
+        }
+        Ida::ConvergenceFailures | Ida::ConstraintsViolated => StopReason::ConvergenceFailures,
+        Ida::StepTooSmall => StopReason::StepTooSmall,
+        Ida::LinearSetupFailed | Ida::LinearSolveFailed => StopReason::LinearSetupFailed,
+        Ida::MaxSteps => StopReason::MaxSteps,
+        Ida::ResidualFailed | Ida::RootFunctionFailed | Ida::QuadratureFailed | Ida::Other => {
+            StopReason::ResidualFailed
+        }
+    }
 }

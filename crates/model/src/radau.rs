@@ -6,7 +6,6 @@ use sundials_wrap::{DaeProblem, Suppressed, Tolerances};
 
 use crate::error::ModelError;
 use crate::first_step::look_ahead;
-use crate::ida::advance;
 use crate::integrator::{Advance, Counts, Integrator};
 use crate::linear::CondensedMatrices;
 use crate::muscle_dae::MuscleDae;
@@ -173,7 +172,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> Integrator<P> for RadauIntegrator<P, M
             0 => look_ahead(self.solver.t(), self.t_end, self.time_scale),
             _ => self.t_end,
         };
-        Ok(advance(self.solver.step(t_out)?, self.t_end))
+        Ok(Advance::of(self.solver.step(t_out)?, self.t_end))
     }
 
     fn time(&self) -> f64 {

@@ -22,6 +22,7 @@ mod dae;
 mod error_test;
 mod feedback;
 mod history;
+mod ida;
 mod locking;
 mod no_body;
 mod oscillators;

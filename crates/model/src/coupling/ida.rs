@@ -1,0 +1,110 @@
+//! IDAS for coupled systems.
+
+use sundials_wrap::{ConsistencyMode, DaeProblem, IdaBuilder, IdaOptions, Suppressed};
+
+use super::body::Body;
+use super::dae::CoupledDae;
+use super::error_test::ErrorTest;
+use super::feedback::FeedbackDae;
+use crate::error::ModelError;
+use crate::ida::{IdaIntegrator, builder};
+use crate::linear::CoupledSolver;
+use crate::settings::LinearSolver;
+
+impl<B: Body> IdaIntegrator<CoupledDae<B>> {
+    /// Starts a coupled system at t = 0 from `y`, the body at rest.
+    ///
+    /// The tolerances, and what the error test leaves out, are those of `error_test`. A load that
+    /// does not start from zero is met by consistent initial derivatives.
+    ///
+    /// # Errors
+    /// [`ModelError::Integrator`] for options IDAS does not take, [`ModelError::Evaluation`] when
+    /// the equations cannot be evaluated at t = 0.
+    pub fn coupled(
+        mut dae: CoupledDae<B>,
+        error_test: ErrorTest,
+        options: IdaOptions,
+        linear_solver: LinearSolver,
+        t_end: f64,
+        y: &[f64],
+    ) -> Result<Self, ModelError> {
+        let (y_dot, imbalance) = dae.derivatives_at(0.0, y)?;
+        let times = [0.0, t_end];
+        let mut integrator =
+            Self::coupled_at(dae, error_test, options, linear_solver, times, y, &y_dot)?;
+        if imbalance > 0.0 {
+            let mode = ConsistencyMode::AlgebraicAndDerivatives;
+            let t_first = integrator.look_ahead();
+            integrator.solver.correct_initial_values(mode, t_first)?;
+        }
+        Ok(integrator)
+    }
+
+    /// Starts a coupled system from a state with consistent derivatives, over the times
+    /// `[start, end]`.
+    ///
+    /// # Errors
+    /// [`ModelError::Integrator`] for options IDAS does not take.
+    pub fn coupled_at(
+        dae: CoupledDae<B>,
+        error_test: ErrorTest,
+        options: IdaOptions,
+        linear_solver: LinearSolver,
+        [t, t_end]: [f64; 2],
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Self, ModelError> {
+        let of_body = match linear_solver {
+            LinearSolver::Condensed => dae.body().condensed_solver(options.klu)?,
+            LinearSolver::Full => None,
+        };
+        let condensed = of_body
+            .map(|body| CoupledSolver::new(body, &dae, options.klu))
+            .transpose()?;
+        let time_scale = dae.time_scale();
+        let mut builder = tested(dae, error_test, options, t_end);
+        if let Some(solver) = condensed {
+            builder = builder.structured_solver(solver);
+        }
+        Ok(Self::of(builder.build(t, y, y_dot)?, t_end, time_scale))
+    }
+}
+
+impl IdaIntegrator<FeedbackDae> {
+    /// Starts a muscle with feedback from a state with consistent derivatives, over the times
+    /// `[start, end]`. Its Newton matrices are factorised as a whole.
+    ///
+    /// # Errors
+    /// [`ModelError::Integrator`] for options IDAS does not take.
+    pub fn feedback_at(
+        dae: FeedbackDae,
+        error_test: ErrorTest,
+        options: IdaOptions,
+        [t, t_end]: [f64; 2],
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Self, ModelError> {
+        let time_scale = dae.one_way().time_scale();
+        let solver = tested(dae, error_test, options, t_end).build(t, y, y_dot)?;
+        Ok(Self::of(solver, t_end, time_scale))
+    }
+}
+
+/// A system of parts, each of which the error test looks at in its own way.
+fn tested<P: DaeProblem>(
+    problem: P,
+    error_test: ErrorTest,
+    options: IdaOptions,
+    t_end: f64,
+) -> IdaBuilder<P> {
+    let options = IdaOptions {
+        // Replaced by the weights below; those of a body alone have another length.
+        tolerances: IdaOptions::default().tolerances,
+        suppressed: Suppressed::Components(error_test.left_out().to_vec()),
+        ..options
+    };
+    builder(problem, options, t_end).error_weights(move |_, y, weights| {
+        error_test.weights(y, weights);
+        Ok(())
+    })
+}

@@ -1,0 +1,51 @@
+//! A muscle with the integrator its settings name.
+
+use sundials_wrap::DaeProblem;
+
+use crate::advice::{Advice, Advised};
+use crate::error::ModelError;
+use crate::ida::IdaIntegrator;
+use crate::integrator::Integrator;
+use crate::muscle_dae::MuscleDae;
+use crate::projected::Projected;
+use crate::radau::RadauIntegrator;
+use crate::settings::Settings;
+
+/// Starts a muscle at rest at t = 0 with the integrator that `settings` names; when it stops it says
+/// what the index has to do with it.
+///
+/// # Errors
+/// Settings the integrator does not take.
+pub fn start_at_rest(
+    dae: MuscleDae,
+    settings: &Settings,
+) -> Result<Box<dyn Integrator<MuscleDae>>, ModelError> {
+    let zero = vec![0.0; dae.n_unknowns()];
+    start_from(dae, settings, 0.0, &zero, &zero)
+}
+
+/// Starts a muscle at time `t`, from a state with consistent derivatives, with the integrator that
+/// `settings` names.
+///
+/// # Errors
+/// Settings the integrator does not take.
+pub fn start_from(
+    dae: MuscleDae,
+    settings: &Settings,
+    t: f64,
+    y: &[f64],
+    y_dot: &[f64],
+) -> Result<Box<dyn Integrator<MuscleDae>>, ModelError> {
+    let advice = Advice::new(dae.muscle(), dae.formulation(), settings);
+    let integrator: Box<dyn Integrator<MuscleDae>> = match settings.integrator.stages() {
+        None => {
+            let ida = IdaIntegrator::starting_at(dae, settings, t, y, y_dot)?;
+            match settings.project_every {
+                Some(every) => Box::new(Projected::new(ida, every)?),
+                None => Box::new(ida),
+            }
+        }
+        Some(_) => Box::new(RadauIntegrator::starting_at(dae, settings, t, y, y_dot)?),
+    };
+    Ok(Box::new(Advised::new(integrator, advice)))
+}
