@@ -1,6 +1,6 @@
 //! Which cells: a quick subset, or all two-factor planes through the paper's point.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use myovib_model::{Formulation, paper};
 
@@ -171,16 +171,31 @@ fn with_row_1(cells: impl IntoIterator<Item = Cell>) -> Vec<Cell> {
         .collect()
 }
 
-/// CPU seconds that `cells` may take on a machine of 2026: BDF's steps grow like tol^(−1/(k+1)),
-/// their cost with the size of the mesh; measured for row 1 at 1e-3: 0.5 s for two seconds.
+/// CPU seconds that `cells` and their trusted solutions may take on a machine of 2026, from a run of the
+/// full matrix: steps of BDF grow like tol^(−1/(k+1)), creep at order 5 without damping and at a
+/// hundred times the load; their cost grows with the mesh.
 pub(super) fn estimate(cells: &[Cell], cap: f64) -> f64 {
+    const PER_STEP: f64 = 3e-4;
+    const TRUSTED: f64 = 2.0;
+    let growth = |level: u8| 8_f64.powi(i32::from(level));
     let seconds = |cell: &Cell| {
         let order = f64::from(cell.max_order);
-        let steps = (1e-3 / cell.rtol).powf(1.0 / (order + 1.0));
-        let work = 0.25 * T_END * steps * 5_f64.powi(i32::from(cell.physics.level));
-        work.min(cap)
+        let strained = cell.physics.load >= 100.0;
+        let steps = if strained || (cell.max_order > 2 && cell.physics.beta < 1e-5) {
+            25_000.0 * T_END
+        } else {
+            250.0 * T_END * (1e-3 / cell.rtol).powf(1.0 / (order + 1.0))
+        };
+        (PER_STEP * steps * growth(cell.physics.level)).min(cap)
     };
-    cells.iter().map(seconds).sum()
+    let bodies: HashMap<String, u8> = cells
+        .iter()
+        .map(|cell| (cell.physics.to_string(), cell.physics.level))
+        .collect();
+    let trusted = bodies
+        .values()
+        .map(|level| (TRUSTED * growth(*level)).min(cap));
+    cells.iter().map(seconds).sum::<f64>() + trusted.sum::<f64>()
 }
 
 #[cfg(test)]
