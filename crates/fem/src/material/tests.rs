@@ -65,6 +65,21 @@ macro_rules! law_tests {
             }
 
             #[test]
+            fn a_scaled_law_has_the_scaled_energy() {
+                for h in STATES {
+                    let (scaled, once) = ($law.scaled(3.0).energy(h), $law.energy(h));
+                    // A few roundings in each of the energy's terms.
+                    assert!((scaled - 3.0 * once).abs() <= 16.0 * f64::EPSILON * scaled);
+                }
+            }
+
+            #[test]
+            fn it_is_linear_if_the_tangent_is_constant() {
+                let tangents = STATES.map(|h| $law.tangent(h, PRESSURE));
+                assert_eq!($law.is_linear(), tangents.iter().all(|a| *a == tangents[0]));
+            }
+
+            #[test]
             fn stress_is_the_derivative_of_energy() {
                 for h in STATES {
                     let full = |h| $law.energy(h) - PRESSURE * $law.volume_change(h);
@@ -178,6 +193,9 @@ fn st_venant_kirchhoff_is_the_formula_with_greens_strain() {
         assert!((law.energy(h) - energy).abs() < 1e-11 * shear_modulus);
         let p33 = -2.0 / 3.0 * shear_modulus * trace;
         assert!((law.stress_33(h, 0.0) - p33).abs() < 1e-11 * shear_modulus);
+        // The pressure acts on the deformed area: −p J.
+        let pressed = p33 - PRESSURE * (f[0][0] * f[1][1] - f[0][1] * f[1][0]);
+        assert!((law.stress_33(h, PRESSURE) - pressed).abs() < 1e-11 * shear_modulus);
     }
 }
 
