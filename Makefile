@@ -18,7 +18,7 @@ test: ## set up the machine if needed, then all quick tests
 test-slow: ## the slow tests, in release mode
 	cargo test --workspace --locked --release -- --ignored
 
-valgrind: ## the wrapper's and Radau IIA's small tests under valgrind
+valgrind: ## small tests of wrapper, Radau IIA and model under valgrind
 	./scripts/valgrind
 
 doc: ## the documentation, warnings as errors; opens at target/doc/myovib_model
