@@ -329,3 +329,38 @@ pub(crate) fn expect_finite(what: &'static str, values: &[f64]) -> Result<(), Er
         None => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What `IDASetConstraints` and `IDASetRootDirection` document.
+    #[test]
+    fn codes_are_those_of_the_guide() {
+        use Constraint::{Negative, NonNegative, NonPositive, Positive};
+        let constraints = [
+            Constraint::None,
+            NonNegative,
+            NonPositive,
+            Positive,
+            Negative,
+        ];
+        assert_eq!(
+            constraints.map(Constraint::code),
+            [0.0, 1.0, -1.0, 2.0, -2.0]
+        );
+        let directions = [Direction::Both, Direction::Rising, Direction::Falling];
+        assert_eq!(directions.map(Direction::code), [0, 1, -1]);
+    }
+
+    /// IDAS leaves out of the error test what has a 0 in its vector.
+    #[test]
+    fn what_is_left_out_of_the_error_test_has_a_zero() {
+        let kinds = [VariableKind::Differential, VariableKind::Algebraic];
+        let id = |suppressed: Suppressed| suppressed.id(&kinds).expect("two components");
+        assert_eq!(id(Suppressed::Nothing), None);
+        assert_eq!(id(Suppressed::Algebraic), Some(vec![1.0, 0.0]));
+        let first = Suppressed::Components(vec![true, false]);
+        assert_eq!(id(first), Some(vec![0.0, 1.0]));
+    }
+}

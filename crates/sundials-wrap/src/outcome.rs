@@ -153,3 +153,42 @@ impl fmt::Display for StopReason {
         f.write_str(self.name())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::StopReason::{self, *};
+
+    #[test]
+    fn every_reason_has_a_name_of_its_own() {
+        let reasons: [StopReason; 13] = [
+            ErrorTestFailures,
+            ConvergenceFailures,
+            StepTooSmall,
+            LinearSetupFailed,
+            LinearSolveFailed,
+            ResidualFailed,
+            ConstraintsViolated,
+            MaxSteps,
+            ToleranceTooTight,
+            ErrorWeightsFailed,
+            RootFunctionFailed,
+            QuadratureFailed,
+            Other,
+        ];
+        for reason in reasons {
+            // The variant's name in snake case.
+            let words = format!("{reason:?}");
+            let snake: String = words
+                .char_indices()
+                .flat_map(|(i, c)| {
+                    let underscore = (i > 0 && c.is_uppercase()).then_some('_');
+                    underscore.into_iter().chain(c.to_lowercase())
+                })
+                .collect();
+            assert_eq!(
+                (reason.name(), reason.to_string()),
+                (snake.as_str(), snake.clone())
+            );
+        }
+    }
+}

@@ -187,18 +187,17 @@ fn singular_jacobians_stop_the_integration() {
 
 #[test]
 fn weights_must_be_positive() {
-    let builder = IdaSolver::builder(Decay::new()).error_weights(|_, _, w| {
-        w[0] = -1.0;
-        Ok(())
-    });
-    let stop = stop(
-        builder
-            .build(0.0, &[1.0], &[-1.0])
-            .unwrap()
-            .integrate_to(1.0),
-    );
-    assert_eq!(stop.reason, StopReason::ErrorWeightsFailed, "{stop}");
-    assert!(stop.message.contains("error weight[0] = -1"), "{stop}");
+    for weight in [-1.0, 0.0] {
+        let builder = IdaSolver::builder(Decay::new()).error_weights(move |_, _, w| {
+            w[0] = weight;
+            Ok(())
+        });
+        let mut solver = builder.build(0.0, &[1.0], &[-1.0]).unwrap();
+        let stop = stop(solver.integrate_to(1.0));
+        assert_eq!(stop.reason, StopReason::ErrorWeightsFailed, "{stop}");
+        let said = format!("error weight[0] = {weight} must be positive");
+        assert!(stop.message.contains(&said), "{stop}");
+    }
 }
 
 #[test]

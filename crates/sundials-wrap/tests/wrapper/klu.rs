@@ -189,22 +189,28 @@ fn an_arrow_matrix_fills_in_the_natural_order_and_not_with_amd() {
         .entries()
         .map(|(c, r)| if r == c { n as f64 } else { 1.0 })
         .collect();
-    let factors = |ordering| {
+    let factorised = |ordering| {
         let options = KluOptions {
             ordering,
             btf: false,
             ..KluOptions::default()
         };
         let symbolic = Symbolic::analyze(&pattern, options).unwrap();
-        RealNumeric::factor(&symbolic, &values)
-            .unwrap()
-            .nnz_factors()
+        RealNumeric::factor(&symbolic, &values).unwrap()
     };
-    assert_eq!(
-        factors(Ordering::Natural),
-        (n * (n + 1) / 2, n * (n + 1) / 2)
-    );
-    assert_eq!(factors(Ordering::Amd), (2 * n - 1, 2 * n - 1));
+    let natural = factorised(Ordering::Natural);
+    assert_eq!(natural.nnz_factors(), (n * (n + 1) / 2, n * (n + 1) / 2));
+    assert!(natural.symbolic().column_order().into_iter().eq(0..n));
+    let amd = factorised(Ordering::Amd);
+    assert_eq!(amd.nnz_factors(), (2 * n - 1, 2 * n - 1));
+    // The variable that all others meet goes last, or before the last: they are alike by then.
+    let mut order = amd.symbolic().column_order();
+    assert!(order[n - 2..].contains(&0), "{order:?}");
+    order.sort_unstable();
+    assert!(order.into_iter().eq(0..n));
+    // n³/3 each for products and sums of a full matrix, n of each for the arrow.
+    let (all, few) = (natural.flops().unwrap(), amd.flops().unwrap());
+    assert!(few > 0.0 && all > 10.0 * few, "{few} {all}");
 }
 
 #[test]
@@ -215,7 +221,10 @@ fn singular_matrices_are_errors_that_say_where() {
     let symbolic = Symbolic::analyze(&empty_row, KluOptions::default()).unwrap();
     assert_eq!(symbolic.structural_rank(), Some(1));
     let error = RealNumeric::factor(&symbolic, &[1.0, 1.0]).unwrap_err();
-    assert!(matches!(error, KluError::Singular { n: 2, .. }), "{error}");
+    let KluError::Singular { n: 2, column } = error else {
+        panic!("{error}")
+    };
+    assert!(column.is_none_or(|column| column < 2), "{column:?}");
 
     // [1 1; 1 1]: singular by its values; refused at the factorisation and at the refactorisation.
     let full = SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 2, 4], vec![0, 1, 0, 1])
@@ -276,6 +285,30 @@ fn bad_arguments_are_errors_with_numbers() {
     assert!(error.to_string().contains("expected 3, got 4"), "{error}");
     lu.solve(&mut [1.0; 3])
         .expect("a refused matrix leaves the old factors in place");
+}
+
+#[test]
+fn complex_values_must_be_finite_in_both_parts() {
+    let symbolic = Symbolic::analyze(&pattern(2, 0), KluOptions::default()).unwrap();
+    for bad in [
+        Complex64::new(0.0, f64::NAN),
+        Complex64::new(f64::INFINITY, 0.0),
+    ] {
+        let error = ComplexNumeric::factor(&symbolic, &[Complex64::ONE, bad]).unwrap_err();
+        assert_eq!(error, KluError::NotFinite { position: 1 });
+    }
+}
+
+#[test]
+fn analyses_and_factors_have_a_form_to_print() {
+    let symbolic = Symbolic::analyze(&pattern(2, 0), KluOptions::default()).unwrap();
+    assert_eq!(format!("{symbolic:?}"), "Symbolic { n: 2, nnz: 2 }");
+    let lu = RealNumeric::factor(&symbolic, &[1.0, 2.0]).unwrap();
+    let printed = format!("{lu:?}");
+    assert!(
+        printed.contains("nnz_factors: (2, 2), usable: true"),
+        "{printed}"
+    );
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The wrapper against published runs, exact solutions and misuse.
 #![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
 
+mod answers;
 mod common;
 mod decay;
 mod endings;
