@@ -81,6 +81,21 @@ fn index_of(formulation: Formulation, kappa: f64, beta: f64) -> IndexReport {
     case.at_random_state(&mesh(), 7).unwrap()
 }
 
+/// The rows of (29) with a finite κ are not in the table: block by block.
+#[test]
+fn the_blocks_of_29_with_a_finite_bulk_modulus() {
+    let report = index_of(Formulation::Rate, 1e5, 1e-4);
+    let parameters = Parameters::new(paper::ALPHA, 1e-4, 1e5).unwrap();
+    for (field, found) in &report.blocks {
+        let rule = Formulation::Rate.variable_index(*field, &parameters);
+        assert_eq!(
+            (found.index, found.verdict),
+            (rule, Verdict::Decisive),
+            "{field}"
+        );
+    }
+}
+
 /// Dropping β or adding 1/κ is seen.
 #[test]
 fn other_parameters_give_another_index() {

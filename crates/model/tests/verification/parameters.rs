@@ -1,6 +1,7 @@
 //! Parameters out of range, and formulations that do not go with them.
 
-use myovib_model::{Formulation, MuscleDae, Parameters, Probe, Signal, paper};
+use myovib_model::equation::{Context, Equation, PressureRateSource};
+use myovib_model::{Field, Formulation, MuscleDae, Parameters, Probe, Signal, paper};
 
 use crate::common::loaded_block;
 
@@ -54,4 +55,73 @@ fn a_point_outside_the_mesh_is_named() {
         .unwrap_err()
         .to_string();
     assert_eq!(message, "the point (3, 0.5) lies outside the mesh");
+}
+
+#[test]
+fn formulations_go_by_their_names_and_the_papers_numbers() {
+    let expected = [
+        ("displacement", "18"),
+        ("position", "28"),
+        ("rate", "29"),
+        ("velocity", "31"),
+        ("stabilized", "33"),
+        ("implicit-rate", "26"),
+    ];
+    for (formulation, (name, equation)) in Formulation::ALL.into_iter().zip(expected) {
+        assert_eq!(
+            (formulation.name(), formulation.equation()),
+            (name, equation)
+        );
+        assert_eq!(formulation.to_string(), name);
+        assert_eq!(name.parse(), Ok(formulation));
+    }
+    let error = "velocities".parse::<Formulation>().unwrap_err();
+    assert!(
+        error.contains("`velocities`") && error.contains("stabilized, implicit-rate"),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_limit_index_is_that_of_the_incompressible_body() {
+    for formulation in Formulation::ALL {
+        for &(field, _) in formulation.rows() {
+            for beta in [0.0, 1e-4] {
+                let limit = Parameters::new(0.0, beta, f64::INFINITY).unwrap();
+                assert_eq!(
+                    formulation.limit_index(field, beta > 0.0),
+                    formulation.variable_index(field, &limit),
+                    "{formulation} {field}"
+                );
+            }
+        }
+    }
+}
+
+fn context(beta: f64, inv_kappa: f64) -> Context {
+    Context {
+        alpha: 0.0,
+        beta,
+        inv_kappa,
+        has_pressure: true,
+        pressure_rate: PressureRateSource::None,
+        pressed: false,
+    }
+}
+
+#[test]
+fn without_damping_no_rate_of_the_force_is_computed() {
+    let needs = |beta| Equation::Momentum.needs(&context(beta, 0.0));
+    assert!(!needs(0.0).force_rate && needs(1e-4).force_rate);
+}
+
+#[test]
+fn incompressible_constraints_have_no_entries_for_the_pressure() {
+    for equation in [Equation::Constraint, Equation::ConstraintRate] {
+        let of_pressure = |inv_kappa| {
+            let terms = equation.terms(&context(0.0, inv_kappa));
+            terms.iter().filter(|t| t.column == Field::Pressure).count()
+        };
+        assert_eq!((of_pressure(0.0), of_pressure(1e-5)), (0, 1));
+    }
 }

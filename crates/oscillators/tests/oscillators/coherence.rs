@@ -104,6 +104,12 @@ fn a_settled_value_is_a_time_average() {
 }
 
 #[test]
+fn a_sample_at_the_start_of_a_window_is_in_it() {
+    let settled = Settled::over_window(&[0.0, 1.0, 2.0, 3.0], &[9.0, 1.0, 2.0, 4.0], 2.0).unwrap();
+    assert_eq!((settled.min, settled.samples), (1.0, 3));
+}
+
+#[test]
 fn a_window_needs_samples() {
     assert_eq!(
         Settled::over_window(&[0.0, 1.0, 2.0], &[1.0; 3], 0.5),
