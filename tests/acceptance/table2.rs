@@ -151,6 +151,19 @@ fn the_document_follows_the_contract() {
     assert_eq!(table["mesh"]["triangles"], 311);
 }
 
+/// No mode is damped in row 1, and the fast ones by some per cent in row 2; the statistics say so.
+#[test]
+fn the_order_follows_the_damping_and_says_why() {
+    let table = short_table(&["--rows", "1,2m", "--max-order", "auto"]);
+    for row in table["rows"].as_array().unwrap() {
+        assert_eq!(row["max_order"], 2);
+        let reason = row["max_order_reason"].as_str().unwrap();
+        assert!(reason.starts_with("order 2: "), "{reason}");
+    }
+    let given = short_table(&["--rows", "1"]);
+    assert!(given["rows"][0]["max_order_reason"].is_null());
+}
+
 #[test]
 fn rows_and_overrides_are_obeyed_and_stated() {
     let table = short_table(&[

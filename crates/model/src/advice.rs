@@ -182,20 +182,39 @@ impl Advice {
     /// resolve. Under Rayleigh damping the mode of angular frequency ω has the damping ratio
     /// (α/ω + βω)/2, the cosine of its angle to the negative real axis.
     pub fn max_order(&self) -> u8 {
-        let Parameters { alpha, beta, .. } = self.parameters;
-        let resolved = UNRESOLVED * TAU * self.drive.unwrap_or(0.0);
-        let ratio = |omega: f64| 0.5 * (alpha / omega + beta * omega);
-        // The least damped of them; without β the fastest are not damped at all.
-        let least = if beta > 0.0 {
-            let slowest = resolved.max((alpha / beta).sqrt());
-            if slowest > 0.0 { ratio(slowest) } else { 0.0 }
-        } else {
-            0.0
-        };
+        let least = self.least_damping();
         SECTORS
             .into_iter()
             .find(|(_, degrees)| least >= degrees.to_radians().cos())
             .map_or(2, |(order, _)| order)
+    }
+
+    /// The damping ratio of the least damped mode that the steps do not resolve.
+    fn least_damping(&self) -> f64 {
+        let Parameters { alpha, beta, .. } = self.parameters;
+        let resolved = UNRESOLVED * TAU * self.drive.unwrap_or(0.0);
+        let ratio = |omega: f64| 0.5 * (alpha / omega + beta * omega);
+        // Without β the fastest are not damped at all.
+        if beta > 0.0 {
+            let slowest = resolved.max((alpha / beta).sqrt());
+            if slowest > 0.0 { ratio(slowest) } else { 0.0 }
+        } else {
+            0.0
+        }
+    }
+
+    /// Why [`max_order`](Self::max_order) is what it is, in words.
+    pub fn max_order_reason(&self) -> String {
+        let (order, least) = (self.max_order(), self.least_damping());
+        let angle = least.min(1.0).acos().to_degrees();
+        let bound = match SECTORS.into_iter().find(|(o, _)| *o == order) {
+            Some((_, degrees)) => format!("within {degrees}°, the sector of order {order}"),
+            None => format!("beyond {}°, the sector of order 3", SECTORS[2].1),
+        };
+        format!(
+            "order {order}: the least damped mode that the steps do not resolve has a damping ratio of \
+             {least:.3}, {angle:.1}° off the negative real axis and {bound}"
+        )
     }
 
     /// A formulation of the same physics with a lower index.

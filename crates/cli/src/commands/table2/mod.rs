@@ -47,9 +47,10 @@ pub struct Table2Args {
     #[arg(long, value_name = "T", default_value_t = 10.0)]
     pub t_end: f64,
 
-    /// Maximum BDF order of all rows, 1 to 5 [default: the row's].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=5))]
-    pub max_order: Option<u8>,
+    /// Maximum BDF order of all rows, 1 to 5, or `auto`: what the damping of the fast modes allows
+    /// [default: the row's].
+    #[arg(long, value_name = "N", value_parser = max_order)]
+    pub max_order: Option<MaxOrder>,
 
     /// What the error test leaves out: `none`, `default` (the row's with BDF, nothing with Radau IIA),
     /// or a list of q, v, lambda, mu.
@@ -98,6 +99,23 @@ fn linear_solver(name: &str) -> Result<LinearSolver, String> {
         .into_iter()
         .find(|how| how.name() == name)
         .ok_or_else(|| format!("`{name}` is no linear solver: condensed or full"))
+}
+
+/// The highest order of BDF.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MaxOrder {
+    /// This one.
+    Fixed(u8),
+    /// The highest whose sector of stability holds the modes that the steps do not resolve.
+    Auto,
+}
+
+fn max_order(text: &str) -> Result<MaxOrder, String> {
+    match text.parse() {
+        _ if text == "auto" => Ok(MaxOrder::Auto),
+        Ok(order) if (1..=5).contains(&order) => Ok(MaxOrder::Fixed(order)),
+        _ => Err(format!("`{text}` is no order: 1 to 5, or auto")),
+    }
 }
 
 fn multiplier_weights(name: &str) -> Result<MultiplierWeights, String> {

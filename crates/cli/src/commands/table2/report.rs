@@ -273,6 +273,8 @@ struct RowJson<'a> {
     conventions: &'a [&'a str],
     #[serde(flatten)]
     statistics: StatisticsJson<'a>,
+    /// Why `max_order` was chosen; null where it was given.
+    max_order_reason: Option<&'a str>,
     linear_work: LinearWorkJson,
     unknowns: usize,
     unknowns_paper: usize,
@@ -318,6 +320,7 @@ pub(super) fn document<'a>(
                 &result.settings,
                 result.row.formulation,
             ),
+            max_order_reason: result.max_order_reason.as_deref(),
             linear_work: LinearWorkJson::new(&result.linear_work),
             unknowns: result.unknowns,
             unknowns_paper: result.unknowns_paper,

@@ -6,6 +6,7 @@ use std::sync::Mutex;
 
 use anyhow::Context;
 use myovib_fem::Mesh;
+use myovib_model::advice::Advice;
 use myovib_model::linear::LinearWork;
 use myovib_model::{
     IntegratorKind, Limits, MuscleDae, Observer, Probe, SampleTimes, Sampler, Settings, Statistics,
@@ -13,8 +14,8 @@ use myovib_model::{
 };
 use sundials_wrap::DaeProblem;
 
-use super::Table2Args;
 use super::rows::{Convention, Row};
+use super::{MaxOrder, Table2Args};
 use crate::csv::CsvWriter;
 use crate::interrupt;
 use crate::parallel;
@@ -28,6 +29,8 @@ const DRIFT_SAMPLES: f64 = 100.0;
 pub(super) struct RowResult {
     pub(super) row: &'static Row,
     pub(super) settings: Settings,
+    /// Why the maximum order was chosen, if it was not given.
+    pub(super) max_order_reason: Option<String>,
     pub(super) index: u8,
     pub(super) statistics: Statistics,
     pub(super) linear_work: LinearWork,
@@ -83,7 +86,10 @@ pub(in crate::commands) fn settings(row: &Row, args: &Table2Args) -> Settings {
         suppressed: args.suppress.fields(row, args.integrator),
         multiplier_weights: args.multiplier_weights,
         project_every: args.project_every,
-        max_order: args.max_order.unwrap_or(row.max_order),
+        max_order: match args.max_order {
+            Some(MaxOrder::Fixed(order)) => order,
+            Some(MaxOrder::Auto) | None => row.max_order,
+        },
         linear_solver: args.linear_solver,
         ..paper
     }
@@ -99,7 +105,12 @@ fn run_row(
     let index = row.formulation.index(&muscle.parameters);
     let unknowns_paper = muscle.n_unknowns_paper();
     let origin = Probe::at(muscle.solid.space(), [0.0, 0.0])?;
-    let settings = settings(row, args);
+    let mut settings = settings(row, args);
+    let max_order_reason = (args.max_order == Some(MaxOrder::Auto)).then(|| {
+        let advice = Advice::new(&muscle, row.formulation, &settings);
+        settings.max_order = advice.max_order();
+        advice.max_order_reason()
+    });
 
     let dae = MuscleDae::new(muscle, row.formulation)?;
     let unknowns = dae.n_unknowns();
@@ -143,6 +154,7 @@ fn run_row(
     Ok(RowResult {
         row,
         settings,
+        max_order_reason,
         index,
         statistics,
         linear_work: integrator.problem().counters().linear,
