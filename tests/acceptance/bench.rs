@@ -1,8 +1,10 @@
 //! What `myovib bench` says about the solver, as far as it does not depend on the clock.
 
+use std::fs;
+
 use serde_json::Value;
 
-use crate::harness::{document, myovib};
+use crate::harness::{document, myovib, myovib_in};
 
 fn bench(arguments: &[&str]) -> Value {
     let run = myovib(arguments);
@@ -59,4 +61,51 @@ fn what_is_off_is_never_computed() {
             .take(3)
             .all(|row| count(row, "tangent_passes") == 1)
     );
+}
+
+/// A small diagram: failed points are rows, errors fall with the tolerance, the points of a rival are
+/// merged, and the picture is drawn.
+#[test]
+fn work_and_precision_end_to_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let rival = r#"[{"case":"undamped","formulation":"position","way":"other","rtol":1e-3,
+        "stopped":null,"u_y":0.02,"p":0.01,"cpu_seconds":1.5,"steps":100,
+        "residual_evaluations":300,"linear_setups":20}]"#;
+    fs::write(folder.path().join("rival.json"), rival).unwrap();
+    let run = myovib_in(
+        folder.path(),
+        &[
+            "bench",
+            "work",
+            "--cases",
+            "undamped",
+            "--tolerances",
+            "1e-2,1e-4",
+            "--t-end",
+            "0.3",
+            "--cap",
+            "20",
+            "--rival",
+            "rival.json",
+            "--svg",
+            "work.svg",
+            "--quiet",
+            "--json",
+        ],
+    );
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let document = document(&run.stdout, "bench");
+    let points = document["points"].as_array().unwrap();
+    assert_eq!(points.len(), 2 * 6 * 2, "formulations, ways, tolerances");
+    for pair in points.chunks(2) {
+        let error = |k: usize| pair[k]["errors"]["u_y"].as_f64().unwrap();
+        // Two decades of tolerance; order 2 gives 10^(2·2/3) = 21 of them.
+        assert!(error(1) < 0.5 * error(0), "{pair:?}");
+        assert!(pair[0]["observed_order"].is_null());
+        assert!(pair[1]["observed_order"].as_f64().unwrap() > 0.0);
+    }
+    assert_eq!(document["rival"][0]["way"], "other");
+    let svg = fs::read_to_string(folder.path().join("work.svg")).unwrap();
+    assert!(svg.contains("other") && svg.contains("undamped: velocity"));
+    assert!(!document["best"].as_array().unwrap().is_empty());
 }

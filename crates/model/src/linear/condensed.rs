@@ -59,6 +59,11 @@ impl<T: Number> Condensed<T> {
         self.system.renew(work)
     }
 
+    /// The condensed matrix of the last set-up, in the order of [`Condensation::pattern`].
+    pub fn values(&self) -> &[T] {
+        self.system.values()
+    }
+
     /// Solves the full system in place.
     ///
     /// # Shapes

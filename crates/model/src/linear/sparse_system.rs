@@ -105,6 +105,11 @@ impl<T: Number> SparseSystem<T> {
         &mut self.values
     }
 
+    /// The values in the order of the pattern.
+    pub fn values(&self) -> &[T] {
+        &self.values
+    }
+
     /// Factorises the matrix with the present values.
     ///
     /// # Errors

@@ -7,10 +7,11 @@ use cpu_time::ThreadTime;
 use myovib_fem::Mesh;
 use myovib_model::linear::{Condensation, Condensed, LinearWork};
 use myovib_model::{
-    Formulation, LinearSolver, MuscleDae, Settings, paper, run as run_model, start_at_rest,
+    Formulation, LinearSolver, MuscleDae, Settings, ida, paper, run as run_model, start_at_rest,
 };
 use serde::Serialize;
 use sundials_wrap::DaeProblem;
+use sundials_wrap::klu::{KluError, KluOptions, Numeric, Symbolic};
 
 use super::BenchArgs;
 use crate::exit::Exit;
@@ -44,6 +45,8 @@ struct Level {
     solve_ms: f64,
     /// Entries of L and U.
     fill: u64,
+    /// The same matrix by KLU.
+    klu: Klu,
     steps: u64,
     ms_per_step: f64,
     run_cpu_seconds: f64,
@@ -51,6 +54,42 @@ struct Level {
     outcome: &'static str,
     /// Memory of the whole program at its largest so far, MiB.
     peak_mib: Option<f64>,
+}
+
+/// What KLU needs for a matrix.
+#[derive(Debug, Serialize)]
+struct Klu {
+    factor_ms: f64,
+    refactor_ms: f64,
+    solve_ms: f64,
+    fill: u64,
+}
+
+impl Klu {
+    /// Factorises anew, again with the same pivots, and solves.
+    fn measure(
+        plan: &Condensation,
+        values: &[f64],
+        options: KluOptions,
+        repeats: u32,
+    ) -> Result<Self, KluError> {
+        let symbolic = Symbolic::analyze(plan.pattern(), options)?;
+        let factor = fastest(repeats, || Numeric::factor(&symbolic, values).map(drop))?;
+        let mut numeric = Numeric::factor(&symbolic, values)?;
+        let refactor = fastest(repeats, || numeric.refactor(values))?;
+        let mut x = vec![1.0; plan.n_condensed()];
+        let solve = fastest(repeats, || {
+            x.fill(1.0);
+            numeric.solve(&mut x)
+        })?;
+        let (lower, upper) = numeric.nnz_factors();
+        Ok(Self {
+            factor_ms: 1e3 * factor,
+            refactor_ms: 1e3 * refactor,
+            solve_ms: 1e3 * solve,
+            fill: (lower + upper) as u64,
+        })
+    }
 }
 
 #[derive(Serialize)]
@@ -96,7 +135,7 @@ fn measure(mesh: &Mesh, refinements: u32, t_end: f64) -> anyhow::Result<Level> {
     let residual = fastest(repeats, || dae.residual(0.5, &y, &y_dot, &mut out))?;
 
     let plan = Arc::new(Condensation::new(&dae));
-    let elimination = plan.elimination(myovib_model::ida::options(&dae, &settings).klu)?;
+    let elimination = plan.elimination(ida::options(&dae, &settings).klu)?;
     let mut matrix = Condensed::<f64>::new(Arc::clone(&plan), Arc::new(elimination));
     let mut work = LinearWork::default();
     // A first evaluation of a state without meaning would cost what one with it does.
@@ -118,6 +157,9 @@ fn measure(mesh: &Mesh, refinements: u32, t_end: f64) -> anyhow::Result<Level> {
         x.copy_from_slice(&out);
         matrix.solve(&mut x, &mut work)
     })?;
+    let options = ida::options(&dae, &settings).klu;
+    let repeats = 3.max(repeats / 20);
+    let klu = Klu::measure(&plan, matrix.values(), options, repeats)?;
     drop(matrix);
 
     let mut integrator = start_at_rest(dae, &settings)?;
@@ -133,6 +175,7 @@ fn measure(mesh: &Mesh, refinements: u32, t_end: f64) -> anyhow::Result<Level> {
         refactor_ms: 1e3 * refactor,
         solve_ms: 1e3 * solve,
         fill: work.factor_entries,
+        klu,
         steps: statistics.steps,
         ms_per_step: 1e3 * statistics.cpu_seconds / statistics.steps as f64,
         run_cpu_seconds: statistics.cpu_seconds,
@@ -173,6 +216,10 @@ fn text(levels: &[Level]) -> String {
         ("refactor ms", Right),
         ("solve ms", Right),
         ("fill", Right),
+        ("KLU: factor", Right),
+        ("refactor", Right),
+        ("solve", Right),
+        ("fill", Right),
         ("steps", Right),
         ("ms per step", Right),
         ("run, CPU s", Right),
@@ -193,6 +240,10 @@ fn text(levels: &[Level]) -> String {
                 timed(|l| l.refactor_ms),
                 timed(|l| l.solve_ms),
                 format!("{}{}", level.fill, exponent(levels, i, |l| l.fill as f64)),
+                format!("{:.3}", level.klu.factor_ms),
+                format!("{:.3}", level.klu.refactor_ms),
+                format!("{:.3}", level.klu.solve_ms),
+                level.klu.fill.to_string(),
                 level.steps.to_string(),
                 timed(|l| l.ms_per_step),
                 format!("{:.2}", level.run_cpu_seconds),

@@ -5,6 +5,7 @@ mod cases;
 mod features;
 mod growth;
 mod reference;
+mod rival;
 mod rows;
 mod work;
 
@@ -63,6 +64,10 @@ pub struct BenchArgs {
     /// Compute the references anew with Radau IIA, into the folder of `--references`.
     #[arg(long, requires = "references")]
     pub write_references: bool,
+
+    /// Points of an integrator that is not ours, for `work`: as the package `bench/` writes them.
+    #[arg(long, value_name = "FILE")]
+    pub rival: Option<PathBuf>,
 
     /// Draw the diagram of work and precision.
     #[arg(long, value_name = "FILE")]

@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::BenchArgs;
 use super::cases::{Case, Way, selected};
 use super::reference::{Errors, Reference, Trajectory};
+use super::rival::{self, RivalPoint};
 use crate::atomic_file;
 use crate::exit::Exit;
 use crate::machine::Machine;
@@ -29,6 +30,8 @@ struct PointJson {
     reason: Option<&'static str>,
     t_reached: f64,
     errors: Option<Errors>,
+    /// The order p of error in u_y ∝ steps⁻ᵖ, from the tolerance before to this one.
+    observed_order: Option<f64>,
     cpu_seconds: f64,
     steps: u64,
     error_test_failures: u64,
@@ -43,6 +46,7 @@ struct Document<'a> {
     repeats: u32,
     claimed: Vec<(&'static str, Errors)>,
     points: &'a [PointJson],
+    rival: &'a [RivalPoint],
     best: Vec<Best<'a>>,
 }
 
@@ -62,6 +66,7 @@ const ACCURACIES: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
 
 pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
     let cases = selected(&args.cases)?;
+    let rival = rival::read(args.rival.as_deref())?;
     let mut progress = Progress::new(args.common.quiet);
     let (mut points, mut claimed) = (Vec::new(), Vec::new());
     let mut end = args.t_end.unwrap_or(f64::INFINITY);
@@ -71,6 +76,7 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
         claimed.push((case.name, reference.claimed));
         for &formulation in case.formulations {
             for way in Way::ALL {
+                let mut before = None;
                 for &rtol in &args.tolerances {
                     progress.show(|| {
                         format!("{}: {formulation}, {} at {rtol:e}", case.name, way.name())
@@ -84,6 +90,9 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
                         args,
                         mesh,
                     )?;
+                    let now = errors.map(|errors| (errors.u_y, statistics.steps as f64));
+                    let observed_order = before.zip(now).map(observed_order);
+                    before = now;
                     points.push(PointJson {
                         case: case.name,
                         formulation: formulation.name(),
@@ -93,6 +102,7 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
                         reason: statistics.outcome.reason().map(|reason| reason.name()),
                         t_reached: statistics.t_reached,
                         errors,
+                        observed_order,
                         cpu_seconds: statistics.cpu_seconds,
                         steps: statistics.steps,
                         error_test_failures: statistics.error_test_failures,
@@ -105,22 +115,28 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
     }
     drop(progress);
     if let Some(path) = &args.svg {
-        let svg = diagram(&points, &cases).render();
+        let svg = diagram(&points, &rival, &cases).render();
         atomic_file::write(path, |file| file.write_all(svg.as_bytes()))
             .with_context(|| format!("cannot write `{}`", path.display()))?;
     }
     let best = best(&points);
-    let text = text(&points, &best);
+    let text = text(&points, &rival, &best);
     let document = Document {
         machine: Machine::found(),
         t_end: end,
         repeats: args.repeats,
         claimed,
         points: &points,
+        rival: &rival,
         best,
     };
     args.common.give("bench", &text, &document)?;
     Ok(Exit::Done)
+}
+
+/// p of error ∝ steps⁻ᵖ through two points (error, steps).
+fn observed_order(((error, steps), (next_error, next_steps)): ((f64, f64), (f64, f64))) -> f64 {
+    (error / next_error).ln() / (next_steps / steps).ln()
 }
 
 /// The fastest of the repeats, with the errors of its solution if it got to the end.
@@ -181,7 +197,7 @@ fn best(points: &[PointJson]) -> Vec<Best<'_>> {
     best
 }
 
-fn text(points: &[PointJson], best: &[Best<'_>]) -> String {
+fn text(points: &[PointJson], rival: &[RivalPoint], best: &[Best<'_>]) -> String {
     use Align::{Left, Right};
     let mut table = Table::new(&[
         ("case", Left),
@@ -192,6 +208,7 @@ fn text(points: &[PointJson], best: &[Best<'_>]) -> String {
         ("p", Right),
         ("u, L2", Right),
         ("p, L2", Right),
+        ("order", Right),
         ("CPU s", Right),
         ("steps", Right),
         ("residuals", Right),
@@ -217,6 +234,9 @@ fn text(points: &[PointJson], best: &[Best<'_>]) -> String {
             number(errors.and_then(|e| e.p)),
             number(errors.map(|e| e.displacement_l2)),
             number(errors.and_then(|e| e.pressure_l2)),
+            point
+                .observed_order
+                .map_or(String::new(), |order| format!("{order:.1}")),
             format!("{:.2}", point.cpu_seconds),
             point.steps.to_string(),
             point.residual_evaluations.to_string(),
@@ -228,6 +248,7 @@ fn text(points: &[PointJson], best: &[Best<'_>]) -> String {
         table.row(cells);
     }
     let mut text = table.render(coloured_stdout());
+    text.push_str(&rival::text(rival));
     text.push('\n');
     for b in best {
         text.push_str(&format!(
@@ -240,11 +261,11 @@ fn text(points: &[PointJson], best: &[Best<'_>]) -> String {
 
 /// One panel for each formulation of each case, one curve for each way: CPU time over the error of
 /// u_y.
-fn diagram(points: &[PointJson], cases: &[&Case]) -> Figure {
+fn diagram(points: &[PointJson], rival: &[RivalPoint], cases: &[&Case]) -> Figure {
     let formulations = |case: &&Case| case.formulations.iter().map(|f| f.name());
     let panels = cases
         .iter()
-        .flat_map(|case| formulations(case).map(|name| panel(points, case.name, name)))
+        .flat_map(|case| formulations(case).map(|name| panel(points, rival, case.name, name)))
         .collect();
     Figure {
         width_mm: 170.0,
@@ -253,7 +274,12 @@ fn diagram(points: &[PointJson], cases: &[&Case]) -> Figure {
     }
 }
 
-fn panel(points: &[PointJson], case: &str, formulation: &str) -> Box<dyn Panel> {
+fn panel(
+    points: &[PointJson],
+    rival: &[RivalPoint],
+    case: &str,
+    formulation: &str,
+) -> Box<dyn Panel> {
     let series = Way::ALL.iter().map(|way| {
         let of_curve = points.iter().filter(|point| {
             point.case == case && point.formulation == formulation && point.way == way.name()
@@ -267,7 +293,9 @@ fn panel(points: &[PointJson], case: &str, formulation: &str) -> Box<dyn Panel> 
         title: format!("{case}: {formulation}"),
         x: Axis::new("relative error of *u*_{*y*}(0, 0)", "").logarithmic(),
         y: Axis::new("CPU time", "s").logarithmic(),
-        series: series.collect(),
+        series: series
+            .chain(rival::curves(rival, case, formulation))
+            .collect(),
         ..LinePlot::default()
     })
 }
