@@ -4,7 +4,7 @@ use myovib_fem::Law;
 use myovib_model::{Field, Formulation, MuscleDae, Signal, paper};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
-use sundials_wrap::DaeProblem;
+use sundials_wrap::{DaeProblem, VariableKind};
 
 use crate::common::{LAWS, loaded_block};
 
@@ -111,6 +111,44 @@ fn jacobian_is_affine_in_a_and_b() {
             // A sum of two products: three roundings.
             let scale = (2.0 * v).abs() + (300.0 * r).abs();
             assert!((2.0 * v + 300.0 * r - w).abs() <= 8.0 * f64::EPSILON * scale);
+        }
+    }
+}
+
+/// Each formulation where it is allowed, and whether its pressure has a rate in the equations.
+#[test]
+fn what_is_algebraic_has_no_rate_in_the_equations() {
+    const INF: f64 = f64::INFINITY;
+    let mut rng = StdRng::seed_from_u64(3);
+    for (formulation, kappa, beta) in [
+        (Formulation::Displacement, 1e5, 0.0),
+        (Formulation::Position, 1e5, 0.0),
+        (Formulation::Position, INF, 0.0),
+        (Formulation::Rate, 1e5, 1e-2),
+        (Formulation::Rate, INF, 1e-2),
+        (Formulation::Velocity, 1e5, 0.0),
+        (Formulation::Velocity, INF, 0.0),
+        (Formulation::Stabilized, INF, 0.0),
+        (Formulation::ImplicitRate, 1e5, 1e-2),
+        (Formulation::ImplicitRate, INF, 1e-2),
+    ] {
+        let muscle = loaded_block(0, paper::LAW, kappa, beta, Signal::paper(1e3));
+        let mut dae = MuscleDae::new(muscle, formulation).unwrap();
+        let (y, y_dot) = random_state(&dae, &mut rng);
+        let pattern = dae.jacobian_pattern();
+        let mut values = vec![0.0; pattern.nnz()];
+        dae.jacobian(0.9, &y, &y_dot, 0.0, 1.0, &mut values)
+            .unwrap();
+        let kinds = dae.kinds();
+        for &(field, _) in formulation.rows() {
+            let columns = dae.layout().range(field).unwrap();
+            let mut entries = pattern.entries().zip(&values);
+            let has_rate = entries.any(|((c, _), v)| columns.contains(&c) && *v != 0.0);
+            let differential = kinds[columns.start] == VariableKind::Differential;
+            assert_eq!(
+                differential, has_rate,
+                "{formulation} kappa = {kappa}: {field}"
+            );
         }
     }
 }
