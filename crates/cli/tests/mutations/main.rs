@@ -117,8 +117,9 @@ fn damaged_tables_are_refused_with_their_place() {
 /// What libFuzzer kept (`make fuzz`): an input for each place in the readers it has reached.
 #[test]
 fn the_fuzzers_corpus_is_read_or_refused_with_its_place() {
+    type Reader<'a> = &'a dyn Fn(&[u8]);
     let scene = TableScene::new();
-    let readers: [(&str, &dyn Fn(&[u8])); 3] = [
+    let readers: [(&str, Reader); 3] = [
         ("mesh", &|bytes| read_mesh(&String::from_utf8_lossy(bytes))),
         ("scene", &|bytes| {
             read_scene(&String::from_utf8_lossy(bytes))
