@@ -104,9 +104,11 @@ fn work_and_precision_end_to_end() {
             pair.iter().all(|point| point["errors"].is_object()),
             "{pair:?}"
         );
+        let error = |point: &serde_json::Value| point["errors"]["u_y"].as_f64().unwrap();
+        assert!(error(&pair[1]) < error(&pair[0]), "{pair:?}");
     }
     assert_eq!(document["rival"][0]["way"], "other");
     let svg = fs::read_to_string(folder.path().join("work.svg")).unwrap();
-    assert!(svg.contains("other") && svg.contains("undamped: velocity"));
+    assert!(svg.contains("other") && svg.contains("velocity"));
     assert!(!document["best"].as_array().unwrap().is_empty());
 }
