@@ -1,11 +1,10 @@
 //! What can be said of a run before it is tried: sizes, index, stability, modes, cost.
 
 use std::f64::consts::TAU;
-use std::time::{Duration, Instant};
 
+use cpu_time::ThreadTime;
 use myovib_fem::generate;
 use sundials_wrap::DaeProblem;
-use sundials_wrap::klu::{KluOptions, RealNumeric, Symbolic};
 
 use crate::advice::{Advice, Finding, Remedy};
 use crate::error::ModelError;
@@ -13,6 +12,8 @@ use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::index::{IndexReport, LARGEST_SYSTEM};
 use crate::inf_sup;
+use crate::integrator::Advance;
+use crate::launch::start_at_rest;
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
 use crate::settings::Settings;
@@ -24,9 +25,10 @@ use crate::table1::Case;
 const SLOW_MODES: usize = 3;
 /// Error of a step of order k: this times (ω h)^(k+1), from the steps of the runs of Table 2.
 const ERROR_CONSTANT: f64 = 1.0 / 5.8;
-/// Newton iterations of a step, and steps between two factorisations, as in the runs of Table 2.
-const ITERATIONS: f64 = 2.0;
-const STEPS_PER_SETUP: f64 = 5.0;
+/// Steps in which the step size grows to that of the run, each with a factorisation of its own.
+const START_STEPS: usize = 15;
+/// Steps after these whose time is taken.
+const TIMED_STEPS: usize = 15;
 /// A drive this near to an eigenfrequency, as a fraction of it, is a resonance.
 const RESONANCE: f64 = 0.1;
 /// A residual beyond this fraction of its terms is not rounding.
@@ -46,7 +48,7 @@ pub enum Computed {
 pub struct Cost {
     /// Steps, to about a factor of two for a run that follows its drive.
     pub steps: f64,
-    /// Time of a step with the usual number of iterations of Newton's method, measured here, s.
+    /// CPU time of a step, measured on the first steps of the run, s; NaN if it does not get that far.
     pub seconds_per_step: f64,
 }
 
@@ -104,15 +106,12 @@ pub fn check(
     findings.extend(unheld(held.nullity(), muscle));
     findings.extend(inconsistent(&residuals));
     findings.extend(resonance(&slow_modes, drive));
+    let blocks = dae.layout().blocks().iter();
+    let unknowns = blocks.map(|(f, r)| (*f, r.len())).collect();
     Ok(Report {
-        unknowns: dae
-            .layout()
-            .blocks()
-            .iter()
-            .map(|(f, r)| (*f, r.len()))
-            .collect(),
+        unknowns,
         cost: cost(
-            &mut dae,
+            dae,
             &advice,
             settings,
             drive.or(slow_modes.first().copied()),
@@ -202,7 +201,7 @@ fn resonance(slow_modes: &[f64], drive: Option<f64>) -> Option<Finding> {
 
 /// Steps that follow a sine of frequency `f` to the tolerance, times the measured time of a step.
 fn cost(
-    dae: &mut MuscleDae,
+    dae: MuscleDae,
     advice: &Advice,
     settings: &Settings,
     f: Option<f64>,
@@ -210,40 +209,32 @@ fn cost(
     let bdf = || settings.max_order.min(advice.max_order());
     let order = settings.integrator.order().unwrap_or_else(bdf);
     let angle = (settings.relative_tolerance / ERROR_CONSTANT).powf(1.0 / f64::from(order + 1));
-    let steps = f.map_or(f64::NAN, |f| settings.t_end * f * TAU / angle);
-
-    let n = dae.n_unknowns();
-    let (rest, mut work) = (vec![0.0; n], vec![0.0; n]);
-    let pattern = dae.jacobian_pattern();
-    let mut values = vec![0.0; pattern.nnz()];
-    let options = KluOptions {
-        ordering: settings.ordering,
-        btf: settings.btf,
-        ..KluOptions::default()
-    };
-    let symbolic = Symbolic::analyze(&pattern, options)?;
-    // c_j of a step that resolves the drive.
-    let rate = f.map_or(1.0, |f| f * TAU / angle);
-    let (setup, factors) = timed(|| -> Result<RealNumeric, ModelError> {
-        dae.jacobian(0.0, &rest, &rest, 1.0, rate, &mut values)?;
-        Ok(RealNumeric::factor(&symbolic, &values)?)
-    });
-    let factors = factors?;
-    let (iteration, done) = timed(|| -> Result<(), ModelError> {
-        dae.residual(0.0, &rest, &rest, &mut work)?;
-        Ok(factors.solve(&mut work)?)
-    });
-    done?;
-    let seconds_per_step =
-        ITERATIONS * iteration.as_secs_f64() + setup.as_secs_f64() / STEPS_PER_SETUP;
     Ok(Cost {
-        steps,
-        seconds_per_step,
+        steps: f.map_or(f64::NAN, |f| settings.t_end * f * TAU / angle),
+        seconds_per_step: seconds_per_step(dae, settings)?,
     })
 }
 
-fn timed<T>(work: impl FnOnce() -> T) -> (Duration, T) {
-    let started = Instant::now();
-    let result = work();
-    (started.elapsed(), result)
+/// CPU time of a step of the run, s; NaN if it does not get beyond its start.
+fn seconds_per_step(dae: MuscleDae, settings: &Settings) -> Result<f64, ModelError> {
+    let mut integrator = start_at_rest(dae, settings)?;
+    let started = ThreadTime::now();
+    let mut after = |steps: usize| -> Result<(f64, f64), ModelError> {
+        for _ in 0..steps {
+            if integrator.advance()? != Advance::Stepped {
+                break;
+            }
+        }
+        Ok((
+            started.elapsed().as_secs_f64(),
+            integrator.counts().steps as f64,
+        ))
+    };
+    let (start_seconds, start_steps) = after(START_STEPS)?;
+    let (seconds, steps) = after(TIMED_STEPS)?;
+    Ok(if steps > start_steps {
+        (seconds - start_seconds) / (steps - start_steps)
+    } else {
+        seconds / steps
+    })
 }

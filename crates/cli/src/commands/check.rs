@@ -153,7 +153,7 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
         report.advice.max_order()
     ));
     let cost = report.cost;
-    if cost.steps.is_finite() {
+    if (cost.steps * cost.seconds_per_step).is_finite() {
         lines.push(format!(
             "cost            about {:.0} steps to t = {} s, {:.2e} s each: {:.1} s",
             cost.steps,
