@@ -1,0 +1,130 @@
+//! The numbers KLU factorises with, and its functions for each kind of them.
+
+use num_complex::Complex64;
+use suitesparse_sys::{
+    klu_l_common, klu_l_condest, klu_l_flops, klu_l_free_numeric, klu_l_numeric, klu_l_rcond,
+    klu_l_refactor, klu_l_rgrowth, klu_l_solve, klu_l_symbolic, klu_l_tsolve, klu_zl_condest,
+    klu_zl_flops, klu_zl_free_numeric, klu_zl_rcond, klu_zl_refactor, klu_zl_rgrowth, klu_zl_solve,
+    klu_zl_tsolve,
+};
+
+// Left out of the bindings, as klu_l_analyze is.
+unsafe extern "C" {
+    fn klu_l_factor(
+        column_pointers: *mut i64,
+        row_indices: *mut i64,
+        values: *mut f64,
+        symbolic: *mut klu_l_symbolic,
+        common: *mut klu_l_common,
+    ) -> *mut klu_l_numeric;
+    fn klu_zl_factor(
+        column_pointers: *mut i64,
+        row_indices: *mut i64,
+        values: *mut f64,
+        symbolic: *mut klu_l_symbolic,
+        common: *mut klu_l_common,
+    ) -> *mut klu_l_numeric;
+}
+
+pub(super) type Factor = unsafe extern "C" fn(
+    *mut i64,
+    *mut i64,
+    *mut f64,
+    *mut klu_l_symbolic,
+    *mut klu_l_common,
+) -> *mut klu_l_numeric;
+pub(super) type Refactor = unsafe extern "C" fn(
+    *mut i64,
+    *mut i64,
+    *mut f64,
+    *mut klu_l_symbolic,
+    *mut klu_l_numeric,
+    *mut klu_l_common,
+) -> i64;
+pub(super) type Solve = unsafe extern "C" fn(
+    *mut klu_l_symbolic,
+    *mut klu_l_numeric,
+    i64,
+    i64,
+    *mut f64,
+    *mut klu_l_common,
+) -> i64;
+pub(super) type Free = unsafe extern "C" fn(*mut *mut klu_l_numeric, *mut klu_l_common) -> i64;
+pub(super) type Diagnose =
+    unsafe extern "C" fn(*mut klu_l_symbolic, *mut klu_l_numeric, *mut klu_l_common) -> i64;
+pub(super) type Condest = unsafe extern "C" fn(
+    *mut i64,
+    *mut f64,
+    *mut klu_l_symbolic,
+    *mut klu_l_numeric,
+    *mut klu_l_common,
+) -> i64;
+
+/// The family of KLU functions for one kind of number.
+#[derive(Clone, Copy)]
+pub struct Functions {
+    pub(super) factor: Factor,
+    pub(super) refactor: Refactor,
+    pub(super) solve: Solve,
+    pub(super) solve_transposed: Solve,
+    pub(super) free: Free,
+    pub(super) rcond: Diagnose,
+    pub(super) flops: Diagnose,
+    pub(super) condest: Condest,
+    pub(super) rgrowth: Refactor,
+}
+
+/// klu_zl_tsolve without its choice of conjugation: Aᵀ x = b, not Aᴴ x = b.
+///
+/// # Safety
+/// As for klu_zl_tsolve.
+unsafe extern "C" fn complex_tsolve(
+    symbolic: *mut klu_l_symbolic,
+    numeric: *mut klu_l_numeric,
+    leading_dimension: i64,
+    n_rhs: i64,
+    rhs: *mut f64,
+    common: *mut klu_l_common,
+) -> i64 {
+    // SAFETY: the caller's promise, passed on unchanged.
+    unsafe { klu_zl_tsolve(symbolic, numeric, leading_dimension, n_rhs, rhs, 0, common) }
+}
+
+/// A number KLU can factorise with: `f64` or `Complex64`, laid out as one or two doubles.
+///
+/// # Safety
+/// `FUNCTIONS` must be the family for matrices whose entries have the memory layout of `Self`.
+pub unsafe trait Entry: Copy + 'static {
+    /// The functions for matrices of this kind of number.
+    const FUNCTIONS: Functions;
+}
+
+// SAFETY: klu_l_* take arrays of double.
+unsafe impl Entry for f64 {
+    const FUNCTIONS: Functions = Functions {
+        factor: klu_l_factor,
+        refactor: klu_l_refactor,
+        solve: klu_l_solve,
+        solve_transposed: klu_l_tsolve,
+        free: klu_l_free_numeric,
+        rcond: klu_l_rcond,
+        flops: klu_l_flops,
+        condest: klu_l_condest,
+        rgrowth: klu_l_rgrowth,
+    };
+}
+
+// SAFETY: klu_zl_* take interleaved real and imaginary parts; Complex64 is #[repr(C)] { re, im }.
+unsafe impl Entry for Complex64 {
+    const FUNCTIONS: Functions = Functions {
+        factor: klu_zl_factor,
+        refactor: klu_zl_refactor,
+        solve: klu_zl_solve,
+        solve_transposed: complex_tsolve,
+        free: klu_zl_free_numeric,
+        rcond: klu_zl_rcond,
+        flops: klu_zl_flops,
+        condest: klu_zl_condest,
+        rgrowth: klu_zl_rgrowth,
+    };
+}

@@ -1,0 +1,213 @@
+//! The factors of a matrix.
+
+use std::cell::UnsafeCell;
+use std::marker::PhantomData;
+use std::ptr::{self, NonNull};
+use std::sync::Arc;
+
+use suitesparse_sys::{KLU_OK, klu_l_common, klu_l_numeric};
+
+use super::entry::{Diagnose, Entry, Refactor};
+use super::symbolic::RawSymbolic;
+use super::{Failure, default_common};
+
+/// KLU's Boolean "yes, it worked".
+const TRUE: i64 = 1;
+
+/// The LU factors of one matrix.
+///
+/// Not `Sync`: a solve uses workspace inside the numeric object.
+pub(crate) struct RawNumeric<T: Entry> {
+    handle: NonNull<klu_l_numeric>,
+    symbolic: Arc<RawSymbolic>,
+    common: UnsafeCell<klu_l_common>,
+    entry: PhantomData<T>,
+}
+
+// SAFETY: the handle and the control block are owned by this value; the symbolic object it shares
+// is Sync. Nothing is bound to a thread.
+unsafe impl<T: Entry> Send for RawNumeric<T> {}
+
+impl<T: Entry> RawNumeric<T> {
+    /// Factorises the matrix with the pattern of `symbolic` and these values.
+    ///
+    /// # Panics
+    /// If `values` has not one entry per entry of the pattern.
+    pub(crate) fn factor(symbolic: Arc<RawSymbolic>, values: &[T]) -> Result<Self, Failure> {
+        let doubles = as_doubles(&symbolic, values);
+        let mut common = default_common();
+        symbolic.options.write_to(&mut common);
+        let guard = symbolic.lock();
+        // SAFETY: pattern and values have matching lengths; the symbolic object belongs to this
+        // pattern and is locked against a concurrent factorisation; KLU reads the arrays only.
+        let handle = unsafe {
+            (T::FUNCTIONS.factor)(
+                symbolic.ap(),
+                symbolic.ai(),
+                doubles,
+                symbolic.handle.as_ptr(),
+                &mut common,
+            )
+        };
+        drop(guard);
+        let handle = NonNull::new(handle);
+        if common.status == i64::from(KLU_OK)
+            && let Some(handle) = handle
+        {
+            let common = UnsafeCell::new(common);
+            return Ok(Self {
+                handle,
+                symbolic,
+                common,
+                entry: PhantomData,
+            });
+        }
+        let failure = Failure::of(&common);
+        if let Some(handle) = handle {
+            let mut handle = handle.as_ptr();
+            // SAFETY: the handle came from the factor function just now and is freed here only.
+            unsafe { (T::FUNCTIONS.free)(&mut handle, &mut common) };
+        }
+        Err(failure)
+    }
+
+    /// Recomputes the factors for new values, keeping the pivots.
+    ///
+    /// # Panics
+    /// If `values` has not one entry per entry of the pattern.
+    pub(crate) fn refactor(&mut self, values: &[T]) -> Result<(), Failure> {
+        self.with_matrix(T::FUNCTIONS.refactor, values)
+    }
+
+    /// Reciprocal pivot growth of the factors of the matrix with these values.
+    ///
+    /// # Panics
+    /// If `values` has not one entry per entry of the pattern.
+    pub(crate) fn rgrowth(&self, values: &[T]) -> Result<f64, Failure> {
+        self.with_matrix(T::FUNCTIONS.rgrowth, values)?;
+        Ok(self.common().rgrowth)
+    }
+
+    /// Estimate of the 1-norm condition number of the matrix with these values.
+    ///
+    /// # Panics
+    /// If `values` has not one entry per entry of the pattern.
+    pub(crate) fn condest(&self, values: &[T]) -> Result<f64, Failure> {
+        let doubles = as_doubles(&self.symbolic, values);
+        // SAFETY: pattern and values match, the handles belong together, KLU only reads them; the
+        // control block is not borrowed elsewhere (`common` copies it out).
+        let ok = unsafe {
+            (T::FUNCTIONS.condest)(
+                self.symbolic.ap(),
+                doubles,
+                self.symbolic.handle.as_ptr(),
+                self.handle.as_ptr(),
+                self.common.get(),
+            )
+        };
+        self.check(ok)?;
+        Ok(self.common().condest)
+    }
+
+    /// Cheap estimate of the reciprocal condition number: min |u_kk| / max |u_kk|.
+    pub(crate) fn rcond(&self) -> Result<f64, Failure> {
+        self.diagnose(T::FUNCTIONS.rcond)?;
+        Ok(self.common().rcond)
+    }
+
+    /// Floating-point operations of a factorisation.
+    pub(crate) fn flops(&self) -> Result<f64, Failure> {
+        self.diagnose(T::FUNCTIONS.flops)?;
+        Ok(self.common().flops)
+    }
+
+    /// Entries of L and of U, diagonals included.
+    pub(crate) fn nnz_factors(&self) -> (usize, usize) {
+        // SAFETY: the handle is valid for the life of self; two plain integers are read.
+        let numeric = unsafe { self.handle.as_ref() };
+        (numeric.lnz as usize, numeric.unz as usize)
+    }
+
+    /// Solves A x = b, or Aᵀ x = b, in place for the columns of `rhs`.
+    ///
+    /// # Panics
+    /// If the length of `rhs` is not a multiple of the order of the matrix.
+    pub(crate) fn solve(&self, rhs: &mut [T], transposed: bool) -> Result<(), Failure> {
+        let n = self.symbolic.n();
+        assert_eq!(rhs.len() % n, 0, "whole columns");
+        let functions = T::FUNCTIONS;
+        let solve = if transposed {
+            functions.solve_transposed
+        } else {
+            functions.solve
+        };
+        // SAFETY: rhs holds whole columns of length n, laid out as KLU's numbers; the workspace
+        // inside the numeric object is ours alone, since self is not Sync and KLU calls nothing
+        // back; the control block is not borrowed elsewhere.
+        let ok = unsafe {
+            solve(
+                self.symbolic.handle.as_ptr(),
+                self.handle.as_ptr(),
+                n as i64,
+                (rhs.len() / n) as i64,
+                rhs.as_mut_ptr().cast(),
+                self.common.get(),
+            )
+        };
+        self.check(ok)
+    }
+
+    fn with_matrix(&self, function: Refactor, values: &[T]) -> Result<(), Failure> {
+        let doubles = as_doubles(&self.symbolic, values);
+        // SAFETY: pattern and values match, the handles belong together; refactor, which writes
+        // the numeric object, is reached through &mut self only, and no reference into it exists.
+        let ok = unsafe {
+            function(
+                self.symbolic.ap(),
+                self.symbolic.ai(),
+                doubles,
+                self.symbolic.handle.as_ptr(),
+                self.handle.as_ptr(),
+                self.common.get(),
+            )
+        };
+        self.check(ok)
+    }
+
+    fn diagnose(&self, function: Diagnose) -> Result<(), Failure> {
+        let (symbolic, numeric) = (self.symbolic.handle.as_ptr(), self.handle.as_ptr());
+        // SAFETY: both handles are valid and belong together; the function reads them only.
+        let ok = unsafe { function(symbolic, numeric, self.common.get()) };
+        self.check(ok)
+    }
+
+    fn common(&self) -> klu_l_common {
+        // SAFETY: KLU wrote the block before; self is not Sync, so nobody writes it now.
+        unsafe { ptr::read(self.common.get()) }
+    }
+
+    fn check(&self, ok: i64) -> Result<(), Failure> {
+        let common = self.common();
+        if ok == TRUE && common.status == i64::from(KLU_OK) {
+            Ok(())
+        } else {
+            Err(Failure::of(&common))
+        }
+    }
+}
+
+impl<T: Entry> Drop for RawNumeric<T> {
+    fn drop(&mut self) {
+        let mut handle = self.handle.as_ptr();
+        // SAFETY: the handle came from the factor function of the same kind of number, is freed
+        // here only, and the symbolic object (which the call needs not) is still alive.
+        unsafe { (T::FUNCTIONS.free)(&mut handle, self.common.get_mut()) };
+    }
+}
+
+/// The values of a matrix with the pattern of `symbolic`, as KLU takes them.
+fn as_doubles<T: Entry>(symbolic: &RawSymbolic, values: &[T]) -> *mut f64 {
+    let nnz = symbolic.nnz();
+    assert_eq!(values.len(), nnz, "one value per entry of the pattern");
+    values.as_ptr().cast::<f64>().cast_mut()
+}
