@@ -8,6 +8,8 @@ mod endings;
 mod failures;
 mod features;
 mod klu;
+mod limits;
+mod many;
 mod misuse;
 mod published;
 mod robertson;

@@ -1,22 +1,28 @@
-//! Arguments that make no sense, limits that are reached, solvers by the thousand.
+//! Arguments that make no sense, and calls out of their order.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 use sundials_wrap::klu::KluOptions;
-use sundials_wrap::samples::{Heat2d, Robertson, Sample};
+use sundials_wrap::samples::{Robertson, Sample};
 use sundials_wrap::{
     ConsistencyMode, Constraint, DaeProblem, Error, IdaOptions, IdaSolver, Outcome, StepError,
-    StopReason, Suppressed, Tolerances, VariableKind,
+    Suppressed, Tolerances, VariableKind,
 };
 
-use crate::decay::{Decay, stop};
+use crate::decay::Decay;
+
+/// The error of a solver for Robertson's problem with these settings.
+fn refusal(options: IdaOptions) -> String {
+    let start = Robertson.start();
+    let builder = IdaSolver::builder(Robertson).options(options);
+    let built = builder.build(start.t, &start.y, &start.y_dot);
+    built.unwrap_err().to_string()
+}
 
 #[test]
-fn wrong_lengths_and_values_are_refused_with_numbers() {
+fn initial_values_of_a_wrong_length_or_not_finite_are_refused() {
     let build = |y: &[f64], y_dot: &[f64]| {
-        IdaSolver::builder(Robertson)
-            .build(0.0, y, y_dot)
-            .unwrap_err()
-            .to_string()
+        let built = IdaSolver::builder(Robertson).build(0.0, y, y_dot);
+        built.unwrap_err().to_string()
     };
     assert_eq!(
         build(&[1.0], &[0.0; 3]),
@@ -30,166 +36,90 @@ fn wrong_lengths_and_values_are_refused_with_numbers() {
         build(&[1.0, f64::NAN, 0.0], &[0.0; 3]),
         "y0[1] = NaN is not finite"
     );
+}
 
-    let with = |options: IdaOptions| {
-        let start = Robertson.start();
-        let builder = IdaSolver::builder(Robertson).options(options);
-        builder
-            .build(0.0, &start.y, &start.y_dot)
-            .unwrap_err()
-            .to_string()
-    };
-    let base = IdaOptions::default;
-    let scalar = |r, a| {
-        with(IdaOptions {
-            tolerances: Tolerances::scalar(r, a),
-            ..base()
-        })
-    };
-    assert_eq!(
-        scalar(-1e-3, 1.0),
-        "relative tolerance = -0.001: must be finite and ≥ 0"
-    );
-    assert_eq!(
-        scalar(f64::NAN, 1.0),
-        "relative tolerance = NaN: must be finite and ≥ 0"
-    );
-    assert!(scalar(0.0, 0.0).contains("not both zero"));
-    let absolute = Tolerances::vector(1e-3, [1e-3, 1e-3]);
-    let error = with(IdaOptions {
-        tolerances: absolute,
-        ..base()
-    });
-    assert_eq!(error, "absolute tolerances: expected length 3, got 2");
-    for (options, word) in [
+#[test]
+fn tolerances_that_make_no_sense_are_refused() {
+    for (tolerances, expected) in [
         (
-            IdaOptions {
-                max_order: 6,
-                ..base()
-            },
-            "max_order = 6",
+            Tolerances::scalar(-1e-3, 1.0),
+            "relative tolerance = -0.001: must be finite and ≥ 0",
         ),
         (
-            IdaOptions {
-                max_order: 0,
-                ..base()
-            },
-            "max_order = 0",
+            Tolerances::scalar(f64::NAN, 1.0),
+            "relative tolerance = NaN: must be finite and ≥ 0",
         ),
         (
-            IdaOptions {
-                max_step: Some(0.0),
-                ..base()
-            },
-            "max_step = 0",
+            Tolerances::scalar(0.0, 0.0),
+            "relative and absolute tolerance = 0: must be not both zero",
         ),
         (
-            IdaOptions {
-                min_step: 1.0,
-                max_step: Some(0.5),
-                ..base()
+            Tolerances::vector(1e-3, [1e-3, 1e-3]),
+            "absolute tolerances: expected length 3, got 2",
+        ),
+        (
+            Tolerances::vector(0.0, [1.0, 0.0, 1.0]),
+            "absolute tolerance = 0: must be > 0 where the relative one is 0",
+        ),
+    ] {
+        let options = IdaOptions {
+            tolerances,
+            ..IdaOptions::default()
+        };
+        assert_eq!(refusal(options), expected);
+    }
+}
+
+#[test]
+fn settings_out_of_range_are_refused_by_name_and_value() {
+    type Change = fn(&mut IdaOptions);
+    let refused: [(Change, &str); 17] = [
+        (|o| o.max_order = 6, "max_order = 6"),
+        (|o| o.max_order = 0, "max_order = 0"),
+        (|o| o.max_step = Some(0.0), "max_step = 0"),
+        (
+            |o| {
+                o.min_step = 1.0;
+                o.max_step = Some(0.5);
             },
             "at least min_step",
         ),
+        (|o| o.min_step = -1e-9, "min_step = -0.000000001"),
+        (|o| o.initial_step = Some(f64::NAN), "initial_step = NaN"),
+        (|o| o.stop_time = Some(f64::INFINITY), "stop_time = inf"),
+        (|o| o.max_steps = Some(0), "max_steps = 0"),
         (
-            IdaOptions {
-                min_step: -1e-9,
-                ..base()
-            },
-            "min_step = -0.000000001",
-        ),
-        (
-            IdaOptions {
-                initial_step: Some(f64::NAN),
-                ..base()
-            },
-            "initial_step = NaN",
-        ),
-        (
-            IdaOptions {
-                stop_time: Some(f64::INFINITY),
-                ..base()
-            },
-            "stop_time = inf",
-        ),
-        (
-            IdaOptions {
-                max_steps: Some(0),
-                ..base()
-            },
-            "max_steps = 0",
-        ),
-        (
-            IdaOptions {
-                max_error_test_failures: 0,
-                ..base()
-            },
+            |o| o.max_error_test_failures = 0,
             "max_error_test_failures = 0",
         ),
         (
-            IdaOptions {
-                max_convergence_failures: 1 << 31,
-                ..base()
-            },
+            |o| o.max_convergence_failures = 1 << 31,
             "max_convergence_failures = 2147483648",
         ),
         (
-            IdaOptions {
-                nonlinear_coefficient: 0.0,
-                ..base()
-            },
+            |o| o.nonlinear_coefficient = 0.0,
             "nonlinear_coefficient = 0",
         ),
+        (|o| o.klu.pivot_tolerance = 1.5, "klu.pivot_tolerance = 1.5"),
+        (|o| o.delta_cj = 0.0, "delta_cj = 0:"),
+        (|o| o.delta_cj = 1.0, "delta_cj = 1:"),
+        (|o| o.max_newton_iterations = 0, "max_newton_iterations = 0"),
+        (|o| o.constraints = vec![Constraint::None], "constraints"),
         (
-            IdaOptions {
-                klu: KluOptions {
-                    pivot_tolerance: 1.5,
-                    ..KluOptions::default()
-                },
-                ..base()
-            },
-            "klu.pivot_tolerance = 1.5",
-        ),
-        (
-            IdaOptions {
-                delta_cj: 0.0,
-                ..base()
-            },
-            "delta_cj = 0:",
-        ),
-        (
-            IdaOptions {
-                delta_cj: 1.0,
-                ..base()
-            },
-            "delta_cj = 1:",
-        ),
-        (
-            IdaOptions {
-                max_newton_iterations: 0,
-                ..base()
-            },
-            "max_newton_iterations = 0",
-        ),
-        (
-            IdaOptions {
-                constraints: vec![Constraint::None],
-                ..base()
-            },
-            "constraints",
-        ),
-        (
-            IdaOptions {
-                suppressed: Suppressed::Components(vec![true]),
-                ..base()
-            },
+            |o| o.suppressed = Suppressed::Components(vec![true]),
             "suppressed components",
         ),
-    ] {
-        let error = with(options);
+    ];
+    for (change, word) in refused {
+        let mut options = IdaOptions::default();
+        change(&mut options);
+        let error = refusal(options);
         assert!(error.contains(word), "{error}");
     }
-    // The ends of the ranges are in them.
+}
+
+#[test]
+fn the_ends_of_the_ranges_are_in_them() {
     let at_the_ends = IdaOptions {
         max_order: 1,
         min_step: 0.5,
@@ -203,19 +133,19 @@ fn wrong_lengths_and_values_are_refused_with_numbers() {
             pivot_tolerance: 1.0,
             ..KluOptions::default()
         },
-        ..base()
+        ..IdaOptions::default()
     };
     let start = Robertson.start();
     let builder = IdaSolver::builder(Robertson).options(at_the_ends);
     builder.build(0.0, &start.y, &start.y_dot).unwrap();
-    let zero_weight = with(IdaOptions {
-        tolerances: Tolerances::vector(0.0, [1.0, 0.0, 1.0]),
-        ..base()
-    });
-    assert!(zero_weight.contains("> 0"), "{zero_weight}");
+}
+
+/// IDAS finds it at the first step, not at the start.
+#[test]
+fn initial_values_outside_of_the_constraints_are_refused() {
     let violated = IdaOptions {
         constraints: vec![Constraint::Negative; 3],
-        ..base()
+        ..IdaOptions::default()
     };
     let start = Robertson.start();
     let builder = IdaSolver::builder(Robertson).options(violated);
@@ -417,24 +347,6 @@ fn an_output_time_behind_t_is_misuse() {
     ));
 }
 
-/// What a sequence of calls once did: corrected values went into the differences of past steps, and
-/// the next step left what is no number.
-#[test]
-fn initial_values_are_corrected_before_the_first_step_only() {
-    let mut solver = Decay::new().solver();
-    let mode = ConsistencyMode::AlgebraicAndDerivatives;
-    solver.correct_initial_values(mode, 1.0).unwrap();
-    solver.integrate_to(0.5).unwrap();
-    let error = solver.correct_initial_values(mode, 1.0).unwrap_err();
-    assert!(matches!(error, Error::AfterTheStart { t: 0.5 }), "{error}");
-    solver.reinit(0.5, &[1.0], &[-1.0], &[]).unwrap();
-    solver.correct_initial_values(mode, 1.0).unwrap();
-    assert_eq!(
-        solver.integrate_to(1.0).unwrap(),
-        Outcome::Reached { t: 1.0 }
-    );
-}
-
 #[test]
 fn integrates_backwards_too() {
     let mut solver = IdaSolver::builder(Decay::new())
@@ -456,99 +368,20 @@ fn integrates_backwards_too() {
     ));
 }
 
+/// What a sequence of calls once did: corrected values went into the differences of past steps, and
+/// the next step left what is no number.
 #[test]
-fn too_many_steps_is_an_outcome_and_the_next_call_goes_on() {
-    let options = IdaOptions {
-        max_steps: Some(5),
-        ..IdaOptions::default()
-    };
-    let mut solver = IdaSolver::builder(Decay::new())
-        .options(options)
-        .build(0.0, &[1.0], &[-1.0])
-        .unwrap();
-    let first = stop(solver.integrate_to(1.0));
-    assert_eq!((first.reason, first.stats.steps), (StopReason::MaxSteps, 5));
-    while matches!(solver.integrate_to(1.0).unwrap(), Outcome::Stopped(_)) {}
-    assert_eq!(solver.t(), 1.0);
-}
-
-/// ẏ = −1 from y = 1 with y ≥ 0: the steps shrink at the wall at t = 1.
-#[test]
-fn a_constraint_holds_the_integration_up() {
-    let mut problem = Decay::residual(|_, _| Ok(1.0));
-    problem.jacobian = Box::new(|_| Ok(0.0));
-    let constraints = vec![Constraint::NonNegative];
-    let options = IdaOptions {
-        constraints,
-        ..IdaOptions::default()
-    };
-    let mut solver = IdaSolver::builder(problem)
-        .options(options)
-        .build(0.0, &[1.0], &[-1.0])
-        .unwrap();
-    let stop = stop(solver.integrate_to(2.0));
-    // IDAS lets each step pass the wall by up to Newton's share of the tolerance: it creeps on.
-    let creep = 500.0 * 0.33 * 1e-8;
-    assert!(
-        (stop.t - 1.0).abs() < creep && solver.y()[0] > -creep,
-        "{stop}"
+fn initial_values_are_corrected_before_the_first_step_only() {
+    let mut solver = Decay::new().solver();
+    let mode = ConsistencyMode::AlgebraicAndDerivatives;
+    solver.correct_initial_values(mode, 1.0).unwrap();
+    solver.integrate_to(0.5).unwrap();
+    let error = solver.correct_initial_values(mode, 1.0).unwrap_err();
+    assert!(matches!(error, Error::AfterTheStart { t: 0.5 }), "{error}");
+    solver.reinit(0.5, &[1.0], &[-1.0], &[]).unwrap();
+    solver.correct_initial_values(mode, 1.0).unwrap();
+    assert_eq!(
+        solver.integrate_to(1.0).unwrap(),
+        Outcome::Reached { t: 1.0 }
     );
-    assert_eq!(stop.reason, StopReason::MaxSteps, "{stop}");
-}
-
-#[test]
-fn too_tight_a_tolerance_is_named() {
-    let tight = Tolerances::scalar(0.0, 1e-20);
-    let mut solver = IdaSolver::builder(Decay::new())
-        .tolerances(tight)
-        .build(0.0, &[1.0], &[-1.0])
-        .unwrap();
-    let stop = stop(solver.integrate_to(1.0));
-    assert_eq!(stop.reason, StopReason::ToleranceTooTight, "{stop}");
-    assert!(stop.stats.tolerance_scale_factor > 1.0, "{stop}");
-}
-
-#[test]
-fn a_thousand_solvers_come_and_go() {
-    for i in 0..1000 {
-        let sample = Heat2d::new(4);
-        let start = sample.start();
-        let mut solver = IdaSolver::builder(sample)
-            .build(0.0, &start.y, &start.y_dot)
-            .unwrap();
-        if i % 3 == 0 {
-            solver.step(1.0).unwrap();
-        }
-        if i % 2 == 0 {
-            assert_eq!(solver.into_problem().n_unknowns(), 16);
-        }
-    }
-}
-
-#[test]
-fn solvers_run_in_many_threads_at_once_and_move_between_them() {
-    fn assert_send<T: Send>() {}
-    assert_send::<IdaSolver<Robertson>>();
-    let run = || {
-        let start = Robertson.start();
-        let mut solver = IdaSolver::builder(Robertson)
-            .build(0.0, &start.y, &start.y_dot)
-            .unwrap();
-        solver.integrate_to(4.0).unwrap();
-        std::thread::spawn(move || {
-            solver.integrate_to(40.0).unwrap();
-            (solver.y().to_vec(), solver.stats())
-        })
-        .join()
-        .unwrap()
-    };
-    let expected = run();
-    let threads: Vec<_> = (0..64).map(|_| std::thread::spawn(run)).collect();
-    for thread in threads {
-        assert_eq!(
-            thread.join().unwrap(),
-            expected,
-            "bit for bit, whatever runs beside it"
-        );
-    }
 }
