@@ -50,7 +50,8 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// The vectors wanted from [`Solid::evaluate`](crate::solid::Solid::evaluate); each that is given is overwritten.
+/// The vectors wanted from [`Solid::evaluate`](crate::solid::Solid::evaluate); each that is given
+/// is overwritten.
 #[derive(Debug, Default)]
 pub struct Vectors<'a> {
     /// ∫ P(F, p) : ∇φ; `2 n_nodes`.
@@ -79,8 +80,8 @@ impl Vectors<'_> {
     }
 }
 
-/// The tangents wanted from [`Solid::tangents`](crate::solid::Solid::tangents); each that is given is overwritten with values in
-/// the order of its pattern.
+/// The tangents wanted from [`Solid::tangents`](crate::solid::Solid::tangents); each that is given
+/// is overwritten with values in the order of its pattern.
 #[derive(Debug, Default)]
 pub struct Tangents<'a> {
     /// ∂force/∂u; displacement pattern.

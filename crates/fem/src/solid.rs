@@ -1,7 +1,8 @@
 //! The operators of a solid: forces, volume defects, their rates and tangents, masses.
 //!
-//! Cast: [`Solid`] owns the spaces, laws and maps; [`Fields`] is what operators are evaluated at;
-//! [`Vectors`] and [`Tangents`] say which are wanted and where they go. The tangents are related by
+//! Cast: [`Solid`] owns the spaces, laws and maps, and the constant matrices; [`Fields`] is what the
+//! element loops ([`Solid::evaluate`], [`Solid::tangents`]) are evaluated at; [`Vectors`] and
+//! [`Tangents`] say which are wanted and where they go. The tangents are related by
 //!
 //! ```text
 //! ∂force/∂p = −B(u)ᵀ              ∂force_rate/∂v = stiffness     ∂force_rate/∂ṗ = −B(u)ᵀ
@@ -9,6 +10,10 @@
 //! ```
 //!
 //! so five blocks serve all formulations. References: MODEL, section 2.
+
+mod evaluation;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
@@ -22,10 +27,8 @@ pub use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
 use crate::mass::Symmetric;
 use crate::material::Law;
 use crate::quadrature::TriangleRule;
-use crate::residual::Evaluate;
 use crate::space::{Degree, Space};
 use crate::sparsity::{ScatterMap, displacement_pattern, divergence_pattern, place};
-use crate::tangent::Linearize;
 
 /// Batches by the number of displacement nodes of an element.
 #[derive(Debug, Clone)]
@@ -213,91 +216,6 @@ impl Solid {
         self.laws.iter().all(|law| law.is_linear())
     }
 
-    /// The vectors asked for, all in one pass over the elements.
-    ///
-    /// # Errors
-    /// [`Inverted`] where det F ≤ 0 or is not a number; the vectors then hold nothing of use.
-    ///
-    /// # Panics
-    /// If a length is wrong, or a rate is wanted without `v`.
-    pub fn evaluate(&self, fields: &Fields<'_>, out: &mut Vectors<'_>) -> Result<(), Inverted> {
-        self.check_fields(fields);
-        let (n, m) = (2 * self.space.n_nodes(), self.space.n_vertices());
-        check_length(n, out.force.as_deref(), "force");
-        check_length(n, out.force_rate.as_deref(), "force_rate");
-        check_length(n, out.multiplier_force.as_deref(), "multiplier_force");
-        check_length(m, out.defect.as_deref(), "defect");
-        check_length(m, out.defect_rate.as_deref(), "defect_rate");
-        let rates = out.force_rate.is_some() || out.defect_rate.is_some();
-        assert!(fields.v.is_some() || !rates, "rates need a velocity");
-        match &self.elements {
-            Elements::Linear(elements, _) => self.arch.dispatch(Evaluate {
-                elements,
-                fields,
-                out,
-            }),
-            Elements::Quadratic(elements, _) => self.arch.dispatch(Evaluate {
-                elements,
-                fields,
-                out,
-            }),
-        }
-    }
-
-    /// The tangents asked for, all in one pass over the elements.
-    ///
-    /// # Errors
-    /// [`Inverted`] where det F ≤ 0 or is not a number; the values then hold nothing of use.
-    ///
-    /// # Panics
-    /// If a length is wrong, or a rate is wanted without `v`.
-    pub fn tangents(&self, fields: &Fields<'_>, out: &mut Tangents<'_>) -> Result<(), Inverted> {
-        self.check_fields(fields);
-        let (n, m) = (
-            self.displacement_pattern.nnz(),
-            self.divergence_pattern.nnz(),
-        );
-        check_length(n, out.stiffness.as_deref(), "stiffness");
-        check_length(n, out.rate_stiffness.as_deref(), "rate_stiffness");
-        check_length(
-            n,
-            out.multiplier_stiffness.as_deref(),
-            "multiplier_stiffness",
-        );
-        check_length(m, out.divergence.as_deref(), "divergence");
-        check_length(m, out.divergence_rate.as_deref(), "divergence_rate");
-        let rates = out.rate_stiffness.is_some() || out.divergence_rate.is_some();
-        assert!(fields.v.is_some() || !rates, "rates need a velocity");
-        match &self.elements {
-            Elements::Linear(elements, maps) => self.arch.dispatch(Linearize {
-                elements,
-                maps,
-                fields,
-                out,
-            }),
-            Elements::Quadratic(elements, maps) => self.arch.dispatch(Linearize {
-                elements,
-                maps,
-                fields,
-                out,
-            }),
-        }
-    }
-
-    fn check_fields(&self, fields: &Fields<'_>) {
-        let (n, m) = (2 * self.space.n_nodes(), self.space.n_vertices());
-        check_length(n, Some(fields.u), "u");
-        check_length(n, fields.v, "v");
-        check_length(m, fields.p_rate, "p_rate");
-        check_length(m, fields.mu, "mu");
-        if let Some(factors) = fields.factors {
-            assert_eq!(factors.len(), self.space.n_elements(), "factors");
-        }
-        if let Pressure::Nodal(p) = fields.pressure {
-            check_length(m, Some(p), "p");
-        }
-    }
-
     /// Pattern of tangents by displacement: n_free × n_free, columns major.
     pub fn displacement_pattern(&self) -> &SparsityPattern {
         &self.displacement_pattern
@@ -402,103 +320,5 @@ fn check_count(what: &'static str, found: usize, needed: usize) -> Result<(), Fe
             found,
             needed,
         })
-    }
-}
-
-fn check_length(n: usize, slice: Option<&[f64]>, name: &str) {
-    if let Some(slice) = slice {
-        assert_eq!(slice.len(), n, "length of {name}");
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The instruction sets that this processor has, the widest last.
-    fn instruction_sets() -> Vec<Arch> {
-        let mut sets = vec![Arch::Scalar];
-        #[cfg(target_arch = "x86_64")]
-        sets.extend(pulp::x86::V3::try_new().map(Arch::V3));
-        sets.push(Arch::new());
-        sets
-    }
-
-    fn wave(n: usize, size: f64) -> Vec<f64> {
-        (0..n).map(|i| size * (i as f64).sin()).collect()
-    }
-
-    /// Every vector and every tangent.
-    fn everything(solid: &Solid, fields: &Fields<'_>) -> Result<[Vec<f64>; 10], Inverted> {
-        let (n, m) = (fields.u.len(), solid.space.n_vertices());
-        let (nnz, nnz_divergence) = (
-            solid.displacement_pattern.nnz(),
-            solid.divergence_pattern.nnz(),
-        );
-        let lengths = [n, n, n, m, m, nnz, nnz, nnz, nnz_divergence, nnz_divergence];
-        let mut all = lengths.map(|n| vec![f64::NAN; n]);
-        let [a, b, c, d, e, f, g, h, i, j] = &mut all;
-        let mut vectors = Vectors {
-            force: Some(a),
-            force_rate: Some(b),
-            multiplier_force: Some(c),
-            defect: Some(d),
-            defect_rate: Some(e),
-        };
-        solid.evaluate(fields, &mut vectors)?;
-        let mut tangents = Tangents {
-            stiffness: Some(f),
-            rate_stiffness: Some(g),
-            multiplier_stiffness: Some(h),
-            divergence: Some(i),
-            divergence_rate: Some(j),
-        };
-        solid.tangents(fields, &mut tangents)?;
-        Ok(all)
-    }
-
-    #[test]
-    fn vector_instructions_change_no_bit() {
-        // 8 elements fill a batch; the last batch is not full.
-        let mesh = crate::generate::spindle([10, 2]).unwrap();
-        let space = Arc::new(Space::taylor_hood(&mesh));
-        let dofs = DofMap::clamped(&space, &space.nodes_of("fixed").unwrap()).unwrap();
-        let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
-        let solid = Solid::uniform(space.clone(), dofs, law, 1.0).unwrap();
-        let (n, m) = (2 * space.n_nodes(), space.n_vertices());
-        let (u, v) = (wave(n, 1e-4), wave(n, 1e-2));
-        let (p, p_rate, mu) = (wave(m, 50.0), wave(m, 70.0), wave(m, 90.0));
-        let corner = |e: usize, k: usize| 1.0 + 0.5 * ((3 * e + k) as f64).cos();
-        let factors: Vec<_> = (0..space.n_elements())
-            .map(|e| [0, 1, 2].map(|k| corner(e, k)))
-            .collect();
-        let fields = Fields {
-            v: Some(&v),
-            p_rate: Some(&p_rate),
-            mu: Some(&mu),
-            factors: Some(&factors),
-            ..Fields::new(&u, Pressure::Nodal(&p))
-        };
-        // The middle node of element 13's first edge, out on the other side of the element.
-        let moved = space.element_nodes(13)[3];
-        let mut inverted = u.clone();
-        inverted[2 * moved] += 1.0;
-        let inverted = Fields {
-            u: &inverted,
-            ..fields
-        };
-        let sets = instruction_sets().into_iter().map(|arch| Solid {
-            arch,
-            ..solid.clone()
-        });
-        let solids: Vec<_> = sets.collect();
-        let scalar = everything(&solids[0], &fields).unwrap();
-        assert!(scalar.iter().flatten().all(|x| x.is_finite()));
-        for (k, solid) in solids.iter().enumerate() {
-            assert_eq!(everything(solid, &fields).unwrap(), scalar, "set {k}");
-            let error = everything(solid, &inverted).unwrap_err();
-            let around = space.element_nodes(error.element);
-            assert!(around.contains(&moved), "set {k}: {error}");
-        }
     }
 }

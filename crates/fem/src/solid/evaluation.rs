@@ -1,0 +1,100 @@
+//! The element loops: vectors and tangents at given fields.
+
+use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
+use crate::residual::Evaluate;
+use crate::tangent::Linearize;
+
+use super::{Elements, Solid};
+
+impl Solid {
+    /// The vectors asked for, all in one pass over the elements.
+    ///
+    /// # Errors
+    /// [`Inverted`] where det F ≤ 0 or is not a number; the vectors then hold nothing of use.
+    ///
+    /// # Panics
+    /// If a length is wrong, or a rate is wanted without `v`.
+    pub fn evaluate(&self, fields: &Fields<'_>, out: &mut Vectors<'_>) -> Result<(), Inverted> {
+        self.check_fields(fields);
+        let (n, m) = (2 * self.space.n_nodes(), self.space.n_vertices());
+        check_length(n, out.force.as_deref(), "force");
+        check_length(n, out.force_rate.as_deref(), "force_rate");
+        check_length(n, out.multiplier_force.as_deref(), "multiplier_force");
+        check_length(m, out.defect.as_deref(), "defect");
+        check_length(m, out.defect_rate.as_deref(), "defect_rate");
+        let rates = out.force_rate.is_some() || out.defect_rate.is_some();
+        assert!(fields.v.is_some() || !rates, "rates need a velocity");
+        match &self.elements {
+            Elements::Linear(elements, _) => self.arch.dispatch(Evaluate {
+                elements,
+                fields,
+                out,
+            }),
+            Elements::Quadratic(elements, _) => self.arch.dispatch(Evaluate {
+                elements,
+                fields,
+                out,
+            }),
+        }
+    }
+
+    /// The tangents asked for, all in one pass over the elements.
+    ///
+    /// # Errors
+    /// [`Inverted`] where det F ≤ 0 or is not a number; the values then hold nothing of use.
+    ///
+    /// # Panics
+    /// If a length is wrong, or a rate is wanted without `v`.
+    pub fn tangents(&self, fields: &Fields<'_>, out: &mut Tangents<'_>) -> Result<(), Inverted> {
+        self.check_fields(fields);
+        let (n, m) = (
+            self.displacement_pattern.nnz(),
+            self.divergence_pattern.nnz(),
+        );
+        check_length(n, out.stiffness.as_deref(), "stiffness");
+        check_length(n, out.rate_stiffness.as_deref(), "rate_stiffness");
+        check_length(
+            n,
+            out.multiplier_stiffness.as_deref(),
+            "multiplier_stiffness",
+        );
+        check_length(m, out.divergence.as_deref(), "divergence");
+        check_length(m, out.divergence_rate.as_deref(), "divergence_rate");
+        let rates = out.rate_stiffness.is_some() || out.divergence_rate.is_some();
+        assert!(fields.v.is_some() || !rates, "rates need a velocity");
+        match &self.elements {
+            Elements::Linear(elements, maps) => self.arch.dispatch(Linearize {
+                elements,
+                maps,
+                fields,
+                out,
+            }),
+            Elements::Quadratic(elements, maps) => self.arch.dispatch(Linearize {
+                elements,
+                maps,
+                fields,
+                out,
+            }),
+        }
+    }
+
+    fn check_fields(&self, fields: &Fields<'_>) {
+        let (n, m) = (2 * self.space.n_nodes(), self.space.n_vertices());
+        check_length(n, Some(fields.u), "u");
+        check_length(n, fields.v, "v");
+        check_length(m, fields.p_rate, "p_rate");
+        check_length(m, fields.mu, "mu");
+        if let Some(factors) = fields.factors {
+            assert_eq!(factors.len(), self.space.n_elements(), "factors");
+        }
+        if let Pressure::Nodal(p) = fields.pressure {
+            check_length(m, Some(p), "p");
+        }
+    }
+}
+
+fn check_length(n: usize, slice: Option<&[f64]>, name: &str) {
+    if let Some(slice) = slice {
+        assert_eq!(slice.len(), n, "length of {name}");
+    }
+}

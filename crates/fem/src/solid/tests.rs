@@ -1,0 +1,98 @@
+//! Every instruction set gives the same bits.
+
+use std::sync::Arc;
+
+use pulp::Arch;
+
+use super::Solid;
+use crate::dofs::DofMap;
+use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
+use crate::material::Law;
+use crate::space::Space;
+
+/// The instruction sets that this processor has, the widest last.
+fn instruction_sets() -> Vec<Arch> {
+    let mut sets = vec![Arch::Scalar];
+    #[cfg(target_arch = "x86_64")]
+    sets.extend(pulp::x86::V3::try_new().map(Arch::V3));
+    sets.push(Arch::new());
+    sets
+}
+
+fn wave(n: usize, size: f64) -> Vec<f64> {
+    (0..n).map(|i| size * (i as f64).sin()).collect()
+}
+
+/// Every vector and every tangent.
+fn everything(solid: &Solid, fields: &Fields<'_>) -> Result<[Vec<f64>; 10], Inverted> {
+    let (n, m) = (fields.u.len(), solid.space.n_vertices());
+    let (nnz, nnz_divergence) = (
+        solid.displacement_pattern.nnz(),
+        solid.divergence_pattern.nnz(),
+    );
+    let lengths = [n, n, n, m, m, nnz, nnz, nnz, nnz_divergence, nnz_divergence];
+    let mut all = lengths.map(|n| vec![f64::NAN; n]);
+    let [a, b, c, d, e, f, g, h, i, j] = &mut all;
+    let mut vectors = Vectors {
+        force: Some(a),
+        force_rate: Some(b),
+        multiplier_force: Some(c),
+        defect: Some(d),
+        defect_rate: Some(e),
+    };
+    solid.evaluate(fields, &mut vectors)?;
+    let mut tangents = Tangents {
+        stiffness: Some(f),
+        rate_stiffness: Some(g),
+        multiplier_stiffness: Some(h),
+        divergence: Some(i),
+        divergence_rate: Some(j),
+    };
+    solid.tangents(fields, &mut tangents)?;
+    Ok(all)
+}
+
+#[test]
+fn vector_instructions_change_no_bit() {
+    // 8 elements fill a batch; the last batch is not full.
+    let mesh = crate::generate::spindle([10, 2]).unwrap();
+    let space = Arc::new(Space::taylor_hood(&mesh));
+    let dofs = DofMap::clamped(&space, &space.nodes_of("fixed").unwrap()).unwrap();
+    let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
+    let solid = Solid::uniform(space.clone(), dofs, law, 1.0).unwrap();
+    let (n, m) = (2 * space.n_nodes(), space.n_vertices());
+    let (u, v) = (wave(n, 1e-4), wave(n, 1e-2));
+    let (p, p_rate, mu) = (wave(m, 50.0), wave(m, 70.0), wave(m, 90.0));
+    let corner = |e: usize, k: usize| 1.0 + 0.5 * ((3 * e + k) as f64).cos();
+    let factors: Vec<_> = (0..space.n_elements())
+        .map(|e| [0, 1, 2].map(|k| corner(e, k)))
+        .collect();
+    let fields = Fields {
+        v: Some(&v),
+        p_rate: Some(&p_rate),
+        mu: Some(&mu),
+        factors: Some(&factors),
+        ..Fields::new(&u, Pressure::Nodal(&p))
+    };
+    // The middle node of element 13's first edge, out on the other side of the element.
+    let moved = space.element_nodes(13)[3];
+    let mut inverted = u.clone();
+    inverted[2 * moved] += 1.0;
+    let inverted = Fields {
+        u: &inverted,
+        ..fields
+    };
+    let sets = instruction_sets().into_iter().map(|arch| Solid {
+        arch,
+        ..solid.clone()
+    });
+    let solids: Vec<_> = sets.collect();
+    let scalar = everything(&solids[0], &fields).unwrap();
+    assert!(scalar.iter().flatten().all(|x| x.is_finite()));
+    for (k, solid) in solids.iter().enumerate() {
+        assert_eq!(everything(solid, &fields).unwrap(), scalar, "set {k}");
+        let error = everything(solid, &inverted).unwrap_err();
+        let around = space.element_nodes(error.element);
+        assert!(around.contains(&moved), "set {k}: {error}");
+    }
+}
