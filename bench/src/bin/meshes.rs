@@ -47,9 +47,7 @@ fn main() -> anyhow::Result<()> {
             let times = SampleTimes::new(1.0 / 160.0, 1.0);
             let n = dae.n_unknowns();
             let mut sampler = Sampler::new(times, n, |dae: &mut MuscleDae, t, y: &[f64]| {
-                let pressure = dae.pressure(y).map(<[f64]>::to_vec);
-                let (displacement, _) = dae.nodal_motion(t, y);
-                let value = origin.read(displacement, pressure.as_deref());
+                let value = dae.read(&origin, t, y);
                 u.push(value.displacement[1]);
                 p.push(value.pressure);
                 Ok(())

@@ -154,9 +154,7 @@ fn motion(
         SampleTimes::new(1.0 / 160.0, COMPARED),
         n,
         |dae: &mut MuscleDae, t, y: &[f64]| {
-            let pressure = dae.pressure(y).map(<[f64]>::to_vec);
-            let (displacement, _) = dae.nodal_motion(t, y);
-            p.push(origin.read(displacement, pressure.as_deref()).pressure);
+            p.push(dae.read(&origin, t, y).pressure);
             Ok(())
         },
     );

@@ -29,7 +29,7 @@ impl MuscleDae {
     pub fn energies(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<Energies, ModelError> {
         let supports = self.unbalanced_force(t, y, y_dot)?;
         let parameters = self.muscle().parameters;
-        let pressure = self.pressure(y).map(<[f64]>::to_vec);
+        let pressure = self.pressure(y);
         let (load, force_rate) = self.nodal_forces();
         let (load, force_rate) = (load.to_vec(), force_rate.to_vec());
         let snapshot = self.snapshot(t, y);
@@ -38,8 +38,8 @@ impl MuscleDae {
         // With p = -κ (J - 1) the mixed energy counts the stored one and pᵀM_p p/(2κ) on top.
         let doubled = pressure.map_or(0.0, |p| {
             let mut product = vec![0.0; p.len()];
-            solid.apply_pressure_mass(&p, &mut product);
-            0.5 * parameters.inv_kappa * dot(&p, &product)
+            solid.apply_pressure_mass(p, &mut product);
+            0.5 * parameters.inv_kappa * dot(p, &product)
         });
         let kinetic = solid.kinetic_energy(velocity);
         let viscous = if parameters.is_damped() {

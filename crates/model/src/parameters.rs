@@ -1,5 +1,7 @@
 //! The physical constants of the muscle beside its material law.
 
+use myovib_fem::Pressure;
+
 use crate::error::ModelError;
 
 /// Rayleigh damping and compressibility; density and material law belong to the solid.
@@ -64,6 +66,12 @@ impl Parameters {
     /// Bulk modulus κ, Pa; infinite for the incompressible material.
     pub fn kappa(&self) -> f64 {
         self.kappa
+    }
+
+    /// What acts on the volume: the pressure given, or κ in its place.
+    pub(crate) fn pressure<'p>(&self, nodal: Option<&'p [f64]>) -> Pressure<'p> {
+        let penalty = Pressure::Penalty { kappa: self.kappa };
+        nodal.map_or(penalty, Pressure::Nodal)
     }
 
     /// Whether κ = ∞.

@@ -1,5 +1,7 @@
 //! What the equations see at one evaluation: the unknowns by field, and the element integrals.
 
+use std::ops::Range;
+
 use myovib_fem::Solid;
 
 use crate::field::{Field, Layout};
@@ -18,15 +20,17 @@ impl<'a> State<'a> {
         Self { layout, y, y_dot }
     }
 
+    /// The unknowns of `field`, if the formulation has it.
+    pub fn find(&self, field: Field) -> Option<&'a [f64]> {
+        self.layout.range(field).map(|range| &self.y[range])
+    }
+
     /// The unknowns of `field`.
     ///
     /// # Panics
     /// If the formulation does not have the field.
     pub fn value(&self, field: Field) -> &'a [f64] {
-        &self.y[self
-            .layout
-            .range(field)
-            .expect("an equation only asks for fields it has")]
+        &self.y[self.range(field)]
     }
 
     /// Their derivatives with respect to time.
@@ -34,10 +38,12 @@ impl<'a> State<'a> {
     /// # Panics
     /// As [`value`](State::value).
     pub fn rate(&self, field: Field) -> &'a [f64] {
-        &self.y_dot[self
-            .layout
-            .range(field)
-            .expect("an equation only asks for fields it has")]
+        &self.y_dot[self.range(field)]
+    }
+
+    fn range(&self, field: Field) -> Range<usize> {
+        let range = self.layout.range(field);
+        range.expect("an equation only asks for fields it has")
     }
 }
 

@@ -64,9 +64,7 @@ fn samples(integrator: &mut dyn Integrator<MuscleDae>, t_end: f64) -> Samples {
         SampleTimes::new(0.01, t_end),
         n,
         |dae: &mut MuscleDae, t, y: &[f64]| {
-            let pressure = dae.pressure(y).map(<[f64]>::to_vec);
-            let (displacement, _) = dae.nodal_motion(t, y);
-            let value = origin.read(displacement, pressure.as_deref());
+            let value = dae.read(&origin, t, y);
             u_y.push(value.displacement[1]);
             p.push(value.pressure);
             Ok(())

@@ -108,9 +108,7 @@ fn settings(rtol: f64, t_end: f64) -> Settings {
 
 /// u_y and p at a point of `dae` with the unknowns `y`.
 fn read(dae: &mut MuscleDae, point: &Probe, t: f64, y: &[f64]) -> (f64, f64) {
-    let pressure = dae.pressure(y).map(<[f64]>::to_vec);
-    let (displacement, _) = dae.nodal_motion(t, y);
-    let value = point.read(displacement, pressure.as_deref());
+    let value = dae.read(point, t, y);
     (value.displacement[1], value.pressure)
 }
 

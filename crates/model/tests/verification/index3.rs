@@ -30,9 +30,7 @@ fn muscle(
         SampleTimes::new(1.0 / 160.0, settings.t_end),
         n,
         |dae: &mut MuscleDae, t, y: &[f64]| {
-            let pressure = dae.pressure(y).map(<[f64]>::to_vec);
-            let (displacement, _) = dae.nodal_motion(t, y);
-            let value = origin.read(displacement, pressure.as_deref());
+            let value = dae.read(&origin, t, y);
             u_y.push(value.displacement[1]);
             p.push(value.pressure);
             Ok(())

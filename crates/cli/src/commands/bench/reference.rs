@@ -136,15 +136,15 @@ impl Trajectory {
             times,
             dae.n_unknowns(),
             |dae: &mut MuscleDae, t, y: &[f64]| {
-                let pressure = dae.pressure(y).map(<[f64]>::to_vec);
+                let pressure = dae.pressure(y);
                 let (displacement, _) = dae.nodal_motion(t, y);
-                let value = origin.read(displacement, pressure.as_deref());
+                let value = origin.read(displacement, pressure);
                 let keep_field =
                     self.times.len().is_multiple_of(FIELD_STRIDE) && !self.times.is_empty();
                 if keep_field {
                     self.field_times.push(t);
                     self.displacement.push(displacement.to_vec());
-                    self.pressure.extend(pressure.clone());
+                    self.pressure.extend(pressure.map(<[f64]>::to_vec));
                 }
                 self.times.push(t);
                 self.u_y.push(value.displacement[1]);

@@ -53,11 +53,10 @@ impl MuscleRun {
         let (mut values, mut last_period) = (Vec::new(), LastPeriod::new(PERIOD));
         let times = SampleTimes::new(PERIOD / PER_PERIOD, t_end);
         let mut sampler = Sampler::new(times, unknowns, |dae: &mut MuscleDae, t, y: &[f64]| {
-            let pressure = dae.pressure(y).map(<[f64]>::to_vec);
-            let (displacement, _) = dae.nodal_motion(t, y);
-            let value = origin.read(displacement, pressure.as_deref());
+            let value = dae.read(&origin, t, y);
             let [u_x, u_y] = value.displacement;
             values.push([t, u_x, u_y, value.pressure]);
+            let (displacement, _) = dae.nodal_motion(t, y);
             let nodal = displacement.chunks_exact(2).map(|u| [u[0], u[1]]).collect();
             last_period.push(t, nodal);
             Ok(())

@@ -53,11 +53,9 @@ impl<'a> Watch<'a> {
     }
 
     fn sample(&mut self, dae: &mut MuscleDae, t: f64) -> Result<(), ModelError> {
-        let pressure = dae.pressure(&self.y).map(<[f64]>::to_vec);
-        let (displacement, _) = dae.nodal_motion(t, &self.y);
-        let value = self.origin.read(displacement, pressure.as_deref());
+        let value = dae.read(self.origin, t, &self.y);
         self.u_y.push(value.displacement[1]);
-        if pressure.is_some() {
+        if dae.pressure(&self.y).is_some() {
             self.p.push(value.pressure);
         }
         self.drift = self.drift.max(dae.constraint_drift(t, &self.y)?);

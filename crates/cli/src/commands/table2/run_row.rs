@@ -136,9 +136,7 @@ fn run_row(
                 SampleTimes::new(args.every, settings.t_end),
                 unknowns,
                 move |dae: &mut MuscleDae, t, y: &[f64]| {
-                    let pressure = dae.pressure(y).map(<[f64]>::to_vec);
-                    let (displacement, _) = dae.nodal_motion(t, y);
-                    let value = origin.read(displacement, pressure.as_deref());
+                    let value = dae.read(&origin, t, y);
                     let [u_x, u_y] = value.displacement;
                     Ok(csv.row(&[t, u_x, u_y, value.pressure])?)
                 },

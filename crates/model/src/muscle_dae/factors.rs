@@ -1,0 +1,67 @@
+//! A stiffness that varies in space and time: factors of the law's energy.
+
+use myovib_fem::{Fields, Pressure, Vectors};
+use sundials_wrap::StepError;
+
+use super::MuscleDae;
+use crate::field::Field;
+use crate::muscle::Muscle;
+
+impl MuscleDae {
+    /// Multiplies the law's energy from now on: factors at the corners of each element.
+    ///
+    /// # Panics
+    /// At the next evaluation, if there are not three for each element.
+    pub fn set_factors(&mut self, factors: &[[f64; 3]]) {
+        let own = self.factors.get_or_insert_default();
+        own.clear();
+        own.extend_from_slice(factors);
+    }
+
+    /// Adds ∫ w (P + β Ṗ) : ∇φ to the rows of the momentum balance: P without the
+    /// pressure's part, w given by its values at the corners of each element. This is ∂F/∂g for
+    /// factors 1 + g w.
+    ///
+    /// # Errors
+    /// [`StepError::Recoverable`] for an element with det F ≤ 0.
+    pub fn add_factor_response(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        weights: &[[f64; 3]],
+        rows: &mut [f64],
+    ) -> Result<(), StepError> {
+        self.expand(t, y, None);
+        let Self {
+            work,
+            muscle: Muscle { solid, .. },
+            context,
+            layout,
+            counters,
+            ..
+        } = self;
+        let no_pressure = vec![0.0; solid.space().n_vertices()];
+        let fields = Fields {
+            v: Some(&work.velocity),
+            factors: Some(weights),
+            ..Fields::new(&work.displacement, Pressure::Nodal(&no_pressure))
+        };
+        let damped = context.beta > 0.0;
+        let mut vectors = Vectors {
+            force: Some(&mut work.force),
+            force_rate: damped.then_some(&mut work.force_rate),
+            ..Vectors::default()
+        };
+        counters.passed(t, solid.evaluate(&fields, &mut vectors))?;
+        let momentum = layout
+            .range(Field::Velocity)
+            .expect("the momentum balance stands in the rows of v");
+        for (row, &i) in rows[momentum].iter_mut().zip(solid.dofs().free_to_full()) {
+            *row += work.force[i];
+            if damped {
+                *row += context.beta * work.force_rate[i];
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,175 @@
+//! The muscle in one of its formulations as a [`DaeProblem`].
+//!
+//! [`MuscleDae`] is composed here; [`evaluation`] has its residual and Jacobian, [`observation`]
+//! what is read off it at a state, [`factors`] a stiffness that varies in space and time.
+
+mod evaluation;
+mod factors;
+mod observation;
+
+use nalgebra_sparse::pattern::SparsityPattern;
+#[cfg(doc)]
+use sundials_wrap::DaeProblem;
+
+use crate::assembly::{Assembly, Entry};
+use crate::counters::WorkCounters;
+use crate::equation::{Context, Needs, PressureRateSource};
+use crate::error::ModelError;
+use crate::field::{Field, Layout};
+use crate::formulation::Formulation;
+use crate::matrices::Matrices;
+use crate::matrix::{Matrix, Term};
+use crate::muscle::Muscle;
+use crate::state::Workspace;
+
+/// F(t, y, ẏ) = 0 for a [`Muscle`] in a [`Formulation`].
+#[derive(Debug, Clone)]
+pub struct MuscleDae {
+    muscle: Muscle,
+    formulation: Formulation,
+    layout: Layout,
+    context: Context,
+    needs: Needs,
+    /// Coefficients: those of ∂F/∂y and ∂F/∂ẏ.
+    assembly: Assembly<[f64; 2]>,
+    matrices: Matrices,
+    work: Workspace,
+    counters: WorkCounters,
+    /// Factors of the law's energy, three per element; none: one everywhere.
+    factors: Option<Vec<[f64; 3]>>,
+}
+
+impl MuscleDae {
+    /// Composes the DAE for a run.
+    ///
+    /// # Errors
+    /// [`ModelError::NotAllowed`] when the formulation does not go with κ and β.
+    pub fn new(muscle: Muscle, formulation: Formulation) -> Result<Self, ModelError> {
+        formulation.check(&muscle.parameters)?;
+        Ok(Self::for_analysis(muscle, formulation))
+    }
+
+    /// Composes the DAE whether or not it can be run: `rate` with β = 0 is of interest for its
+    /// index alone.
+    pub fn for_analysis(muscle: Muscle, formulation: Formulation) -> Self {
+        let solid = &muscle.solid;
+        let layout = Layout::new(
+            formulation.rows().iter().map(|(field, _)| *field),
+            solid.dofs().n_free(),
+            solid.space().n_vertices(),
+        );
+        let context = context(&muscle, formulation);
+        let needs = formulation
+            .rows()
+            .iter()
+            .fold(Needs::default(), |needs, (_, equation)| {
+                needs.or(equation.needs(&context))
+            });
+        let blocks = blocks(formulation, &context);
+        let matrices = Matrices::new(
+            solid,
+            blocks
+                .iter()
+                .flat_map(|(_, terms)| terms)
+                .map(|term| term.matrix),
+        );
+        let range = |field| layout.range(field).expect("terms act on fields there are");
+        let entries = blocks.iter().flat_map(|(rows, terms)| {
+            terms.iter().map(|term| Entry {
+                rows: range(*rows),
+                columns: range(term.column),
+                matrix: term.matrix,
+                coefficient: [term.of_value, term.of_rate],
+            })
+        });
+        let n = layout.n_unknowns();
+        let assembly = Assembly::new((n, n), entries, |matrix| matrices.pattern(solid, matrix));
+        Self {
+            work: Workspace::new(solid),
+            counters: WorkCounters::default(),
+            factors: None,
+            muscle,
+            formulation,
+            layout,
+            context,
+            needs,
+            assembly,
+            matrices,
+        }
+    }
+
+    /// The body.
+    pub fn muscle(&self) -> &Muscle {
+        &self.muscle
+    }
+
+    /// The formulation.
+    pub fn formulation(&self) -> Formulation {
+        self.formulation
+    }
+
+    /// The differentiation index of the system (MODEL §2).
+    pub fn index(&self) -> u8 {
+        self.formulation.index(&self.muscle.parameters)
+    }
+
+    /// Where each block of unknowns lies.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// The work done so far.
+    pub fn counters(&self) -> &WorkCounters {
+        &self.counters
+    }
+
+    /// Where a linear solver counts its work.
+    pub(crate) fn counters_mut(&mut self) -> &mut WorkCounters {
+        &mut self.counters
+    }
+
+    /// The Jacobian's terms for each block of rows, named by the unknowns in the same place.
+    pub(crate) fn blocks(&self) -> Vec<(Field, Vec<Term>)> {
+        blocks(self.formulation, &self.context)
+    }
+
+    /// The pattern of a matrix of this formulation, and whether it is the transposed one.
+    pub(crate) fn pattern_of(&self, matrix: Matrix) -> (&SparsityPattern, bool) {
+        self.matrices.pattern(&self.muscle.solid, matrix)
+    }
+
+    /// The values of a matrix as of the last [`update_matrices`](Self::update_matrices).
+    ///
+    /// # Panics
+    /// If the formulation has no such matrix.
+    pub fn matrix_values(&self, matrix: Matrix) -> &[f64] {
+        self.matrices.values(&self.muscle.solid, matrix)
+    }
+}
+
+/// What the coefficients of the equations depend on.
+fn context(muscle: &Muscle, formulation: Formulation) -> Context {
+    Context {
+        alpha: muscle.parameters.alpha,
+        beta: muscle.parameters.beta,
+        inv_kappa: muscle.parameters.inv_kappa,
+        has_pressure: formulation.has(Field::Pressure),
+        pressure_rate: if formulation.has(Field::PressureRate) {
+            PressureRateSource::Unknown
+        } else if formulation.has(Field::Pressure) {
+            PressureRateSource::Derivative
+        } else {
+            PressureRateSource::None
+        },
+        pressed: !muscle.pressures.is_empty(),
+    }
+}
+
+/// The Jacobian's terms for each block of rows.
+fn blocks(formulation: Formulation, context: &Context) -> Vec<(Field, Vec<Term>)> {
+    formulation
+        .rows()
+        .iter()
+        .map(|(field, equation)| (*field, equation.terms(context)))
+        .collect()
+}

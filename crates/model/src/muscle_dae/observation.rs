@@ -1,0 +1,137 @@
+//! What is read off the muscle at a state, beside the integration.
+
+use myovib_fem::{Fields, Inverted, Pressure, Vectors};
+use sundials_wrap::{DaeProblem, StepError};
+
+use super::MuscleDae;
+use crate::displacement::Displacement;
+use crate::field::Field;
+use crate::measure::Snapshot;
+use crate::probe::{Probe, ProbeValue};
+use crate::state::Workspace;
+
+impl MuscleDae {
+    /// Displacement and velocity at all nodes at time `t`, prescribed components included.
+    pub fn nodal_motion(&mut self, t: f64, y: &[f64]) -> (&[f64], &[f64]) {
+        self.expand(t, y, None);
+        (&self.work.displacement, &self.work.velocity)
+    }
+
+    /// The body at time `t`, for measurements.
+    pub fn snapshot<'a>(&'a mut self, t: f64, y: &'a [f64]) -> Snapshot<'a> {
+        self.expand(t, y, None);
+        let pressure = self.muscle.parameters.pressure(self.pressure(y));
+        Snapshot {
+            solid: &self.muscle.solid,
+            displacement: &self.work.displacement,
+            velocity: &self.work.velocity,
+            pressure,
+            factors: self.factors.as_deref(),
+        }
+    }
+
+    /// Inertia, stress and damping less the loads at all nodal components: zero where the body
+    /// moves freely, the force of the support on the body (N/m) where it is held or moved.
+    ///
+    /// # Errors
+    /// Those of the residual.
+    pub fn unbalanced_force(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Vec<f64>, StepError> {
+        let mut rows = vec![0.0; self.n_unknowns()];
+        self.residual(t, y, y_dot, &mut rows)?;
+        let Workspace {
+            inertia,
+            force,
+            force_rate,
+            load,
+            ..
+        } = &self.work;
+        let beta = self.context.beta;
+        let balance = |i: usize| inertia[i] + force[i] - load[i];
+        Ok(if self.needs.force_rate {
+            (0..force.len())
+                .map(|i| balance(i) + beta * force_rate[i])
+                .collect()
+        } else {
+            (0..force.len()).map(balance).collect()
+        })
+    }
+
+    /// Loads and ∫Ṗ:∇φ (zero without damping) at all nodal components, as the last residual left
+    /// them.
+    pub(crate) fn nodal_forces(&self) -> (&[f64], &[f64]) {
+        (&self.work.load, &self.work.force_rate)
+    }
+
+    /// The pressure coefficients within `y`, if the formulation has a pressure.
+    pub fn pressure<'y>(&self, y: &'y [f64]) -> Option<&'y [f64]> {
+        self.layout.range(Field::Pressure).map(|range| &y[range])
+    }
+
+    /// u and p at a probe.
+    pub fn read(&mut self, probe: &Probe, t: f64, y: &[f64]) -> ProbeValue {
+        let pressure = self.pressure(y);
+        let (displacement, _) = self.nodal_motion(t, y);
+        probe.read(displacement, pressure)
+    }
+
+    /// The displacement at a probe in the direction `axis` (0: x, 1: y), prescribed components
+    /// included.
+    pub fn displacement_at(&self, probe: &Probe, axis: usize) -> Displacement {
+        let start = self
+            .layout
+            .range(Field::Displacement)
+            .expect("all formulations have q")
+            .start;
+        let free = self.muscle.solid.dofs().free_to_full();
+        let mut displacement = Displacement::default();
+        for &(node, weight) in probe.node_weights() {
+            let component = 2 * node + axis;
+            if let Ok(k) = free.binary_search(&component) {
+                displacement.unknowns.push((start + k, weight));
+            }
+            let at_node = self.muscle.prescribed.iter();
+            displacement.prescribed.extend(
+                at_node
+                    .filter(|prescribed| prescribed.component == component)
+                    .map(|prescribed| (prescribed.signal.clone(), weight)),
+            );
+        }
+        displacement
+    }
+
+    /// Constraint drift: the maximum over the P1 functions ψ_k of |∫ψ_k (p/κ + J - 1)| / ∫ψ_k
+    /// (MODEL §2); 0 for a formulation without pressure.
+    ///
+    /// # Errors
+    /// [`Inverted`] for an element with det F ≤ 0.
+    pub fn constraint_drift(&mut self, t: f64, y: &[f64]) -> Result<f64, Inverted> {
+        let Some(range) = self.layout.range(Field::Pressure) else {
+            return Ok(0.0);
+        };
+        self.expand(t, y, None);
+        let solid = &self.muscle.solid;
+        let work = &mut self.work;
+        let fields = Fields::new(&work.displacement, Pressure::Nodal(&y[range.clone()]));
+        solid.evaluate(
+            &fields,
+            &mut Vectors {
+                defect: Some(&mut work.defect),
+                ..Vectors::default()
+            },
+        )?;
+        solid.apply_pressure_mass(&y[range], &mut work.pressure_product);
+        let inv_kappa = self.context.inv_kappa;
+        Ok(work
+            .defect
+            .iter()
+            .zip(&work.pressure_product)
+            .zip(solid.pressure_weights())
+            .map(|((defect, m_p), weight)| ((defect + inv_kappa * m_p) / weight).abs())
+            .fold(0.0, f64::max))
+    }
+}
