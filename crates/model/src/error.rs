@@ -1,7 +1,5 @@
 //! What can be wrong with a model before any time step is taken.
 
-use crate::formulation::Formulation;
-
 /// Errors of building or running a model.
 #[derive(Debug, thiserror::Error)]
 pub enum ModelError {
@@ -20,8 +18,8 @@ pub enum ModelError {
         "formulation `{formulation}` does not go with kappa = {kappa}, beta = {beta}: {allowed}"
     )]
     NotAllowed {
-        /// The formulation asked for.
-        formulation: Formulation,
+        /// Name of the formulation asked for.
+        formulation: &'static str,
         /// Bulk modulus, `inf` for the incompressible case.
         kappa: f64,
         /// Stiffness-proportional damping, s.

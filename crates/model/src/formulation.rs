@@ -73,7 +73,7 @@ impl Formulation {
         use Field as U;
         match self {
             Displacement => &[(U::Displacement, Kinematic), (U::Velocity, Momentum)],
-            Position => &[
+            Position | ImplicitRate => &[
                 (U::Displacement, Kinematic),
                 (U::Velocity, Momentum),
                 (U::Pressure, Constraint),
@@ -94,11 +94,6 @@ impl Formulation {
                 (U::Velocity, Momentum),
                 (U::Pressure, ConstraintRate),
                 (U::GglMultiplier, Constraint),
-            ],
-            ImplicitRate => &[
-                (U::Displacement, Kinematic),
-                (U::Velocity, Momentum),
-                (U::Pressure, Constraint),
             ],
         }
     }
@@ -194,7 +189,7 @@ impl Formulation {
         };
         objection.map_or(Ok(()), |allowed| {
             Err(ModelError::NotAllowed {
-                formulation: self,
+                formulation: self.name(),
                 kappa: parameters.kappa(),
                 beta: parameters.beta,
                 allowed,

@@ -121,7 +121,7 @@ impl Equation {
             Self::Kinematic => kinematic::residual(state, rows),
             Self::StabilizedKinematic => kinematic::stabilized_residual(state, integrals, rows),
             Self::PressureKinematic => kinematic::pressure_residual(state, rows),
-            Self::Momentum => momentum::residual(context, state, integrals, rows),
+            Self::Momentum => momentum::residual(context, integrals, rows),
             Self::Constraint => constraint::residual(context, state, integrals, rows),
             Self::ConstraintRate => constraint::rate_residual(context, state, integrals, rows),
         }

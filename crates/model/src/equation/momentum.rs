@@ -3,15 +3,10 @@
 use super::{Context, PressureRateSource};
 use crate::field::Field;
 use crate::matrix::{Matrix, Term};
-use crate::state::{Integrals, State};
+use crate::state::Integrals;
 
 /// M (v̇ + α v) + ∫(P + β Ṗ):∇φ - f(t), rows of the free components.
-pub(super) fn residual(
-    context: &Context,
-    _state: &State<'_>,
-    integrals: &mut Integrals<'_>,
-    rows: &mut [f64],
-) {
+pub(super) fn residual(context: &Context, integrals: &mut Integrals<'_>, rows: &mut [f64]) {
     integrals.momentum_balance(context.alpha, context.beta, rows);
 }
 
