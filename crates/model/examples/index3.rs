@@ -29,7 +29,7 @@ fn main() -> Result<(), ModelError> {
 
 /// A way to integrate index 3.
 fn index_3(formulation: Formulation, rtol: f64, tested: bool) -> Settings {
-    let mut settings = scaled(formulation, rtol);
+    let mut settings = paper_settings(formulation, rtol);
     settings.multiplier_weights = MultiplierWeights::StepScaled;
     if tested {
         settings.suppressed = Vec::new();
@@ -45,7 +45,7 @@ fn undamped(mesh: &Mesh) -> Result<(), ModelError> {
     );
     println!("|---|---|---|---|---|---|---|---|");
     for rtol in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
-        let row_1 = scaled(Formulation::Position, rtol);
+        let row_1 = paper_settings(Formulation::Position, rtol);
         let row_1 = motion(mesh, Formulation::Position, [paper::KAPPA, 0.0], &row_1)?;
         print!("| {rtol:.0e} | {} |", row_1.steps());
         for (formulation, tested) in [
@@ -89,27 +89,17 @@ fn trusted(mesh: &Mesh, formulation: Formulation, body: [f64; 2]) -> Result<Vec<
         integrator: IntegratorKind::Radau9,
         suppressed: Vec::new(),
         t_end: COMPARED,
-        ..scaled(formulation, 1e-7)
+        ..paper_settings(formulation, 1e-7)
     };
     Ok(motion(mesh, formulation, body, &settings)?.p)
 }
 
-/// The paper's settings with all tolerances in proportion to the relative one.
-fn scaled(formulation: Formulation, rtol: f64) -> Settings {
-    let mut settings = Settings::paper(formulation);
-    let factor = rtol / settings.relative_tolerance;
-    settings.t_end = T_END;
-    settings.relative_tolerance = rtol;
-    let atol = &mut settings.absolute_tolerances;
-    for tolerance in [
-        &mut atol.displacement,
-        &mut atol.velocity,
-        &mut atol.pressure,
-        &mut atol.multiplier,
-    ] {
-        *tolerance *= factor;
+/// The paper's settings to the end time, at a relative tolerance.
+fn paper_settings(formulation: Formulation, rtol: f64) -> Settings {
+    Settings {
+        t_end: T_END,
+        ..Settings::paper(formulation).with_relative_tolerance(rtol)
     }
-    settings
 }
 
 struct Motion {

@@ -66,18 +66,12 @@ fn motion(
         solid: Solid::uniform(space, dofs, paper::LAW, paper::DENSITY)?,
     };
     let origin = Probe::at(muscle.solid.space(), [0.0, 0.0])?;
-    let mut settings = Settings::paper(formulation).with_integrator(IntegratorKind::Radau);
-    let atol = &mut settings.absolute_tolerances;
-    for tolerance in [
-        &mut atol.displacement,
-        &mut atol.velocity,
-        &mut atol.pressure,
-        &mut atol.multiplier,
-    ] {
-        *tolerance *= 1e-5;
-    }
-    settings.relative_tolerance = 1e-8;
-    settings.t_end = T_END;
+    let settings = Settings {
+        t_end: T_END,
+        ..Settings::paper(formulation)
+            .with_integrator(IntegratorKind::Radau)
+            .with_relative_tolerance(1e-8)
+    };
     let dae = MuscleDae::new(muscle, formulation)?;
     let n = dae.n_unknowns();
     let mut integrator = start_at_rest(dae, &settings)?;

@@ -64,19 +64,7 @@ impl Remedy {
                 settings.ordering = defaults.ordering;
                 *formulation = *other;
             }
-            Self::Loosen(rtol) => {
-                let factor = rtol / settings.relative_tolerance;
-                settings.relative_tolerance = *rtol;
-                let atol = &mut settings.absolute_tolerances;
-                for tolerance in [
-                    &mut atol.displacement,
-                    &mut atol.velocity,
-                    &mut atol.pressure,
-                    &mut atol.multiplier,
-                ] {
-                    *tolerance *= factor;
-                }
-            }
+            Self::Loosen(rtol) => *settings = settings.clone().with_relative_tolerance(*rtol),
             Self::Scene(_) => {}
         }
     }

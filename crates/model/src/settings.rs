@@ -29,6 +29,15 @@ impl AbsoluteTolerances {
             Field::PressureRate | Field::GglMultiplier => self.multiplier,
         }
     }
+
+    fn scaled(self, factor: f64) -> Self {
+        Self {
+            displacement: factor * self.displacement,
+            velocity: factor * self.velocity,
+            pressure: factor * self.pressure,
+            multiplier: factor * self.multiplier,
+        }
+    }
 }
 
 /// The integrators a model can be run with.
@@ -193,6 +202,16 @@ impl Settings {
         }
     }
 
+    /// The same at another relative tolerance, the absolute ones in their proportion to it.
+    pub fn with_relative_tolerance(self, rtol: f64) -> Self {
+        let factor = rtol / self.relative_tolerance;
+        Self {
+            relative_tolerance: rtol,
+            absolute_tolerances: self.absolute_tolerances.scaled(factor),
+            ..self
+        }
+    }
+
     /// Refuses with Radau IIA what only BDF can do, rather than leave it undone.
     ///
     /// # Errors
@@ -217,5 +236,26 @@ pub fn default_ordering(formulation: Formulation, linear_solver: LinearSolver) -
     match (formulation, linear_solver) {
         (Formulation::Stabilized, LinearSolver::Full) => Ordering::Colamd,
         _ => Ordering::Amd,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn absolute_tolerances_keep_their_proportion_to_the_relative_one() {
+        let paper = Settings::paper(Formulation::Rate);
+        let tight = paper.clone().with_relative_tolerance(1e-5);
+        assert_eq!(tight.relative_tolerance, 1e-5);
+        for (field, _) in Formulation::Rate.rows() {
+            let [before, after] =
+                [&paper, &tight].map(|settings| settings.absolute_tolerances.of(*field));
+            // 1e-5/1e-3 is rounded once, and so is the product.
+            assert!(
+                (after - 0.01 * before).abs() <= 4.0 * f64::EPSILON * after,
+                "{field}"
+            );
+        }
     }
 }

@@ -39,10 +39,11 @@ impl Run {
         }
     }
 
-    /// All tolerances by the factor that brings the relative one to `rtol`.
-    fn with_tolerance(mut self, rtol: f64) -> Self {
-        Remedy::Loosen(rtol).apply(&mut self.formulation, &mut self.settings);
-        self
+    fn with_tolerance(self, rtol: f64) -> Self {
+        Self {
+            settings: self.settings.with_relative_tolerance(rtol),
+            ..self
+        }
     }
 
     fn until(mut self, t_end: f64) -> Self {

@@ -6,8 +6,8 @@ use myovib_model::coupling::{
     Body, CoupledDae, ErrorTest, Oscillators, Source, StateTolerances, SystemMatrices,
 };
 use myovib_model::{
-    AbsoluteTolerances, Formulation, IdaIntegrator, Integrator, IntegratorKind, LinearSolver,
-    MuscleDae, Outcome, Probe, RadauIntegrator, Settings, ida, paper, radau, run,
+    Formulation, IdaIntegrator, Integrator, IntegratorKind, LinearSolver, MuscleDae, Outcome,
+    Probe, RadauIntegrator, Settings, ida, paper, radau, run,
 };
 use myovib_oscillators::Drive;
 use myovib_radau::RadauOptions;
@@ -36,26 +36,11 @@ fn muscle_and_chain() -> CoupledDae<MuscleDae> {
 }
 
 fn settings(rtol: f64, t_end: f64, linear_solver: LinearSolver) -> Settings {
-    let paper = Settings::paper(Formulation::Rate);
-    let AbsoluteTolerances {
-        displacement,
-        velocity,
-        pressure,
-        multiplier,
-    } = paper.absolute_tolerances;
-    let factor = rtol / paper.relative_tolerance;
     Settings {
         t_end,
         integrator: IntegratorKind::Radau9,
-        relative_tolerance: rtol,
-        absolute_tolerances: AbsoluteTolerances {
-            displacement: factor * displacement,
-            velocity: factor * velocity,
-            pressure: factor * pressure,
-            multiplier: factor * multiplier,
-        },
         linear_solver,
-        ..paper
+        ..Settings::paper(Formulation::Rate).with_relative_tolerance(rtol)
     }
 }
 

@@ -3,8 +3,8 @@
 
 use myovib_fem::Mesh;
 use myovib_model::{
-    AbsoluteTolerances, Formulation, Integrator, IntegratorKind, MuscleDae, Outcome, Probe,
-    RadauIntegrator, SampleTimes, Sampler, Settings, paper, radau, run, start_at_rest,
+    Formulation, Integrator, IntegratorKind, MuscleDae, Outcome, Probe, RadauIntegrator,
+    SampleTimes, Sampler, Settings, paper, radau, run, start_at_rest,
 };
 use myovib_radau::{RadauOptions, StepSize};
 use sundials_wrap::DaeProblem;
@@ -30,21 +30,11 @@ fn start((formulation, kappa, beta): Row) -> MuscleDae {
 
 /// Tolerances in the paper's proportion, for all components.
 fn settings(row: Row, integrator: IntegratorKind, rtol: f64, t_end: f64) -> Settings {
-    let paper = Settings::paper(row.0);
-    let factor = rtol / paper.relative_tolerance;
-    let absolute = paper.absolute_tolerances;
     Settings {
         integrator,
         t_end,
-        relative_tolerance: rtol,
-        absolute_tolerances: AbsoluteTolerances {
-            displacement: factor * absolute.displacement,
-            velocity: factor * absolute.velocity,
-            pressure: factor * absolute.pressure,
-            multiplier: factor * absolute.multiplier,
-        },
         suppressed: Vec::new(),
-        ..paper
+        ..Settings::paper(row.0).with_relative_tolerance(rtol)
     }
 }
 

@@ -6,29 +6,17 @@ use crate::common::{
     EVERY, chain_alone, muscle, muscle_and_chain, observe, origin, start, start_muscle,
 };
 use myovib_model::coupling::{CoherenceHistory, CoupledDae, Recorder, Source, StateTolerances};
-use myovib_model::{AbsoluteTolerances, Formulation, Integrator, Outcome, Settings, paper, run};
+use myovib_model::{Formulation, Integrator, Outcome, Settings, paper, run};
 use sundials_wrap::DaeProblem;
 
 /// The paper's settings to `t_end`, all tolerances times `factor`.
 fn settings(t_end: f64, factor: f64) -> Settings {
     let paper = Settings::paper(Formulation::Rate);
-    let AbsoluteTolerances {
-        displacement,
-        velocity,
-        pressure,
-        multiplier,
-    } = paper.absolute_tolerances;
+    let rtol = factor * paper.relative_tolerance;
     Settings {
         t_end,
         max_order: 5,
-        relative_tolerance: factor * paper.relative_tolerance,
-        absolute_tolerances: AbsoluteTolerances {
-            displacement: factor * displacement,
-            velocity: factor * velocity,
-            pressure: factor * pressure,
-            multiplier: factor * multiplier,
-        },
-        ..paper
+        ..paper.with_relative_tolerance(rtol)
     }
 }
 

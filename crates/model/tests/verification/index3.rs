@@ -43,15 +43,10 @@ fn muscle(
 
 /// The paper's settings with all tolerances in proportion to the relative one.
 fn settings(formulation: Formulation, rtol: f64, t_end: f64) -> Settings {
-    let mut settings = Settings::paper(formulation);
-    let factor = rtol / settings.relative_tolerance;
-    settings.t_end = t_end;
-    settings.relative_tolerance = rtol;
-    settings.absolute_tolerances.displacement *= factor;
-    settings.absolute_tolerances.velocity *= factor;
-    settings.absolute_tolerances.pressure *= factor;
-    settings.absolute_tolerances.multiplier *= factor;
-    settings
+    Settings {
+        t_end,
+        ..Settings::paper(formulation).with_relative_tolerance(rtol)
+    }
 }
 
 /// λ out of the error test and in it; in both the weights follow the step, for Newton's method

@@ -1,8 +1,6 @@
 //! The problems of the benchmark, and the ways to solve each.
 
-use myovib_model::{
-    AbsoluteTolerances, Field, Formulation, IntegratorKind, LinearSolver, Settings,
-};
+use myovib_model::{Field, Formulation, IntegratorKind, LinearSolver, Settings};
 use sundials_wrap::klu::Ordering;
 
 use crate::error::InputError;
@@ -113,24 +111,9 @@ impl Way {
 
     /// The settings for a relative tolerance; absolute ones in the paper's proportion to it.
     pub(super) fn settings(self, formulation: Formulation, rtol: f64, t_end: f64) -> Settings {
-        let paper = Settings::paper(formulation);
-        let factor = rtol / paper.relative_tolerance;
-        let AbsoluteTolerances {
-            displacement,
-            velocity,
-            pressure,
-            multiplier,
-        } = paper.absolute_tolerances;
         let ours = Settings {
             t_end,
-            relative_tolerance: rtol,
-            absolute_tolerances: AbsoluteTolerances {
-                displacement: factor * displacement,
-                velocity: factor * velocity,
-                pressure: factor * pressure,
-                multiplier: factor * multiplier,
-            },
-            ..paper
+            ..Settings::paper(formulation).with_relative_tolerance(rtol)
         };
         let radau = |integrator| Settings {
             integrator,

@@ -128,7 +128,7 @@ impl Cell {
 
     /// The settings: absolute tolerances in the paper's proportion to the relative one.
     pub(super) fn settings(&self) -> Settings {
-        let mut settings = scaled(self.formulation, self.rtol);
+        let mut settings = settings(self.formulation, self.rtol);
         settings.max_order = self.max_order;
         if self.multipliers != Multipliers::LeftOut {
             settings.suppressed = Vec::new();
@@ -140,22 +140,12 @@ impl Cell {
     }
 }
 
-/// The paper's settings to the end of the runs, all tolerances scaled to a relative one.
-pub(super) fn scaled(formulation: Formulation, rtol: f64) -> Settings {
-    let mut settings = Settings::paper(formulation);
-    let factor = rtol / settings.relative_tolerance;
-    settings.t_end = T_END;
-    settings.relative_tolerance = rtol;
-    let atol = &mut settings.absolute_tolerances;
-    for tolerance in [
-        &mut atol.displacement,
-        &mut atol.velocity,
-        &mut atol.pressure,
-        &mut atol.multiplier,
-    ] {
-        *tolerance *= factor;
+/// The paper's settings to the end of the runs, at a relative tolerance.
+pub(super) fn settings(formulation: Formulation, rtol: f64) -> Settings {
+    Settings {
+        t_end: T_END,
+        ..Settings::paper(formulation).with_relative_tolerance(rtol)
     }
-    settings
 }
 
 /// The key under which results are stored.

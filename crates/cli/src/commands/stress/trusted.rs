@@ -9,10 +9,10 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, OnceLock};
 
 use myovib_fem::Mesh;
-use myovib_model::{Formulation, IntegratorKind, Settings};
+use myovib_model::{Formulation, IntegratorKind};
 use serde::{Deserialize, Serialize};
 
-use super::cell::{Physics, scaled};
+use super::cell::{self, Physics};
 use super::measure::{Ended, Motion, Run, integrate};
 use super::store::{Origin, Store};
 use crate::interrupt;
@@ -42,11 +42,8 @@ impl Trusted {
             (true, true) => Formulation::ImplicitRate,
         };
         let solve = |rtol| {
-            let settings = Settings {
-                integrator: IntegratorKind::Radau9,
-                suppressed: Vec::new(),
-                ..scaled(formulation, rtol)
-            };
+            let settings =
+                cell::settings(formulation, rtol).with_integrator(IntegratorKind::Radau9);
             let run = integrate(physics, formulation, &settings, mesh, PART_OF_CAP * cap).ok()?;
             (run.measured.ended == Ended::Finished).then_some(run.motion)
         };
