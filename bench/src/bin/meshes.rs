@@ -57,7 +57,7 @@ fn main() -> anyhow::Result<()> {
             drop(sampler);
             println!(
                 "kappa = {kappa:e}, level {level}: {unknowns} unknowns q and lambda, {} steps, {:.2} s",
-                statistics.steps, statistics.cpu_seconds
+                statistics.counts.steps, statistics.cpu_seconds
             );
             known.push([u, p]);
         }

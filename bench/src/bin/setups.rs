@@ -36,7 +36,8 @@ fn main() -> anyhow::Result<()> {
                     _ => Some((next.cpu_seconds, next)),
                 };
             }
-            let Some((seconds, s)) = best else { continue };
+            let Some((seconds, run)) = best else { continue };
+            let s = run.counts;
             println!(
                 "| {row} | {delta_cj} | {seconds:.2} | {} | {} | {} | {} |",
                 s.steps, s.newton_iterations, s.newton_failures, s.linear_setups

@@ -1,30 +1,17 @@
 //! The statistics of a run as JSON, under the contract's names, with all settings used.
 
 use std::collections::BTreeMap;
-use std::ops::Add;
 
-use myovib_model::linear::LinearWork;
-use myovib_model::{Formulation, IntegratorKind, Outcome, Settings, Statistics};
-use myovib_radau::Work;
-use serde::{Deserialize, Serialize};
+use myovib_model::{Counts, Formulation, IntegratorKind, Outcome, Settings, Statistics};
+use serde::Serialize;
 use sundials_wrap::klu::Ordering;
 
 /// The counts and the outcome of a run.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)] // the names are the contract's, documented with Statistics
 pub struct CountsJson<'a> {
-    pub steps: u64,
-    pub error_test_failures: u64,
-    pub step_solve_failures: u64,
-    pub newton_failures: u64,
-    pub newton_iterations: u64,
-    pub residual_evaluations: u64,
-    pub jacobian_evaluations: u64,
-    pub linear_setups: u64,
-    pub last_order: u32,
-    pub last_step: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub radau_work: Option<RadauWorkJson>,
+    #[serde(flatten)]
+    pub counts: Counts,
     pub t_reached: f64,
     pub outcome: &'a str,
     pub reason: Option<&'a str>,
@@ -41,97 +28,13 @@ impl<'a> CountsJson<'a> {
             Outcome::Stopped { message, .. } => Some(message.as_str()),
         };
         Self {
-            steps: statistics.steps,
-            error_test_failures: statistics.error_test_failures,
-            step_solve_failures: statistics.step_solve_failures,
-            newton_failures: statistics.newton_failures,
-            newton_iterations: statistics.newton_iterations,
-            residual_evaluations: statistics.residual_evaluations,
-            jacobian_evaluations: statistics.jacobian_evaluations,
-            linear_setups: statistics.linear_setups,
-            last_order: statistics.last_order,
-            last_step: statistics.last_step,
-            radau_work: statistics.radau_work.map(RadauWorkJson::from),
+            counts: statistics.counts,
             t_reached: statistics.t_reached,
             outcome: statistics.outcome.name(),
             reason: statistics.outcome.reason().map(|reason| reason.name()),
             message,
             cpu_seconds: statistics.cpu_seconds,
             wall_seconds: statistics.wall_seconds,
-        }
-    }
-}
-
-/// The linear algebra of Radau IIA.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs)] // the names are those of Work, documented there
-pub struct RadauWorkJson {
-    pub real_factorizations: u64,
-    pub complex_factorizations: u64,
-    pub real_solves: u64,
-    pub complex_solves: u64,
-}
-
-impl From<Work> for RadauWorkJson {
-    fn from(work: Work) -> Self {
-        let Work {
-            real_factorizations,
-            complex_factorizations,
-            real_solves,
-            complex_solves,
-        } = work;
-        Self {
-            real_factorizations,
-            complex_factorizations,
-            real_solves,
-            complex_solves,
-        }
-    }
-}
-
-impl Add for RadauWorkJson {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            real_factorizations: self.real_factorizations + other.real_factorizations,
-            complex_factorizations: self.complex_factorizations + other.complex_factorizations,
-            real_solves: self.real_solves + other.real_solves,
-            complex_solves: self.complex_solves + other.complex_solves,
-        }
-    }
-}
-
-/// What the condensed linear solver did; all zero where it was not used.
-#[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs)] // the names are those of LinearWork, documented there
-pub struct LinearWorkJson {
-    pub factorizations: u64,
-    pub pivoted: u64,
-    pub factor_entries: u64,
-    pub solves: u64,
-    pub refinements: u64,
-    pub largest_backward_error: f64,
-}
-
-impl LinearWorkJson {
-    /// The counts of a run.
-    pub fn new(work: &LinearWork) -> Self {
-        let LinearWork {
-            factorizations,
-            pivoted,
-            factor_entries,
-            solves,
-            refinements,
-            largest_backward_error,
-        } = *work;
-        Self {
-            factorizations,
-            pivoted,
-            factor_entries,
-            solves,
-            refinements,
-            largest_backward_error,
         }
     }
 }

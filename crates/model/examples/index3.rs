@@ -151,7 +151,7 @@ fn motion(
     let statistics = run(integrator.as_mut(), &mut [&mut sampler])?;
     drop(sampler);
     Ok(Motion {
-        steps: statistics.steps,
+        steps: statistics.counts.steps,
         t_reached: statistics.t_reached,
         finished: statistics.outcome == Outcome::Finished,
         p,

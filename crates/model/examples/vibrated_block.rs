@@ -50,6 +50,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         },
     );
     let statistics = run(&mut integrator, &mut [&mut print])?;
-    println!("{} steps, {}", statistics.steps, statistics.outcome.name());
+    println!(
+        "{} steps, {}",
+        statistics.counts.steps,
+        statistics.outcome.name()
+    );
     Ok(())
 }

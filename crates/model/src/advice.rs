@@ -15,10 +15,11 @@ use std::fmt;
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
-use crate::integrator::{Advance, Counts, Integrator};
+use crate::integrator::{Advance, Integrator};
 use crate::muscle::Muscle;
 use crate::parameters::Parameters;
 use crate::settings::{IntegratorKind, MultiplierWeights, Settings};
+use crate::statistics::Counts;
 
 /// Half the opening angle of the sector of stability of BDF, degrees, for orders 3, 4, 5 (order 2 is
 /// stable in the whole half-plane). E. Hairer, G. Wanner, *Solving Ordinary Differential Equations

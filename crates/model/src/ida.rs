@@ -5,10 +5,11 @@ use sundials_wrap::{DaeProblem, IdaBuilder, IdaOptions, IdaSolver, Suppressed, T
 
 use crate::error::ModelError;
 use crate::first_step::look_ahead;
-use crate::integrator::{Advance, Counts, Integrator};
+use crate::integrator::{Advance, Integrator};
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 use crate::settings::{LinearSolver, MultiplierWeights, Settings};
+use crate::statistics::Counts;
 use crate::step_weights::{StepSize, StepWeights};
 
 /// IDAS in one-step mode with a stop time at the end.

@@ -1,10 +1,9 @@
 //! What the run driver asks of a time integrator, IDAS or Radau IIA, and what both answer.
 
-use myovib_radau::Work;
 use sundials_wrap as wrap;
 
 use crate::error::ModelError;
-use crate::statistics::StopReason;
+use crate::statistics::{Counts, StopReason};
 
 /// What one internal step came to.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,23 +19,6 @@ pub enum Advance {
         /// The cause in words: time, step size, order, the components at fault.
         message: String,
     },
-}
-
-/// Counts of an integration, named as in [`Statistics`](crate::Statistics).
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-#[allow(missing_docs)] // the names are those of Statistics, documented there
-pub struct Counts {
-    pub steps: u64,
-    pub error_test_failures: u64,
-    pub step_solve_failures: u64,
-    pub newton_failures: u64,
-    pub newton_iterations: u64,
-    pub residual_evaluations: u64,
-    pub jacobian_evaluations: u64,
-    pub linear_setups: u64,
-    pub last_order: u32,
-    pub last_step: f64,
-    pub radau_work: Option<Work>,
 }
 
 /// A variable-step integrator that owns its problem.
@@ -89,24 +71,6 @@ impl Advance {
             }
             outcome if outcome.t() >= t_end => Advance::Finished,
             _ => Advance::Stepped,
-        }
-    }
-}
-
-impl From<wrap::Stats> for Counts {
-    fn from(stats: wrap::Stats) -> Self {
-        Self {
-            steps: stats.steps,
-            error_test_failures: stats.error_test_failures,
-            step_solve_failures: stats.step_solve_failures,
-            newton_failures: stats.newton_failures,
-            newton_iterations: stats.newton_iterations,
-            residual_evaluations: stats.residual_evaluations,
-            jacobian_evaluations: stats.jacobian_evaluations,
-            linear_setups: stats.linear_setups,
-            last_order: stats.last_order as u32,
-            last_step: stats.last_step,
-            radau_work: None,
         }
     }
 }

@@ -11,9 +11,10 @@
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::ida::IdaIntegrator;
-use crate::integrator::{Advance, Counts, Integrator};
+use crate::integrator::{Advance, Integrator};
 use crate::muscle_dae::MuscleDae;
 use crate::start::Start;
+use crate::statistics::Counts;
 
 /// IDAS with projections after the first step at or beyond each multiple of a time.
 pub struct Projected {
@@ -79,20 +80,7 @@ impl Integrator<MuscleDae> for Projected {
     }
 
     fn counts(&self) -> Counts {
-        let (before, now) = (self.before, self.inner.counts());
-        Counts {
-            steps: before.steps + now.steps,
-            error_test_failures: before.error_test_failures + now.error_test_failures,
-            step_solve_failures: before.step_solve_failures + now.step_solve_failures,
-            newton_failures: before.newton_failures + now.newton_failures,
-            newton_iterations: before.newton_iterations + now.newton_iterations,
-            residual_evaluations: before.residual_evaluations + now.residual_evaluations,
-            jacobian_evaluations: before.jacobian_evaluations + now.jacobian_evaluations,
-            linear_setups: before.linear_setups + now.linear_setups,
-            last_order: now.last_order,
-            last_step: now.last_step,
-            radau_work: None,
-        }
+        self.before.followed_by(self.inner.counts())
     }
 
     fn problem(&self) -> &MuscleDae {

@@ -6,10 +6,11 @@ use sundials_wrap::{DaeProblem, Suppressed, Tolerances};
 
 use crate::error::ModelError;
 use crate::first_step::look_ahead;
-use crate::integrator::{Advance, Counts, Integrator};
+use crate::integrator::{Advance, Integrator};
 use crate::linear::CondensedMatrices;
 use crate::muscle_dae::MuscleDae;
 use crate::settings::{LinearSolver, Settings};
+use crate::statistics::Counts;
 
 /// Radau IIA with a stop time at the end.
 pub struct RadauIntegrator<P: DaeProblem, M = KluMatrices> {

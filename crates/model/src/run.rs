@@ -40,19 +40,8 @@ pub fn run<P>(
 ) -> Result<Statistics, ModelError> {
     let (cpu, wall) = (ThreadTime::now(), Instant::now());
     let outcome = drive(integrator, observers)?;
-    let counts = integrator.counts();
     Ok(Statistics {
-        steps: counts.steps,
-        error_test_failures: counts.error_test_failures,
-        step_solve_failures: counts.step_solve_failures,
-        newton_failures: counts.newton_failures,
-        newton_iterations: counts.newton_iterations,
-        residual_evaluations: counts.residual_evaluations,
-        jacobian_evaluations: counts.jacobian_evaluations,
-        linear_setups: counts.linear_setups,
-        last_order: counts.last_order,
-        last_step: counts.last_step,
-        radau_work: counts.radau_work,
+        counts: integrator.counts(),
         t_reached: integrator.time(),
         outcome,
         cpu_seconds: cpu.elapsed().as_secs_f64(),

@@ -3,6 +3,8 @@
 use std::fmt;
 
 use myovib_radau::Work;
+use serde::{Deserialize, Serialize};
+use sundials_wrap::Stats;
 
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,9 +84,10 @@ impl fmt::Display for StopReason {
     }
 }
 
-/// What a run did.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Statistics {
+/// The counts of an integration.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Counts {
     /// Accepted steps.
     pub steps: u64,
     /// Steps rejected by the error test (the paper's NRJ).
@@ -106,7 +109,55 @@ pub struct Statistics {
     /// Size of the last step, s.
     pub last_step: f64,
     /// The linear algebra of Radau IIA; none with BDF.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub radau_work: Option<Work>,
+}
+
+impl Counts {
+    /// The counts of an integration in two parts, of which `later` is the second.
+    #[must_use]
+    pub fn followed_by(self, later: Self) -> Self {
+        Self {
+            steps: self.steps + later.steps,
+            error_test_failures: self.error_test_failures + later.error_test_failures,
+            step_solve_failures: self.step_solve_failures + later.step_solve_failures,
+            newton_failures: self.newton_failures + later.newton_failures,
+            newton_iterations: self.newton_iterations + later.newton_iterations,
+            residual_evaluations: self.residual_evaluations + later.residual_evaluations,
+            jacobian_evaluations: self.jacobian_evaluations + later.jacobian_evaluations,
+            linear_setups: self.linear_setups + later.linear_setups,
+            radau_work: later
+                .radau_work
+                .map(|work| self.radau_work.unwrap_or_default() + work),
+            last_order: later.last_order,
+            last_step: later.last_step,
+        }
+    }
+}
+
+impl From<Stats> for Counts {
+    fn from(stats: Stats) -> Self {
+        Self {
+            steps: stats.steps,
+            error_test_failures: stats.error_test_failures,
+            step_solve_failures: stats.step_solve_failures,
+            newton_failures: stats.newton_failures,
+            newton_iterations: stats.newton_iterations,
+            residual_evaluations: stats.residual_evaluations,
+            jacobian_evaluations: stats.jacobian_evaluations,
+            linear_setups: stats.linear_setups,
+            last_order: stats.last_order as u32,
+            last_step: stats.last_step,
+            radau_work: None,
+        }
+    }
+}
+
+/// What a run did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Statistics {
+    /// The integrator's counts.
+    pub counts: Counts,
     /// Time reached, s.
     pub t_reached: f64,
     /// How the run ended.

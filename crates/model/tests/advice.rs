@@ -166,7 +166,7 @@ fn check_warns_in_the_same_words() {
     let report = check::check(&muscle, good.formulation, &good.settings).unwrap();
     assert!(report.findings.is_empty(), "{:?}", report.findings);
     // The run of ten seconds takes what was estimated, within a factor of three.
-    let steps = good.integrate().steps as f64;
+    let steps = good.integrate().counts.steps as f64;
     assert!(
         (1.0 / 3.0..3.0).contains(&(report.cost.steps / steps)),
         "{} {steps}",

@@ -172,8 +172,8 @@ fn condensed_and_full_runs_take_the_same_steps() {
             let work = integrator.problem().counters().linear;
             assert_eq!(work.solves > 0, linear_solver == LinearSolver::Condensed);
             // The load has set in: this is no handful of steps.
-            assert!(statistics.steps > 50);
-            statistics.steps as f64
+            assert!(statistics.counts.steps > 50);
+            statistics.counts.steps as f64
         };
         let (condensed, full) = (steps(LinearSolver::Condensed), steps(LinearSolver::Full));
         // Rounding moves single Newton iterations and rejections; 2 % is what the issue grants.

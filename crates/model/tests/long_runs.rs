@@ -79,7 +79,7 @@ fn long_run<B: Body>(
     let [first, second] = halves.largest;
     println!(
         "{name}: {} steps in {:.0} s; {first:.2e}, then {second:.2e}",
-        statistics.steps, statistics.cpu_seconds
+        statistics.counts.steps, statistics.cpu_seconds
     );
     assert!(second <= 2.0 * first, "{name}: {first:e}, then {second:e}");
     assert_constant(name, halves.memory);

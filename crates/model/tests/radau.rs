@@ -77,8 +77,8 @@ fn a_jacobian_takes_one_pass_over_the_elements() {
         let mut integrator = start_at_rest(dae, &settings).unwrap();
         let statistics = run(integrator.as_mut(), &mut []).unwrap();
         let passes = integrator.problem().counters().tangent_passes;
-        assert_eq!(passes, statistics.jacobian_evaluations);
-        let work = statistics.radau_work.unwrap();
-        assert_eq!(work.real_factorizations, statistics.linear_setups);
+        assert_eq!(passes, statistics.counts.jacobian_evaluations);
+        let work = statistics.counts.radau_work.unwrap();
+        assert_eq!(work.real_factorizations, statistics.counts.linear_setups);
     }
 }

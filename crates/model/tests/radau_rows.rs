@@ -66,7 +66,7 @@ fn samples(integrator: &mut dyn Integrator<MuscleDae>, t_end: f64) -> Samples {
     Samples {
         u_y,
         p,
-        steps: statistics.steps,
+        steps: statistics.counts.steps,
     }
 }
 

@@ -166,8 +166,8 @@ fn ours(dae: MuscleDae, settings: &Settings, times: &[f64]) -> anyhow::Result<Ru
         statistics.outcome
     );
     result.cpu_seconds = statistics.cpu_seconds;
-    result.steps = statistics.steps;
-    result.residual_evaluations = statistics.residual_evaluations;
-    result.linear_setups = statistics.linear_setups;
+    result.steps = statistics.counts.steps;
+    result.residual_evaluations = statistics.counts.residual_evaluations;
+    result.linear_setups = statistics.counts.linear_setups;
     Ok(result)
 }

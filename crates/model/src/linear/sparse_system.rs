@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra_sparse::pattern::SparsityPattern;
+use serde::Serialize;
 use sundials_wrap::klu::{Factors, KluError, KluOptions, Symbolic};
 
 use super::Number;
@@ -23,7 +24,7 @@ const MAX_REFINEMENTS: usize = 2;
 const NEIGHBOURS_BEFORE: usize = 12;
 
 /// What linear systems cost and how well they were solved.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct LinearWork {
     /// Factorisations.
     pub factorizations: u64,

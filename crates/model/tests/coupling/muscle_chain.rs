@@ -69,7 +69,11 @@ fn output_times_do_not_change_the_results() {
         integrator
             .dense_output(settings.t_end, 0, &mut end)
             .unwrap();
-        (end, statistics.steps, statistics.newton_iterations)
+        (
+            end,
+            statistics.counts.steps,
+            statistics.counts.newton_iterations,
+        )
     };
     assert_eq!(with_samples_every(0.25), with_samples_every(1e-3));
 }

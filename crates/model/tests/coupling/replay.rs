@@ -31,7 +31,7 @@ fn the_replayed_rod_drives_the_chain_as_the_rod_does() {
     let (at_once, _) = observe(&mut together, EVERY, T_END, &mut []);
 
     let (recording, statistics) = recorded_rod(T_END);
-    assert_eq!(recording.n_steps() as u64, statistics.steps);
+    assert_eq!(recording.n_steps() as u64, statistics.counts.steps);
     assert_eq!(recording.covers().map(|[_, end]| end), Some(T_END));
 
     let replayed = chain_alone(&chain, gain, Source::Recorded(Arc::new(recording)));
@@ -64,7 +64,11 @@ fn output_times_do_not_change_the_results() {
         let (_, statistics) = observe(&mut integrator, every, 2.0, &mut []);
         let mut end = vec![0.0; n];
         integrator.dense_output(2.0, 0, &mut end).unwrap();
-        (end, statistics.steps, statistics.newton_iterations)
+        (
+            end,
+            statistics.counts.steps,
+            statistics.counts.newton_iterations,
+        )
     };
     assert_eq!(with_samples_every(0.5), with_samples_every(1e-3));
 }

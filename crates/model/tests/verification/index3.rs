@@ -75,7 +75,7 @@ fn holds_to(t_end: f64, tolerances: &[f64]) {
             assert_eq!(ours.outcome, Outcome::Finished, "{rtol}, left out: {how:?}");
             // The bound of the project's issue: the index costs no more than half as many steps
             // again as the compressible body takes.
-            let ratio = ours.steps as f64 / row_1.steps as f64;
+            let ratio = ours.counts.steps as f64 / row_1.counts.steps as f64;
             assert!(ratio < 1.5, "{rtol}, left out: {how:?}: {ratio}");
         }
     }

@@ -183,7 +183,7 @@ fn steps_that_turn_elements_inside_out_shrink_and_grow_again() {
     let run = integrate(compressed(push), Formulation::Position, &loose(0.5));
     assert_eq!(run.statistics.outcome, Outcome::Finished);
     assert!(run.dae.counters().inversions > 0, "no element was inverted");
-    assert!(run.statistics.step_solve_failures > 0);
+    assert!(run.statistics.counts.step_solve_failures > 0);
     let smaller = run
         .steps
         .windows(2)

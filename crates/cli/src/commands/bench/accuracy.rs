@@ -138,10 +138,10 @@ impl Reached {
             rtol,
             error,
             cpu_seconds: statistics.cpu_seconds,
-            steps: statistics.steps,
-            newton_iterations: statistics.newton_iterations,
-            residual_evaluations: statistics.residual_evaluations,
-            linear_setups: statistics.linear_setups,
+            steps: statistics.counts.steps,
+            newton_iterations: statistics.counts.newton_iterations,
+            residual_evaluations: statistics.counts.residual_evaluations,
+            linear_setups: statistics.counts.linear_setups,
         }
     }
 }

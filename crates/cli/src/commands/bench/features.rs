@@ -116,7 +116,7 @@ fn measure(scene: &Scene, mesh: &Mesh, t_end: f64, repeats: u32) -> anyhow::Resu
         let mut integrator = start_at_rest(make()?, &settings)?;
         let statistics = run_model(integrator.as_mut(), &mut [])?;
         best = best.min(statistics.cpu_seconds);
-        (steps, counters) = (statistics.steps, *integrator.problem().counters());
+        (steps, counters) = (statistics.counts.steps, *integrator.problem().counters());
     }
     Ok(Row {
         feature: scene.feature,

@@ -14,7 +14,6 @@ use crate::exit::Exit;
 use crate::machine::Machine;
 use crate::progress::Progress;
 use crate::report::{Align, Cell, Table, coloured_stdout};
-use crate::statistics::LinearWorkJson;
 
 /// The rows that run to the end, in the convention that leaves multipliers out of the error test.
 const KEYS: [&str; 4] = ["1", "2m", "3m", "31"];
@@ -64,7 +63,7 @@ struct RunJson {
     /// Steps over those of the condensed path, less one.
     more_steps: f64,
     /// Counted on the condensed path only.
-    linear_work: Option<LinearWorkJson>,
+    linear_work: Option<LinearWork>,
 }
 
 #[derive(Serialize)]
@@ -91,14 +90,13 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
                 row: row.key,
                 linear_solver: way.name,
                 cpu_seconds: statistics.cpu_seconds,
-                steps: statistics.steps,
-                residual_evaluations: statistics.residual_evaluations,
-                linear_setups: statistics.linear_setups,
+                steps: statistics.counts.steps,
+                residual_evaluations: statistics.counts.residual_evaluations,
+                linear_setups: statistics.counts.linear_setups,
                 outcome: statistics.outcome.name(),
                 ratio: statistics.cpu_seconds / base.cpu_seconds,
-                more_steps: statistics.steps as f64 / base.steps as f64 - 1.0,
-                linear_work: (way.linear_solver == LinearSolver::Condensed)
-                    .then(|| LinearWorkJson::new(&work)),
+                more_steps: statistics.counts.steps as f64 / base.counts.steps as f64 - 1.0,
+                linear_work: (way.linear_solver == LinearSolver::Condensed).then_some(work),
             });
         }
     }

@@ -90,7 +90,7 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
                         args,
                         mesh,
                     )?;
-                    let now = errors.map(|errors| (errors.u_y, statistics.steps as f64));
+                    let now = errors.map(|errors| (errors.u_y, statistics.counts.steps as f64));
                     let observed_order = before.zip(now).map(observed_order);
                     before = now;
                     points.push(PointJson {
@@ -104,10 +104,10 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
                         errors,
                         observed_order,
                         cpu_seconds: statistics.cpu_seconds,
-                        steps: statistics.steps,
-                        error_test_failures: statistics.error_test_failures,
-                        residual_evaluations: statistics.residual_evaluations,
-                        linear_setups: statistics.linear_setups,
+                        steps: statistics.counts.steps,
+                        error_test_failures: statistics.counts.error_test_failures,
+                        residual_evaluations: statistics.counts.residual_evaluations,
+                        linear_setups: statistics.counts.linear_setups,
                     });
                 }
             }

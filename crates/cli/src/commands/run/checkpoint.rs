@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 
 use super::folder::Folder;
 use crate::error::InputError;
-use crate::statistics::RadauWorkJson;
 
 const NAME: &str = "checkpoint.json";
 
@@ -36,38 +35,20 @@ pub(super) struct Checkpoint {
     pub(super) counts: Totals,
 }
 
-/// Statistics that add up over the parts of a resumed run.
+/// What adds up over the parts of a resumed run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Totals {
-    pub(super) steps: u64,
-    pub(super) error_test_failures: u64,
-    pub(super) step_solve_failures: u64,
-    pub(super) newton_failures: u64,
-    pub(super) newton_iterations: u64,
-    pub(super) residual_evaluations: u64,
-    pub(super) jacobian_evaluations: u64,
-    pub(super) linear_setups: u64,
-    /// None with BDF.
-    pub(super) radau_work: Option<RadauWorkJson>,
+    #[serde(flatten)]
+    pub(super) counts: Counts,
     /// How often the run went on from a checkpoint.
     pub(super) resumed: u64,
 }
 
 impl Totals {
     /// The sum with the counts of the present part.
-    pub(super) fn plus(&self, counts: &Counts) -> Self {
+    pub(super) fn plus(&self, counts: Counts) -> Self {
         Self {
-            steps: self.steps + counts.steps,
-            error_test_failures: self.error_test_failures + counts.error_test_failures,
-            step_solve_failures: self.step_solve_failures + counts.step_solve_failures,
-            newton_failures: self.newton_failures + counts.newton_failures,
-            newton_iterations: self.newton_iterations + counts.newton_iterations,
-            residual_evaluations: self.residual_evaluations + counts.residual_evaluations,
-            jacobian_evaluations: self.jacobian_evaluations + counts.jacobian_evaluations,
-            linear_setups: self.linear_setups + counts.linear_setups,
-            radau_work: counts
-                .radau_work
-                .map(|work| self.radau_work.unwrap_or_default() + work.into()),
+            counts: self.counts.followed_by(counts),
             resumed: self.resumed,
         }
     }

@@ -10,7 +10,7 @@ use super::system::System;
 use crate::json;
 use crate::report::{Align, Table};
 use crate::scene::{Body, Scene};
-use crate::statistics::{CountsJson, LinearWorkJson, MethodJson, StatisticsJson};
+use crate::statistics::{CountsJson, MethodJson, StatisticsJson};
 
 /// Wall-clock seconds by part.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -30,7 +30,7 @@ pub(super) fn dynamic<P: System>(
 ) -> anyhow::Result<Value> {
     let system = integrator.problem();
     let work = system.counters();
-    let total = outputs.before.plus(&integrator.counts());
+    let total = outputs.before.plus(integrator.counts());
     let mut document = json!({
         "scene": scene.file,
         "analysis": "dynamic",
@@ -44,21 +44,14 @@ pub(super) fn dynamic<P: System>(
             "rate_tangent_passes": work.rate_tangent_passes,
             "matrix_sums": work.matrix_sums,
             "inversions": work.inversions,
-            "linear": LinearWorkJson::new(&work.linear),
+            "linear": work.linear,
         },
         "output_work": outputs.work,
         "wall_seconds_by_part": timing,
     });
     // Counts are those of all parts of a resumed run.
     let whole = Statistics {
-        steps: total.steps,
-        error_test_failures: total.error_test_failures,
-        step_solve_failures: total.step_solve_failures,
-        newton_failures: total.newton_failures,
-        newton_iterations: total.newton_iterations,
-        residual_evaluations: total.residual_evaluations,
-        jacobian_evaluations: total.jacobian_evaluations,
-        linear_setups: total.linear_setups,
+        counts: total.counts,
         ..statistics.clone()
     };
     let (seed, statistics) = (seed(scene), &whole);
@@ -76,16 +69,14 @@ pub(super) fn dynamic<P: System>(
                     "constraint_drift_at": outputs.drift.1,
                 }),
             );
-            let mut numbers = StatisticsJson::new(statistics, settings, *formulation);
-            numbers.counts.radau_work = total.radau_work;
+            let numbers = StatisticsJson::new(statistics, settings, *formulation);
             extend(&mut document, serde_json::to_value(numbers)?);
         }
         None => {
             let tolerances = &scene.file.integrator.oscillators;
             let wanted = &scene.file.integrator;
             let integrator = wanted.method.kind();
-            let mut counts = CountsJson::new(statistics);
-            counts.radau_work = total.radau_work;
+            let counts = CountsJson::new(statistics);
             extend(&mut document, serde_json::to_value(counts)?);
             extend(
                 &mut document,

@@ -205,7 +205,7 @@ impl Outputs<'_> {
                 .iter()
                 .flat_map(|(series, _)| series.times())
                 .collect(),
-            counts: self.before.plus(&integrator.counts()),
+            counts: self.before.plus(integrator.counts()),
         };
         checkpoint
             .write(self.folder)

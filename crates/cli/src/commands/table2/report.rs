@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::sync::LazyLock;
 
 use myovib_fem::Mesh;
+use myovib_model::linear::LinearWork;
 use myovib_model::{Outcome, StopReason};
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +15,7 @@ use super::{Suppress, Table2Args};
 use crate::exit::Exit;
 use crate::json;
 use crate::report::{Align, Cell, Table, Tone, coloured_stdout, compared, exponent, kappa};
-use crate::statistics::{LinearWorkJson, StatisticsJson};
+use crate::statistics::StatisticsJson;
 
 /// What the paper printed.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -139,14 +140,14 @@ fn comparison(results: &[RowResult]) -> Table {
         ]
         .map(Cell::from)
         .into();
-        cells.extend(compared(Some(paper.steps), statistics.steps));
+        cells.extend(compared(Some(paper.steps), statistics.counts.steps));
         cells.extend(compared(
             Some(paper.rejected),
-            statistics.error_test_failures,
+            statistics.counts.error_test_failures,
         ));
         cells.extend(compared(
             paper.convergence_failures,
-            statistics.step_solve_failures,
+            statistics.counts.step_solve_failures,
         ));
         cells.push(format!("{:.4}", statistics.t_reached).into());
         cells.push(format!("{:.2}", statistics.cpu_seconds).into());
@@ -177,10 +178,10 @@ fn settings_and_work(results: &[RowResult]) -> Table {
                 suppressed(result),
                 result.order().to_string(),
                 result.unknowns.to_string(),
-                statistics.residual_evaluations.to_string(),
-                statistics.newton_iterations.to_string(),
-                statistics.newton_failures.to_string(),
-                statistics.linear_setups.to_string(),
+                statistics.counts.residual_evaluations.to_string(),
+                statistics.counts.newton_iterations.to_string(),
+                statistics.counts.newton_failures.to_string(),
+                statistics.counts.linear_setups.to_string(),
                 format!("{:.1e}", result.constraint_drift),
             ]
             .map(Cell::from),
@@ -195,7 +196,7 @@ fn convention_line(results: &[RowResult], name: &str, meaning: &str) -> String {
         .iter()
         .filter(|result| result.convention().names().contains(&name))
         .map(|result| {
-            let ratio = result.statistics.steps as f64 / paper(result).steps as f64;
+            let ratio = result.statistics.counts.steps as f64 / paper(result).steps as f64;
             format!("{} {ratio:.2}", result.row.key)
         })
         .collect();
@@ -275,7 +276,7 @@ struct RowJson<'a> {
     statistics: StatisticsJson<'a>,
     /// Why `max_order` was chosen; null where it was given.
     max_order_reason: Option<&'a str>,
-    linear_work: LinearWorkJson,
+    linear_work: LinearWork,
     unknowns: usize,
     unknowns_paper: usize,
     constraint_drift: f64,
@@ -321,7 +322,7 @@ pub(super) fn document<'a>(
                 result.row.formulation,
             ),
             max_order_reason: result.max_order_reason.as_deref(),
-            linear_work: LinearWorkJson::new(&result.linear_work),
+            linear_work: result.linear_work,
             unknowns: result.unknowns,
             unknowns_paper: result.unknowns_paper,
             constraint_drift: result.constraint_drift,
@@ -361,11 +362,11 @@ pub(super) fn write_csv(sink: &mut dyn Write, results: &[RowResult]) -> io::Resu
             result.convention().name(),
             suppressed(result).replace(',', "+"),
             result.order(),
-            statistics.steps,
+            statistics.counts.steps,
             paper.steps,
-            statistics.error_test_failures,
+            statistics.counts.error_test_failures,
             paper.rejected,
-            statistics.step_solve_failures,
+            statistics.counts.step_solve_failures,
             paper
                 .convergence_failures
                 .map_or(String::new(), |n| n.to_string()),
