@@ -12,6 +12,9 @@
 use std::f64::consts::TAU;
 use std::fmt;
 
+use myovib_fem::Inverted;
+
+use crate::counters::WorkCounters;
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
@@ -19,7 +22,7 @@ use crate::integrator::{Advance, Integrator};
 use crate::muscle::Muscle;
 use crate::parameters::Parameters;
 use crate::settings::{IntegratorKind, MultiplierWeights, Settings};
-use crate::statistics::Counts;
+use crate::statistics::{Counts, StopReason};
 
 /// Half the opening angle of the sector of stability of BDF, degrees, for orders 3, 4, 5 (order 2 is
 /// stable in the whole half-plane). E. Hairer, G. Wanner, *Solving Ordinary Differential Equations
@@ -41,6 +44,8 @@ pub enum Remedy {
     Reformulate(Formulation, u8),
     /// Loosen the relative tolerance to this, and the absolute ones by the same factor.
     Loosen(f64),
+    /// Tighten the relative tolerance to this, and the absolute ones by the same factor.
+    Tighten(f64),
     /// Change the scene, in words.
     Scene(&'static str),
 }
@@ -65,7 +70,9 @@ impl Remedy {
                 settings.ordering = defaults.ordering;
                 *formulation = *other;
             }
-            Self::Loosen(rtol) => *settings = settings.clone().with_relative_tolerance(*rtol),
+            Self::Loosen(rtol) | Self::Tighten(rtol) => {
+                *settings = settings.clone().with_relative_tolerance(*rtol)
+            }
             Self::Scene(_) => {}
         }
     }
@@ -88,6 +95,9 @@ impl fmt::Display for Remedy {
             }
             Self::Loosen(rtol) => {
                 write!(f, "loosen the tolerances, to a relative one of {rtol:e}")
+            }
+            Self::Tighten(rtol) => {
+                write!(f, "tighten the tolerances, to a relative one of {rtol:e}")
             }
             Self::Scene(change) => f.write_str(change),
         }
@@ -374,6 +384,37 @@ impl Advice {
         }
         causes
     }
+
+    /// What made a run stop at an element turned inside out, the likeliest first: that is no matter
+    /// of the index.
+    pub fn causes_of_inversion(&self, at: Inverted) -> Vec<Finding> {
+        let finding = |why: &str, remedy| Finding {
+            fields: Vec::new(),
+            problem: format!(
+                "element {} is turned inside out however small the step{why}",
+                at.element
+            ),
+            remedies: vec![remedy],
+        };
+        let usual = self.usual_tolerance();
+        let loose = (self.settings.relative_tolerance > usual).then(|| {
+            let why = ", from a state so loosely integrated that it may be far off";
+            finding(why, Remedy::Tighten(usual))
+        });
+        let change = "let the load rise more slowly or less far, or refine the mesh there";
+        let strained = finding("", Remedy::Scene(change));
+        loose.into_iter().chain([strained]).collect()
+    }
+}
+
+/// The causes in a row, for the end of a message.
+fn listed(causes: &[Finding]) -> String {
+    let mut words = String::new();
+    for (n, cause) in causes.iter().enumerate() {
+        let lead = if n == 0 { "At fault:" } else { "Or:" };
+        words += &format!(". {lead} {cause}");
+    }
+    words
 }
 
 impl fmt::Display for Advice {
@@ -393,11 +434,7 @@ impl fmt::Display for Advice {
             self.index(),
             blocks.join(", ")
         )?;
-        for (n, cause) in self.causes().iter().enumerate() {
-            let lead = if n == 0 { "At fault:" } else { "Or:" };
-            write!(f, ". {lead} {cause}")?;
-        }
-        Ok(())
+        f.write_str(&listed(&self.causes()))
     }
 }
 
@@ -405,23 +442,46 @@ impl fmt::Display for Advice {
 pub struct Advised<P> {
     inner: Box<dyn Integrator<P>>,
     advice: Advice,
+    work: fn(&P) -> WorkCounters,
 }
 
 impl<P> Advised<P> {
-    /// Adds `advice` to the message of `inner`.
-    pub fn new(inner: Box<dyn Integrator<P>>, advice: Advice) -> Self {
-        Self { inner, advice }
+    /// Adds `advice` to the message of `inner`; `work` is that of its problem's muscle.
+    pub fn new(
+        inner: Box<dyn Integrator<P>>,
+        advice: Advice,
+        work: fn(&P) -> WorkCounters,
+    ) -> Self {
+        Self {
+            inner,
+            advice,
+            work,
+        }
     }
 }
 
 impl<P> Integrator<P> for Advised<P> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
-        Ok(match self.inner.advance()? {
-            Advance::Stopped { reason, message } => Advance::Stopped {
-                reason,
-                message: format!("{message}. {}", self.advice),
-            },
-            other => other,
+        let inversions = (self.work)(self.inner.problem()).inversions;
+        let advance = self.inner.advance()?;
+        let Advance::Stopped {
+            reason, message, ..
+        } = advance
+        else {
+            return Ok(advance);
+        };
+        let work = (self.work)(self.inner.problem());
+        // The error test is of a state that could be evaluated: what was inverted before was not, then.
+        let refused = work.inversions > inversions && reason != StopReason::ErrorTestFailures;
+        let inverted = work.inverted.filter(|_| refused);
+        let message = match inverted {
+            Some(at) => message + &listed(&self.advice.causes_of_inversion(at)),
+            None => format!("{message}. {}", self.advice),
+        };
+        Ok(Advance::Stopped {
+            reason,
+            message,
+            inverted,
         })
     }
 

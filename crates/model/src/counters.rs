@@ -22,31 +22,17 @@ pub struct WorkCounters {
     pub matrix_sums: u64,
     /// Element passes refused for an element turned inside out; a smaller step is to avoid it.
     pub inversions: u64,
-    /// The last of them.
-    pub inverted: Option<InvertedAt>,
-}
-
-/// An element turned inside out in an attempt to step to a time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct InvertedAt {
-    /// The time, s. Beyond the time that a run reached, the attempt belongs to what stopped it.
-    pub t: f64,
-    /// The element.
-    pub element: Inverted,
+    /// The element of the last of them.
+    pub inverted: Option<Inverted>,
 }
 
 impl WorkCounters {
-    /// Notes whether an element pass at time `t` was refused, which is recoverable.
-    pub(crate) fn passed(&mut self, t: f64, pass: Result<(), Inverted>) -> Result<(), StepError> {
+    /// Notes whether an element pass was refused, which is recoverable.
+    pub(crate) fn passed(&mut self, pass: Result<(), Inverted>) -> Result<(), StepError> {
         pass.map_err(|element| {
             self.inversions += 1;
-            self.inverted = Some(InvertedAt { t, element });
+            self.inverted = Some(element);
             StepError::Recoverable(element.to_string())
         })
-    }
-
-    /// The element turned inside out in an attempt to step beyond `t`, the time reached.
-    pub fn inverted_beyond(&self, t: f64) -> Option<Inverted> {
-        self.inverted.filter(|at| at.t >= t).map(|at| at.element)
     }
 }

@@ -1,5 +1,6 @@
 //! What the run driver asks of a time integrator, IDAS or Radau IIA, and what both answer.
 
+use myovib_fem::Inverted;
 use sundials_wrap as wrap;
 
 use crate::error::ModelError;
@@ -18,6 +19,8 @@ pub enum Advance {
         reason: StopReason,
         /// The cause in words: time, step size, order, the components at fault.
         message: String,
+        /// An element that attempts at the step not taken have turned inside out.
+        inverted: Option<Inverted>,
     },
 }
 
@@ -67,6 +70,7 @@ impl Advance {
                 Advance::Stopped {
                     reason: reason(stop.reason),
                     message,
+                    inverted: None,
                 }
             }
             outcome if outcome.t() >= t_end => Advance::Finished,

@@ -47,5 +47,6 @@ pub fn start_from(
         }
         Some(_) => Box::new(RadauIntegrator::starting_at(dae, settings, t, y, y_dot)?),
     };
-    Ok(Box::new(Advised::new(integrator, advice)))
+    let work = |dae: &MuscleDae| *dae.counters();
+    Ok(Box::new(Advised::new(integrator, advice, work)))
 }

@@ -63,7 +63,7 @@ pub mod step_weights;
 pub mod table1;
 
 pub use assembly::{Assembly, Entry};
-pub use counters::{InvertedAt, WorkCounters};
+pub use counters::WorkCounters;
 pub use displacement::Displacement;
 pub use energy::Energies;
 pub use equation::Equation;

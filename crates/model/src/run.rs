@@ -56,8 +56,17 @@ fn drive<P>(
     loop {
         let from = integrator.time();
         let advance = integrator.advance()?;
-        if let Advance::Stopped { reason, message } = advance {
-            return Ok(Outcome::Stopped { reason, message });
+        if let Advance::Stopped {
+            reason,
+            message,
+            inverted,
+        } = advance
+        {
+            return Ok(Outcome::Stopped {
+                reason,
+                message,
+                inverted,
+            });
         }
         let to = integrator.time();
         for observer in observers.iter_mut() {
@@ -98,7 +107,7 @@ impl<'a> Limits<'a> {
 
 impl<P> Observer<P> for Limits<'_> {
     fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
-        let stop = |reason, message| Ok(ControlFlow::Break(Outcome::Stopped { reason, message }));
+        let stop = |reason, message| Ok(ControlFlow::Break(Outcome::ended(reason, message)));
         if self
             .interrupted
             .is_some_and(|flag| flag.load(std::sync::atomic::Ordering::Relaxed))

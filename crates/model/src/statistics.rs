@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use myovib_fem::Inverted;
 use myovib_radau::Work;
 use serde::{Deserialize, Serialize};
 use sundials_wrap::Stats;
@@ -17,10 +18,21 @@ pub enum Outcome {
         reason: StopReason,
         /// The cause in words, with numbers.
         message: String,
+        /// An element turned inside out that the run did not get past.
+        inverted: Option<Inverted>,
     },
 }
 
 impl Outcome {
+    /// A run that the caller ends.
+    pub fn ended(reason: StopReason, message: String) -> Self {
+        Self::Stopped {
+            reason,
+            message,
+            inverted: None,
+        }
+    }
+
     /// `finished` or `stopped`.
     pub fn name(&self) -> &'static str {
         match self {

@@ -1,11 +1,13 @@
 //! Runs of higher index that stop say why, and what they advise works.
 #![allow(clippy::unwrap_used)] // a test may panic
 
-use myovib_fem::{Mesh, generate};
-use myovib_model::advice::{Advice, Remedy};
+use std::collections::VecDeque;
+
+use myovib_fem::{Inverted, Mesh, generate};
+use myovib_model::advice::{Advice, Advised, Remedy};
 use myovib_model::{
-    Field, Formulation, IntegratorKind, Limits, MuscleDae, Outcome, Settings, Statistics, check,
-    paper, run, start_at_rest,
+    Advance, Counts, Field, Formulation, Integrator, IntegratorKind, Limits, ModelError, MuscleDae,
+    Outcome, Settings, Statistics, StopReason, WorkCounters, check, paper, run, start_at_rest,
 };
 
 const INFINITE: f64 = f64::INFINITY;
@@ -204,4 +206,87 @@ fn order_by_damping() {
     // Damping ratio at ω = 10 · 2π · 8 Hz = 503 rad/s, βω/2 for the most part: 0.026, 0.10, 0.35,
     // 0.75 against 0.069 (order 3), 0.287 (4), 0.618 (5).
     assert_eq!([1e-4, 4e-4, 1.4e-3, 3e-3].map(order), [2, 3, 4, 5]);
+}
+
+/// An integrator of which only the inversions met in each step, and how the last one ends, matter.
+struct Scripted {
+    work: WorkCounters,
+    inversions: VecDeque<u64>,
+    end: StopReason,
+}
+
+impl Integrator<WorkCounters> for Scripted {
+    fn advance(&mut self) -> Result<Advance, ModelError> {
+        let met = self.inversions.pop_front().unwrap();
+        self.work.inversions += met;
+        if met > 0 {
+            self.work.inverted = Some(ELEMENT);
+        }
+        Ok(if self.inversions.is_empty() {
+            Advance::Stopped {
+                reason: self.end,
+                message: "stopped".to_owned(),
+                inverted: None,
+            }
+        } else {
+            Advance::Stepped
+        })
+    }
+
+    fn time(&self) -> f64 {
+        0.0
+    }
+
+    fn dense_output(&mut self, _: f64, _: u32, _: &mut [f64]) -> Result<(), ModelError> {
+        Ok(())
+    }
+
+    fn counts(&self) -> Counts {
+        Counts::default()
+    }
+
+    fn problem(&self) -> &WorkCounters {
+        &self.work
+    }
+
+    fn problem_mut(&mut self) -> &mut WorkCounters {
+        &mut self.work
+    }
+}
+
+const ELEMENT: Inverted = Inverted {
+    element: 7,
+    barycentric: [1.0, 0.0, 0.0],
+    jacobian: -0.5,
+};
+
+#[test]
+fn only_an_inversion_that_the_run_did_not_get_past_is_at_fault() {
+    let named = |inversions: [u64; 2], end| {
+        let inner = Scripted {
+            work: WorkCounters::default(),
+            inversions: inversions.into(),
+            end,
+        };
+        let bad = Run::new(spindle(), Formulation::Position, 0.0, &[], 5);
+        let mut advised = Advised::new(Box::new(inner), bad.advice(), |work| *work);
+        let outcome = run(&mut advised, &mut []).unwrap().outcome;
+        let Outcome::Stopped {
+            message, inverted, ..
+        } = outcome
+        else {
+            panic!("the script ends in a stop");
+        };
+        // Either the element is blamed or the index.
+        let blamed = message.contains("element 7 is turned inside out");
+        assert_eq!(message.contains("lambda (index 3)"), !blamed, "{message}");
+        assert_eq!(inverted, blamed.then_some(ELEMENT));
+        blamed
+    };
+    assert!(named([0, 2], StopReason::ConvergenceFailures));
+    assert!(named([1, 1], StopReason::ResidualFailed));
+    // A step was taken since.
+    assert!(!named([3, 0], StopReason::ConvergenceFailures));
+    // What fails the error test was evaluated.
+    assert!(!named([0, 2], StopReason::ErrorTestFailures));
 }

@@ -59,7 +59,7 @@ impl MuscleDae {
         self.counters.tangent_passes += 1;
         self.counters.rate_tangent_passes += u64::from(tangents.rate_stiffness.is_some());
         let pass = self.muscle.solid.tangents(&fields, &mut tangents);
-        self.counters.passed(t, pass)
+        self.counters.passed(pass)
     }
 
     /// a ∂F/∂y + b ∂F/∂ẏ from the matrices of the last update.
@@ -132,7 +132,7 @@ impl DaeProblem for MuscleDae {
         };
         counters.residual_passes += 1;
         counters.force_rate_passes += u64::from(needs.force_rate);
-        counters.passed(t, muscle.solid.evaluate(&fields, &mut vectors))?;
+        counters.passed(muscle.solid.evaluate(&fields, &mut vectors))?;
         work.load.fill(0.0);
         for load in &muscle.loads {
             load.add_at(t, &mut work.load);

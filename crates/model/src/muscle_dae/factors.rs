@@ -52,7 +52,7 @@ impl MuscleDae {
             force_rate: damped.then_some(&mut work.force_rate),
             ..Vectors::default()
         };
-        counters.passed(t, solid.evaluate(&fields, &mut vectors))?;
+        counters.passed(solid.evaluate(&fields, &mut vectors))?;
         let momentum = layout
             .range(Field::Velocity)
             .expect("the momentum balance stands in the rows of v");

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use myovib_fem::{DofMap, Mesh, Solid, Space, generate, load};
+use myovib_model::advice::Advice;
 use myovib_model::statics::equilibrium;
 use myovib_model::{
     Formulation, Load, ModelError, Muscle, MuscleDae, Observer, Outcome, Parameters, Prescribed,
@@ -193,21 +194,41 @@ fn steps_that_turn_elements_inside_out_shrink_and_grow_again() {
     assert!(grown > 2.0 * after[0], "{after:?}");
 }
 
+/// The message blames the element, not the index, and what it advises works: the tolerances
+/// tightened, or the load applied more slowly.
 #[test]
 fn a_run_stopped_by_an_inverted_element_names_it() {
-    let push = Signal::Step {
+    let push = |rise| Signal::Step {
         value: -0.95,
         start: 0.0,
-        rise: 0.02,
+        rise,
     };
-    let run = integrate(compressed(push), Formulation::Position, &loose(0.5));
-    let Outcome::Stopped { message, .. } = &run.statistics.outcome else {
+    let (mut formulation, mut settings) = (Formulation::Position, loose(0.5));
+    let run = integrate(compressed(push(0.02)), formulation, &settings);
+    let Outcome::Stopped {
+        message, inverted, ..
+    } = &run.statistics.outcome
+    else {
         panic!("the run is expected to stop");
     };
-    let t = run.statistics.t_reached;
-    let at = run.dae.counters().inverted_beyond(t).unwrap();
+    let at = inverted.expect("the element turned inside out");
     assert!(at.jacobian <= 0.0, "{at}");
     assert!(message.contains(&at.to_string()), "`{at}` in: {message}");
+    assert!(!message.contains("index"), "{message}");
+    let advice = Advice::new(&compressed(push(0.02)), formulation, &settings);
+    let causes = advice.causes_of_inversion(at);
+    for cause in &causes {
+        assert!(
+            message.contains(&cause.to_string()),
+            "`{cause}` in: {message}"
+        );
+    }
+    let slowly = integrate(compressed(push(0.2)), formulation, &settings);
+    causes[0].remedies[0].apply(&mut formulation, &mut settings);
+    let tightened = integrate(compressed(push(0.02)), formulation, &settings);
+    for mended in [tightened, slowly] {
+        assert_eq!(mended.statistics.outcome, Outcome::Finished);
+    }
 }
 
 /// Prescribed displacements are part of the load: at once they would turn the elements at the end

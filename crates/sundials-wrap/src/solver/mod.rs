@@ -114,6 +114,10 @@ impl<P: DaeProblem> IdaSolver<P> {
         if let Some(fatal) = said.fatal.take() {
             return Err(fatal);
         }
+        if code == sys::IDA_ERR_FAIL {
+            // The error test is of a state that could be evaluated: the problem has recovered.
+            said.recoverable = None;
+        }
         // A weight function that gives up is reported by IDAS as an illegal input.
         let weights_failed = code == sys::IDA_ILL_INPUT && said.recoverable.is_some();
         let message = said.take_message();

@@ -1,6 +1,6 @@
 //! `run.json`: what was computed, with what, and how it went.
 
-use myovib_model::{Formulation, Integrator, Muscle, Outcome, Statistics, WorkCounters};
+use myovib_model::{Formulation, Integrator, Muscle, Outcome, Statistics};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -99,17 +99,18 @@ pub(super) fn dynamic<P: System>(
         json!({
             "seed": seed,
             "energy": outputs.energy(),
-            "stop": stop(statistics, &work),
+            "stop": stop(&statistics.outcome),
         }),
     );
     Ok(document)
 }
 
 /// The element turned inside out where a run stopped, if one was.
-fn stop(statistics: &Statistics, work: &WorkCounters) -> Value {
-    let inverted = work.inverted_beyond(statistics.t_reached);
-    match (&statistics.outcome, inverted) {
-        (Outcome::Stopped { .. }, Some(at)) => json!({
+fn stop(outcome: &Outcome) -> Value {
+    match outcome {
+        Outcome::Stopped {
+            inverted: Some(at), ..
+        } => json!({
             "element": at.element,
             "barycentric": at.barycentric,
             "J": at.jacobian,

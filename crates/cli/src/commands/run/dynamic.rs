@@ -222,10 +222,10 @@ impl<P> Observer<P> for StepLimit {
     ) -> Result<std::ops::ControlFlow<Outcome>, myovib_model::ModelError> {
         let steps = step.integrator.counts().steps;
         Ok(match self.most {
-            Some(most) if steps >= most => std::ops::ControlFlow::Break(Outcome::Stopped {
-                reason: StopReason::MaxSteps,
-                message: format!("{steps} steps, as many as allowed; reached t = {}", step.to),
-            }),
+            Some(most) if steps >= most => std::ops::ControlFlow::Break(Outcome::ended(
+                StopReason::MaxSteps,
+                format!("{steps} steps, as many as allowed; reached t = {}", step.to),
+            )),
             _ => std::ops::ControlFlow::Continue(()),
         })
     }

@@ -149,10 +149,7 @@ impl Outputs<'_> {
                 }
             }
             let message = format!("at t = {after:.9} s, {}", self.conditions[k].describe());
-            return Ok(Some(Outcome::Stopped {
-                reason: StopReason::Event,
-                message,
-            }));
+            return Ok(Some(Outcome::ended(StopReason::Event, message)));
         }
         Ok(None)
     }

@@ -11,7 +11,7 @@ use myovib_model::{
 use sundials_wrap::DaeProblem;
 
 use super::checkpoint::Checkpoint;
-use super::system::Body as CoupledBody;
+use super::system::{Body as CoupledBody, System};
 use crate::error::InputError;
 use crate::scene::{Body, DrivenChain, Scene};
 use crate::scene_file::chain::Place;
@@ -44,7 +44,7 @@ pub(super) fn muscle_and_chains(
 ) -> anyhow::Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>> {
     let (dae, test, options) = one_way(scene, body, checkpoint)?;
     let integrator = coupled(scene, dae, test, options, checkpoint)?;
-    Ok(Box::new(Advised::new(integrator, advice(body))))
+    Ok(advised(integrator, body))
 }
 
 /// A muscle with chains that act back on its stiffness.
@@ -72,7 +72,7 @@ pub(super) fn muscle_with_feedback(
     };
     let times = [t, scene.t_end];
     let integrator = start_with_feedback(dae, test, options, times, &y, &y_dot)?;
-    Ok(Box::new(Advised::new(integrator, advice(body))))
+    Ok(advised(integrator, body))
 }
 
 /// A muscle and the chains it drives, with its part of the error test and the options.
@@ -98,9 +98,13 @@ fn one_way(
     Ok((CoupledDae::new(dae, oscillators), test, options))
 }
 
-/// What to say of the index when the run stops.
-fn advice(body: &Body) -> Advice {
-    Advice::new(&body.muscle, body.formulation, &body.settings)
+/// Says when the run stops what the body has to do with it.
+fn advised<P: System + 'static>(
+    integrator: Box<dyn Integrator<P>>,
+    body: &Body,
+) -> Box<dyn Integrator<P>> {
+    let advice = Advice::new(&body.muscle, body.formulation, &body.settings);
+    Box::new(Advised::new(integrator, advice, P::counters))
 }
 
 /// A rod, with chains or without.
