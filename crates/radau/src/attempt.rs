@@ -3,7 +3,7 @@
 use sundials_wrap::{DaeProblem, StepError, StopReason};
 
 use crate::newton::{Newton, Step};
-use crate::{NewtonMatrices, RadauSolver, StepSize};
+use crate::{NewtonMatrices, RadauError, RadauSolver, StepSize};
 
 /// Where the Jacobian in use was evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +33,19 @@ pub(crate) struct Rejection {
 pub(crate) struct Fatal {
     pub(crate) function: &'static str,
     pub(crate) source: Box<dyn std::error::Error + Send + Sync>,
+}
+
+impl Fatal {
+    /// The error of a step of size `h` from `t`.
+    pub(crate) fn in_step(self, t: f64, h: f64) -> RadauError {
+        let Self { function, source } = self;
+        RadauError::Fatal {
+            function,
+            t,
+            h,
+            source,
+        }
+    }
 }
 
 /// Halves the step after a recoverable error, ends the integration after a fatal one.

@@ -47,8 +47,8 @@ impl<P: DaeProblem> RadauBuilder<P> {
         self
     }
 
-    /// Sets the weights of the components, a function of y, in the place of tolerances. It is called
-    /// after each step, as IDAS calls its own, and its values are taken as they are; see
+    /// Sets the weights of the components, a function of y, in the place of tolerances. It is
+    /// called after each step, as IDAS calls its own, and its values are taken as they are; see
     /// [`RadauOptions::internal_factor`].
     #[must_use]
     pub fn error_weights(

@@ -11,11 +11,14 @@ pub(crate) struct Control {
     accepted: Option<(f64, f64)>,
 }
 
-/// A step is changed by a factor in this interval.
+/// A step is changed by a factor in this interval, as in RADAU5.
 const FACTORS: (f64, f64) = (0.2, 8.0);
 
 /// Estimates below this are taken as this: they say nothing about the next.
 const LEAST_ERROR: f64 = 1e-10;
+
+/// The trend of the errors starts from no smaller a one than this, as in RADAU5.
+const LEAST_TREND: f64 = 1e-2;
 
 impl Control {
     pub(crate) fn new(stages: usize, safety: f64, newton_limit: usize) -> Self {
@@ -46,7 +49,7 @@ impl Control {
             let trend = (h / last_h) * (last_error / (error * error)).powf(self.exponent);
             proposal = proposal.min(h * (self.safety * trend).clamp(FACTORS.0, FACTORS.1));
         }
-        self.accepted = Some((h, error.max(1e-2)));
+        self.accepted = Some((h, error.max(LEAST_TREND)));
         proposal
     }
 }

@@ -17,8 +17,8 @@ use crate::work::Counters;
 /// ```
 ///
 /// with γ the real eigenvalue of A⁻¹. For M ẏ = f(t, y) this is Hairer & Wanner's (IV.8.19), the
-/// difference to an embedded method of order s; in this form it needs no f and no M. It is O(h^(s+1)).
-/// In a first step or one that is repeated, a large estimate is filtered again through
+/// difference to an embedded method of order s; in this form it needs no f and no M. It is
+/// O(h^(s+1)). In a first step or one that is repeated, a large estimate is filtered again through
 /// F(t_n, y_n + err, u'(t_n)): (IV.8.20).
 #[derive(Debug)]
 pub(crate) struct ErrorTest {
@@ -54,34 +54,19 @@ impl ErrorTest {
     ) -> Result<f64, StepError> {
         self.y_dot.fill(0.0);
         for (j, z_j) in z.chunks_exact(step.y.len()).enumerate() {
-            add_scaled(
-                &mut self.y_dot,
-                step.method.basis_derivative(j, 0.0) / step.h,
-                z_j,
-            );
+            let slope = step.method.basis_derivative(j, 0.0) / step.h;
+            add_scaled(&mut self.y_dot, slope, z_j);
         }
-        evaluate(
-            problem,
-            step.t,
-            step.y,
-            &self.y_dot,
-            &mut self.error,
-            counters,
-        )?;
+        let (t, v) = (step.t, &self.y_dot);
+        evaluate(problem, t, step.y, v, &mut self.error, counters)?;
         let norm = self.filter(problem, matrices, step, counters)?;
         if norm < 1.0 || !norm.is_finite() || !filter_twice {
             return Ok(norm);
         }
         self.shifted.copy_from_slice(step.y);
         add_scaled(&mut self.shifted, 1.0, &self.error);
-        evaluate(
-            problem,
-            step.t,
-            &self.shifted,
-            &self.y_dot,
-            &mut self.error,
-            counters,
-        )?;
+        let (y, v) = (&self.shifted, &self.y_dot);
+        evaluate(problem, t, y, v, &mut self.error, counters)?;
         self.filter(problem, matrices, step, counters)
     }
 
@@ -96,28 +81,13 @@ impl ErrorTest {
         matrices.solve_real(problem, &mut self.error)?;
         counters.work.real_solves += 1;
         self.error.iter_mut().for_each(|e| *e = -*e);
-        let square: f64 = self
-            .error
-            .iter()
-            .zip(step.weights)
-            .zip(&self.mask)
-            .map(|((e, w), mask)| (e * w * mask).powi(2))
-            .sum();
+        let square: f64 = self.weighted(step.weights).map(|e| e.powi(2)).sum();
         Ok((square / self.error.len() as f64).sqrt())
     }
 
-    /// The components with the largest weighted errors in the last estimate, largest first.
-    pub(crate) fn worst(&self, weights: &[f64], count: usize) -> Vec<(usize, f64)> {
-        let mut errors: Vec<(usize, f64)> = self
-            .error
-            .iter()
-            .zip(weights)
-            .zip(&self.mask)
-            .map(|((e, w), mask)| (e * w * mask).abs())
-            .enumerate()
-            .collect();
-        errors.sort_by(|a, b| b.1.total_cmp(&a.1));
-        errors.truncate(count);
-        errors
+    /// The weighted errors of the last estimate, 0 for components left out.
+    pub(crate) fn weighted(&self, weights: &[f64]) -> impl Iterator<Item = f64> {
+        let errors = self.error.iter().zip(weights).zip(&self.mask);
+        errors.map(|((e, w), mask)| e * w * mask)
     }
 }

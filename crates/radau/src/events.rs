@@ -2,6 +2,8 @@
 
 use sundials_wrap::{DaeProblem, Outcome, StepError, StopReason};
 
+use crate::attempt::Fatal;
+use crate::dense::Collocation;
 use crate::error::expect_finite;
 use crate::roots::LastStep;
 use crate::{NewtonMatrices, RadauError, RadauSolver};
@@ -71,12 +73,11 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             Err(StepError::Recoverable(message)) => {
                 Ok(Some(self.stop(StopReason::RootFunctionFailed, message)))
             }
-            Err(StepError::Fatal(source)) => Err(RadauError::Fatal {
-                function: "root function",
-                t: self.collocation.t0,
-                h: self.collocation.h,
-                source,
-            }),
+            Err(StepError::Fatal(source)) => {
+                let function = "root function";
+                let Collocation { t0, h, .. } = self.collocation;
+                Err(Fatal { function, source }.in_step(t0, h))
+            }
         }
     }
 

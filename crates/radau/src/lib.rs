@@ -5,10 +5,11 @@
 //! L-stable at full order, where BDF methods above order 2 fail on undamped oscillations, and it
 //! takes constrained mechanical systems in their index-3 form.
 //!
-//! Cast: a [`Method`] is the table of coefficients; `NewtonSolver` solves the stage equations, from the start of a `Predictor`, with
-//! some [`NewtonMatrices`] ([`KluMatrices`] unless told otherwise); `ErrorTest` estimates the
-//! error; `Control` chooses h; `Collocation` is the polynomial behind dense output, on which `Roots`
-//! locates events. Options, outcomes and statistics have the shapes and names they have for IDAS.
+//! Cast: a [`Method`] is the table of coefficients; `NewtonSolver` solves the stage equations, from
+//! the start of a `Predictor`, with some [`NewtonMatrices`] ([`KluMatrices`] unless told
+//! otherwise); `ErrorTest` estimates the error; `Control` chooses h; `Collocation` is the
+//! polynomial behind dense output, on which `Roots` locates events. Options, outcomes and
+//! statistics have the shapes and names they have for IDAS.
 //!
 //! # Examples
 //! ```

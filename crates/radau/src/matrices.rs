@@ -117,18 +117,18 @@ impl<P: DaeProblem> NewtonMatrices<P> for KluMatrices {
         for (value, (j, m)) in self.values.iter_mut().zip(blocks()) {
             *value = j + real * m;
         }
-        self.real.renew(&self.values).map_err(step_error)?;
+        self.real.renew(&self.values)?;
         for (factors, c) in self.complex.iter_mut().zip(complex) {
             for (value, (j, m)) in self.complex_values.iter_mut().zip(blocks()) {
                 *value = j + c * m;
             }
-            factors.renew(&self.complex_values).map_err(step_error)?;
+            factors.renew(&self.complex_values)?;
         }
         Ok(())
     }
 
     fn solve_real(&mut self, _problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
-        self.real.solve(rhs).map_err(step_error)
+        Ok(self.real.solve(rhs)?)
     }
 
     fn solve_complex(
@@ -137,7 +137,7 @@ impl<P: DaeProblem> NewtonMatrices<P> for KluMatrices {
         k: usize,
         rhs: &mut [Complex64],
     ) -> Result<(), StepError> {
-        self.complex[k].solve(rhs).map_err(step_error)
+        Ok(self.complex[k].solve(rhs)?)
     }
 }
 
@@ -173,15 +173,5 @@ impl<P, M: NewtonMatrices<P> + ?Sized> NewtonMatrices<P> for Box<M> {
         rhs: &mut [Complex64],
     ) -> Result<(), StepError> {
         (**self).solve_complex(problem, k, rhs)
-    }
-}
-
-/// A singular or infinite matrix may become a good one with a smaller step; nothing else may.
-fn step_error(error: KluError) -> StepError {
-    match error {
-        KluError::Singular { .. } | KluError::NotFinite { .. } => {
-            StepError::Recoverable(error.to_string())
-        }
-        other => StepError::Fatal(Box::new(other)),
     }
 }

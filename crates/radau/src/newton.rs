@@ -81,9 +81,9 @@ impl NewtonSolver {
     /// Δz is about θ/(1 − θ) ‖Δz‖; the iterations end when it is below the tolerance, or when θ
     /// says that it will not be within the iterations allowed (Hairer & Wanner IV.8).
     ///
-    /// Two corrections do not show that the iterations diverge. In index 3 the first one, from a start
-    /// at rest, moves positions by h v; what is quadratic in it, h² v², comes back as corrections
-    /// h² v²/h of the velocity: as large as the first, however small h.
+    /// Two corrections do not show that the iterations diverge. In index 3 the first one, from a
+    /// start at rest, moves positions by h v; what is quadratic in it, h² v², comes back as
+    /// corrections h² v²/h of the velocity: as large as the first, however small h.
     pub(crate) fn solve<P: DaeProblem, M: NewtonMatrices<P>>(
         &mut self,
         problem: &mut P,
@@ -91,6 +91,7 @@ impl NewtonSolver {
         step: &Step<'_>,
         counters: &mut Counters,
     ) -> Result<Newton, StepError> {
+        // As in RADAU5: what the last step found is trusted less for this one.
         self.first_factor = self.first_factor.max(LEAST_TRUST).powf(0.8);
         self.contraction = 0.0;
         let mut error_factor = self.first_factor;
@@ -120,6 +121,7 @@ impl NewtonSolver {
                 }
                 let left = (self.limit - iteration) as i32;
                 let at_limit = error_factor * norm * contraction.powi(left);
+                // The step that would do with the iterations left, by RADAU5's rule.
                 if iteration > 2 && at_limit > self.tolerance {
                     let excess = (at_limit / self.tolerance).min(20.0);
                     let exponent = -1.0 / f64::from(left + 4);
@@ -150,21 +152,12 @@ impl NewtonSolver {
             add_scaled(&mut self.stage, 1.0, &self.z[i * n..(i + 1) * n]);
             self.stage_dot.fill(0.0);
             for (j, z_j) in self.z.chunks_exact(n).enumerate() {
-                add_scaled(
-                    &mut self.stage_dot,
-                    step.method.a_inverse(i, j) / step.h,
-                    z_j,
-                );
+                let slope = step.method.a_inverse(i, j) / step.h;
+                add_scaled(&mut self.stage_dot, slope, z_j);
             }
             let residual = &mut self.residuals[i * n..(i + 1) * n];
-            evaluate(
-                problem,
-                step.t + c * step.h,
-                &self.stage,
-                &self.stage_dot,
-                residual,
-                counters,
-            )?;
+            let (t, y, v) = (step.t + c * step.h, &self.stage, &self.stage_dot);
+            evaluate(problem, t, y, v, residual, counters)?;
         }
         Ok(())
     }

@@ -99,8 +99,8 @@ pub struct RadauOptions {
     /// Newton iterations allowed in one solve; by default 7, and 5 more for each two stages beyond
     /// 3.
     pub max_newton_iterations: Option<usize>,
-    /// Newton is converged when its estimated error is below this fraction of the tolerance that the
-    /// error is tested against; by default a thirtieth of that for the solution.
+    /// Newton is converged when its estimated error is below this fraction of the tolerance that
+    /// the error is tested against; by default a thirtieth of that for the solution.
     pub newton_tolerance: Option<f64>,
     /// A Jacobian is kept for the next step while Newton contracts at least by this; 0.001 by
     /// default. Larger where a Jacobian is expensive; 0: kept only after
@@ -144,7 +144,7 @@ impl Default for RadauOptions {
 impl RadauOptions {
     /// Checks all settings for a problem with `n` unknowns.
     pub(crate) fn validate(&self, n: usize) -> Result<(), RadauError> {
-        let (relative, absolute) = self.relative_and_absolute();
+        let relative = self.tolerances.relative();
         expect(
             "relative tolerance",
             relative,
@@ -155,7 +155,7 @@ impl RadauOptions {
             expect_length("absolute tolerances", n, absolute.len())?;
         }
         for i in 0..n {
-            let atol = absolute(i);
+            let atol = self.tolerances.absolute(i);
             expect(
                 "absolute tolerance",
                 atol,
@@ -232,9 +232,11 @@ impl RadauOptions {
     /// The tolerances the estimate is tested against: the relative one, and the absolute ones by
     /// component.
     pub(crate) fn internal_tolerances(&self) -> (f64, impl Fn(usize) -> f64) {
-        let (relative, absolute) = self.relative_and_absolute();
+        let relative = self.tolerances.relative();
         let factor = self.internal_factor(relative);
-        (factor * relative, move |i| factor * absolute(i))
+        (factor * relative, move |i| {
+            factor * self.tolerances.absolute(i)
+        })
     }
 
     /// The factor from tolerances for the solution to those the estimate is tested against, for a
@@ -248,24 +250,14 @@ impl RadauOptions {
         }
     }
 
-    fn relative_and_absolute(&self) -> (f64, impl Fn(usize) -> f64) {
-        let relative = match &self.tolerances {
-            Tolerances::Scalar { relative, .. } | Tolerances::Vector { relative, .. } => *relative,
-        };
-        (relative, |i: usize| match &self.tolerances {
-            Tolerances::Scalar { absolute, .. } => *absolute,
-            Tolerances::Vector { absolute, .. } => absolute[i],
-        })
-    }
-
     /// Newton's error as a fraction of the tolerance that the estimate is tested against.
     ///
-    /// What Newton leaves is an error of the solution as it is, whatever the order of the method. So
-    /// it is a fraction of the tolerance for the solution: for s = 3 the same as RADAU5's √rtol of the
-    /// internal tolerance, (0.1 rtol^(2/3))^(3/2) = 0.1^(3/2) rtol.
+    /// What Newton leaves is an error of the solution as it is, whatever the order of the method.
+    /// So it is a fraction of the tolerance for the solution: for s = 3 the same as RADAU5's √rtol
+    /// of the internal tolerance, (0.1 rtol^(2/3))^(3/2) = 0.1^(3/2) rtol.
     pub(crate) fn newton_tolerance(&self) -> f64 {
         let (internal, _) = self.internal_tolerances();
-        let (relative, _) = self.relative_and_absolute();
+        let relative = self.tolerances.relative();
         self.newton_tolerance
             .unwrap_or_else(|| match relative > 0.0 {
                 true => (0.1_f64.powf(1.5) / self.internal_factor(relative))
@@ -284,16 +276,8 @@ impl RadauOptions {
 
     /// 1 for a component in the error test, 0 for one left out.
     pub(crate) fn error_mask(&self, kinds: &[VariableKind]) -> Vec<f64> {
-        let tested = |i: usize, kind: VariableKind| match &self.suppressed {
-            Suppressed::Nothing => true,
-            Suppressed::Algebraic => kind == VariableKind::Differential,
-            Suppressed::Components(left_out) => !left_out[i],
-        };
-        kinds
-            .iter()
-            .enumerate()
-            .map(|(i, &kind)| f64::from(u8::from(tested(i, kind))))
-            .collect()
+        let tested = |(i, &kind)| f64::from(u8::from(!self.suppressed.leaves_out(i, kind)));
+        kinds.iter().enumerate().map(tested).collect()
     }
 }
 

@@ -10,9 +10,9 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     ///
     /// The polynomial of degree s + 1 through the stages, with the derivative of the step before at
     /// its beginning. Its error is O(h^(s+2)), that of its derivative O(h^(s+1)). In the first step
-    /// that takes the right ẏ_0; of algebraic variables, whose ẏ_0 is not used, it is the polynomial
-    /// of degree s, and one order less. Variables of index 2 and 3 have that of the ends, O(h^s) and
-    /// O(h^(s−1)).
+    /// that takes the right ẏ_0; of algebraic variables, whose ẏ_0 is not used, it is the
+    /// polynomial of degree s, and one order less. Variables of index 2 and 3 have that of the
+    /// ends, O(h^s) and O(h^(s−1)).
     ///
     /// # Shapes
     /// `out`: the number of unknowns.

@@ -14,8 +14,8 @@ pub(crate) type RootFunctions<P> =
 
 /// Watches root functions g over the dense output of accepted steps.
 ///
-/// A crossing is seen by a change of sign between two nodes of a step (or its ends), since a step of
-/// high order may hold several; it is located to some units of rounding of t. A function that is
+/// A crossing is seen by a change of sign between two nodes of a step (or its ends), since a step
+/// of high order may hold several; it is located to some units of rounding of t. A function that is
 /// zero is not seen to cross until it has left zero.
 pub(crate) struct Roots<P> {
     directions: Vec<Direction>,

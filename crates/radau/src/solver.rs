@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 use sundials_wrap::{DaeProblem, Outcome, Stop, StopReason, WorstComponent};
 
-use crate::attempt::{Attempt, Fatal, Jacobian, Rejection};
+use crate::attempt::{Attempt, Jacobian, Rejection};
 use crate::control::Control;
 use crate::dense::{Collocation, add_scaled};
 use crate::error_test::ErrorTest;
@@ -16,9 +16,6 @@ use crate::work::Counters;
 use crate::{
     KluMatrices, Method, NewtonMatrices, RadauBuilder, RadauError, RadauOptions, StepSize,
 };
-
-/// How many components [`Stop::worst_components`] lists.
-const N_WORST: usize = 8;
 
 /// An integration of a [`DaeProblem`] by a Radau IIA method with adaptive steps.
 ///
@@ -73,8 +70,8 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     /// Takes one step of the size the error allows, towards `t_out`.
     ///
     /// `t_out` gives the scale for the first step; steps may go beyond it, but not beyond the stop
-    /// time. After a root it looks for more in the rest of the step, and ends there. Allocates nothing,
-    /// except when a step is rejected, pivots are chosen anew, or a root is found.
+    /// time. After a root it looks for more in the rest of the step, and ends there. Allocates
+    /// nothing, except when a step is rejected, pivots are chosen anew, or a root is found.
     ///
     /// # Errors
     /// [`RadauError::TimeBehind`] and other misuse; [`RadauError::Fatal`] when the problem or the
@@ -116,48 +113,24 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
         let mut cause = String::new();
         loop {
             self.h = Some(wanted);
-            let smallest = self
-                .options
-                .min_step
-                .max(10.0 * f64::EPSILON * self.t.abs());
+            // Below some units of rounding of t a step is no step.
+            let rounding = 10.0 * f64::EPSILON * self.t.abs();
+            let smallest = self.options.min_step.max(rounding);
             if wanted < smallest {
                 let message = format!("the next step, {wanted:e}, is below {smallest:e}{cause}");
                 return Ok(self.stop(StopReason::StepTooSmall, message));
             }
             let h = self.fit(wanted, limit - self.t);
-            let attempt = self.attempt(h, rejected > 0).map_err(|fatal| {
-                let Fatal { function, source } = fatal;
-                RadauError::Fatal {
-                    function,
-                    t: self.t,
-                    h,
-                    source,
-                }
-            })?;
+            let attempt = self.attempt(h, rejected > 0);
             let Rejection {
                 reason,
                 message,
                 step_factor,
-            } = match attempt {
+            } = match attempt.map_err(|fatal| fatal.in_step(self.t, h))? {
                 Attempt::Accepted { proposal } => {
-                    let at_limit = h >= limit - self.t;
-                    self.accept(h, if at_limit { limit } else { self.t + h });
                     let repeated = rejected + unsolved > 0;
                     let next = if repeated { proposal.min(h) } else { proposal };
-                    // A step shortened to meet the limit says little about the next.
-                    let next = if h < wanted {
-                        next.max(wanted)
-                    } else {
-                        self.kept(h, next)
-                    };
-                    self.h = Some(next.min(self.largest_step()));
-                    let t = self.t;
-                    let outcome = if at_limit {
-                        Outcome::StopTime { t }
-                    } else {
-                        Outcome::StepTaken { t }
-                    };
-                    return Ok(outcome);
+                    return Ok(self.taken(h, wanted, limit, next));
                 }
                 Attempt::Rejected(rejection) => rejection,
             };
@@ -175,6 +148,25 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             }
             wanted = step_factor * h;
             cause = format!(", after: {message}");
+        }
+    }
+
+    /// Accepts the step of size `h`, and chooses the next one by the `proposal` of the control.
+    fn taken(&mut self, h: f64, wanted: f64, limit: f64, proposal: f64) -> Outcome {
+        let at_limit = h >= limit - self.t;
+        self.accept(h, if at_limit { limit } else { self.t + h });
+        // A step shortened to meet the limit says little about the next.
+        let next = if h < wanted {
+            proposal.max(wanted)
+        } else {
+            self.kept(h, proposal)
+        };
+        self.h = Some(next.min(self.largest_step()));
+        let t = self.t;
+        if at_limit {
+            Outcome::StopTime { t }
+        } else {
+            Outcome::StepTaken { t }
         }
     }
 
@@ -262,12 +254,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
 
     pub(crate) fn stop(&self, reason: StopReason, message: String) -> Outcome {
         let stats = self.counters.stats;
-        let worst = self.error_test.worst(self.weights.scaled(), N_WORST);
-        let named = |(index, weighted_error)| WorstComponent {
-            index,
-            name: self.problem.component_name(index),
-            weighted_error,
-        };
+        let weighted = self.error_test.weighted(self.weights.scaled());
         Outcome::Stopped(Box::new(Stop {
             reason,
             message,
@@ -275,7 +262,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             last_step: stats.last_step,
             last_order: stats.last_order,
             stats,
-            worst_components: worst.into_iter().map(named).collect(),
+            worst_components: WorstComponent::largest(&self.problem, weighted),
         }))
     }
 }

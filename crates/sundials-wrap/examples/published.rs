@@ -5,8 +5,8 @@
 //! ```
 //! scd is −log10 of the largest error relative to the reference, mescd relative to 1 + |reference|,
 //! both over the components judged (positions and velocities; all but multipliers). Multipliers are
-//! left out of the error test; in Newton's they have an absolute tolerance of 1e10, as in the published
-//! runs, or all variables are weighed by the step (see the row).
+//! left out of the error test; in Newton's they have an absolute tolerance of 1e10, as in the
+//! published runs, or all variables are weighed by the step (see the row).
 
 use std::error::Error;
 use std::path::Path;

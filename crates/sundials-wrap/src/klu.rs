@@ -33,6 +33,7 @@ use num_complex::Complex64;
 pub use crate::factors::{Factors, Pivots};
 use crate::ffi;
 use crate::ffi::klu::{RawNumeric, RawOptions, RawSymbolic};
+use crate::problem::StepError;
 
 /// What can go wrong with a factorisation.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -418,6 +419,18 @@ impl<T: Scalar> std::fmt::Debug for Numeric<T> {
             .field("nnz_factors", &self.nnz_factors())
             .field("usable", &self.usable)
             .finish()
+    }
+}
+
+/// A singular or infinite matrix may become a good one with a smaller step; nothing else may.
+impl From<KluError> for StepError {
+    fn from(error: KluError) -> Self {
+        match error {
+            KluError::Singular { .. } | KluError::NotFinite { .. } => {
+                Self::Recoverable(error.to_string())
+            }
+            other => Self::Fatal(Box::new(other)),
+        }
     }
 }
 

@@ -40,6 +40,46 @@ impl Tolerances {
             absolute: absolute.into(),
         }
     }
+
+    /// The relative tolerance.
+    pub fn relative(&self) -> f64 {
+        match self {
+            Self::Scalar { relative, .. } | Self::Vector { relative, .. } => *relative,
+        }
+    }
+
+    /// The absolute tolerance of component `i`.
+    ///
+    /// # Panics
+    /// If there is no such component.
+    pub fn absolute(&self, i: usize) -> f64 {
+        match self {
+            Self::Scalar { absolute, .. } => *absolute,
+            Self::Vector { absolute, .. } => absolute[i],
+        }
+    }
+
+    fn validate(&self, n: usize) -> Result<(), Error> {
+        at_least_zero("relative tolerance", self.relative())?;
+        match self {
+            Self::Scalar { relative, absolute } => {
+                at_least_zero("absolute tolerance", *absolute)?;
+                if *relative == 0.0 && *absolute == 0.0 {
+                    return invalid("relative and absolute tolerance", 0.0, "not both zero");
+                }
+            }
+            Self::Vector { relative, absolute } => {
+                expect_length("absolute tolerances", n, absolute.len())?;
+                absolute
+                    .iter()
+                    .try_for_each(|&a| at_least_zero("absolute tolerance", a))?;
+                if *relative == 0.0 && absolute.contains(&0.0) {
+                    return invalid("absolute tolerance", 0.0, "> 0 where the relative one is 0");
+                }
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Which components are left out of the local error test (`IDASetSuppressAlg`).
@@ -59,21 +99,26 @@ pub enum Suppressed {
 }
 
 impl Suppressed {
+    /// Whether component `i`, which enters F as `kind` says, is left out.
+    ///
+    /// # Panics
+    /// If components are marked and there is no such one.
+    pub fn leaves_out(&self, i: usize, kind: VariableKind) -> bool {
+        match self {
+            Self::Nothing => false,
+            Self::Algebraic => kind == VariableKind::Algebraic,
+            Self::Components(left_out) => left_out[i],
+        }
+    }
+
     /// IDAS' vector: 1 for a component in the error test, 0 for one left out; `None` if all are in.
     pub(crate) fn id(&self, kinds: &[VariableKind]) -> Result<Option<Vec<f64>>, Error> {
-        match self {
-            Self::Nothing => Ok(None),
-            Self::Algebraic => Ok(Some(differential(kinds))),
-            Self::Components(left_out) => {
-                expect_length("suppressed components", kinds.len(), left_out.len())?;
-                Ok(Some(
-                    left_out
-                        .iter()
-                        .map(|&out| f64::from(u8::from(!out)))
-                        .collect(),
-                ))
-            }
+        if let Self::Components(left_out) = self {
+            expect_length("suppressed components", kinds.len(), left_out.len())?;
         }
+        let tested = |(i, &kind)| f64::from(u8::from(!self.leaves_out(i, kind)));
+        let id = || kinds.iter().enumerate().map(tested).collect();
+        Ok((*self != Self::Nothing).then(id))
     }
 }
 
@@ -207,25 +252,7 @@ impl Default for IdaOptions {
 impl IdaOptions {
     /// Checks what IDAS does not, or does not with numbers, for a problem of `n` unknowns.
     pub(crate) fn validate(&self, n: usize) -> Result<(), Error> {
-        match &self.tolerances {
-            Tolerances::Scalar { relative, absolute } => {
-                at_least_zero("relative tolerance", *relative)?;
-                at_least_zero("absolute tolerance", *absolute)?;
-                if *relative == 0.0 && *absolute == 0.0 {
-                    return invalid("relative and absolute tolerance", 0.0, "not both zero");
-                }
-            }
-            Tolerances::Vector { relative, absolute } => {
-                at_least_zero("relative tolerance", *relative)?;
-                expect_length("absolute tolerances", n, absolute.len())?;
-                absolute
-                    .iter()
-                    .try_for_each(|&a| at_least_zero("absolute tolerance", a))?;
-                if *relative == 0.0 && absolute.contains(&0.0) {
-                    return invalid("absolute tolerance", 0.0, "> 0 where the relative one is 0");
-                }
-            }
-        }
+        self.tolerances.validate(n)?;
         within("max_order", self.max_order as f64, 1.0, 5.0, "1 to 5")?;
         if let Some(step) = self.initial_step {
             finite("initial_step", step)?;

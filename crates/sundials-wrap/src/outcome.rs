@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::problem::DaeProblem;
 use crate::stats::Stats;
 
 /// How a call of the integrator ended. y and ẏ of the solver are those at the time named.
@@ -90,10 +91,32 @@ impl fmt::Display for Stop {
 pub struct WorstComponent {
     /// Its index.
     pub index: usize,
-    /// Its name, from [`DaeProblem::component_name`](crate::DaeProblem::component_name).
+    /// Its name, from [`DaeProblem::component_name`].
     pub name: String,
     /// Estimated local error times error weight: 1 is what the tolerance allows.
     pub weighted_error: f64,
+}
+
+/// How many components [`Stop::worst_components`] lists.
+const N_WORST: usize = 8;
+
+impl WorstComponent {
+    /// The components with the largest of the weighted errors `of_all`, as
+    /// [`Stop::worst_components`] lists them.
+    pub fn largest(
+        problem: &impl DaeProblem,
+        of_all: impl IntoIterator<Item = f64>,
+    ) -> Vec<WorstComponent> {
+        let mut ranked: Vec<_> = of_all.into_iter().map(f64::abs).enumerate().collect();
+        ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+        ranked.truncate(N_WORST);
+        let named = |(index, weighted_error)| WorstComponent {
+            index,
+            name: problem.component_name(index),
+            weighted_error,
+        };
+        ranked.into_iter().map(named).collect()
+    }
 }
 
 /// Why an integration gave up.

@@ -7,10 +7,11 @@
 //! 1 + Σ_k w_k(ξ) (g_k − 1),     g_k = g_∞ + (g_0 − g_∞) (1 − S_k),     S_k ≈ |χ|² of chain k,
 //! ```
 //!
-//! with g_0 for oscillators out of step or at rest, g_∞ for coherent ones. The weights w_k say where
-//! chain k acts: 1 in a region, or shares that sum to 1 everywhere (the paper's E(ξ, t)). Damping
-//! follows the stiffness, β (∂P/∂F : ∇v + …); a change of g by itself gives no damping stress.
-//! The Jacobian has one more block per chain, of rank one: ∂F/∂s = ∂F/∂g_k · (dg_k/dS_k ∂S_k/∂s).
+//! with g_0 for oscillators out of step or at rest, g_∞ for coherent ones. The weights w_k say
+//! where chain k acts: 1 in a region, or shares that sum to 1 everywhere (the paper's E(ξ, t)).
+//! Damping follows the stiffness, β (∂P/∂F : ∇v + …); a change of g by itself gives no damping
+//! stress. The Jacobian has one more block per chain, of rank one: ∂F/∂s = ∂F/∂g_k · (dg_k/dS_k
+//! ∂S_k/∂s).
 
 use myovib_oscillators::SmoothCoherence;
 use nalgebra_sparse::pattern::SparsityPattern;

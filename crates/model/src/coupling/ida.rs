@@ -6,9 +6,9 @@ use super::body::Body;
 use super::dae::CoupledDae;
 use super::error_test::ErrorTest;
 use super::feedback::FeedbackDae;
+use super::solver::CoupledSolver;
 use crate::error::ModelError;
 use crate::ida::{IdaIntegrator, builder};
-use crate::linear::CoupledSolver;
 use crate::settings::LinearSolver;
 
 impl<B: Body> IdaIntegrator<CoupledDae<B>> {

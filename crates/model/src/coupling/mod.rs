@@ -11,10 +11,12 @@
 //! e marks the rows the forcing reaches, w the unknowns that make up u. Without oscillators there
 //! are no further states; without a body ([`NoBody`]) there is no mesh.
 //!
-//! Cast: [`CoupledDae`] is the system, made of a [`Body`] and of [`Oscillators`] with a [`Source`] for
-//! each direction; a [`Recording`] replays a body's motion to oscillators integrated afterwards;
-//! [`ErrorTest`] gives each part its own tolerances; [`start_coupled`] an integrator; [`CoherenceHistory`] is what is observed, and
-//! [`LockCriterion`] judges it. With a [`Feedback`] the coupling is two-way: [`FeedbackDae`].
+//! Cast: [`CoupledDae`] is the system, made of a [`Body`] and of [`Oscillators`] with a [`Source`]
+//! for each direction; a [`Recording`] replays a body's motion to oscillators integrated
+//! afterwards; [`ErrorTest`] gives each part its own tolerances; [`CoupledSolver`] and
+//! [`CoupledMatrices`] continue a body's own linear solver to the oscillators; [`start_coupled`]
+//! gives an integrator; [`CoherenceHistory`] is what is observed, and [`LockCriterion`] judges it.
+//! With a [`Feedback`] the coupling is two-way: [`FeedbackDae`].
 #![doc = include_str!("../../notes/0003-a-chain-beside-a-muscle.md")]
 
 mod body;
@@ -28,6 +30,7 @@ mod no_body;
 mod oscillators;
 mod radau;
 mod recording;
+mod solver;
 mod start;
 
 pub use body::{Body, BodyMatrices, BodySolver};
@@ -40,4 +43,5 @@ pub use no_body::NoBody;
 pub use oscillators::{Oscillators, Source};
 pub use radau::SystemMatrices;
 pub use recording::{Recorder, Recording};
+pub use solver::{CoupledMatrices, CoupledSolver};
 pub use start::{CoupledOptions, start_coupled, start_coupled_from, start_with_feedback};

@@ -92,7 +92,8 @@ impl Oscillators {
         self.drive
     }
 
-    /// The shortest of the oscillators' periods and of the times in which a given motion changes, s.
+    /// The shortest of the oscillators' periods and of the times in which a given motion changes,
+    /// s.
     pub fn time_scale(&self) -> Option<f64> {
         let periods = self.network.omega().iter().map(|omega| TAU / omega);
         let motions = self.sources.iter().filter_map(|source| match source {

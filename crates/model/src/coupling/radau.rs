@@ -7,9 +7,9 @@ use super::body::Body;
 use super::dae::CoupledDae;
 use super::error_test::ErrorTest;
 use super::feedback::FeedbackDae;
+use super::solver::CoupledMatrices;
 use crate::error::ModelError;
 use crate::ida::IdaIntegrator;
-use crate::linear::CoupledMatrices;
 use crate::radau::RadauIntegrator;
 use crate::settings::LinearSolver;
 

@@ -3,14 +3,12 @@
 //! Cast of types: a [`Condensation`] is the elimination of velocities from the Newton matrix, laid
 //! out once for a formulation; [`Condensed`] holds the numbers, real or complex, for one c_j. A
 //! [`Splitting`] and a [`Split`] are the same for the stabilized equations, whose system falls into
-//! two halves; a [`Reduction`] and a [`Reduced`] are either. [`SparseSystem`] factorises, solves and
-//! checks, in the order of one [`Elimination`]. [`CondensedSolver`] is what IDAS calls,
-//! [`CondensedMatrices`] what Radau IIA does; [`CoupledSolver`] and [`CoupledMatrices`] continue
-//! them to the oscillators a body drives.
+//! two halves; a [`Reduction`] and a [`Reduced`] are either. [`SparseSystem`] factorises, solves
+//! and checks, in the order of one [`Elimination`]. [`CondensedSolver`] is what IDAS calls,
+//! [`CondensedMatrices`] what Radau IIA does.
 
 mod condensation;
 mod condensed;
-mod coupled;
 mod number;
 mod product;
 mod radau;
@@ -23,7 +21,6 @@ pub mod supernodal;
 
 pub use condensation::Condensation;
 pub use condensed::Condensed;
-pub use coupled::{CoupledMatrices, CoupledSolver};
 pub use number::Number;
 use number::Quadratic;
 pub use radau::CondensedMatrices;

@@ -103,8 +103,8 @@ mod tests {
 
     #[test]
     fn blocks_of_all_kinds_are_multiplied() {
-        // Columns 0 and 1 have the same rows, two neighbours and one alone; column 2 has neighbours,
-        // column 3 none, column 4 is empty.
+        // Columns 0 and 1 have the same rows, two neighbours and one alone; column 2 has
+        // neighbours, column 3 none, column 4 is empty.
         let lanes: [&[usize]; 5] = [&[0, 1, 3], &[0, 1, 3], &[2, 3], &[0], &[]];
         let mut offsets = vec![0];
         offsets.extend(lanes.iter().scan(0, |end, lane| {

@@ -5,7 +5,6 @@ use num_complex::Complex64;
 use sundials_wrap::StepError;
 use sundials_wrap::klu::{KluError, KluOptions};
 
-use super::structured::step_error;
 use super::{Reduced, Reduction};
 use crate::muscle_dae::MuscleDae;
 
@@ -56,13 +55,11 @@ impl NewtonMatrices<MuscleDae> for CondensedMatrices {
             .set_up(real, values, &mut work)
             .and_then(|()| matrices.try_for_each(|(m, &c)| m.set_up(c, values, &mut work)));
         dae.counters_mut().linear = work;
-        result.map_err(step_error)
+        Ok(result?)
     }
 
     fn solve_real(&mut self, dae: &mut MuscleDae, rhs: &mut [f64]) -> Result<(), StepError> {
-        self.real
-            .solve(rhs, &mut dae.counters_mut().linear)
-            .map_err(step_error)
+        Ok(self.real.solve(rhs, &mut dae.counters_mut().linear)?)
     }
 
     fn solve_complex(
@@ -71,8 +68,6 @@ impl NewtonMatrices<MuscleDae> for CondensedMatrices {
         k: usize,
         rhs: &mut [Complex64],
     ) -> Result<(), StepError> {
-        self.complex[k]
-            .solve(rhs, &mut dae.counters_mut().linear)
-            .map_err(step_error)
+        Ok(self.complex[k].solve(rhs, &mut dae.counters_mut().linear)?)
     }
 }

@@ -1,4 +1,5 @@
-//! A sparse linear system: factorised by dense blocks, checked, and by KLU where that is not enough.
+//! A sparse linear system: factorised by dense blocks, checked, and by KLU where that is not
+//! enough.
 
 use std::sync::Arc;
 

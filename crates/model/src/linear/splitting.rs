@@ -1,17 +1,18 @@
 //! The Newton system of the stabilized equations (33) in two halves.
 //!
-//! The first line of (33), M (q̇ − v) + B(q)ᵀμ = 0, is no kinematic equation: δv would be M⁻¹ of the
-//! rest, which is dense. But μ acts on the motion as λ acts on the momentum. With s = c + α the rows
-//! of the Newton system for a given c are
+//! The first line of (33), M (q̇ − v) + B(q)ᵀμ = 0, is no kinematic equation: δv would be M⁻¹ of
+//! the rest, which is dense. But μ acts on the motion as λ acts on the momentum. With s = c + α the
+//! rows of the Newton system for a given c are
 //!
 //! ```text
 //! (c M + K_μ) δq − M δv + Bᵀ δμ = b_q        B δv + Ḃ δq = b_λ
 //! K δq + s M δv − Bᵀ δλ         = b_v        B δq        = b_μ
 //! ```
 //!
-//! The third and s times the first add up to an equation free of δv, with λ' = δλ − s δμ in the place
-//! of both multipliers. So the motion is found first; with it known, either the third or the first
-//! with the second gives the velocity and a multiplier. Both are saddle problems of half the size:
+//! The third and s times the first add up to an equation free of δv, with λ' = δλ − s δμ in the
+//! place of both multipliers. So the motion is found first; with it known, either the third or the
+//! first with the second gives the velocity and a multiplier. Both are saddle problems of half the
+//! size:
 //!
 //! ```text
 //! ( K + s (c M + K_μ)   −Bᵀ ) ( δq )   ( b_v + s b_q )

@@ -39,22 +39,10 @@ impl StructuredSolver<MuscleDae> for CondensedSolver {
             .matrix
             .set_up(c_j, |matrix| dae.matrix_values(matrix), &mut work);
         dae.counters_mut().linear = work;
-        result.map_err(step_error)
+        Ok(result?)
     }
 
     fn solve(&mut self, dae: &mut MuscleDae, rhs: &mut [f64]) -> Result<(), StepError> {
-        self.matrix
-            .solve(rhs, &mut dae.counters_mut().linear)
-            .map_err(step_error)
-    }
-}
-
-/// A singular or infinite matrix may become a good one with a smaller step; nothing else may.
-pub(super) fn step_error(error: KluError) -> StepError {
-    match error {
-        KluError::Singular { .. } | KluError::NotFinite { .. } => {
-            StepError::Recoverable(error.to_string())
-        }
-        other => StepError::Fatal(Box::new(other)),
+        Ok(self.matrix.solve(rhs, &mut dae.counters_mut().linear)?)
     }
 }

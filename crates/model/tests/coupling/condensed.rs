@@ -1,8 +1,10 @@
 //! A body's own solver with oscillators behind it, against the matrix of the whole system.
 
 use crate::common::{muscle_and_chain, muscle_mesh, start_muscle};
-use myovib_model::coupling::{Body, CoupledDae, Oscillators, Source, StateTolerances};
-use myovib_model::linear::{CondensedMatrices, CoupledMatrices, CoupledSolver, Number};
+use myovib_model::coupling::{
+    Body, CoupledDae, CoupledMatrices, CoupledSolver, Oscillators, Source, StateTolerances,
+};
+use myovib_model::linear::{CondensedMatrices, Number};
 use myovib_model::{
     Field, Formulation, Integrator, LinearSolver, MuscleDae, Outcome, Probe, Settings, paper, run,
 };

@@ -117,6 +117,17 @@ unsafe fn boundary<'a, C>(user_data: *mut c_void) -> &'a mut Boundary<C> {
     unsafe { &mut *user_data.cast::<Boundary<C>>() }
 }
 
+/// y and ẏ as IDAS hands them over.
+///
+/// # Safety
+/// As for [`view`], of both.
+unsafe fn state<'a>(y: N_Vector, y_dot: N_Vector) -> (&'a [f64], &'a [f64]) {
+    // SAFETY: the caller's promise.
+    let y = unsafe { view(y) };
+    // SAFETY: the caller's promise.
+    (y, unsafe { view(y_dot) })
+}
+
 /// Runs a callback; a panic is kept for later and answered as fatal.
 fn guarded<C>(boundary: &mut Boundary<C>, callback: impl FnOnce(&mut C) -> Answer) -> c_int {
     answered(boundary, callback).code()
@@ -148,9 +159,7 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
     // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
-    let y = unsafe { view(y) };
-    // SAFETY: as above.
-    let y_dot = unsafe { view(y_dot) };
+    let (y, y_dot) = unsafe { state(y, y_dot) };
     // SAFETY: as above, but possibly fresh; distinct from y and ẏ.
     let residual = unsafe { zeroed_mut(residual) };
     guarded(boundary, |callbacks| {
@@ -181,9 +190,7 @@ pub(crate) unsafe extern "C" fn jacobian<C: Callbacks>(
     let boundary = unsafe { boundary::<C>(user_data) };
     boundary.note_rcond();
     // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
-    let y = unsafe { view(y) };
-    // SAFETY: as above.
-    let y_dot = unsafe { view(y_dot) };
+    let (y, y_dot) = unsafe { state(y, y_dot) };
     // SAFETY: the matrix is the sparse one attached together with this function.
     let values = unsafe { zeroed_values(matrix) };
     guarded(boundary, |callbacks| {
@@ -210,9 +217,7 @@ pub(crate) unsafe extern "C" fn structured_setup<C: Callbacks>(
     // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
     // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
-    let y = unsafe { view(y) };
-    // SAFETY: as above.
-    let y_dot = unsafe { view(y_dot) };
+    let (y, y_dot) = unsafe { state(y, y_dot) };
     guarded(boundary, |callbacks| {
         callbacks.structured_setup(t, y, y_dot, c_j)
     })
@@ -262,9 +267,7 @@ pub(crate) unsafe extern "C" fn roots<C: Callbacks>(
     // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
     // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
-    let y = unsafe { view(y) };
-    // SAFETY: as above.
-    let y_dot = unsafe { view(y_dot) };
+    let (y, y_dot) = unsafe { state(y, y_dot) };
     let n_roots = boundary.callbacks.n_roots();
     // SAFETY: IDAS allocated n_roots numbers, as IDARootInit was told; this initialises them.
     unsafe { values.write_bytes(0, n_roots) };
@@ -305,9 +308,7 @@ pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
     // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
     // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
-    let y = unsafe { view(y) };
-    // SAFETY: as above.
-    let y_dot = unsafe { view(y_dot) };
+    let (y, y_dot) = unsafe { state(y, y_dot) };
     // SAFETY: as above, but possibly fresh; distinct from y and ẏ.
     let rates = unsafe { zeroed_mut(rates) };
     guarded(boundary, |callbacks| {

@@ -20,9 +20,6 @@ use crate::stats::Stats;
 pub use builder::IdaBuilder;
 use callbacks::Workings;
 
-/// How many components [`Stop::worst_components`] lists.
-const N_WORST: usize = 8;
-
 /// Which values are sought by [`IdaSolver::correct_initial_values`]; the others are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ConsistencyMode {
@@ -152,17 +149,8 @@ impl<P: DaeProblem> IdaSolver<P> {
         self.estimated_local_errors(&mut errors)?;
         let mut weights = vec![0.0; self.n];
         self.error_weights(&mut weights)?;
-        let weighted = errors.iter().zip(&weights).map(|(e, w)| (e * w).abs());
-        let mut ranked: Vec<(usize, f64)> = weighted.enumerate().collect();
-        ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
-        ranked.truncate(N_WORST);
-        let problem = self.problem();
-        let named = |(index, weighted_error)| WorstComponent {
-            index,
-            name: problem.component_name(index),
-            weighted_error,
-        };
-        Ok(ranked.into_iter().map(named).collect())
+        let weighted = errors.iter().zip(&weights).map(|(e, w)| e * w);
+        Ok(WorstComponent::largest(self.problem(), weighted))
     }
 
     /// Corrects the initial values so that F(t0, y0, ẏ0) = 0, by Newton with a line search; to be

@@ -190,7 +190,8 @@ fn what_is_no_number_stops_with_the_function_that_wrote_it() {
     }
 }
 
-/// Numbers whose squares overflow, from each function: a value, a stop or an error, all of it finite.
+/// Numbers whose squares overflow, from each function: a value, a stop or an error, all of it
+/// finite.
 #[test]
 fn huge_numbers_end_by_themselves() {
     for (function, _) in FUNCTIONS {

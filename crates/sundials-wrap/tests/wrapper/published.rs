@@ -315,8 +315,8 @@ fn the_pendulum_goes_through_in_every_form_without_its_multiplier_in_the_error_t
 }
 
 /// Steps and digits of IDA 7.9 with a difference Jacobian and the multipliers unweighted: index 2
-/// 846, 1876 and 3630 steps, stabilized 866, 1780 and 3636, with 2.2, 3.9, 6.1, 2.6, 3.6 and 6.0 mixed
-/// digits; index 3 fails at t = 0.23 or collapses.
+/// 846, 1876 and 3630 steps, stabilized 866, 1780 and 3636, with 2.2, 3.9, 6.1, 2.6, 3.6 and 6.0
+/// mixed digits; index 3 fails at t = 0.23 or collapses.
 #[test]
 fn car_axis_behaves_as_published_in_every_form() {
     let reference = numbers(&reference("s2_caraxis")["ref"]);
@@ -370,8 +370,8 @@ fn car_axis_behaves_as_published_in_every_form() {
     assert_eq!(stop.reason, StopReason::ErrorTestFailures);
 }
 
-/// Steps and error of the states, multipliers out of the error test, when the error of a variable of
-/// index i, also in Newton's method, counts by what it does within the step: (Ωh)^(i−1) times.
+/// Steps and error of the states, multipliers out of the error test, when the error of a variable
+/// of index i, also in Newton's method, counts by what it does within the step: (Ωh)^(i−1) times.
 fn step_scaled<S: Sample + Clone>(
     sample: &S,
     (omega, tol): (f64, f64),
@@ -412,8 +412,8 @@ fn step_scaled<S: Sample + Clone>(
     (solver.stats().steps as f64, error)
 }
 
-/// The index-3 forms that fail or creep with plain weights, at order 5: as many steps as with index 2
-/// within 1.5, and errors that follow the tolerance.
+/// The index-3 forms that fail or creep with plain weights, at order 5: as many steps as with index
+/// 2 within 1.5, and errors that follow the tolerance.
 #[test]
 fn index_3_is_solved_with_weights_that_follow_the_step() {
     fn check<S: Sample + Clone>(sample: &S, omega: f64, t: f64, exact: &[f64], index_2: [f64; 3]) {

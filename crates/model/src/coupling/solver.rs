@@ -14,9 +14,8 @@ use num_complex::Complex64;
 use sundials_wrap::klu::{Factors, KluError, KluOptions, Symbolic};
 use sundials_wrap::{DaeProblem, StepError, StructuredSolver};
 
-use super::Number;
-use super::structured::step_error;
-use crate::coupling::CoupledDae;
+use super::dae::CoupledDae;
+use crate::linear::Number;
 
 /// ∂F_o/∂s and ∂F_o/∂ṡ of one network.
 #[derive(Debug)]
@@ -85,7 +84,7 @@ impl<T: Number> NetworkFactors<T> {
             for (entry, (&value, &rate)) in values.iter_mut().zip(parts) {
                 *entry = T::one() * value + c * rate;
             }
-            factors.renew(values).map_err(step_error)?;
+            factors.renew(values)?;
         }
         Ok(())
     }
@@ -98,7 +97,7 @@ impl<T: Number> NetworkFactors<T> {
             let range = dae.range(k);
             let own = &mut oscillators[range.start - n_body..range.end - n_body];
             dae.oscillators(k).subtract_forcing(body, own);
-            factors.solve(own).map_err(step_error)?;
+            factors.solve(own)?;
         }
         Ok(())
     }
