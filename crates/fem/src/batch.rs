@@ -4,140 +4,20 @@
 //! register has lanes, and [`Lanes`] one number for each of these. Every element is computed alone,
 //! so results do not depend on the width of the registers, to the last bit.
 //!
-//! What works on lanes are loops in functions that are always inlined: a closure, as `array::map`
-//! takes it, is compiled without the instructions it calls, and becomes a call for each.
-//!
 //! A batch holds elements of one law. Per element it keeps the inverse of the affine map and the
 //! area; shape gradients are kept once per quadrature point in reference coordinates, so a batch
 //! moves little memory. Lanes beyond the last element repeat it with area zero. Note 0002.
 
-use std::ops::{Add, Mul, Neg, Range, Sub};
-use std::slice::{from_mut, from_ref};
+use std::ops::Range;
 
 use pulp::Simd;
-use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
 use crate::element::{inverse_map, p1_gradients, p2_gradients};
+use crate::lanes::{Array, LANES, Lanes};
 use crate::material::tensor::TensorOf;
 use crate::material::{Law, Real};
 use crate::quadrature::TriangleRule;
 use crate::space::Space;
-
-/// Elements per batch: one AVX-512 register of f64, two of AVX2.
-pub(crate) const LANES: usize = 8;
-
-/// Numbers of all elements of a batch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(align(64))]
-pub(crate) struct Array(pub(crate) [f64; LANES]);
-
-impl Array {
-    const ZERO: Self = Self([0.0; LANES]);
-}
-
-/// One number for each of as many elements of a batch as a register of the processor holds.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Lanes<S: Simd> {
-    simd: S,
-    value: S::f64s,
-}
-
-impl<S: Simd> Lanes<S> {
-    #[inline(always)]
-    pub(crate) fn zero(simd: S) -> Self {
-        let value = simd.splat_f64s(0.0);
-        Self { simd, value }
-    }
-
-    /// Register number `part` of an array.
-    #[inline(always)]
-    fn load(simd: S, array: &Array, part: usize) -> Self {
-        let value = S::as_simd_f64s(&array.0).0[part];
-        Self { simd, value }
-    }
-
-    /// The numbers as a slice.
-    #[inline(always)]
-    pub(crate) fn as_slice(&self) -> &[f64] {
-        cast_slice(from_ref(&self.value))
-    }
-
-    #[inline(always)]
-    fn as_mut_slice(&mut self) -> &mut [f64] {
-        cast_slice_mut(from_mut(&mut self.value))
-    }
-}
-
-impl<S: Simd> Add for Lanes<S> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        let value = self.simd.add_f64s(self.value, other.value);
-        Self { value, ..self }
-    }
-}
-
-impl<S: Simd> Sub for Lanes<S> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        let value = self.simd.sub_f64s(self.value, other.value);
-        Self { value, ..self }
-    }
-}
-
-impl<S: Simd> Mul for Lanes<S> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        let value = self.simd.mul_f64s(self.value, other.value);
-        Self { value, ..self }
-    }
-}
-
-impl<S: Simd> Mul<f64> for Lanes<S> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn mul(self, factor: f64) -> Self {
-        self * self.like(factor)
-    }
-}
-
-impl<S: Simd> Neg for Lanes<S> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn neg(self) -> Self {
-        let value = self.simd.neg_f64s(self.value);
-        Self { value, ..self }
-    }
-}
-
-impl<S: Simd> Real for Lanes<S> {
-    #[inline(always)]
-    fn like(self, value: f64) -> Self {
-        let value = self.simd.splat_f64s(value);
-        Self { value, ..self }
-    }
-
-    #[inline(always)]
-    fn mul_add(self, a: Self, b: Self) -> Self {
-        let value = self.simd.mul_add_f64s(self.value, a.value, b.value);
-        Self { value, ..self }
-    }
-
-    #[inline(always)]
-    fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
-        for lane in self.as_mut_slice() {
-            *lane = f(*lane);
-        }
-        self
-    }
-}
 
 /// A quadrature point: weight as a fraction of the area, pressure shape functions (which are the
 /// barycentric coordinates), reference gradients of the displacement's.

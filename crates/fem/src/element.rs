@@ -9,7 +9,8 @@ const DLAMBDA: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
 /// The edges' corners, in the order of the midside nodes.
 const EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 
-/// Barycentric coordinates of the nodes of the quadratic triangle; the first three serve the linear.
+/// Barycentric coordinates of the nodes of the quadratic triangle; the first three serve the
+/// linear.
 pub const NODES: [[f64; 3]; 6] = [
     [1.0, 0.0, 0.0],
     [0.0, 1.0, 0.0],

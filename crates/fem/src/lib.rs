@@ -16,6 +16,7 @@ mod error;
 mod fields;
 mod follower;
 pub mod generate;
+mod lanes;
 pub mod load;
 mod mass;
 pub mod material;

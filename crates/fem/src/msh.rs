@@ -1,9 +1,9 @@
 //! Reader of Gmsh's MSH 4.1 ASCII format.
 //!
-//! Reads what a plane mesh needs (sections `PhysicalNames`, `Entities`, `Nodes`, `Elements`; points,
-//! 2-node lines, 3-node triangles) and skips other sections. Counts in headers are never used to
-//! reserve memory, and each counted item consumes a line, so a damaged file ends in an error.
-//! Nodes of no triangle (centres of arcs, say) are dropped.
+//! Reads what a plane mesh needs (sections `PhysicalNames`, `Entities`, `Nodes`, `Elements`;
+//! points, 2-node lines, 3-node triangles) and skips other sections. Counts in headers are never
+//! used to reserve memory, and each counted item consumes a line, so a damaged file ends in an
+//! error. Nodes of no triangle (centres of arcs, say) are dropped.
 //!
 //! Reference: Gmsh reference manual, "MSH file format", version 4.1.
 

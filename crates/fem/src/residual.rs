@@ -2,8 +2,9 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::batch::{Batches, Lanes, Part, Point};
+use crate::batch::{Batches, Part, Point};
 use crate::fields::{Fields, Inverted, Pressure, Vectors};
+use crate::lanes::Lanes;
 use crate::material::tensor::{Strain, TensorOf, Volumetric, scaled};
 use crate::material::{Potential, Real, with_potential};
 

@@ -21,6 +21,7 @@ use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::error::FemError;
+use crate::sparsity::pattern;
 
 /// The parameters of the rod.
 ///
@@ -115,8 +116,8 @@ impl Rod {
     /// Assembles the matrices.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] when EA, ρ or L is not positive, a damping is negative, something is not
-    /// finite or there is no element.
+    /// [`FemError::Parameter`] when EA, ρ or L is not positive, a damping is negative, something is
+    /// not finite or there is no element.
     pub fn new(data: RodData) -> Result<Self, FemError> {
         check(&data)?;
         let h = data.length / data.n_elements as f64;
@@ -367,16 +368,6 @@ fn first_order_pattern(lanes: &SparsityPattern) -> SparsityPattern {
         2 * n,
         (0..2 * n).map(|column_index| column(column_index % n)),
     )
-}
-
-fn pattern(size: usize, columns: impl Iterator<Item = Vec<usize>>) -> SparsityPattern {
-    let (mut offsets, mut rows) = (vec![0], Vec::new());
-    for column in columns {
-        rows.extend(column);
-        offsets.push(rows.len());
-    }
-    SparsityPattern::try_from_offsets_and_indices(size, size, offsets, rows)
-        .expect("columns list their rows in order")
 }
 
 /// Adds up the element matrices `(d, o; o, d)` over the free nodes.

@@ -1,7 +1,7 @@
 //! The operators of a solid: forces, volume defects, their rates and tangents, masses.
 //!
-//! Cast: [`Solid`] owns the spaces, laws and maps, and the constant matrices; [`Fields`] is what the
-//! element loops ([`Solid::evaluate`], [`Solid::tangents`]) are evaluated at; [`Vectors`] and
+//! Cast: [`Solid`] owns the spaces, laws and maps, and the constant matrices; [`Fields`] is what
+//! the element loops ([`Solid::evaluate`], [`Solid::tangents`]) are evaluated at; [`Vectors`] and
 //! [`Tangents`] say which are wanted and where they go. The tangents are related by
 //!
 //! ```text

@@ -4,15 +4,16 @@ use std::collections::BTreeSet;
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use crate::batch::{Batch, LANES};
+use crate::batch::Batch;
 use crate::dofs::{CONSTRAINED, DofMap};
+use crate::lanes::LANES;
 use crate::space::Space;
 
 /// A place that does not exist: a constrained row or column, or a lane without element.
 pub(crate) const NOWHERE: u32 = u32::MAX;
 
 /// A pattern from the sorted rows of each column.
-fn pattern(n_rows: usize, columns: impl Iterator<Item = Vec<usize>>) -> SparsityPattern {
+pub(crate) fn pattern(n_rows: usize, columns: impl Iterator<Item = Vec<usize>>) -> SparsityPattern {
     let (mut offsets, mut rows) = (vec![0], Vec::new());
     for column in columns {
         rows.extend(column);

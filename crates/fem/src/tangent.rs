@@ -2,8 +2,9 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::batch::{Batches, Lanes, Part, Point};
+use crate::batch::{Batches, Part, Point};
 use crate::fields::{Fields, Inverted, Tangents};
+use crate::lanes::Lanes;
 use crate::material::tensor::{Symmetric, TensorOf, UPPER, volume_gradient_rate, volume_tangent};
 use crate::material::{Potential, Real, with_potential};
 use crate::residual::{AtPoint, Local};

@@ -43,7 +43,8 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// The default rule integrates the defect, a polynomial of degree 3, exactly, and the forces at
-/// strains of 20 % to seven digits (measured: 4e-8); the rule of three points, exact to degree 2, does neither.
+/// strains of 20 % to seven digits (measured: 4e-8); the rule of three points, exact to degree 2,
+/// does neither.
 #[test]
 fn the_default_rule_is_exact_for_the_volume_and_close_for_forces() {
     for strain in [0.02, 0.2] {

@@ -8,71 +8,47 @@ use crate::error::InputError;
 
 /// Options of a chain of oscillators.
 #[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Chain")]
 pub struct ChainArgs {
     /// Number of oscillators [default: 20 on the rod, 5 on the muscle].
-    #[arg(long, value_name = "N", help_heading = "Chain")]
+    #[arg(long, value_name = "N")]
     pub oscillators: Option<usize>,
 
     /// Half width of the interval of natural frequencies in rad/s, around 16π [default: 0.05 on
     /// the rod, 0.5 on the muscle].
-    #[arg(
-        long,
-        value_name = "W",
-        help_heading = "Chain",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "W", allow_negative_numbers = true)]
     pub width: Option<f64>,
 
     /// Generator of the frequencies: matlab, chacha8 [default: matlab].
-    #[arg(long, value_name = "NAME", help_heading = "Chain")]
+    #[arg(long, value_name = "NAME")]
     pub generator: Option<GeneratorName>,
 
     /// Seed of the generator [default: 5489].
-    #[arg(long, value_name = "S", help_heading = "Chain")]
+    #[arg(long, value_name = "S")]
     pub seed: Option<u32>,
 
     /// Gain γ of the forcing [default: 1].
-    #[arg(
-        long,
-        value_name = "G",
-        help_heading = "Chain",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "G", allow_negative_numbers = true)]
     pub gamma: Option<f64>,
 
     /// Coupling D of neighbours [default: 3].
-    #[arg(
-        long,
-        value_name = "D",
-        help_heading = "Chain",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "D", allow_negative_numbers = true)]
     pub coupling: Option<f64>,
 
     /// μ of Van der Pol's damping, 1/s [default: 2].
-    #[arg(
-        long,
-        value_name = "MU",
-        help_heading = "Chain",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "MU", allow_negative_numbers = true)]
     pub mu: Option<f64>,
 
     /// a of Duffing's stiffening, 1/s² [default: 0].
-    #[arg(
-        long,
-        value_name = "A",
-        help_heading = "Chain",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
     pub duffing: Option<f64>,
 
     /// Ends of the chain [default: periodic].
-    #[arg(long, help_heading = "Chain", value_enum)]
+    #[arg(long, value_enum)]
     pub ends: Option<EndsName>,
 
     /// Oscillators that the forcing reaches [default: all].
-    #[arg(long, help_heading = "Chain", value_enum)]
+    #[arg(long, value_enum)]
     pub reach: Option<ReachName>,
 }
 

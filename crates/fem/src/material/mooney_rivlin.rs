@@ -75,7 +75,8 @@ impl Potential for MooneyRivlin {
     }
 }
 
-/// J^(−1/3) for normal J > 0, without branches or calls, so that it is vector instructions on lanes.
+/// J^(−1/3) for normal J > 0, without branches or calls, so that it is vector instructions on
+/// lanes.
 ///
 /// The exponent's third gives a guess within 4 %; each step of the cubic iteration
 /// y ← y (1 + r/3 + 2 r²/9), r = 1 − J y³, takes r to about r³/2: 0.1, 6e-4, 1e-10, rounding.

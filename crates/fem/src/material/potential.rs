@@ -26,6 +26,20 @@ pub(crate) struct Third<R> {
     pub(crate) ddd: R,
 }
 
+impl<R: Real> Third<R> {
+    /// Those of a quadratic energy, in numbers of the kind of `d`.
+    #[inline(always)]
+    pub(crate) fn zero(d: R) -> Self {
+        let zero = d.like(0.0);
+        Self {
+            eee: zero,
+            eed: zero,
+            edd: zero,
+            ddd: zero,
+        }
+    }
+}
+
 /// An energy W(e, d); see the [module above](super) for e and d.
 ///
 /// The functions are called on batches: they must not branch on values, and are inlined.

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// `f64` or [`Lanes`](crate::batch::Lanes).
+/// `f64` or [`Lanes`](crate::lanes::Lanes).
 ///
 /// A law is written once for both; the functions are inlined, so that on lanes every operation is
 /// one vector instruction.

@@ -36,12 +36,6 @@ impl Potential for SmallStrain {
 
     #[inline(always)]
     fn third<R: Real>(&self, _e: R, d: R) -> Third<R> {
-        let zero = d.like(0.0);
-        Third {
-            eee: zero,
-            eed: zero,
-            edd: zero,
-            ddd: zero,
-        }
+        Third::zero(d)
     }
 }

@@ -48,12 +48,6 @@ impl Potential for StVenantKirchhoff {
 
     #[inline(always)]
     fn third<R: Real>(&self, _e: R, d: R) -> Third<R> {
-        let zero = d.like(0.0);
-        Third {
-            eee: zero,
-            eed: zero,
-            edd: zero,
-            ddd: zero,
-        }
+        Third::zero(d)
     }
 }

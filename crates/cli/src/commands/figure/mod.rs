@@ -105,13 +105,14 @@ pub struct Options {
     #[arg(long)]
     pub png: bool,
 
-    /// The chain of Figures 2, 3 and 7.
-    #[command(flatten)]
-    pub chain: ChainArgs,
-
     /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
+
+    /// The chain of Figures 2, 3 and 7.
+    // Last, as its heading holds for all that follow.
+    #[command(flatten)]
+    pub chain: ChainArgs,
 }
 
 /// Draws one figure.

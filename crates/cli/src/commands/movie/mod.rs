@@ -60,13 +60,14 @@ pub struct MovieArgs {
     #[arg(long, value_name = "NAME", value_parser = args::integrator)]
     pub integrator: Option<IntegratorKind>,
 
-    /// The options of the chain.
-    #[command(flatten)]
-    pub chain: ChainArgs,
-
     /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
+
+    /// The options of the chain.
+    // Last, as its heading holds for all that follow.
+    #[command(flatten)]
+    pub chain: ChainArgs,
 }
 
 /// Subject of a movie.
