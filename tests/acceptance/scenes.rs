@@ -1,4 +1,5 @@
-//! Scenes: every built-in one runs, killed runs go on, sweeps are stable, nothing is computed in vain.
+//! Scenes: every built-in one runs, killed runs go on, sweeps are stable, nothing is computed in
+//! vain.
 
 use std::fs;
 use std::path::Path;

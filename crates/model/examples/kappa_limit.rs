@@ -4,8 +4,9 @@
 //! cargo run --release -p myovib-model --example kappa_limit
 //! ```
 //! For each κ the largest distance in u_y(0, 0) over [0, 0.6] s from the motion of κ = ∞, beside
-//! the largest u_y of that; by Radau IIA at a relative tolerance of 1e-8. `displacement` is included,
-//! whose limit locks, and `position` with P1–P1 elements, which violate the inf–sup condition.
+//! the largest u_y of that; by Radau IIA at a relative tolerance of 1e-8. `displacement` is
+//! included, whose limit locks, and `position` with P1–P1 elements, which violate the inf–sup
+//! condition.
 
 use std::sync::Arc;
 

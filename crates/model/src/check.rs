@@ -48,7 +48,8 @@ pub enum Computed {
 pub struct Cost {
     /// Steps, to about a factor of two for a run that follows its drive.
     pub steps: f64,
-    /// CPU time of a step, measured on the first steps of the run, s; NaN if it does not get that far.
+    /// CPU time of a step, measured on the first steps of the run, s; NaN if it does not get that
+    /// far.
     pub seconds_per_step: f64,
 }
 
@@ -129,8 +130,8 @@ pub fn check(
     })
 }
 
-/// The index of the scene itself where it is small enough, else on a coarse beam: the index does not
-/// depend on the mesh as long as B has full rank.
+/// The index of the scene itself where it is small enough, else on a coarse beam: the index does
+/// not depend on the mesh as long as B has full rank.
 fn index(dae: &mut MuscleDae, rest: &[f64]) -> Result<(IndexReport, Computed), ModelError> {
     if rest.len() <= LARGEST_SYSTEM {
         return Ok((IndexReport::at(dae, 0.0, rest, rest)?, Computed::Here));

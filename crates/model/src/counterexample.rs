@@ -7,13 +7,14 @@
 //! M q̇ = M v - B̃ᵀμ,   M v̇ = f - A q - D v - Bᵀλ,   0 = B̃ q,   0 = B v.
 //! ```
 //!
-//! v keeps to B v = 0 only, so where B̃ asks for more than B the multiplier μ must take away what B̃
-//! forbids: μ ≠ 0 and q̇ ≠ v. With B̃ = B it is (33), and μ = 0.
+//! v keeps to B v = 0 only, so where B̃ asks for more than B the multiplier μ must take away what
+//! B̃ forbids: μ ≠ 0 and q̇ ≠ v. With B̃ = B it is (33), and μ = 0.
 //!
-//! Small strains, so all matrices are constant, and the multipliers are eliminated by projections: in
-//! coordinates in which M is the identity q̇ = P̃ v, v̇ = P (f - A q - D v), P and P̃ the orthogonal
-//! projections onto the kernels of B and B̃. What follows is the solution of the DAE whatever
-//! integrator would be used, and it exists where B̃ has dependent rows too, where μ is not unique.
+//! Small strains, so all matrices are constant, and the multipliers are eliminated by projections:
+//! in coordinates in which M is the identity q̇ = P̃ v, v̇ = P (f - A q - D v), P and P̃ the
+//! orthogonal projections onto the kernels of B and B̃. What follows is the solution of the DAE
+//! whatever integrator would be used, and it exists where B̃ has dependent rows too, where μ is not
+//! unique.
 
 use myovib_fem::element::{inverse_map, p2_gradients, p2_values};
 use myovib_fem::quadrature::TriangleRule;
@@ -32,8 +33,8 @@ use crate::table1::SMALL_STRAIN;
 const T_END: f64 = 0.5;
 /// Steps of the implicit midpoint rule: 250 in a period of the load.
 const STEPS: usize = 1000;
-/// Eigenvalues of B̃ M⁻¹ B̃ᵀ below this fraction of the largest are zero: far above rounding, and far
-/// below the eigenvalues of operators of full rank on a coarse mesh.
+/// Eigenvalues of B̃ M⁻¹ B̃ᵀ below this fraction of the largest are zero: far above rounding, and
+/// far below the eigenvalues of operators of full rank on a coarse mesh.
 const DEPENDENT: f64 = 1e-10;
 
 /// The space of the extra multiplier.
@@ -69,8 +70,8 @@ impl Solution {
     }
 }
 
-/// Solves with the extra multiplier in `space`, on a mesh with the groups `fixed` and `load` under a
-/// vertical load of 8 Hz.
+/// Solves with the extra multiplier in `space`, on a mesh with the groups `fixed` and `load` under
+/// a vertical load of 8 Hz.
 ///
 /// # Errors
 /// [`ModelError::Fem`] for a mesh without the groups.

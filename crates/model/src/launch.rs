@@ -11,8 +11,8 @@ use crate::projected::Projected;
 use crate::radau::RadauIntegrator;
 use crate::settings::Settings;
 
-/// Starts a muscle at rest at t = 0 with the integrator that `settings` names; when it stops it says
-/// what the index has to do with it.
+/// Starts a muscle at rest at t = 0 with the integrator that `settings` names; when it stops it
+/// says what the index has to do with it.
 ///
 /// # Errors
 /// Settings the integrator does not take.

@@ -108,7 +108,8 @@ impl Matrices {
             .expect("only matrices in use are asked for")
     }
 
-    /// Fills the pressures' stiffness, if it is used, by `factor` times that of `loads` at time `t`.
+    /// Fills the pressures' stiffness, if it is used, by `factor` times that of `loads` at time
+    /// `t`.
     pub(crate) fn update_pressures(&mut self, loads: &[PressureLoad], t: f64, factor: f64) {
         if let Some(values) = &mut self.pressure_stiffness {
             values.fill(0.0);

@@ -1,9 +1,10 @@
 //! Projection onto the constraint at chosen times, for formulations that let it drift.
 //!
 //! `velocity` integrates the differentiated constraint: displacement and velocity leave the
-//! incompressible motions by what the steps' errors add up to. IDAS has no hook for a projection; here
-//! the state is projected between two steps, made consistent anew ([`Start`]), and the integrator starts
-//! again from it, at order 1. What that costs is in the counts, which go on over all starts.
+//! incompressible motions by what the steps' errors add up to. IDAS has no hook for a projection;
+//! here the state is projected between two steps, made consistent anew ([`Start`]), and the
+//! integrator starts again from it, at order 1. What that costs is in the counts, which go on over
+//! all starts.
 //!
 //! Reference: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, section VII.2
 //! (projection methods).

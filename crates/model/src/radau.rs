@@ -97,8 +97,8 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauIntegrator<P, M> {
         })
     }
 
-    /// The same, for a system that changes within `time_scale` (s), if it has such a time: it bounds
-    /// the first step.
+    /// The same, for a system that changes within `time_scale` (s), if it has such a time: it
+    /// bounds the first step.
     pub(crate) fn with_time_scale(self, time_scale: Option<f64>) -> Self {
         Self { time_scale, ..self }
     }

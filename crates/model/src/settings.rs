@@ -149,8 +149,8 @@ pub struct Settings {
     pub ordering: Ordering,
     /// Whether KLU permutes to block triangular form first.
     pub btf: bool,
-    /// First step, s; if not given the integrator's estimate from ẏ, at most 0.08 of the shortest time
-    /// in which a load changes, whatever the end time.
+    /// First step, s; if not given the integrator's estimate from ẏ, at most 0.08 of the shortest
+    /// time in which a load changes, whatever the end time.
     pub initial_step: Option<f64>,
     /// Largest step, s.
     pub max_step: Option<f64>,
@@ -230,8 +230,8 @@ impl Settings {
     }
 }
 
-/// The ordering with the least fill: AMD, except for the whole matrix of (33), where it fills twenty
-/// times as much as COLAMD.
+/// The ordering with the least fill: AMD, except for the whole matrix of (33), where it fills
+/// twenty times as much as COLAMD.
 pub fn default_ordering(formulation: Formulation, linear_solver: LinearSolver) -> Ordering {
     match (formulation, linear_solver) {
         (Formulation::Stabilized, LinearSolver::Full) => Ordering::Colamd,

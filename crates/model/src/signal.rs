@@ -75,8 +75,8 @@ impl Signal {
         }
     }
 
-    /// The shortest time in which it changes by what it changes, s: the period of a sine, the rise of
-    /// a step or a ramp, the distance of a table's rows; none for a constant.
+    /// The shortest time in which it changes by what it changes, s: the period of a sine, the rise
+    /// of a step or a ramp, the distance of a table's rows; none for a constant.
     pub fn time_scale(&self) -> Option<f64> {
         match self {
             Self::Constant(_) => None,

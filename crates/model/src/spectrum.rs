@@ -11,12 +11,12 @@ use crate::muscle::Muscle;
 use crate::start::motion::Motion;
 use crate::start::saddle::Saddle;
 
-/// Iterations of the power method for the fastest mode: enough for two digits of the frequency where
-/// the spectrum is dense at its upper end, as that of a finite element mesh is.
+/// Iterations of the power method for the fastest mode: enough for two digits of the frequency
+/// where the spectrum is dense at its upper end, as that of a finite element mesh is.
 const POWER_ITERATIONS: usize = 60;
 
-/// Small free vibrations about the displacement `q` (free components) with the pressures `pressure`,
-/// undamped: M ü + K u - Bᵀ p = 0, M_p p/κ + B u = 0, all matrices those at the state.
+/// Small free vibrations about the displacement `q` (free components) with the pressures
+/// `pressure`, undamped: M ü + K u - Bᵀ p = 0, M_p p/κ + B u = 0, all matrices those at the state.
 ///
 /// # Errors
 /// [`ModelError::Inverted`] for a state without stress.

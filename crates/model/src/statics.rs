@@ -37,8 +37,8 @@ pub struct Equilibrium {
 /// where it fails and grow where it does not. Prescribed displacements are part of the load.
 ///
 /// # Errors
-/// [`ModelError::NoEquilibrium`] with the part of the load that could be reached, and the element that
-/// was turned inside out, if one was.
+/// [`ModelError::NoEquilibrium`] with the part of the load that could be reached, and the element
+/// that was turned inside out, if one was.
 pub fn equilibrium(muscle: &Muscle, t: f64) -> Result<Equilibrium, ModelError> {
     let mut newton = Newton::new(muscle, t)?;
     let mut x = vec![0.0; newton.layout.n_unknowns()];

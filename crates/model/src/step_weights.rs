@@ -1,11 +1,12 @@
 //! Error weights of multipliers that follow the step size.
 //!
 //! A perturbation δ of the constraint (what Newton's method leaves, or the error of the
-//! displacement) appears in a multiplier of index i as δ/h^(i−1). Its estimated error therefore does
-//! not fall with the step: the error test rejects, the next step is smaller, the estimate larger,
-//! until the step underflows. Weighed by (Ωh)^(i−1), with the angular frequency Ω of the drive, the
-//! multiplier's error counts by what it does to the velocity (i = 2) or displacement (i = 3) within
-//! the step, which does fall. Steps that do not resolve the drive, Ωh > 1, gain nothing.
+//! displacement) appears in a multiplier of index i as δ/h^(i−1). Its estimated error therefore
+//! does not fall with the step: the error test rejects, the next step is smaller, the estimate
+//! larger, until the step underflows. Weighed by (Ωh)^(i−1), with the angular frequency Ω of the
+//! drive, the multiplier's error counts by what it does to the velocity (i = 2) or displacement (i
+//! = 3) within the step, which does fall. Steps that do not resolve the drive, Ωh > 1, gain
+//! nothing.
 //!
 //! Reference: E. Hairer, C. Lubich, M. Roche, *The Numerical Solution of Differential-Algebraic
 //! Systems by Runge–Kutta Methods*, Springer 1989, chapter 7 (errors of index-2 and index-3

@@ -5,9 +5,9 @@ use myovib_fem::generate;
 use myovib_model::counterexample::{MultiplierSpace, solve};
 use myovib_structure::Index;
 
-/// With the pressure's space μ is rounding and the index 2. With the richer one three rows of B̃ are
-/// dependent on this beam, so there is no index and μ is not unique; what there is of it takes away
-/// most of v, and the displacement is wrong by a third.
+/// With the pressure's space μ is rounding and the index 2. With the richer one three rows of B̃
+/// are dependent on this beam, so there is no index and μ is not unique; what there is of it takes
+/// away most of v, and the displacement is wrong by a third.
 #[test]
 fn the_extra_multiplier_needs_the_pressures_space() {
     let mesh = generate::beam(0.1, 0.04, [4, 2]).unwrap();

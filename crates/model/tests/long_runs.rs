@@ -47,8 +47,8 @@ impl<P: DaeProblem, F: FnMut(&mut P, f64, &[f64]) -> f64> Observer<P> for Halves
     }
 }
 
-/// What may be allocated late, by the reader of the high-water mark itself among others, KiB; a leak
-/// of one double per step would be more.
+/// What may be allocated late, by the reader of the high-water mark itself among others, KiB; a
+/// leak of one double per step would be more.
 const SLACK: u64 = 64;
 
 fn assert_constant(name: &str, before: Option<u64>) {
@@ -58,8 +58,8 @@ fn assert_constant(name: &str, before: Option<u64>) {
     }
 }
 
-/// Runs a coupled system of a body and a chain; `quantity` is not to grow from the first half of the
-/// run to the second by more than a factor of 2.
+/// Runs a coupled system of a body and a chain; `quantity` is not to grow from the first half of
+/// the run to the second by more than a factor of 2.
 fn long_run<B: Body>(
     name: &str,
     mut integrator: IdaIntegrator<CoupledDae<B>>,

@@ -25,8 +25,8 @@ fn steps_with_condensed_set_ups_allocate_nothing() {
             ..Settings::paper(formulation)
         };
         let options = RadauOptions {
-            // A new Jacobian wherever Newton takes two iterations; messages of rejected steps, which
-            // allocate, are avoided by small ones.
+            // A new Jacobian wherever Newton takes two iterations; messages of rejected steps,
+            // which allocate, are avoided by small ones.
             jacobian_reuse: 0.0,
             newton_tolerance: Some(1e-6),
             max_step: Some(4e-3),

@@ -119,8 +119,9 @@ fn index_3_agrees_with_the_stabilized_formulation_to_the_tolerance() {
     let stabilized = (Formulation::Stabilized, INF, 0.0);
     let reference = adaptive(stabilized, IntegratorKind::Radau13, 1e-9, t_end);
     println!("rtol     steps  u_y      p");
-    // Beside the tolerance the pressure errs by C h^(s − 1), h the mean step: with s = 3 as at fixed
-    // steps, by 0.08 to 0.15 s⁻² h²; with s = 5 by up to 120 s⁻⁴ h⁴ in the first run of this test.
+    // Beside the tolerance the pressure errs by C h^(s − 1), h the mean step: with s = 3 as at
+    // fixed steps, by 0.08 to 0.15 s⁻² h²; with s = 5 by up to 120 s⁻⁴ h⁴ in the first run of this
+    // test.
     for (kind, c, order) in [
         (IntegratorKind::Radau, 0.2, 2),
         (IntegratorKind::Radau9, 200.0, 4),
@@ -161,7 +162,8 @@ fn in_index_3_the_pressure_errs_by_the_square_of_the_step() {
             RadauIntegrator::new(dae, matrices, options, (0.0, t_end), &zero, &zero).unwrap();
         samples(&mut integrator, t_end)
     };
-    // Seven stages at the second finest of these steps: p of order 6, so far below what is measured.
+    // Seven stages at the second finest of these steps: p of order 6, so far below what is
+    // measured.
     let reference = fixed(IntegratorKind::Radau13, 2.5e-3);
     let errors: Vec<[f64; 2]> = [10e-3, 5e-3, 2.5e-3, 1.25e-3]
         .into_iter()

@@ -126,8 +126,8 @@ fn departure(dae: MuscleDae, start: &Start, field: Field) -> f64 {
     largest / size
 }
 
-/// λ and μ go on from where they start. What is left is the method's: the first steps of BDF give an
-/// index-3 variable to first order only (a thousandth in λ of (28), a tenth in μ of (29)).
+/// λ and μ go on from where they start. What is left is the method's: the first steps of BDF give
+/// an index-3 variable to first order only (a thousandth in λ of (28), a tenth in μ of (29)).
 #[test]
 fn the_first_steps_show_no_transient() {
     for (formulation, kappa, beta) in RUNS {
@@ -145,8 +145,9 @@ fn the_first_steps_show_no_transient() {
     }
 }
 
-/// With κ = ∞ and β > 0 any λ(0) is consistent. From the slow manifold μ goes on at its size; off it
-/// by a tenth of λ the residual is as small, but μ starts at many times that and decays as e^(-t/β).
+/// With κ = ∞ and β > 0 any λ(0) is consistent. From the slow manifold μ goes on at its size; off
+/// it by a tenth of λ the residual is as small, but μ starts at many times that and decays as
+/// e^(-t/β).
 #[test]
 fn off_the_slow_manifold_there_is_a_transient() {
     let beta = 1e-4;
@@ -181,7 +182,8 @@ fn off_the_slow_manifold_there_is_a_transient() {
     assert!(later < 0.3 * off, "{off:.1e} {later:.1e}");
 }
 
-/// The multiplier of (33) stays zero: beside ρ v L, its unit, it is rounding and the error of steps.
+/// The multiplier of (33) stays zero: beside ρ v L, its unit, it is rounding and the error of
+/// steps.
 #[test]
 fn the_stabilising_multiplier_stays_zero() {
     let mut dae = dae(Formulation::Stabilized, INFINITE, 0.0);

@@ -119,8 +119,8 @@ fn other_parameters_give_another_index() {
 }
 
 /// The method sees the matrices alone: an entry added by hand to those of (28) with κ = ∞ changes
-/// the index, the first to 1 where it holds all pressures; where it leaves one out the index stays 3;
-/// a constraint written twice leaves no index.
+/// the index, the first to 1 where it holds all pressures; where it leaves one out the index stays
+/// 3; a constraint written twice leaves no index.
 #[test]
 fn a_formulation_perturbed_by_hand() {
     let muscle = paper::muscle(&mesh(), f64::INFINITY, 0.0).unwrap();

@@ -10,9 +10,9 @@ use num_complex::Complex64;
 /// `f = −(Θ_end − Θ_start)/(2π (t_end − t_start))` with Θ = arg Ψ continued from sample to sample.
 /// Where Ψ passes by 0, Θ makes half a turn faster than any sampling, so that a mean of sampled
 /// instantaneous frequencies misses it; the continued angle does not. It is continued in the frame
-/// that turns with the motion, at the rate `arg Σ conj(Ψ_k) Ψ_{k+1}` per step, in which the centroid
-/// moves slowly and on its short way: there the sense of a passage is the true one. Samples at
-/// which Ψ = 0 have no angle and are passed over.
+/// that turns with the motion, at the rate `arg Σ conj(Ψ_k) Ψ_{k+1}` per step, in which the
+/// centroid moves slowly and on its short way: there the sense of a passage is the true one.
+/// Samples at which Ψ = 0 have no angle and are passed over.
 ///
 /// # Shapes
 /// `t` (ascending, evenly spaced) and `centroid` have the same length.
@@ -57,7 +57,8 @@ pub fn mean_frequency(t: &[f64], centroid: &[Complex64]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// A drive of 8 Hz and a free motion of 7.75 Hz with `ratio` of its strength, over 20 s from 3 s.
+    /// A drive of 8 Hz and a free motion of 7.75 Hz with `ratio` of its strength, over 20 s from 3
+    /// s.
     fn beats(ratio: f64) -> (Vec<f64>, Vec<Complex64>) {
         let t: Vec<f64> = (300..=2300).map(|k| 0.01 * f64::from(k)).collect();
         let turning = |frequency: f64, t: f64| Complex64::cis(-TAU * frequency * t);

@@ -3,8 +3,8 @@
 //! Cast: [`Start`] holds y and ẏ with F(t, y, ẏ) = 0 and, where the DAE has index 2 or 3, the
 //! equations hidden in its derivatives satisfied as well; [`BlockResidual`] says how well.
 //!
-//! Reference: U. M. Ascher, L. R. Petzold, *Computer Methods for Ordinary Differential Equations and
-//! Differential-Algebraic Equations*, SIAM 1998, section 9.2 (hidden constraints).
+//! Reference: U. M. Ascher, L. R. Petzold, *Computer Methods for Ordinary Differential Equations
+//! and Differential-Algebraic Equations*, SIAM 1998, section 9.2 (hidden constraints).
 
 mod dynamics;
 pub(crate) mod motion;
@@ -50,11 +50,11 @@ impl Start {
     ///
     /// # Method
     /// For κ = ∞ both are first projected, q onto ∫ψ (J - 1) = 0 in the H1 norm, v onto
-    /// ∫ψ cof F:∇v = 0 in the norm of the kinetic energy. λ and v̇ follow from the balance of momentum
-    /// with the second derivative of the constraint, λ̇ and v̈ from the derivatives of these. With
-    /// β > 0 only λ + β λ̇ is fixed: of all λ(0) the one with λ̈ = 0 is taken, so that no
-    /// e^(-t/β) starts but for terms of order β² λ̈ (the slow manifold to first order in β).
-    /// For κ < ∞ the constraint gives λ and λ̇ themselves, so that p/κ + J - 1 = 0, which `velocity`
+    /// ∫ψ cof F:∇v = 0 in the norm of the kinetic energy. λ and v̇ follow from the balance of
+    /// momentum with the second derivative of the constraint, λ̇ and v̈ from the derivatives of
+    /// these. With β > 0 only λ + β λ̇ is fixed: of all λ(0) the one with λ̈ = 0 is taken, so that
+    /// no e^(-t/β) starts but for terms of order β² λ̈ (the slow manifold to first order in β). For
+    /// κ < ∞ the constraint gives λ and λ̇ themselves, so that p/κ + J - 1 = 0, which `velocity`
     /// conserves, holds from the start.
     ///
     /// # Shapes
@@ -62,7 +62,8 @@ impl Start {
     ///
     /// # Errors
     /// [`ModelError::Inverted`] or [`ModelError::NotIncompressible`] for a displacement that cannot
-    /// be made consistent, [`ModelError::Klu`] when the pressures are not held (B without full rank).
+    /// be made consistent, [`ModelError::Klu`] when the pressures are not held (B without full
+    /// rank).
     ///
     /// # Panics
     /// If a length is wrong.

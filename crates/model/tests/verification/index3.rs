@@ -180,8 +180,8 @@ fn the_motion_tends_to_the_incompressible_one_like_the_inverse_bulk_modulus() {
     }
 }
 
-/// `velocity` drifts off the constraint, visibly at ten times the paper's load; a projection puts it
-/// back and the integration goes on.
+/// `velocity` drifts off the constraint, visibly at ten times the paper's load; a projection puts
+/// it back and the integration goes on.
 #[test]
 fn projection_takes_the_drift_off_velocity() {
     const EVERY: f64 = 0.8;

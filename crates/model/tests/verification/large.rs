@@ -65,8 +65,8 @@ fn compressed(push: Signal) -> Muscle {
     }
 }
 
-/// A shallow arch, 0.2 m wide and 0.02 m high, clamped at both ends, under a load from above; so damped
-/// that it comes to rest within 1 s.
+/// A shallow arch, 0.2 m wide and 0.02 m high, clamped at both ends, under a load from above; so
+/// damped that it comes to rest within 1 s.
 fn arch(pressure: Signal, kappa: f64) -> Muscle {
     let flat = generate::rectangle([-0.1, 0.0], [0.1, 0.01], [20, 2]).unwrap();
     let raised = flat

@@ -46,7 +46,8 @@ pub struct RunArgs {
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
 
-    /// Change a value of the scene, as in `solid.kappa=inf` or `material[0].c10=2e4`; may be repeated.
+    /// Change a value of the scene, as in `solid.kappa=inf` or `material[0].c10=2e4`; may be
+    /// repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 

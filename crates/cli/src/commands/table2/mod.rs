@@ -30,8 +30,8 @@ use rows::{ROWS, Row};
     Exit code 1 when a run ends otherwise than the paper's."
 )]
 pub struct Table2Args {
-    /// Rows to run, by key: 1, 2, 2m, 3, 3m, 4, 4-order2, 4-suppressed, 31; with Radau IIA 1, 2, 3, 4,
-    /// 31, as the others differ from these in settings of BDF [default: all].
+    /// Rows to run, by key: 1, 2, 2m, 3, 3m, 4, 4-order2, 4-suppressed, 31; with Radau IIA 1, 2, 3,
+    /// 4, 31, as the others differ from these in settings of BDF [default: all].
     #[arg(long, value_name = "KEYS", value_delimiter = ',')]
     pub rows: Vec<String>,
 
@@ -52,8 +52,8 @@ pub struct Table2Args {
     #[arg(long, value_name = "N", value_parser = max_order)]
     pub max_order: Option<MaxOrder>,
 
-    /// What the error test leaves out: `none`, `default` (the row's with BDF, nothing with Radau IIA),
-    /// or a list of q, v, lambda, mu.
+    /// What the error test leaves out: `none`, `default` (the row's with BDF, nothing with Radau
+    /// IIA), or a list of q, v, lambda, mu.
     #[arg(long, value_name = "BLOCKS", default_value = "default")]
     pub suppress: Suppress,
 
