@@ -21,6 +21,8 @@ pub(super) struct Supernode {
     pub(super) entries: Vec<(u32, u32)>,
     /// The supernodes whose first row is among the columns of this one.
     pub(super) children: Vec<Child>,
+    /// Whether the number of supernodes above it is odd.
+    pub(super) is_odd: bool,
 }
 
 /// Where the update of a supernode goes in that of its parent.
@@ -57,6 +59,11 @@ impl Child {
             n_columns,
         }
     }
+
+    /// Entries of its update.
+    pub(super) fn n_entries(&self) -> usize {
+        self.places.len().pow(2)
+    }
 }
 
 /// The runs in `places`, the first of which is number `first` of the child; places of the parent
@@ -86,6 +93,11 @@ impl Supernode {
     /// Entries of its columns of L and rows of U.
     pub(super) fn n_entries(&self) -> usize {
         self.columns.len() * (self.size() + self.rows.len())
+    }
+
+    /// Entries of the updates of all children.
+    pub(super) fn n_child_entries(&self) -> usize {
+        self.children.iter().map(Child::n_entries).sum()
     }
 }
 
@@ -262,6 +274,7 @@ fn partition(structure: &[Vec<u32>]) -> Vec<Supernode> {
             columns,
             entries: Vec::new(),
             children: Vec::new(),
+            is_odd: false,
         })
         .collect()
 }
@@ -284,8 +297,14 @@ fn owners(supernodes: &[Supernode]) -> Vec<usize> {
         .collect()
 }
 
+/// Hangs each supernode on its parent, and counts how deep it is.
 fn connect(supernodes: &mut [Supernode]) {
     let owner = owners(supernodes);
+    for s in (0..supernodes.len()).rev() {
+        if let Some(&first) = supernodes[s].rows.first() {
+            supernodes[s].is_odd = !supernodes[owner[first as usize]].is_odd;
+        }
+    }
     for s in 0..supernodes.len() {
         if let Some(&first) = supernodes[s].rows.first() {
             let parent = owner[first as usize];

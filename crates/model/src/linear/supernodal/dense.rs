@@ -1,45 +1,23 @@
 //! Dense kernels on column-major blocks.
 
+use std::array::from_fn;
+
 use crate::linear::Number;
 
-/// Rows of a tile of [`subtract_outer`]: one register of AVX-512.
+/// Rows of a tile of [`minus_outer`]: one register of AVX-512.
 const TILE_ROWS: usize = 8;
 /// Its columns: with eight accumulators or fewer in registers.
 const TILE_COLUMNS: usize = 4;
 
-/// `y` -= Σ_p x_p a_p for four columns at a time.
+/// `y` -= Σ_p x_p a_p for N columns at a time.
 #[inline(always)]
-fn subtract_four<T: Number>(y: &mut [T], a: [&[T]; 4], x: [T; 4]) {
+fn subtract_columns<T: Number, const N: usize>(y: &mut [T], a: [&[T]; N], x: [T; N]) {
     let n = y.len();
-    let (a0, a1, a2, a3) = (&a[0][..n], &a[1][..n], &a[2][..n], &a[3][..n]);
-    let (x0, x1, x2, x3) = (-x[0], -x[1], -x[2], -x[3]);
+    let a = a.map(|a| &a[..n]);
     for i in 0..n {
-        let first = y[i].plus_product(a0[i], x0).plus_product(a1[i], x1);
-        y[i] = first.plus_product(a2[i], x2).plus_product(a3[i], x3);
-    }
-}
-
-/// `y` -= x a.
-#[inline(always)]
-pub(super) fn subtract<T: Number>(y: &mut [T], a: &[T], x: T) {
-    for (y, &a) in y.iter_mut().zip(a) {
-        *y = y.plus_product(a, -x);
-    }
-}
-
-/// `y` -= A x for column-major A with columns `stride` apart.
-#[inline(always)]
-fn subtract_product<T: Number>(y: &mut [T], a: &[T], stride: usize, x: &[T]) {
-    let column = |p: usize| &a[p * stride..];
-    let mut p = 0;
-    while p + 4 <= x.len() {
-        let columns = [column(p), column(p + 1), column(p + 2), column(p + 3)];
-        subtract_four(y, columns, [x[p], x[p + 1], x[p + 2], x[p + 3]]);
-        p += 4;
-    }
-    while p < x.len() {
-        subtract(y, column(p), x[p]);
-        p += 1;
+        for p in 0..N {
+            y[i] = y[i].plus_product(a[p][i], -x[p]);
+        }
     }
 }
 
@@ -55,34 +33,86 @@ pub(super) fn dot<T: Number>(a: &[T], b: &[T]) -> T {
             lanes[l] = lanes[l].plus_product(a[l], b[l]);
         }
     }
-    lanes.iter().fold(tail, |sum, &lane| sum + lane)
+    for half in [4, 2, 1] {
+        for l in 0..half {
+            let other = lanes[l + half];
+            lanes[l] += other;
+        }
+    }
+    lanes[0] + tail
 }
 
 /// y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the rest: `panel` holds the columns
 /// of L (unit diagonal), `y.len()` rows each.
 #[inline(always)]
 pub(super) fn solve_lower<T: Number>(y: &mut [T], panel: &[T]) {
-    let m = y.len();
-    let k = panel.len() / m;
+    let k = panel.len() / y.len();
     let mut p = 0;
-    while p < k {
-        // Four pivots at a time: their own triangle first, then all rows below in one sweep.
-        let width = (k - p).min(4);
-        for q in p..p + width {
-            let x = -y[q];
-            let column = &panel[q * m..][..m];
-            for i in q + 1..p + width {
-                y[i] = y[i].plus_product(column[i], x);
-            }
-        }
-        let (solved, below) = y.split_at_mut(p + width);
-        subtract_product(below, &panel[p * m + p + width..], m, &solved[p..]);
-        p += width;
+    while p + 4 <= k {
+        solve_lower_columns::<T, 4>(y, panel, p);
+        p += 4;
+    }
+    if p + 2 <= k {
+        solve_lower_columns::<T, 2>(y, panel, p);
+        p += 2;
+    }
+    if p < k {
+        solve_lower_columns::<T, 1>(y, panel, p);
     }
 }
 
+/// The same for N columns from number `p` on: their own triangle, then all rows below in one sweep.
+#[inline(always)]
+fn solve_lower_columns<T: Number, const N: usize>(y: &mut [T], panel: &[T], p: usize) {
+    let m = y.len();
+    let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m..][p..m]);
+    let (pivots, below) = y[p..].split_at_mut(N);
+    let mut x: [T; N] = from_fn(|q| pivots[q]);
+    for q in 0..N {
+        for i in q + 1..N {
+            x[i] = x[i].plus_product(columns[q][i], -x[q]);
+        }
+    }
+    pivots.copy_from_slice(&x);
+    subtract_columns(below, columns.map(|column| &column[N..]), x);
+}
+
+/// y ← U⁻¹ y: `panel` holds the columns of U, `m` rows each, with the inverses of the pivots on the
+/// diagonal.
+#[inline(always)]
+pub(super) fn solve_upper<T: Number>(y: &mut [T], panel: &[T], m: usize) {
+    let mut p = y.len();
+    while p >= 4 {
+        p -= 4;
+        solve_upper_columns::<T, 4>(y, panel, m, p);
+    }
+    if p >= 2 {
+        p -= 2;
+        solve_upper_columns::<T, 2>(y, panel, m, p);
+    }
+    if p == 1 {
+        solve_upper_columns::<T, 1>(y, panel, m, 0);
+    }
+}
+
+/// The same for N columns from number `p` on.
+#[inline(always)]
+fn solve_upper_columns<T: Number, const N: usize>(y: &mut [T], panel: &[T], m: usize, p: usize) {
+    let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m..][..p + N]);
+    let (above, pivots) = y[..p + N].split_at_mut(p);
+    let mut x: [T; N] = from_fn(|q| pivots[q]);
+    for q in (0..N).rev() {
+        x[q] = x[q] * columns[q][p + q];
+        for i in 0..q {
+            x[i] = x[i].plus_product(columns[q][p + i], -x[q]);
+        }
+    }
+    pivots.copy_from_slice(&x);
+    subtract_columns(above, columns, x);
+}
+
 /// Eliminates the columns of a `panel` of `m` rows: L (unit diagonal) and U of the pivots take its
-/// place. `false` for a pivot that is zero or not finite.
+/// place, with the inverses of the pivots on the diagonal. `false` for a pivot that is zero or not finite.
 #[inline(always)]
 pub(super) fn factor_panel<T: Number>(panel: &mut [T], m: usize) -> bool {
     for j in 0..panel.len() / m {
@@ -95,6 +125,7 @@ pub(super) fn factor_panel<T: Number>(panel: &mut [T], m: usize) -> bool {
         if pivot == T::zero() || !num_complex::ComplexFloat::is_finite(inverse) {
             return false;
         }
+        column[j] = inverse;
         for entry in &mut column[j + 1..] {
             *entry = *entry * inverse;
         }
@@ -108,39 +139,36 @@ pub(super) fn factor_panel<T: Number>(panel: &mut [T], m: usize) -> bool {
 pub(super) fn eliminate_rows<T: Number>(upper: &mut [T], r: usize, panel: &[T], m: usize) {
     for j in 1..upper.len() / r {
         let (done, row) = upper[..(j + 1) * r].split_at_mut(j * r);
+        let row = &mut row[..r];
+        let (factor, u) = (|p: usize| panel[p * m + j], |p: usize| &done[p * r..]);
         let mut p = 0;
-        let factor = |p: usize| panel[p * m + j];
-        let u = |p: usize| &done[p * r..][..r];
         while p + 4 <= j {
-            let x = [factor(p), factor(p + 1), factor(p + 2), factor(p + 3)];
-            subtract_four(row, [u(p), u(p + 1), u(p + 2), u(p + 3)], x);
+            subtract_columns::<T, 4>(row, from_fn(|q| u(p + q)), from_fn(|q| factor(p + q)));
             p += 4;
         }
-        while p < j {
-            subtract(row, u(p), factor(p));
-            p += 1;
+        for p in p..j {
+            subtract_columns(row, [u(p)], [factor(p)]);
         }
     }
 }
 
-/// `s` -= A Bᵀ for the `r` × `r` block `s`; A has columns `stride` apart, B is `r` × k.
+/// `s` ← -A Bᵀ, `r` × `r`; A has columns `stride` apart, B is `r` × k.
 #[inline(always)]
-pub(super) fn subtract_outer<T: Number>(s: &mut [T], r: usize, a: &[T], stride: usize, b: &[T]) {
+pub(super) fn minus_outer<T: Number>(s: &mut [T], r: usize, a: &[T], stride: usize, b: &[T]) {
     if r < TILE_ROWS {
+        s.fill(T::zero());
         for (j, column) in s.chunks_exact_mut(r).enumerate() {
             for (p, b) in b.chunks_exact(r).enumerate() {
-                subtract(column, &a[p * stride..][..r], b[j]);
+                subtract_columns(column, [&a[p * stride..]], [b[j]]);
             }
         }
         return;
     }
     let k = b.len() / r;
-    let mut j = 0;
-    while j < r {
-        // The last tiles reach back over ones that are done, and write what is new only.
+    for j in (0..r).step_by(TILE_COLUMNS) {
+        // The last tiles reach back over ones that are done.
         let column = j.min(r - TILE_COLUMNS);
-        let mut i = 0;
-        while i < r {
+        for i in (0..r).step_by(TILE_ROWS) {
             let row = i.min(r - TILE_ROWS);
             let mut tile = [[T::zero(); TILE_ROWS]; TILE_COLUMNS];
             for p in 0..k {
@@ -152,20 +180,12 @@ pub(super) fn subtract_outer<T: Number>(s: &mut [T], r: usize, a: &[T], stride: 
                     }
                 }
             }
-            for c in j - column..TILE_COLUMNS {
+            for (c, tile) in tile.iter().enumerate() {
                 let target = &mut s[(column + c) * r + row..][..TILE_ROWS];
-                if i == row {
-                    for t in 0..TILE_ROWS {
-                        target[t] -= tile[c][t];
-                    }
-                } else {
-                    for t in i - row..TILE_ROWS {
-                        target[t] -= tile[c][t];
-                    }
+                for t in 0..TILE_ROWS {
+                    target[t] = -tile[t];
                 }
             }
-            i += TILE_ROWS;
         }
-        j += TILE_COLUMNS;
     }
 }

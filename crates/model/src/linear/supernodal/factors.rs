@@ -5,7 +5,7 @@ use std::sync::Arc;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::analysis::{Analysis, Child, Run, Supernode};
-use super::dense::{dot, eliminate_rows, factor_panel, solve_lower, subtract, subtract_outer};
+use super::dense::{dot, eliminate_rows, factor_panel, minus_outer, solve_lower, solve_upper};
 use crate::linear::Number;
 
 /// A pivot was zero or not finite: another order, or exchanges of pivots, are needed.
@@ -16,15 +16,15 @@ pub struct ZeroPivot;
 /// LU factors in dense blocks. After construction nothing allocates.
 ///
 /// For a supernode of k columns and r rows below them: L and U of its columns, (k + r) × k, and
-/// then its rows of U, transposed, r × k; all column-major, one supernode after the other.
+/// then its rows of U, transposed, r × k; all column-major, one supernode after the other. In the
+/// place of the pivots are their inverses.
 #[derive(Debug, Clone)]
 pub struct Supernodal<T: Number> {
     analysis: Arc<Analysis>,
     factors: Vec<T>,
-    /// What a supernode subtracts from those above it.
-    update: Vec<T>,
-    /// Updates waiting for their parents, the youngest on top.
-    stack: Vec<T>,
+    /// Updates waiting for their parents, the youngest on top: those of supernodes at even and at
+    /// odd depth, so that one is formed in its place while those of the children are read.
+    stacks: [Vec<T>; 2],
     x: Vec<T>,
     gathered: Vec<T>,
     arch: Arch,
@@ -39,8 +39,7 @@ impl<T: Number> Supernodal<T> {
         };
         Self {
             factors: zeros(analysis.n_entries()),
-            update: zeros(largest(|node| node.rows.len()).pow(2)),
-            stack: zeros(stack_height(&analysis)),
+            stacks: stack_heights(&analysis).map(zeros),
             x: zeros(analysis.n()),
             gathered: zeros(largest(Supernode::size)),
             arch: Arch::new(),
@@ -65,37 +64,50 @@ impl<T: Number> Supernodal<T> {
         let Self {
             analysis,
             factors,
-            update,
-            stack,
+            stacks,
             ..
         } = self;
-        let mut top = 0;
+        let [even, odd] = stacks;
+        let mut tops = [0; 2];
         let mut rest = &mut factors[..];
         for node in &analysis.supernodes {
             let (m, k, r) = (node.size(), node.columns.len(), node.rows.len());
             let block;
             (block, rest) = rest.split_at_mut(node.n_entries());
-            let update = &mut update[..r * r];
             block.fill(T::zero());
-            update.fill(T::zero());
             for &(index, position) in &node.entries {
-                block[position as usize] += values[index as usize];
+                block[position as usize] = values[index as usize];
             }
             let (panel, upper) = block.split_at_mut(m * k);
-            for child in node.children.iter().rev() {
-                let n = child.places.len();
-                top -= n * n;
-                child.add(&stack[top..][..n * n], k, panel, upper, update);
+            let [top_even, top_odd] = &mut tops;
+            let (own, top, below, top_below) = match node.is_odd {
+                false => (&mut *even, top_even, &*odd, top_odd),
+                true => (&mut *odd, top_odd, &*even, top_even),
+            };
+            let bottom = *top_below - node.n_child_entries();
+            let of_children = &below[bottom..*top_below];
+            *top_below = bottom;
+            let mut updates = of_children;
+            for child in &node.children {
+                let of_child;
+                (of_child, updates) = updates.split_at(child.n_entries());
+                child.add_to_pivots(of_child, k, panel, upper);
             }
             if !factor_panel(panel, m) {
                 return Err(ZeroPivot);
             }
             if r > 0 {
                 eliminate_rows(upper, r, panel, m);
-                subtract_outer(update, r, &panel[k..], m, upper);
+                let update = &mut own[*top..][..r * r];
+                minus_outer(update, r, &panel[k..], m, upper);
+                let mut updates = of_children;
+                for child in &node.children {
+                    let of_child;
+                    (of_child, updates) = updates.split_at(child.n_entries());
+                    child.add_to_update(of_child, k, r, update);
+                }
+                *top += r * r;
             }
-            stack[top..][..r * r].copy_from_slice(update);
-            top += r * r;
         }
         Ok(())
     }
@@ -145,11 +157,7 @@ impl<T: Number> Supernodal<T> {
                     *pivot -= dot(row, right);
                 }
             }
-            for (p, column) in panel.chunks_exact(m).enumerate().rev() {
-                let (above, rest) = pivots.split_at_mut(p);
-                rest[0] = rest[0] / column[p];
-                subtract(above, &column[..p], rest[0]);
-            }
+            solve_upper(pivots, panel, m);
         }
         for (&x, &original) in x.iter().zip(&analysis.order) {
             rhs[original] = x;
@@ -158,17 +166,9 @@ impl<T: Number> Supernodal<T> {
 }
 
 impl Child {
-    /// Adds the `update` of this child to the columns, rows and update of its parent, which has
-    /// `k` columns.
+    /// Adds the `update` of this child to the `k` columns and rows of its parent's pivots.
     #[inline(always)]
-    fn add<T: Number>(
-        &self,
-        update: &[T],
-        k: usize,
-        panel: &mut [T],
-        upper: &mut [T],
-        above: &mut [T],
-    ) {
+    fn add_to_pivots<T: Number>(&self, update: &[T], k: usize, panel: &mut [T], upper: &mut [T]) {
         let n = self.places.len();
         let m = panel.len() / k;
         let r = m - k;
@@ -184,6 +184,16 @@ impl Child {
             for (&row, &update) in own.iter().zip(update) {
                 upper[row as usize * r + column] += update;
             }
+        }
+    }
+
+    /// Adds the rest of it to the update of its parent.
+    #[inline(always)]
+    fn add_to_update<T: Number>(&self, update: &[T], k: usize, r: usize, above: &mut [T]) {
+        let n = self.places.len();
+        let columns = self.places[self.n_columns..].iter();
+        for (&column, update) in columns.zip(update[self.n_columns * n..].chunks_exact(n)) {
+            let column = column as usize - k;
             add_runs(&self.row_runs, update, &mut above[column * r..][..r]);
         }
     }
@@ -232,15 +242,14 @@ impl<T: Number> WithSimd for Solve<'_, T> {
     }
 }
 
-/// The most entries that wait for their parents at once.
-fn stack_height(analysis: &Analysis) -> usize {
-    let (mut top, mut highest) = (0_usize, 0);
+/// The most entries that wait for their parents at once, at even depth and at odd.
+fn stack_heights(analysis: &Analysis) -> [usize; 2] {
+    let (mut tops, mut highest) = ([0; 2], [0; 2]);
     for node in &analysis.supernodes {
-        for child in &node.children {
-            top -= child.places.len().pow(2);
-        }
-        top += node.rows.len().pow(2);
-        highest = highest.max(top);
+        let own = usize::from(node.is_odd);
+        tops[own] += node.rows.len().pow(2);
+        highest[own] = highest[own].max(tops[own]);
+        tops[1 - own] -= node.n_child_entries();
     }
     highest
 }
