@@ -3,7 +3,6 @@
 use std::f64::consts::TAU;
 
 use cpu_time::ThreadTime;
-use myovib_fem::generate;
 use sundials_wrap::DaeProblem;
 
 use crate::advice::{Advice, Finding, Remedy};
@@ -19,7 +18,7 @@ use crate::muscle_dae::MuscleDae;
 use crate::settings::Settings;
 use crate::spectrum;
 use crate::start::{BlockResidual, residuals};
-use crate::table1::Case;
+use crate::table1::{Case, coarse_beam};
 
 /// Modes looked at beside the drive.
 const SLOW_MODES: usize = 3;
@@ -145,8 +144,10 @@ fn index(dae: &mut MuscleDae, rest: &[f64]) -> Result<(IndexReport, Computed), M
         beta: muscle.parameters.beta,
         printed: None,
     };
-    let mesh = generate::beam(0.1, 0.04, [3, 2])?;
-    Ok((case.at_random_state(&mesh, 1)?, Computed::OnCoarseBeam))
+    Ok((
+        case.at_random_state(&coarse_beam(3)?, 1)?,
+        Computed::OnCoarseBeam,
+    ))
 }
 
 fn modes(muscle: &Muscle) -> Result<(Vec<f64>, f64), ModelError> {

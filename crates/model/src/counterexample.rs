@@ -18,16 +18,14 @@
 
 use myovib_fem::element::{inverse_map, p2_gradients, p2_values};
 use myovib_fem::quadrature::TriangleRule;
-use myovib_fem::{Fields, Mesh, Pressure, Solid, Tangents};
+use myovib_fem::{Mesh, Solid};
 use myovib_structure::{Index, Pencil, PencilStructure};
 use nalgebra::{DMatrix, DVector};
-use nalgebra_sparse::CscMatrix;
 
 use crate::error::ModelError;
-use crate::inf_sup::divergence;
+use crate::operators;
 use crate::paper;
 use crate::signal::Signal;
-use crate::table1::SMALL_STRAIN;
 
 /// Time over which the solutions are compared, s: four periods of the load.
 const T_END: f64 = 0.5;
@@ -77,7 +75,7 @@ impl Solution {
 /// [`ModelError::Fem`] for a mesh without the groups.
 pub fn solve(mesh: &Mesh, space: MultiplierSpace) -> Result<Solution, ModelError> {
     let amplitude = Signal::Constant(paper::LOAD_AMPLITUDE);
-    let muscle = paper::muscle_with_load(mesh, SMALL_STRAIN, f64::INFINITY, 0.0, amplitude)?;
+    let muscle = paper::muscle_with_load(mesh, paper::SMALL_STRAIN, f64::INFINITY, 0.0, amplitude)?;
     let solid = &muscle.solid;
     let mut load = vec![0.0; solid.dofs().n_full()];
     for part in &muscle.loads {
@@ -86,13 +84,15 @@ pub fn solve(mesh: &Mesh, space: MultiplierSpace) -> Result<Solution, ModelError
     let mut force = vec![0.0; solid.dofs().n_free()];
     solid.dofs().restrict(&load, &mut force);
 
-    let pressures = DMatrix::from(&divergence(solid)?);
+    let rest = operators::rest(solid);
+    let pressures = DMatrix::from(&operators::divergence(solid, &rest)?);
     let extra = match space {
         MultiplierSpace::Linear => pressures.clone(),
         MultiplierSpace::Quadratic => quadratic_divergence(solid),
     };
-    let mass = on_displacements(solid, solid.mass_values());
-    let stiffness = stiffness(solid)?;
+    let mass = DMatrix::from(&operators::mass(solid));
+    let no_pressure = operators::no_pressure(solid);
+    let stiffness = DMatrix::from(&operators::stiffness(solid, &rest, &no_pressure)?);
     let index = index(&mass, &stiffness, &pressures, &extra)?;
 
     // x ↦ Lᵀx makes M = L Lᵀ the identity.
@@ -146,7 +146,7 @@ fn integrate(
     let push = keeps_pressure * force;
     let load = Signal::Sine {
         amplitude: 1.0,
-        frequency: 8.0,
+        frequency: paper::LOAD_FREQUENCY,
         phase: 0.0,
     };
 
@@ -214,24 +214,6 @@ fn quadratic_divergence(solid: &Solid) -> DMatrix<f64> {
         }
     }
     full.select_columns(solid.dofs().free_to_full())
-}
-
-fn stiffness(solid: &Solid) -> Result<DMatrix<f64>, ModelError> {
-    let rest = vec![0.0; solid.dofs().n_full()];
-    let pressure = vec![0.0; solid.space().n_vertices()];
-    let mut values = vec![0.0; solid.displacement_pattern().nnz()];
-    let mut wanted = Tangents {
-        stiffness: Some(&mut values),
-        ..Tangents::default()
-    };
-    solid.tangents(&Fields::new(&rest, Pressure::Nodal(&pressure)), &mut wanted)?;
-    Ok(on_displacements(solid, values))
-}
-
-fn on_displacements(solid: &Solid, values: Vec<f64>) -> DMatrix<f64> {
-    let pattern = solid.displacement_pattern().clone();
-    let matrix = CscMatrix::try_from_pattern_and_values(pattern, values);
-    DMatrix::from(&matrix.expect("values of the pattern"))
 }
 
 /// The index of the equations above with unknowns q, v, λ, μ.

@@ -1,7 +1,6 @@
 //! IDAS as an [`Integrator`] of a model.
 
-use sundials_wrap::klu::KluOptions;
-use sundials_wrap::{DaeProblem, IdaBuilder, IdaOptions, IdaSolver, Suppressed, Tolerances};
+use sundials_wrap::{DaeProblem, IdaBuilder, IdaOptions, IdaSolver, Suppressed};
 
 use crate::error::ModelError;
 use crate::first_step::look_ahead;
@@ -141,22 +140,13 @@ pub(crate) fn builder<P: DaeProblem>(problem: P, options: IdaOptions, t_end: f64
 pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
     let layout = dae.layout();
     IdaOptions {
-        tolerances: Tolerances::vector(
-            settings.relative_tolerance,
-            layout.fill(|field| settings.absolute_tolerances.of(field)),
-        ),
-        suppressed: Suppressed::Components(
-            layout.fill(|field| settings.suppressed.contains(&field)),
-        ),
+        tolerances: settings.tolerances(layout),
+        suppressed: Suppressed::Components(settings.left_out(layout)),
         max_order: usize::from(settings.max_order),
         delta_cj: settings.delta_cj,
         initial_step: settings.initial_step,
         max_step: settings.max_step,
-        klu: KluOptions {
-            ordering: settings.ordering,
-            btf: settings.btf,
-            ..KluOptions::default()
-        },
+        klu: settings.klu(),
         ..IdaOptions::default()
     }
 }

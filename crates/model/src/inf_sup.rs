@@ -3,10 +3,9 @@
 use std::fmt;
 use std::sync::Arc;
 
-use myovib_fem::{DofMap, Fields, Law, Mesh, Pressure, Solid, Space, Tangents};
+use myovib_fem::{DofMap, Law, Mesh, Solid, Space};
 use myovib_structure::InfSup;
 use nalgebra_sparse::CscMatrix;
-use nalgebra_sparse::pattern::SparsityPattern;
 use sundials_wrap::DaeProblem;
 
 use crate::error::ModelError;
@@ -14,6 +13,7 @@ use crate::formulation::Formulation;
 use crate::index::{IndexReport, LARGEST_SYSTEM};
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
+use crate::operators;
 use crate::parameters::Parameters;
 
 /// A displacement space with the pressures on the same mesh.
@@ -120,11 +120,7 @@ pub fn levels(
 /// # Errors
 /// [`ModelError::Structure`] when B cannot be looked at, as for a body on which nothing is free.
 pub fn constants(solid: &Solid) -> Result<InfSup, ModelError> {
-    let h1 = matrix(solid.displacement_pattern(), solid.gradient_values());
-    let l2 = matrix(
-        solid.pressure_pattern(),
-        solid.pressure_mass_values().to_vec(),
-    );
+    let (h1, l2) = (operators::gradients(solid), operators::pressure_mass(solid));
     Ok(InfSup::of(&divergence(solid)?, &h1, &l2)?)
 }
 
@@ -141,30 +137,12 @@ fn body(pair: Pair, mesh: &Mesh, fixed: &[&str]) -> Result<Solid, ModelError> {
 }
 
 /// B at rest.
-pub(crate) fn divergence(solid: &Solid) -> Result<CscMatrix<f64>, ModelError> {
-    let rest = vec![0.0; 2 * solid.space().n_nodes()];
-    let pressure = vec![0.0; solid.space().n_vertices()];
-    let mut values = vec![0.0; solid.divergence_pattern().nnz()];
-    let mut wanted = Tangents {
-        divergence: Some(&mut values),
-        ..Tangents::default()
-    };
-    solid.tangents(&Fields::new(&rest, Pressure::Nodal(&pressure)), &mut wanted)?;
-    Ok(matrix(solid.divergence_pattern(), values))
-}
-
-fn matrix(pattern: &SparsityPattern, values: Vec<f64>) -> CscMatrix<f64> {
-    CscMatrix::try_from_pattern_and_values(pattern.clone(), values).expect("values of the pattern")
+fn divergence(solid: &Solid) -> Result<CscMatrix<f64>, ModelError> {
+    Ok(operators::divergence(solid, &operators::rest(solid))?)
 }
 
 fn index_at_rest(solid: Solid) -> Result<Option<IndexReport>, ModelError> {
-    let muscle = Muscle {
-        solid,
-        parameters: Parameters::new(0.0, 0.0, f64::INFINITY)?,
-        loads: Vec::new(),
-        pressures: Vec::new(),
-        prescribed: Vec::new(),
-    };
+    let muscle = Muscle::unloaded(solid, Parameters::new(0.0, 0.0, f64::INFINITY)?);
     let mut dae = MuscleDae::for_analysis(muscle, Formulation::Position);
     let rest = vec![0.0; dae.n_unknowns()];
     (rest.len() <= LARGEST_SYSTEM)

@@ -223,6 +223,16 @@ mod tests {
         Solid::uniform(space, dofs, Law::MooneyRivlin { c10: 1e4, c01: 2e2 }, 1e3).unwrap()
     }
 
+    fn snapshot<'a>(solid: &'a Solid, u: &'a [f64], p: &'a [f64]) -> Snapshot<'a> {
+        Snapshot {
+            solid,
+            displacement: u,
+            velocity: u,
+            pressure: Pressure::Nodal(p),
+            factors: None,
+        }
+    }
+
     #[test]
     fn averages_of_quadratic_fields_are_exact() {
         let solid = solid();
@@ -234,13 +244,7 @@ mod tests {
             .flat_map(|p| [p[0] * p[0], 0.0])
             .collect();
         let p = vec![0.0; space.n_vertices()];
-        let snapshot = Snapshot {
-            solid: &solid,
-            displacement: &u,
-            velocity: &u,
-            pressure: Pressure::Nodal(&p),
-            factors: None,
-        };
+        let snapshot = snapshot(&solid, &u, &p);
         for (group, mean) in [("right", 4.0), ("body", 4.0 / 3.0)] {
             let quantities = [Quantity::Displacement, Quantity::Pressure];
             let measurement = Measurement::average(space, group, &quantities).unwrap();
@@ -263,13 +267,7 @@ mod tests {
             .flat_map(|p| [0.1 * p[0], 0.0])
             .collect();
         let p = vec![-50.0; space.n_vertices()];
-        let snapshot = Snapshot {
-            solid: &solid,
-            displacement: &u,
-            velocity: &u,
-            pressure: Pressure::Nodal(&p),
-            factors: None,
-        };
+        let snapshot = snapshot(&solid, &u, &p);
         let quantities = [Quantity::VolumeRatio, Quantity::Stress];
         let mut values = Vec::new();
         let point = Measurement::at(space, [0.7, 0.4], &quantities).unwrap();

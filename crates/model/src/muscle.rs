@@ -23,6 +23,17 @@ pub struct Muscle {
 }
 
 impl Muscle {
+    /// A body on which nothing acts.
+    pub fn unloaded(solid: Solid, parameters: Parameters) -> Self {
+        Self {
+            solid,
+            parameters,
+            loads: Vec::new(),
+            pressures: Vec::new(),
+            prescribed: Vec::new(),
+        }
+    }
+
     /// Number of coefficients q and λ with the constrained nodes counted, as the paper counts.
     pub fn n_unknowns_paper(&self) -> usize {
         2 * self.solid.space().n_nodes() + self.solid.space().n_vertices()

@@ -17,10 +17,13 @@ use crate::signal::Signal;
 pub const DENSITY: f64 = 1.1e3;
 /// Mass-proportional damping α, 1/s.
 pub const ALPHA: f64 = 1.0;
+const C10: f64 = 1.0e4;
+const C01: f64 = 2.0e2;
 /// Material law of (20).
-pub const LAW: Law = Law::MooneyRivlin {
-    c10: 1.0e4,
-    c01: 2.0e2,
+pub const LAW: Law = Law::MooneyRivlin { c10: C10, c01: C01 };
+/// What [`LAW`] becomes for small strains: ζ = 2 (c10 + c01). Paper: eq. (26).
+pub const SMALL_STRAIN: Law = Law::SmallStrain {
+    shear_modulus: 2.0 * (C10 + C01),
 };
 /// Bulk modulus κ of the paper's preferred pair, Pa.
 pub const KAPPA: f64 = 1e5;

@@ -1,8 +1,7 @@
 //! Radau IIA as an [`Integrator`] of a model.
 
 use myovib_radau::{KluMatrices, Method, NewtonMatrices, RadauBuilder, RadauOptions, RadauSolver};
-use sundials_wrap::klu::KluOptions;
-use sundials_wrap::{DaeProblem, Suppressed, Tolerances};
+use sundials_wrap::{DaeProblem, Suppressed};
 
 use crate::error::ModelError;
 use crate::first_step::look_ahead;
@@ -146,23 +145,14 @@ pub fn matrices(
 pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
     let layout = dae.layout();
     RadauOptions {
-        tolerances: Tolerances::vector(
-            settings.relative_tolerance,
-            layout.fill(|field| settings.absolute_tolerances.of(field)),
-        ),
-        suppressed: Suppressed::Components(
-            layout.fill(|field| settings.suppressed.contains(&field)),
-        ),
+        tolerances: settings.tolerances(layout),
+        suppressed: Suppressed::Components(settings.left_out(layout)),
         stages: settings.integrator.stages().unwrap_or(3),
         initial_step: settings.initial_step,
         max_step: settings.max_step,
         jacobian_reuse: 0.1,
         step_window: (1.0, 2.0),
-        klu: KluOptions {
-            ordering: settings.ordering,
-            btf: settings.btf,
-            ..KluOptions::default()
-        },
+        klu: settings.klu(),
         ..RadauOptions::default()
     }
 }

@@ -1,9 +1,10 @@
 //! What a user chooses of the time integration, with the paper's values as default.
 
-use sundials_wrap::klu::Ordering;
+use sundials_wrap::Tolerances;
+use sundials_wrap::klu::{KluOptions, Ordering};
 
 use crate::error::ModelError;
-use crate::field::Field;
+use crate::field::{Field, Layout};
 use crate::formulation::Formulation;
 
 /// Absolute tolerances per block of unknowns, in the units of the block.
@@ -209,6 +210,26 @@ impl Settings {
             relative_tolerance: rtol,
             absolute_tolerances: self.absolute_tolerances.scaled(factor),
             ..self
+        }
+    }
+
+    /// The tolerances of all unknowns.
+    pub(crate) fn tolerances(&self, layout: &Layout) -> Tolerances {
+        let absolute = layout.fill(|field| self.absolute_tolerances.of(field));
+        Tolerances::vector(self.relative_tolerance, absolute)
+    }
+
+    /// The unknowns left out of the error test.
+    pub(crate) fn left_out(&self, layout: &Layout) -> Vec<bool> {
+        layout.fill(|field| self.suppressed.contains(&field))
+    }
+
+    /// What KLU is told.
+    pub(crate) fn klu(&self) -> KluOptions {
+        KluOptions {
+            ordering: self.ordering,
+            btf: self.btf,
+            ..KluOptions::default()
         }
     }
 

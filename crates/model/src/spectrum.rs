@@ -1,13 +1,12 @@
 //! Eigenfrequencies and modes of the muscle, linearised about a state.
 
-use myovib_fem::{Fields, Pressure, Tangents};
 use myovib_structure::{Constraint, Mode, Vibration, modes};
 use nalgebra::DVector;
 use nalgebra_sparse::CscMatrix;
-use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::error::ModelError;
 use crate::muscle::Muscle;
+use crate::operators;
 use crate::start::motion::Motion;
 use crate::start::saddle::Saddle;
 
@@ -26,24 +25,13 @@ const POWER_ITERATIONS: usize = 60;
 pub fn vibration(muscle: &Muscle, q: &[f64], pressure: &[f64]) -> Result<Vibration, ModelError> {
     let solid = &muscle.solid;
     let motion = at_rest(muscle, q);
-    let mut stiffness = vec![0.0; solid.displacement_pattern().nnz()];
-    let mut wanted = Tangents {
-        stiffness: Some(&mut stiffness),
-        ..Tangents::default()
-    };
-    let fields = Fields::new(&motion.displacement, Pressure::Nodal(pressure));
-    solid.tangents(&fields, &mut wanted)?;
-    let compliance: Vec<f64> = solid
-        .pressure_mass_values()
-        .iter()
-        .map(|m_p| muscle.parameters.inv_kappa * m_p)
-        .collect();
+    let compliance = operators::pressure_mass(solid) * muscle.parameters.inv_kappa;
     Ok(Vibration::new(
-        matrix(solid.displacement_pattern(), solid.mass_values()),
-        matrix(solid.displacement_pattern(), stiffness),
+        operators::mass(solid),
+        operators::stiffness(solid, &motion.displacement, pressure)?,
         Some(Constraint {
             operator: motion.divergence()?,
-            compliance: matrix(solid.pressure_pattern(), compliance),
+            compliance,
         }),
     )?)
 }
@@ -72,28 +60,16 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
     let rest = vec![0.0; solid.dofs().n_free()];
     let motion = at_rest(muscle, &rest);
     let b = motion.divergence()?;
-    let mass = matrix(solid.displacement_pattern(), solid.mass_values());
-    let no_pressure = vec![0.0; solid.space().n_vertices()];
-    let mut stiffness = vec![0.0; solid.displacement_pattern().nnz()];
-    let mut wanted = Tangents {
-        stiffness: Some(&mut stiffness),
-        ..Tangents::default()
-    };
-    let fields = Fields::new(&motion.displacement, Pressure::Nodal(&no_pressure));
-    solid.tangents(&fields, &mut wanted)?;
-    let stiffness = matrix(solid.displacement_pattern(), stiffness);
+    let mass = operators::mass(solid);
+    let no_pressure = operators::no_pressure(solid);
+    let stiffness = operators::stiffness(solid, &motion.displacement, &no_pressure)?;
 
     // Incompressible: the pressure is the reaction that keeps B ü = 0. Else p = -κ M_p⁻¹ B u.
     let incompressible = muscle.parameters.is_incompressible();
     let none = CscMatrix::zeros(0, mass.nrows());
     let inertia = Saddle::factor(&mass, if incompressible { &b } else { &none })?;
-    let compliance = Saddle::factor(
-        &matrix(
-            solid.pressure_pattern(),
-            solid.pressure_mass_values().to_vec(),
-        ),
-        &CscMatrix::zeros(0, b.nrows()),
-    )?;
+    let no_constraint = CscMatrix::zeros(0, b.nrows());
+    let compliance = Saddle::factor(&operators::pressure_mass(solid), &no_constraint)?;
     let no_flux = vec![0.0; if incompressible { b.nrows() } else { 0 }];
     let image = |u: &DVector<f64>| -> Result<DVector<f64>, ModelError> {
         let mut force = &stiffness * u;
@@ -120,8 +96,4 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
 fn at_rest<'a>(muscle: &'a Muscle, q: &[f64]) -> Motion<'a> {
     let rest = vec![0.0; q.len()];
     Motion::new(muscle, 0.0, q, &rest, &rest)
-}
-
-fn matrix(pattern: &SparsityPattern, values: Vec<f64>) -> CscMatrix<f64> {
-    CscMatrix::try_from_pattern_and_values(pattern.clone(), values).expect("values of the pattern")
 }

@@ -4,8 +4,8 @@
 //! displacement) appears in a multiplier of index i as δ/h^(i−1). Its estimated error therefore
 //! does not fall with the step: the error test rejects, the next step is smaller, the estimate
 //! larger, until the step underflows. Weighed by (Ωh)^(i−1), with the angular frequency Ω of the
-//! drive, the multiplier's error counts by what it does to the velocity (i = 2) or displacement (i
-//! = 3) within the step, which does fall. Steps that do not resolve the drive, Ωh > 1, gain
+//! drive, the multiplier's error counts by what it does to the velocity (i = 2) or displacement
+//! (i = 3) within the step, which does fall. Steps that do not resolve the drive, Ωh > 1, gain
 //! nothing.
 //!
 //! Reference: E. Hairer, C. Lubich, M. Roche, *The Numerical Solution of Differential-Algebraic

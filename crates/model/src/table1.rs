@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use myovib_fem::{DofMap, Law, Mesh, Solid, Space, generate};
+use myovib_fem::{DofMap, FemError, Law, Mesh, Solid, Space, generate};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -11,6 +11,7 @@ use crate::formulation::Formulation;
 use crate::index::IndexReport;
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
+use crate::operators::element_size;
 use crate::paper;
 use crate::parameters::Parameters;
 
@@ -36,11 +37,6 @@ pub struct Case {
     pub printed: Option<usize>,
 }
 
-/// The law that (20) becomes for small strains.
-pub const SMALL_STRAIN: Law = Law::SmallStrain {
-    shear_modulus: 2.04e4,
-};
-
 const INF: f64 = f64::INFINITY;
 
 /// The eight rows of Table 1, the paper's remark on (29), and the formulations it does not list.
@@ -59,10 +55,10 @@ pub fn cases() -> Vec<Case> {
         ..case("", paper::LAW, ImplicitRate, kappa, beta, None)
     };
     vec![
-        case("26", SMALL_STRAIN, ImplicitRate, INF, 0.0, Some(3)),
-        case("26", SMALL_STRAIN, ImplicitRate, 1e5, 0.0, Some(1)),
-        case("26", SMALL_STRAIN, ImplicitRate, INF, 1e-4, Some(2)),
-        case("26", SMALL_STRAIN, ImplicitRate, 1e5, 1e-4, Some(1)),
+        case("26", paper::SMALL_STRAIN, ImplicitRate, INF, 0.0, Some(3)),
+        case("26", paper::SMALL_STRAIN, ImplicitRate, 1e5, 0.0, Some(1)),
+        case("26", paper::SMALL_STRAIN, ImplicitRate, INF, 1e-4, Some(2)),
+        case("26", paper::SMALL_STRAIN, ImplicitRate, 1e5, 1e-4, Some(1)),
         case("28", paper::LAW, Position, INF, 0.0, Some(3)),
         case("28", paper::LAW, Position, 1e5, 0.0, Some(1)),
         case("29", paper::LAW, Rate, INF, 1e-4, Some(3)),
@@ -76,6 +72,11 @@ pub fn cases() -> Vec<Case> {
         ours(INF, 1e-4),
         ours(1e5, 1e-4),
     ]
+}
+
+/// A beam of the muscle's size, with few enough unknowns to compute the index from the matrices.
+pub(crate) fn coarse_beam(columns: usize) -> Result<Mesh, FemError> {
+    generate::beam(0.1, 0.04, [columns, 2])
 }
 
 /// The index of a case on one mesh at one state.
@@ -97,7 +98,7 @@ impl Case {
     pub fn samples(&self) -> Result<Vec<Sample>, ModelError> {
         let mut samples = Vec::new();
         for columns in [3, 5] {
-            let mesh = generate::beam(0.1, 0.04, [columns, 2])?;
+            let mesh = coarse_beam(columns)?;
             for seed in [1, 2] {
                 samples.push(Sample {
                     triangles: mesh.triangles().len(),
@@ -116,7 +117,6 @@ impl Case {
     pub fn at_random_state(&self, mesh: &Mesh, seed: u64) -> Result<IndexReport, ModelError> {
         let muscle = self.muscle(mesh)?;
         let solid = &muscle.solid;
-        let mesh_size = (solid.volume() / solid.space().n_elements() as f64).sqrt();
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut draw = |size: f64| -> Vec<f64> {
             (0..solid.dofs().n_free())
@@ -124,10 +124,8 @@ impl Case {
                 .collect()
         };
         // The gradient of a quadratic shape function is about 4 / h.
-        let (q, v) = (
-            draw(STRAIN * mesh_size / 4.0),
-            draw(RATE * STRAIN * mesh_size / 4.0),
-        );
+        let size = STRAIN * element_size(solid) / 4.0;
+        let (q, v) = (draw(size), draw(RATE * size));
         let mut dae = MuscleDae::for_analysis(muscle, self.formulation);
         IndexReport::of_motion(&mut dae, 0.0, &q, &v)
     }
@@ -135,13 +133,9 @@ impl Case {
     fn muscle(&self, mesh: &Mesh) -> Result<Muscle, ModelError> {
         let space = Arc::new(Space::taylor_hood(mesh));
         let dofs = DofMap::clamped(&space, &space.nodes_of(paper::FIXED_GROUP)?)?;
-        Ok(Muscle {
-            solid: Solid::uniform(space, dofs, self.law, paper::DENSITY)?,
-            parameters: Parameters::new(paper::ALPHA, self.beta, self.kappa)?,
-            loads: Vec::new(),
-            pressures: Vec::new(),
-            prescribed: Vec::new(),
-        })
+        let solid = Solid::uniform(space, dofs, self.law, paper::DENSITY)?;
+        let parameters = Parameters::new(paper::ALPHA, self.beta, self.kappa)?;
+        Ok(Muscle::unloaded(solid, parameters))
     }
 }
 
@@ -153,7 +147,7 @@ impl Case {
 /// # Errors
 /// Those of [`IndexReport::of_motion`].
 pub fn limit() -> Result<Vec<(Case, IndexReport)>, ModelError> {
-    let mesh = generate::beam(0.1, 0.04, [3, 2])?;
+    let mesh = coarse_beam(3)?;
     let kappas = [1e5, 1e7, 1e9, 1e11, 1e13, INF];
     let on_the_way = |kappa: f64| -> Result<(Case, IndexReport), ModelError> {
         let case = Case {

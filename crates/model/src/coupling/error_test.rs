@@ -53,7 +53,7 @@ impl ErrorTest {
             relative: layout.fill(|_| settings.relative_tolerance),
             absolute: layout.fill(|field| settings.absolute_tolerances.of(field)),
             importance: layout.fill(|_| 1.0),
-            left_out: layout.fill(|field| settings.suppressed.contains(&field)),
+            left_out: settings.left_out(layout),
         }
     }
 

@@ -1,17 +1,16 @@
 //! Accelerations and pressures from the balance of momentum and the derivatives of the constraint.
 
-use myovib_fem::Solid;
 use nalgebra_sparse::CscMatrix;
 use sundials_wrap::DaeProblem;
 
 use super::motion::{Motion, largest};
-use super::projection::mass;
 use super::saddle::Saddle;
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
+use crate::operators::{element_size, mass, pressure_mass};
 
 /// The slow manifold is found by a fixed-point iteration that gains a factor of about β |∇v| each
 /// time; what has not settled after these has no slow manifold worth the name.
@@ -185,8 +184,7 @@ impl<'a> Incompressible<'a> {
     /// The time in which the motion strains an element by [`DIFFERENCE`]; for a body at rest that
     /// in which it starts to.
     fn difference_step(&self, acceleration: &[f64]) -> f64 {
-        let solid = &self.muscle.solid;
-        let way = DIFFERENCE * (solid.volume() / solid.space().n_elements() as f64).sqrt();
+        let way = DIFFERENCE * element_size(&self.muscle.solid);
         let by_velocity = way / largest(self.v);
         let by_acceleration = (way / largest(acceleration)).sqrt();
         by_velocity.min(by_acceleration).min(LONGEST_DIFFERENCE)
@@ -217,12 +215,6 @@ fn alone(matrix: &CscMatrix<f64>, right: &[f64]) -> Result<Vec<f64>, ModelError>
     let no_constraint = CscMatrix::zeros(0, right.len());
     let (x, _) = Saddle::factor(matrix, &no_constraint)?.solve(right, &[])?;
     Ok(x)
-}
-
-fn pressure_mass(solid: &Solid) -> CscMatrix<f64> {
-    let values = solid.pressure_mass_values().to_vec();
-    CscMatrix::try_from_pattern_and_values(solid.pressure_pattern().clone(), values)
-        .expect("values of the pattern")
 }
 
 fn negative(x: &[f64]) -> Vec<f64> {

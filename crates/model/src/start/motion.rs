@@ -1,9 +1,10 @@
 //! Displacement, velocity and acceleration at all nodes, and what the constraint says of them.
 
-use myovib_fem::{Fields, Inverted, Pressure, Tangents, Vectors};
+use myovib_fem::{Fields, Inverted, Pressure, Vectors};
 use nalgebra_sparse::CscMatrix;
 
 use crate::muscle::Muscle;
+use crate::operators;
 
 /// Strain by which a motion is shifted to form differences that are exact but for rounding.
 const SMALL_STRAIN: f64 = 1e-3;
@@ -42,7 +43,7 @@ impl<'a> Motion<'a> {
     }
 
     fn vectors(&self, u: &[f64], w: &[f64], out: &mut Vectors<'_>) -> Result<(), Inverted> {
-        let pressure = vec![0.0; self.muscle.solid.space().n_vertices()];
+        let pressure = operators::no_pressure(&self.muscle.solid);
         let fields = Fields {
             v: Some(w),
             ..Fields::new(u, Pressure::Nodal(&pressure))
@@ -85,9 +86,7 @@ impl<'a> Motion<'a> {
         let mut sum = self.flux_at(&self.displacement, &self.acceleration)?;
         let fastest = largest(&self.velocity);
         if fastest > 0.0 {
-            let solid = &self.muscle.solid;
-            let mesh_size = (solid.volume() / solid.space().n_elements() as f64).sqrt();
-            let time = SMALL_STRAIN * mesh_size / fastest;
+            let time = SMALL_STRAIN * operators::element_size(&self.muscle.solid) / fastest;
             let shifted: Vec<f64> = self
                 .displacement
                 .iter()
@@ -105,20 +104,7 @@ impl<'a> Motion<'a> {
 
     /// B(q) over the free components.
     pub(crate) fn divergence(&self) -> Result<CscMatrix<f64>, Inverted> {
-        let solid = &self.muscle.solid;
-        let pattern = solid.divergence_pattern();
-        let mut values = vec![0.0; pattern.nnz()];
-        let pressure = vec![0.0; solid.space().n_vertices()];
-        let fields = Fields::new(&self.displacement, Pressure::Nodal(&pressure));
-        let mut wanted = Tangents {
-            divergence: Some(&mut values),
-            ..Tangents::default()
-        };
-        solid.tangents(&fields, &mut wanted)?;
-        Ok(
-            CscMatrix::try_from_pattern_and_values(pattern.clone(), values)
-                .expect("values of the pattern"),
-        )
+        operators::divergence(&self.muscle.solid, &self.displacement)
     }
 }
 

@@ -1,12 +1,12 @@
 //! Displacements and velocities of an incompressible body from ones that are nearly so.
 
 use myovib_fem::Solid;
-use nalgebra_sparse::CscMatrix;
 
 use super::motion::{Motion, largest};
 use super::saddle::Saddle;
 use crate::error::ModelError;
 use crate::muscle::Muscle;
+use crate::operators;
 
 /// Newton's method converges quadratically or not at all; a few iterations more than the digits
 /// ask.
@@ -19,7 +19,7 @@ const ROUNDING: f64 = 1e-14;
 /// without adding strain where none is needed.
 pub(super) fn displacement(muscle: &Muscle, t: f64, q: &[f64]) -> Result<Vec<f64>, ModelError> {
     let solid = &muscle.solid;
-    let norm = gradient_norm(solid);
+    let norm = operators::gradients(solid);
     let rest = vec![0.0; q.len()];
     let mut q = q.to_vec();
     let mut last = f64::INFINITY;
@@ -52,7 +52,7 @@ pub(super) fn velocity(
     let rest = vec![0.0; q.len()];
     let mut v = v.to_vec();
     let b = Motion::new(muscle, t, q, &v, &rest).divergence()?;
-    let saddle = Saddle::factor(&mass(&muscle.solid), &b)?;
+    let saddle = Saddle::factor(&operators::mass(&muscle.solid), &b)?;
     // The second pass removes the rounding of the first.
     for _pass in 0..2 {
         let motion = Motion::new(muscle, t, q, &v, &rest);
@@ -73,18 +73,4 @@ fn largest_projected(solid: &Solid, defect: &[f64]) -> f64 {
         .map(|(defect, weight)| defect / weight)
         .collect();
     largest(&projected)
-}
-
-/// M over the free components.
-pub(super) fn mass(solid: &Solid) -> CscMatrix<f64> {
-    on_displacements(solid, solid.mass_values())
-}
-
-fn gradient_norm(solid: &Solid) -> CscMatrix<f64> {
-    on_displacements(solid, solid.gradient_values())
-}
-
-fn on_displacements(solid: &Solid, values: Vec<f64>) -> CscMatrix<f64> {
-    CscMatrix::try_from_pattern_and_values(solid.displacement_pattern().clone(), values)
-        .expect("values of the pattern")
 }

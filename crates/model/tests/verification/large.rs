@@ -23,13 +23,8 @@ fn block() -> (Mesh, Arc<Space>) {
 
 fn body(space: Arc<Space>, held: &[(usize, usize)], alpha: f64, kappa: f64) -> Muscle {
     let dofs = DofMap::new(&space, held).unwrap();
-    Muscle {
-        solid: Solid::uniform(space, dofs, paper::LAW, paper::DENSITY).unwrap(),
-        parameters: Parameters::new(alpha, 0.0, kappa).unwrap(),
-        loads: Vec::new(),
-        pressures: Vec::new(),
-        prescribed: Vec::new(),
-    }
+    let solid = Solid::uniform(space, dofs, paper::LAW, paper::DENSITY).unwrap();
+    Muscle::unloaded(solid, Parameters::new(alpha, 0.0, kappa).unwrap())
 }
 
 /// A quarter of a block under pressure all round, so damped that it comes to rest within 1 s.

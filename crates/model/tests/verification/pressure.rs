@@ -28,11 +28,8 @@ fn squeezed(c10: f64, c01: f64, kappa: f64, pressure: f64) -> Muscle {
     let pressures = ["right", "top"]
         .map(|group| PressureLoad::new(&solid, group, Signal::Constant(pressure)).unwrap());
     Muscle {
-        solid,
-        parameters: Parameters::new(0.0, 0.0, kappa).unwrap(),
-        loads: Vec::new(),
         pressures: pressures.into(),
-        prescribed: Vec::new(),
+        ..Muscle::unloaded(solid, Parameters::new(0.0, 0.0, kappa).unwrap())
     }
 }
 

@@ -1,0 +1,66 @@
+//! The operators of a body as sparse matrices, over its free components and its pressures.
+
+use myovib_fem::{Fields, Inverted, Pressure, Solid, Tangents};
+use nalgebra_sparse::CscMatrix;
+use nalgebra_sparse::pattern::SparsityPattern;
+
+/// M.
+pub(crate) fn mass(solid: &Solid) -> CscMatrix<f64> {
+    matrix(solid.displacement_pattern(), solid.mass_values())
+}
+
+/// ∫ ∇φ_i : ∇φ_j, the square of the H1 seminorm.
+pub(crate) fn gradients(solid: &Solid) -> CscMatrix<f64> {
+    matrix(solid.displacement_pattern(), solid.gradient_values())
+}
+
+/// M_p, the square of the pressures' L2 norm.
+pub(crate) fn pressure_mass(solid: &Solid) -> CscMatrix<f64> {
+    let values = solid.pressure_mass_values().to_vec();
+    matrix(solid.pressure_pattern(), values)
+}
+
+/// B at the displacement `u` of all nodes.
+pub(crate) fn divergence(solid: &Solid, u: &[f64]) -> Result<CscMatrix<f64>, Inverted> {
+    let mut values = vec![0.0; solid.divergence_pattern().nnz()];
+    let wanted = Tangents {
+        divergence: Some(&mut values),
+        ..Tangents::default()
+    };
+    tangents(solid, u, &no_pressure(solid), wanted)?;
+    Ok(matrix(solid.divergence_pattern(), values))
+}
+
+/// ∂/∂u ∫ P : ∇φ at the displacement `u` of all nodes and the pressure `p`.
+pub(crate) fn stiffness(solid: &Solid, u: &[f64], p: &[f64]) -> Result<CscMatrix<f64>, Inverted> {
+    let mut values = vec![0.0; solid.displacement_pattern().nnz()];
+    let wanted = Tangents {
+        stiffness: Some(&mut values),
+        ..Tangents::default()
+    };
+    tangents(solid, u, p, wanted)?;
+    Ok(matrix(solid.displacement_pattern(), values))
+}
+
+/// No displacement, of all nodes.
+pub(crate) fn rest(solid: &Solid) -> Vec<f64> {
+    vec![0.0; solid.dofs().n_full()]
+}
+
+/// No pressure.
+pub(crate) fn no_pressure(solid: &Solid) -> Vec<f64> {
+    vec![0.0; solid.space().n_vertices()]
+}
+
+/// √ of the mean area of an element, m.
+pub(crate) fn element_size(solid: &Solid) -> f64 {
+    (solid.volume() / solid.space().n_elements() as f64).sqrt()
+}
+
+fn tangents(solid: &Solid, u: &[f64], p: &[f64], mut wanted: Tangents<'_>) -> Result<(), Inverted> {
+    solid.tangents(&Fields::new(u, Pressure::Nodal(p)), &mut wanted)
+}
+
+fn matrix(pattern: &SparsityPattern, values: Vec<f64>) -> CscMatrix<f64> {
+    CscMatrix::try_from_pattern_and_values(pattern.clone(), values).expect("values of the pattern")
+}
