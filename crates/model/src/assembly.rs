@@ -6,8 +6,8 @@ use std::ops::Range;
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::blocks::{Block, Blocks};
-use crate::linear::Number;
 use crate::matrix::Matrix;
+use crate::number::Number;
 
 /// A matrix of the muscle in a block of the whole, with a coefficient of some kind.
 #[derive(Debug, Clone)]

@@ -32,6 +32,7 @@ mod matrix;
 mod measure;
 mod muscle;
 mod muscle_dae;
+mod number;
 mod operators;
 mod parameters;
 mod probe;

@@ -9,7 +9,7 @@ use super::recording::Recording;
 use crate::displacement::Displacement;
 use crate::error::ModelError;
 use crate::first_step::shortest;
-use crate::linear::Number;
+use crate::number::Number;
 use crate::signal::Signal;
 
 /// The displacement u in the forcing γ u of one direction.

@@ -15,7 +15,7 @@ use sundials_wrap::klu::{Factors, KluError, KluOptions, Symbolic};
 use sundials_wrap::{DaeProblem, StepError, StructuredSolver};
 
 use super::dae::CoupledDae;
-use crate::linear::Number;
+use crate::number::Number;
 
 /// ∂F_o/∂s and ∂F_o/∂ṡ of one network.
 #[derive(Debug)]

@@ -9,8 +9,8 @@
 
 mod condensation;
 mod condensed;
-mod number;
 mod product;
+mod quadratic;
 mod radau;
 mod reduced;
 mod sparse_system;
@@ -21,11 +21,13 @@ pub mod supernodal;
 
 pub use condensation::Condensation;
 pub use condensed::Condensed;
-pub use number::Number;
-use number::Quadratic;
+use quadratic::Quadratic;
 pub use radau::CondensedMatrices;
 pub use reduced::{Reduced, Reduction};
-pub use sparse_system::{Elimination, LinearWork, SparseSystem};
+pub use sparse_system::{Elimination, SparseSystem};
 pub use split::Split;
 pub use splitting::Splitting;
 pub use structured::CondensedSolver;
+
+pub use crate::counters::LinearWork;
+pub use crate::number::Number;

@@ -4,11 +4,10 @@
 use std::sync::Arc;
 
 use nalgebra_sparse::pattern::SparsityPattern;
-use serde::Serialize;
 use sundials_wrap::klu::{Factors, KluError, KluOptions, Symbolic};
 
-use super::Number;
 use super::supernodal::{Analysis, Supernodal};
+use super::{LinearWork, Number};
 
 /// Solutions with a larger backward error are refined. Good pivots leave a few ε times the length
 /// of a row; at 1e-12 four digits are gone, and a refinement, which costs as much as a solve,
@@ -23,24 +22,6 @@ const MAX_REFINEMENTS: usize = 2;
 /// One is enough for a pivot that is not zero; measured on the muscle from 1 to all, the backward
 /// error stays at 1e-15 throughout, and up to twelve the fill does not grow.
 const NEIGHBOURS_BEFORE: usize = 12;
-
-/// What linear systems cost and how well they were solved.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct LinearWork {
-    /// Factorisations.
-    pub factorizations: u64,
-    /// Of these, with exchange of pivots, by KLU.
-    pub pivoted: u64,
-    /// Entries of L and U of the last factorisation.
-    pub factor_entries: u64,
-    /// Solves.
-    pub solves: u64,
-    /// Refinements of solutions.
-    pub refinements: u64,
-    /// The largest componentwise backward error, max_i |b - A x|_i / (|A||x| + |b|)_i, of the
-    /// solutions checked: the first after each set-up, and all those refined.
-    pub largest_backward_error: f64,
-}
 
 /// The pattern of a matrix and the order in which it is eliminated: all that real and complex
 /// matrices with that pattern share.

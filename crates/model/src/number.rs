@@ -18,18 +18,6 @@ pub trait Number:
     fn plus_product(self, a: Self, b: Self) -> Self;
 }
 
-/// p_0 + p_1 c + p_2 c²: the coefficient of a matrix in a reduced Newton matrix.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Quadratic(pub(super) [f64; 3]);
-
-impl Quadratic {
-    /// The value at `c`.
-    pub(super) fn at<T: Number>(&self, c: T) -> T {
-        let [p0, p1, p2] = self.0;
-        T::one() * p0 + c * p1 + c * c * p2
-    }
-}
-
 impl Number for f64 {
     #[inline(always)]
     fn plus_product(self, a: Self, b: Self) -> Self {

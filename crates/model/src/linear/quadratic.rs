@@ -1,0 +1,15 @@
+//! How a matrix enters a reduced Newton matrix.
+
+use crate::number::Number;
+
+/// p_0 + p_1 c + p_2 c²: the coefficient of a matrix in a reduced Newton matrix.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Quadratic(pub(super) [f64; 3]);
+
+impl Quadratic {
+    /// The value at `c`.
+    pub(super) fn at<T: Number>(&self, c: T) -> T {
+        let [p0, p1, p2] = self.0;
+        T::one() * p0 + c * p1 + c * c * p2
+    }
+}
