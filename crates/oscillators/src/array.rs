@@ -1,8 +1,9 @@
 //! The plane array: the paper's "straightforward extension" of the chain.
 
-use crate::chain::line_neighbours;
-use crate::network::Node;
-use crate::{Coefficients, Ends, Error, Network, Reach};
+use crate::chain::{Ends, line_neighbours};
+use crate::drive::Reach;
+use crate::error::Error;
+use crate::network::{Coefficients, Network, Node};
 
 /// Coordinate directions in which the oscillators of a plane array move.
 pub const DIRECTIONS: usize = 2;

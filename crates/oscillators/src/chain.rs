@@ -1,7 +1,8 @@
 //! The one-dimensional chain of the paper: a cross-section through the tissue.
 
-use crate::network::Node;
-use crate::{Coefficients, Error, Network, Reach};
+use crate::drive::Reach;
+use crate::error::Error;
+use crate::network::{Coefficients, Network, Node};
 
 /// What the oscillators at the ends of the chain have as outer neighbours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

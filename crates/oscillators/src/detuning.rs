@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 use rand_mt::Mt;
 
-use crate::Error;
+use crate::error::Error;
 
 /// A stream of pseudo-random numbers, uniform on [0, 1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

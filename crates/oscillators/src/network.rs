@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use crate::Error;
+use crate::error::Error;
 
 /// The coefficients that all oscillators share.
 ///

@@ -4,7 +4,9 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex64;
 
-use crate::{Chain, Coefficients, Ends, Reach};
+use crate::chain::{Chain, Ends};
+use crate::drive::Reach;
+use crate::network::Coefficients;
 
 /// Van der Pol's oscillator `ÿ − μ (1 − y²) ẏ + ω² y = 0` as a chain of one.
 ///

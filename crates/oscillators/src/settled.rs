@@ -1,6 +1,6 @@
 //! What a recorded quantity settles to: its mean and spread over a trailing window.
 
-use crate::Error;
+use crate::error::Error;
 
 /// Mean, range and standard deviation of a quantity over the last part of a recording.
 ///

@@ -5,8 +5,8 @@
 
 use num_complex::Complex64;
 
-use crate::Error;
 use crate::coherence::phasors;
+use crate::error::Error;
 
 /// The squared phase coherence with rounded radii, and its gradient.
 ///

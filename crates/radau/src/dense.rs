@@ -1,7 +1,7 @@
 //! The collocation polynomial of a step: the next step's starting values and, with one more
 //! condition, dense output.
 
-use crate::Method;
+use crate::method::Method;
 
 /// The polynomial u of degree s through y_0 at t_0 and y_0 + z_j at t_0 + c_j h.
 ///

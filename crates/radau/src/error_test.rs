@@ -2,8 +2,8 @@
 
 use sundials_wrap::{DaeProblem, StepError};
 
-use crate::NewtonMatrices;
 use crate::dense::add_scaled;
+use crate::matrices::NewtonMatrices;
 use crate::newton::{Step, evaluate};
 use crate::work::Counters;
 

@@ -61,30 +61,25 @@
 //!   methods, ACM Trans. Math. Softw. 20 (1994) 496.
 #![forbid(unsafe_code)]
 
-mod attempt;
-mod builder;
 mod control;
 mod dense;
 mod error;
 mod error_test;
-mod events;
 mod matrices;
 mod method;
 mod newton;
 mod options;
-mod output;
 mod predictor;
 mod roots;
 mod solver;
 mod weights;
 mod work;
 
-pub use builder::RadauBuilder;
 pub use error::RadauError;
 pub use matrices::{KluMatrices, NewtonMatrices};
 pub use method::{ComplexMode, Method, RealMode};
 pub use options::{IndexScaling, RadauOptions, StepSize};
-pub use solver::RadauSolver;
+pub use solver::{RadauBuilder, RadauSolver};
 pub use work::Work;
 
 /// Design notes.

@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use sundials_wrap::klu::{Factors, KluError, KluOptions, Symbolic};
 use sundials_wrap::{DaeProblem, StepError};
 
-use crate::Method;
+use crate::method::Method;
 
 /// The Newton matrices J_y + c J_ẏ of a problem: evaluated, set up for some c, solved with.
 ///

@@ -4,8 +4,9 @@ use num_complex::Complex64;
 use sundials_wrap::{DaeProblem, StepError};
 
 use crate::dense::add_scaled;
+use crate::matrices::NewtonMatrices;
+use crate::method::Method;
 use crate::work::Counters;
-use crate::{Method, NewtonMatrices};
 
 /// How the iterations ended, short of an error.
 #[derive(Debug, Clone, Copy, PartialEq)]

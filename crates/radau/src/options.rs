@@ -3,8 +3,7 @@
 use sundials_wrap::klu::KluOptions;
 use sundials_wrap::{Suppressed, Tolerances, VariableKind};
 
-use crate::RadauError;
-use crate::error::expect_length;
+use crate::error::{RadauError, expect_length};
 
 /// How the step size is chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]

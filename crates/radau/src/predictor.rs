@@ -1,7 +1,7 @@
 //! Where Newton's method starts.
 
-use crate::Method;
 use crate::dense::Collocation;
+use crate::method::Method;
 
 /// Starting values of the stage increments: the last step's polynomial continued, or zero.
 ///

@@ -4,8 +4,8 @@ use std::fmt;
 
 use sundials_wrap::{DaeProblem, Direction, StepError};
 
-use crate::Method;
 use crate::dense::Collocation;
+use crate::method::Method;
 use crate::work::Counters;
 
 /// g(t, y, ẏ), written into the last argument.

@@ -1,6 +1,6 @@
 //! The weights of components in norms: the inverses of their tolerances.
 
-use crate::RadauOptions;
+use crate::options::RadauOptions;
 
 /// A user's weights: fills in weights at y.
 pub(crate) type UserWeights = Box<dyn FnMut(&[f64], &mut [f64]) + Send>;

@@ -40,7 +40,6 @@
 #![deny(unsafe_code)]
 
 mod error;
-mod factors;
 #[allow(unsafe_code)]
 mod ffi;
 pub mod klu;

@@ -3,17 +3,20 @@
 use num_complex::Complex64;
 use sundials_wrap::{DaeProblem, Direction, StepError, Tolerances, VariableKind};
 
-use crate::attempt::Jacobian;
+use super::RadauSolver;
+use super::attempt::Jacobian;
 use crate::control::Control;
 use crate::dense::Collocation;
-use crate::error::{expect_finite, expect_length};
+use crate::error::{RadauError, expect_finite, expect_length};
 use crate::error_test::ErrorTest;
+use crate::matrices::{KluMatrices, NewtonMatrices};
+use crate::method::Method;
 use crate::newton::NewtonSolver;
+use crate::options::RadauOptions;
 use crate::predictor::Predictor;
 use crate::roots::{RootFunctions, Roots};
 use crate::weights::{UserWeights, Weights};
 use crate::work::Counters;
-use crate::{KluMatrices, Method, NewtonMatrices, RadauError, RadauOptions, RadauSolver};
 
 /// A [`RadauSolver`] in the making.
 pub struct RadauBuilder<P> {
@@ -24,7 +27,7 @@ pub struct RadauBuilder<P> {
 }
 
 impl<P: DaeProblem> RadauBuilder<P> {
-    pub(crate) fn new(problem: P) -> Self {
+    pub(super) fn new(problem: P) -> Self {
         Self {
             problem,
             options: RadauOptions::default(),

@@ -1,21 +1,29 @@
 //! The integrator: one step after another.
 
+mod attempt;
+mod builder;
+mod events;
+mod output;
+
 use num_complex::Complex64;
 use sundials_wrap::{DaeProblem, Outcome, Stop, StopReason, WorstComponent};
 
-use crate::attempt::{Attempt, Jacobian, Rejection};
 use crate::control::Control;
 use crate::dense::{Collocation, add_scaled};
+use crate::error::RadauError;
 use crate::error_test::ErrorTest;
-use crate::events::Pause;
+use crate::matrices::{KluMatrices, NewtonMatrices};
+use crate::method::Method;
 use crate::newton::NewtonSolver;
+use crate::options::{RadauOptions, StepSize};
 use crate::predictor::Predictor;
 use crate::roots::Roots;
 use crate::weights::Weights;
 use crate::work::Counters;
-use crate::{
-    KluMatrices, Method, NewtonMatrices, RadauBuilder, RadauError, RadauOptions, StepSize,
-};
+
+use attempt::{Attempt, Jacobian, Rejection};
+pub use builder::RadauBuilder;
+use events::Pause;
 
 /// An integration of a [`DaeProblem`] by a Radau IIA method with adaptive steps.
 ///
@@ -29,34 +37,34 @@ use crate::{
 /// See the [crate's front page](crate).
 #[derive(Debug)]
 pub struct RadauSolver<P, M = KluMatrices> {
-    pub(crate) problem: P,
-    pub(crate) matrices: M,
-    pub(crate) method: Method,
-    pub(crate) options: RadauOptions,
-    pub(crate) t: f64,
-    pub(crate) y: Vec<f64>,
-    pub(crate) y_dot: Vec<f64>,
+    problem: P,
+    matrices: M,
+    method: Method,
+    options: RadauOptions,
+    t: f64,
+    y: Vec<f64>,
+    y_dot: Vec<f64>,
     /// The step to try next, before it is shortened to meet a limit; `None` at the start.
-    pub(crate) h: Option<f64>,
+    h: Option<f64>,
     /// The last accepted step's polynomial.
-    pub(crate) collocation: Collocation,
-    pub(crate) predictor: Predictor,
-    pub(crate) newton: NewtonSolver,
-    pub(crate) error_test: ErrorTest,
-    pub(crate) control: Control,
-    pub(crate) jacobian: Jacobian,
+    collocation: Collocation,
+    predictor: Predictor,
+    newton: NewtonSolver,
+    error_test: ErrorTest,
+    control: Control,
+    jacobian: Jacobian,
     /// The step the Newton matrices are set up for.
-    pub(crate) set_up_for: Option<f64>,
+    set_up_for: Option<f64>,
     /// λ/h of the complex modes.
-    pub(crate) shifts: Vec<Complex64>,
+    shifts: Vec<Complex64>,
     /// The variables whose derivative does not occur in F.
-    pub(crate) algebraic: Vec<usize>,
-    pub(crate) weights: Weights,
+    algebraic: Vec<usize>,
+    weights: Weights,
     /// The functions whose roots are looked for.
-    pub(crate) roots: Option<Roots<P>>,
+    roots: Option<Roots<P>>,
     /// Where the integration pauses within the last step.
-    pub(crate) pause: Option<Pause>,
-    pub(crate) counters: Counters,
+    pause: Option<Pause>,
+    counters: Counters,
 }
 
 impl<P: DaeProblem> RadauSolver<P> {
@@ -99,7 +107,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     }
 
     /// Takes one step that does not pass `limit`, repeating it until it is accepted.
-    pub(crate) fn accepted_step(&mut self, t_out: f64, limit: f64) -> Result<Outcome, RadauError> {
+    fn accepted_step(&mut self, t_out: f64, limit: f64) -> Result<Outcome, RadauError> {
         let steps = self.counters.stats.steps;
         if self
             .options
@@ -252,7 +260,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
         first.min(self.largest_step())
     }
 
-    pub(crate) fn stop(&self, reason: StopReason, message: String) -> Outcome {
+    fn stop(&self, reason: StopReason, message: String) -> Outcome {
         let stats = self.counters.stats;
         let weighted = self.error_test.weighted(self.weights.scaled());
         Outcome::Stopped(Box::new(Stop {

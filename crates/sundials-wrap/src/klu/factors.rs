@@ -1,6 +1,6 @@
 //! LU factors kept fresh: pivots are chosen once and kept as long as they serve.
 
-use crate::klu::{KluError, Numeric, Scalar, Symbolic};
+use super::{KluError, Numeric, Scalar, Symbolic};
 
 /// A reciprocal pivot growth this much below that of fresh pivots calls for fresh ones: three of
 /// the digits that fresh pivots would give are lost then.

@@ -2,24 +2,25 @@
 
 use sundials_wrap::{DaeProblem, Outcome, StepError, StopReason};
 
-use crate::attempt::Fatal;
+use super::RadauSolver;
+use super::attempt::Fatal;
 use crate::dense::Collocation;
-use crate::error::expect_finite;
+use crate::error::{RadauError, expect_finite};
+use crate::matrices::NewtonMatrices;
 use crate::roots::LastStep;
-use crate::{NewtonMatrices, RadauError, RadauSolver};
 
 /// A time within the last step at which the integration pauses; y and ẏ are those of the dense
 /// output.
 #[derive(Debug)]
-pub(crate) struct Pause {
-    pub(crate) t: f64,
-    pub(crate) y: Vec<f64>,
-    pub(crate) y_dot: Vec<f64>,
+pub(super) struct Pause {
+    pub(super) t: f64,
+    pub(super) y: Vec<f64>,
+    pub(super) y_dot: Vec<f64>,
 }
 
 impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     /// Goes on to the end of one step, to `limit`, or to the first root before either.
-    pub(crate) fn step_within(
+    pub(super) fn step_within(
         &mut self,
         t_out: f64,
         limit: Option<f64>,

@@ -2,12 +2,15 @@
 
 use sundials_wrap::{DaeProblem, StepError, StopReason};
 
+use super::RadauSolver;
+use crate::error::RadauError;
+use crate::matrices::NewtonMatrices;
 use crate::newton::{Newton, Step};
-use crate::{NewtonMatrices, RadauError, RadauSolver, StepSize};
+use crate::options::StepSize;
 
 /// Where the Jacobian in use was evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Jacobian {
+pub(super) enum Jacobian {
     /// Nowhere that serves: it is due.
     Due,
     /// At an earlier step.
@@ -17,27 +20,27 @@ pub(crate) enum Jacobian {
 }
 
 /// What one attempt at a step led to.
-pub(crate) enum Attempt {
+pub(super) enum Attempt {
     Accepted { proposal: f64 },
     Rejected(Rejection),
 }
 
 /// Why an attempt was rejected, and the factor on h for the next one.
-pub(crate) struct Rejection {
-    pub(crate) reason: StopReason,
-    pub(crate) message: String,
-    pub(crate) step_factor: f64,
+pub(super) struct Rejection {
+    pub(super) reason: StopReason,
+    pub(super) message: String,
+    pub(super) step_factor: f64,
 }
 
 /// What cannot be repaired by a smaller step.
-pub(crate) struct Fatal {
-    pub(crate) function: &'static str,
-    pub(crate) source: Box<dyn std::error::Error + Send + Sync>,
+pub(super) struct Fatal {
+    pub(super) function: &'static str,
+    pub(super) source: Box<dyn std::error::Error + Send + Sync>,
 }
 
 impl Fatal {
     /// The error of a step of size `h` from `t`.
-    pub(crate) fn in_step(self, t: f64, h: f64) -> RadauError {
+    pub(super) fn in_step(self, t: f64, h: f64) -> RadauError {
         let Self { function, source } = self;
         RadauError::Fatal {
             function,
@@ -66,7 +69,7 @@ fn rejection(
 
 impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     /// One attempt at a step of size h; nothing but Newton's memory and the Jacobian changes.
-    pub(crate) fn attempt(&mut self, h: f64, repeated: bool) -> Result<Attempt, Fatal> {
+    pub(super) fn attempt(&mut self, h: f64, repeated: bool) -> Result<Attempt, Fatal> {
         let iterations = match self.solve_stages(h)? {
             Ok(iterations) => iterations,
             Err(rejection) => return Ok(Attempt::Rejected(rejection)),

@@ -2,8 +2,11 @@
 
 use sundials_wrap::{DaeProblem, Stats};
 
-use crate::error::{expect_finite, expect_length};
-use crate::{Method, NewtonMatrices, RadauError, RadauSolver, Work};
+use super::RadauSolver;
+use crate::error::{RadauError, expect_finite, expect_length};
+use crate::matrices::NewtonMatrices;
+use crate::method::Method;
+use crate::work::Work;
 
 impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     /// Evaluates the solution, or its derivative, at a time within the last step.

@@ -1,0 +1,73 @@
+//! The analysis of a pattern.
+
+use std::sync::Arc;
+
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use super::{KluError, KluOptions};
+use crate::ffi::klu::RawSymbolic;
+
+/// The analysis of a sparsity pattern: orderings and block triangular form.
+///
+/// A handle: clones share one analysis, so a real and a complex factorisation of matrices with the
+/// same pattern analyse it once.
+#[derive(Clone)]
+pub struct Symbolic {
+    pub(super) raw: Arc<RawSymbolic>,
+}
+
+impl Symbolic {
+    /// Analyses the compressed-column `pattern` (major dimension: columns).
+    ///
+    /// # Errors
+    /// [`KluError::NotSquare`], or [`KluError::Failed`] when memory runs out. A structurally
+    /// singular pattern is found at the factorisation.
+    pub fn analyze(pattern: &SparsityPattern, options: KluOptions) -> Result<Self, KluError> {
+        let (rows, columns) = (pattern.minor_dim(), pattern.major_dim());
+        if rows != columns || rows == 0 {
+            return Err(KluError::NotSquare { rows, columns });
+        }
+        let raw = RawSymbolic::analyze(
+            widened(pattern.major_offsets()),
+            widened(pattern.minor_indices()),
+            options.raw(),
+        )
+        .map_err(|failure| KluError::from_failure(rows, failure))?;
+        Ok(Self { raw: Arc::new(raw) })
+    }
+
+    /// Order of the matrix.
+    pub fn n(&self) -> usize {
+        self.raw.n()
+    }
+
+    /// Entries of the pattern.
+    pub fn nnz(&self) -> usize {
+        self.raw.nnz()
+    }
+
+    /// The columns in the order of elimination.
+    pub fn column_order(&self) -> Vec<usize> {
+        self.raw.column_order()
+    }
+
+    /// The largest rank a matrix with this pattern can have; `None` when it was not looked for:
+    /// without block triangular form, and with [`Ordering::Natural`].
+    pub fn structural_rank(&self) -> Option<usize> {
+        usize::try_from(self.raw.structural_rank()).ok()
+    }
+}
+
+impl std::fmt::Debug for Symbolic {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Symbolic")
+            .field("n", &self.n())
+            .field("nnz", &self.nnz())
+            .finish()
+    }
+}
+
+/// The 64-bit indices of the C libraries; a length in memory always fits.
+pub(crate) fn widened(indices: &[usize]) -> Box<[i64]> {
+    indices.iter().map(|&i| i as i64).collect()
+}
