@@ -52,7 +52,8 @@ impl Symbolic {
     }
 
     /// The largest rank a matrix with this pattern can have; `None` when it was not looked for:
-    /// without block triangular form, and with [`Ordering::Natural`].
+    /// without block triangular form, and with
+    /// [`Ordering::Natural`](super::Ordering::Natural).
     pub fn structural_rank(&self) -> Option<usize> {
         usize::try_from(self.raw.structural_rank()).ok()
     }
