@@ -5,18 +5,23 @@
 //! ```
 //! The muscle without damping to t = 10 s, order 2: row 1 of Table 2 (κ = 1e5, index 1) beside κ = ∞
 //! in index 3 with multiplier weights that follow the step, λ left out of the error test and in it,
-//! and `stabilized` (index 2). Then the same in index 3 with damping, at higher orders. Errors of p(0, 0)
-//! up to 2 s beside its largest value, against Radau IIA of order 9 at 1e-7.
+//! and `stabilized` (index 2). Then `rate` with κ = ∞, of index 3, with damping, at the order that the
+//! damping carries and at order 5, beside `implicit-rate` with κ = 1e5 (index 1). Errors of u_y(0, 0)
+//! and p(0, 0) up to 2 s beside their largest values, against Radau IIA of order 9 at 1e-7.
+
+use std::collections::BTreeSet;
 
 use myovib_fem::Mesh;
+use myovib_model::advice::Advice;
 use myovib_model::{
     Formulation, IntegratorKind, ModelError, MultiplierWeights, MuscleDae, Outcome, Probe,
     SampleTimes, Sampler, Settings, paper, run, start_at_rest,
 };
 use sundials_wrap::DaeProblem;
 
+const TOLERANCES: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 const T_END: f64 = 10.0;
-/// Up to where the pressure is compared, s.
+/// Up to where motions are compared, s.
 const COMPARED: f64 = 2.0;
 
 fn main() -> Result<(), ModelError> {
@@ -41,13 +46,15 @@ fn undamped(mesh: &Mesh) -> Result<(), ModelError> {
     let undamped = [f64::INFINITY, 0.0];
     let trusted = trusted(mesh, Formulation::Position, undamped)?;
     println!(
-        "| rtol | row 1: steps | λ left out: steps | p | λ tested: steps | p | `stabilized`: steps | p |"
+        "| rtol | row 1: steps | λ left out: steps | p | RMS | λ tested: steps | p | RMS \
+         | `stabilized`: steps | p | RMS | steps / row 1, at most |"
     );
-    println!("|---|---|---|---|---|---|---|---|");
-    for rtol in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
+    println!("|{}", "---|".repeat(12));
+    for rtol in TOLERANCES {
         let row_1 = paper_settings(Formulation::Position, rtol);
         let row_1 = motion(mesh, Formulation::Position, [paper::KAPPA, 0.0], &row_1)?;
-        print!("| {rtol:.0e} | {} |", row_1.steps());
+        let mut line = format!("| {rtol:.0e} | {} |", row_1.steps());
+        let mut most = 0.0_f64;
         for (formulation, tested) in [
             (Formulation::Position, false),
             (Formulation::Position, true),
@@ -55,43 +62,69 @@ fn undamped(mesh: &Mesh) -> Result<(), ModelError> {
         ] {
             let settings = index_3(formulation, rtol, tested);
             let run = motion(mesh, formulation, undamped, &settings)?;
-            print!(" {} | {} |", run.steps(), run.error(&trusted));
+            let [_, p] = run.errors(&trusted);
+            line += &format!(" {} | {:.0e} | {:.0e} |", run.steps(), p.largest, p.rms);
+            most = most.max(run.over(&row_1));
         }
-        println!();
+        println!("{line} {most:.2} |");
     }
     Ok(())
 }
 
 fn damped(mesh: &Mesh) -> Result<(), ModelError> {
-    println!("| β | rtol | order 2: steps | p | order 3 | p | order 4 | p | order 5 | p |");
-    println!("|---|---|---|---|---|---|---|---|---|---|");
-    for beta in [1e-5, 1e-4] {
+    println!(
+        "| β | rtol | order | `implicit-rate`, κ = 1e5: steps | λ, μ left out: steps | u_y | p \
+         | λ, μ tested: steps | u_y | p | steps / `implicit-rate`, at most |"
+    );
+    println!("|{}", "---|".repeat(11));
+    for beta in [1e-5, 1e-4, 1e-3, 1e-2] {
         let damped = [f64::INFINITY, beta];
-        let trusted = trusted(mesh, Formulation::Rate, damped)?;
-        for rtol in [1e-3, 1e-5] {
-            print!("| {beta:.0e} | {rtol:.0e} |");
-            for max_order in [2, 3, 4, 5] {
-                let settings = Settings {
+        let trusted = trusted(mesh, Formulation::ImplicitRate, damped)?;
+        let muscle = paper::muscle(mesh, f64::INFINITY, beta)?;
+        for rtol in TOLERANCES {
+            let settings = index_3(Formulation::Rate, rtol, true);
+            let advised = Advice::new(&muscle, Formulation::Rate, &settings).max_order();
+            for max_order in BTreeSet::from([advised, 5]) {
+                let of_order = |settings| Settings {
                     max_order,
-                    ..index_3(Formulation::Rate, rtol, true)
+                    ..settings
                 };
-                let run = motion(mesh, Formulation::Rate, damped, &settings)?;
-                print!(" {} | {} |", run.steps(), run.error(&trusted));
+                let index_1 = of_order(paper_settings(Formulation::ImplicitRate, rtol));
+                let index_1 = motion(
+                    mesh,
+                    Formulation::ImplicitRate,
+                    [paper::KAPPA, beta],
+                    &index_1,
+                )?;
+                let mut line = format!(
+                    "| {beta:.0e} | {rtol:.0e} | {max_order} | {} |",
+                    index_1.steps()
+                );
+                let mut most = 0.0_f64;
+                for tested in [false, true] {
+                    let settings = of_order(index_3(Formulation::Rate, rtol, tested));
+                    let run = motion(mesh, Formulation::Rate, damped, &settings)?;
+                    let [u_y, p] = run.errors(&trusted).map(|error| error.largest);
+                    line += &format!(" {} | {u_y:.0e} | {p:.0e} |", run.steps());
+                    most = most.max(run.over(&index_1));
+                }
+                println!("{line} {most:.2} |");
             }
-            println!();
         }
     }
     Ok(())
 }
 
-fn trusted(mesh: &Mesh, formulation: Formulation, body: [f64; 2]) -> Result<Vec<f64>, ModelError> {
+fn trusted(
+    mesh: &Mesh,
+    formulation: Formulation,
+    body: [f64; 2],
+) -> Result<[Vec<f64>; 2], ModelError> {
     let settings = Settings {
-        integrator: IntegratorKind::Radau9,
-        suppressed: Vec::new(),
         t_end: COMPARED,
-        ..paper_settings(formulation, 1e-7)
+        ..paper_settings(formulation, 1e-7).with_integrator(IntegratorKind::Radau9)
     };
-    Ok(motion(mesh, formulation, body, &settings)?.p)
+    Ok(motion(mesh, formulation, body, &settings)?.origin)
 }
 
 /// The paper's settings to the end time, at a relative tolerance.
@@ -106,8 +139,15 @@ struct Motion {
     steps: u64,
     t_reached: f64,
     finished: bool,
-    /// At the origin, twenty to a period of the load, Pa.
-    p: Vec<f64>,
+    /// u_y (m) and p (Pa) at the origin, twenty to a period of the load.
+    origin: [Vec<f64>; 2],
+}
+
+/// Beside the largest value.
+struct Error {
+    largest: f64,
+    /// The root mean square in time.
+    rms: f64,
 }
 
 impl Motion {
@@ -119,11 +159,21 @@ impl Motion {
         }
     }
 
-    fn error(&self, trusted: &[f64]) -> String {
-        let pairs = self.p.iter().zip(trusted);
-        let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        let largest = trusted.iter().fold(0.0_f64, |most, p| most.max(p.abs()));
-        format!("{:.0e}", apart / largest)
+    /// The steps beside those of another run.
+    fn over(&self, other: &Self) -> f64 {
+        self.steps as f64 / other.steps as f64
+    }
+
+    fn errors(&self, trusted: &[Vec<f64>; 2]) -> [Error; 2] {
+        [0, 1].map(|k| {
+            let pairs = || self.origin[k].iter().zip(&trusted[k]);
+            let largest = trusted[k].iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            let gaps = || pairs().map(|(ours, theirs)| (ours - theirs).abs() / largest);
+            Error {
+                largest: gaps().fold(0.0, f64::max),
+                rms: (gaps().map(|gap| gap * gap).sum::<f64>() / pairs().count() as f64).sqrt(),
+            }
+        })
     }
 }
 
@@ -139,12 +189,14 @@ fn motion(
     let dae = MuscleDae::new(muscle, formulation)?;
     let n = dae.n_unknowns();
     let mut integrator = start_at_rest(dae, settings)?;
-    let mut p = Vec::new();
+    let mut origin_motion = [Vec::new(), Vec::new()];
     let mut sampler = Sampler::new(
         SampleTimes::new(1.0 / 160.0, COMPARED),
         n,
         |dae: &mut MuscleDae, t, y: &[f64]| {
-            p.push(dae.read(&origin, t, y).pressure);
+            let value = dae.read(&origin, t, y);
+            origin_motion[0].push(value.displacement[1]);
+            origin_motion[1].push(value.pressure);
             Ok(())
         },
     );
@@ -154,6 +206,6 @@ fn motion(
         steps: statistics.counts.steps,
         t_reached: statistics.t_reached,
         finished: statistics.outcome == Outcome::Finished,
-        p,
+        origin: origin_motion,
     })
 }
