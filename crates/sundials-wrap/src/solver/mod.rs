@@ -118,6 +118,7 @@ impl<P: DaeProblem> IdaSolver<P> {
         // A weight function that gives up is reported by IDAS as an illegal input.
         let weights_failed = code == sys::IDA_ILL_INPUT && said.recoverable.is_some();
         let message = said.take_message();
+        let worst_components = self.worst_components(code == sys::IDA_ERR_FAIL)?;
         let reason = match codes::stop_reason(code) {
             Some(reason) => reason,
             None if weights_failed => StopReason::ErrorWeightsFailed,
@@ -140,15 +141,21 @@ impl<P: DaeProblem> IdaSolver<P> {
             last_step: stats.last_step,
             last_order: stats.last_order,
             stats,
-            worst_components: self.worst_components()?,
+            worst_components,
         })))
     }
 
-    fn worst_components(&mut self) -> Result<Vec<WorstComponent>, Error> {
+    /// Where the error test failed, of the components that are not left out of it.
+    fn worst_components(&mut self, test_failed: bool) -> Result<Vec<WorstComponent>, Error> {
         let mut errors = vec![0.0; self.n];
         self.estimated_local_errors(&mut errors)?;
         let mut weights = vec![0.0; self.n];
         self.error_weights(&mut weights)?;
+        if let Some(tested) = self.suppressed.as_ref().filter(|_| test_failed) {
+            for (weight, tested) in weights.iter_mut().zip(tested) {
+                *weight *= tested;
+            }
+        }
         let weighted = errors.iter().zip(&weights).map(|(e, w)| e * w);
         Ok(WorstComponent::largest(self.problem(), weighted))
     }

@@ -4,7 +4,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use nalgebra_sparse::pattern::SparsityPattern;
 use sundials_wrap::{
-    ConsistencyMode, DaeProblem, Error, IdaSolver, Outcome, StepError, StopReason, VariableKind,
+    ConsistencyMode, DaeProblem, Error, IdaOptions, IdaSolver, Outcome, StepError, StopReason,
+    Suppressed, VariableKind,
 };
 
 use crate::decay::{Decay, stop};
@@ -54,6 +55,72 @@ fn a_recoverable_error_that_persists_and_a_nan_stop_with_the_reason() {
         assert!(stop.t <= 0.5 && stop.t > 0.4, "{stop}");
         assert!(stop.last_step > 0.0 && stop.last_order >= 1, "{stop}");
         assert_eq!(stop.worst_components[0].name, "amount");
+    }
+}
+
+/// Two algebraic variables that jump at t = 1/2, the second a million times as far.
+struct Jumps;
+
+impl DaeProblem for Jumps {
+    fn n_unknowns(&self) -> usize {
+        2
+    }
+
+    fn residual(&mut self, t: f64, y: &[f64], _: &[f64], out: &mut [f64]) -> Result<(), StepError> {
+        let jump = if t > 0.5 { 1.0 } else { 0.0 };
+        out[0] = y[0] - jump;
+        out[1] = y[1] - 1e6 * jump;
+        Ok(())
+    }
+
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 1, 2], vec![0, 1]).unwrap()
+    }
+
+    fn jacobian(
+        &mut self,
+        _: f64,
+        _: &[f64],
+        _: &[f64],
+        a: f64,
+        _: f64,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        values.fill(a);
+        Ok(())
+    }
+
+    fn kinds(&self) -> Vec<VariableKind> {
+        vec![VariableKind::Algebraic; 2]
+    }
+
+    fn indices(&self) -> Vec<u8> {
+        vec![1; 2]
+    }
+}
+
+/// A jump fails the error test with every step; to blame is what was tested.
+#[test]
+fn a_failed_error_test_names_no_component_left_out_of_it() {
+    let worst = |left_out: bool| {
+        let options = IdaOptions {
+            suppressed: Suppressed::Components(vec![false, left_out]),
+            ..IdaOptions::default()
+        };
+        let builder = IdaSolver::builder(Jumps).options(options);
+        let mut solver = builder.build(0.0, &[0.0; 2], &[0.0; 2]).unwrap();
+        let stop = stop(solver.integrate_to(1.0));
+        assert!(
+            stop.message.contains("error test failed"),
+            "{}: {stop}",
+            stop.reason
+        );
+        stop.worst_components[0].clone()
+    };
+    for (left_out, index) in [(false, 1), (true, 0)] {
+        let worst = worst(left_out);
+        assert_eq!(worst.index, index);
+        assert!(worst.weighted_error > 1.0, "{worst:?}");
     }
 }
 
