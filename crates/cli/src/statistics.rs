@@ -6,6 +6,9 @@ use myovib_model::{Counts, Formulation, IntegratorKind, Outcome, Settings, Stati
 use serde::Serialize;
 use sundials_wrap::klu::Ordering;
 
+/// Samples of the constraint drift over a run.
+pub(crate) const DRIFT_SAMPLES: f64 = 100.0;
+
 /// The counts and the outcome of a run.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)] // the names are the contract's, documented with Statistics

@@ -1,5 +1,7 @@
 //! What a recorded quantity settles to: its mean and spread over a trailing window.
 
+use serde::Serialize;
+
 use crate::error::Error;
 
 /// Mean, range and standard deviation of a quantity over the last part of a recording.
@@ -18,7 +20,7 @@ use crate::error::Error;
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Settled {
     /// Time average.
     pub mean: f64,

@@ -1,10 +1,11 @@
 //! What a user may change of a chain, with the paper's values as default.
 
 use clap::Args;
-use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Ends, Generator, Network, Reach};
+use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Generator, Network};
 use serde::Serialize;
 
 use crate::error::InputError;
+use crate::scene_file::chain::{EndsName, ReachName};
 
 /// Options of a chain of oscillators.
 #[derive(Debug, Clone, Default, Args)]
@@ -68,26 +69,6 @@ impl std::str::FromStr for GeneratorName {
     fn from_str(name: &str) -> Result<Self, Self::Err> {
         name.parse().map(Self)
     }
-}
-
-/// Ends of a chain, as typed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum EndsName {
-    /// The last oscillator is the first one's neighbour.
-    Periodic,
-    /// Nothing beyond the ends.
-    Open,
-}
-
-/// Reach of the forcing, as typed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ReachName {
-    /// All oscillators.
-    All,
-    /// The first and the last.
-    Boundary,
 }
 
 /// A chain with its drive, and the origin of its frequencies.
@@ -194,11 +175,8 @@ impl ChainSetup {
                 duffing: self.duffing,
                 coupling: self.coupling,
             },
-            ends: match self.ends {
-                EndsName::Periodic => Ends::Periodic,
-                EndsName::Open => Ends::Open,
-            },
-            reach: self.reach(),
+            ends: self.ends.into(),
+            reach: self.reach.into(),
         }
         .network()
     }
@@ -207,14 +185,7 @@ impl ChainSetup {
     pub fn drive(&self) -> Drive {
         Drive {
             gain: self.gamma,
-            reach: self.reach(),
-        }
-    }
-
-    fn reach(&self) -> Reach {
-        match self.reach {
-            ReachName::All => Reach::All,
-            ReachName::Boundary => Reach::Boundary,
+            reach: self.reach.into(),
         }
     }
 }

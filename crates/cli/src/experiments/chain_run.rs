@@ -157,48 +157,20 @@ pub struct SettledJson {
     /// Length of the trailing window, s.
     window: f64,
     /// |Ψ|.
-    psi: SpreadJson,
+    psi: Settled,
     /// |χ|.
-    chi: SpreadJson,
+    chi: Settled,
     /// Frequency of the centroid, Hz.
-    frequency: SpreadJson,
-}
-
-#[derive(Debug, Serialize)]
-struct SpreadJson {
-    mean: f64,
-    min: f64,
-    max: f64,
-    std: f64,
-    samples: usize,
-}
-
-impl From<Settled> for SpreadJson {
-    fn from(settled: Settled) -> Self {
-        let Settled {
-            mean,
-            min,
-            max,
-            std,
-            samples,
-        } = settled;
-        Self {
-            mean,
-            min,
-            max,
-            std,
-            samples,
-        }
-    }
+    frequency: Settled,
 }
 
 impl From<Settling> for SettledJson {
     fn from(settling: Settling) -> Self {
         Self {
             window: settling.window,
-            psi: settling.centroid.into(),
-            chi: settling.phase.into(),
-            frequency: settling.frequency.into(),
+            psi: settling.centroid,
+            chi: settling.phase,
+            frequency: settling.frequency,
         }
     }
 }

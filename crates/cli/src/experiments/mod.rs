@@ -10,7 +10,7 @@ mod muscle_chain;
 mod recording;
 mod rod_chain;
 
-pub use chain_args::{ChainArgs, ChainSetup, EndsName, GeneratorName, ReachName};
+pub use chain_args::{ChainArgs, ChainSetup, GeneratorName};
 pub use chain_run::{ChainRun, ChainRunJson, Course, SettledJson};
 pub use muscle_chain::{muscle_chain, muscle_chain_settings, muscle_json, record_muscle};
 pub use rod_chain::{record_rod, replay, rod_chain, rod_json};

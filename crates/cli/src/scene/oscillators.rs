@@ -2,12 +2,12 @@
 
 use myovib_fem::rod::{EndLoad, Rod, RodData};
 use myovib_model::{ModelError, RodDae};
-use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Ends, Generator, Reach};
+use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Generator};
 
 use super::builder::Builder;
 use crate::error::InputError;
 use crate::scene_file::SceneFile;
-use crate::scene_file::chain::{self, EndsName, GeneratorName, Place, ReachName, RodReading};
+use crate::scene_file::chain::{self, GeneratorName, Place, RodReading};
 use crate::scene_file::output::ProbeKind;
 
 /// A chain with what drives it.
@@ -102,10 +102,7 @@ impl Builder<'_> {
         let omega = detuning
             .frequencies(chain.oscillators)
             .map_err(ModelError::from);
-        let reach = match chain.reach {
-            ReachName::All => Reach::All,
-            ReachName::Boundary => Reach::Boundary,
-        };
+        let reach = chain.reach.into();
         Ok(DrivenChain {
             name: chain.name.clone(),
             chain: Chain {
@@ -115,10 +112,7 @@ impl Builder<'_> {
                     duffing: chain.duffing,
                     coupling: chain.coupling,
                 },
-                ends: match chain.ends {
-                    EndsName::Periodic => Ends::Periodic,
-                    EndsName::Open => Ends::Open,
-                },
+                ends: chain.ends.into(),
                 reach,
             },
             drive: Drive {

@@ -1,5 +1,7 @@
 //! Rod and oscillators of a scene.
 
+use clap::ValueEnum;
+use myovib_oscillators::{Ends, Reach};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -149,7 +151,7 @@ pub enum GeneratorName {
 }
 
 /// Ends of a chain.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum EndsName {
     /// The chain is closed to a ring.
@@ -158,12 +160,30 @@ pub enum EndsName {
     Open,
 }
 
+impl From<EndsName> for Ends {
+    fn from(name: EndsName) -> Self {
+        match name {
+            EndsName::Periodic => Self::Periodic,
+            EndsName::Open => Self::Open,
+        }
+    }
+}
+
 /// The oscillators that the forcing reaches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum ReachName {
     /// All.
     All,
     /// The first and the last.
     Boundary,
+}
+
+impl From<ReachName> for Reach {
+    fn from(name: ReachName) -> Self {
+        match name {
+            ReachName::All => Self::All,
+            ReachName::Boundary => Self::Boundary,
+        }
+    }
 }

@@ -1,6 +1,5 @@
 //! A motion over a time interval.
 
-use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use myovib_model::{Integrator, Limits, Observer, Outcome, SampleTimes, StopReason, run};
@@ -17,20 +16,16 @@ use super::watch::Watch;
 use super::{RunArgs, RunResult, html, start};
 use crate::error::InputError;
 use crate::exit::Exit;
+use crate::interrupt;
 use crate::scene::Scene;
+use crate::statistics::DRIFT_SAMPLES;
 use crate::vtu::Series;
 
-/// Samples of the constraint drift over a run.
-const DRIFT_SAMPLES: f64 = 100.0;
 /// Checkpoints over a run that does not say how many.
 const CHECKPOINTS: f64 = 10.0;
 
 /// Computes the motion of a scene.
-pub(super) fn compute(
-    scene: &Scene,
-    args: &RunArgs,
-    interrupted: &AtomicBool,
-) -> anyhow::Result<RunResult> {
+pub(super) fn compute(scene: &Scene, args: &RunArgs) -> anyhow::Result<RunResult> {
     let started = Instant::now();
     let echo = serde_json::to_value(&scene.file)?;
     let checkpoint = if args.resume {
@@ -41,7 +36,6 @@ pub(super) fn compute(
     let run = Motion {
         scene,
         args,
-        interrupted,
         checkpoint,
         echo,
         started,
@@ -74,7 +68,6 @@ pub(super) fn compute(
 struct Motion<'a> {
     scene: &'a Scene,
     args: &'a RunArgs,
-    interrupted: &'a AtomicBool,
     checkpoint: Option<Checkpoint>,
     echo: Value,
     started: Instant,
@@ -110,7 +103,7 @@ impl Motion<'_> {
         };
         let setup = self.started.elapsed();
         let most_cpu = scene.file.integrator.max_cpu.unwrap_or(f64::INFINITY);
-        let mut limits = Limits::new(most_cpu, Some(self.interrupted));
+        let mut limits = Limits::new(most_cpu, Some(interrupt::flag()));
         let mut watch = Watch::new(args.common.quiet, integrator.time(), scene.t_end);
         let mut steps = StepLimit {
             most: scene.file.integrator.max_steps,

@@ -19,8 +19,6 @@ mod system;
 mod watch;
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 
@@ -70,10 +68,7 @@ pub struct RunArgs {
 /// A wrong scene (before anything is written), or an output that cannot be written.
 pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     let scene = Scene::load(&args.scene, &args.set)?;
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
-    let result = compute(&scene, args, &interrupted)?;
+    let result = compute(&scene, args)?;
     args.common
         .give("run", &document::text(&result.document), &result.document)?;
     Ok(result.exit)
@@ -88,13 +83,9 @@ pub(crate) struct RunResult {
 }
 
 /// Computes a scene into its folder.
-pub(crate) fn compute(
-    scene: &Scene,
-    args: &RunArgs,
-    interrupted: &AtomicBool,
-) -> anyhow::Result<RunResult> {
+pub(crate) fn compute(scene: &Scene, args: &RunArgs) -> anyhow::Result<RunResult> {
     match scene.file.analysis {
-        Analysis::Dynamic => dynamic::compute(scene, args, interrupted),
+        Analysis::Dynamic => dynamic::compute(scene, args),
         Analysis::Static => statics::compute(scene, args),
         Analysis::Modes => Err(InputError::new(
             "the scene asks for modes, which `run` does not do",

@@ -19,10 +19,10 @@ use serde_json::Value;
 use crate::args::{self, CommonArgs};
 use crate::error::InputError;
 use crate::exit::Exit;
-use crate::experiments::replay;
-use crate::experiments::{ChainArgs, ChainSetup, Course, EVERY, GeneratorName, ReachName};
+use crate::experiments::{ChainArgs, ChainSetup, Course, EVERY, GeneratorName, replay};
 use crate::parallel;
 use crate::progress::Progress;
+use crate::scene_file::chain::ReachName;
 use driver::{BodyName, Driver};
 
 /// Options of `myovib synchronization`.

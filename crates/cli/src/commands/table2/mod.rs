@@ -17,6 +17,11 @@ use crate::exit::Exit;
 use crate::{atomic_file, mesh_file};
 use rows::{ROWS, Row};
 
+/// The contract's settings that an option can change.
+const T_END: f64 = 10.0;
+const RTOL: f64 = 1e-3;
+const ATOL_VELOCITY: f64 = 1e-5;
+
 /// Options of `myovib table2`.
 #[derive(Debug, Args)]
 #[command(
@@ -44,7 +49,7 @@ pub struct Table2Args {
     pub integrator: IntegratorKind,
 
     /// End time in s.
-    #[arg(long, value_name = "T", default_value_t = 10.0)]
+    #[arg(long, value_name = "T", default_value_t = T_END)]
     pub t_end: f64,
 
     /// Maximum BDF order of all rows, 1 to 5, or `auto`: what the damping of the fast modes allows
@@ -66,11 +71,11 @@ pub struct Table2Args {
     pub project_every: Option<f64>,
 
     /// Relative tolerance.
-    #[arg(long, value_name = "X", default_value_t = 1e-3)]
+    #[arg(long, value_name = "X", default_value_t = RTOL)]
     pub rtol: f64,
 
     /// Absolute tolerance of the velocity in m/s.
-    #[arg(long, value_name = "X", default_value_t = 1e-5)]
+    #[arg(long, value_name = "X", default_value_t = ATOL_VELOCITY)]
     pub atol_velocity: f64,
 
     /// How Newton's linear systems are solved: `condensed` or `full`.
@@ -188,14 +193,14 @@ impl Table2Args {
     /// Whether a setting of the contract's table is overridden: the paper's outcomes then no longer
     /// are what is to be shown.
     fn is_modified(&self) -> bool {
-        self.t_end != 10.0
+        self.t_end != T_END
             || self.max_order.is_some()
             || self.integrator != IntegratorKind::Ida
             || self.suppress != Suppress::Default
             || self.multiplier_weights != MultiplierWeights::Plain
             || self.project_every.is_some()
-            || self.rtol != 1e-3
-            || self.atol_velocity != 1e-5
+            || self.rtol != RTOL
+            || self.atol_velocity != ATOL_VELOCITY
             || self.mesh.is_some()
     }
 

@@ -20,10 +20,8 @@ use crate::csv::CsvWriter;
 use crate::interrupt;
 use crate::parallel;
 use crate::progress::Progress;
+use crate::statistics::DRIFT_SAMPLES;
 use crate::watch::Watch;
-
-/// Samples of the constraint drift over the run, beside the one at its end.
-const DRIFT_SAMPLES: f64 = 100.0;
 
 /// A row with what its run came to.
 pub(super) struct RowResult {

@@ -3,13 +3,14 @@
 //! Cases are numbered by the grid (the last `--vary` changes fastest) and depend on nothing but
 //! their number, so that any of them can be computed alone, on any machine, with the same result.
 
+mod grid;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
-use std::thread;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::Context;
 use clap::Args;
@@ -18,10 +19,11 @@ use serde_json::{Value, json};
 use crate::args::CommonArgs;
 use crate::atomic_file;
 use crate::commands::run::{self, RunArgs};
-use crate::error::InputError;
 use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::scene::Scene;
+use crate::{interrupt, parallel};
+use grid::{Axis, Case, case_number, cases};
 
 /// Options of `myovib sweep`.
 #[derive(Debug, Args)]
@@ -57,13 +59,6 @@ pub struct SweepArgs {
     pub common: CommonArgs,
 }
 
-/// One case: its number from 0, and its overrides.
-#[derive(Debug, Clone)]
-struct Case {
-    number: usize,
-    set: Vec<String>,
-}
-
 /// Runs the cases.
 ///
 /// # Errors
@@ -84,10 +79,7 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     Scene::load(&args.scene, &first)?;
     fs::create_dir_all(&args.out).with_context(|| format!("cannot make {}", args.out.display()))?;
 
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
-    compute_all(args, &wanted, &interrupted);
+    compute_all(args, &wanted);
 
     let rows: Vec<Value> = all.iter().map(|case| row(args, &axes, case)).collect();
     let document = json!({ "rows": rows });
@@ -103,122 +95,34 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
         .with_context(|| format!("cannot write {}", path.display()))?;
     }
     args.common.give("sweep", &csv, &document)?;
-    Ok(if interrupted.load(Ordering::Relaxed) {
+    Ok(if is_interrupted() {
         Exit::Interrupted
     } else {
         Exit::Done
     })
 }
 
-/// A key and its values, as text.
-#[derive(Debug)]
-struct Axis {
-    key: String,
-    values: Vec<String>,
-}
-
-impl Axis {
-    fn parse(text: &str) -> Result<Self, InputError> {
-        let wrong = |message: &str| {
-            InputError::new(message.to_owned())
-                .at(format!("--vary {text}"))
-                .allowed("key=a,b,c or key=lo..hi:n, as in solid.beta=1e-5..1e-3:5")
-        };
-        let (key, values) = text
-            .split_once('=')
-            .ok_or_else(|| wrong("values are missing"))?;
-        let values = match values.split_once("..") {
-            None => values
-                .split(',')
-                .map(|value| value.trim().to_owned())
-                .collect(),
-            Some((low, rest)) => {
-                let (high, n) = rest
-                    .split_once(':')
-                    .ok_or_else(|| wrong("`:n` is missing"))?;
-                let number = |word: &str| word.trim().parse::<f64>().ok();
-                let (Some(low), Some(high), Ok(n)) =
-                    (number(low), number(high), n.trim().parse::<usize>())
-                else {
-                    return Err(wrong("a range is made of numbers"));
-                };
-                if n < 2 {
-                    return Err(wrong("a range has two values at least"));
-                }
-                let value = |i: usize| {
-                    let s = i as f64 / (n - 1) as f64;
-                    format!("{:e}", (1.0 - s) * low + s * high)
-                };
-                (0..n).map(value).collect()
-            }
-        };
-        Ok(Self {
-            key: key.trim().to_owned(),
-            values,
-        })
-    }
-}
-
-/// All combinations; the last axis changes fastest.
-fn cases(axes: &[Axis]) -> Vec<Case> {
-    let count: usize = axes.iter().map(|axis| axis.values.len()).product();
-    (0..count)
-        .map(|number| {
-            let mut rest = number;
-            let mut set: Vec<String> = axes
-                .iter()
-                .rev()
-                .map(|axis| {
-                    let value = &axis.values[rest % axis.values.len()];
-                    rest /= axis.values.len();
-                    format!("{}={value}", axis.key)
-                })
-                .collect();
-            set.reverse();
-            Case { number, set }
-        })
-        .collect()
-}
-
-fn case_number(text: &str, count: usize) -> Result<usize, InputError> {
-    let number = |word: &str| word.parse::<usize>().ok();
-    let numbers = text
-        .split_once("/")
-        .and_then(|(k, n)| Some((number(k)?, number(n)?)));
-    match numbers {
-        Some((k, n)) if n == count && (1..=count).contains(&k) => Ok(k - 1),
-        _ => Err(InputError::new("there is no such case")
-            .at("--case")
-            .found(text)
-            .allowed(format!("1/{count} to {count}/{count}"))),
-    }
-}
-
 fn folder(out: &Path, case: &Case) -> PathBuf {
     out.join(format!("case-{:04}", case.number + 1))
 }
 
-fn compute_all(args: &SweepArgs, cases: &[Case], interrupted: &AtomicBool) {
-    let next = AtomicUsize::new(0);
+fn is_interrupted() -> bool {
+    interrupt::flag().load(Ordering::Relaxed)
+}
+
+fn compute_all(args: &SweepArgs, cases: &[Case]) {
     let done = AtomicUsize::new(0);
     let progress = Mutex::new(Progress::new(args.common.quiet));
-    let worker = || {
-        while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
-            if interrupted.load(Ordering::Relaxed) {
-                return;
-            }
-            if !is_finished(args, case) {
-                compute(args, case, interrupted);
-            }
-            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            if let Ok(mut progress) = progress.lock() {
-                progress.show(|| format!("{done} of {} cases", cases.len()));
-            }
+    parallel::map(cases, args.common.n_threads(), |case| {
+        if is_interrupted() {
+            return;
         }
-    };
-    thread::scope(|scope| {
-        for _ in 0..args.common.n_threads().get().min(cases.len()) {
-            scope.spawn(worker);
+        if !is_finished(args, case) {
+            compute(args, case);
+        }
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        if let Ok(mut progress) = progress.lock() {
+            progress.show(|| format!("{done} of {} cases", cases.len()));
         }
     });
 }
@@ -236,7 +140,7 @@ fn is_finished(args: &SweepArgs, case: &Case) -> bool {
 }
 
 /// Computes a case and records what came of it.
-fn compute(args: &SweepArgs, case: &Case, interrupted: &AtomicBool) {
+fn compute(args: &SweepArgs, case: &Case) {
     let folder = folder(&args.out, case);
     let run = RunArgs {
         scene: args.scene.clone(),
@@ -250,8 +154,7 @@ fn compute(args: &SweepArgs, case: &Case, interrupted: &AtomicBool) {
             threads: None,
         },
     };
-    let outcome =
-        Scene::load(&run.scene, &run.set).and_then(|scene| run::compute(&scene, &run, interrupted));
+    let outcome = Scene::load(&run.scene, &run.set).and_then(|scene| run::compute(&scene, &run));
     let result = match outcome {
         Ok(result) => result.document,
         Err(failure) => json!({ "outcome": "failed", "message": format!("{failure:#}") }),
@@ -335,27 +238,4 @@ fn table(axes: &[Axis], rows: &[Value]) -> String {
         text += &(words.join(",") + "\n");
     }
     text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_last_key_changes_fastest_and_ranges_include_their_ends() {
-        let axes = ["a.b=1,inf", "c=0..1:3"].map(|text| Axis::parse(text).unwrap());
-        let cases = cases(&axes);
-        let sets: Vec<String> = cases.iter().map(|case| case.set.join(" ")).collect();
-        assert_eq!(sets[..3], ["a.b=1 c=0e0", "a.b=1 c=5e-1", "a.b=1 c=1e0"]);
-        assert_eq!((sets.len(), sets[5].as_str()), (6, "a.b=inf c=1e0"));
-        assert_eq!(case_number("6/6", 6).unwrap(), 5);
-        assert!(case_number("7/6", 6).is_err() && case_number("1/5", 6).is_err());
-    }
-
-    #[test]
-    fn wrong_axes_are_refused() {
-        for text in ["a", "a=1..2", "a=1..2:1", "a=x..2:3"] {
-            assert!(Axis::parse(text).is_err(), "{text}");
-        }
-    }
 }

@@ -1,0 +1,167 @@
+//! Table 1 as JSON.
+
+use myovib_model::Field;
+use myovib_model::counterexample::Solution;
+use myovib_model::index::IndexReport;
+use myovib_model::table1::Case;
+use myovib_structure::Verdict;
+use serde::Serialize;
+
+use super::{RowResult, law_name};
+use crate::json;
+
+/// The document of rows, the limit of (29), and the counterexample without and with a richer
+/// multiplier.
+pub(super) fn document(
+    rows: &[RowResult],
+    limit: &[(Case, IndexReport)],
+    [matching, richer]: [&Solution; 2],
+) -> Document {
+    Document {
+        rows: rows.iter().map(row_json).collect(),
+        limit: limit
+            .iter()
+            .map(|(case, report)| LimitJson {
+                kappa: case.kappa,
+                beta: case.beta,
+                report: report_json(report),
+            })
+            .collect(),
+        counterexample: CounterexampleJson {
+            matching: solution_json(matching),
+            richer: solution_json(richer),
+            error: richer.error(matching),
+        },
+    }
+}
+
+/// The document of the command.
+#[derive(Serialize)]
+pub(super) struct Document {
+    rows: Vec<RowJson>,
+    limit: Vec<LimitJson>,
+    counterexample: CounterexampleJson,
+}
+
+#[derive(Serialize)]
+struct CounterexampleJson {
+    /// (33).
+    matching: SolutionJson,
+    /// (34) with a quadratic extra multiplier.
+    richer: SolutionJson,
+    /// max |q - q'| / max |q'|, q' of (33).
+    error: f64,
+}
+
+#[derive(Serialize)]
+struct SolutionJson {
+    verdict: String,
+    multipliers: usize,
+    dependent: usize,
+    /// max |M⁻¹B̃ᵀμ| / max |v|.
+    multiplier: f64,
+    amplitude: f64,
+}
+
+fn solution_json(solution: &Solution) -> SolutionJson {
+    SolutionJson {
+        verdict: solution.index.to_string(),
+        multipliers: solution.multipliers,
+        dependent: solution.dependent,
+        multiplier: solution.multiplier,
+        amplitude: solution.amplitude,
+    }
+}
+
+#[derive(Serialize)]
+struct RowJson {
+    equation: Option<&'static str>,
+    formulation: &'static str,
+    law: &'static str,
+    #[serde(serialize_with = "json::kappa")]
+    kappa: f64,
+    beta: f64,
+    /// As printed in the paper.
+    paper: Option<usize>,
+    /// As computed; null when undecided.
+    index: Option<usize>,
+    gap_decades: f64,
+    samples: Vec<SampleJson>,
+}
+
+#[derive(Serialize)]
+struct SampleJson {
+    triangles: usize,
+    seed: u64,
+    #[serde(flatten)]
+    report: ReportJson,
+}
+
+#[derive(Serialize)]
+struct LimitJson {
+    #[serde(serialize_with = "json::kappa")]
+    kappa: f64,
+    beta: f64,
+    #[serde(flatten)]
+    report: ReportJson,
+}
+
+/// An index with its evidence.
+#[derive(Serialize)]
+pub(in crate::commands) struct ReportJson {
+    unknowns: usize,
+    /// Null when undecided, or when there is none.
+    index: Option<usize>,
+    /// The same in words.
+    verdict: String,
+    gap_decades: f64,
+    blocks: Vec<BlockJson>,
+    decisions: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct BlockJson {
+    field: &'static str,
+    index: u8,
+    decisive: bool,
+}
+
+fn row_json(row: &RowResult) -> RowJson {
+    let case = &row.case;
+    RowJson {
+        equation: case.equation,
+        formulation: case.formulation.name(),
+        law: law_name(case.law),
+        kappa: case.kappa,
+        beta: case.beta,
+        paper: case.printed,
+        index: row.index(),
+        gap_decades: row.gap(),
+        samples: row
+            .samples
+            .iter()
+            .map(|sample| SampleJson {
+                triangles: sample.triangles,
+                seed: sample.seed,
+                report: report_json(&sample.report),
+            })
+            .collect(),
+    }
+}
+
+/// The document's form of a report.
+pub(in crate::commands) fn report_json(report: &IndexReport) -> ReportJson {
+    let block = |(field, found): &(Field, myovib_structure::VariableIndex)| BlockJson {
+        field: field.symbol(),
+        index: found.index,
+        decisive: found.verdict == Verdict::Decisive,
+    };
+    ReportJson {
+        unknowns: report.unknowns,
+        index: report.decided(),
+        verdict: report.index.to_string(),
+        gap_decades: report.gap,
+        blocks: report.blocks.iter().map(block).collect(),
+        decisions: report.decisions.clone(),
+    }
+}

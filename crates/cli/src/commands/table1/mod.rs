@@ -1,0 +1,112 @@
+//! `myovib table1`: the indices of the paper's Table 1, computed from matrices.
+
+mod document;
+mod text;
+
+use clap::Args;
+use myovib_fem::{Law, generate};
+use myovib_model::counterexample::{self, MultiplierSpace};
+use myovib_model::index::IndexReport;
+use myovib_model::table1::{self, Case, Sample};
+use myovib_structure::Verdict;
+
+use crate::args::CommonArgs;
+use crate::exit::Exit;
+
+pub(super) use document::{ReportJson, report_json};
+
+/// Options of `myovib table1`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    myovib table1\n  \
+    myovib table1 --json t1.json\n\n\
+    Every index is computed from the matrices alone, on two meshes and at two random, consistent \
+    states of large strain. Exit code 1 when one differs from the paper's or is undecided.")]
+pub struct Table1Args {
+    /// Options of every command.
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// A case with its samples, and what they say together.
+struct RowResult {
+    case: Case,
+    samples: Vec<Sample>,
+}
+
+impl RowResult {
+    /// The index, if all samples decided for the same.
+    fn index(&self) -> Option<usize> {
+        let first = self.samples.first()?.report.decided();
+        let agree = self.samples.iter().all(|s| s.report.decided() == first);
+        first.filter(|_| agree)
+    }
+
+    /// The narrowest gap of all samples.
+    fn gap(&self) -> f64 {
+        let gaps = self.samples.iter().map(|sample| sample.report.gap);
+        gaps.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether the index is the printed one; `None` where nothing is printed.
+    fn agrees(&self) -> Option<bool> {
+        let printed = self.case.printed?;
+        Some(self.index() == Some(printed))
+    }
+
+    /// The index of a block: the same in all samples, or `?`.
+    fn block(&self, symbol: &str) -> String {
+        let mut found = self.samples.iter().map(|s| block(&s.report, symbol));
+        let first = found.next().flatten();
+        match first {
+            None => String::new(),
+            Some(text) if found.all(|other| other.as_deref() == Some(&text)) => text,
+            Some(_) => "?".into(),
+        }
+    }
+}
+
+/// The index of the block with this symbol, with a question mark where a gap is not decisive.
+fn block(report: &IndexReport, symbol: &str) -> Option<String> {
+    let (_, found) = report.blocks.iter().find(|(f, _)| f.symbol() == symbol)?;
+    let doubt = if found.verdict == Verdict::Decisive {
+        ""
+    } else {
+        "?"
+    };
+    Some(format!("{}{doubt}", found.index))
+}
+
+/// Computes and prints the table.
+///
+/// # Errors
+/// When an index cannot be computed at all, or an output cannot be written.
+pub fn run(args: &Table1Args) -> anyhow::Result<Exit> {
+    let rows = table1::cases()
+        .into_iter()
+        .map(|case| {
+            let samples = case.samples()?;
+            Ok(RowResult { case, samples })
+        })
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let limit = table1::limit()?;
+    let mesh = generate::beam(0.1, 0.04, [4, 2])?;
+    let matching = counterexample::solve(&mesh, MultiplierSpace::Linear)?;
+    let richer = counterexample::solve(&mesh, MultiplierSpace::Quadratic)?;
+    let document = document::document(&rows, &limit, [&matching, &richer]);
+    let mut text = text::table(&rows, &limit);
+    text.push_str(&text::counterexample(&matching, &richer));
+    args.common.give("table1", &text, &document)?;
+    let settled = rows
+        .iter()
+        .all(|row| row.index().is_some() && row.agrees() != Some(false));
+    Ok(if settled { Exit::Done } else { Exit::Differs })
+}
+
+fn law_name(law: Law) -> &'static str {
+    if law.is_linear() {
+        "small strain"
+    } else {
+        "Mooney–Rivlin"
+    }
+}
