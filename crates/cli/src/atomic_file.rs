@@ -5,6 +5,8 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
+use anyhow::Context;
+
 /// Writes `path` by `fill`, so that a reader sees the old file or the new one, never a part.
 ///
 /// # Errors
@@ -36,6 +38,15 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
         let _ = fs::remove_file(&temporary);
     }
     written
+}
+
+/// Writes `contents` to `path`, whole or not at all.
+///
+/// # Errors
+/// Those of the file system, with the path.
+pub fn save(path: &Path, contents: impl AsRef<[u8]>) -> anyhow::Result<()> {
+    write(path, |file| file.write_all(contents.as_ref()))
+        .with_context(|| format!("cannot write `{}`", path.display()))
 }
 
 fn fill_and_sync(

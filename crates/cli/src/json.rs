@@ -5,7 +5,6 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use anyhow::Context;
 use serde::{Serialize, Serializer};
 
 use crate::atomic_file;
@@ -63,8 +62,7 @@ pub fn write(target: &JsonTarget, command: &str, body: &impl Serialize) -> anyho
     let text = document(command, body)?;
     match target {
         JsonTarget::Stdout => io::stdout().write_all(text.as_bytes())?,
-        JsonTarget::File(path) => atomic_file::write(path, |file| file.write_all(text.as_bytes()))
-            .with_context(|| format!("cannot write `{}`", path.display()))?,
+        JsonTarget::File(path) => atomic_file::save(path, text)?,
     }
     Ok(())
 }

@@ -36,10 +36,8 @@ pub fn write(
         .into_iter()
         .map(|(extension, bytes)| {
             let path = folder.join(format!("{name}.{extension}"));
-            let shown = path.display().to_string();
-            atomic_file::write(&path, |file| file.write_all(&bytes))
-                .with_context(|| format!("cannot write `{shown}`"))?;
-            Ok(shown)
+            atomic_file::save(&path, bytes)?;
+            Ok(path.display().to_string())
         })
         .collect()
 }

@@ -20,7 +20,8 @@ use crate::scene::{Body, Scene};
     myovib check scene.toml\n  \
     myovib check table2-4\n  \
     myovib check scene.toml --set solid.kappa=inf --json\n\n\
-    Nothing is integrated and nothing is written. Warnings do not change the exit code.")]
+    The first steps are taken, to time them; nothing is written. Warnings do not change the exit \
+    code.")]
 pub struct CheckArgs {
     /// The scene: a TOML file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]

@@ -67,8 +67,7 @@ pub fn run(args: &InfsupArgs) -> anyhow::Result<Exit> {
         .with_context(|| format!("the mesh `{mesh_name}`"))?;
     if let Some(path) = &args.plot {
         let drawing = figure(&families).render();
-        atomic_file::write(path, |file| file.write_all(drawing.as_bytes()))
-            .with_context(|| format!("cannot write `{}`", path.display()))?;
+        atomic_file::save(path, drawing)?;
     }
     let document = Document {
         mesh: &mesh_name,

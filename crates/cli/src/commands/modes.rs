@@ -9,15 +9,14 @@ use myovib_model::{Muscle, Signal, paper, spectrum, statics};
 use myovib_structure::Mode;
 use serde::Serialize;
 
+use super::figure::outline;
 use crate::args::CommonArgs;
 use crate::error::InputError;
 use crate::exit::Exit;
-use crate::plot::{Axis, Figure, MeshPlot, Panel};
+use crate::plot::{Figure, MeshPlot, Panel};
 use crate::report::{Align, Table, coloured_stdout};
 use crate::{atomic_file, json, mesh_file};
 
-/// Frequency of the paper's load, Hz.
-const DRIVE: f64 = 8.0;
 /// Largest displacement in a drawing as a fraction of the body's length.
 const DRAWN: f64 = 0.06;
 
@@ -40,7 +39,7 @@ pub struct ModesArgs {
     pub mesh: Option<PathBuf>,
 
     /// Bulk modulus of the compressible muscle in Pa.
-    #[arg(long, value_name = "X", default_value_t = 1e5)]
+    #[arg(long, value_name = "X", default_value_t = paper::KAPPA)]
     pub kappa: f64,
 
     /// Linearise about the equilibrium under this constant traction (Pa, upwards on `load`), not
@@ -49,7 +48,7 @@ pub struct ModesArgs {
     pub load: f64,
 
     /// Stiffness-proportional damping β in s, for the damping ratios.
-    #[arg(long, value_name = "X", default_value_t = 1e-4)]
+    #[arg(long, value_name = "X", default_value_t = paper::BETA)]
     pub beta: f64,
 
     /// Draw the incompressible modes as SVG.
@@ -83,15 +82,14 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
     let found = [soft?, stiff?];
     if let Some(path) = &args.svg {
         let drawing = figure(&found[1]).render();
-        atomic_file::write(path, |file| file.write_all(drawing.as_bytes()))
-            .with_context(|| format!("cannot write `{}`", path.display()))?;
+        atomic_file::save(path, drawing)?;
     }
     let document = Document {
         mesh: &mesh_name,
         load: args.load,
         alpha: paper::ALPHA,
         beta: args.beta,
-        drive: DRIVE,
+        drive: paper::LOAD_FREQUENCY,
         muscles: found.iter().map(|f| muscle_json(f, args.beta)).collect(),
     };
     args.common.give("modes", &text(&found, args), &document)?;
@@ -133,8 +131,9 @@ fn text(found: &[Found; 2], args: &ModesArgs) -> String {
     ]);
     for (n, (a, b)) in soft.modes.iter().zip(&stiff.modes).enumerate() {
         let of_drive = |mode: &Mode| {
-            mode.frequency()
-                .map_or("–".into(), |f| format!("{:.2}", f / DRIVE))
+            mode.frequency().map_or("–".into(), |f| {
+                format!("{:.2}", f / paper::LOAD_FREQUENCY)
+            })
         };
         table.row([
             (n + 1).to_string().into(),
@@ -195,16 +194,8 @@ fn panel(muscle: &Muscle, n: usize, mode: &Mode) -> MeshPlot {
         .collect();
     MeshPlot {
         title: format!("mode {}: {} Hz", n + 1, frequency(mode)),
-        x: Axis::new("*x*", "m"),
-        y: Axis::new("*y*", "m"),
         nodes,
-        triangles: (0..space.n_elements())
-            .map(|element| {
-                let nodes = space.element_nodes(element);
-                std::array::from_fn(|i| nodes[i])
-            })
-            .collect(),
-        ..MeshPlot::default()
+        ..outline(space)
     }
 }
 

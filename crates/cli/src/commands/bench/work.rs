@@ -116,8 +116,7 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
     drop(progress);
     if let Some(path) = &args.svg {
         let svg = diagram(&points, &rival, &cases).render();
-        atomic_file::write(path, |file| file.write_all(svg.as_bytes()))
-            .with_context(|| format!("cannot write `{}`", path.display()))?;
+        atomic_file::save(path, svg)?;
     }
     let best = best(&points);
     let text = text(&points, &rival, &best);

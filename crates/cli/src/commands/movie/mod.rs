@@ -5,7 +5,6 @@ mod hardening;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
-use anyhow::Context;
 use clap::{Args, ValueEnum};
 use myovib_model::{IntegratorKind, paper};
 use serde::Serialize;
@@ -157,8 +156,7 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
         args.width_pixels,
         DELAY,
     )?;
-    atomic_file::write(&path, |file| file.write_all(&bytes))
-        .with_context(|| format!("cannot write `{}`", path.display()))?;
+    atomic_file::save(&path, bytes)?;
     let document = Document {
         file: path.display().to_string(),
         frames: movie.n_frames,

@@ -1,8 +1,11 @@
 //! A motion over a time interval.
 
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use myovib_model::{Integrator, Limits, Observer, Outcome, SampleTimes, StopReason, run};
+use myovib_model::{
+    Integrator, Limits, ModelError, Observer, Outcome, SampleTimes, Step, StopReason, run,
+};
 use serde_json::Value;
 
 use super::checkpoint::{Checkpoint, Totals};
@@ -209,17 +212,14 @@ struct StepLimit {
 }
 
 impl<P> Observer<P> for StepLimit {
-    fn accepted(
-        &mut self,
-        step: &mut myovib_model::Step<'_, P>,
-    ) -> Result<std::ops::ControlFlow<Outcome>, myovib_model::ModelError> {
+    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
         let steps = step.integrator.counts().steps;
         Ok(match self.most {
-            Some(most) if steps >= most => std::ops::ControlFlow::Break(Outcome::ended(
+            Some(most) if steps >= most => ControlFlow::Break(Outcome::ended(
                 StopReason::MaxSteps,
                 format!("{steps} steps, as many as allowed; reached t = {}", step.to),
             )),
-            _ => std::ops::ControlFlow::Continue(()),
+            _ => ControlFlow::Continue(()),
         })
     }
 }

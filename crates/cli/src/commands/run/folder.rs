@@ -1,7 +1,6 @@
 //! The folder of a run.
 
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -52,10 +51,6 @@ impl Folder {
 
     /// Writes a file whole.
     pub(super) fn write(&self, name: &str, text: &str) -> anyhow::Result<()> {
-        let path = self.path.join(name);
-        atomic_file::write(&path, |file: &mut dyn Write| {
-            file.write_all(text.as_bytes())
-        })
-        .with_context(|| format!("cannot write {}", path.display()))
+        atomic_file::save(&self.path.join(name), text)
     }
 }

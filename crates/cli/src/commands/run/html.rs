@@ -8,6 +8,7 @@ use myovib_fem::Group;
 use serde_json::Value;
 
 use super::folder::Folder;
+use crate::commands::figure::outline;
 use crate::plot::{Axis, Colour, EdgeGroup, Figure, LinePlot, MeshPlot, Panel, Series};
 use crate::scene::{Body, Scene};
 use crate::scene_file::output::Probe;
@@ -86,10 +87,6 @@ fn outcome(document: &Value) -> String {
 
 fn mesh_figure(scene: &Scene, body: &Body) -> String {
     let space = body.muscle.solid.space();
-    let mut triangles = Vec::new();
-    for element in 0..space.n_elements() {
-        triangles.extend(<[usize; 6]>::try_from(space.element_nodes(element)));
-    }
     let held = scene.file.fixed.iter().map(|fixed| (&fixed.group, None));
     let moved = scene
         .file
@@ -117,13 +114,8 @@ fn mesh_figure(scene: &Scene, body: &Body) -> String {
         })
     });
     let plot = MeshPlot {
-        x: Axis::new("x", "m"),
-        y: Axis::new("y", "m"),
-        nodes: space.node_points().to_vec(),
-        triangles,
         groups: groups.collect(),
-        scale: 1.0,
-        ..MeshPlot::default()
+        ..outline(space)
     };
     Figure::of("Mesh and boundary conditions", plot).render()
 }

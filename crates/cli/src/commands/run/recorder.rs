@@ -254,8 +254,7 @@ fn keep_rows(path: &Path, t: f64) -> anyhow::Result<u64> {
     let header = lines.next().unwrap_or_default();
     let rows: Vec<&str> = lines.take_while(belongs).collect();
     let kept = header.to_owned() + &rows.concat();
-    crate::atomic_file::write(path, |file| file.write_all(kept.as_bytes()))
-        .with_context(|| format!("cannot write {}", path.display()))?;
+    crate::atomic_file::save(path, kept)?;
     Ok(rows.len() as u64)
 }
 

@@ -2,8 +2,6 @@
 
 use std::path::Path;
 
-use anyhow::Context;
-
 use super::Row;
 use super::cell::Cell;
 use super::plan::{Factor, homes};
@@ -44,8 +42,7 @@ pub(super) fn write_all(rows: &[Row], folder: &Path) -> anyhow::Result<()> {
             };
             let path = folder.join(format!("map-{}-{}.svg", first.name(), second.name()));
             let svg = figure.render();
-            atomic_file::write(&path, |file| file.write_all(svg.as_bytes()))
-                .with_context(|| format!("cannot write `{}`", path.display()))?;
+            atomic_file::save(&path, svg)?;
         }
     }
     Ok(())

@@ -135,9 +135,7 @@ pub fn run(args: &StressArgs) -> anyhow::Result<Exit> {
         rows: &rows,
     };
     let text = crate::json::document("stress", &document)?;
-    atomic_file::write(&args.out.join("stress.json"), |file| {
-        file.write_all(text.as_bytes())
-    })?;
+    atomic_file::save(&args.out.join("stress.json"), text)?;
     args.common
         .give("stress", &report::text(&rows), &document)?;
     Ok(if rows.len() < cells.len() {

@@ -7,7 +7,6 @@ mod grid;
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -88,11 +87,7 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
         ("sweep.csv", csv.clone()),
         ("sweep.json", crate::json::document("sweep", &document)?),
     ] {
-        let path = args.out.join(name);
-        atomic_file::write(&path, |file: &mut dyn Write| {
-            file.write_all(text.as_bytes())
-        })
-        .with_context(|| format!("cannot write {}", path.display()))?;
+        atomic_file::save(&args.out.join(name), text)?;
     }
     args.common.give("sweep", &csv, &document)?;
     Ok(if is_interrupted() {
