@@ -2,17 +2,20 @@
 
 use std::ops::ControlFlow;
 use std::sync::Mutex;
+use std::time::Instant;
 
 use myovib_model::{ModelError, Observer, Outcome, Step};
 
 use crate::progress::Progress;
 
-/// An observer that shows time, steps, order and step size on a progress line, which several runs
-/// may share.
+/// An observer that shows time, steps, order, step size and the time left on a progress line, which
+/// several runs may share.
 pub struct Watch<'a> {
     label: String,
     t_end: f64,
     progress: &'a Mutex<Progress>,
+    /// Where the run began, s, and when.
+    start: Option<(f64, Instant)>,
 }
 
 impl<'a> Watch<'a> {
@@ -22,18 +25,24 @@ impl<'a> Watch<'a> {
             label,
             t_end,
             progress,
+            start: None,
         }
     }
 }
 
 impl<P> Observer<P> for Watch<'_> {
     fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
+        let (t_start, began) = *self
+            .start
+            .get_or_insert_with(|| (step.from, Instant::now()));
         // Another run's thread may be writing: this run's turn comes again.
         if let Ok(mut progress) = self.progress.try_lock() {
             progress.show(|| {
                 let counts = step.integrator.counts();
+                let done = (step.to - t_start) / (self.t_end - t_start);
+                let left = began.elapsed().as_secs_f64() * (1.0 - done) / done;
                 format!(
-                    "{}: t = {:.3} of {} s, {} steps, h = {:.1e} s, order {}",
+                    "{}: t = {:.3} of {} s, {} steps, h = {:.1e} s, order {}, {left:.0} s left",
                     self.label,
                     step.to,
                     self.t_end,

@@ -38,8 +38,8 @@ pub enum KluError {
         /// Position in the array of values.
         position: usize,
     },
-    /// The last refactorisation failed; there are no factors to solve with.
-    #[error("no factors to use: the last refactorisation failed")]
+    /// There are no factors to solve with: none yet, or the last refactorisation failed.
+    #[error("no factors to use: none were computed yet, or the last refactorisation failed")]
     NoFactors,
     /// KLU itself gave up: out of memory, or the problem is too large.
     #[error("KLU failed with status {status} ({})", status_name(*status))]

@@ -1,6 +1,7 @@
 //! A motion over a time interval.
 
 use std::ops::ControlFlow;
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use myovib_model::{
@@ -15,14 +16,15 @@ use super::outputs::{OutputWork, Outputs};
 use super::recorder::{Recorder, What, quantities};
 use super::stop::Condition;
 use super::system::System;
-use super::watch::Watch;
 use super::{RunArgs, RunResult, html, start};
 use crate::error::InputError;
 use crate::exit::Exit;
 use crate::interrupt;
+use crate::progress::Progress;
 use crate::scene::Scene;
 use crate::statistics::DRIFT_SAMPLES;
 use crate::vtu::Series;
+use crate::watch::Watch;
 
 /// Checkpoints over a run that does not say how many.
 const CHECKPOINTS: f64 = 10.0;
@@ -107,14 +109,15 @@ impl Motion<'_> {
         let setup = self.started.elapsed();
         let most_cpu = scene.file.integrator.max_cpu.unwrap_or(f64::INFINITY);
         let mut limits = Limits::new(most_cpu, Some(interrupt::flag()));
-        let mut watch = Watch::new(args.common.quiet, integrator.time(), scene.t_end);
+        let progress = Mutex::new(Progress::new(args.common.quiet));
+        let mut watch = Watch::new("run".into(), scene.t_end, &progress);
         let mut steps = StepLimit {
             most: scene.file.integrator.max_steps,
         };
         let mut observers: Vec<&mut dyn Observer<P>> =
             vec![&mut outputs, &mut watch, &mut steps, &mut limits];
         let statistics = run(&mut *integrator, &mut observers)?;
-        drop(watch);
+        drop(progress);
         if statistics.outcome.reason() == Some(StopReason::Interrupted) {
             outputs.checkpoint(&mut *integrator)?;
         }

@@ -16,7 +16,6 @@ mod start;
 mod statics;
 mod stop;
 mod system;
-mod watch;
 
 use std::path::PathBuf;
 
