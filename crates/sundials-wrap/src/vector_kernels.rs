@@ -108,6 +108,65 @@ impl WithSimd for ScaleInPlace<'_> {
     }
 }
 
+/// `x` ← |x|.
+pub(crate) fn absolute_in_place(x: &mut [f64]) {
+    ARCH.dispatch(AbsoluteInPlace { x });
+}
+
+struct AbsoluteInPlace<'a> {
+    x: &'a mut [f64],
+}
+
+impl WithSimd for AbsoluteInPlace<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for x in self.x {
+            *x = x.abs();
+        }
+    }
+}
+
+/// `x` ← 1/x.
+pub(crate) fn invert_in_place(x: &mut [f64]) {
+    ARCH.dispatch(InvertInPlace { x });
+}
+
+struct InvertInPlace<'a> {
+    x: &'a mut [f64],
+}
+
+impl WithSimd for InvertInPlace<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for x in self.x {
+            *x = 1.0 / *x;
+        }
+    }
+}
+
+/// Whether no entry is infinite or not a number.
+pub(crate) fn is_finite(x: &[f64]) -> bool {
+    ARCH.dispatch(IsFinite { x })
+}
+
+struct IsFinite<'a> {
+    x: &'a [f64],
+}
+
+impl WithSimd for IsFinite<'_> {
+    type Output = bool;
+
+    /// Without a way out on the way, which would keep it scalar.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        self.x.iter().fold(true, |all, x| all & x.is_finite())
+    }
+}
+
 /// √(Σ (x w)² / n), over all n entries.
 pub(crate) fn weighted_rms(x: &[f64], w: &[f64]) -> f64 {
     root_mean(ARCH.dispatch(WeightedSquares { x, w }), x.len())

@@ -25,6 +25,8 @@ pub(super) unsafe fn install(vector: N_Vector) {
     operations.nvlinearsum = Some(linear_sum);
     operations.nvconst = Some(constant);
     operations.nvscale = Some(scale);
+    operations.nvabs = Some(absolute);
+    operations.nvinv = Some(invert);
     operations.nvlinearcombination = Some(linear_combination);
     operations.nvwrmsnorm = Some(weighted_rms);
     operations.nvwrmsnormmask = Some(weighted_rms_masked);
@@ -95,6 +97,28 @@ unsafe extern "C" fn scale(c: f64, x: N_Vector, z: N_Vector) {
         // SAFETY: z is borrowed here only.
         kernels::scale(c, x, unsafe { unwritten(z) });
     }
+}
+
+/// z ← |x|.
+///
+/// # Safety
+/// As for [`linear_sum`].
+unsafe extern "C" fn absolute(x: N_Vector, z: N_Vector) {
+    // SAFETY: the caller's promise.
+    unsafe { scale(1.0, x, z) };
+    // SAFETY: z is initialised by now and borrowed here only.
+    kernels::absolute_in_place(unsafe { view_mut(z) });
+}
+
+/// z_i ← 1/x_i.
+///
+/// # Safety
+/// As for [`linear_sum`].
+unsafe extern "C" fn invert(x: N_Vector, z: N_Vector) {
+    // SAFETY: the caller's promise.
+    unsafe { scale(1.0, x, z) };
+    // SAFETY: z is initialised by now and borrowed here only.
+    kernels::invert_in_place(unsafe { view_mut(z) });
 }
 
 /// z ← Σ c_k x_k; z may be the first of the x.

@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::ffi::trampoline::{Answer, Callbacks};
 use crate::problem::{DaeProblem, StepError};
 use crate::structured::StructuredSolver;
+use crate::vector_kernels::is_finite;
 
 /// g(t, y, ẏ) or a quadrature's integrand, written into the last argument.
 pub(super) type Function<P> =
@@ -45,6 +46,7 @@ impl Said {
         values: &[f64],
     ) -> Answer {
         match result {
+            Ok(()) if is_finite(values) => Answer::Success,
             Ok(()) => match values.iter().position(|v| !v.is_finite()) {
                 None => Answer::Success,
                 Some(i) => {
