@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use nalgebra_sparse::pattern::SparsityPattern;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::Number;
 
@@ -13,6 +14,7 @@ use super::Number;
 pub(super) struct Product {
     groups: Vec<Group>,
     rows: Vec<u32>,
+    arch: Arch,
 }
 
 /// One column, or two with the same rows.
@@ -58,42 +60,75 @@ impl Product {
             });
             column += 1 + usize::from(is_double);
         }
-        Self { groups, rows }
+        Self {
+            groups,
+            rows,
+            arch: Arch::new(),
+        }
     }
 
     /// `y` -= A `x`, A given by its `values` in the order of the pattern.
     pub(super) fn subtract<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
+        self.arch.dispatch(Subtract {
+            product: self,
+            values,
+            x,
+            y,
+        });
+    }
+
+    #[inline(always)]
+    fn subtract_here<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
         for group in &self.groups {
             let n = group.entries.len();
             let first = &values[group.entries.clone()];
             let pairs = &self.rows[group.pairs.clone()];
             let single = &self.rows[group.single.clone()];
-            let x0 = x[group.column];
+            let x0 = -x[group.column];
             let (pairs0, single0) = first.split_at(2 * pairs.len());
             if group.is_double {
-                let x1 = x[group.column + 1];
+                let x1 = -x[group.column + 1];
                 let second = &values[group.entries.end..][..n];
                 let (pairs1, single1) = second.split_at(2 * pairs.len());
                 let entries = pairs0.chunks_exact(2).zip(pairs1.chunks_exact(2));
                 for (&row, (a, b)) in pairs.iter().zip(entries) {
                     let y = &mut y[row as usize..][..2];
-                    y[0] -= a[0] * x0 + b[0] * x1;
-                    y[1] -= a[1] * x0 + b[1] * x1;
+                    y[0] = y[0].plus_product(a[0], x0).plus_product(b[0], x1);
+                    y[1] = y[1].plus_product(a[1], x0).plus_product(b[1], x1);
                 }
                 for (&row, (&a, &b)) in single.iter().zip(single0.iter().zip(single1)) {
-                    y[row as usize] -= a * x0 + b * x1;
+                    let y = &mut y[row as usize];
+                    *y = y.plus_product(a, x0).plus_product(b, x1);
                 }
             } else {
                 for (&row, a) in pairs.iter().zip(pairs0.chunks_exact(2)) {
                     let y = &mut y[row as usize..][..2];
-                    y[0] -= a[0] * x0;
-                    y[1] -= a[1] * x0;
+                    y[0] = y[0].plus_product(a[0], x0);
+                    y[1] = y[1].plus_product(a[1], x0);
                 }
                 for (&row, &a) in single.iter().zip(single0) {
-                    y[row as usize] -= a * x0;
+                    let y = &mut y[row as usize];
+                    *y = y.plus_product(a, x0);
                 }
             }
         }
+    }
+}
+
+/// The product, to be run with the processor's vector instructions.
+struct Subtract<'a, T: Number> {
+    product: &'a Product,
+    values: &'a [T],
+    x: &'a [T],
+    y: &'a mut [T],
+}
+
+impl<T: Number> WithSimd for Subtract<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.product.subtract_here(self.values, self.x, self.y);
     }
 }
 
