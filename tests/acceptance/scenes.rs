@@ -301,6 +301,34 @@ fn a_pressure_acts_towards_the_body() {
     assert_ne!(pressed, pushed);
 }
 
+/// β = 1e-2 s damps all modes above ten times the drive's 8 Hz beyond the critical damping, into the
+/// sector of every order; β = 1e-4 s does not.
+#[test]
+fn the_order_of_bdf_is_chosen_by_the_damping_and_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    for (beta, order) in [("1e-2", 5), ("1e-4", 2)] {
+        let beta = format!("solid.beta={beta}");
+        let sets = [
+            "--set",
+            "integrator.max_order=\"auto\"",
+            "--set",
+            "time.end=0.01",
+            "--set",
+            &beta,
+        ];
+        let out = order.to_string();
+        let document = run(folder.path(), "init", &out, &sets);
+        assert_eq!(document["max_order"], order);
+        let reason = document["max_order_reason"].as_str().unwrap();
+        assert!(reason.starts_with(&format!("order {order}: ")), "{reason}");
+        assert_eq!(document["scene"]["integrator"]["max_order"], "auto");
+    }
+    let rod = ["run", "figure3", "--set", "integrator.max_order=\"auto\""];
+    let run = myovib_in(folder.path(), &rod);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(run.stderr.contains("there is none"), "{}", run.stderr);
+}
+
 #[test]
 fn a_run_of_the_rod_starts_whatever_its_end() {
     let folder = tempfile::tempdir().unwrap();

@@ -58,15 +58,16 @@ impl Builder<'_> {
             // The oscillators act on the body: the Newton matrix is no longer block triangular.
             false => LinearSolver::Full,
         };
+        let muscle = Muscle {
+            solid,
+            parameters,
+            loads,
+            pressures,
+            prescribed,
+        };
         Ok(Body {
-            settings: self.settings(&file.integrator, formulation, linear_solver),
-            muscle: Muscle {
-                solid,
-                parameters,
-                loads,
-                pressures,
-                prescribed,
-            },
+            settings: self.settings(&file.integrator, &muscle, formulation, linear_solver),
+            muscle,
             formulation,
         })
     }

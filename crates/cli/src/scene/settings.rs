@@ -1,7 +1,8 @@
 //! The integrator's settings from a scene.
 
+use myovib_model::advice::Advice;
 use myovib_model::{
-    AbsoluteTolerances, Field, Formulation, LinearSolver, MultiplierWeights, Settings,
+    AbsoluteTolerances, Field, Formulation, LinearSolver, MultiplierWeights, Muscle, Settings,
     default_ordering,
 };
 use sundials_wrap::klu::Ordering;
@@ -10,20 +11,21 @@ use super::builder::Builder;
 use crate::error::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::integrator::{
-    Block, Integrator, Method, MultiplierWeightsName, OrderingName,
+    Block, Integrator, MaxOrder, Method, MultiplierWeightsName, OrderingName,
 };
 
 impl Builder<'_> {
-    /// The settings for a muscle in `formulation`.
+    /// The settings for `muscle` in `formulation`.
     pub(super) fn settings(
         &self,
         wanted: &Integrator,
+        muscle: &Muscle,
         formulation: Formulation,
         linear_solver: LinearSolver,
     ) -> Settings {
         let defaults = Settings::paper(formulation).with_integrator(wanted.method.kind());
         let atol = &wanted.atol;
-        Settings {
+        let mut settings = Settings {
             t_end: self.t_end,
             relative_tolerance: wanted.rtol,
             absolute_tolerances: AbsoluteTolerances {
@@ -42,7 +44,8 @@ impl Builder<'_> {
             },
             max_order: wanted
                 .max_order
-                .map_or(defaults.max_order, |order| order as u8),
+                .and_then(MaxOrder::fixed)
+                .unwrap_or(defaults.max_order),
             ordering: wanted
                 .ordering
                 .map_or(default_ordering(formulation, linear_solver), ordering),
@@ -52,7 +55,11 @@ impl Builder<'_> {
             max_step: wanted.max_step,
             project_every: wanted.project_every,
             ..defaults
+        };
+        if wanted.max_order == Some(MaxOrder::Auto) {
+            settings.max_order = Advice::new(muscle, formulation, &settings).max_order();
         }
+        settings
     }
 
     /// Refuses settings that the method, or the integration of chains, does not have: they would
@@ -73,6 +80,12 @@ impl Builder<'_> {
                 return Err(self.wrong(&path, error));
             }
             let of_muscle = key != "max_order";
+            if file.solid.is_none() && wanted.max_order == Some(MaxOrder::Auto) {
+                let error =
+                    InputError::new("`auto` looks at the damping of a muscle; there is none")
+                        .next("give an order, 1 to 5, or remove `max_order`");
+                return Err(self.wrong(&path, error));
+            }
             if of_muscle && (file.solid.is_none() || !file.chain.is_empty()) {
                 let error = InputError::new(format!("`{key}` is for a muscle without chains"))
                     .next(format!("remove `{key}`"));

@@ -1,8 +1,8 @@
 //! The integrator's settings in a scene.
 
 use myovib_model::IntegratorKind;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Settings of the time integration; the defaults are the paper's where it states them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -24,8 +24,7 @@ pub struct Integrator {
     pub multiplier_weights: MultiplierWeightsName,
     /// Highest order of BDF; undamped modes need 2 (orders 3 to 5 are unstable for them)
     /// [default: 2 with a muscle, 5 for rod and chain alone].
-    #[schemars(range(min = 1, max = 5))]
-    pub max_order: Option<u32>,
+    pub max_order: Option<MaxOrder>,
     /// First step, s [default: the integrator's estimate, at most 0.08 of the shortest period or rise
     /// of a load and of the period of an oscillator].
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -94,6 +93,74 @@ impl Method {
             Self::Radau9 => IntegratorKind::Radau9,
             Self::Radau13 => IntegratorKind::Radau13,
         }
+    }
+}
+
+/// The highest order of BDF: a number, or `auto`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MaxOrder {
+    /// This one.
+    Fixed(u8),
+    /// The highest whose sector of stability holds the modes that the steps do not resolve.
+    Auto,
+}
+
+impl MaxOrder {
+    /// The order, if it is given.
+    pub fn fixed(self) -> Option<u8> {
+        match self {
+            Self::Fixed(order) => Some(order),
+            Self::Auto => None,
+        }
+    }
+}
+
+impl Serialize for MaxOrder {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Fixed(order) => serializer.serialize_u8(*order),
+            Self::Auto => serializer.serialize_str("auto"),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for MaxOrder {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged)]
+        enum Written {
+            Number(u8),
+            Word(Auto),
+        }
+        #[derive(Deserialize)]
+        enum Auto {
+            #[serde(rename = "auto")]
+            Auto,
+        }
+        Ok(match Written::deserialize(deserializer)? {
+            Written::Number(order) => Self::Fixed(order),
+            Written::Word(Auto::Auto) => Self::Auto,
+        })
+    }
+}
+
+impl JsonSchema for MaxOrder {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "MaxOrder".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "The highest order of BDF: a number, or `auto`.",
+            "anyOf": [
+                { "type": "integer", "minimum": 1, "maximum": 5, "description": "This order." },
+                {
+                    "const": "auto",
+                    "description": "The highest whose sector of stability holds the modes that the \
+                                    steps do not resolve (muscle).",
+                },
+            ],
+        })
     }
 }
 

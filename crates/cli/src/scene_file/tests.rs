@@ -72,7 +72,7 @@ fn functions_of_time_nest() {
 }
 
 /// Ways to write a wrong scene that need no mesh to be seen; each replaces a line of the scene.
-const WRONG: [(&str, &str, &str); 17] = [
+const WRONG: [(&str, &str, &str); 18] = [
     ("misspelt_key", "kappa = 1e5", "kapa = 1e5"),
     ("misspelt_section", "[time]", "[tiem]"),
     ("negative_kappa", "kappa = 1e5", "kappa = -1e5"),
@@ -108,6 +108,11 @@ const WRONG: [(&str, &str, &str); 17] = [
         "quantities = [\"u\", \"q\"]",
     ),
     ("order_six", "rtol = 1e-3", "rtol = 1e-3\nmax_order = 6"),
+    (
+        "order_in_a_wrong_word",
+        "rtol = 1e-3",
+        "rtol = 1e-3\nmax_order = \"best\"",
+    ),
     ("not_a_number", "alpha = 1.0", "alpha = nan"),
     ("broken_toml", "[[fixed]]", "[[fixed]"),
 ];

@@ -1,5 +1,6 @@
 //! `run.json`: what was computed, with what, and how it went.
 
+use myovib_model::advice::Advice;
 use myovib_model::{Formulation, Integrator, Muscle, Outcome, Statistics};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -10,6 +11,7 @@ use super::system::System;
 use crate::json;
 use crate::report::{Align, Table};
 use crate::scene::{Body, Scene};
+use crate::scene_file::integrator::MaxOrder;
 use crate::statistics::{CountsJson, MethodJson, StatisticsJson};
 
 /// Wall-clock seconds by part.
@@ -71,6 +73,11 @@ pub(super) fn dynamic<P: System>(
             );
             let numbers = StatisticsJson::new(statistics, settings, *formulation);
             extend(&mut document, serde_json::to_value(numbers)?);
+            if scene.file.integrator.max_order == Some(MaxOrder::Auto) {
+                let advice = Advice::new(muscle, *formulation, settings);
+                let reason = advice.max_order_reason();
+                extend(&mut document, json!({ "max_order_reason": reason }));
+            }
         }
         None => {
             let tolerances = &scene.file.integrator.oscillators;
@@ -89,7 +96,7 @@ pub(super) fn dynamic<P: System>(
             );
             let method = match MethodJson::radau_iia(integrator) {
                 Some(radau) => serde_json::to_value(radau)?,
-                None => json!({ "max_order": wanted.max_order.unwrap_or(5) }),
+                None => json!({ "max_order": wanted.max_order.unwrap_or(MaxOrder::Fixed(5)) }),
             };
             extend(&mut document, method);
         }

@@ -15,6 +15,7 @@ use super::system::{Body as CoupledBody, System};
 use crate::error::InputError;
 use crate::scene::{Body, DrivenChain, Scene};
 use crate::scene_file::chain::Place;
+use crate::scene_file::integrator::MaxOrder;
 
 /// A muscle by itself.
 pub(super) fn muscle(
@@ -195,8 +196,8 @@ fn options(scene: &Scene) -> CoupledOptions {
     let wanted = &scene.file.integrator;
     let mut options = CoupledOptions::of_states(wanted.method.kind())
         .with_steps(wanted.initial_step, wanted.max_step);
-    if let Some(order) = wanted.max_order {
-        options.ida.max_order = order as usize;
+    if let Some(order) = wanted.max_order.and_then(MaxOrder::fixed) {
+        options.ida.max_order = usize::from(order);
     }
     options
 }

@@ -14,6 +14,7 @@ use myovib_model::{Field, IntegratorKind, LinearSolver, MultiplierWeights, paper
 use crate::args::{self, CommonArgs, check_folder};
 use crate::error::InputError;
 use crate::exit::Exit;
+use crate::scene_file::integrator::MaxOrder;
 use crate::{atomic_file, mesh_file};
 use rows::{ROWS, Row};
 
@@ -104,15 +105,6 @@ fn linear_solver(name: &str) -> Result<LinearSolver, String> {
         .into_iter()
         .find(|how| how.name() == name)
         .ok_or_else(|| format!("`{name}` is no linear solver: condensed or full"))
-}
-
-/// The highest order of BDF.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MaxOrder {
-    /// This one.
-    Fixed(u8),
-    /// The highest whose sector of stability holds the modes that the steps do not resolve.
-    Auto,
 }
 
 fn max_order(text: &str) -> Result<MaxOrder, String> {

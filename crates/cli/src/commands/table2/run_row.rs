@@ -14,12 +14,13 @@ use myovib_model::{
 };
 use sundials_wrap::DaeProblem;
 
+use super::Table2Args;
 use super::rows::{Convention, Row};
-use super::{MaxOrder, Table2Args};
 use crate::csv::CsvWriter;
 use crate::interrupt;
 use crate::parallel;
 use crate::progress::Progress;
+use crate::scene_file::integrator::MaxOrder;
 use crate::statistics::DRIFT_SAMPLES;
 use crate::watch::Watch;
 
