@@ -8,17 +8,33 @@ use std::sync::Arc;
 use criterion::{Criterion, criterion_group, criterion_main};
 use myovib_fem::Mesh;
 use myovib_model::linear::{Condensation, Condensed, LinearWork};
-use myovib_model::{
-    Field, Formulation, MuscleDae, Settings, ida, paper, run, start_at_rest,
-};
+use myovib_model::{Field, Formulation, MuscleDae, Settings, ida, paper, run, start_at_rest};
 use sundials_wrap::DaeProblem;
 
 /// Rows 1, 2m, 3m and (31): κ, β and what the error test leaves out.
 const ROWS: [(&str, Formulation, f64, f64, &[Field]); 4] = [
     ("1", Formulation::Position, 1e5, 0.0, &[Field::Pressure]),
-    ("2m", Formulation::Rate, 1e5, 1e-4, &[Field::Pressure, Field::PressureRate]),
-    ("3m", Formulation::Rate, f64::INFINITY, 1e-4, &[Field::Pressure, Field::PressureRate]),
-    ("31", Formulation::Velocity, f64::INFINITY, 0.0, &[Field::Pressure]),
+    (
+        "2m",
+        Formulation::Rate,
+        1e5,
+        1e-4,
+        &[Field::Pressure, Field::PressureRate],
+    ),
+    (
+        "3m",
+        Formulation::Rate,
+        f64::INFINITY,
+        1e-4,
+        &[Field::Pressure, Field::PressureRate],
+    ),
+    (
+        "31",
+        Formulation::Velocity,
+        f64::INFINITY,
+        0.0,
+        &[Field::Pressure],
+    ),
 ];
 
 fn dae(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
@@ -49,7 +65,11 @@ fn kernels(criterion: &mut Criterion) {
         let mut matrix = Condensed::<f64>::new(plan, Arc::new(elimination));
         let mut work = LinearWork::default();
         group.bench_function("sum and factor", |b| {
-            b.iter(|| matrix.set_up(1e3, |m| dae.matrix_values(m), &mut work).unwrap());
+            b.iter(|| {
+                matrix
+                    .set_up(1e3, |m| dae.matrix_values(m), &mut work)
+                    .unwrap()
+            });
         });
         let mut x = out.clone();
         group.bench_function("solve", |b| {

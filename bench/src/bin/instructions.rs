@@ -16,10 +16,22 @@ const LINEAR: Law = Law::SmallStrain {
 /// Each has one feature more than one before it.
 const SCENES: [(&str, Formulation, Law, f64, f64); 6] = [
     ("small-strain", Formulation::Displacement, LINEAR, 1e5, 0.0),
-    ("pressure-incompressible", Formulation::Position, LINEAR, f64::INFINITY, 0.0),
+    (
+        "pressure-incompressible",
+        Formulation::Position,
+        LINEAR,
+        f64::INFINITY,
+        0.0,
+    ),
     ("kappa-finite", Formulation::Position, LINEAR, 1e5, 0.0),
     ("mooney-rivlin", Formulation::Position, paper::LAW, 1e5, 0.0),
-    ("damping-implicit", Formulation::ImplicitRate, paper::LAW, 1e5, 1e-4),
+    (
+        "damping-implicit",
+        Formulation::ImplicitRate,
+        paper::LAW,
+        1e5,
+        1e-4,
+    ),
     ("damping-unknown", Formulation::Rate, paper::LAW, 1e5, 1e-4),
 ];
 
@@ -33,7 +45,10 @@ fn main() -> anyhow::Result<()> {
     };
     let known = SCENES.into_iter().find(|(scene, ..)| scene == name);
     let (_, formulation, law, kappa, beta) = known.context("unknown scene")?;
-    let mesh = Mesh::parse_msh(include_str!("../../../data/meshes/muscle.msh"), "muscle.msh")?;
+    let mesh = Mesh::parse_msh(
+        include_str!("../../../data/meshes/muscle.msh"),
+        "muscle.msh",
+    )?;
     let load = Signal::paper(paper::LOAD_AMPLITUDE);
     let muscle = paper::muscle_with_load(&mesh, law, kappa, beta, load)?;
     let mut dae = MuscleDae::new(muscle, formulation)?;

@@ -16,8 +16,10 @@ fn main() -> anyhow::Result<()> {
         (1e5, Formulation::Position),
         (f64::INFINITY, Formulation::Position),
     ] {
-        let mut mesh =
-            Mesh::parse_msh(include_str!("../../../data/meshes/muscle.msh"), "muscle.msh")?;
+        let mut mesh = Mesh::parse_msh(
+            include_str!("../../../data/meshes/muscle.msh"),
+            "muscle.msh",
+        )?;
         let mut known: Vec<[Vec<f64>; 2]> = Vec::new();
         for level in 0..LEVELS {
             if level > 0 {

@@ -5,7 +5,7 @@
 //! test, and are compared with the stored reference; diffsol factorises the whole matrix with faer's
 //! sparse LU, ours is condensed.
 //!
-//! `cargo run --release -- [FILE]` prints a table and writes the points as JSON for
+//! `cargo run --release --bin rival -- [FILE]` prints a table and writes diffsol's points as JSON for
 //! `myovib bench work --rival FILE`.
 
 mod equations;
@@ -92,7 +92,10 @@ fn main() -> anyhow::Result<()> {
                 linear_setups: run.linear_setups,
             };
             print(&point);
-            points.push(point);
+            // Ours are in the diagram already.
+            if way.is_rival() {
+                points.push(point);
+            }
         }
     }
     if let Some(path) = env::args().nth(1) {

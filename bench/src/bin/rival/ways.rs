@@ -51,6 +51,11 @@ impl Way {
         }
     }
 
+    /// Whether it is diffsol's.
+    pub fn is_rival(self) -> bool {
+        !matches!(self, Self::Ours(..))
+    }
+
     /// Integrates `dae` from rest over `times`.
     pub fn run(self, dae: MuscleDae, rtol: f64, times: &[f64]) -> anyhow::Result<Run> {
         let settings = settings(rtol, times.last().copied().unwrap_or(0.0));
