@@ -21,8 +21,8 @@ pub enum Exit {
 }
 
 impl Exit {
-    /// How a command ends that shows a run as far as it got. An event was asked for: the run is
-    /// done.
+    /// How a command ends that shows a run as far as it got. With an event, which was asked for,
+    /// the run is done.
     pub fn of(outcome: &Outcome) -> Self {
         match outcome.reason() {
             None | Some(StopReason::Event) => Self::Done,

@@ -57,8 +57,7 @@ pub fn mean_frequency(t: &[f64], centroid: &[Complex64]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// A drive of 8 Hz and a free motion of 7.75 Hz with `ratio` of its strength, over 20 s from 3
-    /// s.
+    /// A drive of 8 Hz and a free motion of 7.75 Hz with `ratio` of its strength, from 3 s to 23 s.
     fn beats(ratio: f64) -> (Vec<f64>, Vec<Complex64>) {
         let t: Vec<f64> = (300..=2300).map(|k| 0.01 * f64::from(k)).collect();
         let turning = |frequency: f64, t: f64| Complex64::cis(-TAU * frequency * t);

@@ -8,8 +8,7 @@ use crate::error::ModelError;
 use crate::muscle::Muscle;
 use crate::operators;
 
-/// Newton's method converges quadratically or not at all; a few iterations more than the digits
-/// ask.
+/// Newton's method converges quadratically or not at all: a few more iterations than digits ask.
 const MAX_ITERATIONS: usize = 30;
 /// A projected volume defect below this is rounding: J - 1 is a sum of some hundred terms of order
 /// the strain times the machine's precision.
