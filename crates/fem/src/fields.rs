@@ -67,6 +67,11 @@ pub struct Vectors<'a> {
 }
 
 impl Vectors<'_> {
+    /// Whether anything is wanted that depends on v, ṗ or μ.
+    pub(crate) fn has_rates(&self) -> bool {
+        self.force_rate.is_some() || self.defect_rate.is_some() || self.multiplier_force.is_some()
+    }
+
     pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
         [
             &mut self.force,
@@ -97,6 +102,13 @@ pub struct Tangents<'a> {
 }
 
 impl Tangents<'_> {
+    /// Whether anything is wanted that depends on v, ṗ or μ.
+    pub(crate) fn has_rates(&self) -> bool {
+        self.rate_stiffness.is_some()
+            || self.divergence_rate.is_some()
+            || self.multiplier_stiffness.is_some()
+    }
+
     pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
         [
             &mut self.stiffness,

@@ -9,11 +9,12 @@ use crate::material::tensor::{Strain, TensorOf, Volumetric, scaled};
 use crate::material::{Potential, Real, with_potential};
 
 /// Nodal values of the fields in one part of a batch.
-pub(crate) struct Local<S: Simd, const N: usize> {
+///
+/// `RATES`: whether v, ṗ and μ are wanted, known to the compiler so that a pass without them does
+/// not pay for them (a tenth of it, if asked at each point). Without, they are zero.
+pub(crate) struct Local<S: Simd, const N: usize, const RATES: bool> {
     u: [[Lanes<S>; 2]; N],
     v: [[Lanes<S>; 2]; N],
-    /// Whether rates are wanted, and `v` is more than zero.
-    rates: bool,
     p: [Lanes<S>; 3],
     p_rate: [Lanes<S>; 3],
     mu: [Lanes<S>; 3],
@@ -21,21 +22,20 @@ pub(crate) struct Local<S: Simd, const N: usize> {
     kappa: f64,
 }
 
-impl<S: Simd, const N: usize> Local<S, N> {
+impl<S: Simd, const N: usize, const RATES: bool> Local<S, N, RATES> {
     /// Fields that are not given count as zero; the callers have checked those that must be there.
     #[inline(always)]
-    pub(crate) fn gather(part: &Part<'_, S, N>, fields: &Fields<'_>, rates: bool) -> Self {
+    pub(crate) fn gather(part: &Part<'_, S, N>, fields: &Fields<'_>) -> Self {
         let (p, kappa) = match fields.pressure {
             Pressure::Nodal(p) => (Some(p), 0.0),
             Pressure::Penalty { kappa } => (None, kappa),
         };
         Self {
             u: part.gather_vector(Some(fields.u)),
-            v: part.gather_vector(fields.v.filter(|_| rates)),
-            rates,
+            v: part.gather_vector(fields.v.filter(|_| RATES)),
             p: part.gather_scalar(p),
-            p_rate: part.gather_scalar(fields.p_rate.filter(|_| rates)),
-            mu: part.gather_scalar(fields.mu),
+            p_rate: part.gather_scalar(fields.p_rate.filter(|_| RATES)),
+            mu: part.gather_scalar(fields.mu.filter(|_| RATES)),
             factors: fields.factors.map(|factors| part.gather_factors(factors)),
             kappa,
         }
@@ -53,11 +53,11 @@ pub(crate) struct AtPoint<S: Simd> {
 impl<S: Simd> AtPoint<S> {
     /// Interpolates to a point and checks that no element is inverted there.
     #[inline(always)]
-    pub(crate) fn new<const N: usize, W: Potential>(
+    pub(crate) fn new<const N: usize, const RATES: bool, W: Potential>(
         w: &W,
         part: &Part<'_, S, N>,
         point: &Point<N>,
-        local: &Local<S, N>,
+        local: &Local<S, N, RATES>,
     ) -> Result<Self, Inverted> {
         let mut strain = Strain::new(w, part.gradient(&local.u, point));
         if let Some(factors) = &local.factors {
@@ -70,20 +70,31 @@ impl<S: Simd> AtPoint<S> {
                 return Err(Inverted::new(part.element(lane), point.psi, jacobian));
             }
         }
-        let v = if local.rates {
+        let zero = part.zero();
+        let v = if RATES {
             part.gradient(&local.v, point)
         } else {
-            [[part.zero(); 2]; 2]
+            [[zero; 2]; 2]
+        };
+        let p_rate = if RATES {
+            part.interpolate(&local.p_rate, point)
+        } else {
+            zero
+        };
+        let mu = if RATES {
+            part.interpolate(&local.mu, point)
+        } else {
+            zero
         };
         Ok(Self {
             strain,
             v,
             volumetric: Volumetric {
                 p: part.interpolate(&local.p, point),
-                p_rate: part.interpolate(&local.p_rate, point),
+                p_rate,
                 kappa: local.kappa,
             },
-            mu: part.interpolate(&local.mu, point),
+            mu,
         })
     }
 }
@@ -120,15 +131,14 @@ fn accumulate_scalar<S: Simd, const N: usize>(
 }
 
 #[inline(always)]
-fn evaluate_part<S: Simd, const N: usize, W: Potential>(
+fn evaluate_part<S: Simd, const N: usize, const RATES: bool, W: Potential>(
     w: &W,
     part: &Part<'_, S, N>,
     points: &[Point<N>],
     fields: &Fields<'_>,
     out: &mut Vectors<'_>,
 ) -> Result<(), Inverted> {
-    let rates = out.force_rate.is_some() || out.defect_rate.is_some();
-    let local = Local::gather(part, fields, rates);
+    let local = Local::<S, N, RATES>::gather(part, fields);
     let zero = [[part.zero(); 2]; N];
     let (mut force, mut force_rate, mut multiplier_force) = (zero, zero, zero);
     let (mut defect, mut defect_rate) = ([part.zero(); 3], [part.zero(); 3]);
@@ -138,37 +148,39 @@ fn evaluate_part<S: Simd, const N: usize, W: Potential>(
             let flux = at.strain.stress(w, at.volumetric);
             accumulate(&mut force, part, point, &flux);
         }
-        if out.force_rate.is_some() {
+        if RATES && out.force_rate.is_some() {
             let flux = at.strain.stress_rate(w, at.v, at.volumetric);
             accumulate(&mut force_rate, part, point, &flux);
         }
-        if out.multiplier_force.is_some() {
+        if RATES && out.multiplier_force.is_some() {
             let flux = scaled(at.mu, at.strain.normal);
             accumulate(&mut multiplier_force, part, point, &flux);
         }
         if out.defect.is_some() {
             accumulate_scalar(&mut defect, part, point, at.strain.d);
         }
-        if out.defect_rate.is_some() {
+        if RATES && out.defect_rate.is_some() {
             let rate = at.strain.dilation_rate(at.v);
             accumulate_scalar(&mut defect_rate, part, point, rate);
         }
     }
-    for (local, global) in [
-        (&force, &mut out.force),
-        (&force_rate, &mut out.force_rate),
-        (&multiplier_force, &mut out.multiplier_force),
-    ] {
-        if let Some(global) = global {
-            part.scatter_vector(local, global);
-        }
+    if let Some(global) = &mut out.force {
+        part.scatter_vector(&force, global);
     }
-    for (local, global) in [
-        (&defect, &mut out.defect),
-        (&defect_rate, &mut out.defect_rate),
-    ] {
-        if let Some(global) = global {
-            part.scatter_scalar(local, global);
+    if let Some(global) = &mut out.defect {
+        part.scatter_scalar(&defect, global);
+    }
+    if RATES {
+        for (local, global) in [
+            (&force_rate, &mut out.force_rate),
+            (&multiplier_force, &mut out.multiplier_force),
+        ] {
+            if let Some(global) = global {
+                part.scatter_vector(local, global);
+            }
+        }
+        if let Some(global) = &mut out.defect_rate {
+            part.scatter_scalar(&defect_rate, global);
         }
     }
     Ok(())
@@ -186,6 +198,17 @@ impl<const N: usize> WithSimd for Evaluate<'_, '_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        if self.out.has_rates() {
+            self.pass::<S, true>(simd)
+        } else {
+            self.pass::<S, false>(simd)
+        }
+    }
+}
+
+impl<const N: usize> Evaluate<'_, '_, N> {
+    #[inline(always)]
+    fn pass<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
         let Self {
             elements,
             fields,
@@ -198,7 +221,7 @@ impl<const N: usize> WithSimd for Evaluate<'_, '_, N> {
             with_potential!(batch.law, w => {
                 for part in 0..batch.n_parts(simd) {
                     let part = batch.part(simd, part);
-                    evaluate_part(&w, &part, &elements.points, fields, out)?;
+                    evaluate_part::<_, _, RATES, _>(&w, &part, &elements.points, fields, out)?;
                 }
             });
         }

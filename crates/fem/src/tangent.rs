@@ -149,7 +149,7 @@ fn add(place: u32, entry: f64, values: &mut [f64]) {
 }
 
 #[inline(always)]
-fn tangents_part<S: Simd, const N: usize, W: Potential>(
+fn tangents_part<S: Simd, const N: usize, const RATES: bool, W: Potential>(
     w: &W,
     part: &Part<'_, S, N>,
     map: &ScatterMap<N>,
@@ -157,8 +157,7 @@ fn tangents_part<S: Simd, const N: usize, W: Potential>(
     fields: &Fields<'_>,
     out: &mut Tangents<'_>,
 ) -> Result<(), Inverted> {
-    let rates = out.rate_stiffness.is_some() || out.divergence_rate.is_some();
-    let local = Local::gather(part, fields, rates);
+    let local = Local::<S, N, RATES>::gather(part, fields);
     let zero: Matrix<S, N> = [[[[part.zero(); 2]; 2]; N]; N];
     let (mut stiffness, mut rate_stiffness, mut multiplier_stiffness) = (zero, zero, zero);
     let zero: Divergence<S, N> = [[[part.zero(); 2]; N]; 3];
@@ -169,18 +168,18 @@ fn tangents_part<S: Simd, const N: usize, W: Potential>(
             let a = at.strain.tangent(w, at.volumetric);
             accumulate(&mut stiffness, part, point, &a);
         }
-        if out.rate_stiffness.is_some() {
+        if RATES && out.rate_stiffness.is_some() {
             let a = at.strain.tangent_rate(w, at.v, at.volumetric);
             accumulate(&mut rate_stiffness, part, point, &a);
         }
-        if out.multiplier_stiffness.is_some() {
+        if RATES && out.multiplier_stiffness.is_some() {
             let a = volume_tangent(w, at.mu);
             accumulate(&mut multiplier_stiffness, part, point, &a);
         }
         if out.divergence.is_some() {
             accumulate_divergence(&mut divergence, part, point, &at.strain.normal);
         }
-        if out.divergence_rate.is_some() {
+        if RATES && out.divergence_rate.is_some() {
             let normal = volume_gradient_rate(w, at.v);
             accumulate_divergence(&mut divergence_rate, part, point, &normal);
         }
@@ -218,6 +217,17 @@ impl<const N: usize> WithSimd for Linearize<'_, '_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        if self.out.has_rates() {
+            self.pass::<S, true>(simd)
+        } else {
+            self.pass::<S, false>(simd)
+        }
+    }
+}
+
+impl<const N: usize> Linearize<'_, '_, N> {
+    #[inline(always)]
+    fn pass<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
         let Self {
             elements,
             maps,
@@ -231,7 +241,7 @@ impl<const N: usize> WithSimd for Linearize<'_, '_, N> {
             with_potential!(batch.law, w => {
                 for part in 0..batch.n_parts(simd) {
                     let part = batch.part(simd, part);
-                    tangents_part(&w, &part, map, &elements.points, fields, out)?;
+                    tangents_part::<_, _, RATES, _>(&w, &part, map, &elements.points, fields, out)?;
                 }
             });
         }
