@@ -118,7 +118,6 @@ impl<P: DaeProblem> IdaSolver<P> {
         // A weight function that gives up is reported by IDAS as an illegal input.
         let weights_failed = code == sys::IDA_ILL_INPUT && said.recoverable.is_some();
         let message = said.take_message();
-        let worst_components = self.worst_components(code == sys::IDA_ERR_FAIL)?;
         let reason = match codes::stop_reason(code) {
             Some(reason) => reason,
             None if weights_failed => StopReason::ErrorWeightsFailed,
@@ -141,7 +140,8 @@ impl<P: DaeProblem> IdaSolver<P> {
             last_step: stats.last_step,
             last_order: stats.last_order,
             stats,
-            worst_components,
+            // After the codes that are errors, which leave no estimates to read.
+            worst_components: self.worst_components(code == sys::IDA_ERR_FAIL)?,
         })))
     }
 
