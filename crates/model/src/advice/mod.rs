@@ -9,20 +9,23 @@
 //! Problems in Differential-Algebraic Equations*, SIAM 1996, section 5.4 (error estimates and
 //! Newton's matrix for higher index).
 
+mod advised;
+mod remedy;
+
 use std::f64::consts::TAU;
 use std::fmt;
 
 use myovib_fem::Inverted;
 
-use crate::counters::WorkCounters;
-use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
-use crate::integrator::{Advance, Integrator};
 use crate::muscle::Muscle;
 use crate::parameters::Parameters;
 use crate::settings::{IntegratorKind, MultiplierWeights, Settings};
-use crate::statistics::{Counts, StopReason};
+
+pub use advised::Advised;
+use remedy::symbols;
+pub use remedy::{Finding, Remedy};
 
 /// Half the opening angle of the sector of stability of BDF, degrees, for orders 3, 4, 5 (order 2 is
 /// stable in the whole half-plane). E. Hairer, G. Wanner, *Solving Ordinary Differential Equations
@@ -30,102 +33,6 @@ use crate::statistics::{Counts, StopReason};
 const SECTORS: [(u8, f64); 3] = [(5, 51.84), (4, 73.35), (3, 86.03)];
 /// Modes faster than the drive by this factor are not resolved by steps that resolve the drive.
 const UNRESOLVED: f64 = 10.0;
-
-/// A change of formulation or settings.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Remedy {
-    /// Leave these blocks out of the error test.
-    LeaveOut(Vec<Field>),
-    /// Weigh the errors of multipliers by the step.
-    WeighByStep,
-    /// Bound the order of BDF.
-    MaxOrder(u8),
-    /// Take another formulation of the same physics, of this index.
-    Reformulate(Formulation, u8),
-    /// Loosen the relative tolerance to this, and the absolute ones by the same factor.
-    Loosen(f64),
-    /// Tighten the relative tolerance to this, and the absolute ones by the same factor.
-    Tighten(f64),
-    /// Change the scene, in words.
-    Scene(&'static str),
-}
-
-impl Remedy {
-    /// Makes the change, but for one of the scene. A new formulation comes with its own choice of
-    /// what to leave out.
-    pub fn apply(&self, formulation: &mut Formulation, settings: &mut Settings) {
-        match self {
-            Self::LeaveOut(fields) => {
-                for field in fields {
-                    if !settings.suppressed.contains(field) {
-                        settings.suppressed.push(*field);
-                    }
-                }
-            }
-            Self::WeighByStep => settings.multiplier_weights = MultiplierWeights::StepScaled,
-            Self::MaxOrder(order) => settings.max_order = settings.max_order.min(*order),
-            Self::Reformulate(other, _) => {
-                let defaults = Settings::paper(*other).with_integrator(settings.integrator);
-                settings.suppressed = defaults.suppressed;
-                settings.ordering = defaults.ordering;
-                *formulation = *other;
-            }
-            Self::Loosen(rtol) | Self::Tighten(rtol) => {
-                *settings = settings.clone().with_relative_tolerance(*rtol)
-            }
-            Self::Scene(_) => {}
-        }
-    }
-}
-
-impl fmt::Display for Remedy {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::LeaveOut(fields) => {
-                write!(f, "leave {} out of the error test", symbols(fields))
-            }
-            Self::WeighByStep => write!(
-                f,
-                "weigh the errors of multipliers by the step (multiplier weights `{}`)",
-                MultiplierWeights::StepScaled.name()
-            ),
-            Self::MaxOrder(order) => write!(f, "take order {order} at most"),
-            Self::Reformulate(other, index) => {
-                write!(f, "take the formulation `{other}` (index {index})")
-            }
-            Self::Loosen(rtol) => {
-                write!(f, "loosen the tolerances, to a relative one of {rtol:e}")
-            }
-            Self::Tighten(rtol) => {
-                write!(f, "tighten the tolerances, to a relative one of {rtol:e}")
-            }
-            Self::Scene(change) => f.write_str(change),
-        }
-    }
-}
-
-/// Something that makes a run fail or crawl, and how to mend it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
-    /// The blocks at fault, if it is some.
-    pub fields: Vec<Field>,
-    /// What is wrong.
-    pub problem: String,
-    /// What to change, all of it.
-    pub remedies: Vec<Remedy>,
-}
-
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let remedies: Vec<_> = self.remedies.iter().map(ToString::to_string).collect();
-        write!(f, "{}. Remedy: {}", self.problem, remedies.join(" and "))
-    }
-}
-
-fn symbols(fields: &[Field]) -> String {
-    let symbols: Vec<_> = fields.iter().map(|field| field.symbol()).collect();
-    symbols.join(", ")
-}
 
 /// A formulation with its indices, and the settings of its integration.
 #[derive(Debug, Clone, PartialEq)]
@@ -435,73 +342,5 @@ impl fmt::Display for Advice {
             blocks.join(", ")
         )?;
         f.write_str(&listed(&self.causes()))
-    }
-}
-
-/// An integrator that gives advice when it stops.
-pub struct Advised<P> {
-    inner: Box<dyn Integrator<P>>,
-    advice: Advice,
-    work: fn(&P) -> WorkCounters,
-}
-
-impl<P> Advised<P> {
-    /// Adds `advice` to the message of `inner`; `work` is that of its problem's muscle.
-    pub fn new(
-        inner: Box<dyn Integrator<P>>,
-        advice: Advice,
-        work: fn(&P) -> WorkCounters,
-    ) -> Self {
-        Self {
-            inner,
-            advice,
-            work,
-        }
-    }
-}
-
-impl<P> Integrator<P> for Advised<P> {
-    fn advance(&mut self) -> Result<Advance, ModelError> {
-        let inversions = (self.work)(self.inner.problem()).inversions;
-        let advance = self.inner.advance()?;
-        let Advance::Stopped {
-            reason, message, ..
-        } = advance
-        else {
-            return Ok(advance);
-        };
-        let work = (self.work)(self.inner.problem());
-        // The error test is of a state that could be evaluated: what was inverted before was not, then.
-        let refused = work.inversions > inversions && reason != StopReason::ErrorTestFailures;
-        let inverted = work.inverted.filter(|_| refused);
-        let message = match inverted {
-            Some(at) => message + &listed(&self.advice.causes_of_inversion(at)),
-            None => format!("{message}. {}", self.advice),
-        };
-        Ok(Advance::Stopped {
-            reason,
-            message,
-            inverted,
-        })
-    }
-
-    fn time(&self) -> f64 {
-        self.inner.time()
-    }
-
-    fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError> {
-        self.inner.dense_output(t, derivative, out)
-    }
-
-    fn counts(&self) -> Counts {
-        self.inner.counts()
-    }
-
-    fn problem(&self) -> &P {
-        self.inner.problem()
-    }
-
-    fn problem_mut(&mut self) -> &mut P {
-        self.inner.problem_mut()
     }
 }
