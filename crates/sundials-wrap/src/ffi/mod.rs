@@ -5,8 +5,8 @@
 //!
 //! - [`klu`]: symbolic and numeric factorisations of KLU;
 //! - [`context`], [`vector`], [`matrix`], [`linear_solver`]: the SUNDIALS objects IDAS works on;
-//! - [`vector_operations`]: the arithmetic on vectors that IDAS calls; [`vector_view`]: theirs as
-//!   slices;
+//! - [`vector_operations`]: the arithmetic on vectors that IDAS calls; [`vector_clone`]: how it
+//!   makes its own; [`vector_view`]: theirs as slices;
 //! - [`call`]: how a call in C may fail;
 //! - [`ida`]: the integrator's memory and every call on it;
 //! - [`trampoline`]: what C calls, and the way back to safe Rust;
@@ -22,6 +22,7 @@ pub(crate) mod matrix;
 pub(crate) mod pinned;
 pub(crate) mod trampoline;
 pub(crate) mod vector;
+mod vector_clone;
 mod vector_operations;
 mod vector_view;
 pub(crate) mod version;

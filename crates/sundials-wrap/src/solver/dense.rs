@@ -39,7 +39,11 @@ impl<P: DaeProblem> IdaSolver<P> {
         Ok(())
     }
 
-    /// Writes the error weights of the last step to `out`: the reciprocals of the allowed errors.
+    /// Writes the error weights of the last step to `out`: the reciprocals of the allowed errors,
+    /// or zeros before the first.
+    ///
+    /// # Shapes
+    /// `out`: the number of unknowns.
     ///
     /// # Errors
     /// [`Error::WrongLength`].
@@ -52,7 +56,11 @@ impl<P: DaeProblem> IdaSolver<P> {
         Ok(())
     }
 
-    /// Writes the estimated local errors of the last attempted step to `out`.
+    /// Writes the estimated local errors of the last attempted step to `out`, zeros before the
+    /// first.
+    ///
+    /// # Shapes
+    /// `out`: the number of unknowns.
     ///
     /// # Errors
     /// [`Error::WrongLength`].

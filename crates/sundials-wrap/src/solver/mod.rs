@@ -140,7 +140,6 @@ impl<P: DaeProblem> IdaSolver<P> {
             last_step: stats.last_step,
             last_order: stats.last_order,
             stats,
-            // After the codes that are errors, which leave no estimates to read.
             worst_components: self.worst_components(code == sys::IDA_ERR_FAIL)?,
         })))
     }

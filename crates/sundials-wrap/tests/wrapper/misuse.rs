@@ -347,6 +347,19 @@ fn an_output_time_behind_t_is_misuse() {
     ));
 }
 
+/// IDAS has allocated its vectors by then, and written to none of them: a new process may have zeros
+/// there by chance, and then it takes valgrind to see that they are none.
+#[test]
+fn before_the_first_step_weights_and_errors_are_zeros() {
+    let mut solver = Decay::new().solver();
+    let mut out = [f64::NAN];
+    solver.error_weights(&mut out).unwrap();
+    assert_eq!(out, [0.0]);
+    out = [f64::NAN];
+    solver.estimated_local_errors(&mut out).unwrap();
+    assert_eq!(out, [0.0]);
+}
+
 #[test]
 fn integrates_backwards_too() {
     let mut solver = IdaSolver::builder(Decay::new())

@@ -21,6 +21,7 @@ use super::matrix::Matrix;
 use super::pinned::Pinned;
 use super::trampoline::{self, Boundary, Callbacks};
 use super::vector::NVector;
+use super::vector_clone::zero_clones_of;
 
 /// How far one solve call goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,7 +104,9 @@ impl<C: Callbacks> Ida<C> {
         // Locals are dropped in reverse order on an early return: again the integrator first.
         let context = Context::new()?;
         let mut boundary = Pinned::new(Boundary::new(callbacks));
-        let y = NVector::from_slice(y0, &context)?;
+        let mut y = NVector::from_slice(y0, &context)?;
+        // IDAInit clones this one for all vectors of its own.
+        zero_clones_of(&mut y);
         let y_dot = NVector::from_slice(y_dot0, &context)?;
         let scratch = NVector::zeros(y0.len(), &context)?;
         let structured = matches!(linear, Linear::Structured);

@@ -1,0 +1,32 @@
+//! Clones of our vectors, initialised.
+//!
+//! SUNDIALS leaves the entries of a clone as the allocator gives them. IDAS hands some of its
+//! clones out before it has written to them: the error weights and the estimated errors before the
+//! first step, which safe code may ask for.
+
+use sundials_sys::{N_VClone_Serial, N_VConst, N_Vector};
+
+use super::vector::NVector;
+
+/// Lets the clones of `vector`, and theirs, be vectors of zeros.
+pub(super) fn zero_clones_of(vector: &mut NVector) {
+    // SAFETY: ours, valid, and borrowed uniquely.
+    let vector = unsafe { &mut *vector.raw() };
+    // SAFETY: every serial vector owns a table of operations, which its clones inherit.
+    let operations = unsafe { &mut *vector.ops };
+    operations.nvclone = Some(zeroed_clone);
+}
+
+/// A clone of `vector` filled with zeros, or null without memory.
+///
+/// # Safety
+/// As for N_VClone_Serial: `vector` is a valid serial vector.
+unsafe extern "C" fn zeroed_clone(vector: N_Vector) -> N_Vector {
+    // SAFETY: the caller's promise.
+    let clone = unsafe { N_VClone_Serial(vector) };
+    if !clone.is_null() {
+        // SAFETY: a serial vector just made, which nothing else refers to.
+        unsafe { N_VConst(0.0, clone) };
+    }
+    clone
+}
