@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::ffi::ida::{Ida, Linear};
 use crate::klu::widened;
 use crate::options::{
-    Direction, IdaOptions, Tolerances, at_least_zero, expect_finite, expect_length,
+    Constraint, Direction, IdaOptions, Tolerances, at_least_zero, expect_finite, expect_length,
 };
 use crate::problem::{DaeProblem, StepError};
 use crate::structured::StructuredSolver;
@@ -237,7 +237,8 @@ impl<P: DaeProblem> IdaSolver<P> {
             ida.set_max_newton_iterations(options.max_newton_iterations as i32)?;
             ida.set_delta_cj(options.delta_cj)?;
             ida.set_linear_solution_scaling(options.linear_solution_scaling)?;
-            if !options.constraints.is_empty() {
+            // IDAS refuses a vector that constrains nothing.
+            if options.constraints.iter().any(|c| *c != Constraint::None) {
                 let codes: Vec<f64> = options.constraints.iter().map(|c| c.code()).collect();
                 ida.set_constraints(&codes)?;
             }

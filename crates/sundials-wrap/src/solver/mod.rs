@@ -185,11 +185,12 @@ impl<P: DaeProblem> IdaSolver<P> {
         self.refused(result)?;
         self.workings_mut().said = Default::default();
         let result = self.ida.correct_initial_values(unknowns, t_first);
+        let restored = match &self.suppressed {
+            Some(id) => self.ida.set_id(id),
+            None => Ok(()),
+        };
         self.resume_panic();
-        if let Some(id) = &self.suppressed {
-            let restored = self.ida.set_id(id);
-            self.refused(restored)?;
-        }
+        self.refused(restored)?;
         let Err(CallFailed { call, code }) = result else {
             return Ok(());
         };

@@ -129,6 +129,7 @@ fn the_ends_of_the_ranges_are_in_them() {
         max_convergence_failures: i32::MAX as usize,
         max_newton_iterations: 1,
         tolerances: Tolerances::scalar(0.0, 1e-6),
+        constraints: vec![Constraint::None; 3],
         klu: KluOptions {
             pivot_tolerance: 1.0,
             ..KluOptions::default()
