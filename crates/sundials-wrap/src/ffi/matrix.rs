@@ -5,6 +5,7 @@ use std::os::raw::c_int;
 use std::ptr::NonNull;
 use std::slice;
 
+use nalgebra_sparse::pattern::SparsityPattern;
 use sundials_sys::{
     _generic_SUNMatrix, CSC_MAT, SUNMatDestroy, SUNMatFreeEmpty, SUNMatNewEmpty, SUNMatrix,
     SUNMatrix_ID, SUNMatrix_ID_SUNMATRIX_CUSTOM, SUNSparseMatrix, SUNSparseMatrix_Data,
@@ -13,6 +14,7 @@ use sundials_sys::{
 
 use super::call::{CallFailed, NULL_RESULT};
 use super::context::Context;
+use super::pattern::widened;
 
 /// An owned matrix.
 pub(crate) struct Matrix {
@@ -23,12 +25,16 @@ pub(crate) struct Matrix {
 impl Matrix {
     /// A sparse matrix by columns. The pattern is written once; IDAS, which zeroes the matrix
     /// before every Jacobian, is given a zeroing operation that leaves it alone.
-    pub(crate) fn sparse(
-        column_pointers: &[i64],
-        row_indices: &[i64],
-        context: &Context,
-    ) -> Result<Self, CallFailed> {
-        let (n, nnz) = (column_pointers.len() as i64 - 1, row_indices.len() as i64);
+    ///
+    /// # Panics
+    /// If the pattern is not square, or has no entries.
+    pub(crate) fn sparse(pattern: &SparsityPattern, context: &Context) -> Result<Self, CallFailed> {
+        let (n, nnz) = (pattern.major_dim(), pattern.nnz());
+        assert_eq!(pattern.minor_dim(), n, "a square pattern");
+        assert!(nnz > 0, "a pattern with entries");
+        let column_pointers = widened(pattern.major_offsets());
+        let row_indices = widened(pattern.minor_indices());
+        let (n, nnz) = (n as i64, nnz as i64);
         // SAFETY: the context is alive; the sizes are those of arrays in memory.
         let matrix = unsafe { SUNSparseMatrix(n, n, nnz, CSC_MAT as c_int, context.raw()) };
         let handle = NonNull::new(matrix).ok_or(CallFailed::new("SUNSparseMatrix", NULL_RESULT))?;
@@ -40,12 +46,12 @@ impl Matrix {
         let pointers = unsafe { SUNSparseMatrix_IndexPointers(matrix.raw()) };
         // SAFETY: a sparse matrix of order n owns n + 1 column pointers, zeroed at creation.
         let pointers = unsafe { slice::from_raw_parts_mut(pointers, column_pointers.len()) };
-        pointers.copy_from_slice(column_pointers);
+        pointers.copy_from_slice(&column_pointers);
         // SAFETY: the matrix is sparse.
         let indices = unsafe { SUNSparseMatrix_IndexValues(matrix.raw()) };
         // SAFETY: it owns nnz ≥ 1 row indices, zeroed at creation.
         let indices = unsafe { slice::from_raw_parts_mut(indices, row_indices.len()) };
-        indices.copy_from_slice(row_indices);
+        indices.copy_from_slice(&row_indices);
         matrix.ops().zero = Some(keep_as_is);
         Ok(matrix)
     }

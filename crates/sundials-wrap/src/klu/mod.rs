@@ -36,4 +36,3 @@ pub use factors::{Factors, Pivots};
 pub use numeric::{ComplexNumeric, Numeric, RealNumeric, Scalar};
 pub use options::{KluOptions, Ordering, Scaling};
 pub use symbolic::Symbolic;
-pub(crate) use symbolic::widened;

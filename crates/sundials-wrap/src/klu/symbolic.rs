@@ -27,12 +27,8 @@ impl Symbolic {
         if rows != columns || rows == 0 {
             return Err(KluError::NotSquare { rows, columns });
         }
-        let raw = RawSymbolic::analyze(
-            widened(pattern.major_offsets()),
-            widened(pattern.minor_indices()),
-            options.raw(),
-        )
-        .map_err(|failure| KluError::from_failure(rows, failure))?;
+        let raw = RawSymbolic::analyze(pattern, options.raw())
+            .map_err(|failure| KluError::from_failure(rows, failure))?;
         Ok(Self { raw: Arc::new(raw) })
     }
 
@@ -66,9 +62,4 @@ impl std::fmt::Debug for Symbolic {
             .field("nnz", &self.nnz())
             .finish()
     }
-}
-
-/// The 64-bit indices of the C libraries; a length in memory always fits.
-pub(crate) fn widened(indices: &[usize]) -> Box<[i64]> {
-    indices.iter().map(|&i| i as i64).collect()
 }

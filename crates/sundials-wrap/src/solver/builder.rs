@@ -2,7 +2,6 @@
 
 use crate::error::Error;
 use crate::ffi::ida::{Ida, Linear};
-use crate::klu::widened;
 use crate::options::{
     Constraint, Direction, IdaOptions, Tolerances, at_least_zero, expect_finite, expect_length,
 };
@@ -139,16 +138,11 @@ impl<P: DaeProblem> IdaBuilder<P> {
                 n_entries: pattern.nnz(),
             });
         }
-        let (column_pointers, row_indices) = (
-            widened(pattern.major_offsets()),
-            widened(pattern.minor_indices()),
-        );
         let linear = if self.structured.is_some() {
             Linear::Structured
         } else {
             Linear::Klu {
-                column_pointers: &column_pointers,
-                row_indices: &row_indices,
+                pattern: &pattern,
                 options: self.options.klu.raw(),
             }
         };

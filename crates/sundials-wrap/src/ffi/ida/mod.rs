@@ -11,6 +11,7 @@ pub(crate) use counter::Counter;
 use std::os::raw::{c_int, c_void};
 use std::ptr::NonNull;
 
+use nalgebra_sparse::pattern::SparsityPattern;
 use sundials_sys as sys;
 
 use super::call::{CallFailed, NULL_RESULT, check};
@@ -44,8 +45,8 @@ pub(crate) enum InitialUnknowns {
 /// The linear solver to attach.
 pub(crate) enum Linear<'a> {
     Klu {
-        column_pointers: &'a [i64],
-        row_indices: &'a [i64],
+        /// That of the Jacobian.
+        pattern: &'a SparsityPattern,
         options: RawOptions,
     },
     Structured,
@@ -93,7 +94,8 @@ unsafe impl<C: Callbacks + Send> Send for Ida<C> {}
 impl<C: Callbacks> Ida<C> {
     /// Creates an integrator at (t0, y0, ẏ0), with provisional tolerances.
     ///
-    /// `y0` and `y_dot0` have the same positive length, which is the order of the Jacobian.
+    /// # Panics
+    /// Unless `y0` and `y_dot0` have the same positive length, which is the order of the Jacobian.
     pub(crate) fn new(
         callbacks: C,
         t0: f64,
@@ -101,6 +103,8 @@ impl<C: Callbacks> Ida<C> {
         y_dot0: &[f64],
         linear: Linear<'_>,
     ) -> Result<Self, CallFailed> {
+        assert!(!y0.is_empty(), "unknowns");
+        assert_eq!(y0.len(), y_dot0.len(), "one derivative for each unknown");
         // Locals are dropped in reverse order on an early return: again the integrator first.
         let context = Context::new()?;
         let mut boundary = Pinned::new(Boundary::new(callbacks));
@@ -111,12 +115,9 @@ impl<C: Callbacks> Ida<C> {
         let scratch = NVector::zeros(y0.len(), &context)?;
         let structured = matches!(linear, Linear::Structured);
         let (matrix, linear_solver) = match linear {
-            Linear::Klu {
-                column_pointers,
-                row_indices,
-                options,
-            } => {
-                let matrix = Matrix::sparse(column_pointers, row_indices, &context)?;
+            Linear::Klu { pattern, options } => {
+                assert_eq!(pattern.major_dim(), y0.len(), "the order of the Jacobian");
+                let matrix = Matrix::sparse(pattern, &context)?;
                 let solver = LinearSolver::klu(&y, &matrix, options, &context)?;
                 (matrix, solver)
             }

@@ -3,8 +3,10 @@
 use std::ptr::NonNull;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use nalgebra_sparse::pattern::SparsityPattern;
 use suitesparse_sys::{klu_l_common, klu_l_free_symbolic, klu_l_symbolic};
 
+use super::super::pattern::widened;
 use super::{Failure, RawOptions, default_common};
 
 // Declared in klu.h but left out of the bindings, whose filter of names misses functions that
@@ -38,21 +40,23 @@ unsafe impl Send for RawSymbolic {}
 unsafe impl Sync for RawSymbolic {}
 
 impl RawSymbolic {
-    /// Analyses a compressed-column pattern: `column_pointers` rises from 0 to
-    /// `row_indices.len()`, the row indices of a column rise and lie in `0..n`.
-    pub(crate) fn analyze(
-        column_pointers: Box<[i64]>,
-        row_indices: Box<[i64]>,
-        options: RawOptions,
-    ) -> Result<Self, Failure> {
+    /// Analyses a compressed-column pattern.
+    ///
+    /// # Panics
+    /// If the pattern is not square.
+    pub(crate) fn analyze(pattern: &SparsityPattern, options: RawOptions) -> Result<Self, Failure> {
+        let n = pattern.major_dim();
+        assert_eq!(pattern.minor_dim(), n, "a square pattern");
+        let column_pointers = widened(pattern.major_offsets());
+        let row_indices = widened(pattern.minor_indices());
         let mut common = default_common();
         options.write_to(&mut common);
-        let n = column_pointers.len() as i64 - 1;
-        // SAFETY: both arrays form a valid compressed-column pattern of order n (the caller's
-        // promise); KLU reads them and does not keep them.
+        // SAFETY: both arrays are those of a square SparsityPattern, whose offsets rise from 0 to
+        // the number of entries and whose indices rise within a column and lie in 0..n; KLU reads
+        // them and does not keep them.
         let handle = unsafe {
             klu_l_analyze(
-                n,
+                n as i64,
                 column_pointers.as_ptr().cast_mut(),
                 row_indices.as_ptr().cast_mut(),
                 &mut common,
