@@ -346,6 +346,15 @@ pub(crate) fn expect_length(what: &'static str, expected: usize, got: usize) -> 
     }
 }
 
+/// A time and a state of `n` unknowns to start from.
+pub(crate) fn expect_state(n: usize, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<(), Error> {
+    expect_length("initial values y0", n, y0.len())?;
+    expect_length("initial derivatives y_dot0", n, y_dot0.len())?;
+    finite("t0", t0)?;
+    expect_finite("y0", y0)?;
+    expect_finite("y_dot0", y_dot0)
+}
+
 pub(crate) fn expect_finite(what: &'static str, values: &[f64]) -> Result<(), Error> {
     match values.iter().position(|v| !v.is_finite()) {
         Some(index) => Err(Error::NotFinite {

@@ -57,7 +57,8 @@ pub(crate) trait Callbacks {
     fn roots(&mut self, t: f64, y: &[f64], y_dot: &[f64], values: &mut [f64]) -> Answer;
     fn error_weights(&mut self, y: &[f64], weights: &mut [f64]) -> Answer;
     fn quadrature(&mut self, t: f64, y: &[f64], y_dot: &[f64], rates: &mut [f64]) -> Answer;
-    fn message(&mut self, code: i32, function: &str, text: &str);
+    /// Takes a message of IDAS.
+    fn message(&mut self, text: &str);
 }
 
 /// What C holds a pointer to: the callbacks, and what must be remembered across the boundary.
@@ -322,17 +323,15 @@ pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
 /// Called by IDAS with zero-terminated strings and the address given to IDASetErrHandlerFn, while
 /// no callback runs.
 pub(crate) unsafe extern "C" fn message<C: Callbacks>(
-    code: c_int,
+    _code: c_int,
     _module: *const c_char,
-    function: *const c_char,
+    _function: *const c_char,
     text: *mut c_char,
     user_data: *mut c_void,
 ) {
     // SAFETY: IDAS hands back the address of our boundary, and reports between callbacks.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS passes zero-terminated strings that live during the call.
-    let function = unsafe { CStr::from_ptr(function) }.to_string_lossy();
-    // SAFETY: as above.
+    // SAFETY: IDAS passes a zero-terminated string that lives during the call.
     let text = unsafe { CStr::from_ptr(text) }.to_string_lossy();
-    boundary.callbacks.message(code, &function, &text);
+    boundary.callbacks.message(&text);
 }

@@ -1,15 +1,18 @@
 //! From a problem and settings to a solver.
 
+use nalgebra_sparse::pattern::SparsityPattern;
+
 use crate::error::Error;
 use crate::ffi::ida::{Ida, Linear};
 use crate::options::{
     Constraint, Direction, IdaOptions, Tolerances, at_least_zero, expect_finite, expect_length,
+    expect_state,
 };
-use crate::problem::{DaeProblem, StepError};
+use crate::problem::{DaeProblem, StepError, VariableKind};
 use crate::structured::StructuredSolver;
 
 use super::IdaSolver;
-use super::callbacks::{Function, Said, Weights, Workings};
+use super::callbacks::{FailureLog, Function, UserFunctions, Weights};
 
 /// Gathers a problem, [`IdaOptions`] and the user's functions; see
 /// [`IdaSolver::builder`](crate::IdaSolver::builder).
@@ -19,15 +22,28 @@ pub struct IdaBuilder<P> {
     weights: Option<Box<Weights<P>>>,
     root_directions: Vec<Direction>,
     roots: Option<Box<Function<P>>>,
-    quadrature: Option<Quadrature<P>>,
+    quadrature: Quadrature,
+    quadrature_rates: Option<Box<Function<P>>>,
     structured: Option<Box<dyn StructuredSolver<P> + Send>>,
 }
 
-struct Quadrature<P> {
+/// What is to be integrated along with the solution; nothing by default.
+#[derive(Default)]
+struct Quadrature {
     start: Vec<f64>,
     /// Relative and absolute tolerance, if the quadratures take part in the error test.
     tolerances: Option<(f64, f64)>,
-    rates: Box<Function<P>>,
+}
+
+impl Quadrature {
+    fn validate(&self) -> Result<(), Error> {
+        expect_finite("initial values of the quadratures", &self.start)?;
+        let Some((relative, absolute)) = self.tolerances else {
+            return Ok(());
+        };
+        at_least_zero("relative tolerance of the quadratures", relative)?;
+        at_least_zero("absolute tolerance of the quadratures", absolute)
+    }
 }
 
 impl<P: DaeProblem> IdaBuilder<P> {
@@ -38,7 +54,8 @@ impl<P: DaeProblem> IdaBuilder<P> {
             weights: None,
             root_directions: Vec::new(),
             roots: None,
-            quadrature: None,
+            quadrature: Quadrature::default(),
+            quadrature_rates: None,
             structured: None,
         }
     }
@@ -94,12 +111,11 @@ impl<P: DaeProblem> IdaBuilder<P> {
         + Send
         + 'static,
     ) -> Self {
-        let rates = Box::new(rates);
-        self.quadrature = Some(Quadrature {
+        self.quadrature = Quadrature {
             start: start.into(),
             tolerances,
-            rates,
-        });
+        };
+        self.quadrature_rates = Some(Box::new(rates));
         self
     }
 
@@ -120,53 +136,31 @@ impl<P: DaeProblem> IdaBuilder<P> {
     /// for arguments that make no sense; [`Error::Call`] when IDAS refuses one.
     pub fn build(self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<IdaSolver<P>, Error> {
         let n = self.problem.n_unknowns();
-        expect_length("initial values y0", n, y0.len())?;
-        expect_length("initial derivatives y_dot0", n, y_dot0.len())?;
-        expect_finite("t0", &[t0])?;
-        expect_finite("y0", y0)?;
-        expect_finite("y_dot0", y_dot0)?;
+        let (kinds, pattern) = (self.problem.kinds(), self.problem.jacobian_pattern());
+        expect_state(n, t0, y0, y_dot0)?;
+        expect_shapes(n, &kinds, &pattern)?;
         self.options.validate(n)?;
-        let kinds = self.problem.kinds();
-        expect_length("kinds", n, kinds.len())?;
+        self.quadrature.validate()?;
         let suppressed = self.options.suppressed.id(&kinds)?;
-        let pattern = self.problem.jacobian_pattern();
-        expect_length("rows of the Jacobian", n, pattern.minor_dim())?;
-        expect_length("columns of the Jacobian", n, pattern.major_dim())?;
-        if n == 0 || pattern.nnz() == 0 {
-            return Err(Error::Empty {
-                n_unknowns: n,
-                n_entries: pattern.nnz(),
-            });
-        }
-        let linear = if self.structured.is_some() {
-            Linear::Structured
-        } else {
-            Linear::Klu {
+
+        let linear = match self.structured {
+            Some(_) => Linear::Structured,
+            None => Linear::Klu {
                 pattern: &pattern,
                 options: self.options.klu.raw(),
-            }
+            },
         };
-
-        let (quadrature_start, quadrature_tolerances, rates) = match self.quadrature {
-            Some(Quadrature {
-                start,
-                tolerances,
-                rates,
-            }) => (start, tolerances, Some(rates)),
-            None => (Vec::new(), None, None),
-        };
-        let n_roots = self.root_directions.len();
-        let workings = Workings {
+        let functions = UserFunctions {
             problem: self.problem,
-            n_roots,
-            roots: self.roots.filter(|_| n_roots > 0),
+            n_roots: self.root_directions.len(),
+            roots: self.roots,
             weights: self.weights,
-            quadrature: rates.filter(|_| !quadrature_start.is_empty()),
+            quadrature: self.quadrature_rates,
             structured: self.structured,
             t_called: t0,
-            said: Said::default(),
+            failures: FailureLog::default(),
         };
-        let ida = Ida::new(workings, t0, y0, y_dot0, linear)
+        let ida = Ida::new(functions, t0, y0, y_dot0, linear)
             .map_err(|failed| super::call_error(failed, String::new()))?;
         let mut solver = IdaSolver {
             ida,
@@ -177,30 +171,30 @@ impl<P: DaeProblem> IdaBuilder<P> {
             n,
         };
         solver.apply(&self.options)?;
-        let mut directions: Vec<i32> = self.root_directions.iter().map(|d| d.code()).collect();
-        if n_roots > 0 {
-            let result = solver.ida.set_roots(&mut directions);
-            solver.refused(result)?;
-        }
-        if !quadrature_start.is_empty() {
-            expect_finite("initial values of the quadratures", &quadrature_start)?;
-            let result = solver.ida.init_quadrature(&quadrature_start);
-            solver.refused(result)?;
-            if let Some((relative, absolute)) = quadrature_tolerances {
-                at_least_zero("relative tolerance of the quadratures", relative)?;
-                at_least_zero("absolute tolerance of the quadratures", absolute)?;
-                let result = solver.ida.set_quadrature_tolerances(relative, absolute);
-                solver.refused(result)?;
-            }
-        }
+        solver.attach_roots(&self.root_directions)?;
+        solver.attach_quadrature(&self.quadrature)?;
         Ok(solver)
+    }
+}
+
+/// A problem whose parts have the sizes it states, and something to integrate.
+fn expect_shapes(n: usize, kinds: &[VariableKind], pattern: &SparsityPattern) -> Result<(), Error> {
+    expect_length("kinds", n, kinds.len())?;
+    expect_length("rows of the Jacobian", n, pattern.minor_dim())?;
+    expect_length("columns of the Jacobian", n, pattern.major_dim())?;
+    match pattern.nnz() {
+        0 => Err(Error::Empty {
+            n_unknowns: n,
+            n_entries: 0,
+        }),
+        _ => Ok(()),
     }
 }
 
 impl<P: DaeProblem> IdaSolver<P> {
     /// Hands the validated settings to IDAS.
     fn apply(&mut self, options: &IdaOptions) -> Result<(), Error> {
-        let weighted = self.workings().weights.is_some();
+        let weighted = self.functions().weights.is_some();
         let suppressed = self.suppressed.clone();
         let ida = &mut self.ida;
         let mut set = || {
@@ -243,6 +237,25 @@ impl<P: DaeProblem> IdaSolver<P> {
             Ok(())
         };
         let result = set();
+        self.refused(result)
+    }
+    fn attach_roots(&mut self, directions: &[Direction]) -> Result<(), Error> {
+        if directions.is_empty() {
+            return Ok(());
+        }
+        let mut codes: Vec<i32> = directions.iter().map(|d| d.code()).collect();
+        let result = self.ida.set_roots(&mut codes);
+        self.refused(result)
+    }
+
+    fn attach_quadrature(&mut self, quadrature: &Quadrature) -> Result<(), Error> {
+        if quadrature.start.is_empty() {
+            return Ok(());
+        }
+        let mut result = self.ida.init_quadrature(&quadrature.start);
+        if let Some((relative, absolute)) = quadrature.tolerances {
+            result = result.and_then(|()| self.ida.set_quadrature_tolerances(relative, absolute));
+        }
         self.refused(result)
     }
 }

@@ -1,4 +1,4 @@
-//! The safe side of the C boundary: the problem and the user's functions, and what they said.
+//! The safe side of the C boundary: the problem and the user's functions, and how they failed.
 
 use crate::error::Error;
 use crate::ffi::trampoline::{Answer, Callbacks};
@@ -13,7 +13,7 @@ pub(super) type Function<P> =
 pub(super) type Weights<P> = dyn FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send;
 
 /// The problem with everything else that IDAS may call.
-pub(super) struct Workings<P> {
+pub(super) struct UserFunctions<P> {
     pub(super) problem: P,
     pub(super) n_roots: usize,
     pub(super) roots: Option<Box<Function<P>>>,
@@ -22,12 +22,12 @@ pub(super) struct Workings<P> {
     pub(super) structured: Option<Box<dyn StructuredSolver<P> + Send>>,
     /// Time of the last call that had one, for messages of those that have none.
     pub(super) t_called: f64,
-    pub(super) said: Said,
+    pub(super) failures: FailureLog,
 }
 
-/// What was said since the last call began.
+/// The failures since the last call began, to be told when it ends.
 #[derive(Default)]
-pub(super) struct Said {
+pub(super) struct FailureLog {
     /// A fatal error of a user's function.
     pub(super) fatal: Option<Error>,
     /// The last recoverable one, for the message if IDAS does not recover.
@@ -36,8 +36,9 @@ pub(super) struct Said {
     pub(super) message: Option<String>,
 }
 
-impl Said {
-    /// Keeps what a function said; finite `values` are part of success.
+impl FailureLog {
+    /// The answer to IDAS for the `result` of a function, a failure of which is noted. Success takes
+    /// finite `values`.
     fn answer(
         &mut self,
         function: &'static str,
@@ -46,11 +47,9 @@ impl Said {
         values: &[f64],
     ) -> Answer {
         match result {
-            Ok(()) if is_finite(values) => Answer::Success,
-            Ok(()) => match values.iter().position(|v| !v.is_finite()) {
+            Ok(()) => match first_not_finite(values) {
                 None => Answer::Success,
-                Some(i) => {
-                    let value = values[i];
+                Some((i, value)) => {
                     self.recoverable = Some(format!("{function}[{i}] = {value} at t = {t}"));
                     Answer::Recoverable
                 }
@@ -70,18 +69,28 @@ impl Said {
         }
     }
 
-    /// IDAS' message, and what the failing function said.
+    /// IDAS' message, and that of the function that failed.
     pub(super) fn take_message(&mut self) -> String {
         let parts = [self.message.take(), self.recoverable.take()];
         parts.into_iter().flatten().collect::<Vec<_>>().join("; ")
     }
 }
 
-impl<P: DaeProblem> Callbacks for Workings<P> {
+/// The first of the `values` that is infinite or no number. For nearly all calls one pass with
+/// vector instructions says that there is none.
+fn first_not_finite(values: &[f64]) -> Option<(usize, f64)> {
+    if is_finite(values) {
+        return None;
+    }
+    let mut numbered = values.iter().copied().enumerate();
+    numbered.find(|(_, value)| !value.is_finite())
+}
+
+impl<P: DaeProblem> Callbacks for UserFunctions<P> {
     fn residual(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) -> Answer {
         self.t_called = t;
         let result = self.problem.residual(t, y, y_dot, residual);
-        self.said.answer("residual", t, result, residual)
+        self.failures.answer("residual", t, result, residual)
     }
 
     fn jacobian(
@@ -93,7 +102,7 @@ impl<P: DaeProblem> Callbacks for Workings<P> {
         values: &mut [f64],
     ) -> Answer {
         let result = self.problem.jacobian(t, y, y_dot, 1.0, c_j, values);
-        self.said.answer("Jacobian", t, result, values)
+        self.failures.answer("Jacobian", t, result, values)
     }
 
     fn structured_setup(&mut self, t: f64, y: &[f64], y_dot: &[f64], c_j: f64) -> Answer {
@@ -102,7 +111,7 @@ impl<P: DaeProblem> Callbacks for Workings<P> {
             return Answer::Fatal;
         };
         let result = solver.setup(&mut self.problem, t, y, y_dot, c_j);
-        self.said.answer("linear set-up", t, result, &[])
+        self.failures.answer("linear set-up", t, result, &[])
     }
 
     fn structured_solve(&mut self, rhs: &mut [f64]) -> Answer {
@@ -110,7 +119,8 @@ impl<P: DaeProblem> Callbacks for Workings<P> {
             return Answer::Fatal;
         };
         let result = solver.solve(&mut self.problem, rhs);
-        self.said.answer("linear solve", self.t_called, result, rhs)
+        self.failures
+            .answer("linear solve", self.t_called, result, rhs)
     }
 
     fn n_roots(&self) -> usize {
@@ -122,7 +132,7 @@ impl<P: DaeProblem> Callbacks for Workings<P> {
             return Answer::Fatal;
         };
         let result = roots(&mut self.problem, t, y, y_dot, values);
-        self.said.answer("root function", t, result, values)
+        self.failures.answer("root function", t, result, values)
     }
 
     fn error_weights(&mut self, y: &[f64], weights: &mut [f64]) -> Answer {
@@ -134,10 +144,11 @@ impl<P: DaeProblem> Callbacks for Workings<P> {
             && let Some(i) = weights.iter().position(|&w| !(w > 0.0 && w.is_finite()))
         {
             let weight = weights[i];
-            self.said.recoverable = Some(format!("error weight[{i}] = {weight} must be positive"));
+            self.failures.recoverable =
+                Some(format!("error weight[{i}] = {weight} must be positive"));
             return Answer::Recoverable;
         }
-        self.said
+        self.failures
             .answer("error weight function", self.t_called, result, &[])
     }
 
@@ -146,10 +157,10 @@ impl<P: DaeProblem> Callbacks for Workings<P> {
             return Answer::Fatal;
         };
         let result = quadrature(&mut self.problem, t, y, y_dot, rates);
-        self.said.answer("quadrature", t, result, rates)
+        self.failures.answer("quadrature", t, result, rates)
     }
 
-    fn message(&mut self, _code: i32, _function: &str, text: &str) {
-        self.said.message = Some(text.trim().to_owned());
+    fn message(&mut self, text: &str) {
+        self.failures.message = Some(text.trim().to_owned());
     }
 }

@@ -105,7 +105,7 @@ impl<P: DaeProblem> IdaSolver<P> {
     }
 
     fn no_dense_output(&mut self, failed: CallFailed, t: f64, derivative: usize) -> Error {
-        let message = self.workings_mut().said.take_message();
+        let message = self.functions_mut().failures.take_message();
         if !matches!(failed.code, sys::IDA_BAD_T | sys::IDA_BAD_K) {
             return super::call_error(failed, message);
         }

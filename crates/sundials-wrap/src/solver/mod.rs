@@ -12,13 +12,13 @@ use sundials_sys as sys;
 use crate::error::Error;
 use crate::ffi::call::CallFailed;
 use crate::ffi::ida::{Counter, Ida, InitialUnknowns, Task};
-use crate::options::{differential, expect_finite, expect_length, finite};
+use crate::options::{differential, expect_finite, expect_length, expect_state, finite};
 use crate::outcome::{Outcome, Stop, StopReason, WorstComponent};
 use crate::problem::{DaeProblem, VariableKind};
 use crate::stats::Stats;
 
 pub use builder::IdaBuilder;
-use callbacks::Workings;
+use callbacks::UserFunctions;
 
 /// Which values are sought by [`IdaSolver::correct_initial_values`]; the others are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -38,7 +38,7 @@ pub enum ConsistencyMode {
 /// # Examples
 /// See the [crate's front page](crate).
 pub struct IdaSolver<P: DaeProblem> {
-    ida: Ida<Workings<P>>,
+    ida: Ida<UserFunctions<P>>,
     kinds: Vec<VariableKind>,
     /// IDAS' vector for the error test, if components are left out of it.
     suppressed: Option<Vec<f64>>,
@@ -83,7 +83,7 @@ impl<P: DaeProblem> IdaSolver<P> {
         if (t_out - self.t) * direction < 0.0 {
             return Err(Error::TimeBehind { t_out, t: self.t });
         }
-        self.workings_mut().said = Default::default();
+        self.functions_mut().failures = Default::default();
         let (code, t) = self.ida.solve(t_out, task);
         if t.is_finite() {
             self.t = t;
@@ -107,17 +107,17 @@ impl<P: DaeProblem> IdaSolver<P> {
     }
 
     fn gave_up(&mut self, code: i32) -> Result<Outcome, Error> {
-        let said = &mut self.workings_mut().said;
-        if let Some(fatal) = said.fatal.take() {
+        let failures = &mut self.functions_mut().failures;
+        if let Some(fatal) = failures.fatal.take() {
             return Err(fatal);
         }
         if code == sys::IDA_ERR_FAIL {
             // The error test is of a state that could be evaluated: the problem has recovered.
-            said.recoverable = None;
+            failures.recoverable = None;
         }
         // A weight function that gives up is reported by IDAS as an illegal input.
-        let weights_failed = code == sys::IDA_ILL_INPUT && said.recoverable.is_some();
-        let message = said.take_message();
+        let weights_failed = code == sys::IDA_ILL_INPUT && failures.recoverable.is_some();
+        let message = failures.take_message();
         let reason = match codes::stop_reason(code) {
             Some(reason) => reason,
             None if weights_failed => StopReason::ErrorWeightsFailed,
@@ -183,7 +183,7 @@ impl<P: DaeProblem> IdaSolver<P> {
         };
         let result = self.ida.set_id(&differential(&self.kinds));
         self.refused(result)?;
-        self.workings_mut().said = Default::default();
+        self.functions_mut().failures = Default::default();
         let result = self.ida.correct_initial_values(unknowns, t_first);
         let restored = match &self.suppressed {
             Some(id) => self.ida.set_id(id),
@@ -194,11 +194,11 @@ impl<P: DaeProblem> IdaSolver<P> {
         let Err(CallFailed { call, code }) = result else {
             return Ok(());
         };
-        let said = &mut self.workings_mut().said;
-        if let Some(fatal) = said.fatal.take() {
+        let failures = &mut self.functions_mut().failures;
+        if let Some(fatal) = failures.fatal.take() {
             return Err(fatal);
         }
-        let message = said.take_message();
+        let message = failures.take_message();
         if code == sys::IDA_ILL_INPUT {
             return Err(call_error(CallFailed { call, code }, message));
         }
@@ -215,18 +215,15 @@ impl<P: DaeProblem> IdaSolver<P> {
     /// Quadratures start again from `q0` (empty without quadratures).
     ///
     /// # Errors
-    /// [`Error::WrongLength`], [`Error::NotFinite`], or [`Error::Call`] when IDAS refuses.
+    /// [`Error::WrongLength`], [`Error::NotFinite`] or [`Error::InvalidOption`] for values that make
+    /// no sense, [`Error::Call`] when IDAS refuses.
     pub fn reinit(&mut self, t0: f64, y0: &[f64], y_dot0: &[f64], q0: &[f64]) -> Result<(), Error> {
-        expect_length("initial values y0", self.n, y0.len())?;
-        expect_length("initial derivatives y_dot0", self.n, y_dot0.len())?;
+        expect_state(self.n, t0, y0, y_dot0)?;
         expect_length(
             "initial values of the quadratures",
             self.n_quadratures(),
             q0.len(),
         )?;
-        expect_finite("t0", &[t0])?;
-        expect_finite("y0", y0)?;
-        expect_finite("y_dot0", y_dot0)?;
         expect_finite("initial values of the quadratures", q0)?;
         let result = self.ida.reinit(t0, y0, y_dot0, q0);
         self.refused(result)?;
@@ -261,13 +258,13 @@ impl<P: DaeProblem> IdaSolver<P> {
 
     /// The problem.
     pub fn problem(&self) -> &P {
-        &self.workings().problem
+        &self.functions().problem
     }
 
     /// The problem, to change its parameters. Its size and pattern must stay as they are; after a
     /// change that makes y or ẏ jump, [`reinit`](IdaSolver::reinit) is due.
     pub fn problem_mut(&mut self) -> &mut P {
-        &mut self.workings_mut().problem
+        &mut self.functions_mut().problem
     }
 
     /// Ends the integration and hands the problem back.
@@ -322,11 +319,11 @@ impl<P: DaeProblem> IdaSolver<P> {
         self.ida.n_quadratures()
     }
 
-    fn workings(&self) -> &Workings<P> {
+    fn functions(&self) -> &UserFunctions<P> {
         &self.ida.boundary().callbacks
     }
 
-    fn workings_mut(&mut self) -> &mut Workings<P> {
+    fn functions_mut(&mut self) -> &mut UserFunctions<P> {
         &mut self.ida.boundary_mut().callbacks
     }
 
@@ -339,7 +336,7 @@ impl<P: DaeProblem> IdaSolver<P> {
 
     /// Turns a refused call into an error with IDAS' message.
     fn refused<T>(&mut self, result: Result<T, CallFailed>) -> Result<T, Error> {
-        result.map_err(|failed| call_error(failed, self.workings_mut().said.take_message()))
+        result.map_err(|failed| call_error(failed, self.functions_mut().failures.take_message()))
     }
 }
 

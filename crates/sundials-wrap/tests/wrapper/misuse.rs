@@ -255,7 +255,7 @@ fn quadratures_and_times_that_are_no_numbers_are_refused() {
             .build(t0, &[1.0], &[-1.0])
     };
     for (t0, start, tolerances, expected) in [
-        (f64::INFINITY, 0.0, None, "t0[0] = inf is not finite"),
+        (f64::INFINITY, 0.0, None, "t0 = inf: must be finite"),
         (
             0.0,
             f64::NAN,
