@@ -21,6 +21,8 @@ pub struct Factors<T: Scalar> {
     symbolic: Symbolic,
     /// The factors, and the reciprocal pivot growth when the pivots were chosen.
     numeric: Option<(Numeric<T>, f64)>,
+    /// Whether they are those of the last matrix: its pivots may outlive one that was refused.
+    current: bool,
 }
 
 impl<T: Scalar> Factors<T> {
@@ -29,6 +31,7 @@ impl<T: Scalar> Factors<T> {
         Self {
             symbolic,
             numeric: None,
+            current: false,
         }
     }
 
@@ -38,8 +41,15 @@ impl<T: Scalar> Factors<T> {
     /// cost more than three digits beyond what fresh ones did.
     ///
     /// # Errors
-    /// As for [`Numeric::factor`].
+    /// As for [`Numeric::factor`]. There is nothing to solve with then until a matrix is factorised.
     pub fn renew(&mut self, values: &[T]) -> Result<Pivots, KluError> {
+        self.current = false;
+        let pivots = self.factorise(values)?;
+        self.current = true;
+        Ok(pivots)
+    }
+
+    fn factorise(&mut self, values: &[T]) -> Result<Pivots, KluError> {
         if let Some((numeric, fresh_growth)) = &mut self.numeric
             && numeric.refactor(values).is_ok()
             && numeric.rgrowth(values)? >= GROWTH_LOSS * *fresh_growth
@@ -55,10 +65,11 @@ impl<T: Scalar> Factors<T> {
     /// The factors of the last matrix.
     ///
     /// # Errors
-    /// [`KluError::NoFactors`] before the first.
+    /// [`KluError::NoFactors`] before the first, and after one that could not be factorised.
     pub fn current(&self) -> Result<&Numeric<T>, KluError> {
         self.numeric
             .as_ref()
+            .filter(|_| self.current)
             .map(|(numeric, _)| numeric)
             .ok_or(KluError::NoFactors)
     }

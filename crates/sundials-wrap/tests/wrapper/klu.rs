@@ -355,10 +355,19 @@ fn pivots_are_kept_as_long_as_they_serve() {
         let error = (x[0] - 1.0).abs().max((x[1] - 1.0).abs());
         assert!(error < 1e4 * f64::EPSILON, "{p}: {x:?}");
     }
+    // What cannot be factorised leaves no factors of another matrix to solve with, but its pivots.
     assert!(matches!(
         factors.renew(&[1.0; 4]),
         Err(KluError::Singular { .. })
     ));
+    assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(KluError::NoFactors));
+    factors.renew(&[3.0, 1.0, 1.0, 1.0]).unwrap();
+    assert!(matches!(
+        factors.renew(&[f64::NAN; 4]),
+        Err(KluError::NotFinite { position: 0 })
+    ));
+    assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(KluError::NoFactors));
+    assert_eq!(factors.renew(&[3.0, 1.0, 1.0, 1.0]).unwrap(), Pivots::Kept);
 }
 
 #[test]
