@@ -300,7 +300,11 @@ impl IdaOptions {
     }
 }
 
-fn invalid<T>(option: &'static str, value: f64, expected: &'static str) -> Result<T, Error> {
+pub(crate) fn invalid<T>(
+    option: &'static str,
+    value: f64,
+    expected: &'static str,
+) -> Result<T, Error> {
     Err(Error::InvalidOption {
         option,
         value,

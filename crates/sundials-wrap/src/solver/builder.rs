@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::ffi::ida::{Ida, Linear};
 use crate::options::{
     Constraint, Direction, IdaOptions, Tolerances, at_least_zero, expect_finite, expect_length,
-    expect_state,
+    expect_state, invalid,
 };
 use crate::problem::{DaeProblem, StepError, VariableKind};
 use crate::structured::StructuredSolver;
@@ -42,7 +42,12 @@ impl Quadrature {
             return Ok(());
         };
         at_least_zero("relative tolerance of the quadratures", relative)?;
-        at_least_zero("absolute tolerance of the quadratures", absolute)
+        at_least_zero("absolute tolerance of the quadratures", absolute)?;
+        if relative == 0.0 && absolute == 0.0 {
+            let both = "relative and absolute tolerance of the quadratures";
+            return invalid(both, 0.0, "not both zero");
+        }
+        Ok(())
     }
 }
 

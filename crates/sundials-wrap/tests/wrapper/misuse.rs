@@ -274,6 +274,12 @@ fn quadratures_and_times_that_are_no_numbers_are_refused() {
             Some((1.0, f64::NAN)),
             "absolute tolerance of the quadratures = NaN: must be finite and ≥ 0",
         ),
+        (
+            0.0,
+            0.0,
+            Some((0.0, 0.0)),
+            "relative and absolute tolerance of the quadratures = 0: must be not both zero",
+        ),
     ] {
         let error = build(t0, &[start], tolerances).unwrap_err();
         assert_eq!(error.to_string(), expected);
