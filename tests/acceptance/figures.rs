@@ -38,7 +38,7 @@ fn figure_4_shows_the_papers_mesh_from_any_folder() {
     assert_eq!(run.code, 0, "{}", run.stderr);
     let found = document(&read(folder.path(), "f4.json"), "figure");
     let figure = &found["figures"][0];
-    // The paper's number of unknowns, MODEL §2.
+    // The paper's number of unknowns.
     assert_eq!(figure["unknowns_paper"], 1545);
     let csv = read(folder.path(), "f/figure4.csv");
     // Euler's formula for a simply connected mesh: edges = vertices + triangles - 1.

@@ -59,7 +59,7 @@ fn infsup_tells_the_spaces_apart_and_draws() {
             .as_f64()
             .expect("a number")
     };
-    // MODEL §5, to the digits given there.
+    // The model's specification, to its digits.
     for (level, equal_order) in [(0, 0.06), (1, 0.05)] {
         assert!((constant(0, level) - 0.68).abs() < 0.015);
         assert!((constant(1, level) - equal_order).abs() < 5e-3);

@@ -128,7 +128,7 @@ fn cantilever(parts: Structured) -> Result<Mesh, FemError> {
     parts.mesh("body", groups)
 }
 
-/// Half the height of the spindle at x: `0.012 + 0.018 cos²(π x / 0.2)`, m. MODEL, section 2.
+/// Half the height of the spindle at x: `0.012 + 0.018 cos²(π x / 0.2)`, m.
 pub fn spindle_half_height(x: f64) -> f64 {
     0.012 + 0.018 * (PI * x / (2.0 * HALF_LENGTH)).cos().powi(2)
 }

@@ -5,8 +5,8 @@
 //! blocks over the free components ([`dofs`]). How the blocks make up a differential-algebraic
 //! system is the business of the crate above. There is no C library below.
 //!
-//! References: `MODEL`, section 2 (equation numbers are those of Simeon, Serban, Petzold, M2AN 43
-//! (2009) 805–823); the notes in `notes/`.
+//! References: Simeon, Serban, Petzold, M2AN 43 (2009) 805–823, section 2, whose equation numbers
+//! are used; the notes in `notes/`.
 #![forbid(unsafe_code)]
 
 mod batch;

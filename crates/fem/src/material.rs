@@ -10,8 +10,8 @@
 //! `∂e/∂F = 2 D`, `∂d/∂F = N` with `D = H − cof H` and `N = cof F`, both linear in H. Nothing is
 //! formed by subtracting numbers near one: see note 0001. For small strains `d = tr H`, `N = I`.
 //!
-//! Note 0001 derives the invariant form; MODEL, section 2, has the laws. To add a law: write its
-//! `Potential`, add a variant to [`Law`] and a line to `with_potential`.
+//! Note 0001 derives the invariant form; the guide's page on the model has the laws. To add a law:
+//! write its `Potential`, add a variant to [`Law`] and a line to `with_potential`.
 
 mod mooney_rivlin;
 mod potential;
@@ -37,7 +37,7 @@ pub type Tangent = [[f64; 4]; 4];
 /// A material law: the part of the energy that does not hold the pressure.
 ///
 /// The pressure adds `−p (J − 1)` to the energy and `−p cof F` to the stress (for small strains
-/// `−p div u` and `−p I`). Paper: eqs. (20), (26); MODEL corrects the sign in Ī1.
+/// `−p div u` and `−p I`). Paper: eqs. (20), (26); the exponent in Ī1 is a misprint there.
 ///
 /// # Units
 /// Moduli, energies and stresses in Pa.

@@ -9,7 +9,7 @@
 //! ∂force_rate/∂p = −divergence_rateᵀ      ∂defect_rate/∂v = B(u)    ∂defect_rate/∂u = divergence_rate
 //! ```
 //!
-//! so five blocks serve all formulations. References: MODEL, section 2.
+//! so five blocks serve all formulations. References: paper, section 2.
 
 mod evaluation;
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The DAE formulations of MODEL §2: which unknowns, which equations, which index.
+//! The DAE formulations: which unknowns, which equations, which index.
 //!
 //! A formulation is a short list that pairs each block of unknowns with the equation in its rows.
 //! The equations themselves are in [`crate::equation`].
@@ -33,7 +33,7 @@ pub enum Formulation {
 use Formulation::{Displacement, ImplicitRate, Position, Rate, Stabilized, Velocity};
 
 impl Formulation {
-    /// All formulations, in the order of MODEL §2.
+    /// All formulations.
     pub const ALL: [Self; 6] = [
         Displacement,
         Position,
@@ -103,7 +103,7 @@ impl Formulation {
         self.rows().iter().any(|(f, _)| *f == field)
     }
 
-    /// Differentiation index for the given κ and β (MODEL §2, Table 1).
+    /// Differentiation index for the given κ and β. Paper: Table 1.
     pub fn index(self, parameters: &Parameters) -> u8 {
         self.rows()
             .iter()
@@ -112,9 +112,9 @@ impl Formulation {
             .unwrap_or(0)
     }
 
-    /// Perturbation index of one block of unknowns (MODEL §2).
+    /// Perturbation index of one block of unknowns.
     ///
-    /// Where MODEL's list is silent this is what the matrices say: with β > 0 and κ < ∞ the force
+    /// As the matrices have it (note 0002). With β > 0 and κ < ∞, for instance, the force
     /// β Bᵀλ̇ hands the perturbation of the constraint on to the velocity, which has index 1.
     pub fn variable_index(self, field: Field, parameters: &Parameters) -> u8 {
         self.index_of(

@@ -1,4 +1,4 @@
-//! The muscle, the rod and the chains of section 3 of the paper, with the parameters of MODEL §2–4.
+//! The muscle, the rod and the chains of section 3 of the paper, with their parameters.
 
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! Functions of time with their exact first and second derivatives.
 //!
-//! Loads need the value, the rod's Rayleigh load its first derivative (MODEL §3), prescribed
+//! Loads need the value, the rod's Rayleigh load its first derivative, prescribed
 //! displacements both: their rates enter the differentiated constraints.
 
 use std::f64::consts::TAU;

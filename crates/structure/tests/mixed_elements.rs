@@ -101,7 +101,7 @@ fn taylor_hood_is_stable() {
 }
 
 /// P1–P1 on the right-diagonal square: three pressures are not held at all, and what is left of
-/// the constant falls. Reference: MODEL §5, to the digits given there.
+/// the constant falls. Reference: the model's specification, to its digits.
 #[test]
 fn equal_order_is_not() {
     for (n, expected) in [(4, 0.115), (8, 0.085), (16, 0.048), (24, 0.033)] {
@@ -112,7 +112,8 @@ fn equal_order_is_not() {
     }
 }
 
-/// The spindle of the paper's muscle, at two levels. Reference: MODEL §5, to the digits given.
+/// The spindle of the paper's muscle, at two levels. Reference: the model's specification, to its
+/// digits.
 #[test]
 fn the_spindle() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/meshes/muscle.msh");

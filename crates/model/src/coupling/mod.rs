@@ -1,6 +1,6 @@
 //! A body and the oscillators it drives as one differential-algebraic system.
 //!
-//! The coupling is one-way (MODEL §4): the oscillators are further states of the body's system,
+//! The coupling is one-way: the oscillators are further states of the body's system,
 //! forced by γ u(ξ, t). With the body's F_b and the oscillators' F_o,
 //!
 //! ```text

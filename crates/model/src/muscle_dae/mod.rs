@@ -108,7 +108,7 @@ impl MuscleDae {
         self.formulation
     }
 
-    /// The differentiation index of the system (MODEL §2).
+    /// The differentiation index of the system.
     pub fn index(&self) -> u8 {
         self.formulation.index(&self.muscle.parameters)
     }

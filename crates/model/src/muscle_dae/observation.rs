@@ -104,8 +104,8 @@ impl MuscleDae {
         displacement
     }
 
-    /// Constraint drift: the maximum over the P1 functions ψ_k of |∫ψ_k (p/κ + J - 1)| / ∫ψ_k
-    /// (MODEL §2); 0 for a formulation without pressure.
+    /// Constraint drift: the maximum over the P1 functions ψ_k of |∫ψ_k (p/κ + J - 1)| / ∫ψ_k;
+    /// 0 for a formulation without pressure.
     ///
     /// # Errors
     /// [`Inverted`] for an element with det F ≤ 0.
