@@ -115,13 +115,15 @@ impl Symmetric {
     pub(crate) fn apply_interleaved(&self, x: &[f64], out: &mut [f64]) {
         let n = self.pattern.major_dim();
         assert_eq!((x.len(), out.len()), (2 * n, 2 * n));
-        for (row, out) in out.chunks_exact_mut(2).enumerate() {
+        let (x, out) = (x.as_chunks::<2>().0, out.as_chunks_mut::<2>().0);
+        for (row, out) in out.iter_mut().enumerate() {
             let mut sum = [0.0; 2];
             for (column, value) in self.row(row) {
-                sum[0] += value * x[2 * column];
-                sum[1] += value * x[2 * column + 1];
+                let [x, y] = x[column];
+                sum[0] += value * x;
+                sum[1] += value * y;
             }
-            out.copy_from_slice(&sum);
+            *out = sum;
         }
     }
 

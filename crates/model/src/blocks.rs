@@ -48,7 +48,37 @@ impl<'a> Block<'a> {
 #[derive(Debug, Clone)]
 pub(crate) struct Blocks {
     pattern: SparsityPattern,
-    maps: Vec<Vec<u32>>,
+    places: Vec<Places>,
+}
+
+/// Where the entries of a block are in the whole.
+#[derive(Debug, Clone)]
+enum Places {
+    /// Of each entry, one after the other.
+    Single(Vec<u32>),
+    /// Neighbours stay neighbours, as in a block whose columns are whole: the place of the first
+    /// of each run, and the length.
+    Runs(Vec<(u32, u32)>),
+}
+
+/// Runs are worth their overhead from this mean length on.
+const MIN_MEAN_RUN: usize = 4;
+
+impl Places {
+    fn new(positions: Vec<u32>) -> Self {
+        let mut runs: Vec<(u32, u32)> = Vec::new();
+        for &position in &positions {
+            match runs.last_mut() {
+                Some((start, len)) if *start + *len == position => *len += 1,
+                _ => runs.push((position, 1)),
+            }
+        }
+        if MIN_MEAN_RUN * runs.len() <= positions.len() {
+            Self::Runs(runs)
+        } else {
+            Self::Single(positions)
+        }
+    }
 }
 
 impl Blocks {
@@ -58,11 +88,11 @@ impl Blocks {
     /// If a block reaches beyond the matrix, or the whole has 2³² entries or more.
     pub(crate) fn new(shape: (usize, usize), blocks: &[Block<'_>]) -> Self {
         let pattern = union(shape, blocks);
-        let maps = blocks
+        let places = blocks
             .iter()
-            .map(|block| positions(&pattern, *block))
+            .map(|block| Places::new(positions(&pattern, *block)))
             .collect();
-        Self { pattern, maps }
+        Self { pattern, places }
     }
 
     /// The compressed-column pattern of the whole.
@@ -72,8 +102,22 @@ impl Blocks {
 
     /// `whole` += `factor` · `values`, placed as block number `block`.
     pub(crate) fn add<T: Number>(&self, block: usize, factor: T, values: &[f64], whole: &mut [T]) {
-        for (&position, &value) in self.maps[block].iter().zip(values) {
-            whole[position as usize] += factor * value;
+        match &self.places[block] {
+            Places::Single(positions) => {
+                for (&position, &value) in positions.iter().zip(values) {
+                    whole[position as usize] += factor * value;
+                }
+            }
+            Places::Runs(runs) => {
+                let mut rest = values;
+                for &(start, len) in runs {
+                    let (run, after) = rest.split_at(len as usize);
+                    rest = after;
+                    for (entry, &value) in whole[start as usize..].iter_mut().zip(run) {
+                        *entry += factor * value;
+                    }
+                }
+            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Products with sparse matrices whose entries come in blocks.
+//! Products with sparse matrices whose entries come in blocks, and with their magnitudes.
 
 use std::ops::Range;
 
@@ -69,66 +69,82 @@ impl Product {
 
     /// `y` -= A `x`, A given by its `values` in the order of the pattern.
     pub(super) fn subtract<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
-        self.arch.dispatch(Subtract {
+        self.arch.dispatch(Accumulate {
             product: self,
             values,
             x,
             y,
+            add: |y: T, a, x: T| y.plus_product(a, -x),
         });
     }
 
+    /// `y` += |A| |`x`|, likewise.
+    pub(super) fn add_magnitudes<T: Number>(&self, values: &[T], x: &[T], y: &mut [f64]) {
+        self.arch.dispatch(Accumulate {
+            product: self,
+            values,
+            x,
+            y,
+            add: |y: f64, a: T, x: T| y + (a * x).abs(),
+        });
+    }
+}
+
+/// `y_i` ← add(`y_i`, a_ij, `x_j`) for all entries, to be run with the processor's vector
+/// instructions.
+struct Accumulate<'a, T, Y, F> {
+    product: &'a Product,
+    values: &'a [T],
+    x: &'a [T],
+    y: &'a mut [Y],
+    add: F,
+}
+
+impl<T: Number, Y: Copy, F: Fn(Y, T, T) -> Y> WithSimd for Accumulate<'_, T, Y, F> {
+    type Output = ();
+
     #[inline(always)]
-    fn subtract_here<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
-        for group in &self.groups {
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self {
+            product,
+            values,
+            x,
+            y,
+            add,
+        } = self;
+        for group in &product.groups {
             let n = group.entries.len();
             let first = &values[group.entries.clone()];
-            let pairs = &self.rows[group.pairs.clone()];
-            let single = &self.rows[group.single.clone()];
-            let x0 = -x[group.column];
+            let pairs = &product.rows[group.pairs.clone()];
+            let single = &product.rows[group.single.clone()];
+            let x0 = x[group.column];
             let (pairs0, single0) = first.split_at(2 * pairs.len());
             if group.is_double {
-                let x1 = -x[group.column + 1];
+                let x1 = x[group.column + 1];
                 let second = &values[group.entries.end..][..n];
                 let (pairs1, single1) = second.split_at(2 * pairs.len());
                 let entries = pairs0.chunks_exact(2).zip(pairs1.chunks_exact(2));
                 for (&row, (a, b)) in pairs.iter().zip(entries) {
                     let y = &mut y[row as usize..][..2];
-                    y[0] = y[0].plus_product(a[0], x0).plus_product(b[0], x1);
-                    y[1] = y[1].plus_product(a[1], x0).plus_product(b[1], x1);
+                    y[0] = add(add(y[0], a[0], x0), b[0], x1);
+                    y[1] = add(add(y[1], a[1], x0), b[1], x1);
                 }
                 for (&row, (&a, &b)) in single.iter().zip(single0.iter().zip(single1)) {
                     let y = &mut y[row as usize];
-                    *y = y.plus_product(a, x0).plus_product(b, x1);
+                    *y = add(add(*y, a, x0), b, x1);
                 }
             } else {
                 for (&row, a) in pairs.iter().zip(pairs0.chunks_exact(2)) {
                     let y = &mut y[row as usize..][..2];
-                    y[0] = y[0].plus_product(a[0], x0);
-                    y[1] = y[1].plus_product(a[1], x0);
+                    y[0] = add(y[0], a[0], x0);
+                    y[1] = add(y[1], a[1], x0);
                 }
                 for (&row, &a) in single.iter().zip(single0) {
                     let y = &mut y[row as usize];
-                    *y = y.plus_product(a, x0);
+                    *y = add(*y, a, x0);
                 }
             }
         }
-    }
-}
-
-/// The product, to be run with the processor's vector instructions.
-struct Subtract<'a, T: Number> {
-    product: &'a Product,
-    values: &'a [T],
-    x: &'a [T],
-    y: &'a mut [T],
-}
-
-impl<T: Number> WithSimd for Subtract<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.product.subtract_here(self.values, self.x, self.y);
     }
 }
 
@@ -158,6 +174,9 @@ mod tests {
         let product = Product::new(&pattern);
         product.subtract(&values, &x, &mut y);
         assert_eq!(y, expected);
+        // All are positive: what was subtracted comes back.
+        product.add_magnitudes(&values, &x, &mut y);
+        assert_eq!(y, [0.5; 4]);
         let doubles: Vec<bool> = product.groups.iter().map(|group| group.is_double).collect();
         assert_eq!(doubles, [true, false, false, false]);
     }

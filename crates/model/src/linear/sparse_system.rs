@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra_sparse::pattern::SparsityPattern;
 use sundials_wrap::klu::{Factors, KluError, KluOptions, Symbolic};
 
+use super::product::Product;
 use super::supernodal::{Analysis, Supernodal};
 use super::{LinearWork, Number};
 
@@ -27,7 +28,8 @@ const NEIGHBOURS_BEFORE: usize = 12;
 /// matrices with that pattern share.
 #[derive(Debug)]
 pub struct Elimination {
-    pattern: SparsityPattern,
+    n_entries: usize,
+    product: Product,
     symbolic: Symbolic,
     blocks: Arc<Analysis>,
 }
@@ -41,7 +43,8 @@ impl Elimination {
         let symbolic = Symbolic::analyze(pattern, options)?;
         let blocks = Analysis::new(pattern, &symbolic.column_order(), NEIGHBOURS_BEFORE);
         Ok(Self {
-            pattern: pattern.clone(),
+            n_entries: pattern.nnz(),
+            product: Product::new(pattern),
             symbolic,
             blocks: Arc::new(blocks),
         })
@@ -66,15 +69,13 @@ pub struct SparseSystem<T: Number> {
 impl<T: Number> SparseSystem<T> {
     /// Room for a matrix and its factors.
     pub fn new(elimination: Arc<Elimination>) -> Self {
-        let Elimination {
-            pattern, blocks, ..
-        } = &*elimination;
-        let n = pattern.major_dim();
+        let blocks = &elimination.blocks;
+        let n = blocks.n();
         Self {
             n_block_entries: blocks.n_entries() as u64,
             blocks: Supernodal::new(blocks.clone()),
             pivoting: None,
-            values: vec![T::zero(); pattern.nnz()],
+            values: vec![T::zero(); elimination.n_entries],
             check: true,
             rhs: vec![T::zero(); n],
             residual: vec![T::zero(); n],
@@ -181,16 +182,9 @@ impl<T: Number> SparseSystem<T> {
         for (scale, b) in self.scale.iter_mut().zip(&self.rhs) {
             *scale = b.abs();
         }
-        let pattern = &self.elimination.pattern;
-        for (window, &x) in pattern.major_offsets().windows(2).zip(x) {
-            let column = window[0]..window[1];
-            let rows = &pattern.minor_indices()[column.clone()];
-            for (&row, &a) in rows.iter().zip(&self.values[column]) {
-                let product = a * x;
-                self.residual[row] -= product;
-                self.scale[row] += product.abs();
-            }
-        }
+        let product = &self.elimination.product;
+        product.subtract(&self.values, x, &mut self.residual);
+        product.add_magnitudes(&self.values, x, &mut self.scale);
         let ratios = self.residual.iter().zip(&self.scale);
         ratios
             .filter(|(_, scale)| **scale != 0.0)

@@ -164,28 +164,45 @@ pub(super) fn minus_outer<T: Number>(s: &mut [T], r: usize, a: &[T], stride: usi
         }
         return;
     }
-    let k = b.len() / r;
+    // The last tiles reach back over ones that are done.
     for j in (0..r).step_by(TILE_COLUMNS) {
-        // The last tiles reach back over ones that are done.
         let column = j.min(r - TILE_COLUMNS);
-        for i in (0..r).step_by(TILE_ROWS) {
-            let row = i.min(r - TILE_ROWS);
-            let mut tile = [[T::zero(); TILE_ROWS]; TILE_COLUMNS];
-            for p in 0..k {
-                let a = &a[p * stride + row..][..TILE_ROWS];
-                let b = &b[p * r + column..][..TILE_COLUMNS];
-                for c in 0..TILE_COLUMNS {
-                    for t in 0..TILE_ROWS {
-                        tile[c][t] = tile[c][t].plus_product(a[t], b[c]);
-                    }
-                }
+        let mut i = 0;
+        while i + 2 * TILE_ROWS <= r {
+            outer_tile::<T, { 2 * TILE_ROWS }>(s, r, a, stride, b, [i, column]);
+            i += 2 * TILE_ROWS;
+        }
+        while i < r {
+            outer_tile::<T, TILE_ROWS>(s, r, a, stride, b, [i.min(r - TILE_ROWS), column]);
+            i += TILE_ROWS;
+        }
+    }
+}
+
+/// [`minus_outer`] for `ROWS` rows of [`TILE_COLUMNS`] columns, from this place on.
+#[inline(always)]
+fn outer_tile<T: Number, const ROWS: usize>(
+    s: &mut [T],
+    r: usize,
+    a: &[T],
+    stride: usize,
+    b: &[T],
+    [row, column]: [usize; 2],
+) {
+    let mut tile = [[T::zero(); ROWS]; TILE_COLUMNS];
+    for p in 0..b.len() / r {
+        let a = &a[p * stride + row..][..ROWS];
+        let b = &b[p * r + column..][..TILE_COLUMNS];
+        for c in 0..TILE_COLUMNS {
+            for t in 0..ROWS {
+                tile[c][t] = tile[c][t].plus_product(a[t], b[c]);
             }
-            for (c, tile) in tile.iter().enumerate() {
-                let target = &mut s[(column + c) * r + row..][..TILE_ROWS];
-                for t in 0..TILE_ROWS {
-                    target[t] = -tile[t];
-                }
-            }
+        }
+    }
+    for (c, tile) in tile.iter().enumerate() {
+        let target = &mut s[(column + c) * r + row..][..ROWS];
+        for t in 0..ROWS {
+            target[t] = -tile[t];
         }
     }
 }
