@@ -147,6 +147,7 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
         initial_step: settings.initial_step,
         max_step: settings.max_step,
         klu: settings.klu(),
+        vectors: settings.vectors,
         ..IdaOptions::default()
     }
 }

@@ -1,7 +1,7 @@
 //! What a user chooses of the time integration, with the paper's values as default.
 
-use sundials_wrap::Tolerances;
 use sundials_wrap::klu::{KluOptions, Ordering};
+use sundials_wrap::{Tolerances, VectorArithmetic};
 
 use crate::error::ModelError;
 use crate::field::{Field, Layout};
@@ -150,6 +150,8 @@ pub struct Settings {
     pub ordering: Ordering,
     /// Whether KLU permutes to block triangular form first.
     pub btf: bool,
+    /// Whose arithmetic IDAS does on vectors.
+    pub vectors: VectorArithmetic,
     /// First step, s; if not given the integrator's estimate from ẏ, at most 0.08 of the shortest
     /// time in which a load changes, whatever the end time.
     pub initial_step: Option<f64>,
@@ -184,6 +186,7 @@ impl Settings {
             linear_solver: LinearSolver::Condensed,
             ordering: default_ordering(formulation, LinearSolver::Condensed),
             btf: false,
+            vectors: VectorArithmetic::Simd,
             initial_step: None,
             max_step: None,
             project_every: None,

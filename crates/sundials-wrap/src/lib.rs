@@ -60,7 +60,7 @@ pub mod notes {
 }
 
 pub use error::Error;
-pub use options::{Constraint, Direction, IdaOptions, Suppressed, Tolerances};
+pub use options::{Constraint, Direction, IdaOptions, Suppressed, Tolerances, VectorArithmetic};
 pub use outcome::{Outcome, Stop, StopReason, WorstComponent};
 pub use problem::{DaeProblem, StepError, VariableKind};
 pub use solver::{ConsistencyMode, IdaBuilder, IdaSolver};

@@ -182,7 +182,17 @@ impl Direction {
     }
 }
 
-/// The settings of one integration. The defaults are IDAS' own.
+/// Whose arithmetic IDAS does on vectors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum VectorArithmetic {
+    /// Ours, with the vector instructions of the processor; sums are taken in another order.
+    #[default]
+    Simd,
+    /// That of SUNDIALS' serial vectors, one entry after the other: to compare with.
+    Serial,
+}
+
+/// The settings of one integration. The defaults are IDAS' own, but for the arithmetic of vectors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdaOptions {
     /// Tolerances; relative 1e-4 and absolute 1e-8 by default (IDAS has no default).
@@ -219,6 +229,8 @@ pub struct IdaOptions {
     /// Settings of KLU. By default, as in SUNDIALS: COLAMD, block triangular form, scaling by the
     /// largest entry of each row.
     pub klu: KluOptions,
+    /// Whose arithmetic is done on vectors; ours by default.
+    pub vectors: VectorArithmetic,
     /// Inequality constraints, one per component, or empty for none (the default).
     pub constraints: Vec<Constraint>,
 }
@@ -244,6 +256,7 @@ impl Default for IdaOptions {
                 ordering: Ordering::Colamd,
                 ..KluOptions::default()
             },
+            vectors: VectorArithmetic::default(),
             constraints: Vec::new(),
         }
     }

@@ -5,23 +5,33 @@ use std::ptr::{self, NonNull};
 use sundials_sys::{_SUNContext, SUNContext, SUNContext_Create, SUNContext_Free};
 
 use super::call::{CallFailed, NULL_RESULT};
+use crate::options::VectorArithmetic;
 
 /// An owned context. It must be dropped after every object made with it.
-pub(crate) struct Context(NonNull<_SUNContext>);
+pub(crate) struct Context {
+    handle: NonNull<_SUNContext>,
+    vectors: VectorArithmetic,
+}
 
 impl Context {
-    pub(crate) fn new() -> Result<Self, CallFailed> {
+    /// A context for vectors with this arithmetic.
+    pub(crate) fn new(vectors: VectorArithmetic) -> Result<Self, CallFailed> {
         let mut context: SUNContext = ptr::null_mut();
         // SAFETY: no communicator (null is for serial use), and a place to write the handle to.
         let code = unsafe { SUNContext_Create(ptr::null_mut(), &mut context) };
         match NonNull::new(context) {
-            Some(context) if code == 0 => Ok(Self(context)),
+            Some(handle) if code == 0 => Ok(Self { handle, vectors }),
             _ => Err(CallFailed::new("SUNContext_Create", NULL_RESULT)),
         }
     }
 
     pub(crate) fn raw(&self) -> SUNContext {
-        self.0.as_ptr()
+        self.handle.as_ptr()
+    }
+
+    /// Whose arithmetic is done on its vectors.
+    pub(crate) fn vectors(&self) -> VectorArithmetic {
+        self.vectors
     }
 }
 

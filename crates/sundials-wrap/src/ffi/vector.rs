@@ -8,6 +8,7 @@ use super::call::{CallFailed, NULL_RESULT};
 use super::context::Context;
 use super::vector_operations;
 use super::vector_view::{view, view_mut};
+use crate::options::VectorArithmetic;
 
 /// An owned serial vector, initialised with zeros.
 pub(crate) struct NVector(NonNull<_generic_N_Vector>);
@@ -20,8 +21,10 @@ impl NVector {
         let vector = NonNull::new(vector).ok_or(CallFailed::new("N_VNew_Serial", NULL_RESULT))?;
         // SAFETY: the vector was just made; this initialises its n entries.
         unsafe { N_VConst(0.0, vector.as_ptr()) };
-        // SAFETY: as above.
-        unsafe { vector_operations::install(vector.as_ptr()) };
+        if context.vectors() == VectorArithmetic::Simd {
+            // SAFETY: as above.
+            unsafe { vector_operations::install(vector.as_ptr()) };
+        }
         Ok(Self(vector))
     }
 

@@ -178,6 +178,7 @@ mod tests {
     use super::super::context::Context;
     use super::super::vector::NVector;
     use super::*;
+    use crate::options::VectorArithmetic;
 
     /// Longer than the partial sums of a norm, and no multiple of them.
     const N: usize = 75;
@@ -189,7 +190,7 @@ mod tests {
 
     #[test]
     fn a_constant_fills_the_vector() {
-        let context = Context::new().unwrap();
+        let context = Context::new(VectorArithmetic::Simd).unwrap();
         let z = wave(&context, 0.0);
         // SAFETY: a vector of our own.
         unsafe { constant(-0.7, z.raw()) };
@@ -200,7 +201,7 @@ mod tests {
     /// gives.
     #[test]
     fn the_result_may_be_an_argument() {
-        let context = Context::new().unwrap();
+        let context = Context::new(VectorArithmetic::Simd).unwrap();
         let (a, b) = (0.3, -1.7);
         for which in [[0, 1, 2], [0, 1, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0]] {
             let vectors = [0.0, 1.0, 2.0].map(|phase| wave(&context, phase));
@@ -220,7 +221,7 @@ mod tests {
 
     #[test]
     fn combinations_of_one_to_four_vectors() {
-        let context = Context::new().unwrap();
+        let context = Context::new(VectorArithmetic::Simd).unwrap();
         let mut c = [0.3, -1.7, 2.5, 0.1];
         for n in 1..=4 {
             let vectors = [0.0, 1.0, 2.0, 3.0].map(|phase| wave(&context, phase));
@@ -241,7 +242,7 @@ mod tests {
     #[test]
     fn norms_are_those_of_sundials() {
         use sundials_sys::{N_VWrmsNorm_Serial, N_VWrmsNormMask_Serial};
-        let context = Context::new().unwrap();
+        let context = Context::new(VectorArithmetic::Simd).unwrap();
         let [x, w] = [0.0, 1.0].map(|phase| wave(&context, phase));
         let mut id = NVector::zeros(N, &context).unwrap();
         for (i, id) in id.as_mut_slice().iter_mut().enumerate() {

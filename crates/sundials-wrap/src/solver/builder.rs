@@ -165,7 +165,7 @@ impl<P: DaeProblem> IdaBuilder<P> {
             t_called: t0,
             failures: FailureLog::default(),
         };
-        let ida = Ida::new(functions, t0, y0, y_dot0, linear)
+        let ida = Ida::new(functions, t0, y0, y_dot0, linear, self.options.vectors)
             .map_err(|failed| super::call_error(failed, String::new()))?;
         let mut solver = IdaSolver {
             ida,

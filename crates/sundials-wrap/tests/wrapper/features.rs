@@ -6,7 +6,7 @@ use sundials_wrap::klu::{KluOptions, Scaling};
 use sundials_wrap::samples::{Akzo, Heat2d, LinearIndex1, Robertson, Sample};
 use sundials_wrap::{
     ConsistencyMode, DaeProblem, Direction, IdaOptions, IdaSolver, Outcome, StepError,
-    StructuredSolver, Suppressed, Tolerances, VariableKind, Versions,
+    StructuredSolver, Suppressed, Tolerances, VariableKind, VectorArithmetic, Versions,
 };
 
 fn build<S: Sample>(sample: S, options: IdaOptions) -> IdaSolver<S> {
@@ -24,6 +24,26 @@ fn tolerance(tolerance: f64) -> IdaOptions {
         max_steps: None,
         ..IdaOptions::default()
     }
+}
+
+/// With three unknowns even the sums of norms are taken in SUNDIALS' order.
+#[test]
+fn our_arithmetic_of_vectors_is_that_of_sundials() {
+    let run = |vectors| {
+        let mut solver = build(
+            Robertson,
+            IdaOptions {
+                vectors,
+                ..tolerance(1e-7)
+            },
+        );
+        assert_eq!(
+            solver.integrate_to(40.0).unwrap(),
+            Outcome::Reached { t: 40.0 }
+        );
+        (solver.y().to_vec(), solver.stats().steps)
+    };
+    assert_eq!(run(VectorArithmetic::Simd), run(VectorArithmetic::Serial));
 }
 
 /// y2 = sin t crosses zero at multiples of π, rising at even ones.

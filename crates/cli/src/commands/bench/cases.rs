@@ -1,6 +1,7 @@
 //! The problems of the benchmark, and the ways to solve each.
 
 use myovib_model::{Field, Formulation, IntegratorKind, LinearSolver, Settings};
+use sundials_wrap::VectorArithmetic;
 use sundials_wrap::klu::Ordering;
 
 use crate::error::InputError;
@@ -135,6 +136,7 @@ impl Way {
                 linear_solver: LinearSolver::Full,
                 ordering: Ordering::Colamd,
                 btf: true,
+                vectors: VectorArithmetic::Serial,
                 ..ours
             },
         }

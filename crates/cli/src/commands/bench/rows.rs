@@ -6,6 +6,7 @@ use myovib_model::{
     LinearSolver, MuscleDae, Settings, Statistics, paper, run as run_model, start_at_rest,
 };
 use serde::Serialize;
+use sundials_wrap::VectorArithmetic;
 use sundials_wrap::klu::Ordering;
 
 use super::BenchArgs;
@@ -19,35 +20,51 @@ use crate::report::{Align, Cell, Table, coloured_stdout};
 const KEYS: [&str; 4] = ["1", "2m", "3m", "31"];
 
 /// How the linear systems are solved.
-#[derive(Debug, Clone, Copy)]
-struct Way {
-    name: &'static str,
-    linear_solver: LinearSolver,
-    ordering: Ordering,
-    btf: bool,
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Way {
+    /// Ours.
+    Condensed,
+    /// The whole matrix by KLU: the reference.
+    Full,
+    /// SUNDIALS when nothing is set: KLU with COLAMD and BTF, and serial vectors.
+    ByHand,
 }
 
-/// Ours; the reference; and what SUNDIALS' KLU does when nothing is set.
-const WAYS: [Way; 3] = [
-    Way {
-        name: "condensed",
-        linear_solver: LinearSolver::Condensed,
-        ordering: Ordering::Amd,
-        btf: false,
-    },
-    Way {
-        name: "full, AMD",
-        linear_solver: LinearSolver::Full,
-        ordering: Ordering::Amd,
-        btf: false,
-    },
-    Way {
-        name: "full, COLAMD and BTF",
-        linear_solver: LinearSolver::Full,
-        ordering: Ordering::Colamd,
-        btf: true,
-    },
-];
+impl Way {
+    const ALL: [Self; 3] = [Self::Condensed, Self::Full, Self::ByHand];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Condensed => "condensed",
+            Self::Full => "full, AMD",
+            Self::ByHand => "SUNDIALS' defaults",
+        }
+    }
+
+    fn settings(self, row: &Row, t_end: f64) -> Settings {
+        let ours = Settings {
+            t_end,
+            suppressed: row.suppressed.to_vec(),
+            max_order: row.max_order,
+            ..Settings::paper(row.formulation)
+        };
+        match self {
+            Self::Condensed => ours,
+            Self::Full => Settings {
+                linear_solver: LinearSolver::Full,
+                ordering: Ordering::Amd,
+                ..ours
+            },
+            Self::ByHand => Settings {
+                linear_solver: LinearSolver::Full,
+                ordering: Ordering::Colamd,
+                btf: true,
+                vectors: VectorArithmetic::Serial,
+                ..ours
+            },
+        }
+    }
+}
 
 #[derive(Serialize)]
 struct RunJson {
@@ -82,13 +99,13 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
     let mut runs = Vec::new();
     for row in ROWS.iter().filter(|row| KEYS.contains(&row.key)) {
         let mut first: Option<Statistics> = None;
-        for way in WAYS {
-            progress.show(|| format!("row {}, {}", row.key, way.name));
+        for way in Way::ALL {
+            progress.show(|| format!("row {}, {}", row.key, way.name()));
             let (statistics, work) = measure(row, way, mesh, t_end, args.repeats)?;
             let base = first.get_or_insert_with(|| statistics.clone());
             runs.push(RunJson {
                 row: row.key,
-                linear_solver: way.name,
+                linear_solver: way.name(),
                 cpu_seconds: statistics.cpu_seconds,
                 steps: statistics.counts.steps,
                 residual_evaluations: statistics.counts.residual_evaluations,
@@ -96,21 +113,21 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
                 outcome: statistics.outcome.name(),
                 ratio: statistics.cpu_seconds / base.cpu_seconds,
                 more_steps: statistics.counts.steps as f64 / base.counts.steps as f64 - 1.0,
-                linear_work: (way.linear_solver == LinearSolver::Condensed).then_some(work),
+                linear_work: (work.solves > 0).then_some(work),
             });
         }
     }
     drop(progress);
     let sum = |way: Way| {
-        let of_way = runs.iter().filter(|run| run.linear_solver == way.name);
-        (way.name, of_way.map(|run| run.cpu_seconds).sum())
+        let of_way = runs.iter().filter(|run| run.linear_solver == way.name());
+        (way.name(), of_way.map(|run| run.cpu_seconds).sum())
     };
     let document = Document {
         machine: Machine::found(),
         t_end,
         repeats: args.repeats,
         runs: &runs,
-        sums: WAYS.map(sum).into(),
+        sums: Way::ALL.map(sum).into(),
     };
     args.common
         .give("bench", &text(&runs, &document.sums), &document)?;
@@ -125,15 +142,7 @@ fn measure(
     t_end: f64,
     repeats: u32,
 ) -> anyhow::Result<(Statistics, LinearWork)> {
-    let settings = Settings {
-        t_end,
-        suppressed: row.suppressed.to_vec(),
-        max_order: row.max_order,
-        linear_solver: way.linear_solver,
-        ordering: way.ordering,
-        btf: way.btf,
-        ..Settings::paper(row.formulation)
-    };
+    let settings = way.settings(row, t_end);
     let once = || -> anyhow::Result<_> {
         let muscle = paper::muscle(mesh, row.kappa, row.beta)?;
         let dae = MuscleDae::new(muscle, row.formulation)?;

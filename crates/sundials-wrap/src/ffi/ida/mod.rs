@@ -23,6 +23,7 @@ use super::pinned::Pinned;
 use super::trampoline::{self, Boundary, Callbacks};
 use super::vector::NVector;
 use super::vector_clone::zero_clones_of;
+use crate::options::VectorArithmetic;
 
 /// How far one solve call goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,11 +103,12 @@ impl<C: Callbacks> Ida<C> {
         y0: &[f64],
         y_dot0: &[f64],
         linear: Linear<'_>,
+        vectors: VectorArithmetic,
     ) -> Result<Self, CallFailed> {
         assert!(!y0.is_empty(), "unknowns");
         assert_eq!(y0.len(), y_dot0.len(), "one derivative for each unknown");
         // Locals are dropped in reverse order on an early return: again the integrator first.
-        let context = Context::new()?;
+        let context = Context::new(vectors)?;
         let mut boundary = Pinned::new(Boundary::new(callbacks));
         let mut y = NVector::from_slice(y0, &context)?;
         // IDAInit clones this one for all vectors of its own.
