@@ -1,8 +1,9 @@
 //! The error estimate of a step.
 
-use sundials_wrap::{DaeProblem, StepError};
+use sundials_wrap::DaeProblem;
 
 use crate::dense::add_scaled;
+use crate::failure::{Failure, Operation};
 use crate::matrices::NewtonMatrices;
 use crate::newton::{Step, evaluate};
 use crate::work::Counters;
@@ -51,7 +52,7 @@ impl ErrorTest {
         z: &[f64],
         filter_twice: bool,
         counters: &mut Counters,
-    ) -> Result<f64, StepError> {
+    ) -> Result<f64, Failure> {
         self.y_dot.fill(0.0);
         for (j, z_j) in z.chunks_exact(step.y.len()).enumerate() {
             let slope = step.method.basis_derivative(j, 0.0) / step.h;
@@ -77,8 +78,10 @@ impl ErrorTest {
         matrices: &mut M,
         step: &Step<'_>,
         counters: &mut Counters,
-    ) -> Result<f64, StepError> {
-        matrices.solve_real(problem, &mut self.error)?;
+    ) -> Result<f64, Failure> {
+        matrices
+            .solve_real(problem, &mut self.error)
+            .map_err(Operation::LinearSolve.failed())?;
         counters.work.real_solves += 1;
         self.error.iter_mut().for_each(|e| *e = -*e);
         let square: f64 = self.weighted(step.weights).map(|e| e.powi(2)).sum();

@@ -65,6 +65,7 @@ mod control;
 mod dense;
 mod error;
 mod error_test;
+mod failure;
 mod matrices;
 mod method;
 mod newton;

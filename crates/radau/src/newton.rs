@@ -4,6 +4,7 @@ use num_complex::Complex64;
 use sundials_wrap::{DaeProblem, StepError};
 
 use crate::dense::add_scaled;
+use crate::failure::{Failure, Operation};
 use crate::matrices::NewtonMatrices;
 use crate::method::Method;
 use crate::work::Counters;
@@ -91,7 +92,7 @@ impl NewtonSolver {
         matrices: &mut M,
         step: &Step<'_>,
         counters: &mut Counters,
-    ) -> Result<Newton, StepError> {
+    ) -> Result<Newton, Failure> {
         // As in RADAU5: what the last step found is trusted less for this one.
         self.first_factor = self.first_factor.max(LEAST_TRUST).powf(0.8);
         self.contraction = 0.0;
@@ -146,7 +147,7 @@ impl NewtonSolver {
         problem: &mut P,
         step: &Step<'_>,
         counters: &mut Counters,
-    ) -> Result<(), StepError> {
+    ) -> Result<(), Failure> {
         let n = step.y.len();
         for (i, c) in step.method.nodes().iter().enumerate() {
             self.stage.copy_from_slice(step.y);
@@ -170,7 +171,7 @@ impl NewtonSolver {
         matrices: &mut M,
         step: &Step<'_>,
         counters: &mut Counters,
-    ) -> Result<f64, StepError> {
+    ) -> Result<f64, Failure> {
         let n = step.y.len();
         let real_mode = step.method.real_mode();
         let complex_modes = step.method.complex_modes();
@@ -179,14 +180,18 @@ impl NewtonSolver {
         for (g, l) in self.residuals.chunks_exact(n).zip(&real_mode.left) {
             add_scaled(&mut self.real, -l, g);
         }
-        matrices.solve_real(problem, &mut self.real)?;
+        matrices
+            .solve_real(problem, &mut self.real)
+            .map_err(Operation::LinearSolve.failed())?;
         counters.work.real_solves += 1;
         for (k, (mode, w)) in complex_modes.iter().zip(&mut self.complex).enumerate() {
             w.fill(Complex64::ZERO);
             for (g, l) in self.residuals.chunks_exact(n).zip(&mode.left) {
                 w.iter_mut().zip(g).for_each(|(w, g)| *w -= l * g);
             }
-            matrices.solve_complex(problem, k, w)?;
+            matrices
+                .solve_complex(problem, k, w)
+                .map_err(Operation::LinearSolve.failed())?;
             counters.work.complex_solves += 1;
         }
 
@@ -215,16 +220,21 @@ pub(crate) fn evaluate<P: DaeProblem>(
     y_dot: &[f64],
     residual: &mut [f64],
     counters: &mut Counters,
-) -> Result<(), StepError> {
+) -> Result<(), Failure> {
     counters.stats.residual_evaluations += 1;
-    problem.residual(t, y, y_dot, residual)?;
+    problem
+        .residual(t, y, y_dot, residual)
+        .and_then(|()| expect_finite(problem, residual))
+        .map_err(Operation::Residual.failed())
+}
+
+fn expect_finite<P: DaeProblem>(problem: &P, residual: &[f64]) -> Result<(), StepError> {
     match residual.iter().position(|r| !r.is_finite()) {
         None => Ok(()),
         Some(i) => {
-            let name = problem.component_name(i);
+            let (name, value) = (problem.component_name(i), residual[i]);
             Err(StepError::Recoverable(format!(
-                "residual {i} ({name}) is {}",
-                residual[i]
+                "residual {i} ({name}) is {value}"
             )))
         }
     }

@@ -3,8 +3,7 @@
 use num_complex::Complex64;
 use sundials_wrap::{DaeProblem, Direction, StepError, Tolerances, VariableKind};
 
-use super::RadauSolver;
-use super::attempt::Jacobian;
+use super::state::{Jacobian, RadauSolver};
 use crate::control::Control;
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length};
@@ -26,8 +25,15 @@ pub struct RadauBuilder<P> {
     roots: Option<(Vec<Direction>, Box<RootFunctions<P>>)>,
 }
 
+impl<P: DaeProblem> RadauSolver<P> {
+    /// Starts building a solver for `problem`.
+    pub fn builder(problem: P) -> RadauBuilder<P> {
+        RadauBuilder::new(problem)
+    }
+}
+
 impl<P: DaeProblem> RadauBuilder<P> {
-    pub(super) fn new(problem: P) -> Self {
+    fn new(problem: P) -> Self {
         Self {
             problem,
             options: RadauOptions::default(),

@@ -1,22 +1,13 @@
 //! Steps with pauses: at roots, and at times within a step that a root has interrupted.
 
-use sundials_wrap::{DaeProblem, Outcome, StepError, StopReason};
+use sundials_wrap::{DaeProblem, Outcome};
 
-use super::RadauSolver;
-use super::attempt::Fatal;
+use super::state::{Pause, RadauSolver};
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite};
+use crate::failure::{Failure, Operation};
 use crate::matrices::NewtonMatrices;
 use crate::roots::LastStep;
-
-/// A time within the last step at which the integration pauses; y and ẏ are those of the dense
-/// output.
-#[derive(Debug)]
-pub(super) struct Pause {
-    pub(super) t: f64,
-    pub(super) y: Vec<f64>,
-    pub(super) y_dot: Vec<f64>,
-}
 
 impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     /// Goes on to the end of one step, to `limit`, or to the first root before either.
@@ -62,7 +53,8 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             method: &self.method,
             collocation: &self.collocation,
         };
-        match roots.next(&mut self.problem, &last, t, &mut self.counters) {
+        let found = roots.next(&mut self.problem, &last, t, &mut self.counters);
+        match found.map_err(Operation::RootFunction.failed()) {
             Ok(None) => Ok(None),
             Ok(Some(root)) => {
                 self.pause_at(root.t);
@@ -71,13 +63,12 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
                     crossings: root.crossings,
                 }))
             }
-            Err(StepError::Recoverable(message)) => {
-                Ok(Some(self.stop(StopReason::RootFunctionFailed, message)))
+            Err(Failure::Rejected(rejection)) => {
+                Ok(Some(self.stop(rejection.reason, rejection.message)))
             }
-            Err(StepError::Fatal(source)) => {
-                let function = "root function";
+            Err(Failure::Fatal(fatal)) => {
                 let Collocation { t0, h, .. } = self.collocation;
-                Err(Fatal { function, source }.in_step(t0, h))
+                Err(fatal.in_step(t0, h))
             }
         }
     }

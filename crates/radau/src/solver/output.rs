@@ -2,7 +2,7 @@
 
 use sundials_wrap::{DaeProblem, Stats};
 
-use super::RadauSolver;
+use super::state::RadauSolver;
 use crate::error::{RadauError, expect_finite, expect_length};
 use crate::matrices::NewtonMatrices;
 use crate::method::Method;

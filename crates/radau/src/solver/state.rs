@@ -1,0 +1,77 @@
+//! What the integrator owns.
+
+use num_complex::Complex64;
+
+use crate::control::Control;
+use crate::dense::Collocation;
+use crate::error_test::ErrorTest;
+use crate::matrices::KluMatrices;
+use crate::method::Method;
+use crate::newton::NewtonSolver;
+use crate::options::RadauOptions;
+use crate::predictor::Predictor;
+use crate::roots::Roots;
+use crate::weights::Weights;
+use crate::work::Counters;
+
+/// An integration of a [`DaeProblem`](sundials_wrap::DaeProblem) by a Radau IIA method with adaptive steps.
+///
+/// The initial values must be consistent, as for IDAS. An algebraic variable may have 0 for ẏ_0: it
+/// serves only to choose and to start the first step, and for others in its dense output.
+///
+/// A recoverable error of the residual or the Jacobian, and a singular Newton matrix, halve the
+/// step; a fatal error is handed back; a panic of the problem passes through.
+///
+/// # Examples
+/// See the [crate's front page](crate).
+#[derive(Debug)]
+pub struct RadauSolver<P, M = KluMatrices> {
+    pub(super) problem: P,
+    pub(super) matrices: M,
+    pub(super) method: Method,
+    pub(super) options: RadauOptions,
+    pub(super) t: f64,
+    pub(super) y: Vec<f64>,
+    pub(super) y_dot: Vec<f64>,
+    /// The step to try next, before it is shortened to meet a limit; `None` at the start.
+    pub(super) h: Option<f64>,
+    /// The last accepted step's polynomial.
+    pub(super) collocation: Collocation,
+    pub(super) predictor: Predictor,
+    pub(super) newton: NewtonSolver,
+    pub(super) error_test: ErrorTest,
+    pub(super) control: Control,
+    pub(super) jacobian: Jacobian,
+    /// The step the Newton matrices are set up for.
+    pub(super) set_up_for: Option<f64>,
+    /// λ/h of the complex modes.
+    pub(super) shifts: Vec<Complex64>,
+    /// The variables whose derivative does not occur in F.
+    pub(super) algebraic: Vec<usize>,
+    pub(super) weights: Weights,
+    /// The functions whose roots are looked for.
+    pub(super) roots: Option<Roots<P>>,
+    /// Where the integration pauses within the last step.
+    pub(super) pause: Option<Pause>,
+    pub(super) counters: Counters,
+}
+
+/// Where the Jacobian in use was evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Jacobian {
+    /// Nowhere that serves: it is due.
+    Due,
+    /// At an earlier step.
+    Old,
+    /// At the beginning of this step.
+    Current,
+}
+
+/// A time within the last step at which the integration pauses; y and ẏ are those of the dense
+/// output.
+#[derive(Debug)]
+pub(super) struct Pause {
+    pub(super) t: f64,
+    pub(super) y: Vec<f64>,
+    pub(super) y_dot: Vec<f64>,
+}

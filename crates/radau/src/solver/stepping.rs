@@ -1,0 +1,211 @@
+//! The integrator: one step after another.
+
+use sundials_wrap::{DaeProblem, Outcome, Stop, StopReason, WorstComponent};
+
+use super::state::{Jacobian, RadauSolver};
+use crate::dense::add_scaled;
+use crate::error::RadauError;
+use crate::failure::{Failure, Rejection};
+use crate::matrices::NewtonMatrices;
+use crate::options::StepSize;
+
+impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
+    /// Takes one step of the size the error allows, towards `t_out`.
+    ///
+    /// `t_out` gives the scale for the first step; steps may go beyond it, but not beyond the stop
+    /// time. After a root it looks for more in the rest of the step, and ends there. Allocates
+    /// nothing, except when a step is rejected, pivots are chosen anew, or a root is found.
+    ///
+    /// # Errors
+    /// [`RadauError::TimeBehind`] and other misuse; [`RadauError::Fatal`] when the problem or the
+    /// linear algebra fails for good.
+    pub fn step(&mut self, t_out: f64) -> Result<Outcome, RadauError> {
+        self.step_within(t_out, self.options.stop_time)
+    }
+
+    /// Integrates up to `t_out`, unless a root or the stop time comes first.
+    ///
+    /// The last step is fitted to end there, because dense output is less accurate than the ends
+    /// of steps; unless a root has interrupted a step that goes beyond `t_out`.
+    ///
+    /// # Errors
+    /// As for [`step`](RadauSolver::step).
+    pub fn integrate_to(&mut self, t_out: f64) -> Result<Outcome, RadauError> {
+        let stop_time = self.options.stop_time.unwrap_or(f64::INFINITY);
+        loop {
+            match self.step_within(t_out, Some(t_out.min(stop_time)))? {
+                Outcome::StepTaken { .. } => {}
+                Outcome::StopTime { t } if t < stop_time => return Ok(Outcome::Reached { t }),
+                other => return Ok(other),
+            }
+        }
+    }
+
+    /// Takes one step that does not pass `limit`, repeating it until it is accepted.
+    pub(super) fn accepted_step(&mut self, t_out: f64, limit: f64) -> Result<Outcome, RadauError> {
+        let steps = self.counters.stats.steps;
+        if self
+            .options
+            .max_steps
+            .is_some_and(|most| steps >= most as u64)
+        {
+            return Ok(self.stop(StopReason::MaxSteps, format!("{steps} steps are used up")));
+        }
+        let mut wanted = self.h.unwrap_or_else(|| self.initial_step(t_out));
+        let (mut rejected, mut unsolved) = (0, 0);
+        let mut cause = String::new();
+        loop {
+            self.h = Some(wanted);
+            // Below some units of rounding of t a step is no step.
+            let rounding = 10.0 * f64::EPSILON * self.t.abs();
+            let smallest = self.options.min_step.max(rounding);
+            if wanted < smallest {
+                let message = format!("the next step, {wanted:e}, is below {smallest:e}{cause}");
+                return Ok(self.stop(StopReason::StepTooSmall, message));
+            }
+            let h = self.fit(wanted, limit - self.t);
+            let Rejection {
+                reason,
+                message,
+                step_factor,
+            } = match self.attempt(h, rejected > 0) {
+                Ok(proposal) => {
+                    let repeated = rejected + unsolved > 0;
+                    let next = if repeated { proposal.min(h) } else { proposal };
+                    return Ok(self.taken(h, wanted, limit, next));
+                }
+                Err(Failure::Fatal(fatal)) => return Err(fatal.in_step(self.t, h)),
+                Err(Failure::Rejected(rejection)) => rejection,
+            };
+            let given_up = if reason == StopReason::ErrorTestFailures {
+                rejected += 1;
+                self.counters.stats.error_test_failures += 1;
+                rejected >= self.options.max_error_test_failures
+            } else {
+                unsolved += 1;
+                self.counters.stats.step_solve_failures += 1;
+                unsolved >= self.options.max_convergence_failures
+            };
+            if given_up || matches!(self.options.step_size, StepSize::Fixed(_)) {
+                return Ok(self.stop(reason, message));
+            }
+            wanted = step_factor * h;
+            cause = format!(", after: {message}");
+        }
+    }
+
+    /// Accepts the step of size `h`, and chooses the next one by the `proposal` of the control.
+    fn taken(&mut self, h: f64, wanted: f64, limit: f64, proposal: f64) -> Outcome {
+        let at_limit = h >= limit - self.t;
+        self.accept(h, if at_limit { limit } else { self.t + h });
+        // A step shortened to meet the limit says little about the next.
+        let next = if h < wanted {
+            proposal.max(wanted)
+        } else {
+            self.kept(h, proposal)
+        };
+        self.h = Some(next.min(self.largest_step()));
+        let t = self.t;
+        if at_limit {
+            Outcome::StopTime { t }
+        } else {
+            Outcome::StepTaken { t }
+        }
+    }
+
+    /// Makes the step just computed, which ends at `t`, the last one.
+    fn accept(&mut self, h: f64, t: f64) {
+        self.predictor.learn(&self.newton.z, self.weights.scaled());
+        self.collocation.t0 = self.t;
+        self.collocation.h = h;
+        self.collocation.y0.copy_from_slice(&self.y);
+        self.collocation.y_dot0.copy_from_slice(&self.y_dot);
+        std::mem::swap(&mut self.collocation.increments, &mut self.newton.z);
+        if self.counters.stats.steps == 0 {
+            self.collocation.free_start(&self.method, &self.algebraic);
+        }
+
+        let last = self.method.stages() - 1;
+        let n = self.y.len();
+        add_scaled(&mut self.y, 1.0, &self.collocation.increments[last * n..]);
+        self.y_dot.fill(0.0);
+        for (j, z_j) in self.collocation.increments.chunks_exact(n).enumerate() {
+            add_scaled(&mut self.y_dot, self.method.a_inverse(last, j) / h, z_j);
+        }
+        self.t = t;
+        self.weights.update(&self.options, &self.y);
+        let reusable = self.newton.contraction <= self.options.jacobian_reuse;
+        self.jacobian = if reusable {
+            Jacobian::Old
+        } else {
+            Jacobian::Due
+        };
+
+        let stats = &mut self.counters.stats;
+        if stats.steps == 0 {
+            stats.initial_step = h;
+        }
+        stats.steps += 1;
+        stats.last_step = h;
+        stats.last_order = self.method.order();
+        stats.t_reached = t;
+    }
+
+    /// The step to try next after one of size h: h again, if that saves a set-up.
+    fn kept(&self, h: f64, proposal: f64) -> f64 {
+        let (low, high) = self.options.step_window;
+        if self.jacobian == Jacobian::Old && (low..=high).contains(&(proposal / h)) {
+            h
+        } else {
+            proposal
+        }
+    }
+
+    fn largest_step(&self) -> f64 {
+        self.options.max_step.unwrap_or(f64::INFINITY)
+    }
+
+    /// The step of the size wanted, fitted to the time left. The last two share what is left, so
+    /// that none is tiny.
+    fn fit(&self, wanted: f64, left: f64) -> f64 {
+        let fixed = matches!(self.options.step_size, StepSize::Fixed(_));
+        match left / wanted {
+            // The rounding of t must not leave a sliver.
+            ratio if ratio <= 1.0 + 1e-8 => left,
+            ratio if ratio < 2.0 && !fixed => 0.5 * left,
+            _ => wanted,
+        }
+    }
+
+    fn initial_step(&self, t_out: f64) -> f64 {
+        if let StepSize::Fixed(h) = self.options.step_size {
+            return h;
+        }
+        let estimate = || {
+            let square: f64 = self
+                .y_dot
+                .iter()
+                .zip(self.weights.plain())
+                .map(|(v, w)| (v * w).powi(2))
+                .sum();
+            let norm = (square / self.y.len() as f64).sqrt();
+            (1e-3 * (t_out - self.t)).min(0.5 / norm)
+        };
+        let first = self.options.initial_step.unwrap_or_else(estimate);
+        first.min(self.largest_step())
+    }
+
+    pub(super) fn stop(&self, reason: StopReason, message: String) -> Outcome {
+        let stats = self.counters.stats;
+        let weighted = self.error_test.weighted(self.weights.scaled());
+        Outcome::Stopped(Box::new(Stop {
+            reason,
+            message,
+            t: self.t,
+            last_step: stats.last_step,
+            last_order: stats.last_order,
+            stats,
+            worst_components: WorstComponent::largest(&self.problem, weighted),
+        }))
+    }
+}
