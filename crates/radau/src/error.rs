@@ -42,10 +42,13 @@ pub enum RadauError {
         /// Its value.
         value: f64,
     },
-    /// The output time lies behind the time reached.
-    #[error("output time {t_out} lies behind t = {t}, the time reached")]
+    /// A problem without unknowns cannot be integrated.
+    #[error("nothing to integrate: no unknowns")]
+    Empty,
+    /// An output time, or a time to stop at, lies behind the time reached.
+    #[error("the time {t_out} lies behind t = {t}, the time reached")]
     TimeBehind {
-        /// The output time asked for.
+        /// The time asked for.
         t_out: f64,
         /// The time reached.
         t: f64,

@@ -102,8 +102,8 @@ pub struct RadauOptions {
     /// the error is tested against; by default a thirtieth of that for the solution.
     pub newton_tolerance: Option<f64>,
     /// A Jacobian is kept for the next step while Newton contracts at least by this; 0.001 by
-    /// default. Larger where a Jacobian is expensive; 0: kept only after
-    /// steps in which one iteration was enough.
+    /// default. Larger where a Jacobian is expensive; 0: kept only after steps in which one
+    /// iteration was enough.
     pub jacobian_reuse: f64,
     /// A proposed step whose ratio to the last lies in this interval is not taken: the last h is
     /// kept, and with it the factors; 1 to 1.2 by default.
@@ -143,89 +143,74 @@ impl Default for RadauOptions {
 impl RadauOptions {
     /// Checks all settings for a problem with `n` unknowns.
     pub(crate) fn validate(&self, n: usize) -> Result<(), RadauError> {
+        self.validate_tolerances(n)?;
+        self.validate_steps()?;
+        self.validate_counts()?;
+        let reuse = self.jacobian_reuse;
+        let kept = (0.0..1.0).contains(&reuse);
+        expect("jacobian_reuse", reuse, kept, "in [0, 1)")?;
+        let pivots = self.klu.pivot_tolerance;
+        let fraction = (0.0..=1.0).contains(&pivots);
+        expect("klu.pivot_tolerance", pivots, fraction, "in [0, 1]")?;
+        let below_one = self.safety > 0.0 && self.safety < 1.0;
+        expect("safety", self.safety, below_one, "in (0, 1)")
+    }
+
+    fn validate_tolerances(&self, n: usize) -> Result<(), RadauError> {
         let relative = self.tolerances.relative();
-        expect(
-            "relative tolerance",
-            relative,
-            (0.0..1.0).contains(&relative),
-            "in [0, 1)",
-        )?;
+        let below_one = (0.0..1.0).contains(&relative);
+        expect("relative tolerance", relative, below_one, "in [0, 1)")?;
         if let Tolerances::Vector { absolute, .. } = &self.tolerances {
             expect_length("absolute tolerances", n, absolute.len())?;
         }
         for i in 0..n {
-            let atol = self.tolerances.absolute(i);
-            expect(
-                "absolute tolerance",
-                atol,
-                atol.is_finite() && atol >= 0.0,
-                "finite and ≥ 0",
-            )?;
+            let absolute = self.tolerances.absolute(i);
+            let good = absolute.is_finite() && absolute >= 0.0;
+            expect("absolute tolerance", absolute, good, "finite and ≥ 0")?;
             let expected = "> 0 where the relative one is 0";
-            expect("absolute tolerance", atol, relative + atol > 0.0, expected)?;
+            let tested = relative + absolute > 0.0;
+            expect("absolute tolerance", absolute, tested, expected)?;
         }
         if let Suppressed::Components(left_out) = &self.suppressed {
             expect_length("suppressed components", n, left_out.len())?;
         }
-        let fixed = match self.step_size {
-            StepSize::Fixed(h) => Some(h),
-            StepSize::Adaptive => None,
-        };
-        let positive = [
-            ("step_size", fixed),
+        let newton = self.newton_tolerance.unwrap_or(1.0);
+        expect_positive("newton_tolerance", newton)
+    }
+
+    fn validate_steps(&self) -> Result<(), RadauError> {
+        for (option, step) in [
             ("initial_step", self.initial_step),
             ("max_step", self.max_step),
-            ("newton_tolerance", self.newton_tolerance),
-        ];
-        for (option, value) in positive {
-            let value = value.unwrap_or(1.0);
-            expect(
-                option,
-                value,
-                value.is_finite() && value > 0.0,
-                "finite and > 0",
-            )?;
+        ] {
+            expect_positive(option, step.unwrap_or(1.0))?;
         }
-        expect("min_step", self.min_step, self.min_step >= 0.0, "≥ 0")?;
-        let max_step = self.max_step.unwrap_or(f64::INFINITY);
-        expect(
-            "max_step",
-            max_step,
-            max_step > self.min_step,
-            "above min_step",
-        )?;
+        let (min, max) = (self.min_step, self.max_step.unwrap_or(f64::INFINITY));
+        expect("min_step", min, min >= 0.0, "≥ 0")?;
+        expect("max_step", max, max > min, "above min_step")?;
+        if let StepSize::Fixed(h) = self.step_size {
+            expect_positive("step_size", h)?;
+            let between = (min..=max).contains(&h);
+            expect("step_size", h, between, "between min_step and max_step")?;
+        }
+        let (low, high) = self.step_window;
+        let begins = low > 0.0 && low <= 1.0;
+        expect("start of step_window", low, begins, "in (0, 1]")?;
+        expect("end of step_window", high, high >= 1.0, "≥ 1")?;
+        let stop_time = self.stop_time.unwrap_or(0.0);
+        expect("stop_time", stop_time, stop_time.is_finite(), "finite")
+    }
+
+    fn validate_counts(&self) -> Result<(), RadauError> {
         let counts = [
             ("max_error_test_failures", self.max_error_test_failures),
             ("max_convergence_failures", self.max_convergence_failures),
-            (
-                "max_newton_iterations",
-                self.max_newton_iterations.unwrap_or(1),
-            ),
+            ("max_newton_iterations", self.newton_limit()),
         ];
-        for (option, value) in counts {
-            expect(option, value as f64, value > 0, "positive")?;
-        }
-        let reuse = self.jacobian_reuse;
-        expect(
-            "jacobian_reuse",
-            reuse,
-            (0.0..1.0).contains(&reuse),
-            "in [0, 1)",
-        )?;
-        let (low, high) = self.step_window;
-        expect(
-            "start of step_window",
-            low,
-            low > 0.0 && low <= 1.0,
-            "in (0, 1]",
-        )?;
-        expect("end of step_window", high, high >= 1.0, "≥ 1")?;
-        expect(
-            "safety",
-            self.safety,
-            self.safety > 0.0 && self.safety < 1.0,
-            "in (0, 1)",
-        )
+        counts.into_iter().try_for_each(|(option, count)| {
+            let good = count > 0 && i32::try_from(count).is_ok();
+            expect(option, count as f64, good, "a positive count")
+        })
     }
 
     /// The tolerances the estimate is tested against: the relative one, and the absolute ones by
@@ -295,4 +280,9 @@ fn expect(
             expected,
         })
     }
+}
+
+fn expect_positive(option: &'static str, value: f64) -> Result<(), RadauError> {
+    let good = value.is_finite() && value > 0.0;
+    expect(option, value, good, "finite and > 0")
 }

@@ -47,6 +47,13 @@ impl Weights {
         }
     }
 
+    /// The first weight of the user's that is none, which must be positive and finite.
+    pub(crate) fn first_bad(&self) -> Option<(usize, f64)> {
+        self.user.as_ref()?;
+        let mut numbered = self.plain.iter().copied().enumerate();
+        numbered.find(|(_, weight)| !(*weight > 0.0 && weight.is_finite()))
+    }
+
     /// Scales the weights for a step of size `h`.
     pub(crate) fn scale(&mut self, h: f64) {
         let weights = self.plain.iter().zip(&self.powers);

@@ -56,9 +56,9 @@ impl<P: DaeProblem> RadauBuilder<P> {
         self
     }
 
-    /// Sets the weights of the components, a function of y, in the place of tolerances. It is
-    /// called after each step, as IDAS calls its own, and its values are taken as they are; see
-    /// [`RadauOptions::internal_factor`].
+    /// Sets the weights of the components, a function of y, in the place of tolerances. They must be
+    /// positive. It is called after each step, as IDAS calls its own, and its values are taken as
+    /// they are; see [`RadauOptions::internal_factor`].
     #[must_use]
     pub fn error_weights(
         mut self,
@@ -92,10 +92,13 @@ impl<P: DaeProblem> RadauBuilder<P> {
     ///
     /// # Errors
     /// [`RadauError::WrongLength`], [`RadauError::NotFinite`], [`RadauError::InvalidOption`],
-    /// [`RadauError::Stages`] or [`RadauError::Klu`] for arguments that make no sense.
+    /// [`RadauError::Stages`], [`RadauError::Empty`] or [`RadauError::Klu`] for arguments that make
+    /// no sense; [`RadauError::TimeBehind`] for a stop time before t0.
     pub fn build(self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<RadauSolver<P>, RadauError> {
         let method = Method::radau_iia(self.options.stages)?;
-        let pattern = self.problem.jacobian_pattern();
+        let (n, pattern) = (self.problem.n_unknowns(), self.problem.jacobian_pattern());
+        expect_length("rows of the Jacobian", n, pattern.minor_dim())?;
+        expect_length("columns of the Jacobian", n, pattern.major_dim())?;
         let matrices = KluMatrices::new(&pattern, self.options.klu, &method)?;
         self.build_with(matrices, t0, y0, y_dot0)
     }
@@ -129,7 +132,16 @@ impl<P: DaeProblem> RadauBuilder<P> {
         expect_finite("t0", &[t0])?;
         expect_finite("y0", y0)?;
         expect_finite("y_dot0", y_dot0)?;
+        if n == 0 {
+            return Err(RadauError::Empty);
+        }
         options.validate(n)?;
+        if let Some(stop_time) = options.stop_time.filter(|stop_time| *stop_time < t0) {
+            return Err(RadauError::TimeBehind {
+                t_out: stop_time,
+                t: t0,
+            });
+        }
         let method = Method::radau_iia(options.stages)?;
         let powers = options.index_scaling.powers(&kinds, &indices);
 

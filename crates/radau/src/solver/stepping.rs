@@ -44,12 +44,13 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     /// Takes one step that does not pass `limit`, repeating it until it is accepted.
     pub(super) fn accepted_step(&mut self, t_out: f64, limit: f64) -> Result<Outcome, RadauError> {
         let steps = self.counters.stats.steps;
-        if self
-            .options
-            .max_steps
-            .is_some_and(|most| steps >= most as u64)
-        {
+        let most = self.options.max_steps.map_or(u64::MAX, |most| most as u64);
+        if steps >= most {
             return Ok(self.stop(StopReason::MaxSteps, format!("{steps} steps are used up")));
+        }
+        if let Some((i, weight)) = self.weights.first_bad() {
+            let message = format!("error weight[{i}] = {weight} must be positive");
+            return Ok(self.stop(StopReason::ErrorWeightsFailed, message));
         }
         let mut wanted = self.h.unwrap_or_else(|| self.initial_step(t_out));
         let (mut rejected, mut unsolved) = (0, 0);
@@ -57,7 +58,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
         loop {
             self.h = Some(wanted);
             // Below some units of rounding of t a step is no step.
-            let rounding = 10.0 * f64::EPSILON * self.t.abs();
+            let rounding = (10.0 * f64::EPSILON * self.t.abs()).max(f64::MIN_POSITIVE);
             let smallest = self.options.min_step.max(rounding);
             if wanted < smallest {
                 let message = format!("the next step, {wanted:e}, is below {smallest:e}{cause}");

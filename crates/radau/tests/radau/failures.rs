@@ -2,15 +2,11 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use myovib_radau::{
-    KluMatrices, Method, NewtonMatrices, RadauError, RadauOptions, RadauSolver, StepSize,
-};
+use myovib_radau::{KluMatrices, Method, NewtonMatrices, RadauError, RadauOptions, RadauSolver};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 use sundials_wrap::klu::KluOptions;
-use sundials_wrap::{
-    DaeProblem, Outcome, StepError, Stop, StopReason, Suppressed, Tolerances, VariableKind,
-};
+use sundials_wrap::{DaeProblem, Outcome, StepError, Stop, StopReason, Tolerances, VariableKind};
 
 /// ẏ = 1 − 2 y² (so y = tanh(√2 t)/√2), with a residual that misbehaves on demand.
 struct Touchy {
@@ -238,6 +234,73 @@ fn an_error_estimate_of_nan_halves_the_step() {
     );
 }
 
+/// KLU, but no solve works.
+struct Broken(KluMatrices);
+
+impl<P: DaeProblem> NewtonMatrices<P> for Broken {
+    fn evaluate(&mut self, p: &mut P, t: f64, y: &[f64], v: &[f64]) -> Result<(), StepError> {
+        self.0.evaluate(p, t, y, v)
+    }
+
+    fn set_up(&mut self, p: &mut P, real: f64, complex: &[Complex64]) -> Result<(), StepError> {
+        self.0.set_up(p, real, complex)
+    }
+
+    fn solve_real(&mut self, _: &mut P, _: &mut [f64]) -> Result<(), StepError> {
+        Err(StepError::Fatal("the solver is broken".into()))
+    }
+
+    fn solve_complex(&mut self, _: &mut P, _: usize, _: &mut [Complex64]) -> Result<(), StepError> {
+        Err(StepError::Recoverable("no solution".into()))
+    }
+}
+
+#[test]
+fn a_linear_solve_that_fails_is_named() {
+    let problem = well_behaved();
+    let (method, pattern) = (Method::radau_iia(3).unwrap(), problem.jacobian_pattern());
+    let klu = KluMatrices::new(&pattern, KluOptions::default(), &method).unwrap();
+    let mut solver = RadauSolver::builder(problem)
+        .build_with(Broken(klu), 0.0, &[0.0], &[1.0])
+        .unwrap();
+    let error = solver.step(1.0).unwrap_err().to_string();
+    assert!(
+        error.starts_with("the linear solve failed at t = 0"),
+        "{error}"
+    );
+    assert!(error.ends_with("the solver is broken"), "{error}");
+}
+
+#[test]
+fn weights_must_be_positive() {
+    for weight in [-1.0, 0.0, f64::NAN, f64::INFINITY] {
+        let mut solver = RadauSolver::builder(well_behaved())
+            .error_weights(move |y, w| w[0] = if y[0] > 0.5 { weight } else { 1e4 })
+            .build(0.0, &[0.0], &[1.0])
+            .unwrap();
+        let stop = stopped(solver.integrate_to(1.0).unwrap());
+        assert_eq!(stop.reason, StopReason::ErrorWeightsFailed, "{stop}");
+        let expected = format!("error weight[0] = {weight} must be positive");
+        assert_eq!(stop.message, expected);
+        assert!(solver.y()[0] > 0.5, "the step before was good");
+    }
+}
+
+/// A first step to where the integration is has no size.
+#[test]
+fn an_output_time_at_the_start_gives_no_first_step() {
+    let start = |t0| {
+        let builder = RadauSolver::builder(well_behaved());
+        builder.build(t0, &[0.0], &[1.0]).unwrap()
+    };
+    for t0 in [0.0, 1.0] {
+        let stop = stopped(start(t0).step(t0).unwrap());
+        assert_eq!(stop.reason, StopReason::StepTooSmall, "{stop}");
+        let reached = start(t0).integrate_to(t0).unwrap();
+        assert_eq!(reached, Outcome::Reached { t: t0 });
+    }
+}
+
 #[test]
 fn a_fatal_error_is_handed_back() {
     let problem = touchy(|t, _| {
@@ -390,88 +453,5 @@ fn steps_stay_below_the_largest() {
             assert!(stats.last_step <= 0.01 * (1.0 + 1e-8), "{stats:?}");
             assert!(stats.current_step <= 0.01, "{stats:?}");
         }
-    }
-}
-
-#[test]
-fn wrong_input_is_named() {
-    let build = |options: RadauOptions, y0: &[f64], y_dot0: &[f64]| {
-        let builder = RadauSolver::builder(touchy(|_, _| Ok(0.0))).options(options);
-        builder
-            .build(0.0, y0, y_dot0)
-            .map(|_| ())
-            .unwrap_err()
-            .to_string()
-    };
-    let default = RadauOptions::default;
-    assert_eq!(
-        build(default(), &[0.0, 1.0], &[0.0]),
-        "initial values y0: expected length 1, got 2"
-    );
-    assert_eq!(
-        build(default(), &[0.0], &[f64::NAN]),
-        "y_dot0[0] = NaN is not finite"
-    );
-    let wrong = [
-        (
-            RadauOptions {
-                stages: 4,
-                ..default()
-            },
-            "Radau IIA with 4 stages is not offered: use 1, 3, 5 or 7",
-        ),
-        (
-            RadauOptions {
-                tolerances: Tolerances::scalar(-1.0, 0.0),
-                ..default()
-            },
-            "relative tolerance = -1: must be in [0, 1)",
-        ),
-        (
-            RadauOptions {
-                tolerances: Tolerances::scalar(0.0, 0.0),
-                ..default()
-            },
-            "absolute tolerance = 0: must be > 0 where the relative one is 0",
-        ),
-        (
-            RadauOptions {
-                tolerances: Tolerances::vector(1e-3, [1.0, 1.0]),
-                ..default()
-            },
-            "absolute tolerances: expected length 1, got 2",
-        ),
-        (
-            RadauOptions {
-                suppressed: Suppressed::Components(vec![]),
-                ..default()
-            },
-            "suppressed components: expected length 1, got 0",
-        ),
-        (
-            RadauOptions {
-                step_size: StepSize::Fixed(0.0),
-                ..default()
-            },
-            "step_size = 0: must be finite and > 0",
-        ),
-        (
-            RadauOptions {
-                min_step: 1.0,
-                max_step: Some(0.5),
-                ..default()
-            },
-            "max_step = 0.5: must be above min_step",
-        ),
-        (
-            RadauOptions {
-                safety: 1.0,
-                ..default()
-            },
-            "safety = 1: must be in (0, 1)",
-        ),
-    ];
-    for (options, message) in wrong {
-        assert_eq!(build(options, &[0.0], &[1.0]), message);
     }
 }

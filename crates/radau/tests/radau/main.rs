@@ -4,5 +4,6 @@
 mod common;
 mod events;
 mod failures;
+mod misuse;
 mod orders;
 mod published;
