@@ -88,6 +88,9 @@ struct Newton<'a> {
     load: Vec<f64>,
     /// The square of all loads, on the undeformed body.
     load_square: f64,
+    /// The square of the forces that the present load step starts with, or of the loads if that is
+    /// more: what forces are measured by. A body that is only pulled by its supports has no loads.
+    force_square: f64,
     /// The prescribed components and their values, m.
     prescribed: Vec<(usize, f64)>,
     displacement: Vec<f64>,
@@ -155,7 +158,8 @@ impl<'a> Newton<'a> {
         }
         Ok(Self {
             t,
-            load_square: square(&whole).max(f64::MIN_POSITIVE),
+            load_square: square(&whole),
+            force_square: 0.0,
             symbolic: Symbolic::analyze(assembly.pattern(), options)?,
             muscle,
             layout,
@@ -228,6 +232,10 @@ impl<'a> Newton<'a> {
         if self.residual(&x, factor, &mut r).is_err() {
             return Ok(None);
         }
+        let momentum = &r[..self.muscle.solid.dofs().n_free()];
+        self.force_square = square(momentum)
+            .max(self.load_square)
+            .max(f64::MIN_POSITIVE);
         for _ in 0..MAX_ITERATIONS {
             if self.tangent(&x, factor, &mut values).is_err() {
                 return Ok(None);
@@ -284,11 +292,12 @@ impl<'a> Newton<'a> {
         })
     }
 
-    /// The residual's size: forces beside the load, volume defects beside the body's volume.
+    /// The residual's size: forces beside those at the start, volume defects beside the body's
+    /// volume.
     fn size(&self, r: &[f64]) -> f64 {
         let (momentum, constraint) = r.split_at(self.muscle.solid.dofs().n_free());
         let volume = self.muscle.solid.volume();
-        square(momentum) / self.load_square + square(constraint) / (volume * volume)
+        square(momentum) / self.force_square + square(constraint) / (volume * volume)
     }
 }
 

@@ -238,6 +238,13 @@ fn a_static_body_is_compressed_in_steps() {
     );
 }
 
+/// A body that is only pulled by its supports has no loads to measure its forces by.
+#[test]
+fn a_static_body_is_pulled_at_once() {
+    let solution = equilibrium(&compressed(Signal::Constant(0.1)), 0.0).unwrap();
+    assert_eq!(solution.load_steps, 1);
+}
+
 /// Beyond its limit load an arch has no equilibrium nearby: the same load is found whatever part of
 /// the whole it is, and a motion gets past it.
 #[test]
