@@ -63,11 +63,18 @@ impl Projected {
     }
 }
 
+/// The first of `next`, `next + every`, … after `t` ≥ `next`: a step may pass several of the times,
+/// and one projection serves them all.
+fn first_after(t: f64, next: f64, every: f64) -> f64 {
+    let passed = ((t - next) / every).floor();
+    next + (passed + 1.0) * every
+}
+
 impl Integrator<MuscleDae> for Projected {
     fn advance(&mut self) -> Result<Advance, ModelError> {
         if self.inner.time() >= self.next {
             self.project()?;
-            self.next += self.every;
+            self.next = first_after(self.inner.time(), self.next, self.every);
         }
         self.inner.advance()
     }
@@ -90,5 +97,17 @@ impl Integrator<MuscleDae> for Projected {
 
     fn problem_mut(&mut self) -> &mut MuscleDae {
         self.inner.problem_mut()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::first_after;
+
+    #[test]
+    fn times_that_a_step_passes_are_not_caught_up_on() {
+        assert_eq!(first_after(0.5, 0.5, 0.25), 0.75);
+        assert_eq!(first_after(0.6, 0.5, 0.25), 0.75);
+        assert_eq!(first_after(1.6, 0.5, 0.25), 1.75);
     }
 }
