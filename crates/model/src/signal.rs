@@ -67,7 +67,9 @@ impl Signal {
     /// The highest frequency of its sines, Hz, if it has any.
     pub fn frequency(&self) -> Option<f64> {
         match self {
-            Self::Sine { frequency, .. } | Self::RampedSine { frequency, .. } => Some(*frequency),
+            Self::Sine { frequency, .. } | Self::RampedSine { frequency, .. } => {
+                (*frequency != 0.0).then_some(frequency.abs())
+            }
             Self::Sum(parts) | Self::Product(parts) => {
                 parts.iter().filter_map(Self::frequency).reduce(f64::max)
             }
@@ -231,6 +233,19 @@ mod tests {
                 assert!((here.d2 - (after.d1 - before.d1) / (2.0 * h)).abs() < 2e-2);
             }
         }
+    }
+
+    #[test]
+    fn the_frequency_is_that_of_what_oscillates() {
+        let sine = |frequency| Signal::Sine {
+            amplitude: 1.0,
+            frequency,
+            phase: 0.0,
+        };
+        assert_eq!(sine(0.0).frequency(), None);
+        assert_eq!(sine(-8.0).frequency(), Some(8.0));
+        let sum = Signal::Sum(vec![sine(-8.0), sine(3.0), Signal::Constant(1.0)]);
+        assert_eq!(sum.frequency(), Some(8.0));
     }
 
     #[test]
