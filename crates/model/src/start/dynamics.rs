@@ -29,6 +29,8 @@ pub(super) struct Dynamics {
     pub(super) pressure: Vec<f64>,
     pub(super) pressure_rate: Vec<f64>,
     pub(super) pressure_acceleration: Vec<f64>,
+    /// Whether λ was free and is on the slow manifold.
+    pub(super) on_slow_manifold: bool,
 }
 
 impl Dynamics {
@@ -78,6 +80,7 @@ impl Dynamics {
             acceleration,
             pressure,
             pressure_rate,
+            on_slow_manifold: false,
         })
     }
 }
@@ -111,6 +114,7 @@ impl<'a> Incompressible<'a> {
         let n_pressures = self.muscle.solid.space().n_vertices();
         let mut pressure = vec![0.0; n_pressures];
         let mut pressure_rate = vec![0.0; n_pressures];
+        let mut settled = false;
         for _ in 0..MAX_ITERATIONS {
             let (acceleration, missing) = self.acceleration(&pressure)?;
             pressure_rate = self.pressure_rate(&acceleration, &pressure, &pressure_rate)?;
@@ -123,7 +127,8 @@ impl<'a> Incompressible<'a> {
             for (pressure, change) in pressure.iter_mut().zip(&change) {
                 *pressure += change;
             }
-            if largest(&change) <= SETTLED * largest(&pressure) {
+            settled = largest(&change) <= SETTLED * largest(&pressure);
+            if settled {
                 break;
             }
         }
@@ -139,6 +144,7 @@ impl<'a> Incompressible<'a> {
             pressure,
             pressure_rate,
             pressure_acceleration: vec![0.0; n_pressures],
+            on_slow_manifold: settled && beta > 0.0,
         })
     }
 

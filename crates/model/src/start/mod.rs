@@ -34,7 +34,8 @@ pub struct Start {
     pub displacement_moved: f64,
     /// By how much the velocity was, m/s.
     pub velocity_moved: f64,
-    /// Whether λ(0) was free and taken on the slow manifold (κ = ∞ with β > 0).
+    /// Whether λ(0) was free (κ = ∞ with β > 0) and found on the slow manifold; a motion so fast that
+    /// β |∇v| is not small has none, and starts with a transient.
     pub on_slow_manifold: bool,
 }
 
@@ -95,13 +96,12 @@ impl Start {
         let distance = |a: &[f64], b: &[f64]| {
             largest(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<_>>())
         };
-        let parameters = &muscle.parameters;
         Ok(Self {
             y,
             y_dot,
             displacement_moved: distance(&moved.q, q),
             velocity_moved: distance(&moved.v, v),
-            on_slow_manifold: parameters.is_incompressible() && parameters.is_damped(),
+            on_slow_manifold: dynamics.on_slow_manifold,
         })
     }
 
