@@ -236,7 +236,9 @@ fn seconds_per_step(dae: MuscleDae, settings: &Settings) -> Result<f64, ModelErr
     let (seconds, steps) = after(TIMED_STEPS)?;
     Ok(if steps > start_steps {
         (seconds - start_seconds) / (steps - start_steps)
-    } else {
+    } else if steps > 0.0 {
         seconds / steps
+    } else {
+        f64::NAN
     })
 }
