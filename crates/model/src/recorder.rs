@@ -18,7 +18,11 @@ pub struct SampleTimes {
 
 impl SampleTimes {
     /// Times `every` apart (s), up to `end`.
+    ///
+    /// # Panics
+    /// If `every` is not positive.
     pub fn new(every: f64, end: f64) -> Self {
+        assert!(every > 0.0, "samples every {every} s have no end");
         Self {
             every,
             end,
@@ -53,7 +57,8 @@ pub struct Sampler<S> {
 }
 
 impl<S> Sampler<S> {
-    /// Samples a vector of `n` unknowns into `sink(problem, t, y)`.
+    /// Samples a vector of `n` unknowns into `sink(problem, t, y)`; a run that starts later than the
+    /// first time is to [`skip`](SampleTimes::skip) those before.
     pub fn new(times: SampleTimes, n: usize, sink: S) -> Self {
         Self {
             times,
@@ -70,9 +75,7 @@ where
 {
     fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
         while let Some(t) = self.times.due(step.to) {
-            // The first sample may lie at the start of the first step.
-            step.integrator
-                .dense_output(t.max(step.from), 0, &mut self.y)?;
+            step.integrator.dense_output(t, 0, &mut self.y)?;
             (self.sink)(step.integrator.problem_mut(), t, &self.y)?;
         }
         Ok(ControlFlow::Continue(()))
