@@ -46,14 +46,14 @@ pub enum FemError {
     },
     /// A triangle of zero or negative area.
     #[error(
-        "element {element} ({label}) has area {area:e}: it is {}",
+        "element {element} (vertices {vertices:?}) has area {area:e}: it is {}",
         if *area < 0.0 { "turned clockwise" } else { "degenerate" }
     )]
     Area {
         /// Index of the triangle.
         element: usize,
-        /// Its corners, or its tag in the file.
-        label: String,
+        /// Its corners.
+        vertices: [usize; 3],
         /// Its signed area.
         area: f64,
     },
@@ -159,9 +159,12 @@ pub enum MshProblem {
         /// Its tag or name.
         tag: String,
     },
-    /// A reference to a node that the file does not define (or that no triangle uses).
-    #[error("node {0} is not a node of any triangle")]
+    /// A reference to a node that the file does not define before.
+    #[error("node {0} is not defined")]
     UnknownNode(u64),
+    /// A node of a physical group of points or lines that no triangle has.
+    #[error("node {0} of a physical group is not a node of any triangle")]
+    LooseNode(u64),
     /// An element type other than points, 2-node lines and 3-node triangles.
     #[error(
         "element type {0} is not read: use triangles of order 1 (`Mesh.ElementOrder = 1`, \

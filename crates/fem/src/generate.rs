@@ -68,6 +68,19 @@ impl Structured {
     }
 }
 
+/// Refuses what would mirror the mesh: mirrored twice, its sides would change their names.
+fn positive(name: &'static str, value: f64) -> Result<(), FemError> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    let condition = "positive and finite";
+    Err(FemError::Parameter {
+        name,
+        value,
+        condition,
+    })
+}
+
 /// The mean of `a` and `b` with weights 1 − s and s, exact at both ends.
 fn between(a: f64, b: f64, s: f64) -> f64 {
     (1.0 - s) * a + s * b
@@ -76,12 +89,14 @@ fn between(a: f64, b: f64, s: f64) -> f64 {
 /// A rectangle between two corners; groups `left`, `right`, `bottom`, `top`, `body`.
 ///
 /// # Errors
-/// Those of [`Mesh::new`], for corners in the wrong order or no cells.
+/// [`FemError::Parameter`] for corners in the wrong order, those of [`Mesh::new`] for no cells.
 pub fn rectangle(
     lower_left: [f64; 2],
     upper_right: [f64; 2],
     cells: [usize; 2],
 ) -> Result<Mesh, FemError> {
+    positive("width", upper_right[0] - lower_left[0])?;
+    positive("height", upper_right[1] - lower_left[1])?;
     let parts = Structured::new(cells, |place| {
         [0, 1].map(|m| between(lower_left[m], upper_right[m], place[m]))
     });
@@ -98,8 +113,10 @@ pub fn rectangle(
 /// `tip` (its upper corner), `body`.
 ///
 /// # Errors
-/// Those of [`Mesh::new`], for lengths that are not positive or no cells.
+/// [`FemError::Parameter`] for lengths that are not positive, those of [`Mesh::new`] for no cells.
 pub fn beam(length: f64, height: f64, cells: [usize; 2]) -> Result<Mesh, FemError> {
+    positive("length", length)?;
+    positive("height", height)?;
     cantilever(Structured::new(cells, |[s, t]| {
         [length * s, height * (t - 0.5)]
     }))
@@ -229,15 +246,17 @@ mod tests {
     }
 
     #[test]
-    fn numbers_of_cells_are_checked() {
+    fn sizes_and_numbers_of_cells_are_checked() {
         assert!(matches!(
             rectangle([0.0; 2], [1.0; 2], [0, 2]),
             Err(FemError::NoTriangles)
         ));
-        assert!(matches!(
-            rectangle([0.0; 2], [-1.0, 1.0], [1, 1]),
-            Err(FemError::Area { .. })
-        ));
+        for corner in [[-1.0, 1.0], [-1.0, -1.0]] {
+            let message = rectangle([0.0; 2], corner, [1, 1]).unwrap_err().to_string();
+            assert_eq!(message, "width = -1 must be positive and finite");
+        }
+        let message = beam(1.0, f64::NAN, [1, 1]).unwrap_err().to_string();
+        assert_eq!(message, "height = NaN must be positive and finite");
         let message = spindle([12, 2]).unwrap_err().to_string();
         assert_eq!(
             message,

@@ -80,10 +80,9 @@ impl Mesh {
                 used[vertex] = true;
             }
             if let Some(area) = bad_area(corners.map(|v| points[v])) {
-                let label = format!("vertices {corners:?}");
                 return Err(FemError::Area {
                     element,
-                    label,
+                    vertices: *corners,
                     area,
                 });
             }

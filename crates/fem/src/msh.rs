@@ -348,7 +348,7 @@ impl File {
             .flat_map(|m| &mut m.ids)
         {
             if !used[*id] {
-                return Err(MshProblem::UnknownNode(self.tags[*id]));
+                return Err(MshProblem::LooseNode(self.tags[*id]));
             }
             *id = renumbered[*id];
         }

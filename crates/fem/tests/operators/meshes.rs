@@ -128,12 +128,12 @@ fn bad_numbers_are_reported_with_their_line() {
         (
             "1 10\n",
             "1 30\n",
-            "line 42: node 30 is not a node of any triangle",
+            "line 42: node 30 of a physical group is not a node of any triangle",
         ),
         (
             "3 10 20 40",
             "3 10 20 99",
-            "line 40: node 99 is not a node of any triangle",
+            "line 40: node 99 is not defined",
         ),
         (
             "3 10 20 40",
