@@ -18,73 +18,72 @@ impl Symmetric {
     /// ∫ ρ φ_a φ_b over all displacement nodes, ρ by triangle. The integrand has degree 4, the
     /// rule's.
     pub(crate) fn node_mass(space: &Space, densities: &[f64]) -> Self {
-        let pattern = node_pattern(space);
-        let density = |element: usize| densities[element];
-        match space.degree() {
-            Degree::One => Self::assemble(space, pattern, density, |lambda| lambda.to_vec()),
-            Degree::Two => Self::assemble(space, pattern, density, |l| p2_values(l).to_vec()),
-        }
+        let shapes = |_: usize, lambda: [f64; 3]| match space.degree() {
+            Degree::One => lambda.to_vec(),
+            Degree::Two => p2_values(lambda).to_vec(),
+        };
+        let rule = TriangleRule::Degree4;
+        Self::assemble(
+            space,
+            node_pattern(space),
+            rule,
+            shapes,
+            |element, w, a, b| w * densities[element] * a * b,
+        )
     }
 
     /// ∫ ∇φ_a · ∇φ_b over all displacement nodes. The integrand has degree 2 at most.
     pub(crate) fn node_gradients(space: &Space) -> Self {
-        let pattern = node_pattern(space);
-        match space.degree() {
-            Degree::One => Self::assemble_gradients(space, pattern, |_| p1_gradients().to_vec()),
-            Degree::Two => Self::assemble_gradients(space, pattern, |l| p2_gradients(l).to_vec()),
-        }
-    }
-
-    fn assemble_gradients(
-        space: &Space,
-        pattern: SparsityPattern,
-        reference: impl Fn([f64; 3]) -> Vec<[f64; 2]>,
-    ) -> Self {
-        let mut values = vec![0.0; pattern.nnz()];
-        for element in 0..space.n_elements() {
-            let (inverse, det) = inverse_map(space.mesh().corners(element));
-            for q in TriangleRule::Degree2.points() {
-                let gradients: Vec<[f64; 2]> = reference(q.barycentric)
-                    .into_iter()
-                    .map(|[xi, eta]| [0, 1].map(|m| xi * inverse[0][m] + eta * inverse[1][m]))
-                    .collect();
-                let weight = 0.5 * det * q.weight;
-                for (&a, grad_a) in space.element_nodes(element).iter().zip(&gradients) {
-                    for (&b, grad_b) in space.element_nodes(element).iter().zip(&gradients) {
-                        let product = grad_a[0] * grad_b[0] + grad_a[1] * grad_b[1];
-                        values[place(&pattern, a, b)] += weight * product;
-                    }
-                }
-            }
-        }
-        Self { pattern, values }
+        let gradients = |element: usize, lambda: [f64; 3]| -> Vec<[f64; 2]> {
+            let (inverse, _) = inverse_map(space.mesh().corners(element));
+            let reference = match space.degree() {
+                Degree::One => p1_gradients().to_vec(),
+                Degree::Two => p2_gradients(lambda).to_vec(),
+            };
+            let physical = reference
+                .iter()
+                .map(|[xi, eta]| [0, 1].map(|m| xi * inverse[0][m] + eta * inverse[1][m]));
+            physical.collect()
+        };
+        let rule = TriangleRule::Degree2;
+        Self::assemble(space, node_pattern(space), rule, gradients, |_, w, a, b| {
+            w * (a[0] * b[0] + a[1] * b[1])
+        })
     }
 
     /// ∫ ψ_k ψ_l over the vertices.
     pub(crate) fn pressure_mass(space: &Space) -> Self {
+        let shapes = |_: usize, lambda: [f64; 3]| lambda.to_vec();
+        let rule = TriangleRule::Degree4;
         Self::assemble(
             space,
             pressure_pattern(space),
-            |_| 1.0,
-            |lambda| lambda.to_vec(),
+            rule,
+            shapes,
+            |_, w, a, b| w * a * b,
         )
     }
 
-    fn assemble(
+    /// Σ over elements and quadrature points of `product(element, weight, s_a, s_b)`, with `shapes`
+    /// (element, barycentric coordinates) ↦ s_1, s_2, …: one value or gradient per node, in the
+    /// order of the element's nodes.
+    fn assemble<T>(
         space: &Space,
         pattern: SparsityPattern,
-        density: impl Fn(usize) -> f64,
-        shape: impl Fn([f64; 3]) -> Vec<f64>,
+        rule: TriangleRule,
+        shapes: impl Fn(usize, [f64; 3]) -> Vec<T>,
+        product: impl Fn(usize, f64, &T, &T) -> f64,
     ) -> Self {
+        let points = rule.points();
         let mut values = vec![0.0; pattern.nnz()];
         for element in 0..space.n_elements() {
-            let (_, det) = inverse_map(space.mesh().corners(element));
-            for q in TriangleRule::Degree4.points() {
-                let shapes = shape(q.barycentric);
-                let weight = 0.5 * det * q.weight * density(element);
-                for (&a, phi_a) in space.element_nodes(element).iter().zip(&shapes) {
-                    for (&b, phi_b) in space.element_nodes(element).iter().zip(&shapes) {
-                        values[place(&pattern, a, b)] += weight * phi_a * phi_b;
+            let nodes = space.element_nodes(element);
+            let area = space.mesh().area_of(element);
+            for q in &points {
+                let (shapes, weight) = (shapes(element, q.barycentric), area * q.weight);
+                for (&a, shape_a) in nodes.iter().zip(&shapes) {
+                    for (&b, shape_b) in nodes.iter().zip(&shapes) {
+                        values[place(&pattern, a, b)] += product(element, weight, shape_a, shape_b);
                     }
                 }
             }
