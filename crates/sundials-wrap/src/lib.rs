@@ -43,9 +43,9 @@ mod error;
 #[allow(unsafe_code)]
 mod ffi;
 pub mod klu;
-pub mod options;
+mod options;
 mod outcome;
-pub mod problem;
+mod problem;
 pub mod samples;
 mod solver;
 mod stats;

@@ -1,8 +1,4 @@
 //! What an integrator asks of a differential-algebraic system F(t, y, ẏ) = 0.
-//!
-//! [`DaeProblem`] is the one interface between models and integrators. Its Jacobian is asked for
-//! as `a ∂F/∂y + b ∂F/∂ẏ`: BDF codes take `a = 1, b = c_j`; an implicit Runge–Kutta method with a
-//! complex `c_j` evaluates `(1, 0)` and `(0, 1)` once and combines them.
 
 use std::error::Error;
 
@@ -32,7 +28,11 @@ pub enum VariableKind {
     Algebraic,
 }
 
-/// A fully implicit system of differential-algebraic equations F(t, y, ẏ) = 0.
+/// A fully implicit system of differential-algebraic equations F(t, y, ẏ) = 0: the one interface
+/// between models and integrators.
+///
+/// Its Jacobian is asked for as `a ∂F/∂y + b ∂F/∂ẏ`: BDF codes take `a = 1, b = c_j`; an implicit
+/// Runge–Kutta method, whose c_j are complex, evaluates `(1, 0)` and `(0, 1)` once and combines them.
 ///
 /// # Shapes
 /// All slices have the length [`n_unknowns`](DaeProblem::n_unknowns), except the `values` of the

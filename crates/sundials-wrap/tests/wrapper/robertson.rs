@@ -1,8 +1,8 @@
 //! Robertson's kinetics: IDAS with KLU against the published run and an accurate solution.
 
-use crate::common::{check_jacobian, numbers, reference};
+use crate::common::{numbers, reference};
 use sundials_wrap::samples::{Robertson, Sample};
-use sundials_wrap::{DaeProblem, Direction, IdaOptions, IdaSolver, Outcome, Tolerances};
+use sundials_wrap::{Direction, IdaOptions, IdaSolver, Outcome, Tolerances};
 
 fn published_options() -> IdaOptions {
     let run = &reference("s3_robertson")["published_runs"];
@@ -101,10 +101,4 @@ fn is_accurate_at_a_tight_tolerance() {
         // The conservation of mass is solved to within Newton's share of the tolerance.
         assert!((total - 1.0).abs() < rtol, "t = {t}: mass {total}");
     }
-}
-
-#[test]
-fn the_jacobian_of_the_sample_is_the_derivative_of_its_residual() {
-    check_jacobian(&mut Robertson, 0.0, &[0.7, 2e-5, 0.3], &[-0.1, 0.2, 0.3]);
-    assert_eq!(Robertson.kinds().len(), 3);
 }

@@ -133,23 +133,3 @@ proptest! {
         }
     }
 }
-
-#[test]
-fn sixty_four_solvers_in_as_many_threads_have_the_same_bits() {
-    let run = || {
-        let start = Robertson.start();
-        let mut solver = IdaSolver::builder(Robertson)
-            .tolerances(Tolerances::vector(1e-4, [1e-8, 1e-10, 1e-8]))
-            .build(start.t, &start.y, &start.y_dot)
-            .unwrap();
-        solver.integrate_to(40.0).unwrap();
-        solver.y().iter().map(|y| y.to_bits()).collect::<Vec<_>>()
-    };
-    let alone = run();
-    std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..64).map(|_| scope.spawn(run)).collect();
-        for thread in threads {
-            assert_eq!(thread.join().unwrap(), alone);
-        }
-    });
-}
