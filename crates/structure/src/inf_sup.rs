@@ -33,7 +33,8 @@ impl InfSup {
     /// `displacement_norm` H and `pressure_norm` N, both symmetric and positive definite.
     ///
     /// # Errors
-    /// [`StructureError::Sizes`] when the matrices do not fit together.
+    /// [`StructureError::Sizes`] when the matrices do not fit together,
+    /// [`StructureError::Factorise`] when a norm is singular or an entry is not finite.
     pub fn of(
         operator: &CscMatrix<f64>,
         displacement_norm: &CscMatrix<f64>,
@@ -81,13 +82,18 @@ impl InfSup {
     }
 }
 
-/// The mean of b_ij² / (h_jj n_ii) over the rows: the size of β² if the norms were diagonal.
+/// The mean of b_ij² / (h_jj n_ii) over the rows: the size of β² if the norms were diagonal; 1 for
+/// B = 0.
 fn typical_square(b: &CscMatrix<f64>, h: &CscMatrix<f64>, n: &CscMatrix<f64>) -> f64 {
     let (h, n) = (diagonal(h), diagonal(n));
     let sum: f64 = b
         .triplet_iter()
         .map(|(i, j, value)| value * value / (h[j] * n[i]))
         .sum();
+    if sum == 0.0 {
+        // Nothing is held, on any scale.
+        return 1.0;
+    }
     sum / b.nrows() as f64
 }
 

@@ -3,9 +3,10 @@
 //! With the shift σ the map w ↦ u of (K - σM) u - Bᵀp = M w, B u + C p = 0 is symmetric in the inner
 //! product of M, keeps to the constraint, and has the eigenvalues θ = 1/(ω² - σ): the wanted ones
 //! are the largest. A block Krylov space of it is built with full orthogonalisation in the inner
-//! product of M, and the projected dense problem solved (Rayleigh and Ritz); blocks find multiple eigenvalues, up to the multiplicity
-//! [`BLOCK`] for certain. Reference: R. G. Grimes, J. G. Lewis,
-//! H. D. Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228.
+//! product of M, and the projected dense problem solved (Rayleigh and Ritz); blocks find multiple
+//! eigenvalues, up to the multiplicity [`BLOCK`] for certain.
+//!
+//! Reference: R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228.
 
 use nalgebra::{DMatrix, DVector};
 

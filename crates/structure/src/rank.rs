@@ -17,7 +17,7 @@ const DECISIVE_DECADES: f64 = 3.0;
 pub enum Verdict {
     /// There is one way to part zeros from non-zeros by a gap of at least three decades.
     Decisive,
-    /// There is no such way, or more than one.
+    /// There is no such way, or more than one, or a magnitude is no number.
     Undecided,
 }
 
@@ -71,13 +71,15 @@ impl RankDecision {
             .iter()
             .filter(|&&r| decades(r) >= DECISIVE_DECADES)
             .count();
+        // What has overflowed says nothing, and a NaN would pass for zero.
+        let finite = magnitudes.iter().all(|m| (m / reference).is_finite());
         Self {
             subject,
             size,
             rank,
             smallest_kept: ladder[rank],
             largest_dropped: ladder[rank + 1],
-            verdict: if wide == 1 {
+            verdict: if wide == 1 && finite {
                 Verdict::Decisive
             } else {
                 Verdict::Undecided
@@ -152,6 +154,13 @@ mod tests {
         // A staircase of two decades a step never has a gap of three.
         let staircase: Vec<f64> = (0..8).map(|i| 100f64.powi(-i)).collect();
         assert_eq!(decide(&staircase).1, Verdict::Undecided);
+    }
+
+    #[test]
+    fn magnitudes_that_are_no_numbers_decide_nothing() {
+        for bad in [f64::NAN, f64::INFINITY] {
+            assert_eq!(decide(&[1.0, bad]).1, Verdict::Undecided);
+        }
     }
 
     #[test]

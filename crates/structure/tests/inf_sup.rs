@@ -32,6 +32,18 @@ fn the_difference_operator() {
     }
 }
 
+/// No pressure is held by B = 0, nor is any of none.
+#[test]
+fn an_operator_that_is_zero_holds_nothing() {
+    for n in [0, 5] {
+        let identity = CscMatrix::identity(n);
+        let found = InfSup::of(&CscMatrix::zeros(n, 7), &CscMatrix::identity(7), &identity);
+        let found = found.unwrap();
+        assert_eq!((found.nullity(), found.smallest()), (n, None));
+        assert_eq!(found.decision.verdict, Verdict::Decisive);
+    }
+}
+
 /// Dependent rows are counted, and the rest agrees with a dense generalised eigenproblem.
 #[test]
 fn dependent_rows_are_counted() {
