@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::network::{Coefficients, Network, Node};
 
 /// Coordinate directions in which the oscillators of a plane array move.
-pub const DIRECTIONS: usize = 2;
+const DIRECTIONS: usize = 2;
 
 /// A plane array of oscillators, with one equation per oscillator *and coordinate direction*.
 ///
@@ -66,7 +66,7 @@ impl Array {
     /// [`Error::Coefficient`].
     pub fn network(&self) -> Result<Network, Error> {
         let Self { columns, rows, .. } = *self;
-        if self.omega.len() != columns * rows {
+        if columns.checked_mul(rows) != Some(self.omega.len()) {
             return Err(Error::ArrayFrequencies {
                 columns,
                 rows,

@@ -38,7 +38,7 @@ pub enum Error {
     },
     /// The frequencies do not fill the array.
     #[error("an array of {columns} × {rows} oscillators needs {} frequencies, got {given}",
-        columns * rows)]
+        columns.saturating_mul(*rows))]
     ArrayFrequencies {
         /// Oscillators along the first axis.
         columns: usize,

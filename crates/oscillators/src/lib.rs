@@ -19,21 +19,21 @@
 //! B. Simeon, R. Serban, L. Petzold, ESAIM: M2AN 43 (2009) 805–823, sections 1.2, 1.3 and 3.1.
 #![forbid(unsafe_code)]
 
-pub mod array;
-pub mod chain;
-pub mod coherence;
-pub mod detuning;
-pub mod drive;
+mod array;
+mod chain;
+mod coherence;
+mod detuning;
+mod drive;
 mod error;
-pub mod network;
+mod network;
 pub mod samples;
-pub mod settled;
-pub mod smooth;
-pub mod turning;
+mod settled;
+mod smooth;
+mod turning;
 
 pub use array::Array;
 pub use chain::{Chain, Ends};
-pub use coherence::{Coherence, centroid_frequency};
+pub use coherence::{Coherence, centroid_frequency, phasors};
 pub use detuning::{Detuning, Generator};
 pub use drive::{Drive, Reach};
 pub use error::Error;

@@ -41,14 +41,18 @@ impl Settled {
     /// `t` (ascending) and `values` have the same length.
     ///
     /// # Errors
-    /// [`Error::Window`] when fewer than two samples, or no time, lie in the window.
+    /// [`Error::Window`] when fewer than two samples, or no time, lie in the window; none lie in one
+    /// whose length is no number.
     ///
     /// # Panics
     /// When the lengths differ.
     pub fn over_window(t: &[f64], values: &[f64], window: f64) -> Result<Self, Error> {
         assert_eq!(t.len(), values.len(), "one value per time");
-        let start = t.last().map_or(0.0, |end| end - window);
-        let first = t.partition_point(|&time| time < start);
+        let before = |time: &f64| match t.last() {
+            Some(end) => window.is_nan() || *time < end - window,
+            None => false,
+        };
+        let first = t.partition_point(before);
         let (t, values) = (&t[first..], &values[first..]);
         if t.len() < 2 || t[t.len() - 1] <= t[0] {
             return Err(Error::Window {

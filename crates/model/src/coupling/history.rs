@@ -1,8 +1,6 @@
 //! The coherence of oscillators over time.
 
-use myovib_oscillators::{
-    Coherence, Settled, centroid_frequency, coherence::phasors, mean_frequency,
-};
+use myovib_oscillators::{Coherence, Settled, centroid_frequency, mean_frequency, phasors};
 use num_complex::Complex64;
 use sundials_wrap::{DaeProblem, StepError};
 

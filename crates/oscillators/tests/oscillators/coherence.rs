@@ -126,6 +126,12 @@ fn a_window_needs_samples() {
         })
     );
     assert!(Settled::over_window(&[2.0, 2.0], &[1.0; 2], 0.5).is_err());
+    for window in [-1.0, f64::NAN] {
+        assert!(matches!(
+            Settled::over_window(&[0.0, 1.0, 2.0], &[1.0; 3], window),
+            Err(Error::Window { found: 0, .. })
+        ));
+    }
     // A window holds the sample at its very beginning.
     let whole = Settled::over_window(&[0.0, 1.0, 2.0], &[5.0, 1.0, 1.0], 2.0).unwrap();
     assert_eq!((whole.samples, whole.max), (3, 5.0));
