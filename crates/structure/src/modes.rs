@@ -171,6 +171,10 @@ impl<'a> KrylovSpace<'a> {
     /// The pairs of the projected problem with the largest |θ|.
     fn ritz_pairs(&self, count: usize) -> Vec<RitzPair> {
         let m = self.basis.len();
+        if m == 0 {
+            // The eigenvalues of an empty matrix are no question for nalgebra.
+            return Vec::new();
+        }
         let projected = DMatrix::from_fn(m, m, |i, j| self.mass_basis[i].dot(&self.images[j]));
         let eigen = ((&projected + projected.transpose()) / 2.0).symmetric_eigen();
         let mut order: Vec<usize> = (0..m).collect();
