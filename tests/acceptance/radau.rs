@@ -54,6 +54,48 @@ fn radau_leaves_out_what_it_is_told_to() {
     assert_eq!(row["last_order"], 9);
 }
 
+/// A smaller relative tolerance alone would loosen the absolute ones that Radau IIA works with.
+#[test]
+fn absolute_tolerances_follow_the_relative_one_unless_given() {
+    let tolerances = |arguments: &[&str]| {
+        let table = short_table(&[&["--rows", "1", "--rtol", "1e-5"], arguments].concat());
+        let atol = &table["rows"][0]["atol"];
+        ["q", "v", "lambda"].map(|block| atol[block].as_f64().unwrap())
+    };
+    let expect = |found: [f64; 3], expected: [f64; 3]| {
+        for (found, expected) in found.into_iter().zip(expected) {
+            // Scaled by a factor that is rounded.
+            let error = (found - expected).abs();
+            assert!(error <= 2.0 * f64::EPSILON * expected, "{found} {expected}");
+        }
+    };
+    let radau = ["--integrator", "radau"];
+    expect(tolerances(&radau), [1e-7, 1e-7, 1e-3]);
+    let given = [&radau[..], &["--atol-velocity", "1e-6"]].concat();
+    expect(tolerances(&given), [1e-7, 1e-6, 1e-3]);
+    // The rows of BDF are the paper's but for what is asked for.
+    expect(tolerances(&[]), [1e-5, 1e-5, 1e-1]);
+
+    let folder = tempfile::tempdir().unwrap();
+    let paper = builtin_text("table2-1").unwrap();
+    let tight = |line: &&str| !line.starts_with("atol") && !line.starts_with("rtol");
+    let lines: Vec<_> = paper.lines().filter(tight).collect();
+    let scene = lines.join("\n").replace(
+        "[integrator]",
+        "[integrator]\nrtol = 1e-5\natol.velocity = 1e-6\n#",
+    );
+    fs::write(folder.path().join("tight.toml"), scene).unwrap();
+    let run = myovib_in(
+        folder.path(),
+        &["run", "tight.toml", "--quiet", "--set", "time.end=0.02"],
+    );
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let text = fs::read_to_string(folder.path().join("out").join("run.json")).unwrap();
+    let atol = &serde_json::from_str::<Value>(&text).unwrap()["atol"];
+    let found = ["q", "v", "lambda"].map(|block| atol[block].as_f64().unwrap());
+    expect(found, [1e-7, 1e-6, 1e-3]);
+}
+
 #[test]
 fn what_only_bdf_has_is_refused_with_radau() {
     for (arguments, option) in [

@@ -23,16 +23,17 @@ impl Builder<'_> {
         formulation: Formulation,
         linear_solver: LinearSolver,
     ) -> Settings {
-        let defaults = Settings::paper(formulation).with_integrator(wanted.method.kind());
-        let atol = &wanted.atol;
+        let defaults = Settings::paper(formulation)
+            .with_integrator(wanted.method.kind())
+            .with_relative_tolerance(wanted.rtol);
+        let (atol, in_proportion) = (&wanted.atol, defaults.absolute_tolerances);
         let mut settings = Settings {
             t_end: self.t_end,
-            relative_tolerance: wanted.rtol,
             absolute_tolerances: AbsoluteTolerances {
-                displacement: atol.displacement,
-                velocity: atol.velocity,
-                pressure: atol.pressure,
-                multiplier: atol.multiplier,
+                displacement: atol.displacement.unwrap_or(in_proportion.displacement),
+                velocity: atol.velocity.unwrap_or(in_proportion.velocity),
+                pressure: atol.pressure.unwrap_or(in_proportion.pressure),
+                multiplier: atol.multiplier.unwrap_or(in_proportion.multiplier),
             },
             suppressed: match &wanted.suppress {
                 Some(blocks) => suppressed(blocks, formulation),

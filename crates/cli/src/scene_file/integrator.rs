@@ -164,34 +164,22 @@ impl JsonSchema for MaxOrder {
     }
 }
 
-/// Absolute tolerances by block of unknowns.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// Absolute tolerances by block of unknowns; by default in the paper's proportion to `rtol`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Atol {
-    /// Displacement q, m.
+    /// Displacement q, m [default: 1e-2 rtol].
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub displacement: f64,
-    /// Velocity v, m/s.
+    pub displacement: Option<f64>,
+    /// Velocity v, m/s [default: 1e-2 rtol].
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub velocity: f64,
-    /// Pressure λ, Pa.
+    pub velocity: Option<f64>,
+    /// Pressure λ, Pa [default: 1e2 rtol].
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub pressure: f64,
-    /// Pressure rate μ of (29), Pa/s, or the multiplier of (33).
+    pub pressure: Option<f64>,
+    /// Pressure rate μ of (29), Pa/s, or the multiplier of (33) [default: 5e3 rtol].
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub multiplier: f64,
-}
-
-impl Default for Atol {
-    /// The paper's, and 1e-5 and 5 for what it does not give.
-    fn default() -> Self {
-        Self {
-            displacement: 1e-5,
-            velocity: 1e-5,
-            pressure: 1e-1,
-            multiplier: 5.0,
-        }
-    }
+    pub multiplier: Option<f64>,
 }
 
 /// Tolerances of rod and chain.

@@ -71,13 +71,13 @@ pub struct Table2Args {
     #[arg(long, value_name = "T")]
     pub project_every: Option<f64>,
 
-    /// Relative tolerance.
+    /// Relative tolerance; Radau IIA takes the absolute ones in proportion.
     #[arg(long, value_name = "X", default_value_t = RTOL)]
     pub rtol: f64,
 
-    /// Absolute tolerance of the velocity in m/s.
-    #[arg(long, value_name = "X", default_value_t = ATOL_VELOCITY)]
-    pub atol_velocity: f64,
+    /// Absolute tolerance of the velocity in m/s [default: 1e-5, with Radau IIA in proportion].
+    #[arg(long, value_name = "X")]
+    pub atol_velocity: Option<f64>,
 
     /// How Newton's linear systems are solved: `condensed` or `full`.
     #[arg(long, value_name = "HOW", default_value = "condensed", value_parser = linear_solver)]
@@ -192,7 +192,7 @@ impl Table2Args {
             || self.multiplier_weights != MultiplierWeights::Plain
             || self.project_every.is_some()
             || self.rtol != RTOL
-            || self.atol_velocity != ATOL_VELOCITY
+            || self.atol_velocity.is_some_and(|atol| atol != ATOL_VELOCITY)
             || self.mesh.is_some()
     }
 
@@ -245,7 +245,10 @@ impl Table2Args {
         for (option, value) in [
             ("--t-end", self.t_end),
             ("--rtol", self.rtol),
-            ("--atol-velocity", self.atol_velocity),
+            (
+                "--atol-velocity",
+                self.atol_velocity.unwrap_or(ATOL_VELOCITY),
+            ),
             ("--every", self.every),
         ] {
             if !(value > 0.0 && value.is_finite()) {

@@ -76,8 +76,17 @@ pub(super) fn run_all(
 /// The settings of a row, changed as the options say.
 pub(in crate::commands) fn settings(row: &Row, args: &Table2Args) -> Settings {
     let paper = Settings::paper(row.formulation).with_integrator(args.integrator);
-    let mut absolute_tolerances = paper.absolute_tolerances;
-    absolute_tolerances.velocity = args.atol_velocity;
+    // Radau IIA would be less accurate by a smaller relative tolerance alone.
+    let mut absolute_tolerances = match args.integrator {
+        IntegratorKind::Ida => paper.absolute_tolerances,
+        _ => {
+            let in_proportion = paper.clone().with_relative_tolerance(args.rtol);
+            in_proportion.absolute_tolerances
+        }
+    };
+    if let Some(velocity) = args.atol_velocity {
+        absolute_tolerances.velocity = velocity;
+    }
     Settings {
         t_end: args.t_end,
         relative_tolerance: args.rtol,
