@@ -45,7 +45,7 @@ impl MuscleDae {
         } = &self.muscle;
         self.matrices.update_pressures(pressures, t, 1.0);
         let constant = solid.is_linear() && self.factors.is_none();
-        if constant && self.counters.tangent_passes > 0 {
+        if constant && self.has_matrices {
             return Ok(());
         }
         self.expand(t, y, None);
@@ -59,7 +59,9 @@ impl MuscleDae {
         self.counters.tangent_passes += 1;
         self.counters.rate_tangent_passes += u64::from(tangents.rate_stiffness.is_some());
         let pass = self.muscle.solid.tangents(&fields, &mut tangents);
-        self.counters.passed(pass)
+        self.counters.passed(pass)?;
+        self.has_matrices = true;
+        Ok(())
     }
 
     /// a ∂F/∂y + b ∂F/∂ẏ from the matrices of the last update.

@@ -33,6 +33,8 @@ pub struct MuscleDae {
     /// Coefficients: those of ∂F/∂y and ∂F/∂ẏ.
     assembly: Assembly<[f64; 2]>,
     matrices: Matrices,
+    /// Whether the matrices are those of a state, any state: all that a linear law asks for.
+    has_matrices: bool,
     work: Workspace,
     counters: WorkCounters,
     /// Factors of the law's energy, three per element; none: one everywhere.
@@ -86,6 +88,7 @@ impl MuscleDae {
         let assembly = Assembly::new((n, n), entries, |matrix| matrices.pattern(solid, matrix));
         Self {
             work: Workspace::new(solid),
+            has_matrices: false,
             counters: WorkCounters::default(),
             factors: None,
             muscle,
