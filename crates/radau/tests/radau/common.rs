@@ -58,13 +58,24 @@ pub(crate) fn mescd(y: &[f64], reference: &[f64]) -> f64 {
         .iter()
         .zip(reference)
         .map(|(y, r)| (y - r).abs() / (1.0 + r.abs()));
-    -errors.fold(0.0, f64::max).log10()
+    -largest(errors).log10()
 }
 
 /// Significant correct digits: −log10 of the largest relative error.
 pub(crate) fn scd(y: &[f64], reference: &[f64]) -> f64 {
     let errors = y.iter().zip(reference).map(|(y, r)| ((y - r) / r).abs());
-    -errors.fold(0.0, f64::max).log10()
+    -largest(errors).log10()
+}
+
+/// The largest of some errors.
+///
+/// # Panics
+/// If one is no number: `f64::max` would pass it over, and leave as many digits as one likes.
+fn largest(errors: impl Iterator<Item = f64>) -> f64 {
+    errors.fold(0.0, |largest, error| {
+        assert!(!error.is_nan(), "an error that is no number");
+        f64::max(largest, error)
+    })
 }
 
 /// ẋ = v, v̇ = −x with x = sin t: steps of any size converge at once.
