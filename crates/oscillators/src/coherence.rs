@@ -83,7 +83,9 @@ pub fn centroid_frequency(omega: &[f64], y: &[f64], w: &[f64], w_dot: &[f64]) ->
     (squared > 0.0).then(|| -(centroid.conj() * rate).im / squared / TAU)
 }
 
-fn mean(numbers: impl Iterator<Item = Complex64>) -> Complex64 {
+/// # Panics
+/// When there is none.
+pub(crate) fn mean(numbers: impl Iterator<Item = Complex64>) -> Complex64 {
     let (sum, count) = numbers.fold((Complex64::ZERO, 0), |(sum, count), z| (sum + z, count + 1));
     assert!(count > 0, "the mean needs at least one oscillator");
     sum / f64::from(count)

@@ -5,7 +5,7 @@
 
 use num_complex::Complex64;
 
-use crate::coherence::phasors;
+use crate::coherence::{mean, phasors};
 use crate::error::Error;
 
 /// The squared phase coherence with rounded radii, and its gradient.
@@ -46,7 +46,7 @@ impl SmoothCoherence {
     /// S for frequencies `omega`, positions `y` and velocities `w`.
     ///
     /// # Panics
-    /// When the lengths differ.
+    /// When there is no oscillator or the lengths differ.
     pub fn squared(&self, omega: &[f64], y: &[f64], w: &[f64]) -> f64 {
         self.order_parameter(omega, y, w).norm_sqr()
     }
@@ -54,7 +54,7 @@ impl SmoothCoherence {
     /// ∂S/∂y and ∂S/∂w into `by_position` and `by_velocity`, overwriting them.
     ///
     /// # Panics
-    /// When the lengths differ.
+    /// When there is no oscillator or the lengths differ.
     pub fn gradient(
         &self,
         omega: &[f64],
@@ -78,10 +78,7 @@ impl SmoothCoherence {
     }
 
     fn order_parameter(&self, omega: &[f64], y: &[f64], w: &[f64]) -> Complex64 {
-        phasors(omega, y, w)
-            .map(|z| z / self.rounded(z))
-            .sum::<Complex64>()
-            / omega.len() as f64
+        mean(phasors(omega, y, w).map(|z| z / self.rounded(z)))
     }
 
     fn rounded(&self, z: Complex64) -> f64 {
