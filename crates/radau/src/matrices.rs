@@ -69,7 +69,7 @@ pub struct KluMatrices {
 }
 
 impl KluMatrices {
-    /// Analyses the pattern for `method`.
+    /// Analyses the pattern for `method`, which must be that of the solver's options.
     ///
     /// # Errors
     /// Those of the analysis, see [`Symbolic::analyze`].
@@ -113,6 +113,8 @@ impl<P: DaeProblem> NewtonMatrices<P> for KluMatrices {
         real: f64,
         complex: &[Complex64],
     ) -> Result<(), StepError> {
+        let modes = self.complex.len();
+        assert_eq!(complex.len(), modes, "the complex modes of one method");
         let blocks = || self.jacobian_y.iter().zip(&self.jacobian_y_dot);
         for (value, (j, m)) in self.values.iter_mut().zip(blocks()) {
             *value = j + real * m;

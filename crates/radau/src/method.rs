@@ -118,24 +118,24 @@ impl Method {
     }
 
     /// ℓ_j(θ), the Lagrange polynomial on {0, c_1, …, c_s} that is 1 at c_j (j counted from 0).
-    pub fn basis(&self, j: usize, theta: f64) -> f64 {
+    pub(crate) fn basis(&self, j: usize, theta: f64) -> f64 {
         lagrange(&self.nodes, j, theta)
     }
 
     /// r(θ), the polynomial of degree s + 1 with r(0) = 0, r'(0) = 1 and r'(c_i) = 0; so
     /// r(1) = 0 for s > 1. For s = 1 there is no such polynomial, and r = 0.
-    pub fn ramp(&self, theta: f64) -> f64 {
+    pub(crate) fn ramp(&self, theta: f64) -> f64 {
         theta * self.ramp.iter().rev().fold(0.0, |sum, a| sum * theta + a)
     }
 
     /// r'(θ); see [`ramp`](Method::ramp).
-    pub fn ramp_derivative(&self, theta: f64) -> f64 {
+    pub(crate) fn ramp_derivative(&self, theta: f64) -> f64 {
         let powers = self.ramp.iter().enumerate().rev();
         powers.fold(0.0, |sum, (k, a)| sum * theta + (k as f64 + 1.0) * a)
     }
 
     /// ℓ_j'(θ); see [`basis`](Method::basis).
-    pub fn basis_derivative(&self, j: usize, theta: f64) -> f64 {
+    pub(crate) fn basis_derivative(&self, j: usize, theta: f64) -> f64 {
         lagrange_derivative(&self.nodes, j, theta)
     }
 }

@@ -74,12 +74,12 @@ impl Vibration {
     }
 
     /// Number of displacements.
-    pub fn n_displacements(&self) -> usize {
+    pub(crate) fn n_displacements(&self) -> usize {
         self.mass.nrows()
     }
 
     /// Number of multipliers.
-    pub fn n_multipliers(&self) -> usize {
+    pub(crate) fn n_multipliers(&self) -> usize {
         self.constraint.as_ref().map_or(0, |c| c.operator.nrows())
     }
 

@@ -103,7 +103,8 @@ impl<P: DaeProblem> RadauBuilder<P> {
         self.build_with(matrices, t0, y0, y_dot0)
     }
 
-    /// Builds a solver with a linear algebra of one's own.
+    /// Builds a solver with a linear algebra of one's own, made for this problem and for the method
+    /// of [`RadauOptions::stages`].
     ///
     /// # Shapes
     /// As for [`build`](RadauBuilder::build).

@@ -102,6 +102,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     /// The counters that IDAS has too.
     pub fn stats(&self) -> Stats {
         Stats {
+            current_order: self.method.order(),
             current_step: self.h.unwrap_or(0.0),
             t_reached: self.t(),
             ..self.counters.stats
