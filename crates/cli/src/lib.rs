@@ -6,6 +6,8 @@
 //! [`machine`] are what a reader of results must know. [`experiments`] runs what is behind figures
 //! of chains. Only this crate prints.
 #![forbid(unsafe_code)]
+// `println!` panics when the reader has gone; what cannot be written is an error of the command.
+#![deny(clippy::print_stdout)]
 
 pub mod args;
 pub mod atomic_file;

@@ -47,7 +47,10 @@ pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
         })?;
     file.write_all(SCENE.as_bytes())
         .with_context(|| format!("cannot write {name}"))?;
-    println!("{name} written. Next:\n  myovib check {name}\n  myovib run {name} --out out");
+    writeln!(
+        io::stdout(),
+        "{name} written. Next:\n  myovib check {name}\n  myovib run {name} --out out"
+    )?;
     Ok(Exit::Done)
 }
 

@@ -1,5 +1,7 @@
 //! `myovib schema`: the JSON Schema of scenes.
 
+use std::io::{self, Write};
+
 use clap::Args;
 
 use crate::exit::Exit;
@@ -23,10 +25,11 @@ pub struct SchemaArgs {
 /// # Errors
 /// When standard output cannot be written.
 pub fn run(args: &SchemaArgs) -> anyhow::Result<Exit> {
-    if args.markdown {
-        print!("{}", scene_file::reference());
-        return Ok(Exit::Done);
-    }
-    println!("{}", serde_json::to_string_pretty(&scene_file::schema())?);
+    let text = if args.markdown {
+        scene_file::reference()
+    } else {
+        serde_json::to_string_pretty(&scene_file::schema())? + "\n"
+    };
+    io::stdout().write_all(text.as_bytes())?;
     Ok(Exit::Done)
 }

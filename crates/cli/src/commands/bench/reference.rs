@@ -1,6 +1,7 @@
 //! Reference trajectories: converged in time, with the digits they claim and where they come from.
 
 use std::fs;
+use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::Context;
@@ -219,16 +220,13 @@ pub(super) fn write_all(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
         .context("--write-references needs --references")?;
     let mut progress = Progress::new(args.common.quiet);
     for case in selected(&args.cases)? {
-        let mut trajectories = Vec::new();
-        for step in STEPS {
+        let mut in_steps_of = |step| {
             progress.show(|| format!("{}: Radau IIA in steps of {step:e} s", case.name));
-            trajectories.push(compute(case, mesh, step, T_END)?);
-        }
-        let [coarse, fine] = &trajectories[..] else {
-            unreachable!("one trajectory for each tolerance")
+            compute(case, mesh, step, T_END)
         };
+        let (coarse, fine) = (in_steps_of(STEPS[0])?, in_steps_of(STEPS[1])?);
         let muscle = paper::muscle(mesh, case.kappa, case.beta)?;
-        let claimed = coarse.errors(fine, &muscle.solid);
+        let claimed = coarse.errors(&fine, &muscle.solid);
         let reference = Reference {
             case: case.name.to_owned(),
             provenance: format!(
@@ -241,13 +239,11 @@ pub(super) fn write_all(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
                 STEPS[0]
             ),
             claimed,
-            trajectory: fine.clone(),
+            trajectory: fine,
         };
         let text = serde_json::to_string(&reference)?;
-        atomic_file::write(&folder.join(file_name(case)), |file| {
-            file.write_all(text.as_bytes())
-        })?;
-        println!("{}: {:?}", case.name, claimed);
+        atomic_file::save(&folder.join(file_name(case)), text)?;
+        writeln!(io::stdout(), "{}: {claimed:?}", case.name)?;
     }
     Ok(Exit::Done)
 }
