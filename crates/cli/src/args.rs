@@ -2,13 +2,12 @@
 
 use std::io::{self, Write};
 use std::num::NonZeroUsize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use myovib_model::IntegratorKind;
 use serde::Serialize;
 
-use crate::error::InputError;
 use crate::json::{self, JsonTarget};
 use crate::machine;
 
@@ -35,17 +34,6 @@ impl CommonArgs {
         self.threads.unwrap_or_else(machine::n_cores)
     }
 
-    /// Checks before a long computation that its document can be written.
-    ///
-    /// # Errors
-    /// [`InputError`] when the folder of the file of `--json` is not there.
-    pub fn check(&self) -> Result<(), InputError> {
-        match &self.json {
-            Some(JsonTarget::File(path)) => check_folder("--json", path),
-            _ => Ok(()),
-        }
-    }
-
     /// Gives out the results: the text on standard output, or the document of `command` where
     /// `--json` wants it (both, when it wants a file).
     ///
@@ -62,20 +50,21 @@ impl CommonArgs {
     }
 }
 
-/// Checks that the folder a file is to be written to is there.
+/// The file an output goes to, for options: what cannot be written is told before a long
+/// computation, not after it.
 ///
 /// # Errors
-/// [`InputError`] naming the option and the folder.
-pub fn check_folder(option: &str, file: &Path) -> Result<(), InputError> {
-    let folder = file
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
+/// A folder that is not there, or a path that is a folder.
+pub fn output_file(path: &str) -> Result<PathBuf, String> {
+    let file = PathBuf::from(path);
+    let folder = file.parent().filter(|folder| *folder != Path::new(""));
     match folder {
-        Some(folder) if !folder.is_dir() => Err(InputError::new("no such folder")
-            .at(option)
-            .found(file.display())
-            .next(format!("create it: mkdir -p {}", folder.display()))),
-        _ => Ok(()),
+        _ if file.is_dir() => Err("it is a folder".to_owned()),
+        Some(folder) if !folder.is_dir() => {
+            let folder = folder.display();
+            Err(format!("there is no folder `{folder}`: mkdir -p {folder}"))
+        }
+        _ => Ok(file),
     }
 }
 

@@ -1,12 +1,12 @@
 //! JSON documents: the envelope all of them share.
 
-use std::convert::Infallible;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use serde::{Serialize, Serializer};
 
+use crate::args::output_file;
 use crate::atomic_file;
 use crate::versions::Versions;
 
@@ -20,14 +20,13 @@ pub enum JsonTarget {
 }
 
 impl FromStr for JsonTarget {
-    type Err = Infallible;
+    type Err = String;
 
-    fn from_str(text: &str) -> Result<Self, Infallible> {
-        Ok(if text == "-" {
-            Self::Stdout
-        } else {
-            Self::File(text.into())
-        })
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "-" => Ok(Self::Stdout),
+            path => output_file(path).map(Self::File),
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use myovib_model::inf_sup::{Level, Pair, levels};
 use serde::Serialize;
 
 use super::table1::{ReportJson, report_json};
-use crate::args::CommonArgs;
+use crate::args::{self, CommonArgs};
 use crate::exit::Exit;
 use crate::plot::{Axis, Figure, LinePlot, Series};
 use crate::report::{Align, Table, coloured_stdout};
@@ -40,7 +40,7 @@ pub struct InfsupArgs {
     pub levels: u8,
 
     /// Draw the constants over the mesh size as SVG.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = args::output_file)]
     pub plot: Option<PathBuf>,
 
     /// Options of every command.

@@ -10,7 +10,7 @@ use myovib_structure::Mode;
 use serde::Serialize;
 
 use super::figure::outline;
-use crate::args::CommonArgs;
+use crate::args::{self, CommonArgs};
 use crate::error::InputError;
 use crate::exit::Exit;
 use crate::plot::{Figure, MeshPlot, Panel};
@@ -52,7 +52,7 @@ pub struct ModesArgs {
     pub beta: f64,
 
     /// Draw the incompressible modes as SVG.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = args::output_file)]
     pub svg: Option<PathBuf>,
 
     /// Options of every command.

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use myovib_fem::Mesh;
 
-use crate::args::{CommonArgs, check_folder};
+use crate::args::{self, CommonArgs};
 use crate::exit::Exit;
 
 /// Options of `myovib bench`.
@@ -70,7 +70,7 @@ pub struct BenchArgs {
     pub rival: Option<PathBuf>,
 
     /// Draw the diagram of work and precision.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = args::output_file)]
     pub svg: Option<PathBuf>,
 
     /// Options of every command.
@@ -98,10 +98,6 @@ pub enum What {
 /// # Errors
 /// Wrong options, or an output that cannot be written. A run that fails is a row.
 pub fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
-    args.common.check()?;
-    if let Some(path) = &args.svg {
-        check_folder("--svg", path)?;
-    }
     let mesh = Mesh::parse_msh(
         include_str!("../../../../../data/meshes/muscle.msh"),
         "muscle.msh",

@@ -264,7 +264,6 @@ fn draw(numbers: &[u8], point: &[f64], options: &Options, command: &str) -> anyh
             .allowed("a finite number, 1 at least (s)")
             .into());
     }
-    options.common.check()?;
     let (mesh, _) = mesh_file::load(options.mesh.as_deref())?;
     let runs = Runs::compute(numbers, point, &mesh, options)?;
     let products = numbers

@@ -33,7 +33,7 @@ pub struct MovieArgs {
     pub subject: Subject,
 
     /// File to write [default: SUBJECT.gif].
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = args::output_file)]
     pub out: Option<PathBuf>,
 
     /// Width of the picture.
@@ -124,7 +124,6 @@ impl MovieArgs {
 /// # Errors
 /// Wrong options or mesh, or an output that cannot be written.
 pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
-    args.common.check()?;
     args.check()?;
     let (from, to) = match args.subject {
         Subject::Chain => (args.from.unwrap_or(8.0), args.to.unwrap_or(14.0)),

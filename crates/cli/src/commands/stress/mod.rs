@@ -94,7 +94,6 @@ struct Document<'a> {
 /// # Errors
 /// Wrong options, or a folder that cannot be written.
 pub fn run(args: &StressArgs) -> anyhow::Result<Exit> {
-    args.common.check()?;
     if !(args.cap > 0.0 && args.cap.is_finite()) {
         return Err(InputError::new("value out of range")
             .at("--cap")

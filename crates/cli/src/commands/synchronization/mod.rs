@@ -222,7 +222,6 @@ impl SynchronizationArgs {
 /// Wrong options, or an output that cannot be written.
 pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
     args.check()?;
-    args.common.check()?;
     let driver = Driver::new(args)?;
     let cases = args.cases()?;
     let progress = Mutex::new(Progress::new(args.common.quiet));

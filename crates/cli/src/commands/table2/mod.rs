@@ -11,7 +11,7 @@ use anyhow::Context;
 use clap::Args;
 use myovib_model::{Field, IntegratorKind, LinearSolver, MultiplierWeights, paper};
 
-use crate::args::{self, CommonArgs, check_folder};
+use crate::args::{self, CommonArgs};
 use crate::error::InputError;
 use crate::exit::Exit;
 use crate::scene_file::integrator::MaxOrder;
@@ -84,7 +84,7 @@ pub struct Table2Args {
     pub linear_solver: LinearSolver,
 
     /// Write the table as CSV; with --probe, the probe's values instead.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = args::output_file)]
     pub csv: Option<PathBuf>,
 
     /// Record u and p at this point (`origin`) into the CSV file; takes a single row.
@@ -237,10 +237,6 @@ impl Table2Args {
     }
 
     fn check(&self) -> Result<(), InputError> {
-        self.common.check()?;
-        self.csv
-            .as_deref()
-            .map_or(Ok(()), |path| check_folder("--csv", path))?;
         self.check_radau()?;
         for (option, value) in [
             ("--t-end", self.t_end),
