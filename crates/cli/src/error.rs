@@ -72,11 +72,16 @@ impl fmt::Display for InputError {
 
 impl Error for InputError {}
 
-/// The failure as it is printed: `error: …`, then its causes, one a line.
+/// The failure as it is printed: `error: …`, then its causes, one a line, but for those that the
+/// line before has told already.
 pub fn render(failure: &anyhow::Error) -> String {
-    let mut text = format!("error: {failure}\n");
-    for cause in failure.chain().skip(1) {
-        text.push_str(&format!("{:>8}: {cause}\n", "cause"));
+    let mut told = failure.to_string();
+    let mut text = format!("error: {told}\n");
+    for cause in failure.chain().skip(1).map(ToString::to_string) {
+        if !told.ends_with(&cause) {
+            text.push_str(&format!("{:>8}: {cause}\n", "cause"));
+        }
+        told = cause;
     }
     text
 }
@@ -111,6 +116,17 @@ mod tests {
         assert_eq!(
             render(&failure),
             "error: cannot write `a.csv`\n   cause: disk on fire\n"
+        );
+    }
+
+    #[test]
+    fn what_a_message_tells_is_not_told_again() {
+        let failure = Err::<(), _>(io::Error::other("disk on fire"))
+            .context("cannot write `a.csv`: disk on fire")
+            .unwrap_err();
+        assert_eq!(
+            render(&failure),
+            "error: cannot write `a.csv`: disk on fire\n"
         );
     }
 

@@ -137,8 +137,7 @@ impl<'s> Checker<'s> {
         }
     }
 
-    /// Whether the value is of the kind (number, text, table, list of one length) that the schema
-    /// describes.
+    /// Whether the value is of the kind (number, text, table, list) that the schema describes.
     fn accepts_kind(&self, schema: &'s Value, value: &Value) -> bool {
         match self.alternatives(schema) {
             Some(alternatives) => alternatives.iter().any(|one| self.accepts_kind(one, value)),
@@ -344,8 +343,13 @@ fn in_range(x: f64, schema: &Value, path: &str) -> Result<(), Problem> {
 }
 
 fn wrong_kind(value: &Value, expected: &str, schema: &Value, path: &str) -> Problem {
+    let found = match value.as_str() {
+        // As the user wrote it; JSON, which our tree is, has no infinity.
+        Some("inf") => "inf".to_owned(),
+        _ => format!("{}: {value}", with_article(kind_of(value))),
+    };
     let error = InputError::new(format!("`{path}` has a value of the wrong kind"))
-        .found(format!("{}: {value}", with_article(kind_of(value))))
+        .found(found)
         .allowed(describe(expected.to_owned(), schema));
     Problem::new(path, error)
 }
