@@ -13,6 +13,7 @@ use crate::exit::Exit;
 use crate::json;
 use crate::report::{Align, Table, Tone, coloured_stdout, exponent, kappa, paint};
 use crate::scene::{Body, Scene};
+use crate::scene_file::Analysis;
 
 /// Options of `myovib check`.
 #[derive(Debug, Args)]
@@ -43,28 +44,26 @@ pub struct CheckArgs {
 pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
     let scene = Scene::load(&args.scene, &args.set)?;
     let name = args.scene.display().to_string();
-    let (text, document) = match &scene.body {
-        Some(body) => {
+    let (text, body) = match (scene.file.analysis, &scene.body) {
+        (Analysis::Dynamic, Some(body)) => {
             let report = check::check(&body.muscle, body.formulation, &body.settings)?;
-            (
-                text(body, &report),
-                Document {
-                    scene: name,
-                    body: Some(document(body, &report)),
-                },
-            )
+            (text(body, &report), Some(document(body, &report)))
         }
-        None => (
+        (Analysis::Dynamic, None) => (
             "The scene is right. Rods and chains are ordinary differential equations: index 0, \
              nothing to leave out of the error test.\n"
                 .to_owned(),
-            Document {
-                scene: name,
-                body: None,
-            },
+            None,
+        ),
+        (Analysis::Static | Analysis::Modes, _) => (
+            "The scene is right. Nothing is integrated in time: there is no index, and no error \
+             test.\n"
+                .to_owned(),
+            None,
         ),
     };
-    args.common.give("check", &text, &document)?;
+    args.common
+        .give("check", &text, &Document { scene: name, body })?;
     Ok(Exit::Done)
 }
 
@@ -155,12 +154,15 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     ));
     let cost = report.cost;
     if (cost.steps * cost.seconds_per_step).is_finite() {
+        let total = match cost.steps * cost.seconds_per_step {
+            seconds if seconds < 0.1 => "less than 0.1 s".to_owned(),
+            seconds => format!("{seconds:.1} s"),
+        };
         lines.push(format!(
-            "cost            about {:.0} steps to t = {} s, {:.2e} s each: {:.1} s",
-            cost.steps,
+            "cost            about {:.0} steps to t = {} s, {:.2e} s each: {total}",
+            cost.steps.ceil(),
             body.settings.t_end,
             cost.seconds_per_step,
-            cost.steps * cost.seconds_per_step
         ));
     }
     lines
@@ -180,7 +182,7 @@ fn warnings(findings: &[Finding]) -> String {
 #[derive(Serialize)]
 struct Document {
     scene: String,
-    /// Null for a scene without a body.
+    /// Null for a scene without a body, or without motion.
     body: Option<BodyJson>,
 }
 

@@ -66,6 +66,16 @@ impl Builder<'_> {
 
     /// Moves the triangles of a region into a group of their own.
     fn with_region(&self, mesh: &Mesh, region: &Region, path: &str) -> Result<Mesh, InputError> {
+        if region.name.is_empty() {
+            let error = InputError::new("a region needs a name, by which materials find it");
+            return Err(self.wrong(&format!("{path}.name"), error));
+        }
+        if !region.radii.iter().all(|&radius| radius > 0.0) {
+            let error = InputError::new("a region's half axes are lengths")
+                .found(format!("{:?}", region.radii))
+                .allowed("two numbers greater than 0, m");
+            return Err(self.wrong(&format!("{path}.radii"), error));
+        }
         if mesh.groups().contains_key(&region.name) {
             let error = InputError::new(format!("the mesh has a group `{}` already", region.name));
             return Err(self.wrong(&format!("{path}.name"), error));

@@ -120,12 +120,14 @@ impl Scene {
         let t_end = file.time.as_ref().map_or(0.0, |time| time.end);
         let builder = Builder::new(&source, folder, t_end);
         builder.integrator(&file)?;
-        if file.analysis == Analysis::Dynamic && file.time.is_none() {
-            return Err(builder.wrong(
-                "",
-                InputError::new("a dynamic scene needs its time interval")
-                    .next("add a table [time] with `end`, in s"),
-            ));
+        match file.analysis {
+            Analysis::Dynamic if file.time.is_none() => {
+                let error = InputError::new("a dynamic scene needs its time interval")
+                    .next("add a table [time] with `end`, in s");
+                return Err(builder.wrong("", error));
+            }
+            Analysis::Static => builder.without_motion(&file)?,
+            Analysis::Dynamic | Analysis::Modes => {}
         }
         let body = match (&file.mesh, &file.solid) {
             (Some(mesh), Some(solid)) => Some(builder.body(&file, mesh, solid)?),

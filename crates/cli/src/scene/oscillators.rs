@@ -8,7 +8,7 @@ use super::builder::Builder;
 use crate::error::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::chain::{self, GeneratorName, Place, RodReading};
-use crate::scene_file::output::ProbeKind;
+use crate::scene_file::output::{Probe, ProbeKind};
 
 /// A chain with what drives it.
 #[derive(Debug, Clone)]
@@ -123,6 +123,33 @@ impl Builder<'_> {
             axis: super::body::index(chain.component),
             initial: chain.initial,
         })
+    }
+
+    /// Refuses in a static scene what only a motion has: it would do nothing.
+    pub(super) fn without_motion(&self, file: &SceneFile) -> Result<(), InputError> {
+        let parts = [
+            ("rod", file.rod.is_some()),
+            ("chain[0]", !file.chain.is_empty()),
+            ("feedback[0]", !file.feedback.is_empty()),
+            ("stop[0]", !file.stop.is_empty()),
+        ];
+        let part = parts.into_iter().find(|(_, given)| *given);
+        let of_motion = |probe: &Probe| match probe.kind {
+            ProbeKind::Point { .. } | ProbeKind::Line { .. } => false,
+            ProbeKind::Average { .. } | ProbeKind::Reaction { .. } => false,
+            ProbeKind::Energy | ProbeKind::Feedback | ProbeKind::Rod { .. } => true,
+            ProbeKind::Coherence { .. } | ProbeKind::Oscillators { .. } => true,
+        };
+        let probe = file.probe.iter().position(of_motion);
+        let place = part.map(|(path, _)| path.to_owned());
+        match place.or(probe.map(|i| format!("probe[{i}].type"))) {
+            None => Ok(()),
+            Some(place) => {
+                let error = InputError::new("a static scene has no motion, which this needs")
+                    .next("remove it, or take analysis = \"dynamic\"");
+                Err(self.wrong(&place, error))
+            }
+        }
     }
 
     /// Checks that probes are of parts the scene has, under names of their own.
