@@ -9,7 +9,7 @@ use super::folder::Folder;
 use super::outputs::Outputs;
 use super::system::System;
 use crate::json;
-use crate::report::{Align, Table};
+use crate::report::{Align, Table, coloured_stdout};
 use crate::scene::{Body, Scene};
 use crate::scene_file::integrator::MaxOrder;
 use crate::statistics::{CountsJson, MethodJson, StatisticsJson};
@@ -186,7 +186,6 @@ pub(super) fn text(document: &Value) -> String {
     };
     for (key, label) in [
         ("outcome", "outcome"),
-        ("message", "why"),
         ("formulation", "formulation"),
         ("index", "index"),
         ("unknowns", "unknowns"),
@@ -203,5 +202,10 @@ pub(super) fn text(document: &Value) -> String {
             value => table.row([label.into(), plain(value).into()]),
         }
     }
-    table.render(false)
+    let mut text = table.render(coloured_stdout());
+    // A paragraph would make the table as wide as it is.
+    if let Some(message) = document["message"].as_str() {
+        text += &format!("\n{message}\n");
+    }
+    text
 }
