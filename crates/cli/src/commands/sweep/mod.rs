@@ -30,8 +30,8 @@ use grid::{Axis, Case, case_number, cases};
     myovib sweep scene.toml --vary solid.kappa=1e4,1e5,inf --out kappa\n  \
     myovib sweep scene.toml --vary solid.beta=1e-5..1e-3:5 --vary solid.kappa=1e5,inf\n  \
     myovib sweep scene.toml --vary solid.kappa=1e4,1e5,inf --case 2/3\n\n\
-    A range lo..hi:n has n values, equally spaced. Finished cases are not computed again. \
-    Returns 0 when every case was recorded, also those that failed.")]
+    A range lo..hi:n has n values, equally spaced. Finished cases are not computed again, \
+    unless the scene has changed. Returns 0 when every case was recorded, also those that failed.")]
 pub struct SweepArgs {
     /// The scene: a TOML file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
@@ -75,12 +75,15 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     };
     // A scene that is wrong as it is would be wrong in every case.
     let first = [&args.set[..], &all[0].set].concat();
-    Scene::load(&args.scene, &first)?;
+    let sweep = Sweep {
+        args,
+        scene: Scene::load(&args.scene, &first)?.text().to_owned(),
+    };
     fs::create_dir_all(&args.out).with_context(|| format!("cannot make {}", args.out.display()))?;
 
-    compute_all(args, &wanted);
+    sweep.compute_all(&wanted)?;
 
-    let rows: Vec<Value> = all.iter().map(|case| row(args, &axes, case)).collect();
+    let rows: Vec<Value> = all.iter().map(|case| sweep.row(&axes, case)).collect();
     let document = json!({ "rows": rows });
     let csv = table(&axes, &rows);
     for (name, text) in [
@@ -97,71 +100,106 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     })
 }
 
-fn folder(out: &Path, case: &Case) -> PathBuf {
-    out.join(format!("case-{:04}", case.number + 1))
-}
-
 fn is_interrupted() -> bool {
     interrupt::flag().load(Ordering::Relaxed)
 }
 
-fn compute_all(args: &SweepArgs, cases: &[Case]) {
-    let done = AtomicUsize::new(0);
-    let progress = Mutex::new(Progress::new(args.common.quiet));
-    parallel::map(cases, args.common.n_threads(), |case| {
-        if is_interrupted() {
-            return;
-        }
-        if !is_finished(args, case) {
-            compute(args, case);
-        }
-        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        if let Ok(mut progress) = progress.lock() {
-            progress.show(|| format!("{done} of {} cases", cases.len()));
-        }
-    });
+/// What all cases share.
+struct Sweep<'a> {
+    args: &'a SweepArgs,
+    /// The scene's text, without overrides.
+    scene: String,
 }
 
-/// The record of a case, if it was computed with the same overrides to an end of its own.
-fn record(args: &SweepArgs, case: &Case) -> Option<Value> {
-    let text = fs::read_to_string(folder(&args.out, case).join("case.json")).ok()?;
-    let record: Value = serde_json::from_str(&text).ok()?;
-    let same = record["set"] == json!(case.set) && record["common"] == json!(args.set);
-    same.then_some(record)
-}
+impl Sweep<'_> {
+    fn folder(&self, case: &Case) -> PathBuf {
+        self.args.out.join(format!("case-{:04}", case.number + 1))
+    }
 
-fn is_finished(args: &SweepArgs, case: &Case) -> bool {
-    record(args, case).is_some_and(|record| record["result"]["reason"] != "interrupted")
-}
+    fn compute_all(&self, cases: &[Case]) -> anyhow::Result<()> {
+        let done = AtomicUsize::new(0);
+        let common = &self.args.common;
+        let progress = Mutex::new(Progress::new(common.quiet));
+        let outcomes = parallel::map(cases, common.n_threads(), |case| {
+            if is_interrupted() {
+                return Ok(());
+            }
+            if !self.is_finished(case) {
+                self.compute(case)?;
+            }
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            if let Ok(mut progress) = progress.lock() {
+                progress.show(|| format!("{done} of {} cases", cases.len()));
+            }
+            Ok(())
+        });
+        outcomes.into_iter().collect()
+    }
 
-/// Computes a case and records what came of it.
-fn compute(args: &SweepArgs, case: &Case) {
-    let folder = folder(&args.out, case);
-    let run = RunArgs {
-        scene: args.scene.clone(),
-        out: folder.clone(),
-        set: [&args.set[..], &case.set].concat(),
-        resume: false,
-        overwrite: true,
-        common: CommonArgs {
-            json: None,
-            quiet: true,
-            threads: None,
-        },
-    };
-    let outcome = Scene::load(&run.scene, &run.set).and_then(|scene| run::compute(&scene, &run));
-    let result = match outcome {
-        Ok(result) => result.document,
-        Err(failure) => json!({ "outcome": "failed", "message": format!("{failure:#}") }),
-    };
-    let record = json!({ "set": case.set, "common": args.set, "result": result });
-    let written = fs::create_dir_all(&folder).and_then(|()| {
-        atomic_file::write(&folder.join("case.json"), |file| {
-            file.write_all(record.to_string().as_bytes())
-        })
-    });
-    if let Err(error) = written {
-        eprintln!("warning: cannot write into {}: {error}", folder.display());
+    /// The record of a case, if it was computed of the same scene with the same overrides.
+    fn record(&self, case: &Case) -> Option<Value> {
+        let text = fs::read_to_string(self.folder(case).join("case.json")).ok()?;
+        let record: Value = serde_json::from_str(&text).ok()?;
+        let same = record["scene"] == self.scene
+            && record["set"] == json!(case.set)
+            && record["common"] == json!(self.args.set);
+        same.then_some(record)
+    }
+
+    /// Whether it was computed to an end of its own.
+    fn is_finished(&self, case: &Case) -> bool {
+        self.record(case)
+            .is_some_and(|record| record["result"]["reason"] != "interrupted")
+    }
+
+    /// Computes a case and records what came of it.
+    fn compute(&self, case: &Case) -> anyhow::Result<()> {
+        let (args, folder) = (self.args, self.folder(case));
+        let run = RunArgs {
+            scene: args.scene.clone(),
+            out: folder.clone(),
+            set: [&args.set[..], &case.set].concat(),
+            resume: false,
+            overwrite: true,
+            common: CommonArgs {
+                json: None,
+                quiet: true,
+                threads: None,
+            },
+        };
+        let outcome =
+            Scene::load(&run.scene, &run.set).and_then(|scene| run::compute(&scene, &run));
+        let result = match outcome {
+            Ok(result) => result.document,
+            Err(failure) => json!({ "outcome": "failed", "message": format!("{failure:#}") }),
+        };
+        let record = json!({
+            "scene": self.scene,
+            "set": case.set,
+            "common": args.set,
+            "result": result,
+        });
+        fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+        atomic_file::save(&folder.join("case.json"), record.to_string())
+    }
+
+    fn row(&self, axes: &[Axis], case: &Case) -> Value {
+        let mut row = serde_json::Map::new();
+        row.insert("case".to_owned(), json!(case.number + 1));
+        for (axis, set) in axes.iter().zip(&case.set) {
+            let value = set.split_once('=').map_or("", |(_, value)| value);
+            row.insert(axis.key.clone(), json!(value));
+        }
+        let record = self.record(case);
+        let record = record.unwrap_or(json!({ "result": { "outcome": "not computed" } }));
+        for column in COLUMNS {
+            row.insert(column.to_owned(), record["result"][column].clone());
+        }
+        row.insert("message".to_owned(), record["result"]["message"].clone());
+        let probes = &record["result"]["scene"]["probe"];
+        let probes = last_rows(&self.folder(case), probes);
+        row.insert("probes".to_owned(), json!(probes));
+        Value::Object(row)
     }
 }
 
@@ -178,41 +216,16 @@ const COLUMNS: [&str; 9] = [
     "cpu_seconds",
 ];
 
-fn row(args: &SweepArgs, axes: &[Axis], case: &Case) -> Value {
-    let mut row = serde_json::Map::new();
-    row.insert("case".to_owned(), json!(case.number + 1));
-    for (axis, set) in axes.iter().zip(&case.set) {
-        let value = set.split_once('=').map_or("", |(_, value)| value);
-        row.insert(axis.key.clone(), json!(value));
-    }
-    let record = record(args, case).unwrap_or(json!({ "result": { "outcome": "not computed" } }));
-    for column in COLUMNS {
-        row.insert(column.to_owned(), record["result"][column].clone());
-    }
-    row.insert("message".to_owned(), record["result"]["message"].clone());
-    row.insert(
-        "probes".to_owned(),
-        json!(last_rows(&folder(&args.out, case))),
-    );
-    Value::Object(row)
-}
-
-/// The last row of each probe.
-fn last_rows(folder: &Path) -> BTreeMap<String, Vec<f64>> {
-    let files = fs::read_dir(folder)
-        .into_iter()
-        .flatten()
-        .filter_map(|entry| Some(entry.ok()?.path()));
-    files
-        .filter(|path| path.extension().is_some_and(|extension| extension == "csv"))
-        .filter_map(|path| {
-            let text = fs::read_to_string(&path).ok()?;
-            let last = text.lines().skip(1).last()?;
-            let values = last
-                .split(',')
-                .filter_map(|word| word.parse().ok())
-                .collect();
-            Some((path.file_stem()?.to_string_lossy().into_owned(), values))
+/// The last row of each probe of the run; none of one that failed.
+fn last_rows(folder: &Path, probes: &Value) -> BTreeMap<String, Vec<f64>> {
+    let names = probes.as_array().into_iter().flatten();
+    names
+        .filter_map(|probe| {
+            let name = probe["name"].as_str()?;
+            let text = fs::read_to_string(folder.join(format!("{name}.csv"))).ok()?;
+            let numbers = text.lines().skip(1).last()?.split(',');
+            let values = numbers.filter_map(|word| word.parse().ok()).collect();
+            Some((name.to_owned(), values))
         })
         .collect()
 }
