@@ -68,16 +68,49 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
     }
 }
 
+/// A finite number above 0, for options.
+///
+/// # Errors
+/// Another number, or none.
+pub fn positive(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
+        _ => Err("not a finite number above 0".to_owned()),
+    }
+}
+
+/// A relative tolerance, for options.
+///
+/// # Errors
+/// A number that is none, or no number.
+pub fn relative_tolerance(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
+        _ => Err("not a number above 0 and below 1".to_owned()),
+    }
+}
+
 /// An integrator by its name, for options.
 ///
 /// # Errors
 /// The names there are.
 pub fn integrator(name: &str) -> Result<IntegratorKind, String> {
-    IntegratorKind::ALL
-        .into_iter()
-        .find(|kind| kind.name() == name)
-        .ok_or_else(|| {
-            let names = IntegratorKind::ALL.map(IntegratorKind::name).join(", ");
-            format!("`{name}` is no integrator: {names}")
-        })
+    by_name(&IntegratorKind::ALL, IntegratorKind::name, name)
+        .map_err(|names| format!("`{name}` is no integrator: {names}"))
+}
+
+/// The one of `all` with this name.
+///
+/// # Errors
+/// The names there are.
+pub fn by_name<T: Copy>(
+    all: &[T],
+    name_of: fn(T) -> &'static str,
+    name: &str,
+) -> Result<T, String> {
+    let named = all.iter().copied().find(|one| name_of(*one) == name);
+    named.ok_or_else(|| {
+        let names: Vec<_> = all.iter().map(|one| name_of(*one)).collect();
+        names.join(", ")
+    })
 }

@@ -125,7 +125,7 @@ fn measure(mesh: &Mesh, refinements: u32, t_end: f64) -> anyhow::Result<Level> {
         linear_solver: LinearSolver::Condensed,
         ..Settings::paper(formulation)
     };
-    let muscle = paper::muscle(mesh, 1e5, 0.0)?;
+    let muscle = paper::muscle(mesh, paper::KAPPA, 0.0)?;
     let unknowns_paper = muscle.n_unknowns_paper();
     let mut dae = MuscleDae::new(muscle, formulation)?;
     let n = dae.n_unknowns();

@@ -12,21 +12,25 @@ mod work;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use myovib_fem::Mesh;
 
 use crate::args::{self, CommonArgs};
+use crate::error::InputError;
 use crate::exit::Exit;
+use crate::mesh_file;
 
 /// Options of `myovib bench`.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  \
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:\n  \
     myovib bench --svg work.svg --json work.json\n  \
     myovib bench --cases incompressible --tolerances 1e-3,1e-4,1e-5\n  \
     myovib bench accuracy --repeats 3\n  \
     myovib bench features\n  \
     myovib bench growth --refinements 3\n  \
     myovib bench rows --repeats 3\n\n\
-    CPU times are those of one thread; compare them within one run.")]
+    CPU times are those of one thread; compare them within one run."
+)]
 pub struct BenchArgs {
     /// What to measure.
     #[arg(value_enum, default_value = "work")]
@@ -37,24 +41,24 @@ pub struct BenchArgs {
     pub cases: Vec<String>,
 
     /// Relative tolerances; the absolute ones follow in proportion to the paper's.
-    #[arg(long, value_name = "X", value_delimiter = ',',
+    #[arg(long, value_name = "X", value_delimiter = ',', value_parser = args::relative_tolerance,
           default_values_t = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])]
     pub tolerances: Vec<f64>,
 
     /// End time in s, at most that of the references.
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", value_parser = args::positive)]
     pub t_end: Option<f64>,
 
     /// Runs of each point; the fastest counts.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub repeats: u32,
 
     /// CPU seconds a run may take before it counts as failed.
-    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = args::positive)]
     pub cap: f64,
 
     /// Uniform refinements of the mesh in `growth`.
-    #[arg(long, value_name = "N", default_value_t = 2)]
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(..=6))]
     pub refinements: u32,
 
     /// Folder of the reference trajectories [default: those built in].
@@ -93,15 +97,46 @@ pub enum What {
     Rows,
 }
 
+impl BenchArgs {
+    /// Options that have nothing to say to this measurement are refused.
+    fn check(&self) -> Result<(), InputError> {
+        let (work, cases) = match self.what {
+            What::Work => (true, true),
+            What::Accuracy => (false, true),
+            What::Features | What::Growth | What::Rows => (false, false),
+        };
+        let options = [
+            ("--cases", !self.cases.is_empty(), cases),
+            ("--references", self.references.is_some(), work),
+            ("--rival", self.rival.is_some(), work),
+            ("--svg", self.svg.is_some(), work),
+        ];
+        if let Some((option, ..)) = options.into_iter().find(|(_, given, has)| *given && !has) {
+            let error = InputError::new("the option has no meaning for this measurement");
+            return Err(error.at(option).allowed(match option {
+                "--cases" => "bench work, bench accuracy",
+                _ => "bench work",
+            }));
+        }
+        // Errors are found at samples; that at t = 0 has none.
+        match self.t_end {
+            Some(t_end) if cases && t_end < reference::EVERY => {
+                let error = InputError::new("value out of range").at("--t-end");
+                let allowed = format!("{} at least (s)", reference::EVERY);
+                Err(error.found(t_end).allowed(allowed))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Runs the benchmark.
 ///
 /// # Errors
 /// Wrong options, or an output that cannot be written. A run that fails is a row.
 pub fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
-    let mesh = Mesh::parse_msh(
-        include_str!("../../../../../data/meshes/muscle.msh"),
-        "muscle.msh",
-    )?;
+    args.check()?;
+    let (mesh, _) = mesh_file::load(None)?;
     match args.what {
         What::Work if args.write_references => reference::write_all(args, &mesh),
         What::Work => work::run(args, &mesh),

@@ -148,7 +148,7 @@ pub(super) fn measure(
     mesh: &Mesh,
 ) -> anyhow::Result<(Statistics, Option<Errors>)> {
     let mut fastest: Option<(Statistics, Option<Errors>)> = None;
-    for _ in 0..args.repeats.max(1) {
+    for _ in 0..args.repeats {
         let muscle = paper::muscle(mesh, case.kappa, case.beta)?;
         let origin = Probe::at(muscle.solid.space(), [0.0, 0.0])?;
         let dae = MuscleDae::new(muscle, formulation)?;

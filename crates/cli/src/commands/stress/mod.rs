@@ -27,8 +27,7 @@ use myovib_fem::Mesh;
 use myovib_model::advice::Advice;
 use serde::Serialize;
 
-use crate::args::CommonArgs;
-use crate::error::InputError;
+use crate::args::{self, CommonArgs};
 use crate::exit::Exit;
 use crate::machine::Machine;
 use crate::progress::Progress;
@@ -41,11 +40,14 @@ use verdict::Verdict;
 
 /// Options of `myovib stress`.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  \
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:\n  \
     myovib stress\n  \
     myovib stress --full --out stress-full --json stress.json\n\n\
     A run that ended is not repeated: the same command goes on where it was interrupted. Returns 0 \
-    when every cell was recorded, whatever came of it.")]
+    when every cell was recorded, whatever came of it."
+)]
 pub struct StressArgs {
     /// All two-factor planes through the paper's points, not the quick subset.
     #[arg(long)]
@@ -56,7 +58,7 @@ pub struct StressArgs {
     pub out: PathBuf,
 
     /// CPU seconds after which a run is stopped.
-    #[arg(long, value_name = "S", default_value_t = 20.0)]
+    #[arg(long, value_name = "S", default_value_t = 20.0, value_parser = args::positive)]
     pub cap: f64,
 
     /// Options of every command.
@@ -94,13 +96,6 @@ struct Document<'a> {
 /// # Errors
 /// Wrong options, or a folder that cannot be written.
 pub fn run(args: &StressArgs) -> anyhow::Result<Exit> {
-    if !(args.cap > 0.0 && args.cap.is_finite()) {
-        return Err(InputError::new("value out of range")
-            .at("--cap")
-            .found(args.cap)
-            .allowed("a finite number above 0")
-            .into());
-    }
     let cells = if args.full {
         plan::full()
     } else {

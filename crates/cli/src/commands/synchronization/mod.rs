@@ -68,7 +68,8 @@ pub struct SynchronizationArgs {
     pub coupling: Vec<f64>,
 
     /// Frequencies of the drive, Hz.
-    #[arg(long, value_name = "F,…", value_delimiter = ',', default_values_t = [8.0])]
+    #[arg(long, value_name = "F,…", value_delimiter = ',', default_values_t = [8.0],
+          value_parser = args::positive)]
     pub frequency: Vec<f64>,
 
     /// Number of oscillators [default: 20 on the rod, 5 on the muscle].
@@ -102,11 +103,13 @@ pub struct SynchronizationArgs {
     pub integrator: IntegratorKind,
 
     /// Turns by which a locked centroid may slip against the drive in the window.
-    #[arg(long, value_name = "TURNS", default_value_t = LockCriterion::default().slip)]
+    #[arg(long, value_name = "TURNS", default_value_t = LockCriterion::default().slip,
+          value_parser = args::positive)]
     pub slip: f64,
 
     /// Least |χ| of a locked chain in the window.
-    #[arg(long, value_name = "CHI", default_value_t = LockCriterion::default().coherence)]
+    #[arg(long, value_name = "CHI", default_value_t = LockCriterion::default().coherence,
+          value_parser = args::positive)]
     pub coherence: f64,
 
     /// Folder for picture and table; made if it is not there.
@@ -167,13 +170,6 @@ impl SynchronizationArgs {
     }
 
     fn check(&self) -> Result<(), InputError> {
-        let positive = |option, value: f64| {
-            if value > 0.0 && value.is_finite() {
-                return Ok(());
-            }
-            let error = InputError::new("value out of range").at(option);
-            Err(error.found(value).allowed("a finite number above 0"))
-        };
         // Two samples make a frequency, in half of the run.
         let (shortest, t_end) = (4.0 * EVERY, self.t_end());
         if !(t_end >= shortest && t_end.is_finite()) {
@@ -181,11 +177,7 @@ impl SynchronizationArgs {
             let allowed = format!("a finite number, {shortest} at least (s)");
             return Err(error.found(t_end).allowed(allowed));
         }
-        positive("--slip", self.slip)?;
-        positive("--coherence", self.coherence)?;
-        self.frequency
-            .iter()
-            .try_for_each(|f| positive("--frequency", *f))
+        Ok(())
     }
 
     /// All combinations, γ fastest.

@@ -50,7 +50,7 @@ pub struct Table2Args {
     pub integrator: IntegratorKind,
 
     /// End time in s.
-    #[arg(long, value_name = "T", default_value_t = T_END)]
+    #[arg(long, value_name = "T", default_value_t = T_END, value_parser = args::positive)]
     pub t_end: f64,
 
     /// Maximum BDF order of all rows, 1 to 5, or `auto`: what the damping of the fast modes allows
@@ -68,15 +68,15 @@ pub struct Table2Args {
     pub multiplier_weights: MultiplierWeights,
 
     /// Project onto the constraint and start again every T seconds (IDAS).
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", value_parser = args::positive)]
     pub project_every: Option<f64>,
 
     /// Relative tolerance; Radau IIA takes the absolute ones in proportion.
-    #[arg(long, value_name = "X", default_value_t = RTOL)]
+    #[arg(long, value_name = "X", default_value_t = RTOL, value_parser = args::relative_tolerance)]
     pub rtol: f64,
 
     /// Absolute tolerance of the velocity in m/s [default: 1e-5, with Radau IIA in proportion].
-    #[arg(long, value_name = "X")]
+    #[arg(long, value_name = "X", value_parser = args::positive)]
     pub atol_velocity: Option<f64>,
 
     /// How Newton's linear systems are solved: `condensed` or `full`.
@@ -92,7 +92,13 @@ pub struct Table2Args {
     pub probe: Option<ProbePoint>,
 
     /// Time between two records of the probe in s.
-    #[arg(long, value_name = "T", default_value_t = 0.01)]
+    #[arg(
+        long,
+        value_name = "T",
+        default_value_t = 0.01,
+        value_parser = args::positive,
+        requires = "probe"
+    )]
     pub every: f64,
 
     /// Options of every command.
@@ -101,10 +107,9 @@ pub struct Table2Args {
 }
 
 fn linear_solver(name: &str) -> Result<LinearSolver, String> {
-    [LinearSolver::Condensed, LinearSolver::Full]
-        .into_iter()
-        .find(|how| how.name() == name)
-        .ok_or_else(|| format!("`{name}` is no linear solver: condensed or full"))
+    let all = [LinearSolver::Condensed, LinearSolver::Full];
+    args::by_name(&all, LinearSolver::name, name)
+        .map_err(|names| format!("`{name}` is no linear solver: {names}"))
 }
 
 fn max_order(text: &str) -> Result<MaxOrder, String> {
@@ -116,10 +121,9 @@ fn max_order(text: &str) -> Result<MaxOrder, String> {
 }
 
 fn multiplier_weights(name: &str) -> Result<MultiplierWeights, String> {
-    [MultiplierWeights::Plain, MultiplierWeights::StepScaled]
-        .into_iter()
-        .find(|weights| weights.name() == name)
-        .ok_or_else(|| format!("`{name}` is no way to weigh: plain or step-scaled"))
+    let all = [MultiplierWeights::Plain, MultiplierWeights::StepScaled];
+    args::by_name(&all, MultiplierWeights::name, name)
+        .map_err(|names| format!("`{name}` is no way to weigh: {names}"))
 }
 
 /// A named point to record at.
@@ -235,27 +239,6 @@ impl Table2Args {
             _ => Ok(()),
         }
     }
-
-    fn check(&self) -> Result<(), InputError> {
-        self.check_radau()?;
-        for (option, value) in [
-            ("--t-end", self.t_end),
-            ("--rtol", self.rtol),
-            (
-                "--atol-velocity",
-                self.atol_velocity.unwrap_or(ATOL_VELOCITY),
-            ),
-            ("--every", self.every),
-        ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(InputError::new("value out of range")
-                    .at(option)
-                    .found(value)
-                    .allowed("a finite number above 0"));
-            }
-        }
-        Ok(())
-    }
 }
 
 /// Runs the rows and prints the table.
@@ -263,7 +246,7 @@ impl Table2Args {
 /// # Errors
 /// Wrong options or mesh, or an output that cannot be written.
 pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
-    args.check()?;
+    args.check_radau()?;
     let rows = args.selected_rows()?;
     if args.probe.is_some() && rows.len() != 1 {
         return Err(InputError::new("the CSV of a probe holds one run")
