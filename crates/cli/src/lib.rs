@@ -14,6 +14,7 @@ pub mod atomic_file;
 pub mod cli;
 pub mod commands;
 pub mod csv;
+mod energy;
 pub mod error;
 pub mod exit;
 pub mod experiments;

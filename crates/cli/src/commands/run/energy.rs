@@ -3,6 +3,7 @@
 use myovib_model::{Energies, Integrator, ModelError};
 
 use super::system::{System, muscle_of};
+use crate::energy::Exchanged;
 
 /// Energies, and the work done and dissipated since the start.
 ///
@@ -13,8 +14,7 @@ use super::system::{System, muscle_of};
 pub(super) struct EnergyBalance {
     t: f64,
     last: Option<Energies>,
-    work: f64,
-    dissipated: f64,
+    exchanged: Exchanged,
 }
 
 impl EnergyBalance {
@@ -24,7 +24,7 @@ impl EnergyBalance {
 
     /// Work and dissipation so far, for a checkpoint.
     pub(super) fn totals(&self) -> [f64; 2] {
-        [self.work, self.dissipated]
+        [self.exchanged.work, self.exchanged.dissipated]
     }
 
     /// Goes on at time `t` with what a checkpoint holds.
@@ -32,8 +32,7 @@ impl EnergyBalance {
         *self = Self {
             t,
             last: None,
-            work,
-            dissipated,
+            exchanged: Exchanged { work, dissipated },
         };
     }
 
@@ -53,11 +52,7 @@ impl EnergyBalance {
         if h > 0.0 {
             let middle = energies_at(integrator, (self.t + 0.5 * h).max(from))?;
             let end = energies_at(integrator, t)?;
-            let simpson = |power: fn(&Energies) -> f64| {
-                h / 6.0 * (power(&start) + 4.0 * power(&middle) + power(&end))
-            };
-            self.work += simpson(|e| e.load + e.support);
-            self.dissipated += simpson(|e| e.dissipation);
+            self.exchanged.add(h, [&start, &middle, &end]);
             (self.t, self.last) = (t, Some(end));
         }
         Ok(())
@@ -65,11 +60,10 @@ impl EnergyBalance {
 
     /// The values at the time reached.
     pub(super) fn row(&self) -> [f64; 5] {
-        let Energies {
-            kinetic, elastic, ..
-        } = self.last.unwrap_or_default();
-        let imbalance = kinetic + elastic + self.dissipated - self.work;
-        [kinetic, elastic, self.work, self.dissipated, imbalance]
+        let now = self.last.unwrap_or_default();
+        let Exchanged { work, dissipated } = self.exchanged;
+        let imbalance = self.exchanged.imbalance(&now);
+        [now.kinetic, now.elastic, work, dissipated, imbalance]
     }
 }
 

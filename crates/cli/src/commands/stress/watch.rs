@@ -7,6 +7,7 @@ use sundials_wrap::DaeProblem;
 use sundials_wrap::klu::{KluError, KluOptions, RealNumeric, Symbolic};
 
 use super::cell::T_END;
+use crate::energy::Exchanged;
 
 /// Time between two samples, s: twenty to a period of the load.
 const EVERY: f64 = 1.0 / 160.0;
@@ -67,18 +68,14 @@ impl<'a> Watch<'a> {
     /// these, powers integrated by Simpson's rule over pairs of samples (with twenty to a period
     /// its relative error is 5e-5).
     pub(super) fn imbalance(&self) -> Option<f64> {
-        let (mut work, mut dissipated) = (0.0, 0.0);
+        let mut exchanged = Exchanged::default();
         let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
         for samples in self.energies.windows(3).step_by(2) {
-            let simpson = |power: fn(&Energies) -> f64| {
-                let values = [power(&samples[0]), power(&samples[1]), power(&samples[2])];
-                EVERY / 3.0 * (values[0] + 4.0 * values[1] + values[2])
-            };
-            work += simpson(|e| e.load + e.support);
-            dissipated += simpson(|e| e.dissipation);
-            let stored = samples[2].kinetic + samples[2].elastic;
-            worst = worst.max((stored + dissipated - work).abs());
-            largest = largest.max(stored.abs()).max(work.abs());
+            let [start, middle, end] = [0, 1, 2].map(|i| &samples[i]);
+            exchanged.add(2.0 * EVERY, [start, middle, end]);
+            worst = worst.max(exchanged.imbalance(end).abs());
+            let stored = end.kinetic + end.elastic;
+            largest = largest.max(stored.abs()).max(exchanged.work.abs());
         }
         (largest > 0.0).then(|| worst / largest)
     }
