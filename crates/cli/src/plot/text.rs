@@ -71,8 +71,8 @@ pub(super) fn spans(label: &str, size: f64) -> String {
     spans
 }
 
-/// Replaces the characters that XML reserves.
-pub(super) fn escape(text: &str) -> String {
+/// Replaces the characters that XML and HTML reserve.
+pub(crate) fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use super::folder::Folder;
 use crate::commands::figure::outline;
+use crate::plot::text::escape;
 use crate::plot::{Axis, Colour, EdgeGroup, Figure, LinePlot, MeshPlot, Panel, Series};
 use crate::scene::{Body, Scene};
 use crate::scene_file::output::Probe;
@@ -65,13 +66,6 @@ pub(super) fn write(folder: &Folder, scene: &Scene, document: &Value) -> anyhow:
         "<p>myovib {myovib} ({git}), SUNDIALS {sundials}, KLU {klu}.</p></html>"
     )?;
     folder.write("report.html", &html)
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
 }
 
 fn outcome(document: &Value) -> String {
@@ -181,7 +175,6 @@ fn unit(name: &str) -> &'static str {
 
 /// Index, drift and energy in words, with the numbers of this run.
 fn meaning(document: &Value) -> String {
-    let mut text = String::new();
     if document["analysis"] == "static" {
         return format!(
             "<p>Newton's method found the equilibrium in {} iterations over {} load steps.</p>\n",
@@ -189,28 +182,10 @@ fn meaning(document: &Value) -> String {
         );
     }
     let index = document["index"].as_u64().unwrap_or(0);
-    text += &format!("<p>The system has index {index}: ");
-    text += match index {
-        0 => "an ordinary differential equation; all variables are controlled alike.</p>\n",
-        1 => {
-            "the pressure follows from the displacement without differentiation, and the error \
-             test may include it.</p>\n"
-        }
-        _ if document["integrator"] != "ida" => {
-            "the multipliers follow only after differentiation. Radau IIA tests their errors times \
-             a power of the step, as they act on the motion.</p>\n"
-        }
-        2 => {
-            "the multipliers follow after one differentiation. Their estimated errors do not \
-             shrink with the step as those of the other variables do, so they are best left out \
-             of the error test.</p>\n"
-        }
-        _ => {
-            "the multipliers follow only after two differentiations. A code of BDF type meets \
-             them at the limit of what it can do: with them in the error test it tends to stop, \
-             and a formulation of lower index is the better choice.</p>\n"
-        }
-    };
+    let mut text = format!(
+        "<p>The system has index {index}: {}.</p>\n",
+        meaning_of_index(index, document["integrator"] == "ida")
+    );
     if let Some(drift) = document["constraint_drift"].as_f64() {
         text += &format!(
             "<p>The volume constraint p/κ + J - 1 = 0 was missed by at most {drift:.1e} \
@@ -221,14 +196,11 @@ fn meaning(document: &Value) -> String {
         }
         text += "</p>\n";
     }
-    let skipped = document["suppressed"].as_array().map(|all| {
-        all.iter()
-            .filter_map(Value::as_str)
-            .collect::<Vec<_>>()
-            .join(", ")
-    });
-    if let Some(skipped) = skipped.filter(|names| !names.is_empty()) {
-        text += &format!("<p>Left out of the error test: {skipped}.</p>\n");
+    let left_out = document["suppressed"].as_array().into_iter().flatten();
+    let left_out: Vec<&str> = left_out.filter_map(Value::as_str).collect();
+    if !left_out.is_empty() {
+        let names = left_out.join(", ");
+        text += &format!("<p>Left out of the error test: {names}.</p>\n");
     }
     if let Some([kinetic, elastic, work, dissipated, imbalance]) = energies(document) {
         text += &format!(
@@ -239,6 +211,31 @@ fn meaning(document: &Value) -> String {
         );
     }
     text
+}
+
+/// What an index means for the integrator at hand: IDAS' BDF, or Radau IIA.
+fn meaning_of_index(index: u64, is_bdf: bool) -> &'static str {
+    match (index, is_bdf) {
+        (0, _) => "an ordinary differential equation; all variables are controlled alike",
+        (1, _) => {
+            "the pressure follows from the displacement without differentiation, and the error \
+             test may include it"
+        }
+        (_, false) => {
+            "the multipliers follow only after differentiation. Radau IIA tests their errors times \
+             a power of the step, as they act on the motion"
+        }
+        (2, true) => {
+            "the multipliers follow after one differentiation. Their estimated errors do not \
+             shrink with the step as those of the other variables do, so they are best left out \
+             of the error test"
+        }
+        (_, true) => {
+            "the multipliers follow only after two differentiations. A code of BDF type meets \
+             them at the limit of what it can do: with them in the error test it tends to stop, \
+             and a formulation of lower index is the better choice"
+        }
+    }
 }
 
 /// The last row of an energy probe.
