@@ -1,13 +1,13 @@
 //! What an accuracy of u_y at the origin costs over the whole run of Table 2, way by way.
 
 use myovib_fem::Mesh;
-use myovib_model::{Formulation, Statistics, paper};
+use myovib_model::{Formulation, paper};
 use serde::Serialize;
 
 use super::BenchArgs;
-use super::cases::{Case, Way, selected};
-use super::reference::{Trajectory, compute};
-use super::work::measure;
+use super::cases::{Way, selected};
+use super::reference::compute;
+use super::work::Runs;
 use crate::exit::Exit;
 use crate::machine::Machine;
 use crate::progress::Progress;
@@ -57,10 +57,16 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
         let reference = compute(case, mesh, STEPS[1], t_end)?;
         let solid = paper::muscle(mesh, case.kappa, case.beta)?.solid;
         claimed.push((case.name, coarse.errors(&reference, &solid).u_y));
+        let runs = Runs {
+            case,
+            reference: &reference,
+            args,
+            mesh,
+        };
         for &formulation in case.formulations {
             for way in WAYS {
                 progress.show(|| format!("{}: {formulation}, {}", case.name, way.name()));
-                reached.extend(descend(case, formulation, way, &reference, args, mesh)?);
+                reached.extend(descend(&runs, formulation, way)?);
             }
         }
     }
@@ -78,72 +84,42 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
 }
 
 /// Tightens the tolerance until the last target is reached, or a run stops or takes too long.
-fn descend(
-    case: &Case,
-    formulation: Formulation,
-    way: Way,
-    reference: &Trajectory,
-    args: &BenchArgs,
-    mesh: &Mesh,
-) -> anyhow::Result<Vec<Reached>> {
-    let t_end = reference.times.last().copied().unwrap_or(0.0);
+fn descend(runs: &Runs<'_>, formulation: Formulation, way: Way) -> anyhow::Result<Vec<Reached>> {
+    let t_end = runs.reference.times.last().copied().unwrap_or(0.0);
     let mut reached: Vec<Reached> = Vec::new();
     for k in 0..TOLERANCES {
         let rtol = 10f64.powf(-2.0 - 0.5 * f64::from(k));
         let settings = way.settings(formulation, rtol, t_end);
-        let (statistics, errors) = measure(case, formulation, &settings, reference, args, mesh)?;
+        let (statistics, errors) = runs.measure(formulation, &settings)?;
         let Some(errors) = errors else {
             // A loose tolerance may stop where a tighter one does not, but not for lack of time.
-            match statistics.cpu_seconds > args.cap {
+            match statistics.cpu_seconds > runs.args.cap {
                 true => break,
                 false => continue,
             }
         };
-        for target in TARGETS {
-            let known = reached.iter().any(|r| r.target == target);
-            if errors.u_y <= target && !known {
-                reached.push(Reached::new(
-                    case,
-                    formulation,
-                    way,
-                    target,
-                    rtol,
-                    errors.u_y,
-                    &statistics,
-                ));
-            }
+        // The targets fall, so those reached before come first.
+        let left = TARGETS[reached.len()..].iter().copied();
+        for target in left.take_while(|target| errors.u_y <= *target) {
+            reached.push(Reached {
+                case: runs.case.name,
+                formulation: formulation.name(),
+                way: way.name(),
+                target,
+                rtol,
+                error: errors.u_y,
+                cpu_seconds: statistics.cpu_seconds,
+                steps: statistics.counts.steps,
+                newton_iterations: statistics.counts.newton_iterations,
+                residual_evaluations: statistics.counts.residual_evaluations,
+                linear_setups: statistics.counts.linear_setups,
+            });
         }
         if reached.len() == TARGETS.len() {
             break;
         }
     }
     Ok(reached)
-}
-
-impl Reached {
-    fn new(
-        case: &Case,
-        formulation: Formulation,
-        way: Way,
-        target: f64,
-        rtol: f64,
-        error: f64,
-        statistics: &Statistics,
-    ) -> Self {
-        Self {
-            case: case.name,
-            formulation: formulation.name(),
-            way: way.name(),
-            target,
-            rtol,
-            error,
-            cpu_seconds: statistics.cpu_seconds,
-            steps: statistics.counts.steps,
-            newton_iterations: statistics.counts.newton_iterations,
-            residual_evaluations: statistics.counts.residual_evaluations,
-            linear_setups: statistics.counts.linear_setups,
-        }
-    }
 }
 
 fn text(reached: &[Reached], claimed: &[(&'static str, f64)]) -> String {

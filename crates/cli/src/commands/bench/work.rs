@@ -74,42 +74,15 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
         let reference = Reference::load(case, args.references.as_deref())?;
         end = end.min(reference.t_end());
         claimed.push((case.name, reference.claimed));
+        let runs = Runs {
+            case,
+            reference: &reference.trajectory,
+            args,
+            mesh,
+        };
         for &formulation in case.formulations {
             for way in Way::ALL {
-                let mut before = None;
-                for &rtol in &args.tolerances {
-                    progress.show(|| {
-                        format!("{}: {formulation}, {} at {rtol:e}", case.name, way.name())
-                    });
-                    let settings = way.settings(formulation, rtol, end);
-                    let (statistics, errors) = measure(
-                        case,
-                        formulation,
-                        &settings,
-                        &reference.trajectory,
-                        args,
-                        mesh,
-                    )?;
-                    let now = errors.map(|errors| (errors.u_y, statistics.counts.steps as f64));
-                    let observed_order = before.zip(now).map(observed_order);
-                    before = now;
-                    points.push(PointJson {
-                        case: case.name,
-                        formulation: formulation.name(),
-                        way: way.name(),
-                        rtol,
-                        outcome: statistics.outcome.name(),
-                        reason: statistics.outcome.reason().map(|reason| reason.name()),
-                        t_reached: statistics.t_reached,
-                        errors,
-                        observed_order,
-                        cpu_seconds: statistics.cpu_seconds,
-                        steps: statistics.counts.steps,
-                        error_test_failures: statistics.counts.error_test_failures,
-                        residual_evaluations: statistics.counts.residual_evaluations,
-                        linear_setups: statistics.counts.linear_setups,
-                    });
-                }
+                points.extend(runs.curve(formulation, way, end, &mut progress)?);
             }
         }
     }
@@ -138,36 +111,90 @@ fn observed_order(((error, steps), (next_error, next_steps)): ((f64, f64), (f64,
     (error / next_error).ln() / (next_steps / steps).ln()
 }
 
-/// The fastest of the repeats, with the errors of its solution if it got to the end.
-pub(super) fn measure(
-    case: &Case,
-    formulation: Formulation,
-    settings: &Settings,
-    reference: &Trajectory,
-    args: &BenchArgs,
-    mesh: &Mesh,
-) -> anyhow::Result<(Statistics, Option<Errors>)> {
-    let mut fastest: Option<(Statistics, Option<Errors>)> = None;
-    for _ in 0..args.repeats {
-        let muscle = paper::muscle(mesh, case.kappa, case.beta)?;
+/// What the runs of a case share.
+pub(super) struct Runs<'a> {
+    pub(super) case: &'a Case,
+    pub(super) reference: &'a Trajectory,
+    pub(super) args: &'a BenchArgs,
+    pub(super) mesh: &'a Mesh,
+}
+
+impl Runs<'_> {
+    /// The points of a way to solve a formulation, tolerance by tolerance.
+    fn curve(
+        &self,
+        formulation: Formulation,
+        way: Way,
+        t_end: f64,
+        progress: &mut Progress,
+    ) -> anyhow::Result<Vec<PointJson>> {
+        let (case, mut before) = (self.case.name, None);
+        let mut points = Vec::new();
+        for &rtol in &self.args.tolerances {
+            progress.show(|| format!("{case}: {formulation}, {} at {rtol:e}", way.name()));
+            let settings = way.settings(formulation, rtol, t_end);
+            let (statistics, errors) = self.measure(formulation, &settings)?;
+            let now = errors.map(|errors| (errors.u_y, statistics.counts.steps as f64));
+            let observed_order = before.zip(now).map(observed_order);
+            before = now;
+            points.push(PointJson {
+                case,
+                formulation: formulation.name(),
+                way: way.name(),
+                rtol,
+                outcome: statistics.outcome.name(),
+                reason: statistics.outcome.reason().map(|reason| reason.name()),
+                t_reached: statistics.t_reached,
+                errors,
+                observed_order,
+                cpu_seconds: statistics.cpu_seconds,
+                steps: statistics.counts.steps,
+                error_test_failures: statistics.counts.error_test_failures,
+                residual_evaluations: statistics.counts.residual_evaluations,
+                linear_setups: statistics.counts.linear_setups,
+            });
+        }
+        Ok(points)
+    }
+
+    /// The fastest of the repeats, with the errors of its solution if it got to the end.
+    pub(super) fn measure(
+        &self,
+        formulation: Formulation,
+        settings: &Settings,
+    ) -> anyhow::Result<(Statistics, Option<Errors>)> {
+        let mut fastest: Option<(Statistics, Option<Errors>)> = None;
+        for _ in 0..self.args.repeats {
+            let next = self.once(formulation, settings)?;
+            if fastest
+                .as_ref()
+                .is_none_or(|(known, _)| next.0.cpu_seconds < known.cpu_seconds)
+            {
+                fastest = Some(next);
+            }
+        }
+        fastest.context("there is at least one repeat")
+    }
+
+    fn once(
+        &self,
+        formulation: Formulation,
+        settings: &Settings,
+    ) -> anyhow::Result<(Statistics, Option<Errors>)> {
+        let muscle = paper::muscle(self.mesh, self.case.kappa, self.case.beta)?;
         let origin = Probe::at(muscle.solid.space(), [0.0, 0.0])?;
         let dae = MuscleDae::new(muscle, formulation)?;
         let mut trajectory = Trajectory::default();
         let mut recorder = trajectory.recorder(&dae, &origin, settings.t_end);
-        let mut limits = Limits::new(args.cap, None);
+        let mut limits = Limits::new(self.args.cap, None);
         let mut integrator = start_at_rest(dae, settings)?;
         let statistics = run_model(integrator.as_mut(), &mut [&mut recorder, &mut limits])?;
         drop(recorder);
         let solid = &integrator.problem().muscle().solid;
-        let errors =
-            (statistics.outcome == Outcome::Finished).then(|| trajectory.errors(reference, solid));
-        let slower =
-            |(known, _): &(Statistics, Option<Errors>)| statistics.cpu_seconds < known.cpu_seconds;
-        if fastest.as_ref().is_none_or(slower) {
-            fastest = Some((statistics, errors));
-        }
+        let errors = (statistics.outcome == Outcome::Finished)
+            .then(|| trajectory.errors(self.reference, solid));
+        Ok((statistics, errors))
     }
-    fastest.context("there is at least one repeat")
 }
 
 fn best(points: &[PointJson]) -> Vec<Best<'_>> {
