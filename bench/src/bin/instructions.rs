@@ -6,33 +6,42 @@ use std::env;
 
 use anyhow::{Context as _, bail};
 use myovib_fem::{Law, Mesh};
+use myovib_model::paper::{BETA, KAPPA, LAW, SMALL_STRAIN};
 use myovib_model::{Formulation, MuscleDae, Signal, paper};
 use sundials_wrap::DaeProblem;
 
-const LINEAR: Law = Law::SmallStrain {
-    shear_modulus: 2.04e4,
-};
-
 /// Each has one feature more than one before it.
 const SCENES: [(&str, Formulation, Law, f64, f64); 6] = [
-    ("small-strain", Formulation::Displacement, LINEAR, 1e5, 0.0),
+    (
+        "small-strain",
+        Formulation::Displacement,
+        SMALL_STRAIN,
+        KAPPA,
+        0.0,
+    ),
     (
         "pressure-incompressible",
         Formulation::Position,
-        LINEAR,
+        SMALL_STRAIN,
         f64::INFINITY,
         0.0,
     ),
-    ("kappa-finite", Formulation::Position, LINEAR, 1e5, 0.0),
-    ("mooney-rivlin", Formulation::Position, paper::LAW, 1e5, 0.0),
+    (
+        "kappa-finite",
+        Formulation::Position,
+        SMALL_STRAIN,
+        KAPPA,
+        0.0,
+    ),
+    ("mooney-rivlin", Formulation::Position, LAW, KAPPA, 0.0),
     (
         "damping-implicit",
         Formulation::ImplicitRate,
-        paper::LAW,
-        1e5,
-        1e-4,
+        LAW,
+        KAPPA,
+        BETA,
     ),
-    ("damping-unknown", Formulation::Rate, paper::LAW, 1e5, 1e-4),
+    ("damping-unknown", Formulation::Rate, LAW, KAPPA, BETA),
 ];
 
 fn main() -> anyhow::Result<()> {

@@ -5,10 +5,9 @@ use diffsol::{
     FaerSparseLU, FaerSparseMat, OdeBuilder, OdeSolverMethod, OdeSolverStopReason, Vector,
 };
 use myovib_model::{
-    AbsoluteTolerances, Field, Formulation, IntegratorKind, MuscleDae, Outcome, Probe, SampleTimes,
-    Sampler, Settings, run, start_at_rest,
+    Formulation, IntegratorKind, MuscleDae, Outcome, Probe, SampleTimes, Sampler, Settings, run,
+    start_at_rest,
 };
-
 use sundials_wrap::DaeProblem;
 
 use crate::Run;
@@ -88,26 +87,12 @@ impl Way {
     }
 }
 
+/// Ours with all components in the error test.
 fn settings(rtol: f64, t_end: f64) -> Settings {
-    let paper = Settings::paper(Formulation::Position);
-    let factor = rtol / paper.relative_tolerance;
-    let AbsoluteTolerances {
-        displacement,
-        velocity,
-        pressure,
-        multiplier,
-    } = paper.absolute_tolerances;
     Settings {
         t_end,
-        relative_tolerance: rtol,
-        absolute_tolerances: AbsoluteTolerances {
-            displacement: factor * displacement,
-            velocity: factor * velocity,
-            pressure: factor * pressure,
-            multiplier: factor * multiplier,
-        },
-        suppressed: Vec::<Field>::new(),
-        ..paper
+        suppressed: Vec::new(),
+        ..Settings::paper(Formulation::Position).with_relative_tolerance(rtol)
     }
 }
 
