@@ -7,9 +7,13 @@ help: ## print this menu
 
 fmt: ## format all sources
 	cargo fmt --all
+	cargo fmt --manifest-path bench/Cargo.toml
+	cargo fmt --manifest-path fuzz/Cargo.toml
 
 lint: ## format and lints, warnings as errors
 	cargo fmt --all -- --check
+	cargo fmt --manifest-path bench/Cargo.toml -- --check
+	cargo fmt --manifest-path fuzz/Cargo.toml -- --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 
 test: ## set up the machine if needed, then all quick tests
