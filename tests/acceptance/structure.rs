@@ -95,6 +95,24 @@ fn modes_gives_the_muscles_first_ten() {
     assert!(drawing.contains("mode\u{a0}10:"), "{drawing:.4000}");
 }
 
+/// The scene of row 1 and the command's defaults are the same body.
+#[test]
+fn modes_of_a_scene_are_those_of_its_body() {
+    let modes = |arguments: &[&str]| {
+        let run = myovib(&[&["modes"][..], arguments, &["--json"]].concat());
+        assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+        document(&run.stdout, "modes")["muscles"][0].clone()
+    };
+    let set = ["--set", "analysis=modes", "--set", "modes.count=3"];
+    let scene = modes(&[&["table2-1"][..], &set].concat());
+    assert_eq!(scene["modes"].as_array().map(Vec::len), Some(3));
+    assert_eq!(scene, modes(&["--beta", "0", "--count", "3"]));
+
+    let rod = myovib(&["modes", "figure3"]);
+    assert_eq!((rod.code, rod.stdout.as_str()), (2, ""));
+    assert!(rod.stderr.contains("no body"), "{}", rod.stderr);
+}
+
 /// Row 4 of Table 2 as a scene: the warning names index, variable and remedy before it is run.
 #[test]
 fn check_warns_of_row_4() {
@@ -119,6 +137,9 @@ fn check_warns_of_row_4() {
 
     let text = myovib(&["check", "table2-4-suppressed"]);
     assert!(text.stdout.contains("No objections"), "{}", text.stdout);
-    let chain = myovib(&["check", "figure2"]);
-    assert_eq!(chain.code, 0, "{}", chain.stderr);
+    for without_report in ["figure2", "cook-static"] {
+        let run = myovib(&["check", without_report]);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        assert!(run.stdout.starts_with("The scene is right."));
+    }
 }

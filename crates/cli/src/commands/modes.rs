@@ -1,6 +1,6 @@
 //! `myovib modes`: the lowest eigenfrequencies and modes, compressible and incompressible.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
@@ -14,9 +14,12 @@ use crate::args::{self, CommonArgs};
 use crate::error::InputError;
 use crate::exit::Exit;
 use crate::plot::{Figure, MeshPlot, Panel};
-use crate::report::{Align, Table, coloured_stdout};
+use crate::report::{Align, Table, coloured_stdout, exponent, kappa};
+use crate::scene::{Body, Scene};
 use crate::{atomic_file, json, mesh_file};
 
+/// Modes where nothing says how many.
+const DEFAULT_COUNT: usize = 10;
 /// Largest displacement in a drawing as a fraction of the body's length.
 const DRAWN: f64 = 0.06;
 
@@ -27,12 +30,22 @@ const DRAWN: f64 = 0.06;
     after_help = "Examples:\n  \
     myovib modes\n  \
     myovib modes --count 6 --svg modes.svg\n  \
-    myovib modes --kappa 1e6 --load 100 --json"
+    myovib modes --kappa 1e6 --load 100 --json\n  \
+    myovib modes cantilever --count 4"
 )]
 pub struct ModesArgs {
-    /// Number of modes.
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=200))]
-    pub count: u16,
+    /// A scene whose body is looked at, about its unloaded state: a TOML file, or the name of a
+    /// built-in scene [default: the paper's muscle, compressible and incompressible].
+    #[arg(value_name = "SCENE", conflicts_with_all = ["mesh", "kappa", "load", "beta"])]
+    pub scene: Option<PathBuf>,
+
+    /// Change a value of the scene, as in solid.kappa=inf; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE", requires = "scene")]
+    pub set: Vec<String>,
+
+    /// Number of modes [default: the scene's, else 10].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=200))]
+    pub count: Option<u16>,
 
     /// Mesh (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the built-in spindle].
     #[arg(long, value_name = "FILE")]
@@ -51,7 +64,7 @@ pub struct ModesArgs {
     #[arg(long, value_name = "X", default_value_t = paper::BETA)]
     pub beta: f64,
 
-    /// Draw the incompressible modes as SVG.
+    /// Draw the modes, those of the incompressible muscle, as SVG.
     #[arg(long, value_name = "FILE", value_parser = args::output_file)]
     pub svg: Option<PathBuf>,
 
@@ -60,47 +73,85 @@ pub struct ModesArgs {
     pub common: CommonArgs,
 }
 
-/// The modes for one κ.
+/// The modes of one body.
 struct Found {
     muscle: Muscle,
     modes: Vec<Mode>,
 }
 
+/// The modes of all bodies that are looked at, and about which state.
+struct Findings {
+    mesh: String,
+    /// Constant traction of the state linearised about, Pa.
+    load: f64,
+    /// α (1/s) and β (s), the same for all bodies.
+    damping: [f64; 2],
+    /// The frequency of the load, Hz, if it has one.
+    drive: Option<f64>,
+    bodies: Vec<Found>,
+}
+
 /// Finds, prints and draws the modes.
 ///
 /// # Errors
-/// Wrong options or mesh, no equilibrium, or an output that cannot be written.
+/// Wrong options, mesh or scene, no equilibrium, or an output that cannot be written.
 pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
+    let findings = match &args.scene {
+        Some(scene) => of_scene(scene, args)?,
+        None => of_the_paper(args)?,
+    };
+    if let (Some(path), Some(found)) = (&args.svg, findings.bodies.last()) {
+        let drawing = figure(found).render();
+        atomic_file::save(path, drawing)?;
+    }
+    args.common
+        .give("modes", &findings.text(), &findings.document())?;
+    Ok(Exit::Done)
+}
+
+/// The body of a scene, about its unloaded state.
+fn of_scene(scene: &Path, args: &ModesArgs) -> anyhow::Result<Findings> {
+    let loaded = Scene::load(scene, &args.set)?;
+    let Some(Body { muscle, .. }) = loaded.body else {
+        let error = InputError::new("the scene has no body whose modes could be found");
+        return Err(error.allowed("a scene with a [mesh] and [solid]").into());
+    };
+    let wanted = loaded.file.modes.map_or(DEFAULT_COUNT, |modes| modes.count);
+    let rest = vec![0.0; muscle.solid.dofs().n_free()];
+    let pressure = vec![0.0; muscle.solid.space().n_vertices()];
+    let count = args.count.map_or(wanted, usize::from);
+    let modes = spectrum::lowest(&muscle, &rest, &pressure, count)?;
+    Ok(Findings {
+        mesh: scene.display().to_string(),
+        load: 0.0,
+        damping: [muscle.parameters.alpha, muscle.parameters.beta],
+        drive: muscle.drive(),
+        bodies: vec![Found { muscle, modes }],
+    })
+}
+
+/// The paper's muscle under a constant load, compressible and incompressible.
+fn of_the_paper(args: &ModesArgs) -> anyhow::Result<Findings> {
     if !args.load.is_finite() {
         let error = InputError::new("value out of range").at("--load");
         return Err(error.found(args.load).allowed("a finite number").into());
     }
     let (mesh, mesh_name) = mesh_file::load(args.mesh.as_deref())?;
-    let found = [args.kappa, f64::INFINITY]
-        .map(|kappa| find(&mesh, kappa, args).with_context(|| format!("modes for κ = {kappa}")));
-    let [soft, stiff] = found;
-    let found = [soft?, stiff?];
-    if let Some(path) = &args.svg {
-        let drawing = figure(&found[1]).render();
-        atomic_file::save(path, drawing)?;
-    }
-    let document = Document {
-        mesh: &mesh_name,
+    let found = |kappa: f64| find(&mesh, kappa, args).with_context(|| format!("κ = {kappa}"));
+    Ok(Findings {
+        mesh: mesh_name,
         load: args.load,
-        alpha: paper::ALPHA,
-        beta: args.beta,
-        drive: paper::LOAD_FREQUENCY,
-        muscles: found.iter().map(|f| muscle_json(f, args.beta)).collect(),
-    };
-    args.common.give("modes", &text(&found, args), &document)?;
-    Ok(Exit::Done)
+        damping: [paper::ALPHA, args.beta],
+        drive: Some(paper::LOAD_FREQUENCY),
+        bodies: vec![found(args.kappa)?, found(f64::INFINITY)?],
+    })
 }
 
 fn find(mesh: &Mesh, kappa: f64, args: &ModesArgs) -> anyhow::Result<Found> {
     let load = Signal::Constant(args.load);
     let muscle = paper::muscle_with_load(mesh, paper::LAW, kappa, args.beta, load)?;
     let at = statics::equilibrium(&muscle, 0.0)?;
-    let count = usize::from(args.count);
+    let count = args.count.map_or(DEFAULT_COUNT, usize::from);
     let modes = spectrum::lowest(&muscle, &at.displacement, &at.pressure, count)?;
     Ok(Found { muscle, modes })
 }
@@ -111,47 +162,59 @@ fn frequency(mode: &Mode) -> String {
         .map_or("unstable".into(), |f| format!("{f:.3}"))
 }
 
-fn damping(mode: &Mode, beta: f64) -> String {
-    mode.damping_ratio(paper::ALPHA, beta)
-        .map_or("–".into(), |ratio| format!("{ratio:.4}"))
-}
-
-fn text(found: &[Found; 2], args: &ModesArgs) -> String {
-    use Align::Right;
-    let [soft, stiff] = found;
-    let soft_heading = format!("κ = {:e}: f, Hz", args.kappa);
-    let mut table = Table::new(&[
-        ("mode", Right),
-        (&soft_heading, Right),
-        ("f / 8 Hz", Right),
-        ("damping ratio", Right),
-        ("κ = ∞: f, Hz", Right),
-        ("f / 8 Hz", Right),
-        ("damping ratio", Right),
-    ]);
-    for (n, (a, b)) in soft.modes.iter().zip(&stiff.modes).enumerate() {
-        let of_drive = |mode: &Mode| {
-            mode.frequency().map_or("–".into(), |f| {
-                format!("{:.2}", f / paper::LOAD_FREQUENCY)
-            })
-        };
-        table.row([
-            (n + 1).to_string().into(),
-            frequency(a).into(),
-            of_drive(a).into(),
-            damping(a, args.beta).into(),
-            frequency(b).into(),
-            of_drive(b).into(),
-            damping(b, args.beta).into(),
-        ]);
+impl Findings {
+    fn damping_ratio(&self, mode: &Mode) -> Option<f64> {
+        let [alpha, beta] = self.damping;
+        mode.damping_ratio(alpha, beta)
     }
-    let mut text = table.render(coloured_stdout());
-    text.push_str(&format!(
-        "\ndamping ratio: (α/ω + βω)/2 with α = {} 1/s, β = {:e} s; 1 is critical.\n",
-        paper::ALPHA,
-        args.beta
-    ));
-    text
+
+    /// Headings of a body's columns.
+    fn headings(&self, found: &Found) -> [String; 3] {
+        let kappa = kappa(found.muscle.parameters.kappa());
+        let drive = self.drive.map_or("load".into(), |f| format!("{f} Hz"));
+        [
+            format!("κ = {kappa}: f, Hz"),
+            format!("f / {drive}"),
+            "damping ratio".to_owned(),
+        ]
+    }
+
+    /// A body's columns for mode `n`; empty where it has fewer.
+    fn columns(&self, found: &Found, n: usize) -> [String; 3] {
+        let Some(mode) = found.modes.get(n) else {
+            return Default::default();
+        };
+        let dash = || "–".to_owned();
+        let of_drive = mode.frequency().zip(self.drive).map(|(f, drive)| f / drive);
+        [
+            frequency(mode),
+            of_drive.map_or_else(dash, |ratio| format!("{ratio:.2}")),
+            self.damping_ratio(mode)
+                .map_or_else(dash, |ratio| format!("{ratio:.4}")),
+        ]
+    }
+
+    fn text(&self) -> String {
+        let headings = self.bodies.iter().flat_map(|found| self.headings(found));
+        let headings: Vec<String> = ["mode".to_owned()].into_iter().chain(headings).collect();
+        let columns: Vec<_> = headings
+            .iter()
+            .map(|name| (name.as_str(), Align::Right))
+            .collect();
+        let mut table = Table::new(&columns);
+        let n_modes = self.bodies.iter().map(|found| found.modes.len()).max();
+        for n in 0..n_modes.unwrap_or(0) {
+            let cells = self.bodies.iter().flat_map(|found| self.columns(found, n));
+            let number = [(n + 1).to_string()];
+            table.row(number.into_iter().chain(cells).map(Into::into));
+        }
+        let [alpha, beta] = self.damping;
+        format!(
+            "{}\ndamping ratio: (α/ω + βω)/2 with α = {alpha} 1/s, β = {} s; 1 is critical.\n",
+            table.render(coloured_stdout()),
+            exponent(beta)
+        )
+    }
 }
 
 /// The modes drawn two beside each other.
@@ -165,7 +228,13 @@ fn figure(found: &Found) -> Figure {
     Figure {
         n_columns: 2,
         width_mm: 170.0,
-        ..Figure::column("Modes of the incompressible muscle", panels)
+        ..Figure::column(
+            match found.muscle.parameters.is_incompressible() {
+                true => "Modes of the incompressible body",
+                false => "Modes of the body",
+            },
+            panels,
+        )
     }
 }
 
@@ -206,8 +275,8 @@ struct Document<'a> {
     load: f64,
     alpha: f64,
     beta: f64,
-    /// Hz.
-    drive: f64,
+    /// Hz; null for loads without a frequency.
+    drive: Option<f64>,
     muscles: Vec<MuscleJson>,
 }
 
@@ -227,18 +296,29 @@ struct ModeJson {
     residual: f64,
 }
 
-fn muscle_json(found: &Found, beta: f64) -> MuscleJson {
-    MuscleJson {
-        kappa: found.muscle.parameters.kappa(),
-        modes: found
-            .modes
-            .iter()
-            .map(|mode| ModeJson {
-                omega_squared: mode.omega_squared,
-                frequency: mode.frequency(),
-                damping_ratio: mode.damping_ratio(paper::ALPHA, beta),
-                residual: mode.residual,
-            })
-            .collect(),
+impl Findings {
+    fn document(&self) -> Document<'_> {
+        let [alpha, beta] = self.damping;
+        Document {
+            mesh: &self.mesh,
+            load: self.load,
+            alpha,
+            beta,
+            drive: self.drive,
+            muscles: self.bodies.iter().map(|found| self.muscle(found)).collect(),
+        }
+    }
+
+    fn muscle(&self, found: &Found) -> MuscleJson {
+        let mode = |mode: &Mode| ModeJson {
+            omega_squared: mode.omega_squared,
+            frequency: mode.frequency(),
+            damping_ratio: self.damping_ratio(mode),
+            residual: mode.residual,
+        };
+        MuscleJson {
+            kappa: found.muscle.parameters.kappa(),
+            modes: found.modes.iter().map(mode).collect(),
+        }
     }
 }
