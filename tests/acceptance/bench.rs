@@ -63,6 +63,24 @@ fn what_is_off_is_never_computed() {
     );
 }
 
+#[test]
+fn options_that_a_measurement_does_not_have_are_refused() {
+    for (arguments, option) in [
+        (&["rows", "--svg", "x.svg"][..], "--svg"),
+        (&["growth", "--cases", "undamped"], "--cases"),
+        (&["accuracy", "--rival", "x.json"], "--rival"),
+        (&["work", "--t-end", "1e-9"], "--t-end"),
+        (&["rows", "--t-end", "-1"], "--t-end"),
+        (&["work", "--tolerances", "1e-3,0"], "--tolerances"),
+        (&["features", "--repeats", "0"], "--repeats"),
+        (&["work", "--cap", "nan"], "--cap"),
+    ] {
+        let run = myovib(&[&["bench"][..], arguments].concat());
+        assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{arguments:?}");
+        assert!(run.stderr.contains(option), "{}", run.stderr);
+    }
+}
+
 /// A small diagram: every point is a row, orders are stated, the points of a rival are merged, and
 /// the picture is drawn.
 #[test]

@@ -1,6 +1,7 @@
 //! What holds for every command.
 
 use std::fs;
+use std::process::{Command, Stdio};
 
 use crate::harness::{document, myovib, myovib_in};
 
@@ -56,6 +57,56 @@ fn a_file_that_cannot_be_written_is_code_2_and_named() {
     );
     assert_eq!(run.stdout, "", "no results beside an error");
     assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 0);
+}
+
+/// Before it computes: hours would be lost.
+#[test]
+fn every_command_sees_at_once_that_its_document_cannot_be_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for command in [
+        "bench",
+        "check init",
+        "figure 3",
+        "figures",
+        "infsup",
+        "modes",
+        "movie chain",
+        "run init",
+        "stress",
+        "sweep init --vary solid.kappa=1e5",
+        "synchronization",
+        "table1",
+        "table2",
+    ] {
+        for target in ["no/such.json", "."] {
+            let words = command.split(' ').chain(["--json", target]);
+            let run = myovib_in(folder.path(), &words.collect::<Vec<_>>());
+            assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{command}");
+            let message = format!("invalid value '{target}' for '--json");
+            assert!(run.stderr.contains(&message), "{command}: {}", run.stderr);
+        }
+    }
+    assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 0);
+}
+
+#[test]
+fn a_reader_that_has_gone_is_no_failure() {
+    for arguments in [&["schema"][..], &["schema", "--markdown"], &["init", "-"]] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_myovib"))
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        drop(child.stdout.take());
+        let end = child.wait_with_output().expect("an end");
+        let stderr = String::from_utf8_lossy(&end.stderr);
+        assert_eq!(
+            (end.status.code(), &*stderr),
+            (Some(0), ""),
+            "{arguments:?}"
+        );
+    }
 }
 
 #[test]

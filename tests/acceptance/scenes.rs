@@ -68,6 +68,14 @@ fn a_wrong_scene_is_explained_and_writes_nothing() {
         ("traction[0].y=100.0", "the loads do not start from zero"),
         ("mesh.type=file", "needs `path`"),
         ("fields.every=0", "out of range"),
+        (
+            "region=[{ name = \"r\", centre = [0, 0], radii = [-1, 1] }]",
+            "half axes are lengths",
+        ),
+        (
+            "region=[{ name = \"\", centre = [0, 0], radii = [1, 1] }]",
+            "a region needs a name",
+        ),
     ] {
         let run = myovib_in(
             folder.path(),
@@ -82,6 +90,24 @@ fn a_wrong_scene_is_explained_and_writes_nothing() {
         );
         assert!(!folder.path().join("out").exists(), "{set} wrote something");
     }
+}
+
+#[test]
+fn a_static_scene_has_nothing_of_a_motion() {
+    let folder = tempfile::tempdir().unwrap();
+    for set in [
+        "probe=[{ name = \"e\", type = \"energy\" }]",
+        "chain=[{ name = \"a\" }]",
+        "stop=[{ type = \"volume\", below = 0.5 }]",
+    ] {
+        for command in ["run", "check"] {
+            let run = myovib_in(folder.path(), &[command, "cook-static", "--set", set]);
+            assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{command} {set}");
+            let words = format!("no motion, which this needs\n   where: --set {set}");
+            assert!(run.stderr.contains(&words), "{}", run.stderr);
+        }
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 #[test]
@@ -279,6 +305,35 @@ fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
         (Some("failed"), Some("finished"))
     );
     assert!(all[4]["message"].as_str().unwrap().contains("out of range"));
+}
+
+#[test]
+fn a_sweep_of_a_scene_that_has_changed_is_computed_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = BUILTIN
+        .iter()
+        .find(|(name, _)| *name == "cook-static")
+        .unwrap()
+        .1;
+    let tips = |text: &str| {
+        fs::write(folder.path().join("scene.toml"), text).unwrap();
+        let arguments = [
+            "sweep",
+            "scene.toml",
+            "--quiet",
+            "--vary",
+            "solid.kappa=1e5,-1",
+        ];
+        let run = myovib_in(folder.path(), &arguments);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let table = fs::read_to_string(folder.path().join("sweep/sweep.json")).unwrap();
+        let table: Value = serde_json::from_str(&table).unwrap();
+        assert_eq!(table["rows"][1]["probes"], serde_json::json!({}), "failed");
+        table["rows"][0]["probes"]["tip"][2].as_f64().unwrap()
+    };
+    let first = tips(text);
+    assert_eq!(tips(text), first);
+    assert!(tips(&text.replace("y = 6.25 ", "y = 12.5 ")) > 1.2 * first);
 }
 
 #[test]

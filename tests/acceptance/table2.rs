@@ -310,6 +310,9 @@ fn options_that_will_not_do_are_one_message_and_code_2() {
         (&["--rows", "5"][..], &["--rows", "5", "2m"][..]),
         (&["--t-end", "-1"], &["--t-end", "-1"]),
         (&["--rtol", "0"], &["--rtol", "0"]),
+        (&["--rtol", "2"], &["--rtol", "below 1"]),
+        (&["--every", "0.1"], &["--probe"]),
+        (&["--project-every", "nan"], &["--project-every", "nan"]),
         (&["--max-order", "6"], &["--max-order", "6"]),
         (&["--suppress", "pressure"], &["pressure", "lambda"]),
         (

@@ -68,6 +68,18 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
     }
 }
 
+/// The folder that results go to, for options; it may be made later.
+///
+/// # Errors
+/// A path that is a file, or lies in one.
+pub fn output_folder(path: &str) -> Result<PathBuf, String> {
+    let folder = PathBuf::from(path);
+    match folder.ancestors().find(|ancestor| ancestor.exists()) {
+        Some(there) if !there.is_dir() => Err(format!("`{}` is no folder", there.display())),
+        _ => Ok(folder),
+    }
+}
+
 /// A finite number above 0, for options.
 ///
 /// # Errors

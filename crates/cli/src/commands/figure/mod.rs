@@ -85,7 +85,7 @@ pub struct FiguresArgs {
 #[derive(Debug, Args)]
 pub struct Options {
     /// Folder to write to; made if there is none.
-    #[arg(long, value_name = "DIR", default_value = "out")]
+    #[arg(long, value_name = "DIR", default_value = "out", value_parser = args::output_folder)]
     pub out: PathBuf,
 
     /// Mesh (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the built-in spindle].

@@ -21,7 +21,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::args::CommonArgs;
+use crate::args::{self, CommonArgs};
 use crate::error::InputError;
 use crate::exit::Exit;
 use crate::scene::Scene;
@@ -40,7 +40,7 @@ pub struct RunArgs {
     pub scene: PathBuf,
 
     /// Folder for the results; it must not hold a run already.
-    #[arg(long, value_name = "DIR", default_value = "out")]
+    #[arg(long, value_name = "DIR", default_value = "out", value_parser = args::output_folder)]
     pub out: PathBuf,
 
     /// Change a value of the scene, as in `solid.kappa=inf` or `material[0].c10=2e4`; may be

@@ -54,7 +54,7 @@ pub struct StressArgs {
     pub full: bool,
 
     /// Folder for results (`cells.jsonl`, `trusted.jsonl`, `stress.json`) and maps (SVG).
-    #[arg(long, value_name = "DIR", default_value = "stress")]
+    #[arg(long, value_name = "DIR", default_value = "stress", value_parser = args::output_folder)]
     pub out: PathBuf,
 
     /// CPU seconds after which a run is stopped.

@@ -15,7 +15,7 @@ use anyhow::Context;
 use clap::Args;
 use serde_json::{Value, json};
 
-use crate::args::CommonArgs;
+use crate::args::{self, CommonArgs};
 use crate::atomic_file;
 use crate::commands::run::{self, RunArgs};
 use crate::exit::Exit;
@@ -46,7 +46,7 @@ pub struct SweepArgs {
     pub set: Vec<String>,
 
     /// Folder for the cases.
-    #[arg(long, value_name = "DIR", default_value = "sweep")]
+    #[arg(long, value_name = "DIR", default_value = "sweep", value_parser = args::output_folder)]
     pub out: PathBuf,
 
     /// Compute case K of N only, from 1; N must be the number of cases.

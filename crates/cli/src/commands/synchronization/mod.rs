@@ -113,7 +113,7 @@ pub struct SynchronizationArgs {
     pub coherence: f64,
 
     /// Folder for picture and table; made if it is not there.
-    #[arg(long, value_name = "DIR", default_value = "out")]
+    #[arg(long, value_name = "DIR", default_value = "out", value_parser = args::output_folder)]
     pub out: PathBuf,
 
     /// Write the picture as PNG too.
