@@ -10,7 +10,7 @@ use crate::exit::Exit;
 /// Options of `myovib completions`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  \
-    myovib completions bash > ~/.local/share/bash-completion/completions/myovib")]
+    source <(myovib completions bash)")]
 pub struct CompletionsArgs {
     /// The shell.
     pub shell: Shell,

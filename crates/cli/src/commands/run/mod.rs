@@ -31,8 +31,8 @@ use crate::scene_file::Analysis;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     myovib run scene.toml\n  \
-    myovib run scene.toml --out soft --set material[0].c10=5e3 --set time.end=0.5\n  \
-    myovib run scene.toml --out soft --resume\n\n\
+    myovib run scene.toml --resume\n  \
+    myovib run scene.toml --out soft --set 'material[0].c10=5e3' --set time.end=0.5\n\n\
     Writes NAME.csv for each probe, fields.pvd with VTU files, run.json and report.html.")]
 pub struct RunArgs {
     /// The scene: a TOML file, or the name of a built-in scene.
