@@ -7,7 +7,6 @@ use std::fs;
 use std::path::PathBuf;
 
 use myovib_cli::plot::heat_map::Cell;
-use myovib_cli::plot::line_plot::Level;
 use myovib_cli::plot::{
     Axis, Colour, ComplexPlane, EdgeGroup, Field, Figure, HeatMap, LinePlot, MeshPlot, Panel,
     Series, movie, raster,
@@ -65,10 +64,6 @@ fn lines() -> Figure {
         x: time(),
         y: Axis::new("*p*(0, 0)", "Pa"),
         series: vec![Series::curve("", &t, &wave(19.8, 0.0))],
-        levels: vec![Level {
-            value: 12.0,
-            label: "a level of reference".into(),
-        }],
         ..LinePlot::default()
     };
     Figure::column(

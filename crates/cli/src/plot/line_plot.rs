@@ -3,10 +3,10 @@
 use super::axis::Axis;
 use super::colour::Colour;
 use super::decimate::decimate;
-use super::figure::{Margins, Panel, TICK_SIZE};
+use super::figure::{Margins, Panel};
 use super::frame::Frame;
 use super::legend::{self, Entry, Key};
-use super::svg::{Anchor, Point, Rect, Stroke, Svg, Type};
+use super::svg::{Point, Rect, Stroke, Svg};
 
 /// Dashes by series, so that curves stay apart in grey print.
 const DASHES: [&[f64]; 4] = [&[], &[4.0, 1.5], &[1.2, 1.2], &[6.0, 1.5, 1.2, 1.5]];
@@ -72,15 +72,6 @@ impl Series {
     }
 }
 
-/// A horizontal line of reference.
-#[derive(Debug, Clone)]
-pub struct Level {
-    /// Where.
-    pub value: f64,
-    /// Its label, above its right end.
-    pub label: String,
-}
-
 /// Curves over two axes.
 #[derive(Debug, Clone, Default)]
 pub struct LinePlot {
@@ -92,17 +83,14 @@ pub struct LinePlot {
     pub y: Axis,
     /// The curves, drawn in this order.
     pub series: Vec<Series>,
-    /// Lines of reference.
-    pub levels: Vec<Level>,
 }
 
 impl LinePlot {
     fn frame(&self, width: f64, height: f64) -> Frame<'_> {
         let points = || self.series.iter().flat_map(|series| &series.points);
-        let levels = self.levels.iter().map(|level| level.value);
         Frame::new(
             (&self.x, points().map(|point| point[0])),
-            (&self.y, points().map(|point| point[1]).chain(levels)),
+            (&self.y, points().map(|point| point[1])),
             (width, height),
         )
     }
@@ -154,9 +142,6 @@ impl Panel for LinePlot {
         {
             draw_markers(svg, area, &frame, series, pen(i, series).colour);
         }
-        for level in &self.levels {
-            draw_level(svg, area, &frame, level);
-        }
         frame.draw(svg, area);
         legend::draw(svg, area, &self.title, &self.entries());
     }
@@ -193,21 +178,4 @@ fn draw_markers(svg: &mut Svg, area: Rect, frame: &Frame, series: &Series, colou
     for point in placed.filter(|&point| area.contains(point)) {
         svg.disc(point, MARKER, colour);
     }
-}
-
-fn draw_level(svg: &mut Svg, area: Rect, frame: &Frame, level: &Level) {
-    let y = frame.place(area, [f64::NAN, level.value])[1];
-    let stroke = Stroke {
-        colour: Colour::GREY,
-        width: 0.6,
-        dashes: DASHES[1],
-    };
-    svg.line(&[[area.x, y], [area.right(), y]], stroke);
-    let style = Type {
-        colour: Colour::GREY,
-        haloed: true,
-        ..Type::of(TICK_SIZE)
-    };
-    let style = style.anchored(Anchor::End);
-    svg.text([area.right() - 2.0, y - 2.0], &level.label, style);
 }

@@ -56,59 +56,69 @@ pub(super) fn dynamic<P: System>(
         counts: total.counts,
         ..statistics.clone()
     };
-    let (seed, statistics) = (seed(scene), &whole);
-    match &scene.body {
-        Some(Body {
-            muscle,
-            formulation,
-            settings,
-        }) => {
-            extend(&mut document, body(muscle, *formulation));
-            extend(
-                &mut document,
-                json!({
-                    "constraint_drift": outputs.drift.0,
-                    "constraint_drift_at": outputs.drift.1,
-                }),
-            );
-            let numbers = StatisticsJson::new(statistics, settings, *formulation);
-            extend(&mut document, serde_json::to_value(numbers)?);
-            if scene.file.integrator.max_order == Some(MaxOrder::Auto) {
-                let advice = Advice::new(muscle, *formulation, settings);
-                let reason = advice.max_order_reason();
-                extend(&mut document, json!({ "max_order_reason": reason }));
-            }
-        }
-        None => {
-            let tolerances = &scene.file.integrator.oscillators;
-            let wanted = &scene.file.integrator;
-            let integrator = wanted.method.kind();
-            let counts = CountsJson::new(statistics);
-            extend(&mut document, serde_json::to_value(counts)?);
-            extend(
-                &mut document,
-                json!({
-                    "index": 0,
-                    "rtol": tolerances.rtol,
-                    "atol": tolerances.atol,
-                    "integrator": integrator.name(),
-                }),
-            );
-            let method = match MethodJson::radau_iia(integrator) {
-                Some(radau) => serde_json::to_value(radau)?,
-                None => json!({ "max_order": wanted.max_order.unwrap_or(MaxOrder::Fixed(5)) }),
-            };
-            extend(&mut document, method);
-        }
-    }
+    extend(
+        &mut document,
+        match &scene.body {
+            Some(body) => of_body(scene, body, &whole, outputs.drift)?,
+            None => of_states(scene, &whole)?,
+        },
+    );
     extend(
         &mut document,
         json!({
-            "seed": seed,
+            "seed": seed(scene),
             "energy": outputs.energy(),
-            "stop": stop(&statistics.outcome),
+            "stop": stop(&whole.outcome),
         }),
     );
+    Ok(document)
+}
+
+/// Formulation, drift, statistics and settings of a run with a muscle.
+fn of_body(
+    scene: &Scene,
+    Body {
+        muscle,
+        formulation,
+        settings,
+    }: &Body,
+    statistics: &Statistics,
+    (drift, drift_at): (f64, f64),
+) -> anyhow::Result<Value> {
+    let mut document = body(muscle, *formulation);
+    extend(
+        &mut document,
+        json!({ "constraint_drift": drift, "constraint_drift_at": drift_at }),
+    );
+    let numbers = StatisticsJson::new(statistics, settings, *formulation);
+    extend(&mut document, serde_json::to_value(numbers)?);
+    if scene.file.integrator.max_order == Some(MaxOrder::Auto) {
+        let advice = Advice::new(muscle, *formulation, settings);
+        let reason = advice.max_order_reason();
+        extend(&mut document, json!({ "max_order_reason": reason }));
+    }
+    Ok(document)
+}
+
+/// Statistics and settings of a run of rod and chains.
+fn of_states(scene: &Scene, statistics: &Statistics) -> anyhow::Result<Value> {
+    let wanted = &scene.file.integrator;
+    let integrator = wanted.method.kind();
+    let mut document = serde_json::to_value(CountsJson::new(statistics))?;
+    extend(
+        &mut document,
+        json!({
+            "index": 0,
+            "rtol": wanted.oscillators.rtol,
+            "atol": wanted.oscillators.atol,
+            "integrator": integrator.name(),
+        }),
+    );
+    let method = match MethodJson::radau_iia(integrator) {
+        Some(radau) => serde_json::to_value(radau)?,
+        None => json!({ "max_order": wanted.max_order.unwrap_or(MaxOrder::Fixed(5)) }),
+    };
+    extend(&mut document, method);
     Ok(document)
 }
 
