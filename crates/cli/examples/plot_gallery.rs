@@ -96,7 +96,6 @@ fn work_precision() -> Figure {
                 Series::curve(name, &errors(factor), &work(order)).marked()
             })
             .to_vec(),
-        ..LinePlot::default()
     };
     Figure::of("Work and precision", plot)
 }

@@ -322,6 +322,5 @@ fn panel(
         series: series
             .chain(rival::curves(rival, case, formulation))
             .collect(),
-        ..LinePlot::default()
     })
 }
