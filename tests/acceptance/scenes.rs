@@ -237,6 +237,21 @@ fn difference([a, b]: &[Vec<Vec<f64>>; 2], j: usize) -> f64 {
 }
 
 #[test]
+fn a_finished_run_has_nothing_to_go_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let common = ["run", "init", "--quiet", "--set", "time.end=0.02"];
+    assert_eq!(myovib_in(folder.path(), &common).code, 0);
+    let document = folder.path().join("out/run.json");
+    let before = fs::read(&document).unwrap();
+    let again = myovib_in(folder.path(), &[&common[..], &["--resume"]].concat());
+    assert_eq!(again.code, 2, "{}", again.stderr);
+    for said in ["finished", "out", "t = 0.02 s", "--overwrite"] {
+        assert!(again.stderr.contains(said), "{said}: {}", again.stderr);
+    }
+    assert_eq!(fs::read(&document).unwrap(), before);
+}
+
+#[test]
 fn a_run_with_radau_goes_on_from_its_checkpoint() {
     // One checkpoint, beyond the ramp's middle.
     let sets = [

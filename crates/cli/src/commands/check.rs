@@ -47,7 +47,8 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
     let (text, body) = match (scene.file.analysis, &scene.body) {
         (Analysis::Dynamic, Some(body)) => {
             let report = check::check(&body.muscle, body.formulation, &body.settings)?;
-            (text(body, &report), Some(document(body, &report)))
+            let text = text(body, &report, !scene.chains.is_empty());
+            (text, Some(document(body, &report)))
         }
         (Analysis::Dynamic, None) => (
             "The scene is right. Rods and chains are ordinary differential equations: index 0, \
@@ -67,7 +68,7 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn text(body: &Body, report: &Report) -> String {
+fn text(body: &Body, report: &Report, has_chains: bool) -> String {
     let parameters = &body.muscle.parameters;
     let advice = &report.advice;
     let mut table = Table::new(&[
@@ -104,7 +105,7 @@ fn text(body: &Body, report: &Report) -> String {
         exponent(parameters.beta),
         table.render(coloured_stdout())
     );
-    for line in lines(body, report) {
+    for line in lines(body, report, has_chains) {
         text.push_str(&line);
         text.push('\n');
     }
@@ -113,7 +114,7 @@ fn text(body: &Body, report: &Report) -> String {
     text
 }
 
-fn lines(body: &Body, report: &Report) -> Vec<String> {
+fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
     let place = match report.computed_on {
         Computed::Here => "computed from the scene's matrices",
         Computed::OnCoarseBeam => {
@@ -158,8 +159,12 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
             seconds if seconds < 0.1 => "less than 0.1 s".to_owned(),
             seconds => format!("{seconds:.1} s"),
         };
+        let whose = match has_chains {
+            true => ", of the muscle alone: a chain asks for steps of its own, often far smaller",
+            false => "",
+        };
         lines.push(format!(
-            "cost            about {:.0} steps to t = {} s, {:.2e} s each: {total}",
+            "cost            about {:.0} steps to t = {} s, {:.2e} s each: {total}{whose}",
             cost.steps.ceil(),
             body.settings.t_end,
             cost.seconds_per_step,

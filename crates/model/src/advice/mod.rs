@@ -318,8 +318,12 @@ impl Advice {
 fn listed(causes: &[Finding]) -> String {
     let mut words = String::new();
     for (n, cause) in causes.iter().enumerate() {
-        let lead = if n == 0 { "At fault:" } else { "Or:" };
-        words += &format!(". {lead} {cause}");
+        let is_said = causes[..n].iter().any(|said| said.problem == cause.problem);
+        words += &match n {
+            0 => format!(". At fault: {cause}"),
+            _ if is_said => format!(". Or, for the same: {}", cause.remedy()),
+            _ => format!(". Or: {cause}"),
+        };
     }
     words
 }

@@ -90,10 +90,17 @@ pub struct Finding {
     pub remedies: Vec<Remedy>,
 }
 
+impl Finding {
+    /// All that is to be changed, in words.
+    pub(super) fn remedy(&self) -> String {
+        let remedies: Vec<_> = self.remedies.iter().map(ToString::to_string).collect();
+        remedies.join(" and ")
+    }
+}
+
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let remedies: Vec<_> = self.remedies.iter().map(ToString::to_string).collect();
-        write!(f, "{}. Remedy: {}", self.problem, remedies.join(" and "))
+        write!(f, "{}. Remedy: {}", self.problem, self.remedy())
     }
 }
 

@@ -7,6 +7,8 @@ mod constraint;
 mod kinematic;
 mod momentum;
 
+use std::fmt;
+
 use crate::matrix::Term;
 use crate::state::{Integrals, State};
 
@@ -25,6 +27,19 @@ pub enum Equation {
     Constraint,
     /// ∫ψ (ṗ/κ + cof F:∇v) = 0.
     ConstraintRate,
+}
+
+impl fmt::Display for Equation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Kinematic => "kinematic",
+            Self::StabilizedKinematic => "stabilized kinematic",
+            Self::PressureKinematic => "rate of the pressure",
+            Self::Momentum => "momentum",
+            Self::Constraint => "constraint",
+            Self::ConstraintRate => "rate of the constraint",
+        })
+    }
 }
 
 /// Where the rate of the pressure ṗ is found.

@@ -35,11 +35,11 @@ impl fmt::Display for BlockResidual {
             ..
         } = self;
         if *largest == 0.0 {
-            return write!(f, "{equation:?}: 0");
+            return write!(f, "{equation}: 0");
         }
         write!(
             f,
-            "{equation:?}: {largest:.1e}, {relative:.1e} of its terms, largest at {worst}"
+            "{equation}: {largest:.1e}, {relative:.1e} of its terms, largest at {worst}"
         )
     }
 }

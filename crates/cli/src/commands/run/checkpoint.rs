@@ -68,8 +68,12 @@ impl Checkpoint {
         folder.write(NAME, &serde_json::to_string(self)?)
     }
 
-    /// Reads the checkpoint in `folder`, which must be of this scene.
-    pub(super) fn read(folder: &Path, scene: &serde_json::Value) -> anyhow::Result<Self> {
+    /// Reads the checkpoint in `folder`, which must be of this scene and before its end.
+    pub(super) fn read(
+        folder: &Path,
+        scene: &serde_json::Value,
+        t_end: f64,
+    ) -> anyhow::Result<Self> {
         let path = folder.join(NAME);
         let text = std::fs::read_to_string(&path).map_err(|error| {
             InputError::new(format!("there is no checkpoint to go on from: {error}"))
@@ -83,6 +87,15 @@ impl Checkpoint {
                 .at(path.display())
                 .next("resume with the scene and the --set values of the first run")
                 .into());
+        }
+        if checkpoint.t >= t_end {
+            return Err(
+                InputError::new("the run is finished: there is nothing to go on with")
+                    .at(folder.display())
+                    .found(format!("t = {} s", checkpoint.t))
+                    .next("--overwrite computes it again")
+                    .into(),
+            );
         }
         Ok(checkpoint)
     }

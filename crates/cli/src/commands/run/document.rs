@@ -187,11 +187,20 @@ pub(super) fn write(folder: &Folder, document: &Value) -> anyhow::Result<()> {
     folder.write("run.json", &json::document("run", document)?)
 }
 
+/// As many digits as a person reads.
+fn rounded(value: f64) -> String {
+    match value.abs() {
+        0.0 | 1e-3..1e6 => format!("{value:.3}"),
+        _ => format!("{value:.1e}"),
+    }
+}
+
 /// The outcome for people.
 pub(super) fn text(document: &Value) -> String {
     let mut table = Table::new(&[("run", Align::Left), ("", Align::Left)]);
     let plain = |value: &Value| match value {
         Value::String(text) => text.clone(),
+        Value::Number(number) if number.is_f64() => rounded(number.as_f64().unwrap_or_default()),
         other => other.to_string(),
     };
     for (key, label) in [

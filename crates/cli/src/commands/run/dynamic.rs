@@ -34,7 +34,7 @@ pub(super) fn compute(scene: &Scene, args: &RunArgs) -> anyhow::Result<RunResult
     let started = Instant::now();
     let echo = serde_json::to_value(&scene.file)?;
     let checkpoint = if args.resume {
-        Some(Checkpoint::read(&args.out, &echo)?)
+        Some(Checkpoint::read(&args.out, &echo, scene.t_end)?)
     } else {
         None
     };
