@@ -11,7 +11,7 @@ use sundials_wrap::VariableKind;
 use crate::equation::Equation;
 use crate::error::ModelError;
 use crate::field::Field;
-use crate::parameters::Parameters;
+use crate::muscle::parameters::Parameters;
 
 /// A way to write the semi-discretised equations of motion as a first-order DAE.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -3,8 +3,8 @@
 use myovib_fem::{Solid, Tangents};
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use crate::load::PressureLoad;
 use crate::matrix::Matrix;
+use crate::muscle::load::PressureLoad;
 
 /// Values of the matrices of one formulation.
 #[derive(Debug, Clone)]

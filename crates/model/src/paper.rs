@@ -7,9 +7,9 @@ use myovib_fem::{DofMap, Law, Mesh, Solid, Space, load};
 use myovib_oscillators::{Chain, Coefficients, Detuning, Ends, Reach};
 
 use crate::error::ModelError;
-use crate::load::Load;
 use crate::muscle::Muscle;
-use crate::parameters::Parameters;
+use crate::muscle::load::Load;
+use crate::muscle::parameters::Parameters;
 use crate::rod_dae::RodDae;
 use crate::signal::Signal;
 

@@ -5,7 +5,7 @@ use myovib_fem::rod::{EndLoad, Rod};
 use nalgebra_sparse::pattern::SparsityPattern;
 use sundials_wrap::{DaeProblem, StepError, VariableKind};
 
-use crate::displacement::Displacement;
+use crate::reading::displacement::Displacement;
 use crate::signal::Signal;
 
 /// F(t, y, ẏ) = 0 for a [`Rod`] under a signal at its free end. Paper: eqs. (35), (36).

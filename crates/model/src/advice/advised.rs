@@ -3,8 +3,8 @@
 use super::{Advice, listed};
 use crate::counters::WorkCounters;
 use crate::error::ModelError;
-use crate::integrator::{Advance, Integrator};
-use crate::statistics::{Counts, StopReason};
+use crate::integration::integrator::{Advance, Integrator};
+use crate::integration::statistics::{Counts, StopReason};
 
 /// An integrator that gives advice when it stops.
 pub struct Advised<P> {

@@ -19,9 +19,9 @@ use myovib_fem::Inverted;
 
 use crate::field::Field;
 use crate::formulation::Formulation;
+use crate::integration::settings::{IntegratorKind, MultiplierWeights, Settings};
 use crate::muscle::Muscle;
-use crate::parameters::Parameters;
-use crate::settings::{IntegratorKind, MultiplierWeights, Settings};
+use crate::muscle::parameters::Parameters;
 
 pub use advised::Advised;
 use remedy::symbols;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::field::Field;
 use crate::formulation::Formulation;
-use crate::settings::{MultiplierWeights, Settings};
+use crate::integration::settings::{MultiplierWeights, Settings};
 
 /// A change of formulation or settings.
 #[derive(Debug, Clone, PartialEq)]

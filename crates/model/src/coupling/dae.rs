@@ -8,7 +8,7 @@ use sundials_wrap::{DaeProblem, StepError, VariableKind};
 use super::body::Body;
 use super::oscillators::{Oscillators, Source};
 use crate::blocks::{Block, Blocks};
-use crate::first_step::shortest;
+use crate::integration::first_step::shortest;
 
 /// F(t, Y, Ẏ) = 0 for a body and the oscillators it drives, Y = (y, s_1, s_2, …).
 #[derive(Debug, Clone)]

@@ -11,8 +11,8 @@ use std::ops::Range;
 use sundials_wrap::DaeProblem;
 
 use super::dae::CoupledDae;
+use crate::integration::settings::Settings;
 use crate::muscle_dae::MuscleDae;
-use crate::settings::Settings;
 
 /// Tolerances of the states of a rod or of oscillators.
 #[derive(Debug, Clone, Copy, PartialEq)]

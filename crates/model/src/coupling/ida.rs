@@ -8,8 +8,8 @@ use super::error_test::ErrorTest;
 use super::feedback::FeedbackDae;
 use super::solver::CoupledSolver;
 use crate::error::ModelError;
-use crate::ida::{IdaIntegrator, builder};
-use crate::settings::LinearSolver;
+use crate::integration::ida::{IdaIntegrator, builder};
+use crate::integration::settings::LinearSolver;
 
 impl<B: Body> IdaIntegrator<CoupledDae<B>> {
     /// Starts a coupled system at t = 0 from `y`, the body at rest.

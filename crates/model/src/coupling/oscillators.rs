@@ -6,10 +6,10 @@ use std::sync::Arc;
 use myovib_oscillators::{Drive, Network};
 
 use super::recording::Recording;
-use crate::displacement::Displacement;
 use crate::error::ModelError;
-use crate::first_step::shortest;
+use crate::integration::first_step::shortest;
 use crate::number::Number;
+use crate::reading::displacement::Displacement;
 use crate::signal::Signal;
 
 /// The displacement u in the forcing γ u of one direction.

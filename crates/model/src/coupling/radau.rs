@@ -9,9 +9,9 @@ use super::error_test::ErrorTest;
 use super::feedback::FeedbackDae;
 use super::solver::CoupledMatrices;
 use crate::error::ModelError;
-use crate::ida::IdaIntegrator;
-use crate::radau::RadauIntegrator;
-use crate::settings::LinearSolver;
+use crate::integration::ida::IdaIntegrator;
+use crate::integration::radau::RadauIntegrator;
+use crate::integration::settings::LinearSolver;
 
 /// Matrices chosen at run time: by the body's own, or of the whole.
 pub type SystemMatrices<B> = Box<dyn NewtonMatrices<CoupledDae<B>>>;

@@ -2,10 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use crate::displacement::Displacement;
 use crate::error::ModelError;
-use crate::run::{Observer, Step};
-use crate::statistics::Outcome;
+use crate::integration::run::{Observer, Step};
+use crate::integration::statistics::Outcome;
+use crate::reading::displacement::Displacement;
 
 /// Points per step: they determine a polynomial of degree 8, that of the dense output of Radau IIA
 /// with seven stages; the BDF's has 5 at most.

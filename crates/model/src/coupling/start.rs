@@ -8,11 +8,11 @@ use super::dae::CoupledDae;
 use super::error_test::ErrorTest;
 use super::feedback::FeedbackDae;
 use crate::error::ModelError;
-use crate::ida::{self, IdaIntegrator};
-use crate::integrator::Integrator;
+use crate::integration::ida::{self, IdaIntegrator};
+use crate::integration::integrator::Integrator;
+use crate::integration::radau::{self, RadauIntegrator};
+use crate::integration::settings::{IntegratorKind, LinearSolver, Settings};
 use crate::muscle_dae::MuscleDae;
-use crate::radau::{self, RadauIntegrator};
-use crate::settings::{IntegratorKind, LinearSolver, Settings};
 
 /// What the integrators of a coupled system can be told; the error test has the tolerances.
 #[derive(Debug, Clone)]

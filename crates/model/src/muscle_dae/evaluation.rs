@@ -8,7 +8,7 @@ use super::MuscleDae;
 use crate::equation::{Context, PressureRateSource};
 use crate::field::Field;
 use crate::muscle::Muscle;
-use crate::parameters::Parameters;
+use crate::muscle::parameters::Parameters;
 use crate::state::{Integrals, State};
 
 impl MuscleDae {

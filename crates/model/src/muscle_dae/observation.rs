@@ -4,10 +4,10 @@ use myovib_fem::{Fields, Inverted, Pressure, Vectors};
 use sundials_wrap::{DaeProblem, StepError};
 
 use super::MuscleDae;
-use crate::displacement::Displacement;
 use crate::field::Field;
-use crate::measure::Snapshot;
-use crate::probe::{Probe, ProbeValue};
+use crate::reading::displacement::Displacement;
+use crate::reading::measure::Snapshot;
+use crate::reading::probe::{Probe, ProbeValue};
 use crate::state::Workspace;
 
 impl MuscleDae {

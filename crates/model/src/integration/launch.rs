@@ -4,12 +4,12 @@ use sundials_wrap::DaeProblem;
 
 use crate::advice::{Advice, Advised};
 use crate::error::ModelError;
-use crate::ida::IdaIntegrator;
-use crate::integrator::Integrator;
+use crate::integration::ida::IdaIntegrator;
+use crate::integration::integrator::Integrator;
+use crate::integration::projected::Projected;
+use crate::integration::radau::RadauIntegrator;
+use crate::integration::settings::Settings;
 use crate::muscle_dae::MuscleDae;
-use crate::projected::Projected;
-use crate::radau::RadauIntegrator;
-use crate::settings::Settings;
 
 /// Starts a muscle at rest at t = 0 with the integrator that `settings` names; when it stops it
 /// says what the index has to do with it.

@@ -4,12 +4,12 @@ use myovib_radau::{KluMatrices, Method, NewtonMatrices, RadauBuilder, RadauOptio
 use sundials_wrap::{DaeProblem, Suppressed};
 
 use crate::error::ModelError;
-use crate::first_step::look_ahead;
-use crate::integrator::{Advance, Integrator};
+use crate::integration::first_step::look_ahead;
+use crate::integration::integrator::{Advance, Integrator};
+use crate::integration::settings::{LinearSolver, Settings};
+use crate::integration::statistics::Counts;
 use crate::linear::CondensedMatrices;
 use crate::muscle_dae::MuscleDae;
-use crate::settings::{LinearSolver, Settings};
-use crate::statistics::Counts;
 
 /// Radau IIA with a stop time at the end.
 pub struct RadauIntegrator<P: DaeProblem, M = KluMatrices> {

@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use sundials_wrap::DaeProblem;
 
 use crate::error::ModelError;
-use crate::run::{Observer, Step};
-use crate::statistics::Outcome;
+use crate::integration::run::{Observer, Step};
+use crate::integration::statistics::Outcome;
 
 /// Equidistant times `0, every, 2 every, …` up to and including the end time.
 #[derive(Debug, Clone)]

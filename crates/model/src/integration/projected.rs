@@ -11,11 +11,11 @@
 
 use crate::error::ModelError;
 use crate::field::Field;
-use crate::ida::IdaIntegrator;
-use crate::integrator::{Advance, Integrator};
+use crate::integration::ida::IdaIntegrator;
+use crate::integration::integrator::{Advance, Integrator};
+use crate::integration::statistics::Counts;
 use crate::muscle_dae::MuscleDae;
 use crate::start::Start;
-use crate::statistics::Counts;
 
 /// IDAS with projections after the first step at or beyond each multiple of a time.
 pub struct Projected {

@@ -6,19 +6,19 @@ use cpu_time::ThreadTime;
 use sundials_wrap::DaeProblem;
 
 use crate::advice::{Advice, Finding, Remedy};
+use crate::analysis::index::{IndexReport, LARGEST_SYSTEM};
+use crate::analysis::inf_sup;
+use crate::analysis::spectrum;
+use crate::analysis::table1::{Case, coarse_beam};
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
-use crate::index::{IndexReport, LARGEST_SYSTEM};
-use crate::inf_sup;
-use crate::integrator::Advance;
-use crate::launch::start_at_rest;
+use crate::integration::integrator::Advance;
+use crate::integration::launch::start_at_rest;
+use crate::integration::settings::Settings;
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
-use crate::settings::Settings;
-use crate::spectrum;
 use crate::start::{BlockResidual, residuals};
-use crate::table1::{Case, coarse_beam};
 
 /// Modes looked at beside the drive.
 const SLOW_MODES: usize = 3;

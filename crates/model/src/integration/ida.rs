@@ -3,13 +3,13 @@
 use sundials_wrap::{DaeProblem, IdaBuilder, IdaOptions, IdaSolver, Suppressed};
 
 use crate::error::ModelError;
-use crate::first_step::look_ahead;
-use crate::integrator::{Advance, Integrator};
+use crate::integration::first_step::look_ahead;
+use crate::integration::integrator::{Advance, Integrator};
+use crate::integration::settings::{LinearSolver, MultiplierWeights, Settings};
+use crate::integration::statistics::Counts;
+use crate::integration::step_weights::{StepSize, StepWeights};
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
-use crate::settings::{LinearSolver, MultiplierWeights, Settings};
-use crate::statistics::Counts;
-use crate::step_weights::{StepSize, StepWeights};
 
 /// IDAS in one-step mode with a stop time at the end.
 pub struct IdaIntegrator<P: DaeProblem> {

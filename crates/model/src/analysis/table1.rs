@@ -6,14 +6,14 @@ use myovib_fem::{DofMap, FemError, Law, Mesh, Solid, Space, generate};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::analysis::index::IndexReport;
 use crate::error::ModelError;
 use crate::formulation::Formulation;
-use crate::index::IndexReport;
 use crate::muscle::Muscle;
+use crate::muscle::parameters::Parameters;
 use crate::muscle_dae::MuscleDae;
 use crate::operators::element_size;
 use crate::paper;
-use crate::parameters::Parameters;
 
 /// Strains of the random states are of this order: far from small, and no element inverts.
 const STRAIN: f64 = 0.1;

@@ -18,8 +18,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::field::{Field, Layout};
 use crate::formulation::Formulation;
+use crate::integration::settings::{AbsoluteTolerances, Settings};
 use crate::muscle_dae::MuscleDae;
-use crate::settings::{AbsoluteTolerances, Settings};
 
 /// The size of the step about to be taken, shared by an integrator and its weights; 0 before the
 /// first.

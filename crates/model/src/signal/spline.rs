@@ -1,7 +1,7 @@
 //! Natural cubic splines: tables of values as functions with two continuous derivatives.
 
 use crate::error::ModelError;
-use crate::jet::Jet;
+use crate::signal::jet::Jet;
 
 /// The interpolating cubic spline whose second derivative vanishes at both ends.
 ///

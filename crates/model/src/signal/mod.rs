@@ -3,12 +3,15 @@
 //! Loads need the value, the rod's Rayleigh load its first derivative, prescribed
 //! displacements both: their rates enter the differentiated constraints.
 
+pub(crate) mod jet;
+pub(crate) mod spline;
+
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use crate::first_step::shortest;
-use crate::jet::Jet;
-use crate::spline::Spline;
+use crate::integration::first_step::shortest;
+use jet::Jet;
+use spline::Spline;
 
 /// A function of time, in the units of what it drives.
 #[derive(Debug, Clone, PartialEq)]

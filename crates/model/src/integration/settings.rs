@@ -111,7 +111,7 @@ pub enum MultiplierWeights {
     #[default]
     Plain,
     /// A multiplier of index i by its tolerances over (Ωh)^(i−1): see
-    /// [`StepWeights`](crate::step_weights::StepWeights).
+    /// [`StepWeights`](crate::integration::step_weights::StepWeights).
     StepScaled,
 }
 

@@ -1,11 +1,14 @@
 //! The muscle: elastic body, damping, loads. What is true of it whatever the formulation.
 
+pub(crate) mod load;
+pub(crate) mod parameters;
+
 use myovib_fem::Solid;
 
-use crate::first_step::shortest;
-use crate::load::{Load, Prescribed, PressureLoad};
-use crate::parameters::Parameters;
+use crate::integration::first_step::shortest;
 use crate::signal::Signal;
+use load::{Load, Prescribed, PressureLoad};
+use parameters::Parameters;
 
 /// An elastic body with its physical constants and what acts on it.
 #[derive(Debug, Clone)]

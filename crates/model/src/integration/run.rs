@@ -6,8 +6,8 @@ use std::time::Instant;
 use cpu_time::ThreadTime;
 
 use crate::error::ModelError;
-use crate::integrator::{Advance, Integrator};
-use crate::statistics::{Outcome, Statistics, StopReason};
+use crate::integration::integrator::{Advance, Integrator};
+use crate::integration::statistics::{Outcome, Statistics, StopReason};
 
 /// An accepted step, with the dense output over it.
 pub struct Step<'a, P> {

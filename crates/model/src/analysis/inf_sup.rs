@@ -8,13 +8,13 @@ use myovib_structure::InfSup;
 use nalgebra_sparse::CscMatrix;
 use sundials_wrap::DaeProblem;
 
+use crate::analysis::index::{IndexReport, LARGEST_SYSTEM};
 use crate::error::ModelError;
 use crate::formulation::Formulation;
-use crate::index::{IndexReport, LARGEST_SYSTEM};
 use crate::muscle::Muscle;
+use crate::muscle::parameters::Parameters;
 use crate::muscle_dae::MuscleDae;
 use crate::operators;
-use crate::parameters::Parameters;
 
 /// A displacement space with the pressures on the same mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use myovib_fem::Inverted;
 use sundials_wrap as wrap;
 
 use crate::error::ModelError;
-use crate::statistics::{Counts, StopReason};
+use crate::integration::statistics::{Counts, StopReason};
 
 /// What one internal step came to.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,7 @@
 //! [`IndexReport`] reads blocks of unknowns out of what `myovib-structure` finds, which sees a
 //! linearisation only. The rule of [`Formulation::index`](crate::Formulation::index) is not used.
 //!
-#![doc = include_str!("../notes/0002-computing-the-index.md")]
+#![doc = include_str!("../../notes/0002-computing-the-index.md")]
 
 use myovib_structure::{Index, Pencil, PencilStructure, VariableIndex};
 use sundials_wrap::DaeProblem;

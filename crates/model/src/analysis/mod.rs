@@ -1,0 +1,12 @@
+//! What the matrices say of a model, and what that means for a run.
+//!
+//! Cast: [`index`] computes the index of a DAE, [`table1`] those of the paper's Table 1; [`inf_sup`]
+//! says how well pressures are held, [`spectrum`] has eigenfrequencies; [`counterexample`] is the
+//! paper's warning of section 2; [`check`] puts together what can be said of a run before it.
+
+pub mod check;
+pub mod counterexample;
+pub mod index;
+pub mod inf_sup;
+pub mod spectrum;
+pub mod table1;

@@ -1,0 +1,18 @@
+//! From a DAE to a run: settings, integrators, observers, statistics.
+//!
+//! Cast: [`Settings`](settings::Settings) say how; [`launch`] starts an
+//! [`Integrator`](integrator::Integrator), which is [`ida`], [`radau`], or one of them with more
+//! around it ([`projected`]); [`run`] steps it to its end under the eyes of observers, as those of
+//! [`recorder`], and gives [`statistics`].
+
+pub(crate) mod first_step;
+pub mod ida;
+pub(crate) mod integrator;
+pub(crate) mod launch;
+pub(crate) mod projected;
+pub mod radau;
+pub(crate) mod recorder;
+pub(crate) mod run;
+pub(crate) mod settings;
+pub(crate) mod statistics;
+pub mod step_weights;
