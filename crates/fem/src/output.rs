@@ -80,6 +80,29 @@ impl Solid {
         })
     }
 
+    /// The smallest J = det F (1 + div u for small strains) in the quadrature points, and where.
+    ///
+    /// # Panics
+    /// If the length of `u` is wrong.
+    pub fn least_volume_ratio(&self, u: &[f64]) -> (f64, Located) {
+        let rule = self.rule().points();
+        let places = (0..self.space().n_elements()).flat_map(|element| {
+            let barycentric = rule.iter().map(|point| point.barycentric);
+            barycentric.map(move |barycentric| Located {
+                element,
+                barycentric,
+            })
+        });
+        let ratio = |at: Located| {
+            let law = self.laws()[at.element];
+            (1.0 + law.volume_change(self.gradient_at(u, &at)), at)
+        };
+        places
+            .map(ratio)
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .expect("a mesh has triangles")
+    }
+
     /// ∇u at a place in the mesh.
     pub fn gradient_at(&self, u: &[f64], at: &Located) -> Tensor {
         let (inverse, _) = inverse_map(self.space().mesh().corners(at.element));

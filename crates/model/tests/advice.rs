@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use myovib_fem::{Inverted, Mesh, generate};
-use myovib_model::advice::{Advice, Advised, Remedy};
+use myovib_model::advice::{Advice, Advised, Remedy, WithMuscle};
 use myovib_model::{
     Advance, Counts, Field, Formulation, Integrator, IntegratorKind, Limits, ModelError, MuscleDae,
     Outcome, Settings, Statistics, StopReason, WorkCounters, check, paper, run, start_at_rest,
@@ -208,19 +208,40 @@ fn order_by_damping() {
     assert_eq!([1e-4, 4e-4, 1.4e-3, 3e-3].map(order), [2, 3, 4, 5]);
 }
 
+/// A problem of which only the work and the least det F matter.
+struct Strained {
+    work: WorkCounters,
+    ratio: f64,
+}
+
+impl WithMuscle for Strained {
+    fn unknowns(&self) -> usize {
+        0
+    }
+
+    fn work(&self) -> WorkCounters {
+        self.work
+    }
+
+    fn least_volume_ratio(&mut self, _: f64, _: &[f64]) -> (f64, usize) {
+        (self.ratio, FLATTEST)
+    }
+}
+
 /// An integrator of which only the inversions met in each step, and how the last one ends, matter.
 struct Scripted {
-    work: WorkCounters,
+    problem: Strained,
     inversions: VecDeque<u64>,
     end: StopReason,
 }
 
-impl Integrator<WorkCounters> for Scripted {
+impl Integrator<Strained> for Scripted {
     fn advance(&mut self) -> Result<Advance, ModelError> {
         let met = self.inversions.pop_front().unwrap();
-        self.work.inversions += met;
+        let work = &mut self.problem.work;
+        work.inversions += met;
         if met > 0 {
-            self.work.inverted = Some(ELEMENT);
+            work.inverted = Some(ELEMENT);
         }
         Ok(if self.inversions.is_empty() {
             Advance::Stopped {
@@ -245,14 +266,17 @@ impl Integrator<WorkCounters> for Scripted {
         Counts::default()
     }
 
-    fn problem(&self) -> &WorkCounters {
-        &self.work
+    fn problem(&self) -> &Strained {
+        &self.problem
     }
 
-    fn problem_mut(&mut self) -> &mut WorkCounters {
-        &mut self.work
+    fn problem_mut(&mut self) -> &mut Strained {
+        &mut self.problem
     }
 }
+
+/// The element with the least det F.
+const FLATTEST: usize = 3;
 
 const ELEMENT: Inverted = Inverted {
     element: 7,
@@ -264,12 +288,15 @@ const ELEMENT: Inverted = Inverted {
 fn only_an_inversion_that_the_run_did_not_get_past_is_at_fault() {
     let named = |inversions: [u64; 2], end| {
         let inner = Scripted {
-            work: WorkCounters::default(),
+            problem: Strained {
+                work: WorkCounters::default(),
+                ratio: 1.0,
+            },
             inversions: inversions.into(),
             end,
         };
         let bad = Run::new(spindle(), Formulation::Position, 0.0, &[], 5);
-        let mut advised = Advised::new(Box::new(inner), bad.advice(), |work| *work);
+        let mut advised = Advised::new(Box::new(inner), bad.advice());
         let outcome = run(&mut advised, &mut []).unwrap().outcome;
         let Outcome::Stopped {
             message, inverted, ..
@@ -289,4 +316,35 @@ fn only_an_inversion_that_the_run_did_not_get_past_is_at_fault() {
     assert!(!named([3, 0], StopReason::ConvergenceFailures));
     // What fails the error test was evaluated.
     assert!(!named([0, 2], StopReason::ErrorTestFailures));
+}
+
+/// Stopped by the error test, without inversion, with a least det F of 0.1 or of 0.9.
+#[test]
+fn a_flat_element_is_blamed_before_the_index() {
+    let message = |ratio: f64| {
+        let inner = Scripted {
+            problem: Strained {
+                work: WorkCounters::default(),
+                ratio,
+            },
+            inversions: [0].into(),
+            end: StopReason::ErrorTestFailures,
+        };
+        let index_3 = Run::new(spindle(), Formulation::Position, 0.0, &[], 5);
+        let mut advised = Advised::new(Box::new(inner), index_3.advice());
+        let Advance::Stopped { message, .. } = advised.advance().unwrap() else {
+            panic!("the script ends in a stop");
+        };
+        message
+    };
+    let flat = message(0.1);
+    let blame = "At fault: element 3 is squeezed flat, to det F = 0.100.";
+    assert!(flat.contains(blame), "{flat}");
+    assert!(flat.contains("Or: in the error test: lambda"), "{flat}");
+    let sound = message(0.9);
+    assert!(
+        sound.contains("At fault: in the error test: lambda"),
+        "{sound}"
+    );
+    assert!(!sound.contains("squeezed"), "{sound}");
 }

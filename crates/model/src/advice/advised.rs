@@ -1,36 +1,104 @@
 //! Integrators that say what to do when they stop.
 
+use sundials_wrap::DaeProblem;
+
 use super::{Advice, listed};
 use crate::counters::WorkCounters;
+use crate::coupling::{CoupledDae, FeedbackDae};
 use crate::error::ModelError;
 use crate::integration::integrator::{Advance, Integrator};
 use crate::integration::statistics::{Counts, StopReason};
+use crate::muscle_dae::MuscleDae;
+
+/// A system with a muscle, as the advice on a stop sees it.
+pub trait WithMuscle {
+    /// Number of unknowns of the system.
+    fn unknowns(&self) -> usize;
+
+    /// The work done for the muscle.
+    fn work(&self) -> WorkCounters;
+
+    /// The smallest det F of the muscle at time `t` for the unknowns `y` of the system, and its
+    /// element.
+    fn least_volume_ratio(&mut self, t: f64, y: &[f64]) -> (f64, usize);
+}
+
+impl WithMuscle for MuscleDae {
+    fn unknowns(&self) -> usize {
+        self.n_unknowns()
+    }
+
+    fn work(&self) -> WorkCounters {
+        *self.counters()
+    }
+
+    fn least_volume_ratio(&mut self, t: f64, y: &[f64]) -> (f64, usize) {
+        let body = self.snapshot(t, y);
+        let (ratio, at) = body.solid.least_volume_ratio(body.displacement);
+        (ratio, at.element)
+    }
+}
+
+impl WithMuscle for CoupledDae<MuscleDae> {
+    fn unknowns(&self) -> usize {
+        self.n_unknowns()
+    }
+
+    fn work(&self) -> WorkCounters {
+        self.body().work()
+    }
+
+    fn least_volume_ratio(&mut self, t: f64, y: &[f64]) -> (f64, usize) {
+        let own = self.body_range();
+        self.body_mut().least_volume_ratio(t, &y[own])
+    }
+}
+
+impl WithMuscle for FeedbackDae {
+    fn unknowns(&self) -> usize {
+        self.n_unknowns()
+    }
+
+    fn work(&self) -> WorkCounters {
+        self.one_way().work()
+    }
+
+    fn least_volume_ratio(&mut self, t: f64, y: &[f64]) -> (f64, usize) {
+        let own = self.one_way().body_range();
+        self.muscle_at(y).least_volume_ratio(t, &y[own])
+    }
+}
 
 /// An integrator that gives advice when it stops.
 pub struct Advised<P> {
     inner: Box<dyn Integrator<P>>,
     advice: Advice,
-    work: fn(&P) -> WorkCounters,
 }
 
-impl<P> Advised<P> {
-    /// Adds `advice` to the message of `inner`; `work` is that of its problem's muscle.
-    pub fn new(
-        inner: Box<dyn Integrator<P>>,
-        advice: Advice,
-        work: fn(&P) -> WorkCounters,
-    ) -> Self {
-        Self {
-            inner,
-            advice,
-            work,
-        }
+impl<P: WithMuscle> Advised<P> {
+    /// Adds `advice` to the message of `inner`.
+    pub fn new(inner: Box<dyn Integrator<P>>, advice: Advice) -> Self {
+        Self { inner, advice }
+    }
+
+    /// The advice on a stop that no inversion explains, with the state reached looked at. There is
+    /// none to look at before the first step.
+    fn explain(&mut self) -> String {
+        let t = self.inner.time();
+        let mut y = vec![0.0; self.inner.problem().unknowns()];
+        let reached = self.inner.dense_output(t, 0, &mut y);
+        let flat = reached.ok().and_then(|()| {
+            let (ratio, element) = self.inner.problem_mut().least_volume_ratio(t, &y);
+            self.advice.flatness(ratio, element)
+        });
+        let causes: Vec<_> = flat.into_iter().chain(self.advice.causes()).collect();
+        format!(". {}{}", self.advice.subject(), listed(&causes))
     }
 }
 
-impl<P> Integrator<P> for Advised<P> {
+impl<P: WithMuscle> Integrator<P> for Advised<P> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
-        let inversions = (self.work)(self.inner.problem()).inversions;
+        let inversions = self.inner.problem().work().inversions;
         let advance = self.inner.advance()?;
         let Advance::Stopped {
             reason, message, ..
@@ -38,17 +106,17 @@ impl<P> Integrator<P> for Advised<P> {
         else {
             return Ok(advance);
         };
-        let work = (self.work)(self.inner.problem());
+        let work = self.inner.problem().work();
         // The error test is of a state that could be evaluated: what was inverted before was not, then.
         let refused = work.inversions > inversions && reason != StopReason::ErrorTestFailures;
         let inverted = work.inverted.filter(|_| refused);
-        let message = match inverted {
-            Some(at) => message + &listed(&self.advice.causes_of_inversion(at)),
-            None => format!("{message}. {}", self.advice),
+        let explanation = match inverted {
+            Some(at) => listed(&self.advice.causes_of_inversion(at)),
+            None => self.explain(),
         };
         Ok(Advance::Stopped {
             reason,
-            message,
+            message: message + &explanation,
             inverted,
         })
     }

@@ -13,7 +13,6 @@ mod advised;
 mod remedy;
 
 use std::f64::consts::TAU;
-use std::fmt;
 
 use myovib_fem::Inverted;
 
@@ -23,7 +22,7 @@ use crate::integration::settings::{IntegratorKind, MultiplierWeights, Settings};
 use crate::muscle::Muscle;
 use crate::muscle::parameters::Parameters;
 
-pub use advised::Advised;
+pub use advised::{Advised, WithMuscle};
 use remedy::symbols;
 pub use remedy::{Finding, Remedy};
 
@@ -33,6 +32,13 @@ pub use remedy::{Finding, Remedy};
 const SECTORS: [(u8, f64); 3] = [(5, 51.84), (4, 73.35), (3, 86.03)];
 /// Modes faster than the drive by this factor are not resolved by steps that resolve the drive.
 const UNRESOLVED: f64 = 10.0;
+
+/// An element with det F below this, in a state from which no step is found, is likelier at fault than
+/// the index. Stops that belong to the index have been seen above 0.9; a hundred times the load of
+/// the paper stops all formulations alike, at 0.1.
+const FLAT: f64 = 0.2;
+/// What to change where elements are strained too far.
+const EASE: &str = "let the load rise more slowly or less far, or refine the mesh there";
 
 /// A formulation with its indices, and the settings of its integration.
 #[derive(Debug, Clone, PartialEq)]
@@ -120,6 +126,23 @@ impl Advice {
         format!(
             "order {order}: the least damped mode that the steps do not resolve has a damping ratio of \
              {least:.3}, {angle:.1}° off the negative real axis and {bound}"
+        )
+    }
+
+    /// The formulation with its index and that of each block, in words.
+    fn subject(&self) -> String {
+        let blocks: Vec<_> = self
+            .blocks()
+            .iter()
+            .map(|(field, index)| format!("{field} {index}"))
+            .collect();
+        format!(
+            "`{}` with kappa = {}, beta = {} has index {} ({})",
+            self.formulation,
+            self.parameters.kappa(),
+            self.parameters.beta,
+            self.index(),
+            blocks.join(", ")
         )
     }
 
@@ -292,6 +315,16 @@ impl Advice {
         causes
     }
 
+    /// What made a run stop in a state where det F is `ratio` at least, in `element`, if that is
+    /// little: the law resists without bound, and time steps and Newton's method shrink with it.
+    pub fn flatness(&self, ratio: f64, element: usize) -> Option<Finding> {
+        (ratio < FLAT).then(|| Finding {
+            fields: Vec::new(),
+            problem: format!("element {element} is squeezed flat, to det F = {ratio:.3}"),
+            remedies: vec![Remedy::Scene(EASE)],
+        })
+    }
+
     /// What made a run stop at an element turned inside out, the likeliest first: that is no matter
     /// of the index.
     pub fn causes_of_inversion(&self, at: Inverted) -> Vec<Finding> {
@@ -308,8 +341,7 @@ impl Advice {
             let why = ", from a state so loosely integrated that it may be far off";
             finding(why, Remedy::Tighten(usual))
         });
-        let change = "let the load rise more slowly or less far, or refine the mesh there";
-        let strained = finding("", Remedy::Scene(change));
+        let strained = finding("", Remedy::Scene(EASE));
         loose.into_iter().chain([strained]).collect()
     }
 }
@@ -326,25 +358,4 @@ fn listed(causes: &[Finding]) -> String {
         };
     }
     words
-}
-
-impl fmt::Display for Advice {
-    /// The words for a run that stopped.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let blocks: Vec<_> = self
-            .blocks()
-            .iter()
-            .map(|(field, index)| format!("{field} {index}"))
-            .collect();
-        write!(
-            f,
-            "`{}` with kappa = {}, beta = {} has index {} ({})",
-            self.formulation,
-            self.parameters.kappa(),
-            self.parameters.beta,
-            self.index(),
-            blocks.join(", ")
-        )?;
-        f.write_str(&listed(&self.causes()))
-    }
 }

@@ -47,6 +47,5 @@ pub fn start_from(
         }
         Some(_) => Box::new(RadauIntegrator::starting_at(dae, settings, t, y, y_dot)?),
     };
-    let work = |dae: &MuscleDae| *dae.counters();
-    Ok(Box::new(Advised::new(integrator, advice, work)))
+    Ok(Box::new(Advised::new(integrator, advice)))
 }

@@ -1,6 +1,6 @@
 //! Integrators for the systems a scene can be, from rest or from a checkpoint.
 
-use myovib_model::advice::{Advice, Advised};
+use myovib_model::advice::{Advice, Advised, WithMuscle};
 use myovib_model::coupling::{
     CoupledDae, CoupledOptions, ErrorTest, FeedbackDae, NoBody, Oscillators, Source,
     StateTolerances, start_coupled, start_coupled_from, start_with_feedback,
@@ -11,7 +11,7 @@ use myovib_model::{
 use sundials_wrap::DaeProblem;
 
 use super::checkpoint::Checkpoint;
-use super::system::{Body as CoupledBody, System};
+use super::system::Body as CoupledBody;
 use crate::error::InputError;
 use crate::scene::{Body, DrivenChain, Scene};
 use crate::scene_file::chain::Place;
@@ -100,12 +100,12 @@ fn one_way(
 }
 
 /// Says when the run stops what the body has to do with it.
-fn advised<P: System + 'static>(
+fn advised<P: WithMuscle + 'static>(
     integrator: Box<dyn Integrator<P>>,
     body: &Body,
 ) -> Box<dyn Integrator<P>> {
     let advice = Advice::new(&body.muscle, body.formulation, &body.settings);
-    Box::new(Advised::new(integrator, advice, P::counters))
+    Box::new(Advised::new(integrator, advice))
 }
 
 /// A rod, with chains or without.
