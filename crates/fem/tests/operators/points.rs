@@ -1,9 +1,9 @@
 //! The Mooney–Rivlin law at points, against 30-digit numbers of an independent program.
 
-use myovib_fem::{Law, generate};
+use myovib_fem::{Law, Space, generate};
 use serde_json::Value;
 
-use crate::common::{Equilibrium, equilibrium, reference};
+use crate::common::{Equilibrium, clamped, equilibrium, reference};
 
 /// Rounding in some twenty operations on numbers of the size of the modulus, 1e4.
 const ROUNDING: f64 = 1e-10;
@@ -146,4 +146,23 @@ fn patch_test_of_uniaxial_stretch() {
     let (s1, s3) = (point.cauchy[0][0], point.cauchy_33);
     let mises = (s1 * s1 - s1 * s3 + s3 * s3).sqrt();
     assert!((point.von_mises() / mises - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn the_least_volume_ratio_is_found_where_it_is() {
+    let mesh = generate::rectangle([0.0; 2], [1.0, 1.0], [4, 3]).unwrap();
+    let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
+    let solid = clamped(Space::taylor_hood(&mesh), "left", law);
+    let space = solid.space();
+    // u = (-0.4 x², 0): J = 1 - 0.8 x, least in the quadrature point furthest to the right.
+    let points = space.node_points().iter();
+    let u: Vec<f64> = points.flat_map(|[x, _]| [-0.4 * x * x, 0.0]).collect();
+    let (ratio, at) = solid.least_volume_ratio(&u);
+    let corners = mesh.corners(at.element);
+    let x: f64 = (0..3).map(|i| at.barycentric[i] * corners[i][0]).sum();
+    let rule = solid.rule().points();
+    // Cells are 1/4 wide, and their lower triangles have two corners on the right.
+    let least = rule.iter().flat_map(|q| q.barycentric).fold(1.0, f64::min);
+    close(x, 1.0 - 0.25 * least);
+    close(ratio, 1.0 - 0.8 * x);
 }
