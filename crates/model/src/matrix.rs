@@ -36,16 +36,6 @@ pub enum Matrix {
     MultiplierStiffness,
 }
 
-impl Matrix {
-    /// Whether the values depend on the state for a nonlinear law.
-    pub fn depends_on_state(self) -> bool {
-        !matches!(
-            self,
-            Self::DisplacementIdentity | Self::PressureIdentity | Self::Mass | Self::PressureMass
-        )
-    }
-}
-
 /// `(a · of_value + b · of_rate) · matrix` in the columns of one block of unknowns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Term {
