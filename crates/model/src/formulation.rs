@@ -130,23 +130,30 @@ impl Formulation {
     }
 
     fn index_of(self, field: Field, damped: bool, incompressible: bool) -> u8 {
-        match (self, field) {
-            (Displacement, _) => 0,
-            (ImplicitRate | Rate, Field::Velocity) if !incompressible => u8::from(damped),
-            (Position | ImplicitRate, Field::Pressure) if !incompressible => 1,
-            (Position | ImplicitRate, _) if !incompressible => 0,
-            (Position | ImplicitRate | Rate, Field::Displacement) if incompressible => 1,
-            (Position | ImplicitRate | Rate, Field::Velocity) if incompressible => 2,
-            (Position, _) => 3,
-            (ImplicitRate, _) => 3 - u8::from(damped),
-            (Rate, Field::Pressure) => 1 + u8::from(incompressible) * (2 - u8::from(damped)),
-            (Rate, Field::PressureRate) => 2 + u8::from(incompressible) * (2 - u8::from(damped)),
-            (Rate, _) => 0,
-            (Velocity, Field::Velocity) if incompressible => 1,
-            (Velocity, Field::Pressure) if incompressible => 2,
-            (Velocity, _) => 0,
-            (Stabilized, Field::Displacement | Field::Velocity) => 1,
-            (Stabilized, _) => 2,
+        use Field as U;
+        let damped = u8::from(damped);
+        if incompressible {
+            match (self, field) {
+                (Position | ImplicitRate | Rate, U::Displacement) => 1,
+                (Position | ImplicitRate | Rate, U::Velocity) => 2,
+                (Position, U::Pressure) => 3,
+                (ImplicitRate | Rate, U::Pressure) => 3 - damped,
+                (Rate, U::PressureRate) => 4 - damped,
+                (Velocity, U::Velocity) => 1,
+                (Velocity, U::Pressure) => 2,
+                (Stabilized, U::Displacement | U::Velocity) => 1,
+                (Stabilized, U::Pressure | U::GglMultiplier) => 2,
+                _ => 0,
+            }
+        } else {
+            match (self, field) {
+                (ImplicitRate | Rate, U::Velocity) => damped,
+                (Position | ImplicitRate | Rate, U::Pressure) => 1,
+                (Rate, U::PressureRate) => 2,
+                (Stabilized, U::Displacement | U::Velocity) => 1,
+                (Stabilized, U::Pressure | U::GglMultiplier) => 2,
+                _ => 0,
+            }
         }
     }
 
