@@ -2,7 +2,8 @@
 
 use myovib_fem::{Law, Mesh};
 use myovib_model::{
-    Formulation, MuscleDae, Settings, Signal, WorkCounters, paper, run as run_model, start_at_rest,
+    Formulation, MuscleDae, Outcome, Settings, Signal, WorkCounters, paper, run as run_model,
+    start_at_rest,
 };
 use serde::Serialize;
 
@@ -57,6 +58,7 @@ struct Row {
     residual_microseconds: f64,
     jacobian_microseconds: f64,
     run_cpu_seconds: f64,
+    outcome: &'static str,
     steps: u64,
     residual_passes: u64,
     force_rate_passes: u64,
@@ -110,12 +112,14 @@ fn measure(scene: &Scene, mesh: &Mesh, t_end: f64, repeats: u32) -> anyhow::Resu
         ..Settings::paper(scene.formulation)
     };
     let mut best = f64::INFINITY;
-    let (mut steps, mut counters) = (0, WorkCounters::default());
+    let (mut outcome, mut steps) = (Outcome::Finished, 0);
+    let mut counters = WorkCounters::default();
     for _ in 0..repeats {
         let mut integrator = start_at_rest(make()?, &settings)?;
         let statistics = run_model(integrator.as_mut(), &mut [])?;
         best = best.min(statistics.cpu_seconds);
-        (steps, counters) = (statistics.counts.steps, *integrator.problem().counters());
+        (outcome, steps) = (statistics.outcome, statistics.counts.steps);
+        counters = *integrator.problem().counters();
     }
     Ok(Row {
         feature: scene.feature,
@@ -124,6 +128,7 @@ fn measure(scene: &Scene, mesh: &Mesh, t_end: f64, repeats: u32) -> anyhow::Resu
         residual_microseconds: 1e6 * residual,
         jacobian_microseconds: 1e6 * jacobian,
         run_cpu_seconds: best,
+        outcome: outcome.name(),
         steps,
         residual_passes: counters.residual_passes,
         force_rate_passes: counters.force_rate_passes,
@@ -146,6 +151,7 @@ fn text(rows: &[Row]) -> String {
         ("with Ṗ", Right),
         ("for tangents", Right),
         ("with Ṗ", Right),
+        ("outcome", Left),
     ]);
     for row in rows {
         table.row(
@@ -161,6 +167,7 @@ fn text(rows: &[Row]) -> String {
                 row.force_rate_passes.to_string(),
                 row.tangent_passes.to_string(),
                 row.rate_tangent_passes.to_string(),
+                row.outcome.to_owned(),
             ]
             .map(Cell::from),
         );

@@ -148,6 +148,10 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
         Subject::Muscle => deformation(args, to)?,
         Subject::Hardening => hardening::film(args.to, args.common.quiet)?,
     };
+    if movie.frames.is_empty() && movie.exit != Exit::Done {
+        eprintln!("no film: the run ended before the first moment to be shown");
+        return Ok(movie.exit);
+    }
     let mut bytes = Vec::new();
     movie::write(
         &mut bytes,

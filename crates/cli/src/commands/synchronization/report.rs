@@ -88,13 +88,14 @@ pub(super) fn give(
         args.png,
     )?;
     let mut text = table(results).render(coloured_stdout());
-    let verdicts = || results.iter().filter_map(|result| result.verdict);
-    let window = verdicts().next().map_or(0.0, |one| one.settled.window);
-    text += &format!(
-        "\nlocked: the centroid slips less than {} turns against the drive in the last {} s, and \
-         |χ| ≥ {}\n",
-        args.slip, window, args.coherence
-    );
+    text.push('\n');
+    if let Some(Verdict { settled, .. }) = results.iter().find_map(|result| result.verdict) {
+        text += &format!(
+            "locked: the centroid slips less than {} turns against the drive in the last {} s, and \
+             |χ| ≥ {}\n",
+            args.slip, settled.window, args.coherence
+        );
+    }
     text += &format!("{}\n", files.join(", "));
     args.common.give("synchronization", &text, &document)
 }
