@@ -93,13 +93,13 @@ fn figures_5_and_6_show_one_run() {
     assert_eq!(at("t_lowest").1, last_period().fold(f64::MAX, f64::min));
 }
 
-#[test]
-fn an_interrupted_run_is_code_130_and_drawn_as_far_as_it_got() {
-    let folder = tempfile::tempdir().expect("a folder");
+/// The exit code of a program that Ctrl-C meets in the midst of its work.
+fn code_of_interrupted(folder: &Path, arguments: &[&str]) -> Option<i32> {
     let mut run = Command::new(env!("CARGO_BIN_EXE_myovib"))
-        .args(["figures", "--quiet", "--json", "f.json"])
-        .current_dir(folder.path())
+        .args(arguments)
+        .current_dir(folder)
         .stdout(Stdio::null())
+        .stderr(Stdio::null())
         .spawn()
         .expect("the program starts");
     // Long enough to begin, and a small part of what the run takes.
@@ -108,10 +108,30 @@ fn an_interrupted_run_is_code_130_and_drawn_as_far_as_it_got() {
         .args(["-INT", &run.id().to_string()])
         .status();
     assert!(sent.expect("kill").success());
-    assert_eq!(run.wait().expect("an end").code(), Some(130));
+    run.wait().expect("an end").code()
+}
+
+#[test]
+fn an_interrupted_run_is_code_130_and_drawn_as_far_as_it_got() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let arguments = ["figures", "--quiet", "--json", "f.json"];
+    assert_eq!(code_of_interrupted(folder.path(), &arguments), Some(130));
     let found = document(&read(folder.path(), "f.json"), "figures");
     assert_eq!(found["figures"][4]["reason"], "interrupted");
     assert!(column(&read(folder.path(), "out/figure6.csv"), "t").len() > 1);
+}
+
+/// Nothing can be shown yet, and the input is not to blame.
+#[test]
+fn what_is_interrupted_before_its_first_result_is_code_130() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for arguments in [
+        &["synchronization", "--t-end", "1e5"][..],
+        &["movie", "chain", "--from", "9e4", "--to", "1e5"],
+    ] {
+        let code = code_of_interrupted(folder.path(), arguments);
+        assert_eq!(code, Some(130), "{arguments:?}");
+    }
 }
 
 #[test]

@@ -9,6 +9,11 @@ use crate::exit::Exit;
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static INSTALLED: Once = Once::new();
 
+/// Whether there was a Ctrl-C that the flag was set by.
+pub fn has_come() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
+}
+
 /// The flag that the first Ctrl-C sets, for `Limits` of a run. From the first call on, Ctrl-C no
 /// longer ends the program at once.
 pub fn flag() -> &'static AtomicBool {

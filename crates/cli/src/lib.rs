@@ -50,7 +50,12 @@ pub fn main() -> ExitCode {
             return Exit::Done;
         }
         eprint!("{}", error::render(&failure));
-        Exit::Usage
+        // What needs the end of a run that was interrupted fails, and not by its input.
+        if interrupt::has_come() {
+            Exit::Interrupted
+        } else {
+            Exit::Usage
+        }
     });
     exit.into()
 }
