@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::harness::{document, myovib, myovib_in};
+use crate::harness::{code_of_interrupted, document, myovib, myovib_in};
 
 fn bench(arguments: &[&str]) -> Value {
     let run = myovib(arguments);
@@ -129,4 +129,23 @@ fn work_and_precision_end_to_end() {
     let svg = fs::read_to_string(folder.path().join("work.svg")).unwrap();
     assert!(svg.contains("other") && svg.contains("velocity"));
     assert!(!document["best"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn an_interrupted_bench_is_code_130_and_gives_what_was_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = [
+        "bench",
+        "rows",
+        "--repeats",
+        "1000",
+        "--quiet",
+        "--json",
+        "rows.json",
+    ];
+    assert_eq!(code_of_interrupted(folder.path(), &arguments), Some(130));
+    let text = fs::read_to_string(folder.path().join("rows.json")).unwrap();
+    let runs = &document(&text, "bench")["runs"];
+    assert_eq!(runs[0]["row"], "1");
+    assert!(runs[0]["cpu_seconds"].as_f64().unwrap() > 0.0, "{runs}");
 }

@@ -2,11 +2,8 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::thread;
-use std::time::Duration;
 
-use crate::harness::{document, myovib, myovib_in};
+use crate::harness::{code_of_interrupted, document, myovib, myovib_in};
 
 fn read(folder: &Path, name: &str) -> String {
     fs::read_to_string(folder.join(name)).expect(name)
@@ -91,24 +88,6 @@ fn figures_5_and_6_show_one_run() {
     };
     assert_eq!(at("t_highest").1, last_period().fold(f64::MIN, f64::max));
     assert_eq!(at("t_lowest").1, last_period().fold(f64::MAX, f64::min));
-}
-
-/// The exit code of a program that Ctrl-C meets in the midst of its work.
-fn code_of_interrupted(folder: &Path, arguments: &[&str]) -> Option<i32> {
-    let mut run = Command::new(env!("CARGO_BIN_EXE_myovib"))
-        .args(arguments)
-        .current_dir(folder)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("the program starts");
-    // Long enough to begin, and a small part of what the run takes.
-    thread::sleep(Duration::from_secs(3));
-    let sent = Command::new("kill")
-        .args(["-INT", &run.id().to_string()])
-        .status();
-    assert!(sent.expect("kill").success());
-    run.wait().expect("an end").code()
 }
 
 #[test]

@@ -1,7 +1,9 @@
 //! Runs the program under test.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::thread;
+use std::time::Duration;
 
 /// What a run left.
 pub(crate) struct Run {
@@ -46,4 +48,22 @@ pub(crate) fn document(text: &str, command: &str) -> serde_json::Value {
         );
     }
     value
+}
+
+/// The exit code of a program that Ctrl-C meets in the midst of its work.
+pub(crate) fn code_of_interrupted(folder: &Path, arguments: &[&str]) -> Option<i32> {
+    let mut run = Command::new(env!("CARGO_BIN_EXE_myovib"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    // Long enough to begin, and a small part of what the run takes.
+    thread::sleep(Duration::from_secs(3));
+    let sent = Command::new("kill")
+        .args(["-INT", &run.id().to_string()])
+        .status();
+    assert!(sent.expect("kill").success());
+    run.wait().expect("an end").code()
 }

@@ -34,8 +34,8 @@ const SECTORS: [(u8, f64); 3] = [(5, 51.84), (4, 73.35), (3, 86.03)];
 const UNRESOLVED: f64 = 10.0;
 
 /// An element with det F below this, in a state from which no step is found, is likelier at fault than
-/// the index. Stops that belong to the index have been seen above 0.9; a hundred times the load of
-/// the paper stops all formulations alike, at 0.1.
+/// the index. A choice between what few stops have shown: near 0.1 at a hundred times the paper's load,
+/// above 0.95 where the index was to blame.
 const FLAT: f64 = 0.2;
 /// What to change where elements are strained too far.
 const EASE: &str = "let the load rise more slowly or less far, or refine the mesh there";

@@ -4,10 +4,10 @@ use myovib_fem::Mesh;
 use myovib_model::{Formulation, paper};
 use serde::Serialize;
 
-use super::BenchArgs;
 use super::cases::{Way, selected};
 use super::reference::compute;
 use super::work::Runs;
+use super::{BenchArgs, give, goes_on};
 use crate::exit::Exit;
 use crate::machine::Machine;
 use crate::progress::Progress;
@@ -51,7 +51,7 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
     let t_end = args.t_end.unwrap_or(10.0);
     let mut progress = Progress::new(args.common.quiet);
     let (mut reached, mut claimed) = (Vec::new(), Vec::new());
-    for case in selected(&args.cases)? {
+    for case in selected(&args.cases)?.into_iter().take_while(|_| goes_on()) {
         progress.show(|| format!("{}: reference", case.name));
         let coarse = compute(case, mesh, STEPS[0], t_end)?;
         let reference = compute(case, mesh, STEPS[1], t_end)?;
@@ -78,16 +78,14 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
         claimed: &claimed,
         reached: &reached,
     };
-    args.common
-        .give("bench", &text(&reached, &claimed), &document)?;
-    Ok(Exit::Done)
+    give(args, &text(&reached, &claimed), &document)
 }
 
 /// Tightens the tolerance until the last target is reached, or a run stops or takes too long.
 fn descend(runs: &Runs<'_>, formulation: Formulation, way: Way) -> anyhow::Result<Vec<Reached>> {
     let t_end = runs.reference.times.last().copied().unwrap_or(0.0);
     let mut reached: Vec<Reached> = Vec::new();
-    for k in 0..TOLERANCES {
+    for k in (0..TOLERANCES).take_while(|_| goes_on()) {
         let rtol = 10f64.powf(-2.0 - 0.5 * f64::from(k));
         let settings = way.settings(formulation, rtol, t_end);
         let (statistics, errors) = runs.measure(formulation, &settings)?;

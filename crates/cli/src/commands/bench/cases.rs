@@ -1,6 +1,6 @@
 //! The problems of the benchmark, and the ways to solve each.
 
-use myovib_model::{Field, Formulation, IntegratorKind, LinearSolver, Settings};
+use myovib_model::{Field, Formulation, IntegratorKind, LinearSolver, Settings, paper};
 use sundials_wrap::VectorArithmetic;
 use sundials_wrap::klu::Ordering;
 
@@ -19,14 +19,14 @@ pub(super) struct Case {
 pub(super) const CASES: [Case; 5] = [
     Case {
         name: "undamped",
-        kappa: 1e5,
+        kappa: paper::KAPPA,
         beta: 0.0,
         formulations: &[Formulation::Position, Formulation::Velocity],
     },
     Case {
         name: "damped",
-        kappa: 1e5,
-        beta: 1e-4,
+        kappa: paper::KAPPA,
+        beta: paper::BETA,
         formulations: &[Formulation::Rate, Formulation::ImplicitRate],
     },
     Case {
@@ -42,12 +42,12 @@ pub(super) const CASES: [Case; 5] = [
     Case {
         name: "damped-incompressible",
         kappa: f64::INFINITY,
-        beta: 1e-4,
+        beta: paper::BETA,
         formulations: &[Formulation::Rate, Formulation::ImplicitRate],
     },
     Case {
         name: "displacement",
-        kappa: 1e5,
+        kappa: paper::KAPPA,
         beta: 0.0,
         formulations: &[Formulation::Displacement],
     },

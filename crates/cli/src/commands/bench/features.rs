@@ -2,13 +2,12 @@
 
 use myovib_fem::{Law, Mesh};
 use myovib_model::{
-    Formulation, MuscleDae, Outcome, Settings, Signal, WorkCounters, paper, run as run_model,
-    start_at_rest,
+    Formulation, MuscleDae, Settings, Signal, paper, run as run_model, start_at_rest,
 };
 use serde::Serialize;
 
-use super::BenchArgs;
-use super::growth::fastest;
+use super::growth::fastest_call;
+use super::{BenchArgs, fastest, give, goes_on};
 use crate::exit::Exit;
 use crate::machine::Machine;
 use crate::report::{Align, Cell, Table, coloured_stdout};
@@ -80,6 +79,7 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
     let t_end = args.t_end.unwrap_or(1.0);
     let rows = scenes()
         .iter()
+        .take_while(|_| goes_on())
         .map(|scene| measure(scene, mesh, t_end, args.repeats))
         .collect::<anyhow::Result<Vec<_>>>()?;
     let document = Document {
@@ -87,8 +87,7 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
         t_end,
         features: &rows,
     };
-    args.common.give("bench", &text(&rows), &document)?;
-    Ok(Exit::Done)
+    give(args, &text(&rows), &document)
 }
 
 fn measure(scene: &Scene, mesh: &Mesh, t_end: f64, repeats: u32) -> anyhow::Result<Row> {
@@ -101,9 +100,9 @@ fn measure(scene: &Scene, mesh: &Mesh, t_end: f64, repeats: u32) -> anyhow::Resu
     let unknowns = dae.n_unknowns();
     let (y, y_dot) = (vec![1e-6; unknowns], vec![1e-5; unknowns]);
     let mut out = vec![0.0; unknowns];
-    let residual = fastest(REPEATS, || dae.residual(0.5, &y, &y_dot, &mut out))?;
+    let residual = fastest_call(REPEATS, || dae.residual(0.5, &y, &y_dot, &mut out))?;
     let mut values = vec![0.0; dae.jacobian_pattern().nnz()];
-    let jacobian = fastest(REPEATS / 10, || {
+    let jacobian = fastest_call(REPEATS / 10, || {
         dae.jacobian(0.5, &y, &y_dot, 1.0, 1e3, &mut values)
     })?;
 
@@ -111,25 +110,21 @@ fn measure(scene: &Scene, mesh: &Mesh, t_end: f64, repeats: u32) -> anyhow::Resu
         t_end,
         ..Settings::paper(scene.formulation)
     };
-    let mut best = f64::INFINITY;
-    let (mut outcome, mut steps) = (Outcome::Finished, 0);
-    let mut counters = WorkCounters::default();
-    for _ in 0..repeats {
+    let once = || {
         let mut integrator = start_at_rest(make()?, &settings)?;
         let statistics = run_model(integrator.as_mut(), &mut [])?;
-        best = best.min(statistics.cpu_seconds);
-        (outcome, steps) = (statistics.outcome, statistics.counts.steps);
-        counters = *integrator.problem().counters();
-    }
+        Ok((statistics, *integrator.problem().counters()))
+    };
+    let (statistics, counters) = fastest(repeats, once, |(statistics, _)| statistics.cpu_seconds)?;
     Ok(Row {
         feature: scene.feature,
         formulation: scene.formulation.name(),
         unknowns,
         residual_microseconds: 1e6 * residual,
         jacobian_microseconds: 1e6 * jacobian,
-        run_cpu_seconds: best,
-        outcome: outcome.name(),
-        steps,
+        run_cpu_seconds: statistics.cpu_seconds,
+        outcome: statistics.outcome.name(),
+        steps: statistics.counts.steps,
         residual_passes: counters.residual_passes,
         force_rate_passes: counters.force_rate_passes,
         tangent_passes: counters.tangent_passes,

@@ -13,13 +13,16 @@ use serde::Serialize;
 use sundials_wrap::DaeProblem;
 use sundials_wrap::klu::{KluError, KluOptions, Numeric, Symbolic};
 
-use super::BenchArgs;
+use super::{BenchArgs, give, goes_on};
 use crate::exit::Exit;
 use crate::machine::Machine;
 use crate::report::{Align, Cell, Table, coloured_stdout};
 
 /// The fastest of several calls, CPU seconds.
-pub(super) fn fastest<E>(repeats: u32, mut call: impl FnMut() -> Result<(), E>) -> Result<f64, E> {
+pub(super) fn fastest_call<E>(
+    repeats: u32,
+    mut call: impl FnMut() -> Result<(), E>,
+) -> Result<f64, E> {
     let mut best = f64::INFINITY;
     for _ in 0..repeats.max(1) {
         let start = ThreadTime::now();
@@ -74,11 +77,11 @@ impl Klu {
         repeats: u32,
     ) -> Result<Self, KluError> {
         let symbolic = Symbolic::analyze(plan.pattern(), options)?;
-        let factor = fastest(repeats, || Numeric::factor(&symbolic, values).map(drop))?;
+        let factor = fastest_call(repeats, || Numeric::factor(&symbolic, values).map(drop))?;
         let mut numeric = Numeric::factor(&symbolic, values)?;
-        let refactor = fastest(repeats, || numeric.refactor(values))?;
+        let refactor = fastest_call(repeats, || numeric.refactor(values))?;
         let mut x = vec![1.0; plan.n_condensed()];
-        let solve = fastest(repeats, || {
+        let solve = fastest_call(repeats, || {
             x.fill(1.0);
             numeric.solve(&mut x)
         })?;
@@ -103,7 +106,7 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
     let t_end = args.t_end.unwrap_or(0.5);
     let mut mesh = mesh.clone();
     let mut levels = Vec::new();
-    for refinements in 0..=args.refinements {
+    for refinements in (0..=args.refinements).take_while(|_| goes_on()) {
         if refinements > 0 {
             mesh = mesh.refined();
         }
@@ -114,8 +117,7 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
         t_end,
         levels: &levels,
     };
-    args.common.give("bench", &text(&levels), &document)?;
-    Ok(Exit::Done)
+    give(args, &text(&levels), &document)
 }
 
 fn measure(mesh: &Mesh, refinements: u32, t_end: f64) -> anyhow::Result<Level> {
@@ -132,14 +134,14 @@ fn measure(mesh: &Mesh, refinements: u32, t_end: f64) -> anyhow::Result<Level> {
     let (y, y_dot) = (vec![1e-7; n], vec![1e-6; n]);
     let mut out = vec![0.0; n];
     let repeats = 10.max(200 >> (2 * refinements));
-    let residual = fastest(repeats, || dae.residual(0.5, &y, &y_dot, &mut out))?;
+    let residual = fastest_call(repeats, || dae.residual(0.5, &y, &y_dot, &mut out))?;
 
     let plan = Arc::new(Condensation::new(&dae));
     let elimination = plan.elimination(ida::options(&dae, &settings).klu)?;
     let mut matrix = Condensed::<f64>::new(Arc::clone(&plan), Arc::new(elimination));
     let mut work = LinearWork::default();
     // A first evaluation of a state without meaning would cost what one with it does.
-    let jacobian = fastest(5.max(repeats / 10), || dae.update_matrices(0.5, &y, &y_dot))?;
+    let jacobian = fastest_call(5.max(repeats / 10), || dae.update_matrices(0.5, &y, &y_dot))?;
     let mut set_up = |work: &mut LinearWork| {
         let start = ThreadTime::now();
         let done = matrix.set_up(1e3, |m| dae.matrix_values(m), work);
@@ -153,7 +155,7 @@ fn measure(mesh: &Mesh, refinements: u32, t_end: f64) -> anyhow::Result<Level> {
         .fold(f64::INFINITY, f64::min);
     let mut x = out.clone();
     matrix.solve(&mut x, &mut work)?;
-    let solve = fastest(repeats, || {
+    let solve = fastest_call(repeats, || {
         x.copy_from_slice(&out);
         matrix.solve(&mut x, &mut work)
     })?;

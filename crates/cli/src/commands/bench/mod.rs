@@ -10,13 +10,15 @@ mod rows;
 mod work;
 
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 
 use clap::{Args, ValueEnum};
+use serde::Serialize;
 
 use crate::args::{self, CommonArgs};
 use crate::error::InputError;
 use crate::exit::Exit;
-use crate::mesh_file;
+use crate::{interrupt, mesh_file};
 
 /// Options of `myovib bench`.
 #[derive(Debug, Args)]
@@ -29,7 +31,8 @@ use crate::mesh_file;
     myovib bench features\n  \
     myovib bench growth --refinements 3\n  \
     myovib bench rows --repeats 3\n\n\
-    CPU times are those of one thread; compare them within one run."
+    CPU times are those of one thread; compare them within one run. After Ctrl-C the run that is being \
+    timed ends, and what was measured is given."
 )]
 pub struct BenchArgs {
     /// What to measure.
@@ -130,12 +133,49 @@ impl BenchArgs {
     }
 }
 
+/// Whether to measure on: not after a Ctrl-C, which is looked for between two runs.
+fn goes_on() -> bool {
+    !interrupt::flag().load(Ordering::Relaxed)
+}
+
+/// The fastest of so many runs, each of which takes `seconds`.
+fn fastest<T>(
+    repeats: u32,
+    mut run: impl FnMut() -> anyhow::Result<T>,
+    seconds: impl Fn(&T) -> f64,
+) -> anyhow::Result<T> {
+    let mut fastest = run()?;
+    for _ in 1..repeats {
+        if !goes_on() {
+            break;
+        }
+        let next = run()?;
+        if seconds(&next) < seconds(&fastest) {
+            fastest = next;
+        }
+    }
+    Ok(fastest)
+}
+
+/// Gives what was measured, all of it or what came before a Ctrl-C.
+fn give(args: &BenchArgs, text: &str, document: &impl Serialize) -> anyhow::Result<Exit> {
+    if goes_on() {
+        args.common.give("bench", text, document)?;
+        return Ok(Exit::Done);
+    }
+    let text = format!("{text}\nInterrupted: there is more to measure.\n");
+    args.common.give("bench", &text, document)?;
+    Ok(Exit::Interrupted)
+}
+
 /// Runs the benchmark.
 ///
 /// # Errors
 /// Wrong options, or an output that cannot be written. A run that fails is a row.
 pub fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     args.check()?;
+    // From here on a Ctrl-C is waited for.
+    interrupt::flag();
     let (mesh, _) = mesh_file::load(None)?;
     match args.what {
         What::Work if args.write_references => reference::write_all(args, &mesh),

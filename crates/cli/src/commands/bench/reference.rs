@@ -12,8 +12,8 @@ use myovib_model::{
 use serde::{Deserialize, Serialize};
 use sundials_wrap::DaeProblem;
 
-use super::BenchArgs;
 use super::cases::{Case, Way, selected};
+use super::{BenchArgs, goes_on};
 use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::{atomic_file, versions::Versions};
@@ -219,7 +219,7 @@ pub(super) fn write_all(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
         .as_deref()
         .context("--write-references needs --references")?;
     let mut progress = Progress::new(args.common.quiet);
-    for case in selected(&args.cases)? {
+    for case in selected(&args.cases)?.into_iter().take_while(|_| goes_on()) {
         let mut in_steps_of = |step| {
             progress.show(|| format!("{}: Radau IIA in steps of {step:e} s", case.name));
             compute(case, mesh, step, T_END)
@@ -245,7 +245,11 @@ pub(super) fn write_all(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
         atomic_file::save(&folder.join(file_name(case)), text)?;
         writeln!(io::stdout(), "{}: {claimed:?}", case.name)?;
     }
-    Ok(Exit::Done)
+    Ok(if goes_on() {
+        Exit::Done
+    } else {
+        Exit::Interrupted
+    })
 }
 
 /// A trajectory up to `t_end`, by Radau IIA of order 13 in steps of `step` at most.

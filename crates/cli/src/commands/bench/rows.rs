@@ -9,7 +9,7 @@ use serde::Serialize;
 use sundials_wrap::VectorArithmetic;
 use sundials_wrap::klu::Ordering;
 
-use super::BenchArgs;
+use super::{BenchArgs, fastest, give, goes_on};
 use crate::commands::table2::rows::{ROWS, Row};
 use crate::exit::Exit;
 use crate::machine::Machine;
@@ -99,7 +99,7 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
     let mut runs = Vec::new();
     for row in ROWS.iter().filter(|row| KEYS.contains(&row.key)) {
         let mut first: Option<Statistics> = None;
-        for way in Way::ALL {
+        for way in Way::ALL.into_iter().take_while(|_| goes_on()) {
             progress.show(|| format!("row {}, {}", row.key, way.name()));
             let (statistics, work) = measure(row, way, mesh, t_end, args.repeats)?;
             let base = first.get_or_insert_with(|| statistics.clone());
@@ -129,9 +129,7 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
         runs: &runs,
         sums: Way::ALL.map(sum).into(),
     };
-    args.common
-        .give("bench", &text(&runs, &document.sums), &document)?;
-    Ok(Exit::Done)
+    give(args, &text(&runs, &document.sums), &document)
 }
 
 /// The fastest of the repeats.
@@ -150,14 +148,7 @@ fn measure(
         let statistics = run_model(integrator.as_mut(), &mut [])?;
         Ok((statistics, integrator.problem().counters().linear))
     };
-    let mut fastest = once()?;
-    for _ in 1..repeats {
-        let next = once()?;
-        if next.0.cpu_seconds < fastest.0.cpu_seconds {
-            fastest = next;
-        }
-    }
-    Ok(fastest)
+    fastest(repeats, once, |(statistics, _)| statistics.cpu_seconds)
 }
 
 fn text(runs: &[RunJson], sums: &[(&str, f64)]) -> String {

@@ -1,6 +1,5 @@
 //! Work against precision: every formulation, several ways to integrate, several tolerances.
 
-use anyhow::Context;
 use myovib_fem::Mesh;
 use myovib_model::{
     Formulation, Limits, MuscleDae, Outcome, Probe, Settings, Statistics, paper, run as run_model,
@@ -8,10 +7,10 @@ use myovib_model::{
 };
 use serde::Serialize;
 
-use super::BenchArgs;
 use super::cases::{Case, Way, selected};
 use super::reference::{Errors, Reference, Trajectory};
 use super::rival::{self, RivalPoint};
+use super::{BenchArgs, fastest, give, goes_on};
 use crate::atomic_file;
 use crate::exit::Exit;
 use crate::machine::Machine;
@@ -102,8 +101,7 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
         rival: &rival,
         best,
     };
-    args.common.give("bench", &text, &document)?;
-    Ok(Exit::Done)
+    give(args, &text, &document)
 }
 
 /// p of error ∝ steps⁻ᵖ through two points (error, steps).
@@ -130,7 +128,7 @@ impl Runs<'_> {
     ) -> anyhow::Result<Vec<PointJson>> {
         let (case, mut before) = (self.case.name, None);
         let mut points = Vec::new();
-        for &rtol in &self.args.tolerances {
+        for &rtol in self.args.tolerances.iter().take_while(|_| goes_on()) {
             progress.show(|| format!("{case}: {formulation}, {} at {rtol:e}", way.name()));
             let settings = way.settings(formulation, rtol, t_end);
             let (statistics, errors) = self.measure(formulation, &settings)?;
@@ -163,17 +161,10 @@ impl Runs<'_> {
         formulation: Formulation,
         settings: &Settings,
     ) -> anyhow::Result<(Statistics, Option<Errors>)> {
-        let mut fastest: Option<(Statistics, Option<Errors>)> = None;
-        for _ in 0..self.args.repeats {
-            let next = self.once(formulation, settings)?;
-            if fastest
-                .as_ref()
-                .is_none_or(|(known, _)| next.0.cpu_seconds < known.cpu_seconds)
-            {
-                fastest = Some(next);
-            }
-        }
-        fastest.context("there is at least one repeat")
+        let once = || self.once(formulation, settings);
+        fastest(self.args.repeats, once, |(statistics, _)| {
+            statistics.cpu_seconds
+        })
     }
 
     fn once(
