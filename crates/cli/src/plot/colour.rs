@@ -30,19 +30,23 @@ impl Colour {
     /// Okabe–Ito yellow; too light for lines on paper.
     pub const YELLOW: Self = Self(240, 228, 66);
 
+    /// Series of different colours.
+    pub const N_SERIES: usize = Self::ORDER.len();
+
+    const ORDER: [Self; 7] = [
+        Self::BLUE,
+        Self::VERMILION,
+        Self::GREEN,
+        Self::PURPLE,
+        Self::ORANGE,
+        Self::SKY,
+        Self::BLACK,
+    ];
+
     /// The colour of the `i`-th series, the palette of M. Okabe and K. Ito (2008) without its
     /// yellow, repeated.
     pub fn of_series(i: usize) -> Self {
-        const ORDER: [Colour; 7] = [
-            Colour::BLUE,
-            Colour::VERMILION,
-            Colour::GREEN,
-            Colour::PURPLE,
-            Colour::ORANGE,
-            Colour::SKY,
-            Colour::BLACK,
-        ];
-        ORDER[i % ORDER.len()]
+        Self::ORDER[i % Self::N_SERIES]
     }
 
     /// A colour between dark blue (0) and yellow (1), growing in lightness all the way, so that

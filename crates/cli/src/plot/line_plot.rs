@@ -148,16 +148,17 @@ impl Panel for LinePlot {
 }
 
 fn pen(i: usize, series: &Series) -> Stroke {
-    let dashes = if series.marked || series.colour.is_some() {
-        0
-    } else {
-        i % DASHES.len()
+    let dashes = match (series.colour, series.marked) {
+        (Some(_), _) => 0,
+        // Markers take the place of dashes, until colours come again.
+        (None, true) => i / Colour::N_SERIES,
+        (None, false) => i,
     };
     let colour = series.colour.unwrap_or_else(|| Colour::of_series(i));
     Stroke {
         colour,
         width: 0.9,
-        dashes: DASHES[dashes],
+        dashes: DASHES[dashes % DASHES.len()],
     }
 }
 
