@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use myovib_fem::Mesh;
+use myovib_model::linear::supernodal::Supernodal;
 use myovib_model::linear::{Condensation, Condensed, LinearWork};
 use myovib_model::{Field, Formulation, MuscleDae, Settings, ida, paper, run, start_at_rest};
 use sundials_wrap::DaeProblem;
@@ -62,6 +63,7 @@ fn kernels(criterion: &mut Criterion) {
         let settings = Settings::paper(formulation);
         let plan = Arc::new(Condensation::new(&dae));
         let elimination = plan.elimination(ida::options(&dae, &settings).klu).unwrap();
+        let analysis = Arc::clone(elimination.analysis());
         let mut matrix = Condensed::<f64>::new(plan, Arc::new(elimination));
         let mut work = LinearWork::default();
         group.bench_function("sum and factor", |b| {
@@ -69,6 +71,23 @@ fn kernels(criterion: &mut Criterion) {
                 matrix
                     .set_up(1e3, |m| dae.matrix_values(m), &mut work)
                     .unwrap()
+            });
+        });
+        let narrow: Vec<_> = analysis.supernodes().filter(|(k, _)| *k == 2).collect();
+        let rows: usize = narrow.iter().map(|(_, rows)| rows).sum();
+        println!(
+            "row {row}/supernodes: {}, of two columns {}, with {:.1} rows in the mean",
+            analysis.supernodes().count(),
+            narrow.len(),
+            rows as f64 / narrow.len() as f64
+        );
+        let mut blocks = Supernodal::new(Arc::clone(&analysis));
+        blocks.factor(matrix.values()).unwrap();
+        let mut x = vec![1.0; analysis.n()];
+        group.bench_function("triangular solves", |b| {
+            b.iter(|| {
+                x.fill(1.0);
+                blocks.solve(black_box(&mut x));
             });
         });
         let mut x = out.clone();

@@ -49,6 +49,11 @@ impl Elimination {
             blocks: Arc::new(blocks),
         })
     }
+
+    /// The supernodes.
+    pub fn analysis(&self) -> &Arc<Analysis> {
+        &self.blocks
+    }
 }
 
 /// A matrix with a fixed pattern, its factors and workspace.

@@ -148,6 +148,12 @@ impl Analysis {
         self.supernodes.iter().map(Supernode::n_entries).sum()
     }
 
+    /// Columns of each supernode, and rows below them.
+    pub fn supernodes(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let supernodes = self.supernodes.iter();
+        supernodes.map(|node| (node.columns.len(), node.rows.len()))
+    }
+
     /// Multiplications of one factorisation.
     pub fn n_multiplications(&self) -> usize {
         let of_node = |node: &Supernode| -> usize {
