@@ -84,7 +84,7 @@ fn kernels(criterion: &mut Criterion) {
         let mut blocks = Supernodal::new(Arc::clone(&analysis));
         blocks.factor(matrix.values()).unwrap();
         let mut x = vec![1.0; analysis.n()];
-        group.bench_function("triangular solves", |b| {
+        group.bench_function("triangles", |b| {
             b.iter(|| {
                 x.fill(1.0);
                 blocks.solve(black_box(&mut x));
