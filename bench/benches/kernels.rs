@@ -10,7 +10,7 @@ use myovib_fem::Mesh;
 use myovib_model::linear::supernodal::Supernodal;
 use myovib_model::linear::{Condensation, Condensed, LinearWork};
 use myovib_model::{Field, Formulation, MuscleDae, Settings, ida, paper, run, start_at_rest};
-use sundials_wrap::DaeProblem;
+use myovib_dae::Problem;
 
 /// Rows 1, 2m, 3m and (31): κ, β and what the error test leaves out.
 const ROWS: [(&str, Formulation, f64, f64, &[Field]); 4] = [

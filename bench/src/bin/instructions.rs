@@ -8,7 +8,7 @@ use anyhow::{Context as _, bail};
 use myovib_fem::{Law, Mesh};
 use myovib_model::paper::{BETA, KAPPA, LAW, SMALL_STRAIN};
 use myovib_model::{Formulation, MuscleDae, Signal, paper};
-use sundials_wrap::DaeProblem;
+use myovib_dae::Problem;
 
 /// Each has one feature more than one before it.
 const SCENES: [(&str, Formulation, Law, f64, f64); 6] = [

@@ -7,7 +7,7 @@ use myovib_model::{
     Formulation, IntegratorKind, MuscleDae, Outcome, Probe, SampleTimes, Sampler, Settings, paper,
     run, start_at_rest,
 };
-use sundials_wrap::DaeProblem;
+use myovib_dae::Problem;
 
 const FORMULATION: Formulation = Formulation::Position;
 const LEVELS: usize = 3;

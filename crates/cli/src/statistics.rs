@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use myovib_model::{Counts, Formulation, IntegratorKind, Outcome, Settings, Statistics};
+use myovib_sparse::klu::Ordering;
 use serde::Serialize;
-use sundials_wrap::klu::Ordering;
 
 /// Samples of the constraint drift over a run.
 pub(crate) const DRIFT_SAMPLES: f64 = 100.0;

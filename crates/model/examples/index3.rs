@@ -11,13 +11,13 @@
 
 use std::collections::BTreeSet;
 
+use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::advice::Advice;
 use myovib_model::{
     Formulation, IntegratorKind, ModelError, MultiplierWeights, MuscleDae, Outcome, Probe,
     SampleTimes, Sampler, Settings, paper, run, start_at_rest,
 };
-use sundials_wrap::DaeProblem;
 
 const TOLERANCES: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 const T_END: f64 = 10.0;

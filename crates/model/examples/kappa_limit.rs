@@ -10,12 +10,12 @@
 
 use std::sync::Arc;
 
+use myovib_dae::Problem;
 use myovib_fem::{DofMap, Mesh, Solid, Space, load};
 use myovib_model::{
     Formulation, IntegratorKind, Load, ModelError, Muscle, MuscleDae, Outcome, Parameters, Probe,
     SampleTimes, Sampler, Settings, Signal, paper, run, start_at_rest,
 };
-use sundials_wrap::DaeProblem;
 
 const T_END: f64 = 0.6;
 

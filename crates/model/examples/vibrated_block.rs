@@ -5,12 +5,12 @@
 use std::error::Error;
 use std::sync::Arc;
 
+use myovib_dae::Problem;
 use myovib_fem::{DofMap, Law, Solid, Space, generate, load};
 use myovib_model::{
     Formulation, IdaIntegrator, Load, Muscle, MuscleDae, Parameters, Probe, SampleTimes, Sampler,
     Settings, Signal, run,
 };
-use sundials_wrap::DaeProblem;
 
 fn main() -> Result<(), Box<dyn Error>> {
     // The body: 10 cm by 3 cm of soft tissue, clamped on the left.

@@ -7,7 +7,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::blocks::{Block, Blocks};
 use crate::matrix::Matrix;
-use crate::number::Number;
+use myovib_sparse::Number;
 
 /// A matrix of the muscle in a block of the whole, with a coefficient of some kind.
 #[derive(Debug, Clone)]

@@ -2,7 +2,7 @@
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use crate::number::Number;
+use myovib_sparse::Number;
 
 /// A compressed-column pattern with the place of its first row and column in the whole.
 #[derive(Clone, Copy)]

@@ -64,7 +64,7 @@ pub enum ModelError {
     },
     /// A factorisation or solve with KLU.
     #[error(transparent)]
-    Klu(#[from] sundials_wrap::klu::KluError),
+    Klu(#[from] myovib_sparse::klu::KluError),
     /// An element with det F ≤ 0 where none is expected.
     #[error(transparent)]
     Inverted(#[from] myovib_fem::Inverted),
@@ -81,7 +81,7 @@ pub enum ModelError {
     Oscillators(#[from] myovib_oscillators::Error),
     /// An evaluation beside the integration.
     #[error(transparent)]
-    Evaluation(#[from] sundials_wrap::StepError),
+    Evaluation(#[from] myovib_dae::StepError),
     /// A displacement from which none with ∫ψ (J - 1) = 0 is found.
     #[error(
         "no incompressible displacement is found near the one given: a projected volume defect of {defect:.1e} is left"

@@ -6,7 +6,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use sundials_wrap::VariableKind;
+use myovib_dae::VariableKind;
 
 use crate::equation::Equation;
 use crate::error::ModelError;

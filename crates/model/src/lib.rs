@@ -1,7 +1,7 @@
 //! The coupled model as differential-algebraic equations.
 //!
 //! Data flows one way: a [`Muscle`] (body, damping, loads) is put into a [`Formulation`], which
-//! makes it a [`MuscleDae`], an `impl DaeProblem` for the integrators.
+//! makes it a [`MuscleDae`], an `impl Problem` for the integrators.
 //!
 //! Cast of types:
 //! - [`Muscle`], [`Parameters`], [`Load`], [`Signal`]: the physics, whatever the formulation
@@ -30,7 +30,7 @@ mod matrices;
 mod matrix;
 mod muscle;
 mod muscle_dae;
-mod number;
+
 mod operators;
 mod reading;
 mod rod_dae;

@@ -1,9 +1,9 @@
-//! The damped rod as a [`DaeProblem`]: an ODE written implicitly.
+//! The damped rod as a [`Problem`]: an ODE written implicitly.
 
+use myovib_dae::{Problem, StepError, VariableKind};
 use myovib_fem::FemError;
 use myovib_fem::rod::{EndLoad, Rod};
 use nalgebra_sparse::pattern::SparsityPattern;
-use sundials_wrap::{DaeProblem, StepError, VariableKind};
 
 use crate::reading::displacement::Displacement;
 use crate::signal::Signal;
@@ -45,7 +45,7 @@ impl RodDae {
     }
 }
 
-impl DaeProblem for RodDae {
+impl Problem for RodDae {
     fn n_unknowns(&self) -> usize {
         self.rod.n_states()
     }

@@ -1,7 +1,7 @@
 //! Static equilibrium: Newton's method with line search and load steps.
 
 use myovib_fem::{Fields, Inverted, Pressure, Vectors};
-use sundials_wrap::klu::{KluOptions, Numeric, Ordering, Symbolic};
+use myovib_sparse::klu::{KluOptions, Numeric, Ordering, Symbolic};
 
 use crate::assembly::{Assembly, Entry};
 use crate::equation::{Context, Equation, PressureRateSource};

@@ -1,18 +1,18 @@
 //! The reduced Newton systems against the full ones, real and complex.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+use myovib_dae::Problem;
 use myovib_fem::{Law, Mesh};
 use myovib_model::linear::{LinearWork, Number, Reduction};
 use myovib_model::{
     Field, Formulation, IdaIntegrator, Integrator, LinearSolver, MuscleDae, Outcome, Settings,
     Signal, default_ordering, paper, run,
 };
+use myovib_sparse::klu::KluOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
-use sundials_wrap::DaeProblem;
-use sundials_wrap::klu::KluOptions;
 
 const LAWS: [Law; 2] = [
     paper::LAW,

@@ -1,5 +1,6 @@
 //! A run's steps do not depend on its end time.
 
+use myovib_dae::Problem;
 use myovib_fem::generate;
 use myovib_model::coupling::{CoupledDae, ErrorTest, Oscillators, Source, StateTolerances};
 use myovib_model::{
@@ -7,7 +8,8 @@ use myovib_model::{
     Settings, Signal, paper, start_at_rest,
 };
 use myovib_oscillators::Drive;
-use sundials_wrap::{DaeProblem, IdaOptions};
+
+use sundials_wrap::IdaOptions;
 
 /// The times of the first steps, up to `t` at most.
 fn steps<P>(integrator: &mut dyn Integrator<P>, t: f64) -> Vec<f64> {

@@ -6,6 +6,8 @@
 use std::fs;
 use std::ops::ControlFlow;
 
+use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
+use myovib_dae::{Problem, Suppressed, Tolerances};
 use myovib_fem::Mesh;
 use myovib_model::coupling::{Body, CoupledDae, ErrorTest, Oscillators, Source, StateTolerances};
 use myovib_model::{
@@ -13,8 +15,8 @@ use myovib_model::{
     Outcome, Probe, Settings, Step, ida, paper, run,
 };
 use myovib_oscillators::Drive;
-use sundials_wrap::samples::{MechanicalForm, Pendulum, Sample};
-use sundials_wrap::{DaeProblem, IdaOptions, IdaSolver, Suppressed, Tolerances};
+
+use sundials_wrap::{IdaOptions, IdaSolver};
 
 /// The most memory held so far, KiB, where the system tells it.
 fn high_water() -> Option<u64> {
@@ -33,7 +35,7 @@ struct Halves<F> {
     memory: Option<u64>,
 }
 
-impl<P: DaeProblem, F: FnMut(&mut P, f64, &[f64]) -> f64> Observer<P> for Halves<F> {
+impl<P: Problem, F: FnMut(&mut P, f64, &[f64]) -> f64> Observer<P> for Halves<F> {
     fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
         let t = step.to;
         step.integrator.dense_output(t, 0, &mut self.y)?;

@@ -1,12 +1,12 @@
 //! Radau IIA on the formulations: the same motion from each, index 3 included.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::{
     AbsoluteTolerances, Field, Formulation, IntegratorKind, LinearSolver, MuscleDae, Outcome,
     Settings, Signal, paper, run, start_at_rest,
 };
-use sundials_wrap::DaeProblem;
 
 const RTOL: f64 = 1e-6;
 

@@ -1,13 +1,13 @@
 //! A step of Radau IIA with condensed set-ups allocates nothing.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::{
     Advance, Formulation, Integrator, IntegratorKind, MuscleDae, RadauIntegrator, Settings, paper,
     radau,
 };
 use myovib_radau::RadauOptions;
-use sundials_wrap::DaeProblem;
 
 #[test]
 fn steps_with_condensed_set_ups_allocate_nothing() {

@@ -1,6 +1,7 @@
 //! Radau IIA on a body with the oscillators it drives.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::coupling::{
     Body, CoupledDae, ErrorTest, Oscillators, Source, StateTolerances, SystemMatrices,
@@ -11,7 +12,8 @@ use myovib_model::{
 };
 use myovib_oscillators::Drive;
 use myovib_radau::RadauOptions;
-use sundials_wrap::{DaeProblem, IdaOptions};
+
+use sundials_wrap::IdaOptions;
 
 /// The paper's chain of five, driven by `source` of `body`.
 fn with_chain<B: Body>(body: B, source: Source) -> CoupledDae<B> {

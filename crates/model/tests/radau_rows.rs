@@ -1,13 +1,13 @@
 //! Radau IIA on the rows of Table 2, with all components in the error test.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::{
     Formulation, Integrator, IntegratorKind, MuscleDae, Outcome, Probe, RadauIntegrator,
     SampleTimes, Sampler, Settings, paper, radau, run, start_at_rest,
 };
 use myovib_radau::{RadauOptions, StepSize};
-use sundials_wrap::DaeProblem;
 
 /// A row: formulation, κ, β.
 type Row = (Formulation, f64, f64);

@@ -1,13 +1,13 @@
 //! Consistent starts from a bent, moving state.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+use myovib_dae::Problem;
 use myovib_fem::generate;
 use myovib_model::start::residuals;
 use myovib_model::{
     Advance, Field, Formulation, IdaIntegrator, Integrator, MuscleDae, Settings, Signal, Start,
     ida, paper,
 };
-use sundials_wrap::DaeProblem;
 
 /// A cantilever bent by a fifth of its length and moving, as free components.
 fn bent(dae: &MuscleDae) -> (Vec<f64>, Vec<f64>) {

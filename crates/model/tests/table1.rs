@@ -1,12 +1,12 @@
 //! Table 1 of the paper by computation, and the index under perturbations of a formulation.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+use myovib_dae::Problem;
 use myovib_fem::{Mesh, generate};
 use myovib_model::index::IndexReport;
 use myovib_model::table1::{self, Case};
 use myovib_model::{Field, Formulation, MuscleDae, Parameters, paper};
 use myovib_structure::{Index, Pencil, PencilStructure, Verdict};
-use sundials_wrap::DaeProblem;
 
 /// A gap that decides (the acceptance of the table).
 const DECISIVE_DECADES: f64 = 3.0;

@@ -7,12 +7,14 @@
 //! relative and absolute tolerance are equal, Robertson's absolute ones (1e-4, 1e-8, 1e-2) times
 //! that. Each entry is "digits (steps)"; "–" where 100 000 steps were not enough.
 
-use myovib_radau::{RadauOptions, RadauSolver};
-use sundials_wrap::samples::{
+use myovib_dae::samples::{
     Akzo, CarAxis, Heat2d, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Robertson, Sample,
     VanDerPol,
 };
-use sundials_wrap::{IdaOptions, IdaSolver, Outcome, Suppressed, Tolerances, VariableKind};
+use myovib_dae::{Outcome, Suppressed, Tolerances, VariableKind};
+use myovib_radau::{RadauOptions, RadauSolver};
+
+use sundials_wrap::{IdaOptions, IdaSolver};
 
 /// Test Set for IVP Solvers, chemakzo at t = 180.
 const AKZO: [f64; 6] = [

@@ -1,7 +1,7 @@
 //! The errors of this crate: misuse, and what the problem itself refuses.
 //!
 //! An integration that cannot go on is not an error but an
-//! [`Outcome::Stopped`](sundials_wrap::Outcome::Stopped).
+//! [`Outcome::Stopped`](myovib_dae::Outcome::Stopped).
 
 /// What makes an integration impossible.
 #[derive(Debug, thiserror::Error)]
@@ -79,7 +79,7 @@ pub enum RadauError {
     },
     /// The pattern of the Jacobian cannot be analysed.
     #[error(transparent)]
-    Klu(#[from] sundials_wrap::klu::KluError),
+    Klu(#[from] myovib_sparse::klu::KluError),
 }
 
 pub(crate) fn expect_length(

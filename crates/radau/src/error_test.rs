@@ -1,6 +1,6 @@
 //! The error estimate of a step.
 
-use sundials_wrap::DaeProblem;
+use myovib_dae::Problem;
 
 use crate::dense::add_scaled;
 use crate::failure::{Failure, Operation};
@@ -44,7 +44,7 @@ impl ErrorTest {
 
     /// The weighted norm of the estimated error of the step with increments `z`; not finite if a
     /// solve has overflowed.
-    pub(crate) fn estimate<P: DaeProblem, M: NewtonMatrices<P>>(
+    pub(crate) fn estimate<P: Problem, M: NewtonMatrices<P>>(
         &mut self,
         problem: &mut P,
         matrices: &mut M,

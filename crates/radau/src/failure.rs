@@ -1,6 +1,6 @@
 //! What can fail in a step, and what that means for it.
 
-use sundials_wrap::{StepError, StopReason};
+use myovib_dae::{StepError, StopReason};
 
 use crate::error::RadauError;
 

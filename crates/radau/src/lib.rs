@@ -1,6 +1,6 @@
 //! Radau IIA methods for fully implicit differential-algebraic equations F(t, y, ẏ) = 0.
 //!
-//! [`RadauSolver`] integrates any [`DaeProblem`](sundials_wrap::DaeProblem) with the implicit
+//! [`RadauSolver`] integrates any [`Problem`](myovib_dae::Problem) with the implicit
 //! Runge–Kutta method of 3 stages and order 5 (or 1, 5, 7 stages), with adaptive steps. It is
 //! L-stable at full order, where BDF methods above order 2 fail on undamped oscillations, and it
 //! takes constrained mechanical systems in their index-3 form.
@@ -15,12 +15,12 @@
 //! ```
 //! use myovib_radau::RadauSolver;
 //! use nalgebra_sparse::pattern::SparsityPattern;
-//! use sundials_wrap::{DaeProblem, Outcome, StepError, Tolerances, VariableKind};
+//! use myovib_dae::{Problem, Outcome, StepError, Tolerances, VariableKind};
 //!
 //! /// ẏ + 50 (y − cos t) = 0
 //! struct Relaxation;
 //!
-//! impl DaeProblem for Relaxation {
+//! impl Problem for Relaxation {
 //!     fn n_unknowns(&self) -> usize {
 //!         1
 //!     }

@@ -1,9 +1,9 @@
 //! The matrices of Newton's method: a trait, so that structure can be used, and KLU on the whole.
 
+use myovib_dae::{Problem, StepError};
+use myovib_sparse::klu::{Factors, KluError, KluOptions, Symbolic};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
-use sundials_wrap::klu::{Factors, KluError, KluOptions, Symbolic};
-use sundials_wrap::{DaeProblem, StepError};
 
 use crate::method::Method;
 
@@ -95,7 +95,7 @@ impl KluMatrices {
     }
 }
 
-impl<P: DaeProblem> NewtonMatrices<P> for KluMatrices {
+impl<P: Problem> NewtonMatrices<P> for KluMatrices {
     fn evaluate(
         &mut self,
         problem: &mut P,

@@ -1,7 +1,7 @@
 //! Simplified Newton iterations for the stage equations.
 
+use myovib_dae::{Problem, StepError};
 use num_complex::Complex64;
-use sundials_wrap::{DaeProblem, StepError};
 
 use crate::dense::add_scaled;
 use crate::failure::{Failure, Operation};
@@ -86,7 +86,7 @@ impl NewtonSolver {
     /// Two corrections do not show that the iterations diverge. In index 3 the first one, from a
     /// start at rest, moves positions by h v; what is quadratic in it, h² v², comes back as
     /// corrections h² v²/h of the velocity: as large as the first, however small h.
-    pub(crate) fn solve<P: DaeProblem, M: NewtonMatrices<P>>(
+    pub(crate) fn solve<P: Problem, M: NewtonMatrices<P>>(
         &mut self,
         problem: &mut P,
         matrices: &mut M,
@@ -142,7 +142,7 @@ impl NewtonSolver {
         Ok(Newton::Failed { step_factor: 0.5 })
     }
 
-    fn evaluate_residuals<P: DaeProblem>(
+    fn evaluate_residuals<P: Problem>(
         &mut self,
         problem: &mut P,
         step: &Step<'_>,
@@ -213,7 +213,7 @@ impl NewtonSolver {
 }
 
 /// Evaluates the residual; one that is not finite is a recoverable error.
-pub(crate) fn evaluate<P: DaeProblem>(
+pub(crate) fn evaluate<P: Problem>(
     problem: &mut P,
     t: f64,
     y: &[f64],
@@ -228,7 +228,7 @@ pub(crate) fn evaluate<P: DaeProblem>(
         .map_err(Operation::Residual.failed())
 }
 
-fn expect_finite<P: DaeProblem>(problem: &P, residual: &[f64]) -> Result<(), StepError> {
+fn expect_finite<P: Problem>(problem: &P, residual: &[f64]) -> Result<(), StepError> {
     match residual.iter().position(|r| !r.is_finite()) {
         None => Ok(()),
         Some(i) => {

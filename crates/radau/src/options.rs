@@ -1,7 +1,7 @@
 //! Settings of the integrator, as plain values.
 
-use sundials_wrap::klu::KluOptions;
-use sundials_wrap::{Suppressed, Tolerances, VariableKind};
+use myovib_dae::{Suppressed, Tolerances, VariableKind};
+use myovib_sparse::klu::KluOptions;
 
 use crate::error::{RadauError, expect_length};
 
@@ -57,7 +57,7 @@ impl IndexScaling {
 /// # Examples
 /// ```
 /// use myovib_radau::RadauOptions;
-/// use sundials_wrap::Tolerances;
+/// use myovib_dae::Tolerances;
 ///
 /// let options =
 ///     RadauOptions { tolerances: Tolerances::scalar(1e-6, 1e-9), ..RadauOptions::default() };

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use sundials_wrap::{DaeProblem, Direction, StepError};
+use myovib_dae::{Direction, Problem, StepError};
 
 use crate::dense::Collocation;
 use crate::method::Method;
@@ -54,7 +54,7 @@ pub(crate) struct Crossing {
     pub(crate) crossings: Vec<i32>,
 }
 
-impl<P: DaeProblem> Roots<P> {
+impl<P: Problem> Roots<P> {
     /// Watches as many functions as there are `directions`, of `n` unknowns.
     pub(crate) fn new(
         directions: Vec<Direction>,

@@ -5,7 +5,7 @@ use std::ops::Add;
 use serde::{Deserialize, Serialize};
 
 /// The linear algebra of an integration; what IDAS counts too is in
-/// [`Stats`](sundials_wrap::Stats).
+/// [`Stats`](myovib_dae::Stats).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Work {
     /// Real factorisations: one a linear set-up.
@@ -34,6 +34,6 @@ impl Add for Work {
 /// All counters, as the parts of the integrator see them.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Counters {
-    pub(crate) stats: sundials_wrap::Stats,
+    pub(crate) stats: myovib_dae::Stats,
     pub(crate) work: Work,
 }

@@ -1,9 +1,9 @@
 //! A step allocates nothing, watching for events included.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+use myovib_dae::samples::{Heat2d, Sample};
+use myovib_dae::{Direction, Outcome, Tolerances};
 use myovib_radau::{RadauOptions, RadauSolver};
-use sundials_wrap::samples::{Heat2d, Sample};
-use sundials_wrap::{Direction, Outcome, Tolerances};
 
 #[test]
 fn steps_allocate_nothing() {

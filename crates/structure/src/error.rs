@@ -1,7 +1,7 @@
 //! What can go wrong before a question about the structure has an answer.
 
-use sundials_wrap::StepError;
-use sundials_wrap::klu::KluError;
+use myovib_dae::StepError;
+use myovib_sparse::klu::KluError;
 
 /// Why a structural question could not be answered at all.
 #[derive(Debug, thiserror::Error)]

@@ -4,7 +4,7 @@
 //! of which model or formulation the matrices came from:
 //!
 //! - [`Pencil`]: the linearisation E ẋ + A x = f, from two matrices or from any
-//!   [`DaeProblem`](sundials_wrap::DaeProblem) at a state;
+//!   [`Problem`](myovib_dae::Problem) at a state;
 //! - [`PencilStructure`]: its index, or that it has none, with every rank decision ([`RankDecision`])
 //!   that the answer rests on, and the perturbation index of every variable;
 //! - [`Vibration`]: small free vibrations with or without a constraint, and their lowest [`modes`];

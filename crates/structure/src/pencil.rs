@@ -1,7 +1,7 @@
 //! The linearisation of a differential-algebraic system at a state.
 
+use myovib_dae::Problem;
 use nalgebra::DMatrix;
-use sundials_wrap::DaeProblem;
 
 use crate::error::StructureError;
 
@@ -50,7 +50,7 @@ impl Pencil {
     /// [`StructureError::Linearise`] when a Jacobian cannot be evaluated there, and as for
     /// [`new`](Self::new).
     pub fn linearise(
-        problem: &mut dyn DaeProblem,
+        problem: &mut dyn Problem,
         t: f64,
         y: &[f64],
         y_dot: &[f64],

@@ -1,10 +1,10 @@
 //! Small undamped vibrations, with or without a constraint.
 
+use myovib_sparse::klu::{KluOptions, RealNumeric, Symbolic};
 use nalgebra::{DVector, DVectorView};
 use nalgebra_sparse::ops::Op;
 use nalgebra_sparse::ops::serial::spmm_csc_dense;
 use nalgebra_sparse::{CooMatrix, CscMatrix};
-use sundials_wrap::klu::{KluOptions, RealNumeric, Symbolic};
 
 use crate::error::StructureError;
 

@@ -1,13 +1,13 @@
-//! Small nonlinear DAEs of known index, given as a `DaeProblem` and linearised on their solution.
+//! Small nonlinear DAEs of known index, given as a `Problem` and linearised on their solution.
 //!
 //! A: Brenan, Campbell, Petzold, chapter 4 (index 1, linear with varying coefficients). B: Jay, BIT
 //! 33 (1993), example 7 (index 2). C: the pendulum in Cartesian coordinates (index 3) and with its
 //! constraint differentiated once and twice.
 
+use myovib_dae::{Problem, StepError, VariableKind};
 use myovib_structure::{Index, Pencil, PencilStructure};
 use nalgebra::DMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
-use sundials_wrap::{DaeProblem, StepError, VariableKind};
 
 /// A dense system given by its residual, a polynomial of degree four at most in y and ẏ.
 struct Dense<F> {
@@ -15,7 +15,7 @@ struct Dense<F> {
     residual: F,
 }
 
-impl<F: Fn(f64, &[f64], &[f64]) -> Vec<f64>> DaeProblem for Dense<F> {
+impl<F: Fn(f64, &[f64], &[f64]) -> Vec<f64>> Problem for Dense<F> {
     fn n_unknowns(&self) -> usize {
         self.n
     }

@@ -13,12 +13,14 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use serde_json::Value;
-use sundials_wrap::samples::{
+use myovib_dae::samples::{
     Akzo, CarAxis, Heat2d, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Robertson, Sample,
     VanDerPol,
 };
-use sundials_wrap::{IdaOptions, IdaSolver, Outcome, Suppressed, Tolerances};
+use myovib_dae::{Outcome, Suppressed, Tolerances};
+use serde_json::Value;
+
+use sundials_wrap::{IdaOptions, IdaSolver};
 
 const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-8];
 /// √g, the pendulum's angular frequency at small angles, 1/s.

@@ -6,15 +6,17 @@
 //! ```
 //!
 //! Exact: u = 1 − exp(−t/RC).
+use myovib_dae::{Problem, StepError, Tolerances, VariableKind};
 use nalgebra_sparse::pattern::SparsityPattern;
-use sundials_wrap::{DaeProblem, IdaSolver, StepError, Tolerances, VariableKind};
+
+use sundials_wrap::IdaSolver;
 
 struct Charging {
     r: f64,
     c: f64,
 }
 
-impl DaeProblem for Charging {
+impl Problem for Charging {
     fn n_unknowns(&self) -> usize {
         2 // u, i
     }

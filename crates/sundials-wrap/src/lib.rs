@@ -2,7 +2,7 @@
 //! implicit differential-algebraic equations F(t, y, ẏ) = 0.
 //!
 //! # Cast of types
-//! - [`DaeProblem`]: what you write: residual, Jacobian in a fixed sparse pattern, and what each
+//! - [`Problem`]: what you write: residual, Jacobian in a fixed sparse pattern, and what each
 //!   variable is.
 //! - [`IdaBuilder`] takes a problem, [`IdaOptions`] (plain settings) and functions (roots,
 //!   quadratures, error weights, a [`StructuredSolver`]) and builds an
@@ -16,8 +16,10 @@
 //! # Examples
 //! Robertson's kinetics to t = 40:
 //! ```
-//! use sundials_wrap::samples::{Robertson, Sample};
-//! use sundials_wrap::{IdaSolver, Outcome, Tolerances};
+//! use myovib_dae::samples::{Robertson, Sample};
+//! use myovib_dae::{Outcome, Tolerances};
+
+//! use sundials_wrap::IdaSolver;
 //!
 //! let start = Robertson.start();
 //! let mut solver = IdaSolver::builder(Robertson)
@@ -42,14 +44,8 @@
 mod error;
 #[allow(unsafe_code)]
 mod ffi;
-pub mod klu;
 mod options;
-mod outcome;
-mod problem;
-pub mod samples;
 mod solver;
-mod stats;
-mod structured;
 mod vector_kernels;
 mod versions;
 
@@ -60,10 +56,13 @@ pub mod notes {
 }
 
 pub use error::Error;
-pub use options::{Constraint, Direction, IdaOptions, Suppressed, Tolerances, VectorArithmetic};
-pub use outcome::{Outcome, Stop, StopReason, WorstComponent};
-pub use problem::{DaeProblem, StepError, VariableKind};
+/// The problem, and what is asked of and answered by any integrator.
+pub use myovib_dae::{
+    Direction, Outcome, Problem, SparsityPattern, Stats, StepError, Stop, StopReason,
+    StructuredSolver, Suppressed, Tolerances, VariableKind, WorstComponent,
+};
+/// KLU, whose settings are among those of the integrator.
+pub use myovib_sparse::klu;
+pub use options::{Constraint, IdaOptions, VectorArithmetic};
 pub use solver::{ConsistencyMode, IdaBuilder, IdaSolver};
-pub use stats::Stats;
-pub use structured::StructuredSolver;
 pub use versions::Versions;

@@ -3,122 +3,53 @@
 //! [`IdaOptions::default`] has IDAS' own defaults throughout. What is made of functions (root
 //! functions, weights, quadratures) is given to the [`IdaBuilder`](crate::IdaBuilder).
 
+use myovib_dae::{Direction, Suppressed, Tolerances, VariableKind};
+use myovib_sparse::klu::{KluOptions, Ordering};
+
 use crate::error::Error;
-use crate::klu::{KluOptions, Ordering};
-use crate::problem::VariableKind;
 
-/// How accurate the solution is to be: component i is allowed the local error
-/// `relative · |y_i| + absolute_i`.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Tolerances {
-    /// One absolute tolerance for all components.
-    Scalar {
-        /// Relative tolerance, ≥ 0.
-        relative: f64,
-        /// Absolute tolerance, ≥ 0.
-        absolute: f64,
-    },
-    /// An absolute tolerance for each component.
-    Vector {
-        /// Relative tolerance, ≥ 0.
-        relative: f64,
-        /// Absolute tolerances, ≥ 0, one per component.
-        absolute: Vec<f64>,
-    },
-}
-
-impl Tolerances {
-    /// The same tolerances for all components.
-    pub fn scalar(relative: f64, absolute: f64) -> Self {
-        Self::Scalar { relative, absolute }
-    }
-
-    /// An absolute tolerance for each component.
-    pub fn vector(relative: f64, absolute: impl Into<Vec<f64>>) -> Self {
-        Self::Vector {
-            relative,
-            absolute: absolute.into(),
-        }
-    }
-
-    /// The relative tolerance.
-    pub fn relative(&self) -> f64 {
-        match self {
-            Self::Scalar { relative, .. } | Self::Vector { relative, .. } => *relative,
-        }
-    }
-
-    /// The absolute tolerance of component `i`.
-    ///
-    /// # Panics
-    /// If there is no such component.
-    pub fn absolute(&self, i: usize) -> f64 {
-        match self {
-            Self::Scalar { absolute, .. } => *absolute,
-            Self::Vector { absolute, .. } => absolute[i],
-        }
-    }
-
-    fn validate(&self, n: usize) -> Result<(), Error> {
-        at_least_zero("relative tolerance", self.relative())?;
-        match self {
-            Self::Scalar { relative, absolute } => {
-                at_least_zero("absolute tolerance", *absolute)?;
-                if *relative == 0.0 && *absolute == 0.0 {
-                    return invalid("relative and absolute tolerance", 0.0, "not both zero");
-                }
-            }
-            Self::Vector { relative, absolute } => {
-                expect_length("absolute tolerances", n, absolute.len())?;
-                absolute
-                    .iter()
-                    .try_for_each(|&a| at_least_zero("absolute tolerance", a))?;
-                if *relative == 0.0 && absolute.contains(&0.0) {
-                    return invalid("absolute tolerance", 0.0, "> 0 where the relative one is 0");
-                }
+/// Checks the tolerances of a problem with `n` unknowns.
+fn validate_tolerances(tolerances: &Tolerances, n: usize) -> Result<(), Error> {
+    at_least_zero("relative tolerance", tolerances.relative())?;
+    match tolerances {
+        Tolerances::Scalar { relative, absolute } => {
+            at_least_zero("absolute tolerance", *absolute)?;
+            if *relative == 0.0 && *absolute == 0.0 {
+                return invalid("relative and absolute tolerance", 0.0, "not both zero");
             }
         }
-        Ok(())
-    }
-}
-
-/// Which components are left out of the local error test (`IDASetSuppressAlg`).
-///
-/// IDAS uses one vector for this and for [consistent initial
-/// values](crate::IdaSolver::correct_initial_values); here they are apart: what is algebraic is
-/// said by [`DaeProblem::kinds`](crate::DaeProblem::kinds).
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub enum Suppressed {
-    /// All components are tested.
-    #[default]
-    Nothing,
-    /// The algebraic components are left out.
-    Algebraic,
-    /// The components marked `true` are left out.
-    Components(Vec<bool>),
-}
-
-impl Suppressed {
-    /// Whether component `i`, which enters F as `kind` says, is left out.
-    ///
-    /// # Panics
-    /// If components are marked and there is no such one.
-    pub fn leaves_out(&self, i: usize, kind: VariableKind) -> bool {
-        match self {
-            Self::Nothing => false,
-            Self::Algebraic => kind == VariableKind::Algebraic,
-            Self::Components(left_out) => left_out[i],
+        Tolerances::Vector { relative, absolute } => {
+            expect_length("absolute tolerances", n, absolute.len())?;
+            absolute
+                .iter()
+                .try_for_each(|&a| at_least_zero("absolute tolerance", a))?;
+            if *relative == 0.0 && absolute.contains(&0.0) {
+                return invalid("absolute tolerance", 0.0, "> 0 where the relative one is 0");
+            }
         }
     }
+    Ok(())
+}
 
-    /// IDAS' vector: 1 for a component in the error test, 0 for one left out; `None` if all are in.
-    pub(crate) fn id(&self, kinds: &[VariableKind]) -> Result<Option<Vec<f64>>, Error> {
-        if let Self::Components(left_out) = self {
-            expect_length("suppressed components", kinds.len(), left_out.len())?;
-        }
-        let tested = |(i, &kind)| f64::from(u8::from(!self.leaves_out(i, kind)));
-        let id = || kinds.iter().enumerate().map(tested).collect();
-        Ok((*self != Self::Nothing).then(id))
+/// IDAS' vector: 1 for a component in the error test, 0 for one left out; `None` if all are in.
+pub(crate) fn error_test_id(
+    suppressed: &Suppressed,
+    kinds: &[VariableKind],
+) -> Result<Option<Vec<f64>>, Error> {
+    if let Suppressed::Components(left_out) = suppressed {
+        expect_length("suppressed components", kinds.len(), left_out.len())?;
+    }
+    let tested = |(i, &kind)| f64::from(u8::from(!suppressed.leaves_out(i, kind)));
+    let id = || kinds.iter().enumerate().map(tested).collect();
+    Ok((*suppressed != Suppressed::Nothing).then(id))
+}
+
+/// The code of `IDASetRootDirection`.
+pub(crate) fn direction_code(direction: Direction) -> i32 {
+    match direction {
+        Direction::Both => 0,
+        Direction::Rising => 1,
+        Direction::Falling => -1,
     }
 }
 
@@ -156,28 +87,6 @@ impl Constraint {
             Self::NonPositive => -1.0,
             Self::Positive => 2.0,
             Self::Negative => -2.0,
-        }
-    }
-}
-
-/// Which crossings of a root function count.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Direction {
-    /// All of them.
-    #[default]
-    Both,
-    /// From negative to positive.
-    Rising,
-    /// From positive to negative.
-    Falling,
-}
-
-impl Direction {
-    pub(crate) fn code(self) -> i32 {
-        match self {
-            Self::Both => 0,
-            Self::Rising => 1,
-            Self::Falling => -1,
         }
     }
 }
@@ -265,7 +174,7 @@ impl Default for IdaOptions {
 impl IdaOptions {
     /// Checks what IDAS does not, or does not with numbers, for a problem of `n` unknowns.
     pub(crate) fn validate(&self, n: usize) -> Result<(), Error> {
-        self.tolerances.validate(n)?;
+        validate_tolerances(&self.tolerances, n)?;
         within("max_order", self.max_order as f64, 1.0, 5.0, "1 to 5")?;
         if let Some(step) = self.initial_step {
             finite("initial_step", step)?;
@@ -403,14 +312,15 @@ mod tests {
             [0.0, 1.0, -1.0, 2.0, -2.0]
         );
         let directions = [Direction::Both, Direction::Rising, Direction::Falling];
-        assert_eq!(directions.map(Direction::code), [0, 1, -1]);
+        assert_eq!(directions.map(direction_code), [0, 1, -1]);
     }
 
     /// IDAS leaves out of the error test what has a 0 in its vector.
     #[test]
     fn what_is_left_out_of_the_error_test_has_a_zero() {
         let kinds = [VariableKind::Differential, VariableKind::Algebraic];
-        let id = |suppressed: Suppressed| suppressed.id(&kinds).expect("two components");
+        let id =
+            |suppressed: Suppressed| error_test_id(&suppressed, &kinds).expect("two components");
         assert_eq!(id(Suppressed::Nothing), None);
         assert_eq!(id(Suppressed::Algebraic), Some(vec![1.0, 0.0]));
         let first = Suppressed::Components(vec![true, false]);

@@ -20,18 +20,17 @@ pub struct Versions {
 impl Versions {
     /// Asks the libraries.
     pub fn linked() -> Self {
-        use suitesparse_sys::{KLU_MAIN_VERSION, KLU_SUB_VERSION, KLU_SUBSUB_VERSION};
         use sundials_sys::{
             SUNDIALS_VERSION_MAJOR, SUNDIALS_VERSION_MINOR, SUNDIALS_VERSION_PATCH,
         };
-        let [major, minor, patch] = ffi::version::suite_sparse();
+        let sparse = myovib_sparse::Versions::linked();
         Self {
             sundials: ffi::version::sundials(),
             sundials_headers: format!(
                 "{SUNDIALS_VERSION_MAJOR}.{SUNDIALS_VERSION_MINOR}.{SUNDIALS_VERSION_PATCH}"
             ),
-            klu: format!("{KLU_MAIN_VERSION}.{KLU_SUB_VERSION}.{KLU_SUBSUB_VERSION}"),
-            suite_sparse: format!("{major}.{minor}.{patch}"),
+            klu: sparse.klu,
+            suite_sparse: sparse.suite_sparse,
             index_bits: sundials_sys::sunindextype::BITS as usize,
         }
     }

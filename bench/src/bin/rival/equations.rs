@@ -8,7 +8,7 @@ use diffsol::{
 };
 use diffsol_la::MatrixSparsity;
 use myovib_model::MuscleDae;
-use sundials_wrap::DaeProblem;
+use myovib_dae::Problem;
 
 type M = FaerSparseMat<f64>;
 type V = FaerVec<f64>;

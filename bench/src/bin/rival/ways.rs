@@ -8,7 +8,7 @@ use myovib_model::{
     Formulation, IntegratorKind, MuscleDae, Outcome, Probe, SampleTimes, Sampler, Settings, run,
     start_at_rest,
 };
-use sundials_wrap::DaeProblem;
+use myovib_dae::Problem;
 
 use crate::Run;
 use crate::equations::Equations;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
+use myovib_dae::Problem;
 use myovib_model::coupling::{
     Body, CoherenceHistory, CoupledDae, CoupledOptions, Settling, StateTolerances,
 };
@@ -12,7 +13,6 @@ use myovib_model::{
 use myovib_oscillators::Settled;
 use serde::Serialize;
 use serde_json::{Map, Value};
-use sundials_wrap::DaeProblem;
 
 use super::EVERY;
 use crate::exit::Exit;

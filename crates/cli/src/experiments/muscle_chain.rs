@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::coupling::{
     CoupledDae, CoupledOptions, ErrorTest, Oscillators, Recording, Source, StateTolerances,
@@ -11,7 +12,6 @@ use myovib_model::{
     Formulation, IntegratorKind, MuscleDae, Probe, Settings, Signal, paper, start_at_rest,
 };
 use serde_json::{Map, Value, json};
-use sundials_wrap::DaeProblem;
 
 use super::chain_run::{max_order, pair};
 use super::recording::record;

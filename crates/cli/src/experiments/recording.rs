@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use myovib_dae::Problem;
 use myovib_model::coupling::{Recorder, Recording};
 use myovib_model::{Displacement, Integrator, Limits, Outcome, run};
-use sundials_wrap::DaeProblem;
 
 use super::Course;
 use crate::interrupt;
@@ -14,7 +14,7 @@ use crate::watch::Watch;
 ///
 /// # Errors
 /// A run that does not reach its end.
-pub(super) fn record<P: DaeProblem>(
+pub(super) fn record<P: Problem>(
     integrator: &mut dyn Integrator<P>,
     name: &str,
     point: Displacement,

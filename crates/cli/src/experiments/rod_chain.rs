@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use anyhow::Context;
+use myovib_dae::Problem;
 use myovib_fem::rod::EndLoad;
 use myovib_model::coupling::{
     Body, CoupledDae, CoupledOptions, ErrorTest, NoBody, Oscillators, Recording, Source,
@@ -11,7 +12,6 @@ use myovib_model::coupling::{
 };
 use myovib_model::paper;
 use serde_json::{Map, Value, json};
-use sundials_wrap::DaeProblem;
 
 use super::chain_run::{max_order, pair};
 use super::recording::record;
@@ -81,7 +81,7 @@ pub fn replay(
     finish(dae, "chain", &["chain"], course)
 }
 
-fn coupled<B: DaeProblem>(
+fn coupled<B: Problem>(
     body: B,
     setup: &ChainSetup,
     source: Source,

@@ -5,7 +5,7 @@ use myovib_model::{
     AbsoluteTolerances, Field, Formulation, LinearSolver, MultiplierWeights, Muscle, Settings,
     default_ordering,
 };
-use sundials_wrap::klu::Ordering;
+use myovib_sparse::klu::Ordering;
 
 use super::builder::Builder;
 use crate::error::InputError;

@@ -6,11 +6,11 @@ use myovib_fem::material::Law;
 use myovib_fem::quadrature::TriangleRule;
 use myovib_fem::solid::{Fields, Pressure, Solid, Tangents, Vectors};
 use myovib_fem::{DofMap, Located, Mesh, Space};
+use myovib_sparse::klu::{KluOptions, RealNumeric, Symbolic};
 use nalgebra::DMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 use rand::{Rng, SeedableRng, rngs::StdRng};
-use sundials_wrap::klu::{KluOptions, RealNumeric, Symbolic};
 
 pub(crate) const MUSCLE_LAW: Law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
 pub(crate) const SMALL_LAW: Law = Law::SmallStrain {

@@ -1,6 +1,6 @@
 //! Integrators that say what to do when they stop.
 
-use sundials_wrap::DaeProblem;
+use myovib_dae::Problem;
 
 use super::{Advice, listed};
 use crate::counters::WorkCounters;

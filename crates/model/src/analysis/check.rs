@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use cpu_time::ThreadTime;
-use sundials_wrap::DaeProblem;
+use myovib_dae::Problem;
 
 use crate::advice::{Advice, Finding, Remedy};
 use crate::analysis::index::{IndexReport, LARGEST_SYSTEM};

@@ -5,8 +5,8 @@
 //!
 #![doc = include_str!("../../notes/0002-computing-the-index.md")]
 
+use myovib_dae::Problem;
 use myovib_structure::{Index, Pencil, PencilStructure, VariableIndex};
-use sundials_wrap::DaeProblem;
 
 use crate::error::ModelError;
 use crate::field::Field;

@@ -3,10 +3,10 @@
 use std::fmt;
 use std::sync::Arc;
 
+use myovib_dae::Problem;
 use myovib_fem::{DofMap, Law, Mesh, Solid, Space};
 use myovib_structure::InfSup;
 use nalgebra_sparse::CscMatrix;
-use sundials_wrap::DaeProblem;
 
 use crate::analysis::index::{IndexReport, LARGEST_SYSTEM};
 use crate::error::ModelError;

@@ -1,8 +1,8 @@
 //! What oscillators can be coupled to.
 
+use myovib_dae::{Problem, StructuredSolver};
 use myovib_radau::{Method, NewtonMatrices};
-use sundials_wrap::klu::{KluError, KluOptions};
-use sundials_wrap::{DaeProblem, StructuredSolver};
+use myovib_sparse::klu::{KluError, KluOptions};
 
 use super::no_body::NoBody;
 use crate::linear::{CondensedMatrices, CondensedSolver};
@@ -16,7 +16,7 @@ pub type BodySolver<B> = Box<dyn StructuredSolver<B> + Send>;
 pub type BodyMatrices<B> = Box<dyn NewtonMatrices<B>>;
 
 /// A body that oscillators can be coupled to.
-pub trait Body: DaeProblem + Send + Sized + 'static {
+pub trait Body: Problem + Send + Sized + 'static {
     /// The shortest time in which what drives the body changes, s, if something does.
     fn time_scale(&self) -> Option<f64> {
         None

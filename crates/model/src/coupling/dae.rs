@@ -1,9 +1,9 @@
-//! The coupled system as a [`DaeProblem`].
+//! The coupled system as a [`Problem`].
 
 use std::ops::Range;
 
+use myovib_dae::{Problem, StepError, VariableKind};
 use nalgebra_sparse::pattern::SparsityPattern;
-use sundials_wrap::{DaeProblem, StepError, VariableKind};
 
 use super::body::Body;
 use super::oscillators::{Oscillators, Source};
@@ -63,7 +63,7 @@ impl Coupling {
     }
 }
 
-impl<B: DaeProblem> CoupledDae<B> {
+impl<B: Problem> CoupledDae<B> {
     /// Joins `body` and `oscillators`; the points of [`Source::Body`] must be of this body.
     ///
     /// # Panics
@@ -202,7 +202,7 @@ impl Part {
     }
 }
 
-impl<B: DaeProblem> DaeProblem for CoupledDae<B> {
+impl<B: Problem> Problem for CoupledDae<B> {
     fn n_unknowns(&self) -> usize {
         self.n_unknowns
     }

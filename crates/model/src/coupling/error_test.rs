@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use sundials_wrap::DaeProblem;
+use myovib_dae::Problem;
 
 use super::dae::CoupledDae;
 use crate::integration::settings::Settings;
@@ -69,7 +69,7 @@ impl ErrorTest {
     /// # Panics
     /// When the body's part has not one entry per unknown of the body.
     #[must_use]
-    pub fn with_oscillators<B: DaeProblem>(
+    pub fn with_oscillators<B: Problem>(
         mut self,
         dae: &CoupledDae<B>,
         tolerances: StateTolerances,

@@ -13,9 +13,9 @@
 //! stress. The Jacobian has one more block per chain, of rank one: ∂F/∂s = ∂F/∂g_k · (dg_k/dS_k
 //! ∂S_k/∂s).
 
+use myovib_dae::{Problem, StepError, VariableKind};
 use myovib_oscillators::SmoothCoherence;
 use nalgebra_sparse::pattern::SparsityPattern;
-use sundials_wrap::{DaeProblem, StepError, VariableKind};
 
 use super::dae::CoupledDae;
 use crate::blocks::{Block, Blocks};
@@ -157,7 +157,7 @@ impl FeedbackDae {
     }
 }
 
-impl DaeProblem for FeedbackDae {
+impl Problem for FeedbackDae {
     fn n_unknowns(&self) -> usize {
         self.one_way.n_unknowns()
     }

@@ -1,8 +1,8 @@
 //! The coherence of oscillators over time.
 
+use myovib_dae::{Problem, StepError};
 use myovib_oscillators::{Coherence, Settled, centroid_frequency, mean_frequency, phasors};
 use num_complex::Complex64;
-use sundials_wrap::{DaeProblem, StepError};
 
 use super::dae::CoupledDae;
 use crate::error::ModelError;
@@ -43,7 +43,7 @@ impl CoherenceHistory {
     ///
     /// # Errors
     /// Those of the residual.
-    pub fn record<B: DaeProblem>(
+    pub fn record<B: Problem>(
         &mut self,
         dae: &mut CoupledDae<B>,
         k: usize,

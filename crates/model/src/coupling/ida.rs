@@ -1,6 +1,8 @@
 //! IDAS for coupled systems.
 
-use sundials_wrap::{ConsistencyMode, DaeProblem, IdaBuilder, IdaOptions, Suppressed};
+use myovib_dae::{Problem, Suppressed};
+
+use sundials_wrap::{ConsistencyMode, IdaBuilder, IdaOptions};
 
 use super::body::Body;
 use super::dae::CoupledDae;
@@ -91,7 +93,7 @@ impl IdaIntegrator<FeedbackDae> {
 }
 
 /// A system of parts, each of which the error test looks at in its own way.
-fn tested<P: DaeProblem>(
+fn tested<P: Problem>(
     problem: P,
     error_test: ErrorTest,
     options: IdaOptions,

@@ -1,13 +1,13 @@
 //! The body of a system that has none.
 
+use myovib_dae::{Problem, StepError, VariableKind};
 use nalgebra_sparse::pattern::SparsityPattern;
-use sundials_wrap::{DaeProblem, StepError, VariableKind};
 
 /// No body: no unknowns, no equations. Oscillators on it are free, or follow a given motion.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct NoBody;
 
-impl DaeProblem for NoBody {
+impl Problem for NoBody {
     fn n_unknowns(&self) -> usize {
         0
     }

@@ -8,9 +8,9 @@ use myovib_oscillators::{Drive, Network};
 use super::recording::Recording;
 use crate::error::ModelError;
 use crate::integration::first_step::shortest;
-use crate::number::Number;
 use crate::reading::displacement::Displacement;
 use crate::signal::Signal;
+use myovib_sparse::Number;
 
 /// The displacement u in the forcing γ u of one direction.
 #[derive(Debug, Clone, Default)]

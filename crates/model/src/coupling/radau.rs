@@ -1,7 +1,9 @@
 //! Radau IIA for coupled systems.
 
+use myovib_dae::{Problem, Suppressed, Tolerances};
 use myovib_radau::{KluMatrices, Method, NewtonMatrices, RadauOptions};
-use sundials_wrap::{DaeProblem, IdaOptions, Suppressed, Tolerances};
+
+use sundials_wrap::IdaOptions;
 
 use super::body::Body;
 use super::dae::CoupledDae;
@@ -102,7 +104,7 @@ impl RadauIntegrator<FeedbackDae, KluMatrices> {
 }
 
 /// A system of parts, each of which the error test looks at in its own way.
-fn tested<P: DaeProblem, M: NewtonMatrices<P>>(
+fn tested<P: Problem, M: NewtonMatrices<P>>(
     problem: P,
     matrices: M,
     error_test: ErrorTest,

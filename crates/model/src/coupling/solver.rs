@@ -9,13 +9,13 @@
 //!
 //! J_b is solved as if there were no oscillators; each network has small factors of its own.
 
+use myovib_dae::{Problem, StepError, StructuredSolver};
 use myovib_radau::{Method, NewtonMatrices};
+use myovib_sparse::klu::{Factors, KluError, KluOptions, Symbolic};
 use num_complex::Complex64;
-use sundials_wrap::klu::{Factors, KluError, KluOptions, Symbolic};
-use sundials_wrap::{DaeProblem, StepError, StructuredSolver};
 
 use super::dae::CoupledDae;
-use crate::number::Number;
+use myovib_sparse::Number;
 
 /// ∂F_o/∂s and ∂F_o/∂ṡ of one network.
 #[derive(Debug)]
@@ -25,7 +25,7 @@ struct NetworkJacobian {
 }
 
 /// Room for the Jacobians of all networks of a system.
-fn network_jacobians<B: DaeProblem>(dae: &CoupledDae<B>) -> Vec<NetworkJacobian> {
+fn network_jacobians<B: Problem>(dae: &CoupledDae<B>) -> Vec<NetworkJacobian> {
     (0..dae.n_networks())
         .map(|k| {
             let n = dae.oscillators(k).network().jacobian_pattern().nnz();
@@ -38,7 +38,7 @@ fn network_jacobians<B: DaeProblem>(dae: &CoupledDae<B>) -> Vec<NetworkJacobian>
 }
 
 /// Analyses the matrices J_o of all networks.
-fn analyses<B: DaeProblem>(
+fn analyses<B: Problem>(
     dae: &CoupledDae<B>,
     options: KluOptions,
 ) -> Result<Vec<Symbolic>, KluError> {
@@ -48,7 +48,7 @@ fn analyses<B: DaeProblem>(
 }
 
 /// Evaluates the Jacobians of all networks at the state `y` of the whole system.
-fn evaluate_networks<B: DaeProblem>(
+fn evaluate_networks<B: Problem>(
     dae: &CoupledDae<B>,
     y: &[f64],
     jacobians: &mut [NetworkJacobian],
@@ -90,7 +90,7 @@ impl<T: Number> NetworkFactors<T> {
     }
 
     /// Solves for the oscillators in place, the body's part of `x` being solved for.
-    fn solve<B: DaeProblem>(&self, dae: &CoupledDae<B>, x: &mut [T]) -> Result<(), StepError> {
+    fn solve<B: Problem>(&self, dae: &CoupledDae<B>, x: &mut [T]) -> Result<(), StepError> {
         let n_body = dae.body_range().len();
         let (body, oscillators) = x.split_at_mut(n_body);
         for (k, (_, factors)) in self.networks.iter().enumerate() {
@@ -116,7 +116,7 @@ impl<S> CoupledSolver<S> {
     ///
     /// # Errors
     /// Those of the analysis.
-    pub fn new<B: DaeProblem>(
+    pub fn new<B: Problem>(
         body: S,
         dae: &CoupledDae<B>,
         options: KluOptions,
@@ -129,7 +129,7 @@ impl<S> CoupledSolver<S> {
     }
 }
 
-impl<B: DaeProblem, S: StructuredSolver<B>> StructuredSolver<CoupledDae<B>> for CoupledSolver<S> {
+impl<B: Problem, S: StructuredSolver<B>> StructuredSolver<CoupledDae<B>> for CoupledSolver<S> {
     fn setup(
         &mut self,
         dae: &mut CoupledDae<B>,
@@ -166,7 +166,7 @@ impl<M> CoupledMatrices<M> {
     ///
     /// # Errors
     /// Those of the analysis.
-    pub fn new<B: DaeProblem>(
+    pub fn new<B: Problem>(
         body: M,
         dae: &CoupledDae<B>,
         options: KluOptions,
@@ -183,7 +183,7 @@ impl<M> CoupledMatrices<M> {
     }
 }
 
-impl<B: DaeProblem, M: NewtonMatrices<B>> NewtonMatrices<CoupledDae<B>> for CoupledMatrices<M> {
+impl<B: Problem, M: NewtonMatrices<B>> NewtonMatrices<CoupledDae<B>> for CoupledMatrices<M> {
     fn evaluate(
         &mut self,
         dae: &mut CoupledDae<B>,

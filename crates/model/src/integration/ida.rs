@@ -1,6 +1,8 @@
 //! IDAS as an [`Integrator`] of a model.
 
-use sundials_wrap::{DaeProblem, IdaBuilder, IdaOptions, IdaSolver, Suppressed};
+use myovib_dae::{Problem, Suppressed};
+
+use sundials_wrap::{IdaBuilder, IdaOptions, IdaSolver};
 
 use crate::error::ModelError;
 use crate::integration::first_step::look_ahead;
@@ -12,7 +14,7 @@ use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 
 /// IDAS in one-step mode with a stop time at the end.
-pub struct IdaIntegrator<P: DaeProblem> {
+pub struct IdaIntegrator<P: Problem> {
     pub(crate) solver: IdaSolver<P>,
     t_end: f64,
     /// The shortest time in which the system changes of itself, s.
@@ -74,7 +76,7 @@ impl IdaIntegrator<MuscleDae> {
     }
 }
 
-impl<P: DaeProblem> IdaIntegrator<P> {
+impl<P: Problem> IdaIntegrator<P> {
     /// Starts `problem` at t = 0 from consistent values.
     ///
     /// # Errors
@@ -129,7 +131,7 @@ impl<P: DaeProblem> IdaIntegrator<P> {
 }
 
 /// IDAS with a stop time at the end.
-pub(crate) fn builder<P: DaeProblem>(problem: P, options: IdaOptions, t_end: f64) -> IdaBuilder<P> {
+pub(crate) fn builder<P: Problem>(problem: P, options: IdaOptions, t_end: f64) -> IdaBuilder<P> {
     IdaSolver::builder(problem).options(IdaOptions {
         stop_time: Some(t_end),
         ..options
@@ -152,7 +154,7 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
     }
 }
 
-impl<P: DaeProblem> Integrator<P> for IdaIntegrator<P> {
+impl<P: Problem> Integrator<P> for IdaIntegrator<P> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
         self.step_size.set(self.solver.current_step());
         let t_out = if self.begun {

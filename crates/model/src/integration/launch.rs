@@ -1,6 +1,6 @@
 //! A muscle with the integrator its settings name.
 
-use sundials_wrap::DaeProblem;
+use myovib_dae::Problem;
 
 use crate::advice::{Advice, Advised};
 use crate::error::ModelError;

@@ -1,7 +1,7 @@
 //! Radau IIA as an [`Integrator`] of a model.
 
+use myovib_dae::{Problem, Suppressed};
 use myovib_radau::{KluMatrices, Method, NewtonMatrices, RadauBuilder, RadauOptions, RadauSolver};
-use sundials_wrap::{DaeProblem, Suppressed};
 
 use crate::error::ModelError;
 use crate::integration::first_step::look_ahead;
@@ -12,7 +12,7 @@ use crate::linear::CondensedMatrices;
 use crate::muscle_dae::MuscleDae;
 
 /// Radau IIA with a stop time at the end.
-pub struct RadauIntegrator<P: DaeProblem, M = KluMatrices> {
+pub struct RadauIntegrator<P: Problem, M = KluMatrices> {
     solver: RadauSolver<P, M>,
     t_end: f64,
     /// The shortest time in which the system changes of itself, s.
@@ -53,7 +53,7 @@ impl RadauIntegrator<MuscleDae, MuscleMatrices> {
     }
 }
 
-impl<P: DaeProblem, M: NewtonMatrices<P>> RadauIntegrator<P, M> {
+impl<P: Problem, M: NewtonMatrices<P>> RadauIntegrator<P, M> {
     /// Starts `problem` at the first of the times from consistent values, to run to the second.
     ///
     /// # Errors
@@ -108,7 +108,7 @@ impl<P: DaeProblem, M: NewtonMatrices<P>> RadauIntegrator<P, M> {
     }
 }
 
-fn builder<P: DaeProblem>(problem: P, options: RadauOptions, t_end: f64) -> RadauBuilder<P> {
+fn builder<P: Problem>(problem: P, options: RadauOptions, t_end: f64) -> RadauBuilder<P> {
     RadauSolver::builder(problem).options(RadauOptions {
         stop_time: Some(t_end),
         ..options
@@ -157,7 +157,7 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
     }
 }
 
-impl<P: DaeProblem, M: NewtonMatrices<P>> Integrator<P> for RadauIntegrator<P, M> {
+impl<P: Problem, M: NewtonMatrices<P>> Integrator<P> for RadauIntegrator<P, M> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
         let t_out = match self.solver.stats().steps {
             0 => look_ahead(self.solver.t(), self.t_end, self.time_scale),

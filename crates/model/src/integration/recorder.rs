@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use sundials_wrap::DaeProblem;
+use myovib_dae::Problem;
 
 use crate::error::ModelError;
 use crate::integration::run::{Observer, Step};
@@ -70,7 +70,7 @@ impl<S> Sampler<S> {
 
 impl<P, S> Observer<P> for Sampler<S>
 where
-    P: DaeProblem,
+    P: Problem,
     S: FnMut(&mut P, f64, &[f64]) -> Result<(), ModelError>,
 {
     fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {

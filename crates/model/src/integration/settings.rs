@@ -1,7 +1,9 @@
 //! What a user chooses of the time integration, with the paper's values as default.
 
-use sundials_wrap::klu::{KluOptions, Ordering};
-use sundials_wrap::{Tolerances, VectorArithmetic};
+use myovib_dae::Tolerances;
+use myovib_sparse::klu::{KluOptions, Ordering};
+
+use sundials_wrap::VectorArithmetic;
 
 use crate::error::ModelError;
 use crate::field::{Field, Layout};

@@ -2,10 +2,10 @@
 
 use std::fmt;
 
+use myovib_dae::Stats;
 use myovib_fem::Inverted;
 use myovib_radau::Work;
 use serde::{Deserialize, Serialize};
-use sundials_wrap::Stats;
 
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq)]

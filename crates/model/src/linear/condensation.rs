@@ -16,9 +16,9 @@
 
 use std::ops::Range;
 
+use myovib_dae::Problem;
+use myovib_sparse::klu::{KluError, KluOptions};
 use nalgebra_sparse::pattern::SparsityPattern;
-use sundials_wrap::DaeProblem;
-use sundials_wrap::klu::{KluError, KluOptions};
 
 use crate::assembly::{Assembly, Entry};
 use crate::field::Field;

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use sundials_wrap::klu::KluError;
+use myovib_sparse::klu::KluError;
 
-use super::product::Product;
 use super::{Condensation, Elimination, LinearWork, Number, SparseSystem};
 use crate::matrix::Matrix;
+use myovib_sparse::Product;
 
 /// The condensed Newton matrix ∂F/∂y + c ∂F/∂ẏ, its factors and workspace.
 ///

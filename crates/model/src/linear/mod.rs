@@ -9,25 +9,20 @@
 
 mod condensation;
 mod condensed;
-mod product;
 mod quadratic;
 mod radau;
 mod reduced;
-mod sparse_system;
 mod split;
 mod splitting;
 mod structured;
-pub mod supernodal;
 
 pub use condensation::Condensation;
 pub use condensed::Condensed;
 use quadratic::Quadratic;
 pub use radau::CondensedMatrices;
 pub use reduced::{Reduced, Reduction};
-pub use sparse_system::{Elimination, SparseSystem};
 pub use split::Split;
 pub use splitting::Splitting;
 pub use structured::CondensedSolver;
 
-pub use crate::counters::LinearWork;
-pub use crate::number::Number;
+pub use myovib_sparse::{Elimination, LinearWork, Number, SparseSystem};

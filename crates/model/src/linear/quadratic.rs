@@ -1,6 +1,6 @@
 //! How a matrix enters a reduced Newton matrix.
 
-use crate::number::Number;
+use myovib_sparse::Number;
 
 /// p_0 + p_1 c + p_2 c²: the coefficient of a matrix in a reduced Newton matrix.
 #[derive(Debug, Clone, Copy, PartialEq)]

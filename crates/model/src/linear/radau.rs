@@ -1,9 +1,9 @@
 //! The condensed matrices as Radau IIA asks for them: one real and some complex c at a time.
 
+use myovib_dae::StepError;
 use myovib_radau::{Method, NewtonMatrices};
+use myovib_sparse::klu::{KluError, KluOptions};
 use num_complex::Complex64;
-use sundials_wrap::StepError;
-use sundials_wrap::klu::{KluError, KluOptions};
 
 use super::{Reduced, Reduction};
 use crate::muscle_dae::MuscleDae;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sundials_wrap::klu::{KluError, KluOptions};
+use myovib_sparse::klu::{KluError, KluOptions};
 
 use super::{Condensation, Condensed, Elimination, LinearWork, Number, Split, Splitting};
 use crate::matrix::Matrix;

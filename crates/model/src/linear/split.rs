@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use sundials_wrap::klu::KluError;
+use myovib_sparse::klu::KluError;
 
-use super::product::Product;
 use super::splitting::Source;
 use super::{Elimination, LinearWork, Number, SparseSystem, Splitting};
 use crate::matrix::Matrix;
+use myovib_sparse::Product;
 
 /// The Newton matrix ∂F/∂y + c ∂F/∂ẏ of (33) as two saddle problems, their factors and workspace.
 ///

@@ -27,7 +27,7 @@
 
 use std::ops::Range;
 
-use sundials_wrap::klu::{KluError, KluOptions};
+use myovib_sparse::klu::{KluError, KluOptions};
 
 use crate::assembly::{Assembly, Entry};
 use crate::equation::Equation;

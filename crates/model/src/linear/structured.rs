@@ -1,7 +1,7 @@
 //! The condensed solver as IDAS calls it.
 
-use sundials_wrap::klu::{KluError, KluOptions};
-use sundials_wrap::{StepError, StructuredSolver};
+use myovib_dae::{StepError, StructuredSolver};
+use myovib_sparse::klu::{KluError, KluOptions};
 
 use super::{Reduced, Reduction};
 use crate::muscle_dae::MuscleDae;

@@ -1,8 +1,8 @@
 //! Residual and Jacobian: one pass over the elements each, then sums of blocks.
 
+use myovib_dae::{Problem, StepError, VariableKind};
 use myovib_fem::{Fields, Tangents, Vectors};
 use nalgebra_sparse::pattern::SparsityPattern;
-use sundials_wrap::{DaeProblem, StepError, VariableKind};
 
 use super::MuscleDae;
 use crate::equation::{Context, PressureRateSource};
@@ -98,7 +98,7 @@ fn fields<'s>(
     }
 }
 
-impl DaeProblem for MuscleDae {
+impl Problem for MuscleDae {
     fn n_unknowns(&self) -> usize {
         self.layout.n_unknowns()
     }

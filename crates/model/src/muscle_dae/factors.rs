@@ -1,7 +1,7 @@
 //! A stiffness that varies in space and time: factors of the law's energy.
 
+use myovib_dae::StepError;
 use myovib_fem::{Fields, Pressure, Vectors};
-use sundials_wrap::StepError;
 
 use super::MuscleDae;
 use crate::field::Field;

@@ -1,4 +1,4 @@
-//! The muscle in one of its formulations as a [`DaeProblem`].
+//! The muscle in one of its formulations as a [`Problem`].
 //!
 //! [`MuscleDae`] is composed here; [`evaluation`] has its residual and Jacobian, [`observation`]
 //! what is read off it at a state, [`factors`] a stiffness that varies in space and time.
@@ -7,9 +7,9 @@ mod evaluation;
 mod factors;
 mod observation;
 
-use nalgebra_sparse::pattern::SparsityPattern;
 #[cfg(doc)]
-use sundials_wrap::DaeProblem;
+use myovib_dae::Problem;
+use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::assembly::{Assembly, Entry};
 use crate::counters::WorkCounters;

@@ -1,7 +1,7 @@
 //! What is read off the muscle at a state, beside the integration.
 
+use myovib_dae::{Problem, StepError};
 use myovib_fem::{Fields, Inverted, Pressure, Vectors};
-use sundials_wrap::{DaeProblem, StepError};
 
 use super::MuscleDae;
 use crate::field::Field;

@@ -1,7 +1,7 @@
 //! Accelerations and pressures from the balance of momentum and the derivatives of the constraint.
 
+use myovib_dae::Problem;
 use nalgebra_sparse::CscMatrix;
-use sundials_wrap::DaeProblem;
 
 use super::motion::{Motion, largest};
 use super::saddle::Saddle;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use sundials_wrap::DaeProblem;
+use myovib_dae::Problem;
 
 use crate::equation::Equation;
 use crate::error::ModelError;

@@ -1,7 +1,7 @@
 //! Direct solution of (H, -Bᵀ; B, 0): a symmetric matrix with a constraint.
 
+use myovib_sparse::klu::{KluOptions, RealNumeric, Symbolic};
 use nalgebra_sparse::{CooMatrix, CscMatrix};
-use sundials_wrap::klu::{KluOptions, RealNumeric, Symbolic};
 
 use crate::error::ModelError;
 

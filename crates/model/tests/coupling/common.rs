@@ -1,5 +1,6 @@
 //! The paper's rod and chain as one system, run and observed.
 
+use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::coupling::{
     Body, CoherenceHistory, CoupledDae, ErrorTest, NoBody, Oscillators, Recorder, Recording,
@@ -10,7 +11,8 @@ use myovib_model::{
     RodDae, SampleTimes, Sampler, Settings, Statistics, ida, paper, run,
 };
 use myovib_oscillators::{Chain, Drive};
-use sundials_wrap::{DaeProblem, IdaOptions};
+
+use sundials_wrap::IdaOptions;
 
 /// 12.5 samples per cycle.
 pub(crate) const EVERY: f64 = 0.01;

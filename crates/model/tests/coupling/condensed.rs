@@ -1,6 +1,7 @@
 //! A body's own solver with oscillators behind it, against the matrix of the whole system.
 
 use crate::common::{muscle_and_chain, muscle_mesh, start_muscle};
+use myovib_dae::{Problem, StructuredSolver};
 use myovib_model::coupling::{
     Body, CoupledDae, CoupledMatrices, CoupledSolver, Oscillators, Source, StateTolerances,
 };
@@ -10,11 +11,10 @@ use myovib_model::{
 };
 use myovib_oscillators::{Array, Coefficients, Drive, Ends, Reach};
 use myovib_radau::{Method, NewtonMatrices};
+use myovib_sparse::klu::KluOptions;
 use num_complex::Complex64;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
-use sundials_wrap::klu::KluOptions;
-use sundials_wrap::{DaeProblem, StructuredSolver};
 
 /// The muscle with a chain and with an array, driven strongly and at different points.
 fn coupled_muscle(formulation: Formulation, kappa: f64, beta: f64) -> CoupledDae<MuscleDae> {

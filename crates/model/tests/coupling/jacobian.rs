@@ -1,18 +1,18 @@
 //! The Jacobian of each coupled system against central differences of its residual.
 
 use crate::common::{chain_alone, rod_and_chain};
+use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::coupling::{CoupledDae, Feedback, FeedbackDae, Oscillators, Source};
 use myovib_model::{Formulation, MuscleDae, Probe, Signal, paper};
 use myovib_oscillators::{Array, Chain, Coefficients, Drive, Ends, Reach, SmoothCoherence};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
-use sundials_wrap::DaeProblem;
 
 /// max_i |J δ - dF/dε|_i over the sum of |J_ij δ_j| in row i, along a random direction δ.
 ///
 /// States are drawn from ±`size` by component, their derivatives from ten times that.
-fn discrepancy<P: DaeProblem>(dae: &mut P, size: impl Fn(usize) -> f64, rng: &mut StdRng) -> f64 {
+fn discrepancy<P: Problem>(dae: &mut P, size: impl Fn(usize) -> f64, rng: &mut StdRng) -> f64 {
     let n = dae.n_unknowns();
     let mut draw = |factor: f64| -> Vec<f64> {
         (0..n)

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use crate::common::{
     EVERY, chain_alone, muscle, muscle_and_chain, observe, origin, start, start_muscle,
 };
+use myovib_dae::Problem;
 use myovib_model::coupling::{CoherenceHistory, CoupledDae, Recorder, Source, StateTolerances};
 use myovib_model::{Formulation, Integrator, Outcome, Settings, paper, run};
-use sundials_wrap::DaeProblem;
 
 /// The paper's settings to `t_end`, all tolerances times `factor`.
 fn settings(t_end: f64, factor: f64) -> Settings {

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use crate::common::{EVERY, chain_alone, observe, recorded_rod, rod_and_chain, start};
+use myovib_dae::Problem;
 use myovib_model::coupling::{Source, StateTolerances};
 use myovib_model::paper;
-use sundials_wrap::DaeProblem;
 
 const T_END: f64 = 6.0;
 

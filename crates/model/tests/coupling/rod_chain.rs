@@ -4,10 +4,10 @@
 use std::sync::Arc;
 
 use crate::common::{EVERY, chain_alone, from_rest, observe, recorded_rod, start};
+use myovib_dae::Problem;
 use myovib_model::coupling::{LockCriterion, Source, StateTolerances};
 use myovib_model::paper;
 use myovib_oscillators::{Chain, Coefficients};
-use sundials_wrap::DaeProblem;
 
 #[test]
 fn twenty_oscillators_on_the_rod_settle_where_they_should() {

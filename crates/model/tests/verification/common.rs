@@ -1,11 +1,11 @@
 //! Small bodies and runs that the tests share.
 
+use myovib_dae::Problem;
 use myovib_fem::{Law, Mesh};
 use myovib_model::{
     Field, Formulation, IdaIntegrator, Muscle, MuscleDae, Outcome, Probe, SampleTimes, Sampler,
     Settings, Signal, paper, run,
 };
-use sundials_wrap::DaeProblem;
 
 pub(crate) const LAWS: [Law; 2] = [
     paper::LAW,

@@ -1,9 +1,9 @@
 //! Energy balance of an undamped body under a load.
 
+use myovib_dae::Problem;
 use myovib_model::{
     Formulation, IdaIntegrator, MuscleDae, SampleTimes, Sampler, Signal, paper, run,
 };
-use sundials_wrap::DaeProblem;
 
 use crate::common::{accurate, loaded_block};
 

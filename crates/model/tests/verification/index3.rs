@@ -1,11 +1,11 @@
 //! The paper's failure, (28) with κ = ∞ and β = 0, made to hold.
 
+use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::{
     Advance, Formulation, IntegratorKind, MultiplierWeights, MuscleDae, Outcome, Probe,
     SampleTimes, Sampler, Settings, Signal, Statistics, paper, run, start_at_rest,
 };
-use sundials_wrap::DaeProblem;
 
 use crate::common::relative_difference;
 

@@ -1,10 +1,10 @@
 //! The Jacobian of every formulation against central differences of its residual.
 
+use myovib_dae::{Problem, VariableKind};
 use myovib_fem::Law;
 use myovib_model::{Field, Formulation, MuscleDae, Signal, paper};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
-use sundials_wrap::{DaeProblem, VariableKind};
 
 use crate::common::{LAWS, loaded_block};
 

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use myovib_dae::Problem;
 use myovib_fem::{DofMap, Mesh, Solid, Space, generate, load};
 use myovib_model::advice::Advice;
 use myovib_model::statics::equilibrium;
@@ -10,7 +11,6 @@ use myovib_model::{
     Formulation, Load, ModelError, Muscle, MuscleDae, Observer, Outcome, Parameters, Prescribed,
     PressureLoad, Probe, Settings, Signal, Statistics, Step, paper, run, start_at_rest,
 };
-use sundials_wrap::DaeProblem;
 
 const KAPPA: f64 = 1e5;
 

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use myovib_dae::Problem;
 use myovib_fem::{DofMap, Law, Solid, Space, generate};
 use myovib_model::equation::{Context, PressureRateSource};
 use myovib_model::statics::equilibrium;
@@ -10,7 +11,6 @@ use myovib_model::{
     Equation, Formulation, LinearSolver, Matrix, Muscle, MuscleDae, Parameters, PressureLoad,
     Settings, Signal, Term, paper, run, start_at_rest,
 };
-use sundials_wrap::DaeProblem;
 
 use crate::common::loaded_block;
 

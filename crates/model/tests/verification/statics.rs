@@ -1,9 +1,9 @@
 //! Static equilibrium: published figures, and the same equilibrium in every formulation.
 
+use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::statics::equilibrium;
 use myovib_model::{Formulation, MuscleDae, Probe, Signal, paper};
-use sundials_wrap::DaeProblem;
 
 use crate::common::{LAWS, blocks, loaded_block};
 

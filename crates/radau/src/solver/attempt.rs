@@ -1,6 +1,6 @@
 //! One attempt at a step: Jacobian, set-up, Newton, error test.
 
-use sundials_wrap::{DaeProblem, StopReason};
+use myovib_dae::{Problem, StopReason};
 
 use super::state::{Jacobian, RadauSolver};
 use crate::failure::{Failure, Operation, Rejection};
@@ -8,7 +8,7 @@ use crate::matrices::NewtonMatrices;
 use crate::newton::{Newton, Step};
 use crate::options::StepSize;
 
-impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
+impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     /// One attempt at a step of size h; the step proposed to follow it. Nothing but Newton's memory
     /// and the Jacobian changes.
     pub(super) fn attempt(&mut self, h: f64, repeated: bool) -> Result<f64, Failure> {

@@ -1,7 +1,7 @@
 //! Putting an integrator together.
 
+use myovib_dae::{Direction, Problem, StepError, Tolerances, VariableKind};
 use num_complex::Complex64;
-use sundials_wrap::{DaeProblem, Direction, StepError, Tolerances, VariableKind};
 
 use super::state::{Jacobian, RadauSolver};
 use crate::control::Control;
@@ -25,14 +25,14 @@ pub struct RadauBuilder<P> {
     roots: Option<(Vec<Direction>, Box<RootFunctions<P>>)>,
 }
 
-impl<P: DaeProblem> RadauSolver<P> {
+impl<P: Problem> RadauSolver<P> {
     /// Starts building a solver for `problem`.
     pub fn builder(problem: P) -> RadauBuilder<P> {
         RadauBuilder::new(problem)
     }
 }
 
-impl<P: DaeProblem> RadauBuilder<P> {
+impl<P: Problem> RadauBuilder<P> {
     fn new(problem: P) -> Self {
         Self {
             problem,
@@ -88,7 +88,7 @@ impl<P: DaeProblem> RadauBuilder<P> {
     /// Builds a solver at (t0, y0, ẏ0) that solves linear systems with KLU.
     ///
     /// # Shapes
-    /// `y0`, `y_dot0`: [`n_unknowns`](DaeProblem::n_unknowns).
+    /// `y0`, `y_dot0`: [`n_unknowns`](Problem::n_unknowns).
     ///
     /// # Errors
     /// [`RadauError::WrongLength`], [`RadauError::NotFinite`], [`RadauError::InvalidOption`],

@@ -1,6 +1,6 @@
 //! Steps with pauses: at roots, and at times within a step that a root has interrupted.
 
-use sundials_wrap::{DaeProblem, Outcome};
+use myovib_dae::{Outcome, Problem};
 
 use super::state::{Pause, RadauSolver};
 use crate::dense::Collocation;
@@ -9,7 +9,7 @@ use crate::failure::{Failure, Operation};
 use crate::matrices::NewtonMatrices;
 use crate::roots::LastStep;
 
-impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
+impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     /// Goes on to the end of one step, to `limit`, or to the first root before either.
     pub(super) fn step_within(
         &mut self,

@@ -1,6 +1,6 @@
 //! What can be asked of the integrator between steps.
 
-use sundials_wrap::{DaeProblem, Stats};
+use myovib_dae::{Problem, Stats};
 
 use super::state::RadauSolver;
 use crate::error::{RadauError, expect_finite, expect_length};
@@ -8,7 +8,7 @@ use crate::matrices::NewtonMatrices;
 use crate::method::Method;
 use crate::work::Work;
 
-impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
+impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     /// Evaluates the solution, or its derivative, at a time within the last step.
     ///
     /// The polynomial of degree s + 1 through the stages, with the derivative of the step before at

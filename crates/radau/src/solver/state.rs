@@ -14,7 +14,7 @@ use crate::roots::Roots;
 use crate::weights::Weights;
 use crate::work::Counters;
 
-/// An integration of a [`DaeProblem`](sundials_wrap::DaeProblem) by a Radau IIA method with adaptive steps.
+/// An integration of a [`Problem`](myovib_dae::Problem) by a Radau IIA method with adaptive steps.
 ///
 /// The initial values must be consistent, as for IDAS. An algebraic variable may have 0 for ẏ_0: it
 /// serves only to choose and to start the first step, and for others in its dense output.

@@ -1,6 +1,6 @@
 //! The integrator: one step after another.
 
-use sundials_wrap::{DaeProblem, Outcome, Stop, StopReason, WorstComponent};
+use myovib_dae::{Outcome, Problem, Stop, StopReason, WorstComponent};
 
 use super::state::{Jacobian, RadauSolver};
 use crate::dense::add_scaled;
@@ -9,7 +9,7 @@ use crate::failure::{Failure, Rejection};
 use crate::matrices::NewtonMatrices;
 use crate::options::StepSize;
 
-impl<P: DaeProblem, M: NewtonMatrices<P>> RadauSolver<P, M> {
+impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     /// Takes one step of the size the error allows, towards `t_out`.
     ///
     /// `t_out` gives the scale for the first step; steps may go beyond it, but not beyond the stop

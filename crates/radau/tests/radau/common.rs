@@ -1,10 +1,10 @@
 //! Runs of samples, and reference numbers from `data/references/`.
 
+use myovib_dae::samples::{Sample, Start};
+use myovib_dae::{Outcome, Problem, StepError, Tolerances, VariableKind};
 use myovib_radau::{RadauOptions, RadauSolver};
 use nalgebra_sparse::pattern::SparsityPattern;
 use serde_json::Value;
-use sundials_wrap::samples::{Sample, Start};
-use sundials_wrap::{DaeProblem, Outcome, StepError, Tolerances, VariableKind};
 
 /// A reference file of the repository.
 pub(crate) fn reference(name: &str) -> Value {
@@ -81,7 +81,7 @@ fn largest(errors: impl Iterator<Item = f64>) -> f64 {
 /// ẋ = v, v̇ = −x with x = sin t: steps of any size converge at once.
 pub(crate) struct Oscillator;
 
-impl DaeProblem for Oscillator {
+impl Problem for Oscillator {
     fn n_unknowns(&self) -> usize {
         2
     }

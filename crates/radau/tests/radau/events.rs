@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
+use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
+use myovib_dae::{Direction, Outcome, StepError, StopReason};
 use myovib_radau::{RadauError, RadauOptions, RadauSolver, StepSize};
-use sundials_wrap::samples::{MechanicalForm, Pendulum, Sample};
-use sundials_wrap::{Direction, Outcome, StepError, StopReason};
 
 use crate::common::{Oscillator, tolerance};
 

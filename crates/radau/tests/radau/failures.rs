@@ -2,11 +2,11 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use myovib_dae::{Outcome, Problem, StepError, Stop, StopReason, Tolerances, VariableKind};
 use myovib_radau::{KluMatrices, Method, NewtonMatrices, RadauError, RadauOptions, RadauSolver};
+use myovib_sparse::klu::KluOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
-use sundials_wrap::klu::KluOptions;
-use sundials_wrap::{DaeProblem, Outcome, StepError, Stop, StopReason, Tolerances, VariableKind};
 
 /// ẏ = 1 − 2 y² (so y = tanh(√2 t)/√2), with a residual that misbehaves on demand.
 struct Touchy {
@@ -24,11 +24,11 @@ fn touchy(trouble: fn(f64, f64) -> Result<f64, StepError>) -> Touchy {
 }
 
 /// The problem without trouble.
-pub(crate) fn well_behaved() -> impl DaeProblem {
+pub(crate) fn well_behaved() -> impl Problem {
     touchy(|_, _| Ok(0.0))
 }
 
-impl DaeProblem for Touchy {
+impl Problem for Touchy {
     fn n_unknowns(&self) -> usize {
         1
     }
@@ -175,7 +175,7 @@ struct Overflowing {
     failures: u64,
 }
 
-impl<P: DaeProblem> NewtonMatrices<P> for Overflowing {
+impl<P: Problem> NewtonMatrices<P> for Overflowing {
     fn evaluate(&mut self, p: &mut P, t: f64, y: &[f64], v: &[f64]) -> Result<(), StepError> {
         self.klu.evaluate(p, t, y, v)
     }
@@ -237,7 +237,7 @@ fn an_error_estimate_of_nan_halves_the_step() {
 /// KLU, but no solve works.
 struct Broken(KluMatrices);
 
-impl<P: DaeProblem> NewtonMatrices<P> for Broken {
+impl<P: Problem> NewtonMatrices<P> for Broken {
     fn evaluate(&mut self, p: &mut P, t: f64, y: &[f64], v: &[f64]) -> Result<(), StepError> {
         self.0.evaluate(p, t, y, v)
     }

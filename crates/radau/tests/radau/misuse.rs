@@ -1,9 +1,9 @@
 //! Settings and problems that make no sense.
 
+use myovib_dae::{Problem, StepError, Suppressed, Tolerances, VariableKind};
 use myovib_radau::{KluMatrices, Method, RadauError, RadauOptions, RadauSolver, StepSize};
+use myovib_sparse::klu::KluOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
-use sundials_wrap::klu::KluOptions;
-use sundials_wrap::{DaeProblem, StepError, Suppressed, Tolerances, VariableKind};
 
 use crate::failures::well_behaved;
 
@@ -136,7 +136,7 @@ struct Crooked {
     pattern: SparsityPattern,
 }
 
-impl DaeProblem for Crooked {
+impl Problem for Crooked {
     fn n_unknowns(&self) -> usize {
         self.n
     }

@@ -1,8 +1,8 @@
 //! Observed orders at fixed steps, and of the dense output (shared cases S4).
 
+use myovib_dae::samples::{JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample};
+use myovib_dae::{Problem, Tolerances};
 use myovib_radau::{IndexScaling, RadauError, RadauOptions, RadauSolver, StepSize};
-use sundials_wrap::samples::{JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample};
-use sundials_wrap::{DaeProblem, Tolerances};
 
 use crate::common::{Oscillator, run, solver};
 use crate::failures::well_behaved;
@@ -124,7 +124,7 @@ fn five_stages_have_orders_5_and_4_in_higher_index() {
 }
 
 /// The errors of the dense output and its derivative in the last of n steps up to `t_end`.
-fn dense_errors<P: DaeProblem>(
+fn dense_errors<P: Problem>(
     problem: P,
     (y0, y_dot0): (&[f64], &[f64]),
     (stages, n): (usize, f64),

@@ -6,12 +6,12 @@
 
 use std::ops::Range;
 
-use myovib_radau::RadauOptions;
-use sundials_wrap::Tolerances;
-use sundials_wrap::samples::{
+use myovib_dae::Tolerances;
+use myovib_dae::samples::{
     Akzo, CarAxis, Heat2d, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Robertson, Sample,
     VanDerPol,
 };
+use myovib_radau::RadauOptions;
 
 use crate::common::{mescd, numbers, reference, run, scd, solver, tolerance};
 

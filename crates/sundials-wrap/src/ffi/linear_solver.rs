@@ -3,6 +3,7 @@
 use std::os::raw::{c_int, c_void};
 use std::ptr::NonNull;
 
+use myovib_sparse::klu::RawOptions;
 use suitesparse_sys::klu_l_common;
 use sundials_sys::{
     _generic_SUNLinearSolver, SUNLinSol_KLU, SUNLinSol_KLUGetCommon, SUNLinSolFree,
@@ -13,7 +14,6 @@ use sundials_sys::{
 
 use super::call::{CallFailed, NULL_RESULT};
 use super::context::Context;
-use super::klu::RawOptions;
 use super::matrix::Matrix;
 use super::pinned::Pinned;
 use super::trampoline::{self, Boundary, Callbacks};
@@ -52,7 +52,10 @@ impl LinearSolver {
         let mut control = solver
             .common()
             .ok_or(CallFailed::new("SUNLinSol_KLUGetCommon", NULL_RESULT))?;
-        options.write_to(&mut control);
+        control.ordering = options.ordering;
+        control.btf = options.btf;
+        control.scale = options.scale;
+        control.tol = options.pivot_tolerance;
         solver.set_common(control);
         Ok(solver)
     }

@@ -1,9 +1,8 @@
-//! The boundary to C: the only `unsafe` code of the project.
+//! The boundary to C: the `unsafe` code of this crate.
 //!
 //! Each type here owns one C object and frees it once; each method is one C call whose arguments
 //! the type keeps valid. No type of this module is public outside the crate.
 //!
-//! - [`klu`]: symbolic and numeric factorisations of KLU;
 //! - [`context`], [`vector`], [`matrix`], [`linear_solver`]: the SUNDIALS objects IDAS works on;
 //! - [`vector_operations`]: the arithmetic on vectors that IDAS calls; [`vector_clone`]: how it
 //!   makes its own; [`vector_view`]: theirs as slices;
@@ -17,7 +16,6 @@
 pub(crate) mod call;
 pub(crate) mod context;
 pub(crate) mod ida;
-pub(crate) mod klu;
 pub(crate) mod linear_solver;
 pub(crate) mod matrix;
 mod pattern;

@@ -3,8 +3,6 @@
 use std::ffi::CStr;
 use std::os::raw::{c_char, c_int};
 
-use suitesparse_sys::SuiteSparse_version;
-
 // Declared in sundials_version.h, which the bindings leave out; part of every SUNDIALS library.
 unsafe extern "C" {
     fn SUNDIALSGetVersion(version: *mut c_char, length: c_int) -> c_int;
@@ -18,12 +16,4 @@ pub(crate) fn sundials() -> String {
     CStr::from_bytes_until_nul(&buffer)
         .map(|version| version.to_string_lossy().into_owned())
         .unwrap_or_default()
-}
-
-/// The version of the linked SuiteSparse, for example [5, 12, 0].
-pub(crate) fn suite_sparse() -> [i32; 3] {
-    let mut version = [0; 3];
-    // SAFETY: the function writes three integers.
-    unsafe { SuiteSparse_version(version.as_mut_ptr()) };
-    version
 }

@@ -5,11 +5,11 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use crate::error::Error;
 use crate::ffi::ida::{Ida, Linear};
 use crate::options::{
-    Constraint, Direction, IdaOptions, Tolerances, at_least_zero, expect_finite, expect_length,
-    expect_state, invalid,
+    Constraint, IdaOptions, at_least_zero, direction_code, error_test_id, expect_finite,
+    expect_length, expect_state, invalid,
 };
-use crate::problem::{DaeProblem, StepError, VariableKind};
-use crate::structured::StructuredSolver;
+use myovib_dae::StructuredSolver;
+use myovib_dae::{Direction, Problem, StepError, Tolerances, VariableKind};
 
 use super::IdaSolver;
 use super::callbacks::{FailureLog, Function, UserFunctions, Weights};
@@ -51,7 +51,7 @@ impl Quadrature {
     }
 }
 
-impl<P: DaeProblem> IdaBuilder<P> {
+impl<P: Problem> IdaBuilder<P> {
     pub(super) fn new(problem: P) -> Self {
         Self {
             problem,
@@ -134,7 +134,7 @@ impl<P: DaeProblem> IdaBuilder<P> {
     /// Builds a solver at (t0, y0, ẏ0).
     ///
     /// # Shapes
-    /// `y0`, `y_dot0`: [`n_unknowns`](DaeProblem::n_unknowns).
+    /// `y0`, `y_dot0`: [`n_unknowns`](Problem::n_unknowns).
     ///
     /// # Errors
     /// [`Error::WrongLength`], [`Error::NotFinite`], [`Error::Empty`] or [`Error::InvalidOption`]
@@ -146,7 +146,7 @@ impl<P: DaeProblem> IdaBuilder<P> {
         expect_shapes(n, &kinds, &pattern)?;
         self.options.validate(n)?;
         self.quadrature.validate()?;
-        let suppressed = self.options.suppressed.id(&kinds)?;
+        let suppressed = error_test_id(&self.options.suppressed, &kinds)?;
 
         let linear = match self.structured {
             Some(_) => Linear::Structured,
@@ -196,7 +196,7 @@ fn expect_shapes(n: usize, kinds: &[VariableKind], pattern: &SparsityPattern) ->
     }
 }
 
-impl<P: DaeProblem> IdaSolver<P> {
+impl<P: Problem> IdaSolver<P> {
     /// Hands the validated settings to IDAS.
     fn apply(&mut self, options: &IdaOptions) -> Result<(), Error> {
         let weighted = self.functions().weights.is_some();
@@ -248,7 +248,7 @@ impl<P: DaeProblem> IdaSolver<P> {
         if directions.is_empty() {
             return Ok(());
         }
-        let mut codes: Vec<i32> = directions.iter().map(|d| d.code()).collect();
+        let mut codes: Vec<i32> = directions.iter().map(|&d| direction_code(d)).collect();
         let result = self.ida.set_roots(&mut codes);
         self.refused(result)
     }

@@ -2,9 +2,9 @@
 
 use crate::error::Error;
 use crate::ffi::trampoline::{Answer, Callbacks};
-use crate::problem::{DaeProblem, StepError};
-use crate::structured::StructuredSolver;
 use crate::vector_kernels::is_finite;
+use myovib_dae::StructuredSolver;
+use myovib_dae::{Problem, StepError};
 
 /// g(t, y, ẏ) or a quadrature's integrand, written into the last argument.
 pub(super) type Function<P> =
@@ -86,7 +86,7 @@ fn first_not_finite(values: &[f64]) -> Option<(usize, f64)> {
     numbered.find(|(_, value)| !value.is_finite())
 }
 
-impl<P: DaeProblem> Callbacks for UserFunctions<P> {
+impl<P: Problem> Callbacks for UserFunctions<P> {
     fn residual(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) -> Answer {
         self.t_called = t;
         let result = self.problem.residual(t, y, y_dot, residual);

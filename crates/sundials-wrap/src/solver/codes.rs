@@ -2,7 +2,7 @@
 
 use sundials_sys as sys;
 
-use crate::outcome::StopReason;
+use myovib_dae::StopReason;
 
 /// IDAS' name of a return code.
 pub(super) fn name(code: i32) -> &'static str {
@@ -66,7 +66,7 @@ pub(super) fn stop_reason(code: i32) -> Option<StopReason> {
 #[cfg(test)]
 mod tests {
     use super::{name, stop_reason};
-    use crate::outcome::StopReason::{self, *};
+    use myovib_dae::StopReason::{self, *};
 
     /// The codes as the user's guide of IDAS 6.4 lists them, with what they mean here.
     const CODES: [(i32, &str, Option<StopReason>); 26] = [

@@ -5,11 +5,11 @@ use sundials_sys as sys;
 use crate::error::Error;
 use crate::ffi::call::CallFailed;
 use crate::options::{expect_length, finite};
-use crate::problem::DaeProblem;
+use myovib_dae::Problem;
 
 use super::IdaSolver;
 
-impl<P: DaeProblem> IdaSolver<P> {
+impl<P: Problem> IdaSolver<P> {
     /// Writes the k-th derivative of the solution at `t`, a time within the last step, to `out`.
     /// This never changes the steps.
     ///

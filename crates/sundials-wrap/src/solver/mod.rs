@@ -13,9 +13,9 @@ use crate::error::Error;
 use crate::ffi::call::CallFailed;
 use crate::ffi::ida::{Counter, Ida, InitialUnknowns, Task};
 use crate::options::{differential, expect_finite, expect_length, expect_state, finite};
-use crate::outcome::{Outcome, Stop, StopReason, WorstComponent};
-use crate::problem::{DaeProblem, VariableKind};
-use crate::stats::Stats;
+use myovib_dae::Stats;
+use myovib_dae::{Outcome, Stop, StopReason, WorstComponent};
+use myovib_dae::{Problem, VariableKind};
 
 pub use builder::IdaBuilder;
 use callbacks::UserFunctions;
@@ -30,14 +30,14 @@ pub enum ConsistencyMode {
     States,
 }
 
-/// An integration of a [`DaeProblem`] by the variable-order, variable-step BDF of IDAS.
+/// An integration of a [`Problem`] by the variable-order, variable-step BDF of IDAS.
 ///
 /// `Send` when the problem is: one thread at a time may drive it. A panic in the problem's
 /// functions passes through IDAS and is resumed here.
 ///
 /// # Examples
 /// See the [crate's front page](crate).
-pub struct IdaSolver<P: DaeProblem> {
+pub struct IdaSolver<P: Problem> {
     ida: Ida<UserFunctions<P>>,
     kinds: Vec<VariableKind>,
     /// IDAS' vector for the error test, if components are left out of it.
@@ -48,7 +48,7 @@ pub struct IdaSolver<P: DaeProblem> {
     n: usize,
 }
 
-impl<P: DaeProblem> IdaSolver<P> {
+impl<P: Problem> IdaSolver<P> {
     /// Starts building a solver for `problem`.
     pub fn builder(problem: P) -> IdaBuilder<P> {
         IdaBuilder::new(problem)
@@ -162,7 +162,7 @@ impl<P: DaeProblem> IdaSolver<P> {
     /// Corrects the initial values so that F(t0, y0, ẏ0) = 0, by Newton with a line search; to be
     /// called before the first step. `t_first` is the first output time, for the scale.
     ///
-    /// Which components are algebraic is taken from [`DaeProblem::kinds`], whatever is left out of
+    /// Which components are algebraic is taken from [`Problem::kinds`], whatever is left out of
     /// the error test.
     ///
     /// # Errors
@@ -350,7 +350,7 @@ fn call_error(failed: CallFailed, message: String) -> Error {
     }
 }
 
-impl<P: DaeProblem> std::fmt::Debug for IdaSolver<P> {
+impl<P: Problem> std::fmt::Debug for IdaSolver<P> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("IdaSolver")
             .field("n", &self.n)

@@ -1,7 +1,9 @@
 //! What a solver says of itself and of its problem.
 
-use sundials_wrap::samples::{Heat2d, Robertson, Sample};
-use sundials_wrap::{DaeProblem, Error, IdaSolver, StepError, StopReason, Tolerances};
+use myovib_dae::samples::{Heat2d, Robertson, Sample};
+use myovib_dae::{Problem, StepError, StopReason, Tolerances};
+
+use sundials_wrap::{Error, IdaSolver};
 
 use crate::decay::{Decay, stop};
 

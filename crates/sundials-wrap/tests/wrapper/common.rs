@@ -1,7 +1,7 @@
 //! Reference numbers from `data/references/`.
 
+use myovib_dae::Problem;
 use serde_json::Value;
-use sundials_wrap::DaeProblem;
 
 /// A reference file of the repository.
 pub(crate) fn reference(name: &str) -> Value {
@@ -24,7 +24,7 @@ pub(crate) fn numbers(value: &Value) -> Vec<f64> {
 
 /// Compares a problem's Jacobian, for two pairs (a, b), with central differences of its residual.
 pub(crate) fn check_jacobian(
-    problem: &mut (impl DaeProblem + ?Sized),
+    problem: &mut (impl Problem + ?Sized),
     t: f64,
     y: &[f64],
     y_dot: &[f64],

@@ -1,7 +1,9 @@
 //! ẏ = −y with functions that can be made to fail.
 
+use myovib_dae::{Outcome, Problem, StepError, VariableKind};
 use nalgebra_sparse::pattern::SparsityPattern;
-use sundials_wrap::{DaeProblem, Error, IdaSolver, Outcome, StepError, VariableKind};
+
+use sundials_wrap::{Error, IdaSolver};
 
 /// ẏ = −y with a residual and a Jacobian that can be made to fail.
 pub(crate) struct Decay {
@@ -43,7 +45,7 @@ impl Decay {
     }
 }
 
-impl DaeProblem for Decay {
+impl Problem for Decay {
     fn n_unknowns(&self) -> usize {
         1
     }
@@ -85,7 +87,7 @@ impl DaeProblem for Decay {
 }
 
 /// Why an integration that must stop did.
-pub(crate) fn stop(outcome: Result<Outcome, Error>) -> sundials_wrap::Stop {
+pub(crate) fn stop(outcome: Result<Outcome, Error>) -> myovib_dae::Stop {
     match outcome.unwrap() {
         Outcome::Stopped(stop) => *stop,
         other => panic!("did not stop: {other:?}"),

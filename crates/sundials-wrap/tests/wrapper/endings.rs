@@ -5,10 +5,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use sundials_wrap::{
-    Direction, Error, IdaOptions, IdaSolver, Outcome, StepError, StopReason, StructuredSolver,
-    Tolerances,
-};
+use myovib_dae::{Direction, Outcome, StepError, StopReason, StructuredSolver, Tolerances};
+
+use sundials_wrap::{Error, IdaOptions, IdaSolver};
 
 use crate::decay::Decay;
 

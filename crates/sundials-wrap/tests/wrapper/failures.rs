@@ -2,11 +2,10 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use myovib_dae::{Outcome, Problem, StepError, StopReason, Suppressed, VariableKind};
 use nalgebra_sparse::pattern::SparsityPattern;
-use sundials_wrap::{
-    ConsistencyMode, DaeProblem, Error, IdaOptions, IdaSolver, Outcome, StepError, StopReason,
-    Suppressed, VariableKind,
-};
+
+use sundials_wrap::{ConsistencyMode, Error, IdaOptions, IdaSolver};
 
 use crate::decay::{Decay, stop};
 
@@ -61,7 +60,7 @@ fn a_recoverable_error_that_persists_and_a_nan_stop_with_the_reason() {
 /// Two algebraic variables that jump at t = 1/2, the second a million times as far.
 struct Jumps;
 
-impl DaeProblem for Jumps {
+impl Problem for Jumps {
     fn n_unknowns(&self) -> usize {
         2
     }
@@ -197,7 +196,7 @@ fn a_panic_goes_through_idas_and_the_solver_can_still_be_dropped_or_restarted() 
 #[test]
 fn singular_jacobians_stop_the_integration() {
     struct Flat(Vec<usize>);
-    impl DaeProblem for Flat {
+    impl Problem for Flat {
         fn n_unknowns(&self) -> usize {
             2
         }

@@ -1,13 +1,14 @@
 //! What the integrator offers beyond stepping: events, dense output, weights, initial values,
 //! constraints, structured solvers.
 
-use nalgebra_sparse::pattern::SparsityPattern;
-use sundials_wrap::klu::{KluOptions, Scaling};
-use sundials_wrap::samples::{Akzo, Heat2d, LinearIndex1, Robertson, Sample};
-use sundials_wrap::{
-    ConsistencyMode, DaeProblem, Direction, IdaOptions, IdaSolver, Outcome, StepError,
-    StructuredSolver, Suppressed, Tolerances, VariableKind, VectorArithmetic, Versions,
+use myovib_dae::samples::{Akzo, Heat2d, LinearIndex1, Robertson, Sample};
+use myovib_dae::{
+    Direction, Outcome, Problem, StepError, StructuredSolver, Suppressed, Tolerances, VariableKind,
 };
+use myovib_sparse::klu::{KluOptions, Scaling};
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use sundials_wrap::{ConsistencyMode, IdaOptions, IdaSolver, VectorArithmetic, Versions};
 
 fn build<S: Sample>(sample: S, options: IdaOptions) -> IdaSolver<S> {
     let start = sample.start();
@@ -294,7 +295,7 @@ struct DenseLu {
     pivots: Vec<usize>,
 }
 
-impl<P: DaeProblem> StructuredSolver<P> for DenseLu {
+impl<P: Problem> StructuredSolver<P> for DenseLu {
     fn setup(
         &mut self,
         problem: &mut P,

@@ -1,6 +1,8 @@
 //! Limits that are reached: of the number of steps, of the tolerance, of a constraint.
 
-use sundials_wrap::{Constraint, IdaOptions, IdaSolver, Outcome, StopReason, Tolerances};
+use myovib_dae::{Outcome, StopReason, Tolerances};
+
+use sundials_wrap::{Constraint, IdaOptions, IdaSolver};
 
 use crate::decay::{Decay, stop};
 

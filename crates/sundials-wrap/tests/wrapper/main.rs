@@ -7,7 +7,6 @@ mod decay;
 mod endings;
 mod failures;
 mod features;
-mod klu;
 mod limits;
 mod many;
 mod misuse;

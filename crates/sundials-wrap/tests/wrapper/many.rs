@@ -1,7 +1,9 @@
 //! Solvers by the thousand, and in many threads at once.
 
-use sundials_wrap::samples::{Heat2d, Robertson, Sample};
-use sundials_wrap::{DaeProblem, IdaSolver};
+use myovib_dae::Problem;
+use myovib_dae::samples::{Heat2d, Robertson, Sample};
+
+use sundials_wrap::IdaSolver;
 
 #[test]
 fn a_thousand_solvers_come_and_go() {

@@ -1,12 +1,11 @@
 //! Arguments that make no sense, and calls out of their order.
 
+use myovib_dae::samples::{Robertson, Sample};
+use myovib_dae::{Outcome, Problem, StepError, Suppressed, Tolerances, VariableKind};
+use myovib_sparse::klu::KluOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
-use sundials_wrap::klu::KluOptions;
-use sundials_wrap::samples::{Robertson, Sample};
-use sundials_wrap::{
-    ConsistencyMode, Constraint, DaeProblem, Error, IdaOptions, IdaSolver, Outcome, StepError,
-    Suppressed, Tolerances, VariableKind,
-};
+
+use sundials_wrap::{ConsistencyMode, Constraint, Error, IdaOptions, IdaSolver};
 
 use crate::decay::Decay;
 
@@ -172,7 +171,7 @@ struct Crooked {
     pattern: SparsityPattern,
 }
 
-impl DaeProblem for Crooked {
+impl Problem for Crooked {
     fn n_unknowns(&self) -> usize {
         self.n
     }

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use sundials_wrap::samples::{
+use myovib_dae::samples::{
     Akzo, CarAxis, Heat2d, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample, VanDerPol,
 };
-use sundials_wrap::{
-    ConsistencyMode, Constraint, IdaOptions, IdaSolver, Outcome, StopReason, Suppressed, Tolerances,
-};
+use myovib_dae::{Outcome, StopReason, Suppressed, Tolerances};
+
+use sundials_wrap::{ConsistencyMode, Constraint, IdaOptions, IdaSolver};
 
 use crate::common::{numbers, reference};
 

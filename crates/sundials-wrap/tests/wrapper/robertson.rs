@@ -1,8 +1,10 @@
 //! Robertson's kinetics: IDAS with KLU against the published run and an accurate solution.
 
 use crate::common::{numbers, reference};
-use sundials_wrap::samples::{Robertson, Sample};
-use sundials_wrap::{Direction, IdaOptions, IdaSolver, Outcome, Tolerances};
+use myovib_dae::samples::{Robertson, Sample};
+use myovib_dae::{Direction, Outcome, Tolerances};
+
+use sundials_wrap::{IdaOptions, IdaSolver};
 
 fn published_options() -> IdaOptions {
     let run = &reference("s3_robertson")["published_runs"];

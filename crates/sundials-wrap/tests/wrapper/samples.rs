@@ -1,7 +1,7 @@
 //! The sample problems themselves: starts, Jacobians, exact solutions.
 
-use sundials_wrap::VariableKind;
-use sundials_wrap::samples::{
+use myovib_dae::VariableKind;
+use myovib_dae::samples::{
     Akzo, CarAxis, Heat2d, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Robertson, Sample,
     VanDerPol,
 };
@@ -157,6 +157,6 @@ fn know_what_is_algebraic_and_of_which_index() {
         .collect();
     assert_eq!(
         published,
-        sundials_wrap::DaeProblem::indices(&CarAxis::new(FORMS[0]))
+        myovib_dae::Problem::indices(&CarAxis::new(FORMS[0]))
     );
 }

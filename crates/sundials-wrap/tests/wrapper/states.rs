@@ -1,9 +1,11 @@
 //! The API as a state machine: any order of calls, sensible or not, ends in a value or an error,
 //! and what the solver says of itself stays true.
 
+use myovib_dae::samples::{Robertson, Sample};
+use myovib_dae::{Outcome, Tolerances};
 use proptest::prelude::*;
-use sundials_wrap::samples::{Robertson, Sample};
-use sundials_wrap::{ConsistencyMode, IdaSolver, Outcome, Tolerances};
+
+use sundials_wrap::{ConsistencyMode, IdaSolver};
 
 /// A call with its arguments, as shares of what makes sense.
 #[derive(Debug, Clone)]

@@ -1,8 +1,8 @@
 //! The problems of the benchmark, and the ways to solve each.
 
 use myovib_model::{Field, Formulation, IntegratorKind, LinearSolver, Settings, paper};
+use myovib_sparse::klu::Ordering;
 use sundials_wrap::VectorArithmetic;
-use sundials_wrap::klu::Ordering;
 
 use crate::error::InputError;
 

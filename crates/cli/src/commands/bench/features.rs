@@ -11,7 +11,7 @@ use super::{BenchArgs, fastest, give, goes_on};
 use crate::exit::Exit;
 use crate::machine::Machine;
 use crate::report::{Align, Cell, Table, coloured_stdout};
-use sundials_wrap::DaeProblem;
+use myovib_dae::Problem;
 
 /// A scene with one feature more than one before it.
 struct Scene {

@@ -4,14 +4,14 @@ use std::fs;
 use std::sync::Arc;
 
 use cpu_time::ThreadTime;
+use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::linear::{Condensation, Condensed, LinearWork};
 use myovib_model::{
     Formulation, LinearSolver, MuscleDae, Settings, ida, paper, run as run_model, start_at_rest,
 };
+use myovib_sparse::klu::{KluError, KluOptions, Numeric, Symbolic};
 use serde::Serialize;
-use sundials_wrap::DaeProblem;
-use sundials_wrap::klu::{KluError, KluOptions, Numeric, Symbolic};
 
 use super::{BenchArgs, give, goes_on};
 use crate::exit::Exit;

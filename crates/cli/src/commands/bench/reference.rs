@@ -5,12 +5,12 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::Context;
+use myovib_dae::Problem;
 use myovib_fem::{Mesh, Solid};
 use myovib_model::{
     MuscleDae, Outcome, Probe, SampleTimes, Sampler, Settings, paper, run, start_at_rest,
 };
 use serde::{Deserialize, Serialize};
-use sundials_wrap::DaeProblem;
 
 use super::cases::{Case, Way, selected};
 use super::{BenchArgs, goes_on};

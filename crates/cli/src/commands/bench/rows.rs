@@ -5,9 +5,9 @@ use myovib_model::linear::LinearWork;
 use myovib_model::{
     LinearSolver, MuscleDae, Settings, Statistics, paper, run as run_model, start_at_rest,
 };
+use myovib_sparse::klu::Ordering;
 use serde::Serialize;
 use sundials_wrap::VectorArithmetic;
-use sundials_wrap::klu::Ordering;
 
 use super::{BenchArgs, fastest, give, goes_on};
 use crate::commands::table2::rows::{ROWS, Row};

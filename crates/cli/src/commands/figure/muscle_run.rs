@@ -1,5 +1,6 @@
 //! The run behind Figures 5 and 6: the muscle of section 3.2 in formulation (29).
 
+use myovib_dae::Problem;
 use myovib_fem::{Mesh, Space};
 use myovib_model::paper::{BETA, KAPPA};
 use myovib_model::{
@@ -7,7 +8,6 @@ use myovib_model::{
     Statistics, paper, run, start_at_rest,
 };
 use serde_json::{Map, Value, json};
-use sundials_wrap::DaeProblem;
 
 use super::last_period::{LastPeriod, PER_PERIOD};
 use crate::exit::Exit;

@@ -4,9 +4,9 @@
 use std::sync::Mutex;
 
 use anyhow::Context;
+use myovib_dae::Problem;
 use myovib_fem::{Group, Space};
 use myovib_model::{Limits, MuscleDae, Quantity, SampleTimes, Sampler, run, start_at_rest};
-use sundials_wrap::DaeProblem;
 
 use super::Movie;
 use crate::commands::figure::{Drawing, LastPeriod, PER_PERIOD, fixed, outline};

@@ -1,5 +1,6 @@
 //! Integrators for the systems a scene can be, from rest or from a checkpoint.
 
+use myovib_dae::Problem;
 use myovib_model::advice::{Advice, Advised, WithMuscle};
 use myovib_model::coupling::{
     CoupledDae, CoupledOptions, ErrorTest, FeedbackDae, NoBody, Oscillators, Source,
@@ -8,7 +9,6 @@ use myovib_model::coupling::{
 use myovib_model::{
     Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, start_at_rest, start_from,
 };
-use sundials_wrap::DaeProblem;
 
 use super::checkpoint::Checkpoint;
 use super::system::Body as CoupledBody;

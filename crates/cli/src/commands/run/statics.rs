@@ -2,9 +2,9 @@
 
 use std::time::Instant;
 
+use myovib_dae::Problem;
 use myovib_model::{Formulation, Muscle, MuscleDae, Parameters, statics};
 use serde_json::json;
-use sundials_wrap::DaeProblem;
 
 use super::document;
 use super::folder::Folder;

@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
+use myovib_dae::Problem;
 use myovib_model::coupling::{self, CoupledDae, FeedbackDae, NoBody};
 use myovib_model::{ModelError, MuscleDae, RodDae, WorkCounters};
 use myovib_oscillators::Network;
-use sundials_wrap::DaeProblem;
 
 /// What outputs ask of a system.
-pub(super) trait System: DaeProblem {
+pub(super) trait System: Problem {
     /// The muscle as it is in state `y`, if there is one, and where its unknowns lie.
     fn muscle_at(&mut self, y: &[f64]) -> Option<(&mut MuscleDae, Range<usize>)>;
 

@@ -3,12 +3,12 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
+use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::{
     Formulation, Limits, ModelError, MuscleDae, Outcome, Probe, Settings, run, start_at_rest,
 };
 use serde::{Deserialize, Serialize};
-use sundials_wrap::DaeProblem;
 
 use super::cell::{Cell, Physics};
 use super::watch::Watch;

@@ -2,9 +2,9 @@
 
 use std::ops::ControlFlow;
 
+use myovib_dae::Problem;
 use myovib_model::{Energies, ModelError, MuscleDae, Observer, Outcome, Probe, SampleTimes, Step};
-use sundials_wrap::DaeProblem;
-use sundials_wrap::klu::{KluError, KluOptions, RealNumeric, Symbolic};
+use myovib_sparse::klu::{KluError, KluOptions, RealNumeric, Symbolic};
 
 use super::cell::T_END;
 use crate::energy::Exchanged;

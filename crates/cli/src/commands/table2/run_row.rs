@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 
 use anyhow::Context;
+use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::advice::Advice;
 use myovib_model::linear::LinearWork;
@@ -12,7 +13,6 @@ use myovib_model::{
     IntegratorKind, Limits, MuscleDae, Observer, Probe, SampleTimes, Sampler, Settings, Statistics,
     paper, run, start_at_rest,
 };
-use sundials_wrap::DaeProblem;
 
 use super::Table2Args;
 use super::rows::{Convention, Row};

@@ -16,7 +16,6 @@ use sundials_sys as sys;
 
 use super::call::{CallFailed, NULL_RESULT, check};
 use super::context::Context;
-use super::klu::RawOptions;
 use super::linear_solver::LinearSolver;
 use super::matrix::Matrix;
 use super::pinned::Pinned;
@@ -24,6 +23,7 @@ use super::trampoline::{self, Boundary, Callbacks};
 use super::vector::NVector;
 use super::vector_clone::zero_clones_of;
 use crate::options::VectorArithmetic;
+use myovib_sparse::klu::RawOptions;
 
 /// How far one solve call goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

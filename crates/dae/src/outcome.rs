@@ -1,0 +1,217 @@
+//! How a call of the integrator ended.
+
+use std::fmt;
+
+use crate::problem::Problem;
+use crate::statistics::Stats;
+
+/// How a call of the integrator ended. y and ẏ of the solver are those at the time named.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// One step was taken.
+    StepTaken {
+        /// The time reached.
+        t: f64,
+    },
+    /// The output time was reached.
+    Reached {
+        /// The output time.
+        t: f64,
+    },
+    /// The stop time was reached.
+    StopTime {
+        /// The stop time.
+        t: f64,
+    },
+    /// A root function crossed zero.
+    Root {
+        /// The time of the crossing.
+        t: f64,
+        /// For each root function 0 if it did not cross, 1 if it crossed rising, −1 if falling.
+        crossings: Vec<i32>,
+    },
+    /// The integration cannot go on.
+    Stopped(Box<Stop>),
+}
+
+impl Outcome {
+    /// The time reached.
+    pub fn t(&self) -> f64 {
+        match self {
+            Self::StepTaken { t }
+            | Self::Reached { t }
+            | Self::StopTime { t }
+            | Self::Root { t, .. } => *t,
+            Self::Stopped(stop) => stop.t,
+        }
+    }
+}
+
+/// An integration that gave up, with all that helps to see why.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stop {
+    /// Why.
+    pub reason: StopReason,
+    /// IDAS' message and, if a function of the problem failed, its own.
+    pub message: String,
+    /// The time reached.
+    pub t: f64,
+    /// Size of the last step accepted.
+    pub last_step: f64,
+    /// Order of the last step accepted.
+    pub last_order: usize,
+    /// All counters.
+    pub stats: Stats,
+    /// The components with the largest weighted local errors in the last attempt, largest first.
+    pub worst_components: Vec<WorstComponent>,
+}
+
+impl fmt::Display for Stop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            reason,
+            message,
+            t,
+            last_step,
+            last_order,
+            stats,
+            ..
+        } = self;
+        write!(
+            f,
+            "stopped at t = {t} after {} steps (last step {last_step:e}, order {last_order}): \
+             {reason}: {message}",
+            stats.steps
+        )
+    }
+}
+
+/// A component and its share in the local error.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WorstComponent {
+    /// Its index.
+    pub index: usize,
+    /// Its name, from [`Problem::component_name`].
+    pub name: String,
+    /// Estimated local error times error weight: 1 is what the tolerance allows.
+    pub weighted_error: f64,
+}
+
+/// How many components [`Stop::worst_components`] lists.
+const N_WORST: usize = 8;
+
+impl WorstComponent {
+    /// The components with the largest of the weighted errors `of_all`, as
+    /// [`Stop::worst_components`] lists them.
+    pub fn largest(
+        problem: &impl Problem,
+        of_all: impl IntoIterator<Item = f64>,
+    ) -> Vec<WorstComponent> {
+        let mut ranked: Vec<_> = of_all.into_iter().map(f64::abs).enumerate().collect();
+        ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+        ranked.truncate(N_WORST);
+        let named = |(index, weighted_error)| WorstComponent {
+            index,
+            name: problem.component_name(index),
+            weighted_error,
+        };
+        ranked.into_iter().map(named).collect()
+    }
+}
+
+/// Why an integration gave up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum StopReason {
+    /// The error test failed too often in one step.
+    ErrorTestFailures,
+    /// Newton failed too often in one step.
+    ConvergenceFailures,
+    /// A failure with the step at its lower limit, or so small that t + h = t.
+    StepTooSmall,
+    /// The linear system could not be factorised.
+    LinearSetupFailed,
+    /// The linear system could not be solved.
+    LinearSolveFailed,
+    /// The residual could not be evaluated, with any step tried.
+    ResidualFailed,
+    /// The inequality constraints could not be met.
+    ConstraintsViolated,
+    /// The limit on steps between two outputs.
+    MaxSteps,
+    /// The tolerances ask for more digits than the machine has.
+    ToleranceTooTight,
+    /// The error weights could not be computed, or a tolerance has become zero.
+    ErrorWeightsFailed,
+    /// A root function could not be evaluated.
+    RootFunctionFailed,
+    /// A quadrature's integrand could not be evaluated.
+    QuadratureFailed,
+    /// Another code of IDAS; see the message.
+    Other,
+}
+
+impl StopReason {
+    /// The name in reports: lower case, with underscores.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ErrorTestFailures => "error_test_failures",
+            Self::ConvergenceFailures => "convergence_failures",
+            Self::StepTooSmall => "step_too_small",
+            Self::LinearSetupFailed => "linear_setup_failed",
+            Self::LinearSolveFailed => "linear_solve_failed",
+            Self::ResidualFailed => "residual_failed",
+            Self::ConstraintsViolated => "constraints_violated",
+            Self::MaxSteps => "max_steps",
+            Self::ToleranceTooTight => "tolerance_too_tight",
+            Self::ErrorWeightsFailed => "error_weights_failed",
+            Self::RootFunctionFailed => "root_function_failed",
+            Self::QuadratureFailed => "quadrature_failed",
+            Self::Other => "other",
+        }
+    }
+}
+
+impl fmt::Display for StopReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::StopReason::{self, *};
+
+    #[test]
+    fn every_reason_has_a_name_of_its_own() {
+        let reasons: [StopReason; 13] = [
+            ErrorTestFailures,
+            ConvergenceFailures,
+            StepTooSmall,
+            LinearSetupFailed,
+            LinearSolveFailed,
+            ResidualFailed,
+            ConstraintsViolated,
+            MaxSteps,
+            ToleranceTooTight,
+            ErrorWeightsFailed,
+            RootFunctionFailed,
+            QuadratureFailed,
+            Other,
+        ];
+        for reason in reasons {
+            // The variant's name in snake case.
+            let words = format!("{reason:?}");
+            let snake: String = words
+                .char_indices()
+                .flat_map(|(i, c)| {
+                    let underscore = (i > 0 && c.is_uppercase()).then_some('_');
+                    underscore.into_iter().chain(c.to_lowercase())
+                })
+                .collect();
+            assert_eq!(
+                (reason.name(), reason.to_string()),
+                (snake.as_str(), snake.clone())
+            );
+        }
+    }
+}

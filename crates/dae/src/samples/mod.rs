@@ -1,0 +1,114 @@
+//! Test problems from the literature, with initial values and exact solutions.
+//!
+//! Each is a [`Sample`]: a [`Problem`] with consistent initial values and, where there is one in
+//! closed form, the exact solution. Reference values for the others are in `data/references/` of
+//! the repository, with their origin.
+//!
+//! | problem | index | unknowns | kind |
+//! |---|---|---|---|
+//! | [`Robertson`] | 1 | 3 | very stiff kinetics, KLU example of SUNDIALS |
+//! | [`Akzo`] | 1 | 6 | chemical kinetics, mildly stiff |
+//! | [`Heat2d`] | 1 | m² | parabolic equation with algebraic boundary, sparse |
+//! | [`LinearIndex1`] | 1 | 2 | linear, varying in time, exact |
+//! | [`JayIndex2`] | 2 | 3 | nonlinear, exact |
+//! | [`Pendulum`] | 2 or 3 | 5 or 6 | constrained mechanics, exact |
+//! | [`CarAxis`] | 2 or 3 | 10 or 12 | constrained mechanics, stiff springs |
+//! | [`VanDerPol`] | 0 | 2 | relaxation oscillation, an ordinary differential equation |
+
+mod akzo;
+mod car_axis;
+mod exact;
+mod heat2d;
+mod pendulum;
+mod robertson;
+mod van_der_pol;
+
+pub use akzo::Akzo;
+pub use car_axis::CarAxis;
+pub use exact::{JayIndex2, LinearIndex1};
+pub use heat2d::Heat2d;
+pub use pendulum::Pendulum;
+pub use robertson::Robertson;
+pub use van_der_pol::VanDerPol;
+
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use crate::problem::Problem;
+
+/// Consistent initial values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Start {
+    /// Initial time.
+    pub t: f64,
+    /// y(t).
+    pub y: Vec<f64>,
+    /// ẏ(t).
+    pub y_dot: Vec<f64>,
+}
+
+/// A problem that knows where it starts and, perhaps, where it goes.
+pub trait Sample: Problem {
+    /// Consistent initial values.
+    fn start(&self) -> Start;
+
+    /// The exact solution y(t), where there is a closed form.
+    fn exact(&self, _t: f64) -> Option<Vec<f64>> {
+        None
+    }
+}
+
+/// How the constraint of a mechanical system is posed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum MechanicalForm {
+    /// The constraint g(p, t) = 0 itself: index 3.
+    Index3,
+    /// Its derivative G v + g_t = 0 instead: index 2; positions drift.
+    Index2,
+    /// Both, with multipliers μ in ṗ = v + Gᵀμ (Gear, Gupta, Leimkuhler 1985): index 2.
+    Stabilized,
+}
+
+impl MechanicalForm {
+    /// The perturbation indices of n_p positions, n_p velocities and n_c multipliers (twice as
+    /// many in the stabilized form).
+    fn indices(self, n_p: usize, n_c: usize) -> Vec<u8> {
+        let (velocity, multiplier) = match self {
+            Self::Index3 => (2, 3),
+            Self::Index2 | Self::Stabilized => (1, 2),
+        };
+        let n_multipliers = if self == Self::Stabilized {
+            2 * n_c
+        } else {
+            n_c
+        };
+        let mut indices = vec![1; n_p];
+        indices.extend(std::iter::repeat_n(velocity, n_p));
+        indices.extend(std::iter::repeat_n(multiplier, n_multipliers));
+        indices
+    }
+}
+
+/// The pattern of a full n × n matrix.
+fn full_pattern(n: usize) -> SparsityPattern {
+    let offsets = (0..=n).map(|j| j * n).collect();
+    let indices = (0..n * n).map(|k| k % n).collect();
+    SparsityPattern::try_from_offsets_and_indices(n, n, offsets, indices)
+        .expect("the columns of a full matrix are sorted and complete")
+}
+
+/// The values of a full n × n matrix a ∂F/∂y + b ∂F/∂ẏ, zeroed, to be added to entry by entry.
+struct FullMatrix<'a> {
+    n: usize,
+    values: &'a mut [f64],
+}
+
+impl<'a> FullMatrix<'a> {
+    fn zeroed(n: usize, values: &'a mut [f64]) -> Self {
+        values.fill(0.0);
+        Self { n, values }
+    }
+
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        self.values[column * self.n + row] += value;
+    }
+}

@@ -1,0 +1,179 @@
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use super::{FullMatrix, MechanicalForm, Sample, Start, full_pattern};
+use crate::problem::{Problem, StepError, VariableKind};
+
+/// Gravity.
+const G: f64 = 9.81;
+
+/// A pendulum in Cartesian coordinates, let go from the horizontal.
+///
+/// ```text
+/// ẋ = u, ẏ = v, u̇ = −λ x, v̇ = −λ y − g
+/// index 3:    x² + y² = 1
+/// index 2:    x u + y v = 0 instead
+/// stabilized: both, with ẋ = u − μ x, ẏ = v − μ y
+/// ```
+///
+/// Unknowns (x, y, u, v, λ), then μ in the stabilized form. Exact solution by elliptic functions:
+/// θ = 2 asin(k sn(K − √g t, k)) with k = sin(π/4), x = sin θ, y = −cos θ, λ = 3 g cos θ, μ = 0;
+/// θ̇ = −2 k √g cn(K − √g t, k).
+///
+/// Source: the textbook example of constrained mechanics, for instance Hairer & Wanner, Solving
+/// Ordinary Differential Equations II, VII.1.
+#[derive(Debug, Clone, Copy)]
+pub struct Pendulum {
+    form: MechanicalForm,
+}
+
+impl Pendulum {
+    /// The pendulum with its constraint posed in one of three ways.
+    pub fn new(form: MechanicalForm) -> Self {
+        Self { form }
+    }
+
+    fn is_stabilized(&self) -> bool {
+        self.form == MechanicalForm::Stabilized
+    }
+
+    /// μ, which is zero where it is not an unknown.
+    fn mu(&self, y: &[f64]) -> f64 {
+        if self.is_stabilized() { y[5] } else { 0.0 }
+    }
+}
+
+impl Sample for Pendulum {
+    fn start(&self) -> Start {
+        let mut start = Start {
+            t: 0.0,
+            y: vec![1.0, 0.0, 0.0, 0.0, 0.0],
+            // λ̇ = −3 g θ̇ sin θ = 0.
+            y_dot: vec![0.0, 0.0, 0.0, -G, 0.0],
+        };
+        start.y.resize(self.n_unknowns(), 0.0);
+        start.y_dot.resize(self.n_unknowns(), 0.0);
+        start
+    }
+
+    fn exact(&self, t: f64) -> Option<Vec<f64>> {
+        let k = FRAC_1_SQRT_2;
+        let (sn, cn) = jacobi_sn_cn(quarter_period(k) - G.sqrt() * t, k);
+        let (half_sin, theta_dot) = (k * sn, -2.0 * k * G.sqrt() * cn);
+        let theta = 2.0 * half_sin.asin();
+        let (sin, cos) = theta.sin_cos();
+        let mut y = vec![sin, -cos, cos * theta_dot, sin * theta_dot, 3.0 * G * cos];
+        y.resize(self.n_unknowns(), 0.0);
+        Some(y)
+    }
+}
+
+impl Problem for Pendulum {
+    fn n_unknowns(&self) -> usize {
+        if self.is_stabilized() { 6 } else { 5 }
+    }
+
+    fn residual(
+        &mut self,
+        _t: f64,
+        unknowns: &[f64],
+        dot: &[f64],
+        residual: &mut [f64],
+    ) -> Result<(), StepError> {
+        let (x, y, u, v) = (unknowns[0], unknowns[1], unknowns[2], unknowns[3]);
+        let (lambda, mu) = (unknowns[4], self.mu(unknowns));
+        residual[0] = dot[0] - u + mu * x;
+        residual[1] = dot[1] - v + mu * y;
+        residual[2] = dot[2] + lambda * x;
+        residual[3] = dot[3] + lambda * y + G;
+        let (length, speed) = (x * x + y * y - 1.0, x * u + y * v);
+        residual[4] = if self.form == MechanicalForm::Index2 {
+            speed
+        } else {
+            length
+        };
+        if self.is_stabilized() {
+            residual[5] = speed;
+        }
+        Ok(())
+    }
+
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        full_pattern(self.n_unknowns())
+    }
+
+    fn jacobian(
+        &mut self,
+        _t: f64,
+        unknowns: &[f64],
+        _dot: &[f64],
+        a: f64,
+        b: f64,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        let (position, velocity) = (&unknowns[..2], &unknowns[2..4]);
+        let (lambda, mu) = (unknowns[4], self.mu(unknowns));
+        let mut matrix = FullMatrix::zeroed(self.n_unknowns(), values);
+        let speed_row = if self.is_stabilized() { 5 } else { 4 };
+        for i in 0..2 {
+            matrix.add(i, i, b + a * mu);
+            matrix.add(i, 2 + i, -a);
+            matrix.add(2 + i, 2 + i, b);
+            matrix.add(2 + i, i, a * lambda);
+            matrix.add(2 + i, 4, a * position[i]);
+            if self.is_stabilized() {
+                matrix.add(i, 5, a * position[i]);
+            }
+            if self.form != MechanicalForm::Index2 {
+                matrix.add(4, i, 2.0 * a * position[i]);
+            }
+            if self.form != MechanicalForm::Index3 {
+                matrix.add(speed_row, i, a * velocity[i]);
+                matrix.add(speed_row, 2 + i, a * position[i]);
+            }
+        }
+        Ok(())
+    }
+
+    fn kinds(&self) -> Vec<VariableKind> {
+        let mut kinds = vec![VariableKind::Differential; 4];
+        kinds.resize(self.n_unknowns(), VariableKind::Algebraic);
+        kinds
+    }
+
+    fn indices(&self) -> Vec<u8> {
+        self.form.indices(2, 1)
+    }
+}
+
+/// The arithmetic-geometric means a_i of 1 and √(1 − k²), with c_i = (a_{i−1} − b_{i−1})/2, until
+/// c vanishes to rounding (quadratic convergence: eight pairs are plenty).
+fn means(k: f64) -> Vec<(f64, f64)> {
+    let (mut a, mut b) = (1.0_f64, (1.0 - k * k).sqrt());
+    let mut pairs = vec![(a, k)];
+    while pairs.len() < 9 && (a - b).abs() > f64::EPSILON {
+        let c = 0.5 * (a - b);
+        (a, b) = (0.5 * (a + b), (a * b).sqrt());
+        pairs.push((a, c));
+    }
+    pairs
+}
+
+/// K(k), the complete elliptic integral of the first kind.
+fn quarter_period(k: f64) -> f64 {
+    let pairs = means(k);
+    std::f64::consts::FRAC_PI_2 / pairs[pairs.len() - 1].0
+}
+
+/// Jacobi's sn(w, k) and cn(w, k), by descending Landen transformations (Abramowitz & Stegun
+/// 16.4): φ_n = 2ⁿ a_n w, then sin(2 φ_{i−1} − φ_i) = (c_i / a_i) sin φ_i down to φ_0.
+fn jacobi_sn_cn(w: f64, k: f64) -> (f64, f64) {
+    let pairs = means(k);
+    let n = pairs.len() - 1;
+    let mut phi = 2.0_f64.powi(n as i32) * pairs[n].0 * w;
+    for &(a, c) in pairs[1..].iter().rev() {
+        phi = 0.5 * (phi + (c / a * phi.sin()).asin());
+    }
+    phi.sin_cos()
+}

@@ -1,0 +1,125 @@
+//! The analysis of a pattern.
+
+use std::ptr::NonNull;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use nalgebra_sparse::pattern::SparsityPattern;
+use suitesparse_sys::{klu_l_common, klu_l_free_symbolic, klu_l_symbolic};
+
+use super::{Failure, RawOptions, default_common};
+
+// Declared in klu.h but left out of the bindings, whose filter of names misses functions that
+// return a pointer to a structure.
+unsafe extern "C" {
+    fn klu_l_analyze(
+        n: i64,
+        column_pointers: *mut i64,
+        row_indices: *mut i64,
+        common: *mut klu_l_common,
+    ) -> *mut klu_l_symbolic;
+}
+
+/// The analysis of one pattern, with the pattern.
+pub(crate) struct RawSymbolic {
+    pub(super) handle: NonNull<klu_l_symbolic>,
+    column_pointers: Box<[i64]>,
+    row_indices: Box<[i64]>,
+    pub(super) options: RawOptions,
+    structural_rank: i64,
+    /// klu_l_factor writes its revised size estimates into the symbolic object; all other
+    /// functions only read parts that no function writes. Held during klu_l_factor.
+    factor_lock: Mutex<()>,
+}
+
+// SAFETY: the handle is owned by this value and KLU keeps no thread-local state, so it may be used
+// and freed from any thread.
+unsafe impl Send for RawSymbolic {}
+// SAFETY: the one KLU function that writes to the symbolic object (klu_l_factor) runs under
+// `factor_lock`; it writes `Lnz`, which no other function called here reads.
+unsafe impl Sync for RawSymbolic {}
+
+impl RawSymbolic {
+    /// Analyses a compressed-column pattern.
+    ///
+    /// # Panics
+    /// If the pattern is not square.
+    pub(crate) fn analyze(pattern: &SparsityPattern, options: RawOptions) -> Result<Self, Failure> {
+        let n = pattern.major_dim();
+        assert_eq!(pattern.minor_dim(), n, "a square pattern");
+        let column_pointers = widened(pattern.major_offsets());
+        let row_indices = widened(pattern.minor_indices());
+        let mut common = default_common();
+        options.write_to(&mut common);
+        // SAFETY: both arrays are those of a square SparsityPattern, whose offsets rise from 0 to
+        // the number of entries and whose indices rise within a column and lie in 0..n; KLU reads
+        // them and does not keep them.
+        let handle = unsafe {
+            klu_l_analyze(
+                n as i64,
+                column_pointers.as_ptr().cast_mut(),
+                row_indices.as_ptr().cast_mut(),
+                &mut common,
+            )
+        };
+        let handle = NonNull::new(handle).ok_or_else(|| Failure::of(&common))?;
+        Ok(Self {
+            handle,
+            column_pointers,
+            row_indices,
+            options,
+            structural_rank: common.structural_rank,
+            factor_lock: Mutex::new(()),
+        })
+    }
+
+    pub(crate) fn n(&self) -> usize {
+        self.column_pointers.len() - 1
+    }
+
+    pub(crate) fn nnz(&self) -> usize {
+        self.row_indices.len()
+    }
+
+    /// Structural rank, −1 when BTF was off and it is not known.
+    pub(crate) fn structural_rank(&self) -> i64 {
+        self.structural_rank
+    }
+
+    /// The columns in the order of elimination.
+    pub(crate) fn column_order(&self) -> Vec<usize> {
+        // SAFETY: the analysis is ours and alive; nothing writes to it after klu_l_analyze.
+        let order = unsafe { self.handle.as_ref() }.Q;
+        // SAFETY: Q has one entry per column, written by klu_l_analyze, and lives with the handle.
+        let order = unsafe { std::slice::from_raw_parts(order, self.n()) };
+        order.iter().map(|&column| column as usize).collect()
+    }
+
+    pub(super) fn ap(&self) -> *mut i64 {
+        self.column_pointers.as_ptr().cast_mut()
+    }
+
+    pub(super) fn ai(&self) -> *mut i64 {
+        self.row_indices.as_ptr().cast_mut()
+    }
+
+    pub(super) fn lock(&self) -> MutexGuard<'_, ()> {
+        // The guarded data are KLU's, written by C code that cannot panic: poison means nothing.
+        self.factor_lock
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Drop for RawSymbolic {
+    fn drop(&mut self) {
+        let mut common = default_common();
+        let mut handle = self.handle.as_ptr();
+        // SAFETY: the handle came from klu_l_analyze and is freed here only.
+        unsafe { klu_l_free_symbolic(&mut handle, &mut common) };
+    }
+}
+
+/// Offsets or indices with the 64 bits of the C library; a length in memory always fits.
+fn widened(indices: &[usize]) -> Box<[i64]> {
+    indices.iter().map(|&i| i as i64).collect()
+}

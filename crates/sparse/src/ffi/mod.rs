@@ -1,0 +1,4 @@
+//! The boundary to SuiteSparse.
+
+pub(crate) mod klu;
+pub(crate) mod version;

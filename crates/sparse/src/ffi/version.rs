@@ -1,0 +1,11 @@
+//! The version of the linked library, asked at run time.
+
+use suitesparse_sys::SuiteSparse_version;
+
+/// The version of the linked SuiteSparse, for example [5, 12, 0].
+pub(crate) fn suite_sparse() -> [i32; 3] {
+    let mut version = [0; 3];
+    // SAFETY: the function writes three integers.
+    unsafe { SuiteSparse_version(version.as_mut_ptr()) };
+    version
+}

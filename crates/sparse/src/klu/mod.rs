@@ -1,0 +1,39 @@
+//! KLU, the sparse direct solver for unsymmetric systems that are nearly block triangular.
+//!
+//! A pattern is analysed once ([`Symbolic`]: ordering and block triangular form); matrices with
+//! that pattern are then factorised ([`Numeric::factor`]), refactorised with the pivots kept
+//! ([`Numeric::refactor`], several times cheaper) and solved with ([`Numeric::solve`]). Real and
+//! complex matrices with the same pattern share one analysis. Neither a refactorisation nor a
+//! solve allocates.
+//!
+//! # Examples
+//! ```
+//! use nalgebra_sparse::pattern::SparsityPattern;
+//! use myovib_sparse::klu::{KluOptions, RealNumeric, Symbolic};
+//!
+//! // A = [2 1; 0 4], stored by columns.
+//! let pattern = SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 1, 3], vec![0, 0, 1])?;
+//! let symbolic = Symbolic::analyze(&pattern, KluOptions::default())?;
+//! let lu = RealNumeric::factor(&symbolic, &[2.0, 1.0, 4.0])?;
+//! let mut x = [4.0, 8.0];
+//! lu.solve(&mut x)?;
+//! assert_eq!(x, [1.0, 2.0]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # References
+//! - T. A. Davis, E. Palamadai Natarajan, Algorithm 907: KLU, a direct sparse solver for circuit
+//!   simulation problems, ACM Trans. Math. Softw. 37 (2010) 36.
+
+mod error;
+mod factors;
+mod numeric;
+mod options;
+mod symbolic;
+
+pub use crate::ffi::klu::RawOptions;
+pub use error::KluError;
+pub use factors::{Factors, Pivots};
+pub use numeric::{ComplexNumeric, Numeric, RealNumeric, Scalar};
+pub use options::{KluOptions, Ordering, Scaling};
+pub use symbolic::Symbolic;

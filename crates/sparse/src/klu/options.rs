@@ -1,0 +1,86 @@
+//! The settings of KLU.
+
+use crate::ffi::klu::RawOptions;
+
+/// How the columns (and with AMD also the rows) are ordered to keep the factors sparse.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Ordering {
+    /// Approximate minimum degree on the pattern of A + Aᵀ: for nearly symmetric patterns.
+    #[default]
+    Amd,
+    /// Approximate minimum degree on the pattern of AᵀA, without forming it.
+    Colamd,
+    /// The order given.
+    Natural,
+}
+
+impl Ordering {
+    /// The number KLU uses for this ordering.
+    fn code(self) -> i64 {
+        match self {
+            Self::Amd => 0,
+            Self::Colamd => 1,
+            Self::Natural => 2,
+        }
+    }
+}
+
+/// How the rows are scaled before factorisation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Scaling {
+    /// Not at all.
+    None,
+    /// By the sum of the absolute values of the row.
+    Sum,
+    /// By the largest absolute value of the row.
+    #[default]
+    Max,
+}
+
+impl Scaling {
+    fn code(self) -> i64 {
+        match self {
+            Self::None => 0,
+            Self::Sum => 1,
+            Self::Max => 2,
+        }
+    }
+}
+
+/// The settings of KLU. The defaults are KLU's own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KluOptions {
+    /// Fill-reducing ordering; [`Ordering::Amd`] by default.
+    pub ordering: Ordering,
+    /// Whether to permute to block triangular form first; on by default. This starts from a
+    /// maximum transversal, which may move the pivots off a good natural diagonal.
+    pub btf: bool,
+    /// Scaling of the rows; [`Scaling::Max`] by default.
+    pub scaling: Scaling,
+    /// The diagonal is the pivot if it is at least this fraction of the largest entry of its
+    /// column; 0.001 by default.
+    pub pivot_tolerance: f64,
+}
+
+impl Default for KluOptions {
+    fn default() -> Self {
+        Self {
+            ordering: Ordering::default(),
+            btf: true,
+            scaling: Scaling::default(),
+            pivot_tolerance: 0.001,
+        }
+    }
+}
+
+impl KluOptions {
+    /// The settings in KLU's own coding, for others that call KLU.
+    pub fn raw(self) -> RawOptions {
+        RawOptions {
+            ordering: self.ordering.code(),
+            btf: i64::from(self.btf),
+            scale: self.scaling.code(),
+            pivot_tolerance: self.pivot_tolerance,
+        }
+    }
+}

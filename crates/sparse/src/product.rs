@@ -1,0 +1,183 @@
+//! Products with sparse matrices whose entries come in blocks, and with their magnitudes.
+
+use std::ops::Range;
+
+use nalgebra_sparse::pattern::SparsityPattern;
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::Number;
+
+/// How to multiply by a compressed-column matrix: columns with the same rows are taken together,
+/// two at a time, and rows that are neighbours are named once for both. The two components of a
+/// displacement make most of a muscle's matrices of that kind: one index for four entries.
+#[derive(Debug, Clone)]
+pub struct Product {
+    groups: Vec<Group>,
+    rows: Vec<u32>,
+    arch: Arch,
+}
+
+/// One column, or two with the same rows.
+#[derive(Debug, Clone)]
+struct Group {
+    column: usize,
+    is_double: bool,
+    /// The entries of the first column; those of the second follow.
+    entries: Range<usize>,
+    /// In `Product::rows`: the first of each two neighbouring rows, up to a row that stands alone.
+    pairs: Range<usize>,
+    /// All rows from there on.
+    single: Range<usize>,
+}
+
+impl Product {
+    /// Looks for blocks in `pattern`.
+    ///
+    /// # Panics
+    /// If there are 2³² rows or more.
+    pub fn new(pattern: &SparsityPattern) -> Self {
+        let offsets = pattern.major_offsets();
+        let (mut groups, mut rows) = (Vec::new(), Vec::new());
+        let mut column = 0;
+        while column < pattern.major_dim() {
+            let own = pattern.lane(column);
+            let is_double = pattern.get_lane(column + 1) == Some(own);
+            let pairs = own
+                .chunks_exact(2)
+                .take_while(|pair| pair[1] == pair[0] + 1);
+            let index = |&row: &usize| u32::try_from(row).expect("fewer than 2^32 rows");
+            let start = rows.len();
+            rows.extend(pairs.map(|pair| index(&pair[0])));
+            let end_of_pairs = rows.len();
+            let n_paired = 2 * (end_of_pairs - start);
+            rows.extend(own[n_paired..].iter().map(index));
+            groups.push(Group {
+                column,
+                is_double,
+                entries: offsets[column]..offsets[column + 1],
+                pairs: start..end_of_pairs,
+                single: end_of_pairs..rows.len(),
+            });
+            column += 1 + usize::from(is_double);
+        }
+        Self {
+            groups,
+            rows,
+            arch: Arch::new(),
+        }
+    }
+
+    /// `y` -= A `x`, A given by its `values` in the order of the pattern.
+    pub fn subtract<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
+        self.arch.dispatch(Accumulate {
+            product: self,
+            values,
+            x,
+            y,
+            add: |y: T, a, x: T| y.plus_product(a, -x),
+        });
+    }
+
+    /// `y` += |A| |`x`|, likewise.
+    pub fn add_magnitudes<T: Number>(&self, values: &[T], x: &[T], y: &mut [f64]) {
+        self.arch.dispatch(Accumulate {
+            product: self,
+            values,
+            x,
+            y,
+            add: |y: f64, a: T, x: T| y + (a * x).abs(),
+        });
+    }
+}
+
+/// `y_i` ← add(`y_i`, a_ij, `x_j`) for all entries, to be run with the processor's vector
+/// instructions.
+struct Accumulate<'a, T, Y, F> {
+    product: &'a Product,
+    values: &'a [T],
+    x: &'a [T],
+    y: &'a mut [Y],
+    add: F,
+}
+
+impl<T: Number, Y: Copy, F: Fn(Y, T, T) -> Y> WithSimd for Accumulate<'_, T, Y, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self {
+            product,
+            values,
+            x,
+            y,
+            add,
+        } = self;
+        for group in &product.groups {
+            let n = group.entries.len();
+            let first = &values[group.entries.clone()];
+            let pairs = &product.rows[group.pairs.clone()];
+            let single = &product.rows[group.single.clone()];
+            let x0 = x[group.column];
+            let (pairs0, single0) = first.split_at(2 * pairs.len());
+            if group.is_double {
+                let x1 = x[group.column + 1];
+                let second = &values[group.entries.end..][..n];
+                let (pairs1, single1) = second.split_at(2 * pairs.len());
+                let entries = pairs0.chunks_exact(2).zip(pairs1.chunks_exact(2));
+                for (&row, (a, b)) in pairs.iter().zip(entries) {
+                    let y = &mut y[row as usize..][..2];
+                    y[0] = add(add(y[0], a[0], x0), b[0], x1);
+                    y[1] = add(add(y[1], a[1], x0), b[1], x1);
+                }
+                for (&row, (&a, &b)) in single.iter().zip(single0.iter().zip(single1)) {
+                    let y = &mut y[row as usize];
+                    *y = add(add(*y, a, x0), b, x1);
+                }
+            } else {
+                for (&row, a) in pairs.iter().zip(pairs0.chunks_exact(2)) {
+                    let y = &mut y[row as usize..][..2];
+                    y[0] = add(y[0], a[0], x0);
+                    y[1] = add(y[1], a[1], x0);
+                }
+                for (&row, &a) in single.iter().zip(single0) {
+                    let y = &mut y[row as usize];
+                    *y = add(*y, a, x0);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_of_all_kinds_are_multiplied() {
+        // Columns 0 and 1 have the same rows, two neighbours and one alone; column 2 has
+        // neighbours, column 3 none, column 4 is empty.
+        let lanes: [&[usize]; 5] = [&[0, 1, 3], &[0, 1, 3], &[2, 3], &[0], &[]];
+        let mut offsets = vec![0];
+        offsets.extend(lanes.iter().scan(0, |end, lane| {
+            *end += lane.len();
+            Some(*end)
+        }));
+        let rows = lanes.concat();
+        let pattern = SparsityPattern::try_from_offsets_and_indices(5, 4, offsets, rows).unwrap();
+        let values: Vec<f64> = (1..=pattern.nnz()).map(|k| k as f64).collect();
+        let x = [1.0, 10.0, 100.0, 1000.0, 1e4];
+        let mut expected = [0.5; 4];
+        for ((column, row), a) in pattern.entries().zip(&values) {
+            expected[row] -= a * x[column];
+        }
+        let mut y = [0.5; 4];
+        let product = Product::new(&pattern);
+        product.subtract(&values, &x, &mut y);
+        assert_eq!(y, expected);
+        // All are positive: what was subtracted comes back.
+        product.add_magnitudes(&values, &x, &mut y);
+        assert_eq!(y, [0.5; 4]);
+        let doubles: Vec<bool> = product.groups.iter().map(|group| group.is_double).collect();
+        assert_eq!(doubles, [true, false, false, false]);
+    }
+}

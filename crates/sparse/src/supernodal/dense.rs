@@ -1,0 +1,208 @@
+//! Dense kernels on column-major blocks.
+
+use std::array::from_fn;
+
+use crate::number::Number;
+
+/// Rows of a tile of [`minus_outer`]: one register of AVX-512.
+const TILE_ROWS: usize = 8;
+/// Its columns: with eight accumulators or fewer in registers.
+const TILE_COLUMNS: usize = 4;
+
+/// `y` -= Σ_p x_p a_p for N columns at a time.
+#[inline(always)]
+fn subtract_columns<T: Number, const N: usize>(y: &mut [T], a: [&[T]; N], x: [T; N]) {
+    let n = y.len();
+    let a = a.map(|a| &a[..n]);
+    for i in 0..n {
+        for p in 0..N {
+            y[i] = y[i].plus_product(a[p][i], -x[p]);
+        }
+    }
+}
+
+/// a · b, summed in eight lanes so that it becomes vector instructions.
+#[inline(always)]
+pub(super) fn dot<T: Number>(a: &[T], b: &[T]) -> T {
+    let mut lanes = [T::zero(); 8];
+    let (chunks_a, chunks_b) = (a.chunks_exact(8), b.chunks_exact(8));
+    let tail = chunks_a.remainder().iter().zip(chunks_b.remainder());
+    let tail = tail.fold(T::zero(), |sum, (&a, &b)| sum.plus_product(a, b));
+    for (a, b) in chunks_a.zip(chunks_b) {
+        for l in 0..8 {
+            lanes[l] = lanes[l].plus_product(a[l], b[l]);
+        }
+    }
+    for half in [4, 2, 1] {
+        for l in 0..half {
+            let other = lanes[l + half];
+            lanes[l] += other;
+        }
+    }
+    lanes[0] + tail
+}
+
+/// y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the rest: `panel` holds the columns
+/// of L (unit diagonal), `y.len()` rows each.
+#[inline(always)]
+pub(super) fn solve_lower<T: Number>(y: &mut [T], panel: &[T]) {
+    let k = panel.len() / y.len();
+    let mut p = 0;
+    while p + 4 <= k {
+        solve_lower_columns::<T, 4>(y, panel, p);
+        p += 4;
+    }
+    if p + 2 <= k {
+        solve_lower_columns::<T, 2>(y, panel, p);
+        p += 2;
+    }
+    if p < k {
+        solve_lower_columns::<T, 1>(y, panel, p);
+    }
+}
+
+/// The same for N columns from number `p` on: their own triangle, then all rows below in one sweep.
+#[inline(always)]
+fn solve_lower_columns<T: Number, const N: usize>(y: &mut [T], panel: &[T], p: usize) {
+    let m = y.len();
+    let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m..][p..m]);
+    let (pivots, below) = y[p..].split_at_mut(N);
+    let mut x: [T; N] = from_fn(|q| pivots[q]);
+    for q in 0..N {
+        for i in q + 1..N {
+            x[i] = x[i].plus_product(columns[q][i], -x[q]);
+        }
+    }
+    pivots.copy_from_slice(&x);
+    subtract_columns(below, columns.map(|column| &column[N..]), x);
+}
+
+/// y ← U⁻¹ y: `panel` holds the columns of U, `m` rows each, with the inverses of the pivots on the
+/// diagonal.
+#[inline(always)]
+pub(super) fn solve_upper<T: Number>(y: &mut [T], panel: &[T], m: usize) {
+    let mut p = y.len();
+    while p >= 4 {
+        p -= 4;
+        solve_upper_columns::<T, 4>(y, panel, m, p);
+    }
+    if p >= 2 {
+        p -= 2;
+        solve_upper_columns::<T, 2>(y, panel, m, p);
+    }
+    if p == 1 {
+        solve_upper_columns::<T, 1>(y, panel, m, 0);
+    }
+}
+
+/// The same for N columns from number `p` on.
+#[inline(always)]
+fn solve_upper_columns<T: Number, const N: usize>(y: &mut [T], panel: &[T], m: usize, p: usize) {
+    let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m..][..p + N]);
+    let (above, pivots) = y[..p + N].split_at_mut(p);
+    let mut x: [T; N] = from_fn(|q| pivots[q]);
+    for q in (0..N).rev() {
+        x[q] = x[q] * columns[q][p + q];
+        for i in 0..q {
+            x[i] = x[i].plus_product(columns[q][p + i], -x[q]);
+        }
+    }
+    pivots.copy_from_slice(&x);
+    subtract_columns(above, columns, x);
+}
+
+/// Eliminates the columns of a `panel` of `m` rows: L (unit diagonal) and U of the pivots take its
+/// place, with the inverses of the pivots on the diagonal. `false` for a pivot that is zero or not finite.
+#[inline(always)]
+pub(super) fn factor_panel<T: Number>(panel: &mut [T], m: usize) -> bool {
+    for j in 0..panel.len() / m {
+        let (left, column) = panel[..(j + 1) * m].split_at_mut(j * m);
+        if j > 0 {
+            solve_lower(column, left);
+        }
+        let pivot = column[j];
+        let inverse = T::one() / pivot;
+        if pivot == T::zero() || !num_complex::ComplexFloat::is_finite(inverse) {
+            return false;
+        }
+        column[j] = inverse;
+        for entry in &mut column[j + 1..] {
+            *entry = *entry * inverse;
+        }
+    }
+    true
+}
+
+/// U right of the pivots from the rows of the matrix: both are kept transposed, `r` rows for each
+/// of the pivots, whose L the `panel` of `m` rows holds.
+#[inline(always)]
+pub(super) fn eliminate_rows<T: Number>(upper: &mut [T], r: usize, panel: &[T], m: usize) {
+    for j in 1..upper.len() / r {
+        let (done, row) = upper[..(j + 1) * r].split_at_mut(j * r);
+        let row = &mut row[..r];
+        let (factor, u) = (|p: usize| panel[p * m + j], |p: usize| &done[p * r..]);
+        let mut p = 0;
+        while p + 4 <= j {
+            subtract_columns::<T, 4>(row, from_fn(|q| u(p + q)), from_fn(|q| factor(p + q)));
+            p += 4;
+        }
+        for p in p..j {
+            subtract_columns(row, [u(p)], [factor(p)]);
+        }
+    }
+}
+
+/// `s` ← -A Bᵀ, `r` × `r`; A has columns `stride` apart, B is `r` × k.
+#[inline(always)]
+pub(super) fn minus_outer<T: Number>(s: &mut [T], r: usize, a: &[T], stride: usize, b: &[T]) {
+    if r < TILE_ROWS {
+        s.fill(T::zero());
+        for (j, column) in s.chunks_exact_mut(r).enumerate() {
+            for (p, b) in b.chunks_exact(r).enumerate() {
+                subtract_columns(column, [&a[p * stride..]], [b[j]]);
+            }
+        }
+        return;
+    }
+    // The last tiles reach back over ones that are done.
+    for j in (0..r).step_by(TILE_COLUMNS) {
+        let column = j.min(r - TILE_COLUMNS);
+        let mut i = 0;
+        while i + 2 * TILE_ROWS <= r {
+            outer_tile::<T, { 2 * TILE_ROWS }>(s, r, a, stride, b, [i, column]);
+            i += 2 * TILE_ROWS;
+        }
+        while i < r {
+            outer_tile::<T, TILE_ROWS>(s, r, a, stride, b, [i.min(r - TILE_ROWS), column]);
+            i += TILE_ROWS;
+        }
+    }
+}
+
+/// [`minus_outer`] for `ROWS` rows of [`TILE_COLUMNS`] columns, from this place on.
+#[inline(always)]
+fn outer_tile<T: Number, const ROWS: usize>(
+    s: &mut [T],
+    r: usize,
+    a: &[T],
+    stride: usize,
+    b: &[T],
+    [row, column]: [usize; 2],
+) {
+    let mut tile = [[T::zero(); ROWS]; TILE_COLUMNS];
+    for p in 0..b.len() / r {
+        let a = &a[p * stride + row..][..ROWS];
+        let b = &b[p * r + column..][..TILE_COLUMNS];
+        for c in 0..TILE_COLUMNS {
+            for t in 0..ROWS {
+                tile[c][t] = tile[c][t].plus_product(a[t], b[c]);
+            }
+        }
+    }
+    for (c, tile) in tile.iter().enumerate() {
+        let target = &mut s[(column + c) * r + row..][..ROWS];
+        for t in 0..ROWS {
+            target[t] = -tile[t];
+        }
+    }
+}

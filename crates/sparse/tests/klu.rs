@@ -1,0 +1,403 @@
+//! KLU through the safe interface: solutions against residuals, failures as values.
+
+use myovib_sparse::klu::{
+    ComplexNumeric, Factors, KluError, KluOptions, Numeric, Ordering, Pivots, RealNumeric, Scalar,
+    Scaling, Symbolic,
+};
+use nalgebra_sparse::pattern::SparsityPattern;
+use num_complex::Complex64;
+
+/// Largest relative residual allowed: a backward stable solve stays within a modest multiple of
+/// the rounding unit times the pivot growth (pivot tolerance 1e-3 admits growth 1e3).
+const RESIDUAL: f64 = 1e3 * f64::EPSILON;
+
+/// A reproducible stream of numbers in [-1, 1).
+struct Stream(u64);
+
+impl Stream {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+/// A pattern with a full diagonal and about `per_column` other entries in each column.
+fn pattern(n: usize, per_column: usize) -> SparsityPattern {
+    let mut stream = Stream(7);
+    let (mut offsets, mut indices) = (vec![0], Vec::new());
+    for column in 0..n {
+        let mut rows = vec![column];
+        for _ in 0..per_column {
+            rows.push((((stream.next() + 1.0) / 2.0) * n as f64) as usize % n);
+        }
+        rows.sort_unstable();
+        rows.dedup();
+        indices.extend(rows);
+        offsets.push(indices.len());
+    }
+    SparsityPattern::try_from_offsets_and_indices(n, n, offsets, indices).unwrap()
+}
+
+fn real_values(pattern: &SparsityPattern, seed: u64) -> Vec<f64> {
+    let mut stream = Stream(seed);
+    pattern
+        .entries()
+        .map(|(c, r)| stream.next() + if r == c { 3.0 } else { 0.0 })
+        .collect()
+}
+
+/// A x, or Aᵀ x.
+fn product<T: Scalar + std::ops::Mul<Output = T> + std::ops::AddAssign + Default>(
+    pattern: &SparsityPattern,
+    values: &[T],
+    x: &[T],
+    transposed: bool,
+) -> Vec<T> {
+    let mut y = vec![T::default(); x.len()];
+    for ((column, row), &a) in pattern.entries().zip(values) {
+        if transposed {
+            y[column] += a * x[row];
+        } else {
+            y[row] += a * x[column];
+        }
+    }
+    y
+}
+
+#[test]
+fn solves_with_every_ordering_with_and_without_blocks_and_scaling() {
+    let pattern = pattern(60, 3);
+    let values = real_values(&pattern, 3);
+    let b: Vec<f64> = (0..60).map(|i| 1.0 + i as f64).collect();
+    for ordering in [Ordering::Amd, Ordering::Colamd, Ordering::Natural] {
+        for btf in [true, false] {
+            for scaling in [Scaling::None, Scaling::Sum, Scaling::Max] {
+                let options = KluOptions {
+                    ordering,
+                    btf,
+                    scaling,
+                    ..KluOptions::default()
+                };
+                let symbolic = Symbolic::analyze(&pattern, options).unwrap();
+                let rank = (btf && ordering != Ordering::Natural).then_some(60);
+                assert_eq!(symbolic.structural_rank(), rank, "{options:?}");
+                let lu = RealNumeric::factor(&symbolic, &values).unwrap();
+                for transposed in [false, true] {
+                    let mut x = b.clone();
+                    if transposed {
+                        lu.solve_transposed(&mut x)
+                    } else {
+                        lu.solve(&mut x)
+                    }
+                    .unwrap();
+                    for (ax, b) in product(&pattern, &values, &x, transposed).iter().zip(&b) {
+                        assert!((ax - b).abs() <= RESIDUAL * 60.0, "{options:?}: {ax} ≠ {b}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn complex_factors_share_the_analysis_and_solve_real_and_transposed_systems() {
+    let pattern = pattern(40, 3);
+    let symbolic = Symbolic::analyze(&pattern, KluOptions::default()).unwrap();
+    let (re, im) = (real_values(&pattern, 3), real_values(&pattern, 9));
+    let values: Vec<_> = re
+        .iter()
+        .zip(&im)
+        .map(|(&re, &im)| Complex64::new(re, im))
+        .collect();
+    let real = RealNumeric::factor(&symbolic, &re).unwrap();
+    let complex = ComplexNumeric::factor(&symbolic, &values).unwrap();
+    drop(symbolic); // the factors keep what they need
+
+    let b: Vec<_> = (0..40).map(|i| Complex64::new(1.0, i as f64)).collect();
+    for transposed in [false, true] {
+        let mut x = b.clone();
+        if transposed {
+            complex.solve_transposed(&mut x)
+        } else {
+            complex.solve(&mut x)
+        }
+        .unwrap();
+        for (ax, b) in product(&pattern, &values, &x, transposed).iter().zip(&b) {
+            assert!((ax - b).norm() <= RESIDUAL * 40.0, "{ax} ≠ {b}");
+        }
+    }
+    let mut x = vec![1.0; 40];
+    real.solve(&mut x).unwrap();
+    for ax in product(&pattern, &re, &x, false) {
+        assert!((ax - 1.0).abs() <= RESIDUAL, "{ax}");
+    }
+}
+
+#[test]
+fn a_refactorisation_solves_the_new_system_and_several_right_hand_sides_at_once() {
+    let pattern = pattern(30, 2);
+    let symbolic = Symbolic::analyze(&pattern, KluOptions::default()).unwrap();
+    let mut lu = RealNumeric::factor(&symbolic, &real_values(&pattern, 3)).unwrap();
+    let values = real_values(&pattern, 4);
+    lu.refactor(&values).unwrap();
+    let b: Vec<f64> = (0..90).map(|i| (i as f64).cos()).collect();
+    let mut x = b.clone();
+    lu.solve(&mut x).unwrap();
+    for (x, b) in x.chunks(30).zip(b.chunks(30)) {
+        for (ax, b) in product(&pattern, &values, x, false).iter().zip(b) {
+            assert!((ax - b).abs() <= RESIDUAL, "{ax} ≠ {b}");
+        }
+    }
+}
+
+/// diag(1, 10, 100): condition number 100 in every norm, no growth, and nothing to eliminate.
+#[test]
+fn diagnostics_of_a_diagonal_matrix() {
+    let pattern =
+        SparsityPattern::try_from_offsets_and_indices(3, 3, vec![0, 1, 2, 3], vec![0, 1, 2])
+            .unwrap();
+    let options = KluOptions {
+        scaling: Scaling::None,
+        btf: false,
+        ..KluOptions::default()
+    };
+    let symbolic = Symbolic::analyze(&pattern, options).unwrap();
+    let values = [1.0, 10.0, 100.0];
+    let lu = RealNumeric::factor(&symbolic, &values).unwrap();
+    assert_eq!(lu.rcond().unwrap(), 0.01);
+    assert_eq!(lu.rgrowth(&values).unwrap(), 1.0);
+    assert!((lu.condest(&values).unwrap() - 100.0).abs() <= 100.0 * RESIDUAL);
+    assert_eq!(lu.nnz_factors(), (3, 3));
+    assert_eq!(lu.flops().unwrap(), 0.0);
+}
+
+#[test]
+fn an_arrow_matrix_fills_in_the_natural_order_and_not_with_amd() {
+    // First row, first column and diagonal full: eliminating the first variable fills everything.
+    let n = 20;
+    let (mut offsets, mut indices) = (vec![0], (0..n).collect::<Vec<_>>());
+    offsets.push(n);
+    for column in 1..n {
+        indices.extend([0, column]);
+        offsets.push(indices.len());
+    }
+    let pattern = SparsityPattern::try_from_offsets_and_indices(n, n, offsets, indices).unwrap();
+    let values: Vec<f64> = pattern
+        .entries()
+        .map(|(c, r)| if r == c { n as f64 } else { 1.0 })
+        .collect();
+    let factorised = |ordering| {
+        let options = KluOptions {
+            ordering,
+            btf: false,
+            ..KluOptions::default()
+        };
+        let symbolic = Symbolic::analyze(&pattern, options).unwrap();
+        RealNumeric::factor(&symbolic, &values).unwrap()
+    };
+    let natural = factorised(Ordering::Natural);
+    assert_eq!(natural.nnz_factors(), (n * (n + 1) / 2, n * (n + 1) / 2));
+    assert!(natural.symbolic().column_order().into_iter().eq(0..n));
+    let amd = factorised(Ordering::Amd);
+    assert_eq!(amd.nnz_factors(), (2 * n - 1, 2 * n - 1));
+    // The variable that all others meet goes last, or before the last: they are alike by then.
+    let mut order = amd.symbolic().column_order();
+    assert!(order[n - 2..].contains(&0), "{order:?}");
+    order.sort_unstable();
+    assert!(order.into_iter().eq(0..n));
+    // n³/3 each for products and sums of a full matrix, n of each for the arrow.
+    let (all, few) = (natural.flops().unwrap(), amd.flops().unwrap());
+    assert!(few > 0.0 && all > 10.0 * few, "{few} {all}");
+}
+
+#[test]
+fn singular_matrices_are_errors_that_say_where() {
+    // Row 1 empty: structurally singular.
+    let empty_row =
+        SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 1, 2], vec![0, 0]).unwrap();
+    let symbolic = Symbolic::analyze(&empty_row, KluOptions::default()).unwrap();
+    assert_eq!(symbolic.structural_rank(), Some(1));
+    let error = RealNumeric::factor(&symbolic, &[1.0, 1.0]).unwrap_err();
+    let KluError::Singular { n: 2, column } = error else {
+        panic!("{error}")
+    };
+    assert!(column.is_none_or(|column| column < 2), "{column:?}");
+
+    // [1 1; 1 1]: singular by its values; refused at the factorisation and at the refactorisation.
+    let full = SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 2, 4], vec![0, 1, 0, 1])
+        .unwrap();
+    let symbolic = Symbolic::analyze(&full, KluOptions::default()).unwrap();
+    let error = RealNumeric::factor(&symbolic, &[1.0; 4]).unwrap_err();
+    assert_eq!(
+        error,
+        KluError::Singular {
+            n: 2,
+            column: Some(1)
+        }
+    );
+    let mut lu = RealNumeric::factor(&symbolic, &[2.0, 1.0, 1.0, 2.0]).unwrap();
+    assert!(matches!(
+        lu.refactor(&[1.0; 4]),
+        Err(KluError::Singular { .. })
+    ));
+    assert_eq!(lu.solve(&mut [1.0, 1.0]), Err(KluError::NoFactors));
+    lu.refactor(&[2.0, 0.0, 0.0, 2.0]).unwrap();
+    let mut x = [1.0, 4.0];
+    lu.solve(&mut x).unwrap();
+    assert_eq!(x, [0.5, 2.0]);
+}
+
+#[test]
+fn bad_arguments_are_errors_with_numbers() {
+    let wide =
+        SparsityPattern::try_from_offsets_and_indices(2, 3, vec![0, 1, 2], vec![0, 1]).unwrap();
+    let analyse = |pattern: &SparsityPattern| Symbolic::analyze(pattern, KluOptions::default());
+    assert_eq!(
+        analyse(&wide).unwrap_err(),
+        KluError::NotSquare {
+            rows: 3,
+            columns: 2
+        }
+    );
+    let empty = SparsityPattern::zeros(0, 0);
+    assert_eq!(
+        analyse(&empty).unwrap_err(),
+        KluError::NotSquare {
+            rows: 0,
+            columns: 0
+        }
+    );
+
+    let symbolic = analyse(&pattern(3, 0)).unwrap();
+    let error = RealNumeric::factor(&symbolic, &[1.0]).unwrap_err();
+    assert!(error.to_string().contains("expected 3, got 1"), "{error}");
+    let error = RealNumeric::factor(&symbolic, &[1.0, f64::NAN, 1.0]).unwrap_err();
+    assert_eq!(error, KluError::NotFinite { position: 1 });
+    let mut lu = RealNumeric::factor(&symbolic, &[1.0; 3]).unwrap();
+    assert_eq!(
+        lu.refactor(&[1.0, 1.0, f64::INFINITY]),
+        Err(KluError::NotFinite { position: 2 })
+    );
+    let error = lu.solve(&mut [1.0; 4]).unwrap_err();
+    assert!(error.to_string().contains("expected 3, got 4"), "{error}");
+    lu.solve(&mut [1.0; 3])
+        .expect("a refused matrix leaves the old factors in place");
+}
+
+#[test]
+fn complex_values_must_be_finite_in_both_parts() {
+    let symbolic = Symbolic::analyze(&pattern(2, 0), KluOptions::default()).unwrap();
+    for bad in [
+        Complex64::new(0.0, f64::NAN),
+        Complex64::new(f64::INFINITY, 0.0),
+    ] {
+        let error = ComplexNumeric::factor(&symbolic, &[Complex64::ONE, bad]).unwrap_err();
+        assert_eq!(error, KluError::NotFinite { position: 1 });
+    }
+}
+
+#[test]
+fn analyses_and_factors_have_a_form_to_print() {
+    let symbolic = Symbolic::analyze(&pattern(2, 0), KluOptions::default()).unwrap();
+    assert_eq!(format!("{symbolic:?}"), "Symbolic { n: 2, nnz: 2 }");
+    let lu = RealNumeric::factor(&symbolic, &[1.0, 2.0]).unwrap();
+    let printed = format!("{lu:?}");
+    assert!(
+        printed.contains("nnz_factors: (2, 2), usable: true"),
+        "{printed}"
+    );
+}
+
+#[test]
+fn errors_name_the_column_and_the_status() {
+    let singular = |column| KluError::Singular { n: 2, column }.to_string();
+    assert_eq!(singular(None), "the 2 × 2 matrix is singular");
+    assert_eq!(
+        singular(Some(1)),
+        "the 2 × 2 matrix is singular (no pivot in column 1)"
+    );
+    for (status, name) in [
+        (-2, "out of memory"),
+        (-3, "invalid matrix"),
+        (-4, "too large"),
+        (7, "unknown"),
+    ] {
+        let message = KluError::Failed { status }.to_string();
+        assert_eq!(message, format!("KLU failed with status {status} ({name})"));
+    }
+}
+
+/// [p 1; 1 1] has the pivots p and 1 − 1/p, if the diagonal's are kept: the growth is 1/p − 1.
+#[test]
+fn pivots_are_kept_as_long_as_they_serve() {
+    let full = SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 2, 4], vec![0, 1, 0, 1])
+        .unwrap();
+    let symbolic = Symbolic::analyze(&full, KluOptions::default()).unwrap();
+    // Fresh pivots of growth 19; then growth 99, three digits less than which is 19 000; 1e9; and
+    // a matrix that is singular with the pivots kept.
+    let mut factors = Factors::<f64>::new(symbolic);
+    assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(KluError::NoFactors));
+    for (p, pivots) in [
+        (0.05, Pivots::Fresh),
+        (0.01, Pivots::Kept),
+        (1e-3, Pivots::Kept),
+        (1e-9, Pivots::Fresh),
+        (3.0, Pivots::Kept),
+        (0.5, Pivots::Kept),
+    ] {
+        assert_eq!(factors.renew(&[p, 1.0, 1.0, 1.0]).unwrap(), pivots, "{p}");
+        let mut x = [1.0 + p, 2.0];
+        factors.solve(&mut x).unwrap();
+        // A growth of 999 at most where pivots are kept, times a condition number of some ten.
+        let error = (x[0] - 1.0).abs().max((x[1] - 1.0).abs());
+        assert!(error < 1e4 * f64::EPSILON, "{p}: {x:?}");
+    }
+    // What cannot be factorised leaves no factors of another matrix to solve with, but its pivots.
+    assert!(matches!(
+        factors.renew(&[1.0; 4]),
+        Err(KluError::Singular { .. })
+    ));
+    assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(KluError::NoFactors));
+    factors.renew(&[3.0, 1.0, 1.0, 1.0]).unwrap();
+    assert!(matches!(
+        factors.renew(&[f64::NAN; 4]),
+        Err(KluError::NotFinite { position: 0 })
+    ));
+    assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(KluError::NoFactors));
+    assert_eq!(factors.renew(&[3.0, 1.0, 1.0, 1.0]).unwrap(), Pivots::Kept);
+}
+
+#[test]
+fn many_threads_factorise_with_one_shared_analysis() {
+    fn assert_send<T: Send>() {}
+    fn assert_sync<T: Sync>() {}
+    assert_send::<Numeric<f64>>();
+    assert_send::<Numeric<Complex64>>();
+    assert_send::<Symbolic>();
+    assert_sync::<Symbolic>();
+
+    let pattern = pattern(80, 3);
+    // COLAMD leaves size estimates open, so that factorisations write to the shared analysis.
+    let options = KluOptions {
+        ordering: Ordering::Colamd,
+        ..KluOptions::default()
+    };
+    let symbolic = Symbolic::analyze(&pattern, options).unwrap();
+    std::thread::scope(|scope| {
+        for seed in 0..16 {
+            let (symbolic, pattern) = (symbolic.clone(), &pattern);
+            scope.spawn(move || {
+                let values = real_values(pattern, seed);
+                let lu = RealNumeric::factor(&symbolic, &values).unwrap();
+                let mut x = vec![1.0; 80];
+                lu.solve(&mut x).unwrap();
+                for ax in product(pattern, &values, &x, false) {
+                    assert!((ax - 1.0).abs() <= RESIDUAL, "{ax}");
+                }
+            });
+        }
+    });
+}
