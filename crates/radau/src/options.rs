@@ -52,7 +52,7 @@ impl IndexScaling {
 
 /// The settings of one integration. The defaults are those of Hairer and Wanner's code RADAU5
 /// where it has them; what IDAS has too has the names of
-/// [`IdaOptions`](sundials_wrap::IdaOptions).
+/// `sundials_wrap::IdaOptions`.
 ///
 /// # Examples
 /// ```

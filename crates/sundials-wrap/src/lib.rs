@@ -56,6 +56,8 @@ pub mod notes {
 }
 
 pub use error::Error;
+/// Test problems with exact solutions.
+pub use myovib_dae::samples;
 /// The problem, and what is asked of and answered by any integrator.
 pub use myovib_dae::{
     Direction, Outcome, Problem, SparsityPattern, Stats, StepError, Stop, StopReason,
