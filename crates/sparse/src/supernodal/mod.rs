@@ -10,7 +10,7 @@
 //! κ < ∞ the matrices are quasi-definite up to the damping, and any order will do. For κ = ∞ the
 //! pressures have zeros on the diagonal; they are put off until neighbours are eliminated, which
 //! makes their pivots −b S⁻¹ bᵀ with S positive definite. What the pivots are worth is checked on the
-//! solutions by the [caller], who falls back to KLU.
+//! solutions by the [caller](crate::SparseSystem), who falls back to KLU.
 //!
 //! Cast: [`Analysis`] is order, supernodes and places; [`Supernodal`] the numbers.
 //!
