@@ -3,13 +3,13 @@
 //! What works on lanes are loops in functions that are always inlined: a closure, as `array::map`
 //! takes it, is compiled without the instructions it calls, and becomes a call for each.
 
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::slice::{from_mut, from_ref};
 
 use pulp::Simd;
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
-use crate::material::Real;
+use crate::material::{Plain, Real, elementary};
 
 /// Elements per batch: one AVX-512 register of f64, two of AVX2.
 pub(crate) const LANES: usize = 8;
@@ -86,6 +86,16 @@ impl<S: Simd> Mul for Lanes<S> {
     }
 }
 
+impl<S: Simd> Div for Lanes<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        let value = self.simd.div_f64s(self.value, other.value);
+        Self { value, ..self }
+    }
+}
+
 impl<S: Simd> Mul<f64> for Lanes<S> {
     type Output = Self;
 
@@ -118,6 +128,42 @@ impl<S: Simd> Real for Lanes<S> {
         Self { value, ..self }
     }
 
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        let value = self.simd.sqrt_f64s(self.value);
+        Self { value, ..self }
+    }
+
+    #[inline(always)]
+    fn inverse_cube_root(self) -> Self {
+        elementary::inverse_cube_root(self)
+    }
+
+    #[inline(always)]
+    fn exp(self) -> Self {
+        elementary::exp(self)
+    }
+
+    #[inline(always)]
+    fn exp_m1(self) -> Self {
+        self.map(f64::exp_m1)
+    }
+
+    #[inline(always)]
+    fn ln_1p(self) -> Self {
+        self.map(f64::ln_1p)
+    }
+
+    #[inline(always)]
+    fn choose(self, then: Self, otherwise: Self) -> Self {
+        let zero = self.simd.splat_f64s(0.0);
+        let mask = self.simd.greater_than_or_equal_f64s(self.value, zero);
+        let value = self.simd.select_f64s(mask, then.value, otherwise.value);
+        Self { value, ..self }
+    }
+}
+
+impl<S: Simd> Plain for Lanes<S> {
     #[inline(always)]
     fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
         for lane in self.as_mut_slice() {

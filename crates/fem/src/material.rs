@@ -13,16 +13,21 @@
 //! Note 0001 derives the invariant form; the guide's page on the model has the laws. To add a law:
 //! write its `Potential`, add a variant to [`Law`] and a line to `with_potential`.
 
+mod dual;
+pub(crate) mod elementary;
 mod mooney_rivlin;
 mod potential;
 mod real;
 mod small_strain;
 mod st_venant_kirchhoff;
 pub(crate) mod tensor;
+pub mod three;
 
+pub use dual::Dual;
 pub(crate) use mooney_rivlin::MooneyRivlin;
 pub(crate) use potential::Potential;
-pub(crate) use real::Real;
+pub(crate) use real::Plain;
+pub use real::Real;
 pub(crate) use small_strain::SmallStrain;
 pub(crate) use st_venant_kirchhoff::StVenantKirchhoff;
 

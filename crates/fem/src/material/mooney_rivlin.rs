@@ -2,6 +2,7 @@
 
 use super::Real;
 use super::potential::{First, Potential, Second, Third};
+use super::three::{Curvature, Invariants, Isotropic, Slope};
 
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MooneyRivlin {
@@ -22,7 +23,7 @@ impl Potential for MooneyRivlin {
 
     #[inline(always)]
     fn energy(&self, e: f64, d: f64) -> f64 {
-        let x = inverse_cube_root(1.0 + d);
+        let x = (1.0 + d).inverse_cube_root();
         let (x2, x4) = (x * x, x * x * x * x);
         let ratio = d / (1.0 + x + x2);
         self.mix(x2, x4) * e + ratio * ratio * x4 * self.mix(x * (2.0 + x), 1.0 + 2.0 * x)
@@ -30,7 +31,7 @@ impl Potential for MooneyRivlin {
 
     #[inline(always)]
     fn first<R: Real>(&self, e: R, d: R) -> First<R> {
-        let x = inverse_cube_root(d + d.like(1.0));
+        let x = (d + d.like(1.0)).inverse_cube_root();
         let x2 = x * x;
         let (x4, x5) = (x2 * x2, x2 * x2 * x);
         let x7 = x5 * x2;
@@ -42,7 +43,7 @@ impl Potential for MooneyRivlin {
 
     #[inline(always)]
     fn second<R: Real>(&self, e: R, d: R) -> Second<R> {
-        let x = inverse_cube_root(d + d.like(1.0));
+        let x = (d + d.like(1.0)).inverse_cube_root();
         let x2 = x * x;
         let x5 = x2 * x2 * x;
         let (x7, x8, x10) = (x5 * x2, x5 * x2 * x, x5 * x5);
@@ -58,7 +59,7 @@ impl Potential for MooneyRivlin {
 
     #[inline(always)]
     fn third<R: Real>(&self, e: R, d: R) -> Third<R> {
-        let x = inverse_cube_root(d + d.like(1.0));
+        let x = (d + d.like(1.0)).inverse_cube_root();
         let x2 = x * x;
         let (x4, x5) = (x2 * x2, x2 * x2 * x);
         let (x8, x10) = (x4 * x4, x5 * x5);
@@ -75,38 +76,50 @@ impl Potential for MooneyRivlin {
     }
 }
 
-/// J^(−1/3) for normal J > 0, without branches or calls, so that it is vector instructions on
-/// lanes.
-///
-/// The exponent's third gives a guess within 4 %; each step of the cubic iteration
-/// y ← y (1 + r/3 + 2 r²/9), r = 1 − J y³, takes r to about r³/2: 0.1, 6e-4, 1e-10, rounding.
-#[inline(always)]
-fn inverse_cube_root<R: Real>(j: R) -> R {
-    // 4/3 of the exponent's bias, less a part that balances the error of the linear guess.
-    const GUESS: u64 = 0x553e_f0ff;
-    let mut y = j.map(|j| {
-        let third = ((j.to_bits() >> 32) * 0xAAAA_AAAB) >> 33;
-        f64::from_bits(GUESS.wrapping_sub(third) << 32)
-    });
-    for _ in 0..3 {
-        let r = j.like(1.0) - j * (y * y * y);
-        y = (y * r).mul_add(r.mul_add(r.like(2.0 / 9.0), r.like(1.0 / 3.0)), y);
+/// With x = J^(−1/3): W = c10 (x² a + k1) + c01 (x⁴ b + k2), k1 = x² (3 + 2 d) − 3 and
+/// k2 = x⁴ (3 + 4 d) − 3, both written without the terms that cancel.
+impl Isotropic for MooneyRivlin {
+    #[inline(always)]
+    fn energy<R: Real>(&self, at: Invariants<R>) -> R {
+        let one = at.d.like(1.0);
+        let x = (at.d + one).inverse_cube_root();
+        let (x2, x4) = (x * x, x * x * x * x);
+        let ratio = at.d / (one + x + x2);
+        let k1 = ratio * ratio * x4 * x * (x + one * 2.0);
+        let k2 = x4 * (ratio * ratio * (one + x * 2.0) - at.d * at.d);
+        self.mix(x2 * at.a + k1, x4 * at.b + k2)
     }
-    y
-}
 
-#[cfg(test)]
-mod tests {
-    use super::inverse_cube_root;
+    #[inline(always)]
+    fn slope<R: Real>(&self, Invariants { a, b, d }: Invariants<R>) -> Slope<R> {
+        let x = (d + d.like(1.0)).inverse_cube_root();
+        let x2 = x * x;
+        let x4 = x2 * x2;
+        let (x5, x7) = (x4 * x, x4 * x2 * x);
+        Slope {
+            a: x2 * self.c10,
+            b: x4 * self.c01,
+            d: self.mix(x5 * (d - a), x7 * (b + d) * -2.0) * (2.0 / 3.0),
+        }
+    }
 
-    #[test]
-    fn inverse_cube_root_is_correct_to_rounding() {
-        let mut j = 1e-6;
-        while j < 1e6 {
-            let relative = inverse_cube_root(j) * j.cbrt() - 1.0;
-            // Three roundings in the last step and those of the check itself.
-            assert!(relative.abs() < 4.0 * f64::EPSILON, "{j}: {relative:e}");
-            j *= 1.003;
+    #[inline(always)]
+    fn curvature<R: Real>(&self, Invariants { a, b, d }: Invariants<R>) -> Curvature<R> {
+        let x = (d + d.like(1.0)).inverse_cube_root();
+        let x2 = x * x;
+        let x5 = x2 * x2 * x;
+        let (x7, x8, x10) = (x5 * x2, x5 * x2 * x, x5 * x5);
+        let zero = d.like(0.0);
+        Curvature {
+            aa: zero,
+            ab: zero,
+            bb: zero,
+            ad: x5 * (-2.0 / 3.0 * self.c10),
+            bd: x7 * (-4.0 / 3.0 * self.c01),
+            dd: self.mix(
+                x5 * 3.0 - x8 * (d - a) * 5.0,
+                x10 * (b + d) * 14.0 - x7 * 6.0,
+            ) * (2.0 / 9.0),
         }
     }
 }

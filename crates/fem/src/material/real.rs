@@ -1,16 +1,21 @@
-//! The numbers a law is evaluated on: one `f64`, or one for each element of a batch.
+//! The numbers a law is evaluated on: one `f64`, one for each element of a batch, or either with a
+//! derivative.
 
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// `f64` or [`Lanes`](crate::lanes::Lanes).
+use super::elementary;
+
+/// `f64`, a register with one number for each of some elements, or a [`Dual`](super::Dual) of these.
 ///
-/// A law is written once for both; the functions are inlined, so that on lanes every operation is
-/// one vector instruction.
-pub(crate) trait Real:
+/// A law is written once for all of them. What it calls is inlined, so that on registers every
+/// operation is one vector instruction; therefore a law does not branch on values:
+/// [`choose`](Real::choose) takes the place of `if`.
+pub trait Real:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
+    + Div<Output = Self>
     + Mul<f64, Output = Self>
     + Neg<Output = Self>
 {
@@ -20,6 +25,27 @@ pub(crate) trait Real:
     /// `self` · a + b, rounded once.
     fn mul_add(self, a: Self, b: Self) -> Self;
 
+    /// √x.
+    fn sqrt(self) -> Self;
+
+    /// x^(−1/3) for normal x > 0.
+    fn inverse_cube_root(self) -> Self;
+
+    /// eˣ to two units in the last place; ∞ above 709.4.
+    fn exp(self) -> Self;
+
+    /// eˣ − 1 without cancellation near zero; slower than [`exp`](Real::exp), for energies.
+    fn exp_m1(self) -> Self;
+
+    /// ln(1 + x) without cancellation near zero; slow, for energies.
+    fn ln_1p(self) -> Self;
+
+    /// `then` where `self` ≥ 0, `otherwise` elsewhere and where `self` is not a number.
+    fn choose(self, then: Self, otherwise: Self) -> Self;
+}
+
+/// Numbers without derivative: what functions of single bits may be applied to.
+pub(crate) trait Plain: Real {
     /// Applies `f` to each `f64`.
     fn map(self, f: impl Fn(f64) -> f64) -> Self;
 }
@@ -35,6 +61,38 @@ impl Real for f64 {
         f64::mul_add(self, a, b)
     }
 
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn inverse_cube_root(self) -> Self {
+        elementary::inverse_cube_root(self)
+    }
+
+    #[inline(always)]
+    fn exp(self) -> Self {
+        elementary::exp(self)
+    }
+
+    #[inline(always)]
+    fn exp_m1(self) -> Self {
+        f64::exp_m1(self)
+    }
+
+    #[inline(always)]
+    fn ln_1p(self) -> Self {
+        f64::ln_1p(self)
+    }
+
+    #[inline(always)]
+    fn choose(self, then: Self, otherwise: Self) -> Self {
+        if self >= 0.0 { then } else { otherwise }
+    }
+}
+
+impl Plain for f64 {
     #[inline(always)]
     fn map(self, f: impl Fn(f64) -> f64) -> Self {
         f(self)

@@ -2,6 +2,7 @@
 
 use super::Real;
 use super::potential::{First, Potential, Second, Third};
+use super::three::{Law3, Strain3, Symmetric3, Tensor3Of, contract3, scaled3, trace3};
 
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SmallStrain {
@@ -38,4 +39,41 @@ impl Potential for SmallStrain {
     fn third<R: Real>(&self, _e: R, d: R) -> Third<R> {
         Third::zero(d)
     }
+}
+
+impl Law3 for SmallStrain {
+    const FINITE: bool = false;
+
+    #[inline(always)]
+    fn energy<R: Real>(&self, strain: &Strain3<R>) -> R {
+        let deviator = deviator(strain.green);
+        contract3(&deviator, &deviator) * self.shear_modulus
+    }
+
+    #[inline(always)]
+    fn stress<R: Real>(&self, strain: &Strain3<R>) -> Tensor3Of<R> {
+        scaled3(
+            strain.d.like(2.0 * self.shear_modulus),
+            &deviator(strain.green),
+        )
+    }
+
+    #[inline(always)]
+    fn tangent<R: Real>(&self, strain: &Strain3<R>) -> Symmetric3<R> {
+        let mut out = Symmetric3::zero(strain.d);
+        out.add_symmetrizer(strain.d.like(2.0 * self.shear_modulus));
+        // F is I.
+        out.add_square(strain.d.like(-2.0 / 3.0 * self.shear_modulus), &strain.f);
+        out
+    }
+}
+
+/// The tensor without its trace.
+#[inline(always)]
+fn deviator<R: Real>(mut t: Tensor3Of<R>) -> Tensor3Of<R> {
+    let third = trace3(&t) * (1.0 / 3.0);
+    for (i, row) in t.iter_mut().enumerate() {
+        row[i] = row[i] - third;
+    }
+    t
 }

@@ -5,6 +5,7 @@
 
 use super::Real;
 use super::potential::{First, Potential, Second, Third};
+use super::three::{Curvature, Invariants, Isotropic, Slope};
 
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct StVenantKirchhoff {
@@ -49,5 +50,38 @@ impl Potential for StVenantKirchhoff {
     #[inline(always)]
     fn third<R: Real>(&self, _e: R, d: R) -> Third<R> {
         Third::zero(d)
+    }
+}
+
+/// 2 tr E = a + 2 d = s and 4 E:E = s² + 4 a − 2 b, so that W = ζ (s²/6 + a − b/2).
+impl Isotropic for StVenantKirchhoff {
+    #[inline(always)]
+    fn energy<R: Real>(&self, Invariants { a, b, d }: Invariants<R>) -> R {
+        let s = a + d * 2.0;
+        (s * s * (1.0 / 6.0) + a - b * 0.5) * self.shear_modulus
+    }
+
+    #[inline(always)]
+    fn slope<R: Real>(&self, Invariants { a, d, .. }: Invariants<R>) -> Slope<R> {
+        let along = (a + d * 2.0) * (self.shear_modulus / 3.0);
+        Slope {
+            a: along + d.like(self.shear_modulus),
+            b: d.like(-0.5 * self.shear_modulus),
+            d: along * 2.0,
+        }
+    }
+
+    #[inline(always)]
+    fn curvature<R: Real>(&self, Invariants { d, .. }: Invariants<R>) -> Curvature<R> {
+        let third = d.like(self.shear_modulus / 3.0);
+        let zero = d.like(0.0);
+        Curvature {
+            aa: third,
+            ab: zero,
+            bb: zero,
+            ad: third * 2.0,
+            bd: zero,
+            dd: third * 4.0,
+        }
     }
 }

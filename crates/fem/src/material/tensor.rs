@@ -13,7 +13,7 @@
 //! same expression, so the compiler computes it once.
 
 use super::potential::{First, Potential, Second, Third};
-use super::{Real, Tangent};
+use super::{Dual, Real, Tangent};
 
 /// A 2 × 2 tensor of some kind of number.
 pub(crate) type TensorOf<R> = [[R; 2]; 2];
@@ -24,6 +24,21 @@ pub(crate) struct Volumetric<R> {
     pub(crate) p: R,
     pub(crate) p_rate: R,
     pub(crate) kappa: f64,
+}
+
+impl<R: Real> Volumetric<R> {
+    /// With the rate of p as a derivative.
+    #[inline(always)]
+    pub(crate) fn moving(self) -> Volumetric<Dual<R>> {
+        Volumetric {
+            p: Dual {
+                value: self.p,
+                rate: self.p_rate,
+            },
+            p_rate: Dual::constant(self.p_rate.like(0.0)),
+            kappa: self.kappa,
+        }
+    }
 }
 
 impl Volumetric<f64> {

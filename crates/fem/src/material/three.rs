@@ -1,0 +1,27 @@
+//! Material laws in three dimensions: energy, stress, tangent and their rates from H = ∇u.
+//!
+//! Cast: a [`Law3`] gives its energy, stress and tangent at a [`Strain3`], which is built from ∇u
+//! without cancellation at rest and carries the [`Axes`] of the fibres. An [`Isotropic`] law is
+//! W(a, b, d) of invariants that vanish at rest, and has the rest from here. The volume part, −p
+//! (J − 1) or the penalty in its place, is added by [`Strain3`], the same for all laws. Rates are
+//! derivatives by [`Dual`](super::Dual) numbers.
+
+mod isotropic;
+mod law;
+mod point;
+mod strain;
+mod tensor;
+
+pub use isotropic::{Curvature, Invariants, Isotropic, Slope};
+pub use law::Law3;
+pub use point::Tangent3;
+pub use strain::{Axes, Strain3};
+#[allow(unused_imports)] // the element loops
+pub(crate) use tensor::UPPER3;
+pub use tensor::{Symmetric3, Tensor3Of, add_scaled3, contract3, product3, scaled3, trace3};
+
+/// A 3 × 3 tensor: ∇u, a stress, a velocity gradient.
+pub type Tensor3 = Tensor3Of<f64>;
+
+#[cfg(test)]
+mod tests;

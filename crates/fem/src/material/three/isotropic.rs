@@ -1,0 +1,204 @@
+//! Isotropic laws as functions of three invariants that vanish at rest.
+//!
+//! ```text
+//! a = I1 − 3 − 2 d = |H|² − 2 tr cof H − 2 det H,    ∂a/∂F = 2 D,  D = F − cof F
+//! b = I2 − 3 − 4 d = 2 a + 4 tr cof E,               ∂b/∂F = 2 B,  B = 2 D + 2 F (tr E I − E)
+//! d = J − 1,                                         ∂d/∂F = N = cof F
+//!
+//! P = 2 W_a D + 2 W_b B + W_d N
+//! ```
+
+use super::super::{Dual, Real};
+use super::law::Law3;
+use super::strain::Strain3;
+use super::tensor::{
+    Symmetric3, Tensor3Of, UPPER3, add_scaled3, cofactor3, product3, scaled3, trace3,
+};
+
+/// The invariants of an isotropic law, all zero at rest.
+#[derive(Debug, Clone, Copy)]
+pub struct Invariants<R> {
+    /// I1 − 3 − 2 d, of second order at rest.
+    pub a: R,
+    /// I2 − 3 − 4 d, of second order at rest.
+    pub b: R,
+    /// J − 1.
+    pub d: R,
+}
+
+/// The first partial derivatives of W(a, b, d).
+#[derive(Debug, Clone, Copy)]
+pub struct Slope<R> {
+    /// ∂W/∂a.
+    pub a: R,
+    /// ∂W/∂b.
+    pub b: R,
+    /// ∂W/∂d.
+    pub d: R,
+}
+
+/// The second partial derivatives of W(a, b, d).
+#[derive(Debug, Clone, Copy)]
+pub struct Curvature<R> {
+    /// ∂²W/∂a².
+    pub aa: R,
+    /// ∂²W/∂a∂b.
+    pub ab: R,
+    /// ∂²W/∂b².
+    pub bb: R,
+    /// ∂²W/∂a∂d.
+    pub ad: R,
+    /// ∂²W/∂b∂d.
+    pub bd: R,
+    /// ∂²W/∂d².
+    pub dd: R,
+}
+
+/// An isotropic law of finite strains: W(a, b, d).
+///
+/// A law is its energy; the derivatives may be written by hand where they are faster.
+pub trait Isotropic {
+    /// W.
+    fn energy<R: Real>(&self, at: Invariants<R>) -> R;
+
+    /// The first derivatives.
+    #[inline(always)]
+    fn slope<R: Real>(&self, at: Invariants<R>) -> Slope<R> {
+        let [a, b, d] = directions(at);
+        Slope {
+            a: self.energy(a).rate,
+            b: self.energy(b).rate,
+            d: self.energy(d).rate,
+        }
+    }
+
+    /// The second derivatives.
+    #[inline(always)]
+    fn curvature<R: Real>(&self, at: Invariants<R>) -> Curvature<R> {
+        let [a, b, d] = directions(at);
+        let (a, b, d) = (self.slope(a), self.slope(b), self.slope(d));
+        Curvature {
+            aa: a.a.rate,
+            ab: a.b.rate,
+            bb: b.b.rate,
+            ad: a.d.rate,
+            bd: b.d.rate,
+            dd: d.d.rate,
+        }
+    }
+}
+
+/// The invariants, each changing at unit rate in turn.
+#[inline(always)]
+fn directions<R: Real>(at: Invariants<R>) -> [Invariants<Dual<R>>; 3] {
+    let one = at.d.like(1.0);
+    let still = Invariants {
+        a: Dual::constant(at.a),
+        b: Dual::constant(at.b),
+        d: Dual::constant(at.d),
+    };
+    let mut all = [still; 3];
+    all[0].a.rate = one;
+    all[1].b.rate = one;
+    all[2].d.rate = one;
+    all
+}
+
+impl<R: Real> Strain3<R> {
+    /// a, b and d.
+    #[inline(always)]
+    pub fn invariants(&self) -> Invariants<R> {
+        Invariants {
+            a: self.a,
+            b: trace3(&cofactor3(&self.green)).mul_add(self.d.like(4.0), self.a * 2.0),
+            d: self.d,
+        }
+    }
+
+    /// B, half the derivative of b.
+    #[inline(always)]
+    fn second_distortion(&self, distortion: &Tensor3Of<R>) -> Tensor3Of<R> {
+        let trace = trace3(&self.green);
+        let mut inner = scaled3(trace.like(-1.0), &self.green);
+        for (i, row) in inner.iter_mut().enumerate() {
+            row[i] = row[i] + trace;
+        }
+        let mut out = product3(&self.f, &inner);
+        add_scaled3(&mut out, trace.like(1.0), distortion);
+        scaled3(trace.like(2.0), &out)
+    }
+}
+
+impl<W: Isotropic> Law3 for W {
+    #[inline(always)]
+    fn energy<R: Real>(&self, strain: &Strain3<R>) -> R {
+        Isotropic::energy(self, strain.invariants())
+    }
+
+    #[inline(always)]
+    fn stress<R: Real>(&self, strain: &Strain3<R>) -> Tensor3Of<R> {
+        let slope = self.slope(strain.invariants());
+        let distortion = strain.distortion();
+        let mut stress = scaled3(slope.d, &strain.normal);
+        add_scaled3(&mut stress, slope.a * 2.0, &distortion);
+        let second = strain.second_distortion(&distortion);
+        add_scaled3(&mut stress, slope.b * 2.0, &second);
+        stress
+    }
+
+    #[inline(always)]
+    fn tangent<R: Real>(&self, strain: &Strain3<R>) -> Symmetric3<R> {
+        let at = strain.invariants();
+        let (slope, curve) = (self.slope(at), self.curvature(at));
+        let first = strain.distortion();
+        let second = strain.second_distortion(&first);
+        let mut out = Symmetric3::zero(at.d);
+        // 2 W_a ∂D/∂F + 2 W_b ∂B/∂F + W_d ∂N/∂F, by kinds of terms.
+        let trace = trace3(&strain.green);
+        let mut inner = scaled3(slope.b * -4.0, &strain.green);
+        let diagonal = slope.a * 2.0 + slope.b * (trace + trace.like(1.0)) * 4.0;
+        for (i, row) in inner.iter_mut().enumerate() {
+            row[i] = row[i] + diagonal;
+        }
+        out.add_geometric(&inner);
+        out.add_second_invariant(slope.b * 2.0, &strain.f);
+        out.add_cofactor_slope(slope.d - slope.a * 2.0 - slope.b * 4.0, &strain.f);
+        // Half of Σ W_ij G_i⊗G_j + its transpose, with G = 2 D, 2 B, N.
+        let mut with_first = scaled3(curve.aa * 2.0, &first);
+        add_scaled3(&mut with_first, curve.ab * 4.0, &second);
+        out.add_pair(&first, &with_first);
+        out.add_pair(&second, &scaled3(curve.bb * 2.0, &second));
+        let mut with_normal = scaled3(curve.dd * 0.5, &strain.normal);
+        add_scaled3(&mut with_normal, curve.ad * 2.0, &first);
+        add_scaled3(&mut with_normal, curve.bd * 2.0, &second);
+        out.add_pair(&strain.normal, &with_normal);
+        out
+    }
+}
+
+impl<R: Real> Symmetric3<R> {
+    /// Adds m (2 F_iJ F_kL − F_iL F_kJ − (F Fᵀ)_ik δ_JL): the part of m ∂B/∂F that is neither
+    /// geometric nor of the cofactor.
+    #[inline(always)]
+    fn add_second_invariant(&mut self, m: R, f: &Tensor3Of<R>) {
+        let mf = scaled3(m, f);
+        for i in 0..3 {
+            for k in i..3 {
+                let left = mf[i][2].mul_add(f[k][2], mf[i][1].mul_add(f[k][1], mf[i][0] * f[k][0]));
+                for j in 0..3 {
+                    for l in 0..3 {
+                        if i == k && l < j {
+                            continue;
+                        }
+                        let entry = &mut self.0[UPPER3[3 * i + j][3 * k + l]];
+                        let direct = (mf[i][j] * 2.0).mul_add(f[k][l], *entry);
+                        *entry = direct - mf[i][l] * f[k][j];
+                        if j == l {
+                            *entry = *entry - left;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

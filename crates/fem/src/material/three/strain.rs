@@ -1,0 +1,299 @@
+//! The deformation at a point of a body of three dimensions, and what of it every law shares.
+//!
+//! ```text
+//! d = J − 1 = tr H + tr cof H + det H,    N = ∂d/∂F = cof F,    E = sym H + Hᵀ H / 2
+//! ```
+//!
+//! with H = ∇u: sums of small terms near rest. For small strains `F = I`, `d = tr H`, `N = I`,
+//! `E = sym H`, so that formulas in F, E, d and N hold for both.
+
+use super::super::tensor::Volumetric;
+use super::super::{Dual, Real};
+use super::law::Law3;
+use super::tensor::{
+    Symmetric3, Tensor3Of, add_scaled3, cofactor3, contract3, gram3, scaled3, trace3,
+};
+
+/// Fibre and sheet of the reference: orthogonal unit vectors. The third axis is their product.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axes<R> {
+    /// f0.
+    pub fibre: [R; 3],
+    /// s0.
+    pub sheet: [R; 3],
+}
+
+impl<R: Real> Axes<R> {
+    /// Along the first two coordinates, in numbers of the kind of `like`.
+    #[inline(always)]
+    pub fn cartesian(like: R) -> Self {
+        let (one, zero) = (like.like(1.0), like.like(0.0));
+        Self {
+            fibre: [one, zero, zero],
+            sheet: [zero, one, zero],
+        }
+    }
+
+    /// n0 = f0 × s0.
+    #[inline(always)]
+    pub fn normal(&self) -> [R; 3] {
+        let (f, s) = (self.fibre, self.sheet);
+        [
+            f[1].mul_add(s[2], -(f[2] * s[1])),
+            f[2].mul_add(s[0], -(f[0] * s[2])),
+            f[0].mul_add(s[1], -(f[1] * s[0])),
+        ]
+    }
+
+    /// The same axes as numbers that do not change.
+    #[inline(always)]
+    pub(crate) fn constant(&self) -> Axes<Dual<R>> {
+        let [f, s] = [self.fibre, self.sheet];
+        Axes {
+            fibre: [
+                Dual::constant(f[0]),
+                Dual::constant(f[1]),
+                Dual::constant(f[2]),
+            ],
+            sheet: [
+                Dual::constant(s[0]),
+                Dual::constant(s[1]),
+                Dual::constant(s[2]),
+            ],
+        }
+    }
+}
+
+/// The deformation at a point.
+#[derive(Debug, Clone, Copy)]
+pub struct Strain3<R> {
+    h: Tensor3Of<R>,
+    /// F, or I for small strains.
+    pub f: Tensor3Of<R>,
+    /// Green's strain E, or sym ∇u for small strains.
+    pub green: Tensor3Of<R>,
+    /// d = J − 1, or div u for small strains.
+    pub d: R,
+    /// N = ∂d/∂F: cof F, or I for small strains.
+    pub normal: Tensor3Of<R>,
+    /// N − I.
+    pub(super) normal_change: Tensor3Of<R>,
+    /// I1 − 3 − 2 d; zero for small strains, which do not ask for it.
+    pub(super) a: R,
+    /// Fibre and sheet.
+    pub axes: Axes<R>,
+    /// The factor of W, if it is not one.
+    pub(crate) factor: Option<R>,
+}
+
+impl<R: Real> Strain3<R> {
+    /// The strain at `h` = ∇u as the law `w` sees it.
+    #[inline(always)]
+    pub fn new<W: Law3>(_: &W, h: Tensor3Of<R>, axes: Axes<R>) -> Self {
+        let trace = trace3(&h);
+        let (zero, one) = (trace.like(0.0), trace.like(1.0));
+        let mut f = [[zero; 3]; 3];
+        let mut green = f;
+        let mut normal_change = f;
+        let (mut a, mut d) = (zero, trace);
+        if W::FINITE {
+            let (gram, cofactor) = (gram3(&h), cofactor3(&h));
+            let det = h[0][2].mul_add(
+                cofactor[0][2],
+                h[0][1].mul_add(cofactor[0][1], h[0][0] * cofactor[0][0]),
+            );
+            let beyond = trace3(&cofactor) + det;
+            d = trace + beyond;
+            a = trace3(&gram) - beyond * 2.0;
+            for i in 0..3 {
+                for j in 0..3 {
+                    f[i][j] = h[i][j];
+                    green[i][j] = (h[i][j] + h[j][i] + gram[i][j]) * 0.5;
+                    normal_change[i][j] = cofactor[i][j] - h[j][i];
+                }
+                normal_change[i][i] = normal_change[i][i] + trace;
+            }
+        } else {
+            for i in 0..3 {
+                for j in 0..3 {
+                    green[i][j] = (h[i][j] + h[j][i]) * 0.5;
+                }
+            }
+        }
+        let mut normal = normal_change;
+        for i in 0..3 {
+            f[i][i] = f[i][i] + one;
+            normal[i][i] = normal[i][i] + one;
+        }
+        Self {
+            h,
+            f,
+            green,
+            d,
+            normal,
+            normal_change,
+            a,
+            axes,
+            factor: None,
+        }
+    }
+
+    /// D = F − cof F: half the derivative of |F|² − 3 − 2 d, which vanishes at rest.
+    #[inline(always)]
+    pub(super) fn distortion(&self) -> Tensor3Of<R> {
+        let mut out = self.h;
+        for (row, change) in out.iter_mut().zip(&self.normal_change) {
+            for (entry, change) in row.iter_mut().zip(change) {
+                *entry = *entry - *change;
+            }
+        }
+        out
+    }
+
+    /// F x.
+    #[inline(always)]
+    pub fn push(&self, x: [R; 3]) -> [R; 3] {
+        let mut out = x;
+        for (out, f) in out.iter_mut().zip(&self.f) {
+            *out = f[2].mul_add(x[2], f[1].mul_add(x[1], f[0] * x[0]));
+        }
+        out
+    }
+
+    /// x·E y.
+    #[inline(always)]
+    pub fn green_along(&self, x: [R; 3], y: [R; 3]) -> R {
+        let mut sum = x[0].like(0.0);
+        for (x, green) in x.iter().zip(&self.green) {
+            let along = green[2].mul_add(y[2], green[1].mul_add(y[1], green[0] * y[0]));
+            sum = x.mul_add(along, sum);
+        }
+        sum
+    }
+
+    /// The strain that changes with `v` = ∇v.
+    #[inline(always)]
+    pub(crate) fn moving<W: Law3>(&self, w: &W, v: &Tensor3Of<R>) -> Strain3<Dual<R>> {
+        let zero = Dual::constant(self.d.like(0.0));
+        let mut h = [[zero; 3]; 3];
+        for ((row, value), rate) in h.iter_mut().zip(&self.h).zip(v) {
+            for ((entry, value), rate) in row.iter_mut().zip(value).zip(rate) {
+                *entry = Dual {
+                    value: *value,
+                    rate: *rate,
+                };
+            }
+        }
+        let mut moving = Strain3::new(w, h, self.axes.constant());
+        if let Some(factor) = self.factor {
+            moving.factor = Some(Dual::constant(factor));
+        }
+        moving
+    }
+
+    /// W, times the factor, without the pressure's part.
+    #[inline(always)]
+    pub(crate) fn energy<W: Law3>(&self, w: &W) -> R {
+        match self.factor {
+            Some(factor) => factor * w.energy(self),
+            None => w.energy(self),
+        }
+    }
+
+    /// P = ∂W/∂F + (κ d − p) N.
+    #[inline(always)]
+    pub(crate) fn stress<W: Law3>(&self, w: &W, volumetric: Volumetric<R>) -> Tensor3Of<R> {
+        let mut stress = w.stress(self);
+        if let Some(factor) = self.factor {
+            stress = scaled3(factor, &stress);
+        }
+        add_scaled3(&mut stress, self.volume_slope(volumetric), &self.normal);
+        stress
+    }
+
+    /// A = ∂P/∂F.
+    #[inline(always)]
+    pub(crate) fn tangent<W: Law3>(&self, w: &W, volumetric: Volumetric<R>) -> Symmetric3<R> {
+        let mut a = w.tangent(self);
+        if let Some(factor) = self.factor {
+            a.scale(factor);
+        }
+        a.add_square(self.d.like(volumetric.kappa), &self.normal);
+        if W::FINITE {
+            a.add_cofactor_slope(self.volume_slope(volumetric), &self.f);
+        }
+        a
+    }
+
+    /// κ d − p.
+    #[inline(always)]
+    fn volume_slope(&self, volumetric: Volumetric<R>) -> R {
+        self.d * volumetric.kappa - volumetric.p
+    }
+
+    /// Ṗ along `v` = ∇v and ṗ.
+    #[inline(always)]
+    pub(crate) fn stress_rate<W: Law3>(
+        &self,
+        w: &W,
+        v: &Tensor3Of<R>,
+        volumetric: Volumetric<R>,
+    ) -> Tensor3Of<R> {
+        let moving = self.moving(w, v).stress(w, volumetric.moving());
+        let mut out = *v;
+        for (row, moving) in out.iter_mut().zip(&moving) {
+            for (entry, moving) in row.iter_mut().zip(moving) {
+                *entry = moving.rate;
+            }
+        }
+        out
+    }
+
+    /// Ȧ, the derivative of A along `v` = ∇v and ṗ; equals ∂Ṗ/∂F.
+    #[inline(always)]
+    pub(crate) fn tangent_rate<W: Law3>(
+        &self,
+        w: &W,
+        v: &Tensor3Of<R>,
+        volumetric: Volumetric<R>,
+    ) -> Symmetric3<R> {
+        let moving = self.moving(w, v).tangent(w, volumetric.moving());
+        let mut out = Symmetric3::zero(self.d);
+        for (entry, moving) in out.0.iter_mut().zip(&moving.0) {
+            *entry = moving.rate;
+        }
+        out
+    }
+
+    /// ḋ = N : V.
+    #[allow(dead_code)] // the element loops
+    #[inline(always)]
+    pub(crate) fn dilation_rate(&self, v: &Tensor3Of<R>) -> R {
+        contract3(&self.normal, v)
+    }
+
+    /// Ṅ: the derivative of N along `v` = ∇v, symmetric in H and V; zero for small strains.
+    #[allow(dead_code)] // the element loops
+    #[inline(always)]
+    pub(crate) fn volume_gradient_rate<W: Law3>(&self, w: &W, v: &Tensor3Of<R>) -> Tensor3Of<R> {
+        let moving = self.moving(w, v).normal;
+        let mut out = *v;
+        for (row, moving) in out.iter_mut().zip(&moving) {
+            for (entry, moving) in row.iter_mut().zip(moving) {
+                *entry = moving.rate;
+            }
+        }
+        out
+    }
+
+    /// m ∂N/∂F: the derivative of m N for constant m; zero for small strains.
+    #[allow(dead_code)] // the element loops
+    #[inline(always)]
+    pub(crate) fn volume_tangent<W: Law3>(&self, _: &W, m: R) -> Symmetric3<R> {
+        let mut a = Symmetric3::zero(m);
+        if W::FINITE {
+            a.add_cofactor_slope(m, &self.f);
+        }
+        a
+    }
+}
