@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::mesh::{ElementName, MeshDefect, UnnamedGroup};
+
 /// An error of this crate's set-up routines.
 ///
 /// The element loops have an error type of their own, [`Inverted`](crate::solid::Inverted),
@@ -27,12 +29,18 @@ pub enum FemError {
         problem: MshProblem,
     },
     /// A physical group that the mesh does not have.
-    #[error("the mesh has no group \"{name}\"; its groups are: {}", list(known))]
+    #[error(
+        "the mesh has no group \"{name}\"; its groups are: {}{}",
+        list(known),
+        to_be_named(name, unnamed)
+    )]
     UnknownGroup {
         /// The group asked for.
         name: String,
         /// The groups there are.
         known: Vec<String>,
+        /// Those that the mesh file does not name.
+        unnamed: Vec<UnnamedGroup>,
     },
     /// A group of points where edges are needed, or the like.
     #[error("group \"{name}\" holds {found}, but {needed} are needed")]
@@ -44,11 +52,11 @@ pub enum FemError {
         /// What the operation needs.
         needed: &'static str,
     },
-    /// A triangle of zero or negative area.
-    #[error(
-        "element {element} (vertices {vertices:?}) has area {area:e}: it is {}",
-        if *area < 0.0 { "turned clockwise" } else { "degenerate" }
-    )]
+    /// Elements that do not fit together.
+    #[error(transparent)]
+    Defect(#[from] MeshDefect),
+    /// A triangle of zero area.
+    #[error("element {element} (vertices {vertices:?}) has area {area:e}: it is degenerate")]
     Area {
         /// Index of the triangle.
         element: usize,
@@ -112,6 +120,33 @@ pub enum FemError {
         /// What is required of it.
         condition: &'static str,
     },
+}
+
+impl FemError {
+    /// The same with elements called by their tags, those of a mesh file in its order.
+    pub(crate) fn with_tags(mut self, tags: &[u64]) -> Self {
+        if let Self::Defect(defect) = &mut self {
+            for name in &mut defect.elements {
+                if let ElementName::Index(index) = *name {
+                    *name = ElementName::Tag(tags[index]);
+                }
+            }
+        }
+        self
+    }
+}
+
+/// A word on groups that would have to be named before a scene can speak of them.
+fn to_be_named(wanted: &str, unnamed: &[UnnamedGroup]) -> String {
+    let Some(first) = unnamed.first() else {
+        return String::new();
+    };
+    let groups: Vec<String> = unnamed.iter().map(ToString::to_string).collect();
+    format!(
+        "; without a name it has {}: name the one you mean, in Gmsh {}",
+        groups.join(", "),
+        first.named(wanted)
+    )
 }
 
 fn list(names: &[String]) -> String {
@@ -179,8 +214,8 @@ pub enum MshProblem {
         /// Its third coordinate.
         z: f64,
     },
-    /// A triangle of zero or negative area.
-    #[error("element {tag} has area {area:e}: it is degenerate or turned clockwise")]
+    /// A triangle of zero area.
+    #[error("element {tag} has area {area:e}: it is degenerate")]
     Area {
         /// The element's tag.
         tag: u64,

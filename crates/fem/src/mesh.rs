@@ -2,11 +2,22 @@
 //!
 //! Owns points, triangles and the physical groups by which scenes speak of parts of a mesh.
 //! [`Mesh::new`] is the only way in, so every [`Mesh`] is valid: counter-clockwise triangles of
-//! positive area, no loose vertices, group edges that are edges of triangles.
+//! positive area that share whole edges and do not overlap, no loose vertices, group edges that are
+//! edges of triangles, each once. What it puts right it says in [`Mesh::notes`].
+
+mod boxes;
+mod conforming;
+mod defect;
+mod facets;
+mod note;
+mod simplices;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::FemError;
+
+pub use defect::{DefectKind, ElementName, MeshDefect};
+pub use note::{MeshNote, UnnamedGroup};
 
 /// Area below this fraction of the squared longest edge counts as zero: an angle of 1e-12 rad,
 /// where a gradient keeps no more than four digits.
@@ -57,33 +68,42 @@ pub struct Mesh {
     points: Vec<[f64; 2]>,
     triangles: Vec<[usize; 3]>,
     groups: BTreeMap<String, Group>,
+    notes: Vec<MeshNote>,
 }
 
 impl Mesh {
-    /// Checks and keeps the parts of a mesh.
+    /// Checks and keeps the parts of a mesh. Clockwise triangles are turned round, and what a group
+    /// lists again is left out; [`notes`](Self::notes) says so.
     ///
     /// # Errors
-    /// Indices out of range, triangles of zero or negative area, vertices of no triangle, group
-    /// edges that are not edges of a triangle.
+    /// Indices out of range, triangles of zero area, vertices of no triangle, group edges that are
+    /// not edges of a triangle; [`FemError::Defect`] for triangles that overlap or that touch
+    /// without sharing a whole edge.
     pub fn new(
         points: Vec<[f64; 2]>,
-        triangles: Vec<[usize; 3]>,
-        groups: BTreeMap<String, Group>,
+        mut triangles: Vec<[usize; 3]>,
+        mut groups: BTreeMap<String, Group>,
     ) -> Result<Self, FemError> {
         if triangles.is_empty() {
             return Err(FemError::NoTriangles);
         }
         let mut used = vec![false; points.len()];
-        for (element, corners) in triangles.iter().enumerate() {
-            for &vertex in corners {
+        let mut turned = Vec::new();
+        for (element, corners) in triangles.iter_mut().enumerate() {
+            for &vertex in corners.iter() {
                 check_index("vertex", vertex, points.len())?;
                 used[vertex] = true;
             }
-            if let Some(area) = bad_area(corners.map(|v| points[v])) {
+            if signed_area(corners.map(|v| points[v])) < 0.0 {
+                corners.swap(1, 2);
+                turned.push(element);
+            }
+            let places = corners.map(|v| points[v]);
+            if is_degenerate(places) {
                 return Err(FemError::Area {
                     element,
                     vertices: *corners,
-                    area,
+                    area: signed_area(places),
                 });
             }
         }
@@ -113,11 +133,40 @@ impl Mesh {
                 }
             }
         }
+        conforming::conforming(2, points.as_flattened(), triangles.as_flattened(), &turned)?;
+        let mut notes = note::without_repetitions(&mut groups);
+        if !turned.is_empty() {
+            notes.push(MeshNote::Turned {
+                elements: turned.len(),
+            });
+        }
         Ok(Self {
             points,
             triangles,
             groups,
+            notes,
         })
+    }
+
+    /// What was put right or left aside.
+    pub fn notes(&self) -> &[MeshNote] {
+        &self.notes
+    }
+
+    /// The same mesh with these notes before its own: those of the mesh or file it was made from.
+    pub(crate) fn after(mut self, mut notes: Vec<MeshNote>) -> Self {
+        notes.append(&mut self.notes);
+        self.notes = notes;
+        self
+    }
+
+    /// The same points and triangles with other groups.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new), of the groups.
+    pub fn with_groups(&self, groups: BTreeMap<String, Group>) -> Result<Self, FemError> {
+        let mesh = Self::new(self.points.clone(), self.triangles.clone(), groups)?;
+        Ok(mesh.after(self.notes.clone()))
     }
 
     /// The vertices.
@@ -143,6 +192,15 @@ impl Mesh {
         self.groups.get(name).ok_or_else(|| FemError::UnknownGroup {
             name: name.to_owned(),
             known: self.groups.keys().cloned().collect(),
+            unnamed: self.unnamed().cloned().collect(),
+        })
+    }
+
+    /// The physical groups of the mesh file that have no name.
+    fn unnamed(&self) -> impl Iterator<Item = &UnnamedGroup> {
+        self.notes.iter().filter_map(|note| match note {
+            MeshNote::Unnamed(group) => Some(group),
+            _ => None,
         })
     }
 
@@ -199,11 +257,10 @@ pub(crate) fn signed_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
     0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]))
 }
 
-/// The area if it is not safely positive (or not a number).
-pub(crate) fn bad_area(corners: [[f64; 2]; 3]) -> Option<f64> {
-    let area = signed_area(corners);
-    let fine = area > DEGENERATE * longest_edge(corners).powi(2);
-    (!fine).then_some(area)
+/// Whether the area is not safely away from zero (or not a number).
+pub(crate) fn is_degenerate(corners: [[f64; 2]; 3]) -> bool {
+    let fine = signed_area(corners).abs() > DEGENERATE * longest_edge(corners).powi(2);
+    !fine
 }
 
 fn longest_edge([a, b, c]: [[f64; 2]; 3]) -> f64 {

@@ -12,7 +12,7 @@ use std::path::Path;
 use std::str::{FromStr, SplitWhitespace};
 
 use crate::error::{FemError, MshProblem};
-use crate::mesh::{Group, Mesh, bad_area};
+use crate::mesh::{Group, Mesh, MeshNote, UnnamedGroup, is_degenerate, signed_area};
 
 impl Mesh {
     /// Reads a Gmsh MSH 4.1 ASCII file.
@@ -46,7 +46,9 @@ impl Mesh {
             line: lines.number,
             problem,
         })?;
-        Mesh::new(file.points, file.triangles, file.groups)
+        let mesh = Mesh::new(file.points, file.triangles, file.groups)
+            .map_err(|error| error.with_tags(&file.triangle_tags))?;
+        Ok(mesh.after(file.unnamed))
     }
 }
 
@@ -123,7 +125,9 @@ struct File {
     tags: Vec<u64>,
     points: Vec<[f64; 2]>,
     triangles: Vec<[usize; 3]>,
+    triangle_tags: Vec<u64>,
     groups: BTreeMap<String, Group>,
+    unnamed: Vec<MeshNote>,
 }
 
 fn parse(lines: &mut Lines<'_>) -> Result<File, MshProblem> {
@@ -313,11 +317,14 @@ impl File {
                     ids.push(*index);
                 }
                 if let &[a, b, c] = ids.as_slice() {
-                    if let Some(area) = bad_area([a, b, c].map(|v| self.points[v])) {
+                    let corners = [a, b, c].map(|v| self.points[v]);
+                    if is_degenerate(corners) {
+                        let area = signed_area(corners);
                         return Err(MshProblem::Area { tag, area });
                     }
                     ids = vec![self.triangles.len()];
                     self.triangles.push([a, b, c]);
+                    self.triangle_tags.push(tag);
                 }
                 if !physical.is_empty() {
                     members.push(Member {
@@ -363,9 +370,11 @@ impl File {
     }
 
     fn collect_groups(&mut self, members: &[Member]) {
+        let mut unnamed = BTreeMap::new();
         for member in members {
             for &tag in &member.physical {
                 let Some(name) = self.names.get(&(member.dimension, tag)) else {
+                    *unnamed.entry((member.dimension, tag)).or_insert(0) += 1;
                     continue;
                 };
                 let group = self
@@ -384,5 +393,13 @@ impl File {
                 }
             }
         }
+        let note = |((dimension, tag), elements)| {
+            MeshNote::Unnamed(UnnamedGroup {
+                dimension,
+                tag,
+                elements,
+            })
+        };
+        self.unnamed = unnamed.into_iter().map(note).collect();
     }
 }

@@ -46,6 +46,8 @@ impl Mesh {
                 (name.clone(), group)
             })
             .collect();
-        Mesh::new(points, triangles, groups).expect("quarters of valid triangles are valid")
+        Mesh::new(points, triangles, groups)
+            .expect("quarters of valid triangles are valid")
+            .after(self.notes().to_vec())
     }
 }

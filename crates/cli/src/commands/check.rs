@@ -43,6 +43,9 @@ pub struct CheckArgs {
 /// A wrong scene, or an output that cannot be written.
 pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
     let scene = Scene::load(&args.scene, &args.set)?;
+    for note in scene.notes() {
+        eprintln!("note: {note}");
+    }
     let name = args.scene.display().to_string();
     let (text, body) = match (scene.file.analysis, &scene.body) {
         (Analysis::Dynamic, Some(body)) => {

@@ -54,11 +54,25 @@ pub(super) trait Explain {
 impl Explain for FemError {
     fn explain(&self) -> InputError {
         match self {
-            FemError::UnknownGroup { name, known } => {
+            FemError::UnknownGroup {
+                name,
+                known,
+                unnamed,
+            } => {
                 let names: Vec<&str> = known.iter().map(String::as_str).collect();
                 let error = InputError::new(format!("the mesh has no group `{name}`"))
                     .allowed(names.join(", "));
-                suggest(error, nearest(name, &names))
+                match unnamed.first() {
+                    Some(first) => {
+                        let list: Vec<String> = unnamed.iter().map(ToString::to_string).collect();
+                        error.next(format!(
+                            "name the group of the mesh file that you mean ({}), in Gmsh {}",
+                            list.join(", "),
+                            first.named(name)
+                        ))
+                    }
+                    None => suggest(error, nearest(name, &names)),
+                }
             }
             other => explain(other),
         }

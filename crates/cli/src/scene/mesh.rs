@@ -101,7 +101,6 @@ impl Builder<'_> {
             }
         }
         groups.insert(region.name.clone(), Group::Triangles(inside));
-        let (points, triangles) = (mesh.points().to_vec(), mesh.triangles().to_vec());
-        self.at(path, Mesh::new(points, triangles, groups))
+        self.at(path, mesh.with_groups(groups))
     }
 }

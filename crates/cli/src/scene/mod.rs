@@ -17,6 +17,7 @@ mod settings;
 use std::path::Path;
 
 use anyhow::Context;
+use myovib_fem::mesh::MeshNote;
 use myovib_model::coupling::Feedback;
 use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings};
 
@@ -88,6 +89,14 @@ impl Scene {
     pub fn built_in(name: &str, overrides: &[String]) -> anyhow::Result<Self> {
         let text = builtin_text(name).with_context(|| format!("there is no scene `{name}`"))?;
         Ok(Self::build(name, text, overrides, Path::new(""))?)
+    }
+
+    /// What was put right in the mesh, or left aside.
+    pub fn notes(&self) -> &[MeshNote] {
+        match &self.body {
+            Some(body) => body.muscle.solid.space().mesh().notes(),
+            None => &[],
+        }
     }
 
     /// The scene's text, without overrides.

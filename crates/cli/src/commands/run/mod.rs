@@ -67,6 +67,9 @@ pub struct RunArgs {
 /// A wrong scene (before anything is written), or an output that cannot be written.
 pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     let scene = Scene::load(&args.scene, &args.set)?;
+    for note in scene.notes() {
+        eprintln!("note: {note}");
+    }
     let result = compute(&scene, args)?;
     args.common
         .give("run", &document::text(&result.document), &result.document)?;

@@ -1,0 +1,82 @@
+//! Triangles or tetrahedra read through flat tables, so that one check serves both.
+
+/// A point; the third coordinate of a plane one is 0.
+pub(super) type Point = [f64; 3];
+
+/// The points and elements of a mesh: simplices, d + 1 vertices each in d dimensions.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Simplices<'a> {
+    pub(super) dimension: usize,
+    points: &'a [f64],
+    vertices: &'a [usize],
+}
+
+impl<'a> Simplices<'a> {
+    pub(super) fn new(dimension: usize, points: &'a [f64], vertices: &'a [usize]) -> Self {
+        Self {
+            dimension,
+            points,
+            vertices,
+        }
+    }
+
+    /// Number of elements.
+    pub(super) fn len(&self) -> usize {
+        self.vertices.len() / (self.dimension + 1)
+    }
+
+    /// The vertices of element `e`.
+    pub(super) fn vertices(&self, e: usize) -> &'a [usize] {
+        &self.vertices[e * (self.dimension + 1)..][..self.dimension + 1]
+    }
+
+    /// Where vertex `v` lies.
+    pub(super) fn point(&self, v: usize) -> Point {
+        let mut point = [0.0; 3];
+        point[..self.dimension]
+            .copy_from_slice(&self.points[v * self.dimension..][..self.dimension]);
+        point
+    }
+
+    /// Where the corners of element `e` lie.
+    pub(super) fn corners(&self, e: usize) -> Vec<Point> {
+        self.vertices(e).iter().map(|&v| self.point(v)).collect()
+    }
+
+    /// The mean of some vertices, with as many coordinates as the mesh has.
+    pub(super) fn middle(&self, vertices: &[usize]) -> Vec<f64> {
+        let mean = |axis: usize| {
+            let sum: f64 = vertices.iter().map(|&v| self.point(v)[axis]).sum();
+            sum / vertices.len() as f64
+        };
+        (0..self.dimension).map(mean).collect()
+    }
+}
+
+pub(super) fn minus(a: Point, b: Point) -> Point {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+pub(super) fn dot(a: Point, b: Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(super) fn cross(a: Point, b: Point) -> Point {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// The longest distance between two of the points.
+pub(super) fn diameter(points: &[Point]) -> f64 {
+    let mut longest = 0.0_f64;
+    for (i, &a) in points.iter().enumerate() {
+        for &b in &points[..i] {
+            let edge = minus(a, b);
+            longest = longest.max(dot(edge, edge));
+        }
+    }
+    longest.sqrt()
+}

@@ -1,0 +1,141 @@
+//! Regression: mesh files that are no mesh of a body are refused by the tags of their elements, and
+//! what can be put right is, with a word.
+
+use myovib_fem::{Mesh, Space, load};
+
+/// A file with these physical names, nodes (x y 0), load lines and triangles; nodes and elements
+/// carry tags from 101 on.
+fn file(names: &str, nodes: &[[f64; 2]], lines: &[[usize; 2]], triangles: &[[usize; 3]]) -> String {
+    let tag = |index: usize| 101 + index;
+    let mut text = format!(
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n{names}$Entities\n0 1 1 0\n\
+         1 0 0 0 1 1 0 1 3 0\n1 0 0 0 1 1 0 1 5 0\n$EndEntities\n$Nodes\n1 {n} 1 {n}\n2 1 0 {n}\n",
+        n = nodes.len()
+    );
+    for i in 0..nodes.len() {
+        text += &format!("{}\n", tag(i));
+    }
+    for [x, y] in nodes {
+        text += &format!("{x} {y} 0\n");
+    }
+    let n = lines.len() + triangles.len();
+    text += &format!("$EndNodes\n$Elements\n2 {n} 1 {n}\n1 1 1 {}\n", lines.len());
+    for (i, [a, b]) in lines.iter().enumerate() {
+        text += &format!("{} {} {}\n", tag(i), tag(*a), tag(*b));
+    }
+    text += &format!("2 1 2 {}\n", triangles.len());
+    for (i, vertices) in triangles.iter().enumerate() {
+        let [a, b, c] = vertices.map(tag);
+        text += &format!("{} {a} {b} {c}\n", tag(lines.len() + i));
+    }
+    text + "$EndElements\n"
+}
+
+const NAMES: &str = "$PhysicalNames\n2\n1 3 \"load\"\n2 5 \"body\"\n$EndPhysicalNames\n";
+const SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+const HALVES: [[usize; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
+
+fn read(nodes: &[[f64; 2]], lines: &[[usize; 2]], triangles: &[[usize; 3]]) -> Mesh {
+    let text = file(NAMES, nodes, lines, triangles);
+    Mesh::parse_msh(&text, "m.msh").expect("a mesh of a body")
+}
+
+fn refusal(nodes: &[[f64; 2]], triangles: &[[usize; 3]]) -> String {
+    let text = file(NAMES, nodes, &[[0, 1]], triangles);
+    let refused = Mesh::parse_msh(&text, "m.msh");
+    refused.expect_err("no mesh of a body").to_string()
+}
+
+/// It doubled the load.
+#[test]
+fn a_load_edge_listed_twice_or_reversed_counts_once() {
+    let load_of = |lines: &[[usize; 2]]| {
+        let mesh = read(&SQUARE, lines, &HALVES);
+        let load = load::traction(&Space::taylor_hood(&mesh), "load", [0.0, 1.0]).unwrap();
+        (load.iter().sum::<f64>(), mesh)
+    };
+    let (once, mesh) = load_of(&[[2, 3]]);
+    assert!(mesh.notes().is_empty());
+    for lines in [
+        &[[2, 3], [2, 3]][..],
+        &[[2, 3], [3, 2]],
+        &[[2, 3], [3, 2], [2, 3]],
+    ] {
+        let (again, mesh) = load_of(lines);
+        assert_eq!(again, once);
+        assert_eq!(
+            mesh.notes()[0].to_string(),
+            format!(
+                "group \"load\" lists edges more than once: {} repeated entries were left out",
+                lines.len() - 1
+            )
+        );
+        assert_eq!(mesh.refined().notes(), mesh.notes());
+    }
+}
+
+#[test]
+fn elements_that_do_not_fit_are_refused_by_their_tags() {
+    let twice = refusal(&SQUARE, &[[0, 1, 2], [0, 2, 3], [1, 2, 0]]);
+    assert!(twice.starts_with("elements 102 and 104, near"), "{twice}");
+    assert!(twice.ends_with("have the same vertices: delete one of them"));
+
+    let apart = [[0.2, 0.1], [0.3, 0.1], [0.2, 0.2]];
+    let nodes = [&SQUARE[..], &apart].concat();
+    let over = refusal(&nodes, &[[0, 1, 2], [0, 2, 3], [4, 5, 6]]);
+    assert!(
+        over.starts_with("elements 102 and 104, near (0.2"),
+        "{over}"
+    );
+    assert!(over.ends_with("overlap"), "{over}");
+
+    let nodes = [&SQUARE[..], &[[1.0, 0.5], [2.0, 0.5]]].concat();
+    let hanging = refusal(&nodes, &[[0, 1, 2], [0, 2, 3], [1, 5, 4], [4, 5, 2]]);
+    assert!(hanging.contains("where a node hangs"), "{hanging}");
+
+    let nodes = [&SQUARE[..], &[[1.0, 0.0], [1.0, 1.0], [2.0, 0.5]]].concat();
+    let crack = refusal(&nodes, &[[0, 1, 2], [0, 2, 3], [4, 6, 5]]);
+    assert!(
+        crack.starts_with("elements 102 and 104, near (1.000000, 0.500000), touch at an edge"),
+        "{crack}"
+    );
+
+    let crowded = refusal(
+        &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.3, 0.5], [0.5, -1.0]],
+        &[[0, 1, 2], [0, 1, 3], [0, 4, 1]],
+    );
+    assert!(crowded.contains("two elements at most can have an edge in common"));
+}
+
+#[test]
+fn clockwise_surfaces_are_turned_with_a_word() {
+    let mesh = read(&SQUARE, &[[0, 1]], &[[0, 2, 1], [0, 3, 2]]);
+    assert_eq!(mesh.area(), 1.0);
+    assert_eq!(
+        mesh.notes()[0].to_string(),
+        "2 elements of the mesh ran clockwise and were turned round"
+    );
+}
+
+/// A node pulled over the opposite edge turns a triangle inside out: turning it round hides nothing.
+#[test]
+fn an_inverted_element_is_refused() {
+    // The middle node of a square of four triangles, beyond the right side.
+    let nodes = [&SQUARE[..], &[[1.5, 0.5]]].concat();
+    let inverted = refusal(&nodes, &[[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]);
+    assert!(inverted.contains("is inverted"), "{inverted}");
+    assert!(inverted.contains("and 103,"), "{inverted}");
+}
+
+#[test]
+fn groups_without_names_are_listed_with_what_to_write() {
+    let names = "$PhysicalNames\n1\n2 5 \"body\"\n$EndPhysicalNames\n";
+    let text = file(names, &SQUARE, &[[0, 1], [1, 2]], &HALVES);
+    let mesh = Mesh::parse_msh(&text, "m.msh").unwrap();
+    assert_eq!(
+        mesh.group("fixed").unwrap_err().to_string(),
+        "the mesh has no group \"fixed\"; its groups are: body; without a name it has \
+         Physical Curve 3 (2 elements, dimension 1): name the one you mean, in Gmsh \
+         Physical Curve(\"fixed\", 3) = {…}"
+    );
+}
