@@ -1,17 +1,25 @@
-//! Differential-algebraic equations F(t, y, ẏ) = 0: what a problem says of itself, and what any
-//! integrator answers. Pure Rust; no integrator, no linear algebra of its own.
+//! Differential-algebraic equations F(t, y, ẏ) = 0: what a problem says of itself, what every
+//! integrator promises, and what it answers. Pure Rust; no integrator, no linear algebra of its own.
 //!
 //! # Cast of types
-//! - [`Problem`]: what you write: residual, Jacobian in a fixed sparse pattern, and what each
-//!   variable is.
-//! - [`Tolerances`], [`Suppressed`], [`Direction`]: what is asked of an integrator.
-//! - [`StructuredSolver`]: a linear solver that knows more than a pattern.
-//! - [`Outcome`], [`Stop`], [`Stats`]: what an integrator answers.
+//! - [`Problem`]: what you write: the residual and, if you like, the Jacobian in a fixed sparse
+//!   pattern and what each variable is.
+//! - [`Jacobian`]: evaluates a problem's own Jacobian, or difference quotients at a
+//!   [`Linearization`]; [`kinds_at`] reads from it how each variable enters.
+//! - [`LinearSolver`]: solves Newton's systems, with real and complex shifts.
+//! - [`Tolerances`], [`Suppressed`], [`Direction`], [`ConsistencyMode`]: what is asked of an
+//!   [`Integrator`].
+//! - [`Outcome`], [`Stop`], [`Statistics`]: what it answers.
 //! - [`samples`]: test problems with exact solutions.
 #![forbid(unsafe_code)]
 
+mod colouring;
+mod differences;
 mod direction;
+mod integrator;
+mod jacobian;
 mod linear_solver;
+mod linearization;
 mod outcome;
 mod problem;
 pub mod samples;
@@ -19,10 +27,15 @@ mod statistics;
 mod tolerances;
 
 pub use direction::Direction;
-pub use linear_solver::StructuredSolver;
+pub use integrator::{ConsistencyMode, Integrator};
+pub use jacobian::{Jacobian, kinds_at};
+pub use linear_solver::LinearSolver;
+pub use linearization::Linearization;
 /// The pattern of a sparse matrix, as [`Problem::jacobian_pattern`] states it.
 pub use nalgebra_sparse::pattern::SparsityPattern;
+/// The shifts and right-hand sides of a [`LinearSolver`].
+pub use num_complex::Complex64;
 pub use outcome::{Outcome, Stop, StopReason, WorstComponent};
 pub use problem::{Problem, StepError, VariableKind};
-pub use statistics::Stats;
+pub use statistics::{Statistics, Work};
 pub use tolerances::{Suppressed, Tolerances};

@@ -1,47 +1,91 @@
-//! Linear solvers that know more than a sparsity pattern.
+//! Linear solvers for Newton's method, with real and complex shifts.
 
+use num_complex::Complex64;
+
+use crate::linearization::Linearization;
 use crate::problem::StepError;
 
-/// A direct solver for (∂F/∂y + c_j ∂F/∂ẏ) x = b that knows the structure of its problem.
+/// Solves with the Newton matrices ∂F/∂y + c ∂F/∂ẏ of a problem `P`: evaluated at a state, set up
+/// for some c, solved with.
 ///
-/// It takes the place of KLU: for a problem whose unknowns can be condensed, a Schur complement is
-/// a shorter way. As with KLU, IDAS solves with an old matrix while c_j has changed little, and
-/// then scales the solution by 2/(1 + c_j/c_j,old).
-pub trait StructuredSolver<P> {
-    /// Forms and factorises the matrix at (t, y, ẏ) and `c_j`.
+/// BDF asks for one real c at a time, a Radau IIA method of s stages for one real c and
+/// (s − 1)/2 complex ones. An implementation may use structure that the sparse matrix of the whole
+/// does not show (blocks that are diagonal, unknowns that can be eliminated).
+///
+/// All errors mean what they do for a residual: after a recoverable one (a singular matrix, a state
+/// outside the domain) the step is tried with a smaller h; a fatal one ends the integration.
+pub trait LinearSolver<P> {
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ at a state and keeps them.
     ///
     /// # Errors
-    /// [`StepError::Recoverable`] (a singular matrix, a state outside the domain): IDAS tries a
-    /// smaller step; [`StepError::Fatal`]: the integration ends.
-    fn setup(
+    /// Those of the problem.
+    fn evaluate(&mut self, problem: &mut P, at: &Linearization<'_>) -> Result<(), StepError>;
+
+    /// Prepares solves with ∂F/∂y + c ∂F/∂ẏ for the `real` c and for each of the `complex` ones.
+    ///
+    /// # Errors
+    /// [`StepError::Recoverable`] if a matrix is singular.
+    fn set_up(
         &mut self,
         problem: &mut P,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
-        c_j: f64,
+        real: f64,
+        complex: &[Complex64],
     ) -> Result<(), StepError>;
 
-    /// Solves with the matrix of the last [`setup`](StructuredSolver::setup), in place.
+    /// Solves in place with the real matrix of the last [`set_up`](LinearSolver::set_up).
     ///
     /// # Errors
-    /// As for [`setup`](StructuredSolver::setup).
-    fn solve(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError>;
-}
+    /// Those of the solve.
+    fn solve_real(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError>;
 
-impl<P, S: StructuredSolver<P> + ?Sized> StructuredSolver<P> for Box<S> {
-    fn setup(
+    /// Solves in place with complex matrix `k` of the last [`set_up`](LinearSolver::set_up),
+    /// counted from 0.
+    ///
+    /// # Errors
+    /// Those of the solve.
+    fn solve_complex(
         &mut self,
         problem: &mut P,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
-        c_j: f64,
-    ) -> Result<(), StepError> {
-        (**self).setup(problem, t, y, y_dot, c_j)
+        k: usize,
+        rhs: &mut [Complex64],
+    ) -> Result<(), StepError>;
+
+    /// Evaluations of the residual that the matrices took so far, for
+    /// [`difference_evaluations`](crate::Statistics::difference_evaluations).
+    fn difference_evaluations(&self) -> u64 {
+        0
+    }
+}
+
+/// A choice made at run time.
+impl<P, S: LinearSolver<P> + ?Sized> LinearSolver<P> for Box<S> {
+    fn evaluate(&mut self, problem: &mut P, at: &Linearization<'_>) -> Result<(), StepError> {
+        (**self).evaluate(problem, at)
     }
 
-    fn solve(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
-        (**self).solve(problem, rhs)
+    fn set_up(
+        &mut self,
+        problem: &mut P,
+        real: f64,
+        complex: &[Complex64],
+    ) -> Result<(), StepError> {
+        (**self).set_up(problem, real, complex)
+    }
+
+    fn solve_real(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
+        (**self).solve_real(problem, rhs)
+    }
+
+    fn solve_complex(
+        &mut self,
+        problem: &mut P,
+        k: usize,
+        rhs: &mut [Complex64],
+    ) -> Result<(), StepError> {
+        (**self).solve_complex(problem, k, rhs)
+    }
+
+    fn difference_evaluations(&self) -> u64 {
+        (**self).difference_evaluations()
     }
 }

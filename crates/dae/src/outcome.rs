@@ -3,10 +3,11 @@
 use std::fmt;
 
 use crate::problem::Problem;
-use crate::statistics::Stats;
+use crate::statistics::Statistics;
 
 /// How a call of the integrator ended. y and ẏ of the solver are those at the time named.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Outcome {
     /// One step was taken.
     StepTaken {
@@ -49,21 +50,37 @@ impl Outcome {
 
 /// An integration that gave up, with all that helps to see why.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Stop {
     /// Why.
     pub reason: StopReason,
-    /// IDAS' message and, if a function of the problem failed, its own.
+    /// The integrator's message and, if a function of the problem failed, its own.
     pub message: String,
     /// The time reached.
     pub t: f64,
-    /// Size of the last step accepted.
-    pub last_step: f64,
-    /// Order of the last step accepted.
-    pub last_order: usize,
-    /// All counters.
-    pub stats: Stats,
+    /// All counters, with the size and order of the last step accepted.
+    pub statistics: Statistics,
     /// The components with the largest weighted local errors in the last attempt, largest first.
     pub worst_components: Vec<WorstComponent>,
+}
+
+impl Stop {
+    /// An integration that gave up at `t` for a `reason`.
+    pub fn new(
+        reason: StopReason,
+        message: String,
+        t: f64,
+        statistics: Statistics,
+        worst_components: Vec<WorstComponent>,
+    ) -> Self {
+        Self {
+            reason,
+            message,
+            t,
+            statistics,
+            worst_components,
+        }
+    }
 }
 
 impl fmt::Display for Stop {
@@ -72,16 +89,19 @@ impl fmt::Display for Stop {
             reason,
             message,
             t,
-            last_step,
-            last_order,
-            stats,
+            statistics,
             ..
         } = self;
+        let Statistics {
+            steps,
+            last_step,
+            last_order,
+            ..
+        } = statistics;
         write!(
             f,
-            "stopped at t = {t} after {} steps (last step {last_step:e}, order {last_order}): \
-             {reason}: {message}",
-            stats.steps
+            "stopped at t = {t} after {steps} steps (last step {last_step:e}, order \
+             {last_order}): {reason}: {message}"
         )
     }
 }
@@ -121,6 +141,7 @@ impl WorstComponent {
 
 /// Why an integration gave up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum StopReason {
     /// The error test failed too often in one step.
     ErrorTestFailures,
@@ -134,9 +155,11 @@ pub enum StopReason {
     LinearSolveFailed,
     /// The residual could not be evaluated, with any step tried.
     ResidualFailed,
+    /// The Jacobian could not be evaluated, with any step tried.
+    JacobianFailed,
     /// The inequality constraints could not be met.
     ConstraintsViolated,
-    /// The limit on steps between two outputs.
+    /// The limit on the steps of one call.
     MaxSteps,
     /// The tolerances ask for more digits than the machine has.
     ToleranceTooTight,
@@ -146,7 +169,7 @@ pub enum StopReason {
     RootFunctionFailed,
     /// A quadrature's integrand could not be evaluated.
     QuadratureFailed,
-    /// Another code of IDAS; see the message.
+    /// Something else; see the message.
     Other,
 }
 
@@ -160,6 +183,7 @@ impl StopReason {
             Self::LinearSetupFailed => "linear_setup_failed",
             Self::LinearSolveFailed => "linear_solve_failed",
             Self::ResidualFailed => "residual_failed",
+            Self::JacobianFailed => "jacobian_failed",
             Self::ConstraintsViolated => "constraints_violated",
             Self::MaxSteps => "max_steps",
             Self::ToleranceTooTight => "tolerance_too_tight",
@@ -183,13 +207,14 @@ mod tests {
 
     #[test]
     fn every_reason_has_a_name_of_its_own() {
-        let reasons: [StopReason; 13] = [
+        let reasons: [StopReason; 14] = [
             ErrorTestFailures,
             ConvergenceFailures,
             StepTooSmall,
             LinearSetupFailed,
             LinearSolveFailed,
             ResidualFailed,
+            JacobianFailed,
             ConstraintsViolated,
             MaxSteps,
             ToleranceTooTight,

@@ -6,6 +6,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 /// Why a residual or a Jacobian could not be evaluated.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StepError {
     /// The arguments lie outside the domain of F (an inverted element, a negative concentration):
     /// the integrator may try again with a smaller step.
@@ -14,6 +15,10 @@ pub enum StepError {
     /// No smaller step will help; the integration stops and this error is handed back.
     #[error(transparent)]
     Fatal(#[from] Box<dyn Error + Send + Sync>),
+    /// The problem states no Jacobian: difference quotients of its residual take the place (see
+    /// [`Jacobian`](crate::Jacobian)).
+    #[error("the problem states no Jacobian")]
+    NoJacobian,
 }
 
 /// How a variable enters F: with its derivative or without.
@@ -30,6 +35,10 @@ pub enum VariableKind {
 
 /// A fully implicit system of differential-algebraic equations F(t, y, ẏ) = 0: the one interface
 /// between models and integrators.
+///
+/// The number of unknowns and the residual are all that must be written. What else a problem knows
+/// of itself makes it faster or more reliable: a sparse pattern, a Jacobian, the kinds and indices
+/// of its variables.
 ///
 /// Its Jacobian is asked for as `a ∂F/∂y + b ∂F/∂ẏ`: BDF codes take `a = 1, b = c_j`; an implicit
 /// Runge–Kutta method, whose c_j are complex, evaluates `(1, 0)` and `(0, 1)` once and combines them.
@@ -54,22 +63,30 @@ pub trait Problem {
         residual: &mut [f64],
     ) -> Result<(), StepError>;
 
-    /// The fixed compressed-column pattern of `a ∂F/∂y + b ∂F/∂ẏ` (major dimension: columns).
-    fn jacobian_pattern(&self) -> SparsityPattern;
+    /// The fixed compressed-column pattern of `a ∂F/∂y + b ∂F/∂ẏ` (major dimension: columns); full
+    /// by default.
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        full_pattern(self.n_unknowns())
+    }
 
     /// Evaluates `a ∂F/∂y + b ∂F/∂ẏ` into `values`, in the order of the pattern, overwriting them.
     ///
+    /// By default there is none, and integrators take difference quotients of the residual. Call it
+    /// through a [`Jacobian`](crate::Jacobian), which knows what to do then.
+    ///
     /// # Errors
-    /// As for [`residual`](Problem::residual).
+    /// As for [`residual`](Problem::residual); [`StepError::NoJacobian`] where there is none.
     fn jacobian(
         &mut self,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
-        a: f64,
-        b: f64,
-        values: &mut [f64],
-    ) -> Result<(), StepError>;
+        _t: f64,
+        _y: &[f64],
+        _y_dot: &[f64],
+        _a: f64,
+        _b: f64,
+        _values: &mut [f64],
+    ) -> Result<(), StepError> {
+        Err(StepError::NoJacobian)
+    }
 
     /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, in the order of the pattern: by two calls of
     /// [`jacobian`](Problem::jacobian), unless the problem knows how to do it in one pass.
@@ -88,15 +105,28 @@ pub trait Problem {
         self.jacobian(t, y, y_dot, 0.0, 1.0, of_rate)
     }
 
-    /// How each variable enters F (IDAS' `id`).
-    fn kinds(&self) -> Vec<VariableKind>;
+    /// How each variable enters F (IDAS' `id`). By default the Jacobian at the start is asked, see
+    /// [`kinds_at`](crate::kinds_at).
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        None
+    }
 
     /// The perturbation index of each variable: 0 for variables of an ODE, 1 to 3 for those of
-    /// constrained mechanics.
-    fn indices(&self) -> Vec<u8>;
+    /// constrained mechanics; `None` (the default) where it is not known.
+    fn indices(&self) -> Option<Vec<u8>> {
+        None
+    }
 
     /// A name for component `i` in messages.
     fn component_name(&self, i: usize) -> String {
         format!("y[{i}]")
     }
+}
+
+/// The pattern of a full n × n matrix.
+pub(crate) fn full_pattern(n: usize) -> SparsityPattern {
+    let offsets = (0..=n).map(|j| j * n).collect();
+    let indices = (0..n * n).map(|k| k % n).collect();
+    SparsityPattern::try_from_offsets_and_indices(n, n, offsets, indices)
+        .expect("the columns of a full matrix are sorted and complete")
 }

@@ -1,8 +1,13 @@
 //! The counters of an integration.
 
-/// All that IDAS counts, since the start or the last re-initialisation.
+use std::ops::Add;
+
+use serde::{Deserialize, Serialize};
+
+/// The counters of an integration since the start or the last re-initialisation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Stats {
+#[non_exhaustive]
+pub struct Statistics {
     /// Accepted steps.
     pub steps: u64,
     /// Steps rejected by the local error test (`IDAGetNumErrTestFails`).
@@ -14,8 +19,10 @@ pub struct Stats {
     pub newton_failures: u64,
     /// Newton iterations.
     pub newton_iterations: u64,
-    /// Evaluations of the residual.
+    /// Evaluations of the residual, without those for difference quotients.
     pub residual_evaluations: u64,
+    /// Evaluations of the residual for Jacobians by difference quotients.
+    pub difference_evaluations: u64,
     /// Evaluations of the Jacobian.
     pub jacobian_evaluations: u64,
     /// Set-ups of the linear solver.
@@ -47,4 +54,32 @@ pub struct Stats {
     /// The smallest reciprocal condition number that KLU estimated when it refactorised with kept
     /// pivots (below ε^(2/3) SUNDIALS may choose new ones). `None` before, and without KLU.
     pub smallest_rcond: Option<f64>,
+    /// The linear algebra of methods with complex matrices; `None` for others.
+    pub work: Option<Work>,
+}
+
+/// The linear algebra of an implicit Runge–Kutta method of s stages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Work {
+    /// Real factorisations: one a linear set-up.
+    pub real_factorizations: u64,
+    /// Complex factorisations: (s − 1)/2 a linear set-up.
+    pub complex_factorizations: u64,
+    /// Real solves: one a Newton iteration, one or two an error estimate.
+    pub real_solves: u64,
+    /// Complex solves: (s − 1)/2 a Newton iteration.
+    pub complex_solves: u64,
+}
+
+impl Add for Work {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            real_factorizations: self.real_factorizations + other.real_factorizations,
+            complex_factorizations: self.complex_factorizations + other.complex_factorizations,
+            real_solves: self.real_solves + other.real_solves,
+            complex_solves: self.complex_solves + other.complex_solves,
+        }
+    }
 }

@@ -5,6 +5,7 @@ use crate::problem::VariableKind;
 /// How accurate the solution is to be: component i is allowed the local error
 /// `relative · |y_i| + absolute_i`.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Tolerances {
     /// One absolute tolerance for all components.
     Scalar {
@@ -43,6 +44,15 @@ impl Tolerances {
         }
     }
 
+    /// Writes the error weights 1/(relative · |y_i| + absolute_i); one is infinite where the
+    /// tolerance is zero.
+    pub fn write_weights(&self, y: &[f64], weights: &mut [f64]) {
+        let relative = self.relative();
+        for (i, (weight, y)) in weights.iter_mut().zip(y).enumerate() {
+            *weight = 1.0 / (relative * y.abs() + self.absolute(i));
+        }
+    }
+
     /// The absolute tolerance of component `i`.
     ///
     /// # Panics
@@ -61,6 +71,7 @@ impl Tolerances {
 /// values](crate::Problem::kinds); here they are apart: what is algebraic is
 /// said by [`Problem::kinds`](crate::Problem::kinds).
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Suppressed {
     /// All components are tested.
     #[default]

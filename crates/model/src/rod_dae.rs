@@ -80,12 +80,12 @@ impl Problem for RodDae {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Differential; self.n_unknowns()]
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        Some(vec![VariableKind::Differential; self.n_unknowns()])
     }
 
-    fn indices(&self) -> Vec<u8> {
-        vec![0; self.n_unknowns()]
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(vec![0; self.n_unknowns()])
     }
 
     fn component_name(&self, i: usize) -> String {

@@ -121,7 +121,7 @@ fn pendulum() {
     let [first, second] = largest;
     let t = solver.t();
     println!("pendulum: {STEPS} steps to t = {t:.0}; {first:.2e}, then {second:.2e}");
-    assert_eq!(solver.stats().steps, STEPS);
+    assert_eq!(solver.statistics().steps, STEPS);
     assert!(second <= 2.0 * first, "{first:e}, then {second:e}");
     assert_constant("pendulum", memory);
 }

@@ -179,7 +179,7 @@ fn radau<S: Sample + Clone>(
     let t = problem.t_end;
     let arrived = solver.integrate_to(t)? == Outcome::Reached { t };
     let digits = arrived.then(|| (problem.digits)(solver.y()));
-    Ok(shown(digits, solver.stats().steps))
+    Ok(shown(digits, solver.statistics().steps))
 }
 
 fn idas<S: Sample + Clone>(
@@ -188,8 +188,8 @@ fn idas<S: Sample + Clone>(
 ) -> Result<String, Box<dyn std::error::Error>> {
     let (sample, start) = (&problem.sample, problem.sample.start());
     // As one uses BDF: without the multipliers in the error test, where there are some.
-    let algebraic = sample.kinds().contains(&VariableKind::Algebraic);
-    let higher_index = sample.indices().iter().any(|&index| index > 1);
+    let algebraic = sample.kinds().unwrap().contains(&VariableKind::Algebraic);
+    let higher_index = sample.indices().unwrap().iter().any(|&index| index > 1);
     let suppressed = match algebraic && higher_index {
         true => Suppressed::Algebraic,
         false => Suppressed::Nothing,
@@ -208,7 +208,7 @@ fn idas<S: Sample + Clone>(
     let t = problem.t_end;
     let arrived = solver.integrate_to(t)? == Outcome::Reached { t };
     let digits = arrived.then(|| (problem.digits)(solver.y()));
-    Ok(shown(digits, solver.stats().steps))
+    Ok(shown(digits, solver.statistics().steps))
 }
 
 fn shown(digits: Option<f64>, steps: u64) -> String {

@@ -1,10 +1,9 @@
 //! The error estimate of a step.
 
-use myovib_dae::Problem;
+use myovib_dae::{LinearSolver, Problem};
 
 use crate::dense::add_scaled;
 use crate::failure::{Failure, Operation};
-use crate::matrices::NewtonMatrices;
 use crate::newton::{Step, evaluate};
 use crate::work::Counters;
 
@@ -44,7 +43,7 @@ impl ErrorTest {
 
     /// The weighted norm of the estimated error of the step with increments `z`; not finite if a
     /// solve has overflowed.
-    pub(crate) fn estimate<P: Problem, M: NewtonMatrices<P>>(
+    pub(crate) fn estimate<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
         matrices: &mut M,
@@ -72,7 +71,7 @@ impl ErrorTest {
     }
 
     /// Replaces the defect by the estimate, and returns its norm.
-    fn filter<P, M: NewtonMatrices<P>>(
+    fn filter<P, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
         matrices: &mut M,

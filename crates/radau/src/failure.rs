@@ -28,6 +28,10 @@ impl Operation {
                 function: self.name(),
                 source,
             }),
+            other => Failure::Fatal(Fatal {
+                function: self.name(),
+                source: other.into(),
+            }),
         }
     }
 
@@ -44,7 +48,8 @@ impl Operation {
     /// Why an integration stops when this goes on failing.
     fn stop_reason(self) -> StopReason {
         match self {
-            Self::Residual | Self::Jacobian => StopReason::ResidualFailed,
+            Self::Residual => StopReason::ResidualFailed,
+            Self::Jacobian => StopReason::JacobianFailed,
             Self::LinearSetUp => StopReason::LinearSetupFailed,
             Self::LinearSolve => StopReason::LinearSolveFailed,
             Self::RootFunction => StopReason::RootFunctionFailed,

@@ -6,16 +6,15 @@
 //! takes constrained mechanical systems in their index-3 form.
 //!
 //! Cast: a [`Method`] is the table of coefficients; `NewtonSolver` solves the stage equations, from
-//! the start of a `Predictor`, with some [`NewtonMatrices`] ([`KluMatrices`] unless told
-//! otherwise); `ErrorTest` estimates the error; `Control` chooses h; `Collocation` is the
+//! the start of a `Predictor`, with some [`LinearSolver`](myovib_dae::LinearSolver)
+//! ([`KluMatrices`] unless told otherwise); `ErrorTest` estimates the error; `Control` chooses h; `Collocation` is the
 //! polynomial behind dense output, on which `Roots` locates events. Options, outcomes and
 //! statistics have the shapes and names they have for IDAS.
 //!
 //! # Examples
 //! ```
+//! use myovib_dae::{Outcome, Problem, StepError, Tolerances};
 //! use myovib_radau::RadauSolver;
-//! use nalgebra_sparse::pattern::SparsityPattern;
-//! use myovib_dae::{Problem, Outcome, StepError, Tolerances, VariableKind};
 //!
 //! /// ẏ + 50 (y − cos t) = 0
 //! struct Relaxation;
@@ -27,21 +26,6 @@
 //!     fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
 //!         r[0] = v[0] + 50.0 * (y[0] - t.cos());
 //!         Ok(())
-//!     }
-//!     fn jacobian_pattern(&self) -> SparsityPattern {
-//!         SparsityPattern::try_from_offsets_and_indices(1, 1, vec![0, 1], vec![0]).unwrap()
-//!     }
-//!     fn jacobian(
-//!         &mut self, _: f64, _: &[f64], _: &[f64], a: f64, b: f64, values: &mut [f64],
-//!     ) -> Result<(), StepError> {
-//!         values[0] = 50.0 * a + b;
-//!         Ok(())
-//!     }
-//!     fn kinds(&self) -> Vec<VariableKind> {
-//!         vec![VariableKind::Differential]
-//!     }
-//!     fn indices(&self) -> Vec<u8> {
-//!         vec![0]
 //!     }
 //! }
 //!
@@ -77,11 +61,12 @@ mod weights;
 mod work;
 
 pub use error::RadauError;
-pub use matrices::{KluMatrices, NewtonMatrices};
+pub use matrices::KluMatrices;
 pub use method::{ComplexMode, Method, RealMode};
+/// The counters of the linear algebra.
+pub use myovib_dae::Work;
 pub use options::{IndexScaling, RadauOptions, StepSize};
 pub use solver::{RadauBuilder, RadauSolver};
-pub use work::Work;
 
 /// Design notes.
 pub mod notes {

@@ -1,11 +1,10 @@
 //! Simplified Newton iterations for the stage equations.
 
-use myovib_dae::{Problem, StepError};
+use myovib_dae::{LinearSolver, Problem, StepError};
 use num_complex::Complex64;
 
 use crate::dense::add_scaled;
 use crate::failure::{Failure, Operation};
-use crate::matrices::NewtonMatrices;
 use crate::method::Method;
 use crate::work::Counters;
 
@@ -86,7 +85,7 @@ impl NewtonSolver {
     /// Two corrections do not show that the iterations diverge. In index 3 the first one, from a
     /// start at rest, moves positions by h v; what is quadratic in it, h² v², comes back as
     /// corrections h² v²/h of the velocity: as large as the first, however small h.
-    pub(crate) fn solve<P: Problem, M: NewtonMatrices<P>>(
+    pub(crate) fn solve<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
         matrices: &mut M,
@@ -100,7 +99,7 @@ impl NewtonSolver {
         let mut last_norm = 0.0;
         let mut last_ratio = 0.0;
         for iteration in 1..=self.limit {
-            counters.stats.newton_iterations += 1;
+            counters.statistics.newton_iterations += 1;
             self.evaluate_residuals(problem, step, counters)?;
             let norm = self.correct(problem, matrices, step, counters)?;
             if !norm.is_finite() {
@@ -165,7 +164,7 @@ impl NewtonSolver {
     }
 
     /// Solves for the correction, mode by mode, adds it to `z`, and returns its norm.
-    fn correct<P, M: NewtonMatrices<P>>(
+    fn correct<P, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
         matrices: &mut M,
@@ -221,7 +220,7 @@ pub(crate) fn evaluate<P: Problem>(
     residual: &mut [f64],
     counters: &mut Counters,
 ) -> Result<(), Failure> {
-    counters.stats.residual_evaluations += 1;
+    counters.statistics.residual_evaluations += 1;
     problem
         .residual(t, y, y_dot, residual)
         .and_then(|()| expect_finite(problem, residual))

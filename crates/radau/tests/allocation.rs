@@ -27,7 +27,7 @@ fn steps_allocate_nothing() {
         .unwrap();
     // The first steps choose the pivots.
     solver.step(0.3).unwrap();
-    let before = solver.stats();
+    let before = solver.statistics();
     let allocations = allocation_counter::measure(|| {
         while solver.t() < 0.3 {
             assert!(matches!(
@@ -36,7 +36,7 @@ fn steps_allocate_nothing() {
             ));
         }
     });
-    let after = solver.stats();
+    let after = solver.statistics();
     assert!(after.steps > before.steps + 5 && after.linear_setups > before.linear_setups + 5);
     assert_eq!(allocations.count_total, 0);
 }

@@ -63,12 +63,12 @@ impl<F: Fn(f64, &[f64], &[f64]) -> Vec<f64>> Problem for Dense<F> {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Differential; self.n]
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        Some(vec![VariableKind::Differential; self.n])
     }
 
-    fn indices(&self) -> Vec<u8> {
-        vec![0; self.n]
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(vec![0; self.n])
     }
 }
 

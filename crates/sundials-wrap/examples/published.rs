@@ -212,7 +212,7 @@ fn integrate<S: Sample + Clone>(
     tolerance: f64,
 ) -> Result<(Outcome, u64, Vec<f64>), Box<dyn Error>> {
     let start = problem.sample.start();
-    let indices = problem.sample.indices();
+    let indices = problem.sample.indices().unwrap();
     let mut absolute: Vec<f64> = (0..start.y.len())
         .map(|i| tolerance * problem.absolute.get(i).unwrap_or(&1.0))
         .collect();
@@ -261,7 +261,7 @@ fn integrate<S: Sample + Clone>(
             (outcome, solver)
         }
     };
-    Ok((outcome, solver.stats().steps, solver.y().to_vec()))
+    Ok((outcome, solver.statistics().steps, solver.y().to_vec()))
 }
 
 fn reference(name: &str) -> Result<Value, Box<dyn Error>> {

@@ -40,11 +40,11 @@ impl Problem for Charging {
         values.copy_from_slice(&[b * self.c, a, -a, a * self.r]); // by columns
         Ok(())
     }
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Differential, VariableKind::Algebraic]
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        Some(vec![VariableKind::Differential, VariableKind::Algebraic])
     }
-    fn indices(&self) -> Vec<u8> {
-        vec![0, 1]
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(vec![0, 1])
     }
 }
 
@@ -60,6 +60,6 @@ fn main() -> Result<(), sundials_wrap::Error> {
             1.0 - (-t).exp()
         );
     }
-    println!("{:#?}", solver.stats());
+    println!("{:#?}", solver.statistics());
     Ok(())
 }

@@ -5,10 +5,10 @@
 //! - [`Problem`]: what you write: residual, Jacobian in a fixed sparse pattern, and what each
 //!   variable is.
 //! - [`IdaBuilder`] takes a problem, [`IdaOptions`] (plain settings) and functions (roots,
-//!   quadratures, error weights, a [`StructuredSolver`]) and builds an
+//!   quadratures, error weights, a [`LinearSolver`]) and builds an
 //! - [`IdaSolver`], which owns the problem and steps ([`IdaSolver::step`]) or integrates
 //!   ([`IdaSolver::integrate_to`]), answering with an
-//! - [`Outcome`]: reached, stop time, root, or [`Stop`]: gave up, with reason, [`Stats`] and the
+//! - [`Outcome`]: reached, stop time, root, or [`Stop`]: gave up, with reason, [`Statistics`] and the
 //!   worst components. [`Error`] is for misuse and for fatal errors of your functions.
 //! - [`klu`]: sparse LU factors of real and complex matrices, for other solvers.
 //! - [`samples`]: test problems with exact solutions.
@@ -18,7 +18,6 @@
 //! ```
 //! use myovib_dae::samples::{Robertson, Sample};
 //! use myovib_dae::{Outcome, Tolerances};
-
 //! use sundials_wrap::IdaSolver;
 //!
 //! let start = Robertson.start();
@@ -30,7 +29,7 @@
 //!     outcome => assert_eq!(outcome, Outcome::Reached { t: 40.0 }),
 //! }
 //! assert!((solver.y()[0] - 0.715827).abs() < 1e-5);
-//! assert!(solver.stats().steps > 50);
+//! assert!(solver.statistics().steps > 50);
 //! # Ok::<(), sundials_wrap::Error>(())
 //! ```
 //! Your own problem in fifty lines: `examples/your_own_dae.rs`.
@@ -60,11 +59,12 @@ pub use error::Error;
 pub use myovib_dae::samples;
 /// The problem, and what is asked of and answered by any integrator.
 pub use myovib_dae::{
-    Direction, Outcome, Problem, SparsityPattern, Stats, StepError, Stop, StopReason,
-    StructuredSolver, Suppressed, Tolerances, VariableKind, WorstComponent,
+    ConsistencyMode, Direction, Integrator, Jacobian, LinearSolver, Linearization, Outcome,
+    Problem, SparsityPattern, Statistics, StepError, Stop, StopReason, Suppressed, Tolerances,
+    VariableKind, WorstComponent,
 };
 /// KLU, whose settings are among those of the integrator.
 pub use myovib_sparse::klu;
 pub use options::{Constraint, IdaOptions, VectorArithmetic};
-pub use solver::{ConsistencyMode, IdaBuilder, IdaSolver};
+pub use solver::{IdaBuilder, IdaSolver};
 pub use versions::Versions;

@@ -11,21 +11,14 @@ use crate::error::Error;
 /// Checks the tolerances of a problem with `n` unknowns.
 fn validate_tolerances(tolerances: &Tolerances, n: usize) -> Result<(), Error> {
     at_least_zero("relative tolerance", tolerances.relative())?;
-    match tolerances {
-        Tolerances::Scalar { relative, absolute } => {
-            at_least_zero("absolute tolerance", *absolute)?;
-            if *relative == 0.0 && *absolute == 0.0 {
-                return invalid("relative and absolute tolerance", 0.0, "not both zero");
-            }
-        }
-        Tolerances::Vector { relative, absolute } => {
-            expect_length("absolute tolerances", n, absolute.len())?;
-            absolute
-                .iter()
-                .try_for_each(|&a| at_least_zero("absolute tolerance", a))?;
-            if *relative == 0.0 && absolute.contains(&0.0) {
-                return invalid("absolute tolerance", 0.0, "> 0 where the relative one is 0");
-            }
+    if let Tolerances::Vector { absolute, .. } = tolerances {
+        expect_length("absolute tolerances", n, absolute.len())?;
+    }
+    for i in 0..n {
+        let absolute = tolerances.absolute(i);
+        at_least_zero("absolute tolerance", absolute)?;
+        if tolerances.relative() == 0.0 && absolute == 0.0 {
+            return invalid("absolute tolerance", 0.0, "> 0 where the relative one is 0");
         }
     }
     Ok(())

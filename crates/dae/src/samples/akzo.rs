@@ -1,6 +1,4 @@
-use nalgebra_sparse::pattern::SparsityPattern;
-
-use super::{FullMatrix, Sample, Start, full_pattern};
+use super::{FullMatrix, Sample, Start};
 use crate::problem::{Problem, StepError, VariableKind};
 
 const K1: f64 = 18.7;
@@ -94,10 +92,6 @@ impl Problem for Akzo {
         Ok(())
     }
 
-    fn jacobian_pattern(&self) -> SparsityPattern {
-        full_pattern(6)
-    }
-
     fn jacobian(
         &mut self,
         _t: f64,
@@ -146,13 +140,13 @@ impl Problem for Akzo {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
         let mut kinds = vec![VariableKind::Differential; 6];
         kinds[5] = VariableKind::Algebraic;
-        kinds
+        Some(kinds)
     }
 
-    fn indices(&self) -> Vec<u8> {
-        vec![0, 0, 0, 0, 0, 1]
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(vec![0, 0, 0, 0, 0, 1])
     }
 }

@@ -1,6 +1,4 @@
-use nalgebra_sparse::pattern::SparsityPattern;
-
-use super::{FullMatrix, MechanicalForm, Sample, Start, full_pattern};
+use super::{FullMatrix, MechanicalForm, Sample, Start};
 use crate::problem::{Problem, StepError, VariableKind};
 
 const EPS: f64 = 0.01;
@@ -171,10 +169,6 @@ impl Problem for CarAxis {
         Ok(())
     }
 
-    fn jacobian_pattern(&self) -> SparsityPattern {
-        full_pattern(self.n_unknowns())
-    }
-
     fn jacobian(
         &mut self,
         t: f64,
@@ -223,14 +217,14 @@ impl Problem for CarAxis {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
         let mut kinds = vec![VariableKind::Differential; 8];
         kinds.resize(self.n_unknowns(), VariableKind::Algebraic);
-        kinds
+        Some(kinds)
     }
 
-    fn indices(&self) -> Vec<u8> {
-        self.form.indices(4, 2)
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(self.form.indices(4, 2))
     }
 
     fn component_name(&self, i: usize) -> String {

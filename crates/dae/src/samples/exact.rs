@@ -1,6 +1,4 @@
-use nalgebra_sparse::pattern::SparsityPattern;
-
-use super::{FullMatrix, Sample, Start, full_pattern};
+use super::{FullMatrix, Sample, Start};
 use crate::problem::{Problem, StepError, VariableKind};
 
 /// A linear system of index 1 with coefficients that vary in time.
@@ -49,10 +47,6 @@ impl Problem for LinearIndex1 {
         Ok(())
     }
 
-    fn jacobian_pattern(&self) -> SparsityPattern {
-        full_pattern(2)
-    }
-
     fn jacobian(
         &mut self,
         t: f64,
@@ -66,12 +60,12 @@ impl Problem for LinearIndex1 {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Differential; 2]
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        Some(vec![VariableKind::Differential; 2])
     }
 
-    fn indices(&self) -> Vec<u8> {
-        vec![1, 1]
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(vec![1, 1])
     }
 }
 
@@ -125,10 +119,6 @@ impl Problem for JayIndex2 {
         Ok(())
     }
 
-    fn jacobian_pattern(&self) -> SparsityPattern {
-        full_pattern(3)
-    }
-
     fn jacobian(
         &mut self,
         _t: f64,
@@ -153,12 +143,12 @@ impl Problem for JayIndex2 {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
         use VariableKind::{Algebraic, Differential};
-        vec![Differential, Differential, Algebraic]
+        Some(vec![Differential, Differential, Algebraic])
     }
 
-    fn indices(&self) -> Vec<u8> {
-        vec![1, 1, 2]
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(vec![1, 1, 2])
     }
 }

@@ -142,7 +142,7 @@ impl Problem for Heat2d {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
         let kind = |k| {
             if self.is_boundary(k) {
                 VariableKind::Algebraic
@@ -150,12 +150,14 @@ impl Problem for Heat2d {
                 VariableKind::Differential
             }
         };
-        (0..self.n_unknowns()).map(kind).collect()
+        Some((0..self.n_unknowns()).map(kind).collect())
     }
 
-    fn indices(&self) -> Vec<u8> {
-        (0..self.n_unknowns())
-            .map(|k| u8::from(self.is_boundary(k)))
-            .collect()
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(
+            (0..self.n_unknowns())
+                .map(|k| u8::from(self.is_boundary(k)))
+                .collect(),
+        )
     }
 }

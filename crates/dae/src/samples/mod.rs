@@ -31,8 +31,6 @@ pub use pendulum::Pendulum;
 pub use robertson::Robertson;
 pub use van_der_pol::VanDerPol;
 
-use nalgebra_sparse::pattern::SparsityPattern;
-
 use crate::problem::Problem;
 
 /// Consistent initial values.
@@ -86,14 +84,6 @@ impl MechanicalForm {
         indices.extend(std::iter::repeat_n(multiplier, n_multipliers));
         indices
     }
-}
-
-/// The pattern of a full n × n matrix.
-fn full_pattern(n: usize) -> SparsityPattern {
-    let offsets = (0..=n).map(|j| j * n).collect();
-    let indices = (0..n * n).map(|k| k % n).collect();
-    SparsityPattern::try_from_offsets_and_indices(n, n, offsets, indices)
-        .expect("the columns of a full matrix are sorted and complete")
 }
 
 /// The values of a full n × n matrix a ∂F/∂y + b ∂F/∂ẏ, zeroed, to be added to entry by entry.

@@ -1,8 +1,6 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use nalgebra_sparse::pattern::SparsityPattern;
-
-use super::{FullMatrix, MechanicalForm, Sample, Start, full_pattern};
+use super::{FullMatrix, MechanicalForm, Sample, Start};
 use crate::problem::{Problem, StepError, VariableKind};
 
 /// Gravity.
@@ -99,10 +97,6 @@ impl Problem for Pendulum {
         Ok(())
     }
 
-    fn jacobian_pattern(&self) -> SparsityPattern {
-        full_pattern(self.n_unknowns())
-    }
-
     fn jacobian(
         &mut self,
         _t: f64,
@@ -136,14 +130,14 @@ impl Problem for Pendulum {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
         let mut kinds = vec![VariableKind::Differential; 4];
         kinds.resize(self.n_unknowns(), VariableKind::Algebraic);
-        kinds
+        Some(kinds)
     }
 
-    fn indices(&self) -> Vec<u8> {
-        self.form.indices(2, 1)
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(self.form.indices(2, 1))
     }
 }
 

@@ -1,6 +1,4 @@
-use nalgebra_sparse::pattern::SparsityPattern;
-
-use super::{Sample, Start, full_pattern};
+use super::{Sample, Start};
 use crate::problem::{Problem, StepError, VariableKind};
 
 /// Robertson's chemical kinetics, very stiff, with the conservation of mass as an algebraic
@@ -47,10 +45,6 @@ impl Problem for Robertson {
         Ok(())
     }
 
-    fn jacobian_pattern(&self) -> SparsityPattern {
-        full_pattern(3)
-    }
-
     fn jacobian(
         &mut self,
         _t: f64,
@@ -69,12 +63,12 @@ impl Problem for Robertson {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
         use VariableKind::{Algebraic, Differential};
-        vec![Differential, Differential, Algebraic]
+        Some(vec![Differential, Differential, Algebraic])
     }
 
-    fn indices(&self) -> Vec<u8> {
-        vec![0, 0, 1]
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(vec![0, 0, 1])
     }
 }

@@ -1,6 +1,4 @@
-use nalgebra_sparse::pattern::SparsityPattern;
-
-use super::{Sample, Start, full_pattern};
+use super::{Sample, Start};
 use crate::problem::{Problem, StepError, VariableKind};
 
 /// Van der Pol's oscillator, an ordinary differential equation, stiff for large μ.
@@ -47,10 +45,6 @@ impl Problem for VanDerPol {
         Ok(())
     }
 
-    fn jacobian_pattern(&self) -> SparsityPattern {
-        full_pattern(2)
-    }
-
     fn jacobian(
         &mut self,
         _t: f64,
@@ -67,11 +61,11 @@ impl Problem for VanDerPol {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Differential; 2]
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        Some(vec![VariableKind::Differential; 2])
     }
 
-    fn indices(&self) -> Vec<u8> {
-        vec![0, 0]
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(vec![0, 0])
     }
 }

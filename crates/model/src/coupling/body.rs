@@ -1,19 +1,15 @@
 //! What oscillators can be coupled to.
 
-use myovib_dae::{Problem, StructuredSolver};
-use myovib_radau::{Method, NewtonMatrices};
+use myovib_dae::{LinearSolver, Problem};
 use myovib_sparse::klu::{KluError, KluOptions};
 
 use super::no_body::NoBody;
-use crate::linear::{CondensedMatrices, CondensedSolver};
+use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 use crate::rod_dae::RodDae;
 
 /// A body's own linear solver.
-pub type BodySolver<B> = Box<dyn StructuredSolver<B> + Send>;
-
-/// A body's own Newton matrices for Radau IIA.
-pub type BodyMatrices<B> = Box<dyn NewtonMatrices<B>>;
+pub type BodySolver<B> = Box<dyn LinearSolver<B> + Send>;
 
 /// A body that oscillators can be coupled to.
 pub trait Body: Problem + Send + Sized + 'static {
@@ -30,18 +26,6 @@ pub trait Body: Problem + Send + Sized + 'static {
     fn condensed_solver(&self, _options: KluOptions) -> Result<Option<BodySolver<Self>>, KluError> {
         Ok(None)
     }
-
-    /// The same for Radau IIA.
-    ///
-    /// # Errors
-    /// Those of the analysis.
-    fn condensed_matrices(
-        &self,
-        _options: KluOptions,
-        _method: &Method,
-    ) -> Result<Option<BodyMatrices<Self>>, KluError> {
-        Ok(None)
-    }
 }
 
 impl Body for MuscleDae {
@@ -51,15 +35,6 @@ impl Body for MuscleDae {
 
     fn condensed_solver(&self, options: KluOptions) -> Result<Option<BodySolver<Self>>, KluError> {
         Ok(Some(Box::new(CondensedSolver::new(self, options)?)))
-    }
-
-    fn condensed_matrices(
-        &self,
-        options: KluOptions,
-        method: &Method,
-    ) -> Result<Option<BodyMatrices<Self>>, KluError> {
-        let matrices = CondensedMatrices::new(self, options, method)?;
-        Ok(Some(Box::new(matrices)))
     }
 }
 

@@ -262,16 +262,16 @@ impl<B: Problem> Problem for CoupledDae<B> {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        let mut kinds = self.body.kinds();
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        let mut kinds = self.body.kinds()?;
         kinds.resize(self.n_unknowns, VariableKind::Differential);
-        kinds
+        Some(kinds)
     }
 
-    fn indices(&self) -> Vec<u8> {
-        let mut indices = self.body.indices();
+    fn indices(&self) -> Option<Vec<u8>> {
+        let mut indices = self.body.indices()?;
         indices.resize(self.n_unknowns, 0);
-        indices
+        Some(indices)
     }
 
     fn component_name(&self, i: usize) -> String {

@@ -219,11 +219,11 @@ impl Problem for FeedbackDae {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
         self.one_way.kinds()
     }
 
-    fn indices(&self) -> Vec<u8> {
+    fn indices(&self) -> Option<Vec<u8>> {
         self.one_way.indices()
     }
 

@@ -66,7 +66,7 @@ impl<B: Body> IdaIntegrator<CoupledDae<B>> {
         let time_scale = dae.time_scale();
         let mut builder = tested(dae, error_test, options, t_end);
         if let Some(solver) = condensed {
-            builder = builder.structured_solver(solver);
+            builder = builder.linear_solver(solver);
         }
         Ok(Self::of(builder.build(t, y, y_dot)?, t_end, time_scale))
     }

@@ -13,8 +13,8 @@
 //!
 //! Cast: [`CoupledDae`] is the system, made of a [`Body`] and of [`Oscillators`] with a [`Source`]
 //! for each direction; a [`Recording`] replays a body's motion to oscillators integrated
-//! afterwards; [`ErrorTest`] gives each part its own tolerances; [`CoupledSolver`] and
-//! [`CoupledMatrices`] continue a body's own linear solver to the oscillators; [`start_coupled`]
+//! afterwards; [`ErrorTest`] gives each part its own tolerances; [`CoupledSolver`]
+//! continues a body's own linear solver to the oscillators; [`start_coupled`]
 //! gives an integrator; [`CoherenceHistory`] is what is observed, and [`LockCriterion`] judges it.
 //! With a [`Feedback`] the coupling is two-way: [`FeedbackDae`].
 #![doc = include_str!("../../notes/0003-a-chain-beside-a-muscle.md")]
@@ -33,7 +33,7 @@ mod recording;
 mod solver;
 mod start;
 
-pub use body::{Body, BodyMatrices, BodySolver};
+pub use body::{Body, BodySolver};
 pub use dae::CoupledDae;
 pub use error_test::{ErrorTest, StateTolerances};
 pub use feedback::{Feedback, FeedbackDae};
@@ -43,5 +43,5 @@ pub use no_body::NoBody;
 pub use oscillators::{Oscillators, Source};
 pub use radau::SystemMatrices;
 pub use recording::{Recorder, Recording};
-pub use solver::{CoupledMatrices, CoupledSolver};
+pub use solver::CoupledSolver;
 pub use start::{CoupledOptions, start_coupled, start_coupled_from, start_with_feedback};

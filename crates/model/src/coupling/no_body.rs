@@ -32,11 +32,11 @@ impl Problem for NoBody {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        Vec::new()
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        Some(Vec::new())
     }
 
-    fn indices(&self) -> Vec<u8> {
-        Vec::new()
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(Vec::new())
     }
 }

@@ -1,7 +1,7 @@
 //! Radau IIA for coupled systems.
 
 use myovib_dae::{Problem, Suppressed, Tolerances};
-use myovib_radau::{KluMatrices, Method, NewtonMatrices, RadauOptions};
+use myovib_radau::{KluMatrices, RadauOptions};
 
 use sundials_wrap::IdaOptions;
 
@@ -9,14 +9,14 @@ use super::body::Body;
 use super::dae::CoupledDae;
 use super::error_test::ErrorTest;
 use super::feedback::FeedbackDae;
-use super::solver::CoupledMatrices;
+use super::solver::CoupledSolver;
 use crate::error::ModelError;
 use crate::integration::ida::IdaIntegrator;
 use crate::integration::radau::RadauIntegrator;
 use crate::integration::settings::LinearSolver;
 
 /// Matrices chosen at run time: by the body's own, or of the whole.
-pub type SystemMatrices<B> = Box<dyn NewtonMatrices<CoupledDae<B>>>;
+pub type SystemMatrices<B> = Box<dyn myovib_dae::LinearSolver<CoupledDae<B>>>;
 
 impl<B: Body> RadauIntegrator<CoupledDae<B>, SystemMatrices<B>> {
     /// Starts a coupled system at t = 0 from `y`, the body at rest, as
@@ -61,16 +61,15 @@ impl<B: Body> RadauIntegrator<CoupledDae<B>, SystemMatrices<B>> {
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
-        let method = Method::radau_iia(options.stages)?;
         let of_body = match linear_solver {
-            LinearSolver::Condensed => dae.body().condensed_matrices(options.klu, &method)?,
+            LinearSolver::Condensed => dae.body().condensed_solver(options.klu)?,
             LinearSolver::Full => None,
         };
         let matrices: SystemMatrices<B> = match of_body {
-            Some(body) => Box::new(CoupledMatrices::new(body, &dae, options.klu, &method)?),
+            Some(body) => Box::new(CoupledSolver::new(body, &dae, options.klu)?),
             None => {
                 let pattern = dae.jacobian_pattern();
-                Box::new(KluMatrices::new(&pattern, options.klu, &method)?)
+                Box::new(KluMatrices::new(&pattern, options.klu)?)
             }
         };
         let time_scale = dae.time_scale();
@@ -94,8 +93,7 @@ impl RadauIntegrator<FeedbackDae, KluMatrices> {
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
-        let method = Method::radau_iia(options.stages)?;
-        let matrices = KluMatrices::new(&dae.jacobian_pattern(), options.klu, &method)?;
+        let matrices = KluMatrices::new(&dae.jacobian_pattern(), options.klu)?;
         let time_scale = dae.one_way().time_scale();
         let (times, state) = ((t, t_end), (y, y_dot));
         let integrator = tested(dae, matrices, error_test, options, times, state)?;
@@ -104,7 +102,7 @@ impl RadauIntegrator<FeedbackDae, KluMatrices> {
 }
 
 /// A system of parts, each of which the error test looks at in its own way.
-fn tested<P: Problem, M: NewtonMatrices<P>>(
+fn tested<P: Problem, M: myovib_dae::LinearSolver<P>>(
     problem: P,
     matrices: M,
     error_test: ErrorTest,

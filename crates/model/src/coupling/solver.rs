@@ -9,8 +9,7 @@
 //!
 //! J_b is solved as if there were no oscillators; each network has small factors of its own.
 
-use myovib_dae::{Problem, StepError, StructuredSolver};
-use myovib_radau::{Method, NewtonMatrices};
+use myovib_dae::{LinearSolver, Linearization, Problem, StepError};
 use myovib_sparse::klu::{Factors, KluError, KluOptions, Symbolic};
 use num_complex::Complex64;
 
@@ -103,12 +102,16 @@ impl<T: Number> NetworkFactors<T> {
     }
 }
 
-/// Solves the Newton systems of a [`CoupledDae`] by its body's own solver `S`, for IDAS.
+/// Solves the Newton systems of a [`CoupledDae`] by its body's own solver `S`.
+///
+/// Room for complex matrices is made at the first set-up that asks for them.
 #[derive(Debug)]
 pub struct CoupledSolver<S> {
     body: S,
     jacobians: Vec<NetworkJacobian>,
-    factors: NetworkFactors<f64>,
+    analyses: Vec<Symbolic>,
+    real: NetworkFactors<f64>,
+    complex: Vec<NetworkFactors<Complex64>>,
 }
 
 impl<S> CoupledSolver<S> {
@@ -121,80 +124,32 @@ impl<S> CoupledSolver<S> {
         dae: &CoupledDae<B>,
         options: KluOptions,
     ) -> Result<Self, KluError> {
-        Ok(Self {
-            body,
-            jacobians: network_jacobians(dae),
-            factors: NetworkFactors::new(&analyses(dae, options)?),
-        })
-    }
-}
-
-impl<B: Problem, S: StructuredSolver<B>> StructuredSolver<CoupledDae<B>> for CoupledSolver<S> {
-    fn setup(
-        &mut self,
-        dae: &mut CoupledDae<B>,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
-        c_j: f64,
-    ) -> Result<(), StepError> {
-        let own = dae.body_range();
-        self.body
-            .setup(dae.body_mut(), t, &y[own.clone()], &y_dot[own], c_j)?;
-        evaluate_networks(dae, y, &mut self.jacobians);
-        self.factors.set_up(c_j, &self.jacobians)
-    }
-
-    fn solve(&mut self, dae: &mut CoupledDae<B>, rhs: &mut [f64]) -> Result<(), StepError> {
-        let own = dae.body_range();
-        self.body.solve(dae.body_mut(), &mut rhs[own])?;
-        self.factors.solve(dae, rhs)
-    }
-}
-
-/// Solves the Newton systems of a [`CoupledDae`] by its body's own matrices `M`, for Radau IIA.
-#[derive(Debug)]
-pub struct CoupledMatrices<M> {
-    body: M,
-    jacobians: Vec<NetworkJacobian>,
-    real: NetworkFactors<f64>,
-    complex: Vec<NetworkFactors<Complex64>>,
-}
-
-impl<M> CoupledMatrices<M> {
-    /// Continues `body` to the oscillators of `dae`.
-    ///
-    /// # Errors
-    /// Those of the analysis.
-    pub fn new<B: Problem>(
-        body: M,
-        dae: &CoupledDae<B>,
-        options: KluOptions,
-        method: &Method,
-    ) -> Result<Self, KluError> {
-        let modes = method.complex_modes().iter();
         let analyses = analyses(dae, options)?;
         Ok(Self {
             body,
             jacobians: network_jacobians(dae),
             real: NetworkFactors::new(&analyses),
-            complex: modes.map(|_| NetworkFactors::new(&analyses)).collect(),
+            complex: Vec::new(),
+            analyses,
         })
     }
 }
 
-impl<B: Problem, M: NewtonMatrices<B>> NewtonMatrices<CoupledDae<B>> for CoupledMatrices<M> {
+impl<B: Problem, S: LinearSolver<B>> LinearSolver<CoupledDae<B>> for CoupledSolver<S> {
     fn evaluate(
         &mut self,
         dae: &mut CoupledDae<B>,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
+        at: &Linearization<'_>,
     ) -> Result<(), StepError> {
         let own = dae.body_range();
-        self.body
-            .evaluate(dae.body_mut(), t, &y[own.clone()], &y_dot[own])?;
-        evaluate_networks(dae, y, &mut self.jacobians);
+        let of_body = Linearization {
+            y: &at.y[own.clone()],
+            y_dot: &at.y_dot[own.clone()],
+            weights: &at.weights[own],
+            ..*at
+        };
+        self.body.evaluate(dae.body_mut(), &of_body)?;
+        evaluate_networks(dae, at.y, &mut self.jacobians);
         Ok(())
     }
 
@@ -206,6 +161,8 @@ impl<B: Problem, M: NewtonMatrices<B>> NewtonMatrices<CoupledDae<B>> for Coupled
     ) -> Result<(), StepError> {
         self.body.set_up(dae.body_mut(), real, complex)?;
         self.real.set_up(real, &self.jacobians)?;
+        let fresh = || NetworkFactors::new(&self.analyses);
+        self.complex.resize_with(complex.len(), fresh);
         let mut matrices = self.complex.iter_mut().zip(complex);
         matrices.try_for_each(|(factors, &c)| factors.set_up(c, &self.jacobians))
     }
@@ -225,5 +182,9 @@ impl<B: Problem, M: NewtonMatrices<B>> NewtonMatrices<CoupledDae<B>> for Coupled
         let own = dae.body_range();
         self.body.solve_complex(dae.body_mut(), k, &mut rhs[own])?;
         self.complex[k].solve(dae, rhs)
+    }
+
+    fn difference_evaluations(&self) -> u64 {
+        self.body.difference_evaluations()
     }
 }

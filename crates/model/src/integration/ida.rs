@@ -58,7 +58,7 @@ impl IdaIntegrator<MuscleDae> {
         let weights = scaled.then(|| StepWeights::new(&dae, settings, step_size.clone()));
         let mut builder = builder(dae, options, settings.t_end);
         if let Some(solver) = condensed {
-            builder = builder.structured_solver(solver);
+            builder = builder.linear_solver(solver);
         }
         if let Some(weights) = weights {
             builder = builder.error_weights(move |_, y, out| {
@@ -175,7 +175,7 @@ impl<P: Problem> Integrator<P> for IdaIntegrator<P> {
     }
 
     fn counts(&self) -> Counts {
-        Counts::from(self.solver.stats())
+        Counts::from(self.solver.statistics())
     }
 
     fn problem(&self) -> &P {

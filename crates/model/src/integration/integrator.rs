@@ -90,8 +90,7 @@ fn reason(reason: wrap::StopReason) -> StopReason {
         Ida::StepTooSmall => StopReason::StepTooSmall,
         Ida::LinearSetupFailed | Ida::LinearSolveFailed => StopReason::LinearSetupFailed,
         Ida::MaxSteps => StopReason::MaxSteps,
-        Ida::ResidualFailed | Ida::RootFunctionFailed | Ida::QuadratureFailed | Ida::Other => {
-            StopReason::ResidualFailed
-        }
+        // A function of the problem: the message says which.
+        _ => StopReason::ResidualFailed,
     }
 }

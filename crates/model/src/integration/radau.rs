@@ -1,14 +1,14 @@
 //! Radau IIA as an [`Integrator`] of a model.
 
 use myovib_dae::{Problem, Suppressed};
-use myovib_radau::{KluMatrices, Method, NewtonMatrices, RadauBuilder, RadauOptions, RadauSolver};
+use myovib_radau::{KluMatrices, RadauBuilder, RadauOptions, RadauSolver};
 
 use crate::error::ModelError;
 use crate::integration::first_step::look_ahead;
 use crate::integration::integrator::{Advance, Integrator};
 use crate::integration::settings::{LinearSolver, Settings};
 use crate::integration::statistics::Counts;
-use crate::linear::CondensedMatrices;
+use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 
 /// Radau IIA with a stop time at the end.
@@ -20,7 +20,7 @@ pub struct RadauIntegrator<P: Problem, M = KluMatrices> {
 }
 
 /// Matrices chosen at run time: condensed or full.
-pub type MuscleMatrices = Box<dyn NewtonMatrices<MuscleDae>>;
+pub type MuscleMatrices = Box<dyn myovib_dae::LinearSolver<MuscleDae>>;
 
 impl RadauIntegrator<MuscleDae, MuscleMatrices> {
     /// Starts a muscle at rest at t = 0, as
@@ -53,7 +53,7 @@ impl RadauIntegrator<MuscleDae, MuscleMatrices> {
     }
 }
 
-impl<P: Problem, M: NewtonMatrices<P>> RadauIntegrator<P, M> {
+impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
     /// Starts `problem` at the first of the times from consistent values, to run to the second.
     ///
     /// # Errors
@@ -125,14 +125,9 @@ pub fn matrices(
     options: &RadauOptions,
     linear_solver: LinearSolver,
 ) -> Result<MuscleMatrices, ModelError> {
-    let method = Method::radau_iia(options.stages)?;
     Ok(match linear_solver {
-        LinearSolver::Condensed => Box::new(CondensedMatrices::new(dae, options.klu, &method)?),
-        LinearSolver::Full => Box::new(KluMatrices::new(
-            &dae.jacobian_pattern(),
-            options.klu,
-            &method,
-        )?),
+        LinearSolver::Condensed => Box::new(CondensedSolver::new(dae, options.klu)?),
+        LinearSolver::Full => Box::new(KluMatrices::new(&dae.jacobian_pattern(), options.klu)?),
     })
 }
 
@@ -157,9 +152,9 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
     }
 }
 
-impl<P: Problem, M: NewtonMatrices<P>> Integrator<P> for RadauIntegrator<P, M> {
+impl<P: Problem, M: myovib_dae::LinearSolver<P>> Integrator<P> for RadauIntegrator<P, M> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
-        let t_out = match self.solver.stats().steps {
+        let t_out = match self.solver.statistics().steps {
             0 => look_ahead(self.solver.t(), self.t_end, self.time_scale),
             _ => self.t_end,
         };
@@ -175,10 +170,7 @@ impl<P: Problem, M: NewtonMatrices<P>> Integrator<P> for RadauIntegrator<P, M> {
     }
 
     fn counts(&self) -> Counts {
-        Counts {
-            radau_work: Some(self.solver.work()),
-            ..Counts::from(self.solver.stats())
-        }
+        Counts::from(self.solver.statistics())
     }
 
     fn problem(&self) -> &P {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use myovib_dae::Stats;
+use myovib_dae::Statistics as Counters;
 use myovib_fem::Inverted;
 use myovib_radau::Work;
 use serde::{Deserialize, Serialize};
@@ -147,8 +147,8 @@ impl Counts {
     }
 }
 
-impl From<Stats> for Counts {
-    fn from(stats: Stats) -> Self {
+impl From<Counters> for Counts {
+    fn from(stats: Counters) -> Self {
         Self {
             steps: stats.steps,
             error_test_failures: stats.error_test_failures,
@@ -160,7 +160,7 @@ impl From<Stats> for Counts {
             linear_setups: stats.linear_setups,
             last_order: stats.last_order as u32,
             last_step: stats.last_step,
-            radau_work: None,
+            radau_work: stats.work,
         }
     }
 }

@@ -4,25 +4,23 @@
 //! out once for a formulation; [`Condensed`] holds the numbers, real or complex, for one c_j. A
 //! [`Splitting`] and a [`Split`] are the same for the stabilized equations, whose system falls into
 //! two halves; a [`Reduction`] and a [`Reduced`] are either. [`SparseSystem`] factorises, solves
-//! and checks, in the order of one [`Elimination`]. [`CondensedSolver`] is what IDAS calls,
-//! [`CondensedMatrices`] what Radau IIA does.
+//! and checks, in the order of one [`Elimination`]. [`CondensedSolver`] is what integrators
+//! call.
 
 mod condensation;
 mod condensed;
 mod quadratic;
-mod radau;
 mod reduced;
+mod solver;
 mod split;
 mod splitting;
-mod structured;
 
 pub use condensation::Condensation;
 pub use condensed::Condensed;
 use quadratic::Quadratic;
-pub use radau::CondensedMatrices;
 pub use reduced::{Reduced, Reduction};
+pub use solver::CondensedSolver;
 pub use split::Split;
 pub use splitting::Splitting;
-pub use structured::CondensedSolver;
 
 pub use myovib_sparse::{Elimination, LinearWork, Number, SparseSystem};

@@ -184,16 +184,18 @@ impl Problem for MuscleDae {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        self.layout
-            .fill(|field| self.formulation.kind(field, &self.muscle.parameters))
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        Some(
+            self.layout
+                .fill(|field| self.formulation.kind(field, &self.muscle.parameters)),
+        )
     }
 
-    fn indices(&self) -> Vec<u8> {
-        self.layout.fill(|field| {
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(self.layout.fill(|field| {
             self.formulation
                 .variable_index(field, &self.muscle.parameters)
-        })
+        }))
     }
 
     fn component_name(&self, i: usize) -> String {

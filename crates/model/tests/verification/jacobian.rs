@@ -139,7 +139,7 @@ fn what_is_algebraic_has_no_rate_in_the_equations() {
         let mut values = vec![0.0; pattern.nnz()];
         dae.jacobian(0.9, &y, &y_dot, 0.0, 1.0, &mut values)
             .unwrap();
-        let kinds = dae.kinds();
+        let kinds = dae.kinds().unwrap();
         for &(field, _) in formulation.rows() {
             let columns = dae.layout().range(field).unwrap();
             let mut entries = pattern.entries().zip(&values);

@@ -1,14 +1,13 @@
 //! One attempt at a step: Jacobian, set-up, Newton, error test.
 
-use myovib_dae::{Problem, StopReason};
+use myovib_dae::{LinearSolver, Linearization, Problem, StopReason};
 
 use super::state::{Jacobian, RadauSolver};
 use crate::failure::{Failure, Operation, Rejection};
-use crate::matrices::NewtonMatrices;
 use crate::newton::{Newton, Step};
 use crate::options::StepSize;
 
-impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
+impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// One attempt at a step of size h; the step proposed to follow it. Nothing but Newton's memory
     /// and the Jacobian changes.
     pub(super) fn attempt(&mut self, h: f64, repeated: bool) -> Result<f64, Failure> {
@@ -21,7 +20,7 @@ impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
 
     /// Tests the estimated error of the step solved for; the proposal if it passes.
     fn test_error(&mut self, h: f64, repeated: bool, iterations: usize) -> Result<f64, Failure> {
-        let first = self.counters.stats.steps == 0;
+        let first = self.counters.statistics.steps == 0;
         let step = Step {
             method: &self.method,
             t: self.t,
@@ -62,7 +61,7 @@ impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     fn solve_stages(&mut self, h: f64) -> Result<usize, Failure> {
         self.weights.scale(h);
         loop {
-            self.evaluate_jacobian()?;
+            self.evaluate_jacobian(h)?;
             self.set_up(h)?;
             let failure = match self.iterate(h) {
                 Ok(iterations) => return Ok(iterations),
@@ -71,7 +70,7 @@ impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             let Failure::Rejected(rejection) = failure else {
                 return Err(failure);
             };
-            self.counters.stats.newton_failures += 1;
+            self.counters.statistics.newton_failures += 1;
             // The Jacobian of an earlier step may be to blame for slow convergence.
             let slow = rejection.reason == StopReason::ConvergenceFailures;
             if !slow || self.jacobian == Jacobian::Current {
@@ -108,12 +107,19 @@ impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     }
 
     /// Evaluates the Jacobian at the beginning of the step, if it is due.
-    fn evaluate_jacobian(&mut self) -> Result<(), Failure> {
+    fn evaluate_jacobian(&mut self, h: f64) -> Result<(), Failure> {
         if self.jacobian == Jacobian::Due {
-            self.counters.stats.jacobian_evaluations += 1;
+            self.counters.statistics.jacobian_evaluations += 1;
             self.set_up_for = None;
+            let at = Linearization {
+                t: self.t,
+                y: &self.y,
+                y_dot: &self.y_dot,
+                step: h,
+                weights: self.weights.plain(),
+            };
             self.matrices
-                .evaluate(&mut self.problem, self.t, &self.y, &self.y_dot)
+                .evaluate(&mut self.problem, &at)
                 .map_err(Operation::Jacobian.failed())?;
             self.jacobian = Jacobian::Current;
         }
@@ -126,7 +132,7 @@ impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             return Ok(());
         }
         self.set_up_for = None;
-        self.counters.stats.linear_setups += 1;
+        self.counters.statistics.linear_setups += 1;
         self.counters.work.real_factorizations += 1;
         self.counters.work.complex_factorizations += self.shifts.len() as u64;
         for (shift, mode) in self.shifts.iter_mut().zip(self.method.complex_modes()) {

@@ -1,6 +1,6 @@
 //! Putting an integrator together.
 
-use myovib_dae::{Direction, Problem, StepError, Tolerances, VariableKind};
+use myovib_dae::{Direction, LinearSolver, Problem, StepError, Tolerances, VariableKind, kinds_at};
 use num_complex::Complex64;
 
 use super::state::{Jacobian, RadauSolver};
@@ -8,7 +8,7 @@ use crate::control::Control;
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length};
 use crate::error_test::ErrorTest;
-use crate::matrices::{KluMatrices, NewtonMatrices};
+use crate::matrices::KluMatrices;
 use crate::method::Method;
 use crate::newton::NewtonSolver;
 use crate::options::RadauOptions;
@@ -95,23 +95,21 @@ impl<P: Problem> RadauBuilder<P> {
     /// [`RadauError::Stages`], [`RadauError::Empty`] or [`RadauError::Klu`] for arguments that make
     /// no sense; [`RadauError::TimeBehind`] for a stop time before t0.
     pub fn build(self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<RadauSolver<P>, RadauError> {
-        let method = Method::radau_iia(self.options.stages)?;
         let (n, pattern) = (self.problem.n_unknowns(), self.problem.jacobian_pattern());
         expect_length("rows of the Jacobian", n, pattern.minor_dim())?;
         expect_length("columns of the Jacobian", n, pattern.major_dim())?;
-        let matrices = KluMatrices::new(&pattern, self.options.klu, &method)?;
+        let matrices = KluMatrices::new(&pattern, self.options.klu)?;
         self.build_with(matrices, t0, y0, y_dot0)
     }
 
-    /// Builds a solver with a linear algebra of one's own, made for this problem and for the method
-    /// of [`RadauOptions::stages`].
+    /// Builds a solver with a linear algebra of one's own, made for this problem.
     ///
     /// # Shapes
     /// As for [`build`](RadauBuilder::build).
     ///
     /// # Errors
     /// As for [`build`](RadauBuilder::build).
-    pub fn build_with<M: NewtonMatrices<P>>(
+    pub fn build_with<M: LinearSolver<P>>(
         self,
         matrices: M,
         t0: f64,
@@ -119,17 +117,14 @@ impl<P: Problem> RadauBuilder<P> {
         y_dot0: &[f64],
     ) -> Result<RadauSolver<P, M>, RadauError> {
         let Self {
-            problem,
+            mut problem,
             options,
             weights,
             roots,
         } = self;
         let n = problem.n_unknowns();
-        let (indices, kinds) = (problem.indices(), problem.kinds());
         expect_length("initial values y0", n, y0.len())?;
         expect_length("initial derivatives y_dot0", n, y_dot0.len())?;
-        expect_length("indices", n, indices.len())?;
-        expect_length("kinds", n, kinds.len())?;
         expect_finite("t0", &[t0])?;
         expect_finite("y0", y0)?;
         expect_finite("y_dot0", y_dot0)?;
@@ -137,6 +132,16 @@ impl<P: Problem> RadauBuilder<P> {
             return Err(RadauError::Empty);
         }
         options.validate(n)?;
+        let kinds = kinds_at(&mut problem, t0, y0, y_dot0).map_err(|error| RadauError::Fatal {
+            function: "Jacobian",
+            t: t0,
+            h: 0.0,
+            source: error.into(),
+        })?;
+        // Where nothing is known of the indices no error is scaled by them.
+        let indices = problem.indices().unwrap_or_else(|| vec![1; n]);
+        expect_length("indices", n, indices.len())?;
+        expect_length("kinds", n, kinds.len())?;
         if let Some(stop_time) = options.stop_time.filter(|stop_time| *stop_time < t0) {
             return Err(RadauError::TimeBehind {
                 t_out: stop_time,
@@ -147,7 +152,7 @@ impl<P: Problem> RadauBuilder<P> {
         let powers = options.index_scaling.powers(&kinds, &indices);
 
         let mut counters = Counters::default();
-        counters.stats.t_reached = t0;
+        counters.statistics.t_reached = t0;
         let limit = options.newton_limit();
         let mut solver = RadauSolver {
             collocation: Collocation::line(&method, t0, y0, y_dot0),

@@ -1,15 +1,14 @@
 //! Steps with pauses: at roots, and at times within a step that a root has interrupted.
 
-use myovib_dae::{Outcome, Problem};
+use myovib_dae::{LinearSolver, Outcome, Problem};
 
 use super::state::{Pause, RadauSolver};
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite};
 use crate::failure::{Failure, Operation};
-use crate::matrices::NewtonMatrices;
 use crate::roots::LastStep;
 
-impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
+impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Goes on to the end of one step, to `limit`, or to the first root before either.
     pub(super) fn step_within(
         &mut self,

@@ -1,14 +1,12 @@
 //! What can be asked of the integrator between steps.
 
-use myovib_dae::{Problem, Stats};
+use myovib_dae::{LinearSolver, Problem, Statistics};
 
 use super::state::RadauSolver;
 use crate::error::{RadauError, expect_finite, expect_length};
-use crate::matrices::NewtonMatrices;
 use crate::method::Method;
-use crate::work::Work;
 
-impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
+impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Evaluates the solution, or its derivative, at a time within the last step.
     ///
     /// The polynomial of degree s + 1 through the stages, with the derivative of the step before at
@@ -30,7 +28,7 @@ impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
         out: &mut [f64],
     ) -> Result<(), RadauError> {
         expect_length("dense output", self.y.len(), out.len())?;
-        let (from, to) = match self.counters.stats.steps {
+        let (from, to) = match self.counters.statistics.steps {
             0 => (self.t, self.t),
             _ => (self.collocation.t0, self.t),
         };
@@ -99,18 +97,14 @@ impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
         &self.method
     }
 
-    /// The counters that IDAS has too.
-    pub fn stats(&self) -> Stats {
-        Stats {
-            current_order: self.method.order(),
-            current_step: self.h.unwrap_or(0.0),
-            t_reached: self.t(),
-            ..self.counters.stats
-        }
-    }
-
-    /// The counters of the linear algebra.
-    pub fn work(&self) -> Work {
-        self.counters.work
+    /// All counters.
+    pub fn statistics(&self) -> Statistics {
+        let mut statistics = self.counters.statistics;
+        statistics.current_order = self.method.order();
+        statistics.current_step = self.h.unwrap_or(0.0);
+        statistics.t_reached = self.t();
+        statistics.difference_evaluations = self.matrices.difference_evaluations();
+        statistics.work = Some(self.counters.work);
+        statistics
     }
 }

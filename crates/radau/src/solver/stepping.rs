@@ -1,15 +1,14 @@
 //! The integrator: one step after another.
 
-use myovib_dae::{Outcome, Problem, Stop, StopReason, WorstComponent};
+use myovib_dae::{LinearSolver, Outcome, Problem, Stop, StopReason, WorstComponent};
 
 use super::state::{Jacobian, RadauSolver};
 use crate::dense::add_scaled;
 use crate::error::RadauError;
 use crate::failure::{Failure, Rejection};
-use crate::matrices::NewtonMatrices;
 use crate::options::StepSize;
 
-impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
+impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Takes one step of the size the error allows, towards `t_out`.
     ///
     /// `t_out` gives the scale for the first step; steps may go beyond it, but not beyond the stop
@@ -43,7 +42,7 @@ impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
 
     /// Takes one step that does not pass `limit`, repeating it until it is accepted.
     pub(super) fn accepted_step(&mut self, t_out: f64, limit: f64) -> Result<Outcome, RadauError> {
-        let steps = self.counters.stats.steps;
+        let steps = self.counters.statistics.steps;
         let most = self.options.max_steps.map_or(u64::MAX, |most| most as u64);
         if steps >= most {
             return Ok(self.stop(StopReason::MaxSteps, format!("{steps} steps are used up")));
@@ -80,11 +79,11 @@ impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             };
             let given_up = if reason == StopReason::ErrorTestFailures {
                 rejected += 1;
-                self.counters.stats.error_test_failures += 1;
+                self.counters.statistics.error_test_failures += 1;
                 rejected >= self.options.max_error_test_failures
             } else {
                 unsolved += 1;
-                self.counters.stats.step_solve_failures += 1;
+                self.counters.statistics.step_solve_failures += 1;
                 unsolved >= self.options.max_convergence_failures
             };
             if given_up || matches!(self.options.step_size, StepSize::Fixed(_)) {
@@ -122,7 +121,7 @@ impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
         self.collocation.y0.copy_from_slice(&self.y);
         self.collocation.y_dot0.copy_from_slice(&self.y_dot);
         std::mem::swap(&mut self.collocation.increments, &mut self.newton.z);
-        if self.counters.stats.steps == 0 {
+        if self.counters.statistics.steps == 0 {
             self.collocation.free_start(&self.method, &self.algebraic);
         }
 
@@ -142,14 +141,14 @@ impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
             Jacobian::Due
         };
 
-        let stats = &mut self.counters.stats;
-        if stats.steps == 0 {
-            stats.initial_step = h;
+        let statistics = &mut self.counters.statistics;
+        if statistics.steps == 0 {
+            statistics.initial_step = h;
         }
-        stats.steps += 1;
-        stats.last_step = h;
-        stats.last_order = self.method.order();
-        stats.t_reached = t;
+        statistics.steps += 1;
+        statistics.last_step = h;
+        statistics.last_order = self.method.order();
+        statistics.t_reached = t;
     }
 
     /// The step to try next after one of size h: h again, if that saves a set-up.
@@ -197,16 +196,9 @@ impl<P: Problem, M: NewtonMatrices<P>> RadauSolver<P, M> {
     }
 
     pub(super) fn stop(&self, reason: StopReason, message: String) -> Outcome {
-        let stats = self.counters.stats;
         let weighted = self.error_test.weighted(self.weights.scaled());
-        Outcome::Stopped(Box::new(Stop {
-            reason,
-            message,
-            t: self.t,
-            last_step: stats.last_step,
-            last_order: stats.last_order,
-            stats,
-            worst_components: WorstComponent::largest(&self.problem, weighted),
-        }))
+        let worst = WorstComponent::largest(&self.problem, weighted);
+        let stop = Stop::new(reason, message, self.t(), self.statistics(), worst);
+        Outcome::Stopped(Box::new(stop))
     }
 }

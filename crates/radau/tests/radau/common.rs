@@ -109,12 +109,12 @@ impl Problem for Oscillator {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Differential; 2]
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        Some(vec![VariableKind::Differential; 2])
     }
 
-    fn indices(&self) -> Vec<u8> {
-        vec![0; 2]
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(vec![0; 2])
     }
 }
 

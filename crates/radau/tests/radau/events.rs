@@ -57,7 +57,7 @@ fn roots_are_found_in_the_direction_asked_for() {
             let allowed = [2e-4, 1e-6, 2e-9][stages / 2 - 1];
             assert!(error < allowed, "{stages}: {t}");
             assert_eq!(crossings, if k % 2 == 1 { [-1, 0, -1] } else { [0, 1, 1] });
-            assert_eq!((solver.t(), solver.stats().t_reached), (t, t));
+            assert_eq!((solver.t(), solver.statistics().t_reached), (t, t));
             // The function is zero up to the rounding of t.
             assert!(solver.y()[0].abs() < 1e-11, "{:?}", solver.y());
         }
@@ -109,14 +109,17 @@ fn several_events_of_one_step_come_in_their_order() {
         let (t, crossings) = root(solver.step(10.0).unwrap());
         // The polynomial of degree 7 over 2.5 s.
         assert!((t - exact).abs() < 1e-3, "{t} {exact}");
-        assert_eq!((crossings, solver.stats().steps), (expected.to_vec(), 1));
+        assert_eq!(
+            (crossings, solver.statistics().steps),
+            (expected.to_vec(), 1)
+        );
     }
     assert_eq!(
         solver.step(10.0).unwrap(),
         Outcome::StepTaken { t: 2.5 },
         "the rest of the step"
     );
-    assert_eq!(solver.stats().steps, 1);
+    assert_eq!(solver.statistics().steps, 1);
 }
 
 #[test]
@@ -163,11 +166,11 @@ fn a_time_within_an_interrupted_step_can_be_reached() {
     let stopped = Outcome::StopTime { t: 0.75 };
     assert_eq!(solver.step(5.0).unwrap(), stopped);
     assert_eq!(solver.step(5.0).unwrap(), stopped);
-    assert_eq!(solver.stats().steps, 1);
+    assert_eq!(solver.statistics().steps, 1);
     solver.set_stop_time(5.0).unwrap();
     let end = solver.integrate_to(1.0).unwrap();
     assert_eq!(
-        (end, solver.stats().steps),
+        (end, solver.statistics().steps),
         (Outcome::Reached { t: 1.0 }, 1)
     );
 }
@@ -190,7 +193,7 @@ fn events_do_not_change_the_steps() {
     while let Outcome::Root { .. } = solver.integrate_to(10.0).unwrap() {
         roots += 1;
     }
-    let (plain_stats, mut stats) = (plain.stats(), solver.stats());
+    let (plain_stats, mut stats) = (plain.statistics(), solver.statistics());
     assert!(stats.root_evaluations > 3 * stats.steps);
     stats.root_evaluations = 0;
     assert_eq!((roots, stats), (3, plain_stats));

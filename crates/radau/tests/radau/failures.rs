@@ -2,8 +2,11 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use myovib_dae::{Outcome, Problem, StepError, Stop, StopReason, Tolerances, VariableKind};
-use myovib_radau::{KluMatrices, Method, NewtonMatrices, RadauError, RadauOptions, RadauSolver};
+use myovib_dae::{
+    LinearSolver, Linearization, Outcome, Problem, StepError, Stop, StopReason, Tolerances,
+    VariableKind,
+};
+use myovib_radau::{KluMatrices, RadauError, RadauOptions, RadauSolver};
 use myovib_sparse::klu::KluOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
@@ -61,12 +64,12 @@ impl Problem for Touchy {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Differential]
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        Some(vec![VariableKind::Differential])
     }
 
-    fn indices(&self) -> Vec<u8> {
-        vec![0]
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(vec![0])
     }
 }
 
@@ -105,7 +108,7 @@ fn a_recoverable_error_halves_the_step() {
     };
     let mut solver = solver(problem, options);
     assert_eq!(solver.step(1.0).unwrap(), Outcome::StepTaken { t: 0.01 });
-    let stats = solver.stats();
+    let stats = solver.statistics();
     assert_eq!(
         (
             stats.steps,
@@ -157,7 +160,7 @@ fn too_many_recoverable_errors_in_one_step_stop() {
         (stop.reason, stop.message.as_str()),
         (StopReason::ResidualFailed, "never")
     );
-    assert_eq!(stop.stats.step_solve_failures, 10);
+    assert_eq!(stop.statistics.step_solve_failures, 10);
 }
 
 #[test]
@@ -175,9 +178,9 @@ struct Overflowing {
     failures: u64,
 }
 
-impl<P: Problem> NewtonMatrices<P> for Overflowing {
-    fn evaluate(&mut self, p: &mut P, t: f64, y: &[f64], v: &[f64]) -> Result<(), StepError> {
-        self.klu.evaluate(p, t, y, v)
+impl<P: Problem> LinearSolver<P> for Overflowing {
+    fn evaluate(&mut self, p: &mut P, at: &Linearization<'_>) -> Result<(), StepError> {
+        self.klu.evaluate(p, at)
     }
 
     fn set_up(&mut self, p: &mut P, real: f64, complex: &[Complex64]) -> Result<(), StepError> {
@@ -208,9 +211,9 @@ fn an_error_estimate_of_nan_halves_the_step() {
             initial_step: Some(0.01),
             ..RadauOptions::default()
         };
-        let (method, pattern) = (Method::radau_iia(3).unwrap(), problem.jacobian_pattern());
+        let pattern = problem.jacobian_pattern();
         let matrices = Overflowing {
-            klu: KluMatrices::new(&pattern, KluOptions::default(), &method).unwrap(),
+            klu: KluMatrices::new(&pattern, KluOptions::default()).unwrap(),
             healthy,
             failures,
         };
@@ -223,11 +226,11 @@ fn an_error_estimate_of_nan_halves_the_step() {
     let mut healthy = start(u64::MAX, 0);
     healthy.step(1.0).unwrap();
     healthy.step(1.0).unwrap();
-    let mut solver = start(healthy.work().real_solves - 1, 1);
+    let mut solver = start(healthy.statistics().work.unwrap().real_solves - 1, 1);
     solver.step(1.0).unwrap();
     solver.step(1.0).unwrap();
-    let stats = solver.stats();
-    assert_eq!(stats.last_step, 0.5 * healthy.stats().last_step);
+    let stats = solver.statistics();
+    assert_eq!(stats.last_step, 0.5 * healthy.statistics().last_step);
     assert_eq!(
         (stats.step_solve_failures, stats.error_test_failures),
         (1, 0)
@@ -237,9 +240,9 @@ fn an_error_estimate_of_nan_halves_the_step() {
 /// KLU, but no solve works.
 struct Broken(KluMatrices);
 
-impl<P: Problem> NewtonMatrices<P> for Broken {
-    fn evaluate(&mut self, p: &mut P, t: f64, y: &[f64], v: &[f64]) -> Result<(), StepError> {
-        self.0.evaluate(p, t, y, v)
+impl<P: Problem> LinearSolver<P> for Broken {
+    fn evaluate(&mut self, p: &mut P, at: &Linearization<'_>) -> Result<(), StepError> {
+        self.0.evaluate(p, at)
     }
 
     fn set_up(&mut self, p: &mut P, real: f64, complex: &[Complex64]) -> Result<(), StepError> {
@@ -258,8 +261,8 @@ impl<P: Problem> NewtonMatrices<P> for Broken {
 #[test]
 fn a_linear_solve_that_fails_is_named() {
     let problem = well_behaved();
-    let (method, pattern) = (Method::radau_iia(3).unwrap(), problem.jacobian_pattern());
-    let klu = KluMatrices::new(&pattern, KluOptions::default(), &method).unwrap();
+    let pattern = problem.jacobian_pattern();
+    let klu = KluMatrices::new(&pattern, KluOptions::default()).unwrap();
     let mut solver = RadauSolver::builder(problem)
         .build_with(Broken(klu), 0.0, &[0.0], &[1.0])
         .unwrap();
@@ -362,7 +365,7 @@ fn a_wrong_jacobian_stops_by_convergence_failures() {
         .unwrap();
     let stop = stopped(solver.step(1.0).unwrap());
     assert_eq!(stop.reason, StopReason::ConvergenceFailures);
-    assert_eq!(stop.stats.newton_failures, 10);
+    assert_eq!(stop.statistics.newton_failures, 10);
 }
 
 #[test]
@@ -404,7 +407,10 @@ fn the_number_of_steps_is_limited() {
             .integrate_to(1.0)
             .unwrap(),
     );
-    assert_eq!((stop.reason, stop.stats.steps), (StopReason::MaxSteps, 3));
+    assert_eq!(
+        (stop.reason, stop.statistics.steps),
+        (StopReason::MaxSteps, 3)
+    );
 }
 
 #[test]
@@ -448,7 +454,7 @@ fn steps_stay_below_the_largest() {
         while solver.t() < t_out {
             solver.set_stop_time(t_out).unwrap();
             solver.step(t_out).unwrap();
-            let stats = solver.stats();
+            let stats = solver.statistics();
             // A last step may be longer by the sliver it spares, a part in 1e8.
             assert!(stats.last_step <= 0.01 * (1.0 + 1e-8), "{stats:?}");
             assert!(stats.current_step <= 0.01, "{stats:?}");

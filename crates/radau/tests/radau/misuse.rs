@@ -1,7 +1,7 @@
 //! Settings and problems that make no sense.
 
 use myovib_dae::{Problem, StepError, Suppressed, Tolerances, VariableKind};
-use myovib_radau::{KluMatrices, Method, RadauError, RadauOptions, RadauSolver, StepSize};
+use myovib_radau::{KluMatrices, RadauError, RadauOptions, RadauSolver, StepSize};
 use myovib_sparse::klu::KluOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -161,12 +161,12 @@ impl Problem for Crooked {
         unreachable!("it is refused")
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Differential; self.n]
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        Some(vec![VariableKind::Differential; self.n])
     }
 
-    fn indices(&self) -> Vec<u8> {
-        vec![0; self.n]
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(vec![0; self.n])
     }
 }
 
@@ -183,9 +183,8 @@ fn a_problem_that_contradicts_itself_or_has_no_unknowns_is_refused() {
         let built = builder(2, rows, columns).build(0.0, &[0.0; 2], &[0.0; 2]);
         assert_eq!(built.unwrap_err().to_string(), expected);
     }
-    let method = Method::radau_iia(3).unwrap();
     let pattern = well_behaved().jacobian_pattern();
-    let of_another = KluMatrices::new(&pattern, KluOptions::default(), &method).unwrap();
+    let of_another = KluMatrices::new(&pattern, KluOptions::default()).unwrap();
     let built = builder(0, 0, 0).build_with(of_another, 0.0, &[], &[]);
     assert!(matches!(built.map(|_| ()), Err(RadauError::Empty)));
 }

@@ -41,7 +41,7 @@ fn digits<S: Sample>(
 ) -> (u64, f64) {
     let solver = run(sample, t_end, tolerance(tol));
     (
-        solver.stats().steps,
+        solver.statistics().steps,
         mescd(&solver.y()[range.clone()], &exact[range]),
     )
 }
@@ -56,7 +56,7 @@ fn akzo() {
         let solver = run(Akzo, 180.0, tolerance(tol));
         assert_run(
             tol,
-            (solver.stats().steps, scd(solver.y(), &exact)),
+            (solver.statistics().steps, scd(solver.y(), &exact)),
             expected,
         );
     }
@@ -118,7 +118,7 @@ fn pendulum_of_index_3_at_high_order() {
             };
             let solver = run(sample, 2.0, options);
             let digits = mescd(&solver.y()[..2], &exact[..2]);
-            assert_run(tol, (solver.stats().steps, digits), expected);
+            assert_run(tol, (solver.statistics().steps, digits), expected);
         }
     }
 }
@@ -149,7 +149,7 @@ fn stiff_van_der_pol() {
         let solver = run(VanDerPol { vdp_mu: 1000.0 }, 2000.0, tolerance(tol));
         assert_run(
             tol,
-            (solver.stats().steps, mescd(solver.y(), &exact)),
+            (solver.statistics().steps, mescd(solver.y(), &exact)),
             expected,
         );
     }
@@ -164,7 +164,7 @@ fn heat_equation() {
         let error = (solver.y()[11] - row["u_1_1"].as_f64().unwrap()).abs();
         assert!(error < EIGHT, "{row}: {error:e}");
     }
-    assert_run(EIGHT, (solver.stats().steps, 8.0), (56.0, 8.0));
+    assert_run(EIGHT, (solver.statistics().steps, 8.0), (56.0, 8.0));
 }
 
 /// Relative errors of y1 at thirteen times up to 1e11, while it falls to 2e-8.
@@ -189,6 +189,6 @@ fn robertson() {
                 solver.y()[0]
             })
             .collect();
-        assert_run(tol, (solver.stats().steps, scd(&ours, &y1)), expected);
+        assert_run(tol, (solver.statistics().steps, scd(&ours, &y1)), expected);
     }
 }

@@ -8,11 +8,12 @@ use crate::options::{
     Constraint, IdaOptions, at_least_zero, direction_code, error_test_id, expect_finite,
     expect_length, expect_state, invalid,
 };
-use myovib_dae::StructuredSolver;
-use myovib_dae::{Direction, Problem, StepError, Tolerances, VariableKind};
+use myovib_dae::{
+    Direction, Jacobian, LinearSolver, Problem, StepError, Tolerances, VariableKind, kinds_at,
+};
 
 use super::IdaSolver;
-use super::callbacks::{FailureLog, Function, UserFunctions, Weights};
+use super::callbacks::{FailureLog, Function, UserFunctions, Weighing, Weights};
 
 /// Gathers a problem, [`IdaOptions`] and the user's functions; see
 /// [`IdaSolver::builder`](crate::IdaSolver::builder).
@@ -24,7 +25,7 @@ pub struct IdaBuilder<P> {
     roots: Option<Box<Function<P>>>,
     quadrature: Quadrature,
     quadrature_rates: Option<Box<Function<P>>>,
-    structured: Option<Box<dyn StructuredSolver<P> + Send>>,
+    linear_solver: Option<Box<dyn LinearSolver<P> + Send>>,
 }
 
 /// What is to be integrated along with the solution; nothing by default.
@@ -61,7 +62,7 @@ impl<P: Problem> IdaBuilder<P> {
             roots: None,
             quadrature: Quadrature::default(),
             quadrature_rates: None,
-            structured: None,
+            linear_solver: None,
         }
     }
 
@@ -126,8 +127,8 @@ impl<P: Problem> IdaBuilder<P> {
 
     /// Solves the linear systems with `solver` instead of KLU.
     #[must_use]
-    pub fn structured_solver(mut self, solver: impl StructuredSolver<P> + Send + 'static) -> Self {
-        self.structured = Some(Box::new(solver));
+    pub fn linear_solver(mut self, solver: impl LinearSolver<P> + Send + 'static) -> Self {
+        self.linear_solver = Some(Box::new(solver));
         self
     }
 
@@ -139,29 +140,42 @@ impl<P: Problem> IdaBuilder<P> {
     /// # Errors
     /// [`Error::WrongLength`], [`Error::NotFinite`], [`Error::Empty`] or [`Error::InvalidOption`]
     /// for arguments that make no sense; [`Error::Call`] when IDAS refuses one.
-    pub fn build(self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<IdaSolver<P>, Error> {
+    pub fn build(mut self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<IdaSolver<P>, Error> {
         let n = self.problem.n_unknowns();
-        let (kinds, pattern) = (self.problem.kinds(), self.problem.jacobian_pattern());
+        let jacobian = Jacobian::of(&self.problem);
+        let pattern = jacobian.pattern().clone();
         expect_state(n, t0, y0, y_dot0)?;
+        let kinds =
+            kinds_at(&mut self.problem, t0, y0, y_dot0).map_err(|error| Error::Callback {
+                function: "Jacobian",
+                t: t0,
+                source: error.into(),
+            })?;
         expect_shapes(n, &kinds, &pattern)?;
         self.options.validate(n)?;
         self.quadrature.validate()?;
         let suppressed = error_test_id(&self.options.suppressed, &kinds)?;
 
-        let linear = match self.structured {
+        let linear = match self.linear_solver {
             Some(_) => Linear::Structured,
             None => Linear::Klu {
                 pattern: &pattern,
                 options: self.options.klu.raw(),
             },
         };
+        let weighing = match self.weights {
+            Some(function) => Weighing::Function(function),
+            None => Weighing::Tolerances(self.options.tolerances.clone()),
+        };
         let functions = UserFunctions {
             problem: self.problem,
+            jacobian,
             n_roots: self.root_directions.len(),
             roots: self.roots,
-            weights: self.weights,
+            weighing,
+            weights: vec![1.0; n],
             quadrature: self.quadrature_rates,
-            structured: self.structured,
+            linear_solver: self.linear_solver,
             t_called: t0,
             failures: FailureLog::default(),
         };
@@ -199,19 +213,10 @@ fn expect_shapes(n: usize, kinds: &[VariableKind], pattern: &SparsityPattern) ->
 impl<P: Problem> IdaSolver<P> {
     /// Hands the validated settings to IDAS.
     fn apply(&mut self, options: &IdaOptions) -> Result<(), Error> {
-        let weighted = self.functions().weights.is_some();
         let suppressed = self.suppressed.clone();
         let ida = &mut self.ida;
         let mut set = || {
-            match &options.tolerances {
-                _ if weighted => ida.set_weight_function()?,
-                Tolerances::Scalar { relative, absolute } => {
-                    ida.set_scalar_tolerances(*relative, *absolute)?;
-                }
-                Tolerances::Vector { relative, absolute } => {
-                    ida.set_vector_tolerances(*relative, absolute)?;
-                }
-            }
+            ida.set_weight_function()?;
             ida.set_max_order(options.max_order as i32)?;
             if let Some(step) = options.initial_step {
                 ida.set_initial_step(step)?;

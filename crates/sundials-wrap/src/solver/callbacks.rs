@@ -3,8 +3,7 @@
 use crate::error::Error;
 use crate::ffi::trampoline::{Answer, Callbacks};
 use crate::vector_kernels::is_finite;
-use myovib_dae::StructuredSolver;
-use myovib_dae::{Problem, StepError};
+use myovib_dae::{Jacobian, LinearSolver, Linearization, Problem, StepError, Tolerances};
 
 /// g(t, y, ẏ) or a quadrature's integrand, written into the last argument.
 pub(super) type Function<P> =
@@ -12,14 +11,48 @@ pub(super) type Function<P> =
 /// Error weights for y, written into the last argument.
 pub(super) type Weights<P> = dyn FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send;
 
+/// Where the error weights come from.
+pub(super) enum Weighing<P> {
+    /// 1/(rtol |y| + atol)
+    Tolerances(Tolerances),
+    /// A function of the user's.
+    Function(Box<Weights<P>>),
+}
+
+impl<P: Problem> Weighing<P> {
+    /// Writes the weights at `y`.
+    fn write(&mut self, problem: &mut P, y: &[f64], weights: &mut [f64]) -> Result<(), StepError> {
+        match self {
+            Self::Tolerances(tolerances) => tolerances.write_weights(y, weights),
+            Self::Function(function) => function(problem, y, weights)?,
+        }
+        match weights.iter().position(|&w| !(w > 0.0 && w.is_finite())) {
+            None => Ok(()),
+            Some(i) => {
+                let (weight, value, name) = (weights[i], y[i], problem.component_name(i));
+                Err(StepError::Recoverable(match self {
+                    Self::Tolerances(_) => format!(
+                        "the tolerance of {name} is zero at {name} = {value}: it needs an absolute \
+                         tolerance > 0"
+                    ),
+                    Self::Function(_) => format!("error weight[{i}] = {weight} must be positive"),
+                }))
+            }
+        }
+    }
+}
+
 /// The problem with everything else that IDAS may call.
 pub(super) struct UserFunctions<P> {
     pub(super) problem: P,
+    pub(super) jacobian: Jacobian,
     pub(super) n_roots: usize,
     pub(super) roots: Option<Box<Function<P>>>,
-    pub(super) weights: Option<Box<Weights<P>>>,
+    pub(super) weighing: Weighing<P>,
+    /// The weights IDAS uses now.
+    pub(super) weights: Vec<f64>,
     pub(super) quadrature: Option<Box<Function<P>>>,
-    pub(super) structured: Option<Box<dyn StructuredSolver<P> + Send>>,
+    pub(super) linear_solver: Option<Box<dyn LinearSolver<P> + Send>>,
     /// Time of the last call that had one, for messages of those that have none.
     pub(super) t_called: f64,
     pub(super) failures: FailureLog,
@@ -66,6 +99,14 @@ impl FailureLog {
                 });
                 Answer::Fatal
             }
+            Err(other) => {
+                self.fatal = Some(Error::Callback {
+                    function,
+                    t,
+                    source: other.into(),
+                });
+                Answer::Fatal
+            }
         }
     }
 
@@ -101,24 +142,44 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
         c_j: f64,
         values: &mut [f64],
     ) -> Answer {
-        let result = self.problem.jacobian(t, y, y_dot, 1.0, c_j, values);
+        let at = Linearization {
+            t,
+            y,
+            y_dot,
+            step: 1.0 / c_j,
+            weights: &self.weights,
+        };
+        let problem = &mut self.problem;
+        let result = self.jacobian.combined(problem, &at, (1.0, c_j), values);
         self.failures.answer("Jacobian", t, result, values)
     }
 
     fn structured_setup(&mut self, t: f64, y: &[f64], y_dot: &[f64], c_j: f64) -> Answer {
         self.t_called = t;
-        let Some(solver) = &mut self.structured else {
+        let Some(solver) = &mut self.linear_solver else {
             return Answer::Fatal;
         };
-        let result = solver.setup(&mut self.problem, t, y, y_dot, c_j);
+        let at = Linearization {
+            t,
+            y,
+            y_dot,
+            step: 1.0 / c_j,
+            weights: &self.weights,
+        };
+        let evaluated = solver.evaluate(&mut self.problem, &at);
+        match self.failures.answer("Jacobian", t, evaluated, &[]) {
+            Answer::Success => {}
+            failed => return failed,
+        }
+        let result = solver.set_up(&mut self.problem, c_j, &[]);
         self.failures.answer("linear set-up", t, result, &[])
     }
 
     fn structured_solve(&mut self, rhs: &mut [f64]) -> Answer {
-        let Some(solver) = &mut self.structured else {
+        let Some(solver) = &mut self.linear_solver else {
             return Answer::Fatal;
         };
-        let result = solver.solve(&mut self.problem, rhs);
+        let result = solver.solve_real(&mut self.problem, rhs);
         self.failures
             .answer("linear solve", self.t_called, result, rhs)
     }
@@ -136,18 +197,8 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
     }
 
     fn error_weights(&mut self, y: &[f64], weights: &mut [f64]) -> Answer {
-        let Some(function) = &mut self.weights else {
-            return Answer::Fatal;
-        };
-        let result = function(&mut self.problem, y, weights);
-        if result.is_ok()
-            && let Some(i) = weights.iter().position(|&w| !(w > 0.0 && w.is_finite()))
-        {
-            let weight = weights[i];
-            self.failures.recoverable =
-                Some(format!("error weight[{i}] = {weight} must be positive"));
-            return Answer::Recoverable;
-        }
+        let result = self.weighing.write(&mut self.problem, y, weights);
+        self.weights.copy_from_slice(weights);
         self.failures
             .answer("error weight function", self.t_called, result, &[])
     }

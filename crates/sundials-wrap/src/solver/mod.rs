@@ -4,6 +4,7 @@ mod builder;
 mod callbacks;
 mod codes;
 mod dense;
+mod integrator;
 
 use std::panic::resume_unwind;
 
@@ -13,22 +14,12 @@ use crate::error::Error;
 use crate::ffi::call::CallFailed;
 use crate::ffi::ida::{Counter, Ida, InitialUnknowns, Task};
 use crate::options::{differential, expect_finite, expect_length, expect_state, finite};
-use myovib_dae::Stats;
-use myovib_dae::{Outcome, Stop, StopReason, WorstComponent};
-use myovib_dae::{Problem, VariableKind};
+use myovib_dae::{
+    ConsistencyMode, Outcome, Problem, Statistics, Stop, StopReason, VariableKind, WorstComponent,
+};
 
 pub use builder::IdaBuilder;
 use callbacks::UserFunctions;
-
-/// Which values are sought by [`IdaSolver::correct_initial_values`]; the others are kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum ConsistencyMode {
-    /// The algebraic components of y and the derivatives of the differential ones, for
-    /// semi-explicit systems of index 1 (`IDA_YA_YDP_INIT`).
-    AlgebraicAndDerivatives,
-    /// All of y, ẏ being given, for instance zero for a steady state (`IDA_Y_INIT`).
-    States,
-}
 
 /// An integration of a [`Problem`] by the variable-order, variable-step BDF of IDAS.
 ///
@@ -123,25 +114,20 @@ impl<P: Problem> IdaSolver<P> {
             None if weights_failed => StopReason::ErrorWeightsFailed,
             None => return Err(call_error(CallFailed::new("IDASolve", code), message)),
         };
-        let stats = self.stats();
+        let statistics = self.statistics();
         let repeated = matches!(
             reason,
             StopReason::ErrorTestFailures | StopReason::ConvergenceFailures
         );
-        let reason = if repeated && self.t + stats.current_step == self.t {
+        let reason = if repeated && self.t + statistics.current_step == self.t {
             StopReason::StepTooSmall
         } else {
             reason
         };
-        Ok(Outcome::Stopped(Box::new(Stop {
-            reason,
-            message: format!("{message} ({})", codes::name(code)),
-            t: self.t,
-            last_step: stats.last_step,
-            last_order: stats.last_order,
-            stats,
-            worst_components: self.worst_components(code == sys::IDA_ERR_FAIL)?,
-        })))
+        let message = format!("{message} ({})", codes::name(code));
+        let worst = self.worst_components(code == sys::IDA_ERR_FAIL)?;
+        let stop = Stop::new(reason, message, self.t, statistics, worst);
+        Ok(Outcome::Stopped(Box::new(stop)))
     }
 
     /// Where the error test failed, of the components that are not left out of it.
@@ -278,36 +264,42 @@ impl<P: Problem> IdaSolver<P> {
     }
 
     /// All counters.
-    pub fn stats(&self) -> Stats {
+    pub fn statistics(&self) -> Statistics {
         let ida = &self.ida;
+        let functions = self.functions();
         // Without quadratures IDAS takes these questions for errors.
         let of_quadratures = |counter| match self.n_quadratures() {
             0 => 0,
             _ => ida.counter(counter),
         };
-        Stats {
-            steps: ida.counter(Counter::Steps),
-            error_test_failures: ida.counter(Counter::ErrorTestFailures),
-            step_solve_failures: ida.counter(Counter::StepSolveFailures),
-            newton_failures: ida.counter(Counter::NewtonFailures),
-            newton_iterations: ida.counter(Counter::NewtonIterations),
-            residual_evaluations: ida.counter(Counter::ResidualEvaluations),
-            jacobian_evaluations: ida.counter(Counter::JacobianEvaluations),
-            linear_setups: ida.counter(Counter::LinearSetups),
-            backtracks: ida.counter(Counter::Backtracks),
-            root_evaluations: ida.counter(Counter::RootEvaluations),
-            quadrature_evaluations: of_quadratures(Counter::QuadratureEvaluations),
-            quadrature_error_test_failures: of_quadratures(Counter::QuadratureErrorTestFailures),
-            last_order: ida.last_order(),
-            current_order: ida.current_order(),
-            last_step: ida.last_step(),
-            current_step: ida.current_step(),
-            initial_step: ida.initial_step(),
-            t_reached: ida.internal_time(),
-            tolerance_scale_factor: ida.tolerance_scale_factor(),
-            last_linear_flag: ida.last_linear_flag(),
-            smallest_rcond: ida.smallest_rcond(),
-        }
+        let mut statistics = Statistics::default();
+        statistics.steps = ida.counter(Counter::Steps);
+        statistics.error_test_failures = ida.counter(Counter::ErrorTestFailures);
+        statistics.step_solve_failures = ida.counter(Counter::StepSolveFailures);
+        statistics.newton_failures = ida.counter(Counter::NewtonFailures);
+        statistics.newton_iterations = ida.counter(Counter::NewtonIterations);
+        statistics.residual_evaluations = ida.counter(Counter::ResidualEvaluations);
+        statistics.difference_evaluations = match &functions.linear_solver {
+            Some(solver) => solver.difference_evaluations(),
+            None => functions.jacobian.residual_evaluations(),
+        };
+        statistics.jacobian_evaluations = ida.counter(Counter::JacobianEvaluations);
+        statistics.linear_setups = ida.counter(Counter::LinearSetups);
+        statistics.backtracks = ida.counter(Counter::Backtracks);
+        statistics.root_evaluations = ida.counter(Counter::RootEvaluations);
+        statistics.quadrature_evaluations = of_quadratures(Counter::QuadratureEvaluations);
+        statistics.quadrature_error_test_failures =
+            of_quadratures(Counter::QuadratureErrorTestFailures);
+        statistics.last_order = ida.last_order();
+        statistics.current_order = ida.current_order();
+        statistics.last_step = ida.last_step();
+        statistics.current_step = ida.current_step();
+        statistics.initial_step = ida.initial_step();
+        statistics.t_reached = ida.internal_time();
+        statistics.tolerance_scale_factor = ida.tolerance_scale_factor();
+        statistics.last_linear_flag = ida.last_linear_flag();
+        statistics.smallest_rcond = ida.smallest_rcond();
+        statistics
     }
 
     /// The size of the step to be tried next; 0 before the first.
@@ -315,7 +307,15 @@ impl<P: Problem> IdaSolver<P> {
         self.ida.current_step()
     }
 
-    fn n_quadratures(&self) -> usize {
+    /// The ends of the last step accepted, which dense output covers; both are the initial time
+    /// before the first step.
+    pub fn last_step_interval(&self) -> [f64; 2] {
+        let to = self.ida.internal_time();
+        [to - self.ida.last_step(), to]
+    }
+
+    /// Number of quadratures.
+    pub fn n_quadratures(&self) -> usize {
         self.ida.n_quadratures()
     }
 
@@ -355,7 +355,7 @@ impl<P: Problem> std::fmt::Debug for IdaSolver<P> {
         f.debug_struct("IdaSolver")
             .field("n", &self.n)
             .field("t", &self.t)
-            .field("stats", &self.stats())
+            .field("statistics", &self.statistics())
             .finish_non_exhaustive()
     }
 }

@@ -19,7 +19,7 @@ fn started() -> IdaSolver<Robertson> {
 fn c_j_is_the_inverse_of_the_step_at_order_one() {
     let mut solver = started();
     solver.step(1.0).unwrap();
-    let stats = solver.stats();
+    let stats = solver.statistics();
     assert_eq!(stats.last_order, 1);
     assert_eq!(solver.c_j(), 1.0 / stats.last_step);
     assert_eq!(solver.current_step(), stats.current_step);
@@ -60,7 +60,7 @@ fn the_span_of_dense_output_is_the_last_step() {
     let Error::NoDenseOutput { from, to, .. } = error else {
         panic!("{error}")
     };
-    let stats = solver.stats();
+    let stats = solver.statistics();
     assert_eq!(
         (from, to),
         (stats.t_reached - stats.last_step, stats.t_reached)

@@ -75,11 +75,11 @@ impl Problem for Decay {
         values.fill(a * slope + b);
         Ok(())
     }
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Differential]
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        Some(vec![VariableKind::Differential])
     }
-    fn indices(&self) -> Vec<u8> {
-        vec![0]
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(vec![0])
     }
     fn component_name(&self, _: usize) -> String {
         "amount".to_owned()

@@ -5,7 +5,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use myovib_dae::{Direction, Outcome, StepError, StopReason, StructuredSolver, Tolerances};
+use myovib_dae::{
+    Complex64, Direction, LinearSolver, Linearization, Outcome, StepError, StopReason, Tolerances,
+};
 
 use sundials_wrap::{Error, IdaOptions, IdaSolver};
 
@@ -58,22 +60,28 @@ struct Scalar {
     matrix: f64,
 }
 
-impl StructuredSolver<Decay> for Scalar {
-    fn setup(
-        &mut self,
-        _: &mut Decay,
-        _: f64,
-        _: &[f64],
-        _: &[f64],
-        c_j: f64,
-    ) -> Result<(), StepError> {
+impl LinearSolver<Decay> for Scalar {
+    fn evaluate(&mut self, _: &mut Decay, _: &Linearization<'_>) -> Result<(), StepError> {
+        Ok(())
+    }
+
+    fn set_up(&mut self, _: &mut Decay, c_j: f64, _: &[Complex64]) -> Result<(), StepError> {
         self.matrix = self.plan.value("linear set-up", 1.0 + c_j)?;
         Ok(())
     }
 
-    fn solve(&mut self, _: &mut Decay, rhs: &mut [f64]) -> Result<(), StepError> {
+    fn solve_real(&mut self, _: &mut Decay, rhs: &mut [f64]) -> Result<(), StepError> {
         rhs[0] = self.plan.value("linear solve", rhs[0] / self.matrix)?;
         Ok(())
+    }
+
+    fn solve_complex(
+        &mut self,
+        _: &mut Decay,
+        _: usize,
+        _: &mut [Complex64],
+    ) -> Result<(), StepError> {
+        unreachable!("BDF has real shifts only")
     }
 }
 
@@ -98,7 +106,7 @@ fn solver(plan: &Plan) -> IdaSolver<Decay> {
         });
     if plan.function.starts_with("linear") {
         let (plan, matrix) = (of(), f64::NAN);
-        builder = builder.structured_solver(Scalar { plan, matrix });
+        builder = builder.linear_solver(Scalar { plan, matrix });
     }
     builder.build(0.0, &[1.0], &[-1.0]).unwrap()
 }
@@ -140,7 +148,7 @@ fn a_panic_in_any_function_comes_back_as_it_was() {
         let text = panic.downcast_ref::<String>().unwrap();
         assert_eq!(*text, format!("the {function} panics"));
         // What is left can be looked at, restarted, and taken apart.
-        assert!(solver.t().is_finite() && solver.stats().steps < 100);
+        assert!(solver.t().is_finite() && solver.statistics().steps < 100);
         plan.calls.store(0, Ordering::Relaxed);
         solver.reinit(0.0, &[1.0], &[-1.0], &[0.0]).unwrap();
         let again = catch_unwind(AssertUnwindSafe(|| solver.integrate_to(1.0)));
@@ -260,11 +268,11 @@ fn a_solver_goes_on_or_says_why_not_after_each_kind_of_end() {
     solver.problem_mut().residual = Box::new(|_, y| Ok(y));
     solver.reinit(0.0, &[1.0], &[-1.0], &[]).unwrap();
     let mut fresh = Decay::new().solver();
-    assert_eq!(solver.stats().steps, 0);
+    assert_eq!(solver.statistics().steps, 0);
     solver.integrate_to(1.0).unwrap();
     fresh.integrate_to(1.0).unwrap();
     assert_eq!(solver.y(), fresh.y());
-    assert_eq!(solver.stats(), fresh.stats());
+    assert_eq!(solver.statistics(), fresh.statistics());
     // The problem outlives the solver, and starts another.
     let mut second = solver.into_problem().solver();
     assert_eq!(

@@ -24,7 +24,7 @@ fn a_recoverable_error_shortens_the_step_and_the_integration_goes_on() {
         solver.integrate_to(1.0).unwrap(),
         Outcome::Reached { t: 1.0 }
     );
-    assert_eq!(solver.stats().step_solve_failures, 3);
+    assert_eq!(solver.statistics().step_solve_failures, 3);
     // Default tolerance 1e-4 per step, some thirty steps, of a solution of size 1/e.
     assert!(
         (solver.y()[0] - (-1.0_f64).exp()).abs() < 1e-2,
@@ -52,7 +52,10 @@ fn a_recoverable_error_that_persists_and_a_nan_stop_with_the_reason() {
         assert_eq!(stop.reason, StopReason::ResidualFailed, "{stop}");
         assert!(stop.message.contains(message), "{stop}");
         assert!(stop.t <= 0.5 && stop.t > 0.4, "{stop}");
-        assert!(stop.last_step > 0.0 && stop.last_order >= 1, "{stop}");
+        assert!(
+            stop.statistics.last_step > 0.0 && stop.statistics.last_order >= 1,
+            "{stop}"
+        );
         assert_eq!(stop.worst_components[0].name, "amount");
     }
 }
@@ -89,12 +92,12 @@ impl Problem for Jumps {
         Ok(())
     }
 
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Algebraic; 2]
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        Some(vec![VariableKind::Algebraic; 2])
     }
 
-    fn indices(&self) -> Vec<u8> {
-        vec![1; 2]
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(vec![1; 2])
     }
 }
 
@@ -153,7 +156,7 @@ fn nan_in_the_jacobian_is_recoverable() {
         solver.integrate_to(1.0).unwrap(),
         Outcome::Reached { t: 1.0 }
     );
-    assert_eq!(solver.stats().step_solve_failures, 1);
+    assert_eq!(solver.statistics().step_solve_failures, 1);
 }
 
 #[test]
@@ -226,11 +229,11 @@ fn singular_jacobians_stop_the_integration() {
             values[0] = b;
             Ok(())
         }
-        fn kinds(&self) -> Vec<VariableKind> {
-            vec![VariableKind::Differential, VariableKind::Algebraic]
+        fn kinds(&self) -> Option<Vec<VariableKind>> {
+            Some(vec![VariableKind::Differential, VariableKind::Algebraic])
         }
-        fn indices(&self) -> Vec<u8> {
-            vec![0, 1]
+        fn indices(&self) -> Option<Vec<u8>> {
+            Some(vec![0, 1])
         }
     }
     // Row 1 empty (and column 1): structurally. Entry (1, 1) present, but zero: numerically.

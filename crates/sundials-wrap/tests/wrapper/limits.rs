@@ -17,7 +17,10 @@ fn too_many_steps_is_an_outcome_and_the_next_call_goes_on() {
         .build(0.0, &[1.0], &[-1.0])
         .unwrap();
     let first = stop(solver.integrate_to(1.0));
-    assert_eq!((first.reason, first.stats.steps), (StopReason::MaxSteps, 5));
+    assert_eq!(
+        (first.reason, first.statistics.steps),
+        (StopReason::MaxSteps, 5)
+    );
     while matches!(solver.integrate_to(1.0).unwrap(), Outcome::Stopped(_)) {}
     assert_eq!(solver.t(), 1.0);
 }
@@ -55,5 +58,5 @@ fn too_tight_a_tolerance_is_named() {
         .unwrap();
     let stop = stop(solver.integrate_to(1.0));
     assert_eq!(stop.reason, StopReason::ToleranceTooTight, "{stop}");
-    assert!(stop.stats.tolerance_scale_factor > 1.0, "{stop}");
+    assert!(stop.statistics.tolerance_scale_factor > 1.0, "{stop}");
 }

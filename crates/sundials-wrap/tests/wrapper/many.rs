@@ -34,7 +34,7 @@ fn solvers_run_in_many_threads_at_once_and_move_between_them() {
         solver.integrate_to(4.0).unwrap();
         std::thread::spawn(move || {
             solver.integrate_to(40.0).unwrap();
-            (solver.y().to_vec(), solver.stats())
+            (solver.y().to_vec(), solver.statistics())
         })
         .join()
         .unwrap()

@@ -50,7 +50,7 @@ fn tolerances_that_make_no_sense_are_refused() {
         ),
         (
             Tolerances::scalar(0.0, 0.0),
-            "relative and absolute tolerance = 0: must be not both zero",
+            "absolute tolerance = 0: must be > 0 where the relative one is 0",
         ),
         (
             Tolerances::vector(1e-3, [1e-3, 1e-3]),
@@ -192,11 +192,11 @@ impl Problem for Crooked {
     ) -> Result<(), StepError> {
         unreachable!("it is refused")
     }
-    fn kinds(&self) -> Vec<VariableKind> {
-        vec![VariableKind::Differential; self.kinds]
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        Some(vec![VariableKind::Differential; self.kinds])
     }
-    fn indices(&self) -> Vec<u8> {
-        vec![0; self.n]
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(vec![0; self.n])
     }
 }
 

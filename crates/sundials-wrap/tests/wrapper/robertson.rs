@@ -59,12 +59,12 @@ fn reproduces_the_published_run_with_klu() {
             solver.y()[0]
         );
         assert_eq!(
-            solver.stats().steps,
+            solver.statistics().steps,
             published["nst"][row].as_u64().unwrap(),
             "row {row}"
         );
     }
-    let stats = solver.stats();
+    let stats = solver.statistics();
     let counters = [
         ("steps", stats.steps),
         ("res", stats.residual_evaluations),

@@ -141,7 +141,7 @@ fn start_values_agree_with_the_published_ones() {
 #[test]
 fn know_what_is_algebraic_and_of_which_index() {
     for sample in all() {
-        let (kinds, indices) = (sample.kinds(), sample.indices());
+        let (kinds, indices) = (sample.kinds().unwrap(), sample.indices().unwrap());
         assert_eq!(
             (kinds.len(), indices.len()),
             (sample.n_unknowns(), sample.n_unknowns())
@@ -156,7 +156,7 @@ fn know_what_is_algebraic_and_of_which_index() {
         .map(|&i| i as u8)
         .collect();
     assert_eq!(
-        published,
+        Some(published),
         myovib_dae::Problem::indices(&CarAxis::new(FORMS[0]))
     );
 }

@@ -50,7 +50,7 @@ fn call() -> impl Strategy<Value = Call> {
 fn check(solver: &IdaSolver<Robertson>) {
     assert!(solver.t().is_finite());
     assert_eq!((solver.y().len(), solver.y_dot().len()), (3, 3));
-    let stats = solver.stats();
+    let stats = solver.statistics();
     // Towards f64::MAX the step doubles until time itself overflows, and the solution with it.
     let values = solver.y().iter().chain(solver.y_dot());
     assert!(values.copied().all(f64::is_finite) || stats.t_reached.is_infinite());
@@ -71,9 +71,9 @@ fn apply(solver: &mut IdaSolver<Robertson>, call: &Call) {
         Call::IntegrateTo(t) => solver.integrate_to(t).map(reached(t)).is_err(),
         Call::DenseOutput { back, derivative } => {
             let mut out = [0.0; 3];
-            let t = solver.t() - back * solver.stats().last_step;
+            let t = solver.t() - back * solver.statistics().last_step;
             let result = solver.dense_output(t, derivative, &mut out);
-            let overflown = solver.stats().t_reached.is_infinite();
+            let overflown = solver.statistics().t_reached.is_infinite();
             assert!(result.is_err() || overflown || out.iter().all(|v| v.is_finite()));
             true
         }
@@ -89,7 +89,7 @@ fn apply(solver: &mut IdaSolver<Robertson>, call: &Call) {
             result.is_err()
         }
         Call::Correct(t) => {
-            let started = solver.stats().steps > 0;
+            let started = solver.statistics().steps > 0;
             let mode = ConsistencyMode::AlgebraicAndDerivatives;
             let refused = solver.correct_initial_values(mode, t).is_err();
             assert!(refused || !started, "{call:?}");

@@ -10,28 +10,6 @@ use super::super::vector::NVector;
 use super::Ida;
 
 impl<C: Callbacks> Ida<C> {
-    pub(crate) fn set_scalar_tolerances(
-        &mut self,
-        relative: f64,
-        absolute: f64,
-    ) -> Result<(), CallFailed> {
-        // SAFETY: the block is valid and borrowed uniquely; two numbers are stored.
-        let code = unsafe { sys::IDASStolerances(self.memory.raw(), relative, absolute) };
-        check("IDASStolerances", code)
-    }
-
-    pub(crate) fn set_vector_tolerances(
-        &mut self,
-        relative: f64,
-        absolute: &[f64],
-    ) -> Result<(), CallFailed> {
-        self.scratch.as_mut_slice().copy_from_slice(absolute);
-        let scratch = self.scratch.raw();
-        // SAFETY: as above; the vector has the integrator's length and is copied.
-        let code = unsafe { sys::IDASVtolerances(self.memory.raw(), relative, scratch) };
-        check("IDASVtolerances", code)
-    }
-
     pub(crate) fn set_weight_function(&mut self) -> Result<(), CallFailed> {
         let function: sys::IDAEwtFn = Some(trampoline::error_weights::<C>);
         self.set("IDAWFtolerances", sys::IDAWFtolerances, function)

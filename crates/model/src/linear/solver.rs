@@ -1,44 +1,40 @@
-//! The condensed matrices as Radau IIA asks for them: one real and some complex c at a time.
+//! The condensed matrices as an integrator asks for them: one real and some complex c at a time.
 
-use myovib_dae::StepError;
-use myovib_radau::{Method, NewtonMatrices};
+use myovib_dae::{LinearSolver, Linearization, StepError};
 use myovib_sparse::klu::{KluError, KluOptions};
 use num_complex::Complex64;
 
 use super::{Reduced, Reduction};
 use crate::muscle_dae::MuscleDae;
 
-/// Solves the Newton systems of a [`MuscleDae`] under Radau IIA by a [`Reduction`].
+/// Solves the Newton systems of a [`MuscleDae`] by a [`Reduction`].
+///
+/// Room for complex matrices is made at the first set-up that asks for them.
 #[derive(Debug)]
-pub struct CondensedMatrices {
+pub struct CondensedSolver {
+    reduction: Reduction,
     real: Reduced<f64>,
     complex: Vec<Reduced<Complex64>>,
 }
 
-impl CondensedMatrices {
-    /// Lays out the reduction for `method`.
+impl CondensedSolver {
+    /// Lays out the reduction.
     ///
     /// # Errors
     /// Those of the analysis.
-    pub fn new(dae: &MuscleDae, options: KluOptions, method: &Method) -> Result<Self, KluError> {
+    pub fn new(dae: &MuscleDae, options: KluOptions) -> Result<Self, KluError> {
         let reduction = Reduction::new(dae, options)?;
-        let complex = method.complex_modes().iter();
         Ok(Self {
             real: reduction.matrix(),
-            complex: complex.map(|_| reduction.matrix()).collect(),
+            complex: Vec::new(),
+            reduction,
         })
     }
 }
 
-impl NewtonMatrices<MuscleDae> for CondensedMatrices {
-    fn evaluate(
-        &mut self,
-        dae: &mut MuscleDae,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
-    ) -> Result<(), StepError> {
-        dae.update_matrices(t, y, y_dot)
+impl LinearSolver<MuscleDae> for CondensedSolver {
+    fn evaluate(&mut self, dae: &mut MuscleDae, at: &Linearization<'_>) -> Result<(), StepError> {
+        dae.update_matrices(at.t, at.y, at.y_dot)
     }
 
     fn set_up(
@@ -47,6 +43,8 @@ impl NewtonMatrices<MuscleDae> for CondensedMatrices {
         real: f64,
         complex: &[Complex64],
     ) -> Result<(), StepError> {
+        let fresh = || self.reduction.matrix();
+        self.complex.resize_with(complex.len(), fresh);
         let mut work = dae.counters().linear;
         let values = |matrix| dae.matrix_values(matrix);
         let mut matrices = self.complex.iter_mut().zip(complex);

@@ -1,0 +1,65 @@
+//! Columns that one evaluation can difference together.
+
+use nalgebra_sparse::pattern::SparsityPattern;
+
+/// Groups of columns of a pattern, no two of which in a group have an entry in the same row: greedy
+/// colouring in the order of the columns (Curtis, Powell, Reid 1974).
+pub(crate) fn colour(pattern: &SparsityPattern) -> Vec<Vec<usize>> {
+    let mut columns_of_row = vec![Vec::new(); pattern.minor_dim()];
+    for column in 0..pattern.major_dim() {
+        for &row in pattern.lane(column) {
+            columns_of_row[row].push(column);
+        }
+    }
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    let mut group_of = vec![usize::MAX; pattern.major_dim()];
+    // For each group the last column that could not join it.
+    let mut barred_for: Vec<usize> = Vec::new();
+    for column in 0..pattern.major_dim() {
+        let rows = pattern.lane(column).iter();
+        for &other in rows.flat_map(|&row| &columns_of_row[row]) {
+            if let Some(barred) = barred_for.get_mut(group_of[other]) {
+                *barred = column;
+            }
+        }
+        let free = barred_for.iter().position(|&barred| barred != column);
+        let group = free.unwrap_or(groups.len());
+        if group == groups.len() {
+            groups.push(Vec::new());
+            barred_for.push(usize::MAX);
+        }
+        groups[group].push(column);
+        group_of[column] = group;
+    }
+    groups
+}
+
+#[cfg(test)]
+mod tests {
+    use super::colour;
+    use nalgebra_sparse::pattern::SparsityPattern;
+
+    /// Columns j of a tridiagonal matrix have rows j − 1, j, j + 1: three colours do.
+    #[test]
+    fn a_tridiagonal_pattern_has_three_colours_and_a_full_one_a_colour_a_column() {
+        let n: usize = 11;
+        let column = |j: usize| j.saturating_sub(1)..(j + 2).min(n);
+        let mut offsets = vec![0];
+        for j in 0..n {
+            offsets.push(offsets[j] + column(j).len());
+        }
+        let rows = (0..n).flat_map(column).collect();
+        let pattern = SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows).unwrap();
+        let groups = colour(&pattern);
+        assert_eq!(groups.len(), 3);
+        for (g, group) in groups.iter().enumerate() {
+            assert!(group.iter().all(|j| j % 3 == g), "{group:?}");
+        }
+        assert_eq!(colour(&crate::problem::full_pattern(n)).len(), n);
+    }
+
+    #[test]
+    fn empty_columns_join_the_first_group() {
+        assert_eq!(colour(&SparsityPattern::zeros(3, 3)), [[0, 1, 2]]);
+    }
+}

@@ -1,0 +1,159 @@
+//! The Jacobian of a problem: its own, or by differences.
+
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use crate::differences::Differences;
+use crate::linearization::Linearization;
+use crate::problem::{Problem, StepError, VariableKind};
+
+/// Evaluates the Jacobian of one problem: by [`Problem::jacobian`], or, where the problem has none,
+/// by difference quotients of the residual, coloured over the pattern.
+///
+/// # Examples
+/// ```
+/// use myovib_dae::{Jacobian, Linearization, Problem, StepError};
+///
+/// /// ẏ + y² = 0
+/// struct Square;
+/// impl Problem for Square {
+///     fn n_unknowns(&self) -> usize {
+///         1
+///     }
+///     fn residual(&mut self, _: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+///         r[0] = v[0] + y[0] * y[0];
+///         Ok(())
+///     }
+/// }
+///
+/// let mut jacobian = Jacobian::of(&Square);
+/// let at = Linearization { t: 0.0, y: &[3.0], y_dot: &[-9.0], step: 0.1, weights: &[1e6] };
+/// let mut value = [0.0];
+/// jacobian.combined(&mut Square, &at, (1.0, 10.0), &mut value)?;
+/// assert!((value[0] - 16.0).abs() < 1e-6);
+/// # Ok::<(), StepError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Jacobian {
+    pattern: SparsityPattern,
+    /// Made when the problem says that it has no Jacobian.
+    differences: Option<Differences>,
+}
+
+impl Jacobian {
+    /// The Jacobian of `problem`.
+    pub fn of<P: Problem + ?Sized>(problem: &P) -> Self {
+        Self::with_pattern(problem.jacobian_pattern())
+    }
+
+    /// The Jacobian of a problem with this pattern.
+    pub fn with_pattern(pattern: SparsityPattern) -> Self {
+        Self {
+            pattern,
+            differences: None,
+        }
+    }
+
+    /// The pattern, by columns.
+    pub fn pattern(&self) -> &SparsityPattern {
+        &self.pattern
+    }
+
+    /// Evaluates a ∂F/∂y + b ∂F/∂ẏ into `values`, in the order of the pattern.
+    ///
+    /// # Errors
+    /// Those of the problem.
+    pub fn combined<P: Problem + ?Sized>(
+        &mut self,
+        problem: &mut P,
+        at: &Linearization<'_>,
+        (a, b): (f64, f64),
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        if self.differences.is_none() {
+            match problem.jacobian(at.t, at.y, at.y_dot, a, b, values) {
+                Err(StepError::NoJacobian) => {}
+                provided => return provided,
+            }
+        }
+        self.difference(problem, at, (a, b), values)
+    }
+
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, in the order of the pattern.
+    ///
+    /// # Errors
+    /// Those of the problem.
+    pub fn parts<P: Problem + ?Sized>(
+        &mut self,
+        problem: &mut P,
+        at: &Linearization<'_>,
+        parts: [&mut [f64]; 2],
+    ) -> Result<(), StepError> {
+        let [of_value, of_rate] = parts;
+        if self.differences.is_none() {
+            match problem.jacobian_parts(at.t, at.y, at.y_dot, [of_value, of_rate]) {
+                Err(StepError::NoJacobian) => {}
+                provided => return provided,
+            }
+        }
+        self.difference(problem, at, (1.0, 0.0), of_value)?;
+        self.difference(problem, at, (0.0, 1.0), of_rate)
+    }
+
+    /// How many evaluations of the residual the differences took; 0 where the problem has its own
+    /// Jacobian.
+    pub fn residual_evaluations(&self) -> u64 {
+        self.differences.as_ref().map_or(0, |d| d.evaluations)
+    }
+
+    fn difference<P: Problem + ?Sized>(
+        &mut self,
+        problem: &mut P,
+        at: &Linearization<'_>,
+        coefficients: (f64, f64),
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        let pattern = &self.pattern;
+        let differences = self
+            .differences
+            .get_or_insert_with(|| Differences::new(pattern));
+        differences.evaluate(problem, pattern, at, coefficients, values)
+    }
+}
+
+/// How each variable enters F: what the problem says, or else what its Jacobian says at (t, y, ẏ),
+/// where a variable whose column of ∂F/∂ẏ is zero is algebraic.
+///
+/// A derivative that is multiplied by zero at the start and not later is not seen; such a problem
+/// must state its [`kinds`](Problem::kinds).
+///
+/// # Errors
+/// Those of the problem.
+pub fn kinds_at<P: Problem + ?Sized>(
+    problem: &mut P,
+    t: f64,
+    y: &[f64],
+    y_dot: &[f64],
+) -> Result<Vec<VariableKind>, StepError> {
+    if let Some(kinds) = problem.kinds() {
+        return Ok(kinds);
+    }
+    let mut jacobian = Jacobian::of(problem);
+    // Differences over a unit of each variable at least: no coefficient is lost in rounding that
+    // is not lost in the residual itself.
+    let weights = vec![f64::EPSILON.sqrt(); y.len()];
+    let at = Linearization {
+        t,
+        y,
+        y_dot,
+        step: 1.0,
+        weights: &weights,
+    };
+    let mut of_rate = vec![0.0; jacobian.pattern.nnz()];
+    jacobian.combined(problem, &at, (0.0, 1.0), &mut of_rate)?;
+    let offsets = jacobian.pattern.major_offsets();
+    let kind = |column: &[usize]| match of_rate[column[0]..column[1]].iter().all(|&e| e == 0.0) {
+        true => VariableKind::Algebraic,
+        false => VariableKind::Differential,
+    };
+    Ok(offsets.windows(2).map(kind).collect())
+}
