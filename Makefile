@@ -7,12 +7,12 @@ help: ## print this menu
 
 fmt: ## format all sources
 	cargo fmt --all
-	cargo fmt --manifest-path bench/Cargo.toml
+	cargo fmt --manifest-path bench/rivals/Cargo.toml
 	cargo fmt --manifest-path fuzz/Cargo.toml
 
 lint: ## format and lints, warnings as errors
 	cargo fmt --all -- --check
-	cargo fmt --manifest-path bench/Cargo.toml -- --check
+	cargo fmt --manifest-path bench/rivals/Cargo.toml -- --check
 	cargo fmt --manifest-path fuzz/Cargo.toml -- --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 
@@ -35,7 +35,7 @@ paper: ## Table 2 of the paper beside ours
 	./scripts/reproduce
 
 stress: ## all planes of the stress matrix (hours; goes on where it was interrupted)
-	cargo run --release --locked --quiet -p myovib -- stress --full --out out/stress
+	cargo run --release --locked --quiet -p myovib-bench -- stress --full --out out/stress
 
 fuzz: ## ten minutes for each reader of input (nightly and cargo-fuzz; without: seeded mutants)
 	./scripts/fuzz

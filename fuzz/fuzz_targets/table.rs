@@ -4,14 +4,14 @@
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use myovib_cli::scene::Scene;
+use myovib_scene::Scene;
 use tempfile::TempDir;
 
 static FOLDER: LazyLock<TempDir> = LazyLock::new(|| tempfile::tempdir().expect("a folder"));
 
 fuzz_target!(|bytes: &[u8]| {
     std::fs::write(FOLDER.path().join("table.csv"), bytes).expect("the folder is ours");
-    let scene = include_str!("../../crates/cli/tests/mutations/table.toml");
+    let scene = include_str!("../../crates/scene/tests/mutations/table.toml");
     if let Err(error) = Scene::build("s.toml", scene, &[], FOLDER.path()) {
         assert!(error.to_string().contains("s.toml"), "{error}");
     }

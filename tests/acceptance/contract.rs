@@ -64,7 +64,6 @@ fn a_file_that_cannot_be_written_is_code_2_and_named() {
 fn every_command_sees_at_once_that_its_document_cannot_be_written() {
     let folder = tempfile::tempdir().expect("a folder");
     for command in [
-        "bench",
         "check init",
         "figure 3",
         "figures",
@@ -72,7 +71,6 @@ fn every_command_sees_at_once_that_its_document_cannot_be_written() {
         "modes",
         "movie chain",
         "run init",
-        "stress",
         "sweep init --vary solid.kappa=1e5",
         "synchronization",
         "table1",

@@ -5,6 +5,15 @@ use std::process::{Command, Output, Stdio};
 use std::thread;
 use std::time::Duration;
 
+/// The program under test: the users', or the maintainers'.
+const PROGRAM: &str = match option_env!("CARGO_BIN_EXE_myovib") {
+    Some(program) => program,
+    None => match option_env!("CARGO_BIN_EXE_myovib-bench") {
+        Some(program) => program,
+        None => "",
+    },
+};
+
 /// What a run left.
 pub(crate) struct Run {
     pub(crate) code: i32,
@@ -18,7 +27,7 @@ pub(crate) fn myovib_in(folder: &Path, arguments: &[&str]) -> Run {
         status,
         stdout,
         stderr,
-    } = Command::new(env!("CARGO_BIN_EXE_myovib"))
+    } = Command::new(PROGRAM)
         .args(arguments)
         .current_dir(folder)
         .env("NO_COLOR", "1")
@@ -52,7 +61,7 @@ pub(crate) fn document(text: &str, command: &str) -> serde_json::Value {
 
 /// The exit code of a program that Ctrl-C meets in the midst of its work.
 pub(crate) fn code_of_interrupted(folder: &Path, arguments: &[&str]) -> Option<i32> {
-    let mut run = Command::new(env!("CARGO_BIN_EXE_myovib"))
+    let mut run = Command::new(PROGRAM)
         .args(arguments)
         .current_dir(folder)
         .stdout(Stdio::null())

@@ -1,6 +1,5 @@
 //! Acceptance: the program as scripts and people see it, against its contract and the paper.
 
-mod bench;
 mod chains;
 mod contract;
 mod doctor;

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use myovib_cli::scene::builtin_text;
+use myovib_scene::builtin_text;
 use serde_json::{Value, json};
 
 use crate::harness::{document, myovib, myovib_in};

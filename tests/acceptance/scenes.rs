@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use myovib_cli::scene::BUILTIN;
+use myovib_scene::BUILTIN;
 use serde_json::Value;
 
 use crate::harness::myovib_in;

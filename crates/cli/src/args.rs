@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use myovib_model::IntegratorKind;
 use serde::Serialize;
+use serde::de::value::StrDeserializer;
+use serde::de::{DeserializeOwned, IntoDeserializer};
 
 use crate::json::{self, JsonTarget};
 use crate::machine;
@@ -109,6 +111,15 @@ pub fn relative_tolerance(text: &str) -> Result<f64, String> {
 pub fn integrator(name: &str) -> Result<IntegratorKind, String> {
     by_name(&IntegratorKind::ALL, IntegratorKind::name, name)
         .map_err(|names| format!("`{name}` is no integrator: {names}"))
+}
+
+/// A value by its name in scenes, for options.
+///
+/// # Errors
+/// The names there are.
+pub fn named<T: DeserializeOwned>(name: &str) -> Result<T, String> {
+    let name: StrDeserializer<'_, serde::de::value::Error> = name.into_deserializer();
+    T::deserialize(name).map_err(|error| error.to_string())
 }
 
 /// The one of `all` with this name.

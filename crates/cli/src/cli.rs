@@ -2,7 +2,6 @@
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-use crate::commands::bench::BenchArgs;
 use crate::commands::check::CheckArgs;
 use crate::commands::completions::CompletionsArgs;
 use crate::commands::doctor::DoctorArgs;
@@ -14,14 +13,13 @@ use crate::commands::modes::ModesArgs;
 use crate::commands::movie::MovieArgs;
 use crate::commands::run::RunArgs;
 use crate::commands::schema::SchemaArgs;
-use crate::commands::stress::StressArgs;
 use crate::commands::sweep::SweepArgs;
 use crate::commands::synchronization::SynchronizationArgs;
 use crate::commands::table1::Table1Args;
 use crate::commands::table2::Table2Args;
 use crate::commands::{
-    bench, check, completions, doctor, figure, infsup, init, man, modes, movie, run, schema,
-    stress, sweep, synchronization, table1, table2,
+    check, completions, doctor, figure, infsup, init, man, modes, movie, run, schema, sweep,
+    synchronization, table1, table2,
 };
 use crate::exit::Exit;
 use crate::versions;
@@ -63,8 +61,6 @@ pub enum Command {
     Figure(FigureArgs),
     /// Draw all of the paper's figures.
     Figures(FiguresArgs),
-    /// Measure what accuracy, features and finer meshes cost.
-    Bench(BenchArgs),
     /// Animate the chain in the complex plane, or the muscle's deformation (GIF).
     Movie(MovieArgs),
     /// Sweep the drive of a chain and see when the chain locks to it.
@@ -81,8 +77,6 @@ pub enum Command {
     Man(ManArgs),
     /// Run a scene over a grid of values, on all cores.
     Sweep(SweepArgs),
-    /// Run the matrix of formulations, parameters and settings, and see where each breaks.
-    Stress(StressArgs),
 }
 
 impl Command {
@@ -92,7 +86,6 @@ impl Command {
     /// When the input is wrong or an output cannot be written.
     pub fn run(&self) -> anyhow::Result<Exit> {
         match self {
-            Self::Bench(args) => bench::run(args),
             Self::Doctor(args) => doctor::run(args),
             Self::Check(args) => check::run(args),
             Self::Infsup(args) => infsup::run(args),
@@ -109,7 +102,6 @@ impl Command {
             Self::Synchronization(args) => synchronization::run(args),
             Self::Schema(args) => schema::run(args),
             Self::Sweep(args) => sweep::run(args),
-            Self::Stress(args) => stress::run(args),
         }
     }
 }

@@ -1,14 +1,14 @@
-//! JSON documents: the envelope all of them share.
+//! Where JSON documents go.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use serde::{Serialize, Serializer};
+use myovib_scene::atomic_file;
+use myovib_scene::json::document;
+use serde::Serialize;
 
 use crate::args::output_file;
-use crate::atomic_file;
-use crate::versions::Versions;
 
 /// Where a JSON document goes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,29 +30,6 @@ impl FromStr for JsonTarget {
     }
 }
 
-#[derive(Serialize)]
-struct Envelope<'a, T> {
-    schema: String,
-    versions: Versions,
-    #[serde(flatten)]
-    body: &'a T,
-}
-
-/// The document of `command` around `body`, which must serialise as an object.
-///
-/// # Errors
-/// When `body` cannot be serialised.
-pub fn document(command: &str, body: &impl Serialize) -> anyhow::Result<String> {
-    let envelope = Envelope {
-        schema: format!("myovib/{command}/1"),
-        versions: Versions::found(),
-        body,
-    };
-    let mut text = serde_json::to_string_pretty(&envelope)?;
-    text.push('\n');
-    Ok(text)
-}
-
 /// Writes the document of `command` to standard output or, at once and whole, to a file.
 ///
 /// # Errors
@@ -64,50 +41,4 @@ pub fn write(target: &JsonTarget, command: &str, body: &impl Serialize) -> anyho
         JsonTarget::File(path) => atomic_file::save(path, text)?,
     }
     Ok(())
-}
-
-/// Serialises a bulk modulus: a number, or `"inf"` for the incompressible muscle (JSON has no
-/// infinity). For `#[serde(serialize_with = "json::kappa")]`.
-///
-/// # Errors
-/// Those of the serializer.
-pub fn kappa<S: Serializer>(kappa: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-    if kappa.is_infinite() {
-        serializer.serialize_str("inf")
-    } else {
-        serializer.serialize_f64(*kappa)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[derive(Serialize)]
-    struct Row {
-        #[serde(serialize_with = "kappa")]
-        kappa: f64,
-    }
-
-    #[test]
-    fn the_document_starts_with_schema_and_versions() {
-        let text = document("table2", &Row { kappa: 1e5 }).unwrap();
-        let (schema, versions) = (text.find("\"schema\""), text.find("\"versions\""));
-        assert!(
-            schema < versions && versions < text.find("\"kappa\""),
-            "{text}"
-        );
-        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
-        assert_eq!(value["schema"], "myovib/table2/1");
-        assert_eq!(value["kappa"], 1e5);
-    }
-
-    #[test]
-    fn an_infinite_bulk_modulus_is_the_word_inf() {
-        let text = serde_json::to_string(&Row {
-            kappa: f64::INFINITY,
-        })
-        .unwrap();
-        assert_eq!(text, r#"{"kappa":"inf"}"#);
-    }
 }

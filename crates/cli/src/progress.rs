@@ -1,18 +1,22 @@
 //! How far a computation is, on standard error.
 
 use std::io::{self, IsTerminal, Write};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
+
+use myovib_scene::watch::Tell;
 
 /// Between two refreshes of the line on a terminal, and between two lines elsewhere.
 const ON_TERMINAL: Duration = Duration::from_millis(100);
 const IN_LOG: Duration = Duration::from_secs(10);
 
-/// One line that is rewritten on a terminal, a line now and then in a log, nothing when quiet.
+/// One line that is rewritten on a terminal, a line now and then in a log, nothing when quiet; several
+/// runs may share it.
 #[derive(Debug)]
 pub struct Progress {
     quiet: bool,
     on_terminal: bool,
-    last: Instant,
+    last: Mutex<Instant>,
 }
 
 impl Progress {
@@ -21,21 +25,25 @@ impl Progress {
         Self {
             quiet,
             on_terminal: io::stderr().is_terminal(),
-            last: Instant::now(),
+            last: Mutex::new(Instant::now()),
         }
     }
 
     /// Shows the text made by `line`, if it is time to.
-    pub fn show(&mut self, line: impl FnOnce() -> String) {
+    pub fn show(&self, line: impl FnOnce() -> String) {
         let interval = if self.on_terminal {
             ON_TERMINAL
         } else {
             IN_LOG
         };
-        if self.quiet || self.last.elapsed() < interval {
+        // Another run's thread may be writing: this run's turn comes again.
+        let Ok(mut last) = self.last.try_lock() else {
+            return;
+        };
+        if self.quiet || last.elapsed() < interval {
             return;
         }
-        self.last = Instant::now();
+        *last = Instant::now();
         if self.on_terminal {
             // Back to the line's start, and clear what is left of the text before.
             eprint!("\r{}\x1b[K", line());
@@ -44,6 +52,12 @@ impl Progress {
         } else {
             eprintln!("{}", line());
         }
+    }
+}
+
+impl Tell for Progress {
+    fn tell(&self, line: &dyn Fn() -> String) {
+        self.show(line);
     }
 }
 

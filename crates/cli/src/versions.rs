@@ -1,35 +1,8 @@
-//! Which program and which libraries made a result.
+//! The versions that `--version` prints.
 
 use std::sync::LazyLock;
 
-use serde::Serialize;
-
-/// Versions stated in every JSON document.
-#[derive(Debug, Clone, Serialize)]
-pub struct Versions {
-    /// This program.
-    pub myovib: &'static str,
-    /// The git revision it was built from, with `-modified` after local changes; `unknown` when
-    /// built outside git.
-    pub git: &'static str,
-    /// SUNDIALS as linked, asked at run time.
-    pub sundials: String,
-    /// KLU, by the headers it was built with: the library cannot be asked.
-    pub klu: String,
-}
-
-impl Versions {
-    /// The versions of this program and of what it runs with.
-    pub fn found() -> Self {
-        let linked = sundials_wrap::Versions::linked();
-        Self {
-            myovib: env!("CARGO_PKG_VERSION"),
-            git: env!("MYOVIB_GIT_REVISION"),
-            sundials: linked.sundials,
-            klu: linked.klu,
-        }
-    }
-}
+use myovib_scene::versions::Versions;
 
 /// What `--version` prints after the name.
 pub fn long() -> &'static str {

@@ -10,10 +10,10 @@ use serde::Serialize;
 use super::table1::{ReportJson, report_json};
 use crate::args::CommonArgs;
 use crate::exit::Exit;
-use crate::json;
-use crate::report::{Align, Table, Tone, coloured_stdout, exponent, kappa, paint};
-use crate::scene::{Body, Scene};
-use crate::scene_file::Analysis;
+use myovib_report::table::{Align, Table, Tone, coloured_stdout, exponent, kappa, paint};
+use myovib_scene::json;
+use myovib_scene::scene_file::Analysis;
+use myovib_scene::{Body, Scene};
 
 /// Options of `myovib check`.
 #[derive(Debug, Args)]

@@ -6,9 +6,9 @@ use serde::Serialize;
 use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::machine::Machine;
-use crate::report::{Align, Cell, Table, Tone, coloured_stdout, paint};
 use crate::requirements;
-use crate::versions;
+use myovib_report::table::{Align, Cell, Table, Tone, coloured_stdout, paint};
+use myovib_scene::versions;
 use sundials_wrap::Versions;
 
 /// Options of `myovib doctor`.

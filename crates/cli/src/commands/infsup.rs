@@ -11,9 +11,10 @@ use serde::Serialize;
 use super::table1::{ReportJson, report_json};
 use crate::args::{self, CommonArgs};
 use crate::exit::Exit;
-use crate::plot::{Axis, Figure, LinePlot, Series};
-use crate::report::{Align, Table, coloured_stdout};
-use crate::{atomic_file, mesh_file};
+use myovib_report::plot::{Axis, Figure, LinePlot, Series};
+use myovib_report::table::{Align, Table, coloured_stdout};
+use myovib_scene::atomic_file;
+use myovib_scene::mesh_file;
 
 /// Options of `myovib infsup`.
 #[derive(Debug, Args)]

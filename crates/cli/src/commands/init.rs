@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 
-use crate::error::InputError;
 use crate::exit::Exit;
+use myovib_scene::InputError;
 
 /// The scene that is written; it works as it is.
 const SCENE: &str = include_str!("../../../../data/scenes/init.toml");

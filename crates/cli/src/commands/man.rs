@@ -4,8 +4,8 @@ use std::io::{self, Write};
 
 use clap::Args;
 
-use crate::error::InputError;
 use crate::exit::Exit;
+use myovib_scene::InputError;
 
 /// Options of `myovib man`.
 #[derive(Debug, Args)]

@@ -1,6 +1,5 @@
 //! One file per command.
 
-pub mod bench;
 pub mod check;
 pub mod completions;
 pub mod doctor;
@@ -14,7 +13,6 @@ pub mod run;
 #[cfg(test)]
 mod same_as_scenes;
 pub mod schema;
-pub mod stress;
 pub mod sweep;
 pub mod synchronization;
 pub mod table1;

@@ -9,14 +9,16 @@ use myovib_model::{Muscle, Signal, paper, spectrum, statics};
 use myovib_structure::Mode;
 use serde::Serialize;
 
-use super::figure::outline;
 use crate::args::{self, CommonArgs};
-use crate::error::InputError;
 use crate::exit::Exit;
-use crate::plot::{Figure, MeshPlot, Panel};
-use crate::report::{Align, Table, coloured_stdout, exponent, kappa};
-use crate::scene::{Body, Scene};
-use crate::{atomic_file, json, mesh_file};
+use myovib_report::outline::outline;
+use myovib_report::plot::{Figure, MeshPlot, Panel};
+use myovib_report::table::{Align, Table, coloured_stdout, exponent, kappa};
+use myovib_scene::InputError;
+use myovib_scene::atomic_file;
+use myovib_scene::json;
+use myovib_scene::mesh_file;
+use myovib_scene::{Body, Scene};
 
 /// Modes where nothing says how many.
 const DEFAULT_COUNT: usize = 10;

@@ -14,11 +14,11 @@ use super::table2::Table2Args;
 use super::table2::rows::ROWS;
 use super::table2::run_row::settings;
 use crate::experiments::{ChainArgs, EVERY, muscle_chain_settings};
-use crate::mesh_file;
-use crate::scene::{Body, Scene};
-use crate::scene_file::chain::Place;
-use crate::scene_file::integrator::Method;
-use crate::scene_file::output::{ProbeKind, Quantity};
+use myovib_scene::mesh_file;
+use myovib_scene::scene_file::chain::Place;
+use myovib_scene::scene_file::integrator::Method;
+use myovib_scene::scene_file::output::{ProbeKind, Quantity};
+use myovib_scene::{Body, Scene};
 
 /// The commands' options when none is given.
 #[derive(Parser)]

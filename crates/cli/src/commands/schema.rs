@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use clap::Args;
 
 use crate::exit::Exit;
-use crate::scene_file;
+use myovib_scene::scene_file;
 
 /// Options of `myovib schema`.
 #[derive(Debug, Args)]

@@ -4,8 +4,10 @@ use clap::Args;
 use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Generator, Network};
 use serde::Serialize;
 
-use crate::error::InputError;
-use crate::scene_file::chain::{EndsName, ReachName};
+use crate::args;
+
+use myovib_scene::InputError;
+use myovib_scene::scene_file::chain::{EndsName, ReachName};
 
 /// Options of a chain of oscillators.
 #[derive(Debug, Clone, Default, Args)]
@@ -44,12 +46,12 @@ pub struct ChainArgs {
     #[arg(long, value_name = "A", allow_negative_numbers = true)]
     pub duffing: Option<f64>,
 
-    /// Ends of the chain [default: periodic].
-    #[arg(long, value_enum)]
+    /// Ends of the chain: periodic, open [default: periodic].
+    #[arg(long, value_name = "NAME", value_parser = args::named::<EndsName>)]
     pub ends: Option<EndsName>,
 
-    /// Oscillators that the forcing reaches [default: all].
-    #[arg(long, value_enum)]
+    /// Oscillators that the forcing reaches: all, boundary [default: all].
+    #[arg(long, value_name = "NAME", value_parser = args::named::<ReachName>)]
     pub reach: Option<ReachName>,
 }
 

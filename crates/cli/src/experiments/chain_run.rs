@@ -1,7 +1,6 @@
 //! What a run with a chain came to.
 
 use std::collections::BTreeMap;
-use std::sync::Mutex;
 
 use myovib_dae::Problem;
 use myovib_model::coupling::{
@@ -18,8 +17,8 @@ use super::EVERY;
 use crate::exit::Exit;
 use crate::interrupt;
 use crate::progress::Progress;
-use crate::statistics::CountsJson;
-use crate::watch::Watch;
+use myovib_scene::statistics::CountsJson;
+use myovib_scene::watch::Watch;
 
 /// How a run is made.
 #[derive(Clone, Copy)]
@@ -29,7 +28,7 @@ pub struct Course<'a> {
     /// The integrator.
     pub integrator: IntegratorKind,
     /// What is told of it meanwhile.
-    pub progress: &'a Mutex<Progress>,
+    pub progress: &'a Progress,
 }
 
 /// A finished run of a chain, on whatever body.

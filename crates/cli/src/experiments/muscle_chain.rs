@@ -16,7 +16,7 @@ use serde_json::{Map, Value, json};
 use super::chain_run::{max_order, pair};
 use super::recording::record;
 use super::{ChainRun, ChainSetup, Course};
-use crate::statistics::ordering_name;
+use myovib_scene::statistics::ordering_name;
 
 /// The formulation of Figure 7.
 const FORMULATION: Formulation = Formulation::Rate;

@@ -8,7 +8,7 @@ use myovib_model::{Displacement, Integrator, Limits, Outcome, run};
 
 use super::Course;
 use crate::interrupt;
-use crate::watch::Watch;
+use myovib_scene::watch::Watch;
 
 /// Runs a body to the end and keeps the motion of `point`.
 ///

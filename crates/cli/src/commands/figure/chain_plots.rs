@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use serde_json::{Map, Value};
 
 use crate::experiments::{ChainRun, ChainSetup, SettledJson};
-use crate::plot::ComplexPlane;
+use myovib_report::plot::ComplexPlane;
 
 /// Columns of a chain's history.
 pub(super) const COLUMNS: [&str; 7] = [

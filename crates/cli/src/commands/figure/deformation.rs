@@ -9,7 +9,7 @@ use super::deformed::Drawing;
 use super::mesh;
 use super::muscle_run::MuscleRun;
 use super::product::Product;
-use crate::plot::{Figure, Panel};
+use myovib_report::plot::{Figure, Panel};
 
 /// A time with the displacement of every node.
 type Snapshot = (f64, Vec<[f64; 2]>);

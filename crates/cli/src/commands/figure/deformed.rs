@@ -2,8 +2,8 @@
 
 use myovib_fem::Space;
 
-use super::mesh;
-use crate::plot::{Axis, EdgeGroup, Field, MeshPlot};
+use myovib_report::outline::outline;
+use myovib_report::plot::{Axis, EdgeGroup, Field, MeshPlot};
 
 /// How far the largest displacement reaches in the drawing, in parts of the body's height.
 const REACH: f64 = 0.3;
@@ -48,7 +48,7 @@ impl<'a> Drawing<'a> {
         let reach = self.scale * self.largest + AIR * height(self.space);
         let bottom = extent(self.space, 1, f64::min) - reach;
         let top = extent(self.space, 1, f64::max) + reach;
-        let outline = mesh::outline(self.space);
+        let outline = outline(self.space);
         MeshPlot {
             title: format!("*t* = {t:.4} s"),
             y: outline.y.clone().between(bottom, top),

@@ -6,7 +6,8 @@ use serde_json::{Map, json};
 
 use super::product::Product;
 use crate::exit::Exit;
-use crate::plot::{Axis, Colour, EdgeGroup, Figure, MeshPlot};
+use myovib_report::outline::outline;
+use myovib_report::plot::{Colour, EdgeGroup, Figure, MeshPlot};
 
 pub(super) fn draw(mesh: &Mesh) -> anyhow::Result<Product> {
     let space = Space::taylor_hood(mesh);
@@ -35,21 +36,6 @@ pub(super) fn draw(mesh: &Mesh) -> anyhow::Result<Product> {
         run: Map::new(),
         exit: Exit::Done,
     })
-}
-
-/// The mesh alone, at rest.
-pub(in crate::commands) fn outline(space: &Space) -> MeshPlot {
-    let nodes = |element| -> [usize; 6] {
-        let nodes = space.element_nodes(element);
-        std::array::from_fn(|i| nodes[i])
-    };
-    MeshPlot {
-        x: Axis::new("*x*", "m"),
-        y: Axis::new("*y*", "m"),
-        nodes: space.node_points().to_vec(),
-        triangles: (0..space.n_elements()).map(nodes).collect(),
-        ..MeshPlot::default()
-    }
 }
 
 /// The edges whose nodes are kept in place.

@@ -14,7 +14,6 @@ mod snapshots;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::Mutex;
 
 use anyhow::Context;
 use clap::Args;
@@ -24,18 +23,18 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::args::{self, CommonArgs};
-use crate::error::InputError;
 use crate::exit::Exit;
 use crate::experiments::{ChainArgs, Course, muscle_chain, rod_chain};
-use crate::mesh_file;
 use crate::progress::Progress;
 use chain_plots::Chained;
 pub(super) use chain_plots::{complex_plane, largest_radius};
 pub(super) use deformation::frames;
 pub(super) use deformed::Drawing;
 pub(super) use last_period::{LastPeriod, PER_PERIOD};
-pub(super) use mesh::{fixed, outline};
+pub(super) use mesh::fixed;
 pub(super) use muscle_run::MuscleRun;
+use myovib_scene::InputError;
+use myovib_scene::mesh_file;
 
 /// End time of the runs with the rod, s.
 pub(super) const ROD_END: f64 = 200.0;
@@ -177,7 +176,7 @@ impl Runs {
         options: &Options,
     ) -> anyhow::Result<Self> {
         let wanted = |figures: &[u8]| figures.iter().any(|number| numbers.contains(number));
-        let progress = Mutex::new(Progress::new(options.common.quiet));
+        let progress = Progress::new(options.common.quiet);
         let on_muscle = wanted(&[7])
             .then(|| anyhow::Ok((options.chain.setup(5, 0.5)?, muscle_point(point)?)))
             .transpose()?;

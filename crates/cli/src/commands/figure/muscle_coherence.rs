@@ -2,7 +2,7 @@
 
 use super::chain_plots::{COLUMNS, Chained, chain_rows, defined_coherence};
 use super::product::Product;
-use crate::plot::{Axis, Colour, Figure, LinePlot, Series};
+use myovib_report::plot::{Axis, Colour, Figure, LinePlot, Series};
 
 pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
     let history = &chained.run.history;

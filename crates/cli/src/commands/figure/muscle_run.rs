@@ -13,8 +13,8 @@ use super::last_period::{LastPeriod, PER_PERIOD};
 use crate::exit::Exit;
 use crate::experiments::Course;
 use crate::interrupt;
-use crate::statistics::StatisticsJson;
-use crate::watch::Watch;
+use myovib_scene::statistics::StatisticsJson;
+use myovib_scene::watch::Watch;
 
 /// Period of the load, s.
 pub(in crate::commands) const PERIOD: f64 = 1.0 / 8.0;

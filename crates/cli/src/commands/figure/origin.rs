@@ -2,7 +2,7 @@
 
 use super::muscle_run::MuscleRun;
 use super::product::Product;
-use crate::plot::{Axis, Figure, LinePlot, Series};
+use myovib_report::plot::{Axis, Figure, LinePlot, Series};
 
 /// What the paper shows of the run: its last seconds.
 const SHOWN: f64 = 3.0;

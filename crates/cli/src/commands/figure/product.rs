@@ -5,8 +5,8 @@ use std::path::Path;
 use serde_json::{Map, Value};
 
 use crate::exit::Exit;
-use crate::picture;
-use crate::plot::Figure;
+use myovib_report::picture;
+use myovib_report::plot::Figure;
 
 /// A figure, ready to be written.
 pub(super) struct Product {

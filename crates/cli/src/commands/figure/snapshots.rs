@@ -2,7 +2,7 @@
 
 use super::chain_plots::{Chained, complex_plane, largest_radius};
 use super::product::Product;
-use crate::plot::{Figure, Panel};
+use myovib_report::plot::{Figure, Panel};
 
 /// When, as fractions of the run: near the crest of |Ψ|, while phases scatter, and settled.
 const TIMES: [f64; 4] = [0.065, 0.15, 0.3, 1.0];

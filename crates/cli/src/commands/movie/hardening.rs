@@ -1,23 +1,22 @@
 //! Waves at a stiff inclusion: the scene `hardening`, coloured by the stress, which the inclusion
 //! draws to itself.
 
-use std::sync::Mutex;
-
 use anyhow::Context;
 use myovib_dae::Problem;
 use myovib_fem::{Group, Space};
 use myovib_model::{Limits, MuscleDae, Quantity, SampleTimes, Sampler, run, start_at_rest};
 
 use super::Movie;
-use crate::commands::figure::{Drawing, LastPeriod, PER_PERIOD, fixed, outline};
+use crate::commands::figure::{Drawing, LastPeriod, PER_PERIOD, fixed};
 use crate::exit::Exit;
 use crate::interrupt;
-use crate::plot::mesh_plot::boundary;
-use crate::plot::{Axis, Colour, EdgeGroup, Field, Figure};
 use crate::progress::Progress;
-use crate::scene::{Body, Scene};
-use crate::vtu::nodal;
-use crate::watch::Watch;
+use myovib_report::outline::outline;
+use myovib_report::plot::mesh_plot::boundary;
+use myovib_report::plot::{Axis, Colour, EdgeGroup, Field, Figure};
+use myovib_scene::vtu::nodal;
+use myovib_scene::watch::Watch;
+use myovib_scene::{Body, Scene};
 
 /// Name of the scene.
 const SCENE: &str = "hardening";
@@ -88,7 +87,7 @@ fn compute(body: &Body, t_end: f64, quiet: bool) -> anyhow::Result<(Vec<Shot>, E
         states.push(t, y.to_vec());
         Ok(())
     });
-    let progress = Mutex::new(Progress::new(quiet));
+    let progress = Progress::new(quiet);
     let mut watch = Watch::new(SCENE.into(), t_end, &progress);
     let mut limits = Limits::new(f64::INFINITY, Some(interrupt::flag()));
     let statistics = run(

@@ -3,7 +3,6 @@
 mod hardening;
 
 use std::path::PathBuf;
-use std::sync::Mutex;
 
 use clap::{Args, ValueEnum};
 use myovib_model::{IntegratorKind, paper};
@@ -11,13 +10,13 @@ use serde::Serialize;
 
 use super::figure::{MuscleRun, complex_plane, frames, largest_radius};
 use crate::args::{self, CommonArgs};
-use crate::atomic_file;
-use crate::error::InputError;
 use crate::exit::Exit;
 use crate::experiments::{ChainArgs, Course, EVERY, rod_chain};
-use crate::mesh_file;
-use crate::plot::{Figure, movie};
 use crate::progress::Progress;
+use myovib_report::plot::{Figure, movie};
+use myovib_scene::InputError;
+use myovib_scene::atomic_file;
+use myovib_scene::mesh_file;
 
 /// Time between frames as shown, in hundredths of a second: 25 frames per second.
 const DELAY: u16 = 4;
@@ -110,7 +109,7 @@ impl MovieArgs {
         }
     }
 
-    fn course<'a>(&self, t_end: f64, progress: &'a Mutex<Progress>) -> Course<'a> {
+    fn course<'a>(&self, t_end: f64, progress: &'a Progress) -> Course<'a> {
         Course {
             t_end,
             integrator: self.integrator.unwrap_or_default(),
@@ -188,7 +187,7 @@ impl Movie {
 /// Every sample of 0.01 s, shown for 0.04 s: a quarter of the speed, 12.5 frames per cycle.
 fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
     let setup = args.chain.setup(20, 0.05)?;
-    let progress = Mutex::new(Progress::new(args.common.quiet));
+    let progress = Progress::new(args.common.quiet);
     let run = rod_chain(&setup, paper::ROD_POINT, args.course(to, &progress))?;
     let history = &run.history;
     let radius = largest_radius(history);
@@ -201,7 +200,7 @@ fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
 /// The last cycle of the load, 50 frames: one sixteenth of the speed.
 fn deformation(args: &MovieArgs, to: f64) -> anyhow::Result<Movie> {
     let (mesh, _) = mesh_file::load(args.mesh.as_deref())?;
-    let progress = Mutex::new(Progress::new(args.common.quiet));
+    let progress = Progress::new(args.common.quiet);
     let run = MuscleRun::compute(&mesh, args.course(to, &progress))?;
     Ok(Movie::new(frames(&run)?, run.exit()))
 }

@@ -10,9 +10,9 @@ use serde_json::{Map, Value, json};
 
 use super::SynchronizationArgs;
 use crate::commands::figure::{MUSCLE_END, ROD_END, muscle_point, rod_point};
-use crate::error::InputError;
 use crate::experiments::{Course, muscle_json, record_muscle, record_rod, rod_json};
-use crate::mesh_file;
+use myovib_scene::InputError;
+use myovib_scene::mesh_file;
 
 /// A body, as typed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -9,7 +9,7 @@ mod driver;
 mod report;
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use clap::Args;
 use myovib_model::IntegratorKind;
@@ -17,13 +17,13 @@ use myovib_model::coupling::{LockCriterion, Recording, Settling, Synchrony};
 use serde_json::Value;
 
 use crate::args::{self, CommonArgs};
-use crate::error::InputError;
 use crate::exit::Exit;
 use crate::experiments::{ChainArgs, ChainSetup, Course, EVERY, GeneratorName, replay};
-use crate::parallel;
 use crate::progress::Progress;
-use crate::scene_file::chain::ReachName;
 use driver::{BodyName, Driver};
+use myovib_scene::InputError;
+use myovib_scene::parallel;
+use myovib_scene::scene_file::chain::ReachName;
 
 /// Options of `myovib synchronization`.
 #[derive(Debug, Args)]
@@ -84,8 +84,8 @@ pub struct SynchronizationArgs {
     #[arg(long, value_name = "S", default_value_t = myovib_oscillators::Detuning::DEFAULT_SEED)]
     pub seed: u32,
 
-    /// Oscillators that the forcing reaches.
-    #[arg(long, value_enum, default_value_t = ReachName::All)]
+    /// Oscillators that the forcing reaches: all, boundary.
+    #[arg(long, value_name = "NAME", default_value = "all", value_parser = args::named::<ReachName>)]
     pub reach: ReachName,
 
     /// Where the chain is driven: X on the rod [default: 0.05], X,Y in the muscle [default: 0,0].
@@ -216,7 +216,7 @@ pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
     args.check()?;
     let driver = Driver::new(args)?;
     let cases = args.cases()?;
-    let progress = Mutex::new(Progress::new(args.common.quiet));
+    let progress = Progress::new(args.common.quiet);
     let course = Course {
         t_end: args.t_end(),
         integrator: args.integrator,

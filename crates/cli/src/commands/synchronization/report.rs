@@ -8,10 +8,10 @@ use serde_json::{Map, Value};
 use super::driver::Driver;
 use super::{Outcome, SynchronizationArgs, Verdict};
 use crate::experiments::{ChainSetup, SettledJson};
-use crate::picture;
-use crate::plot::heat_map::Cell as MapCell;
-use crate::plot::{Axis, Colour, Figure, HeatMap, LinePlot, Panel, Series};
-use crate::report::{Align, Cell, Table, Tone, coloured_stdout};
+use myovib_report::picture;
+use myovib_report::plot::heat_map::Cell as MapCell;
+use myovib_report::plot::{Axis, Colour, Figure, HeatMap, LinePlot, Panel, Series};
+use myovib_report::table::{Align, Cell, Table, Tone, coloured_stdout};
 
 /// All states, with their colours, the dearest last.
 const STATES: [(&str, Colour); 4] = [

@@ -8,7 +8,7 @@ use myovib_structure::Verdict;
 use serde::Serialize;
 
 use super::{RowResult, law_name};
-use crate::json;
+use myovib_scene::json;
 
 /// The document of rows, the limit of (29), and the counterexample without and with a richer
 /// multiplier.

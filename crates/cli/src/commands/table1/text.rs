@@ -5,7 +5,7 @@ use myovib_model::index::IndexReport;
 use myovib_model::table1::Case;
 
 use super::{RowResult, law_name};
-use crate::report::{Align, Cell, Table, Tone, coloured_stdout, exponent, kappa};
+use myovib_report::table::{Align, Cell, Table, Tone, coloured_stdout, exponent, kappa};
 
 /// The table beside the paper's, and the limit of (29).
 pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String {

@@ -1,7 +1,7 @@
 //! `myovib table2`: the runs of the paper's Table 2, beside the paper's counts.
 
 mod report;
-pub(super) mod rows;
+pub mod rows;
 pub(super) mod run_row;
 
 use std::path::PathBuf;
@@ -12,10 +12,11 @@ use clap::Args;
 use myovib_model::{Field, IntegratorKind, LinearSolver, MultiplierWeights, paper};
 
 use crate::args::{self, CommonArgs};
-use crate::error::InputError;
 use crate::exit::Exit;
-use crate::scene_file::integrator::MaxOrder;
-use crate::{atomic_file, mesh_file};
+use myovib_scene::InputError;
+use myovib_scene::atomic_file;
+use myovib_scene::mesh_file;
+use myovib_scene::scene_file::integrator::MaxOrder;
 use rows::{ROWS, Row};
 
 /// The contract's settings that an option can change.

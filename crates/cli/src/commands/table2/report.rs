@@ -13,9 +13,9 @@ use super::rows::Convention;
 use super::run_row::RowResult;
 use super::{Suppress, Table2Args};
 use crate::exit::Exit;
-use crate::json;
-use crate::report::{Align, Cell, Table, Tone, coloured_stdout, compared, exponent, kappa};
-use crate::statistics::StatisticsJson;
+use myovib_report::table::{Align, Cell, Table, Tone, coloured_stdout, compared, exponent, kappa};
+use myovib_scene::json;
+use myovib_scene::statistics::StatisticsJson;
 
 /// What the paper printed.
 #[derive(Debug, Clone, Serialize, Deserialize)]

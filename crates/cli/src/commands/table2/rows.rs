@@ -4,7 +4,7 @@ use myovib_model::{Field, Formulation};
 
 /// Which algebraic variables the error test leaves out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::commands) enum Convention {
+pub enum Convention {
     /// By the paper's words, "the algebraic variables are excluded": λ in (28) and (31), only μ
     /// in (29).
     Paper,
@@ -18,7 +18,7 @@ pub(in crate::commands) enum Convention {
 
 impl Convention {
     /// The conventions a row stands for; none for a variant.
-    pub(in crate::commands) fn names(self) -> &'static [&'static str] {
+    pub fn names(self) -> &'static [&'static str] {
         match self {
             Self::Paper => &["paper"],
             Self::Multipliers => &["multipliers"],
@@ -28,7 +28,7 @@ impl Convention {
     }
 
     /// The name used in output.
-    pub(in crate::commands) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
             Self::Multipliers => "multipliers",
@@ -40,23 +40,23 @@ impl Convention {
 
 /// One row: a run of the muscle to t = 10.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::commands) struct Row {
+pub struct Row {
     /// The row's name on the command line and in JSON.
-    pub(in crate::commands) key: &'static str,
+    pub key: &'static str,
     /// The paper's row it stands beside.
-    pub(in crate::commands) paper_key: &'static str,
+    pub paper_key: &'static str,
     /// The formulation.
-    pub(in crate::commands) formulation: Formulation,
+    pub formulation: Formulation,
     /// κ, Pa.
-    pub(in crate::commands) kappa: f64,
+    pub kappa: f64,
     /// β, s.
-    pub(in crate::commands) beta: f64,
+    pub beta: f64,
     /// The convention it belongs to.
-    pub(in crate::commands) convention: Convention,
+    pub convention: Convention,
     /// What the error test leaves out.
-    pub(in crate::commands) suppressed: &'static [Field],
+    pub suppressed: &'static [Field],
     /// Maximum BDF order.
-    pub(in crate::commands) max_order: u8,
+    pub max_order: u8,
 }
 
 impl Row {
@@ -94,7 +94,7 @@ const fn row(
 }
 
 /// All rows in the order of the table.
-pub(in crate::commands) const ROWS: [Row; 9] = {
+pub const ROWS: [Row; 9] = {
     use Convention::{Both, Multipliers, Paper, Variant};
     use Formulation::{Position, Rate, Velocity};
     [

@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::path::PathBuf;
-use std::sync::Mutex;
 
 use anyhow::Context;
 use myovib_dae::Problem;
@@ -16,13 +15,13 @@ use myovib_model::{
 
 use super::Table2Args;
 use super::rows::{Convention, Row};
-use crate::csv::CsvWriter;
 use crate::interrupt;
-use crate::parallel;
 use crate::progress::Progress;
-use crate::scene_file::integrator::MaxOrder;
-use crate::statistics::DRIFT_SAMPLES;
-use crate::watch::Watch;
+use myovib_scene::csv::CsvWriter;
+use myovib_scene::parallel;
+use myovib_scene::scene_file::integrator::MaxOrder;
+use myovib_scene::statistics::DRIFT_SAMPLES;
+use myovib_scene::watch::Watch;
 
 /// A row with what its run came to.
 pub(super) struct RowResult {
@@ -65,7 +64,7 @@ pub(super) fn run_all(
     mesh: &Mesh,
     args: &Table2Args,
 ) -> anyhow::Result<Vec<RowResult>> {
-    let progress = Mutex::new(Progress::new(args.common.quiet));
+    let progress = Progress::new(args.common.quiet);
     parallel::map(rows, args.common.n_threads(), |row| {
         run_row(row, mesh, args, &progress).with_context(|| format!("row {} of Table 2", row.key))
     })
@@ -107,7 +106,7 @@ fn run_row(
     row: &'static Row,
     mesh: &Mesh,
     args: &Table2Args,
-    progress: &Mutex<Progress>,
+    progress: &Progress,
 ) -> anyhow::Result<RowResult> {
     let muscle = paper::muscle(mesh, row.kappa, row.beta)?;
     let index = row.formulation.index(&muscle.parameters);

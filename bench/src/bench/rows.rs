@@ -1,0 +1,192 @@
+//! Rows of Table 2 by three ways to solve Newton's systems, in one run.
+
+use myovib_fem::Mesh;
+use myovib_model::linear::LinearWork;
+use myovib_model::{
+    LinearSolver, MuscleDae, Settings, Statistics, paper, run as run_model, start_at_rest,
+};
+use myovib_sparse::klu::Ordering;
+use serde::Serialize;
+use sundials_wrap::VectorArithmetic;
+
+use super::{BenchArgs, fastest, give, goes_on};
+use myovib_cli::commands::table2::rows::{ROWS, Row};
+use myovib_cli::exit::Exit;
+use myovib_cli::machine::Machine;
+use myovib_cli::progress::Progress;
+use myovib_report::table::{Align, Cell, Table, coloured_stdout};
+
+/// The rows that run to the end, in the convention that leaves multipliers out of the error test.
+const KEYS: [&str; 4] = ["1", "2m", "3m", "31"];
+
+/// How the linear systems are solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Way {
+    /// Ours.
+    Condensed,
+    /// The whole matrix by KLU: the reference.
+    Full,
+    /// SUNDIALS when nothing is set: KLU with COLAMD and BTF, and serial vectors.
+    ByHand,
+}
+
+impl Way {
+    const ALL: [Self; 3] = [Self::Condensed, Self::Full, Self::ByHand];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Condensed => "condensed",
+            Self::Full => "full, AMD",
+            Self::ByHand => "SUNDIALS' defaults",
+        }
+    }
+
+    fn settings(self, row: &Row, t_end: f64) -> Settings {
+        let ours = Settings {
+            t_end,
+            suppressed: row.suppressed.to_vec(),
+            max_order: row.max_order,
+            ..Settings::paper(row.formulation)
+        };
+        match self {
+            Self::Condensed => ours,
+            Self::Full => Settings {
+                linear_solver: LinearSolver::Full,
+                ordering: Ordering::Amd,
+                ..ours
+            },
+            Self::ByHand => Settings {
+                linear_solver: LinearSolver::Full,
+                ordering: Ordering::Colamd,
+                btf: true,
+                vectors: VectorArithmetic::Serial,
+                ..ours
+            },
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct RunJson {
+    row: &'static str,
+    linear_solver: &'static str,
+    cpu_seconds: f64,
+    steps: u64,
+    residual_evaluations: u64,
+    linear_setups: u64,
+    outcome: &'static str,
+    /// CPU time over that of the condensed path.
+    ratio: f64,
+    /// Steps over those of the condensed path, less one.
+    more_steps: f64,
+    /// Counted on the condensed path only.
+    linear_work: Option<LinearWork>,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    machine: Machine,
+    t_end: f64,
+    repeats: u32,
+    runs: &'a [RunJson],
+    /// CPU seconds of all rows, by way.
+    sums: Vec<(&'static str, f64)>,
+}
+
+pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
+    let t_end = args.t_end.unwrap_or(10.0);
+    let progress = Progress::new(args.common.quiet);
+    let mut runs = Vec::new();
+    for row in ROWS.iter().filter(|row| KEYS.contains(&row.key)) {
+        let mut first: Option<Statistics> = None;
+        for way in Way::ALL.into_iter().take_while(|_| goes_on()) {
+            progress.show(|| format!("row {}, {}", row.key, way.name()));
+            let (statistics, work) = measure(row, way, mesh, t_end, args.repeats)?;
+            let base = first.get_or_insert_with(|| statistics.clone());
+            runs.push(RunJson {
+                row: row.key,
+                linear_solver: way.name(),
+                cpu_seconds: statistics.cpu_seconds,
+                steps: statistics.counts.steps,
+                residual_evaluations: statistics.counts.residual_evaluations,
+                linear_setups: statistics.counts.linear_setups,
+                outcome: statistics.outcome.name(),
+                ratio: statistics.cpu_seconds / base.cpu_seconds,
+                more_steps: statistics.counts.steps as f64 / base.counts.steps as f64 - 1.0,
+                linear_work: (work.solves > 0).then_some(work),
+            });
+        }
+    }
+    drop(progress);
+    let sum = |way: Way| {
+        let of_way = runs.iter().filter(|run| run.linear_solver == way.name());
+        (way.name(), of_way.map(|run| run.cpu_seconds).sum())
+    };
+    let document = Document {
+        machine: Machine::found(),
+        t_end,
+        repeats: args.repeats,
+        runs: &runs,
+        sums: Way::ALL.map(sum).into(),
+    };
+    give(args, &text(&runs, &document.sums), &document)
+}
+
+/// The fastest of the repeats.
+fn measure(
+    row: &Row,
+    way: Way,
+    mesh: &Mesh,
+    t_end: f64,
+    repeats: u32,
+) -> anyhow::Result<(Statistics, LinearWork)> {
+    let settings = way.settings(row, t_end);
+    let once = || -> anyhow::Result<_> {
+        let muscle = paper::muscle(mesh, row.kappa, row.beta)?;
+        let dae = MuscleDae::new(muscle, row.formulation)?;
+        let mut integrator = start_at_rest(dae, &settings)?;
+        let statistics = run_model(integrator.as_mut(), &mut [])?;
+        Ok((statistics, integrator.problem().counters().linear))
+    };
+    fastest(repeats, once, |(statistics, _)| statistics.cpu_seconds)
+}
+
+fn text(runs: &[RunJson], sums: &[(&str, f64)]) -> String {
+    use Align::{Left, Right};
+    let mut table = Table::new(&[
+        ("row", Left),
+        ("linear solver", Left),
+        ("CPU s", Right),
+        ("ratio", Right),
+        ("steps", Right),
+        ("more", Right),
+        ("residuals", Right),
+        ("set-ups", Right),
+        ("refined", Right),
+        ("backward error", Right),
+    ]);
+    for run in runs {
+        let work = run.linear_work.as_ref();
+        let cells = [
+            run.row.to_owned(),
+            run.linear_solver.to_owned(),
+            format!("{:.2}", run.cpu_seconds),
+            format!("{:.1}", run.ratio),
+            run.steps.to_string(),
+            format!("{:+.1} %", 100.0 * run.more_steps),
+            run.residual_evaluations.to_string(),
+            run.linear_setups.to_string(),
+            work.map_or(String::new(), |work| work.refinements.to_string()),
+            work.map_or(String::new(), |work| {
+                format!("{:.0e}", work.largest_backward_error)
+            }),
+        ];
+        table.row(cells.map(Cell::from));
+    }
+    let mut text = table.render(coloured_stdout());
+    text.push('\n');
+    for (name, sum) in sums {
+        text.push_str(&format!("{name}: {sum:.2} s together\n"));
+    }
+    text
+}

@@ -1,0 +1,121 @@
+//! `myovib run`: computes a scene and writes what it asks for.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use myovib_report::html;
+use myovib_report::table::{Align, Table, coloured_stdout};
+use myovib_scene::Scene;
+use myovib_scene::run::{Existing, RunOptions, compute};
+use serde_json::Value;
+
+use crate::args::{self, CommonArgs};
+use crate::exit::Exit;
+use crate::interrupt;
+use crate::progress::Progress;
+
+/// Options of `myovib run`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    myovib run scene.toml\n  \
+    myovib run scene.toml --resume\n  \
+    myovib run scene.toml --out soft --set 'material[0].c10=5e3' --set time.end=0.5\n\n\
+    Writes NAME.csv for each probe, fields.pvd with VTU files, run.json and report.html.")]
+pub struct RunArgs {
+    /// The scene: a TOML file, or the name of a built-in scene.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+
+    /// Folder for the results; it must not hold a run already.
+    #[arg(long, value_name = "DIR", default_value = "out", value_parser = args::output_folder)]
+    pub out: PathBuf,
+
+    /// Change a value of the scene, as in `solid.kappa=inf` or `material[0].c10=2e4`; may be
+    /// repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+
+    /// Go on from the last checkpoint in the folder.
+    #[arg(long, conflicts_with = "overwrite")]
+    pub resume: bool,
+
+    /// Replace a run that the folder holds already.
+    #[arg(long)]
+    pub overwrite: bool,
+
+    /// Options of every command.
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// Computes the scene.
+///
+/// # Errors
+/// A wrong scene (before anything is written), or an output that cannot be written.
+pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
+    let scene = Scene::load(&args.scene, &args.set)?;
+    for note in scene.notes() {
+        eprintln!("note: {note}");
+    }
+    let progress = Progress::new(args.common.quiet);
+    let result = compute(
+        &scene,
+        &RunOptions {
+            out: args.out.clone(),
+            existing: match (args.resume, args.overwrite) {
+                (true, _) => Existing::Resume,
+                (_, true) => Existing::Overwrite,
+                _ => Existing::Refuse,
+            },
+            interrupt: Some(interrupt::flag()),
+            progress: &progress,
+        },
+    )?;
+    drop(progress);
+    html::write(&args.out, &scene, &result.document)?;
+    args.common
+        .give("run", &text(&result.document), &result.document)?;
+    Ok(Exit::of(&result.outcome))
+}
+
+/// As many digits as a person reads.
+fn rounded(value: f64) -> String {
+    match value.abs() {
+        0.0 | 1e-3..1e6 => format!("{value:.3}"),
+        _ => format!("{value:.1e}"),
+    }
+}
+
+/// The outcome for people.
+fn text(document: &Value) -> String {
+    let mut table = Table::new(&[("run", Align::Left), ("", Align::Left)]);
+    let plain = |value: &Value| match value {
+        Value::String(text) => text.clone(),
+        Value::Number(number) if number.is_f64() => rounded(number.as_f64().unwrap_or_default()),
+        other => other.to_string(),
+    };
+    for (key, label) in [
+        ("outcome", "outcome"),
+        ("formulation", "formulation"),
+        ("index", "index"),
+        ("unknowns", "unknowns"),
+        ("t_reached", "t reached, s"),
+        ("steps", "steps"),
+        ("error_test_failures", "error-test failures"),
+        ("step_solve_failures", "step-solve failures"),
+        ("newton_iterations", "Newton iterations"),
+        ("constraint_drift", "constraint drift"),
+        ("cpu_seconds", "CPU, s"),
+    ] {
+        match &document[key] {
+            Value::Null => {}
+            value => table.row([label.into(), plain(value).into()]),
+        }
+    }
+    let mut text = table.render(coloured_stdout());
+    // A paragraph would make the table as wide as it is.
+    if let Some(message) = document["message"].as_str() {
+        text += &format!("\n{message}\n");
+    }
+    text
+}

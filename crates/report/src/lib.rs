@@ -1,0 +1,11 @@
+//! What people look at: figures, tables, films, and the report of a run.
+//!
+//! Cast: [`plot`] draws; [`picture`] writes a drawing with the numbers behind it; [`table`] lays
+//! out text; [`html`] is the page of a run. It knows folders of runs, not integration.
+#![forbid(unsafe_code)]
+
+pub mod html;
+pub mod outline;
+pub mod picture;
+pub mod plot;
+pub mod table;

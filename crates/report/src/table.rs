@@ -1,0 +1,222 @@
+//! Text tables for people: aligned columns, colour only where a terminal wants it.
+
+use std::env;
+use std::io::{self, IsTerminal};
+
+/// How a cell looks on a terminal with colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tone {
+    /// As it is.
+    Plain,
+    /// Headings.
+    Strong,
+    /// As expected.
+    Good,
+    /// Not as expected.
+    Bad,
+}
+
+impl Tone {
+    fn escape(self) -> &'static str {
+        match self {
+            Self::Plain => "",
+            Self::Strong => "\x1b[1m",
+            Self::Good => "\x1b[32m",
+            Self::Bad => "\x1b[31m",
+        }
+    }
+}
+
+/// One cell of a table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Cell {
+    text: String,
+    tone: Tone,
+}
+
+impl Cell {
+    /// A cell in a tone.
+    pub fn new(text: impl Into<String>, tone: Tone) -> Self {
+        Self {
+            text: text.into(),
+            tone,
+        }
+    }
+}
+
+impl<T: Into<String>> From<T> for Cell {
+    fn from(text: T) -> Self {
+        Self::new(text, Tone::Plain)
+    }
+}
+
+/// On which side of its column a text stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Align {
+    /// Words.
+    Left,
+    /// Numbers.
+    Right,
+}
+
+/// A table of text with a heading.
+///
+/// # Examples
+/// ```
+/// use myovib_report::table::{Align, Table};
+/// let mut table = Table::new(&[("row", Align::Left), ("steps", Align::Right)]);
+/// table.row(["1".into(), "3275".into()]);
+/// assert_eq!(table.render(false), "row  steps\n───  ─────\n1     3275\n");
+/// ```
+#[derive(Debug, Clone)]
+pub struct Table {
+    columns: Vec<(String, Align)>,
+    rows: Vec<Vec<Cell>>,
+}
+
+impl Table {
+    /// A table without rows.
+    pub fn new(columns: &[(&str, Align)]) -> Self {
+        let columns = columns
+            .iter()
+            .map(|&(name, align)| (name.to_owned(), align))
+            .collect();
+        Self {
+            columns,
+            rows: Vec::new(),
+        }
+    }
+
+    /// Adds a row.
+    ///
+    /// # Panics
+    /// When the row has not one cell per column.
+    pub fn row(&mut self, cells: impl IntoIterator<Item = Cell>) {
+        let cells: Vec<Cell> = cells.into_iter().collect();
+        assert_eq!(cells.len(), self.columns.len(), "one cell per column");
+        self.rows.push(cells);
+    }
+
+    /// The table as text, ending with a line break; with terminal colours if `coloured`.
+    pub fn render(&self, coloured: bool) -> String {
+        let widths: Vec<usize> = self
+            .columns
+            .iter()
+            .enumerate()
+            .map(|(j, (name, _))| {
+                let widest = self.rows.iter().map(|row| width(&row[j].text)).max();
+                width(name).max(widest.unwrap_or(0))
+            })
+            .collect();
+        let heading = self
+            .columns
+            .iter()
+            .map(|(name, _)| Cell::new(name.clone(), Tone::Strong));
+        let rule = widths.iter().map(|&w| Cell::from("─".repeat(w)));
+        let mut text = self.line(&heading.collect::<Vec<_>>(), &widths, coloured);
+        text += &self.line(&rule.collect::<Vec<_>>(), &widths, coloured);
+        for row in &self.rows {
+            text += &self.line(row, &widths, coloured);
+        }
+        text
+    }
+
+    fn line(&self, cells: &[Cell], widths: &[usize], coloured: bool) -> String {
+        let padded = cells
+            .iter()
+            .zip(widths)
+            .zip(&self.columns)
+            .map(|((cell, &w), (_, align))| {
+                let space = " ".repeat(w - width(&cell.text));
+                let text = paint(&cell.text, cell.tone, coloured);
+                match align {
+                    Align::Left => text + &space,
+                    Align::Right => space + &text,
+                }
+            });
+        let line = padded.collect::<Vec<_>>().join("  ");
+        format!("{}\n", line.trim_end())
+    }
+}
+
+/// The text in a tone, if `coloured`.
+pub fn paint(text: &str, tone: Tone, coloured: bool) -> String {
+    if coloured && tone != Tone::Plain {
+        format!("{}{text}\x1b[0m", tone.escape())
+    } else {
+        text.to_owned()
+    }
+}
+
+/// A published count, ours, and their quotient: three cells of a comparison.
+///
+/// The quotient is `–` where the paper has no number or a zero.
+pub fn compared(paper: Option<u64>, ours: u64) -> [Cell; 3] {
+    let dash = || "–".to_owned();
+    let ratio = match paper {
+        Some(count) if count > 0 => format!("{:.2}", ours as f64 / count as f64),
+        _ => dash(),
+    };
+    [
+        paper.map_or_else(dash, |count| count.to_string()).into(),
+        ours.to_string().into(),
+        ratio.into(),
+    ]
+}
+
+/// A bulk modulus as people write it.
+pub fn kappa(value: f64) -> String {
+    if value.is_infinite() {
+        "∞".into()
+    } else {
+        exponent(value)
+    }
+}
+
+/// A parameter in powers of ten, and 0 as it is.
+pub fn exponent(value: f64) -> String {
+    if value == 0.0 {
+        "0".into()
+    } else {
+        format!("{value:e}")
+    }
+}
+
+/// Whether standard output wants colours: a terminal, and `NO_COLOR` unset or empty.
+pub fn coloured_stdout() -> bool {
+    io::stdout().is_terminal() && env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
+
+/// Columns a text takes: our texts have no combining or wide characters.
+fn width(text: &str) -> usize {
+    text.chars().count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_align_by_characters_not_bytes() {
+        let mut table = Table::new(&[("κ", Align::Left), ("n", Align::Right)]);
+        table.row(["∞".into(), "1".into()]);
+        table.row(["1e5".into(), "12".into()]);
+        assert_eq!(table.render(false), "κ     n\n───  ──\n∞     1\n1e5  12\n");
+    }
+
+    #[test]
+    fn colours_do_not_count_as_width() {
+        let mut table = Table::new(&[("outcome", Align::Right)]);
+        table.row([Cell::new("ok", Tone::Good)]);
+        assert!(table.render(true).ends_with("     \x1b[32mok\x1b[0m\n"));
+        assert!(!table.render(false).contains('\x1b'));
+    }
+
+    #[test]
+    fn ratios_need_a_positive_count() {
+        let texts = |cells: [Cell; 3]| cells.map(|cell| cell.text);
+        assert_eq!(texts(compared(Some(400), 500)), ["400", "500", "1.25"]);
+        assert_eq!(texts(compared(Some(0), 3)), ["0", "3", "–"]);
+        assert_eq!(texts(compared(None, 3)), ["–", "3", "–"]);
+    }
+}

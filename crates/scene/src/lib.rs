@@ -1,0 +1,26 @@
+//! Scenes: text → validated objects → system → run → folder.
+//!
+//! Cast: [`scene_file`] reads the text and tells what is wrong with its place; [`Scene`] puts it
+//! together with its mesh into the model; [`run`] integrates it and fills a folder; [`sweep`]
+//! does so over a grid of values. [`csv`], [`vtu`], [`json`] and [`atomic_file`] are the files.
+//! Nothing here prints: a [`watch::Tell`] hears how far a run is.
+#![forbid(unsafe_code)]
+
+pub mod atomic_file;
+pub mod csv;
+pub mod energy;
+mod error;
+pub mod json;
+pub mod mesh_file;
+pub mod parallel;
+pub mod run;
+mod scene;
+pub mod scene_file;
+pub mod statistics;
+pub mod sweep;
+pub mod versions;
+pub mod vtu;
+pub mod watch;
+
+pub use error::InputError;
+pub use scene::{BUILTIN, Body, DrivenChain, Scene, builtin_text};

@@ -1,0 +1,187 @@
+//! `run.json`: what was computed, with what, and how it went.
+
+use myovib_model::advice::Advice;
+use myovib_model::{Formulation, Integrator, Muscle, Outcome, Statistics};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::folder::Folder;
+use super::outputs::Outputs;
+use super::system::System;
+use crate::json;
+use crate::scene_file::integrator::MaxOrder;
+use crate::statistics::{CountsJson, MethodJson, StatisticsJson};
+use crate::{Body, Scene};
+
+/// Wall-clock seconds by part.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Timing {
+    pub(super) setup: f64,
+    pub(super) integration: f64,
+    pub(super) output: f64,
+}
+
+/// The document of a motion.
+pub(super) fn dynamic<P: System>(
+    scene: &Scene,
+    integrator: &dyn Integrator<P>,
+    statistics: &Statistics,
+    outputs: &Outputs<'_>,
+    timing: &Timing,
+) -> anyhow::Result<Value> {
+    let system = integrator.problem();
+    let work = system.counters();
+    let total = outputs.before.plus(integrator.counts());
+    let mut document = json!({
+        "scene": scene.file,
+        "analysis": "dynamic",
+        "unknowns": system.n_unknowns(),
+        "t_end": scene.t_end,
+        "resumed": total.resumed,
+        "work": {
+            "residual_passes": work.residual_passes,
+            "force_rate_passes": work.force_rate_passes,
+            "tangent_passes": work.tangent_passes,
+            "rate_tangent_passes": work.rate_tangent_passes,
+            "matrix_sums": work.matrix_sums,
+            "inversions": work.inversions,
+            "linear": work.linear,
+        },
+        "output_work": outputs.work,
+        "wall_seconds_by_part": timing,
+    });
+    // Counts are those of all parts of a resumed run.
+    let whole = Statistics {
+        counts: total.counts,
+        ..statistics.clone()
+    };
+    extend(
+        &mut document,
+        match &scene.body {
+            Some(body) => of_body(scene, body, &whole, outputs.drift)?,
+            None => of_states(scene, &whole)?,
+        },
+    );
+    extend(
+        &mut document,
+        json!({
+            "seed": seed(scene),
+            "energy": outputs.energy(),
+            "stop": stop(&whole.outcome),
+        }),
+    );
+    Ok(document)
+}
+
+/// Formulation, drift, statistics and settings of a run with a muscle.
+fn of_body(
+    scene: &Scene,
+    Body {
+        muscle,
+        formulation,
+        settings,
+    }: &Body,
+    statistics: &Statistics,
+    (drift, drift_at): (f64, f64),
+) -> anyhow::Result<Value> {
+    let mut document = body(muscle, *formulation);
+    extend(
+        &mut document,
+        json!({ "constraint_drift": drift, "constraint_drift_at": drift_at }),
+    );
+    let numbers = StatisticsJson::new(statistics, settings, *formulation);
+    extend(&mut document, serde_json::to_value(numbers)?);
+    if scene.file.integrator.max_order == Some(MaxOrder::Auto) {
+        let advice = Advice::new(muscle, *formulation, settings);
+        let reason = advice.max_order_reason();
+        extend(&mut document, json!({ "max_order_reason": reason }));
+    }
+    Ok(document)
+}
+
+/// Statistics and settings of a run of rod and chains.
+fn of_states(scene: &Scene, statistics: &Statistics) -> anyhow::Result<Value> {
+    let wanted = &scene.file.integrator;
+    let integrator = wanted.method.kind();
+    let mut document = serde_json::to_value(CountsJson::new(statistics))?;
+    extend(
+        &mut document,
+        json!({
+            "index": 0,
+            "rtol": wanted.oscillators.rtol,
+            "atol": wanted.oscillators.atol,
+            "integrator": integrator.name(),
+        }),
+    );
+    let method = match MethodJson::radau_iia(integrator) {
+        Some(radau) => serde_json::to_value(radau)?,
+        None => json!({ "max_order": wanted.max_order.unwrap_or(MaxOrder::Fixed(5)) }),
+    };
+    extend(&mut document, method);
+    Ok(document)
+}
+
+/// The element turned inside out where a run stopped, if one was.
+fn stop(outcome: &Outcome) -> Value {
+    match outcome {
+        Outcome::Stopped {
+            inverted: Some(at), ..
+        } => json!({
+            "element": at.element,
+            "barycentric": at.barycentric,
+            "J": at.jacobian,
+        }),
+        _ => Value::Null,
+    }
+}
+
+/// The seed of each chain.
+fn seed(scene: &Scene) -> Value {
+    match &scene.file.chain[..] {
+        [] => Value::Null,
+        [one] => json!(one.seed),
+        several => several.iter().map(|chain| chain.seed).collect(),
+    }
+}
+
+/// Size, formulation and index of the muscle.
+fn body(muscle: &Muscle, formulation: Formulation) -> Value {
+    let parameters = &muscle.parameters;
+    let indices = formulation.rows().iter().map(|(field, _)| {
+        (
+            field.symbol().to_owned(),
+            json!(formulation.variable_index(*field, parameters)),
+        )
+    });
+    json!({
+        "formulation": formulation.name(),
+        "equation": formulation.equation(),
+        "index": formulation.index(parameters),
+        "indices": indices.collect::<serde_json::Map<_, _>>(),
+        "unknowns_paper": muscle.n_unknowns_paper(),
+        "mesh": mesh(muscle),
+    })
+}
+
+fn extend(document: &mut Value, more: Value) {
+    if let (Some(document), Value::Object(more)) = (document.as_object_mut(), more) {
+        document.extend(more);
+    }
+}
+
+/// Size of the mesh.
+pub(super) fn mesh(muscle: &Muscle) -> Value {
+    let space = muscle.solid.space();
+    json!({
+        "vertices": space.n_vertices(),
+        "triangles": space.n_elements(),
+        "nodes": space.n_nodes(),
+        "free_components": muscle.solid.dofs().n_free(),
+        "groups": space.mesh().groups().keys().collect::<Vec<_>>(),
+    })
+}
+
+/// Writes `run.json`.
+pub(super) fn write(folder: &Folder, document: &Value) -> anyhow::Result<()> {
+    folder.write("run.json", &json::document("run", document)?)
+}

@@ -1,0 +1,87 @@
+//! A scene is computed into a folder.
+//!
+//! Order: the scene is made whole ([`Scene`]), then the folder is prepared, then the integrator
+//! runs with the outputs looking at each accepted step, and at the end `run.json` says what
+//! happened.
+
+mod checkpoint;
+mod document;
+mod dynamic;
+mod energy;
+mod folder;
+mod outputs;
+mod recorder;
+mod start;
+mod statics;
+mod stop;
+mod system;
+
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+use myovib_model::Outcome;
+
+use crate::scene_file::Analysis;
+use crate::watch::Tell;
+use crate::{InputError, Scene};
+
+/// What is done with a run that the folder holds already.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Existing {
+    /// It stays, and the new run is refused.
+    Refuse,
+    /// The new run replaces it.
+    Overwrite,
+    /// It goes on from its last checkpoint.
+    Resume,
+}
+
+/// Where a run goes, and who hears of it.
+#[derive(Clone)]
+pub struct RunOptions<'a> {
+    /// The folder.
+    pub out: PathBuf,
+    /// What is done with a run that the folder holds.
+    pub existing: Existing,
+    /// A flag that ends the run in good order.
+    pub interrupt: Option<&'static AtomicBool>,
+    /// Who is told how far the run is.
+    pub progress: &'a dyn Tell,
+}
+
+impl RunOptions<'_> {
+    /// A run into a folder that holds none, watched by nobody.
+    pub fn into_folder(out: impl Into<PathBuf>) -> Self {
+        Self {
+            out: out.into(),
+            existing: Existing::Refuse,
+            interrupt: None,
+            progress: &(),
+        }
+    }
+}
+
+/// What a run came to.
+#[derive(Debug, Clone)]
+pub struct RunResult {
+    /// The body of `run.json`.
+    pub document: serde_json::Value,
+    /// How it ended.
+    pub outcome: Outcome,
+}
+
+/// Computes a scene into its folder.
+///
+/// # Errors
+/// A wrong scene (before anything is written), or an output that cannot be written.
+pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> anyhow::Result<RunResult> {
+    match scene.file.analysis {
+        Analysis::Dynamic => dynamic::compute(scene, options),
+        Analysis::Static => statics::compute(scene, options),
+        Analysis::Modes => Err(InputError::new(
+            "the scene asks for modes, which `run` does not do",
+        )
+        .next("myovib modes SCENE")
+        .into()),
+    }
+}

@@ -1,0 +1,222 @@
+//! Integrators for the systems a scene can be, from rest or from a checkpoint.
+
+use myovib_dae::Problem;
+use myovib_model::advice::{Advice, Advised, WithMuscle};
+use myovib_model::coupling::{
+    CoupledDae, CoupledOptions, ErrorTest, FeedbackDae, NoBody, Oscillators, Source,
+    StateTolerances, start_coupled, start_coupled_from, start_with_feedback,
+};
+use myovib_model::{
+    Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, start_at_rest, start_from,
+};
+
+use super::checkpoint::Checkpoint;
+use super::system::Body as CoupledBody;
+use crate::InputError;
+use crate::scene::{Body, DrivenChain, Scene};
+use crate::scene_file::chain::Place;
+use crate::scene_file::integrator::MaxOrder;
+
+/// A muscle by itself.
+pub(super) fn muscle(
+    body: &Body,
+    checkpoint: Option<&Checkpoint>,
+) -> anyhow::Result<Box<dyn Integrator<MuscleDae>>> {
+    let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+    let Some(Checkpoint {
+        t, y, y_dot, step, ..
+    }) = checkpoint
+    else {
+        refuse_sudden_loads(&mut dae)?;
+        return Ok(start_at_rest(dae, &body.settings)?);
+    };
+    let settings = Settings {
+        initial_step: Some(*step),
+        ..body.settings.clone()
+    };
+    Ok(start_from(dae, &settings, *t, y, y_dot)?)
+}
+
+/// A muscle with chains.
+pub(super) fn muscle_and_chains(
+    scene: &Scene,
+    body: &Body,
+    checkpoint: Option<&Checkpoint>,
+) -> anyhow::Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>> {
+    let (dae, test, options) = one_way(scene, body, checkpoint)?;
+    let integrator = coupled(scene, dae, test, options, checkpoint)?;
+    Ok(advised(integrator, body))
+}
+
+/// A muscle with chains that act back on its stiffness.
+pub(super) fn muscle_with_feedback(
+    scene: &Scene,
+    body: &Body,
+    checkpoint: Option<&Checkpoint>,
+) -> anyhow::Result<Box<dyn Integrator<FeedbackDae>>> {
+    let (dae, test, options) = one_way(scene, body, checkpoint)?;
+    let test = test.with_oscillators(&dae, tolerances(scene));
+    let rest = initial_state(scene, &dae);
+    let mut dae = FeedbackDae::new(dae, scene.feedbacks.clone());
+    let largest = scene.file.integrator.max_step;
+    let (t, y, y_dot, options) = match checkpoint {
+        Some(Checkpoint {
+            t, y, y_dot, step, ..
+        }) => {
+            let options = options.with_steps(Some(*step), largest);
+            (*t, y.clone(), y_dot.clone(), options)
+        }
+        None => {
+            let (y_dot, _) = dae.derivatives_at(0.0, &rest).map_err(ModelError::from)?;
+            (0.0, rest, y_dot, options)
+        }
+    };
+    let times = [t, scene.t_end];
+    let integrator = start_with_feedback(dae, test, options, times, &y, &y_dot)?;
+    Ok(advised(integrator, body))
+}
+
+/// A muscle and the chains it drives, with its part of the error test and the options.
+fn one_way(
+    scene: &Scene,
+    body: &Body,
+    checkpoint: Option<&Checkpoint>,
+) -> anyhow::Result<(CoupledDae<MuscleDae>, ErrorTest, CoupledOptions)> {
+    let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+    if checkpoint.is_none() {
+        refuse_sudden_loads(&mut dae)?;
+    }
+    let options = CoupledOptions::of_muscle(&dae, &body.settings);
+    let test = ErrorTest::of_muscle(&dae, &body.settings);
+    let source = |chain: &DrivenChain| match chain.at {
+        Some(Place::Point(point)) => {
+            let probe = Probe::at(dae.muscle().solid.space(), point)?;
+            Ok(Source::Body(dae.displacement_at(&probe, chain.axis)))
+        }
+        _ => Ok(Source::Rest),
+    };
+    let oscillators = oscillators(scene, source)?;
+    Ok((CoupledDae::new(dae, oscillators), test, options))
+}
+
+/// Says when the run stops what the body has to do with it.
+fn advised<P: WithMuscle + 'static>(
+    integrator: Box<dyn Integrator<P>>,
+    body: &Body,
+) -> Box<dyn Integrator<P>> {
+    let advice = Advice::new(&body.muscle, body.formulation, &body.settings);
+    Box::new(Advised::new(integrator, advice))
+}
+
+/// A rod, with chains or without.
+pub(super) fn rod(
+    scene: &Scene,
+    rod: &RodDae,
+    checkpoint: Option<&Checkpoint>,
+) -> anyhow::Result<Box<dyn Integrator<CoupledDae<RodDae>>>> {
+    let source = |chain: &DrivenChain| match chain.at {
+        Some(Place::Position(x)) => Ok(Source::Body(rod.displacement_at(x)?)),
+        _ => Ok(Source::Rest),
+    };
+    let oscillators = oscillators(scene, source)?;
+    let test = ErrorTest::of_states(rod.n_unknowns(), tolerances(scene));
+    let dae = CoupledDae::new(rod.clone(), oscillators);
+    coupled(scene, dae, test, options(scene), checkpoint)
+}
+
+/// Chains by themselves.
+pub(super) fn chains(
+    scene: &Scene,
+    checkpoint: Option<&Checkpoint>,
+) -> anyhow::Result<Box<dyn Integrator<CoupledDae<NoBody>>>> {
+    let dae = CoupledDae::new(NoBody, oscillators(scene, |_| Ok(Source::Rest))?);
+    let test = ErrorTest::of_states(0, tolerances(scene));
+    coupled(scene, dae, test, options(scene), checkpoint)
+}
+
+fn coupled<B: CoupledBody>(
+    scene: &Scene,
+    dae: CoupledDae<B>,
+    test: ErrorTest,
+    options: CoupledOptions,
+    checkpoint: Option<&Checkpoint>,
+) -> anyhow::Result<Box<dyn Integrator<CoupledDae<B>>>> {
+    let test = test.with_oscillators(&dae, tolerances(scene));
+    let largest = scene.file.integrator.max_step;
+    Ok(match checkpoint {
+        None => {
+            let y = initial_state(scene, &dae);
+            start_coupled(dae, test, options, scene.t_end, &y)?
+        }
+        Some(Checkpoint {
+            t, y, y_dot, step, ..
+        }) => {
+            let options = options.with_steps(Some(*step), largest);
+            start_coupled_from(dae, test, options, [*t, scene.t_end], y, y_dot)?
+        }
+    })
+}
+
+/// The body at rest, the oscillators where the scene puts them.
+fn initial_state<B: CoupledBody>(scene: &Scene, dae: &CoupledDae<B>) -> Vec<f64> {
+    let mut y = vec![0.0; dae.n_unknowns()];
+    for (k, chain) in scene.chains.iter().enumerate() {
+        let n = dae.oscillators(k).network().n_oscillators();
+        y[dae.range(k)][..n].fill(chain.initial);
+    }
+    y
+}
+
+fn oscillators(
+    scene: &Scene,
+    source: impl Fn(&DrivenChain) -> Result<Source, ModelError>,
+) -> anyhow::Result<Vec<Oscillators>> {
+    let chains = scene.chains.iter().enumerate();
+    chains
+        .map(|(i, chain)| {
+            let path = format!("chain[{i}]");
+            let network = scene.at(&path, chain.chain.network().map_err(ModelError::from))?;
+            let source = scene.at(&format!("{path}.at"), source(chain))?;
+            Ok(scene.at(&path, Oscillators::new(network, chain.drive, vec![source]))?)
+        })
+        .collect()
+}
+
+fn tolerances(scene: &Scene) -> StateTolerances {
+    let wanted = &scene.file.integrator.oscillators;
+    StateTolerances {
+        relative: wanted.rtol,
+        absolute: wanted.atol,
+        tested: wanted.in_error_test,
+    }
+}
+
+/// The options for systems without a muscle.
+fn options(scene: &Scene) -> CoupledOptions {
+    let wanted = &scene.file.integrator;
+    let mut options = CoupledOptions::of_states(wanted.method.kind())
+        .with_steps(wanted.initial_step, wanted.max_step);
+    if let Some(order) = wanted.max_order.and_then(MaxOrder::fixed) {
+        options.ida.max_order = usize::from(order);
+    }
+    options
+}
+
+/// A run starts from rest without load, so that all values and derivatives are zero.
+fn refuse_sudden_loads(dae: &mut MuscleDae) -> anyhow::Result<()> {
+    let rest = vec![0.0; dae.n_unknowns()];
+    let force = dae
+        .unbalanced_force(0.0, &rest, &rest)
+        .map_err(ModelError::from)?;
+    let free = dae.muscle().solid.dofs().free_to_full();
+    let largest = free.iter().map(|&i| force[i].abs()).fold(0.0, f64::max);
+    if largest > 0.0 {
+        return Err(InputError::new(
+            "the loads do not start from zero, but the body starts at rest",
+        )
+        .found(format!("a nodal force of {largest:.3e} N/m at t = 0"))
+        .next("let them rise: y = { type = \"step\", value = -9.81, rise = 0.1 }")
+        .into());
+    }
+    Ok(())
+}

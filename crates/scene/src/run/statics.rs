@@ -1,0 +1,79 @@
+//! An equilibrium under constant loads.
+
+use std::time::Instant;
+
+use myovib_dae::Problem;
+use myovib_model::{Formulation, Muscle, MuscleDae, Outcome, Parameters, statics};
+use serde_json::json;
+
+use super::document;
+use super::folder::Folder;
+use super::recorder::{Recorder, What, quantities};
+use super::{RunOptions, RunResult};
+use crate::InputError;
+use crate::scene::Scene;
+use crate::vtu::Series;
+
+/// Computes the equilibrium of a scene under its loads at the end time.
+pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> anyhow::Result<RunResult> {
+    let started = Instant::now();
+    let Some(body) = &scene.body else {
+        return Err(InputError::new("a static scene needs a [mesh] with [solid]").into());
+    };
+    let probes = scene.file.probe.iter().enumerate();
+    let measurements: Vec<What> = probes
+        .map(|(i, probe)| scene.at(&format!("probe[{i}]"), What::new(&probe.kind, scene)))
+        .collect::<Result<_, _>>()?;
+    let equilibrium = statics::equilibrium(&body.muscle, scene.t_end)?;
+
+    let folder = Folder::prepare(options)?;
+    let mut dae = at_rest(&body.muscle)?;
+    let mut y = equilibrium.displacement.clone();
+    y.resize(2 * equilibrium.displacement.len(), 0.0);
+    y.extend(&equilibrium.pressure);
+    let rest = vec![0.0; dae.n_unknowns()];
+    let mut results = serde_json::Map::new();
+    for (probe, what) in scene.file.probe.iter().zip(measurements) {
+        let values = what.values(&mut dae, scene.t_end, &y, &rest)?;
+        let named = what
+            .names()
+            .into_iter()
+            .zip(values.iter().map(|value| json!(value)));
+        results.insert(
+            probe.name.clone(),
+            named.collect::<serde_json::Map<_, _>>().into(),
+        );
+        let mut recorder = Recorder::open(probe, what, scene.t_end, folder.path(), None)?;
+        recorder.write(scene.t_end, &values)?;
+    }
+    if let Some(fields) = &scene.file.fields {
+        let mut series = Series::new(folder.path(), quantities(&fields.quantities), &[]);
+        series.write(scene.t_end, &dae.snapshot(scene.t_end, &y))?;
+    }
+    let document = json!({
+        "scene": scene.file,
+        "analysis": "static",
+        "outcome": "finished",
+        "unknowns": equilibrium.displacement.len() + equilibrium.pressure.len(),
+        "unknowns_paper": body.muscle.n_unknowns_paper(),
+        "mesh": document::mesh(&body.muscle),
+        "newton_iterations": equilibrium.newton_iterations,
+        "load_steps": equilibrium.load_steps,
+        "constraint_drift": dae.constraint_drift(scene.t_end, &y)?,
+        "results": results,
+        "wall_seconds": started.elapsed().as_secs_f64(),
+    });
+    document::write(&folder, &document)?;
+    Ok(RunResult {
+        document,
+        outcome: Outcome::Finished,
+    })
+}
+
+/// The muscle at rest as a system (q, v, λ) without damping, for reading off values.
+fn at_rest(muscle: &Muscle) -> anyhow::Result<MuscleDae> {
+    let mut muscle = muscle.clone();
+    let kappa = muscle.parameters.kappa();
+    muscle.parameters = Parameters::new(0.0, 0.0, kappa)?;
+    Ok(MuscleDae::new(muscle, Formulation::Position)?)
+}

@@ -1,0 +1,99 @@
+//! What all parts of a scene's making need: the text for messages, the folder for files.
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+use myovib_fem::FemError;
+use myovib_model::ModelError;
+
+use crate::InputError;
+use crate::scene_file::Source;
+use crate::scene_file::check::{Problem, nearest, suggest};
+
+/// Makes the parts of a scene and tells what is wrong with them.
+pub(super) struct Builder<'a> {
+    source: &'a Source,
+    folder: &'a Path,
+    pub(super) t_end: f64,
+}
+
+impl<'a> Builder<'a> {
+    pub(super) fn new(source: &'a Source, folder: &'a Path, t_end: f64) -> Self {
+        Self {
+            source,
+            folder,
+            t_end,
+        }
+    }
+
+    /// A file named in the scene.
+    pub(super) fn resolve(&self, file: &Path) -> PathBuf {
+        self.folder.join(file)
+    }
+
+    /// The error with the place of the value at `path`, as in `traction[0].group`.
+    pub(super) fn wrong(&self, path: &str, error: InputError) -> InputError {
+        self.source.report(Problem::new(path, error))
+    }
+
+    /// The value, or the library's message with the place of the value at `path`.
+    pub(super) fn at<T, E: Explain>(
+        &self,
+        path: &str,
+        result: Result<T, E>,
+    ) -> Result<T, InputError> {
+        result.map_err(|error| self.wrong(path, error.explain()))
+    }
+}
+
+/// An error of a library as input error.
+pub(super) trait Explain {
+    fn explain(&self) -> InputError;
+}
+
+impl Explain for FemError {
+    fn explain(&self) -> InputError {
+        match self {
+            FemError::UnknownGroup {
+                name,
+                known,
+                unnamed,
+            } => {
+                let names: Vec<&str> = known.iter().map(String::as_str).collect();
+                let error = InputError::new(format!("the mesh has no group `{name}`"))
+                    .allowed(names.join(", "));
+                match unnamed.first() {
+                    Some(first) => {
+                        let list: Vec<String> = unnamed.iter().map(ToString::to_string).collect();
+                        error.next(format!(
+                            "name the group of the mesh file that you mean ({}), in Gmsh {}",
+                            list.join(", "),
+                            first.named(name)
+                        ))
+                    }
+                    None => suggest(error, nearest(name, &names)),
+                }
+            }
+            other => explain(other),
+        }
+    }
+}
+
+impl Explain for ModelError {
+    fn explain(&self) -> InputError {
+        match self {
+            ModelError::Fem(error) => error.explain(),
+            other => explain(other),
+        }
+    }
+}
+
+impl Explain for std::io::Error {
+    fn explain(&self) -> InputError {
+        explain(self)
+    }
+}
+
+fn explain(error: &impl Display) -> InputError {
+    InputError::new(error)
+}

@@ -1,0 +1,121 @@
+//! Functions of time from their text.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use myovib_model::{Signal, Spline};
+
+use super::builder::Builder;
+use crate::InputError;
+use crate::scene_file::function::{Function, Shape};
+
+impl Builder<'_> {
+    /// The function of time at `path`.
+    pub(super) fn signal(&self, function: &Function, path: &str) -> Result<Signal, InputError> {
+        let shape = match function {
+            Function::Constant(value) => return Ok(Signal::Constant(*value)),
+            Function::Shape(shape) => shape,
+        };
+        let parts = |of: &[Function]| {
+            of.iter()
+                .enumerate()
+                .map(|(i, part)| self.signal(part, &format!("{path}.of[{i}]")))
+                .collect::<Result<Vec<_>, _>>()
+        };
+        Ok(match shape {
+            &Shape::Sine {
+                amplitude,
+                frequency,
+                phase,
+            } => Signal::Sine {
+                amplitude,
+                frequency,
+                phase,
+            },
+            &Shape::RampedSine {
+                amplitude,
+                frequency,
+                steepness,
+                shift,
+            } => Signal::RampedSine {
+                amplitude,
+                frequency,
+                steepness,
+                shift,
+            },
+            &Shape::Step { value, start, rise } => Signal::Step { value, start, rise },
+            &Shape::Ramp { value, start, end } if end > start => Signal::Ramp { value, start, end },
+            Shape::Ramp { start, end, .. } => {
+                let error = InputError::new("the ramp ends before it starts")
+                    .found(format!("start = {start}, end = {end}"))
+                    .allowed("an end after the start, s");
+                return Err(self.wrong(&format!("{path}.end"), error));
+            }
+            Shape::Table { file, time, column } => {
+                Signal::Table(Arc::new(self.table(file, time, column, path)?))
+            }
+            Shape::Sum { of } => Signal::Sum(parts(of)?),
+            Shape::Product { of } => Signal::Product(parts(of)?),
+        })
+    }
+
+    fn table(
+        &self,
+        file: &Path,
+        time: &str,
+        column: &str,
+        path: &str,
+    ) -> Result<Spline, InputError> {
+        let place = format!("{path}.file");
+        let file = self.resolve(file);
+        let text = std::fs::read_to_string(&file).map_err(|error| {
+            let error = InputError::new(format!("cannot read {}: {error}", file.display()));
+            self.wrong(&place, error)
+        })?;
+        let mut lines = text.lines().filter(|line| !line.trim().is_empty());
+        let names: Vec<&str> = lines
+            .next()
+            .unwrap_or_default()
+            .split(',')
+            .map(str::trim)
+            .collect();
+        let position = |name: &str, key: &str| {
+            names
+                .iter()
+                .position(|known| *known == name)
+                .ok_or_else(|| {
+                    let error =
+                        InputError::new(format!("{} has no column `{name}`", file.display()))
+                            .allowed(names.join(", "));
+                    self.wrong(&format!("{path}.{key}"), error)
+                })
+        };
+        let (time, column) = (position(time, "time")?, position(column, "column")?);
+        let (mut times, mut values) = (Vec::new(), Vec::new());
+        for (i, line) in lines.enumerate() {
+            let words: Vec<&str> = line.split(',').map(str::trim).collect();
+            let number = |place_in_line: usize| {
+                words
+                    .get(place_in_line)
+                    .and_then(|word| word.parse::<f64>().ok())
+            };
+            let (Some(t), Some(value)) = (number(time), number(column)) else {
+                let error =
+                    InputError::new(format!("row {} is not made of numbers", i + 1)).found(line);
+                return Err(self.wrong(&place, error));
+            };
+            times.push(t);
+            values.push(value);
+        }
+        let spline = self.at(&place, Spline::new(times, values))?;
+        let (start, end) = spline.range();
+        // A table that ends at the run's end up to the rounding of its decimals is long enough.
+        if start > 0.0 || end < self.t_end * (1.0 - 1e-12) {
+            let error = InputError::new("the table does not cover the run's time interval")
+                .found(format!("{start} s to {end} s"))
+                .allowed(format!("0 s to {} s or beyond", self.t_end));
+            return Err(self.wrong(&place, error));
+        }
+        Ok(spline)
+    }
+}

@@ -1,0 +1,181 @@
+//! Scenes as validated objects: what [`crate::scene_file`] read, put together with its
+//! mesh into the model.
+//!
+//! What is wrong is told with its place in the text, as in `scene_file`: an unknown group lists
+//! those the mesh has, a formulation that does not go with κ and β says what does. Nothing is
+//! computed and nothing is written before a [`Scene`] exists.
+
+mod body;
+mod builder;
+mod builtin;
+mod feedback;
+mod function;
+mod mesh;
+mod oscillators;
+mod settings;
+
+use std::path::Path;
+
+use anyhow::Context;
+use myovib_fem::mesh::MeshNote;
+use myovib_model::coupling::Feedback;
+use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings};
+
+pub use builtin::{BUILTIN, builtin_text};
+pub use oscillators::DrivenChain;
+
+use crate::InputError;
+use crate::scene_file::{self, Analysis, SceneFile, Source};
+use builder::Builder;
+
+/// A scene that can be computed.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// The scene as written, defaults filled in.
+    pub file: SceneFile,
+    source: Source,
+    /// End time, s; 0 for a scene without a time interval.
+    pub t_end: f64,
+    /// The elastic body, if there is one.
+    pub body: Option<Body>,
+    /// The rod, if there is one; then there is no body.
+    pub rod: Option<RodDae>,
+    /// The chains of oscillators.
+    pub chains: Vec<DrivenChain>,
+    /// How chains act back on the body.
+    pub feedbacks: Vec<Feedback>,
+}
+
+/// An elastic body and how it is to be computed.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// The body with its loads.
+    pub muscle: Muscle,
+    /// The DAE.
+    pub formulation: Formulation,
+    /// The integrator's settings.
+    pub settings: Settings,
+}
+
+impl Scene {
+    /// Reads the scene at `path`, or the built-in scene of that name, with overrides applied.
+    ///
+    /// # Errors
+    /// Files that cannot be read, and [`InputError`] for what is wrong in them.
+    pub fn load(path: &Path, overrides: &[String]) -> anyhow::Result<Self> {
+        let name = path.display().to_string();
+        let (text, folder) = match std::fs::read_to_string(path) {
+            Ok(text) => (text, path.parent().unwrap_or(Path::new("")).to_owned()),
+            Err(error) => match builtin_text(&name) {
+                Some(text) => (text.to_owned(), Path::new("").to_owned()),
+                None => {
+                    let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+                    return Err(error).with_context(|| {
+                        InputError::new(format!("cannot read the scene `{name}`"))
+                            .allowed(format!("a file, or a built-in scene: {}", names.join(", ")))
+                            .next("`myovib init` writes a scene to start from")
+                            .to_string()
+                    });
+                }
+            },
+        };
+        Ok(Self::build(&name, &text, overrides, &folder)?)
+    }
+
+    /// The built-in scene `name`, with overrides applied.
+    ///
+    /// # Errors
+    /// A name that is none of [`BUILTIN`]'s, and what the overrides make wrong.
+    pub fn built_in(name: &str, overrides: &[String]) -> anyhow::Result<Self> {
+        let text = builtin_text(name).with_context(|| format!("there is no scene `{name}`"))?;
+        Ok(Self::build(name, text, overrides, Path::new(""))?)
+    }
+
+    /// What was put right in the mesh, or left aside.
+    pub fn notes(&self) -> &[MeshNote] {
+        match &self.body {
+            Some(body) => body.muscle.solid.space().mesh().notes(),
+            None => &[],
+        }
+    }
+
+    /// The scene's text, without overrides.
+    pub fn text(&self) -> &str {
+        self.source.text()
+    }
+
+    /// The value, or the model's message with the place of the value at `path`, as in `probe[0]`.
+    ///
+    /// # Errors
+    /// Those of the model, explained.
+    pub fn at<T>(&self, path: &str, result: Result<T, ModelError>) -> Result<T, InputError> {
+        Builder::new(&self.source, Path::new(""), self.t_end).at(path, result)
+    }
+
+    /// Makes a scene from its text; files named in it are relative to `folder`.
+    ///
+    /// # Errors
+    /// [`InputError`] with file, line, column, and what was expected.
+    pub fn build(
+        name: &str,
+        text: &str,
+        overrides: &[String],
+        folder: &Path,
+    ) -> Result<Self, InputError> {
+        let scene_file::Read {
+            scene: file,
+            source,
+        } = scene_file::read(name, text, overrides)?;
+        let t_end = file.time.as_ref().map_or(0.0, |time| time.end);
+        let builder = Builder::new(&source, folder, t_end);
+        builder.integrator(&file)?;
+        match file.analysis {
+            Analysis::Dynamic if file.time.is_none() => {
+                let error = InputError::new("a dynamic scene needs its time interval")
+                    .next("add a table [time] with `end`, in s");
+                return Err(builder.wrong("", error));
+            }
+            Analysis::Static => builder.without_motion(&file)?,
+            Analysis::Dynamic | Analysis::Modes => {}
+        }
+        let body = match (&file.mesh, &file.solid) {
+            (Some(mesh), Some(solid)) => Some(builder.body(&file, mesh, solid)?),
+            (None, None) => None,
+            (Some(_), None) => {
+                let error = InputError::new("a mesh needs the body's constants")
+                    .next("add a table [solid] with `kappa`, in Pa");
+                return Err(builder.wrong("mesh", error));
+            }
+            (None, Some(_)) => {
+                let error = InputError::new("a body needs a mesh")
+                    .next("add a table [mesh], for example with type = \"muscle\"");
+                return Err(builder.wrong("solid", error));
+            }
+        };
+        if body.is_none() && file.rod.is_none() && file.chain.is_empty() {
+            return Err(builder.wrong(
+                "",
+                InputError::new("the scene has nothing to compute")
+                    .allowed("a [mesh] with [solid], a [rod], or a [[chain]]"),
+            ));
+        }
+        if let (Some(_), Some(_)) = (&body, &file.rod) {
+            let error = InputError::new("a scene has a muscle or a rod, not both")
+                .next("remove [rod], or [mesh] with [solid]");
+            return Err(builder.wrong("rod", error));
+        }
+        let rod = file.rod.as_ref().map(|rod| builder.rod(rod)).transpose()?;
+        let chains = builder.chains(&file)?;
+        let feedbacks = builder.feedbacks(&file, body.as_ref(), &chains)?;
+        builder.probes(&file)?;
+        Ok(Self {
+            t_end,
+            body,
+            rod,
+            chains,
+            feedbacks,
+            file,
+            source,
+        })
+    }
+}

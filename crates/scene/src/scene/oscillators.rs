@@ -1,0 +1,202 @@
+//! Rod and chains of a scene.
+
+use myovib_fem::rod::{EndLoad, Rod, RodData};
+use myovib_model::{ModelError, RodDae};
+use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Generator};
+
+use super::builder::Builder;
+use crate::InputError;
+use crate::scene_file::SceneFile;
+use crate::scene_file::chain::{self, GeneratorName, Place, RodReading};
+use crate::scene_file::output::{Probe, ProbeKind};
+
+/// A chain with what drives it.
+#[derive(Debug, Clone)]
+pub struct DrivenChain {
+    /// Name in output.
+    pub name: String,
+    /// The oscillators.
+    pub chain: Chain,
+    /// Gain and reach of the forcing.
+    pub drive: Drive,
+    /// Where it is driven; nowhere if not given.
+    pub at: Option<Place>,
+    /// The muscle's displacement component that drives it: 0 or 1.
+    pub axis: usize,
+    /// Initial position of all oscillators.
+    pub initial: f64,
+}
+
+impl Builder<'_> {
+    /// The rod.
+    pub(super) fn rod(&self, rod: &chain::Rod) -> Result<RodDae, InputError> {
+        let data = RodData {
+            axial_stiffness: rod.stiffness,
+            density: rod.density,
+            length: rod.length,
+            mass_damping: rod.alpha,
+            stiffness_damping: rod.beta,
+            n_elements: rod.elements,
+        };
+        let load = match rod.reading {
+            RodReading::Strain => EndLoad::Strain,
+            RodReading::Traction => EndLoad::Traction,
+        };
+        let signal = self.signal(&rod.load, "rod.load")?;
+        if load == EndLoad::Strain && signal.smoothness() < 1 {
+            let error = InputError::new("a strain at the rod's end needs a rate without jumps")
+                .next("take `step`, whose rise is smooth, in place of `ramp`");
+            return Err(self.wrong("rod.load", error));
+        }
+        let rod = self.at("rod", Rod::new(data))?;
+        Ok(RodDae::new(rod, load, signal))
+    }
+
+    /// The chains, whose names differ.
+    pub(super) fn chains(&self, file: &SceneFile) -> Result<Vec<DrivenChain>, InputError> {
+        for (i, chain) in file.chain.iter().enumerate() {
+            if file.chain[..i]
+                .iter()
+                .any(|before| before.name == chain.name)
+            {
+                let error = InputError::new(format!("two chains have the name `{}`", chain.name))
+                    .next("give each chain a `name` of its own");
+                return Err(self.wrong(&format!("chain[{i}]"), error));
+            }
+        }
+        let chains = file.chain.iter().enumerate();
+        chains
+            .map(|(i, chain)| self.chain(file, chain, &format!("chain[{i}]")))
+            .collect()
+    }
+
+    fn chain(
+        &self,
+        file: &SceneFile,
+        chain: &chain::Chain,
+        path: &str,
+    ) -> Result<DrivenChain, InputError> {
+        let place = format!("{path}.at");
+        match (chain.at, file.mesh.is_some(), file.rod.is_some()) {
+            (Some(Place::Point(_)), false, _) => {
+                let error = InputError::new("a point needs a muscle, and the scene has no mesh")
+                    .next("for a rod, give the position as one number");
+                return Err(self.wrong(&place, error));
+            }
+            (Some(Place::Position(_)), _, false) => {
+                let error = InputError::new("a position needs a rod, and the scene has none")
+                    .next("for a muscle, give the point as [x, y]");
+                return Err(self.wrong(&place, error));
+            }
+            _ => {}
+        }
+        let detuning = Detuning {
+            centre: std::f64::consts::TAU * chain.frequency,
+            half_width: chain.half_width,
+            generator: match chain.generator {
+                GeneratorName::Matlab => Generator::Matlab,
+                GeneratorName::ChaCha8 => Generator::ChaCha8,
+            },
+            seed: chain.seed,
+        };
+        let omega = detuning
+            .frequencies(chain.oscillators)
+            .map_err(ModelError::from);
+        let reach = chain.reach.into();
+        Ok(DrivenChain {
+            name: chain.name.clone(),
+            chain: Chain {
+                omega: self.at(path, omega)?,
+                coefficients: Coefficients {
+                    vdp_mu: chain.van_der_pol,
+                    duffing: chain.duffing,
+                    coupling: chain.coupling,
+                },
+                ends: chain.ends.into(),
+                reach,
+            },
+            drive: Drive {
+                gain: chain.gain,
+                reach,
+            },
+            at: chain.at,
+            axis: super::body::index(chain.component),
+            initial: chain.initial,
+        })
+    }
+
+    /// Refuses in a static scene what only a motion has: it would do nothing.
+    pub(super) fn without_motion(&self, file: &SceneFile) -> Result<(), InputError> {
+        let parts = [
+            ("rod", file.rod.is_some()),
+            ("chain[0]", !file.chain.is_empty()),
+            ("feedback[0]", !file.feedback.is_empty()),
+            ("stop[0]", !file.stop.is_empty()),
+        ];
+        let part = parts.into_iter().find(|(_, given)| *given);
+        let of_motion = |probe: &Probe| match probe.kind {
+            ProbeKind::Point { .. } | ProbeKind::Line { .. } => false,
+            ProbeKind::Average { .. } | ProbeKind::Reaction { .. } => false,
+            ProbeKind::Energy | ProbeKind::Feedback | ProbeKind::Rod { .. } => true,
+            ProbeKind::Coherence { .. } | ProbeKind::Oscillators { .. } => true,
+        };
+        let probe = file.probe.iter().position(of_motion);
+        let place = part.map(|(path, _)| path.to_owned());
+        match place.or(probe.map(|i| format!("probe[{i}].type"))) {
+            None => Ok(()),
+            Some(place) => {
+                let error = InputError::new("a static scene has no motion, which this needs")
+                    .next("remove it, or take analysis = \"dynamic\"");
+                Err(self.wrong(&place, error))
+            }
+        }
+    }
+
+    /// Checks that probes are of parts the scene has, under names of their own.
+    pub(super) fn probes(&self, file: &SceneFile) -> Result<(), InputError> {
+        for (i, probe) in file.probe.iter().enumerate() {
+            let path = format!("probe[{i}]");
+            let fails = |key: &str, error| Err(self.wrong(&format!("{path}{key}"), error));
+            let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+            if probe.name.is_empty() || !probe.name.chars().all(good) {
+                let error = InputError::new("a probe's name becomes a file's name")
+                    .found(&probe.name)
+                    .allowed("letters, digits, `_` and `-`");
+                return fails(".name", error);
+            }
+            if file.probe[..i]
+                .iter()
+                .any(|before| before.name == probe.name)
+            {
+                let error = InputError::new(format!("two probes have the name `{}`", probe.name));
+                return fails(".name", error);
+            }
+            match &probe.kind {
+                ProbeKind::Coherence { chain } | ProbeKind::Oscillators { chain }
+                    if !file.chain.iter().any(|known| known.name == *chain) =>
+                {
+                    let names: Vec<&str> = file.chain.iter().map(|c| c.name.as_str()).collect();
+                    let error = InputError::new(format!("there is no chain `{chain}`"))
+                        .allowed(names.join(", "));
+                    return fails(".chain", error);
+                }
+                ProbeKind::Coherence { .. } | ProbeKind::Oscillators { .. } => {}
+                ProbeKind::Feedback if file.feedback.is_empty() => {
+                    return fails(".type", InputError::new("the scene has no [[feedback]]"));
+                }
+                ProbeKind::Feedback => {}
+                ProbeKind::Rod { .. } if file.rod.is_none() => {
+                    return fails(".type", InputError::new("the scene has no [rod]"));
+                }
+                ProbeKind::Rod { .. } => {}
+                _ if file.mesh.is_none() => {
+                    let error = InputError::new("this probe needs a [mesh] with [solid]")
+                        .next("for a rod or chains: coherence, oscillators, rod");
+                    return fails(".type", error);
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}

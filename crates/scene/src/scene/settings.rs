@@ -1,0 +1,117 @@
+//! The integrator's settings from a scene.
+
+use myovib_model::advice::Advice;
+use myovib_model::{
+    AbsoluteTolerances, Field, Formulation, LinearSolver, MultiplierWeights, Muscle, Settings,
+    default_ordering,
+};
+use myovib_sparse::klu::Ordering;
+
+use super::builder::Builder;
+use crate::InputError;
+use crate::scene_file::SceneFile;
+use crate::scene_file::integrator::{
+    Block, Integrator, MaxOrder, Method, MultiplierWeightsName, OrderingName,
+};
+
+impl Builder<'_> {
+    /// The settings for `muscle` in `formulation`.
+    pub(super) fn settings(
+        &self,
+        wanted: &Integrator,
+        muscle: &Muscle,
+        formulation: Formulation,
+        linear_solver: LinearSolver,
+    ) -> Settings {
+        let defaults = Settings::paper(formulation)
+            .with_integrator(wanted.method.kind())
+            .with_relative_tolerance(wanted.rtol);
+        let (atol, in_proportion) = (&wanted.atol, defaults.absolute_tolerances);
+        let mut settings = Settings {
+            t_end: self.t_end,
+            absolute_tolerances: AbsoluteTolerances {
+                displacement: atol.displacement.unwrap_or(in_proportion.displacement),
+                velocity: atol.velocity.unwrap_or(in_proportion.velocity),
+                pressure: atol.pressure.unwrap_or(in_proportion.pressure),
+                multiplier: atol.multiplier.unwrap_or(in_proportion.multiplier),
+            },
+            suppressed: match &wanted.suppress {
+                Some(blocks) => suppressed(blocks, formulation),
+                None => defaults.suppressed,
+            },
+            multiplier_weights: match wanted.multiplier_weights {
+                MultiplierWeightsName::Plain => MultiplierWeights::Plain,
+                MultiplierWeightsName::StepScaled => MultiplierWeights::StepScaled,
+            },
+            max_order: wanted
+                .max_order
+                .and_then(MaxOrder::fixed)
+                .unwrap_or(defaults.max_order),
+            ordering: wanted
+                .ordering
+                .map_or(default_ordering(formulation, linear_solver), ordering),
+            linear_solver,
+            btf: wanted.btf,
+            initial_step: wanted.initial_step,
+            max_step: wanted.max_step,
+            project_every: wanted.project_every,
+            ..defaults
+        };
+        if wanted.max_order == Some(MaxOrder::Auto) {
+            settings.max_order = Advice::new(muscle, formulation, &settings).max_order();
+        }
+        settings
+    }
+
+    /// Refuses settings that the method, or the integration of chains, does not have: they would
+    /// do nothing.
+    pub(super) fn integrator(&self, file: &SceneFile) -> Result<(), InputError> {
+        let wanted = &file.integrator;
+        let weighted = wanted.multiplier_weights != MultiplierWeightsName::Plain;
+        let given = [
+            ("max_order", wanted.max_order.is_some()),
+            ("multiplier_weights", weighted),
+            ("project_every", wanted.project_every.is_some()),
+        ];
+        for (key, _) in given.into_iter().filter(|(_, given)| *given) {
+            let path = format!("integrator.{key}");
+            if wanted.method != Method::Bdf {
+                let error = InputError::new(format!("Radau IIA has no `{key}`"))
+                    .next(format!("remove `{key}`, or take method = \"bdf\""));
+                return Err(self.wrong(&path, error));
+            }
+            let of_muscle = key != "max_order";
+            if file.solid.is_none() && wanted.max_order == Some(MaxOrder::Auto) {
+                let error =
+                    InputError::new("`auto` looks at the damping of a muscle; there is none")
+                        .next("give an order, 1 to 5, or remove `max_order`");
+                return Err(self.wrong(&path, error));
+            }
+            if of_muscle && (file.solid.is_none() || !file.chain.is_empty()) {
+                let error = InputError::new(format!("`{key}` is for a muscle without chains"))
+                    .next(format!("remove `{key}`"));
+                return Err(self.wrong(&path, error));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn suppressed(blocks: &[Block], formulation: Formulation) -> Vec<Field> {
+    let fields = blocks.iter().flat_map(|block| match block {
+        Block::Pressure => [Field::Pressure].as_slice(),
+        Block::Multiplier => &[Field::PressureRate, Field::GglMultiplier],
+    });
+    fields
+        .copied()
+        .filter(|field| formulation.has(*field))
+        .collect()
+}
+
+fn ordering(name: OrderingName) -> Ordering {
+    match name {
+        OrderingName::Amd => Ordering::Amd,
+        OrderingName::Colamd => Ordering::Colamd,
+        OrderingName::Natural => Ordering::Natural,
+    }
+}

@@ -1,0 +1,188 @@
+//! Rod and oscillators of a scene.
+
+use myovib_oscillators::{Ends, Reach};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::function::Function;
+use super::solid::Axis;
+
+/// The damped elastic rod of the paper's section 3.1, in its dimensionless units.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct Rod {
+    /// Length L.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub length: f64,
+    /// Axial stiffness EA.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub stiffness: f64,
+    /// Mass per length ρ.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub density: f64,
+    /// Mass-proportional damping α, 1/s.
+    #[schemars(range(min = 0))]
+    pub alpha: f64,
+    /// Stiffness-proportional damping β, s.
+    #[schemars(range(min = 0))]
+    pub beta: f64,
+    /// Number of linear elements.
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub elements: usize,
+    /// What τ is at the right end.
+    pub reading: RodReading,
+    /// τ(t): strain or traction at the right end.
+    pub load: Function,
+}
+
+/// What the load τ of a rod is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum RodReading {
+    /// The strain u_x(L, t); the end force is EA (τ + β τ̇).
+    Strain,
+    /// The traction; the end force is EA τ.
+    Traction,
+}
+
+impl Default for Rod {
+    /// Section 3.1 of the paper.
+    fn default() -> Self {
+        Self {
+            length: 0.1,
+            stiffness: 1e6,
+            density: 1e3,
+            alpha: 0.25,
+            beta: 1e-3,
+            elements: 10,
+            reading: RodReading::Strain,
+            load: Function::Shape(super::function::Shape::RampedSine {
+                amplitude: 1.0,
+                frequency: 8.0,
+                steepness: 10.0,
+                shift: 8.0,
+            }),
+        }
+    }
+}
+
+/// A chain of van der Pol oscillators, (22) and (24).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct Chain {
+    /// Name in output and for feedback.
+    pub name: String,
+    /// Number of oscillators N.
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub oscillators: usize,
+    /// Centre of the natural frequencies, Hz.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub frequency: f64,
+    /// Half width of the interval of the natural frequencies, rad/s; 0 makes them identical.
+    #[schemars(range(min = 0))]
+    pub half_width: f64,
+    /// Generator of the random frequencies.
+    pub generator: GeneratorName,
+    /// Seed of the generator.
+    pub seed: u32,
+    /// Van der Pol coefficient μ, 1/s.
+    pub van_der_pol: f64,
+    /// Duffing coefficient a, 1/s².
+    pub duffing: f64,
+    /// Neighbour coupling D, 1/s.
+    pub coupling: f64,
+    /// Whether the last oscillator is a neighbour of the first.
+    pub ends: EndsName,
+    /// The oscillators that the forcing reaches.
+    pub reach: ReachName,
+    /// Gain γ of the forcing c(u) = γ u, 1/s² per m (per unit of the rod's displacement).
+    pub gain: f64,
+    /// Where the chain lives: a point [x, y] of the muscle in m, or a position x of the rod.
+    /// Without it the chain is not driven.
+    pub at: Option<Place>,
+    /// The displacement component of the muscle that drives the chain.
+    pub component: Axis,
+    /// Initial position of all oscillators; they start without velocity.
+    pub initial: f64,
+}
+
+impl Default for Chain {
+    /// Section 3.1 of the paper with 20 oscillators; γ = 1.
+    fn default() -> Self {
+        Self {
+            name: "chain".to_owned(),
+            oscillators: 20,
+            frequency: 8.0,
+            half_width: 0.05,
+            generator: GeneratorName::Matlab,
+            seed: 5489,
+            van_der_pol: 2.0,
+            duffing: 0.0,
+            coupling: 3.0,
+            ends: EndsName::Periodic,
+            reach: ReachName::All,
+            gain: 1.0,
+            at: None,
+            component: Axis::Y,
+            initial: 0.0,
+        }
+    }
+}
+
+/// A point of the muscle or a position on the rod.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Place {
+    /// A point of the muscle, m.
+    Point([f64; 2]),
+    /// A position on the rod, from 0 to its length.
+    Position(f64),
+}
+
+/// Generators of random numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum GeneratorName {
+    /// MT19937 with 53-bit doubles, as MATLAB's `rand`.
+    Matlab,
+    /// ChaCha with 8 rounds.
+    ChaCha8,
+}
+
+/// Ends of a chain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum EndsName {
+    /// The chain is closed to a ring.
+    Periodic,
+    /// First and last oscillator have one neighbour.
+    Open,
+}
+
+impl From<EndsName> for Ends {
+    fn from(name: EndsName) -> Self {
+        match name {
+            EndsName::Periodic => Self::Periodic,
+            EndsName::Open => Self::Open,
+        }
+    }
+}
+
+/// The oscillators that the forcing reaches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ReachName {
+    /// All.
+    All,
+    /// The first and the last.
+    Boundary,
+}
+
+impl From<ReachName> for Reach {
+    fn from(name: ReachName) -> Self {
+        match name {
+            ReachName::All => Self::All,
+            ReachName::Boundary => Self::Boundary,
+        }
+    }
+}

@@ -1,0 +1,411 @@
+//! A scene's tree against the JSON Schema of its types.
+//!
+//! Knows the part of JSON Schema that our types use: references, closed objects, alternatives
+//! told apart by a tag or by the kind of value, ranges, lengths. The first problem ends the check.
+
+use serde_json::{Map, Value};
+
+use crate::InputError;
+
+/// What is wrong with a value, and where.
+#[derive(Debug, Clone)]
+pub(crate) struct Problem {
+    /// Path of the value, as in `material[0].c10`; empty for the whole scene.
+    pub(crate) path: String,
+    /// Whether the key is at fault rather than its value.
+    pub(crate) at_key: bool,
+    /// What is wrong, without its place.
+    pub(crate) error: InputError,
+}
+
+impl Problem {
+    /// A problem with the value at `path`.
+    pub(crate) fn new(path: &str, error: InputError) -> Self {
+        Self {
+            path: path.to_owned(),
+            at_key: false,
+            error,
+        }
+    }
+}
+
+/// Checks `value` against `schema`, a whole document with its `$defs`.
+pub(super) fn check(value: &Value, schema: &Value) -> Result<(), Problem> {
+    Checker {
+        definitions: schema.get("$defs"),
+    }
+    .value(value, schema, "")
+}
+
+/// The path of a member of what lies at `path`.
+pub(super) fn member(path: &str, key: &str) -> String {
+    if path.is_empty() {
+        key.to_owned()
+    } else {
+        format!("{path}.{key}")
+    }
+}
+
+/// The path of an entry of the list at `path`.
+pub(super) fn entry(path: &str, index: usize) -> String {
+    format!("{path}[{index}]")
+}
+
+/// The candidate most like `word`, if one is like it at all.
+pub(crate) fn nearest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
+    // Jaro-Winkler forgives swapped letters and weighs the beginning; below 0.75 words have
+    // little in common.
+    candidates
+        .iter()
+        .map(|candidate| (strsim::jaro_winkler(word, candidate), *candidate))
+        .filter(|(likeness, _)| *likeness > 0.75)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, candidate)| candidate)
+}
+
+struct Checker<'s> {
+    definitions: Option<&'s Value>,
+}
+
+impl<'s> Checker<'s> {
+    fn value(&self, value: &Value, schema: &'s Value, path: &str) -> Result<(), Problem> {
+        let schema = self.resolve(schema);
+        match self.alternatives(schema) {
+            Some(alternatives) => self.one_of(value, schema, &alternatives, path),
+            None => self.plain(value, &[schema], path),
+        }
+    }
+
+    /// Follows references.
+    fn resolve(&self, mut schema: &'s Value) -> &'s Value {
+        while let Some(name) = schema["$ref"]
+            .as_str()
+            .and_then(|r| r.strip_prefix("#/$defs/"))
+        {
+            schema = self
+                .definitions
+                .and_then(|definitions| definitions.get(name))
+                .expect("references lead to definitions of the same document");
+        }
+        schema
+    }
+
+    /// The alternatives of a schema, but for null, which TOML does not have.
+    fn alternatives(&self, schema: &'s Value) -> Option<Vec<&'s Value>> {
+        let all = schema
+            .get("oneOf")
+            .or_else(|| schema.get("anyOf"))?
+            .as_array()?;
+        Some(
+            all.iter()
+                .filter(|one| one["type"] != "null")
+                .map(|one| self.resolve(one))
+                .collect(),
+        )
+    }
+
+    fn one_of(
+        &self,
+        value: &Value,
+        base: &'s Value,
+        alternatives: &[&'s Value],
+        path: &str,
+    ) -> Result<(), Problem> {
+        if let [only] = alternatives {
+            return self.value(value, only, path);
+        }
+        if let (Some(tag), Some(object)) = (common_tag(alternatives), value.as_object()) {
+            let branch = choose_by_tag(object, tag, alternatives, path)?;
+            return self.plain(value, &[base, branch], path);
+        }
+        if value.is_string() && alternatives.iter().all(|one| one["const"].is_string()) {
+            let names: Vec<&str> = alternatives
+                .iter()
+                .filter_map(|a| a["const"].as_str())
+                .collect();
+            return one_name(value, &names, path);
+        }
+        match alternatives
+            .iter()
+            .find(|one| self.accepts_kind(one, value))
+        {
+            Some(one) => self.value(value, one, path),
+            None => {
+                let kinds: Vec<_> = alternatives.iter().map(|one| self.kind_name(one)).collect();
+                Err(wrong_kind(value, &kinds.join(" or "), base, path))
+            }
+        }
+    }
+
+    /// Whether the value is of the kind (number, text, table, list) that the schema describes.
+    fn accepts_kind(&self, schema: &'s Value, value: &Value) -> bool {
+        match self.alternatives(schema) {
+            Some(alternatives) => alternatives.iter().any(|one| self.accepts_kind(one, value)),
+            None => match schema.get("const") {
+                Some(constant) => value == constant,
+                None => kinds(schema).any(|kind| is_kind(value, kind)),
+            },
+        }
+    }
+
+    fn kind_name(&self, schema: &'s Value) -> String {
+        if let Some(constant) = schema.get("const") {
+            return constant.to_string();
+        }
+        let first = self
+            .alternatives(schema)
+            .and_then(|all| all.first().copied());
+        let kind = kinds(first.unwrap_or(schema))
+            .next()
+            .map_or("a value", with_article);
+        kind.to_owned()
+    }
+
+    /// A value without alternatives; an object may be described by several schemas together.
+    fn plain(&self, value: &Value, schemas: &[&'s Value], path: &str) -> Result<(), Problem> {
+        let schema = schemas[0];
+        if let Some(names) = schema["enum"].as_array() {
+            let names: Vec<&str> = names.iter().filter_map(Value::as_str).collect();
+            return one_name(value, &names, path);
+        }
+        if let Some(constant) = schema["const"].as_str() {
+            return one_name(value, &[constant], path);
+        }
+        let has_kind = schemas.len() == 1 && kinds(schema).next().is_some();
+        if has_kind && !kinds(schema).any(|kind| is_kind(value, kind)) {
+            return Err(wrong_kind(value, &self.kind_name(schema), schema, path));
+        }
+        match value {
+            Value::Number(number) => in_range(number.as_f64().unwrap_or(f64::NAN), schema, path),
+            Value::Array(entries) => self.list(entries, schema, path),
+            Value::Object(object) => self.object(object, schemas, path),
+            _ => Ok(()),
+        }
+    }
+
+    fn list(&self, entries: &[Value], schema: &'s Value, path: &str) -> Result<(), Problem> {
+        let length = |key: &str| schema[key].as_u64().map(|n| n as usize);
+        let (least, most) = (length("minItems"), length("maxItems"));
+        if least.is_some_and(|n| entries.len() < n) || most.is_some_and(|n| entries.len() > n) {
+            let allowed = match (least, most) {
+                (Some(least), Some(most)) if least == most => format!("{least} entries"),
+                (Some(least), None) => format!("at least {least}"),
+                _ => format!("{} to {}", least.unwrap_or(0), most.unwrap_or(usize::MAX)),
+            };
+            let error = InputError::new(format!("the list `{path}` has a wrong length"))
+                .found(format!("{} entries", entries.len()))
+                .allowed(describe(allowed, schema));
+            return Err(Problem::new(path, error));
+        }
+        entries
+            .iter()
+            .enumerate()
+            .try_for_each(|(i, one)| self.value(one, &schema["items"], &entry(path, i)))
+    }
+
+    fn object(
+        &self,
+        object: &Map<String, Value>,
+        schemas: &[&'s Value],
+        path: &str,
+    ) -> Result<(), Problem> {
+        let properties = |key: &str| schemas.iter().find_map(|s| s["properties"].get(key));
+        let known: Vec<&str> = schemas
+            .iter()
+            .filter_map(|schema| schema["properties"].as_object())
+            .flat_map(|properties| properties.keys().map(String::as_str))
+            .collect();
+        for (key, value) in object {
+            let path_of_key = member(path, key);
+            match properties(key) {
+                Some(schema) => self.value(value, schema, &path_of_key)?,
+                None => return Err(unknown_key(key, &known, path_of_key, path)),
+            }
+        }
+        let required = schemas
+            .iter()
+            .filter_map(|s| s["required"].as_array())
+            .flatten();
+        match required
+            .filter_map(Value::as_str)
+            .find(|key| !object.contains_key(*key))
+        {
+            Some(key) => {
+                let place = if path.is_empty() {
+                    "the scene".into()
+                } else {
+                    format!("`{path}`")
+                };
+                let mut error = InputError::new(format!("{place} needs `{key}`"));
+                if let Some(text) = properties(key).and_then(|s| s["description"].as_str()) {
+                    error = error.next(format!("give `{key}`: {}", first_sentence(text)));
+                }
+                Err(Problem::new(path, error))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// The key whose constant tells the alternatives apart, if they are all objects with one.
+fn common_tag<'s>(alternatives: &[&'s Value]) -> Option<&'s str> {
+    let tag_of = |one: &'s Value| {
+        let mut properties = one["properties"].as_object()?.iter();
+        properties
+            .find(|(_, schema)| schema["const"].is_string())
+            .map(|(key, _)| key.as_str())
+    };
+    let tag = tag_of(alternatives.first()?)?;
+    alternatives
+        .iter()
+        .all(|one| tag_of(one) == Some(tag))
+        .then_some(tag)
+}
+
+fn choose_by_tag<'s>(
+    object: &Map<String, Value>,
+    tag: &str,
+    alternatives: &[&'s Value],
+    path: &str,
+) -> Result<&'s Value, Problem> {
+    let name_of = |one: &'s Value| one["properties"][tag]["const"].as_str().unwrap_or_default();
+    let names: Vec<&str> = alternatives.iter().map(|one| name_of(one)).collect();
+    let Some(given) = object.get(tag) else {
+        let error = InputError::new(format!("`{path}` needs `{tag}`")).allowed(names.join(", "));
+        return Err(Problem::new(path, error));
+    };
+    one_name(given, &names, &member(path, tag))?;
+    let chosen = alternatives
+        .iter()
+        .find(|one| Some(name_of(one)) == given.as_str());
+    Ok(chosen.expect("the name is one of the alternatives'"))
+}
+
+fn one_name(value: &Value, names: &[&str], path: &str) -> Result<(), Problem> {
+    let given = value.as_str();
+    if given.is_some_and(|name| names.contains(&name)) {
+        return Ok(());
+    }
+    let error = InputError::new(format!("`{path}` does not know this name"))
+        .found(value)
+        .allowed(names.join(", "));
+    Err(Problem::new(
+        path,
+        suggest(error, given.and_then(|name| nearest(name, names))),
+    ))
+}
+
+fn unknown_key(key: &str, known: &[&str], path_of_key: String, path: &str) -> Problem {
+    let place = if path.is_empty() {
+        "a scene".into()
+    } else {
+        format!("`{path}`")
+    };
+    let error = InputError::new(format!("{place} has no key `{key}`")).allowed(known.join(", "));
+    Problem {
+        at_key: true,
+        path: path_of_key,
+        error: suggest(error, nearest(key, known)),
+    }
+}
+
+/// Adds the name that may have been meant.
+pub(crate) fn suggest(error: InputError, name: Option<&str>) -> InputError {
+    match name {
+        Some(name) => error.next(format!("did you mean `{name}`?")),
+        None => error,
+    }
+}
+
+fn in_range(x: f64, schema: &Value, path: &str) -> Result<(), Problem> {
+    type Rule = (&'static str, &'static str, fn(f64, f64) -> bool);
+    let rules: [Rule; 4] = [
+        ("exclusiveMinimum", "greater than", |x, bound| x > bound),
+        ("minimum", "at least", |x, bound| x >= bound),
+        ("exclusiveMaximum", "less than", |x, bound| x < bound),
+        ("maximum", "at most", |x, bound| x <= bound),
+    ];
+    let bounds: Vec<_> = rules
+        .into_iter()
+        .filter_map(|(key, words, holds)| Some((schema[key].as_f64()?, words, holds)))
+        .collect();
+    if bounds.iter().all(|(bound, _, holds)| holds(x, *bound)) {
+        return Ok(());
+    }
+    let words: Vec<String> = bounds
+        .iter()
+        .map(|(bound, words, _)| format!("{words} {bound}"))
+        .collect();
+    let error = InputError::new(format!("`{path}` is out of range"))
+        .found(x)
+        .allowed(describe(words.join(" and "), schema));
+    Err(Problem::new(path, error))
+}
+
+fn wrong_kind(value: &Value, expected: &str, schema: &Value, path: &str) -> Problem {
+    let found = match value.as_str() {
+        // As the user wrote it; JSON, which our tree is, has no infinity.
+        Some("inf") => "inf".to_owned(),
+        _ => format!("{}: {value}", with_article(kind_of(value))),
+    };
+    let error = InputError::new(format!("`{path}` has a value of the wrong kind"))
+        .found(found)
+        .allowed(describe(expected.to_owned(), schema));
+    Problem::new(path, error)
+}
+
+/// What is allowed, with the meaning of the value, which states its unit.
+fn describe(allowed: String, schema: &Value) -> String {
+    match schema["description"].as_str() {
+        Some(text) => format!("{allowed} ({})", first_sentence(text)),
+        None => allowed,
+    }
+}
+
+fn first_sentence(text: &str) -> String {
+    let text = text.replace('\n', " ");
+    let end = text.find(". ").unwrap_or(text.len());
+    text[..end].trim_end_matches('.').to_owned()
+}
+
+/// The kinds a schema names, but for null.
+fn kinds(schema: &Value) -> impl Iterator<Item = &str> {
+    let one = schema["type"].as_str();
+    let several = schema["type"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_str);
+    one.into_iter()
+        .chain(several)
+        .filter(|kind| *kind != "null")
+}
+
+fn is_kind(value: &Value, kind: &str) -> bool {
+    kind_of(value) == kind || (kind == "number" && value.is_number())
+}
+
+fn kind_of(value: &Value) -> &'static str {
+    match value {
+        Value::Null => "null",
+        Value::Bool(_) => "boolean",
+        Value::Number(number) if number.is_f64() => "number",
+        Value::Number(_) => "integer",
+        Value::String(_) => "string",
+        Value::Array(_) => "array",
+        Value::Object(_) => "object",
+    }
+}
+
+/// The TOML word for a kind of JSON value.
+fn with_article(kind: &str) -> &'static str {
+    match kind {
+        "boolean" => "true or false",
+        "number" => "a number",
+        "integer" => "a whole number",
+        "string" => "a text",
+        "array" => "a list",
+        "object" => "a table",
+        _ => "nothing",
+    }
+}

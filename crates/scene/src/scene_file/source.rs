@@ -1,0 +1,236 @@
+//! The text of a scene as a tree of values that remembers where each of them stands.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use serde_json::{Map, Number, Value};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::check::{Problem, entry, member};
+use crate::InputError;
+
+/// Where a value comes from.
+#[derive(Debug, Clone)]
+enum Place {
+    /// Bytes of its key (where it has one) and of the value itself.
+    Text {
+        key: Option<Range<usize>>,
+        value: Range<usize>,
+    },
+    /// An override, as typed.
+    Override(String),
+}
+
+/// A scene's text, its values, and where they stand.
+#[derive(Debug, Clone)]
+pub struct Source {
+    name: String,
+    text: String,
+    value: Value,
+    places: HashMap<String, Place>,
+}
+
+impl Source {
+    /// Parses TOML; `name` stands for the file in messages.
+    ///
+    /// # Errors
+    /// [`InputError`] with line and column for text that is not TOML.
+    pub fn parse(name: &str, text: &str) -> Result<Self, InputError> {
+        let mut source = Self {
+            name: name.to_owned(),
+            text: text.to_owned(),
+            value: Value::Null,
+            places: HashMap::new(),
+        };
+        let table = DeTable::parse(text).map_err(|e| {
+            let error = InputError::new(format!("the scene is not TOML: {}", e.message()));
+            error.at(e
+                .span()
+                .map_or(name.to_owned(), |span| source.locate(&span)))
+        })?;
+        source.value = source.table(table.get_ref(), "")?;
+        Ok(source)
+    }
+
+    /// The values: TOML's as JSON, `inf` as the text `"inf"`.
+    pub fn value(&self) -> &Value {
+        &self.value
+    }
+
+    /// The text as it was read.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Applies an override `key=value`: `solid.kappa=inf`, `material.0.c10=2e4`.
+    ///
+    /// The value is TOML; what is not TOML is taken as a text, so that names need no quotes.
+    ///
+    /// # Errors
+    /// [`InputError`] without `=`, or for a path through something that is no table or list.
+    pub fn assign(&mut self, assignment: &str) -> Result<(), InputError> {
+        let place = format!("--set {assignment}");
+        let (path, text) = assignment.split_once('=').ok_or_else(|| {
+            InputError::new("an override needs `=`")
+                .at(&place)
+                .allowed("key=value, as in solid.kappa=inf")
+        })?;
+        let value = match DeValue::parse(text.trim()) {
+            Ok(value) => self.convert(value.get_ref(), &place)?,
+            Err(_) => Value::String(text.trim().to_owned()),
+        };
+        let mut target = &mut self.value;
+        let mut path_so_far = String::new();
+        for key in path
+            .trim()
+            .split(['.', '[', ']'])
+            .filter(|key| !key.is_empty())
+        {
+            (target, path_so_far) = descend(target, key, &path_so_far).ok_or_else(|| {
+                InputError::new(format!("`{path_so_far}` has no entry `{key}`")).at(&place)
+            })?;
+        }
+        *target = value;
+        let below = |path: &String| {
+            path.strip_prefix(path_so_far.as_str())
+                .is_some_and(|rest| rest.starts_with(['.', '[']))
+        };
+        self.places.retain(|path, _| !below(path));
+        self.places.insert(path_so_far, Place::Override(place));
+        Ok(())
+    }
+
+    /// The message about a problem, with file, line, column and the line itself.
+    pub(crate) fn report(&self, problem: Problem) -> InputError {
+        problem
+            .error
+            .at(self.describe(&problem.path, problem.at_key))
+    }
+
+    /// Where `path` (or the nearest thing around it) stands.
+    fn describe(&self, path: &str, at_key: bool) -> String {
+        let mut around = path;
+        loop {
+            match self.places.get(around) {
+                Some(Place::Override(text)) => return text.clone(),
+                Some(Place::Text { key, value }) => {
+                    let range = if at_key {
+                        key.as_ref().unwrap_or(value)
+                    } else {
+                        value
+                    };
+                    return self.locate(range);
+                }
+                None => match around.rfind(['.', '[']) {
+                    Some(end) => around = &around[..end],
+                    None => return self.name.clone(),
+                },
+            }
+        }
+    }
+
+    /// File, line and column of a range, and the line with the range underlined.
+    fn locate(&self, range: &Range<usize>) -> String {
+        let start = range.start.min(self.text.len());
+        let line_start = self.text[..start].rfind('\n').map_or(0, |i| i + 1);
+        let line = self.text[line_start..].lines().next().unwrap_or_default();
+        let number = self.text[..line_start].matches('\n').count() + 1;
+        let before = self.text[line_start..start].chars().count();
+        let end = range.end.clamp(start, line_start + line.len());
+        let marks = self.text[start..end].chars().count().max(1);
+        format!(
+            "{}, line {number}, column {}\n{number:>4} | {line}\n     | {}{}",
+            self.name,
+            before + 1,
+            " ".repeat(before),
+            "^".repeat(marks)
+        )
+    }
+
+    fn table(&mut self, table: &DeTable<'_>, path: &str) -> Result<Value, InputError> {
+        let mut object = Map::new();
+        for (key, value) in table {
+            let path = member(path, key.get_ref());
+            let converted = self.spanned(value, Some(key.span()), &path)?;
+            object.insert(key.get_ref().to_string(), converted);
+        }
+        Ok(Value::Object(object))
+    }
+
+    fn spanned(
+        &mut self,
+        value: &Spanned<DeValue<'_>>,
+        key: Option<Range<usize>>,
+        path: &str,
+    ) -> Result<Value, InputError> {
+        self.places.insert(
+            path.to_owned(),
+            Place::Text {
+                key,
+                value: value.span(),
+            },
+        );
+        match value.get_ref() {
+            DeValue::Table(table) => self.table(table, path),
+            DeValue::Array(entries) => entries
+                .iter()
+                .enumerate()
+                .map(|(i, value)| self.spanned(value, None, &entry(path, i)))
+                .collect(),
+            scalar => self.convert(scalar, &self.locate(&value.span())),
+        }
+    }
+
+    /// A value without places for its parts; `place` is where it stands, for messages.
+    fn convert(&self, value: &DeValue<'_>, place: &str) -> Result<Value, InputError> {
+        let fail = |message: &str, found: &str| InputError::new(message).at(place).found(found);
+        Ok(match value {
+            DeValue::String(text) => Value::String(text.to_string()),
+            DeValue::Boolean(flag) => Value::Bool(*flag),
+            DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix())
+                .map(|n| Value::Number(n.into()))
+                .map_err(|_| fail("this whole number is too large", integer.as_str()))?,
+            DeValue::Float(float) => match float.as_str().parse::<f64>() {
+                Ok(f64::INFINITY) => Value::String("inf".to_owned()),
+                Ok(x) => Number::from_f64(x)
+                    .map(Value::Number)
+                    .ok_or_else(|| fail("this is no number to compute with", float.as_str()))?,
+                Err(_) => return Err(fail("this is no number", float.as_str())),
+            },
+            DeValue::Datetime(_) => return Err(fail("a scene has no dates", "a date")),
+            DeValue::Array(entries) => entries
+                .iter()
+                .map(|one| self.convert(one.get_ref(), place))
+                .collect::<Result<_, _>>()?,
+            DeValue::Table(table) => Value::Object(
+                table
+                    .iter()
+                    .map(|(key, one)| {
+                        Ok((
+                            key.get_ref().to_string(),
+                            self.convert(one.get_ref(), place)?,
+                        ))
+                    })
+                    .collect::<Result<_, InputError>>()?,
+            ),
+        })
+    }
+}
+
+/// The member or entry `key` of `value` with its path; a missing member is made.
+fn descend<'v>(value: &'v mut Value, key: &str, path: &str) -> Option<(&'v mut Value, String)> {
+    match value {
+        Value::Array(entries) => {
+            let index: usize = key.parse().ok()?;
+            Some((entries.get_mut(index)?, entry(path, index)))
+        }
+        Value::Object(object) => {
+            let made = object
+                .entry(key)
+                .or_insert_with(|| Value::Object(Map::new()));
+            Some((made, member(path, key)))
+        }
+        _ => None,
+    }
+}
