@@ -172,7 +172,7 @@ fn measure(mesh: &Mesh, refinements: u32, t_end: f64) -> anyhow::Result<Level> {
     let klu = Klu::measure(&plan, &values, options, repeats)?;
     Ok(Level {
         refinements,
-        triangles: mesh.triangles().len(),
+        triangles: mesh.n_elements(),
         unknowns_paper,
         condensed: plan.n_condensed(),
         residual_ms: 1e3 * residual,

@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
 
-use myovib_fem::quadrature::TriangleRule;
+use myovib_fem::quadrature::Rule;
 use myovib_fem::solid::{Fields, Pressure, Solid, Tangents, Vectors};
 use myovib_fem::{DofMap, Law, Mesh, Space};
 
@@ -30,10 +30,10 @@ fn main() {
     let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
     let solid = Solid::uniform(space.clone(), dofs.clone(), law, 1.1e3).unwrap();
     let laws = vec![law; space.n_elements()];
-    let rule = TriangleRule::Degree2;
+    let rule = Rule::Degree2;
     let three_points = Solid::with_rule(space.clone(), dofs, laws, 1.1e3, rule).unwrap();
 
-    let (n, m) = (2 * space.n_nodes(), space.n_vertices());
+    let (n, m) = (space.n_components(), space.n_pressures());
     let wave = |n: usize, size: f64| (0..n).map(|i| size * (i as f64).sin()).collect::<Vec<_>>();
     let (u, v, p, p_rate, mu) = (
         wave(n, 1e-4),

@@ -15,7 +15,7 @@ fn answer(solid: &Solid, a: f64) -> Result<[f64; 3], Box<dyn std::error::Error>>
     let bulge = |&[x, _]: &[f64; 2]| [0.0, a * (PI * x / 0.2).cos().powi(2)];
     let u: Vec<f64> = solid.space().node_points().iter().flat_map(bulge).collect();
     let fields = Fields::new(&u, Pressure::Penalty { kappa: 1e5 });
-    let mut defect = vec![0.0; solid.space().n_vertices()];
+    let mut defect = vec![0.0; solid.space().n_pressures()];
     let mut out = Vectors {
         defect: Some(&mut defect),
         ..Vectors::default()

@@ -5,79 +5,83 @@
 //! so results do not depend on the width of the registers, to the last bit.
 //!
 //! A batch holds elements of one law. Per element it keeps the inverse of the affine map and the
-//! area; shape gradients are kept once per quadrature point in reference coordinates, so a batch
-//! moves little memory. Lanes beyond the last element repeat it with area zero. Note 0002.
+//! measure; shape gradients are kept once per quadrature point in reference coordinates, so a batch
+//! moves little memory. Lanes beyond the last element repeat it with measure zero. Note 0002.
 
 use std::ops::Range;
 
 use pulp::Simd;
 
-use crate::element::{inverse_map, p1_gradients, p2_gradients};
+use crate::element::{Barycentric, inverse_map};
 use crate::lanes::{Array, LANES, Lanes};
-use crate::material::tensor::TensorOf;
 use crate::material::{Law, Real};
-use crate::quadrature::TriangleRule;
+use crate::quadrature::Rule;
 use crate::space::Space;
 
-/// A quadrature point: weight as a fraction of the area, pressure shape functions (which are the
-/// barycentric coordinates), reference gradients of the displacement's.
+/// A quadrature point: weight as a fraction of the element's measure, pressure shape functions
+/// (which are the barycentric coordinates), reference gradients of the displacement's.
 #[derive(Debug, Clone)]
-pub(crate) struct Point<const N: usize> {
+pub(crate) struct Point<const D: usize, const N: usize, const P: usize> {
     pub(crate) weight: f64,
-    pub(crate) psi: [f64; 3],
-    pub(crate) gradients: [[f64; 2]; N],
+    pub(crate) psi: [f64; P],
+    pub(crate) gradients: [[f64; D]; N],
 }
 
-/// Up to [`LANES`] elements of one law.
+/// Up to [`LANES`] elements of one law, with `D` coordinates, `N` nodes and `P` pressures.
 #[derive(Debug, Clone)]
-pub(crate) struct Batch<const N: usize> {
+pub(crate) struct Batch<const D: usize, const N: usize, const P: usize> {
     pub(crate) law: Law,
     pub(crate) elements: [usize; LANES],
-    /// Elements that count; the others repeat the last with area zero.
+    /// Elements that count; the others repeat the last with measure zero.
     pub(crate) count: usize,
     pub(crate) nodes: [[usize; LANES]; N],
-    /// ∂(ξ, η)/∂x.
-    inverse: TensorOf<Array>,
-    area: Array,
+    pub(crate) pressures: [[usize; LANES]; P],
+    /// ∂ξ/∂x.
+    inverse: [[Array; D]; D],
+    measure: Array,
 }
 
-impl<const N: usize> Batch<N> {
+impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
     fn new(space: &Space, law: Law, members: &[usize]) -> Self {
         let elements = std::array::from_fn(|l| members[l.min(members.len() - 1)]);
-        let mut inverse = [[Array::ZERO; 2]; 2];
-        let mut area = Array::ZERO;
+        let mut inverse = [[Array::ZERO; D]; D];
+        let mut measure = Array::ZERO;
         for (l, &element) in elements.iter().enumerate() {
-            let (map, det) = inverse_map(space.mesh().corners(element));
+            let (map, det) = inverse_map(&space.mesh().corners::<D, P>(element));
             for (row, map) in inverse.iter_mut().zip(map) {
                 for (entry, map) in row.iter_mut().zip(map) {
                     entry.0[l] = map;
                 }
             }
-            area.0[l] = if l < members.len() { 0.5 * det } else { 0.0 };
+            if l < members.len() {
+                measure.0[l] = space.mesh().shape().reference_measure * det;
+            }
         }
         let nodes = std::array::from_fn(|a| elements.map(|e| space.element_nodes(e)[a]));
+        let pressures = std::array::from_fn(|a| elements.map(|e| space.element_pressures(e)[a]));
         Self {
             law,
             elements,
             count: members.len(),
             nodes,
+            pressures,
             inverse,
-            area,
+            measure,
         }
     }
 }
 
 /// The elements of a batch that fit a register.
-pub(crate) struct Part<'a, S: Simd, const N: usize> {
+pub(crate) struct Part<'a, S: Simd, const D: usize, const N: usize, const P: usize> {
     simd: S,
-    batch: &'a Batch<N>,
+    batch: &'a Batch<D, N, P>,
     /// The lanes of the batch, those without element included.
     lanes: Range<usize>,
-    inverse: TensorOf<Lanes<S>>,
-    area: Lanes<S>,
+    inverse: [[Lanes<S>; D]; D],
+    measure: Lanes<S>,
 }
 
-impl<const N: usize> Batch<N> {
+impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
     /// Number of parts that have elements.
     #[inline(always)]
     pub(crate) fn n_parts<S: Simd>(&self, _: S) -> usize {
@@ -86,8 +90,8 @@ impl<const N: usize> Batch<N> {
 
     /// One of the parts.
     #[inline(always)]
-    pub(crate) fn part<S: Simd>(&self, simd: S, part: usize) -> Part<'_, S, N> {
-        let mut inverse = [[Lanes::zero(simd); 2]; 2];
+    pub(crate) fn part<S: Simd>(&self, simd: S, part: usize) -> Part<'_, S, D, N, P> {
+        let mut inverse = [[Lanes::zero(simd); D]; D];
         for (row, arrays) in inverse.iter_mut().zip(&self.inverse) {
             for (entry, array) in row.iter_mut().zip(arrays) {
                 *entry = Lanes::load(simd, array, part);
@@ -98,12 +102,12 @@ impl<const N: usize> Batch<N> {
             batch: self,
             lanes: part * S::F64_LANES..(part + 1) * S::F64_LANES,
             inverse,
-            area: Lanes::load(simd, &self.area, part),
+            measure: Lanes::load(simd, &self.measure, part),
         }
     }
 }
 
-impl<S: Simd, const N: usize> Part<'_, S, N> {
+impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, P> {
     #[inline(always)]
     pub(crate) fn zero(&self) -> Lanes<S> {
         Lanes::zero(self.simd)
@@ -128,41 +132,43 @@ impl<S: Simd, const N: usize> Part<'_, S, N> {
 
     /// Nodal values of a displacement-like field, zero if there is none.
     #[inline(always)]
-    pub(crate) fn gather_vector(&self, field: Option<&[f64]>) -> [[Lanes<S>; 2]; N] {
-        let mut values = [[self.zero(); 2]; N];
+    pub(crate) fn gather_vector(&self, field: Option<&[f64]>) -> [[Lanes<S>; D]; N] {
+        let mut values = [[self.zero(); D]; N];
         if let Some(field) = field {
-            for (place, [x, y]) in values.iter_mut().enumerate() {
-                let lanes = x.as_mut_slice().iter_mut().zip(y.as_mut_slice());
-                for ((x, y), &node) in lanes.zip(self.nodes(place)) {
-                    let at_node = &field[2 * node..][..2];
-                    (*x, *y) = (at_node[0], at_node[1]);
+            for (place, values) in values.iter_mut().enumerate() {
+                for (lane, &node) in self.nodes(place).iter().enumerate() {
+                    let at_node = &field[D * node..][..D];
+                    for (value, at_node) in values.iter_mut().zip(at_node) {
+                        value.as_mut_slice()[lane] = *at_node;
+                    }
                 }
             }
         }
         values
     }
 
-    /// Vertex values of a pressure-like field, zero if there is none.
+    /// Values of a pressure-like field, zero if there is none.
     #[inline(always)]
-    pub(crate) fn gather_scalar(&self, field: Option<&[f64]>) -> [Lanes<S>; 3] {
-        let mut values = [self.zero(); 3];
+    pub(crate) fn gather_scalar(&self, field: Option<&[f64]>) -> [Lanes<S>; P] {
+        let mut values = [self.zero(); P];
         if let Some(field) = field {
-            for (place, value) in values.iter_mut().enumerate() {
-                for (lane, &node) in value.as_mut_slice().iter_mut().zip(self.nodes(place)) {
-                    *lane = field[node];
+            for (pressures, value) in self.batch.pressures.iter().zip(&mut values) {
+                let pressures = &pressures[self.lanes.clone()];
+                for (lane, &pressure) in value.as_mut_slice().iter_mut().zip(pressures) {
+                    *lane = field[pressure];
                 }
             }
         }
         values
     }
 
-    /// Corner values of the law's factors.
+    /// Vertex values of the law's factors.
     #[inline(always)]
-    pub(crate) fn gather_factors(&self, factors: &[[f64; 3]]) -> [Lanes<S>; 3] {
-        let mut values = [self.zero(); 3];
-        for (corner, value) in values.iter_mut().enumerate() {
+    pub(crate) fn gather_factors(&self, factors: &[f64]) -> [Lanes<S>; P] {
+        let mut values = [self.zero(); P];
+        for (vertex, value) in values.iter_mut().enumerate() {
             for (lane, factor) in value.as_mut_slice().iter_mut().enumerate() {
-                *factor = factors[self.element(lane)][corner];
+                *factor = factors[P * self.element(lane) + vertex];
             }
         }
         values
@@ -170,40 +176,48 @@ impl<S: Simd, const N: usize> Part<'_, S, N> {
 
     /// Adds element vectors to a displacement-like array.
     #[inline(always)]
-    pub(crate) fn scatter_vector(&self, local: &[[Lanes<S>; 2]; N], field: &mut [f64]) {
+    pub(crate) fn scatter_vector(&self, local: &[[Lanes<S>; D]; N], field: &mut [f64]) {
         for (lane, l) in self.occupied().enumerate() {
             for (nodes, values) in self.batch.nodes.iter().zip(local) {
-                let entries = &mut field[2 * nodes[l]..][..2];
-                entries[0] += values[0].as_slice()[lane];
-                entries[1] += values[1].as_slice()[lane];
+                let entries = &mut field[D * nodes[l]..][..D];
+                for (entry, value) in entries.iter_mut().zip(values) {
+                    *entry += value.as_slice()[lane];
+                }
             }
         }
     }
 
     /// Adds element vectors to a pressure-like array.
     #[inline(always)]
-    pub(crate) fn scatter_scalar(&self, local: &[Lanes<S>; 3], field: &mut [f64]) {
+    pub(crate) fn scatter_scalar(&self, local: &[Lanes<S>; P], field: &mut [f64]) {
         for (lane, l) in self.occupied().enumerate() {
-            for (nodes, values) in self.batch.nodes.iter().zip(local) {
-                field[nodes[l]] += values.as_slice()[lane];
+            for (pressures, values) in self.batch.pressures.iter().zip(local) {
+                field[pressures[l]] += values.as_slice()[lane];
             }
         }
     }
 
     /// ∇u at a quadrature point: the reference gradient times the inverse map.
     #[inline(always)]
-    pub(crate) fn gradient(&self, u: &[[Lanes<S>; 2]; N], point: &Point<N>) -> TensorOf<Lanes<S>> {
-        let mut h = [[self.zero(); 2]; 2];
-        let [xi, eta] = self.inverse;
+    pub(crate) fn gradient(
+        &self,
+        u: &[[Lanes<S>; D]; N],
+        point: &Point<D, N, P>,
+    ) -> [[Lanes<S>; D]; D] {
+        let mut h = [[self.zero(); D]; D];
         for (i, row) in h.iter_mut().enumerate() {
-            let mut reference = [self.zero(); 2];
+            let mut reference = [self.zero(); D];
             for (value, gradient) in u.iter().zip(&point.gradients) {
                 for (sum, &gradient) in reference.iter_mut().zip(gradient) {
                     *sum = value[i].mul_add(sum.like(gradient), *sum);
                 }
             }
             for (j, entry) in row.iter_mut().enumerate() {
-                *entry = reference[0].mul_add(xi[j], reference[1] * eta[j]);
+                let mut column = reference;
+                for (along, inverse) in column.iter_mut().zip(&self.inverse) {
+                    *along = inverse[j];
+                }
+                *entry = dot(&reference, &column);
             }
         }
         h
@@ -211,13 +225,17 @@ impl<S: Simd, const N: usize> Part<'_, S, N> {
 
     /// A pressure-like field at a quadrature point.
     #[inline(always)]
-    pub(crate) fn interpolate(&self, p: &[Lanes<S>; 3], point: &Point<N>) -> Lanes<S> {
-        p[0] * point.psi[0] + p[1] * point.psi[1] + p[2] * point.psi[2]
+    pub(crate) fn interpolate(&self, p: &[Lanes<S>; P], point: &Point<D, N, P>) -> Lanes<S> {
+        let mut sum = p[0] * point.psi[0];
+        for i in 1..P {
+            sum = sum + p[i] * point.psi[i];
+        }
+        sum
     }
 
-    /// ∂(ξ, η)/∂x.
+    /// ∂ξ/∂x.
     #[inline(always)]
-    pub(crate) fn inverse(&self) -> &TensorOf<Lanes<S>> {
+    pub(crate) fn inverse(&self) -> &[[Lanes<S>; D]; D] {
         &self.inverse
     }
 
@@ -225,14 +243,14 @@ impl<S: Simd, const N: usize> Part<'_, S, N> {
     #[inline(always)]
     pub(crate) fn pull_back(
         &self,
-        point: &Point<N>,
-        tensor: &TensorOf<Lanes<S>>,
-    ) -> TensorOf<Lanes<S>> {
+        point: &Point<D, N, P>,
+        tensor: &[[Lanes<S>; D]; D],
+    ) -> [[Lanes<S>; D]; D] {
         let weights = self.weights(point);
-        let mut out = [[self.zero(); 2]; 2];
+        let mut out = [[self.zero(); D]; D];
         for (row, tensor) in out.iter_mut().zip(tensor) {
             for (entry, inverse) in row.iter_mut().zip(&self.inverse) {
-                *entry = weights * tensor[0].mul_add(inverse[0], tensor[1] * inverse[1]);
+                *entry = weights * dot(tensor, inverse);
             }
         }
         out
@@ -240,35 +258,50 @@ impl<S: Simd, const N: usize> Part<'_, S, N> {
 
     /// The quadrature weights of a point.
     #[inline(always)]
-    pub(crate) fn weights(&self, point: &Point<N>) -> Lanes<S> {
-        self.area * point.weight
+    pub(crate) fn weights(&self, point: &Point<D, N, P>) -> Lanes<S> {
+        self.measure * point.weight
     }
+}
+
+/// Σ a_j b_j, the last product rounded first.
+#[inline(always)]
+pub(crate) fn dot<R: Real, const D: usize>(a: &[R; D], b: &[R; D]) -> R {
+    let mut sum = a[D - 1] * b[D - 1];
+    for j in (0..D - 1).rev() {
+        sum = a[j].mul_add(b[j], sum);
+    }
+    sum
+}
+
+/// `sum` + Σ a_j g_j for numbers g, the last product added first.
+#[inline(always)]
+pub(crate) fn add_dot<R: Real, const D: usize>(a: &[R; D], g: &[f64; D], mut sum: R) -> R {
+    for j in (0..D).rev() {
+        sum = a[j].mul_add(sum.like(g[j]), sum);
+    }
+    sum
 }
 
 /// The element loop's data: batches and the table of quadrature points.
 #[derive(Debug, Clone)]
-pub(crate) struct Batches<const N: usize> {
-    pub(crate) points: Vec<Point<N>>,
-    pub(crate) batches: Vec<Batch<N>>,
+pub(crate) struct Batches<const D: usize, const N: usize, const P: usize> {
+    pub(crate) points: Vec<Point<D, N, P>>,
+    pub(crate) batches: Vec<Batch<D, N, P>>,
 }
 
-impl<const N: usize> Batches<N> {
+impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
     /// Batches of the elements grouped by law, in the order of the mesh.
-    fn new(
-        space: &Space,
-        laws: &[Law],
-        rule: TriangleRule,
-        gradients: impl Fn([f64; 3]) -> [[f64; 2]; N],
-    ) -> Self {
-        let points = rule
-            .points()
-            .into_iter()
-            .map(|q| Point {
-                weight: q.weight,
-                psi: q.barycentric,
-                gradients: gradients(q.barycentric),
-            })
-            .collect();
+    pub(crate) fn new(space: &Space, laws: &[Law], rule: Rule) -> Self {
+        let shape = space.mesh().shape();
+        let table = |lambda: Barycentric| {
+            let gradients = shape.gradients(space.degree(), &lambda);
+            gradients.try_into().expect("N nodes")
+        };
+        let points = rule.points(shape).into_iter().map(|q| Point {
+            weight: q.weight,
+            psi: (*q.barycentric).try_into().expect("P vertices"),
+            gradients: table(q.barycentric),
+        });
         let mut groups: Vec<(Law, Vec<usize>)> = Vec::new();
         for (element, &law) in laws.iter().enumerate() {
             match groups.iter_mut().find(|(known, _)| *known == law) {
@@ -284,18 +317,9 @@ impl<const N: usize> Batches<N> {
                     .map(|chunk| Batch::new(space, *law, chunk))
             })
             .collect();
-        Self { points, batches }
-    }
-}
-
-impl Batches<3> {
-    pub(crate) fn linear(space: &Space, laws: &[Law], rule: TriangleRule) -> Self {
-        Self::new(space, laws, rule, |_| p1_gradients())
-    }
-}
-
-impl Batches<6> {
-    pub(crate) fn quadratic(space: &Space, laws: &[Law], rule: TriangleRule) -> Self {
-        Self::new(space, laws, rule, p2_gradients)
+        Self {
+            points: points.collect(),
+            batches,
+        }
     }
 }

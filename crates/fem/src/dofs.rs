@@ -9,7 +9,7 @@ pub(crate) const CONSTRAINED: u32 = u32::MAX;
 /// The free components of a displacement, numbered in the order of the full nodal array.
 ///
 /// # Shapes
-/// A full array has `2 n_nodes` entries (x0, y0, x1, …), a free one [`n_free`](DofMap::n_free).
+/// A full array has the components of all nodes (x0, y0, x1, …), a free one [`n_free`](DofMap::n_free).
 ///
 /// # Examples
 /// ```
@@ -34,16 +34,19 @@ impl DofMap {
     /// # Errors
     /// [`FemError::OutOfRange`] for a node or a component that does not exist.
     pub fn new(space: &Space, constrained: &[(usize, usize)]) -> Result<Self, FemError> {
-        let mut full_to_free = vec![0; 2 * space.n_nodes()];
+        let dimension = space.dimension();
+        let mut full_to_free = vec![0; space.n_components()];
         for &(node, component) in constrained {
-            for (what, index, count) in
-                [("node", node, space.n_nodes()), ("component", component, 2)]
-            {
+            let places = [
+                ("node", node, space.n_nodes()),
+                ("component", component, dimension),
+            ];
+            for (what, index, count) in places {
                 if index >= count {
                     return Err(FemError::OutOfRange { what, index, count });
                 }
             }
-            full_to_free[2 * node + component] = CONSTRAINED;
+            full_to_free[dimension * node + component] = CONSTRAINED;
         }
         let mut free_to_full = Vec::new();
         for (full, free) in full_to_free.iter_mut().enumerate() {
@@ -58,14 +61,15 @@ impl DofMap {
         })
     }
 
-    /// Both components of the listed nodes are constrained.
+    /// All components of the listed nodes are constrained.
     ///
     /// # Errors
     /// [`FemError::OutOfRange`] for a node that does not exist.
     pub fn clamped(space: &Space, nodes: &[usize]) -> Result<Self, FemError> {
+        let components = 0..space.dimension();
         let pairs: Vec<_> = nodes
             .iter()
-            .flat_map(|&node| [(node, 0), (node, 1)])
+            .flat_map(|&node| components.clone().map(move |component| (node, component)))
             .collect();
         Self::new(space, &pairs)
     }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::element::Shape;
 use crate::mesh::{ElementName, MeshDefect, UnnamedGroup};
 
 /// An error of this crate's set-up routines.
@@ -55,19 +56,35 @@ pub enum FemError {
     /// Elements that do not fit together.
     #[error(transparent)]
     Defect(#[from] MeshDefect),
-    /// A triangle of zero area.
-    #[error("element {element} (vertices {vertices:?}) has area {area:e}: it is degenerate")]
-    Area {
-        /// Index of the triangle.
+    /// An element of zero measure.
+    #[error(
+        "element {element} (vertices {vertices:?}) has {} {measure:e}: it is degenerate",
+        shape.measure_name
+    )]
+    Measure {
+        /// Index of the element.
         element: usize,
-        /// Its corners.
-        vertices: [usize; 3],
-        /// Its signed area.
-        area: f64,
+        /// Its vertices.
+        vertices: Vec<usize>,
+        /// Its signed area or volume.
+        measure: f64,
+        /// What it is.
+        shape: &'static Shape,
     },
-    /// A mesh without triangles.
-    #[error("the mesh has no triangles")]
-    NoTriangles,
+    /// A mesh without elements.
+    #[error("the mesh has no {}", shape.plural)]
+    NoElements {
+        /// What there should be.
+        shape: &'static Shape,
+    },
+    /// An operation of one dimension on a mesh of another.
+    #[error("the mesh has {found} dimensions, {needed} are needed")]
+    Dimension {
+        /// That of the mesh.
+        found: usize,
+        /// That of the operation.
+        needed: usize,
+    },
     /// An index that points outside the mesh.
     #[error("{what} {index} is out of range: there are {count}")]
     OutOfRange {
@@ -78,27 +95,31 @@ pub enum FemError {
         /// One more than the largest allowed.
         count: usize,
     },
-    /// A vertex that belongs to no triangle.
-    #[error("vertex {vertex} belongs to no triangle")]
+    /// A vertex that belongs to no element.
+    #[error("vertex {vertex} belongs to no {}", shape.name)]
     LooseVertex {
         /// The vertex.
         vertex: usize,
+        /// What it should belong to.
+        shape: &'static Shape,
     },
-    /// A group's edge that is not an edge of any triangle.
-    #[error("edge ({}, {}) of group \"{group}\" is not an edge of any triangle", edge[0], edge[1])]
-    LooseEdge {
+    /// A group's edge or face that is not one of any element.
+    #[error("{} of group \"{group}\" is not one of any {}", facet(vertices), shape.name)]
+    LooseFacet {
         /// The group.
         group: String,
-        /// Its two vertices.
-        edge: [usize; 2],
+        /// Its vertices.
+        vertices: Vec<usize>,
+        /// What it should belong to.
+        shape: &'static Shape,
     },
-    /// An edge that is to be part of the boundary, but has a triangle on either side.
-    #[error("edge ({}, {}) of group \"{group}\" lies inside the body", edge[0], edge[1])]
-    InnerEdge {
+    /// An edge or face that is to be part of the boundary, but has an element on either side.
+    #[error("{} of group \"{group}\" lies inside the body", facet(vertices))]
+    InnerFacet {
         /// The group.
         group: String,
-        /// Its two vertices.
-        edge: [usize; 2],
+        /// Its vertices.
+        vertices: Vec<usize>,
     },
     /// A list that does not have one entry for each of something.
     #[error("{what}: {found} given, {needed} needed")]
@@ -147,6 +168,13 @@ fn to_be_named(wanted: &str, unnamed: &[UnnamedGroup]) -> String {
         groups.join(", "),
         first.named(wanted)
     )
+}
+
+/// An edge or face by its vertices.
+fn facet(vertices: &[usize]) -> String {
+    let numbers: Vec<String> = vertices.iter().map(usize::to_string).collect();
+    let kind = if vertices.len() == 2 { "edge" } else { "face" };
+    format!("{kind} ({})", numbers.join(", "))
 }
 
 fn list(names: &[String]) -> String {
@@ -214,12 +242,14 @@ pub enum MshProblem {
         /// Its third coordinate.
         z: f64,
     },
-    /// A triangle of zero area.
-    #[error("element {tag} has area {area:e}: it is degenerate")]
-    Area {
+    /// An element of zero measure.
+    #[error("element {tag} has {} {measure:e}: it is degenerate", shape.measure_name)]
+    Measure {
         /// The element's tag.
         tag: u64,
-        /// Its signed area.
-        area: f64,
+        /// Its signed area or volume.
+        measure: f64,
+        /// What it is.
+        shape: &'static Shape,
     },
 }

@@ -1,5 +1,7 @@
 //! What the operators of a [`Solid`](crate::solid::Solid) are evaluated at, and where results go.
 
+use crate::element::Barycentric;
+
 /// What acts on the volume besides the material law.
 #[derive(Debug, Clone, Copy)]
 pub enum Pressure<'a> {
@@ -15,8 +17,8 @@ pub enum Pressure<'a> {
 /// The fields at which operators are evaluated.
 ///
 /// # Shapes
-/// `u`, `v`: `2 n_nodes`, interleaved, constrained components included. `p`, `p_rate`, `mu`:
-/// `n_vertices`. `factors`: three per element, one at each corner. A `p_rate` or `mu` not given
+/// `u`, `v`: `n_components`, interleaved, constrained components included. `p`, `p_rate`, `mu`:
+/// `n_pressures`. `factors`: one at each vertex of each element. A `p_rate` or `mu` not given
 /// counts as zero, factors not given as one.
 #[derive(Debug, Clone, Copy)]
 pub struct Fields<'a> {
@@ -33,7 +35,7 @@ pub struct Fields<'a> {
     /// Factors of the law's energy W, linear in each element: a stiffness that varies in space and
     /// time, as the paper's E(ξ, t). They leave the volume terms alone, and rates are those at
     /// fixed factors.
-    pub factors: Option<&'a [[f64; 3]]>,
+    pub factors: Option<&'a [f64]>,
 }
 
 impl<'a> Fields<'a> {
@@ -54,15 +56,15 @@ impl<'a> Fields<'a> {
 /// is overwritten.
 #[derive(Debug, Default)]
 pub struct Vectors<'a> {
-    /// ∫ P(F, p) : ∇φ; `2 n_nodes`.
+    /// ∫ P(F, p) : ∇φ; `n_components`.
     pub force: Option<&'a mut [f64]>,
-    /// ∫ Ṗ : ∇φ with Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ; `2 n_nodes`.
+    /// ∫ Ṗ : ∇φ with Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ; `n_components`.
     pub force_rate: Option<&'a mut [f64]>,
-    /// ∫ ψ (J − 1); `n_vertices`.
+    /// ∫ ψ (J − 1); `n_pressures`.
     pub defect: Option<&'a mut [f64]>,
-    /// ∫ ψ cof F : ∇v = B(u) v; `n_vertices`.
+    /// ∫ ψ cof F : ∇v = B(u) v; `n_pressures`.
     pub defect_rate: Option<&'a mut [f64]>,
-    /// B(u)ᵀ μ = ∫ μ cof F : ∇φ; `2 n_nodes`.
+    /// B(u)ᵀ μ = ∫ μ cof F : ∇φ; `n_components`.
     pub multiplier_force: Option<&'a mut [f64]>,
 }
 
@@ -95,7 +97,7 @@ pub struct Tangents<'a> {
     pub rate_stiffness: Option<&'a mut [f64]>,
     /// B(u) = ∂defect/∂u; divergence pattern.
     pub divergence: Option<&'a mut [f64]>,
-    /// ∂(B(u) v)/∂u = ∫ ψ cof ∇v : ∇φ; divergence pattern.
+    /// ∂(B(u) v)/∂u = ∫ ψ Ṅ : ∇φ with Ṅ = ∂cof F/∂F : ∇v; divergence pattern.
     pub divergence_rate: Option<&'a mut [f64]>,
     /// ∂(B(u)ᵀ μ)/∂u; displacement pattern.
     pub multiplier_stiffness: Option<&'a mut [f64]>,
@@ -126,24 +128,21 @@ impl Tangents<'_> {
 ///
 /// An integrator recovers from it with a smaller step.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error(
-    "det F = {jacobian:.3e} in element {element} at barycentric ({:.3}, {:.3}, {:.3})",
-    barycentric[0], barycentric[1], barycentric[2]
-)]
+#[error("det F = {jacobian:.3e} in element {element} at barycentric {barycentric}")]
 pub struct Inverted {
-    /// The triangle.
+    /// The element.
     pub element: usize,
     /// The quadrature point in it.
-    pub barycentric: [f64; 3],
+    pub barycentric: Barycentric,
     /// det F there.
     pub jacobian: f64,
 }
 
 impl Inverted {
-    pub(crate) fn new(element: usize, barycentric: [f64; 3], jacobian: f64) -> Self {
+    pub(crate) fn new(element: usize, barycentric: &[f64], jacobian: f64) -> Self {
         Self {
             element,
-            barycentric,
+            barycentric: Barycentric::new(barycentric),
             jacobian,
         }
     }

@@ -2,68 +2,77 @@
 
 use crate::dofs::CONSTRAINED;
 use crate::error::FemError;
+use crate::facet::{FacetPoint, cross, facet_points, outward};
 use crate::solid::Solid;
-use crate::space::{Degree, Space};
 use crate::sparsity::place;
 
 /// −∫_group p (cof F N)·φ ds for a pressure p on the deformed group, positive towards the body.
 ///
-/// With a boundary edge as a curve x(s), counter-clockwise around the body, cof F N ds is its
-/// tangent x'(s) ds turned by −90°. That is linear in the displacement in the plane, so the load is
-/// `p (f0 + G u)`; f0 and G, which is not symmetric, are found once.
+/// With the boundary as a curve x(s), counter-clockwise around the body, cof F N ds is its tangent
+/// x' ds turned by −90°; as a surface x(s, t) seen from outside it is x_s × x_t ds dt. So the load
+/// is a polynomial of the positions of degree one less than the dimension, integrated exactly.
 ///
 /// # Shapes
-/// Loads and displacements: `2 n_nodes`.
+/// Loads and displacements: `n_components`.
 ///
 /// # Units
-/// p in Pa, the load in N/m.
+/// p in Pa, the load in N; in the plane in N/m.
 #[derive(Debug, Clone)]
 pub struct FollowerPressure {
-    /// Of the undeformed boundary under p = 1: component and force.
-    reference: Vec<(usize, f64)>,
-    /// G over all components: row, column, value.
-    tangent: Vec<(usize, usize, f64)>,
-    /// G over the free components: place in the displacement pattern, value.
-    stiffness: Vec<(usize, f64)>,
+    dimension: usize,
+    /// Quadrature points of the reference facet, weights times its measure.
+    points: Vec<FacetPoint>,
+    /// The nodes of each facet.
+    facets: Vec<Vec<usize>>,
+    /// Positions at rest of all nodes.
+    coordinates: Vec<f64>,
+    /// Places in the displacement pattern of each facet, by row (node, component) and column.
+    places: Vec<Vec<Option<u32>>>,
 }
 
 impl FollowerPressure {
-    /// The operator for the edges of `group`.
+    /// The operator for a group of the boundary: edges of triangles, faces of tetrahedra.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`], [`FemError::WrongGroup`] if the group does not hold edges,
-    /// [`FemError::InnerEdge`] for an edge with the body on both sides.
+    /// [`FemError::UnknownGroup`], [`FemError::WrongGroup`] if the group holds something else,
+    /// [`FemError::InnerFacet`] for a member with the body on both sides.
     pub fn new(solid: &Solid, group: &str) -> Result<Self, FemError> {
         let space = solid.space();
-        let points = space.node_points();
-        let mut reference = Vec::new();
-        let mut tangent = Vec::new();
-        for &edge in space.mesh().edges(group)? {
-            let nodes = space.edge_nodes(counter_clockwise(space, group, edge)?);
-            for (&i, of_node) in nodes.iter().zip(couplings(space.degree())) {
-                for (&j, c) in nodes.iter().zip(*of_node) {
-                    // -c R x_j with R (x, y) = (y, -x).
-                    for (row, column, value) in [(0, 1, -c), (1, 0, *c)] {
-                        tangent.push((2 * i + row, 2 * j + column, value));
-                        reference.push((2 * i + row, value * points[j][column]));
-                    }
-                }
-            }
-        }
-        let free = solid.dofs().full_to_free();
-        let is_free = |component: usize| free[component] != CONSTRAINED;
-        let stiffness = tangent
+        let dimension = space.dimension();
+        let outward = outward(space, group)?;
+        let facets: Vec<_> = outward
             .iter()
-            .filter(|(row, column, _)| is_free(*row) && is_free(*column))
-            .map(|&(row, column, value)| {
-                let (row, column) = (free[row] as usize, free[column] as usize);
-                (place(solid.displacement_pattern(), row, column), value)
-            })
+            .map(|facet| space.facet_nodes(facet))
             .collect();
+        let free = solid.dofs().full_to_free();
+        let pattern = solid.displacement_pattern();
+        let places = facets.iter().map(|nodes| {
+            let components = || {
+                let of_node = |&node: &usize| dimension * node..dimension * (node + 1);
+                nodes.iter().flat_map(of_node)
+            };
+            let entries =
+                components().flat_map(|row| components().map(move |column| (row, column)));
+            let place = |(row, column): (usize, usize)| {
+                let both_free = free[row] != CONSTRAINED && free[column] != CONSTRAINED;
+                both_free.then(|| {
+                    let place = place(pattern, free[row] as usize, free[column] as usize);
+                    u32::try_from(place).expect("fewer than 2^32 matrix entries")
+                })
+            };
+            entries.map(place).collect()
+        });
+        let mut points = facet_points(space.mesh().shape(), space.degree());
+        for point in &mut points {
+            // An edge's parameter runs over a length of 1, a face's over a triangle of area 1/2.
+            point.weight *= if dimension == 2 { 1.0 } else { 0.5 };
+        }
         Ok(Self {
-            reference,
-            tangent,
-            stiffness,
+            dimension,
+            points,
+            places: places.collect(),
+            facets,
+            coordinates: space.coordinates().to_vec(),
         })
     }
 
@@ -72,57 +81,99 @@ impl FollowerPressure {
     /// # Panics
     /// If an array is too short.
     pub fn add_force(&self, pressure: f64, u: &[f64], total: &mut [f64]) {
-        for &(row, force) in &self.reference {
-            total[row] += pressure * force;
-        }
-        for &(row, column, value) in &self.tangent {
-            total[row] += pressure * value * u[column];
+        match self.dimension {
+            2 => self.add_force_in::<2>(pressure, u, total),
+            _ => self.add_force_in::<3>(pressure, u, total),
         }
     }
 
-    /// `values` += the derivative of the load by the free components of u.
+    fn add_force_in<const D: usize>(&self, pressure: f64, u: &[f64], total: &mut [f64]) {
+        for nodes in &self.facets {
+            for point in &self.points {
+                let [s, t] = self.tangents::<D>(nodes, point, u);
+                let normal = normal::<D>(s, t);
+                for (&node, value) in nodes.iter().zip(&point.values) {
+                    let factor = -pressure * point.weight * value;
+                    for (total, normal) in total[D * node..].iter_mut().zip(normal) {
+                        *total += factor * normal;
+                    }
+                }
+            }
+        }
+    }
+
+    /// `values` += the derivative of the load by the free components of u, at `u`.
     ///
     /// # Shapes
     /// `values`: the entries of [`Solid::displacement_pattern`].
     ///
     /// # Panics
-    /// If the array is too short.
-    pub fn add_stiffness(&self, pressure: f64, values: &mut [f64]) {
-        for &(place, value) in &self.stiffness {
-            values[place] += pressure * value;
+    /// If an array is too short.
+    pub fn add_stiffness(&self, pressure: f64, u: &[f64], values: &mut [f64]) {
+        match self.dimension {
+            2 => self.add_stiffness_in::<2>(pressure, u, values),
+            _ => self.add_stiffness_in::<3>(pressure, u, values),
         }
     }
-}
 
-/// The edge in the direction in which its triangle has it.
-fn counter_clockwise(
-    space: &Space,
-    group: &str,
-    edge @ [a, b]: [usize; 2],
-) -> Result<[usize; 2], FemError> {
-    let has = |[from, to]: [usize; 2]| {
-        let mut triangles = space.mesh().triangles().iter();
-        triangles.any(|&[i, j, k]| [[i, j], [j, k], [k, i]].contains(&[from, to]))
-    };
-    match [has([a, b]), has([b, a])] {
-        [true, true] => Err(FemError::InnerEdge {
-            group: group.to_owned(),
-            edge,
-        }),
-        [true, false] => Ok([a, b]),
-        _ => Ok([b, a]),
+    fn add_stiffness_in<const D: usize>(&self, pressure: f64, u: &[f64], values: &mut [f64]) {
+        for (nodes, places) in self.facets.iter().zip(&self.places) {
+            let n_columns = D * nodes.len();
+            for point in &self.points {
+                let [s, t] = self.tangents::<D>(nodes, point, u);
+                for b in 0..nodes.len() {
+                    for k in 0..D {
+                        // The derivative of the normal by component k of node b.
+                        let mut along = [0.0; D];
+                        along[k] = point.slopes[0][b];
+                        let mut change = normal::<D>(along, t);
+                        if D == 3 {
+                            along[k] = point.slopes[1][b];
+                            let second = normal::<D>(s, along);
+                            for (change, second) in change.iter_mut().zip(second) {
+                                *change += second;
+                            }
+                        }
+                        for (a, value) in point.values.iter().take(nodes.len()).enumerate() {
+                            let factor = -pressure * point.weight * value;
+                            for (i, change) in change.iter().enumerate() {
+                                let place = places[(D * a + i) * n_columns + D * b + k];
+                                if let Some(place) = place {
+                                    values[place as usize] += factor * change;
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// The derivatives of the position by the facet's parameters; an edge has only the first.
+    fn tangents<const D: usize>(
+        &self,
+        nodes: &[usize],
+        point: &FacetPoint,
+        u: &[f64],
+    ) -> [[f64; D]; 2] {
+        let mut tangents = [[0.0; D]; 2];
+        for (tangent, slopes) in tangents.iter_mut().zip(&point.slopes) {
+            for (&node, slope) in nodes.iter().zip(slopes) {
+                for (i, entry) in tangent.iter_mut().enumerate() {
+                    *entry += slope * (self.coordinates[D * node + i] + u[D * node + i]);
+                }
+            }
+        }
+        tangents
     }
 }
 
-/// ∫ N_i N_j' ds over an edge: ends, then midpoint.
-fn couplings(degree: Degree) -> &'static [&'static [f64]] {
-    const SIXTH: f64 = 1.0 / 6.0;
-    match degree {
-        Degree::One => &[&[-0.5, 0.5], &[-0.5, 0.5]],
-        Degree::Two => &[
-            &[-0.5, -SIXTH, 4.0 * SIXTH],
-            &[SIXTH, 0.5, -4.0 * SIXTH],
-            &[-4.0 * SIXTH, 4.0 * SIXTH, 0.0],
-        ],
+/// The first tangent turned by −90° in the plane, the product of both in space.
+fn normal<const D: usize>(s: [f64; D], t: [f64; D]) -> [f64; D] {
+    let mut normal = [0.0; D];
+    match D {
+        2 => (normal[0], normal[1]) = (s[1], -s[0]),
+        _ => normal.copy_from_slice(&cross([s[0], s[1], s[2]], [t[0], t[1], t[2]])),
     }
+    normal
 }

@@ -10,9 +10,11 @@
 #![forbid(unsafe_code)]
 
 mod batch;
+mod constitutive;
 pub mod dofs;
 pub mod element;
 mod error;
+mod facet;
 mod fields;
 mod follower;
 pub mod generate;
@@ -33,6 +35,7 @@ mod sparsity;
 mod tangent;
 
 pub use dofs::DofMap;
+pub use element::{Barycentric, Shape};
 pub use error::{FemError, MshProblem};
 pub use follower::FollowerPressure;
 pub use material::Law;

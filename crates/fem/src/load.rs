@@ -1,22 +1,34 @@
-//! Load vectors: traction on a group of edges, force per volume.
+//! Load vectors: traction on a group of the boundary, force per volume.
+//!
+//! `D` is the dimension of the space.
 
-use crate::element::p2_values;
+use crate::element::inverse_map;
 use crate::error::FemError;
-use crate::quadrature::{TriangleRule, edge_degree5};
-use crate::space::{Degree, Space};
+use crate::facet::{facet_measure, facet_points};
+use crate::quadrature::Rule;
+use crate::space::Space;
 
-/// ∫_group τ · φ ds for a constant traction τ: a dead load per undeformed length. Paper: eq. (18).
+/// ∫_group τ · φ ds for a constant traction τ: a dead load per undeformed length or area. Paper:
+/// eq. (18).
 ///
 /// # Shapes
-/// `2 n_nodes`. The vector is linear in τ, so a load that varies in time takes the vectors of
-/// (1, 0) and (0, 1) once.
+/// `n_components`. The vector is linear in τ, so a load that varies in time takes the vectors of
+/// the unit tractions once.
 ///
 /// # Units
-/// τ in N/m² (per unit thickness), the result in N/m.
+/// τ in N/m²; the result in N, in the plane in N/m.
 ///
 /// # Errors
-/// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] if the group does not hold edges.
-pub fn traction(space: &Space, group: &str, traction: [f64; 2]) -> Result<Vec<f64>, FemError> {
+/// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] if the group does not hold edges (of
+/// triangles) or faces (of tetrahedra).
+///
+/// # Panics
+/// Unless `D` is the dimension.
+pub fn traction<const D: usize>(
+    space: &Space,
+    group: &str,
+    traction: [f64; D],
+) -> Result<Vec<f64>, FemError> {
     traction_field(space, group, |_| traction)
 }
 
@@ -24,22 +36,30 @@ pub fn traction(space: &Space, group: &str, traction: [f64; 2]) -> Result<Vec<f6
 ///
 /// # Errors
 /// As for [`traction`].
-pub fn traction_field(
+///
+/// # Panics
+/// As [`traction`].
+pub fn traction_field<const D: usize>(
     space: &Space,
     group: &str,
-    traction: impl Fn([f64; 2]) -> [f64; 2],
+    traction: impl Fn([f64; D]) -> [f64; D],
 ) -> Result<Vec<f64>, FemError> {
-    let mut load = vec![0.0; 2 * space.n_nodes()];
-    for &edge in space.mesh().edges(group)? {
-        let nodes = space.edge_nodes(edge);
-        let [a, b] = edge.map(|v| space.node_points()[v]);
-        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
-        for (s, weight) in edge_degree5() {
-            let at = [(1.0 - s) * a[0] + s * b[0], (1.0 - s) * a[1] + s * b[1]];
+    let mut load = vec![0.0; space.n_components()];
+    let points = space.node_points::<D>();
+    let rule = facet_points(space.mesh().shape(), space.degree());
+    for facet in space.mesh().facets(group)? {
+        let nodes = space.facet_nodes(facet);
+        let corners: Vec<[f64; D]> = facet.iter().map(|&v| points[v]).collect();
+        let measure = facet_measure(&corners);
+        for q in &rule {
+            let at = std::array::from_fn(|j| {
+                let terms = q.barycentric.iter().zip(&corners);
+                terms.map(|(lambda, x)| lambda * x[j]).sum()
+            });
             let tau = traction(at);
-            for (&node, shape) in nodes.iter().zip(edge_values(space.degree(), s)) {
-                for component in 0..2 {
-                    load[2 * node + component] += length * weight * shape * tau[component];
+            for (&node, shape) in nodes.iter().zip(&q.values) {
+                for component in 0..D {
+                    load[D * node + component] += measure * q.weight * shape * tau[component];
                 }
             }
         }
@@ -47,55 +67,55 @@ pub fn traction_field(
     Ok(load)
 }
 
-/// Shape functions of an edge's ends and its midpoint at the fraction `s` of its length.
-fn edge_values(degree: Degree, s: f64) -> [f64; 3] {
-    match degree {
-        Degree::One => [1.0 - s, s, 0.0],
-        Degree::Two => {
-            let [start, end, _, middle, ..] = p2_values([1.0 - s, s, 0.0]);
-            [start, end, middle]
-        }
-    }
-}
-
 /// ∫ f(x) · φ for a force per volume; exact for polynomials f up to degree 4.
 ///
 /// # Shapes
-/// `2 n_nodes`.
-pub fn body_force(space: &Space, force: impl Fn([f64; 2]) -> [f64; 2]) -> Vec<f64> {
+/// `n_components`.
+///
+/// # Panics
+/// Unless `D` is the dimension.
+pub fn body_force<const D: usize>(space: &Space, force: impl Fn([f64; D]) -> [f64; D]) -> Vec<f64> {
     integrate(space, |_, at| force(at))
 }
 
 /// ∫ ρ a · φ for a constant acceleration a: weight, for one.
 ///
 /// # Shapes
-/// `densities`: one per triangle, 0 where nothing acts. The result: `2 n_nodes`.
+/// `densities`: one per element, 0 where nothing acts. The result: `n_components`.
 ///
 /// # Panics
-/// If there are fewer densities than triangles.
-pub fn weight(space: &Space, densities: &[f64], acceleration: [f64; 2]) -> Vec<f64> {
+/// If there are fewer densities than elements, or `D` is not the dimension.
+pub fn weight<const D: usize>(
+    space: &Space,
+    densities: &[f64],
+    acceleration: [f64; D],
+) -> Vec<f64> {
     integrate(space, |element, _| {
         acceleration.map(|a| densities[element] * a)
     })
 }
 
-/// ∫ f · φ for a force per volume by triangle and place.
-fn integrate(space: &Space, force: impl Fn(usize, [f64; 2]) -> [f64; 2]) -> Vec<f64> {
-    let mut load = vec![0.0; 2 * space.n_nodes()];
-    let rule = TriangleRule::Degree6.points();
+/// ∫ f · φ for a force per volume by element and place.
+fn integrate<const D: usize>(
+    space: &Space,
+    force: impl Fn(usize, [f64; D]) -> [f64; D],
+) -> Vec<f64> {
+    let (mesh, shape) = (space.mesh(), space.mesh().shape());
+    let points = mesh.points::<D>();
+    let mut load = vec![0.0; space.n_components()];
+    let rule = Rule::Degree6.points(shape);
+    let values: Vec<Vec<f64>> = rule
+        .iter()
+        .map(|q| shape.values(space.degree(), &q.barycentric))
+        .collect();
     for element in 0..space.n_elements() {
-        let corners = space.mesh().corners(element);
-        let area = crate::mesh::signed_area(corners);
-        for q in &rule {
-            let at = [0, 1].map(|j| (0..3).map(|i| q.barycentric[i] * corners[i][j]).sum());
-            let f = force(element, at);
-            let place = crate::space::Located {
-                element,
-                barycentric: q.barycentric,
-            };
-            for (node, shape) in space.displacement_functional(&place) {
-                for component in 0..2 {
-                    load[2 * node + component] += area * q.weight * shape * f[component];
+        let corners: Vec<[f64; D]> = mesh.element(element).iter().map(|&v| points[v]).collect();
+        let measure = shape.reference_measure * inverse_map(&corners).1;
+        for (q, values) in rule.iter().zip(&values) {
+            let f = force(element, q.barycentric.place(&corners));
+            for (&node, shape) in space.element_nodes(element).iter().zip(values) {
+                for component in 0..D {
+                    load[D * node + component] += measure * q.weight * shape * f[component];
                 }
             }
         }

@@ -2,9 +2,9 @@
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use crate::element::{inverse_map, p1_gradients, p2_gradients, p2_values};
-use crate::quadrature::TriangleRule;
-use crate::space::{Degree, Space};
+use crate::element::inverse_map;
+use crate::quadrature::Rule;
+use crate::space::Space;
 use crate::sparsity::{node_pattern, place, pressure_pattern};
 
 /// A symmetric sparse matrix; rows and columns may be read either way.
@@ -15,74 +15,79 @@ pub(crate) struct Symmetric {
 }
 
 impl Symmetric {
-    /// ∫ ρ φ_a φ_b over all displacement nodes, ρ by triangle. The integrand has degree 4, the
+    /// ∫ ρ φ_a φ_b over all displacement nodes, ρ by element. The integrand has degree 4, the
     /// rule's.
     pub(crate) fn node_mass(space: &Space, densities: &[f64]) -> Self {
-        let shapes = |_: usize, lambda: [f64; 3]| match space.degree() {
-            Degree::One => lambda.to_vec(),
-            Degree::Two => p2_values(lambda).to_vec(),
-        };
-        let rule = TriangleRule::Degree4;
+        let shape = space.mesh().shape();
         Self::assemble(
-            space,
             node_pattern(space),
-            rule,
-            shapes,
+            space,
+            Space::element_nodes,
+            Rule::Degree4,
+            |_, lambda| shape.values(space.degree(), lambda),
             |element, w, a, b| w * densities[element] * a * b,
         )
     }
 
     /// ∫ ∇φ_a · ∇φ_b over all displacement nodes. The integrand has degree 2 at most.
     pub(crate) fn node_gradients(space: &Space) -> Self {
-        let gradients = |element: usize, lambda: [f64; 3]| -> Vec<[f64; 2]> {
-            let (inverse, _) = inverse_map(space.mesh().corners(element));
-            let reference = match space.degree() {
-                Degree::One => p1_gradients().to_vec(),
-                Degree::Two => p2_gradients(lambda).to_vec(),
-            };
-            let physical = reference
-                .iter()
-                .map(|[xi, eta]| [0, 1].map(|m| xi * inverse[0][m] + eta * inverse[1][m]));
-            physical.collect()
-        };
-        let rule = TriangleRule::Degree2;
-        Self::assemble(space, node_pattern(space), rule, gradients, |_, w, a, b| {
-            w * (a[0] * b[0] + a[1] * b[1])
-        })
+        match space.dimension() {
+            2 => Self::node_gradients_in::<2, 3>(space),
+            _ => Self::node_gradients_in::<3, 4>(space),
+        }
     }
 
-    /// ∫ ψ_k ψ_l over the vertices.
-    pub(crate) fn pressure_mass(space: &Space) -> Self {
-        let shapes = |_: usize, lambda: [f64; 3]| lambda.to_vec();
-        let rule = TriangleRule::Degree4;
+    fn node_gradients_in<const D: usize, const V: usize>(space: &Space) -> Self {
+        let gradients = |element: usize, lambda: &[f64]| -> Vec<[f64; D]> {
+            let (inverse, _) = inverse_map(&space.mesh().corners::<D, V>(element));
+            let reference = space.mesh().shape().gradients::<D>(space.degree(), lambda);
+            let physical = reference.iter().map(|gradient| {
+                std::array::from_fn(|j| (0..D).map(|m| gradient[m] * inverse[m][j]).sum())
+            });
+            physical.collect()
+        };
         Self::assemble(
+            node_pattern(space),
             space,
+            Space::element_nodes,
+            Rule::Degree2,
+            gradients,
+            |_, w, a, b| w * a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>(),
+        )
+    }
+
+    /// ∫ ψ_k ψ_l between the pressures.
+    pub(crate) fn pressure_mass(space: &Space) -> Self {
+        Self::assemble(
             pressure_pattern(space),
-            rule,
-            shapes,
+            space,
+            Space::element_pressures,
+            Rule::Degree4,
+            |_, lambda| lambda.to_vec(),
             |_, w, a, b| w * a * b,
         )
     }
 
     /// Σ over elements and quadrature points of `product(element, weight, s_a, s_b)`, with `shapes`
-    /// (element, barycentric coordinates) ↦ s_1, s_2, …: one value or gradient per node, in the
-    /// order of the element's nodes.
+    /// (element, barycentric coordinates) ↦ s_1, s_2, …: one value or gradient for each of the
+    /// element's `members`.
     fn assemble<T>(
-        space: &Space,
         pattern: SparsityPattern,
-        rule: TriangleRule,
-        shapes: impl Fn(usize, [f64; 3]) -> Vec<T>,
+        space: &Space,
+        members: impl Fn(&Space, usize) -> &[usize],
+        rule: Rule,
+        shapes: impl Fn(usize, &[f64]) -> Vec<T>,
         product: impl Fn(usize, f64, &T, &T) -> f64,
     ) -> Self {
-        let points = rule.points();
+        let points = rule.points(space.mesh().shape());
         let mut values = vec![0.0; pattern.nnz()];
         for element in 0..space.n_elements() {
-            let nodes = space.element_nodes(element);
-            let area = space.mesh().area_of(element);
+            let members = members(space, element);
+            let measure = space.mesh().measure_of(element);
             for q in &points {
-                let (shapes, weight) = (shapes(element, q.barycentric), area * q.weight);
-                for (&a, shape_a) in nodes.iter().zip(&shapes) {
-                    for (&b, shape_b) in nodes.iter().zip(&shapes) {
+                let (shapes, weight) = (shapes(element, &q.barycentric), measure * q.weight);
+                for (&a, shape_a) in members.iter().zip(&shapes) {
+                    for (&b, shape_b) in members.iter().zip(&shapes) {
                         values[place(&pattern, a, b)] += product(element, weight, shape_a, shape_b);
                     }
                 }
@@ -110,17 +115,24 @@ impl Symmetric {
         }
     }
 
-    /// The same on both components of interleaved vectors.
-    pub(crate) fn apply_interleaved(&self, x: &[f64], out: &mut [f64]) {
+    /// The same on each of the components of interleaved vectors.
+    pub(crate) fn apply_interleaved(&self, dimension: usize, x: &[f64], out: &mut [f64]) {
+        match dimension {
+            2 => self.apply_to_components::<2>(x, out),
+            _ => self.apply_to_components::<3>(x, out),
+        }
+    }
+
+    fn apply_to_components<const D: usize>(&self, x: &[f64], out: &mut [f64]) {
         let n = self.pattern.major_dim();
-        assert_eq!((x.len(), out.len()), (2 * n, 2 * n));
-        let (x, out) = (x.as_chunks::<2>().0, out.as_chunks_mut::<2>().0);
+        assert_eq!((x.len(), out.len()), (D * n, D * n));
+        let (x, out) = (x.as_chunks::<D>().0, out.as_chunks_mut::<D>().0);
         for (row, out) in out.iter_mut().enumerate() {
-            let mut sum = [0.0; 2];
+            let mut sum = [0.0; D];
             for (column, value) in self.row(row) {
-                let [x, y] = x[column];
-                sum[0] += value * x;
-                sum[1] += value * y;
+                for (sum, x) in sum.iter_mut().zip(&x[column]) {
+                    *sum += value * x;
+                }
             }
             *out = sum;
         }

@@ -11,8 +11,9 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 use std::str::{FromStr, SplitWhitespace};
 
+use crate::element::TRIANGLE;
 use crate::error::{FemError, MshProblem};
-use crate::mesh::{Group, Mesh, MeshNote, UnnamedGroup, is_degenerate, signed_area};
+use crate::mesh::{Group, Mesh, MeshNote, UnnamedGroup, is_degenerate, measure};
 
 impl Mesh {
     /// Reads a Gmsh MSH 4.1 ASCII file.
@@ -318,9 +319,12 @@ impl File {
                 }
                 if let &[a, b, c] = ids.as_slice() {
                     let corners = [a, b, c].map(|v| self.points[v]);
-                    if is_degenerate(corners) {
-                        let area = signed_area(corners);
-                        return Err(MshProblem::Area { tag, area });
+                    if is_degenerate(&corners) {
+                        return Err(MshProblem::Measure {
+                            tag,
+                            measure: measure(&corners),
+                            shape: &TRIANGLE,
+                        });
                     }
                     ids = vec![self.triangles.len()];
                     self.triangles.push([a, b, c]);
@@ -383,12 +387,12 @@ impl File {
                     .or_insert(match member.dimension {
                         0 => Group::Points(Vec::new()),
                         1 => Group::Edges(Vec::new()),
-                        _ => Group::Triangles(Vec::new()),
+                        _ => Group::Elements(Vec::new()),
                     });
                 match (group, member.ids.as_slice()) {
                     (Group::Points(points), &[v]) => points.push(v),
                     (Group::Edges(edges), &[a, b]) => edges.push([a, b]),
-                    (Group::Triangles(triangles), &[e]) => triangles.push(e),
+                    (Group::Elements(triangles), &[e]) => triangles.push(e),
                     _ => {}
                 }
             }

@@ -1,38 +1,44 @@
 //! Quantities for output: energies, and the state at a point. Computed only when called.
 
-use crate::element::{inverse_map, p1_gradients, p2_gradients};
+use crate::element::inverse_map;
 use crate::material::{Law, Tensor};
 use crate::solid::{Fields, Pressure, Solid};
-use crate::space::{Degree, Located};
+use crate::space::Located;
 
-/// Deformation and stress at a point, in plane strain.
+/// A tensor of three dimensions, whatever the body has.
+pub type Tensor3 = [[f64; 3]; 3];
+
+/// Deformation and stress at a point; in plane strain with the components normal to the plane.
 ///
 /// # Units
 /// Stresses and pressure in Pa.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointState {
     /// ∇u.
-    pub gradient: Tensor,
+    pub gradient: Tensor3,
     /// J = det F (1 + div u for small strains).
     pub jacobian: f64,
     /// p, or −κ (J − 1) where there is no pressure field.
     pub pressure: f64,
-    /// First Piola–Kirchhoff stress P, in the plane.
-    pub piola: Tensor,
-    /// Cauchy stress P Fᵀ / J, in the plane.
-    pub cauchy: Tensor,
-    /// Cauchy stress normal to the plane.
-    pub cauchy_33: f64,
+    /// First Piola–Kirchhoff stress P.
+    pub piola: Tensor3,
+    /// Cauchy stress P Fᵀ / J.
+    pub cauchy: Tensor3,
 }
 
 impl PointState {
-    /// Von Mises' equivalent of the Cauchy stress, its normal component included.
+    /// Von Mises' equivalent of the Cauchy stress.
     pub fn von_mises(&self) -> f64 {
-        let [[xx, xy], [_, yy]] = self.cauchy;
-        let zz = self.cauchy_33;
+        let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = self.cauchy;
         let squares = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
-        (0.5 * squares + 3.0 * xy * xy).sqrt()
+        let shears = xy * xy + xz * xz + yz * yz;
+        (0.5 * squares + 3.0 * shears).sqrt()
     }
+}
+
+/// A plane tensor and its component normal to the plane.
+fn embed([[xx, xy], [yx, yy]]: Tensor, zz: f64) -> Tensor3 {
+    [[xx, xy, 0.0], [yx, yy, 0.0], [0.0, 0.0, zz]]
 }
 
 impl Solid {
@@ -44,30 +50,31 @@ impl Solid {
     /// If a field's length is wrong.
     pub fn state_at(&self, fields: &Fields<'_>, at: &Located) -> PointState {
         let law = self.law_at(fields, at);
-        let h = self.gradient_at(fields.u, at);
+        let h: Tensor = self.gradient_at(fields.u, at);
         let pressure = match fields.pressure {
             Pressure::Nodal(p) => self.space().pressure_at(p, at),
             Pressure::Penalty { kappa } => -kappa * law.volume_change(h),
         };
         let jacobian = 1.0 + law.volume_change(h);
-        let piola = law.stress(h, pressure);
-        let (cauchy, cauchy_33) = match law {
-            Law::SmallStrain { .. } => (piola, law.stress_33(h, pressure)),
+        let piola = embed(law.stress(h, pressure), law.stress_33(h, pressure));
+        let gradient = embed(h, 0.0);
+        let cauchy = match law {
+            Law::SmallStrain { .. } => piola,
             Law::MooneyRivlin { .. } | Law::StVenantKirchhoff { .. } => {
-                let f = [[1.0 + h[0][0], h[0][1]], [h[1][0], 1.0 + h[1][1]]];
-                let entry =
-                    |i: usize, j: usize| (piola[i][0] * f[j][0] + piola[i][1] * f[j][1]) / jacobian;
-                let cauchy = [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]];
-                (cauchy, law.stress_33(h, pressure) / jacobian)
+                let f = |j: usize, k: usize| f64::from(j == k) + gradient[j][k];
+                let entry = |i: usize, j: usize| {
+                    let products = (0..3).map(|k| piola[i][k] * f(j, k));
+                    products.sum::<f64>() / jacobian
+                };
+                [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j)))
             }
         };
         PointState {
-            gradient: h,
+            gradient,
             jacobian,
             pressure,
             piola,
             cauchy,
-            cauchy_33,
         }
     }
 
@@ -75,8 +82,9 @@ impl Solid {
     fn law_at(&self, fields: &Fields<'_>, at: &Located) -> Law {
         let law = self.laws()[at.element];
         fields.factors.map_or(law, |factors| {
-            let corners = factors[at.element].iter().zip(at.barycentric);
-            law.scaled(corners.map(|(factor, psi)| factor * psi).sum())
+            let own = &factors[at.barycentric.len() * at.element..];
+            let vertices = own.iter().zip(at.barycentric.iter());
+            law.scaled(vertices.map(|(factor, psi)| factor * psi).sum())
         })
     }
 
@@ -85,7 +93,7 @@ impl Solid {
     /// # Panics
     /// If the length of `u` is wrong.
     pub fn least_volume_ratio(&self, u: &[f64]) -> (f64, Located) {
-        let rule = self.rule().points();
+        let rule = self.rule().points(self.space().mesh().shape());
         let places = (0..self.space().n_elements()).flat_map(|element| {
             let barycentric = rule.iter().map(|point| point.barycentric);
             barycentric.map(move |barycentric| Located {
@@ -100,22 +108,29 @@ impl Solid {
         places
             .map(ratio)
             .min_by(|a, b| a.0.total_cmp(&b.0))
-            .expect("a mesh has triangles")
+            .expect("a mesh has elements")
     }
 
     /// ∇u at a place in the mesh.
-    pub fn gradient_at(&self, u: &[f64], at: &Located) -> Tensor {
-        let (inverse, _) = inverse_map(self.space().mesh().corners(at.element));
-        let gradients = match self.space().degree() {
-            Degree::One => p1_gradients().to_vec(),
-            Degree::Two => p2_gradients(at.barycentric).to_vec(),
-        };
-        let mut h = [[0.0; 2]; 2];
-        for (&node, gradient) in self.space().element_nodes(at.element).iter().zip(gradients) {
+    ///
+    /// # Panics
+    /// Unless `D` is the dimension.
+    pub fn gradient_at<const D: usize>(&self, u: &[f64], at: &Located) -> [[f64; D]; D] {
+        let (space, mesh) = (self.space(), self.space().mesh());
+        let points = mesh.points::<D>();
+        let corners: Vec<_> = mesh
+            .element(at.element)
+            .iter()
+            .map(|&v| points[v])
+            .collect();
+        let (inverse, _) = inverse_map(&corners);
+        let gradients = mesh.shape().gradients::<D>(space.degree(), &at.barycentric);
+        let mut h = [[0.0; D]; D];
+        for (&node, gradient) in space.element_nodes(at.element).iter().zip(gradients) {
             for (i, row) in h.iter_mut().enumerate() {
                 for (j, entry) in row.iter_mut().enumerate() {
-                    let slope = gradient[0] * inverse[0][j] + gradient[1] * inverse[1][j];
-                    *entry += u[2 * node + i] * slope;
+                    let slope: f64 = (0..D).map(|m| gradient[m] * inverse[m][j]).sum();
+                    *entry += u[D * node + i] * slope;
                 }
             }
         }
@@ -128,9 +143,9 @@ impl Solid {
     /// pᵀ M_p p / (2κ). Paper: eqs. (16), (20).
     ///
     /// # Units
-    /// J/m.
+    /// J, in plane strain J/m.
     pub fn strain_energy(&self, fields: &Fields<'_>) -> f64 {
-        let rule = self.rule().points();
+        let rule = self.rule().points(self.space().mesh().shape());
         let density = |at: &Located| {
             let law = self.law_at(fields, at);
             let h = self.gradient_at(fields.u, at);
@@ -143,7 +158,6 @@ impl Solid {
         };
         (0..self.space().n_elements())
             .map(|element| {
-                let (_, det) = inverse_map(self.space().mesh().corners(element));
                 let sum: f64 = rule
                     .iter()
                     .map(|q| {
@@ -154,7 +168,7 @@ impl Solid {
                             })
                     })
                     .sum();
-                0.5 * det * sum
+                self.space().mesh().measure_of(element) * sum
             })
             .sum()
     }
@@ -162,7 +176,7 @@ impl Solid {
     /// ½ vᵀ M v.
     ///
     /// # Units
-    /// J/m.
+    /// J, in plane strain J/m.
     pub fn kinetic_energy(&self, v: &[f64]) -> f64 {
         let mut momentum = vec![0.0; v.len()];
         self.apply_mass(v, &mut momentum);

@@ -1,47 +1,58 @@
-//! Quadrature rules with stated degree, on the triangle and on the edge.
+//! Quadrature rules with stated degree, on the triangle, the tetrahedron and the edge.
 //!
-//! Triangle rules are symmetric with positive weights; points are barycentric and weights sum to 1,
-//! so that ∫_T f ≈ |T| Σ w_q f(λ_q). Edge rules are Gauss–Legendre on [0, 1].
+//! The rules are symmetric with positive weights; points are barycentric and weights sum to 1, so
+//! that ∫_T f ≈ |T| Σ w_q f(λ_q).
 //!
 //! References: Strang and Fix, *An Analysis of the Finite Element Method* (1973), table 4.1;
-//! Dunavant, Int. J. Numer. Meth. Eng. 21 (1985) 1129–1148.
+//! Dunavant, Int. J. Numer. Meth. Eng. 21 (1985) 1129–1148; Walkington, *Quadrature on simplices of
+//! arbitrary dimension* (2000); Keast, Comput. Methods Appl. Mech. Eng. 55 (1986) 339–348.
+
+use crate::element::{Barycentric, Shape};
 
 /// A point in barycentric coordinates and its weight.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrianglePoint {
-    /// Barycentric coordinates, which sum to 1.
-    pub barycentric: [f64; 3],
-    /// Fraction of the triangle's area.
+pub struct Point {
+    /// Barycentric coordinates.
+    pub barycentric: Barycentric,
+    /// Fraction of the element's measure.
     pub weight: f64,
 }
 
-/// A quadrature rule on triangles.
+/// A quadrature rule on elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum TriangleRule {
-    /// Three points, exact for polynomials of degree 2.
+pub enum Rule {
+    /// Exact for polynomials of degree 2: three points on the triangle, four on the tetrahedron.
     Degree2,
-    /// Six points, exact for degree 4: all terms of the Taylor–Hood operators that are polynomial.
+    /// Exact for degree 4: six points on the triangle; fourteen on the tetrahedron, exact for
+    /// degree 5. All terms of the plane Taylor–Hood operators that are polynomial.
     #[default]
     Degree4,
-    /// Twelve points, exact for degree 6.
+    /// Exact for degree 6: twelve points on the triangle, twenty-four on the tetrahedron.
     Degree6,
 }
 
-impl TriangleRule {
-    /// The rule integrates polynomials up to this degree exactly.
+impl Rule {
+    /// The rule integrates polynomials up to this degree exactly; some are better.
     pub fn degree(self) -> usize {
         match self {
-            TriangleRule::Degree2 => 2,
-            TriangleRule::Degree4 => 4,
-            TriangleRule::Degree6 => 6,
+            Rule::Degree2 => 2,
+            Rule::Degree4 => 4,
+            Rule::Degree6 => 6,
         }
     }
 
-    /// The points and weights.
-    pub fn points(self) -> Vec<TrianglePoint> {
+    /// The points and weights on elements of a shape.
+    pub fn points(self, shape: &Shape) -> Vec<Point> {
+        match shape.dimension {
+            2 => self.on_triangle(),
+            _ => self.on_tetrahedron(),
+        }
+    }
+
+    fn on_triangle(self) -> Vec<Point> {
         match self {
-            TriangleRule::Degree2 => orbit3(1.0 / 6.0, 1.0 / 3.0).to_vec(),
-            TriangleRule::Degree4 => {
+            Rule::Degree2 => orbit3(1.0 / 6.0, 1.0 / 3.0).to_vec(),
+            Rule::Degree4 => {
                 // The roots of Strang and Fix' rule in closed form.
                 let root = (38.0 - 44.0 * 0.4_f64.sqrt()).sqrt();
                 let a = [1.0, -1.0].map(|sign| (8.0 - 10.0_f64.sqrt() + sign * root) / 18.0);
@@ -49,7 +60,7 @@ impl TriangleRule {
                 let w = [1.0, -1.0].map(|sign| (620.0 + sign * spread) / 3720.0);
                 [orbit3(a[0], w[0]), orbit3(a[1], w[1])].concat()
             }
-            TriangleRule::Degree6 => [
+            Rule::Degree6 => [
                 &orbit3(0.249_286_745_170_910_4, 0.116_786_275_726_379_37)[..],
                 &orbit3(0.063_089_014_491_502_23, 0.050_844_906_370_206_82)[..],
                 &orbit6(
@@ -61,19 +72,46 @@ impl TriangleRule {
             .concat(),
         }
     }
+
+    fn on_tetrahedron(self) -> Vec<Point> {
+        match self {
+            Rule::Degree2 => orbit4((5.0 - 5.0_f64.sqrt()) / 20.0, 0.25).to_vec(),
+            Rule::Degree4 => [
+                &orbit4(0.310_885_919_263_300_6, 0.112_687_925_718_015_85)[..],
+                &orbit4(0.092_735_250_310_891_23, 0.073_493_043_116_361_95)[..],
+                &pairs(0.045_503_704_125_649_65, 0.042_546_020_777_081_466)[..],
+            ]
+            .concat(),
+            Rule::Degree6 => [
+                &orbit4(0.214_602_871_259_152_03, 0.039_922_750_258_167_49)[..],
+                &orbit4(0.040_673_958_534_611_353, 0.010_077_211_055_320_643)[..],
+                &orbit4(0.322_337_890_142_275_5, 0.055_357_181_543_654_72)[..],
+                &orbit12(
+                    0.063_661_001_875_017_53,
+                    0.269_672_331_458_315_8,
+                    27.0 / 560.0,
+                )[..],
+            ]
+            .concat(),
+        }
+    }
+}
+
+fn point<const V: usize>(barycentric: [f64; V], weight: f64) -> Point {
+    Point {
+        barycentric: barycentric.into(),
+        weight,
+    }
 }
 
 /// The three points with two equal coordinates `a`.
-fn orbit3(a: f64, weight: f64) -> [TrianglePoint; 3] {
+fn orbit3(a: f64, weight: f64) -> [Point; 3] {
     let b = 1.0 - 2.0 * a;
-    [[b, a, a], [a, b, a], [a, a, b]].map(|barycentric| TrianglePoint {
-        barycentric,
-        weight,
-    })
+    [[b, a, a], [a, b, a], [a, a, b]].map(|lambda| point(lambda, weight))
 }
 
 /// The six points with coordinates `a`, `b`, `1 - a - b` in any order.
-fn orbit6(a: f64, b: f64, weight: f64) -> [TrianglePoint; 6] {
+fn orbit6(a: f64, b: f64, weight: f64) -> [Point; 6] {
     let c = 1.0 - a - b;
     [
         [a, b, c],
@@ -83,10 +121,42 @@ fn orbit6(a: f64, b: f64, weight: f64) -> [TrianglePoint; 6] {
         [a, c, b],
         [c, b, a],
     ]
-    .map(|barycentric| TrianglePoint {
-        barycentric,
-        weight,
+    .map(|lambda| point(lambda, weight))
+}
+
+/// The four points with three equal coordinates `a`.
+fn orbit4(a: f64, weight: f64) -> [Point; 4] {
+    std::array::from_fn(|i| {
+        let mut lambda = [a; 4];
+        lambda[i] = 1.0 - 3.0 * a;
+        point(lambda, weight)
     })
+}
+
+/// Two different vertices of a tetrahedron.
+const PAIRS: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+
+/// The six points with two coordinates `a`, two `1/2 - a`.
+fn pairs(a: f64, weight: f64) -> [Point; 6] {
+    PAIRS.map(|pair| {
+        let mut lambda = [0.5 - a; 4];
+        for i in pair {
+            lambda[i] = a;
+        }
+        point(lambda, weight)
+    })
+}
+
+/// The twelve points with two coordinates `a`, one `b`, one `1 - 2a - b`.
+fn orbit12(a: f64, b: f64, weight: f64) -> Vec<Point> {
+    let c = 1.0 - 2.0 * a - b;
+    let both = PAIRS.iter().flat_map(|&[i, j]| [[i, j], [j, i]]);
+    both.map(|[i, j]| {
+        let mut lambda = [a; 4];
+        (lambda[i], lambda[j]) = (b, c);
+        point(lambda, weight)
+    })
+    .collect()
 }
 
 /// Gauss–Legendre with three points on [0, 1], exact for degree 5: pairs of place and weight.
@@ -104,54 +174,66 @@ pub fn edge_degree5() -> [(f64, f64); 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::element::{TETRAHEDRON, TRIANGLE};
 
-    /// ∫ λ0^a λ1^b λ2^c over the triangle, divided by its area: 2 a! b! c! / (a + b + c + 2)!.
-    fn exact(powers: [u32; 3]) -> f64 {
-        let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
-        2.0 * powers.map(factorial).iter().product::<f64>()
-            / factorial(powers.iter().sum::<u32>() + 2)
+    fn factorial(n: u32) -> f64 {
+        (1..=n).map(f64::from).product()
     }
 
-    fn error(rule: TriangleRule, powers: [u32; 3]) -> f64 {
-        let sum: f64 = rule
-            .points()
-            .iter()
-            .map(|q| {
-                q.weight
-                    * q.barycentric
-                        .iter()
-                        .zip(powers)
-                        .map(|(l, n)| l.powi(n as i32))
-                        .product::<f64>()
+    /// ∫ Π λi^ni over a simplex of dimension D, divided by its measure: D! Π ni! / (Σ ni + D)!.
+    fn exact(powers: &[u32]) -> f64 {
+        let dimension = powers.len() as u32 - 1;
+        factorial(dimension) * powers.iter().map(|&n| factorial(n)).product::<f64>()
+            / factorial(powers.iter().sum::<u32>() + dimension)
+    }
+
+    fn error(points: &[Point], powers: &[u32]) -> f64 {
+        let product = |q: &Point| -> f64 {
+            let factors = q.barycentric.iter().zip(powers);
+            q.weight * factors.map(|(l, &n)| l.powi(n as i32)).product::<f64>()
+        };
+        (points.iter().map(product).sum::<f64>() - exact(powers)).abs()
+    }
+
+    /// All monomials of that degree in so many coordinates.
+    fn monomials(count: usize, degree: u32) -> Vec<Vec<u32>> {
+        if count == 1 {
+            return vec![vec![degree]];
+        }
+        let with_first = |first: u32| {
+            let rest = monomials(count - 1, degree - first);
+            rest.into_iter().map(move |mut powers| {
+                powers.push(first);
+                powers
             })
-            .sum();
-        (sum - exact(powers)).abs()
+        };
+        (0..=degree).flat_map(with_first).collect()
     }
 
     #[test]
-    fn triangle_rules_are_exact_to_their_degree_and_no_further() {
-        for rule in [
-            TriangleRule::Degree2,
-            TriangleRule::Degree4,
-            TriangleRule::Degree6,
-        ] {
-            let degree = rule.degree() as u32;
-            for a in 0..=degree {
-                for b in 0..=degree - a {
-                    for c in 0..=degree - a - b {
-                        // Rounding of at most twelve terms below 1.
-                        assert!(
-                            error(rule, [a, b, c]) < 4.0 * f64::EPSILON,
-                            "{rule:?} {a} {b} {c}"
-                        );
+    fn rules_are_exact_to_their_degree_and_no_further() {
+        for shape in [&TRIANGLE, &TETRAHEDRON] {
+            for rule in [Rule::Degree2, Rule::Degree4, Rule::Degree6] {
+                let points = rule.points(shape);
+                // The tetrahedron has no symmetric rule of degree 4 with fewer points and positive
+                // weights than this one of degree 5.
+                let better = shape.dimension == 3 && rule == Rule::Degree4;
+                let degree = rule.degree() as u32 + u32::from(better);
+                for degree in 0..=degree {
+                    for powers in monomials(shape.n_vertices(), degree) {
+                        // Rounding of at most two dozen terms below 1.
+                        let error = error(&points, &powers);
+                        assert!(error < 4.0 * f64::EPSILON, "{rule:?} {powers:?} {error:e}");
                     }
                 }
+                let beyond = monomials(shape.n_vertices(), degree + 1);
+                let worst = beyond.iter().map(|powers| error(&points, powers));
+                assert!(
+                    worst.fold(0.0, f64::max) > 1e-7,
+                    "{rule:?} is better than stated"
+                );
+                assert!(points.iter().all(|q| q.weight > 0.0));
             }
-            assert!(
-                error(rule, [degree + 1, 0, 0]) > 1e-6,
-                "{rule:?} is better than stated"
-            );
-            assert!(rule.points().iter().all(|q| q.weight > 0.0));
         }
     }
 

@@ -1,53 +1,84 @@
-//! Uniform (red) refinement: each triangle into four of its shape.
+//! Uniform (red) refinement: each triangle into four, each tetrahedron into eight.
 
 use std::collections::{BTreeMap, HashMap};
 
-use crate::mesh::{Group, Mesh, sorted, triangle_edges};
+use crate::element::TRIANGLE;
+use crate::mesh::{Group, Mesh, sorted};
+
+/// The parts of a triangle: its vertices 0 to 2 and midpoints 3 to 5.
+const TRIANGLES: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
+
+/// The parts of a tetrahedron: its vertices 0 to 3 and midpoints 4 to 9. The octahedron in the
+/// middle is cut along the line from midpoint 6 (of edge 02) to 8 (of edge 13).
+const TETRAHEDRA: [[usize; 4]; 8] = [
+    [0, 4, 6, 7],
+    [4, 1, 5, 8],
+    [6, 5, 2, 9],
+    [7, 8, 9, 3],
+    [4, 6, 7, 8],
+    [4, 5, 6, 8],
+    [6, 7, 8, 9],
+    [5, 6, 8, 9],
+];
 
 impl Mesh {
-    /// The mesh with every triangle cut into four at the midpoints of its edges.
+    /// The mesh with every element cut at the midpoints of its edges, triangles into four,
+    /// tetrahedra into eight.
     ///
-    /// Old vertices keep their numbers; groups keep their names, their edges halved and their
-    /// triangles quartered. Curved boundaries stay the polygons they were.
+    /// Old vertices keep their numbers; groups keep their names, their members cut likewise. Curved
+    /// boundaries stay the polygons they were.
     pub fn refined(&self) -> Mesh {
-        let mut points = self.points().to_vec();
-        let mut midpoints: HashMap<[usize; 2], usize> = HashMap::new();
-        let mut triangles = Vec::with_capacity(4 * self.triangles().len());
-        for corners in self.triangles() {
-            let [ab, bc, ca] = triangle_edges(corners).map(|edge @ [p, q]| {
-                *midpoints.entry(edge).or_insert_with(|| {
-                    let ([px, py], [qx, qy]) = (points[p], points[q]);
-                    points.push([0.5 * (px + qx), 0.5 * (py + qy)]);
-                    points.len() - 1
-                })
-            });
-            let [a, b, c] = *corners;
-            triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        match self.dimension() {
+            2 => self.cut::<2, 3, 4>(&TRIANGLES),
+            _ => self.cut::<3, 4, 8>(&TETRAHEDRA),
         }
+    }
+
+    fn cut<const D: usize, const V: usize, const K: usize>(&self, parts: &[[usize; V]; K]) -> Mesh {
+        let mut points = self.points::<D>().to_vec();
+        let mut midpoints: HashMap<[usize; 2], usize> = HashMap::new();
+        let mut elements = Vec::with_capacity(K * self.n_elements());
+        for element in self.elements() {
+            let mut nodes = element.to_vec();
+            for edge @ [p, q] in self.edges_of(element) {
+                nodes.push(*midpoints.entry(edge).or_insert_with(|| {
+                    let (a, b) = (points[p], points[q]);
+                    points.push(std::array::from_fn(|m| 0.5 * (a[m] + b[m])));
+                    points.len() - 1
+                }));
+            }
+            elements.extend(parts.iter().map(|part| part.map(|i| nodes[i])));
+        }
+        let halves = |&[p, q]: &[usize; 2]| {
+            let middle = midpoints[&sorted([p, q])];
+            [[p, middle], [middle, q]]
+        };
+        let quarters = |face: &[usize; 3]| {
+            let middles = TRIANGLE
+                .edges
+                .iter()
+                .map(|e| midpoints[&sorted(e.map(|i| face[i]))]);
+            let nodes: Vec<usize> = face.iter().copied().chain(middles).collect();
+            TRIANGLES.map(|part| part.map(|i| nodes[i]))
+        };
         let groups: BTreeMap<String, Group> = self
             .groups()
             .iter()
             .map(|(name, group)| {
                 let group = match group {
                     Group::Points(vertices) => Group::Points(vertices.clone()),
-                    Group::Edges(edges) => Group::Edges(
-                        edges
-                            .iter()
-                            .flat_map(|&[p, q]| {
-                                let middle = midpoints[&sorted([p, q])];
-                                [[p, middle], [middle, q]]
-                            })
-                            .collect(),
-                    ),
-                    Group::Triangles(members) => {
-                        Group::Triangles(members.iter().flat_map(|&e| 4 * e..4 * e + 4).collect())
+                    Group::Edges(edges) => Group::Edges(edges.iter().flat_map(halves).collect()),
+                    Group::Faces(faces) => Group::Faces(faces.iter().flat_map(quarters).collect()),
+                    Group::Elements(members) => {
+                        let parts = members.iter().flat_map(|&e| K * e..K * (e + 1));
+                        Group::Elements(parts.collect())
                     }
                 };
                 (name.clone(), group)
             })
             .collect();
-        Mesh::new(points, triangles, groups)
-            .expect("quarters of valid triangles are valid")
+        Mesh::new(points, elements, groups)
+            .expect("parts of valid elements are valid")
             .after(self.notes().to_vec())
     }
 }

@@ -2,30 +2,34 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::batch::{Batches, Part, Point};
+use crate::batch::{Batches, Part, Point, add_dot};
+use crate::constitutive::{Constitutive, Tensor, with_plane_law};
 use crate::fields::{Fields, Inverted, Pressure, Vectors};
 use crate::lanes::Lanes;
-use crate::material::tensor::{Strain, TensorOf, Volumetric, scaled};
-use crate::material::{Potential, Real, with_potential};
+use crate::material::Real;
+use crate::material::tensor::Volumetric;
 
 /// Nodal values of the fields in one part of a batch.
 ///
 /// `RATES`: whether v, ṗ and μ are wanted, known to the compiler so that a pass without them does
 /// not pay for them (a tenth of it, if asked at each point). Without, they are zero.
-pub(crate) struct Local<S: Simd, const N: usize, const RATES: bool> {
-    u: [[Lanes<S>; 2]; N],
-    v: [[Lanes<S>; 2]; N],
-    p: [Lanes<S>; 3],
-    p_rate: [Lanes<S>; 3],
-    mu: [Lanes<S>; 3],
-    factors: Option<[Lanes<S>; 3]>,
+pub(crate) struct Local<S: Simd, const D: usize, const N: usize, const P: usize, const RATES: bool>
+{
+    u: [[Lanes<S>; D]; N],
+    v: [[Lanes<S>; D]; N],
+    p: [Lanes<S>; P],
+    p_rate: [Lanes<S>; P],
+    mu: [Lanes<S>; P],
+    factors: Option<[Lanes<S>; P]>,
     kappa: f64,
 }
 
-impl<S: Simd, const N: usize, const RATES: bool> Local<S, N, RATES> {
+impl<S: Simd, const D: usize, const N: usize, const P: usize, const RATES: bool>
+    Local<S, D, N, P, RATES>
+{
     /// Fields that are not given count as zero; the callers have checked those that must be there.
     #[inline(always)]
-    pub(crate) fn gather(part: &Part<'_, S, N>, fields: &Fields<'_>) -> Self {
+    pub(crate) fn gather(part: &Part<'_, S, D, N, P>, fields: &Fields<'_>) -> Self {
         let (p, kappa) = match fields.pressure {
             Pressure::Nodal(p) => (Some(p), 0.0),
             Pressure::Penalty { kappa } => (None, kappa),
@@ -43,38 +47,40 @@ impl<S: Simd, const N: usize, const RATES: bool> Local<S, N, RATES> {
 }
 
 /// Fields at one quadrature point of one part of a batch.
-pub(crate) struct AtPoint<S: Simd> {
-    pub(crate) strain: Strain<Lanes<S>>,
-    pub(crate) v: TensorOf<Lanes<S>>,
+pub(crate) struct AtPoint<S: Simd, const D: usize, C: Constitutive<D>> {
+    pub(crate) strain: C::Strain<Lanes<S>>,
+    pub(crate) v: Tensor<Lanes<S>, D>,
     pub(crate) volumetric: Volumetric<Lanes<S>>,
     pub(crate) mu: Lanes<S>,
 }
 
-impl<S: Simd> AtPoint<S> {
+impl<S: Simd, const D: usize, C: Constitutive<D>> AtPoint<S, D, C> {
     /// Interpolates to a point and checks that no element is inverted there.
     #[inline(always)]
-    pub(crate) fn new<const N: usize, const RATES: bool, W: Potential>(
-        w: &W,
-        part: &Part<'_, S, N>,
-        point: &Point<N>,
-        local: &Local<S, N, RATES>,
+    pub(crate) fn new<const N: usize, const P: usize, const RATES: bool>(
+        law: &C,
+        part: &Part<'_, S, D, N, P>,
+        point: &Point<D, N, P>,
+        local: &Local<S, D, N, P, RATES>,
     ) -> Result<Self, Inverted> {
-        let mut strain = Strain::new(w, part.gradient(&local.u, point));
-        if let Some(factors) = &local.factors {
-            strain.factor = Some(part.interpolate(factors, point));
-        }
-        if W::FINITE {
+        let factor = match &local.factors {
+            Some(factors) => Some(part.interpolate(factors, point)),
+            None => None,
+        };
+        let strain = law.strain(part.gradient(&local.u, point), factor);
+        if C::FINITE {
+            let d = law.dilation(&strain);
             let inverted = |d: &f64| *d <= -1.0 || d.is_nan();
-            if let Some(lane) = strain.d.as_slice().iter().position(inverted) {
-                let jacobian = 1.0 + strain.d.as_slice()[lane];
-                return Err(Inverted::new(part.element(lane), point.psi, jacobian));
+            if let Some(lane) = d.as_slice().iter().position(inverted) {
+                let jacobian = 1.0 + d.as_slice()[lane];
+                return Err(Inverted::new(part.element(lane), &point.psi, jacobian));
             }
         }
         let zero = part.zero();
         let v = if RATES {
             part.gradient(&local.v, point)
         } else {
-            [[zero; 2]; 2]
+            [[zero; D]; D]
         };
         let p_rate = if RATES {
             part.interpolate(&local.p_rate, point)
@@ -101,27 +107,26 @@ impl<S: Simd> AtPoint<S> {
 
 /// Adds ∫ flux : ∇φ of one point to the element vectors.
 #[inline(always)]
-fn accumulate<S: Simd, const N: usize>(
-    out: &mut [[Lanes<S>; 2]; N],
-    part: &Part<'_, S, N>,
-    point: &Point<N>,
-    flux: &TensorOf<Lanes<S>>,
+fn accumulate<S: Simd, const D: usize, const N: usize, const P: usize>(
+    out: &mut [[Lanes<S>; D]; N],
+    part: &Part<'_, S, D, N, P>,
+    point: &Point<D, N, P>,
+    flux: &Tensor<Lanes<S>, D>,
 ) {
     let flux = part.pull_back(point, flux);
     for (node, gradient) in out.iter_mut().zip(&point.gradients) {
         for (sum, row) in node.iter_mut().zip(&flux) {
-            let [xi, eta] = [sum.like(gradient[0]), sum.like(gradient[1])];
-            *sum = row[0].mul_add(xi, row[1].mul_add(eta, *sum));
+            *sum = add_dot(row, gradient, *sum);
         }
     }
 }
 
 /// Adds ∫ ψ f of one point to the element vectors.
 #[inline(always)]
-fn accumulate_scalar<S: Simd, const N: usize>(
-    out: &mut [Lanes<S>; 3],
-    part: &Part<'_, S, N>,
-    point: &Point<N>,
+fn accumulate_scalar<S: Simd, const D: usize, const N: usize, const P: usize>(
+    out: &mut [Lanes<S>; P],
+    part: &Part<'_, S, D, N, P>,
+    point: &Point<D, N, P>,
     f: Lanes<S>,
 ) {
     let weighted = part.weights(point) * f;
@@ -130,37 +135,58 @@ fn accumulate_scalar<S: Simd, const N: usize>(
     }
 }
 
+/// m N.
 #[inline(always)]
-fn evaluate_part<S: Simd, const N: usize, const RATES: bool, W: Potential>(
-    w: &W,
-    part: &Part<'_, S, N>,
-    points: &[Point<N>],
+fn scaled<S: Simd, const D: usize>(
+    m: Lanes<S>,
+    mut normal: Tensor<Lanes<S>, D>,
+) -> Tensor<Lanes<S>, D> {
+    for row in &mut normal {
+        for entry in row {
+            *entry = m * *entry;
+        }
+    }
+    normal
+}
+
+#[inline(always)]
+fn evaluate_part<
+    S: Simd,
+    const D: usize,
+    const N: usize,
+    const P: usize,
+    const RATES: bool,
+    C: Constitutive<D>,
+>(
+    law: &C,
+    part: &Part<'_, S, D, N, P>,
+    points: &[Point<D, N, P>],
     fields: &Fields<'_>,
     out: &mut Vectors<'_>,
 ) -> Result<(), Inverted> {
-    let local = Local::<S, N, RATES>::gather(part, fields);
-    let zero = [[part.zero(); 2]; N];
+    let local = Local::<S, D, N, P, RATES>::gather(part, fields);
+    let zero = [[part.zero(); D]; N];
     let (mut force, mut force_rate, mut multiplier_force) = (zero, zero, zero);
-    let (mut defect, mut defect_rate) = ([part.zero(); 3], [part.zero(); 3]);
+    let (mut defect, mut defect_rate) = ([part.zero(); P], [part.zero(); P]);
     for point in points {
-        let at = AtPoint::new(w, part, point, &local)?;
+        let at = AtPoint::new(law, part, point, &local)?;
         if out.force.is_some() {
-            let flux = at.strain.stress(w, at.volumetric);
+            let flux = law.stress(&at.strain, at.volumetric);
             accumulate(&mut force, part, point, &flux);
         }
         if RATES && out.force_rate.is_some() {
-            let flux = at.strain.stress_rate(w, at.v, at.volumetric);
+            let flux = law.stress_rate(&at.strain, at.v, at.volumetric);
             accumulate(&mut force_rate, part, point, &flux);
         }
         if RATES && out.multiplier_force.is_some() {
-            let flux = scaled(at.mu, at.strain.normal);
+            let flux = scaled(at.mu, law.normal(&at.strain));
             accumulate(&mut multiplier_force, part, point, &flux);
         }
         if out.defect.is_some() {
-            accumulate_scalar(&mut defect, part, point, at.strain.d);
+            accumulate_scalar(&mut defect, part, point, law.dilation(&at.strain));
         }
         if RATES && out.defect_rate.is_some() {
-            let rate = at.strain.dilation_rate(at.v);
+            let rate = law.dilation_rate(&at.strain, at.v);
             accumulate_scalar(&mut defect_rate, part, point, rate);
         }
     }
@@ -187,44 +213,51 @@ fn evaluate_part<S: Simd, const N: usize, const RATES: bool, W: Potential>(
 }
 
 /// The pass over all batches, to be run with the processor's vector instructions.
-pub(crate) struct Evaluate<'a, 'b, const N: usize> {
-    pub(crate) elements: &'a Batches<N>,
+pub(crate) struct Evaluate<'a, 'b, const D: usize, const N: usize, const P: usize> {
+    pub(crate) elements: &'a Batches<D, N, P>,
     pub(crate) fields: &'a Fields<'a>,
     pub(crate) out: &'a mut Vectors<'b>,
 }
 
-impl<const N: usize> WithSimd for Evaluate<'_, '_, N> {
-    type Output = Result<(), Inverted>;
+/// The pass in one dimension; `$with_law` binds the laws of that dimension.
+macro_rules! pass {
+    ($dimension:literal, $with_law:ident) => {
+        impl<const N: usize, const P: usize> WithSimd for Evaluate<'_, '_, $dimension, N, P> {
+            type Output = Result<(), Inverted>;
 
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        if self.out.has_rates() {
-            self.pass::<S, true>(simd)
-        } else {
-            self.pass::<S, false>(simd)
-        }
-    }
-}
-
-impl<const N: usize> Evaluate<'_, '_, N> {
-    #[inline(always)]
-    fn pass<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
-        let Self {
-            elements,
-            fields,
-            out,
-        } = self;
-        for vector in out.all_mut() {
-            vector.fill(0.0);
-        }
-        for batch in &elements.batches {
-            with_potential!(batch.law, w => {
-                for part in 0..batch.n_parts(simd) {
-                    let part = batch.part(simd, part);
-                    evaluate_part::<_, _, RATES, _>(&w, &part, &elements.points, fields, out)?;
+            #[inline(always)]
+            fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+                if self.out.has_rates() {
+                    self.pass::<S, true>(simd)
+                } else {
+                    self.pass::<S, false>(simd)
                 }
-            });
+            }
         }
-        Ok(())
-    }
+
+        impl<const N: usize, const P: usize> Evaluate<'_, '_, $dimension, N, P> {
+            #[inline(always)]
+            fn pass<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
+                let Self {
+                    elements: Batches { points, batches },
+                    fields,
+                    out,
+                } = self;
+                for vector in out.all_mut() {
+                    vector.fill(0.0);
+                }
+                for batch in batches {
+                    $with_law!(batch.law, law => {
+                        for part in 0..batch.n_parts(simd) {
+                            let part = batch.part(simd, part);
+                            evaluate_part::<_, _, _, _, RATES, _>(&law, &part, points, fields, out)?;
+                        }
+                    });
+                }
+                Ok(())
+            }
+        }
+    };
 }
+
+pass!(2, with_plane_law);

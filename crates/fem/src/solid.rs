@@ -26,21 +26,59 @@ use crate::error::FemError;
 pub use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
 use crate::mass::Symmetric;
 use crate::material::Law;
-use crate::quadrature::TriangleRule;
+use crate::quadrature::Rule;
 use crate::space::{Degree, Space};
 use crate::sparsity::{ScatterMap, displacement_pattern, divergence_pattern, place};
 
-/// Batches by the number of displacement nodes of an element.
+/// Batches by dimension and number of nodes and pressures of an element.
 #[derive(Debug, Clone)]
 enum Elements {
-    Linear(Batches<3>, Vec<ScatterMap<3>>),
-    Quadratic(Batches<6>, Vec<ScatterMap<6>>),
+    LinearTriangles(Mapped<2, 3, 3>),
+    QuadraticTriangles(Mapped<2, 6, 3>),
 }
 
-/// A solid in plane strain, per unit thickness: spaces, fixed nodes, material, density.
+/// Evaluates an expression with `$mapped` bound to the batches of whatever elements.
+macro_rules! with_elements {
+    ($elements:expr, $mapped:ident => $body:expr) => {
+        match $elements {
+            Elements::LinearTriangles($mapped) => $body,
+            Elements::QuadraticTriangles($mapped) => $body,
+        }
+    };
+}
+use with_elements;
+
+/// Batches and where their matrices go.
+#[derive(Debug, Clone)]
+struct Mapped<const D: usize, const N: usize, const P: usize> {
+    batches: Batches<D, N, P>,
+    maps: Vec<ScatterMap<D, N, P>>,
+}
+
+impl<const D: usize, const N: usize, const P: usize> Mapped<D, N, P> {
+    fn new(
+        space: &Space,
+        laws: &[Law],
+        rule: Rule,
+        dofs: &DofMap,
+        [displacement, divergence]: [&SparsityPattern; 2],
+    ) -> Self {
+        let batches = Batches::new(space, laws, rule);
+        let maps = batches.batches.iter();
+        Self {
+            maps: maps
+                .map(|batch| ScatterMap::new(batch, dofs, displacement, divergence))
+                .collect(),
+            batches,
+        }
+    }
+}
+
+/// A solid in space, or in plane strain and per unit thickness: spaces, fixed nodes, material,
+/// density.
 ///
 /// # Units
-/// SI: force vectors in N/m, masses in kg/m.
+/// SI: force vectors in N, masses in kg; in plane strain in N/m, kg/m.
 ///
 /// # Examples
 /// ```
@@ -52,8 +90,8 @@ enum Elements {
 /// let dofs = DofMap::clamped(&space, &space.nodes_of("left")?)?;
 /// let solid = Solid::uniform(space, dofs, Law::MooneyRivlin { c10: 1e4, c01: 2e2 }, 1.1e3)?;
 /// // A tenth more length and width: the volume grows by 21 %.
-/// let u: Vec<f64> = solid.space().node_points().iter().flatten().map(|x| 0.1 * x).collect();
-/// let mut defect = vec![0.0; solid.space().n_vertices()];
+/// let u: Vec<f64> = solid.space().coordinates().iter().map(|x| 0.1 * x).collect();
+/// let mut defect = vec![0.0; solid.space().n_pressures()];
 /// solid.evaluate(
 ///     &Fields::new(&u, Pressure::Penalty { kappa: 1e5 }),
 ///     &mut Vectors { defect: Some(&mut defect), ..Default::default() },
@@ -66,7 +104,7 @@ pub struct Solid {
     space: Arc<Space>,
     dofs: DofMap,
     laws: Vec<Law>,
-    rule: TriangleRule,
+    rule: Rule,
     elements: Elements,
     displacement_pattern: SparsityPattern,
     divergence_pattern: SparsityPattern,
@@ -78,7 +116,7 @@ pub struct Solid {
 }
 
 impl Solid {
-    /// A solid with a law for each triangle.
+    /// A solid with a law for each element.
     ///
     /// # Errors
     /// [`FemError::Count`] if the numbers do not match, [`FemError::Parameter`] for a density that
@@ -89,7 +127,7 @@ impl Solid {
         laws: Vec<Law>,
         density: f64,
     ) -> Result<Self, FemError> {
-        Self::with_rule(space, dofs, laws, density, TriangleRule::default())
+        Self::with_rule(space, dofs, laws, density, Rule::default())
     }
 
     /// A solid of one law.
@@ -115,13 +153,13 @@ impl Solid {
         dofs: DofMap,
         laws: Vec<Law>,
         density: f64,
-        rule: TriangleRule,
+        rule: Rule,
     ) -> Result<Self, FemError> {
         let densities = vec![density; space.n_elements()];
         Self::build(space, dofs, laws, &densities, rule)
     }
 
-    /// A solid with a law and a density for each triangle.
+    /// A solid with a law and a density for each element.
     ///
     /// # Errors
     /// As for [`new`](Solid::new).
@@ -131,7 +169,7 @@ impl Solid {
         laws: Vec<Law>,
         densities: &[f64],
     ) -> Result<Self, FemError> {
-        Self::build(space, dofs, laws, densities, TriangleRule::default())
+        Self::build(space, dofs, laws, densities, Rule::default())
     }
 
     fn build(
@@ -139,18 +177,18 @@ impl Solid {
         dofs: DofMap,
         laws: Vec<Law>,
         densities: &[f64],
-        rule: TriangleRule,
+        rule: Rule,
     ) -> Result<Self, FemError> {
-        check_count("laws, one per triangle", laws.len(), space.n_elements())?;
+        check_count("laws, one per element", laws.len(), space.n_elements())?;
         check_count(
-            "densities, one per triangle",
+            "densities, one per element",
             densities.len(),
             space.n_elements(),
         )?;
         check_count(
             "components in the dof map",
             dofs.n_full(),
-            2 * space.n_nodes(),
+            space.n_components(),
         )?;
         let unfit = |density: &&f64| !(**density > 0.0 && density.is_finite());
         if let Some(&value) = densities.iter().find(unfit) {
@@ -163,16 +201,13 @@ impl Solid {
         }
         let displacement_pattern = displacement_pattern(&space, &dofs);
         let divergence_pattern = divergence_pattern(&space, &dofs);
+        let patterns = [&displacement_pattern, &divergence_pattern];
         let elements = match space.degree() {
             Degree::One => {
-                let batches = Batches::linear(&space, &laws, rule);
-                let maps = maps(&batches, &dofs, &displacement_pattern, &divergence_pattern);
-                Elements::Linear(batches, maps)
+                Elements::LinearTriangles(Mapped::new(&space, &laws, rule, &dofs, patterns))
             }
             Degree::Two => {
-                let batches = Batches::quadratic(&space, &laws, rule);
-                let maps = maps(&batches, &dofs, &displacement_pattern, &divergence_pattern);
-                Elements::Quadratic(batches, maps)
+                Elements::QuadraticTriangles(Mapped::new(&space, &laws, rule, &dofs, patterns))
             }
         };
         let pressure_mass = Symmetric::pressure_mass(&space);
@@ -201,13 +236,13 @@ impl Solid {
         &self.dofs
     }
 
-    /// The law of each triangle.
+    /// The law of each element.
     pub fn laws(&self) -> &[Law] {
         &self.laws
     }
 
     /// The quadrature rule of force and volume terms.
-    pub fn rule(&self) -> TriangleRule {
+    pub fn rule(&self) -> Rule {
         self.rule
     }
 
@@ -221,12 +256,12 @@ impl Solid {
         &self.displacement_pattern
     }
 
-    /// Pattern of B: n_vertices × n_free, columns major.
+    /// Pattern of B: n_pressures × n_free, columns major.
     pub fn divergence_pattern(&self) -> &SparsityPattern {
         &self.divergence_pattern
     }
 
-    /// Pattern of the pressure's mass matrix: n_vertices × n_vertices.
+    /// Pattern of the pressure's mass matrix: n_pressures × n_pressures.
     pub fn pressure_pattern(&self) -> &SparsityPattern {
         &self.pressure_mass.pattern
     }
@@ -242,11 +277,12 @@ impl Solid {
         self.on_free_components(&Symmetric::node_gradients(&self.space))
     }
 
-    /// A nodal matrix on either component.
+    /// A nodal matrix on each component.
     fn on_free_components(&self, nodal: &Symmetric) -> Vec<f64> {
         let pattern = &self.displacement_pattern;
         let mut values = vec![0.0; pattern.nnz()];
         let free_to_full = self.dofs.free_to_full();
+        let dimension = self.space.dimension();
         for (column, row) in pattern
             .major_offsets()
             .windows(2)
@@ -258,8 +294,8 @@ impl Solid {
             })
         {
             let (a, b) = (free_to_full[row], free_to_full[column]);
-            if a % 2 == b % 2 {
-                let value = nodal.values[place(&nodal.pattern, a / 2, b / 2)];
+            if a % dimension == b % dimension {
+                let value = nodal.values[place(&nodal.pattern, a / dimension, b / dimension)];
                 values[place(pattern, row, column)] = value;
             }
         }
@@ -274,15 +310,15 @@ impl Solid {
     /// out = M a over all nodes, rows and columns of constrained components included.
     ///
     /// # Panics
-    /// If a length is not `2 n_nodes`.
+    /// If a length is not `n_components`.
     pub fn apply_mass(&self, a: &[f64], out: &mut [f64]) {
-        self.mass.apply_interleaved(a, out);
+        self.mass.apply_interleaved(self.space.dimension(), a, out);
     }
 
     /// out = M_p p.
     ///
     /// # Panics
-    /// If a length is not `n_vertices`.
+    /// If a length is not `n_pressures`.
     pub fn apply_pressure_mass(&self, p: &[f64], out: &mut [f64]) {
         self.pressure_mass.apply(p, out);
     }
@@ -292,23 +328,10 @@ impl Solid {
         &self.pressure_weights
     }
 
-    /// Volume at rest per unit thickness, m².
+    /// Volume at rest, m³; in plane strain per unit thickness, m².
     pub fn volume(&self) -> f64 {
-        self.space.mesh().area()
+        self.space.mesh().measure()
     }
-}
-
-fn maps<const N: usize>(
-    batches: &Batches<N>,
-    dofs: &DofMap,
-    displacement: &SparsityPattern,
-    divergence: &SparsityPattern,
-) -> Vec<ScatterMap<N>> {
-    batches
-        .batches
-        .iter()
-        .map(|batch| ScatterMap::new(batch, dofs, displacement, divergence))
-        .collect()
 }
 
 fn check_count(what: &'static str, found: usize, needed: usize) -> Result<(), FemError> {

@@ -48,6 +48,10 @@ fn nodes(space: &Space, element: usize) -> std::iter::Copied<std::slice::Iter<'_
     space.element_nodes(element).iter().copied()
 }
 
+fn pressures(space: &Space, element: usize) -> std::iter::Copied<std::slice::Iter<'_, usize>> {
+    space.element_pressures(element).iter().copied()
+}
+
 /// n_nodes × n_nodes: nodes that share an element.
 pub(crate) fn node_pattern(space: &Space) -> SparsityPattern {
     let sets = neighbours(space, space.n_nodes(), nodes, nodes);
@@ -57,16 +61,11 @@ pub(crate) fn node_pattern(space: &Space) -> SparsityPattern {
     )
 }
 
-/// n_vertices × n_vertices: vertices that share an element.
+/// n_pressures × n_pressures: pressures that share an element.
 pub(crate) fn pressure_pattern(space: &Space) -> SparsityPattern {
-    let sets = neighbours(
-        space,
-        space.n_vertices(),
-        Space::element_vertices,
-        Space::element_vertices,
-    );
+    let sets = neighbours(space, space.n_pressures(), pressures, pressures);
     pattern(
-        space.n_vertices(),
+        space.n_pressures(),
         sets.into_iter().map(|set| set.into_iter().collect()),
     )
 }
@@ -74,10 +73,11 @@ pub(crate) fn pressure_pattern(space: &Space) -> SparsityPattern {
 /// n_free × n_free: components of nodes that share an element.
 pub(crate) fn displacement_pattern(space: &Space, dofs: &DofMap) -> SparsityPattern {
     let sets = neighbours(space, space.n_nodes(), nodes, nodes);
+    let dimension = space.dimension();
     let columns = dofs.free_to_full().iter().map(|&full| {
-        let components = sets[full / 2]
+        let components = sets[full / dimension]
             .iter()
-            .flat_map(|&node| [2 * node, 2 * node + 1]);
+            .flat_map(|&node| dimension * node..dimension * (node + 1));
         components
             .map(|component| dofs.full_to_free()[component])
             .filter(|&free| free != CONSTRAINED)
@@ -87,14 +87,14 @@ pub(crate) fn displacement_pattern(space: &Space, dofs: &DofMap) -> SparsityPatt
     pattern(dofs.n_free(), columns)
 }
 
-/// n_vertices × n_free: vertices and components that share an element.
+/// n_pressures × n_free: pressures and components that share an element.
 pub(crate) fn divergence_pattern(space: &Space, dofs: &DofMap) -> SparsityPattern {
-    let sets = neighbours(space, space.n_nodes(), nodes, Space::element_vertices);
+    let sets = neighbours(space, space.n_nodes(), nodes, pressures);
     let columns = dofs
         .free_to_full()
         .iter()
-        .map(|&full| sets[full / 2].iter().copied().collect());
-    pattern(space.n_vertices(), columns)
+        .map(|&full| sets[full / space.dimension()].iter().copied().collect());
+    pattern(space.n_pressures(), columns)
 }
 
 /// The index of an entry among the pattern's values.
@@ -111,25 +111,25 @@ pub(crate) fn place(pattern: &SparsityPattern, row: usize, column: usize) -> usi
 pub(crate) type Places = [u32; LANES];
 
 /// Places of element matrices by `[b][k][a][i]`.
-type DisplacementPlaces<const N: usize> = [[[[Places; 2]; N]; 2]; N];
+type DisplacementPlaces<const D: usize, const N: usize> = [[[[Places; D]; N]; D]; N];
 
 /// Places of a batch's element matrices among the values of the global ones.
 #[derive(Debug, Clone)]
-pub(crate) struct ScatterMap<const N: usize> {
+pub(crate) struct ScatterMap<const D: usize, const N: usize, const P: usize> {
     /// `displacement[b][k][a][i]`: row (node a, component i), column (node b, component k).
-    pub(crate) displacement: Box<DisplacementPlaces<N>>,
-    /// `divergence[b][k][v]`: row vertex v, column (node b, component k).
-    pub(crate) divergence: Box<[[[Places; 3]; 2]; N]>,
+    pub(crate) displacement: Box<DisplacementPlaces<D, N>>,
+    /// `divergence[b][k][v]`: row pressure v, column (node b, component k).
+    pub(crate) divergence: Box<[[[Places; P]; D]; N]>,
 }
 
-impl<const N: usize> ScatterMap<N> {
+impl<const D: usize, const N: usize, const P: usize> ScatterMap<D, N, P> {
     pub(crate) fn new(
-        batch: &Batch<N>,
+        batch: &Batch<D, N, P>,
         dofs: &DofMap,
         displacement: &SparsityPattern,
         divergence: &SparsityPattern,
     ) -> Self {
-        let free = |a: usize, i: usize, l: usize| dofs.full_to_free()[2 * batch.nodes[a][l] + i];
+        let free = |a: usize, i: usize, l: usize| dofs.full_to_free()[D * batch.nodes[a][l] + i];
         let find = |pattern: &SparsityPattern, row: u32, column: u32, l: usize| {
             if l >= batch.count || row == CONSTRAINED || column == CONSTRAINED {
                 return NOWHERE;
@@ -140,8 +140,8 @@ impl<const N: usize> ScatterMap<N> {
                 .expect("fewer than 2^32 matrix entries")
         };
         use std::array::from_fn;
-        let vertex = |v: usize, l: usize| {
-            u32::try_from(batch.nodes[v][l]).expect("fewer than 2^32 vertices")
+        let pressure = |v: usize, l: usize| {
+            u32::try_from(batch.pressures[v][l]).expect("fewer than 2^32 pressures")
         };
         Self {
             displacement: Box::new(from_fn(|b| {
@@ -155,7 +155,7 @@ impl<const N: usize> ScatterMap<N> {
             })),
             divergence: Box::new(from_fn(|b| {
                 from_fn(|k| {
-                    from_fn(|v| from_fn(|l| find(divergence, vertex(v, l), free(b, k, l), l)))
+                    from_fn(|v| from_fn(|l| find(divergence, pressure(v, l), free(b, k, l), l)))
                 })
             })),
         }

@@ -2,44 +2,52 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::batch::{Batches, Part, Point};
+use crate::batch::{Batches, Part, Point, add_dot, dot};
+use crate::constitutive::{Constitutive, Tangent, Tensor, with_plane_law};
 use crate::fields::{Fields, Inverted, Tangents};
 use crate::lanes::Lanes;
-use crate::material::tensor::{Symmetric, TensorOf, UPPER, volume_gradient_rate, volume_tangent};
-use crate::material::{Potential, Real, with_potential};
+use crate::material::Real;
 use crate::residual::{AtPoint, Local};
 use crate::sparsity::{NOWHERE, ScatterMap};
 
 /// Element matrices: `[a][b][i][k]` for nodes a ≤ b, components i of a and k of b.
-type Matrix<S, const N: usize> = [[TensorOf<Lanes<S>>; N]; N];
+type Matrix<S, const D: usize, const N: usize> = [[Tensor<Lanes<S>, D>; N]; N];
 
-/// Element divergences: `[v][b][k]` for vertex v, component k of node b.
-type Divergence<S, const N: usize> = [[[Lanes<S>; 2]; N]; 3];
+/// Element divergences: `[v][b][k]` for pressure v, component k of node b.
+type Divergence<S, const D: usize, const N: usize, const P: usize> = [[[Lanes<S>; D]; N]; P];
 
-/// w J⁻¹ A J⁻ᵀ: both gradient directions pulled back to the reference triangle, times the
-/// quadrature weight. Rows and columns (i, m) → 2 i + m.
+/// w J⁻¹ A J⁻ᵀ: both gradient directions pulled back to the reference element, times the quadrature
+/// weight, for i ≤ k.
 #[inline(always)]
-fn pull_back<S: Simd, const N: usize>(
-    part: &Part<'_, S, N>,
-    point: &Point<N>,
-    a: &Symmetric<Lanes<S>>,
-) -> Symmetric<Lanes<S>> {
+fn pull_back<S: Simd, const D: usize, const N: usize, const P: usize>(
+    part: &Part<'_, S, D, N, P>,
+    point: &Point<D, N, P>,
+    a: &Tangent<Lanes<S>, D>,
+) -> Tangent<Lanes<S>, D> {
     let weights = part.weights(point);
     let inverse = part.inverse();
-    let mut out = Symmetric([part.zero(); 10]);
-    for (i, k) in [(0, 0), (0, 1), (1, 1)] {
-        for m in 0..2 {
-            // half[n] = w Σ_j inverse[m][j] A[(i, j), (k, n)]
-            let mut half = [part.zero(); 2];
-            for (n, half) in half.iter_mut().enumerate() {
-                let column = 2 * k + n;
-                let (left, right) = (a.0[UPPER[2 * i][column]], a.0[UPPER[2 * i + 1][column]]);
-                *half = weights * inverse[m][0].mul_add(left, inverse[m][1] * right);
-            }
-            // The lower triangle of a diagonal block writes the same place twice.
-            for n in 0..2 {
-                out.0[UPPER[2 * i + m][2 * k + n]] =
-                    half[0].mul_add(inverse[n][0], half[1] * inverse[n][1]);
+    let mut out = [[[[part.zero(); D]; D]; D]; D];
+    for i in 0..D {
+        for k in i..D {
+            for m in 0..D {
+                // half[l] = w Σ_j inverse[m][j] A[i][k][j][l]
+                let mut half = [part.zero(); D];
+                for (l, half) in half.iter_mut().enumerate() {
+                    let mut column = [part.zero(); D];
+                    for (j, entry) in column.iter_mut().enumerate() {
+                        let (j, l) = if i == k && j > l { (l, j) } else { (j, l) };
+                        *entry = a[i][k][j][l];
+                    }
+                    *half = weights * dot(&inverse[m], &column);
+                }
+                // The diagonal blocks are symmetric.
+                for n in 0..if i == k { m + 1 } else { D } {
+                    let entry = dot(&half, &inverse[n]);
+                    out[i][k][m][n] = entry;
+                    if i == k {
+                        out[i][k][n][m] = entry;
+                    }
+                }
             }
         }
     }
@@ -48,29 +56,36 @@ fn pull_back<S: Simd, const N: usize>(
 
 /// Adds ∇φ_a : A : ∇φ_b of one point to the element matrices.
 #[inline(always)]
-fn accumulate<S: Simd, const N: usize>(
-    out: &mut Matrix<S, N>,
-    part: &Part<'_, S, N>,
-    point: &Point<N>,
-    a: &Symmetric<Lanes<S>>,
+fn accumulate<S: Simd, const D: usize, const N: usize, const P: usize>(
+    out: &mut Matrix<S, D, N>,
+    part: &Part<'_, S, D, N, P>,
+    point: &Point<D, N, P>,
+    a: &Tangent<Lanes<S>, D>,
 ) {
-    let a = pull_back(part, point, a).0;
+    let a = pull_back(part, point, a);
     for (b, gradient_b) in point.gradients.iter().enumerate() {
-        // column[k][r] = Σ_n A[r, (k, n)] ∂_n φ_b
-        let mut column = [[part.zero(); 4]; 2];
-        for (k, column) in column.iter_mut().enumerate() {
-            for (r, entry) in column.iter_mut().enumerate() {
-                let (xi, eta) = (a[UPPER[r][2 * k]], a[UPPER[r][2 * k + 1]]);
-                *entry = xi.mul_add(xi.like(gradient_b[0]), eta * gradient_b[1]);
+        // columns[i][k][m] = Σ_n A[i][k][m][n] ∂_n φ_b
+        let mut columns = [[[part.zero(); D]; D]; D];
+        for (i, columns) in columns.iter_mut().enumerate() {
+            for (k, column) in columns.iter_mut().enumerate() {
+                for (m, entry) in column.iter_mut().enumerate() {
+                    let mut row = [part.zero(); D];
+                    for (n, value) in row.iter_mut().enumerate() {
+                        *value = if i <= k { a[i][k][m][n] } else { a[k][i][n][m] };
+                    }
+                    let last = row[D - 1] * gradient_b[D - 1];
+                    *entry = last;
+                    for n in (0..D - 1).rev() {
+                        *entry = row[n].mul_add(last.like(gradient_b[n]), *entry);
+                    }
+                }
             }
         }
         for (gradient_a, row) in point.gradients.iter().zip(out.iter_mut()).take(b + 1) {
-            let [xi, eta] = [a[0].like(gradient_a[0]), a[0].like(gradient_a[1])];
-            for i in 0..2 {
-                for k in 0..2 {
+            for i in 0..D {
+                for k in 0..D {
                     let entry = &mut row[b][i][k];
-                    let along = column[k][2 * i + 1].mul_add(eta, *entry);
-                    *entry = column[k][2 * i].mul_add(xi, along);
+                    *entry = add_dot(&columns[i][k], gradient_a, *entry);
                 }
             }
         }
@@ -79,16 +94,19 @@ fn accumulate<S: Simd, const N: usize>(
 
 /// Adds ψ_v N : ∇φ_b of one point to the element divergences.
 #[inline(always)]
-fn accumulate_divergence<S: Simd, const N: usize>(
-    out: &mut Divergence<S, N>,
-    part: &Part<'_, S, N>,
-    point: &Point<N>,
-    normal: &TensorOf<Lanes<S>>,
+fn accumulate_divergence<S: Simd, const D: usize, const N: usize, const P: usize>(
+    out: &mut Divergence<S, D, N, P>,
+    part: &Part<'_, S, D, N, P>,
+    point: &Point<D, N, P>,
+    normal: &Tensor<Lanes<S>, D>,
 ) {
     let normal = part.pull_back(point, normal);
     for (b, gradient) in point.gradients.iter().enumerate() {
         for (k, row) in normal.iter().enumerate() {
-            let flux = row[0].mul_add(row[0].like(gradient[0]), row[1] * gradient[1]);
+            let mut flux = row[D - 1] * gradient[D - 1];
+            for n in (0..D - 1).rev() {
+                flux = row[n].mul_add(flux.like(gradient[n]), flux);
+            }
             for (out, psi) in out.iter_mut().zip(point.psi) {
                 let entry = &mut out[b][k];
                 *entry = flux.mul_add(flux.like(psi), *entry);
@@ -99,10 +117,10 @@ fn accumulate_divergence<S: Simd, const N: usize>(
 
 /// Adds element matrices to the values of the global one, element by element.
 #[inline(always)]
-fn scatter<S: Simd, const N: usize>(
-    part: &Part<'_, S, N>,
-    map: &ScatterMap<N>,
-    local: &Matrix<S, N>,
+fn scatter<S: Simd, const D: usize, const N: usize, const P: usize>(
+    part: &Part<'_, S, D, N, P>,
+    map: &ScatterMap<D, N, P>,
+    local: &Matrix<S, D, N>,
     values: &mut [f64],
 ) {
     for (lane, l) in part.occupied().enumerate() {
@@ -124,10 +142,10 @@ fn scatter<S: Simd, const N: usize>(
 }
 
 #[inline(always)]
-fn scatter_divergence<S: Simd, const N: usize>(
-    part: &Part<'_, S, N>,
-    map: &ScatterMap<N>,
-    local: &Divergence<S, N>,
+fn scatter_divergence<S: Simd, const D: usize, const N: usize, const P: usize>(
+    part: &Part<'_, S, D, N, P>,
+    map: &ScatterMap<D, N, P>,
+    local: &Divergence<S, D, N, P>,
     values: &mut [f64],
 ) {
     for (lane, l) in part.occupied().enumerate() {
@@ -148,40 +166,56 @@ fn add(place: u32, entry: f64, values: &mut [f64]) {
     }
 }
 
+/// Zero where a matrix is wanted, nothing where it is not.
 #[inline(always)]
-fn tangents_part<S: Simd, const N: usize, const RATES: bool, W: Potential>(
-    w: &W,
-    part: &Part<'_, S, N>,
-    map: &ScatterMap<N>,
-    points: &[Point<N>],
+fn room<T: Copy>(wanted: bool, zero: T) -> Option<T> {
+    if wanted { Some(zero) } else { None }
+}
+
+#[inline(always)]
+fn tangents_part<
+    S: Simd,
+    const D: usize,
+    const N: usize,
+    const P: usize,
+    const RATES: bool,
+    C: Constitutive<D>,
+>(
+    law: &C,
+    part: &Part<'_, S, D, N, P>,
+    map: &ScatterMap<D, N, P>,
+    points: &[Point<D, N, P>],
     fields: &Fields<'_>,
     out: &mut Tangents<'_>,
 ) -> Result<(), Inverted> {
-    let local = Local::<S, N, RATES>::gather(part, fields);
-    let zero: Matrix<S, N> = [[[[part.zero(); 2]; 2]; N]; N];
-    let (mut stiffness, mut rate_stiffness, mut multiplier_stiffness) = (zero, zero, zero);
-    let zero: Divergence<S, N> = [[[part.zero(); 2]; N]; 3];
-    let (mut divergence, mut divergence_rate) = (zero, zero);
+    let local = Local::<S, D, N, P, RATES>::gather(part, fields);
+    let zero: Matrix<S, D, N> = [[[[part.zero(); D]; D]; N]; N];
+    let mut stiffness = room(out.stiffness.is_some(), zero);
+    let mut rate_stiffness = room(RATES && out.rate_stiffness.is_some(), zero);
+    let mut multiplier_stiffness = room(RATES && out.multiplier_stiffness.is_some(), zero);
+    let zero: Divergence<S, D, N, P> = [[[part.zero(); D]; N]; P];
+    let mut divergence = room(out.divergence.is_some(), zero);
+    let mut divergence_rate = room(RATES && out.divergence_rate.is_some(), zero);
     for point in points {
-        let at = AtPoint::new(w, part, point, &local)?;
-        if out.stiffness.is_some() {
-            let a = at.strain.tangent(w, at.volumetric);
-            accumulate(&mut stiffness, part, point, &a);
+        let at = AtPoint::new(law, part, point, &local)?;
+        if let Some(stiffness) = &mut stiffness {
+            let a = law.tangent(&at.strain, at.volumetric);
+            accumulate(stiffness, part, point, &a);
         }
-        if RATES && out.rate_stiffness.is_some() {
-            let a = at.strain.tangent_rate(w, at.v, at.volumetric);
-            accumulate(&mut rate_stiffness, part, point, &a);
+        if let Some(rate_stiffness) = &mut rate_stiffness {
+            let a = law.tangent_rate(&at.strain, at.v, at.volumetric);
+            accumulate(rate_stiffness, part, point, &a);
         }
-        if RATES && out.multiplier_stiffness.is_some() {
-            let a = volume_tangent(w, at.mu);
-            accumulate(&mut multiplier_stiffness, part, point, &a);
+        if let Some(multiplier_stiffness) = &mut multiplier_stiffness {
+            let a = law.volume_tangent(&at.strain, at.mu);
+            accumulate(multiplier_stiffness, part, point, &a);
         }
-        if out.divergence.is_some() {
-            accumulate_divergence(&mut divergence, part, point, &at.strain.normal);
+        if let Some(divergence) = &mut divergence {
+            accumulate_divergence(divergence, part, point, &law.normal(&at.strain));
         }
-        if RATES && out.divergence_rate.is_some() {
-            let normal = volume_gradient_rate(w, at.v);
-            accumulate_divergence(&mut divergence_rate, part, point, &normal);
+        if let Some(divergence_rate) = &mut divergence_rate {
+            let normal = law.normal_rate(&at.strain, at.v);
+            accumulate_divergence(divergence_rate, part, point, &normal);
         }
     }
     for (local, global) in [
@@ -189,7 +223,7 @@ fn tangents_part<S: Simd, const N: usize, const RATES: bool, W: Potential>(
         (&rate_stiffness, &mut out.rate_stiffness),
         (&multiplier_stiffness, &mut out.multiplier_stiffness),
     ] {
-        if let Some(global) = global {
+        if let (Some(local), Some(global)) = (local, global) {
             scatter(part, map, local, global);
         }
     }
@@ -197,7 +231,7 @@ fn tangents_part<S: Simd, const N: usize, const RATES: bool, W: Potential>(
         (&divergence, &mut out.divergence),
         (&divergence_rate, &mut out.divergence_rate),
     ] {
-        if let Some(global) = global {
+        if let (Some(local), Some(global)) = (local, global) {
             scatter_divergence(part, map, local, global);
         }
     }
@@ -205,46 +239,55 @@ fn tangents_part<S: Simd, const N: usize, const RATES: bool, W: Potential>(
 }
 
 /// The pass over all batches, to be run with the processor's vector instructions.
-pub(crate) struct Linearize<'a, 'b, const N: usize> {
-    pub(crate) elements: &'a Batches<N>,
-    pub(crate) maps: &'a [ScatterMap<N>],
+pub(crate) struct Linearize<'a, 'b, const D: usize, const N: usize, const P: usize> {
+    pub(crate) elements: &'a Batches<D, N, P>,
+    pub(crate) maps: &'a [ScatterMap<D, N, P>],
     pub(crate) fields: &'a Fields<'a>,
     pub(crate) out: &'a mut Tangents<'b>,
 }
 
-impl<const N: usize> WithSimd for Linearize<'_, '_, N> {
-    type Output = Result<(), Inverted>;
+/// The pass in one dimension; `$with_law` binds the laws of that dimension.
+macro_rules! pass {
+    ($dimension:literal, $with_law:ident) => {
+        impl<const N: usize, const P: usize> WithSimd for Linearize<'_, '_, $dimension, N, P> {
+            type Output = Result<(), Inverted>;
 
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        if self.out.has_rates() {
-            self.pass::<S, true>(simd)
-        } else {
-            self.pass::<S, false>(simd)
-        }
-    }
-}
-
-impl<const N: usize> Linearize<'_, '_, N> {
-    #[inline(always)]
-    fn pass<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
-        let Self {
-            elements,
-            maps,
-            fields,
-            out,
-        } = self;
-        for values in out.all_mut() {
-            values.fill(0.0);
-        }
-        for (batch, map) in elements.batches.iter().zip(maps) {
-            with_potential!(batch.law, w => {
-                for part in 0..batch.n_parts(simd) {
-                    let part = batch.part(simd, part);
-                    tangents_part::<_, _, RATES, _>(&w, &part, map, &elements.points, fields, out)?;
+            #[inline(always)]
+            fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+                if self.out.has_rates() {
+                    self.pass::<S, true>(simd)
+                } else {
+                    self.pass::<S, false>(simd)
                 }
-            });
+            }
         }
-        Ok(())
-    }
+
+        impl<const N: usize, const P: usize> Linearize<'_, '_, $dimension, N, P> {
+            #[inline(always)]
+            fn pass<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
+                let Self {
+                    elements: Batches { points, batches },
+                    maps,
+                    fields,
+                    out,
+                } = self;
+                for values in out.all_mut() {
+                    values.fill(0.0);
+                }
+                for (batch, map) in batches.iter().zip(maps) {
+                    $with_law!(batch.law, law => {
+                        for part in 0..batch.n_parts(simd) {
+                            let part = batch.part(simd, part);
+                            tangents_part::<_, _, _, _, RATES, _>(
+                                &law, &part, map, points, fields, out,
+                            )?;
+                        }
+                    });
+                }
+                Ok(())
+            }
+        }
+    };
 }
+
+pass!(2, with_plane_law);

@@ -110,7 +110,7 @@ fn elements_that_do_not_fit_are_refused_by_their_tags() {
 #[test]
 fn clockwise_surfaces_are_turned_with_a_word() {
     let mesh = read(&SQUARE, &[[0, 1]], &[[0, 2, 1], [0, 3, 2]]);
-    assert_eq!(mesh.area(), 1.0);
+    assert_eq!(mesh.measure(), 1.0);
     assert_eq!(
         mesh.notes()[0].to_string(),
         "2 elements of the mesh ran clockwise and were turned round"

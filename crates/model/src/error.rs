@@ -28,12 +28,10 @@ pub enum ModelError {
         allowed: &'static str,
     },
     /// A point that lies in no element.
-    #[error("the point ({x}, {y}) lies outside the mesh")]
+    #[error("the point {} lies outside the mesh", place(point))]
     OutsideMesh {
-        /// Coordinate, m.
-        x: f64,
-        /// Coordinate, m.
-        y: f64,
+        /// Coordinates, m.
+        point: Vec<f64>,
     },
     /// The mesh, its groups, or an element.
     #[error(transparent)]
@@ -112,4 +110,10 @@ pub enum ModelError {
     /// A recorder could not write.
     #[error("cannot write what was recorded")]
     Output(#[from] std::io::Error),
+}
+
+/// A point by its coordinates.
+fn place(point: &[f64]) -> String {
+    let coordinates: Vec<String> = point.iter().map(f64::to_string).collect();
+    format!("({})", coordinates.join(", "))
 }

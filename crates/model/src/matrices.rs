@@ -27,7 +27,7 @@ impl Matrices {
     /// Room for the matrices in `used`.
     pub(crate) fn new(solid: &Solid, used: impl IntoIterator<Item = Matrix>) -> Self {
         let n_free = solid.dofs().n_free();
-        let n_vertices = solid.space().n_vertices();
+        let n_vertices = solid.space().n_pressures();
         let (mass_pattern, mass) =
             without_zeros(solid.displacement_pattern(), &solid.mass_values());
         let mut matrices = Self {
@@ -108,13 +108,19 @@ impl Matrices {
             .expect("only matrices in use are asked for")
     }
 
-    /// Fills the pressures' stiffness, if it is used, by `factor` times that of `loads` at time
-    /// `t`.
-    pub(crate) fn update_pressures(&mut self, loads: &[PressureLoad], t: f64, factor: f64) {
+    /// Fills the pressures' stiffness, if it is used, by `factor` times that of `loads` at time `t`
+    /// and the displacement `u` of all nodes.
+    pub(crate) fn update_pressures(
+        &mut self,
+        loads: &[PressureLoad],
+        t: f64,
+        factor: f64,
+        u: &[f64],
+    ) {
         if let Some(values) = &mut self.pressure_stiffness {
             values.fill(0.0);
             for load in loads {
-                load.add_stiffness_at(t, factor, values);
+                load.add_stiffness_at(t, factor, u, values);
             }
         }
     }

@@ -49,7 +49,7 @@ pub(crate) fn rest(solid: &Solid) -> Vec<f64> {
 
 /// No pressure.
 pub(crate) fn no_pressure(solid: &Solid) -> Vec<f64> {
-    vec![0.0; solid.space().n_vertices()]
+    vec![0.0; solid.space().n_pressures()]
 }
 
 /// √ of the mean area of an element, m.

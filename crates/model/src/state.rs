@@ -69,8 +69,8 @@ pub(crate) struct Workspace {
 
 impl Workspace {
     pub(crate) fn new(solid: &Solid) -> Self {
-        let nodal = vec![0.0; 2 * solid.space().n_nodes()];
-        let vertex = vec![0.0; solid.space().n_vertices()];
+        let nodal = vec![0.0; solid.space().n_components()];
+        let vertex = vec![0.0; solid.space().n_pressures()];
         Self {
             displacement: nodal.clone(),
             velocity: nodal.clone(),

@@ -106,7 +106,7 @@ impl<'a> Newton<'a> {
         let layout = Layout::new(
             [Field::Displacement, Field::Pressure],
             solid.dofs().n_free(),
-            solid.space().n_vertices(),
+            solid.space().n_pressures(),
         );
         let context = Context {
             alpha: 0.0,
@@ -142,7 +142,7 @@ impl<'a> Newton<'a> {
             btf: false,
             ..KluOptions::default()
         };
-        let nodal = vec![0.0; 2 * solid.space().n_nodes()];
+        let nodal = vec![0.0; solid.space().n_components()];
         let (mut load, displacement) = (nodal.clone(), nodal.clone());
         for part in &muscle.loads {
             part.add_at(t, &mut load);
@@ -274,7 +274,8 @@ impl<'a> Newton<'a> {
         self.deform(q, factor);
         let fields = Fields::new(&self.displacement, Pressure::Nodal(pressure));
         solid.tangents(&fields, &mut self.matrices.wanted())?;
-        self.matrices.update_pressures(pressures, self.t, factor);
+        let u = &self.displacement;
+        self.matrices.update_pressures(pressures, self.t, factor, u);
         let matrices = &self.matrices;
         self.assembly.combine(
             |of_value| *of_value,

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use myovib_fem::{Inverted, Mesh, generate};
+use myovib_fem::{Barycentric, Inverted, Mesh, generate};
 use myovib_model::advice::{Advice, Advised, Remedy, WithMuscle};
 use myovib_model::{
     Advance, Counts, Field, Formulation, Integrator, IntegratorKind, Limits, ModelError, MuscleDae,
@@ -281,7 +281,7 @@ const FLATTEST: usize = 3;
 
 const ELEMENT: Inverted = Inverted {
     element: 7,
-    barycentric: [1.0, 0.0, 0.0],
+    barycentric: Barycentric::new(&[1.0, 0.0, 0.0]),
     jacobian: -0.5,
 };
 

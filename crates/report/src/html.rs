@@ -102,7 +102,7 @@ fn mesh_figure(scene: &Scene, body: &Body) -> String {
         let Ok(Group::Edges(edges)) = space.mesh().group(name) else {
             return None;
         };
-        let nodes = edges.iter().map(|&edge| space.edge_nodes(edge));
+        let nodes = edges.iter().map(|edge| space.facet_nodes(edge));
         let edges = nodes.filter_map(|nodes| nodes.try_into().ok()).collect();
         Some(EdgeGroup {
             name: name.clone(),

@@ -4,15 +4,31 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use myovib_fem::space::Degree;
 use myovib_fem::{Located, Pressure, Space};
 use myovib_model::{Quantity, Snapshot};
 
 use crate::atomic_file;
 
-/// VTK's number for the quadratic triangle; its nodes are ordered as ours.
-const QUADRATIC_TRIANGLE: u8 = 22;
-/// The corners and midpoints of edges 01, 12, 20.
-const NODES: [[f64; 3]; 6] = myovib_fem::element::NODES;
+/// VTK's number for the elements; their nodes are ordered as ours.
+fn cell_type(space: &Space) -> usize {
+    match (space.dimension(), space.degree()) {
+        (2, Degree::One) => 5,
+        (2, Degree::Two) => 22,
+        (_, Degree::One) => 10,
+        (_, Degree::Two) => 24,
+    }
+}
+
+/// The components of a vector field at each node, with a third one in the plane.
+fn vectors(space: &Space, field: &[f64]) -> Vec<Vec<f64>> {
+    let vector = |components: &[f64]| {
+        let mut vector = components.to_vec();
+        vector.resize(3, 0.0);
+        vector
+    };
+    field.chunks(space.dimension()).map(vector).collect()
+}
 
 /// A numbered series of files in a folder.
 #[derive(Debug)]
@@ -80,22 +96,27 @@ fn pvd(entries: &[(f64, String)]) -> String {
 fn vtu(snapshot: &Snapshot<'_>, quantities: &[Quantity]) -> String {
     let space = snapshot.solid.space();
     let (n_nodes, n_cells) = (space.n_nodes(), space.n_elements());
+    let n_cell_nodes = space.mesh().shape().n_nodes(space.degree());
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n\
          <VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n\
          <UnstructuredGrid>\n\
          <Piece NumberOfPoints=\"{n_nodes}\" NumberOfCells=\"{n_cells}\">\n<Points>\n"
     );
-    let points = space.node_points().iter().map(|[x, y]| vec![*x, *y, 0.0]);
-    array(&mut text, "points", 3, points);
+    let points = vectors(space, space.coordinates());
+    array(&mut text, "points", 3, points.into_iter());
     text += "</Points>\n<Cells>\n";
     let cells = (0..n_cells).map(|e| space.element_nodes(e).to_vec());
     integers(&mut text, "connectivity", cells);
-    integers(&mut text, "offsets", (1..=n_cells).map(|e| vec![6 * e]));
+    integers(
+        &mut text,
+        "offsets",
+        (1..=n_cells).map(|e| vec![n_cell_nodes * e]),
+    );
     integers(
         &mut text,
         "types",
-        (0..n_cells).map(|_| vec![usize::from(QUADRATIC_TRIANGLE)]),
+        (0..n_cells).map(|_| vec![cell_type(space)]),
     );
     text += "</Cells>\n<PointData>\n";
     for &quantity in quantities {
@@ -120,18 +141,18 @@ fn label(quantity: Quantity) -> &'static str {
 /// Values at all nodes: exact for displacement, velocity and pressure; averaged over the elements
 /// at a node for what jumps between them.
 pub fn nodal(snapshot: &Snapshot<'_>, space: &Space, quantity: Quantity) -> Vec<Vec<f64>> {
-    let vector = |field: &[f64]| field.chunks(2).map(|v| vec![v[0], v[1], 0.0]).collect();
     match (quantity, snapshot.pressure) {
-        (Quantity::Displacement, _) => return vector(snapshot.displacement),
-        (Quantity::Velocity, _) => return vector(snapshot.velocity),
+        (Quantity::Displacement, _) => return vectors(space, snapshot.displacement),
+        (Quantity::Velocity, _) => return vectors(space, snapshot.velocity),
         _ => {}
     }
     let continuous =
         matches!(snapshot.pressure, Pressure::Nodal(_)) && quantity == Quantity::Pressure;
-    let mut sums = vec![vec![0.0; quantity.components().len()]; space.n_nodes()];
+    let mut sums = vec![vec![0.0; quantity.components(space.dimension()).len()]; space.n_nodes()];
     let mut counts = vec![0.0_f64; space.n_nodes()];
+    let nodes = space.mesh().shape().nodes(space.degree());
     for element in 0..space.n_elements() {
-        for (&node, barycentric) in space.element_nodes(element).iter().zip(NODES) {
+        for (&node, &barycentric) in space.element_nodes(element).iter().zip(&nodes) {
             if continuous && counts[node] > 0.0 {
                 continue;
             }

@@ -30,8 +30,8 @@ impl Mixed {
         let dofs = DofMap::clamped(&space, &nodes).expect("nodes of the mesh");
         let law = Law::SmallStrain { shear_modulus: 1.0 };
         let solid = Solid::uniform(Arc::new(space), dofs, law, 1.0).expect("a valid solid");
-        let u = vec![0.0; 2 * solid.space().n_nodes()];
-        let p = vec![0.0; solid.space().n_vertices()];
+        let u = vec![0.0; solid.space().n_components()];
+        let p = vec![0.0; solid.space().n_pressures()];
         let mut divergence = vec![0.0; solid.divergence_pattern().nnz()];
         let mut wanted = Tangents {
             divergence: Some(&mut divergence),

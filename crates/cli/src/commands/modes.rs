@@ -120,7 +120,7 @@ fn of_scene(scene: &Path, args: &ModesArgs) -> anyhow::Result<Findings> {
     };
     let wanted = loaded.file.modes.map_or(DEFAULT_COUNT, |modes| modes.count);
     let rest = vec![0.0; muscle.solid.dofs().n_free()];
-    let pressure = vec![0.0; muscle.solid.space().n_vertices()];
+    let pressure = vec![0.0; muscle.solid.space().n_pressures()];
     let count = args.count.map_or(wanted, usize::from);
     let modes = spectrum::lowest(&muscle, &rest, &pressure, count)?;
     Ok(Findings {
@@ -249,7 +249,7 @@ fn panel(muscle: &Muscle, n: usize, mode: &Mode) -> MeshPlot {
         .map(|u| u[0].hypot(u[1]))
         .fold(0.0, f64::max);
     let across = |k: usize| {
-        let x = space.node_points().iter().map(|point| point[k]);
+        let x = space.node_points::<2>().iter().map(|point| point[k]);
         let (low, high) = x.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
             (low.min(x), high.max(x))
         });
@@ -258,7 +258,7 @@ fn panel(muscle: &Muscle, n: usize, mode: &Mode) -> MeshPlot {
     // A mode has no size of its own: moved nodes, not a displacement with a scale to print.
     let scale = DRAWN * across(0).max(across(1)) / largest;
     let nodes = space
-        .node_points()
+        .node_points::<2>()
         .iter()
         .zip(shape.chunks_exact(2))
         .map(|(point, u)| [point[0] + scale * u[0], point[1] + scale * u[1]])

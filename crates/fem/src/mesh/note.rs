@@ -5,15 +5,18 @@ use std::fmt;
 use std::hash::Hash;
 
 use super::{Group, sorted};
+use crate::element::Shape;
 
 /// A word on a mesh that is right now.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MeshNote {
-    /// Elements whose vertices ran clockwise were turned round.
+    /// Elements of negative measure were turned round.
     Turned {
         /// How many.
         elements: usize,
+        /// What was wrong with them.
+        how: &'static str,
     },
     /// A group listed members more than once (an edge also the other way round); they count once.
     Repeated {
@@ -71,9 +74,9 @@ impl fmt::Display for UnnamedGroup {
 impl fmt::Display for MeshNote {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Turned { elements } => write!(
+            Self::Turned { elements, how } => write!(
                 f,
-                "{elements} elements of the mesh ran clockwise and were turned round"
+                "{elements} elements of the mesh {how} and were turned round"
             ),
             Self::Repeated {
                 group,
@@ -93,19 +96,23 @@ impl fmt::Display for MeshNote {
 }
 
 /// Leaves out what groups list again, with a word for each such group.
-pub(super) fn without_repetitions(groups: &mut BTreeMap<String, Group>) -> Vec<MeshNote> {
+pub(super) fn without_repetitions(
+    groups: &mut BTreeMap<String, Group>,
+    shape: &Shape,
+) -> Vec<MeshNote> {
     let mut notes = Vec::new();
     for (name, group) in groups {
         let entries = match group {
             Group::Points(members) => keep_first(members, |v| *v),
             Group::Edges(members) => keep_first(members, |e| sorted(*e)),
-            Group::Triangles(members) => keep_first(members, |e| *e),
+            Group::Faces(members) => keep_first(members, |f| sorted(*f)),
+            Group::Elements(members) => keep_first(members, |e| *e),
         };
         if entries > 0 {
             notes.push(MeshNote::Repeated {
                 group: name.clone(),
                 entries,
-                kind: group.kind(),
+                kind: group.kind(shape),
             });
         }
     }

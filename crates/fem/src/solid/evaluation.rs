@@ -4,7 +4,7 @@ use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
 use crate::residual::Evaluate;
 use crate::tangent::Linearize;
 
-use super::{Elements, Solid};
+use super::{Elements, Solid, with_elements};
 
 impl Solid {
     /// The vectors asked for, all in one pass over the elements.
@@ -16,7 +16,7 @@ impl Solid {
     /// If a length is wrong, or a rate is wanted without `v`.
     pub fn evaluate(&self, fields: &Fields<'_>, out: &mut Vectors<'_>) -> Result<(), Inverted> {
         self.check_fields(fields);
-        let (n, m) = (2 * self.space.n_nodes(), self.space.n_vertices());
+        let (n, m) = (self.space.n_components(), self.space.n_pressures());
         check_length(n, out.force.as_deref(), "force");
         check_length(n, out.force_rate.as_deref(), "force_rate");
         check_length(n, out.multiplier_force.as_deref(), "multiplier_force");
@@ -24,18 +24,11 @@ impl Solid {
         check_length(m, out.defect_rate.as_deref(), "defect_rate");
         let rates = out.force_rate.is_some() || out.defect_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
-        match &self.elements {
-            Elements::Linear(elements, _) => self.arch.dispatch(Evaluate {
-                elements,
-                fields,
-                out,
-            }),
-            Elements::Quadratic(elements, _) => self.arch.dispatch(Evaluate {
-                elements,
-                fields,
-                out,
-            }),
-        }
+        with_elements!(&self.elements, mapped => self.arch.dispatch(Evaluate {
+            elements: &mapped.batches,
+            fields,
+            out,
+        }))
     }
 
     /// The tangents asked for, all in one pass over the elements.
@@ -62,30 +55,27 @@ impl Solid {
         check_length(m, out.divergence_rate.as_deref(), "divergence_rate");
         let rates = out.rate_stiffness.is_some() || out.divergence_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
-        match &self.elements {
-            Elements::Linear(elements, maps) => self.arch.dispatch(Linearize {
-                elements,
-                maps,
-                fields,
-                out,
-            }),
-            Elements::Quadratic(elements, maps) => self.arch.dispatch(Linearize {
-                elements,
-                maps,
-                fields,
-                out,
-            }),
-        }
+        with_elements!(&self.elements, mapped => self.arch.dispatch(Linearize {
+            elements: &mapped.batches,
+            maps: &mapped.maps,
+            fields,
+            out,
+        }))
     }
 
     fn check_fields(&self, fields: &Fields<'_>) {
-        let (n, m) = (2 * self.space.n_nodes(), self.space.n_vertices());
+        let (n, m) = (self.space.n_components(), self.space.n_pressures());
         check_length(n, Some(fields.u), "u");
         check_length(n, fields.v, "v");
         check_length(m, fields.p_rate, "p_rate");
         check_length(m, fields.mu, "mu");
         if let Some(factors) = fields.factors {
-            assert_eq!(factors.len(), self.space.n_elements(), "factors");
+            let n_vertices = self.space.mesh().shape().n_vertices();
+            check_length(
+                n_vertices * self.space.n_elements(),
+                Some(factors),
+                "factors",
+            );
         }
         if let Pressure::Nodal(p) = fields.pressure {
             check_length(m, Some(p), "p");

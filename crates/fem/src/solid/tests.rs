@@ -25,7 +25,7 @@ fn wave(n: usize, size: f64) -> Vec<f64> {
 
 /// Every vector and every tangent.
 fn everything(solid: &Solid, fields: &Fields<'_>) -> Result<[Vec<f64>; 10], Inverted> {
-    let (n, m) = (fields.u.len(), solid.space.n_vertices());
+    let (n, m) = (fields.u.len(), solid.space.n_pressures());
     let (nnz, nnz_divergence) = (
         solid.displacement_pattern.nnz(),
         solid.divergence_pattern.nnz(),
@@ -60,12 +60,12 @@ fn vector_instructions_change_no_bit() {
     let dofs = DofMap::clamped(&space, &space.nodes_of("fixed").unwrap()).unwrap();
     let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
     let solid = Solid::uniform(space.clone(), dofs, law, 1.0).unwrap();
-    let (n, m) = (2 * space.n_nodes(), space.n_vertices());
+    let (n, m) = (space.n_components(), space.n_pressures());
     let (u, v) = (wave(n, 1e-4), wave(n, 1e-2));
     let (p, p_rate, mu) = (wave(m, 50.0), wave(m, 70.0), wave(m, 90.0));
     let corner = |e: usize, k: usize| 1.0 + 0.5 * ((3 * e + k) as f64).cos();
     let factors: Vec<_> = (0..space.n_elements())
-        .map(|e| [0, 1, 2].map(|k| corner(e, k)))
+        .flat_map(|e| [0, 1, 2].map(|k| corner(e, k)))
         .collect();
     let fields = Fields {
         v: Some(&v),

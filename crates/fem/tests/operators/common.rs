@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use myovib_fem::element::TRIANGLE;
 use myovib_fem::material::Law;
-use myovib_fem::quadrature::TriangleRule;
+use myovib_fem::quadrature::Rule;
 use myovib_fem::solid::{Fields, Pressure, Solid, Tangents, Vectors};
 use myovib_fem::{DofMap, Located, Mesh, Space};
 use myovib_sparse::klu::{KluOptions, RealNumeric, Symbolic};
@@ -177,13 +178,16 @@ fn fine_rule() -> Vec<([f64; 3], f64)> {
     let place = |part: &[[f64; 3]; 3], l: [f64; 3]| {
         [0, 1, 2].map(|i| (0..3).map(|k| l[k] * part[k][i]).sum())
     };
-    let points = TriangleRule::Degree6.points();
+    let points = Rule::Degree6.points(&TRIANGLE);
     parts
         .iter()
         .flat_map(|part| {
-            points
-                .iter()
-                .map(move |q| (place(part, q.barycentric), share * q.weight))
+            points.iter().map(move |q| {
+                (
+                    place(part, (*q.barycentric).try_into().unwrap()),
+                    share * q.weight,
+                )
+            })
         })
         .collect()
 }
@@ -194,17 +198,17 @@ pub(crate) fn errors(solid: &Solid, state: &Equilibrium, exact: &impl Exact) -> 
     let rule = fine_rule();
     let mut squares = [0.0; 3];
     for element in 0..space.n_elements() {
-        let corners = space.mesh().corners(element);
+        let corners = space.mesh().corners::<2, 3>(element);
         let [a, b, c] = corners;
         let area = 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]));
         for &(barycentric, weight) in &rule {
             let at = Located {
                 element,
-                barycentric,
+                barycentric: barycentric.into(),
             };
             let x = [0, 1].map(|j| (0..3).map(|i| barycentric[i] * corners[i][j]).sum());
-            let (u, exact_u) = (space.displacement_at(&state.u, &at), exact.u(x));
-            let (h, exact_h) = (solid.gradient_at(&state.u, &at), exact.gradient(x));
+            let (u, exact_u) = (space.displacement_at::<2>(&state.u, &at), exact.u(x));
+            let (h, exact_h) = (solid.gradient_at::<2>(&state.u, &at), exact.gradient(x));
             let p = space.pressure_at(&state.p, &at) - exact.p(x);
             for i in 0..2 {
                 squares[0] += area * weight * (u[i] - exact_u[i]).powi(2);

@@ -68,7 +68,7 @@ fn clamped_square_converges_with_the_published_errors() {
             let load = load::body_force(solid.space(), ClampedSquare::load);
             let rest = Equilibrium {
                 u: vec![0.0; load.len()],
-                p: vec![0.0; solid.space().n_vertices()],
+                p: vec![0.0; solid.space().n_pressures()],
             };
             errors(
                 &solid,
@@ -139,7 +139,7 @@ fn sheared_block_converges_at_finite_strains() {
                     .iter()
                     .flat_map(|&x| ShearedBlock.u(x))
                     .collect(),
-                p: vec![0.0; solid.space().n_vertices()],
+                p: vec![0.0; solid.space().n_pressures()],
             };
             errors(
                 &solid,
@@ -166,12 +166,12 @@ fn muscle_statics_converge_under_refinement() {
         let load = load::traction(&space, "load", [0.0, 100.0]).unwrap();
         let rest = Equilibrium {
             u: vec![0.0; load.len()],
-            p: vec![0.0; space.n_vertices()],
+            p: vec![0.0; space.n_pressures()],
         };
         let solid = clamped(space, "fixed", MUSCLE_LAW);
         let state = equilibrium(&solid, &load, 1e-5, false, rest);
         let origin = solid.space().locate([0.0, 0.0]).unwrap();
-        response.push(solid.space().displacement_at(&state.u, &origin)[1]);
+        response.push(solid.space().displacement_at::<2>(&state.u, &origin)[1]);
         mesh = mesh.refined();
     }
     let differences = [response[1] - response[0], response[2] - response[1]];

@@ -27,7 +27,7 @@ fn force(solid: &Solid, groups: &[&str], pressure: f64, u: &[f64]) -> Vec<f64> {
 #[test]
 fn on_a_closed_boundary_it_has_neither_resultant_nor_moment() {
     let solid = free_block();
-    let points = solid.space().node_points();
+    let points = solid.space().node_points::<2>();
     let u = random(2 * points.len(), 0.1, 3);
     let force = force(&solid, &SIDES, 7.0, &u);
     let (mut resultant, mut moment, mut size) = ([0.0; 2], 0.0, 0.0);
@@ -50,7 +50,7 @@ fn on_a_closed_boundary_it_has_neither_resultant_nor_moment() {
 fn under_a_homogeneous_deformation_it_is_a_dead_traction() {
     let solid = free_block();
     let f = [[1.2, 0.3], [-0.1, 0.9]];
-    let points = solid.space().node_points().iter();
+    let points = solid.space().node_points::<2>().iter();
     let u: Vec<f64> = points
         .flat_map(|x| [0, 1].map(|i| f[i][0] * x[0] + f[i][1] * x[1] - x[i]))
         .collect();
@@ -83,7 +83,7 @@ fn its_stiffness_is_the_derivative() {
     let mut values = vec![0.0; solid.displacement_pattern().nnz()];
     for group in SIDES {
         let operator = FollowerPressure::new(&solid, group).unwrap();
-        operator.add_stiffness(3.0, &mut values);
+        operator.add_stiffness(3.0, &u, &mut values);
     }
     let matrix = dense(solid.displacement_pattern(), &values);
     for (row, (before, after)) in before.iter().zip(&after).enumerate() {
@@ -104,7 +104,7 @@ fn it_needs_edges_of_the_boundary() {
     let solid = Solid::uniform(space, dofs, MUSCLE_LAW, DENSITY).unwrap();
     let error = FollowerPressure::new(&solid, "diagonal").unwrap_err();
     assert!(
-        matches!(error, FemError::InnerEdge { edge: [0, 2], .. }),
+        matches!(&error, FemError::InnerFacet { vertices, .. } if *vertices == [0, 2]),
         "{error}"
     );
 }

@@ -40,7 +40,7 @@ fn largest(x: &[f64]) -> f64 {
 #[test]
 fn rigid_motions_leave_no_force_and_no_defect() {
     let solid = muscle();
-    let p = vec![0.0; solid.space().n_vertices()];
+    let p = vec![0.0; solid.space().n_pressures()];
     let (s, c) = 0.7_f64.sin_cos();
     let u = displacement(&solid, |[x, y]| [c * x - s * y + 0.3, s * x + c * y - 0.2]);
     let (force, defect) = force_and_defect(&solid, &u, &p);
@@ -55,7 +55,7 @@ fn rigid_motions_leave_no_force_and_no_defect() {
 fn defect_of_an_affine_map_is_its_volume_change() {
     let solid = muscle();
     let u = displacement(&solid, |[x, y]| [1.1 * x + 0.2 * y, 0.3 * x + 0.9 * y]);
-    let (_, defect) = force_and_defect(&solid, &u, &vec![0.0; solid.space().n_vertices()]);
+    let (_, defect) = force_and_defect(&solid, &u, &vec![0.0; solid.space().n_pressures()]);
     let change = 1.1 * 0.9 - 0.2 * 0.3 - 1.0;
     for (defect, weight) in defect.iter().zip(solid.pressure_weights()) {
         assert!((defect / weight - change).abs() < 1e-12); // rounding / element size
@@ -66,7 +66,7 @@ fn defect_of_an_affine_map_is_its_volume_change() {
 #[test]
 fn masses_add_up() {
     let solid = muscle();
-    let n = 2 * solid.space().n_nodes();
+    let n = solid.space().n_components();
     let ones: Vec<f64> = (0..n).map(|i| f64::from(i % 2 == 0)).collect();
     let mut momentum = vec![0.0; n];
     solid.apply_mass(&ones, &mut momentum);
@@ -80,7 +80,7 @@ fn masses_add_up() {
     // exactly: ∫ ρ |x|² / 2 by the edge midpoints' rule of degree 2.
     let v = displacement(&solid, |[x, y]| [x - y, y + x]);
     let mesh = solid.space().mesh();
-    let moment: f64 = (0..mesh.triangles().len())
+    let moment: f64 = (0..mesh.n_elements())
         .map(|e| {
             let [a, b, c] = mesh.corners(e);
             let area = 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]));
@@ -96,7 +96,7 @@ fn masses_add_up() {
 #[test]
 fn matrices_and_products_agree() {
     let solid = muscle();
-    let (n, m) = (2 * solid.space().n_nodes(), solid.space().n_vertices());
+    let (n, m) = (solid.space().n_components(), solid.space().n_pressures());
     let mut full = vec![0.0; n];
     let free = random(solid.dofs().n_free(), 1.0, 3);
     solid.dofs().expand(&free, &mut full);
@@ -156,8 +156,8 @@ fn force_is_the_derivative_of_the_strain_energy() {
     ] {
         let mesh = generate::spindle([10, 2]).unwrap();
         let solid = clamped(Space::taylor_hood(&mesh), "fixed", law);
-        let n = 2 * solid.space().n_nodes();
-        let p = random(solid.space().n_vertices(), 3e3, 1);
+        let n = solid.space().n_components();
+        let p = random(solid.space().n_pressures(), 3e3, 1);
         let pressure = kappa.map_or(Pressure::Nodal(&p), |kappa| Pressure::Penalty { kappa });
         let u = random(n, 2e-4, 2);
         let direction = random(n, 1e-4, 3);
@@ -186,7 +186,7 @@ fn penalty_equals_its_own_pressure_for_affine_maps() {
     let solid = muscle();
     let kappa = 1e5;
     let u = displacement(&solid, |[x, y]| [1.02 * x + 0.1 * y, 1.01 * y]);
-    let p = vec![-kappa * (1.02 * 1.01 - 1.0); solid.space().n_vertices()];
+    let p = vec![-kappa * (1.02 * 1.01 - 1.0); solid.space().n_pressures()];
     let (nodal, _) = force_and_defect(&solid, &u, &p);
     let mut penalty = vec![0.0; u.len()];
     let mut out = Vectors {
@@ -204,8 +204,8 @@ fn penalty_equals_its_own_pressure_for_affine_maps() {
 #[test]
 fn inverted_elements_and_nan_are_reported_with_their_place() {
     let solid = muscle();
-    let p = vec![0.0; solid.space().n_vertices()];
-    let mut force = vec![0.0; 2 * solid.space().n_nodes()];
+    let p = vec![0.0; solid.space().n_pressures()];
+    let mut force = vec![0.0; solid.space().n_components()];
     let mut check = |u: &[f64]| -> Inverted {
         let mut out = Vectors {
             force: Some(&mut force),
@@ -242,7 +242,7 @@ fn inverted_elements_and_nan_are_reported_with_their_place() {
 #[test]
 fn all_vectors_at_once_equal_each_alone() {
     let solid = muscle();
-    let (n, m) = (2 * solid.space().n_nodes(), solid.space().n_vertices());
+    let (n, m) = (solid.space().n_components(), solid.space().n_pressures());
     let (u, v, p) = (random(n, 1e-4, 1), random(n, 1e-2, 2), random(m, 10.0, 3));
     let (p_rate, mu) = (random(m, 100.0, 4), random(m, 50.0, 5));
     let fields = Fields {
@@ -296,7 +296,7 @@ fn all_vectors_at_once_equal_each_alone() {
 #[test]
 fn all_tangents_at_once_equal_each_alone() {
     let solid = muscle();
-    let (n, m) = (2 * solid.space().n_nodes(), solid.space().n_vertices());
+    let (n, m) = (solid.space().n_components(), solid.space().n_pressures());
     let (u, v, p) = (random(n, 1e-4, 1), random(n, 1e-2, 2), random(m, 10.0, 3));
     let (p_rate, mu) = (random(m, 100.0, 4), random(m, 50.0, 5));
     let fields = Fields {
@@ -354,8 +354,8 @@ fn laws_may_differ_between_triangles() {
     };
     let stiff = myovib_fem::Law::MooneyRivlin { c10: 3e4, c01: 1e3 };
     let zero = myovib_fem::Law::MooneyRivlin { c10: 0.0, c01: 0.0 };
-    let u = random(2 * space.n_nodes(), 1e-4, 1);
-    let p = vec![0.0; space.n_vertices()];
+    let u = random(space.n_components(), 1e-4, 1);
+    let p = vec![0.0; space.n_pressures()];
     let (both, _) = force_and_defect(&half(MUSCLE_LAW, stiff), &u, &p);
     let (even, _) = force_and_defect(&half(MUSCLE_LAW, zero), &u, &p);
     let (odd, _) = force_and_defect(&half(zero, stiff), &u, &p);
@@ -365,6 +365,6 @@ fn laws_may_differ_between_triangles() {
     let error = Solid::new(space.clone(), dofs, vec![stiff; 3], DENSITY).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "laws, one per triangle: 3 given, 311 needed"
+        "laws, one per element: 3 given, 311 needed"
     );
 }

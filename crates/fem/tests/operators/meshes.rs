@@ -63,16 +63,16 @@ fn changed(from: &str, to: &str) -> String {
 fn a_square_is_read_with_its_groups() {
     let mesh = Mesh::parse_msh(SQUARE, "square.msh").unwrap();
     assert_eq!(
-        mesh.points(),
+        mesh.points::<2>(),
         [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
     );
-    assert_eq!(mesh.triangles(), [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(*mesh.connectivity(), [[0, 1, 2], [0, 2, 3]]);
     assert_eq!(mesh.group("corner").unwrap(), &Group::Points(vec![0]));
     assert_eq!(
         mesh.group("left side").unwrap(),
         &Group::Edges(vec![[3, 0]])
     );
-    assert_eq!(mesh.group("body").unwrap(), &Group::Triangles(vec![0, 1]));
+    assert_eq!(mesh.group("body").unwrap(), &Group::Elements(vec![0, 1]));
     assert_eq!(
         mesh.group("right").unwrap_err().to_string(),
         "the mesh has no group \"right\"; its groups are: body, corner, left side"
@@ -218,10 +218,10 @@ fn a_missing_file_is_named() {
 fn refinement_keeps_area_groups_and_conformity() {
     let coarse = muscle_mesh();
     let fine = coarse.refined();
-    assert_eq!(fine.triangles().len(), 4 * 311);
+    assert_eq!(fine.n_elements(), 4 * 311);
     // A vertex per old node of the quadratic space: the edges met from two sides are one.
-    assert_eq!(fine.points().len(), 680);
-    assert!((fine.area() / coarse.area() - 1.0).abs() < 1e-13);
+    assert_eq!(fine.n_points(), 680);
+    assert!((fine.measure() / coarse.measure() - 1.0).abs() < 1e-13);
     assert!((fine.h_max() / coarse.h_max() - 0.5).abs() < 1e-13);
     for name in ["fixed", "load"] {
         assert_eq!(
@@ -255,7 +255,7 @@ fn points_are_located_and_quadratics_interpolated_exactly() {
     ] {
         let at = space.locate(point).expect("inside");
         assert!((at.barycentric.iter().sum::<f64>() - 1.0).abs() < 1e-14);
-        let found = space.displacement_at(&u, &at);
+        let found: [f64; 2] = space.displacement_at(&u, &at);
         for (found, exact) in found.iter().zip(f(point)) {
             assert!((found - exact).abs() < 1e-14);
         }

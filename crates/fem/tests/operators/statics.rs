@@ -9,13 +9,13 @@ fn response(inv_kappa: f64) -> (f64, f64) {
     let load = load::traction(&space, "load", [0.0, 100.0]).unwrap();
     let rest = Equilibrium {
         u: vec![0.0; load.len()],
-        p: vec![0.0; space.n_vertices()],
+        p: vec![0.0; space.n_pressures()],
     };
     let solid = clamped(space, "fixed", MUSCLE_LAW);
     let state = equilibrium(&solid, &load, inv_kappa, false, rest);
     let origin = solid.space().locate([0.0, 0.0]).unwrap();
     (
-        solid.space().displacement_at(&state.u, &origin)[1],
+        solid.space().displacement_at::<2>(&state.u, &origin)[1],
         solid.space().pressure_at(&state.p, &origin),
     )
 }
@@ -29,9 +29,9 @@ fn agrees(found: f64, stated: f64) {
 fn muscle_has_the_papers_number_of_unknowns() {
     let mesh = muscle_mesh();
     let space = Space::taylor_hood(&mesh);
-    assert_eq!((mesh.points().len(), mesh.triangles().len()), (185, 311));
+    assert_eq!((mesh.n_points(), mesh.n_elements()), (185, 311));
     assert_eq!(space.n_nodes(), 680);
-    assert_eq!(2 * space.n_nodes() + space.n_vertices(), 1545);
+    assert_eq!(space.n_components() + space.n_pressures(), 1545);
     assert_eq!(space.nodes_of("fixed").unwrap().len(), 14);
 }
 

@@ -152,7 +152,7 @@ fn index(dae: &mut MuscleDae, rest: &[f64]) -> Result<(IndexReport, Computed), M
 
 fn modes(muscle: &Muscle) -> Result<(Vec<f64>, f64), ModelError> {
     let q = vec![0.0; muscle.solid.dofs().n_free()];
-    let pressure = vec![0.0; muscle.solid.space().n_vertices()];
+    let pressure = vec![0.0; muscle.solid.space().n_pressures()];
     let lowest = spectrum::lowest(muscle, &q, &pressure, SLOW_MODES)?;
     let slow = lowest
         .iter()

@@ -16,8 +16,8 @@
 //! whatever integrator would be used, and it exists where B̃ has dependent rows too, where μ is not
 //! unique.
 
-use myovib_fem::element::{inverse_map, p2_gradients, p2_values};
-use myovib_fem::quadrature::TriangleRule;
+use myovib_fem::element::{Degree, TRIANGLE, inverse_map};
+use myovib_fem::quadrature::Rule;
 use myovib_fem::{Mesh, Solid};
 use myovib_structure::{Index, Pencil, PencilStructure};
 use nalgebra::{DMatrix, DVector};
@@ -194,17 +194,17 @@ fn quadratic_divergence(solid: &Solid) -> DMatrix<f64> {
     let space = solid.space();
     let mut full = DMatrix::zeros(space.n_nodes(), solid.dofs().n_full());
     for element in 0..space.n_elements() {
-        let (inverse, det) = inverse_map(space.mesh().corners(element));
+        let (inverse, det) = inverse_map(&space.mesh().corners::<2, 3>(element));
         let nodes = space.element_nodes(element);
         // The integrand has degree 3.
-        for point in TriangleRule::Degree4.points() {
+        for point in Rule::Degree4.points(&TRIANGLE) {
             let weight = 0.5 * det * point.weight;
             let (values, gradients) = (
-                p2_values(point.barycentric),
-                p2_gradients(point.barycentric),
+                TRIANGLE.values(Degree::Two, &point.barycentric),
+                TRIANGLE.gradients::<2>(Degree::Two, &point.barycentric),
             );
             for (&row, value) in nodes.iter().zip(values) {
-                for (&node, [xi, eta]) in nodes.iter().zip(gradients) {
+                for (&node, [xi, eta]) in nodes.iter().zip(&gradients) {
                     for m in 0..2 {
                         let derivative = xi * inverse[0][m] + eta * inverse[1][m];
                         full[(row, 2 * node + m)] += weight * value * derivative;

@@ -85,8 +85,8 @@ impl Level {
             &CscMatrix::identity(b.nrows()),
         )?;
         Ok(Self {
-            triangles: mesh.triangles().len(),
-            mesh_size: (4.0 / 3f64.sqrt() * solid.volume() / mesh.triangles().len() as f64).sqrt(),
+            triangles: mesh.n_elements(),
+            mesh_size: (4.0 / 3f64.sqrt() * solid.volume() / mesh.n_elements() as f64).sqrt(),
             pressures: b.nrows(),
             displacements: b.ncols(),
             nullity: in_norms.nullity(),

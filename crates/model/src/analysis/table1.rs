@@ -101,7 +101,7 @@ impl Case {
             let mesh = coarse_beam(columns)?;
             for seed in [1, 2] {
                 samples.push(Sample {
-                    triangles: mesh.triangles().len(),
+                    triangles: mesh.n_elements(),
                     seed,
                     report: self.at_random_state(&mesh, seed)?,
                 });

@@ -7,16 +7,15 @@ use super::no_body::NoBody;
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 use crate::rod_dae::RodDae;
-use crate::signal::schedule::Schedule;
 
 /// A body's own linear solver.
 pub type BodySolver<B> = Box<dyn LinearSolver<B> + Send>;
 
 /// A body that oscillators can be coupled to.
 pub trait Body: Problem + Send + Sized + 'static {
-    /// What drives the body.
-    fn schedule(&self) -> Schedule {
-        Schedule::default()
+    /// The shortest time in which what drives the body changes, s, if something does.
+    fn time_scale(&self) -> Option<f64> {
+        None
     }
 
     /// A shorter way to solve the body's Newton systems than KLU on the whole matrix, if there is
@@ -30,8 +29,8 @@ pub trait Body: Problem + Send + Sized + 'static {
 }
 
 impl Body for MuscleDae {
-    fn schedule(&self) -> Schedule {
-        self.muscle().schedule()
+    fn time_scale(&self) -> Option<f64> {
+        self.muscle().time_scale()
     }
 
     fn condensed_solver(&self, options: KluOptions) -> Result<Option<BodySolver<Self>>, KluError> {
@@ -40,8 +39,8 @@ impl Body for MuscleDae {
 }
 
 impl Body for RodDae {
-    fn schedule(&self) -> Schedule {
-        RodDae::schedule(self)
+    fn time_scale(&self) -> Option<f64> {
+        self.signal().time_scale()
     }
 }
 

@@ -34,7 +34,7 @@ pub struct Feedback {
     /// g_∞: the factor for oscillators in step.
     pub coherent: f64,
     /// w at the corners of each element.
-    pub weights: Vec<[f64; 3]>,
+    pub weights: Vec<f64>,
 }
 
 impl Feedback {
@@ -66,7 +66,7 @@ pub struct FeedbackDae {
     /// The one-way system, then a block for each feedback.
     blocks: Blocks,
     one_way_values: Vec<f64>,
-    factors: Vec<[f64; 3]>,
+    factors: Vec<f64>,
     response: Vec<f64>,
 }
 
@@ -74,13 +74,15 @@ impl FeedbackDae {
     /// Adds feedbacks to a system.
     ///
     /// # Panics
-    /// When a feedback names a network that is not there, or has not three weights per element.
+    /// When a feedback names a network that is not there, or has not one weight for each vertex of
+    /// each element.
     pub fn new(one_way: CoupledDae<MuscleDae>, feedbacks: Vec<Feedback>) -> Self {
         let muscle = one_way.body();
-        let n_elements = muscle.muscle().solid.space().n_elements();
+        let space = muscle.muscle().solid.space();
+        let n_factors = space.n_elements() * space.mesh().shape().n_vertices();
         for feedback in &feedbacks {
             assert!(feedback.network < one_way.n_networks(), "a known network");
-            assert_eq!(feedback.weights.len(), n_elements, "weights per element");
+            assert_eq!(feedback.weights.len(), n_factors, "weights at vertices");
         }
         let momentum = muscle
             .layout()
@@ -106,7 +108,7 @@ impl FeedbackDae {
         Self {
             blocks: Blocks::new((n, n), &placed),
             one_way_values: vec![0.0; own.nnz()],
-            factors: vec![[1.0; 3]; n_elements],
+            factors: vec![1.0; n_factors],
             response: vec![0.0; one_way.body_range().len()],
             one_way,
             feedbacks,
@@ -145,12 +147,10 @@ impl FeedbackDae {
     /// Gives the muscle the stiffness that belongs to `y`.
     fn stiffen(&mut self, y: &[f64]) {
         let gains = self.factors(y);
-        self.factors.fill([1.0; 3]);
+        self.factors.fill(1.0);
         for (feedback, gain) in self.feedbacks.iter().zip(gains) {
-            for (factors, weights) in self.factors.iter_mut().zip(&feedback.weights) {
-                for (factor, weight) in factors.iter_mut().zip(weights) {
-                    *factor += weight * (gain - 1.0);
-                }
+            for (factor, weight) in self.factors.iter_mut().zip(&feedback.weights) {
+                *factor += weight * (gain - 1.0);
             }
         }
         self.one_way.body_mut().set_factors(&self.factors);

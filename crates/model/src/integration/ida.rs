@@ -5,19 +5,22 @@ use myovib_dae::{Problem, Suppressed};
 use sundials_wrap::{IdaBuilder, IdaOptions, IdaSolver};
 
 use crate::error::ModelError;
+use crate::integration::first_step::look_ahead;
 use crate::integration::integrator::{Advance, Integrator};
-use crate::integration::pace::{Bounds, Pace};
 use crate::integration::settings::{LinearSolver, MultiplierWeights, Settings};
 use crate::integration::statistics::Counts;
 use crate::integration::step_weights::{StepSize, StepWeights};
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
-use crate::signal::schedule::Schedule;
 
 /// IDAS in one-step mode with a stop time at the end.
 pub struct IdaIntegrator<P: Problem> {
     pub(crate) solver: IdaSolver<P>,
-    pace: Pace,
+    t_end: f64,
+    /// The shortest time in which the system changes of itself, s.
+    time_scale: Option<f64>,
+    /// Whether a step was taken since the start or restart.
+    begun: bool,
     /// Where error weights that follow the step read its size.
     step_size: StepSize,
 }
@@ -50,7 +53,7 @@ impl IdaIntegrator<MuscleDae> {
             LinearSolver::Full => None,
         };
         let step_size = StepSize::default();
-        let schedule = dae.muscle().schedule();
+        let time_scale = dae.muscle().time_scale();
         let scaled = settings.multiplier_weights == MultiplierWeights::StepScaled;
         let weights = scaled.then(|| StepWeights::new(&dae, settings, step_size.clone()));
         let mut builder = builder(dae, options, settings.t_end);
@@ -65,7 +68,9 @@ impl IdaIntegrator<MuscleDae> {
         }
         Ok(Self {
             solver: builder.build(t, y, y_dot)?,
-            pace: Pace::new(schedule, settings.t_end),
+            t_end: settings.t_end,
+            time_scale,
+            begun: false,
             step_size,
         })
     }
@@ -84,21 +89,23 @@ impl<P: Problem> IdaIntegrator<P> {
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let solver = builder(problem, options, t_end).build(0.0, y, y_dot)?;
-        Ok(Self::of(solver, t_end, Schedule::default()))
+        Ok(Self::of(solver, t_end, None))
     }
 
-    /// Takes a solver that stops at `t_end`, of a system that is driven by a `schedule`.
-    pub(crate) fn of(solver: IdaSolver<P>, t_end: f64, schedule: Schedule) -> Self {
+    /// Takes a solver that stops at `t_end`, of a system that changes within `time_scale` (s).
+    pub(crate) fn of(solver: IdaSolver<P>, t_end: f64, time_scale: Option<f64>) -> Self {
         Self {
             solver,
-            pace: Pace::new(schedule, t_end),
+            t_end,
+            time_scale,
+            begun: false,
             step_size: StepSize::default(),
         }
     }
 
     /// t_out of the first step.
     pub(crate) fn look_ahead(&self) -> f64 {
-        self.pace.look_ahead(self.solver.t())
+        look_ahead(self.solver.t(), self.t_end, self.time_scale)
     }
 
     /// The problem with y and ẏ at the time reached.
@@ -113,6 +120,7 @@ impl<P: Problem> IdaIntegrator<P> {
     /// # Errors
     /// [`ModelError::Integrator`] for values that are not finite.
     pub fn restart(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), ModelError> {
+        self.begun = false;
         Ok(self.solver.reinit(t, y, y_dot, &[])?)
     }
 
@@ -149,10 +157,13 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
 impl<P: Problem> Integrator<P> for IdaIntegrator<P> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
         self.step_size.set(self.solver.current_step());
-        let Bounds { t_out, stop_time } =
-            self.pace.bounds(self.solver.t(), &self.solver.statistics());
-        self.solver.set_stop_time(stop_time)?;
-        Ok(Advance::of(self.solver.step(t_out)?, self.pace.t_end()))
+        let t_out = if self.begun {
+            self.t_end
+        } else {
+            self.look_ahead()
+        };
+        self.begun = true;
+        Ok(Advance::of(self.solver.step(t_out)?, self.t_end))
     }
 
     fn time(&self) -> f64 {

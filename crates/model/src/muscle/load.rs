@@ -48,10 +48,10 @@ pub struct PressureLoad {
 }
 
 impl PressureLoad {
-    /// The pressure `signal` (Pa) on a group of boundary edges, positive towards the body.
+    /// The pressure `signal` (Pa) on a group of the boundary, positive towards the body.
     ///
     /// # Errors
-    /// [`FemError`] for a group that does not hold edges of the boundary.
+    /// [`FemError`] for a group that does not hold parts of the boundary.
     pub fn new(solid: &Solid, group: &str, signal: Signal) -> Result<Self, FemError> {
         let operator = FollowerPressure::new(solid, group)?;
         Ok(Self { operator, signal })
@@ -68,10 +68,10 @@ impl PressureLoad {
         self.operator.add_force(pressure, u, total);
     }
 
-    /// `values` += `factor` times its derivative by the free components of u.
-    pub(crate) fn add_stiffness_at(&self, t: f64, factor: f64, values: &mut [f64]) {
+    /// `values` += `factor` times its derivative by the free components of u, at `u`.
+    pub(crate) fn add_stiffness_at(&self, t: f64, factor: f64, u: &[f64], values: &mut [f64]) {
         let pressure = factor * self.signal.at(t).value;
-        self.operator.add_stiffness(pressure, values);
+        self.operator.add_stiffness(pressure, u, values);
     }
 }
 

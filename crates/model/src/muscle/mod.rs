@@ -5,8 +5,8 @@ pub(crate) mod parameters;
 
 use myovib_fem::Solid;
 
+use crate::integration::first_step::shortest;
 use crate::signal::Signal;
-use crate::signal::schedule::Schedule;
 use load::{Load, Prescribed, PressureLoad};
 use parameters::Parameters;
 
@@ -39,7 +39,7 @@ impl Muscle {
 
     /// Number of coefficients q and λ with the constrained nodes counted, as the paper counts.
     pub fn n_unknowns_paper(&self) -> usize {
-        2 * self.solid.space().n_nodes() + self.solid.space().n_vertices()
+        self.solid.space().n_components() + self.solid.space().n_pressures()
     }
 
     /// The highest frequency of the loads and prescribed motions, Hz, if one of them has any.
@@ -48,19 +48,9 @@ impl Muscle {
         frequencies.reduce(f64::max)
     }
 
-    /// What drives it: loads, and prescribed motions with their velocity and acceleration.
-    pub fn schedule(&self) -> Schedule {
-        let mut schedule = Schedule::default();
-        for load in &self.loads {
-            schedule.add(load.signal().clone(), 0);
-        }
-        for pressure in &self.pressures {
-            schedule.add(pressure.signal().clone(), 0);
-        }
-        for prescribed in &self.prescribed {
-            schedule.add(prescribed.signal.clone(), 2);
-        }
-        schedule
+    /// The shortest time in which a load or prescribed motion changes, s, if one of them does.
+    pub fn time_scale(&self) -> Option<f64> {
+        shortest(self.signals().filter_map(Signal::time_scale))
     }
 
     fn signals(&self) -> impl Iterator<Item = &Signal> {

@@ -43,12 +43,16 @@ impl MuscleDae {
         let Muscle {
             solid, pressures, ..
         } = &self.muscle;
-        self.matrices.update_pressures(pressures, t, 1.0);
-        let constant = solid.is_linear() && self.factors.is_none();
-        if constant && self.has_matrices {
+        let constant = solid.is_linear() && self.factors.is_none() && self.has_matrices;
+        if constant && pressures.is_empty() {
             return Ok(());
         }
         self.expand(t, y, None);
+        let (pressures, u) = (&self.muscle.pressures, &self.work.displacement);
+        self.matrices.update_pressures(pressures, t, 1.0, u);
+        if constant {
+            return Ok(());
+        }
         let state = State::new(&self.layout, y, y_dot);
         let work = &self.work;
         let motion = [&work.displacement[..], &work.velocity];
@@ -82,7 +86,7 @@ fn fields<'s>(
     context: &Context,
     state: &State<'s>,
     [displacement, velocity]: [&'s [f64]; 2],
-    factors: Option<&'s [[f64; 3]]>,
+    factors: Option<&'s [f64]>,
 ) -> Fields<'s> {
     Fields {
         u: displacement,
@@ -201,13 +205,19 @@ impl Problem for MuscleDae {
     fn component_name(&self, i: usize) -> String {
         let (field, k) = self.layout.locate(i);
         let solid = &self.muscle.solid;
+        let space = solid.space();
+        let dimension = space.dimension();
         let (node, axis) = if field.is_displacement_like() {
             let full = solid.dofs().free_to_full()[k];
-            (full / 2, ["_x", "_y"][full % 2])
+            (full / dimension, ["_x", "_y", "_z"][full % dimension])
         } else {
-            (k, "")
+            (space.pressure_vertices()[k], "")
         };
-        let [x, y] = solid.space().node_points()[node];
-        format!("{field}{axis} at ({x:.5}, {y:.5})")
+        let place: Vec<String> = space
+            .node_point(node)
+            .iter()
+            .map(|x| format!("{x:.5}"))
+            .collect();
+        format!("{field}{axis} at ({})", place.join(", "))
     }
 }

@@ -11,8 +11,8 @@ impl MuscleDae {
     /// Multiplies the law's energy from now on: factors at the corners of each element.
     ///
     /// # Panics
-    /// At the next evaluation, if there are not three for each element.
-    pub fn set_factors(&mut self, factors: &[[f64; 3]]) {
+    /// At the next evaluation, if there is not one for each vertex of each element.
+    pub fn set_factors(&mut self, factors: &[f64]) {
         let own = self.factors.get_or_insert_default();
         own.clear();
         own.extend_from_slice(factors);
@@ -28,7 +28,7 @@ impl MuscleDae {
         &mut self,
         t: f64,
         y: &[f64],
-        weights: &[[f64; 3]],
+        weights: &[f64],
         rows: &mut [f64],
     ) -> Result<(), StepError> {
         self.expand(t, y, None);
@@ -40,7 +40,7 @@ impl MuscleDae {
             counters,
             ..
         } = self;
-        let no_pressure = vec![0.0; solid.space().n_vertices()];
+        let no_pressure = vec![0.0; solid.space().n_pressures()];
         let fields = Fields {
             v: Some(&work.velocity),
             factors: Some(weights),

@@ -37,8 +37,8 @@ pub struct MuscleDae {
     has_matrices: bool,
     work: Workspace,
     counters: WorkCounters,
-    /// Factors of the law's energy, three per element; none: one everywhere.
-    factors: Option<Vec<[f64; 3]>>,
+    /// Factors of the law's energy, one at each vertex of each element; none: one everywhere.
+    factors: Option<Vec<f64>>,
 }
 
 impl MuscleDae {
@@ -58,7 +58,7 @@ impl MuscleDae {
         let layout = Layout::new(
             formulation.rows().iter().map(|(field, _)| *field),
             solid.dofs().n_free(),
-            solid.space().n_vertices(),
+            solid.space().n_pressures(),
         );
         let context = context(&muscle, formulation);
         let needs = formulation

@@ -79,7 +79,7 @@ impl MuscleDae {
         probe.read(displacement, pressure)
     }
 
-    /// The displacement at a probe in the direction `axis` (0: x, 1: y), prescribed components
+    /// The displacement at a probe in the direction `axis` (0: x, 1: y, 2: z), prescribed components
     /// included.
     pub fn displacement_at(&self, probe: &Probe, axis: usize) -> Displacement {
         let start = self
@@ -90,7 +90,7 @@ impl MuscleDae {
         let free = self.muscle.solid.dofs().free_to_full();
         let mut displacement = Displacement::default();
         for &(node, weight) in probe.node_weights() {
-            let component = 2 * node + axis;
+            let component = self.muscle.solid.space().dimension() * node + axis;
             if let Ok(k) = free.binary_search(&component) {
                 displacement.unknowns.push((start + k, weight));
             }

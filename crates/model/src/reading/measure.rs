@@ -2,8 +2,7 @@
 //!
 //! Everything here is computed only when asked for.
 
-use myovib_fem::quadrature::{TriangleRule, edge_degree5};
-use myovib_fem::{FemError, Fields, Group, Located, Pressure, Solid, Space};
+use myovib_fem::{Fields, Located, Pressure, Solid, Space};
 
 use crate::error::ModelError;
 
@@ -25,15 +24,23 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// The names of its components.
-    pub fn components(self) -> &'static [&'static str] {
-        match self {
-            Self::Displacement => &["u_x", "u_y"],
-            Self::Velocity => &["v_x", "v_y"],
-            Self::Pressure => &["p"],
-            Self::VolumeRatio => &["J"],
-            Self::Stress => &["stress_xx", "stress_yy", "stress_xy", "stress_zz"],
-            Self::VonMises => &["von_mises"],
+    /// The names of its components in a body of so many dimensions.
+    pub fn components(self, dimension: usize) -> &'static [&'static str] {
+        match (self, dimension) {
+            (Self::Displacement, _) => &["u_x", "u_y", "u_z"][..dimension],
+            (Self::Velocity, _) => &["v_x", "v_y", "v_z"][..dimension],
+            (Self::Pressure, _) => &["p"],
+            (Self::VolumeRatio, _) => &["J"],
+            (Self::Stress, 2) => &["stress_xx", "stress_yy", "stress_xy", "stress_zz"],
+            (Self::Stress, _) => &[
+                "stress_xx",
+                "stress_yy",
+                "stress_zz",
+                "stress_xy",
+                "stress_yz",
+                "stress_xz",
+            ],
+            (Self::VonMises, _) => &["von_mises"],
         }
     }
 
@@ -58,7 +65,7 @@ pub struct Snapshot<'a> {
     /// Pressure, or κ in its place.
     pub pressure: Pressure<'a>,
     /// Factors of the law's energy, if it has any.
-    pub factors: Option<&'a [[f64; 3]]>,
+    pub factors: Option<&'a [f64]>,
 }
 
 impl<'a> Snapshot<'a> {
@@ -73,17 +80,23 @@ impl<'a> Snapshot<'a> {
     /// The components of a quantity at a place.
     pub fn at(&self, place: &Located, quantity: Quantity) -> Vec<f64> {
         let space = self.solid.space();
+        let vector = |field| match space.dimension() {
+            2 => space.displacement_at::<2>(field, place).to_vec(),
+            _ => space.displacement_at::<3>(field, place).to_vec(),
+        };
         let state = || self.solid.state_at(&self.fields(), place);
         match (quantity, self.pressure) {
-            (Quantity::Displacement, _) => space.displacement_at(self.displacement, place).into(),
-            (Quantity::Velocity, _) => space.displacement_at(self.velocity, place).into(),
+            (Quantity::Displacement, _) => vector(self.displacement),
+            (Quantity::Velocity, _) => vector(self.velocity),
             (Quantity::Pressure, Pressure::Nodal(p)) => vec![space.pressure_at(p, place)],
             (Quantity::Pressure, Pressure::Penalty { .. }) => vec![state().pressure],
             (Quantity::VolumeRatio, _) => vec![state().jacobian],
             (Quantity::Stress, _) => {
-                let state = state();
-                let [[xx, xy], [_, yy]] = state.cauchy;
-                vec![xx, yy, xy, state.cauchy_33]
+                let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = state().cauchy;
+                match space.dimension() {
+                    2 => vec![xx, yy, xy, zz],
+                    _ => vec![xx, yy, zz, xy, yz, xz],
+                }
             }
             (Quantity::VonMises, _) => vec![state().von_mises()],
         }
@@ -96,6 +109,7 @@ pub struct Measurement {
     /// Places with weights that sum to 1.
     places: Vec<(Located, f64)>,
     quantities: Vec<Quantity>,
+    dimension: usize,
 }
 
 impl Measurement {
@@ -103,38 +117,35 @@ impl Measurement {
     ///
     /// # Errors
     /// [`ModelError::OutsideMesh`].
-    pub fn at(space: &Space, point: [f64; 2], quantities: &[Quantity]) -> Result<Self, ModelError> {
-        let [x, y] = point;
-        let place = space
-            .locate(point)
-            .ok_or(ModelError::OutsideMesh { x, y })?;
+    ///
+    /// # Panics
+    /// Unless `D` is the dimension.
+    pub fn at<const D: usize>(
+        space: &Space,
+        point: [f64; D],
+        quantities: &[Quantity],
+    ) -> Result<Self, ModelError> {
+        let place = space.locate(point).ok_or_else(|| ModelError::OutsideMesh {
+            point: point.to_vec(),
+        })?;
         Ok(Self {
             places: vec![(place, 1.0)],
             quantities: quantities.to_vec(),
+            dimension: D,
         })
     }
 
-    /// Quantities averaged over a group, by undeformed length or area.
+    /// Quantities averaged over a group of elements or of the boundary, by undeformed measure.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] for a group of points.
+    /// [`FemError::UnknownGroup`](myovib_fem::FemError::UnknownGroup), or
+    /// [`FemError::WrongGroup`](myovib_fem::FemError::WrongGroup) for other groups.
     pub fn average(
         space: &Space,
         group: &str,
         quantities: &[Quantity],
     ) -> Result<Self, ModelError> {
-        let mut places = match space.mesh().group(group)? {
-            Group::Edges(edges) => edge_places(space, edges)?,
-            Group::Triangles(members) => triangle_places(space, members),
-            Group::Points(_) => {
-                return Err(FemError::WrongGroup {
-                    name: group.to_owned(),
-                    found: "points",
-                    needed: "edges or triangles",
-                }
-                .into());
-            }
-        };
+        let mut places = space.quadrature(group)?;
         let total: f64 = places.iter().map(|(_, weight)| weight).sum();
         for (_, weight) in &mut places {
             *weight /= total;
@@ -142,12 +153,16 @@ impl Measurement {
         Ok(Self {
             places,
             quantities: quantities.to_vec(),
+            dimension: space.dimension(),
         })
     }
 
     /// The names of the values, in their order.
     pub fn names(&self) -> Vec<&'static str> {
-        let components = self.quantities.iter().map(|quantity| quantity.components());
+        let components = self
+            .quantities
+            .iter()
+            .map(|quantity| quantity.components(self.dimension));
         components.flatten().copied().collect()
     }
 
@@ -163,7 +178,7 @@ impl Measurement {
     /// Appends the values to `out`.
     pub fn read(&self, snapshot: &Snapshot<'_>, out: &mut Vec<f64>) {
         for quantity in &self.quantities {
-            let mut mean = vec![0.0; quantity.components().len()];
+            let mut mean = vec![0.0; quantity.components(self.dimension).len()];
             for (place, weight) in &self.places {
                 for (mean, value) in mean.iter_mut().zip(snapshot.at(place, *quantity)) {
                     *mean += weight * value;
@@ -172,40 +187,6 @@ impl Measurement {
             out.append(&mut mean);
         }
     }
-}
-
-fn edge_places(space: &Space, edges: &[[usize; 2]]) -> Result<Vec<(Located, f64)>, ModelError> {
-    let mut places = Vec::new();
-    for edge in edges {
-        let [a, b] = edge.map(|vertex| space.node_points()[vertex]);
-        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
-        for (s, weight) in edge_degree5() {
-            let [x, y] = [0, 1].map(|axis| (1.0 - s) * a[axis] + s * b[axis]);
-            let place = space
-                .locate([x, y])
-                .ok_or(ModelError::OutsideMesh { x, y })?;
-            places.push((place, weight * length));
-        }
-    }
-    Ok(places)
-}
-
-fn triangle_places(space: &Space, members: &[usize]) -> Vec<(Located, f64)> {
-    let rule = TriangleRule::default().points();
-    let at = |element: usize| {
-        let area = space.mesh().area_of(element);
-        rule.iter().map(move |point| {
-            let barycentric = point.barycentric;
-            (
-                Located {
-                    element,
-                    barycentric,
-                },
-                point.weight * area,
-            )
-        })
-    };
-    members.iter().flat_map(|&element| at(element)).collect()
 }
 
 #[cfg(test)]
@@ -239,11 +220,11 @@ mod tests {
         let space = solid.space();
         // u_x = x², whose mean is 4 on the right edge and 4/3 over the body.
         let u: Vec<f64> = space
-            .node_points()
+            .node_points::<2>()
             .iter()
             .flat_map(|p| [p[0] * p[0], 0.0])
             .collect();
-        let p = vec![0.0; space.n_vertices()];
+        let p = vec![0.0; space.n_pressures()];
         let snapshot = snapshot(&solid, &u, &p);
         for (group, mean) in [("right", 4.0), ("body", 4.0 / 3.0)] {
             let quantities = [Quantity::Displacement, Quantity::Pressure];
@@ -262,11 +243,11 @@ mod tests {
         let solid = solid();
         let space = solid.space();
         let u: Vec<f64> = space
-            .node_points()
+            .node_points::<2>()
             .iter()
             .flat_map(|p| [0.1 * p[0], 0.0])
             .collect();
-        let p = vec![-50.0; space.n_vertices()];
+        let p = vec![-50.0; space.n_pressures()];
         let snapshot = snapshot(&solid, &u, &p);
         let quantities = [Quantity::VolumeRatio, Quantity::Stress];
         let mut values = Vec::new();

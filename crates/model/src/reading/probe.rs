@@ -7,7 +7,7 @@ use crate::error::ModelError;
 /// A point located in its element.
 #[derive(Debug, Clone)]
 pub struct Probe {
-    point: [f64; 2],
+    point: Vec<f64>,
     nodes: Vec<(usize, f64)>,
     vertices: Vec<(usize, f64)>,
 }
@@ -15,8 +15,8 @@ pub struct Probe {
 /// u and p at a probe.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbeValue {
-    /// Displacement, m.
-    pub displacement: [f64; 2],
+    /// Displacement, m; in the plane with a third component of zero.
+    pub displacement: [f64; 3],
     /// Pressure, Pa; NaN for a formulation without pressure.
     pub pressure: f64,
 }
@@ -26,21 +26,23 @@ impl Probe {
     ///
     /// # Errors
     /// [`ModelError::OutsideMesh`].
-    pub fn at(space: &Space, point: [f64; 2]) -> Result<Self, ModelError> {
-        let [x, y] = point;
-        let located = space
-            .locate(point)
-            .ok_or(ModelError::OutsideMesh { x, y })?;
+    ///
+    /// # Panics
+    /// Unless `D` is the dimension.
+    pub fn at<const D: usize>(space: &Space, point: [f64; D]) -> Result<Self, ModelError> {
+        let located = space.locate(point).ok_or_else(|| ModelError::OutsideMesh {
+            point: point.to_vec(),
+        })?;
         Ok(Self {
-            point,
+            point: point.to_vec(),
             nodes: space.displacement_functional(&located),
             vertices: space.pressure_functional(&located),
         })
     }
 
     /// The point, m.
-    pub fn point(&self) -> [f64; 2] {
-        self.point
+    pub fn point(&self) -> &[f64] {
+        &self.point
     }
 
     /// The nodes whose values enter, with their weights.
@@ -48,15 +50,18 @@ impl Probe {
         &self.nodes
     }
 
-    /// A displacement-like nodal array at the point.
-    pub fn vector(&self, nodal: &[f64]) -> [f64; 2] {
-        let component = |axis| {
-            self.nodes
+    /// A displacement-like nodal array at the point; in the plane with a third component of zero.
+    pub fn vector(&self, nodal: &[f64]) -> [f64; 3] {
+        let dimension = self.point.len();
+        let mut vector = [0.0; 3];
+        for (axis, component) in vector[..dimension].iter_mut().enumerate() {
+            let values = self
+                .nodes
                 .iter()
-                .map(|(n, w)| w * nodal[2 * n + axis])
-                .sum()
-        };
-        [component(0), component(1)]
+                .map(|(n, w)| w * nodal[dimension * n + axis]);
+            *component = values.sum();
+        }
+        vector
     }
 
     /// A pressure-like array at the point.

@@ -111,7 +111,7 @@ impl<'a> Incompressible<'a> {
 
     fn solve(mut self) -> Result<Dynamics, ModelError> {
         let beta = self.muscle.parameters.beta;
-        let n_pressures = self.muscle.solid.space().n_vertices();
+        let n_pressures = self.muscle.solid.space().n_pressures();
         let mut pressure = vec![0.0; n_pressures];
         let mut pressure_rate = vec![0.0; n_pressures];
         let mut settled = false;

@@ -53,7 +53,7 @@ impl<'a> Motion<'a> {
 
     /// ∫ψ (J - 1).
     pub(crate) fn defect(&self) -> Result<Vec<f64>, Inverted> {
-        let mut defect = vec![0.0; self.muscle.solid.space().n_vertices()];
+        let mut defect = vec![0.0; self.muscle.solid.space().n_pressures()];
         let mut out = Vectors {
             defect: Some(&mut defect),
             ..Vectors::default()
@@ -64,7 +64,7 @@ impl<'a> Motion<'a> {
 
     /// ∫ψ cof F(u):∇w for nodal u and w.
     fn flux_at(&self, u: &[f64], w: &[f64]) -> Result<Vec<f64>, Inverted> {
-        let mut flux = vec![0.0; self.muscle.solid.space().n_vertices()];
+        let mut flux = vec![0.0; self.muscle.solid.space().n_pressures()];
         let mut out = Vectors {
             defect_rate: Some(&mut flux),
             ..Vectors::default()

@@ -160,7 +160,7 @@ fn with_feedback(formulation: Formulation) -> FeedbackDae {
         coherence: SmoothCoherence::new(0.5).unwrap(),
         unsynchronised: 3.0,
         coherent: 0.8,
-        weights: vec![share; n_elements],
+        weights: vec![share; n_elements].into_flattened(),
     };
     let shares = [[0.2, 0.5, 1.0], [0.8, 0.5, 0.0]];
     let feedbacks = vec![feedback(0, shares[0]), feedback(1, shares[1])];

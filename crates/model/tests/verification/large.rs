@@ -70,7 +70,7 @@ fn arch(pressure: Signal, kappa: f64) -> Muscle {
         .map(|[x, y]| [*x, y + 0.02 * (1.0 - (x / 0.1).powi(2))]);
     let mesh = Mesh::new(
         raised.collect(),
-        flat.triangles().to_vec(),
+        flat.connectivity::<3>().to_vec(),
         flat.groups().clone(),
     )
     .unwrap();

@@ -40,7 +40,7 @@ fn a_block_under_pressure_all_round_shrinks_evenly_to_the_exact_size() {
     let muscle = squeezed(c10, c01, kappa, p);
     let solution = equilibrium(&muscle, 0.0).unwrap();
     let space = muscle.solid.space();
-    let mut u = vec![0.0; 2 * space.n_nodes()];
+    let mut u = vec![0.0; space.n_components()];
     muscle.solid.dofs().expand(&solution.displacement, &mut u);
     let corner = space
         .node_points()
@@ -49,7 +49,7 @@ fn a_block_under_pressure_all_round_shrinks_evenly_to_the_exact_size() {
         .unwrap();
     let a = 1.0 + u[2 * corner];
     assert!(a < 0.95, "{a}");
-    for (node, x) in space.node_points().iter().enumerate() {
+    for (node, x) in space.node_points::<2>().iter().enumerate() {
         for axis in 0..2 {
             // Newton ends at rounding.
             let apart = u[2 * node + axis] - (a - 1.0) * x[axis];

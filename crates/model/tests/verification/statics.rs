@@ -19,7 +19,7 @@ fn the_muscle_under_its_constant_load() {
         let load = Signal::Constant(paper::LOAD_AMPLITUDE);
         let muscle = paper::muscle_with_load(&mesh, paper::LAW, kappa, 0.0, load).unwrap();
         let solution = equilibrium(&muscle, 0.0).unwrap();
-        let mut full = vec![0.0; 2 * muscle.solid.space().n_nodes()];
+        let mut full = vec![0.0; muscle.solid.space().n_components()];
         muscle
             .solid
             .dofs()

@@ -128,7 +128,7 @@ fn stop(outcome: &Outcome) -> Value {
             inverted: Some(at), ..
         } => json!({
             "element": at.element,
-            "barycentric": at.barycentric,
+            "barycentric": at.barycentric[..],
             "J": at.jacobian,
         }),
         _ => Value::Null,
@@ -173,7 +173,7 @@ fn extend(document: &mut Value, more: Value) {
 pub(super) fn mesh(muscle: &Muscle) -> Value {
     let space = muscle.solid.space();
     json!({
-        "vertices": space.n_vertices(),
+        "vertices": space.n_pressures(),
         "triangles": space.n_elements(),
         "nodes": space.n_nodes(),
         "free_components": muscle.solid.dofs().n_free(),

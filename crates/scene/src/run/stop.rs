@@ -1,8 +1,6 @@
 //! Conditions of a scene that end the run.
 
-use myovib_fem::Located;
-use myovib_fem::quadrature::TriangleRule;
-use myovib_model::{ModelError, Probe, Quantity, Snapshot};
+use myovib_model::{ModelError, Probe, Snapshot};
 
 use crate::scene::Scene;
 use crate::scene_file::output::Stop;
@@ -36,8 +34,8 @@ impl Condition {
     pub(super) fn excess(&self, snapshot: &Snapshot<'_>) -> f64 {
         match self {
             Self::Displacement { probe, above } => {
-                let [x, y] = probe.vector(snapshot.displacement);
-                x.hypot(y) - above
+                let [x, y, z] = probe.vector(snapshot.displacement);
+                x.hypot(y).hypot(z) - above
             }
             Self::Volume { below } => below - smallest_volume_ratio(snapshot),
         }
@@ -47,8 +45,9 @@ impl Condition {
     pub(super) fn describe(&self) -> String {
         match self {
             Self::Displacement { probe, above } => {
-                let [x, y] = probe.point();
-                format!("|u| at ({x}, {y}) exceeds {above} m")
+                let point = probe.point().iter().map(f64::to_string);
+                let point = point.collect::<Vec<_>>().join(", ");
+                format!("|u| at ({point}) exceeds {above} m")
             }
             Self::Volume { below } => format!("det F is below {below}"),
         }
@@ -56,14 +55,5 @@ impl Condition {
 }
 
 fn smallest_volume_ratio(snapshot: &Snapshot<'_>) -> f64 {
-    let points = TriangleRule::default().points();
-    let places = (0..snapshot.solid.space().n_elements()).flat_map(|element| {
-        points.iter().map(move |point| Located {
-            element,
-            barycentric: point.barycentric,
-        })
-    });
-    places
-        .map(|place| snapshot.at(&place, Quantity::VolumeRatio)[0])
-        .fold(f64::INFINITY, f64::min)
+    snapshot.solid.least_volume_ratio(snapshot.displacement).0
 }

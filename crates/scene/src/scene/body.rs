@@ -74,7 +74,7 @@ impl Builder<'_> {
 
     /// Law and density of each triangle.
     fn materials(&self, file: &SceneFile, mesh: &Mesh) -> Result<Vec<(Law, f64)>, InputError> {
-        let mut given: Vec<Option<(Law, f64)>> = vec![None; mesh.triangles().len()];
+        let mut given: Vec<Option<(Law, f64)>> = vec![None; mesh.n_elements()];
         for (i, material) in file.material.iter().enumerate() {
             let path = format!("material[{i}]");
             for triangle in self.triangles(material.group.as_deref(), mesh, &path)? {
@@ -107,11 +107,11 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<Vec<usize>, InputError> {
         let Some(name) = group else {
-            return Ok((0..mesh.triangles().len()).collect());
+            return Ok((0..mesh.n_elements()).collect());
         };
         let place = format!("{path}.group");
         match self.at(&place, mesh.group(name))? {
-            Group::Triangles(members) => Ok(members.clone()),
+            Group::Elements(members) => Ok(members.clone()),
             _ => {
                 let error = InputError::new(format!("the group `{name}` holds no triangles"));
                 Err(self.wrong(&place, error))

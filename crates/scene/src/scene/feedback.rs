@@ -85,21 +85,21 @@ impl Builder<'_> {
     }
 
     /// 1 in the triangles of a group, 0 elsewhere.
-    fn indicator(&self, mesh: &Mesh, group: &str, path: &str) -> Result<Vec<[f64; 3]>, InputError> {
-        let Group::Triangles(members) = self.at(path, mesh.group(group))? else {
+    fn indicator(&self, mesh: &Mesh, group: &str, path: &str) -> Result<Vec<f64>, InputError> {
+        let Group::Elements(members) = self.at(path, mesh.group(group))? else {
             let error = InputError::new(format!("the group `{group}` holds no triangles"));
             return Err(self.wrong(path, error));
         };
-        let mut weights = vec![[0.0; 3]; mesh.triangles().len()];
+        let mut weights = vec![[0.0; 3]; mesh.n_elements()];
         for &triangle in members {
             weights[triangle] = [1.0; 3];
         }
-        Ok(weights)
+        Ok(weights.into_flattened())
     }
 }
 
 /// The share of place number `k` at each corner: inverse squares of distances, over their sum.
-fn shares(mesh: &Mesh, places: &[[f64; 2]], k: usize) -> Vec<[f64; 3]> {
+fn shares(mesh: &Mesh, places: &[[f64; 2]], k: usize) -> Vec<f64> {
     let share = |corner: [f64; 2]| {
         let squared =
             |place: &[f64; 2]| (corner[0] - place[0]).powi(2) + (corner[1] - place[1]).powi(2);
@@ -111,8 +111,8 @@ fn shares(mesh: &Mesh, places: &[[f64; 2]], k: usize) -> Vec<[f64; 3]> {
         };
         inverse(&places[k]) / places.iter().map(inverse).sum::<f64>()
     };
-    (0..mesh.triangles().len())
-        .map(|triangle| mesh.corners(triangle).map(share))
+    (0..mesh.n_elements())
+        .flat_map(|triangle| mesh.corners::<2, 3>(triangle).map(share))
         .collect()
 }
 
@@ -125,12 +125,12 @@ mod tests {
         let mesh = myovib_fem::generate::rectangle([0.0, 0.0], [2.0, 1.0], [2, 1]).unwrap();
         let places = [[0.0, 0.0], [2.0, 1.0], [1.3, 0.4]];
         let all: Vec<_> = (0..3).map(|k| shares(&mesh, &places, k)).collect();
-        for triangle in 0..mesh.triangles().len() {
+        for triangle in 0..mesh.n_elements() {
             for corner in 0..3 {
-                let sum: f64 = all.iter().map(|shares| shares[triangle][corner]).sum();
+                let sum: f64 = all.iter().map(|shares| shares[3 * triangle + corner]).sum();
                 assert!((sum - 1.0).abs() < 4.0 * f64::EPSILON);
-                if mesh.corners(triangle)[corner] == places[0] {
-                    assert_eq!(all[0][triangle][corner], 1.0);
+                if mesh.corners::<2, 3>(triangle)[corner] == places[0] {
+                    assert_eq!(all[0][3 * triangle + corner], 1.0);
                 }
             }
         }

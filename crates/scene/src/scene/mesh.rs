@@ -42,9 +42,7 @@ impl Builder<'_> {
             MeshSource::Cook { cells } => ("mesh", generate::cook(cells)),
         };
         let coarse = self.at(place, coarse)?;
-        self.check_size(
-            (0..mesh.refine).fold(coarse.triangles().len(), |n, _| n.saturating_mul(4)),
-        )?;
+        self.check_size((0..mesh.refine).fold(coarse.n_elements(), |n, _| n.saturating_mul(4)))?;
         let mesh = (0..mesh.refine).fold(coarse, |mesh, _| mesh.refined());
         regions
             .iter()
@@ -81,14 +79,14 @@ impl Builder<'_> {
             return Err(self.wrong(&format!("{path}.name"), error));
         }
         let is_inside = |triangle: &usize| {
-            let corners = mesh.corners(*triangle);
+            let corners: [[f64; 2]; 3] = mesh.corners(*triangle);
             let offset = |axis: usize| {
                 let centroid = corners.iter().map(|corner| corner[axis]).sum::<f64>() / 3.0;
                 (centroid - region.centre[axis]) / region.radii[axis]
             };
             offset(0).hypot(offset(1)) <= 1.0
         };
-        let inside: Vec<usize> = (0..mesh.triangles().len()).filter(is_inside).collect();
+        let inside: Vec<usize> = (0..mesh.n_elements()).filter(is_inside).collect();
         if inside.is_empty() {
             let error = InputError::new("no triangle's centre lies in the region")
                 .next("move or widen it, or refine the mesh");
@@ -96,11 +94,11 @@ impl Builder<'_> {
         }
         let mut groups = mesh.groups().clone();
         for group in groups.values_mut() {
-            if let Group::Triangles(members) = group {
+            if let Group::Elements(members) = group {
                 members.retain(|triangle| inside.binary_search(triangle).is_err());
             }
         }
-        groups.insert(region.name.clone(), Group::Triangles(inside));
+        groups.insert(region.name.clone(), Group::Elements(inside));
         self.at(path, mesh.with_groups(groups))
     }
 }

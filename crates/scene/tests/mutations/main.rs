@@ -48,7 +48,7 @@ fn run(target: &str, corpus: &[&str], read: impl Fn(&str) + std::panic::RefUnwin
 /// Reads a mesh. Any text is one, or refused with its place.
 fn read_mesh(text: &str) {
     match Mesh::parse_msh(text, "m.msh") {
-        Ok(mesh) => assert!(mesh.area() > 0.0),
+        Ok(mesh) => assert!(mesh.measure() > 0.0),
         Err(error @ FemError::Msh { .. }) => assert!(error.to_string().contains("m.msh")),
         Err(error) => assert!(!error.to_string().is_empty()),
     }

@@ -74,7 +74,7 @@ fn norm(u: &[f64; 2]) -> f64 {
 }
 
 fn extent(space: &Space, c: usize, pick: fn(f64, f64) -> f64) -> f64 {
-    let coordinates = space.node_points().iter().map(|point| point[c]);
+    let coordinates = space.node_points::<2>().iter().map(|point| point[c]);
     coordinates.reduce(pick).unwrap_or(0.0)
 }
 

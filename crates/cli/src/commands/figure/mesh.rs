@@ -17,12 +17,12 @@ pub(super) fn draw(mesh: &Mesh) -> anyhow::Result<Product> {
         ..outline(&space)
     };
     let findings = vec![
-        ("vertices", json!(space.n_vertices())),
+        ("vertices", json!(space.n_pressures())),
         ("triangles", json!(space.n_elements())),
         ("displacement_nodes", json!(space.n_nodes())),
         (
             "unknowns_paper",
-            json!(2 * space.n_nodes() + space.n_vertices()),
+            json!(space.n_components() + space.n_pressures()),
         ),
     ];
     Ok(Product {
@@ -62,8 +62,8 @@ fn edges(space: &Space, group: &str) -> anyhow::Result<Vec<[usize; 3]>> {
     let edges = space.mesh().edges(group)?;
     Ok(edges
         .iter()
-        .map(|&edge| {
-            let nodes = space.edge_nodes(edge);
+        .map(|edge| {
+            let nodes = space.facet_nodes(edge);
             [nodes[0], nodes[1], nodes[2]]
         })
         .collect())
@@ -81,7 +81,7 @@ fn origin_of(mesh: &Mesh) -> Option<(usize, String)> {
 fn edge_rows(space: &Space, plot: &MeshPlot) -> Vec<Vec<f64>> {
     let mut edges: Vec<[usize; 2]> = space
         .mesh()
-        .triangles()
+        .connectivity()
         .iter()
         .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
         .collect();
@@ -96,7 +96,7 @@ fn edge_rows(space: &Space, plot: &MeshPlot) -> Vec<Vec<f64>> {
             .iter()
             .any(|&[p, q, _]| [p.min(q), p.max(q)] == [a, b])
     };
-    let points = space.node_points();
+    let points = space.node_points::<2>();
     edges
         .into_iter()
         .map(|edge @ [a, b]| {

@@ -54,7 +54,7 @@ impl MuscleRun {
         let times = SampleTimes::new(PERIOD / PER_PERIOD, t_end);
         let mut sampler = Sampler::new(times, unknowns, |dae: &mut MuscleDae, t, y: &[f64]| {
             let value = dae.read(&origin, t, y);
-            let [u_x, u_y] = value.displacement;
+            let [u_x, u_y, _] = value.displacement;
             values.push([t, u_x, u_y, value.pressure]);
             let (displacement, _) = dae.nodal_motion(t, y);
             let nodal = displacement.chunks_exact(2).map(|u| [u[0], u[1]]).collect();

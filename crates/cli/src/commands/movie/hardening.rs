@@ -67,7 +67,7 @@ pub(super) fn film(to: Option<f64>, quiet: bool) -> anyhow::Result<Movie> {
 
 /// The triangles of the inclusion.
 fn inclusion(space: &Space) -> anyhow::Result<Vec<[usize; 6]>> {
-    let Group::Triangles(members) = space.mesh().group(INCLUSION)? else {
+    let Group::Elements(members) = space.mesh().group(INCLUSION)? else {
         anyhow::bail!("the group `{INCLUSION}` holds no triangles");
     };
     let triangles = outline(space).triangles;

@@ -331,8 +331,8 @@ pub(super) fn document<'a>(
         .collect();
     let mesh = MeshJson {
         name: mesh_name,
-        vertices: mesh.points().len(),
-        triangles: mesh.triangles().len(),
+        vertices: mesh.n_points(),
+        triangles: mesh.n_elements(),
     };
     Document {
         rows,

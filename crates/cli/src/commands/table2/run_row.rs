@@ -144,7 +144,7 @@ fn run_row(
                 unknowns,
                 move |dae: &mut MuscleDae, t, y: &[f64]| {
                     let value = dae.read(&origin, t, y);
-                    let [u_x, u_y] = value.displacement;
+                    let [u_x, u_y, _] = value.displacement;
                     Ok(csv.row(&[t, u_x, u_y, value.pressure])?)
                 },
             )
