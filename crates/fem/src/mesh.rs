@@ -14,6 +14,7 @@ mod conforming;
 mod defect;
 mod facets;
 mod note;
+mod parts;
 mod simplices;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -321,6 +322,12 @@ impl Mesh {
             Group::Edges(edges) => Ok(edges),
             other => Err(self.wrong_group(name, other, "edges")),
         }
+    }
+
+    /// The part of the mesh that each element belongs to: elements of a part share edges (in space:
+    /// faces). Parts may still share single vertices.
+    pub fn parts(&self) -> Vec<usize> {
+        parts::by_facets(self.dimension(), &self.coordinates, &self.vertices)
     }
 
     /// The members of the group of that name as parts of the boundary: edges of triangles, faces of

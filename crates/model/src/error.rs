@@ -60,6 +60,11 @@ pub enum ModelError {
         /// An element that the last trials turned inside out.
         inverted: Option<myovib_fem::Inverted>,
     },
+    /// Supports that leave motions without strain.
+    #[error(
+        "the supports do not hold the body: {0}; hold more components, or more nodes of each part"
+    )]
+    NotHeld(crate::analysis::support::FreeParts),
     /// A factorisation or solve with KLU.
     #[error(transparent)]
     Klu(#[from] myovib_sparse::klu::KluError),

@@ -46,7 +46,7 @@ pub mod paper;
 pub mod start;
 pub mod statics;
 
-pub use analysis::{check, counterexample, index, inf_sup, spectrum, table1};
+pub use analysis::{check, counterexample, index, inf_sup, spectrum, support, table1};
 pub use integration::{ida, radau, step_weights};
 
 pub use assembly::{Assembly, Entry};

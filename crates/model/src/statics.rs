@@ -3,6 +3,7 @@
 use myovib_fem::{Fields, Inverted, Pressure, Vectors};
 use myovib_sparse::klu::{KluOptions, Numeric, Ordering, Symbolic};
 
+use crate::analysis::support::expect_held;
 use crate::assembly::{Assembly, Entry};
 use crate::equation::{Context, Equation, PressureRateSource};
 use crate::error::ModelError;
@@ -37,9 +38,11 @@ pub struct Equilibrium {
 /// where it fails and grow where it does not. Prescribed displacements are part of the load.
 ///
 /// # Errors
-/// [`ModelError::NoEquilibrium`] with the part of the load that could be reached, and the element
-/// that was turned inside out, if one was.
+/// [`ModelError::NotHeld`] for a body that can move without strain; [`ModelError::NoEquilibrium`]
+/// with the part of the load that could be reached, and the element that was turned inside out, if
+/// one was.
 pub fn equilibrium(muscle: &Muscle, t: f64) -> Result<Equilibrium, ModelError> {
+    expect_held(muscle)?;
     let mut newton = Newton::new(muscle, t)?;
     let mut x = vec![0.0; newton.layout.n_unknowns()];
     let (mut reached, mut increment) = (0.0, 1.0_f64);

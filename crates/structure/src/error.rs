@@ -50,4 +50,16 @@ pub enum StructureError {
     /// The sparse factorisation failed.
     #[error("the shifted matrix could not be factorised: {0}")]
     Factorise(#[from] KluError),
+    /// The search for modes came to no end.
+    #[error(
+        "{converged} of {count} modes converged among {vectors} vectors: the shifted matrix is nearly singular"
+    )]
+    NotConverged {
+        /// Modes found.
+        converged: usize,
+        /// Modes wanted.
+        count: usize,
+        /// Vectors tried.
+        vectors: usize,
+    },
 }

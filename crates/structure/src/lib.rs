@@ -8,6 +8,7 @@
 //! - [`PencilStructure`]: its index, or that it has none, with every rank decision ([`RankDecision`])
 //!   that the answer rests on, and the perturbation index of every variable;
 //! - [`Vibration`]: small free vibrations with or without a constraint, and their lowest [`modes`];
+//! - [`RigidBodies`]: the motions as rigid bodies that supports leave;
 //! - [`InfSup`]: how well the multipliers of a mixed method are held, or how many are not at all.
 //!
 //! The rank decisions are made on singular values after a scaling that does not depend on the
@@ -30,6 +31,7 @@ mod modes;
 mod pencil;
 mod perturbation;
 mod rank;
+mod rigid;
 mod scaling;
 mod structure;
 mod vibration;
@@ -39,5 +41,6 @@ pub use inf_sup::InfSup;
 pub use modes::{Mode, modes};
 pub use pencil::Pencil;
 pub use rank::{RankDecision, Verdict};
+pub use rigid::{FreeMotions, Motion, MovingBody, RigidBodies};
 pub use structure::{Index, PencilStructure, VariableIndex};
 pub use vibration::{Constraint, Vibration};

@@ -4,7 +4,8 @@
 //! product of M, keeps to the constraint, and has the eigenvalues θ = 1/(ω² - σ): the wanted ones
 //! are the largest. A block Krylov space of it is built with full orthogonalisation in the inner
 //! product of M, and the projected dense problem solved (Rayleigh and Ritz); blocks find multiple
-//! eigenvalues, up to the multiplicity [`BLOCK`] for certain.
+//! eigenvalues, up to the multiplicity [`BLOCK`] for certain. The images of all blocks but the last
+//! lie in the space, so the residual of a pair is in what the last block's images add.
 //!
 //! Reference: R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228.
 
@@ -20,6 +21,10 @@ const BLOCK: usize = 4;
 const CONVERGED: f64 = 1e-10;
 /// A new direction shorter than this after orthogonalisation is rounding: the space is exhausted.
 const EXHAUSTED: f64 = 1e-12;
+/// Vectors of the space for each mode wanted, and beside them. About three a mode are needed; a
+/// space this large without convergence is that of a matrix whose factors are of no use.
+const VECTORS_PER_MODE: usize = 10;
+const FURTHER_VECTORS: usize = 200;
 
 /// One harmonic motion.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,13 +66,21 @@ impl Mode {
 ///
 /// # Errors
 /// [`StructureError::Factorise`] when K - σM with the constraint is singular: the shift is an
-/// eigenvalue (0 for a body that is not supported), or the constraint has dependent rows.
+/// eigenvalue (0 for a body that is not supported), or the constraint has dependent rows;
+/// [`StructureError::NotConverged`] when it is nearly so.
 pub fn modes(vibration: &Vibration, count: usize, shift: f64) -> Result<Vec<Mode>, StructureError> {
     let mut space = KrylovSpace::new(vibration, shift)?;
+    let most = VECTORS_PER_MODE * count + FURTHER_VECTORS;
     loop {
         let grew = space.grow()?;
-        let pairs = space.ritz_pairs(count);
-        if !grew || (pairs.len() == count && pairs.iter().all(|p| p.residual < CONVERGED)) {
+        let finite = space.is_finite();
+        let pairs = if finite {
+            space.ritz_pairs(count)
+        } else {
+            Vec::new()
+        };
+        let converged = pairs.iter().filter(|p| p.residual < CONVERGED).count();
+        if finite && (!grew || converged == count) {
             let mut modes = pairs
                 .iter()
                 .map(|pair| space.mode(pair))
@@ -75,17 +88,26 @@ pub fn modes(vibration: &Vibration, count: usize, shift: f64) -> Result<Vec<Mode
             modes.sort_by(|left, right| left.omega_squared.total_cmp(&right.omega_squared));
             return Ok(modes);
         }
+        if space.basis.len() >= most || !finite {
+            return Err(StructureError::NotConverged {
+                converged,
+                count,
+                vectors: space.basis.len(),
+            });
+        }
     }
 }
 
-/// An eigenpair of the projected problem: θ, the vector, and ‖T v - θ v‖ / |θ| in the norm of M.
+/// An eigenpair of the projected problem: θ, the weights of the basis, and ‖T v - θ v‖ / |θ| in the
+/// norm of M.
 struct RitzPair {
     theta: f64,
-    vector: DVector<f64>,
+    weights: DVector<f64>,
     residual: f64,
 }
 
-/// A basis V, orthonormal in the inner product of M, with M V and the images T V.
+/// A basis V, orthonormal in the inner product of M, with M V, the projection H of T, and what the
+/// images of the last block add to the space.
 struct KrylovSpace<'a> {
     vibration: &'a Vibration,
     shifted: Shifted,
@@ -93,28 +115,29 @@ struct KrylovSpace<'a> {
     n_starts: usize,
     basis: Vec<DVector<f64>>,
     mass_basis: Vec<DVector<f64>>,
-    images: Vec<DVector<f64>>,
+    projected: DMatrix<f64>,
+    /// T v - V H for the vectors of the last block, with the norms of T v.
+    beyond: Vec<(DVector<f64>, f64)>,
 }
 
 impl<'a> KrylovSpace<'a> {
     fn new(vibration: &'a Vibration, shift: f64) -> Result<Self, StructureError> {
-        let shifted = vibration.shifted(shift)?;
-        let (basis, mass_basis, images) = (Vec::new(), Vec::new(), Vec::new());
         Ok(Self {
             vibration,
-            shifted,
+            shifted: vibration.shifted(shift)?,
             shift,
             n_starts: 0,
-            basis,
-            mass_basis,
-            images,
+            basis: Vec::new(),
+            mass_basis: Vec::new(),
+            projected: DMatrix::zeros(0, 0),
+            beyond: Vec::new(),
         })
     }
 
-    /// Adds a block: the images of the last one or, at first and when these add nothing (an invariant
-    /// subspace was met), of new start vectors. False when the whole space is spanned.
+    /// Adds a block: what the images of the last one add or, at first and when that is nothing (an
+    /// invariant subspace was met), new start vectors. False when the whole space is spanned.
     fn grow(&mut self) -> Result<bool, StructureError> {
-        let last = self.images[self.images.len().saturating_sub(BLOCK)..].to_vec();
+        let last = std::mem::take(&mut self.beyond);
         if self.add_block(last)? {
             return Ok(true);
         }
@@ -122,23 +145,39 @@ impl<'a> KrylovSpace<'a> {
         self.add_block(starts)
     }
 
-    fn add_block(&mut self, block: Vec<DVector<f64>>) -> Result<bool, StructureError> {
+    /// Adds vectors with their lengths before anything was taken out of them.
+    fn add_block(&mut self, block: Vec<(DVector<f64>, f64)>) -> Result<bool, StructureError> {
         let before = self.basis.len();
-        for w in block {
-            self.add(w)?;
+        for (w, length) in block {
+            self.add(w, length);
         }
-        Ok(self.basis.len() > before)
+        let n = self.basis.len();
+        self.projected.resize_mut(n, n, 0.0);
+        let images = (before..n)
+            .map(|j| self.image(&self.basis[j].clone()))
+            .collect::<Result<Vec<_>, _>>()?;
+        for (j, mut image) in (before..n).zip(images) {
+            let length = self.norm(&image);
+            let weights = self.take_out_basis(&mut image);
+            // Symmetric but for rounding.
+            self.projected.set_column(j, &weights);
+            self.projected.set_row(j, &weights.transpose());
+            self.beyond.push((image, length));
+        }
+        Ok(n > before)
     }
 
     /// The image of a vector without symmetry: fractional parts of multiples of an irrational number.
-    fn start(&mut self) -> Result<DVector<f64>, StructureError> {
+    fn start(&mut self) -> Result<(DVector<f64>, f64), StructureError> {
         self.n_starts += 1;
         let irrational = (self.n_starts as f64).sqrt() + std::f64::consts::PI;
         let n = self.vibration.n_displacements();
         let w = DVector::from_fn(n, |i, _| {
             ((i * i + i + 1) as f64 * irrational).fract() - 0.5
         });
-        self.image(&w)
+        let image = self.image(&w)?;
+        let length = self.norm(&image);
+        Ok((image, length))
     }
 
     /// T w.
@@ -147,25 +186,44 @@ impl<'a> KrylovSpace<'a> {
         Ok(self.shifted.solve(&force)?.0.into_owned())
     }
 
-    /// Adds the part of a vector that is orthogonal to the space, unless it is rounding.
-    fn add(&mut self, mut w: DVector<f64>) -> Result<(), StructureError> {
-        let norm = |w: &DVector<f64>| w.dot(&self.vibration.mass_times(w)).max(0.0).sqrt();
-        let length = norm(&w);
+    /// False once a solution has overflowed: there are no eigenvalues then.
+    fn is_finite(&self) -> bool {
+        self.projected.iter().all(|value| value.is_finite())
+    }
+
+    fn norm(&self, w: &DVector<f64>) -> f64 {
+        w.dot(&self.vibration.mass_times(w)).max(0.0).sqrt()
+    }
+
+    /// Makes a vector orthogonal to the basis and returns what it had of it. Twice is enough.
+    fn take_out_basis(&self, w: &mut DVector<f64>) -> DVector<f64> {
+        let mut weights = DVector::zeros(self.basis.len());
         for _pass in 0..2 {
-            for (v, mass_v) in self.basis.iter().zip(&self.mass_basis) {
-                w.axpy(-mass_v.dot(&w), v, 1.0);
+            for ((v, mass_v), weight) in self
+                .basis
+                .iter()
+                .zip(&self.mass_basis)
+                .zip(weights.iter_mut())
+            {
+                let part = mass_v.dot(w);
+                w.axpy(-part, v, 1.0);
+                *weight += part;
             }
         }
-        let remaining = norm(&w);
+        weights
+    }
+
+    /// Adds the part of a vector that is orthogonal to the space, unless it is rounding of the
+    /// `length` that it had.
+    fn add(&mut self, mut w: DVector<f64>, length: f64) {
+        self.take_out_basis(&mut w);
+        let remaining = self.norm(&w);
         if remaining <= EXHAUSTED * length {
-            return Ok(());
+            return;
         }
         w /= remaining;
-        let image = self.image(&w)?;
         self.mass_basis.push(self.vibration.mass_times(&w));
         self.basis.push(w);
-        self.images.push(image);
-        Ok(())
     }
 
     /// The pairs of the projected problem with the largest |θ|.
@@ -175,34 +233,26 @@ impl<'a> KrylovSpace<'a> {
             // The eigenvalues of an empty matrix are no question for nalgebra.
             return Vec::new();
         }
-        let projected = DMatrix::from_fn(m, m, |i, j| self.mass_basis[i].dot(&self.images[j]));
-        let eigen = ((&projected + projected.transpose()) / 2.0).symmetric_eigen();
+        let eigen = self.projected.clone().symmetric_eigen();
         let mut order: Vec<usize> = (0..m).collect();
         order.sort_by(|&i, &j| {
-            eigen.eigenvalues[j]
-                .abs()
-                .total_cmp(&eigen.eigenvalues[i].abs())
+            let size = |k: usize| eigen.eigenvalues[k].abs();
+            size(j).total_cmp(&size(i))
         });
         order.truncate(count);
+        let n_last = self.beyond.len();
+        let gram = DMatrix::from_fn(n_last, n_last, |i, j| {
+            let mass_times = self.vibration.mass_times(&self.beyond[j].0);
+            self.beyond[i].0.dot(&mass_times)
+        });
         let pair = |&i: &usize| {
             let theta = eigen.eigenvalues[i];
-            let weights = eigen.eigenvectors.column(i);
-            let combine = |vectors: &[DVector<f64>]| -> DVector<f64> {
-                vectors
-                    .iter()
-                    .zip(weights.iter())
-                    .map(|(v, &weight)| v * weight)
-                    .sum()
-            };
-            let vector = combine(&self.basis);
-            let defect = combine(&self.images) - &vector * theta;
-            let defect = defect
-                .dot(&self.vibration.mass_times(&defect))
-                .max(0.0)
-                .sqrt();
+            let weights = eigen.eigenvectors.column(i).into_owned();
+            let last = weights.rows(m - n_last, n_last);
+            let defect = last.dot(&(&gram * last)).max(0.0).sqrt();
             RitzPair {
                 theta,
-                vector,
+                weights,
                 residual: defect / theta.abs(),
             }
         };
@@ -212,10 +262,11 @@ impl<'a> KrylovSpace<'a> {
     /// The mode of a pair: ω² = σ + 1/θ, and p from T w = θ w.
     fn mode(&mut self, pair: &RitzPair) -> Result<Mode, StructureError> {
         let omega_squared = self.shift + pair.theta.recip();
-        let u = &pair.vector;
-        let inertia = self.vibration.mass_times(u);
+        let parts = self.basis.iter().zip(pair.weights.iter());
+        let u: DVector<f64> = parts.map(|(v, &weight)| v * weight).sum();
+        let inertia = self.vibration.mass_times(&u);
         let p = self.shifted.solve(&inertia)?.1 / pair.theta;
-        let residual = self.vibration.imbalance(omega_squared, u, &p).norm() * pair.theta.abs()
+        let residual = self.vibration.imbalance(omega_squared, &u, &p).norm() * pair.theta.abs()
             / inertia.norm();
         Ok(Mode {
             omega_squared,

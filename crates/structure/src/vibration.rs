@@ -1,6 +1,9 @@
 //! Small undamped vibrations, with or without a constraint.
 
-use myovib_sparse::klu::{KluOptions, RealNumeric, Symbolic};
+use std::sync::Arc;
+
+use myovib_sparse::klu::{KluOptions, Ordering};
+use myovib_sparse::{Elimination, LinearWork, SparseSystem};
 use nalgebra::{DVector, DVectorView};
 use nalgebra_sparse::ops::Op;
 use nalgebra_sparse::ops::serial::spmm_csc_dense;
@@ -73,6 +76,15 @@ impl Vibration {
         })
     }
 
+    /// uᵀ K u / uᵀ M u, the constraint left aside.
+    ///
+    /// # Panics
+    /// If `u` has another length.
+    pub fn quotient(&self, u: &[f64]) -> f64 {
+        let u = DVector::from_column_slice(u);
+        u.dot(&(&self.stiffness * &u)) / u.dot(&self.mass_times(&u))
+    }
+
     /// Number of displacements.
     pub(crate) fn n_displacements(&self) -> usize {
         self.mass.nrows()
@@ -127,12 +139,21 @@ impl Vibration {
             }
         }
         let matrix = CscMatrix::from(&matrix);
-        let symbolic = Symbolic::analyze(matrix.pattern(), KluOptions::default())?;
-        let factors = RealNumeric::factor(&symbolic, matrix.values())?;
+        let options = KluOptions {
+            ordering: Ordering::Amd,
+            btf: false,
+            ..KluOptions::default()
+        };
+        let elimination = Elimination::new(matrix.pattern(), options)?;
+        let mut factors = SparseSystem::new(Arc::new(elimination));
+        factors.values_mut().copy_from_slice(matrix.values());
+        let mut work = LinearWork::default();
+        factors.renew(&mut work)?;
         Ok(Shifted {
             n,
             factors,
-            work: vec![0.0; size],
+            work,
+            solution: vec![0.0; size],
         })
     }
 }
@@ -140,8 +161,9 @@ impl Vibration {
 /// The factors of the shifted matrix, and room for a right-hand side.
 pub(crate) struct Shifted {
     n: usize,
-    factors: RealNumeric,
-    work: Vec<f64>,
+    factors: SparseSystem<f64>,
+    work: LinearWork,
+    solution: Vec<f64>,
 }
 
 impl Shifted {
@@ -150,11 +172,11 @@ impl Shifted {
         &mut self,
         f: &DVector<f64>,
     ) -> Result<(DVectorView<'_, f64>, DVectorView<'_, f64>), StructureError> {
-        let (displacements, multipliers) = self.work.split_at_mut(self.n);
+        let (displacements, multipliers) = self.solution.split_at_mut(self.n);
         displacements.copy_from_slice(f.as_slice());
         multipliers.fill(0.0);
-        self.factors.solve(&mut self.work)?;
-        let (u, p) = self.work.split_at(self.n);
+        self.factors.solve(&mut self.solution, &mut self.work)?;
+        let (u, p) = self.solution.split_at(self.n);
         Ok((
             DVectorView::from_slice(u, u.len()),
             DVectorView::from_slice(p, p.len()),

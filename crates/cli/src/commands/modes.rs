@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 use myovib_fem::Mesh;
-use myovib_model::{Muscle, Signal, paper, spectrum, statics};
+use myovib_model::{Muscle, Signal, paper, spectrum, statics, support};
 use myovib_structure::Mode;
 use serde::Serialize;
 
@@ -105,6 +105,14 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
     if let (Some(path), Some(found)) = (&args.svg, findings.bodies.last()) {
         let drawing = figure(found).render();
         atomic_file::save(path, drawing)?;
+    }
+    for found in &findings.bodies {
+        if let Some(free) = support::free_parts(&found.muscle) {
+            eprintln!(
+                "note: {} motions without strain, at 0 Hz: {free}",
+                free.count
+            );
+        }
     }
     args.common
         .give("modes", &findings.text(), &findings.document())?;

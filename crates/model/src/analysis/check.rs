@@ -9,6 +9,7 @@ use crate::advice::{Advice, Finding, Remedy};
 use crate::analysis::index::{IndexReport, LARGEST_SYSTEM};
 use crate::analysis::inf_sup;
 use crate::analysis::spectrum;
+use crate::analysis::support::{FreeParts, free_parts};
 use crate::analysis::table1::{Case, coarse_beam};
 use crate::error::ModelError;
 use crate::field::Field;
@@ -103,6 +104,7 @@ pub fn check(
     };
     let drive = muscle.drive();
     let mut findings = advice.findings();
+    findings.extend(free_parts(muscle).map(not_held));
     findings.extend(unheld(held.nullity(), muscle));
     findings.extend(inconsistent(&residuals));
     findings.extend(resonance(&slow_modes, drive));
@@ -159,6 +161,16 @@ fn modes(muscle: &Muscle) -> Result<(Vec<f64>, f64), ModelError> {
         .filter_map(myovib_structure::Mode::frequency)
         .collect();
     Ok((slow, spectrum::fastest(muscle)? / TAU))
+}
+
+fn not_held(free: FreeParts) -> Finding {
+    Finding {
+        fields: vec![Field::Displacement],
+        problem: format!("{} motions without strain are left: {free}", free.count),
+        remedies: vec![Remedy::Scene(
+            "hold more components or nodes, unless the body is meant to float",
+        )],
+    }
 }
 
 fn unheld(nullity: usize, muscle: &Muscle) -> Option<Finding> {

@@ -9,4 +9,5 @@ pub mod counterexample;
 pub mod index;
 pub mod inf_sup;
 pub mod spectrum;
+pub mod support;
 pub mod table1;

@@ -4,6 +4,7 @@ use myovib_structure::{Constraint, Mode, Vibration, modes};
 use nalgebra::DVector;
 use nalgebra_sparse::CscMatrix;
 
+use crate::analysis::support::free_parts;
 use crate::error::ModelError;
 use crate::muscle::Muscle;
 use crate::operators;
@@ -13,6 +14,12 @@ use crate::start::saddle::Saddle;
 /// Iterations of the power method for the fastest mode: enough for two digits of the frequency
 /// where the spectrum is dense at its upper end, as that of a finite element mesh is.
 const POWER_ITERATIONS: usize = 60;
+
+/// The shift below ω² = 0 for a body that is not held, as a fraction of the quotient of energies of
+/// a [`stretching`]: near enough to tell the lowest modes, far enough to factorise.
+const BELOW_REST: f64 = 1e-2;
+/// ω² below this fraction of the shift is the rounding of a motion without strain.
+const ROUNDING: f64 = 1e-6;
 
 /// Small free vibrations about the displacement `q` (free components) with the pressures
 /// `pressure`, undamped: M ü + K u - Bᵀ p = 0, M_p p/κ + B u = 0, all matrices those at the state.
@@ -36,17 +43,48 @@ pub fn vibration(muscle: &Muscle, q: &[f64], pressure: &[f64]) -> Result<Vibrati
     )?)
 }
 
-/// The `count` lowest modes about a state.
+/// The `count` lowest modes about a state. The motions without strain of a body that is not held
+/// ([`free_parts`]) have ω² = 0 at rest.
 ///
 /// # Errors
-/// Those of [`vibration`]; [`ModelError::Structure`] for a body that is not supported.
+/// Those of [`vibration`]; [`ModelError::Structure`] for pressures that nothing holds.
 pub fn lowest(
     muscle: &Muscle,
     q: &[f64],
     pressure: &[f64],
     count: usize,
 ) -> Result<Vec<Mode>, ModelError> {
-    Ok(modes(&vibration(muscle, q, pressure)?, count, 0.0)?)
+    let vibration = vibration(muscle, q, pressure)?;
+    if free_parts(muscle).is_none() {
+        return Ok(modes(&vibration, count, 0.0)?);
+    }
+    let shift = -BELOW_REST * vibration.quotient(&stretching(muscle));
+    let mut found = modes(&vibration, count, shift)?;
+    for mode in &mut found {
+        if mode.omega_squared.abs() < ROUNDING * shift.abs() {
+            mode.omega_squared = 0.0;
+        }
+    }
+    Ok(found)
+}
+
+/// The free components of a stretch along the first axis that keeps the volume: its quotient of
+/// energies is of the order of the lowest ω² of a body that strains.
+fn stretching(muscle: &Muscle) -> Vec<f64> {
+    let solid = &muscle.solid;
+    let space = solid.space();
+    let dimension = space.dimension();
+    let mean = |axis: usize| {
+        let along = space.coordinates().iter().skip(axis).step_by(dimension);
+        along.sum::<f64>() / space.n_nodes() as f64
+    };
+    let means: Vec<f64> = (0..dimension).map(mean).collect();
+    let stretched = |&component: &usize| {
+        let axis = component % dimension;
+        let factor = if axis == 0 { 1 - dimension as i32 } else { 1 };
+        f64::from(factor) * (space.coordinates()[component] - means[axis])
+    };
+    solid.dofs().free_to_full().iter().map(stretched).collect()
 }
 
 /// The angular frequency of the fastest mode about rest, rad/s, from below and to about two digits.

@@ -1,0 +1,58 @@
+//! The parts of a mesh: elements that hang together.
+
+use super::facets::{by_vertices, sorted_facets};
+use super::simplices::Simplices;
+
+/// The part of each element, numbered from 0 in the order of their first elements. Elements belong to
+/// one part if they share a facet, or are joined by others that do.
+pub(super) fn by_facets(dimension: usize, points: &[f64], elements: &[usize]) -> Vec<usize> {
+    let mesh = Simplices::new(dimension, points, elements);
+    let mut union = Union::new(mesh.len());
+    for shared in by_vertices(&sorted_facets(&mesh)) {
+        for other in &shared[1..] {
+            union.join(shared[0].element, other.element);
+        }
+    }
+    union.numbers()
+}
+
+/// Sets that are joined step by step.
+struct Union {
+    parents: Vec<usize>,
+}
+
+impl Union {
+    fn new(n: usize) -> Self {
+        Self {
+            parents: (0..n).collect(),
+        }
+    }
+
+    fn root(&mut self, mut member: usize) -> usize {
+        while self.parents[member] != member {
+            self.parents[member] = self.parents[self.parents[member]];
+            member = self.parents[member];
+        }
+        member
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        // The smaller number is the root, so that parts are numbered by their first elements.
+        self.parents[a.max(b)] = a.min(b);
+    }
+
+    fn numbers(mut self) -> Vec<usize> {
+        let mut numbers = vec![usize::MAX; self.parents.len()];
+        let mut next = 0;
+        for member in 0..numbers.len() {
+            let root = self.root(member);
+            if root == member {
+                numbers[member] = next;
+                next += 1;
+            }
+            numbers[member] = numbers[root];
+        }
+        numbers
+    }
+}

@@ -1,0 +1,153 @@
+//! Whether the supports of a body hold it, part by part.
+
+use std::fmt;
+
+use myovib_structure::{MovingBody, RigidBodies};
+
+use crate::error::ModelError;
+use crate::muscle::Muscle;
+
+/// Parts that hang together at single nodes are told apart up to this number; beyond it a mesh is
+/// taken as one body, and hinges in it are not seen.
+const MOST_PARTS: usize = 100;
+
+/// Parts of a body that can move without strain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreeParts {
+    /// The number of independent motions.
+    pub count: usize,
+    /// The parts.
+    pub parts: Vec<FreePart>,
+}
+
+/// A part that can move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreePart {
+    /// How many elements it has.
+    pub elements: usize,
+    /// Whether that is the whole mesh.
+    pub is_all: bool,
+    /// The middle of it, m.
+    pub near: Vec<f64>,
+    /// How it can move.
+    pub motions: MovingBody,
+}
+
+/// The parts of the body that its supports do not hold, if there are any: rank of the supports' and
+/// joints' conditions on the rigid motions of each part.
+pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
+    let space = muscle.solid.space();
+    let dofs = muscle.solid.dofs();
+    let dimension = space.dimension();
+    let mut part_of = space.mesh().parts();
+    let n_parts = |parts: &[usize]| parts.iter().max().map_or(0, |last| last + 1);
+    if n_parts(&part_of) > MOST_PARTS {
+        part_of.fill(0);
+    }
+
+    let mut sums = vec![(0_usize, vec![0.0; dimension]); n_parts(&part_of)];
+    let mut parts_at: Vec<Vec<usize>> = vec![Vec::new(); space.n_nodes()];
+    for (element, &part) in part_of.iter().enumerate() {
+        let vertices = space.mesh().element(element);
+        let (n_elements, sum) = &mut sums[part];
+        *n_elements += 1;
+        for &vertex in vertices {
+            for (sum, x) in sum.iter_mut().zip(space.node_point(vertex)) {
+                *sum += x / vertices.len() as f64;
+            }
+        }
+        for &node in space.element_nodes(element) {
+            if !parts_at[node].contains(&part) {
+                parts_at[node].push(part);
+            }
+        }
+    }
+    let centres: Vec<Vec<f64>> = sums
+        .iter()
+        .map(|(n, sum)| sum.iter().map(|x| x / *n as f64).collect())
+        .collect();
+    let mut bodies = RigidBodies::new(dimension, &centres, extent(dimension, space.coordinates()));
+    let mut is_free = vec![false; dofs.n_full()];
+    for &component in dofs.free_to_full() {
+        is_free[component] = true;
+    }
+    for (node, parts) in parts_at.iter().enumerate() {
+        for axis in (0..dimension).filter(|axis| !is_free[dimension * node + axis]) {
+            let mut direction = vec![0.0; dimension];
+            direction[axis] = 1.0;
+            for &part in parts {
+                bodies.hold(part, space.node_point(node), &direction);
+            }
+        }
+        for &other in parts.iter().skip(1) {
+            bodies.join([parts[0], other], space.node_point(node));
+        }
+    }
+    let found = bodies.free_motions();
+    let part = |motions: MovingBody| FreePart {
+        elements: sums[motions.body].0,
+        is_all: sums.len() == 1,
+        near: centres[motions.body].clone(),
+        motions,
+    };
+    (found.count > 0).then(|| FreeParts {
+        count: found.count,
+        parts: found.bodies.into_iter().map(part).collect(),
+    })
+}
+
+/// Refuses a body that is not held.
+///
+/// # Errors
+/// [`ModelError::NotHeld`].
+pub(crate) fn expect_held(muscle: &Muscle) -> Result<(), ModelError> {
+    free_parts(muscle).map_or(Ok(()), |free| Err(ModelError::NotHeld(free)))
+}
+
+/// The longest side of the box around points of so many coordinates each.
+fn extent(dimension: usize, coordinates: &[f64]) -> f64 {
+    let side = |axis: usize| {
+        let along = coordinates.iter().skip(axis).step_by(dimension).copied();
+        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+    };
+    (0..dimension).map(side).fold(0.0, f64::max)
+}
+
+impl fmt::Display for FreePart {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            elements,
+            is_all,
+            near,
+            motions,
+        } = self;
+        let near: Vec<String> = near.iter().map(|x| format!("{x:.3}")).collect();
+        match is_all {
+            true => write!(f, "the body {motions}"),
+            false => write!(
+                f,
+                "a part of {elements} elements near ({}) {motions}",
+                near.join(", ")
+            ),
+        }
+    }
+}
+
+/// The parts named in a message; what is beyond is counted.
+const NAMED: usize = 5;
+
+impl fmt::Display for FreeParts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let named: Vec<String> = self
+            .parts
+            .iter()
+            .take(NAMED)
+            .map(ToString::to_string)
+            .collect();
+        f.write_str(&named.join("; "))?;
+        match self.parts.len().saturating_sub(NAMED) {
+            0 => Ok(()),
+            more => write!(f, "; and {more} further parts"),
+        }
+    }
+}

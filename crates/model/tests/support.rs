@@ -1,0 +1,154 @@
+//! Regression: parts that can move without strain are named. With both supports held in x only,
+//! `check` and `modes` did not come to an end, and statics blamed a limit load.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use myovib_fem::{DofMap, Group, Law, Mesh, Solid, Space, generate};
+use myovib_model::{Formulation, Settings};
+use myovib_model::{Muscle, Parameters, check, spectrum, statics, support};
+
+/// A body of `mesh` with the components `axes` of the groups' nodes held.
+fn body(mesh: &Mesh, groups: &[&str], axes: &[usize], kappa: f64) -> Muscle {
+    let space = Arc::new(Space::taylor_hood(mesh));
+    let mut held = Vec::new();
+    for group in groups {
+        let nodes = space.nodes_of(group).expect("a valid body");
+        held.extend(
+            nodes
+                .iter()
+                .flat_map(|&n| axes.iter().map(move |&a| (n, a))),
+        );
+    }
+    let dofs = DofMap::new(&space, &held).expect("a valid body");
+    let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
+    let solid = Solid::uniform(space, dofs, law, 1.1e3).expect("a valid body");
+    Muscle::unloaded(
+        solid,
+        Parameters::new(1.0, 1e-4, kappa).expect("a valid body"),
+    )
+}
+
+fn block() -> Mesh {
+    generate::rectangle([0.0, 0.0], [0.2, 0.04], [10, 2]).expect("a valid body")
+}
+
+#[test]
+fn supports_of_one_component_leave_a_slide() {
+    for kappa in [1e5, f64::INFINITY] {
+        let muscle = body(&block(), &["left", "right"], &[0], kappa);
+        assert_eq!(
+            statics::equilibrium(&muscle, 0.0).unwrap_err().to_string(),
+            "the supports do not hold the body: the body can slide in y; \
+             hold more components, or more nodes of each part"
+        );
+        let n = (
+            muscle.solid.dofs().n_free(),
+            muscle.solid.space().n_pressures(),
+        );
+        let found = spectrum::lowest(&muscle, &vec![0.0; n.0], &vec![0.0; n.1], 4).unwrap();
+        let frequencies: Vec<f64> = found.iter().map(|m| m.frequency().unwrap()).collect();
+        assert_eq!(frequencies[0], 0.0);
+        assert!(frequencies[1] > 1.0, "{frequencies:?}");
+        let report = check::check(
+            &muscle,
+            Formulation::ImplicitRate,
+            &Settings::paper(Formulation::ImplicitRate),
+        )
+        .unwrap();
+        let words: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
+        assert!(
+            words.iter().any(|w| w.starts_with(
+                "1 motions without strain are left: the body can slide in y. Remedy:"
+            )),
+            "{words:?}"
+        );
+    }
+}
+
+/// Free in the plane: three motions without strain, and the next are those of a free–free beam.
+#[test]
+fn a_body_without_supports_has_three() {
+    let muscle = body(&block(), &[], &[], 1e5);
+    let n = (
+        muscle.solid.dofs().n_free(),
+        muscle.solid.space().n_pressures(),
+    );
+    let found = spectrum::lowest(&muscle, &vec![0.0; n.0], &vec![0.0; n.1], 4).unwrap();
+    let squares: Vec<f64> = found.iter().map(|m| m.omega_squared).collect();
+    assert_eq!(&squares[..3], [0.0; 3]);
+    assert!(squares[3] > 1.0, "{squares:?}");
+    let free = support::free_parts(&muscle).unwrap();
+    assert_eq!((free.count, free.parts.len()), (3, 1));
+}
+
+/// Two blocks, one beside the other, joined at no node or at one.
+fn two_blocks(joined: bool) -> Mesh {
+    let (one, cells) = (block(), 40);
+    let mut points = one.points::<2>().to_vec();
+    let mut triangles = one.connectivity::<3>().to_vec();
+    let shift = points.len();
+    let gap = if joined { 0.2 } else { 0.3 };
+    // The upper left corner of the second block at the upper right one of the first.
+    points.extend(one.points::<2>().iter().map(|[x, y]| [x + gap, y + 0.04]));
+    triangles.extend(one.connectivity::<3>().iter().map(|t| t.map(|v| v + shift)));
+    if joined {
+        let at = |points: &[[f64; 2]], v: usize, place: [f64; 2]| {
+            (points[v][0] - place[0]).hypot(points[v][1] - place[1]) < 1e-12
+        };
+        let corner = |range: std::ops::Range<usize>| {
+            range
+                .into_iter()
+                .find(|&v| at(&points, v, [0.2, 0.04]))
+                .expect("a valid mesh")
+        };
+        let (kept, merged) = (corner(0..shift), corner(shift..points.len()));
+        points.remove(merged);
+        for v in triangles.iter_mut().flatten() {
+            *v = match *v {
+                v if v == merged => kept,
+                v if v > merged => v - 1,
+                v => v,
+            };
+        }
+    }
+    assert_eq!(triangles.len(), 2 * cells);
+    let left = one.group("left").expect("a valid mesh").clone();
+    Mesh::new(
+        points,
+        triangles,
+        BTreeMap::from([("left".to_owned(), left)]),
+    )
+    .expect("a valid mesh")
+}
+
+#[test]
+fn parts_are_counted_and_named() {
+    let held = |joined| support::free_parts(&body(&two_blocks(joined), &["left"], &[0, 1], 1e5));
+    let apart = held(false).unwrap();
+    assert_eq!(apart.count, 3);
+    assert_eq!(
+        apart.to_string(),
+        "a part of 40 elements near (0.400, 0.060) can slide in x and slide in y \
+         and turn about (0.4, 0.06)"
+    );
+    let hinged = held(true).unwrap();
+    assert_eq!(hinged.count, 1);
+    assert_eq!(
+        hinged.to_string(),
+        "a part of 40 elements near (0.300, 0.060) can turn about (0.2, 0.04)"
+    );
+    assert_eq!(
+        support::free_parts(&body(&block(), &["left"], &[0, 1], 1e5)),
+        None
+    );
+}
+
+#[test]
+fn a_group_of_one_pin_leaves_a_turn() {
+    let mut groups = block().groups().clone();
+    groups.insert("pin".to_owned(), Group::Points(vec![0]));
+    let mesh = block().with_groups(groups).unwrap();
+    let free = support::free_parts(&body(&mesh, &["pin"], &[0, 1], 1e5)).unwrap();
+    assert_eq!(free.to_string(), "the body can turn about (0, 0)");
+}
