@@ -77,7 +77,7 @@ macro_rules! with_plane_law {
         $crate::material::with_potential!($any, w => {
             let $law = $crate::constitutive::Plane(w);
             $body
-        })
+        }, else => unimplemented!("fibres in the plane"))
     };
 }
 pub(crate) use with_plane_law;

@@ -131,6 +131,49 @@ pub enum FemError {
         /// How many there should be.
         needed: usize,
     },
+    /// A material law that there is not.
+    #[error("there is no law \"{name}\"; the laws are: {}", known.join(", "))]
+    UnknownLaw {
+        /// The name asked for.
+        name: String,
+        /// The laws there are.
+        known: Vec<&'static str>,
+    },
+    /// A constant that a law does not have.
+    #[error("the law {law} has no constant \"{name}\"; it has: {}", known.join(", "))]
+    UnknownConstant {
+        /// The law.
+        law: &'static str,
+        /// The name given.
+        name: String,
+        /// The constants there are.
+        known: Vec<&'static str>,
+    },
+    /// A constant of a law that was not given.
+    #[error("the law {law} needs {name}{}", in_unit(unit))]
+    MissingConstant {
+        /// The law.
+        law: &'static str,
+        /// The constant.
+        name: &'static str,
+        /// Its unit; empty for a pure number.
+        unit: &'static str,
+    },
+    /// A vector of a field of a mesh that is no direction.
+    #[error(
+        "the field \"{field}\" is {problem} at node {node}: ({}, {}, {})",
+        vector[0], vector[1], vector[2]
+    )]
+    Direction {
+        /// The field.
+        field: String,
+        /// The node's tag.
+        node: u64,
+        /// The vector.
+        vector: [f64; 3],
+        /// What is wrong with it.
+        problem: &'static str,
+    },
     /// A parameter outside its range.
     #[error("{name} = {value} must be {condition}")]
     Parameter {
@@ -175,6 +218,14 @@ fn facet(vertices: &[usize]) -> String {
     let numbers: Vec<String> = vertices.iter().map(usize::to_string).collect();
     let kind = if vertices.len() == 2 { "edge" } else { "face" };
     format!("{kind} ({})", numbers.join(", "))
+}
+
+fn in_unit(unit: &str) -> String {
+    if unit.is_empty() {
+        String::new()
+    } else {
+        format!(" (in {unit})")
+    }
 }
 
 fn list(names: &[String]) -> String {

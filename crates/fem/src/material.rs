@@ -13,25 +13,48 @@
 //! Note 0001 derives the invariant form; the guide's page on the model has the laws. To add a law:
 //! write its `Potential`, add a variant to [`Law`] and a line to `with_potential`.
 
+mod activation;
+mod active;
 mod dual;
 pub(crate) mod elementary;
+mod field;
+mod guccione;
+mod holzapfel_ogden;
+mod laws;
 mod mooney_rivlin;
+mod parameters;
 mod potential;
+mod prony;
 mod real;
 mod small_strain;
 mod st_venant_kirchhoff;
 pub(crate) mod tensor;
 pub mod three;
+mod transverse_mooney_rivlin;
+mod viscous;
 
+pub use activation::Bestel;
+pub use active::{ActiveFibre, ActiveStress, ForceLength, ForceVelocity, Tension};
 pub use dual::Dual;
-pub(crate) use mooney_rivlin::MooneyRivlin;
+pub use field::{Directed, axes_at, check_direction};
+pub use guccione::Guccione;
+pub use holzapfel_ogden::HolzapfelOgden;
+pub use laws::Law;
+pub(crate) use laws::{with_law, with_potential};
+pub use mooney_rivlin::MooneyRivlin;
+pub use parameters::{Described, Description, Parameter, Range};
 pub(crate) use potential::Potential;
+pub use potential::{PlaneCurvature, PlaneSlope};
+pub use prony::{Prony, PronyTerm};
 pub(crate) use real::Plain;
 pub use real::Real;
-pub(crate) use small_strain::SmallStrain;
-pub(crate) use st_venant_kirchhoff::StVenantKirchhoff;
+pub use small_strain::SmallStrain;
+pub use st_venant_kirchhoff::{DeviatoricStVenantKirchhoff, StVenantKirchhoff};
+pub use transverse_mooney_rivlin::TransverseMooneyRivlin;
+pub use viscous::{FullTangent, Viscous};
 
 use tensor::{Strain, Volumetric};
+use three::{Axes, Tangent3, Tensor3};
 
 /// A 2 × 2 tensor: ∇u, a stress, a velocity gradient.
 pub type Tensor = [[f64; 2]; 2];
@@ -39,93 +62,42 @@ pub type Tensor = [[f64; 2]; 2];
 /// A derivative of a tensor by a tensor; rows and columns in the order 00, 01, 10, 11.
 pub type Tangent = [[f64; 4]; 4];
 
-/// A material law: the part of the energy that does not hold the pressure.
+/// The law in plane strain: the part in the plane of what is in three dimensions at F33 = 1.
 ///
-/// The pressure adds `−p (J − 1)` to the energy and `−p cof F` to the stress (for small strains
-/// `−p div u` and `−p I`). Paper: eqs. (20), (26); the exponent in Ī1 is a misprint there.
-///
-/// # Units
-/// Moduli, energies and stresses in Pa.
-///
-/// # Examples
-/// ```
-/// use myovib_fem::material::Law;
-/// let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
-/// let shear = [[0.0, 0.3], [0.0, 0.0]];
-/// // Simple shear: P01 = 2 (c10 + c01) γ for any pressure.
-/// assert!((law.stress(shear, 0.0)[0][1] - 6120.0).abs() < 1e-9);
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Law {
-    /// `W = c10 (I1 J^(−2/3) − 3) + c01 (I2 J^(−4/3) − 3)`. Valid for J > 0. Paper: eq. (20).
-    MooneyRivlin {
-        /// Coefficient of the first invariant.
-        c10: f64,
-        /// Coefficient of the second invariant.
-        c01: f64,
-    },
-    /// `W = ζ |dev ε|²`, the deviator taken in three dimensions. Valid for any ∇u, meant for small
-    /// ones. Paper: eqs. (7), (26); the linearisation of Mooney–Rivlin has ζ = 2 (c10 + c01).
-    SmallStrain {
-        /// ζ.
-        shear_modulus: f64,
-    },
-    /// `W = ζ |dev E|²` with Green's strain, the deviator taken in three dimensions. Valid for
-    /// J > 0, meant for moderate strains: it softens in compression.
-    StVenantKirchhoff {
-        /// ζ.
-        shear_modulus: f64,
-    },
-}
-
-/// Evaluates an expression with `$potential` bound to the law's [`Potential`].
-macro_rules! with_potential {
-    ($law:expr, $potential:ident => $body:expr) => {
-        match $law {
-            $crate::material::Law::MooneyRivlin { c10, c01 } => {
-                let $potential = $crate::material::MooneyRivlin { c10, c01 };
-                $body
-            }
-            $crate::material::Law::SmallStrain { shear_modulus } => {
-                let $potential = $crate::material::SmallStrain { shear_modulus };
-                $body
-            }
-            $crate::material::Law::StVenantKirchhoff { shear_modulus } => {
-                let $potential = $crate::material::StVenantKirchhoff { shear_modulus };
-                $body
-            }
-        }
-    };
-}
-pub(crate) use with_potential;
-
+/// Laws with fibres have them along x here; in three dimensions the axes are given.
 impl Law {
-    /// The law with its energy multiplied by `factor`.
+    /// The law with its energy multiplied by `factor`: all its constants in Pa.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
-        match self {
-            Law::MooneyRivlin { c10, c01 } => Law::MooneyRivlin {
-                c10: factor * c10,
-                c01: factor * c01,
-            },
-            Law::SmallStrain { shear_modulus } => Law::SmallStrain {
-                shear_modulus: factor * shear_modulus,
-            },
-            Law::StVenantKirchhoff { shear_modulus } => Law::StVenantKirchhoff {
-                shear_modulus: factor * shear_modulus,
-            },
+        let Description {
+            name, parameters, ..
+        } = self.description();
+        let mut values = self.values();
+        for (value, parameter) in values.iter_mut().zip(parameters) {
+            if parameter.unit == "Pa" {
+                *value *= factor;
+            }
         }
+        Law::from_values(name, &values)
     }
 
     /// W at `h` = ∇u, without the pressure's part.
     pub fn energy(self, h: Tensor) -> f64 {
-        with_potential!(self, w => Strain::new(&w, h).energy(&w))
+        with_potential!(
+            self,
+            w => Strain::new(&w, h).energy(&w),
+            else => self.energy3(deep(h), along_x())
+        )
     }
 
     /// First Piola–Kirchhoff stress P = ∂W/∂F − p cof F.
     pub fn stress(self, h: Tensor, p: f64) -> Tensor {
         let volumetric = Volumetric::pressure(p);
-        with_potential!(self, w => Strain::new(&w, h).stress(&w, volumetric))
+        with_potential!(
+            self,
+            w => Strain::new(&w, h).stress(&w, volumetric),
+            else => flat(self.stress3(deep(h), p, along_x()))
+        )
     }
 
     /// Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ, with `v` = ∇v.
@@ -135,13 +107,21 @@ impl Law {
             p_rate,
             kappa: 0.0,
         };
-        with_potential!(self, w => Strain::new(&w, h).stress_rate(&w, v, volumetric))
+        with_potential!(
+            self,
+            w => Strain::new(&w, h).stress_rate(&w, v, volumetric),
+            else => flat(self.stress_rate3(deep(h), deep(v), [p, p_rate], along_x()))
+        )
     }
 
     /// ∂P/∂F at fixed p.
     pub fn tangent(self, h: Tensor, p: f64) -> Tangent {
         let volumetric = Volumetric::pressure(p);
-        with_potential!(self, w => Strain::new(&w, h).tangent(&w, volumetric)).full()
+        with_potential!(
+            self,
+            w => Strain::new(&w, h).tangent(&w, volumetric).full(),
+            else => flat_tangent(&self.tangent3(deep(h), p, along_x()))
+        )
     }
 
     /// ∂Ṗ/∂F at fixed ∇v, p, ṗ: the rate of the tangent along `v` = ∇v.
@@ -151,46 +131,55 @@ impl Law {
             p_rate,
             kappa: 0.0,
         };
-        with_potential!(self, w => Strain::new(&w, h).tangent_rate(&w, v, volumetric)).full()
+        with_potential!(
+            self,
+            w => Strain::new(&w, h).tangent_rate(&w, v, volumetric).full(),
+            // In the plane the cofactor is linear: p itself does not enter.
+            else => flat_tangent(&self.tangent_rate3(deep(h), deep(v), [0.0, p_rate], along_x()))
+        )
     }
 
     /// J − 1, or div u for small strains.
     pub fn volume_change(self, h: Tensor) -> f64 {
-        with_potential!(self, w => Strain::new(&w, h).d)
+        self.volume_change3(deep(h))
     }
 
     /// ∂(J − 1)/∂F = cof F, or I for small strains.
     pub fn volume_gradient(self, h: Tensor) -> Tensor {
-        with_potential!(self, w => Strain::new(&w, h).normal)
+        flat(self.volume_gradient3(deep(h)))
     }
 
     /// The stress P33 that keeps F33 = 1.
-    ///
-    /// The laws of Mooney–Rivlin and of small strains are isochoric: W does not change under
-    /// F → s F in three dimensions, so that `P33 = −P : F` but for the pressure's part `−p J`.
     pub fn stress_33(self, h: Tensor, p: f64) -> f64 {
-        let gradient = self.volume_gradient(h);
-        let isochoric = |f: Tensor| {
-            let jacobian = tensor::contract(gradient, f) / 2.0;
-            -tensor::contract(self.stress(h, 0.0), f) - p * jacobian
-        };
-        match self {
-            Law::MooneyRivlin { .. } => {
-                isochoric([[1.0 + h[0][0], h[0][1]], [h[1][0], 1.0 + h[1][1]]])
-            }
-            Law::SmallStrain { .. } => isochoric([[1.0, 0.0], [0.0, 1.0]]),
-            Law::StVenantKirchhoff { shear_modulus } => {
-                let d = self.volume_change(h);
-                let law = StVenantKirchhoff { shear_modulus };
-                law.stress_33(Strain::new(&law, h).e, d) - p * (1.0 + d)
-            }
-        }
+        self.stress3(deep(h), p, along_x())[2][2]
     }
 
     /// Whether the force is linear in displacement and pressure.
     pub fn is_linear(self) -> bool {
-        matches!(self, Law::SmallStrain { .. })
+        fn is_small<W: three::Law3>(_: &W) -> bool {
+            !W::FINITE
+        }
+        with_law!(self, w => is_small(&w))
     }
+}
+
+/// ∇u of a plane motion in three dimensions.
+fn deep([[a, b], [c, d]]: Tensor) -> Tensor3 {
+    [[a, b, 0.0], [c, d, 0.0], [0.0; 3]]
+}
+
+/// The part in the plane.
+fn flat([[a, b, _], [c, d, _], _]: Tensor3) -> Tensor {
+    [[a, b], [c, d]]
+}
+
+fn flat_tangent(a: &Tangent3) -> Tangent {
+    const PLACES: [usize; 4] = [0, 1, 3, 4];
+    PLACES.map(|row| PLACES.map(|column| a[row][column]))
+}
+
+fn along_x() -> Axes<f64> {
+    Axes::cartesian(0.0)
 }
 
 #[cfg(test)]

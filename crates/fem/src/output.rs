@@ -60,7 +60,7 @@ impl Solid {
         let gradient = embed(h, 0.0);
         let cauchy = match law {
             Law::SmallStrain { .. } => piola,
-            Law::MooneyRivlin { .. } | Law::StVenantKirchhoff { .. } => {
+            _ => {
                 let f = |j: usize, k: usize| f64::from(j == k) + gradient[j][k];
                 let entry = |i: usize, j: usize| {
                     let products = (0..3).map(|k| piola[i][k] * f(j, k));

@@ -1,43 +1,26 @@
-//! What a law must give: its energy as a function of e and d, with derivatives.
+//! What a law must give in plane strain: its energy as a function of e and d, with derivatives.
 
 use super::Real;
+use super::three::{Invariants, Isotropic};
 
 /// ∂W/∂e and ∂W/∂d.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct First<R> {
-    pub(crate) e: R,
-    pub(crate) d: R,
+pub struct PlaneSlope<R> {
+    /// ∂W/∂e.
+    pub e: R,
+    /// ∂W/∂d.
+    pub d: R,
 }
 
-/// The second partial derivatives of W.
+/// The second partial derivatives of W(e, d).
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Second<R> {
-    pub(crate) ee: R,
-    pub(crate) ed: R,
-    pub(crate) dd: R,
-}
-
-/// The third partial derivatives of W.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Third<R> {
-    pub(crate) eee: R,
-    pub(crate) eed: R,
-    pub(crate) edd: R,
-    pub(crate) ddd: R,
-}
-
-impl<R: Real> Third<R> {
-    /// Those of a quadratic energy, in numbers of the kind of `d`.
-    #[inline(always)]
-    pub(crate) fn zero(d: R) -> Self {
-        let zero = d.like(0.0);
-        Self {
-            eee: zero,
-            eed: zero,
-            edd: zero,
-            ddd: zero,
-        }
-    }
+pub struct PlaneCurvature<R> {
+    /// ∂²W/∂e².
+    pub ee: R,
+    /// ∂²W/∂e∂d.
+    pub ed: R,
+    /// ∂²W/∂d².
+    pub dd: R,
 }
 
 /// An energy W(e, d); see the [module above](super) for e and d.
@@ -48,7 +31,31 @@ pub(crate) trait Potential {
     const FINITE: bool;
 
     fn energy(&self, e: f64, d: f64) -> f64;
-    fn first<R: Real>(&self, e: R, d: R) -> First<R>;
-    fn second<R: Real>(&self, e: R, d: R) -> Second<R>;
-    fn third<R: Real>(&self, e: R, d: R) -> Third<R>;
+    fn first<R: Real>(&self, e: R, d: R) -> PlaneSlope<R>;
+    fn second<R: Real>(&self, e: R, d: R) -> PlaneCurvature<R>;
+}
+
+/// In plane strain a = e and b = e + d².
+#[inline(always)]
+pub(crate) fn plane_invariants<R: Real>(e: R, d: R) -> Invariants<R> {
+    let b = d.mul_add(d, e);
+    Invariants { a: e, b, d }
+}
+
+impl<W: Isotropic> Potential for W {
+    const FINITE: bool = true;
+
+    fn energy(&self, e: f64, d: f64) -> f64 {
+        Isotropic::energy(self, plane_invariants(e, d))
+    }
+
+    #[inline(always)]
+    fn first<R: Real>(&self, e: R, d: R) -> PlaneSlope<R> {
+        self.plane_slope(e, d)
+    }
+
+    #[inline(always)]
+    fn second<R: Real>(&self, e: R, d: R) -> PlaneCurvature<R> {
+        self.plane_curvature(e, d)
+    }
 }

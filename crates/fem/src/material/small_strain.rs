@@ -1,12 +1,34 @@
 //! Linear isochoric elasticity: W = ζ |dev ε|² = ζ (e/2 + d²/6).
 
 use super::Real;
-use super::potential::{First, Potential, Second, Third};
+use super::parameters::{Described, Description, Parameter, Range};
+use super::potential::{PlaneCurvature, PlaneSlope, Potential};
 use super::three::{Law3, Strain3, Symmetric3, Tensor3Of, contract3, scaled3, trace3};
 
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct SmallStrain {
-    pub(crate) shear_modulus: f64,
+/// `W = ζ |dev ε|²`, the deviator taken in three dimensions.
+///
+/// Valid for any ∇u, meant for small ones. Paper: eqs. (7), (26); the linearisation of
+/// Mooney–Rivlin has ζ = 2 (c10 + c01).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SmallStrain {
+    /// ζ, Pa.
+    pub shear_modulus: f64,
+}
+
+impl Described for SmallStrain {
+    const DESCRIPTION: Description = Description {
+        name: "small-strain",
+        energy: "ζ |dev ε|²",
+        about: "The paper's (26): linear, for small displacements only.",
+        parameters: &[Parameter::new(
+            "shear_modulus",
+            "Pa",
+            Range::Positive,
+            "Shear modulus ζ",
+        )],
+        fibres: false,
+        complete: false,
+    };
 }
 
 impl Potential for SmallStrain {
@@ -18,26 +40,21 @@ impl Potential for SmallStrain {
     }
 
     #[inline(always)]
-    fn first<R: Real>(&self, _e: R, d: R) -> First<R> {
-        First {
+    fn first<R: Real>(&self, _e: R, d: R) -> PlaneSlope<R> {
+        PlaneSlope {
             e: d.like(self.shear_modulus / 2.0),
             d: d * (self.shear_modulus / 3.0),
         }
     }
 
     #[inline(always)]
-    fn second<R: Real>(&self, _e: R, d: R) -> Second<R> {
+    fn second<R: Real>(&self, _e: R, d: R) -> PlaneCurvature<R> {
         let zero = d.like(0.0);
-        Second {
+        PlaneCurvature {
             ee: zero,
             ed: zero,
             dd: d.like(self.shear_modulus / 3.0),
         }
-    }
-
-    #[inline(always)]
-    fn third<R: Real>(&self, _e: R, d: R) -> Third<R> {
-        Third::zero(d)
     }
 }
 

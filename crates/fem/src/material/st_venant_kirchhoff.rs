@@ -1,69 +1,83 @@
-//! St. Venant–Kirchhoff: W = ζ |dev E|² with Green's strain E = (FᵀF − I)/2, in three dimensions.
+//! St. Venant–Kirchhoff: W = λ/2 (tr E)² + μ E:E with Green's strain, the textbook's, and with its
+//! deviator in place of E.
 //!
-//! In plane strain `2 tr E = |F|² − 2 = e + 2 d` and `4 tr E² = (e + 2 d)² + 2 e − 2 d²`, so that
-//! `W = ζ ((e + 2 d)²/6 + e/2 − d²/2)`: a quadratic, linearised by the law of small strains.
+//! With s = 2 tr E = a + 2 d and 4 E:E = s² + 4 a − 2 b: W = (λ + 2 μ) s²/8 + μ (a − b/2).
 
 use super::Real;
-use super::potential::{First, Potential, Second, Third};
+use super::parameters::{Described, Description, Parameter, Range};
 use super::three::{Curvature, Invariants, Isotropic, Slope};
 
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct StVenantKirchhoff {
-    pub(crate) shear_modulus: f64,
+/// `W = λ/2 (tr E)² + μ E:E` with Green's strain E = (FᵀF − I)/2.
+///
+/// The energy holds the volume's part: no pressure and no κ are added. Valid for J > 0, meant for
+/// moderate strains: it softens in compression.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StVenantKirchhoff {
+    /// λ, Pa.
+    pub lambda: f64,
+    /// μ, Pa.
+    pub shear_modulus: f64,
 }
 
-impl StVenantKirchhoff {
-    /// P33 without the pressure's part: F33 S33 with F33 = 1, S = 2 ζ dev E, E33 = 0.
-    pub(crate) fn stress_33(&self, e: f64, d: f64) -> f64 {
-        -self.shear_modulus / 3.0 * (e + 2.0 * d)
-    }
+impl Described for StVenantKirchhoff {
+    const DESCRIPTION: Description = Description {
+        name: "st-venant-kirchhoff",
+        energy: "λ/2 (tr E)² + μ E:E",
+        about: "The textbook's law, with its own volume part: for `displacement` only, and for \
+                moderate strains, as it softens in compression.",
+        parameters: &[
+            Parameter::new(
+                "lambda",
+                "Pa",
+                Range::NotNegative,
+                "Lamé's first constant λ",
+            ),
+            SHEAR_MODULUS,
+        ],
+        fibres: false,
+        complete: true,
+    };
 }
 
-impl Potential for StVenantKirchhoff {
-    const FINITE: bool = true;
-
-    #[inline(always)]
-    fn energy(&self, e: f64, d: f64) -> f64 {
-        let s = e + 2.0 * d;
-        self.shear_modulus * (s * s / 6.0 + 0.5 * (e - d * d))
-    }
-
-    #[inline(always)]
-    fn first<R: Real>(&self, e: R, d: R) -> First<R> {
-        let third = self.shear_modulus / 3.0;
-        First {
-            e: (e + d * 2.0) * third + d.like(0.5 * self.shear_modulus),
-            d: (e * 2.0 + d) * third,
-        }
-    }
-
-    #[inline(always)]
-    fn second<R: Real>(&self, _e: R, d: R) -> Second<R> {
-        let third = d.like(self.shear_modulus / 3.0);
-        Second {
-            ee: third,
-            ed: third * 2.0,
-            dd: third,
-        }
-    }
-
-    #[inline(always)]
-    fn third<R: Real>(&self, _e: R, d: R) -> Third<R> {
-        Third::zero(d)
-    }
+/// `W = ζ |dev E|²` with Green's strain E, the deviator taken in three dimensions.
+///
+/// Valid for J > 0, meant for moderate strains: it softens in compression.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DeviatoricStVenantKirchhoff {
+    /// ζ, Pa.
+    pub shear_modulus: f64,
 }
 
-/// 2 tr E = a + 2 d = s and 4 E:E = s² + 4 a − 2 b, so that W = ζ (s²/6 + a − b/2).
+impl Described for DeviatoricStVenantKirchhoff {
+    const DESCRIPTION: Description = Description {
+        name: "deviatoric-st-venant-kirchhoff",
+        energy: "ζ |dev E|²",
+        about: "Of Green's strain without its trace; for moderate strains, as it softens in \
+                compression.",
+        parameters: &[SHEAR_MODULUS],
+        fibres: false,
+        complete: false,
+    };
+}
+
+const SHEAR_MODULUS: Parameter = Parameter::new(
+    "shear_modulus",
+    "Pa",
+    Range::Positive,
+    "Shear modulus at rest",
+);
+
 impl Isotropic for StVenantKirchhoff {
     #[inline(always)]
     fn energy<R: Real>(&self, Invariants { a, b, d }: Invariants<R>) -> R {
         let s = a + d * 2.0;
-        (s * s * (1.0 / 6.0) + a - b * 0.5) * self.shear_modulus
+        s * s * (0.125 * self.lambda + 0.25 * self.shear_modulus)
+            + (a - b * 0.5) * self.shear_modulus
     }
 
     #[inline(always)]
     fn slope<R: Real>(&self, Invariants { a, d, .. }: Invariants<R>) -> Slope<R> {
-        let along = (a + d * 2.0) * (self.shear_modulus / 3.0);
+        let along = (a + d * 2.0) * (0.25 * self.lambda + 0.5 * self.shear_modulus);
         Slope {
             a: along + d.like(self.shear_modulus),
             b: d.like(-0.5 * self.shear_modulus),
@@ -73,15 +87,43 @@ impl Isotropic for StVenantKirchhoff {
 
     #[inline(always)]
     fn curvature<R: Real>(&self, Invariants { d, .. }: Invariants<R>) -> Curvature<R> {
-        let third = d.like(self.shear_modulus / 3.0);
+        let once = d.like(0.25 * self.lambda + 0.5 * self.shear_modulus);
         let zero = d.like(0.0);
         Curvature {
-            aa: third,
+            aa: once,
             ab: zero,
             bb: zero,
-            ad: third * 2.0,
+            ad: once * 2.0,
             bd: zero,
-            dd: third * 4.0,
+            dd: once * 4.0,
         }
+    }
+}
+
+impl DeviatoricStVenantKirchhoff {
+    /// |dev E|² = E:E − (tr E)²/3.
+    #[inline(always)]
+    fn with_trace(self) -> StVenantKirchhoff {
+        StVenantKirchhoff {
+            lambda: self.shear_modulus * (-2.0 / 3.0),
+            shear_modulus: self.shear_modulus,
+        }
+    }
+}
+
+impl Isotropic for DeviatoricStVenantKirchhoff {
+    #[inline(always)]
+    fn energy<R: Real>(&self, at: Invariants<R>) -> R {
+        self.with_trace().energy(at)
+    }
+
+    #[inline(always)]
+    fn slope<R: Real>(&self, at: Invariants<R>) -> Slope<R> {
+        self.with_trace().slope(at)
+    }
+
+    #[inline(always)]
+    fn curvature<R: Real>(&self, at: Invariants<R>) -> Curvature<R> {
+        self.with_trace().curvature(at)
     }
 }

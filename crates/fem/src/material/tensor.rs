@@ -12,8 +12,8 @@
 //! [`Strain`] holds what all of these share at a point; what two of them compute from it is the
 //! same expression, so the compiler computes it once.
 
-use super::potential::{First, Potential, Second, Third};
-use super::{Dual, Real, Tangent};
+use super::potential::Potential;
+use super::{Dual, PlaneCurvature, PlaneSlope, Real, Tangent};
 
 /// A 2 × 2 tensor of some kind of number.
 pub(crate) type TensorOf<R> = [[R; 2]; 2];
@@ -197,32 +197,37 @@ impl<R: Real> Strain<R> {
 
     /// W_e and W_d with the volumetric part: κ d − p is added to the latter.
     #[inline(always)]
-    fn first<W: Potential>(&self, w: &W, volumetric: Volumetric<R>) -> First<R> {
+    fn first<W: Potential>(&self, w: &W, volumetric: Volumetric<R>) -> PlaneSlope<R> {
         let slope = w.first(self.e, self.d);
-        First {
+        PlaneSlope {
             e: self.graded(slope.e),
             d: self.graded(slope.d) + self.d * volumetric.kappa - volumetric.p,
         }
     }
 
     #[inline(always)]
-    fn second<W: Potential>(&self, w: &W, volumetric: Volumetric<R>) -> Second<R> {
+    fn second<W: Potential>(&self, w: &W, volumetric: Volumetric<R>) -> PlaneCurvature<R> {
         let slope = w.second(self.e, self.d);
-        Second {
+        PlaneCurvature {
             ee: self.graded(slope.ee),
             ed: self.graded(slope.ed),
             dd: self.graded(slope.dd) + self.d.like(volumetric.kappa),
         }
     }
 
+    /// The second derivatives of W as they change along ė and ḋ, times the factor.
     #[inline(always)]
-    fn third<W: Potential>(&self, w: &W) -> Third<R> {
-        let slope = w.third(self.e, self.d);
-        Third {
-            eee: self.graded(slope.eee),
-            eed: self.graded(slope.eed),
-            edd: self.graded(slope.edd),
-            ddd: self.graded(slope.ddd),
+    fn moving_second<W: Potential>(&self, w: &W, e_rate: R, d_rate: R) -> PlaneCurvature<Dual<R>> {
+        let moving = |value, rate| Dual { value, rate };
+        let curve = w.second(moving(self.e, e_rate), moving(self.d, d_rate));
+        let graded = |entry: Dual<R>| Dual {
+            value: self.graded(entry.value),
+            rate: self.graded(entry.rate),
+        };
+        PlaneCurvature {
+            ee: graded(curve.ee),
+            ed: graded(curve.ed),
+            dd: graded(curve.dd),
         }
     }
 
@@ -305,12 +310,10 @@ impl<R: Real> Strain<R> {
         let (distortion_v, normal_rate) = (distortion(v), volume_gradient_rate(w, v));
         let (e_rate, d_rate) = self.rates(v);
         let curve = self.second(w, volumetric);
-        let third = self.third(w);
+        let moving = self.moving_second(w, e_rate, d_rate);
         let slope_e_rate = curve.ee.mul_add(e_rate, curve.ed * d_rate);
         let slope_d_rate = curve.ed.mul_add(e_rate, curve.dd * d_rate) - volumetric.p_rate;
-        let ee_rate = third.eee.mul_add(e_rate, third.eed * d_rate);
-        let ed_rate = third.eed.mul_add(e_rate, third.edd * d_rate);
-        let dd_rate = third.edd.mul_add(e_rate, third.ddd * d_rate);
+        let [ee_rate, ed_rate, dd_rate] = [moving.ee.rate, moving.ed.rate, moving.dd.rate];
 
         let mut a = Symmetric::constant_maps(
             slope_e_rate * 2.0,

@@ -142,7 +142,8 @@ law_tests! {
     mooney_rivlin: Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
     mooney_rivlin_second_invariant_only: Law::MooneyRivlin { c10: 0.0, c01: 5e3 };
     small_strain: Law::SmallStrain { shear_modulus: 2.04e4 };
-    st_venant_kirchhoff: Law::StVenantKirchhoff { shear_modulus: 2.04e4 };
+    deviatoric_st_venant_kirchhoff: Law::DeviatoricStVenantKirchhoff { shear_modulus: 2.04e4 };
+    st_venant_kirchhoff: Law::StVenantKirchhoff { lambda: 3e4, shear_modulus: 2.04e4 };
 }
 
 #[test]
@@ -169,7 +170,7 @@ fn small_strains_are_the_linearisation_of_the_finite_laws() {
     let rest = [[0.0; 2]; 2];
     for finite in [
         Law::MooneyRivlin { c10, c01 },
-        Law::StVenantKirchhoff { shear_modulus },
+        Law::DeviatoricStVenantKirchhoff { shear_modulus },
     ] {
         let (a, b) = (finite.tangent(rest, 0.0), small.tangent(rest, 0.0));
         for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
@@ -179,9 +180,9 @@ fn small_strains_are_the_linearisation_of_the_finite_laws() {
 }
 
 #[test]
-fn st_venant_kirchhoff_is_the_formula_with_greens_strain() {
+fn deviatoric_st_venant_kirchhoff_is_the_formula_with_greens_strain() {
     let shear_modulus = 2.04e4;
-    let law = Law::StVenantKirchhoff { shear_modulus };
+    let law = Law::DeviatoricStVenantKirchhoff { shear_modulus };
     for h in STATES {
         let f = [[1.0 + h[0][0], h[0][1]], [h[1][0], 1.0 + h[1][1]]];
         let c = |i: usize, j: usize| f[0][i] * f[0][j] + f[1][i] * f[1][j];

@@ -6,12 +6,14 @@
 //! (J − 1) or the penalty in its place, is added by [`Strain3`], the same for all laws. Rates are
 //! derivatives by [`Dual`](super::Dual) numbers.
 
+mod fibres;
 mod isotropic;
 mod law;
 mod point;
 mod strain;
 mod tensor;
 
+pub use fibres::{FibreStrain, FibreStrains};
 pub use isotropic::{Curvature, Invariants, Isotropic, Slope};
 pub use law::Law3;
 pub use point::Tangent3;

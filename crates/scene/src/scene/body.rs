@@ -256,7 +256,9 @@ fn law(law: &solid::Law) -> Law {
             c10: 0.5 * shear_modulus,
             c01: 0.0,
         },
-        solid::Law::StVenantKirchhoff { shear_modulus } => Law::StVenantKirchhoff { shear_modulus },
+        solid::Law::StVenantKirchhoff { shear_modulus } => {
+            Law::DeviatoricStVenantKirchhoff { shear_modulus }
+        }
         solid::Law::SmallStrain { shear_modulus } => Law::SmallStrain { shear_modulus },
     }
 }

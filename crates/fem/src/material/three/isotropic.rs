@@ -8,7 +8,8 @@
 //! P = 2 W_a D + 2 W_b B + W_d N
 //! ```
 
-use super::super::{Dual, Real};
+use super::super::potential::plane_invariants;
+use super::super::{Dual, PlaneCurvature, PlaneSlope, Real};
 use super::law::Law3;
 use super::strain::Strain3;
 use super::tensor::{
@@ -84,6 +85,29 @@ pub trait Isotropic {
             ad: a.d.rate,
             bd: b.d.rate,
             dd: d.d.rate,
+        }
+    }
+
+    /// The first derivatives in plane strain, where b = a + d²: of W by e = a and d.
+    #[inline(always)]
+    fn plane_slope<R: Real>(&self, e: R, d: R) -> PlaneSlope<R> {
+        let slope = self.slope(plane_invariants(e, d));
+        PlaneSlope {
+            e: slope.a + slope.b,
+            d: (slope.b * 2.0).mul_add(d, slope.d),
+        }
+    }
+
+    /// The second derivatives in plane strain.
+    #[inline(always)]
+    fn plane_curvature<R: Real>(&self, e: R, d: R) -> PlaneCurvature<R> {
+        let at = plane_invariants(e, d);
+        let (slope, curve) = (self.slope(at), self.curvature(at));
+        let by_b = d * 2.0;
+        PlaneCurvature {
+            ee: curve.aa + curve.ab * 2.0 + curve.bb,
+            ed: curve.ad + curve.bd + by_b * (curve.ab + curve.bb),
+            dd: curve.dd + by_b * (curve.bd * 2.0 + by_b * curve.bb) + slope.b * 2.0,
         }
     }
 }

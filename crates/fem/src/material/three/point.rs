@@ -1,7 +1,7 @@
 //! A law at one point of a body of three dimensions.
 
 use super::super::tensor::Volumetric;
-use super::super::{Law, with_potential};
+use super::super::{Law, with_law};
 use super::strain::{Axes, Strain3};
 use super::tensor::UPPER3;
 use super::{Tensor3, Tensor3Of};
@@ -13,13 +13,13 @@ pub type Tangent3 = [[f64; 9]; 9];
 impl Law {
     /// W at `h` = ∇u, without the pressure's part.
     pub fn energy3(self, h: Tensor3, axes: Axes<f64>) -> f64 {
-        with_potential!(self, w => Strain3::new(&w, h, axes).energy(&w))
+        with_law!(self, w => Strain3::new(&w, h, axes).energy(&w))
     }
 
     /// First Piola–Kirchhoff stress P = ∂W/∂F − p cof F.
     pub fn stress3(self, h: Tensor3, p: f64, axes: Axes<f64>) -> Tensor3 {
         let volumetric = Volumetric::pressure(p);
-        with_potential!(self, w => Strain3::new(&w, h, axes).stress(&w, volumetric))
+        with_law!(self, w => Strain3::new(&w, h, axes).stress(&w, volumetric))
     }
 
     /// Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ, with `v` = ∇v.
@@ -35,13 +35,13 @@ impl Law {
             p_rate,
             kappa: 0.0,
         };
-        with_potential!(self, w => Strain3::new(&w, h, axes).stress_rate(&w, &v, volumetric))
+        with_law!(self, w => Strain3::new(&w, h, axes).stress_rate(&w, &v, volumetric))
     }
 
     /// ∂P/∂F at fixed p.
     pub fn tangent3(self, h: Tensor3, p: f64, axes: Axes<f64>) -> Tangent3 {
         let volumetric = Volumetric::pressure(p);
-        let a = with_potential!(self, w => Strain3::new(&w, h, axes).tangent(&w, volumetric));
+        let a = with_law!(self, w => Strain3::new(&w, h, axes).tangent(&w, volumetric));
         UPPER3.map(|row| row.map(|place| a.0[place]))
     }
 
@@ -58,7 +58,7 @@ impl Law {
             p_rate,
             kappa: 0.0,
         };
-        let a = with_potential!(
+        let a = with_law!(
             self,
             w => Strain3::new(&w, h, axes).tangent_rate(&w, &v, volumetric)
         );
@@ -67,11 +67,11 @@ impl Law {
 
     /// J − 1, or div u for small strains.
     pub fn volume_change3(self, h: Tensor3) -> f64 {
-        with_potential!(self, w => Strain3::new(&w, h, Axes::cartesian(0.0)).d)
+        with_law!(self, w => Strain3::new(&w, h, Axes::cartesian(0.0)).d)
     }
 
     /// ∂(J − 1)/∂F = cof F, or I for small strains.
     pub fn volume_gradient3(self, h: Tensor3) -> Tensor3Of<f64> {
-        with_potential!(self, w => Strain3::new(&w, h, Axes::cartesian(0.0)).normal)
+        with_law!(self, w => Strain3::new(&w, h, Axes::cartesian(0.0)).normal)
     }
 }

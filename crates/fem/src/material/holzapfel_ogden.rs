@@ -1,0 +1,205 @@
+//! Holzapfel and Ogden's law: a matrix, fibres and sheets that resist tension, and their shear.
+
+use super::parameters::{Described, Description, Parameter, Range};
+use super::three::{
+    FibreStrain, Invariants, Isotropic, Law3, Slope, Strain3, Symmetric3, Tensor3Of, add_scaled3,
+};
+use super::{Dual, Real, mooney_rivlin};
+
+/// `W = a/2b (e^{b(Ī1−3)} − 1) + Σ_f,s a_i/2b_i H(I4i) (e^{b_i (I4i−1)²} − 1) + a_fs/2b_fs (e^{b_fs I8²} − 1)`.
+///
+/// `H(x) = 1/(1 + e^{−k(x−1)})` switches fibres on in tension; it is part of the energy, and leaves
+/// a hump below I4 = 1. With k = ∞ it is a step: the tangent then has a kink at I4 = 1, where the
+/// tension side counts. I4 and I8 are of the full C. Source: Holzapfel and Ogden 2009, Phil. Trans.
+/// R. Soc. A 367, in the form of Aróstica et al. 2025.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HolzapfelOgden {
+    /// a, Pa.
+    pub a: f64,
+    /// b.
+    pub b: f64,
+    /// a_f, Pa.
+    pub a_f: f64,
+    /// b_f.
+    pub b_f: f64,
+    /// a_s, Pa.
+    pub a_s: f64,
+    /// b_s.
+    pub b_s: f64,
+    /// a_fs, Pa.
+    pub a_fs: f64,
+    /// b_fs.
+    pub b_fs: f64,
+    /// k; ∞ for a step.
+    pub k: f64,
+}
+
+impl Described for HolzapfelOgden {
+    const DESCRIPTION: Description = Description {
+        name: "holzapfel-ogden",
+        energy: "a/2b (exp b(Ī1-3) - 1) + Σ_f,s a_i/2b_i H(I4i) (exp b_i(I4i-1)² - 1) + \
+                 a_fs/2b_fs (exp b_fs I8² - 1), H(x) = 1/(1 + exp -k(x-1))",
+        about: "Heart muscle at rest: fibres and sheets in an isotropic matrix.",
+        parameters: &[
+            Parameter::new("a", "Pa", Range::Positive, "Stiffness of the matrix"),
+            Parameter::new("b", "", Range::Positive, "Exponent of the matrix"),
+            Parameter::new("a_f", "Pa", Range::NotNegative, "Stiffness of the fibres"),
+            Parameter::new("b_f", "", Range::Positive, "Exponent of the fibres"),
+            Parameter::new("a_s", "Pa", Range::NotNegative, "Stiffness of the sheets"),
+            Parameter::new("b_s", "", Range::Positive, "Exponent of the sheets"),
+            Parameter::new("a_fs", "Pa", Range::NotNegative, "Stiffness of their shear"),
+            Parameter::new("b_fs", "", Range::Positive, "Exponent of their shear"),
+            Parameter::new(
+                "k",
+                "",
+                Range::PositiveOrInfinite,
+                "Steepness of the switch; `inf`: a step",
+            )
+            .or(100.0),
+        ],
+        fibres: true,
+        complete: false,
+    };
+}
+
+impl HolzapfelOgden {
+    #[inline(always)]
+    fn matrix(&self) -> Exponential {
+        Exponential {
+            a: self.a,
+            b: self.b,
+        }
+    }
+
+    /// The three terms of fibres: strain, family.
+    #[inline(always)]
+    fn terms<R: Real>(&self, strain: &Strain3<R>) -> [(FibreStrain<R>, Family); 3] {
+        let (f, s) = (strain.axes.fibre, strain.axes.sheet);
+        let family = |a, b, k| Family { a, b, k };
+        [
+            (
+                FibreStrain::new(strain, f, f),
+                family(self.a_f, self.b_f, Some(self.k)),
+            ),
+            (
+                FibreStrain::new(strain, s, s),
+                family(self.a_s, self.b_s, Some(self.k)),
+            ),
+            (
+                FibreStrain::new(strain, f, s),
+                family(self.a_fs, self.b_fs, None),
+            ),
+        ]
+    }
+}
+
+/// `w(E) = a/2b H (e^{b y²} − 1)`, y = 2 E: I4 − 1, or I8.
+#[derive(Debug, Clone, Copy)]
+struct Family {
+    a: f64,
+    b: f64,
+    /// Steepness of the switch; none without switch.
+    k: Option<f64>,
+}
+
+impl Family {
+    /// Multiplies by the switch: a value g, or with its derivative g' the derivative of H g.
+    #[inline(always)]
+    fn switched<R: Real>(&self, y: R, value: R, derivative: Option<R>) -> R {
+        let own = derivative.unwrap_or(value);
+        match self.k {
+            None => own,
+            Some(k) if k.is_infinite() => y.choose(own, y.like(0.0)),
+            Some(k) => {
+                let one = y.like(1.0);
+                let h = one / (one + (y * -k).exp());
+                match derivative {
+                    None => h * own,
+                    Some(own) => h * (own + (one - h) * value * k),
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn energy<R: Real>(&self, e: R) -> R {
+        let y = e * 2.0;
+        let g = (y * y * self.b).exp_m1() * (0.5 * self.a / self.b);
+        self.switched(y, g, None)
+    }
+
+    /// w'.
+    #[inline(always)]
+    fn slope<R: Real>(&self, e: R) -> R {
+        let y = e * 2.0;
+        let grown = (y * y * self.b).exp_m1();
+        let g = grown * (0.5 * self.a / self.b);
+        let slope = (grown + y.like(1.0)) * y * self.a;
+        self.switched(y, g, Some(slope)) * 2.0
+    }
+
+    /// w''.
+    #[inline(always)]
+    fn curvature<R: Real>(&self, e: R) -> R {
+        let rate = e.like(1.0);
+        self.slope(Dual { value: e, rate }).rate
+    }
+}
+
+/// The isotropic matrix: a/2b (e^{b(Ī1−3)} − 1).
+#[derive(Debug, Clone, Copy)]
+struct Exponential {
+    a: f64,
+    b: f64,
+}
+
+impl Isotropic for Exponential {
+    #[inline(always)]
+    fn energy<R: Real>(&self, at: Invariants<R>) -> R {
+        let (y, _) = mooney_rivlin::first_invariant(at);
+        (y * self.b).exp_m1() * (0.5 * self.a / self.b)
+    }
+
+    #[inline(always)]
+    fn slope<R: Real>(&self, at: Invariants<R>) -> Slope<R> {
+        let (y, slope) = mooney_rivlin::first_invariant(at);
+        let scale = (y * self.b).exp() * (0.5 * self.a);
+        Slope {
+            a: scale * slope.a,
+            b: slope.b,
+            d: scale * slope.d,
+        }
+    }
+}
+
+impl Law3 for HolzapfelOgden {
+    const FIBRES: bool = true;
+
+    #[inline(always)]
+    fn energy<R: Real>(&self, strain: &Strain3<R>) -> R {
+        let mut sum = Law3::energy(&self.matrix(), strain);
+        for (strain, family) in &self.terms(strain) {
+            sum = sum + family.energy(strain.value);
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn stress<R: Real>(&self, strain: &Strain3<R>) -> Tensor3Of<R> {
+        let mut stress = self.matrix().stress(strain);
+        for (strain, family) in &self.terms(strain) {
+            add_scaled3(&mut stress, family.slope(strain.value), &strain.gradient);
+        }
+        stress
+    }
+
+    #[inline(always)]
+    fn tangent<R: Real>(&self, strain: &Strain3<R>) -> Symmetric3<R> {
+        let mut out = self.matrix().tangent(strain);
+        for (strain, family) in &self.terms(strain) {
+            strain.add_slope(&mut out, family.slope(strain.value));
+            out.add_square(family.curvature(strain.value), &strain.gradient);
+        }
+        out
+    }
+}

@@ -1,0 +1,125 @@
+//! The list of laws: a line for each.
+
+use super::{
+    Described, Description, DeviatoricStVenantKirchhoff, Guccione, HolzapfelOgden, MooneyRivlin,
+    SmallStrain, StVenantKirchhoff, TransverseMooneyRivlin,
+};
+
+/// Makes [`Law`] and what goes through all laws. Isotropic laws have a potential of two invariants
+/// in plane strain; the others are evaluated in three dimensions there too.
+macro_rules! laws {
+    (
+        isotropic { $($plane:ident { $($plane_field:ident),* })* }
+        others { $($other:ident { $($other_field:ident),* })* }
+        $d:tt
+    ) => {
+        /// A material law: the part of the energy that does not hold the pressure.
+        ///
+        /// The pressure adds `−p (J − 1)` to the energy and `−p cof F` to the stress (for small
+        /// strains `−p div u` and `−p I`). Paper: eqs. (20), (26); the exponent in Ī1 is a misprint
+        /// there. Each variant has the constants of the type of its name.
+        ///
+        /// # Units
+        /// Moduli, energies and stresses in Pa.
+        ///
+        /// # Examples
+        /// ```
+        /// use myovib_fem::material::Law;
+        /// let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
+        /// let shear = [[0.0, 0.3], [0.0, 0.0]];
+        /// // Simple shear: P01 = 2 (c10 + c01) γ for any pressure.
+        /// assert!((law.stress(shear, 0.0)[0][1] - 6120.0).abs() < 1e-9);
+        /// ```
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        #[allow(missing_docs)] // the types of the same name have them
+        pub enum Law {
+            $(#[doc = concat!("See [`", stringify!($plane), "`].")]
+            $plane { $($plane_field: f64),* },)*
+            $(#[doc = concat!("See [`", stringify!($other), "`].")]
+            $other { $($other_field: f64),* },)*
+        }
+
+        impl Law {
+            /// The descriptions of all laws.
+            pub const CATALOGUE: &[Description] = &[
+                $($plane::DESCRIPTION,)*
+                $($other::DESCRIPTION,)*
+            ];
+
+            /// The description of the law.
+            pub fn description(self) -> Description {
+                match self {
+                    $(Law::$plane { .. } => $plane::DESCRIPTION,)*
+                    $(Law::$other { .. } => $other::DESCRIPTION,)*
+                }
+            }
+
+            /// The constants, in the order of the description.
+            pub fn values(self) -> Vec<f64> {
+                match self {
+                    $(Law::$plane { $($plane_field),* } => vec![$($plane_field),*],)*
+                    $(Law::$other { $($other_field),* } => vec![$($other_field),*],)*
+                }
+            }
+
+            /// The law of that name; the values are as many as its constants.
+            pub(super) fn from_values(name: &str, values: &[f64]) -> Self {
+                let mut values = values.iter().copied();
+                let mut next = || values.next().expect("a value for each constant");
+                $(if name == $plane::DESCRIPTION.name {
+                    return Law::$plane { $($plane_field: next()),* };
+                })*
+                $(if name == $other::DESCRIPTION.name {
+                    return Law::$other { $($other_field: next()),* };
+                })*
+                unreachable!("the name is from the list of laws")
+            }
+        }
+
+        /// Evaluates an expression with `$w` bound to the law, a [`Law3`](super::three::Law3).
+        macro_rules! with_law {
+            ($d law:expr, $d w:ident => $d body:expr) => {
+                match $d law {
+                    $($crate::material::Law::$plane { $($plane_field),* } => {
+                        let $d w = $crate::material::$plane { $($plane_field),* };
+                        $d body
+                    })*
+                    $($crate::material::Law::$other { $($other_field),* } => {
+                        let $d w = $crate::material::$other { $($other_field),* };
+                        $d body
+                    })*
+                }
+            };
+        }
+
+        /// Evaluates an expression with `$w` bound to the law's [`Potential`](super::Potential), or
+        /// another one where it has none.
+        macro_rules! with_potential {
+            ($d law:expr, $d w:ident => $d body:expr, else => $d other:expr) => {
+                match $d law {
+                    $($crate::material::Law::$plane { $($plane_field),* } => {
+                        let $d w = $crate::material::$plane { $($plane_field),* };
+                        $d body
+                    })*
+                    _ => $d other,
+                }
+            };
+        }
+    };
+}
+
+laws! {
+    isotropic {
+        MooneyRivlin { c10, c01 }
+        SmallStrain { shear_modulus }
+        DeviatoricStVenantKirchhoff { shear_modulus }
+        StVenantKirchhoff { lambda, shear_modulus }
+    }
+    others {
+        Guccione { c, b_f, b_t, b_fs }
+        HolzapfelOgden { a, b, a_f, b_f, a_s, b_s, a_fs, b_fs, k }
+        TransverseMooneyRivlin { c10, c01, c3, c4, c5, stretch_max }
+    }
+    $
+}
+pub(crate) use {with_law, with_potential};

@@ -1,0 +1,190 @@
+//! Viscoelasticity by Prony terms, eliminated point by point.
+//!
+//! The passive stress S without the pressure's part is replaced by S + Σ H_k with
+//! `Ḣ_k + H_k/τ_k = g_k Ṡ`, H_k = 0 at first. With Q_k = g_k S − H_k this needs no rate of S:
+//!
+//! ```text
+//! Q̇_k = (g_k S − Q_k)/τ_k,    stress: (1 + Σ g_k) S − Σ Q_k
+//! ```
+//!
+//! The states Q_k are one symmetric tensor a term and quadrature point. In the Newton equations of
+//! an implicit integrator with shift γ (ẏ → γ δy; real for BDF, real and complex for Radau IIA),
+//! with r_k the residual of Q̇_k + Q_k/τ_k − g_k S/τ_k,
+//!
+//! ```text
+//! δQ_k = (g_k δS − τ_k r_k)/(1 + γ τ_k)
+//! δ(stress) = φ(γ) δS + Σ τ_k r_k/(1 + γ τ_k),    φ = 1 + Σ g_k γ τ_k/(1 + γ τ_k)
+//! ```
+//!
+//! so that the material part of the tangent, ∂P/∂F less its geometric part δ_ik S_JL, is multiplied
+//! by φ(γ), and the geometric part has the whole stress. Source: FEBio, uncoupled viscoelasticity.
+
+use std::ops::{Add, Div, Mul};
+
+use crate::error::FemError;
+
+/// A term: g and τ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PronyTerm {
+    /// g, the stress that relaxes by the long-term one.
+    pub weight: f64,
+    /// τ, s.
+    pub time: f64,
+}
+
+/// The terms of a material; none for an elastic one.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Prony {
+    terms: Vec<PronyTerm>,
+}
+
+impl Prony {
+    /// The series of these terms.
+    ///
+    /// # Errors
+    /// [`FemError::Parameter`] for a weight below zero or a time that is not positive.
+    pub fn new(terms: Vec<PronyTerm>) -> Result<Self, FemError> {
+        let wrong = |name, value, condition| {
+            Err(FemError::Parameter {
+                name,
+                value,
+                condition,
+            })
+        };
+        for term in &terms {
+            if !(term.weight >= 0.0 && term.weight.is_finite()) {
+                return wrong("Prony weight", term.weight, "zero or positive, and finite");
+            }
+            if !(term.time > 0.0 && term.time.is_finite()) {
+                return wrong("Prony time", term.time, "positive and finite");
+            }
+        }
+        Ok(Self { terms })
+    }
+
+    /// The terms.
+    pub fn terms(&self) -> &[PronyTerm] {
+        &self.terms
+    }
+
+    /// 1 + Σ g, what S is multiplied by at once.
+    pub fn instantaneous(&self) -> f64 {
+        1.0 + self.terms.iter().map(|term| term.weight).sum::<f64>()
+    }
+
+    /// φ(γ), what the material part of the tangent is multiplied by under the shift γ.
+    pub fn tangent_factor<T>(&self, shift: T) -> T
+    where
+        T: Copy + From<f64> + Add<Output = T> + Mul<Output = T> + Div<Output = T>,
+    {
+        let one = T::from(1.0);
+        self.terms.iter().fold(one, |sum, term| {
+            let scaled = shift * T::from(term.time);
+            sum + T::from(term.weight) * scaled / (one + scaled)
+        })
+    }
+}
+
+impl PronyTerm {
+    /// Q̇ = (g S − Q)/τ of one component.
+    #[inline(always)]
+    pub fn rate(&self, stress: f64, state: f64) -> f64 {
+        (self.weight * stress - state) / self.time
+    }
+
+    /// δQ of one component from δS and the residual of Q̇ − (g S − Q)/τ under the shift γ.
+    #[inline(always)]
+    pub fn update<T>(&self, shift: T, stress: T, residual: T) -> T
+    where
+        T: Copy + From<f64> + Add<Output = T> + Mul<Output = T> + Div<Output = T>,
+    {
+        let grown = T::from(self.weight) * stress + T::from(-self.time) * residual;
+        grown / (T::from(1.0) + shift * T::from(self.time))
+    }
+
+    /// What the residual of a state adds to the stress of the Newton equations: τ r/(1 + γ τ).
+    #[inline(always)]
+    pub fn lagging<T>(&self, shift: T, residual: T) -> T
+    where
+        T: Copy + From<f64> + Add<Output = T> + Mul<Output = T> + Div<Output = T>,
+    {
+        T::from(self.time) * residual / (T::from(1.0) + shift * T::from(self.time))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_complex::Complex64;
+
+    use super::{Prony, PronyTerm};
+
+    fn series() -> Prony {
+        let term = |weight, time| PronyTerm { weight, time };
+        Prony::new(vec![term(0.5, 0.1), term(0.2, 2.0)]).unwrap()
+    }
+
+    #[test]
+    fn stress_relaxes_from_the_instantaneous_to_the_long_term() {
+        // S jumps to 1 at t = 0, where Q = 0: the stress is 1 + Σ g e^{−t/τ}. Heun's steps.
+        let prony = series();
+        let (steps, end) = (20_000, 1.0);
+        let h = end / f64::from(steps);
+        let mut states = [0.0; 2];
+        for _ in 0..steps {
+            for (state, term) in states.iter_mut().zip(prony.terms()) {
+                let first = term.rate(1.0, *state);
+                let second = term.rate(1.0, *state + h * first);
+                *state += 0.5 * h * (first + second);
+            }
+        }
+        let found = prony.instantaneous() - states.iter().sum::<f64>();
+        let exact: f64 = prony
+            .terms()
+            .iter()
+            .map(|t| t.weight * (-end / t.time).exp())
+            .sum();
+        // Heun: (h/τ)²/6 of 0.5.
+        assert!((found - 1.0 - exact).abs() < 1e-8, "{found}");
+    }
+
+    #[test]
+    fn elimination_solves_the_newton_equations() {
+        let prony = series();
+        for shift in [Complex64::new(30.0, 0.0), Complex64::new(12.0, -7.0)] {
+            let stress = Complex64::new(3.0, 1.5);
+            let residuals = [Complex64::new(0.2, -0.1), Complex64::new(-0.4, 0.3)];
+            let mut total = stress * prony.instantaneous();
+            let mut eliminated = prony.tangent_factor(shift) * stress;
+            for (term, residual) in prony.terms().iter().zip(residuals) {
+                let state = term.update(shift, stress, residual);
+                // γ δQ + δQ/τ − g δS/τ = −r
+                let left = shift * state + (state - stress * term.weight) / term.time;
+                assert!((left + residual).norm() < 1e-13);
+                total -= state;
+                eliminated += term.lagging(shift, residual);
+            }
+            assert!((total - eliminated).norm() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn fast_and_slow_changes_have_the_stiffness_of_the_ends() {
+        let prony = series();
+        assert_eq!(prony.tangent_factor(0.0), 1.0);
+        assert!((prony.tangent_factor(1e12) - prony.instantaneous()).abs() < 1e-10);
+        assert_eq!(Prony::default().tangent_factor(5.0), 1.0);
+    }
+
+    #[test]
+    fn negative_constants_are_refused() {
+        let one = |weight, time| Prony::new(vec![PronyTerm { weight, time }]).unwrap_err();
+        assert_eq!(
+            one(0.5, -2.0).to_string(),
+            "Prony time = -2 must be positive and finite"
+        );
+        assert_eq!(
+            one(f64::NAN, 1.0).to_string(),
+            "Prony weight = NaN must be zero or positive, and finite"
+        );
+    }
+}

@@ -1,0 +1,170 @@
+//! Mooney–Rivlin with fibres that uncrimp and stretch.
+
+use super::parameters::{Described, Description, Parameter, Range};
+use super::three::{FibreStrain, Law3, Strain3, Symmetric3, Tensor3Of, add_scaled3, scaled3};
+use super::{Dual, MooneyRivlin, Real};
+
+/// Mooney–Rivlin and F2(λ) of the fibre's stretch: `T = λ F2'` is given,
+/// `T = 0` (λ < 1), `c3 (e^{c4 (λ−1)} − 1)` (λ < λ_m), `c5 λ + c6` beyond, c6 by continuity.
+///
+/// λ is of the isochoric C̄. F2 itself has an exponential integral and is found by quadrature, for
+/// energies only. The tangent has kinks at λ = 1 and λ_m, where the side of larger stretch counts.
+/// Source: Weiss, Maker, Govindjee 1996, Comput. Methods Appl. Mech. Engrg. 135; FEBio.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TransverseMooneyRivlin {
+    /// Coefficient of the first invariant, Pa.
+    pub c10: f64,
+    /// Coefficient of the second invariant, Pa.
+    pub c01: f64,
+    /// Scale of the exponential, Pa.
+    pub c3: f64,
+    /// Rate of uncrimping.
+    pub c4: f64,
+    /// Modulus of straightened fibres, Pa.
+    pub c5: f64,
+    /// λ_m, the stretch at which fibres are straight.
+    pub stretch_max: f64,
+}
+
+impl Described for TransverseMooneyRivlin {
+    const DESCRIPTION: Description = Description {
+        name: "transverse-mooney-rivlin",
+        energy: "c10 (Ī1-3) + c01 (Ī2-3) + F2(λ), λ F2' = 0 for λ < 1, \
+                 c3 (exp c4(λ-1) - 1) to stretch_max, c5 λ + c6 beyond",
+        about: "Tendon and muscle at rest: fibres that uncrimp, in a Mooney–Rivlin matrix.",
+        parameters: &[
+            Parameter::new(
+                "c10",
+                "Pa",
+                Range::Positive,
+                "Coefficient of the first invariant",
+            ),
+            Parameter::new(
+                "c01",
+                "Pa",
+                Range::NotNegative,
+                "Coefficient of the second invariant",
+            )
+            .or(0.0),
+            Parameter::new("c3", "Pa", Range::NotNegative, "Scale of the exponential"),
+            Parameter::new("c4", "", Range::Positive, "Rate of uncrimping"),
+            Parameter::new(
+                "c5",
+                "Pa",
+                Range::NotNegative,
+                "Modulus of straightened fibres",
+            ),
+            Parameter::new(
+                "stretch_max",
+                "",
+                Range::AtLeastOne,
+                "Stretch of straightened fibres",
+            ),
+        ],
+        fibres: true,
+        complete: false,
+    };
+}
+
+impl TransverseMooneyRivlin {
+    #[inline(always)]
+    fn matrix(&self) -> MooneyRivlin {
+        let Self { c10, c01, .. } = *self;
+        MooneyRivlin { c10, c01 }
+    }
+
+    /// c6.
+    fn offset(&self) -> f64 {
+        self.c3 * (self.c4 * (self.stretch_max - 1.0)).exp_m1() - self.c5 * self.stretch_max
+    }
+
+    /// T = λ F2' from λ − 1.
+    #[inline(always)]
+    fn tension<R: Real>(&self, beyond: R) -> R {
+        let one = beyond.like(1.0);
+        let crimped = (beyond * self.c4).exp_m1() * self.c3;
+        let straight = (beyond + one) * self.c5 + one * self.offset();
+        let tension = (beyond - one * (self.stretch_max - 1.0)).choose(straight, crimped);
+        beyond.choose(tension, beyond.like(0.0))
+    }
+
+    /// F2(λ) from λ − 1: Gauss' rule of three points on equal intervals up to λ_m, exact beyond.
+    #[inline(always)]
+    fn fibre_energy<R: Real>(&self, beyond: R) -> R {
+        const INTERVALS: usize = 64;
+        let one = beyond.like(1.0);
+        let at_max = one * (self.stretch_max - 1.0);
+        let over = (beyond - at_max).choose(beyond - at_max, at_max * 0.0);
+        let width = (beyond - over) * (1.0 / INTERVALS as f64);
+        let mut sum = over * self.c5 + (over * (1.0 / self.stretch_max)).ln_1p() * self.offset();
+        let node = 0.5 * 0.6_f64.sqrt();
+        for k in 0..INTERVALS {
+            for (at, weight) in [(-node, 5.0 / 18.0), (0.0, 4.0 / 9.0), (node, 5.0 / 18.0)] {
+                let beyond = width * (k as f64 + 0.5 + at);
+                sum = sum + self.tension(beyond) / (beyond + one) * width * weight;
+            }
+        }
+        beyond.choose(sum, beyond.like(0.0))
+    }
+
+    /// λ − 1 of C̄: λ² − 1 = x² (I4 − 1) + x² − 1 with x = J^(−1/3), x² − 1 = −d x³ (1 + x)/s and
+    /// s = 1 + x + x².
+    #[inline(always)]
+    fn extension<R: Real>(e: R, d: R) -> R {
+        let one = d.like(1.0);
+        let x = (d + one).inverse_cube_root();
+        let x2 = x * x;
+        let square = x2 * e * 2.0 - d * x2 * x * (one + x) / (one + x + x2);
+        square / ((square + one).sqrt() + one)
+    }
+
+    /// The derivatives of F2 by E_ff and d: T / I4 and −T / 3J.
+    #[inline(always)]
+    fn slopes<R: Real>(&self, e: R, d: R) -> [R; 2] {
+        let one = d.like(1.0);
+        let tension = self.tension(Self::extension(e, d));
+        [
+            tension / (e * 2.0 + one),
+            tension / (d + one) * (-1.0 / 3.0),
+        ]
+    }
+}
+
+impl Law3 for TransverseMooneyRivlin {
+    const FIBRES: bool = true;
+
+    #[inline(always)]
+    fn energy<R: Real>(&self, strain: &Strain3<R>) -> R {
+        let fibre = strain.axes.fibre;
+        let e = strain.green_along(fibre, fibre);
+        let extension = Self::extension(e, strain.d);
+        Law3::energy(&self.matrix(), strain) + self.fibre_energy(extension)
+    }
+
+    #[inline(always)]
+    fn stress<R: Real>(&self, strain: &Strain3<R>) -> Tensor3Of<R> {
+        let fibre = FibreStrain::new(strain, strain.axes.fibre, strain.axes.fibre);
+        let [by_e, by_d] = self.slopes(fibre.value, strain.d);
+        let mut stress = self.matrix().stress(strain);
+        add_scaled3(&mut stress, by_e, &fibre.gradient);
+        add_scaled3(&mut stress, by_d, &strain.normal);
+        stress
+    }
+
+    #[inline(always)]
+    fn tangent<R: Real>(&self, strain: &Strain3<R>) -> Symmetric3<R> {
+        let fibre = FibreStrain::new(strain, strain.axes.fibre, strain.axes.fibre);
+        let (e, d) = (fibre.value, strain.d);
+        let (one, zero) = (d.like(1.0), d.like(0.0));
+        let dual = |value, rate| Dual { value, rate };
+        let [ee, ed] = self.slopes(dual(e, one), dual(d, zero));
+        let [_, dd] = self.slopes(dual(e, zero), dual(d, one));
+        let mut out = self.matrix().tangent(strain);
+        fibre.add_slope(&mut out, ee.value);
+        out.add_cofactor_slope(ed.value, &strain.f);
+        out.add_square(ee.rate, &fibre.gradient);
+        out.add_square(dd.rate, &strain.normal);
+        out.add_pair(&fibre.gradient, &scaled3(ed.rate, &strain.normal));
+        out
+    }
+}

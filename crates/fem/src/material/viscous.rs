@@ -1,0 +1,181 @@
+//! Kelvin–Voigt damping: `S_v = η Ė`, `P = F S_v`, dissipation η Ė:Ė.
+//!
+//! The functions hold in the plane and in space: in plane strain F33 = 1 adds nothing.
+
+use super::Real;
+
+/// Entry `[i][k][j][l]`: of (i, J) by (k, L).
+pub type FullTangent<R, const D: usize> = [[[[R; D]; D]; D]; D];
+
+/// F and V = ∇v at a point with viscosity η.
+#[derive(Debug, Clone, Copy)]
+pub struct Viscous<R, const D: usize> {
+    f: [[R; D]; D],
+    v: [[R; D]; D],
+    /// S_v.
+    stress: [[R; D]; D],
+    eta: R,
+}
+
+impl<R: Real, const D: usize> Viscous<R, D> {
+    /// The damping at `f` = F, `v` = ∇v.
+    ///
+    /// # Units
+    /// η in Pa·s.
+    #[inline(always)]
+    pub fn new(f: [[R; D]; D], v: [[R; D]; D], eta: R) -> Self {
+        let mut stress = f;
+        for i in 0..D {
+            for j in i..D {
+                // Ė = sym Fᵀ V
+                let mut sum = eta.like(0.0);
+                for (f, v) in f.iter().zip(&v) {
+                    sum = f[i].mul_add(v[j], f[j].mul_add(v[i], sum));
+                }
+                stress[i][j] = eta * sum * 0.5;
+                stress[j][i] = stress[i][j];
+            }
+        }
+        Self { f, v, stress, eta }
+    }
+
+    /// S_v.
+    #[inline(always)]
+    pub fn second_piola_kirchhoff(&self) -> [[R; D]; D] {
+        self.stress
+    }
+
+    /// P = F S_v.
+    #[inline(always)]
+    pub fn stress(&self) -> [[R; D]; D] {
+        let mut out = self.f;
+        for (row, f) in out.iter_mut().zip(&self.f) {
+            for (j, entry) in row.iter_mut().enumerate() {
+                let mut sum = *f.first().expect("D > 0") * self.stress[0][j];
+                for m in 1..D {
+                    sum = f[m].mul_add(self.stress[m][j], sum);
+                }
+                *entry = sum;
+            }
+        }
+        out
+    }
+
+    /// ∂P/∂F = δ_ik S_JL + η/2 (F_iL V_kJ + (F Vᵀ)_ik δ_JL): not symmetric.
+    #[inline(always)]
+    pub fn by_displacement(&self) -> FullTangent<R, D> {
+        let mut out = self.pairing(&self.v);
+        for (i, block) in out.iter_mut().enumerate() {
+            for (row, stress) in block[i].iter_mut().zip(&self.stress) {
+                for (entry, stress) in row.iter_mut().zip(stress) {
+                    *entry = *entry + *stress;
+                }
+            }
+        }
+        out
+    }
+
+    /// ∂P/∂V = η/2 (F_iL F_kJ + (F Fᵀ)_ik δ_JL).
+    #[inline(always)]
+    pub fn by_velocity(&self) -> FullTangent<R, D> {
+        self.pairing(&self.f)
+    }
+
+    /// η/2 (F_iL X_kJ + (F Xᵀ)_ik δ_JL).
+    #[inline(always)]
+    fn pairing(&self, x: &[[R; D]; D]) -> FullTangent<R, D> {
+        let half = self.eta * 0.5;
+        let mut out = [[[[half.like(0.0); D]; D]; D]; D];
+        for (row, f) in out.iter_mut().zip(&self.f) {
+            for (block, x) in row.iter_mut().zip(x) {
+                let mut diagonal = half.like(0.0);
+                for (f, x) in f.iter().zip(x) {
+                    diagonal = f.mul_add(*x, diagonal);
+                }
+                for (j, row) in block.iter_mut().enumerate() {
+                    for (entry, f) in row.iter_mut().zip(f) {
+                        *entry = half * *f * x[j];
+                    }
+                    row[j] = half.mul_add(diagonal, row[j]);
+                }
+            }
+        }
+        out
+    }
+
+    /// η Ė:Ė, the dissipation per reference volume.
+    #[inline(always)]
+    pub fn dissipation(&self) -> R {
+        let mut sum = self.eta.like(0.0);
+        for row in &self.stress {
+            for entry in row {
+                sum = entry.mul_add(*entry, sum);
+            }
+        }
+        sum / self.eta
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Viscous;
+
+    const F: [[f64; 3]; 3] = [[1.1, 0.2, -0.1], [-0.1, 0.95, 0.2], [0.05, -0.2, 1.1]];
+    const V: [[f64; 3]; 3] = [[0.3, -0.8, 0.4], [0.5, 0.9, -0.2], [-0.6, 0.1, -0.7]];
+    const ETA: f64 = 100.0;
+
+    #[test]
+    fn derivatives_are_those_of_the_stress() {
+        let point = Viscous::new(F, V, ETA);
+        let (by_u, by_v) = (point.by_displacement(), point.by_velocity());
+        let step = 1e-3;
+        for k in 0..3 {
+            for l in 0..3 {
+                let shift = |t: [[f64; 3]; 3], step: f64| {
+                    let mut t = t;
+                    t[k][l] += step;
+                    t
+                };
+                let plus = Viscous::new(shift(F, step), V, ETA).stress();
+                let minus = Viscous::new(shift(F, -step), V, ETA).stress();
+                let faster = Viscous::new(F, shift(V, step), ETA).stress();
+                let slower = Viscous::new(F, shift(V, -step), ETA).stress();
+                for i in 0..3 {
+                    for j in 0..3 {
+                        // A quadratic in F and V: central differences are exact but for rounding.
+                        let by_f = (plus[i][j] - minus[i][j]) / (2.0 * step);
+                        assert!((by_u[i][k][j][l] - by_f).abs() < 1e-11 * ETA / step);
+                        let by_rate = (faster[i][j] - slower[i][j]) / (2.0 * step);
+                        assert!((by_v[i][k][j][l] - by_rate).abs() < 1e-11 * ETA / step);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_power_of_the_stress_is_the_dissipation() {
+        let point = Viscous::new(F, V, ETA);
+        let stress = point.stress();
+        let power: f64 = (0..9).map(|r| stress[r / 3][r % 3] * V[r / 3][r % 3]).sum();
+        assert!((power - point.dissipation()).abs() < 1e-12 * power);
+        // A spin does no work: V = Ω F with a skew Ω.
+        let omega = [[0.0, 0.4, -0.3], [-0.4, 0.0, 0.2], [0.3, -0.2, 0.0]];
+        let spin =
+            [0, 1, 2].map(|i| [0, 1, 2].map(|j| (0..3).map(|k| omega[i][k] * F[k][j]).sum()));
+        assert!(Viscous::new(F, spin, ETA).dissipation() < 1e-28 * ETA);
+    }
+
+    #[test]
+    fn the_plane_is_the_part_of_space_with_no_strain_across() {
+        let (f, v) = ([[1.1, 0.2], [-0.1, 0.95]], [[0.3, -0.8], [0.5, 0.9]]);
+        let deep = |[[a, b], [c, d]]: [[f64; 2]; 2], e| [[a, b, 0.0], [c, d, 0.0], [0.0, 0.0, e]];
+        let plane = Viscous::new(f, v, ETA).stress();
+        let space = Viscous::new(deep(f, 1.0), deep(v, 0.0), ETA).stress();
+        for i in 0..2 {
+            for j in 0..2 {
+                assert_eq!(plane[i][j], space[i][j]);
+            }
+        }
+    }
+}
