@@ -51,9 +51,9 @@ impl<R: Real, const D: usize> Viscous<R, D> {
         let mut out = self.f;
         for (row, f) in out.iter_mut().zip(&self.f) {
             for (j, entry) in row.iter_mut().enumerate() {
-                let mut sum = *f.first().expect("D > 0") * self.stress[0][j];
-                for m in 1..D {
-                    sum = f[m].mul_add(self.stress[m][j], sum);
+                let mut sum = self.eta.like(0.0);
+                for (f, stress) in f.iter().zip(&self.stress) {
+                    sum = f.mul_add(stress[j], sum);
                 }
                 *entry = sum;
             }
