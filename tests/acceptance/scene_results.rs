@@ -190,3 +190,34 @@ fn a_newcomer_gets_from_a_mesh_to_a_picture() {
     assert_eq!(report.matches("<svg").count(), 2);
     assert!(!report.contains("src=") && !report.contains("href=\"http"));
 }
+
+/// Regression: a pulse of 100 ms after a rest of 1 s was stepped over, and the run called finished
+/// with u = 0.
+#[test]
+fn a_pulse_after_a_rest_is_seen_by_every_method() {
+    let folder = tempfile::tempdir().unwrap();
+    let pulse = "traction[0].y={ type=\"sum\", of=[\
+        {type=\"step\",value=100.0,start=1.0,rise=0.02},\
+        {type=\"step\",value=-100.0,start=1.1,rise=0.02}] }";
+    let peak = |method: &str| {
+        let chosen = format!("integrator.method=\"{method}\"");
+        let sets = ["time.end=1.3", pulse, &chosen];
+        run(folder.path(), "init", method, &sets);
+        let rows = fs::read_to_string(folder.path().join(method).join("origin.csv")).unwrap();
+        let u_y = rows.lines().skip(1).map(|row| {
+            let word = row.split(',').nth(2).expect("t, u_x, u_y, p");
+            word.parse::<f64>().expect("a number").abs()
+        });
+        u_y.fold(0.0, f64::max)
+    };
+    let tight = peak("radau13");
+    assert!(tight > 1e-3, "{tight}");
+    for method in ["bdf", "radau", "radau9"] {
+        // A relative tolerance of 1e-3 over a few periods.
+        let found = peak(method);
+        assert!(
+            (found / tight - 1.0).abs() < 0.05,
+            "{method}: {found} {tight}"
+        );
+    }
+}

@@ -78,6 +78,8 @@ pub use reading::probe::{Probe, ProbeValue};
 pub use rod_dae::RodDae;
 pub use signal::Signal;
 pub use signal::jet::Jet;
+pub use signal::schedule::Schedule;
 pub use signal::spline::Spline;
+pub use signal::timing::{Break, Timed};
 pub use start::Start;
 pub use state::State;

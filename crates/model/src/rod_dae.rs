@@ -7,6 +7,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::reading::displacement::Displacement;
 use crate::signal::Signal;
+use crate::signal::schedule::Schedule;
 
 /// F(t, y, ẏ) = 0 for a [`Rod`] under a signal at its free end. Paper: eqs. (35), (36).
 ///
@@ -33,6 +34,17 @@ impl RodDae {
     /// The function of time at its free end.
     pub fn signal(&self) -> &Signal {
         &self.signal
+    }
+
+    /// What drives it: the signal, with its derivative where a strain is given.
+    pub fn schedule(&self) -> Schedule {
+        let derivatives = match self.load {
+            EndLoad::Strain => 1,
+            EndLoad::Traction => 0,
+        };
+        let mut schedule = Schedule::default();
+        schedule.add(self.signal.clone(), derivatives);
+        schedule
     }
 
     /// The displacement at the point `x` of the rod.

@@ -7,15 +7,16 @@ use super::no_body::NoBody;
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 use crate::rod_dae::RodDae;
+use crate::signal::schedule::Schedule;
 
 /// A body's own linear solver.
 pub type BodySolver<B> = Box<dyn LinearSolver<B> + Send>;
 
 /// A body that oscillators can be coupled to.
 pub trait Body: Problem + Send + Sized + 'static {
-    /// The shortest time in which what drives the body changes, s, if something does.
-    fn time_scale(&self) -> Option<f64> {
-        None
+    /// What drives the body.
+    fn schedule(&self) -> Schedule {
+        Schedule::default()
     }
 
     /// A shorter way to solve the body's Newton systems than KLU on the whole matrix, if there is
@@ -29,8 +30,8 @@ pub trait Body: Problem + Send + Sized + 'static {
 }
 
 impl Body for MuscleDae {
-    fn time_scale(&self) -> Option<f64> {
-        self.muscle().time_scale()
+    fn schedule(&self) -> Schedule {
+        self.muscle().schedule()
     }
 
     fn condensed_solver(&self, options: KluOptions) -> Result<Option<BodySolver<Self>>, KluError> {
@@ -39,8 +40,8 @@ impl Body for MuscleDae {
 }
 
 impl Body for RodDae {
-    fn time_scale(&self) -> Option<f64> {
-        self.signal().time_scale()
+    fn schedule(&self) -> Schedule {
+        RodDae::schedule(self)
     }
 }
 

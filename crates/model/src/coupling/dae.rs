@@ -8,7 +8,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use super::body::Body;
 use super::oscillators::{Oscillators, Source};
 use crate::blocks::{Block, Blocks};
-use crate::integration::first_step::shortest;
+use crate::signal::schedule::Schedule;
 
 /// F(t, Y, Ẏ) = 0 for a body and the oscillators it drives, Y = (y, s_1, s_2, …).
 #[derive(Debug, Clone)]
@@ -179,11 +179,13 @@ impl<B: Problem> CoupledDae<B> {
 }
 
 impl<B: Body> CoupledDae<B> {
-    /// The shortest time in which the body's drive or an oscillator changes, s, if one does.
-    pub fn time_scale(&self) -> Option<f64> {
-        let oscillators = self.parts.iter().map(|part| &part.oscillators);
-        let times = oscillators.filter_map(Oscillators::time_scale);
-        shortest(times.chain(self.body.time_scale()))
+    /// What drives the body and the oscillators, and the periods of these.
+    pub fn schedule(&self) -> Schedule {
+        let mut schedule = self.body.schedule();
+        for part in &self.parts {
+            part.oscillators.add_to(&mut schedule);
+        }
+        schedule
     }
 }
 

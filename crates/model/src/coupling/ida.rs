@@ -63,12 +63,12 @@ impl<B: Body> IdaIntegrator<CoupledDae<B>> {
         let condensed = of_body
             .map(|body| CoupledSolver::new(body, &dae, options.klu))
             .transpose()?;
-        let time_scale = dae.time_scale();
+        let schedule = dae.schedule();
         let mut builder = tested(dae, error_test, options, t_end);
         if let Some(solver) = condensed {
             builder = builder.linear_solver(solver);
         }
-        Ok(Self::of(builder.build(t, y, y_dot)?, t_end, time_scale))
+        Ok(Self::of(builder.build(t, y, y_dot)?, t_end, schedule))
     }
 }
 
@@ -86,9 +86,9 @@ impl IdaIntegrator<FeedbackDae> {
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
-        let time_scale = dae.one_way().time_scale();
+        let schedule = dae.one_way().schedule();
         let solver = tested(dae, error_test, options, t_end).build(t, y, y_dot)?;
-        Ok(Self::of(solver, t_end, time_scale))
+        Ok(Self::of(solver, t_end, schedule))
     }
 }
 

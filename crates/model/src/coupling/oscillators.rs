@@ -7,9 +7,9 @@ use myovib_oscillators::{Drive, Network};
 
 use super::recording::Recording;
 use crate::error::ModelError;
-use crate::integration::first_step::shortest;
 use crate::reading::displacement::Displacement;
 use crate::signal::Signal;
+use crate::signal::schedule::Schedule;
 use myovib_sparse::Number;
 
 /// The displacement u in the forcing γ u of one direction.
@@ -92,15 +92,17 @@ impl Oscillators {
         self.drive
     }
 
-    /// The shortest of the oscillators' periods and of the times in which a given motion changes,
-    /// s.
-    pub fn time_scale(&self) -> Option<f64> {
-        let periods = self.network.omega().iter().map(|omega| TAU / omega);
-        let motions = self.sources.iter().filter_map(|source| match source {
-            Source::Given(signal) => signal.time_scale(),
-            Source::Rest | Source::Body(_) | Source::Recorded(_) => None,
-        });
-        shortest(periods.chain(motions))
+    /// Adds what drives them from outside the system, and their periods.
+    pub(super) fn add_to(&self, schedule: &mut Schedule) {
+        schedule.add_own_times(self.network.omega().iter().map(|omega| TAU / omega));
+        for source in &self.sources {
+            match source {
+                Source::Given(signal) => schedule.add(signal.clone(), 0),
+                Source::Recorded(recording) => schedule.add(recording.clone(), 0),
+                // What is prescribed at the point drives the body too.
+                Source::Rest | Source::Body(_) => {}
+            }
+        }
     }
 
     /// `rows` −= γ e wᵀ `body`: what a change of the body's unknowns does to the equations.

@@ -72,10 +72,10 @@ impl<B: Body> RadauIntegrator<CoupledDae<B>, SystemMatrices<B>> {
                 Box::new(KluMatrices::new(&pattern, options.klu)?)
             }
         };
-        let time_scale = dae.time_scale();
+        let schedule = dae.schedule();
         let (times, state) = ((t, t_end), (y, y_dot));
         let integrator = tested(dae, matrices, error_test, options, times, state)?;
-        Ok(integrator.with_time_scale(time_scale))
+        Ok(integrator.with_schedule(schedule))
     }
 }
 
@@ -94,10 +94,10 @@ impl RadauIntegrator<FeedbackDae, KluMatrices> {
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let matrices = KluMatrices::new(&dae.jacobian_pattern(), options.klu)?;
-        let time_scale = dae.one_way().time_scale();
+        let schedule = dae.one_way().schedule();
         let (times, state) = ((t, t_end), (y, y_dot));
         let integrator = tested(dae, matrices, error_test, options, times, state)?;
-        Ok(integrator.with_time_scale(time_scale))
+        Ok(integrator.with_schedule(schedule))
     }
 }
 

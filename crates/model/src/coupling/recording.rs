@@ -1,11 +1,14 @@
 //! A body's motion at a point, kept as the integrator's own polynomials.
 
+use std::f64::consts::PI;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use crate::error::ModelError;
 use crate::integration::run::{Observer, Step};
 use crate::integration::statistics::Outcome;
 use crate::reading::displacement::Displacement;
+use crate::signal::timing::{Break, FRACTION, Timed, shortest};
 
 /// Points per step: they determine a polynomial of degree 8, that of the dense output of Radau IIA
 /// with seven stages; the BDF's has 5 at most.
@@ -13,7 +16,7 @@ const POINTS: usize = 9;
 
 /// Chebyshev points of the second kind on [0, 1], from the start of a step to its end.
 fn place(k: usize) -> f64 {
-    let angle = std::f64::consts::PI * k as f64 / (POINTS - 1) as f64;
+    let angle = PI * k as f64 / (POINTS - 1) as f64;
     (1.0 - angle.cos()) / 2.0
 }
 
@@ -28,6 +31,8 @@ pub struct Recording {
     ends: Vec<f64>,
     values: Vec<[f64; POINTS]>,
     prescribed: Displacement,
+    /// Smallest and largest value, of what is not prescribed.
+    extent: Option<[f64; 2]>,
 }
 
 impl Recording {
@@ -61,6 +66,49 @@ impl Recording {
         let place = (t - from) / (self.ends[step] - from);
         Some(interpolate(&self.values[step], place) + self.prescribed.prescribed_at(t))
     }
+}
+
+impl Timed for Arc<Recording> {
+    /// That of what was prescribed at the point.
+    fn next_break(&self, after: f64) -> Option<Break> {
+        let prescribed = self.prescribed.prescribed.iter();
+        let breaks = prescribed.filter_map(|(signal, _)| signal.next_break(after));
+        breaks.reduce(Break::earlier)
+    }
+
+    /// The period of a sine with the range and the largest curvature of the motion between the
+    /// two times, π √(2 range/|ü|): a motion has inertia, and no more than that within a step.
+    fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
+        let [low, high] = self.extent?;
+        let first = self.ends.partition_point(|end| *end <= from);
+        let last = self.ends.partition_point(|end| *end < to);
+        let starts = std::iter::once(&self.start).chain(&self.ends);
+        let steps = starts.zip(&self.ends).zip(&self.values);
+        let curvatures = steps
+            .take(last + 1)
+            .skip(first)
+            .map(|((start, end), values)| curvature(values) / (end - start).powi(2));
+        let largest = curvatures.fold(0.0, f64::max);
+        let own = PI * (2.0 * (high - low) / largest).sqrt();
+        let prescribed = self.prescribed.prescribed.iter();
+        let given = prescribed.filter_map(|(signal, _)| signal.time_scale(from, to));
+        shortest(given.chain([own]))
+    }
+
+    fn longest_step(&self, from: f64, to: f64) -> Option<f64> {
+        Some(FRACTION * self.time_scale(from, to)?)
+    }
+}
+
+/// The curvature of the polynomial through `values` at the Chebyshev points of an interval of
+/// length 1, from its distance to the chord: x (1 − x)/2 for a curvature of 1.
+fn curvature(values: &[f64; POINTS]) -> f64 {
+    let (first, last) = (values[0], values[POINTS - 1]);
+    let sagitta = values.iter().enumerate().map(|(k, value)| {
+        let x = place(k);
+        (value - (1.0 - x) * first - x * last).abs()
+    });
+    8.0 * sagitta.fold(0.0, f64::max)
 }
 
 /// The polynomial through `values` at the Chebyshev points, by the barycentric formula.
@@ -121,6 +169,11 @@ impl<P> Observer<P> for Recorder {
             step.integrator.dense_output(t, 0, &mut self.y)?;
             *value = self.point.of(&self.y);
         }
+        let [low, high] = recording.extent.unwrap_or([values[0]; 2]);
+        recording.extent = Some([
+            values.iter().copied().fold(low, f64::min),
+            values.iter().copied().fold(high, f64::max),
+        ]);
         recording.ends.push(step.to);
         recording.values.push(values);
         Ok(ControlFlow::Continue(()))
@@ -149,6 +202,7 @@ mod tests {
             ends: vec![1.5, 2.0],
             values: vec![[3.0; POINTS], [4.0; POINTS]],
             prescribed: Displacement::default(),
+            extent: Some([3.0, 4.0]),
         };
         assert_eq!(recording.at(0.9), None);
         assert_eq!(recording.at(2.1), None);

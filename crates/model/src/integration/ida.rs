@@ -5,22 +5,19 @@ use myovib_dae::{Problem, Suppressed};
 use sundials_wrap::{IdaBuilder, IdaOptions, IdaSolver};
 
 use crate::error::ModelError;
-use crate::integration::first_step::look_ahead;
 use crate::integration::integrator::{Advance, Integrator};
+use crate::integration::pace::{Bounds, Pace};
 use crate::integration::settings::{LinearSolver, MultiplierWeights, Settings};
 use crate::integration::statistics::Counts;
 use crate::integration::step_weights::{StepSize, StepWeights};
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
+use crate::signal::schedule::Schedule;
 
 /// IDAS in one-step mode with a stop time at the end.
 pub struct IdaIntegrator<P: Problem> {
     pub(crate) solver: IdaSolver<P>,
-    t_end: f64,
-    /// The shortest time in which the system changes of itself, s.
-    time_scale: Option<f64>,
-    /// Whether a step was taken since the start or restart.
-    begun: bool,
+    pace: Pace,
     /// Where error weights that follow the step read its size.
     step_size: StepSize,
 }
@@ -53,7 +50,7 @@ impl IdaIntegrator<MuscleDae> {
             LinearSolver::Full => None,
         };
         let step_size = StepSize::default();
-        let time_scale = dae.muscle().time_scale();
+        let schedule = dae.muscle().schedule();
         let scaled = settings.multiplier_weights == MultiplierWeights::StepScaled;
         let weights = scaled.then(|| StepWeights::new(&dae, settings, step_size.clone()));
         let mut builder = builder(dae, options, settings.t_end);
@@ -68,9 +65,7 @@ impl IdaIntegrator<MuscleDae> {
         }
         Ok(Self {
             solver: builder.build(t, y, y_dot)?,
-            t_end: settings.t_end,
-            time_scale,
-            begun: false,
+            pace: Pace::new(schedule, settings.t_end),
             step_size,
         })
     }
@@ -89,23 +84,21 @@ impl<P: Problem> IdaIntegrator<P> {
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let solver = builder(problem, options, t_end).build(0.0, y, y_dot)?;
-        Ok(Self::of(solver, t_end, None))
+        Ok(Self::of(solver, t_end, Schedule::default()))
     }
 
-    /// Takes a solver that stops at `t_end`, of a system that changes within `time_scale` (s).
-    pub(crate) fn of(solver: IdaSolver<P>, t_end: f64, time_scale: Option<f64>) -> Self {
+    /// Takes a solver that stops at `t_end`, of a system that is driven by a `schedule`.
+    pub(crate) fn of(solver: IdaSolver<P>, t_end: f64, schedule: Schedule) -> Self {
         Self {
             solver,
-            t_end,
-            time_scale,
-            begun: false,
+            pace: Pace::new(schedule, t_end),
             step_size: StepSize::default(),
         }
     }
 
     /// t_out of the first step.
     pub(crate) fn look_ahead(&self) -> f64 {
-        look_ahead(self.solver.t(), self.t_end, self.time_scale)
+        self.pace.look_ahead(self.solver.t())
     }
 
     /// The problem with y and ẏ at the time reached.
@@ -120,7 +113,6 @@ impl<P: Problem> IdaIntegrator<P> {
     /// # Errors
     /// [`ModelError::Integrator`] for values that are not finite.
     pub fn restart(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), ModelError> {
-        self.begun = false;
         Ok(self.solver.reinit(t, y, y_dot, &[])?)
     }
 
@@ -157,13 +149,10 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
 impl<P: Problem> Integrator<P> for IdaIntegrator<P> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
         self.step_size.set(self.solver.current_step());
-        let t_out = if self.begun {
-            self.t_end
-        } else {
-            self.look_ahead()
-        };
-        self.begun = true;
-        Ok(Advance::of(self.solver.step(t_out)?, self.t_end))
+        let Bounds { t_out, stop_time } =
+            self.pace.bounds(self.solver.t(), &self.solver.statistics());
+        self.solver.set_stop_time(stop_time)?;
+        Ok(Advance::of(self.solver.step(t_out)?, self.pace.t_end()))
     }
 
     fn time(&self) -> f64 {

@@ -5,10 +5,10 @@
 //! around it ([`projected`]); [`run`] steps it to its end under the eyes of observers, as those of
 //! [`recorder`], and gives [`statistics`].
 
-pub(crate) mod first_step;
 pub mod ida;
 pub(crate) mod integrator;
 pub(crate) mod launch;
+pub(crate) mod pace;
 pub(crate) mod projected;
 pub mod radau;
 pub(crate) mod recorder;

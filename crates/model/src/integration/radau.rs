@@ -4,19 +4,18 @@ use myovib_dae::{Problem, Suppressed};
 use myovib_radau::{KluMatrices, RadauBuilder, RadauOptions, RadauSolver};
 
 use crate::error::ModelError;
-use crate::integration::first_step::look_ahead;
 use crate::integration::integrator::{Advance, Integrator};
+use crate::integration::pace::{Bounds, Pace};
 use crate::integration::settings::{LinearSolver, Settings};
 use crate::integration::statistics::Counts;
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
+use crate::signal::schedule::Schedule;
 
 /// Radau IIA with a stop time at the end.
 pub struct RadauIntegrator<P: Problem, M = KluMatrices> {
     solver: RadauSolver<P, M>,
-    t_end: f64,
-    /// The shortest time in which the system changes of itself, s.
-    time_scale: Option<f64>,
+    pace: Pace,
 }
 
 /// Matrices chosen at run time: condensed or full.
@@ -47,9 +46,9 @@ impl RadauIntegrator<MuscleDae, MuscleMatrices> {
         settings.expect_no_bdf_settings()?;
         let options = options(&dae, settings);
         let matrices = matrices(&dae, &options, settings.linear_solver)?;
-        let time_scale = dae.muscle().time_scale();
+        let schedule = dae.muscle().schedule();
         let times = (t, settings.t_end);
-        Ok(Self::new(dae, matrices, options, times, y, y_dot)?.with_time_scale(time_scale))
+        Ok(Self::new(dae, matrices, options, times, y, y_dot)?.with_schedule(schedule))
     }
 }
 
@@ -67,11 +66,8 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let solver = builder(problem, options, t_end).build_with(matrices, t, y, y_dot)?;
-        Ok(Self {
-            solver,
-            t_end,
-            time_scale: None,
-        })
+        let pace = Pace::new(Schedule::default(), t_end);
+        Ok(Self { solver, pace })
     }
 
     /// The same, with weights in the error test that are a function of y.
@@ -89,17 +85,14 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         let solver = builder(problem, options, t_end)
             .error_weights(weights)
             .build_with(matrices, t, y, y_dot)?;
-        Ok(Self {
-            solver,
-            t_end,
-            time_scale: None,
-        })
+        let pace = Pace::new(Schedule::default(), t_end);
+        Ok(Self { solver, pace })
     }
 
-    /// The same, for a system that changes within `time_scale` (s), if it has such a time: it
-    /// bounds the first step.
-    pub(crate) fn with_time_scale(self, time_scale: Option<f64>) -> Self {
-        Self { time_scale, ..self }
+    /// The same, for a system that is driven by a `schedule`.
+    pub(crate) fn with_schedule(self, schedule: Schedule) -> Self {
+        let pace = Pace::new(schedule, self.pace.t_end());
+        Self { pace, ..self }
     }
 
     /// The solver itself.
@@ -154,11 +147,10 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
 
 impl<P: Problem, M: myovib_dae::LinearSolver<P>> Integrator<P> for RadauIntegrator<P, M> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
-        let t_out = match self.solver.statistics().steps {
-            0 => look_ahead(self.solver.t(), self.t_end, self.time_scale),
-            _ => self.t_end,
-        };
-        Ok(Advance::of(self.solver.step(t_out)?, self.t_end))
+        let Bounds { t_out, stop_time } =
+            self.pace.bounds(self.solver.t(), &self.solver.statistics());
+        self.solver.set_stop_time(stop_time)?;
+        Ok(Advance::of(self.solver.step(t_out)?, self.pace.t_end()))
     }
 
     fn time(&self) -> f64 {

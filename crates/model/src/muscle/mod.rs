@@ -5,8 +5,8 @@ pub(crate) mod parameters;
 
 use myovib_fem::Solid;
 
-use crate::integration::first_step::shortest;
 use crate::signal::Signal;
+use crate::signal::schedule::Schedule;
 use load::{Load, Prescribed, PressureLoad};
 use parameters::Parameters;
 
@@ -48,9 +48,19 @@ impl Muscle {
         frequencies.reduce(f64::max)
     }
 
-    /// The shortest time in which a load or prescribed motion changes, s, if one of them does.
-    pub fn time_scale(&self) -> Option<f64> {
-        shortest(self.signals().filter_map(Signal::time_scale))
+    /// What drives it: loads, and prescribed motions with their velocity and acceleration.
+    pub fn schedule(&self) -> Schedule {
+        let mut schedule = Schedule::default();
+        for load in &self.loads {
+            schedule.add(load.signal().clone(), 0);
+        }
+        for pressure in &self.pressures {
+            schedule.add(pressure.signal().clone(), 0);
+        }
+        for prescribed in &self.prescribed {
+            schedule.add(prescribed.signal.clone(), 2);
+        }
+        schedule
     }
 
     fn signals(&self) -> impl Iterator<Item = &Signal> {

@@ -4,12 +4,13 @@
 //! displacements both: their rates enter the differentiated constraints.
 
 pub(crate) mod jet;
+pub(crate) mod schedule;
 pub(crate) mod spline;
+pub(crate) mod timing;
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use crate::integration::first_step::shortest;
 use jet::Jet;
 use spline::Spline;
 
@@ -77,27 +78,6 @@ impl Signal {
                 parts.iter().filter_map(Self::frequency).reduce(f64::max)
             }
             _ => None,
-        }
-    }
-
-    /// The shortest time in which it changes by what it changes, s: the period of a sine, the rise
-    /// of a step or a ramp, the distance of a table's rows; none for a constant.
-    pub fn time_scale(&self) -> Option<f64> {
-        match self {
-            Self::Constant(_) => None,
-            Self::Sine { frequency, .. } => shortest([frequency.abs().recip()]),
-            // The sigmoid rises with a slope of a quarter of its steepness at most.
-            Self::RampedSine {
-                frequency,
-                steepness,
-                ..
-            } => shortest([frequency.abs().recip(), 4.0 / steepness.abs()]),
-            Self::Step { rise, .. } => shortest([*rise]),
-            Self::Ramp { start, end, .. } => shortest([end - start]),
-            Self::Table(spline) => shortest([spline.shortest_interval()]),
-            Self::Sum(parts) | Self::Product(parts) => {
-                shortest(parts.iter().filter_map(Self::time_scale))
-            }
         }
     }
 

@@ -1,7 +1,8 @@
 //! Natural cubic splines: tables of values as functions with two continuous derivatives.
 
+use super::jet::Jet;
+use super::timing::shortest;
 use crate::error::ModelError;
-use crate::signal::jet::Jet;
 
 /// The interpolating cubic spline whose second derivative vanishes at both ends.
 ///
@@ -23,6 +24,8 @@ pub struct Spline {
     values: Vec<f64>,
     /// Second derivatives at the points.
     moments: Vec<f64>,
+    /// Largest less smallest value.
+    spread: f64,
 }
 
 impl Spline {
@@ -53,7 +56,10 @@ impl Spline {
             return fail("time in a table", pair[1], "greater than the one before it");
         }
         let moments = moments(&times, &values);
+        let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
         Ok(Self {
+            spread: largest - smallest,
             times,
             values,
             moments,
@@ -65,10 +71,16 @@ impl Spline {
         (self.times[0], self.times[self.times.len() - 1])
     }
 
-    /// The shortest time between two points, s.
-    pub fn shortest_interval(&self) -> f64 {
-        let intervals = self.times.windows(2).map(|pair| pair[1] - pair[0]);
-        intervals.fold(f64::INFINITY, f64::min)
+    /// The time in which the curvature it has between two times, at its largest, changes it by the
+    /// range of its values, √(2 range/|s''|), s; none where it is straight.
+    pub fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
+        let place = |t: f64| self.times.partition_point(|&time| time <= t);
+        let (first, last) = (place(from), place(to));
+        // s'' is linear between the points.
+        let inside = self.moments[first..last.max(first)].iter().copied();
+        let ends = [self.at(from).d2, self.at(to).d2];
+        let curvature = inside.chain(ends).fold(0.0, |m: f64, d2| m.max(d2.abs()));
+        shortest([(2.0 * self.spread / curvature).sqrt()])
     }
 
     /// Value and derivatives at time `t`; beyond the ends the first and last cubic go on.

@@ -1,0 +1,67 @@
+//! Where each step of a run has to end.
+
+use myovib_dae::Statistics;
+
+use crate::signal::schedule::Schedule;
+
+/// A step that was shortened says nothing of the step proposed before it: the next is at most so
+/// many times as long, the most by which a step of Radau IIA grows.
+const GROWTH: f64 = 8.0;
+
+/// The schedule of a run to its end, and how far along it is.
+pub(crate) struct Pace {
+    schedule: Schedule,
+    t_end: f64,
+    /// Whether the last step was shorter than the integrator proposed.
+    shortened: bool,
+}
+
+/// What an integrator is told before a step.
+pub(crate) struct Bounds {
+    /// t_out, which gives the first step its scale.
+    pub(crate) t_out: f64,
+    /// The time not to step over.
+    pub(crate) stop_time: f64,
+}
+
+impl Pace {
+    /// For a run to `t_end` of a system that is driven by a `schedule`.
+    pub(crate) fn new(schedule: Schedule, t_end: f64) -> Self {
+        Self {
+            schedule,
+            t_end,
+            shortened: false,
+        }
+    }
+
+    /// The end of the run.
+    pub(crate) fn t_end(&self) -> f64 {
+        self.t_end
+    }
+
+    /// t_out of a first step at `t`.
+    pub(crate) fn look_ahead(&self, t: f64) -> f64 {
+        self.schedule.look_ahead(t, self.t_end)
+    }
+
+    /// The bounds of the next step at `t` of an integrator with these counters.
+    pub(crate) fn bounds(&mut self, t: f64, statistics: &Statistics) -> Bounds {
+        let t_out = match statistics.steps {
+            0 => self.look_ahead(t),
+            _ => self.t_end,
+        };
+        let proposed = match statistics.current_step {
+            // The first step is at most a thousandth of the way to t_out.
+            0.0 => 1e-3 * (t_out - t),
+            step if self.shortened => step.min(GROWTH * statistics.last_step),
+            step => step,
+        };
+        let stop_time = self.schedule.limit(t, proposed, self.t_end);
+        let stop_time = match self.shortened {
+            true => stop_time.min(t + proposed),
+            false => stop_time,
+        };
+        self.shortened = stop_time - t < statistics.current_step;
+        Bounds { t_out, stop_time }
+    }
+}

@@ -1,0 +1,161 @@
+//! When a run's steps have to end, and how long they may be, so that no load is stepped over.
+//!
+//! An error estimate knows of a load only what it does at the points a step looks at. A body at rest
+//! gives no other hint that a pulse is ahead: the steps would grow until they pass over it. So each
+//! step ends at the next break of what drives the system, and is at most a fraction of the time that
+//! takes what comes or goes within the step. A load that is smooth throughout costs no step.
+
+use std::sync::Arc;
+
+use super::timing::{Break, Timed, shortest};
+
+/// How many of the system's shortest times the t_out of a first step lies ahead: both integrators
+/// begin with `min(0.001 · (t_out − t), 0.5/‖ẏ‖)`. From rest ẏ tells nothing, so the first term
+/// decides: it is 0.08 of the time, half a radian of a sine. For the paper's 8 Hz t_out is 10 s, the
+/// end of Table 2's runs.
+const AHEAD: f64 = 80.0;
+
+/// Times closer than this fraction of them are the same: some thousand units of rounding, below
+/// which no integrator takes a step.
+const ROUNDING: f64 = 1e-12;
+
+/// What drives a system.
+#[derive(Clone, Default)]
+pub struct Schedule {
+    /// With the derivatives of it that the equations contain.
+    drives: Vec<(Arc<dyn Timed>, u8)>,
+    /// The shortest time of the system itself, s.
+    own_time: Option<f64>,
+}
+
+impl Schedule {
+    /// Adds a function of time that the equations contain with so many of its derivatives.
+    pub fn add(&mut self, drive: impl Timed + 'static, derivatives: u8) {
+        self.drives.push((Arc::new(drive), derivatives));
+    }
+
+    /// Adds times in which the system changes of itself (s): they bound the first step alone.
+    pub fn add_own_times(&mut self, times: impl IntoIterator<Item = f64>) {
+        self.own_time = shortest(times.into_iter().chain(self.own_time));
+    }
+
+    /// The first break of the equations later than `after`.
+    pub fn next_break(&self, after: f64) -> Option<Break> {
+        let breaks = self.drives.iter().filter_map(|(drive, derivatives)| {
+            let next = drive.next_break(after)?;
+            Some(Break {
+                order: next.order.saturating_sub(*derivatives),
+                ..next
+            })
+        });
+        breaks.reduce(Break::earlier)
+    }
+
+    /// The shortest time in which something that drives the system changes between two times, s.
+    pub fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
+        let drives = self.drives.iter();
+        shortest(drives.filter_map(|(drive, _)| drive.time_scale(from, to)))
+    }
+
+    /// The t_out that gives the first step at time `t` its scale; the end of the run for a system
+    /// that has no time of its own and is not driven.
+    pub fn look_ahead(&self, t: f64, t_end: f64) -> f64 {
+        let times = self.time_scale(t, t_end).into_iter().chain(self.own_time);
+        shortest(times).map_or(t_end, |time| t + AHEAD * time)
+    }
+
+    /// The longest step at `t`, up to `h`, over which nothing changes too fast.
+    pub fn longest_step(&self, t: f64, h: f64) -> f64 {
+        let (mut h, least) = (h, ROUNDING * t.abs());
+        let allowed = |h: f64| {
+            let drives = self.drives.iter();
+            shortest(drives.filter_map(|(drive, _)| drive.longest_step(t, t + h)))
+        };
+        // The shorter the step, the less happens in it: halving finds a bound within a factor of
+        // two of the longest.
+        while let Some(allowed) = allowed(h) {
+            if h <= allowed.max(least) {
+                break;
+            }
+            h = allowed.max(0.5 * h).max(least);
+        }
+        h
+    }
+
+    /// Where the step that is about to be taken at `t`, of the size `proposed`, has to end at the
+    /// latest: at the next break, at the end of the run, or within reach of the time scales.
+    pub fn limit(&self, t: f64, proposed: f64, t_end: f64) -> f64 {
+        let last = t_end - ROUNDING * t_end.abs();
+        let next = self.next_break(t + ROUNDING * t.abs());
+        let next = next.map_or(t_end, |next| next.t);
+        let next = if next < last { next } else { t_end };
+        let left = next - t;
+        let step = self.longest_step(t, proposed.min(left));
+        match () {
+            () if step < proposed.min(left) => t + step,
+            // Two steps share what is left before a break, so that none is a sliver.
+            () if next < t_end && proposed < left && left < 2.0 * proposed => t + 0.5 * left,
+            () => next,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::Signal;
+
+    fn schedule(signal: Signal, derivatives: u8) -> Schedule {
+        let mut schedule = Schedule::default();
+        schedule.add(signal, derivatives);
+        schedule
+    }
+
+    fn step(start: f64) -> Signal {
+        Signal::Step {
+            value: 1.0,
+            start,
+            rise: 0.02,
+        }
+    }
+
+    #[test]
+    fn the_papers_run_keeps_its_first_step() {
+        let paper = schedule(Signal::paper(100.0), 0);
+        assert_eq!(paper.look_ahead(0.0, 10.0), 10.0);
+        assert_eq!(paper.look_ahead(0.0, 2000.0), 10.0);
+        assert_eq!(Schedule::default().look_ahead(1.0, 7.0), 7.0);
+    }
+
+    #[test]
+    fn no_step_passes_a_break_or_a_quarter_of_a_rise() {
+        let pulse = schedule(step(1.0), 0);
+        assert_eq!(pulse.limit(0.0, 5.0, 10.0), 1.0);
+        assert_eq!(pulse.limit(0.0, 0.7, 10.0), 0.5);
+        assert_eq!(pulse.limit(0.0, 0.1, 10.0), 1.0);
+        assert_eq!(pulse.limit(1.0, 0.7, 10.0), 1.0 + 0.005);
+        assert_eq!(pulse.limit(1.02, 0.7, 10.0), 10.0);
+        assert_eq!(pulse.limit(0.0, 5.0, 0.4), 0.4);
+    }
+
+    #[test]
+    fn steps_approach_a_burst_that_does_not_break() {
+        let times: Vec<f64> = (0..=2000).map(|i| 1e-3 * f64::from(i)).collect();
+        let values = times.iter().map(|t| if *t == 1.5 { 1.0 } else { 0.0 });
+        let table = crate::Spline::new(times.clone(), values.collect()).unwrap();
+        let table = schedule(Signal::Table(table.into()), 0);
+        let (mut t, mut steps) = (0.0, 0);
+        while t < 1.5 {
+            t += table.longest_step(t, 1.0);
+            steps += 1;
+        }
+        // Halved distances from 1 s to 0.2 ms, and the spline's ripples before the pulse.
+        assert!((10..80).contains(&steps), "{steps}");
+    }
+
+    #[test]
+    fn derivatives_of_a_motion_break_earlier() {
+        let moved = schedule(step(1.0), 2);
+        assert_eq!(moved.next_break(0.0), Some(Break { t: 1.0, order: 1 }));
+    }
+}

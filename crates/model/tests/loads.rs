@@ -1,0 +1,178 @@
+//! No load is stepped over, by any method, without a setting of the user.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use std::sync::Arc;
+
+use myovib_dae::Problem;
+use myovib_fem::generate;
+use myovib_model::{
+    AbsoluteTolerances, Field, Formulation, IntegratorKind, MuscleDae, Outcome, SampleTimes,
+    Sampler, Settings, Signal, Spline, Statistics, paper, run, start_at_rest,
+};
+
+/// A damped beam under a traction that follows `signal`.
+fn beam(signal: Signal) -> MuscleDae {
+    let mesh = generate::beam(0.1, 0.02, [4, 1]).unwrap();
+    let mut muscle = paper::muscle_with_load(&mesh, paper::LAW, 1e5, 1e-3, signal).unwrap();
+    // Motions die out within some tenths of a second, and with them what BDF adds up.
+    muscle.parameters.alpha = 10.0;
+    MuscleDae::new(muscle, Formulation::ImplicitRate).unwrap()
+}
+
+fn settings(integrator: IntegratorKind, rtol: f64) -> Settings {
+    Settings {
+        integrator,
+        t_end: 2.0,
+        relative_tolerance: rtol,
+        absolute_tolerances: AbsoluteTolerances {
+            displacement: 1e-3 * rtol,
+            velocity: 1e-2 * rtol,
+            pressure: 1e2 * rtol,
+            multiplier: 1e3 * rtol,
+        },
+        suppressed: Vec::new(),
+        max_order: 5,
+        ..Settings::paper(Formulation::ImplicitRate)
+    }
+}
+
+/// The displacements every 10 ms.
+fn motion(signal: &Signal, settings: &Settings) -> (Vec<Vec<f64>>, Statistics) {
+    let dae = beam(signal.clone());
+    let n = dae.n_unknowns();
+    let range = dae.layout().range(Field::Displacement).unwrap();
+    let mut integrator = start_at_rest(dae, settings).unwrap();
+    let mut motion = Vec::new();
+    let times = SampleTimes::new(0.01, settings.t_end);
+    let mut sampler = Sampler::new(times, n, |_: &mut MuscleDae, _, y: &[f64]| {
+        motion.push(y[range.clone()].to_vec());
+        Ok(())
+    });
+    let statistics = run(integrator.as_mut(), &mut [&mut sampler]).unwrap();
+    assert_eq!(statistics.outcome, Outcome::Finished);
+    drop(sampler);
+    (motion, statistics)
+}
+
+/// The same with steps far below all that happens.
+fn reference(signal: &Signal) -> Vec<Vec<f64>> {
+    let settings = Settings {
+        max_step: Some(1e-3),
+        ..settings(IntegratorKind::Radau, 1e-6)
+    };
+    motion(signal, &settings).0
+}
+
+/// The largest displacement, and the largest difference.
+fn compare(a: &[Vec<f64>], b: &[Vec<f64>]) -> (f64, f64) {
+    let pairs = || a.iter().flatten().zip(b.iter().flatten());
+    assert_eq!(a.len(), b.len());
+    (
+        pairs().fold(0.0, |m, (a, _)| m.max(a.abs())),
+        pairs().fold(0.0, |m, (a, b)| m.max((a - b).abs())),
+    )
+}
+
+fn step(value: f64, start: f64, rise: f64) -> Signal {
+    Signal::Step { value, start, rise }
+}
+
+fn pulse(value: f64, start: f64, length: f64, rise: f64) -> Signal {
+    Signal::Sum(vec![
+        step(value, start, rise),
+        step(-value, start + length, rise),
+    ])
+}
+
+fn table(rows: impl Iterator<Item = (f64, f64)>) -> Signal {
+    let (times, values) = rows.unzip();
+    Signal::Table(Arc::new(Spline::new(times, values).unwrap()))
+}
+
+fn every_millisecond(value: impl Fn(usize) -> f64) -> Signal {
+    table((0..=2000).map(|i| (1e-3 * i as f64, value(i))))
+}
+
+fn check(name: &str, signal: &Signal) {
+    let reference = reference(signal);
+    for integrator in IntegratorKind::ALL {
+        let (motion, statistics) = motion(signal, &settings(integrator, 1e-4));
+        let (size, difference) = compare(&reference, &motion);
+        // What local errors of 1e-4 add up to while the beam forgets; a load that is stepped over
+        // is off by its whole size.
+        assert!(
+            difference < 1e-2 * size,
+            "{name}, {integrator:?}: off by {difference:e} of {size:e} in {} steps",
+            statistics.counts.steps
+        );
+    }
+}
+
+/// Regression: pulses that begin after a rest were stepped over and called finished.
+#[test]
+fn pulses_ramps_and_tables_after_a_rest_are_seen() {
+    check("a pulse of 100 ms", &pulse(100.0, 1.0, 0.1, 0.02));
+    check("a pulse of 2 ms", &pulse(1000.0, 1.3, 2e-3, 5e-4));
+    let steep = Signal::Ramp {
+        value: 20.0,
+        start: 1.1,
+        end: 1.1 + 1e-4,
+    };
+    check("a steep ramp", &steep);
+    let tapped = every_millisecond(|i| {
+        if (1500..1502).contains(&i) {
+            1000.0
+        } else {
+            0.0
+        }
+    });
+    check("a table with a pulse of 2 ms", &tapped);
+    let burst = Signal::Product(vec![
+        pulse(1.0, 1.2, 0.2, 1e-2),
+        Signal::Sine {
+            amplitude: 300.0,
+            frequency: 100.0,
+            phase: 0.0,
+        },
+    ]);
+    check("a burst of 100 Hz", &burst);
+}
+
+/// A random load: pulses, ramps and a table with a bump, somewhere in the first 1.5 s.
+fn random_load(draw: &mut impl FnMut() -> f64) -> Signal {
+    let parts = (0..1 + (3.0 * draw()) as usize).map(|_| {
+        let (value, start) = (40.0 * (draw() - 0.5), 0.1 + 1.3 * draw());
+        // From 1 ms to 100 ms.
+        let mut duration = || 1e-3 * 100f64.powf(draw());
+        match (duration(), duration()) {
+            (long, rise) if long > rise => pulse(value, start, long, rise),
+            (long, _) if value > 0.0 => Signal::Ramp {
+                value,
+                start,
+                end: start + long,
+            },
+            (long, rise) => {
+                let shape = |t: f64| value * (-((t - start) / (long + rise)).powi(2)).exp();
+                every_millisecond(|i| shape(1e-3 * i as f64))
+            }
+        }
+    });
+    Signal::Sum(parts.collect())
+}
+
+/// Property: whatever the load, each method sees what one with small steps sees.
+#[test]
+fn random_loads_are_seen_by_all_methods() {
+    // A linear congruential generator will do (Knuth's MMIX).
+    let mut state = 1_u64;
+    let mut draw = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    for k in 0..12 {
+        let signal = random_load(&mut draw);
+        check(&format!("load {k}"), &signal);
+    }
+}
