@@ -27,6 +27,14 @@ pub enum ModelError {
         /// What is allowed, in words.
         allowed: &'static str,
     },
+    /// A prescribed displacement that cannot be.
+    #[error("component {component} of the nodal displacement cannot be prescribed: {objection}")]
+    Prescribed {
+        /// Its index in a nodal array.
+        component: usize,
+        /// Why not, and what can be done.
+        objection: &'static str,
+    },
     /// A point that lies in no element.
     #[error("the point {} lies outside the mesh", place(point))]
     OutsideMesh {

@@ -55,6 +55,7 @@ pub use equation::Equation;
 pub use error::ModelError;
 pub use field::{Field, Layout};
 pub use formulation::Formulation;
+pub use integration::events::first_positive;
 pub use integration::ida::IdaIntegrator;
 pub use integration::integrator::{Advance, Integrator};
 pub use integration::launch::{start_at_rest, start_from};

@@ -5,9 +5,11 @@ use myovib_fem::FemError;
 use myovib_fem::rod::{EndLoad, Rod};
 use nalgebra_sparse::pattern::SparsityPattern;
 
+use crate::error::ModelError;
 use crate::reading::displacement::Displacement;
 use crate::signal::Signal;
 use crate::signal::schedule::Schedule;
+use crate::start::dynamics::alone;
 
 /// F(t, y, ẏ) = 0 for a [`Rod`] under a signal at its free end. Paper: eqs. (35), (36).
 ///
@@ -45,6 +47,23 @@ impl RodDae {
         let mut schedule = Schedule::default();
         schedule.add(self.signal.clone(), derivatives);
         schedule
+    }
+
+    /// ẏ at time `t` for the displacements and velocities `y`: (v, M⁻¹ (f e − (α M + β A) v − A q)).
+    ///
+    /// # Errors
+    /// Those of the solve.
+    pub fn rates(&mut self, t: f64, y: &[f64]) -> Result<Vec<f64>, ModelError> {
+        let n = self.rod.n_free();
+        let mut y_dot = vec![0.0; 2 * n];
+        y_dot[..n].copy_from_slice(&y[n..]);
+        let mut residual = vec![0.0; 2 * n];
+        self.residual(t, y, &y_dot, &mut residual)?;
+        let missing = alone(self.rod.mass(), &residual[n..])?;
+        for (rate, missing) in y_dot[n..].iter_mut().zip(missing) {
+            *rate = -missing;
+        }
+        Ok(y_dot)
     }
 
     /// The displacement at the point `x` of the rod.

@@ -1,6 +1,6 @@
 //! Static equilibrium: Newton's method with line search and load steps.
 
-use myovib_fem::{Fields, Inverted, Pressure, Vectors};
+use myovib_fem::{Fields, Inverted, Vectors};
 use myovib_sparse::klu::{KluOptions, Numeric, Ordering, Symbolic};
 
 use crate::analysis::support::expect_held;
@@ -8,6 +8,7 @@ use crate::assembly::{Assembly, Entry};
 use crate::equation::{Context, Equation, PressureRateSource};
 use crate::error::ModelError;
 use crate::field::{Field, Layout};
+use crate::formulation::Formulation;
 use crate::matrices::Matrices;
 use crate::muscle::Muscle;
 
@@ -24,7 +25,7 @@ const SMALLEST_LOAD_STEP: f64 = 1.0 / 1024.0;
 pub struct Equilibrium {
     /// Free displacement components, m.
     pub displacement: Vec<f64>,
-    /// Pressure at the vertices, Pa.
+    /// Pressure at the vertices, Pa; empty for a formulation without.
     pub pressure: Vec<f64>,
     /// Newton iterations over all load steps.
     pub newton_iterations: usize,
@@ -32,18 +33,28 @@ pub struct Equilibrium {
     pub load_steps: usize,
 }
 
-/// Solves ∫P:∇φ = f(t), ∫ψ(p/κ + J - 1) = 0 for the loads as they stand at time `t`.
+/// Solves ∫P:∇φ = f(t), ∫ψ(p/κ + J - 1) = 0 for the loads as they stand at time `t`, or, for a
+/// `formulation` without pressure, ∫P:∇φ = f(t) with the energy κ/2 (J - 1)² in P.
 ///
 /// The whole load is tried first; where Newton's method fails, it is applied in steps, which shrink
 /// where it fails and grow where it does not. Prescribed displacements are part of the load.
 ///
 /// # Errors
 /// [`ModelError::NotHeld`] for a body that can move without strain; [`ModelError::NoEquilibrium`]
-/// with the part of the load that could be reached, and the element that was turned inside out, if
-/// one was.
-pub fn equilibrium(muscle: &Muscle, t: f64) -> Result<Equilibrium, ModelError> {
+/// with the part of the load that could be reached, and the element
+/// that was turned inside out, if one was; [`ModelError::NotAllowed`] for `displacement` with κ = ∞;
+/// those of [`Muscle::check`].
+pub fn equilibrium(
+    muscle: &Muscle,
+    formulation: Formulation,
+    t: f64,
+) -> Result<Equilibrium, ModelError> {
+    muscle.check()?;
     expect_held(muscle)?;
-    let mut newton = Newton::new(muscle, t)?;
+    if !formulation.has(Field::Pressure) {
+        formulation.check(&muscle.parameters)?;
+    }
+    let mut newton = Newton::new(muscle, formulation, t)?;
     let mut x = vec![0.0; newton.layout.n_unknowns()];
     let (mut reached, mut increment) = (0.0, 1.0_f64);
     let mut load_steps = 0;
@@ -64,15 +75,10 @@ pub fn equilibrium(muscle: &Muscle, t: f64) -> Result<Equilibrium, ModelError> {
             }
         }
     }
-    let range = |field| {
-        newton
-            .layout
-            .range(field)
-            .expect("laid out with q and lambda")
-    };
+    let (displacement, pressure) = x.split_at(muscle.solid.dofs().n_free());
     Ok(Equilibrium {
-        displacement: x[range(Field::Displacement)].to_vec(),
-        pressure: x[range(Field::Pressure)].to_vec(),
+        displacement: displacement.to_vec(),
+        pressure: pressure.to_vec(),
         newton_iterations: newton.iterations,
         load_steps,
     })
@@ -104,10 +110,14 @@ struct Newton<'a> {
 }
 
 impl<'a> Newton<'a> {
-    fn new(muscle: &'a Muscle, t: f64) -> Result<Self, ModelError> {
+    fn new(muscle: &'a Muscle, formulation: Formulation, t: f64) -> Result<Self, ModelError> {
         let solid = &muscle.solid;
+        let has_pressure = formulation.has(Field::Pressure);
+        let constraint = has_pressure.then_some((Field::Pressure, Equation::Constraint));
+        let rows = [(Field::Displacement, Equation::Momentum)];
+        let rows = || rows.into_iter().chain(constraint);
         let layout = Layout::new(
-            [Field::Displacement, Field::Pressure],
+            rows().map(|(field, _)| field),
             solid.dofs().n_free(),
             solid.space().n_pressures(),
         );
@@ -115,12 +125,12 @@ impl<'a> Newton<'a> {
             alpha: 0.0,
             beta: 0.0,
             inv_kappa: muscle.parameters.inv_kappa,
-            has_pressure: true,
+            has_pressure,
             pressure_rate: PressureRateSource::None,
             pressed: !muscle.pressures.is_empty(),
         };
-        let place = |equation: Equation, row: Field| {
-            let rows = layout.range(row).expect("laid out with q and lambda");
+        let place = |(row, equation): (Field, Equation)| {
+            let rows = layout.range(row).expect("laid out for these rows");
             let layout = &layout;
             equation
                 .terms(&context)
@@ -134,9 +144,7 @@ impl<'a> Newton<'a> {
                     })
                 })
         };
-        let entries: Vec<_> = place(Equation::Momentum, Field::Displacement)
-            .chain(place(Equation::Constraint, Field::Pressure))
-            .collect();
+        let entries: Vec<_> = rows().flat_map(place).collect();
         let matrices = Matrices::new(solid, entries.iter().map(|entry| entry.matrix));
         let n = layout.n_unknowns();
         let assembly = Assembly::new((n, n), entries, |matrix| matrices.pattern(solid, matrix));
@@ -200,14 +208,12 @@ impl<'a> Newton<'a> {
         let solid = &muscle.solid;
         let n_free = solid.dofs().n_free();
         debug_assert_eq!(layout.n_unknowns(), x.len());
-        let pressure = &x[n_free..];
+        let pressure = layout.range(Field::Pressure).map(|range| &x[range]);
         let (momentum, constraint) = r.split_at_mut(n_free);
-        let fields = Fields::new(displacement, Pressure::Nodal(pressure));
-        let mut product = vec![0.0; pressure.len()];
-        solid.apply_pressure_mass(pressure, &mut product);
+        let fields = Fields::new(displacement, muscle.parameters.pressure(pressure));
         let mut vectors = Vectors {
             force: Some(force),
-            defect: Some(constraint),
+            defect: pressure.is_some().then_some(&mut *constraint),
             ..Vectors::default()
         };
         solid.evaluate(&fields, &mut vectors).inspect_err(|at| {
@@ -219,8 +225,12 @@ impl<'a> Newton<'a> {
         for (row, &i) in momentum.iter_mut().zip(solid.dofs().free_to_full()) {
             *row = force[i] - factor * load[i];
         }
-        for (row, m_p) in constraint.iter_mut().zip(&product) {
-            *row += muscle.parameters.inv_kappa * m_p;
+        if let Some(pressure) = pressure {
+            let mut product = vec![0.0; pressure.len()];
+            solid.apply_pressure_mass(pressure, &mut product);
+            for (row, m_p) in constraint.iter_mut().zip(&product) {
+                *row += muscle.parameters.inv_kappa * m_p;
+            }
         }
         Ok(())
     }
@@ -273,9 +283,10 @@ impl<'a> Newton<'a> {
         let Muscle {
             solid, pressures, ..
         } = self.muscle;
-        let (q, pressure) = x.split_at(solid.dofs().n_free());
-        self.deform(q, factor);
-        let fields = Fields::new(&self.displacement, Pressure::Nodal(pressure));
+        self.deform(&x[..solid.dofs().n_free()], factor);
+        let pressure = self.layout.range(Field::Pressure).map(|range| &x[range]);
+        let pressure = self.muscle.parameters.pressure(pressure);
+        let fields = Fields::new(&self.displacement, pressure);
         solid.tangents(&fields, &mut self.matrices.wanted())?;
         let u = &self.displacement;
         self.matrices.update_pressures(pressures, self.t, factor, u);

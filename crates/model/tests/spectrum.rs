@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_fem::{Law, Mesh, generate};
-use myovib_model::{Muscle, Signal, paper, spectrum, statics};
+use myovib_model::{Formulation, Muscle, Signal, paper, spectrum, statics};
 use myovib_structure::Mode;
 
 const SHEAR: f64 = 2.04e4;
@@ -155,7 +155,7 @@ fn a_stretched_beam_is_stiffer() {
         let traction =
             myovib_fem::load::traction(muscle.solid.space(), "load", [size, 0.0]).unwrap();
         muscle.loads = vec![myovib_model::Load::new(&traction, Signal::Constant(1.0))];
-        let at = statics::equilibrium(&muscle, 0.0).unwrap();
+        let at = statics::equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
         let found = spectrum::lowest(&muscle, &at.displacement, &at.pressure, 1).unwrap();
         found[0].frequency().unwrap()
     };

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use myovib_fem::{DofMap, Group, Law, Mesh, Solid, Space, generate};
-use myovib_model::{Formulation, Settings};
-use myovib_model::{Muscle, Parameters, check, spectrum, statics, support};
+use myovib_model::Settings;
+use myovib_model::{Formulation, Muscle, Parameters, check, spectrum, statics, support};
 
 /// A body of `mesh` with the components `axes` of the groups' nodes held.
 fn body(mesh: &Mesh, groups: &[&str], axes: &[usize], kappa: f64) -> Muscle {
@@ -38,7 +38,9 @@ fn supports_of_one_component_leave_a_slide() {
     for kappa in [1e5, f64::INFINITY] {
         let muscle = body(&block(), &["left", "right"], &[0], kappa);
         assert_eq!(
-            statics::equilibrium(&muscle, 0.0).unwrap_err().to_string(),
+            statics::equilibrium(&muscle, Formulation::Position, 0.0)
+                .unwrap_err()
+                .to_string(),
             "the supports do not hold the body: the body can slide in y; \
              hold more components, or more nodes of each part"
         );

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 use myovib_fem::Mesh;
-use myovib_model::{Muscle, Signal, paper, spectrum, statics, support};
+use myovib_model::{Formulation, Muscle, Signal, paper, spectrum, statics, support};
 use myovib_structure::Mode;
 use serde::Serialize;
 
@@ -160,7 +160,7 @@ fn of_the_paper(args: &ModesArgs) -> anyhow::Result<Findings> {
 fn find(mesh: &Mesh, kappa: f64, args: &ModesArgs) -> anyhow::Result<Found> {
     let load = Signal::Constant(args.load);
     let muscle = paper::muscle_with_load(mesh, paper::LAW, kappa, args.beta, load)?;
-    let at = statics::equilibrium(&muscle, 0.0)?;
+    let at = statics::equilibrium(&muscle, Formulation::Position, 0.0)?;
     let count = args.count.map_or(DEFAULT_COUNT, usize::from);
     let modes = spectrum::lowest(&muscle, &at.displacement, &at.pressure, count)?;
     Ok(Found { muscle, modes })

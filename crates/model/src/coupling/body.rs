@@ -4,10 +4,12 @@ use myovib_dae::{LinearSolver, Problem};
 use myovib_sparse::klu::{KluError, KluOptions};
 
 use super::no_body::NoBody;
+use crate::error::ModelError;
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 use crate::rod_dae::RodDae;
 use crate::signal::schedule::Schedule;
+use crate::start::Start;
 
 /// A body's own linear solver.
 pub type BodySolver<B> = Box<dyn LinearSolver<B> + Send>;
@@ -18,6 +20,13 @@ pub trait Body: Problem + Send + Sized + 'static {
     fn schedule(&self) -> Schedule {
         Schedule::default()
     }
+
+    /// y and ẏ that satisfy the body's equations at time `t`, from its displacements and velocities
+    /// in `y`.
+    ///
+    /// # Errors
+    /// Those of the evaluation, and of the solves it takes.
+    fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError>;
 
     /// A shorter way to solve the body's Newton systems than KLU on the whole matrix, if there is
     /// one.
@@ -34,6 +43,11 @@ impl Body for MuscleDae {
         self.muscle().schedule()
     }
 
+    fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
+        let start = Start::of(self, t, y)?;
+        Ok([start.y, start.y_dot])
+    }
+
     fn condensed_solver(&self, options: KluOptions) -> Result<Option<BodySolver<Self>>, KluError> {
         Ok(Some(Box::new(CondensedSolver::new(self, options)?)))
     }
@@ -43,6 +57,14 @@ impl Body for RodDae {
     fn schedule(&self) -> Schedule {
         RodDae::schedule(self)
     }
+
+    fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
+        Ok([y.to_vec(), self.rates(t, y)?])
+    }
 }
 
-impl Body for NoBody {}
+impl Body for NoBody {
+    fn consistent(&mut self, _: f64, _: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
+        Ok([Vec::new(), Vec::new()])
+    }
+}

@@ -8,6 +8,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use super::body::Body;
 use super::oscillators::{Oscillators, Source};
 use crate::blocks::{Block, Blocks};
+use crate::error::ModelError;
 use crate::signal::schedule::Schedule;
 
 /// F(t, Y, Ẏ) = 0 for a body and the oscillators it drives, Y = (y, s_1, s_2, …).
@@ -179,6 +180,25 @@ impl<B: Problem> CoupledDae<B> {
 }
 
 impl<B: Body> CoupledDae<B> {
+    /// y and ẏ that satisfy the equations at time `t`, from the states of the oscillators and the
+    /// displacements and velocities of the body in `y`.
+    ///
+    /// # Errors
+    /// Those of the body's [`consistent`](Body::consistent); a recording that does not reach `t`.
+    pub fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
+        let mut y = y.to_vec();
+        let (mut y_dot, imbalance) = self.derivatives_at(t, &y)?;
+        // A body at rest without load stays as it is.
+        if imbalance > 0.0 {
+            let own = self.body_range();
+            let [values, rates] = self.body.consistent(t, &y[own.clone()])?;
+            y[own.clone()].copy_from_slice(&values);
+            (y_dot, _) = self.derivatives_at(t, &y)?;
+            y_dot[own].copy_from_slice(&rates);
+        }
+        Ok([y, y_dot])
+    }
+
     /// What drives the body and the oscillators, and the periods of these.
     pub fn schedule(&self) -> Schedule {
         let mut schedule = self.body.schedule();

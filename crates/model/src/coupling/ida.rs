@@ -2,7 +2,7 @@
 
 use myovib_dae::{Problem, Suppressed};
 
-use sundials_wrap::{ConsistencyMode, IdaBuilder, IdaOptions};
+use sundials_wrap::{IdaBuilder, IdaOptions};
 
 use super::body::Body;
 use super::dae::CoupledDae;
@@ -30,16 +30,9 @@ impl<B: Body> IdaIntegrator<CoupledDae<B>> {
         t_end: f64,
         y: &[f64],
     ) -> Result<Self, ModelError> {
-        let (y_dot, imbalance) = dae.derivatives_at(0.0, y)?;
+        let [y, y_dot] = dae.consistent(0.0, y)?;
         let times = [0.0, t_end];
-        let mut integrator =
-            Self::coupled_at(dae, error_test, options, linear_solver, times, y, &y_dot)?;
-        if imbalance > 0.0 {
-            let mode = ConsistencyMode::AlgebraicAndDerivatives;
-            let t_first = integrator.look_ahead();
-            integrator.solver.correct_initial_values(mode, t_first)?;
-        }
-        Ok(integrator)
+        Self::coupled_at(dae, error_test, options, linear_solver, times, &y, &y_dot)
     }
 
     /// Starts a coupled system from a state with consistent derivatives, over the times

@@ -3,15 +3,12 @@
 use myovib_dae::{Problem, Suppressed, Tolerances};
 use myovib_radau::{KluMatrices, RadauOptions};
 
-use sundials_wrap::IdaOptions;
-
 use super::body::Body;
 use super::dae::CoupledDae;
 use super::error_test::ErrorTest;
 use super::feedback::FeedbackDae;
 use super::solver::CoupledSolver;
 use crate::error::ModelError;
-use crate::integration::ida::IdaIntegrator;
 use crate::integration::radau::RadauIntegrator;
 use crate::integration::settings::LinearSolver;
 
@@ -34,14 +31,8 @@ impl<B: Body> RadauIntegrator<CoupledDae<B>, SystemMatrices<B>> {
         t_end: f64,
         y: &[f64],
     ) -> Result<Self, ModelError> {
+        let [y, y_dot] = dae.consistent(0.0, y)?;
         let times = [0.0, t_end];
-        let (y_dot, imbalance) = dae.derivatives_at(0.0, y)?;
-        if imbalance == 0.0 {
-            return Self::coupled_at(dae, error_test, options, linear_solver, times, y, &y_dot);
-        }
-        let (test, ida) = (error_test.clone(), IdaOptions::default());
-        let corrected = IdaIntegrator::coupled(dae, test, ida, linear_solver, t_end, y)?;
-        let (dae, y, y_dot) = corrected.into_state();
         Self::coupled_at(dae, error_test, options, linear_solver, times, &y, &y_dot)
     }
 

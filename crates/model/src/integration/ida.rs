@@ -1,6 +1,6 @@
 //! IDAS as an [`Integrator`] of a model.
 
-use myovib_dae::{Problem, Suppressed};
+use myovib_dae::{Outcome, Problem, Stop, Suppressed};
 
 use sundials_wrap::{IdaBuilder, IdaOptions, IdaSolver};
 
@@ -96,17 +96,6 @@ impl<P: Problem> IdaIntegrator<P> {
         }
     }
 
-    /// t_out of the first step.
-    pub(crate) fn look_ahead(&self) -> f64 {
-        self.pace.look_ahead(self.solver.t())
-    }
-
-    /// The problem with y and ẏ at the time reached.
-    pub fn into_state(self) -> (P, Vec<f64>, Vec<f64>) {
-        let (y, y_dot) = (self.solver.y().to_vec(), self.solver.y_dot().to_vec());
-        (self.solver.into_problem(), y, y_dot)
-    }
-
     /// Starts again, at order 1, at time `t` from a state with consistent derivatives; counts begin
     /// anew.
     ///
@@ -116,10 +105,39 @@ impl<P: Problem> IdaIntegrator<P> {
         Ok(self.solver.reinit(t, y, y_dot, &[])?)
     }
 
+    /// Takes a step. Where the error test lets no first one pass, ẏ at the start told too little of
+    /// its scale, and IDAS gives up after ten: it starts again with smaller ones.
+    fn step_or_start_smaller(&mut self, t_out: f64) -> Result<Outcome, ModelError> {
+        let t = self.solver.t();
+        let mut ahead = t_out - t;
+        for _ in 0..RESTARTS {
+            match self.solver.step(t + ahead)? {
+                Outcome::Stopped(stop) if of_first_step(&stop) => {
+                    let (y, y_dot) = (self.solver.y().to_vec(), self.solver.y_dot().to_vec());
+                    self.solver.reinit(t, &y, &y_dot, &[])?;
+                    ahead *= SMALLER;
+                }
+                outcome => return Ok(outcome),
+            }
+        }
+        Ok(self.solver.step(t + ahead)?)
+    }
+
     /// The solver itself.
     pub fn solver(&self) -> &IdaSolver<P> {
         &self.solver
     }
+}
+
+/// How often a first step is looked for among smaller ones, and by how much: down to 1e-18 of the
+/// first, where any step is below rounding.
+const RESTARTS: usize = 3;
+const SMALLER: f64 = 1e-6;
+
+/// Whether the error test has rejected every step from the start.
+fn of_first_step(stop: &Stop) -> bool {
+    let reason = stop.reason == myovib_dae::StopReason::ErrorTestFailures;
+    stop.statistics.steps == 0 && reason
 }
 
 /// IDAS with a stop time at the end.
@@ -152,7 +170,8 @@ impl<P: Problem> Integrator<P> for IdaIntegrator<P> {
         let Bounds { t_out, stop_time } =
             self.pace.bounds(self.solver.t(), &self.solver.statistics());
         self.solver.set_stop_time(stop_time)?;
-        Ok(Advance::of(self.solver.step(t_out)?, self.pace.t_end()))
+        let outcome = self.step_or_start_smaller(t_out)?;
+        Ok(Advance::of(outcome, self.pace.t_end()))
     }
 
     fn time(&self) -> f64 {

@@ -5,6 +5,7 @@
 //! around it ([`projected`]); [`run`] steps it to its end under the eyes of observers, as those of
 //! [`recorder`], and gives [`statistics`].
 
+pub(crate) mod events;
 pub mod ida;
 pub(crate) mod integrator;
 pub(crate) mod launch;

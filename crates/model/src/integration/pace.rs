@@ -39,15 +39,10 @@ impl Pace {
         self.t_end
     }
 
-    /// t_out of a first step at `t`.
-    pub(crate) fn look_ahead(&self, t: f64) -> f64 {
-        self.schedule.look_ahead(t, self.t_end)
-    }
-
     /// The bounds of the next step at `t` of an integrator with these counters.
     pub(crate) fn bounds(&mut self, t: f64, statistics: &Statistics) -> Bounds {
         let t_out = match statistics.steps {
-            0 => self.look_ahead(t),
+            0 => self.schedule.look_ahead(t, self.t_end),
             _ => self.t_end,
         };
         let proposed = match statistics.current_step {

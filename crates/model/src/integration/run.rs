@@ -13,7 +13,7 @@ use crate::integration::statistics::{Outcome, Statistics, StopReason};
 pub struct Step<'a, P> {
     /// Time before the step, s.
     pub from: f64,
-    /// Time after the step, s.
+    /// Time after the step, s. An observer that ends the run within the step sets it to that time.
     pub to: f64,
     /// The integrator, for dense output, counts and the problem.
     pub integrator: &'a mut dyn Integrator<P>,
@@ -39,10 +39,10 @@ pub fn run<P>(
     observers: &mut [&mut dyn Observer<P>],
 ) -> Result<Statistics, ModelError> {
     let (cpu, wall) = (ThreadTime::now(), Instant::now());
-    let outcome = drive(integrator, observers)?;
+    let (t_reached, outcome) = drive(integrator, observers)?;
     Ok(Statistics {
         counts: integrator.counts(),
-        t_reached: integrator.time(),
+        t_reached,
         outcome,
         cpu_seconds: cpu.elapsed().as_secs_f64(),
         wall_seconds: wall.elapsed().as_secs_f64(),
@@ -52,7 +52,7 @@ pub fn run<P>(
 fn drive<P>(
     integrator: &mut dyn Integrator<P>,
     observers: &mut [&mut dyn Observer<P>],
-) -> Result<Outcome, ModelError> {
+) -> Result<(f64, Outcome), ModelError> {
     loop {
         let from = integrator.time();
         let advance = integrator.advance()?;
@@ -62,11 +62,12 @@ fn drive<P>(
             inverted,
         } = advance
         {
-            return Ok(Outcome::Stopped {
+            let stopped = Outcome::Stopped {
                 reason,
                 message,
                 inverted,
-            });
+            };
+            return Ok((integrator.time(), stopped));
         }
         let to = integrator.time();
         for observer in observers.iter_mut() {
@@ -76,11 +77,11 @@ fn drive<P>(
                 integrator: &mut *integrator,
             };
             if let ControlFlow::Break(outcome) = observer.accepted(&mut step)? {
-                return Ok(outcome);
+                return Ok((step.to, outcome));
             }
         }
         if advance == Advance::Finished {
-            return Ok(Outcome::Finished);
+            return Ok((to, Outcome::Finished));
         }
     }
 }

@@ -93,3 +93,71 @@ impl StepWeights {
         (self.omega * h.abs()).min(1.0).powi(power)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use myovib_fem::generate;
+
+    use super::*;
+    use crate::paper;
+
+    /// The powers by hand: a multiplier of index i is weighed by (Ωh)^(i−1). Table 1 of the paper,
+    /// and Hairer, Lubich, Roche for the indices of single variables.
+    const POWERS: [(Formulation, f64, f64, Field, i32); 12] = [
+        (Formulation::Position, INFINITE, 0.0, Field::Pressure, 2),
+        (Formulation::Position, INFINITE, 0.0, Field::Velocity, 0),
+        (Formulation::Position, INFINITE, 0.0, Field::Displacement, 0),
+        // The limit of a large κ.
+        (Formulation::Position, 1e5, 0.0, Field::Pressure, 2),
+        (Formulation::Velocity, INFINITE, 0.0, Field::Pressure, 1),
+        (Formulation::Velocity, INFINITE, 0.0, Field::Velocity, 0),
+        (Formulation::Stabilized, INFINITE, 0.0, Field::Pressure, 1),
+        (
+            Formulation::Stabilized,
+            INFINITE,
+            0.0,
+            Field::GglMultiplier,
+            1,
+        ),
+        (Formulation::Rate, INFINITE, 1e-4, Field::Pressure, 1),
+        (Formulation::Rate, INFINITE, 1e-4, Field::PressureRate, 2),
+        (Formulation::Rate, 1e5, 1e-4, Field::PressureRate, 2),
+        (
+            Formulation::ImplicitRate,
+            INFINITE,
+            1e-4,
+            Field::Pressure,
+            1,
+        ),
+    ];
+    const INFINITE: f64 = f64::INFINITY;
+
+    /// Regression: weights with the wrong power of the step passed all tests.
+    #[test]
+    fn multipliers_are_weighed_by_the_power_of_the_step_that_their_index_asks_for() {
+        let mesh = generate::beam(0.1, 0.02, [2, 1]).unwrap();
+        for (formulation, kappa, beta, field, power) in POWERS {
+            let muscle = paper::muscle(&mesh, kappa, beta).unwrap();
+            let dae = MuscleDae::new(muscle, formulation).unwrap();
+            let step_size = StepSize::default();
+            let settings = Settings::paper(formulation);
+            let weights = StepWeights::new(&dae, &settings, step_size.clone());
+            let n = dae.layout().n_unknowns();
+            let first = dae.layout().range(field).unwrap().start;
+            let at = |omega_h: f64| {
+                step_size.set(omega_h / (TAU * paper::LOAD_FREQUENCY));
+                let mut out = vec![0.0; n];
+                weights.write(&vec![0.0; n], &mut out);
+                out[first] * settings.absolute_tolerances.of(field)
+            };
+            let resolved = [0.5, 0.1, 1e-3].map(|omega_h: f64| (omega_h, omega_h.powi(power)));
+            // Steps that do not resolve the drive gain nothing; before the first all count in full.
+            for (omega_h, expected) in resolved.into_iter().chain([(3.0, 1.0), (0.0, 1.0)]) {
+                let found = at(omega_h);
+                // Some products are rounded.
+                let off = (found / expected - 1.0).abs();
+                assert!(off < 1e-14, "{formulation} {field}: {found} {expected}");
+            }
+        }
+    }
+}

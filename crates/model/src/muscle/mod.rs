@@ -5,6 +5,7 @@ pub(crate) mod parameters;
 
 use myovib_fem::Solid;
 
+use crate::error::ModelError;
 use crate::signal::Signal;
 use crate::signal::schedule::Schedule;
 use load::{Load, Prescribed, PressureLoad};
@@ -35,6 +36,35 @@ impl Muscle {
             pressures: Vec::new(),
             prescribed: Vec::new(),
         }
+    }
+
+    /// Whether what is prescribed can be: constrained components, each once, that move without
+    /// jumps of their velocity.
+    ///
+    /// # Errors
+    /// [`ModelError::Prescribed`].
+    pub fn check(&self) -> Result<(), ModelError> {
+        let dofs = self.solid.dofs();
+        for (k, prescribed) in self.prescribed.iter().enumerate() {
+            let component = prescribed.component;
+            let again = |other: &Prescribed| other.component == component;
+            let objection = match () {
+                () if component >= dofs.n_full() => "there is no such component",
+                () if dofs.free_to_full().binary_search(&component).is_ok() => {
+                    "it is free: constrain it in the solid's DofMap"
+                }
+                () if self.prescribed[..k].iter().any(again) => "it is prescribed twice",
+                () if prescribed.signal.smoothness() < 1 => {
+                    "its velocity would jump: take a signal without kinks"
+                }
+                () => continue,
+            };
+            return Err(ModelError::Prescribed {
+                component,
+                objection,
+            });
+        }
+        Ok(())
     }
 
     /// Number of coefficients q and λ with the constrained nodes counted, as the paper counts.

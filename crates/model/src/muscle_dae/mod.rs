@@ -45,9 +45,11 @@ impl MuscleDae {
     /// Composes the DAE for a run.
     ///
     /// # Errors
-    /// [`ModelError::NotAllowed`] when the formulation does not go with κ and β.
+    /// [`ModelError::NotAllowed`] when the formulation does not go with κ and β; those of
+    /// [`Muscle::check`].
     pub fn new(muscle: Muscle, formulation: Formulation) -> Result<Self, ModelError> {
         formulation.check(&muscle.parameters)?;
+        muscle.check()?;
         Ok(Self::for_analysis(muscle, formulation))
     }
 

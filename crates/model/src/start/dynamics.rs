@@ -217,7 +217,7 @@ fn momentum(
 }
 
 /// x with `matrix` x = `right`.
-fn alone(matrix: &CscMatrix<f64>, right: &[f64]) -> Result<Vec<f64>, ModelError> {
+pub(crate) fn alone(matrix: &CscMatrix<f64>, right: &[f64]) -> Result<Vec<f64>, ModelError> {
     let no_constraint = CscMatrix::zeros(0, right.len());
     let (x, _) = Saddle::factor(matrix, &no_constraint)?.solve(right, &[])?;
     Ok(x)

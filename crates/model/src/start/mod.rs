@@ -6,7 +6,7 @@
 //! Reference: U. M. Ascher, L. R. Petzold, *Computer Methods for Ordinary Differential Equations
 //! and Differential-Algebraic Equations*, SIAM 1998, section 9.2 (hidden constraints).
 
-mod dynamics;
+pub(crate) mod dynamics;
 pub(crate) mod motion;
 mod projection;
 mod residual;
@@ -105,12 +105,29 @@ impl Start {
         })
     }
 
+    /// Consistent values at time `t` for the displacements and velocities in `y`.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    ///
+    /// # Panics
+    /// If `y` is not a state of `dae`.
+    pub fn of(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Result<Self, ModelError> {
+        let range = |field| {
+            dae.layout()
+                .range(field)
+                .expect("all formulations have q and v")
+        };
+        let (q, v) = (range(Field::Displacement), range(Field::Velocity));
+        Self::new(dae, t, &y[q], &y[v])
+    }
+
     /// Consistent values at time `t` for the body at rest under its loads as they stand then.
     ///
     /// # Errors
     /// Those of [`statics::equilibrium`] and of [`new`](Self::new).
     pub fn equilibrium(dae: &mut MuscleDae, t: f64) -> Result<Self, ModelError> {
-        let equilibrium = statics::equilibrium(dae.muscle(), t)?;
+        let equilibrium = statics::equilibrium(dae.muscle(), dae.formulation(), t)?;
         let rest = vec![0.0; equilibrium.displacement.len()];
         Self::new(dae, t, &equilibrium.displacement, &rest)
     }

@@ -143,7 +143,12 @@ fn loose(t_end: f64) -> Settings {
 #[test]
 fn a_block_is_squeezed_to_a_tenth_of_its_volume() {
     let pressure = 4.0 * KAPPA;
-    let rest = equilibrium(&squeezed(Signal::Constant(pressure)), 0.0).unwrap();
+    let rest = equilibrium(
+        &squeezed(Signal::Constant(pressure)),
+        Formulation::Position,
+        0.0,
+    )
+    .unwrap();
     let volume = 1.0 - rest.pressure[0] / KAPPA;
     assert!((0.0..0.1).contains(&volume), "J = {volume}");
     let step = Signal::Step {
@@ -230,7 +235,12 @@ fn a_run_stopped_by_an_inverted_element_names_it() {
 /// inside out.
 #[test]
 fn a_static_body_is_compressed_in_steps() {
-    let solution = equilibrium(&compressed(Signal::Constant(-0.3)), 0.0).unwrap();
+    let solution = equilibrium(
+        &compressed(Signal::Constant(-0.3)),
+        Formulation::Position,
+        0.0,
+    )
+    .unwrap();
     assert!(
         solution.load_steps > 1,
         "{} load steps",
@@ -241,7 +251,12 @@ fn a_static_body_is_compressed_in_steps() {
 /// A body that is only pulled by its supports has no loads to measure its forces by.
 #[test]
 fn a_static_body_is_pulled_at_once() {
-    let solution = equilibrium(&compressed(Signal::Constant(0.1)), 0.0).unwrap();
+    let solution = equilibrium(
+        &compressed(Signal::Constant(0.1)),
+        Formulation::Position,
+        0.0,
+    )
+    .unwrap();
     assert_eq!(solution.load_steps, 1);
 }
 
@@ -251,7 +266,11 @@ fn a_static_body_is_pulled_at_once() {
 fn an_arch_snaps_through() {
     for kappa in [KAPPA, f64::INFINITY] {
         let limits = [50.0, 100.0].map(|load| {
-            match equilibrium(&arch(Signal::Constant(load), kappa), 0.0) {
+            match equilibrium(
+                &arch(Signal::Constant(load), kappa),
+                Formulation::Position,
+                0.0,
+            ) {
                 Err(ModelError::NoEquilibrium { reached, .. }) => reached * load,
                 other => panic!("{other:?}"),
             }

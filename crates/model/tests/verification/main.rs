@@ -10,3 +10,4 @@ mod large;
 mod parameters;
 mod pressure;
 mod statics;
+mod supports;

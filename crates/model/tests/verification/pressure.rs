@@ -38,7 +38,7 @@ fn squeezed(c10: f64, c01: f64, kappa: f64, pressure: f64) -> Muscle {
 fn a_block_under_pressure_all_round_shrinks_evenly_to_the_exact_size() {
     let (c10, c01, kappa, p) = (1e4, 2e2, 1e5, 4e4);
     let muscle = squeezed(c10, c01, kappa, p);
-    let solution = equilibrium(&muscle, 0.0).unwrap();
+    let solution = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
     let space = muscle.solid.space();
     let mut u = vec![0.0; space.n_components()];
     muscle.solid.dofs().expand(&solution.displacement, &mut u);

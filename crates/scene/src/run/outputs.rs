@@ -3,7 +3,9 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use myovib_model::{Integrator, ModelError, Observer, Outcome, SampleTimes, Step, StopReason};
+use myovib_model::{
+    Integrator, ModelError, Observer, Outcome, SampleTimes, Step, StopReason, first_positive,
+};
 use serde_json::Value;
 
 use super::checkpoint::{Checkpoint, Totals};
@@ -48,8 +50,12 @@ impl Outputs<'_> {
         &mut self,
         step: &mut Step<'_, P>,
     ) -> Result<ControlFlow<Outcome>, ModelError> {
-        let (from, to) = (step.from, step.to);
+        let from = step.from;
         let integrator = &mut *step.integrator;
+        let stopped = self.check_conditions(integrator, from, step.to)?;
+        // Rows and fields end where the run does.
+        let to = stopped.as_ref().map_or(step.to, |(t, _)| *t);
+        step.to = to;
         for k in 0..self.recorders.len() {
             self.sample(k, integrator, from, to)?;
         }
@@ -64,7 +70,7 @@ impl Outputs<'_> {
                 self.drift = (drift, t);
             }
         }
-        if let Some(stopped) = self.check_conditions(integrator, from, to)? {
+        if let Some((_, stopped)) = stopped {
             return Ok(ControlFlow::Break(stopped));
         }
         let mut due = false;
@@ -127,42 +133,26 @@ impl Outputs<'_> {
         Ok(())
     }
 
-    /// Whether a condition is met at the step's end; its time is found by bisection.
+    /// The first time within the step at which a condition is met, and how the run ends there.
     fn check_conditions<P: System>(
         &mut self,
         integrator: &mut dyn Integrator<P>,
         from: f64,
         to: f64,
-    ) -> Result<Option<Outcome>, ModelError> {
-        for k in 0..self.conditions.len() {
-            if self.excess(k, integrator, to)? <= 0.0 {
-                continue;
+    ) -> Result<Option<(f64, Outcome)>, ModelError> {
+        let mut first: Option<(f64, Outcome)> = None;
+        for condition in &self.conditions {
+            let end = first.as_ref().map_or(to, |(t, _)| *t);
+            let met = first_positive(integrator, [from, end], &mut self.y, |system, t, y| {
+                let (dae, range) = muscle_of(system, y)?;
+                Ok(condition.excess(&dae.snapshot(t, &y[range])))
+            })?;
+            if let Some(t) = met {
+                let message = format!("at t = {t:.9} s, {}", condition.describe());
+                first = Some((t, Outcome::ended(StopReason::Event, message)));
             }
-            let (mut before, mut after) = (from, to);
-            // Forty halvings of a step are below the rounding of the time.
-            for _ in 0..40 {
-                let middle = 0.5 * (before + after);
-                if self.excess(k, integrator, middle)? > 0.0 {
-                    after = middle;
-                } else {
-                    before = middle;
-                }
-            }
-            let message = format!("at t = {after:.9} s, {}", self.conditions[k].describe());
-            return Ok(Some(Outcome::ended(StopReason::Event, message)));
         }
-        Ok(None)
-    }
-
-    fn excess<P: System>(
-        &mut self,
-        k: usize,
-        integrator: &mut dyn Integrator<P>,
-        t: f64,
-    ) -> Result<f64, ModelError> {
-        integrator.dense_output(t, 0, &mut self.y)?;
-        let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
-        Ok(self.conditions[k].excess(&dae.snapshot(t, &self.y[range])))
+        Ok(first)
     }
 
     /// The last values of the first energy probe: kinetic, elastic, work, dissipated, imbalance.

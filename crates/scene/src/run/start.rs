@@ -215,7 +215,10 @@ fn refuse_sudden_loads(dae: &mut MuscleDae) -> anyhow::Result<()> {
             "the loads do not start from zero, but the body starts at rest",
         )
         .found(format!("a nodal force of {largest:.3e} N/m at t = 0"))
-        .next("let them rise: y = { type = \"step\", value = -9.81, rise = 0.1 }")
+        .next(
+            "let them rise: y = { type = \"step\", value = ..., rise = 0.1 }, or multiply them by one: \
+             y = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
+        )
         .into());
     }
     Ok(())

@@ -24,10 +24,10 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> anyhow::Result
     let measurements: Vec<What> = probes
         .map(|(i, probe)| scene.at(&format!("probe[{i}]"), What::new(&probe.kind, scene)))
         .collect::<Result<_, _>>()?;
-    let equilibrium = statics::equilibrium(&body.muscle, scene.t_end)?;
+    let equilibrium = statics::equilibrium(&body.muscle, body.formulation, scene.t_end)?;
 
     let folder = Folder::prepare(options)?;
-    let mut dae = at_rest(&body.muscle)?;
+    let mut dae = at_rest(&body.muscle, body.formulation)?;
     let mut y = equilibrium.displacement.clone();
     y.resize(2 * equilibrium.displacement.len(), 0.0);
     y.extend(&equilibrium.pressure);
@@ -70,10 +70,15 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> anyhow::Result
     })
 }
 
-/// The muscle at rest as a system (q, v, λ) without damping, for reading off values.
-fn at_rest(muscle: &Muscle) -> anyhow::Result<MuscleDae> {
+/// The muscle at rest as a system (q, v, λ), or (q, v) without pressure, without damping: for
+/// reading off values.
+fn at_rest(muscle: &Muscle, formulation: Formulation) -> anyhow::Result<MuscleDae> {
     let mut muscle = muscle.clone();
     let kappa = muscle.parameters.kappa();
     muscle.parameters = Parameters::new(0.0, 0.0, kappa)?;
-    Ok(MuscleDae::new(muscle, Formulation::Position)?)
+    let formulation = match formulation {
+        Formulation::Displacement => formulation,
+        _ => Formulation::Position,
+    };
+    Ok(MuscleDae::new(muscle, formulation)?)
 }
