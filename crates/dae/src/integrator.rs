@@ -35,6 +35,10 @@ pub enum ConsistencyMode {
 /// After a recoverable error of a function, or a value that is not finite, the step is tried with a
 /// smaller size; when that does not help the call answers [`Outcome::Stopped`]. A fatal error of a
 /// function is handed back as an error with its source. A panic passes through.
+///
+/// # Allocation
+/// A step that is accepted at once allocates nothing when the first are over, except where a linear
+/// solver chooses its pivots anew.
 pub trait Integrator<P: Problem> {
     /// Misuse, and fatal errors of the problem. An integration that cannot go on is not an error
     /// but [`Outcome::Stopped`].
@@ -142,4 +146,11 @@ pub trait Integrator<P: Problem> {
     /// The problem, to change its parameters. Its size and pattern must stay as they are; after a
     /// change that makes y or ẏ jump, [`reinit`](Integrator::reinit) is due.
     fn problem_mut(&mut self) -> &mut P;
+}
+
+/// Whether `t` lies in a step `[from, to]`, which may go backwards in time, to within the rounding
+/// that IDAS allows too.
+pub fn covers([from, to]: [f64; 2], t: f64) -> bool {
+    let rounding = 100.0 * f64::EPSILON * (to.abs() + (to - from).abs());
+    t >= from.min(to) - rounding && t <= from.max(to) + rounding
 }

@@ -11,9 +11,13 @@
 //!   [`Integrator`].
 //! - [`Outcome`], [`Stop`], [`Statistics`]: what it answers.
 //! - [`samples`]: test problems with exact solutions.
+//! - `conformance` (a feature): the tests that every integrator passes.
 #![forbid(unsafe_code)]
 
 mod colouring;
+#[cfg(feature = "conformance")]
+pub mod conformance;
+mod consistent;
 mod differences;
 mod direction;
 mod integrator;
@@ -26,8 +30,9 @@ pub mod samples;
 mod statistics;
 mod tolerances;
 
+pub use consistent::{Inconsistent, correct_initial_values};
 pub use direction::Direction;
-pub use integrator::{ConsistencyMode, Integrator};
+pub use integrator::{ConsistencyMode, Integrator, covers};
 pub use jacobian::{Jacobian, kinds_at};
 pub use linear_solver::LinearSolver;
 pub use linearization::Linearization;

@@ -5,6 +5,7 @@
 
 /// What makes an integration impossible.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RadauError {
     /// There is no such method here.
     #[error("Radau IIA with {stages} stages is not offered: use 1, 3, 5 or 7")]
@@ -64,6 +65,23 @@ pub enum RadauError {
         from: f64,
         /// End of the last step.
         to: f64,
+    },
+    /// Quadratures were asked for, but none were set up.
+    #[error("this solver has no quadratures")]
+    NoQuadrature,
+    /// Initial values were to be corrected after the first step.
+    #[error("initial values can be corrected before the first step only, not at t = {t}")]
+    AfterTheStart {
+        /// The time reached.
+        t: f64,
+    },
+    /// No consistent initial values were found.
+    #[error("no consistent initial values at t = {t}: {source}")]
+    Inconsistent {
+        /// The initial time.
+        t: f64,
+        /// Why.
+        source: myovib_dae::Inconsistent,
     },
     /// The problem, or its linear algebra, failed for good.
     #[error("the {function} failed at t = {t} with step {h}: {source}")]

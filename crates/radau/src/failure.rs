@@ -12,6 +12,7 @@ pub(crate) enum Operation {
     LinearSetUp,
     LinearSolve,
     RootFunction,
+    ErrorWeights,
 }
 
 impl Operation {
@@ -42,6 +43,7 @@ impl Operation {
             Self::LinearSetUp => "linear set-up",
             Self::LinearSolve => "linear solve",
             Self::RootFunction => "root function",
+            Self::ErrorWeights => "error weight function",
         }
     }
 
@@ -53,17 +55,20 @@ impl Operation {
             Self::LinearSetUp => StopReason::LinearSetupFailed,
             Self::LinearSolve => StopReason::LinearSolveFailed,
             Self::RootFunction => StopReason::RootFunctionFailed,
+            Self::ErrorWeights => StopReason::ErrorWeightsFailed,
         }
     }
 }
 
 /// Why an attempt at a step came to nothing.
+#[derive(Debug)]
 pub(crate) enum Failure {
     Rejected(Rejection),
     Fatal(Fatal),
 }
 
 /// What a smaller step may repair.
+#[derive(Debug)]
 pub(crate) struct Rejection {
     pub(crate) reason: StopReason,
     pub(crate) message: String,
@@ -72,6 +77,7 @@ pub(crate) struct Rejection {
 }
 
 /// What cannot be repaired by a smaller step.
+#[derive(Debug)]
 pub(crate) struct Fatal {
     function: &'static str,
     source: Box<dyn std::error::Error + Send + Sync>,

@@ -50,6 +50,7 @@ mod dense;
 mod error;
 mod error_test;
 mod failure;
+mod integrator;
 mod matrices;
 mod method;
 mod newton;

@@ -44,7 +44,16 @@ impl KluMatrices {
 impl<P: Problem> LinearSolver<P> for KluMatrices {
     fn evaluate(&mut self, problem: &mut P, at: &Linearization<'_>) -> Result<(), StepError> {
         let parts = [&mut self.jacobian_y[..], &mut self.jacobian_y_dot];
-        self.jacobian.parts(problem, at, parts)
+        self.jacobian.parts(problem, at, parts)?;
+        let both = self.jacobian_y.iter().zip(&self.jacobian_y_dot);
+        match both.map(|(j, m)| j + m).position(|sum| !sum.is_finite()) {
+            None => Ok(()),
+            Some(k) => {
+                let value = self.jacobian_y[k] + self.jacobian_y_dot[k];
+                let message = format!("Jacobian[{k}] = {value} at t = {}", at.t);
+                Err(StepError::Recoverable(message))
+            }
+        }
     }
 
     fn set_up(

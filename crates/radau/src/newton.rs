@@ -223,18 +223,17 @@ pub(crate) fn evaluate<P: Problem>(
     counters.statistics.residual_evaluations += 1;
     problem
         .residual(t, y, y_dot, residual)
-        .and_then(|()| expect_finite(problem, residual))
+        .and_then(|()| expect_finite(t, residual))
         .map_err(Operation::Residual.failed())
 }
 
-fn expect_finite<P: Problem>(problem: &P, residual: &[f64]) -> Result<(), StepError> {
+fn expect_finite(t: f64, residual: &[f64]) -> Result<(), StepError> {
     match residual.iter().position(|r| !r.is_finite()) {
         None => Ok(()),
         Some(i) => {
-            let (name, value) = (problem.component_name(i), residual[i]);
-            Err(StepError::Recoverable(format!(
-                "residual {i} ({name}) is {value}"
-            )))
+            let value = residual[i];
+            let message = format!("residual[{i}] = {value} at t = {t}");
+            Err(StepError::Recoverable(message))
         }
     }
 }

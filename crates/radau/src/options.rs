@@ -87,9 +87,10 @@ pub struct RadauOptions {
     pub min_step: f64,
     /// Largest step; unlimited by default.
     pub max_step: Option<f64>,
-    /// Most accepted steps; unlimited by default.
+    /// Most steps in one call of [`integrate_to`](crate::RadauSolver::integrate_to); unlimited by
+    /// default. A single [`step`](crate::RadauSolver::step) is not limited by it.
     pub max_steps: Option<usize>,
-    /// A time not to step over; none by default.
+    /// A time not to step over, until it is reached; none by default.
     pub stop_time: Option<f64>,
     /// Error-test failures allowed in one step; 10 by default.
     pub max_error_test_failures: usize,

@@ -74,6 +74,11 @@ impl<P: Problem> Roots<P> {
         }
     }
 
+    /// Forgets what has been looked at.
+    pub(crate) fn restart(&mut self) {
+        self.t = None;
+    }
+
     /// The first crossing beyond those found, up to `end`, a time in the last step.
     pub(crate) fn next(
         &mut self,

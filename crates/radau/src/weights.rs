@@ -1,13 +1,17 @@
 //! The weights of components in norms: the inverses of their tolerances.
 
+use myovib_dae::{Problem, StepError};
+
+use crate::failure::{Failure, Operation};
 use crate::options::RadauOptions;
 
 /// A user's weights: fills in weights at y.
-pub(crate) type UserWeights = Box<dyn FnMut(&[f64], &mut [f64]) + Send>;
+pub(crate) type UserWeights<P> =
+    Box<dyn FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send>;
 
 /// Weights at the beginning of a step, and as they count in it.
-pub(crate) struct Weights {
-    user: Option<UserWeights>,
+pub(crate) struct Weights<P> {
+    user: Option<UserWeights<P>>,
     /// Inverse tolerances at y.
     plain: Vec<f64>,
     /// The powers of h by which errors count less.
@@ -16,7 +20,7 @@ pub(crate) struct Weights {
     scaled: Vec<f64>,
 }
 
-impl std::fmt::Debug for Weights {
+impl<P> std::fmt::Debug for Weights<P> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Weights")
             .field("plain", &self.plain)
@@ -25,8 +29,8 @@ impl std::fmt::Debug for Weights {
     }
 }
 
-impl Weights {
-    pub(crate) fn new(user: Option<UserWeights>, powers: Vec<i32>) -> Self {
+impl<P: Problem> Weights<P> {
+    pub(crate) fn new(user: Option<UserWeights<P>>, powers: Vec<i32>) -> Self {
         Self {
             user,
             plain: vec![0.0; powers.len()],
@@ -36,24 +40,38 @@ impl Weights {
     }
 
     /// Computes the weights at `y`.
-    pub(crate) fn update(&mut self, options: &RadauOptions, y: &[f64]) {
-        if let Some(user) = &mut self.user {
-            return user(y, &mut self.plain);
-        }
-        let (relative, absolute) = options.internal_tolerances();
-        for (i, (w, y)) in self.plain.iter_mut().zip(y).enumerate() {
-            // Where a relative tolerance alone meets y = 0, the weight is huge but finite.
-            *w = 1.0 / (relative * y.abs() + absolute(i)).max(f64::MIN_POSITIVE);
+    pub(crate) fn update(
+        &mut self,
+        problem: &mut P,
+        options: &RadauOptions,
+        y: &[f64],
+    ) -> Result<(), Failure> {
+        let Some(user) = &mut self.user else {
+            let (relative, absolute) = options.internal_tolerances();
+            for (i, (w, y)) in self.plain.iter_mut().zip(y).enumerate() {
+                // Where a relative tolerance alone meets y = 0, the weight is huge but finite.
+                *w = 1.0 / (relative * y.abs() + absolute(i)).max(f64::MIN_POSITIVE);
+            }
+            return Ok(());
+        };
+        user(problem, y, &mut self.plain)
+            .and_then(|()| expect_positive(&self.plain))
+            .map_err(Operation::ErrorWeights.failed())
+    }
+}
+
+fn expect_positive(weights: &[f64]) -> Result<(), StepError> {
+    match weights.iter().position(|&w| !(w > 0.0 && w.is_finite())) {
+        None => Ok(()),
+        Some(i) => {
+            let weight = weights[i];
+            let message = format!("error weight[{i}] = {weight} must be positive");
+            Err(StepError::Recoverable(message))
         }
     }
+}
 
-    /// The first weight of the user's that is none, which must be positive and finite.
-    pub(crate) fn first_bad(&self) -> Option<(usize, f64)> {
-        self.user.as_ref()?;
-        let mut numbered = self.plain.iter().copied().enumerate();
-        numbered.find(|(_, weight)| !(*weight > 0.0 && weight.is_finite()))
-    }
-
+impl<P> Weights<P> {
     /// Scales the weights for a step of size `h`.
     pub(crate) fn scale(&mut self, h: f64) {
         let weights = self.plain.iter().zip(&self.powers);

@@ -1,8 +1,9 @@
 //! A step allocates nothing, watching for events included.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+use myovib_dae::conformance::{Method, Request};
 use myovib_dae::samples::{Heat2d, Sample};
-use myovib_dae::{Direction, Outcome, Tolerances};
+use myovib_dae::{Direction, Outcome, Problem, Tolerances};
 use myovib_radau::{RadauOptions, RadauSolver};
 
 #[test]
@@ -39,4 +40,33 @@ fn steps_allocate_nothing() {
     let after = solver.statistics();
     assert!(after.steps > before.steps + 5 && after.linear_setups > before.linear_setups + 5);
     assert_eq!(allocations.count_total, 0);
+}
+
+/// Builds Radau IIA at its defaults.
+struct Radau {
+    stages: usize,
+}
+
+impl Method for Radau {
+    type Integrator<P: Problem + 'static> = RadauSolver<P>;
+
+    fn build<P: Problem + 'static>(&self, request: Request<P>) -> RadauSolver<P> {
+        let (t, y, y_dot) = request.start;
+        RadauSolver::builder(request.problem)
+            .options(RadauOptions {
+                stages: self.stages,
+                tolerances: request.tolerances,
+                ..RadauOptions::default()
+            })
+            .build(t, &y, &y_dot)
+            .unwrap()
+    }
+}
+
+#[test]
+fn steps_of_small_problems_allocate_nothing() {
+    for stages in [3, 5, 7] {
+        let count = |call: &mut dyn FnMut()| allocation_counter::measure(call).count_total;
+        myovib_dae::conformance::steps_allocate_nothing(&Radau { stages }, count);
+    }
 }

@@ -80,10 +80,13 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         options: RadauOptions,
         (t, t_end): (f64, f64),
         (y, y_dot): (&[f64], &[f64]),
-        weights: impl FnMut(&[f64], &mut [f64]) + Send + 'static,
+        mut weights: impl FnMut(&[f64], &mut [f64]) + Send + 'static,
     ) -> Result<Self, ModelError> {
         let solver = builder(problem, options, t_end)
-            .error_weights(weights)
+            .error_weights(move |_, y, out| {
+                weights(y, out);
+                Ok(())
+            })
             .build_with(matrices, t, y, y_dot)?;
         let pace = Pace::new(Schedule::default(), t_end);
         Ok(Self { solver, pace })

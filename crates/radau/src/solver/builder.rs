@@ -21,7 +21,7 @@ use crate::work::Counters;
 pub struct RadauBuilder<P> {
     problem: P,
     options: RadauOptions,
-    weights: Option<UserWeights>,
+    weights: Option<UserWeights<P>>,
     roots: Option<(Vec<Direction>, Box<RootFunctions<P>>)>,
 }
 
@@ -56,13 +56,13 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
-    /// Sets the weights of the components, a function of y, in the place of tolerances. They must be
-    /// positive. It is called after each step, as IDAS calls its own, and its values are taken as
-    /// they are; see [`RadauOptions::internal_factor`].
+    /// Replaces the tolerances by a function that writes the error weights w for y. Weights must be
+    /// positive. It is called after each step, and its values are taken as they are; see
+    /// [`RadauOptions::internal_factor`].
     #[must_use]
     pub fn error_weights(
         mut self,
-        weights: impl FnMut(&[f64], &mut [f64]) + Send + 'static,
+        weights: impl FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send + 'static,
     ) -> Self {
         self.weights = Some(Box::new(weights));
         self
@@ -166,7 +166,9 @@ impl<P: Problem> RadauBuilder<P> {
             algebraic: (0..n)
                 .filter(|&i| kinds[i] == VariableKind::Algebraic)
                 .collect(),
+            kinds,
             weights: Weights::new(weights, powers),
+            weighed: Ok(()),
             roots: roots.map(|(directions, functions)| Roots::new(directions, functions, n)),
             pause: None,
             y: y0.to_vec(),
@@ -178,8 +180,9 @@ impl<P: Problem> RadauBuilder<P> {
             method,
             options,
             counters,
+            differences_before: 0,
         };
-        solver.weights.update(&solver.options, &solver.y);
+        solver.weigh();
         Ok(solver)
     }
 }

@@ -8,6 +8,7 @@ mod attempt;
 mod builder;
 mod events;
 mod output;
+mod restart;
 mod state;
 mod stepping;
 

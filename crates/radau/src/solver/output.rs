@@ -1,6 +1,6 @@
 //! What can be asked of the integrator between steps.
 
-use myovib_dae::{LinearSolver, Problem, Statistics};
+use myovib_dae::{LinearSolver, Problem, Statistics, covers};
 
 use super::state::RadauSolver;
 use crate::error::{RadauError, expect_finite, expect_length};
@@ -28,11 +28,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         out: &mut [f64],
     ) -> Result<(), RadauError> {
         expect_length("dense output", self.y.len(), out.len())?;
-        let (from, to) = match self.counters.statistics.steps {
-            0 => (self.t, self.t),
-            _ => (self.collocation.t0, self.t),
-        };
-        if derivative > 1 || !(from..=to).contains(&t) {
+        let [from, to] = self.last_step_interval();
+        if derivative > 1 || !covers([from, to], t) {
             return Err(RadauError::NoDenseOutput {
                 t,
                 derivative,
@@ -44,7 +41,16 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Sets a time not to step over.
+    /// The ends of the last step accepted, which dense output covers; both are the initial time
+    /// before the first step.
+    pub fn last_step_interval(&self) -> [f64; 2] {
+        match self.counters.statistics.steps {
+            0 => [self.t, self.t],
+            _ => [self.collocation.t0, self.t],
+        }
+    }
+
+    /// Sets the time not to step over, until it is reached.
     ///
     /// # Errors
     /// [`RadauError::NotFinite`], [`RadauError::TimeBehind`].
@@ -103,7 +109,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         statistics.current_order = self.method.order();
         statistics.current_step = self.h.unwrap_or(0.0);
         statistics.t_reached = self.t();
-        statistics.difference_evaluations = self.matrices.difference_evaluations();
+        statistics.difference_evaluations =
+            self.matrices.difference_evaluations() - self.differences_before;
         statistics.work = Some(self.counters.work);
         statistics
     }

@@ -1,10 +1,12 @@
 //! What the integrator owns.
 
+use myovib_dae::VariableKind;
 use num_complex::Complex64;
 
 use crate::control::Control;
 use crate::dense::Collocation;
 use crate::error_test::ErrorTest;
+use crate::failure::Failure;
 use crate::matrices::KluMatrices;
 use crate::method::Method;
 use crate::newton::NewtonSolver;
@@ -46,14 +48,20 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(super) set_up_for: Option<f64>,
     /// λ/h of the complex modes.
     pub(super) shifts: Vec<Complex64>,
+    /// How each variable enters F.
+    pub(super) kinds: Vec<VariableKind>,
     /// The variables whose derivative does not occur in F.
     pub(super) algebraic: Vec<usize>,
-    pub(super) weights: Weights,
+    pub(super) weights: Weights<P>,
+    /// Whether the weights could be computed at y: the next step says if not.
+    pub(super) weighed: Result<(), Failure>,
     /// The functions whose roots are looked for.
     pub(super) roots: Option<Roots<P>>,
     /// Where the integration pauses within the last step.
     pub(super) pause: Option<Pause>,
     pub(super) counters: Counters,
+    /// Residual evaluations for differences before the last start.
+    pub(super) differences_before: u64,
 }
 
 /// Where the Jacobian in use was evaluated.

@@ -19,7 +19,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// [`RadauError::TimeBehind`] and other misuse; [`RadauError::Fatal`] when the problem or the
     /// linear algebra fails for good.
     pub fn step(&mut self, t_out: f64) -> Result<Outcome, RadauError> {
-        self.step_within(t_out, self.options.stop_time)
+        let outcome = self.step_within(t_out, self.options.stop_time)?;
+        if matches!(outcome, Outcome::StopTime { .. }) {
+            self.options.stop_time = None;
+        }
+        Ok(outcome)
     }
 
     /// Integrates up to `t_out`, unless a root or the stop time comes first.
@@ -31,25 +35,38 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// As for [`step`](RadauSolver::step).
     pub fn integrate_to(&mut self, t_out: f64) -> Result<Outcome, RadauError> {
         let stop_time = self.options.stop_time.unwrap_or(f64::INFINITY);
+        let most = self.options.max_steps.map_or(u64::MAX, |most| most as u64);
+        let before = self.counters.statistics.steps;
         loop {
             match self.step_within(t_out, Some(t_out.min(stop_time)))? {
                 Outcome::StepTaken { .. } => {}
                 Outcome::StopTime { t } if t < stop_time => return Ok(Outcome::Reached { t }),
+                Outcome::StopTime { t } => {
+                    self.options.stop_time = None;
+                    return Ok(Outcome::StopTime { t });
+                }
                 other => return Ok(other),
+            }
+            if self.counters.statistics.steps - before >= most {
+                let message = format!("the {most} steps allowed in one call are used up");
+                return Ok(self.stop(StopReason::MaxSteps, message));
             }
         }
     }
 
     /// Takes one step that does not pass `limit`, repeating it until it is accepted.
     pub(super) fn accepted_step(&mut self, t_out: f64, limit: f64) -> Result<Outcome, RadauError> {
-        let steps = self.counters.statistics.steps;
-        let most = self.options.max_steps.map_or(u64::MAX, |most| most as u64);
-        if steps >= most {
-            return Ok(self.stop(StopReason::MaxSteps, format!("{steps} steps are used up")));
-        }
-        if let Some((i, weight)) = self.weights.first_bad() {
-            let message = format!("error weight[{i}] = {weight} must be positive");
-            return Ok(self.stop(StopReason::ErrorWeightsFailed, message));
+        match std::mem::replace(&mut self.weighed, Ok(())) {
+            Ok(()) => {}
+            Err(Failure::Rejected(Rejection {
+                reason, message, ..
+            })) => {
+                self.weigh();
+                return Ok(self.stop(reason, message));
+            }
+            Err(Failure::Fatal(fatal)) => {
+                return Err(fatal.in_step(self.t, self.h.unwrap_or(0.0)));
+            }
         }
         let mut wanted = self.h.unwrap_or_else(|| self.initial_step(t_out));
         let (mut rejected, mut unsolved) = (0, 0);
@@ -133,7 +150,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             add_scaled(&mut self.y_dot, self.method.a_inverse(last, j) / h, z_j);
         }
         self.t = t;
-        self.weights.update(&self.options, &self.y);
+        self.weigh();
         let reusable = self.newton.contraction <= self.options.jacobian_reuse;
         self.jacobian = if reusable {
             Jacobian::Old
@@ -149,6 +166,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         statistics.last_step = h;
         statistics.last_order = self.method.order();
         statistics.t_reached = t;
+    }
+
+    /// Computes the weights at y.
+    pub(super) fn weigh(&mut self) {
+        let (problem, options) = (&mut self.problem, &self.options);
+        self.weighed = self.weights.update(problem, options, &self.y);
     }
 
     /// The step to try next after one of size h: h again, if that saves a set-up.

@@ -168,7 +168,10 @@ fn nan_is_recoverable() {
     let problem = touchy(|t, _| Ok(if t > 0.0 { f64::NAN } else { 0.0 }));
     let stop = stopped(solver(problem, RadauOptions::default()).step(1.0).unwrap());
     assert_eq!(stop.reason, StopReason::ResidualFailed);
-    assert_eq!(stop.message, "residual 0 (y[0]) is NaN");
+    assert!(
+        stop.message.starts_with("residual[0] = NaN at t = "),
+        "{stop}"
+    );
 }
 
 /// KLU, but some real solves give NaN: the first `failures` after `healthy`.
@@ -278,7 +281,10 @@ fn a_linear_solve_that_fails_is_named() {
 fn weights_must_be_positive() {
     for weight in [-1.0, 0.0, f64::NAN, f64::INFINITY] {
         let mut solver = RadauSolver::builder(well_behaved())
-            .error_weights(move |y, w| w[0] = if y[0] > 0.5 { weight } else { 1e4 })
+            .error_weights(move |_, y, w| {
+                w[0] = if y[0] > 0.5 { weight } else { 1e4 };
+                Ok(())
+            })
             .build(0.0, &[0.0], &[1.0])
             .unwrap();
         let stop = stopped(solver.integrate_to(1.0).unwrap());
@@ -426,7 +432,6 @@ fn the_stop_time_is_met_exactly_and_can_be_moved() {
         outcome = solver.step(2.0).unwrap();
     }
     assert_eq!(outcome, Outcome::StopTime { t: 0.7 });
-    assert_eq!(solver.step(2.0).unwrap(), Outcome::StopTime { t: 0.7 });
     solver.set_stop_time(1.5).unwrap();
     assert_eq!(
         solver.integrate_to(2.0).unwrap(),

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod common;
+mod conformance;
 mod events;
 mod failures;
 mod misuse;

@@ -98,6 +98,14 @@ impl LinearSolver {
         self.common.map(|common| unsafe { common.read() })
     }
 
+    /// Makes KLU's last condition estimate none, as it is before the first.
+    pub(crate) fn forget_rcond(&mut self) {
+        if let Some(mut control) = self.common() {
+            control.rcond = -1.0;
+            self.set_common(control);
+        }
+    }
+
     fn set_common(&mut self, control: klu_l_common) {
         if let Some(common) = self.common {
             // SAFETY: as above, with a unique borrow of the solver.

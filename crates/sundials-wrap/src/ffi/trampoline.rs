@@ -88,6 +88,11 @@ impl<C> Boundary<C> {
         self.common = common;
     }
 
+    /// Starts the search for the smallest condition estimate afresh.
+    pub(super) fn forget_rcond(&mut self) {
+        self.smallest_rcond = None;
+    }
+
     /// The smallest of the condition estimates noted and `last`, that of the last set-up.
     pub(super) fn smallest_rcond(&self, last: Option<f64>) -> Option<f64> {
         // KLU says −1 before the first estimate.

@@ -186,8 +186,15 @@ impl<P: Problem> IdaBuilder<P> {
             kinds,
             suppressed,
             t0,
+            start: [y0.to_vec(), y_dot0.to_vec()],
             t: t0,
             n,
+            min_step: self.options.min_step,
+            max_steps: self.options.max_steps,
+            mark: (0, t0),
+            stop_time: self.options.stop_time,
+            stop_time_lingers: false,
+            differences_before: 0,
         };
         solver.apply(&self.options)?;
         solver.attach_roots(&self.root_directions)?;
@@ -225,7 +232,6 @@ impl<P: Problem> IdaSolver<P> {
             if let Some(step) = options.max_step {
                 ida.set_max_step(step)?;
             }
-            ida.set_max_steps(options.max_steps.map_or(-1, |steps| steps as i64))?;
             if let Some(t) = options.stop_time {
                 ida.set_stop_time(t)?;
             }

@@ -3,7 +3,9 @@
 use crate::error::Error;
 use crate::ffi::trampoline::{Answer, Callbacks};
 use crate::vector_kernels::is_finite;
-use myovib_dae::{Jacobian, LinearSolver, Linearization, Problem, StepError, Tolerances};
+use myovib_dae::{
+    Jacobian, LinearSolver, Linearization, Problem, StepError, StopReason, Tolerances,
+};
 
 /// g(t, y, ẏ) or a quadrature's integrand, written into the last argument.
 pub(super) type Function<P> =
@@ -65,6 +67,8 @@ pub(super) struct FailureLog {
     pub(super) fatal: Option<Error>,
     /// The last recoverable one, for the message if IDAS does not recover.
     pub(super) recoverable: Option<String>,
+    /// The function it was of.
+    pub(super) function: Option<&'static str>,
     /// IDAS' own last message.
     pub(super) message: Option<String>,
 }
@@ -83,11 +87,13 @@ impl FailureLog {
             Ok(()) => match first_not_finite(values) {
                 None => Answer::Success,
                 Some((i, value)) => {
+                    self.function = Some(function);
                     self.recoverable = Some(format!("{function}[{i}] = {value} at t = {t}"));
                     Answer::Recoverable
                 }
             },
             Err(StepError::Recoverable(reason)) => {
+                self.function = Some(function);
                 self.recoverable = Some(format!("{function} at t = {t}: {reason}"));
                 Answer::Recoverable
             }
@@ -107,6 +113,16 @@ impl FailureLog {
                 });
                 Answer::Fatal
             }
+        }
+    }
+
+    /// What IDAS, which counts all of these as failures of Newton's method, has failed at.
+    pub(super) fn culprit(&self) -> Option<StopReason> {
+        match self.function.filter(|_| self.recoverable.is_some())? {
+            "Jacobian" => Some(StopReason::JacobianFailed),
+            "linear set-up" => Some(StopReason::LinearSetupFailed),
+            "linear solve" => Some(StopReason::LinearSolveFailed),
+            _ => None,
         }
     }
 

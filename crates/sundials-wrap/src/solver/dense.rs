@@ -1,11 +1,9 @@
 //! What can be asked about the last step: dense output, weights, errors, quadratures.
 
-use sundials_sys as sys;
-
 use crate::error::Error;
-use crate::ffi::call::CallFailed;
+use crate::ffi::ida::Counter;
 use crate::options::{expect_length, finite};
-use myovib_dae::Problem;
+use myovib_dae::{Problem, covers};
 
 use super::IdaSolver;
 
@@ -31,10 +29,15 @@ impl<P: Problem> IdaSolver<P> {
         expect_length("dense output", self.n, out.len())?;
         // IDAS lets a NaN pass.
         finite("t", t)?;
-        let k = i32::try_from(derivative).unwrap_or(i32::MAX);
+        let [y0, y_dot0] = &self.start;
+        if self.ida.counter(Counter::Steps) == 0 && t == self.t0 && derivative <= 1 {
+            out.copy_from_slice([y0, y_dot0][derivative]);
+            return Ok(());
+        }
+        let k = self.order_within_reach(t, derivative, self.ida.last_order())?;
         match self.ida.derivative(t, k) {
             Ok(values) => out.copy_from_slice(values),
-            Err(failed) => return Err(self.no_dense_output(failed, t, derivative)),
+            Err(failed) => return self.refused(Err(failed)),
         }
         Ok(())
     }
@@ -81,7 +84,8 @@ impl<P: Problem> IdaSolver<P> {
         self.quadrature_dense_output(self.t, 0, out)
     }
 
-    /// As [`dense_output`](IdaSolver::dense_output), for the quadratures.
+    /// As [`dense_output`](IdaSolver::dense_output), for the quadratures. Where the next step has a
+    /// lower order than the last, there are derivatives up to that only.
     ///
     /// # Errors
     /// [`Error::NoQuadrature`], and as for [`dense_output`](IdaSolver::dense_output).
@@ -96,27 +100,29 @@ impl<P: Problem> IdaSolver<P> {
         }
         expect_length("quadratures", self.n_quadratures(), out.len())?;
         finite("t", t)?;
-        let k = i32::try_from(derivative).unwrap_or(i32::MAX);
+        // IDAS has the last order for them, but refuses what is above the order of the next step.
+        let order = self.ida.last_order().min(self.ida.current_order());
+        let k = self.order_within_reach(t, derivative, order)?;
         match self.ida.quadrature(t, k) {
             Ok(values) => out.copy_from_slice(values),
-            Err(failed) => return Err(self.no_dense_output(failed, t, derivative)),
+            Err(failed) => return self.refused(Err(failed)),
         }
         Ok(())
     }
 
-    fn no_dense_output(&mut self, failed: CallFailed, t: f64, derivative: usize) -> Error {
-        let message = self.functions_mut().failures.take_message();
-        if !matches!(failed.code, sys::IDA_BAD_T | sys::IDA_BAD_K) {
-            return super::call_error(failed, message);
+    /// The order of a derivative at `t`, if the last step has that up to `order` there. IDAS looks at
+    /// one end of the step only.
+    fn order_within_reach(&self, t: f64, derivative: usize, order: usize) -> Result<i32, Error> {
+        let [from, to] = self.last_step_interval();
+        if derivative <= order && covers([from, to], t) {
+            return Ok(derivative as i32);
         }
-        let to = self.ida.internal_time();
-        let (order, from) = (self.ida.last_order(), to - self.ida.last_step());
-        Error::NoDenseOutput {
+        Err(Error::NoDenseOutput {
             t,
             derivative,
             order,
             from,
             to,
-        }
+        })
     }
 }

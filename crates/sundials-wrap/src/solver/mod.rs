@@ -21,6 +21,9 @@ use myovib_dae::{
 pub use builder::IdaBuilder;
 use callbacks::UserFunctions;
 
+/// After so many steps it is looked at whether they have moved t.
+const PATIENCE: usize = 500;
+
 /// An integration of a [`Problem`] by the variable-order, variable-step BDF of IDAS.
 ///
 /// `Send` when the problem is: one thread at a time may drive it. A panic in the problem's
@@ -34,9 +37,21 @@ pub struct IdaSolver<P: Problem> {
     /// IDAS' vector for the error test, if components are left out of it.
     suppressed: Option<Vec<f64>>,
     t0: f64,
+    /// y0 and ẏ0: what there is before the first step.
+    start: [Vec<f64>; 2],
     /// The time y and ẏ belong to.
     t: f64,
     n: usize,
+    min_step: f64,
+    max_steps: Option<usize>,
+    /// Steps and time when it was last seen that t moves.
+    mark: (u64, f64),
+    /// Not to be stepped over, until it is reached.
+    stop_time: Option<f64>,
+    /// Whether IDAS, which cannot be told to forget one, still has a stop time of before the start.
+    stop_time_lingers: bool,
+    /// Residual evaluations for differences before the last start.
+    differences_before: u64,
 }
 
 impl<P: Problem> IdaSolver<P> {
@@ -74,18 +89,48 @@ impl<P: Problem> IdaSolver<P> {
         if (t_out - self.t) * direction < 0.0 {
             return Err(Error::TimeBehind { t_out, t: self.t });
         }
-        self.functions_mut().failures = Default::default();
-        let (code, t) = self.ida.solve(t_out, task);
-        if t.is_finite() {
-            self.t = t;
+        if self.stop_time_lingers {
+            let out_of_reach = f64::MAX.copysign(t_out - self.t);
+            let result = self.ida.set_stop_time(out_of_reach);
+            self.refused(result)?;
+            self.stop_time_lingers = false;
         }
+        self.functions_mut().failures = Default::default();
+        let mut left = self.max_steps.unwrap_or(usize::MAX);
+        let code = loop {
+            let steps = left.min(PATIENCE);
+            let result = self.ida.set_max_steps(steps as i64);
+            self.refused(result)?;
+            let (code, t) = self.ida.solve(t_out, task);
+            if t.is_finite() {
+                self.t = t;
+            } else {
+                self.restore_state();
+            }
+            if self.stands_still() && (code >= 0 || code == sys::IDA_TOO_MUCH_WORK) {
+                return self.stood_still();
+            }
+            left -= steps;
+            if code != sys::IDA_TOO_MUCH_WORK || left == 0 {
+                break code;
+            }
+        };
         self.resume_panic();
         match code {
+            // Where both are the same IDAS answers that the output time is reached, and would say the
+            // other with the next call.
+            sys::IDA_SUCCESS if task == Task::Normal && self.stop_time == Some(self.t) => {
+                (self.stop_time, self.stop_time_lingers) = (None, true);
+                Ok(Outcome::StopTime { t: self.t })
+            }
             sys::IDA_SUCCESS => Ok(match task {
                 Task::OneStep => Outcome::StepTaken { t: self.t },
                 Task::Normal => Outcome::Reached { t: self.t },
             }),
-            sys::IDA_TSTOP_RETURN => Ok(Outcome::StopTime { t: self.t }),
+            sys::IDA_TSTOP_RETURN => {
+                self.stop_time = None;
+                Ok(Outcome::StopTime { t: self.t })
+            }
             sys::IDA_ROOT_RETURN => {
                 let crossings = self.ida.root_info();
                 Ok(Outcome::Root {
@@ -95,6 +140,42 @@ impl<P: Problem> IdaSolver<P> {
             }
             code => self.gave_up(code),
         }
+    }
+
+    /// Whether the last steps have not moved t: IDAS goes on for ever then.
+    fn stands_still(&mut self) -> bool {
+        let (steps, t) = (self.ida.counter(Counter::Steps), self.ida.internal_time());
+        let (marked_steps, marked_t) = self.mark;
+        if steps < marked_steps + PATIENCE as u64 {
+            return false;
+        }
+        self.mark = (steps, t);
+        (t - marked_t).abs() <= 100.0 * f64::EPSILON * t.abs()
+    }
+
+    fn stood_still(&mut self) -> Result<Outcome, Error> {
+        let cause = self.functions_mut().failures.take_message();
+        let message = format!("{PATIENCE} steps have not moved t; {cause}");
+        let worst = self.worst_components(false)?;
+        let (reason, statistics) = (StopReason::StepTooSmall, self.statistics());
+        let stop = Stop::new(reason, message, self.t, statistics, worst);
+        Ok(Outcome::Stopped(Box::new(stop)))
+    }
+
+    /// Puts y and ẏ back to the time reached, where IDAS has given up without saying how far it got.
+    fn restore_state(&mut self) {
+        let [mut y, mut y_dot] = self.start.clone();
+        let t = self.t;
+        if self.ida.counter(Counter::Steps) > 0 {
+            // The time reached lies in the last step; where IDAS has lost that too, the start is
+            // all there is.
+            let restored = self.dense_output(t, 0, &mut y);
+            if restored.and(self.dense_output(t, 1, &mut y_dot)).is_err() {
+                [y, y_dot] = self.start.clone();
+                self.t = self.t0;
+            }
+        }
+        self.ida.set_state(&y, &y_dot);
     }
 
     fn gave_up(&mut self, code: i32) -> Result<Outcome, Error> {
@@ -108,6 +189,7 @@ impl<P: Problem> IdaSolver<P> {
         }
         // A weight function that gives up is reported by IDAS as an illegal input.
         let weights_failed = code == sys::IDA_ILL_INPUT && failures.recoverable.is_some();
+        let culprit = failures.culprit();
         let message = failures.take_message();
         let reason = match codes::stop_reason(code) {
             Some(reason) => reason,
@@ -115,14 +197,17 @@ impl<P: Problem> IdaSolver<P> {
             None => return Err(call_error(CallFailed::new("IDASolve", code), message)),
         };
         let statistics = self.statistics();
-        let repeated = matches!(
-            reason,
-            StopReason::ErrorTestFailures | StopReason::ConvergenceFailures
-        );
-        let reason = if repeated && self.t + statistics.current_step == self.t {
-            StopReason::StepTooSmall
-        } else {
-            reason
+        let step = statistics.current_step.abs();
+        // IDAS takes a step within rounding of the smallest one for that.
+        let at_limit = self.t + step == self.t || step <= self.min_step * (1.0 + 1e-6);
+        let reason = match reason {
+            StopReason::ErrorTestFailures | StopReason::ConvergenceFailures if at_limit => {
+                StopReason::StepTooSmall
+            }
+            StopReason::ConvergenceFailures | StopReason::LinearSetupFailed => {
+                culprit.unwrap_or(reason)
+            }
+            other => other,
         };
         let message = format!("{message} ({})", codes::name(code));
         let worst = self.worst_components(code == sys::IDA_ERR_FAIL)?;
@@ -178,6 +263,7 @@ impl<P: Problem> IdaSolver<P> {
         self.resume_panic();
         self.refused(restored)?;
         let Err(CallFailed { call, code }) = result else {
+            self.start = [self.ida.y().to_vec(), self.ida.y_dot().to_vec()];
             return Ok(());
         };
         let failures = &mut self.functions_mut().failures;
@@ -213,7 +299,13 @@ impl<P: Problem> IdaSolver<P> {
         expect_finite("initial values of the quadratures", q0)?;
         let result = self.ida.reinit(t0, y0, y_dot0, q0);
         self.refused(result)?;
-        (self.t0, self.t) = (t0, t0);
+        if self.stop_time.is_some_and(|stop| stop <= t0) {
+            self.stop_time = None;
+            self.stop_time_lingers = true;
+        }
+        (self.t0, self.t, self.mark) = (t0, t0, (0, t0));
+        self.start = [y0.to_vec(), y_dot0.to_vec()];
+        self.differences_before = self.difference_evaluations();
         Ok(())
     }
 
@@ -223,8 +315,17 @@ impl<P: Problem> IdaSolver<P> {
     /// [`Error::InvalidOption`], or [`Error::Call`] for a time behind the one reached.
     pub fn set_stop_time(&mut self, t: f64) -> Result<(), Error> {
         finite("stop_time", t)?;
+        let direction = self.ida.last_step();
+        if (t - self.t) * direction < 0.0 {
+            return Err(Error::TimeBehind {
+                t_out: t,
+                t: self.t,
+            });
+        }
         let result = self.ida.set_stop_time(t);
-        self.refused(result)
+        self.refused(result)?;
+        (self.stop_time, self.stop_time_lingers) = (Some(t), false);
+        Ok(())
     }
 
     /// The time that [`y`](IdaSolver::y) and [`y_dot`](IdaSolver::y_dot) belong to.
@@ -266,7 +367,6 @@ impl<P: Problem> IdaSolver<P> {
     /// All counters.
     pub fn statistics(&self) -> Statistics {
         let ida = &self.ida;
-        let functions = self.functions();
         // Without quadratures IDAS takes these questions for errors.
         let of_quadratures = |counter| match self.n_quadratures() {
             0 => 0,
@@ -279,10 +379,7 @@ impl<P: Problem> IdaSolver<P> {
         statistics.newton_failures = ida.counter(Counter::NewtonFailures);
         statistics.newton_iterations = ida.counter(Counter::NewtonIterations);
         statistics.residual_evaluations = ida.counter(Counter::ResidualEvaluations);
-        statistics.difference_evaluations = match &functions.linear_solver {
-            Some(solver) => solver.difference_evaluations(),
-            None => functions.jacobian.residual_evaluations(),
-        };
+        statistics.difference_evaluations = self.difference_evaluations() - self.differences_before;
         statistics.jacobian_evaluations = ida.counter(Counter::JacobianEvaluations);
         statistics.linear_setups = ida.counter(Counter::LinearSetups);
         statistics.backtracks = ida.counter(Counter::Backtracks);
@@ -317,6 +414,15 @@ impl<P: Problem> IdaSolver<P> {
     /// Number of quadratures.
     pub fn n_quadratures(&self) -> usize {
         self.ida.n_quadratures()
+    }
+
+    /// Evaluations of the residual for differences since the solver was built.
+    fn difference_evaluations(&self) -> u64 {
+        let functions = self.functions();
+        match &functions.linear_solver {
+            Some(solver) => solver.difference_evaluations(),
+            None => functions.jacobian.residual_evaluations(),
+        }
     }
 
     fn functions(&self) -> &UserFunctions<P> {

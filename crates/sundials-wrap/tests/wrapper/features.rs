@@ -478,3 +478,103 @@ fn the_linked_libraries_are_those_of_the_headers() {
         "{versions:?}"
     );
 }
+
+/// regression: a derivative of the order to come, one above that of the last step, aborted the
+/// process, and times far outside of the last step were extrapolated to.
+#[test]
+fn quadratures_have_the_derivatives_of_the_last_step_only() {
+    let start = Akzo.start();
+    let mut solver = IdaSolver::builder(Akzo)
+        .options(tolerance(1e-8))
+        .quadrature([0.0], None, |_, _, y, _, rate| {
+            rate[0] = y[0];
+            Ok(())
+        })
+        .build(start.t, &start.y, &start.y_dot)
+        .unwrap();
+    let mut out = [f64::NAN];
+    solver.quadrature_dense_output(0.0, 0, &mut out).unwrap();
+    assert_eq!(out, [0.0]);
+    let mut orders_to_come = 0;
+    while solver.t() < 10.0 {
+        solver.step(180.0).unwrap();
+        let statistics = solver.statistics();
+        let [from, to] = solver.last_step_interval();
+        for derivative in 0..=statistics.last_order.min(statistics.current_order) {
+            solver
+                .quadrature_dense_output(to, derivative, &mut out)
+                .unwrap();
+        }
+        orders_to_come += u32::from(statistics.current_order > statistics.last_order);
+        for (t, derivative) in [
+            (to, statistics.last_order + 1),
+            (from - 0.1 * (to - from), 0),
+            (to + 0.1 * (to - from), 0),
+            (to + 100.0, 1),
+        ] {
+            let error = solver.quadrature_dense_output(t, derivative, &mut out);
+            assert!(
+                matches!(error, Err(sundials_wrap::Error::NoDenseOutput { .. })),
+                "{t}"
+            );
+        }
+    }
+    assert!(orders_to_come > 0, "the case that aborted");
+}
+
+/// regression: where the tolerance is relative only, a solution that becomes zero was a refused
+/// call without statistics.
+#[test]
+fn a_tolerance_that_becomes_zero_is_an_outcome_with_statistics() {
+    struct Ramp;
+    impl Problem for Ramp {
+        fn n_unknowns(&self) -> usize {
+            1
+        }
+        fn residual(
+            &mut self,
+            _: f64,
+            _: &[f64],
+            y_dot: &[f64],
+            residual: &mut [f64],
+        ) -> Result<(), StepError> {
+            // y = 1 − t, without rounding over steps of an eighth.
+            residual[0] = y_dot[0] + 1.0;
+            Ok(())
+        }
+    }
+    let options = IdaOptions {
+        tolerances: Tolerances::scalar(1e-4, 0.0),
+        max_step: Some(0.125),
+        initial_step: Some(0.125),
+        ..IdaOptions::default()
+    };
+    let mut solver = IdaSolver::builder(Ramp)
+        .options(options)
+        .build(0.0, &[1.0], &[-1.0])
+        .unwrap();
+    let Outcome::Stopped(stop) = solver.integrate_to(4.0).unwrap() else {
+        panic!("it must stop");
+    };
+    assert_eq!(
+        stop.reason,
+        myovib_dae::StopReason::ErrorWeightsFailed,
+        "{stop}"
+    );
+    assert!(
+        stop.message.contains("it needs an absolute tolerance"),
+        "{stop}"
+    );
+    assert!(stop.statistics.steps >= 8, "{stop}");
+}
+
+/// regression: the smallest condition estimate of before a restart survived it.
+#[test]
+fn condition_estimates_begin_anew() {
+    let start = Robertson.start();
+    let mut solver = build(Robertson, tolerance(1e-4));
+    solver.integrate_to(40.0).unwrap();
+    assert!(solver.statistics().smallest_rcond.is_some());
+    solver.reinit(start.t, &start.y, &start.y_dot, &[]).unwrap();
+    assert_eq!(solver.statistics().smallest_rcond, None);
+}

@@ -3,6 +3,7 @@
 
 mod answers;
 mod common;
+mod conformance;
 mod decay;
 mod endings;
 mod failures;

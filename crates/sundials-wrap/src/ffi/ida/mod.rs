@@ -302,12 +302,20 @@ impl<C: Callbacks> Ida<C> {
         // SAFETY: the block is valid; the vectors have its length and are copied.
         let code = unsafe { sys::IDAReInit(self.memory.raw(), t0, y, y_dot) };
         check("IDAReInit", code)?;
+        self.linear_solver.forget_rcond();
+        self.boundary.get_mut().forget_rcond();
         if let Some(vector) = &mut self.quadrature {
             vector.as_mut_slice().copy_from_slice(q0);
             let vector = vector.raw();
             self.set("IDAQuadReInit", sys::IDAQuadReInit, vector)?;
         }
         Ok(())
+    }
+
+    /// Writes into y and ẏ, which IDAS does not read.
+    pub(crate) fn set_state(&mut self, y: &[f64], y_dot: &[f64]) {
+        self.y.as_mut_slice().copy_from_slice(y);
+        self.y_dot.as_mut_slice().copy_from_slice(y_dot);
     }
 
     // ---- results ----

@@ -31,7 +31,7 @@ impl<C: Callbacks> Ida<C> {
         self.set("IDASetMaxStep", sys::IDASetMaxStep, step)
     }
 
-    /// Steps allowed in one solve call; negative for no limit.
+    /// Steps allowed in one solve call.
     pub(crate) fn set_max_steps(&mut self, steps: i64) -> Result<(), CallFailed> {
         self.set("IDASetMaxNumSteps", sys::IDASetMaxNumSteps, steps)
     }

@@ -1,0 +1,125 @@
+//! The conformance suite: what [`Integrator`] promises, asked of any integrator.
+//!
+//! A crate with an integrator says by [`Method`] how one is built, and makes tests of all behaviours
+//! by [`conformance_tests!`](crate::conformance_tests).
+
+mod accuracy;
+mod failures;
+mod output;
+mod problems;
+mod stepping;
+
+pub use accuracy::*;
+pub use failures::*;
+pub use output::*;
+pub use stepping::*;
+
+use crate::{Direction, Integrator, Outcome, Problem, StepError, Stop, StopReason, Tolerances};
+
+/// Functions g(t, y, ẏ), written into the last argument.
+pub type Function<P> =
+    Box<dyn FnMut(&mut P, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError> + Send>;
+
+/// Error weights for y, written into the last argument.
+pub type Weights<P> = Box<dyn FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send>;
+
+/// An integration to be built, at its method's defaults but for what is `Some`.
+pub struct Request<P> {
+    /// The problem.
+    pub problem: P,
+    /// The initial time, y and ẏ.
+    pub start: (f64, Vec<f64>, Vec<f64>),
+    /// The tolerances.
+    pub tolerances: Tolerances,
+    /// A time not to step over.
+    pub stop_time: Option<f64>,
+    /// Most steps of one call.
+    pub max_steps: Option<usize>,
+    /// The first step.
+    pub initial_step: Option<f64>,
+    /// The smallest step.
+    pub min_step: f64,
+    /// The largest step.
+    pub max_step: Option<f64>,
+    /// Error weights in the place of tolerances.
+    pub weights: Option<Weights<P>>,
+    /// Root functions, one a direction.
+    pub roots: Option<(Vec<Direction>, Function<P>)>,
+}
+
+impl<P> Request<P> {
+    /// An integration with relative tolerance 1e-6 and absolute 1e-9.
+    pub fn new(problem: P, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Self {
+        Self {
+            problem,
+            start: (t0, y0.to_vec(), y_dot0.to_vec()),
+            tolerances: Tolerances::scalar(1e-6, 1e-9),
+            stop_time: None,
+            max_steps: None,
+            initial_step: None,
+            min_step: 0.0,
+            max_step: None,
+            weights: None,
+            roots: None,
+        }
+    }
+}
+
+/// How integrators of one kind are built.
+pub trait Method {
+    /// The integrator.
+    type Integrator<P: Problem + 'static>: Integrator<P>;
+
+    /// Builds an integrator.
+    fn build<P: Problem + 'static>(&self, request: Request<P>) -> Self::Integrator<P>;
+}
+
+/// One test for each behaviour, of the method that the expression gives.
+#[macro_export]
+macro_rules! conformance_tests {
+    ($method:expr) => {
+        $crate::conformance_tests!(@each $method;
+            solves_exact_problems_to_tolerance,
+            needs_no_more_than_a_residual,
+            starts_from_consistent_values,
+            answers_with_times_that_are_its_own,
+            refuses_times_behind_and_values_that_are_no_numbers,
+            holds_a_stop_time_once,
+            limits_the_steps_of_each_call,
+            starts_afresh,
+            counts_what_it_does,
+            gives_dense_output_within_the_last_step_only,
+            finds_events_in_their_order,
+            recovers_from_recoverable_errors,
+            names_the_function_that_failed,
+            stops_before_a_wall,
+            hands_back_fatal_errors,
+            stops_at_the_smallest_step,
+            keeps_its_statistics_when_a_weight_is_lost,
+            stays_where_it_is_when_a_root_function_fails,
+            lets_a_panic_pass,
+        );
+    };
+    (@each $method:expr; $($behaviour:ident),* $(,)?) => {
+        $(
+            #[test]
+            fn $behaviour() {
+                $crate::conformance::$behaviour(&$method);
+            }
+        )*
+    };
+}
+
+#[track_caller]
+fn stopped(outcome: Outcome) -> Box<Stop> {
+    match outcome {
+        Outcome::Stopped(stop) => stop,
+        other => panic!("{other:?} is no stop"),
+    }
+}
+
+#[track_caller]
+fn assert_stop(stop: &Stop, reason: StopReason, said: &str) {
+    assert_eq!(stop.reason, reason, "{stop}");
+    assert!(stop.message.contains(said), "{stop}");
+}

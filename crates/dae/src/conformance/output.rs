@@ -1,0 +1,91 @@
+//! Dense output and events.
+
+use std::f64::consts::PI;
+
+use super::problems::Circle;
+use super::{Method, Request};
+use crate::{Direction, Integrator, Outcome};
+
+/// Dense output covers the last step, both ends included, and nothing else.
+pub fn gives_dense_output_within_the_last_step_only<M: Method>(method: &M) {
+    let (y, y_dot) = Circle::start();
+    let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
+    let mut out = [0.0; 3];
+    // Before the first step there is the start.
+    for (derivative, expected) in [(0, y), (1, y_dot)] {
+        solver.dense_output(0.0, derivative, &mut out).unwrap();
+        assert_eq!(out, expected);
+    }
+    for t in [-1e-3, 1e-3, f64::NAN] {
+        assert!(solver.dense_output(t, 0, &mut out).is_err(), "{t}");
+    }
+    for _ in 0..20 {
+        solver.step(1e3).unwrap();
+        let [from, to] = solver.last_step_interval();
+        let h = to - from;
+        for theta in [0.0, 0.3, 0.5, 0.9, 1.0] {
+            let t = from + theta * h;
+            solver.dense_output(t, 0, &mut out).unwrap();
+            let exact = Circle::exact(t);
+            // Some multiple of the tolerance of a step, 1e-6.
+            assert!((out[0] - exact[0]).abs() < 1e-4, "t = {t}: {out:?}");
+            solver.dense_output(t, 1, &mut out).unwrap();
+            assert!((out[0] - exact[1]).abs() < 1e-2, "t = {t}: {out:?}");
+        }
+        solver.dense_output(to, 0, &mut out).unwrap();
+        for (interpolated, y) in out.iter().zip(solver.y()) {
+            assert!((interpolated - y).abs() < 1e-14);
+        }
+        for t in [from - 0.01 * h, to + 0.01 * h, -1.0, 100.0] {
+            for derivative in [0, 1] {
+                let error = solver.dense_output(t, derivative, &mut out).unwrap_err();
+                let said = format!("no derivative of order {derivative} at t = {t}");
+                assert!(error.to_string().starts_with(&said), "{error}");
+            }
+        }
+        let order = solver.statistics().last_order;
+        assert!(solver.dense_output(to, order + 1, &mut out).is_err());
+        assert!(solver.dense_output(to, 0, &mut out[..2]).is_err());
+    }
+    assert_eq!(solver.n_quadratures(), 0);
+    let error = solver.quadrature_dense_output(0.0, 0, &mut []).unwrap_err();
+    assert_eq!(error.to_string(), "this solver has no quadratures");
+}
+
+/// x = sin t: crossings at multiples of π, in their order and directions; the integration goes on
+/// after each, and the steps are what they are without.
+pub fn finds_events_in_their_order<M: Method>(method: &M) {
+    let (y, y_dot) = Circle::start();
+    let watched = |directions: Vec<Direction>| Request {
+        roots: Some((
+            directions,
+            Box::new(|_: &mut Circle, _, y: &[f64], _: &[f64], g: &mut [f64]| {
+                g.fill(y[0]);
+                Ok(())
+            }),
+        )),
+        ..Request::new(Circle::new(), 0.0, &y, &y_dot)
+    };
+    let all = vec![Direction::Falling, Direction::Rising, Direction::Both];
+    let mut solver = method.build(watched(all));
+    for k in 1..4 {
+        let outcome = solver.integrate_to(10.0).unwrap();
+        let Outcome::Root { t, crossings } = outcome else {
+            panic!("no root: {outcome:?}");
+        };
+        let expected = if k % 2 == 1 { [-1, 0, -1] } else { [0, 1, 1] };
+        assert_eq!(crossings, expected);
+        // The error of the solution, 1e-6 times the number of steps.
+        assert!((t - f64::from(k) * PI).abs() < 1e-3, "{t}");
+        assert_eq!(solver.t(), t);
+        assert!(solver.y()[0].abs() < 1e-9, "{:?}", solver.y());
+        assert!(crate::covers(solver.last_step_interval(), t));
+    }
+    let outcome = solver.integrate_to(10.0).unwrap();
+    assert_eq!(outcome, Outcome::Reached { t: 10.0 });
+    let mut unwatched = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
+    unwatched.step(10.0).unwrap();
+    let mut again = method.build(watched(vec![Direction::Both]));
+    again.step(10.0).unwrap();
+    assert_eq!(again.y(), unwatched.y());
+}

@@ -1,0 +1,194 @@
+//! Consistent initial values of systems of index 1.
+
+use crate::integrator::ConsistencyMode;
+use crate::linear_solver::LinearSolver;
+use crate::linearization::Linearization;
+use crate::problem::{Problem, StepError, VariableKind};
+
+/// Why no consistent initial values were found.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Inconsistent {
+    /// Newton's method does not get there.
+    #[error("Newton's method stays at {norm:.2e} times the tolerance")]
+    NotFound {
+        /// The weighted norm of the last correction.
+        norm: f64,
+    },
+    /// A function of the problem, or its linear algebra, failed.
+    #[error(transparent)]
+    Failed(#[from] StepError),
+}
+
+/// Newton is converged below this part of the tolerance, as IDACalcIC is.
+const CONVERGED: f64 = 0.0033;
+/// Newton iterations with one matrix, matrices with one scale, and scales, as IDACalcIC has them.
+const ITERATIONS: usize = 10;
+const MATRICES: usize = 4;
+const SCALES: i32 = 5;
+/// Halvings of a correction.
+const HALVINGS: usize = 20;
+/// The part of the descent promised by the linearisation that a correction must bring.
+const DESCENT: f64 = 1e-4;
+
+/// A state to be corrected.
+struct State<'a> {
+    t: f64,
+    y: &'a mut [f64],
+    y_dot: &'a mut [f64],
+}
+
+/// Corrects `y` and `y_dot` so that F(t, y, ẏ) = 0, by Newton with a line search (Brown, Hindmarsh,
+/// Petzold 1998).
+///
+/// For [`ConsistencyMode::AlgebraicAndDerivatives`] the matrix is ∂F/∂y + c ∂F/∂ẏ with c = 1/h: a
+/// correction δ moves algebraic y by δ and differential ẏ by c δ. That neglects what differential y
+/// would change, which is small for a small h; h starts at a thousandth of `t_first` − t. For
+/// [`ConsistencyMode::States`] c = 0, and a correction moves all of y.
+///
+/// # Shapes
+/// `kinds`, `y`, `y_dot`, `weights`: the number of unknowns.
+///
+/// # Errors
+/// [`Inconsistent`]; y and ẏ are then the values given.
+#[allow(clippy::too_many_arguments)]
+pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
+    problem: &mut P,
+    solver: &mut S,
+    mode: ConsistencyMode,
+    kinds: &[VariableKind],
+    (t, t_first): (f64, f64),
+    y: &mut [f64],
+    y_dot: &mut [f64],
+    weights: &[f64],
+) -> Result<(), Inconsistent> {
+    let given = (y.to_vec(), y_dot.to_vec());
+    let motion = norm(y_dot, weights);
+    let mut h = 1e-3 * (t_first - t).abs();
+    if motion * h > 0.5 {
+        h = 0.5 / motion;
+    }
+    let mut last = Inconsistent::NotFound { norm: f64::NAN };
+    for scale in 0..SCALES {
+        let step = h * 0.1_f64.powi(scale);
+        let c = match mode {
+            ConsistencyMode::AlgebraicAndDerivatives => 1.0 / step,
+            ConsistencyMode::States => 0.0,
+        };
+        let mut state = State { t, y, y_dot };
+        match newton(problem, solver, mode, kinds, &mut state, weights, step, c) {
+            Ok(()) => return Ok(()),
+            Err(failed @ Inconsistent::Failed(StepError::Fatal(_))) => return Err(failed),
+            Err(failed) => last = failed,
+        }
+        y.copy_from_slice(&given.0);
+        y_dot.copy_from_slice(&given.1);
+        if mode == ConsistencyMode::States {
+            break;
+        }
+    }
+    Err(last)
+}
+
+#[allow(clippy::too_many_arguments)]
+fn newton<P: Problem, S: LinearSolver<P>>(
+    problem: &mut P,
+    solver: &mut S,
+    mode: ConsistencyMode,
+    kinds: &[VariableKind],
+    state: &mut State<'_>,
+    weights: &[f64],
+    step: f64,
+    c: f64,
+) -> Result<(), Inconsistent> {
+    let n = weights.len();
+    let (mut correction, mut trial) = (vec![0.0; n], vec![0.0; n]);
+    let mut size = f64::NAN;
+    for _ in 0..MATRICES {
+        let at = Linearization {
+            t: state.t,
+            y: state.y,
+            y_dot: state.y_dot,
+            step,
+            weights,
+        };
+        solver.evaluate(problem, &at)?;
+        solver.set_up(problem, c, &[])?;
+        size = solve_for(problem, solver, state, weights, &mut correction)?;
+        for _ in 0..ITERATIONS {
+            if size <= CONVERGED {
+                return Ok(());
+            }
+            let (mut length, before) = (1.0, size);
+            for _ in 0..HALVINGS {
+                shift(state, mode, kinds, c, -length, &correction);
+                let tried = solve_for(problem, solver, state, weights, &mut trial);
+                match tried {
+                    Ok(now) if now <= (1.0 - DESCENT * length) * before => {
+                        size = now;
+                        break;
+                    }
+                    Err(StepError::Fatal(error)) => return Err(StepError::Fatal(error).into()),
+                    _ => shift(state, mode, kinds, c, length, &correction),
+                }
+                length *= 0.5;
+            }
+            // A matrix that brings no descent, or little, is renewed.
+            if size >= before {
+                break;
+            }
+            correction.copy_from_slice(&trial);
+            if size > 0.9 * before {
+                break;
+            }
+        }
+        if size <= CONVERGED {
+            return Ok(());
+        }
+    }
+    Err(Inconsistent::NotFound { norm: size })
+}
+
+/// Moves what is sought by `length` times the correction.
+fn shift(
+    state: &mut State<'_>,
+    mode: ConsistencyMode,
+    kinds: &[VariableKind],
+    c: f64,
+    length: f64,
+    correction: &[f64],
+) {
+    for (i, delta) in correction.iter().enumerate() {
+        match (mode, kinds[i]) {
+            (ConsistencyMode::AlgebraicAndDerivatives, VariableKind::Differential) => {
+                state.y_dot[i] += length * c * delta;
+            }
+            _ => state.y[i] += length * delta,
+        }
+    }
+}
+
+/// Writes J⁻¹ F to `out`; its weighted norm.
+fn solve_for<P: Problem, S: LinearSolver<P>>(
+    problem: &mut P,
+    solver: &mut S,
+    state: &State<'_>,
+    weights: &[f64],
+    out: &mut [f64],
+) -> Result<f64, StepError> {
+    problem.residual(state.t, state.y, state.y_dot, out)?;
+    solver.solve_real(problem, out)?;
+    let size = norm(out, weights);
+    match size.is_finite() {
+        true => Ok(size),
+        false => Err(StepError::Recoverable(
+            "the correction is not finite".to_owned(),
+        )),
+    }
+}
+
+/// The weighted root mean square.
+fn norm(x: &[f64], weights: &[f64]) -> f64 {
+    let squares = x.iter().zip(weights).map(|(x, w)| (x * w).powi(2));
+    (squares.sum::<f64>() / x.len() as f64).sqrt()
+}

@@ -1,0 +1,89 @@
+//! Starting afresh, and from consistent values.
+
+use myovib_dae::{ConsistencyMode, Inconsistent, LinearSolver, Problem, StepError};
+
+use super::state::{Jacobian, RadauSolver};
+use crate::control::Control;
+use crate::dense::Collocation;
+use crate::error::{RadauError, expect_finite, expect_length};
+use crate::newton::NewtonSolver;
+use crate::predictor::Predictor;
+use crate::work::Counters;
+
+impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
+    /// Starts afresh at (t0, y0, ẏ0), keeping problem, settings and functions; statistics begin at
+    /// zero, and a stop time that is not ahead is forgotten.
+    ///
+    /// # Errors
+    /// [`RadauError::WrongLength`], [`RadauError::NotFinite`].
+    pub fn reinit(&mut self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<(), RadauError> {
+        let n = self.y.len();
+        expect_length("initial values y0", n, y0.len())?;
+        expect_length("initial derivatives y_dot0", n, y_dot0.len())?;
+        expect_finite("t0", &[t0])?;
+        expect_finite("y0", y0)?;
+        expect_finite("y_dot0", y_dot0)?;
+        let limit = self.options.newton_limit();
+        let tolerance = self.options.newton_tolerance();
+        self.t = t0;
+        self.y.copy_from_slice(y0);
+        self.y_dot.copy_from_slice(y_dot0);
+        self.h = None;
+        self.collocation = Collocation::line(&self.method, t0, y0, y_dot0);
+        self.predictor = Predictor::new(&self.method, n);
+        self.newton = NewtonSolver::new(&self.method, n, tolerance, limit);
+        self.control = Control::new(self.options.stages, self.options.safety, limit);
+        self.jacobian = Jacobian::Due;
+        self.set_up_for = None;
+        self.pause = None;
+        self.counters = Counters::default();
+        self.differences_before = self.matrices.difference_evaluations();
+        self.counters.statistics.t_reached = t0;
+        self.options.stop_time = self.options.stop_time.filter(|stop| *stop > t0);
+        if let Some(roots) = &mut self.roots {
+            roots.restart();
+        }
+        self.weigh();
+        Ok(())
+    }
+
+    /// Corrects the initial values so that F(t0, y0, ẏ0) = 0, by Newton with a line search; to be
+    /// called before the first step. `t_first` is the first output time, for the scale.
+    ///
+    /// # Errors
+    /// [`RadauError::Inconsistent`] when none were found, [`RadauError::AfterTheStart`],
+    /// [`RadauError::Fatal`] for a fatal error of the problem.
+    pub fn correct_initial_values(
+        &mut self,
+        mode: ConsistencyMode,
+        t_first: f64,
+    ) -> Result<(), RadauError> {
+        expect_finite("t_first", &[t_first])?;
+        if self.counters.statistics.steps > 0 {
+            return Err(RadauError::AfterTheStart { t: self.t });
+        }
+        let (t, mut y, mut y_dot) = (self.t, self.y.clone(), self.y_dot.clone());
+        let weights = self.weights.plain();
+        let (problem, matrices) = (&mut self.problem, &mut self.matrices);
+        let corrected = myovib_dae::correct_initial_values(
+            problem,
+            matrices,
+            mode,
+            &self.kinds,
+            (t, t_first),
+            &mut y,
+            &mut y_dot,
+            weights,
+        );
+        match corrected {
+            Ok(()) => self.reinit(t, &y, &y_dot),
+            Err(Inconsistent::Failed(StepError::Fatal(source))) => Err(RadauError::Fatal {
+                function: "residual or Jacobian",
+                t,
+                h: 0.0,
+                source,
+            }),
+            Err(source) => Err(RadauError::Inconsistent { t, source }),
+        }
+    }
+}

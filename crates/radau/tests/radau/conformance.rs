@@ -1,0 +1,46 @@
+//! Radau IIA keeps what every integrator promises.
+
+use myovib_dae::Problem;
+use myovib_dae::conformance::{Method, Request};
+use myovib_radau::{RadauOptions, RadauSolver};
+
+pub(crate) struct Radau {
+    pub(crate) stages: usize,
+}
+
+impl Method for Radau {
+    type Integrator<P: Problem + 'static> = RadauSolver<P>;
+
+    fn build<P: Problem + 'static>(&self, request: Request<P>) -> RadauSolver<P> {
+        let (t, y, y_dot) = request.start;
+        let mut builder = RadauSolver::builder(request.problem).options(RadauOptions {
+            stages: self.stages,
+            tolerances: request.tolerances,
+            stop_time: request.stop_time,
+            max_steps: request.max_steps,
+            initial_step: request.initial_step,
+            min_step: request.min_step,
+            max_step: request.max_step,
+            ..RadauOptions::default()
+        });
+        if let Some(weights) = request.weights {
+            builder = builder.error_weights(weights);
+        }
+        if let Some((directions, functions)) = request.roots {
+            builder = builder.roots(directions, functions);
+        }
+        builder.build(t, &y, &y_dot).unwrap()
+    }
+}
+
+mod order_5 {
+    myovib_dae::conformance_tests!(super::Radau { stages: 3 });
+}
+
+mod order_9 {
+    myovib_dae::conformance_tests!(super::Radau { stages: 5 });
+}
+
+mod order_13 {
+    myovib_dae::conformance_tests!(super::Radau { stages: 7 });
+}

@@ -1,0 +1,26 @@
+//! A step allocates nothing on the Rust side.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use myovib_dae::Problem;
+use myovib_dae::conformance::{Method, Request, steps_allocate_nothing};
+use sundials_wrap::IdaSolver;
+
+/// Builds IDAS at its defaults.
+struct Ida;
+
+impl Method for Ida {
+    type Integrator<P: Problem + 'static> = IdaSolver<P>;
+
+    fn build<P: Problem + 'static>(&self, request: Request<P>) -> IdaSolver<P> {
+        let (t, y, y_dot) = request.start;
+        IdaSolver::builder(request.problem)
+            .tolerances(request.tolerances)
+            .build(t, &y, &y_dot)
+            .unwrap()
+    }
+}
+
+#[test]
+fn steps_of_small_problems_allocate_nothing() {
+    steps_allocate_nothing(&Ida, |call| allocation_counter::measure(call).count_total);
+}

@@ -1,0 +1,33 @@
+//! IDAS keeps what every integrator promises.
+
+use myovib_dae::Problem;
+use myovib_dae::conformance::{Method, Request};
+use sundials_wrap::{IdaOptions, IdaSolver};
+
+struct Ida;
+
+impl Method for Ida {
+    type Integrator<P: Problem + 'static> = IdaSolver<P>;
+
+    fn build<P: Problem + 'static>(&self, request: Request<P>) -> IdaSolver<P> {
+        let (t, y, y_dot) = request.start;
+        let mut builder = IdaSolver::builder(request.problem).options(IdaOptions {
+            tolerances: request.tolerances,
+            stop_time: request.stop_time,
+            max_steps: request.max_steps,
+            initial_step: request.initial_step,
+            min_step: request.min_step,
+            max_step: request.max_step,
+            ..IdaOptions::default()
+        });
+        if let Some(weights) = request.weights {
+            builder = builder.error_weights(weights);
+        }
+        if let Some((directions, functions)) = request.roots {
+            builder = builder.roots(directions, functions);
+        }
+        builder.build(t, &y, &y_dot).unwrap()
+    }
+}
+
+myovib_dae::conformance_tests!(Ida);
