@@ -177,6 +177,35 @@ fn check_warns_in_the_same_words() {
     );
 }
 
+/// Regression: `check` had no objections to a mesh in mm, nor to a run of 4e11 steps.
+#[test]
+fn check_names_units_that_do_not_go_together_and_endless_runs() {
+    let mut run = Run::new(spindle(), Formulation::Position, 0.0, &[Field::Pressure], 2);
+    let found = |run: &Run| {
+        let muscle = paper::muscle(&run.mesh, paper::KAPPA, 0.0).unwrap();
+        let report = check::check(&muscle, run.formulation, &run.settings).unwrap();
+        let words = report.findings.iter().map(ToString::to_string);
+        words.collect::<Vec<String>>().join("\n")
+    };
+    assert_eq!(found(&run), "");
+    run.settings.t_end = 1e10;
+    assert!(found(&run).contains("steps"), "{}", found(&run));
+    run.settings.t_end = 1.0;
+    let in_mm: Vec<[f64; 2]> = run
+        .mesh
+        .points()
+        .iter()
+        .map(|x: &[f64; 2]| x.map(|x| 1e3 * x))
+        .collect();
+    let triangles = run.mesh.connectivity::<3>().to_vec();
+    run.mesh = Mesh::new(in_mm, triangles, run.mesh.groups().clone()).unwrap();
+    let words = found(&run);
+    assert!(
+        words.contains("200.000 m long") && words.contains("a mesh in mm times 1e-3"),
+        "{words}"
+    );
+}
+
 /// At a tight tolerance Newton's method is measured by λ even where the error test leaves it out.
 #[test]
 fn a_tight_tolerance_wants_weights_that_follow_the_step() {

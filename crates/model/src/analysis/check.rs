@@ -9,7 +9,7 @@ use crate::advice::{Advice, Finding, Remedy};
 use crate::analysis::index::{IndexReport, LARGEST_SYSTEM};
 use crate::analysis::inf_sup;
 use crate::analysis::spectrum;
-use crate::analysis::support::{FreeParts, free_parts};
+use crate::analysis::support::{FreeParts, extent, free_parts};
 use crate::analysis::table1::{Case, coarse_beam};
 use crate::error::ModelError;
 use crate::field::Field;
@@ -31,6 +31,14 @@ const START_STEPS: usize = 15;
 const TIMED_STEPS: usize = 15;
 /// A drive this near to an eigenfrequency, as a fraction of it, is a resonance.
 const RESONANCE: f64 = 0.1;
+/// A load this many times faster than the slowest mode is felt next to where it acts only, in a body
+/// many wavelengths long: far beyond what tissue is tried with, and what a mesh in mm looks like.
+const FAR_ABOVE_MODES: f64 = 200.0;
+/// A load this many times slower than the slowest mode moves nothing that a static analysis would
+/// not: what moduli in a thousandth of their unit and a mesh in km look like.
+const FAR_BELOW_MODES: f64 = 1e-5;
+/// Expected steps beyond which a run is taken for an error of typing: weeks at 1 ms each.
+const MOST_STEPS: f64 = 1e9;
 /// A residual beyond this fraction of its terms is not rounding.
 const INCONSISTENT: f64 = 1e-9;
 
@@ -108,16 +116,19 @@ pub fn check(
     findings.extend(unheld(held.nullity(), muscle));
     findings.extend(inconsistent(&residuals));
     findings.extend(resonance(&slow_modes, drive));
+    findings.extend(misfit(muscle, &slow_modes, drive, settings.t_end));
     let blocks = dae.layout().blocks().iter();
     let unknowns = blocks.map(|(f, r)| (*f, r.len())).collect();
+    let cost = cost(
+        dae,
+        &advice,
+        settings,
+        drive.or(slow_modes.first().copied()),
+    )?;
+    findings.extend(endless(&cost));
     Ok(Report {
         unknowns,
-        cost: cost(
-            dae,
-            &advice,
-            settings,
-            drive.or(slow_modes.first().copied()),
-        )?,
+        cost,
         inf_sup: held.smallest().unwrap_or(0.0),
         nullity: held.nullity(),
         advice,
@@ -209,6 +220,41 @@ fn resonance(slow_modes: &[f64], drive: Option<f64>) -> Option<Finding> {
         problem: format!("the load at {drive:.3} Hz is next to the eigenfrequency {mode:.3} Hz"),
         remedies: vec![Remedy::Scene(
             "expect large motions, bounded by damping alone, or change the frequency",
+        )],
+    })
+}
+
+/// Units that do not go together show as a time of the scene far from the body's own.
+fn misfit(muscle: &Muscle, slow_modes: &[f64], drive: Option<f64>, t_end: f64) -> Option<Finding> {
+    let slowest = slow_modes.iter().copied().find(|mode| *mode > 0.0)?;
+    let (asked, what) = match drive {
+        Some(drive) => (drive, "frequency of the load"),
+        None => (1.0 / t_end, "inverse of the end time"),
+    };
+    let ratio = asked / slowest;
+    (!(FAR_BELOW_MODES..FAR_ABOVE_MODES).contains(&ratio)).then(|| {
+        let size = extent(muscle);
+        Finding {
+            fields: Vec::new(),
+            problem: format!(
+                "the {what}, {asked:.3} Hz, is {ratio:.1e} times the lowest eigenfrequency of \
+                 the body, {slowest:.3e} Hz: it is {size:.3} m long, and waves cross it at about {:.3} m/s",
+                2.0 * size * slowest
+            ),
+            remedies: vec![Remedy::Scene(
+                "take SI units throughout: coordinates in m (a mesh in mm times 1e-3), moduli in \
+                 Pa, density in kg/m³, times in s",
+            )],
+        }
+    })
+}
+
+fn endless(cost: &Cost) -> Option<Finding> {
+    (cost.steps > MOST_STEPS).then(|| Finding {
+        fields: Vec::new(),
+        problem: format!("the run would take about {:.0e} steps", cost.steps),
+        remedies: vec![Remedy::Scene(
+            "look at the end time and the frequencies, which are in s and Hz",
         )],
     })
 }

@@ -66,7 +66,7 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
         .iter()
         .map(|(n, sum)| sum.iter().map(|x| x / *n as f64).collect())
         .collect();
-    let mut bodies = RigidBodies::new(dimension, &centres, extent(dimension, space.coordinates()));
+    let mut bodies = RigidBodies::new(dimension, &centres, extent(muscle));
     let mut is_free = vec![false; dofs.n_full()];
     for &component in dofs.free_to_full() {
         is_free[component] = true;
@@ -104,13 +104,19 @@ pub(crate) fn expect_held(muscle: &Muscle) -> Result<(), ModelError> {
     free_parts(muscle).map_or(Ok(()), |free| Err(ModelError::NotHeld(free)))
 }
 
-/// The longest side of the box around points of so many coordinates each.
-fn extent(dimension: usize, coordinates: &[f64]) -> f64 {
+/// The longest side of the box around the body, m.
+pub(crate) fn extent(muscle: &Muscle) -> f64 {
+    let space = muscle.solid.space();
     let side = |axis: usize| {
-        let along = coordinates.iter().skip(axis).step_by(dimension).copied();
+        let along = space
+            .coordinates()
+            .iter()
+            .skip(axis)
+            .step_by(space.dimension());
+        let along = along.copied();
         along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
     };
-    (0..dimension).map(side).fold(0.0, f64::max)
+    (0..space.dimension()).map(side).fold(0.0, f64::max)
 }
 
 impl fmt::Display for FreePart {

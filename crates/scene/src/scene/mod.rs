@@ -12,6 +12,7 @@ mod feedback;
 mod function;
 mod mesh;
 mod oscillators;
+mod places;
 mod settings;
 
 use std::path::Path;
@@ -168,6 +169,9 @@ impl Scene {
         let chains = builder.chains(&file)?;
         let feedbacks = builder.feedbacks(&file, body.as_ref(), &chains)?;
         builder.probes(&file)?;
+        if let Some(body) = &body {
+            builder.places(&file, body)?;
+        }
         Ok(Self {
             t_end,
             body,
