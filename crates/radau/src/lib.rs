@@ -69,6 +69,10 @@ pub use myovib_dae::Work;
 pub use options::{IndexScaling, RadauOptions, StepSize};
 pub use solver::{RadauBuilder, RadauSolver};
 
+#[cfg(doctest)]
+#[doc = include_str!("../../dae/README.md")]
+struct ReadmeOfDae;
+
 /// Design notes.
 pub mod notes {
     #[doc = include_str!("../notes/0001-method.md")]

@@ -48,6 +48,10 @@ mod solver;
 mod vector_kernels;
 mod versions;
 
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 /// Design notes.
 pub mod notes {
     #[doc = include_str!("../notes/0001-life-cycle.md")]
@@ -65,6 +69,6 @@ pub use myovib_dae::{
 };
 /// KLU, whose settings are among those of the integrator.
 pub use myovib_sparse::klu;
-pub use options::{Constraint, IdaOptions, VectorArithmetic};
+pub use options::{Constraint, IdaOptions, InitialValueOptions, VectorArithmetic};
 pub use solver::{IdaBuilder, IdaSolver};
 pub use versions::Versions;

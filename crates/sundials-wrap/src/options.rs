@@ -94,6 +94,59 @@ pub enum VectorArithmetic {
     Serial,
 }
 
+/// Controls of the search for consistent initial values, with the defaults of IDAS
+/// (`IDASetNonlinConvCoefIC` and the six after it).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InitialValueOptions {
+    /// Newton is converged when its estimated error is below this fraction of the tolerance; 0.0033
+    /// by default.
+    pub nonlinear_coefficient: f64,
+    /// Values of h in c_j = 1/h to be tried; 5 by default.
+    pub max_scales: usize,
+    /// Jacobians allowed for each of them; 4 by default.
+    pub max_jacobians: usize,
+    /// Newton iterations allowed for each Jacobian; 10 by default.
+    pub max_iterations: usize,
+    /// Whether a correction that does not bring descent is shortened; it is by default. Without,
+    /// Newton may find values where the Jacobian is bad far from them.
+    pub line_search: bool,
+    /// The smallest weighted size of a correction that is tried; (the unit roundoff)^(2/3) by
+    /// default.
+    pub step_tolerance: Option<f64>,
+    /// Times a correction may be shortened; 100 by default.
+    pub max_backtracks: usize,
+}
+
+impl Default for InitialValueOptions {
+    fn default() -> Self {
+        Self {
+            nonlinear_coefficient: 0.0033,
+            max_scales: 5,
+            max_jacobians: 4,
+            max_iterations: 10,
+            line_search: true,
+            step_tolerance: None,
+            max_backtracks: 100,
+        }
+    }
+}
+
+impl InitialValueOptions {
+    fn validate(&self) -> Result<(), Error> {
+        positive(
+            "initial_values.nonlinear_coefficient",
+            self.nonlinear_coefficient,
+        )?;
+        if let Some(tolerance) = self.step_tolerance {
+            positive("initial_values.step_tolerance", tolerance)?;
+        }
+        count("initial_values.max_scales", self.max_scales)?;
+        count("initial_values.max_jacobians", self.max_jacobians)?;
+        count("initial_values.max_iterations", self.max_iterations)?;
+        count("initial_values.max_backtracks", self.max_backtracks)
+    }
+}
+
 /// The settings of one integration. The defaults are IDAS' own, but for the arithmetic of vectors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdaOptions {
@@ -131,6 +184,8 @@ pub struct IdaOptions {
     /// Settings of KLU. By default, as in SUNDIALS: COLAMD, block triangular form, scaling by the
     /// largest entry of each row.
     pub klu: KluOptions,
+    /// Controls of [`correct_initial_values`](crate::IdaSolver::correct_initial_values).
+    pub initial_values: InitialValueOptions,
     /// Whose arithmetic is done on vectors; ours by default.
     pub vectors: VectorArithmetic,
     /// Inequality constraints, one per component, or empty for none (the default).
@@ -158,6 +213,7 @@ impl Default for IdaOptions {
                 ordering: Ordering::Colamd,
                 ..KluOptions::default()
             },
+            initial_values: InitialValueOptions::default(),
             vectors: VectorArithmetic::default(),
             constraints: Vec::new(),
         }
@@ -182,15 +238,6 @@ impl IdaOptions {
         if let Some(t) = self.stop_time {
             finite("stop_time", t)?;
         }
-        let count = |option, value: usize| {
-            within(
-                option,
-                value as f64,
-                1.0,
-                f64::from(i32::MAX),
-                "a positive count",
-            )
-        };
         count("max_error_test_failures", self.max_error_test_failures)?;
         count("max_convergence_failures", self.max_convergence_failures)?;
         count("max_newton_iterations", self.max_newton_iterations)?;
@@ -208,6 +255,7 @@ impl IdaOptions {
             1.0,
             "in [0, 1]",
         )?;
+        self.initial_values.validate()?;
         if !self.constraints.is_empty() {
             expect_length("constraints", n, self.constraints.len())?;
         }
@@ -239,6 +287,11 @@ fn within(
     } else {
         invalid(option, value, expected)
     }
+}
+
+fn count(option: &'static str, value: usize) -> Result<(), Error> {
+    let most = f64::from(i32::MAX);
+    within(option, value as f64, 1.0, most, "a positive count")
 }
 
 pub(crate) fn at_least_zero(option: &'static str, value: f64) -> Result<(), Error> {

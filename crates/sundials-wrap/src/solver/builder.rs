@@ -241,6 +241,7 @@ impl<P: Problem> IdaSolver<P> {
             ida.set_max_newton_iterations(options.max_newton_iterations as i32)?;
             ida.set_delta_cj(options.delta_cj)?;
             ida.set_linear_solution_scaling(options.linear_solution_scaling)?;
+            ida.set_initial_values(&options.initial_values)?;
             // IDAS refuses a vector that constrains nothing.
             if options.constraints.iter().any(|c| *c != Constraint::None) {
                 let codes: Vec<f64> = options.constraints.iter().map(|c| c.code()).collect();

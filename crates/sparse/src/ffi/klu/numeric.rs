@@ -94,8 +94,10 @@ impl<T: Entry> RawNumeric<T> {
     /// If `values` has not one entry per entry of the pattern.
     pub(crate) fn condest(&self, values: &[T]) -> Result<f64, Failure> {
         let doubles = as_doubles(&self.symbolic, values);
-        // SAFETY: pattern and values match, the handles belong together, KLU only reads them; the
-        // control block is not borrowed elsewhere (`common` copies it out).
+        // SAFETY: pattern and values match and the handles belong together. KLU reads matrix and
+        // analysis, and writes to the workspace inside the numeric object, which is ours alone
+        // since self is not Sync, and to the control block, which is not borrowed elsewhere
+        // (`common` copies it out).
         let ok = unsafe {
             (T::FUNCTIONS.condest)(
                 self.symbolic.ap(),

@@ -87,7 +87,8 @@ impl RawSymbolic {
 
     /// The columns in the order of elimination.
     pub(crate) fn column_order(&self) -> Vec<usize> {
-        // SAFETY: the analysis is ours and alive; nothing writes to it after klu_l_analyze.
+        // SAFETY: the analysis is ours and alive. After klu_l_analyze only klu_l_factor writes, and
+        // only to what `Lnz` points to: neither to the structure borrowed here nor to Q.
         let order = unsafe { self.handle.as_ref() }.Q;
         // SAFETY: Q has one entry per column, written by klu_l_analyze, and lives with the handle.
         let order = unsafe { std::slice::from_raw_parts(order, self.n()) };

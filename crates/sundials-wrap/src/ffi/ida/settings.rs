@@ -1,6 +1,6 @@
 //! What can be set on an integrator: one method for each setter of IDAS.
 
-use std::os::raw::c_int;
+use std::os::raw::{c_int, c_void};
 
 use sundials_sys as sys;
 
@@ -8,6 +8,7 @@ use super::super::call::{CallFailed, check};
 use super::super::trampoline::{self, Callbacks};
 use super::super::vector::NVector;
 use super::Ida;
+use crate::options::InitialValueOptions;
 
 impl<C: Callbacks> Ida<C> {
     pub(crate) fn set_weight_function(&mut self) -> Result<(), CallFailed> {
@@ -71,6 +72,47 @@ impl<C: Callbacks> Ida<C> {
 
     pub(crate) fn set_suppression(&mut self, on: bool) -> Result<(), CallFailed> {
         self.set("IDASetSuppressAlg", sys::IDASetSuppressAlg, c_int::from(on))
+    }
+
+    /// The seven controls of IDACalcIC.
+    pub(crate) fn set_initial_values(
+        &mut self,
+        options: &InitialValueOptions,
+    ) -> Result<(), CallFailed> {
+        let InitialValueOptions {
+            nonlinear_coefficient,
+            max_scales,
+            max_jacobians,
+            max_iterations,
+            line_search,
+            step_tolerance,
+            max_backtracks,
+        } = *options;
+        let counts: [(
+            &'static str,
+            unsafe extern "C" fn(*mut c_void, c_int) -> c_int,
+            usize,
+        ); 4] = [
+            ("IDASetMaxNumStepsIC", sys::IDASetMaxNumStepsIC, max_scales),
+            ("IDASetMaxNumJacsIC", sys::IDASetMaxNumJacsIC, max_jacobians),
+            (
+                "IDASetMaxNumItersIC",
+                sys::IDASetMaxNumItersIC,
+                max_iterations,
+            ),
+            ("IDASetMaxBacksIC", sys::IDASetMaxBacksIC, max_backtracks),
+        ];
+        for (call, function, count) in counts {
+            self.set(call, function, count as c_int)?;
+        }
+        let (call, off) = ("IDASetLineSearchOffIC", c_int::from(!line_search));
+        self.set(call, sys::IDASetLineSearchOffIC, off)?;
+        if let Some(tolerance) = step_tolerance {
+            let call = "IDASetStepToleranceIC";
+            self.set(call, sys::IDASetStepToleranceIC, tolerance)?;
+        }
+        let call = "IDASetNonlinConvCoefIC";
+        self.set(call, sys::IDASetNonlinConvCoefIC, nonlinear_coefficient)
     }
 
     /// One number per component: 1 differential (or kept in the error test), 0 algebraic.
