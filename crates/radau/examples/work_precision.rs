@@ -188,8 +188,13 @@ fn idas<S: Sample + Clone>(
 ) -> Result<String, Box<dyn std::error::Error>> {
     let (sample, start) = (&problem.sample, problem.sample.start());
     // As one uses BDF: without the multipliers in the error test, where there are some.
-    let algebraic = sample.kinds().unwrap().contains(&VariableKind::Algebraic);
-    let higher_index = sample.indices().unwrap().iter().any(|&index| index > 1);
+    let kinds = sample.kinds().unwrap_or_default();
+    let algebraic = kinds.contains(&VariableKind::Algebraic);
+    let higher_index = sample
+        .indices()
+        .unwrap_or_default()
+        .iter()
+        .any(|&index| index > 1);
     let suppressed = match algebraic && higher_index {
         true => Suppressed::Algebraic,
         false => Suppressed::Nothing,
