@@ -7,12 +7,16 @@ pub(crate) struct Control {
     exponent: f64,
     safety: f64,
     newton_limit: usize,
+    /// The tolerance for the estimate over that for the solution, at least 1.
+    loosened: f64,
     /// Step and error of the last accepted step.
     accepted: Option<(f64, f64)>,
+    /// Step and error of the last attempt at this step, if it was rejected.
+    rejected: Option<(f64, f64)>,
 }
 
 /// A step is changed by a factor in this interval, as in RADAU5.
-const FACTORS: (f64, f64) = (0.2, 8.0);
+pub(crate) const FACTORS: (f64, f64) = (0.2, 8.0);
 
 /// Estimates below this are taken as this: they say nothing about the next.
 const LEAST_ERROR: f64 = 1e-10;
@@ -20,14 +24,55 @@ const LEAST_ERROR: f64 = 1e-10;
 /// The trend of the errors starts from no smaller a one than this, as in RADAU5.
 const LEAST_TREND: f64 = 1e-2;
 
+/// Between attempts at a step the estimate of a smooth solution falls with h^(s+1); where a
+/// derivative of low order jumps within the step, with a power in this interval. If it does not fall,
+/// it is an error of the values the step begins with.
+const ROUGH_ORDERS: (f64, f64) = (0.5, 2.5);
+
+/// Of a smooth solution the estimate grows from step to step by no more than this factor beyond
+/// the power of the steps' ratio.
+const ROUGH_GROWTH: f64 = 10.0;
+
 impl Control {
-    pub(crate) fn new(stages: usize, safety: f64, newton_limit: usize) -> Self {
+    pub(crate) fn new(stages: usize, safety: f64, newton_limit: usize, loosened: f64) -> Self {
         Self {
             exponent: 1.0 / (stages as f64 + 1.0),
             safety,
             newton_limit,
+            loosened: loosened.max(1.0),
             accepted: None,
+            rejected: None,
         }
+    }
+
+    /// Forgets the steps before.
+    pub(crate) fn forget(&mut self) {
+        (self.accepted, self.rejected) = (None, None);
+    }
+
+    /// The error a step is judged by.
+    ///
+    /// The estimate of order s + 1 may exceed the tolerance for the solution because the error of a
+    /// smooth one is of order 2s. Where the estimate does not behave as that of a smooth solution,
+    /// it is the error, and held against the tolerance for the solution.
+    pub(crate) fn judge(&self, h: f64, error: f64) -> f64 {
+        let rough = match (self.rejected, self.accepted) {
+            (Some((last_h, last_error)), _) => {
+                let order = (last_error / error).ln() / (last_h / h).ln();
+                (ROUGH_ORDERS.0..ROUGH_ORDERS.1).contains(&order)
+            }
+            (None, Some((last_h, last_error))) => {
+                let expected = last_error * (h / last_h).powf(1.0 / self.exponent);
+                error > ROUGH_GROWTH * expected.max(LEAST_TREND)
+            }
+            (None, None) => false,
+        };
+        if rough { self.loosened * error } else { error }
+    }
+
+    /// Takes note of an attempt that failed with this estimate.
+    pub(crate) fn reject(&mut self, h: f64, error: f64) {
+        self.rejected = Some((h, error));
     }
 
     /// The step for which the error would be 1, less a safety margin that grows with the Newton
@@ -36,6 +81,20 @@ impl Control {
         let limit = 2.0 * self.newton_limit as f64;
         let safety = self.safety * (1.0 + limit) / (iterations as f64 + limit);
         let factor = safety.min(self.safety) * error.max(LEAST_ERROR).powf(-self.exponent);
+        h * factor.clamp(FACTORS.0, FACTORS.1)
+    }
+
+    /// The largest next step for the `own` error of variables that counted by h^power.
+    ///
+    /// It is no reason to repeat a step: most of it belongs to the values the step began with, and
+    /// what these violate is divided by powers of h. After a longer step it is (h_{n−1}/h_n)^s times
+    /// what steps of this size would make it.
+    pub(crate) fn propose_for_own(&self, h: f64, own: f64, power: i32) -> f64 {
+        let estimate_order = 1.0 / self.exponent;
+        let last_h = self.accepted.map_or(h, |(last_h, _)| last_h);
+        let settled = own * (h / last_h).min(1.0).powf(estimate_order - 1.0);
+        let order = (estimate_order - f64::from(power)).max(1.0);
+        let factor = self.safety * settled.max(LEAST_ERROR).powf(-1.0 / order);
         h * factor.clamp(FACTORS.0, FACTORS.1)
     }
 
@@ -50,6 +109,7 @@ impl Control {
             proposal = proposal.min(h * (self.safety * trend).clamp(FACTORS.0, FACTORS.1));
         }
         self.accepted = Some((h, error.max(LEAST_TREND)));
+        self.rejected = None;
         proposal
     }
 }
@@ -61,7 +121,7 @@ mod tests {
     #[test]
     fn steps_settle_where_the_estimate_meets_the_tolerance() {
         // err = (h/h*)⁴ for s = 3: the control must end at safety · h*.
-        let mut control = Control::new(3, 0.9, 7);
+        let mut control = Control::new(3, 0.9, 7, 10.0);
         let mut h = 0.02;
         for _ in 0..50 {
             h = control.accept(h, (h / 0.1f64).powi(4), 1);
@@ -71,7 +131,7 @@ mod tests {
 
     #[test]
     fn factors_are_bounded_and_many_iterations_lower_the_step() {
-        let control = Control::new(3, 0.9, 7);
+        let control = Control::new(3, 0.9, 7, 10.0);
         assert_eq!(control.propose(1.0, 1e-30, 1), 8.0);
         assert_eq!(control.propose(1.0, 1e30, 1), 0.2);
         assert!(control.propose(1.0, 0.5, 7) < control.propose(1.0, 0.5, 1));

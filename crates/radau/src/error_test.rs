@@ -4,7 +4,7 @@ use myovib_dae::{LinearSolver, Problem};
 
 use crate::dense::add_scaled;
 use crate::failure::{Failure, Operation};
-use crate::newton::{Step, evaluate};
+use crate::newton::{Step, evaluate, norm};
 use crate::work::Counters;
 
 /// Workspace of the error estimate.
@@ -83,13 +83,12 @@ impl ErrorTest {
             .map_err(Operation::LinearSolve.failed())?;
         counters.work.real_solves += 1;
         self.error.iter_mut().for_each(|e| *e = -*e);
-        let square: f64 = self.weighted(step.weights).map(|e| e.powi(2)).sum();
-        Ok((square / self.error.len() as f64).sqrt())
+        let n = self.error.len();
+        Ok(norm((0..n).map(|i| self.error(i) * step.weights[i]), n))
     }
 
-    /// The weighted errors of the last estimate, 0 for components left out.
-    pub(crate) fn weighted(&self, weights: &[f64]) -> impl Iterator<Item = f64> {
-        let errors = self.error.iter().zip(weights).zip(&self.mask);
-        errors.map(|((e, w), mask)| e * w * mask)
+    /// The last estimate for component i, 0 if it is left out.
+    pub(crate) fn error(&self, i: usize) -> f64 {
+        self.error[i] * self.mask[i]
     }
 }

@@ -1,8 +1,9 @@
 //! What can fail in a step, and what that means for it.
 
-use myovib_dae::{StepError, StopReason};
+use myovib_dae::{Statistics, StepError, StopReason};
 
 use crate::error::RadauError;
+use crate::options::RadauOptions;
 
 /// A function of the problem, or an operation of its linear algebra.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,6 +93,48 @@ impl Fatal {
             t,
             h,
             source,
+        }
+    }
+}
+
+/// How often a step has failed.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Failures {
+    rejected: usize,
+    unsolved: usize,
+}
+
+/// After so many failures of a fresh start to solve the step it falls by larger factors: its scale
+/// is not known.
+const PATIENCE: usize = 2;
+
+impl Failures {
+    pub(crate) fn any(self) -> bool {
+        self.rejected + self.unsolved > 0
+    }
+
+    /// Counts one for this `reason`, here and in the statistics.
+    pub(crate) fn count(&mut self, reason: StopReason, statistics: &mut Statistics) {
+        if reason == StopReason::ErrorTestFailures {
+            self.rejected += 1;
+            statistics.error_test_failures += 1;
+        } else {
+            self.unsolved += 1;
+            statistics.step_solve_failures += 1;
+        }
+    }
+
+    /// Whether there are as many as the options allow.
+    pub(crate) fn too_many(self, options: &RadauOptions) -> bool {
+        self.rejected >= options.max_error_test_failures
+            || self.unsolved >= options.max_convergence_failures
+    }
+
+    /// The factor on h for the next attempt, where the last one proposes `factor`.
+    pub(crate) fn factor(self, factor: f64, fresh: bool) -> f64 {
+        match fresh && self.unsolved > PATIENCE {
+            true => factor.min(0.1),
+            false => factor,
         }
     }
 }

@@ -57,6 +57,7 @@ mod newton;
 mod options;
 mod predictor;
 mod roots;
+mod rounding;
 mod solver;
 mod weights;
 mod work;

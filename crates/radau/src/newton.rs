@@ -6,12 +6,13 @@ use num_complex::Complex64;
 use crate::dense::add_scaled;
 use crate::failure::{Failure, Operation};
 use crate::method::Method;
+use crate::weights::Weights;
 use crate::work::Counters;
 
 /// How the iterations ended, short of an error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Newton {
-    /// Solved, after this many iterations.
+    /// Solved, after this many iterations; what more were spent on own errors says nothing of h.
     Converged { iterations: usize },
     /// They diverge, or converge too slowly: this factor on h may help.
     Failed { step_factor: f64 },
@@ -43,6 +44,8 @@ pub(crate) struct NewtonSolver {
     stage_dot: Vec<f64>,
     real: Vec<f64>,
     complex: Vec<Vec<Complex64>>,
+    /// The last correction of the last stage, which is that of the solution.
+    correction: Vec<f64>,
     tolerance: f64,
     limit: usize,
     /// θ/(1 − θ) for the first θ of the last step that had one: bounds the error that a first
@@ -54,6 +57,10 @@ pub(crate) struct NewtonSolver {
 
 /// Above this contraction the iterations count as divergent.
 const DIVERGENT: f64 = 0.99;
+
+/// The own errors of variables that count less are not waited for once they fall by no better a
+/// factor: rounding, divided by a power of h, may be all that is left of them.
+const STALLED: f64 = 0.9;
 
 /// The first correction of a step is not trusted to be better than this: the contraction may have
 /// been better in the last step.
@@ -68,6 +75,7 @@ impl NewtonSolver {
             stage: vec![0.0; n],
             stage_dot: vec![0.0; n],
             real: vec![0.0; n],
+            correction: vec![0.0; n],
             complex: vec![vec![Complex64::ZERO; n]; method.complex_modes().len()],
             tolerance,
             limit,
@@ -80,7 +88,8 @@ impl NewtonSolver {
     ///
     /// With the contraction θ estimated from successive corrections, the error after a correction
     /// Δz is about θ/(1 − θ) ‖Δz‖; the iterations end when it is below the tolerance, or when θ
-    /// says that it will not be within the iterations allowed (Hairer & Wanner IV.8).
+    /// says that it will not be within the iterations allowed (Hairer & Wanner IV.8). The own errors
+    /// of variables that count less for the others get the iterations that are left while they fall.
     ///
     /// Two corrections do not show that the iterations diverge. In index 3 the first one, from a
     /// start at rest, moves positions by h v; what is quadratic in it, h² v², comes back as
@@ -90,6 +99,7 @@ impl NewtonSolver {
         problem: &mut P,
         matrices: &mut M,
         step: &Step<'_>,
+        weights: &Weights<P>,
         counters: &mut Counters,
     ) -> Result<Newton, Failure> {
         // As in RADAU5: what the last step found is trusted less for this one.
@@ -98,6 +108,8 @@ impl NewtonSolver {
         let mut error_factor = self.first_factor;
         let mut last_norm = 0.0;
         let mut last_ratio = 0.0;
+        let mut last_own = f64::INFINITY;
+        let mut solved_after = None;
         for iteration in 1..=self.limit {
             counters.statistics.newton_iterations += 1;
             self.evaluate_residuals(problem, step, counters)?;
@@ -105,7 +117,7 @@ impl NewtonSolver {
             if !norm.is_finite() {
                 return Ok(Newton::Failed { step_factor: 0.5 });
             }
-            if iteration > 1 {
+            if iteration > 1 && solved_after.is_none() {
                 let ratio = norm / last_norm;
                 self.contraction = match iteration {
                     2 => ratio,
@@ -131,14 +143,29 @@ impl NewtonSolver {
                     });
                 }
             }
-            if error_factor * norm <= self.tolerance {
-                return Ok(Newton::Converged {
-                    iterations: iteration,
-                });
+            if solved_after.is_none() && error_factor * norm <= self.tolerance {
+                solved_after = Some(iteration);
             }
+            let own = weights.largest_own(|i| self.correction[i]);
+            let own_solved = error_factor * own <= self.tolerance || own > STALLED * last_own;
+            if let Some(iterations) = solved_after.filter(|_| own_solved || iteration == self.limit)
+            {
+                return Ok(Newton::Converged { iterations });
+            }
+            last_own = own;
             last_norm = norm.max(f64::EPSILON);
         }
         Ok(Newton::Failed { step_factor: 0.5 })
+    }
+
+    /// Below this norm the error of the solution counts as none.
+    pub(crate) fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// The last correction of the solution.
+    pub(crate) fn correction(&self) -> &[f64] {
+        &self.correction
     }
 
     fn evaluate_residuals<P: Problem>(
@@ -204,11 +231,17 @@ impl NewtonSolver {
                     correction += 2.0 * (r.re * w[m].re - r.im * w[m].im);
                 }
                 *z += correction;
+                self.correction[m] = correction;
                 square += (correction * step.weights[m]).powi(2);
             }
         }
         Ok((square / self.z.len() as f64).sqrt())
     }
+}
+
+/// The root mean square of `n` numbers.
+pub(crate) fn norm(of: impl Iterator<Item = f64>, n: usize) -> f64 {
+    (of.map(|x| x * x).sum::<f64>() / n as f64).sqrt()
 }
 
 /// Evaluates the residual; one that is not finite is a recoverable error.

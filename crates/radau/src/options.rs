@@ -3,6 +3,7 @@
 use myovib_dae::{Suppressed, Tolerances, VariableKind};
 use myovib_sparse::klu::KluOptions;
 
+use crate::control::Control;
 use crate::error::{RadauError, expect_length};
 
 /// How the step size is chosen.
@@ -31,6 +32,10 @@ pub enum IndexScaling {
     /// None.
     None,
 }
+
+/// How many times the tolerance an algebraic variable of index 2 or 3 may err itself: two
+/// digits.
+const OWN_ERROR: f64 = 100.0;
 
 impl IndexScaling {
     /// The power of h for each variable.
@@ -81,7 +86,8 @@ pub struct RadauOptions {
     pub suppressed: Suppressed,
     /// Step size control; [`StepSize::Adaptive`] by default.
     pub step_size: StepSize,
-    /// First step; by default the smaller of (t_out − t_0)/1000 and 1/(2 ‖ẏ_0‖), as IDAS estimates.
+    /// First step; by default the smaller of (t_out − t_0)/1000 and 1/(2 τ^(1/4) ‖ẏ_0‖), with τ the
+    /// relative tolerance of the estimate and the norm in units of the tolerances.
     pub initial_step: Option<f64>,
     /// Smallest step; 0 by default: then rounding in t is the bound.
     pub min_step: f64,
@@ -235,6 +241,20 @@ impl RadauOptions {
         }
     }
 
+    /// The weight of the own error of a variable whose errors count h^(k−1) times for the others,
+    /// as a fraction of its plain weight; 0 if it is not looked at.
+    ///
+    /// The plain weight is that of the estimate, of order s + 1. The estimate of an algebraic
+    /// variable has the order of its error, and may be [`OWN_ERROR`] times the tolerance for the
+    /// solution.
+    pub(crate) fn own_weight(&self) -> f64 {
+        let loosened = self.internal_factor(self.tolerances.relative());
+        match self.index_scaling {
+            IndexScaling::Algebraic => (loosened / OWN_ERROR).min(1.0),
+            IndexScaling::All | IndexScaling::None => 0.0,
+        }
+    }
+
     /// Newton's error as a fraction of the tolerance that the estimate is tested against.
     ///
     /// What Newton leaves is an error of the solution as it is, whatever the order of the method.
@@ -251,6 +271,12 @@ impl RadauOptions {
                 // Nothing says how many digits are wanted: as for 1e-6.
                 false => 1e-3,
             })
+    }
+
+    /// The step size control for these options.
+    pub(crate) fn control(&self) -> Control {
+        let loosened = self.internal_factor(self.tolerances.relative());
+        Control::new(self.stages, self.safety, self.newton_limit(), loosened)
     }
 
     /// Newton iterations allowed.

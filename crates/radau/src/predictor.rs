@@ -39,6 +39,11 @@ impl Predictor {
         }
     }
 
+    /// Starts the next step from zero: the last step says nothing about it.
+    pub(crate) fn forget(&mut self) {
+        self.continues = false;
+    }
+
     /// Chooses the start of the next step by the increments `z` this one ended with.
     pub(crate) fn learn(&mut self, z: &[f64], weights: &[f64]) {
         let mut squares = [0.0, 0.0];

@@ -18,6 +18,8 @@ pub(crate) struct Weights<P> {
     powers: Vec<i32>,
     /// The product of both.
     scaled: Vec<f64>,
+    /// The factor on the weights of variables that count less, for their own errors.
+    own: f64,
 }
 
 impl<P> std::fmt::Debug for Weights<P> {
@@ -30,9 +32,10 @@ impl<P> std::fmt::Debug for Weights<P> {
 }
 
 impl<P: Problem> Weights<P> {
-    pub(crate) fn new(user: Option<UserWeights<P>>, powers: Vec<i32>) -> Self {
+    pub(crate) fn new(user: Option<UserWeights<P>>, powers: Vec<i32>, own: f64) -> Self {
         Self {
             user,
+            own,
             plain: vec![0.0; powers.len()],
             scaled: vec![0.0; powers.len()],
             powers,
@@ -78,6 +81,19 @@ impl<P> Weights<P> {
         for (scaled, (w, &power)) in self.scaled.iter_mut().zip(weights) {
             *scaled = w * h.powi(power);
         }
+    }
+
+    /// The highest power of h by which errors count less.
+    pub(crate) fn highest_power(&self) -> i32 {
+        self.powers.iter().copied().max().unwrap_or(0)
+    }
+
+    /// The largest of the `errors` of variables that count less, weighed for themselves; 0 where
+    /// there are none.
+    pub(crate) fn largest_own(&self, error: impl Fn(usize) -> f64) -> f64 {
+        let less = (0..self.powers.len()).filter(|&i| self.powers[i] > 0);
+        let weighted = less.map(|i| (error(i) * self.plain[i] * self.own).abs());
+        weighted.fold(0.0, f64::max)
     }
 
     /// The weights at y.

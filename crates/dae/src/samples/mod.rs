@@ -17,18 +17,34 @@
 
 mod akzo;
 mod car_axis;
+mod circuits;
+mod driven;
+mod dual;
+mod equations;
 mod exact;
 mod heat2d;
+mod mechanism;
 mod pendulum;
+mod pipes;
+mod planar;
 mod robertson;
+mod spatial;
 mod van_der_pol;
 
 pub use akzo::Akzo;
 pub use car_axis::CarAxis;
+pub use circuits::{Amplifier, CapacitorLoop, Doubler};
+pub use driven::{Pulses, TimeScales};
+pub use dual::{Dual, Scalar};
+pub use equations::{Differentiated, Equations};
 pub use exact::{JayIndex2, LinearIndex1};
 pub use heat2d::Heat2d;
+pub use mechanism::{Constrained, Mechanism};
 pub use pendulum::Pendulum;
+pub use pipes::Pipes;
+pub use planar::{FourBar, Press, SliderCrank};
 pub use robertson::Robertson;
+pub use spatial::{Skate, SphericalPendulums};
 pub use van_der_pol::VanDerPol;
 
 use crate::problem::Problem;
@@ -62,6 +78,8 @@ pub enum MechanicalForm {
     Index3,
     /// Its derivative G v + g_t = 0 instead: index 2; positions drift.
     Index2,
+    /// Its second derivative instead: index 1; positions and velocities drift.
+    Index1,
     /// Both, with multipliers μ in ṗ = v + Gᵀμ (Gear, Gupta, Leimkuhler 1985): index 2.
     Stabilized,
 }
@@ -72,6 +90,7 @@ impl MechanicalForm {
     fn indices(self, n_p: usize, n_c: usize) -> Vec<u8> {
         let (velocity, multiplier) = match self {
             Self::Index3 => (2, 3),
+            Self::Index1 => (1, 1),
             Self::Index2 | Self::Stabilized => (1, 2),
         };
         let n_multipliers = if self == Self::Stabilized {

@@ -4,7 +4,7 @@ use myovib_dae::{LinearSolver, Linearization, Problem, StopReason};
 
 use super::state::{Jacobian, RadauSolver};
 use crate::failure::{Failure, Operation, Rejection};
-use crate::newton::{Newton, Step};
+use crate::newton::{Newton, Step, norm};
 use crate::options::StepSize;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
@@ -20,7 +20,6 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Tests the estimated error of the step solved for; the proposal if it passes.
     fn test_error(&mut self, h: f64, repeated: bool, iterations: usize) -> Result<f64, Failure> {
-        let first = self.counters.statistics.steps == 0;
         let step = Step {
             method: &self.method,
             t: self.t,
@@ -29,22 +28,36 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             weights: self.weights.scaled(),
         };
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
-        let (z, filter_twice) = (&self.newton.z, first || repeated);
+        let (z, filter_twice) = (&self.newton.z, self.fresh || repeated);
         let counters = &mut self.counters;
-        let error =
+        let mut error =
             self.error_test
                 .estimate(problem, matrices, &step, z, filter_twice, counters)?;
-        if error < 1.0 {
-            return Ok(self.control.accept(h, error, iterations));
+        let (weights, errors) = (&self.weights, &self.error_test);
+        let mut own = weights.largest_own(|i| errors.error(i));
+        if error.is_finite() && error.max(own) >= 1.0 {
+            let (rounding, n) = (&mut self.rounding, step.y.len());
+            rounding.measure(problem, matrices, &step, &self.y_dot, counters)?;
+            let beyond = |i| rounding.beyond(i, errors.error(i));
+            error = norm((0..n).map(|i| beyond(i) * step.weights[i]), n);
+            own = weights.largest_own(beyond);
+        }
+        let judged = self.control.judge(h, error);
+        if judged < 1.0 {
+            let power = weights.highest_power();
+            let for_own = self.control.propose_for_own(h, own, power);
+            let proposal = self.control.accept(h, error, iterations);
+            return Ok(proposal.min(for_own));
         }
         Err(Failure::Rejected(if error.is_finite() {
+            self.control.reject(h, error);
             Rejection {
                 reason: StopReason::ErrorTestFailures,
-                message: format!("estimated error {error:.2e} times the tolerance at h = {h:e}"),
-                // Nothing is known about the scale before the first step is accepted.
-                step_factor: match first {
+                message: format!("estimated error {judged:.2e} times the tolerance at h = {h:e}"),
+                // Nothing is known about the scale before a first step is accepted.
+                step_factor: match self.fresh {
                     true => 0.1,
-                    false => self.control.propose(h, error, iterations) / h,
+                    false => self.control.propose(h, judged, iterations) / h,
                 },
             }
         } else {
@@ -93,16 +106,26 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             weights: self.weights.scaled(),
         };
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
+        let counters = &mut self.counters;
         match self
             .newton
-            .solve(problem, matrices, &step, &mut self.counters)?
+            .solve(problem, matrices, &step, &self.weights, counters)?
         {
             Newton::Converged { iterations } => Ok(iterations),
-            Newton::Failed { step_factor } => Err(Failure::Rejected(Rejection {
-                reason: StopReason::ConvergenceFailures,
-                message: format!("Newton does not converge at h = {h:e}"),
-                step_factor,
-            })),
+            Newton::Failed { step_factor } => {
+                let (rounding, newton) = (&mut self.rounding, &self.newton);
+                rounding.measure(problem, matrices, &step, &self.y_dot, counters)?;
+                let (corrections, n) = (newton.correction(), step.y.len());
+                let left = (0..n).map(|i| rounding.beyond(i, corrections[i]) * step.weights[i]);
+                if norm(left, n) <= newton.tolerance() {
+                    return Ok(self.options.newton_limit());
+                }
+                Err(Failure::Rejected(Rejection {
+                    reason: StopReason::ConvergenceFailures,
+                    message: format!("Newton does not converge at h = {h:e}"),
+                    step_factor,
+                }))
+            }
         }
     }
 

@@ -4,7 +4,6 @@ use myovib_dae::{Direction, LinearSolver, Problem, StepError, Tolerances, Variab
 use num_complex::Complex64;
 
 use super::state::{Jacobian, RadauSolver};
-use crate::control::Control;
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length};
 use crate::error_test::ErrorTest;
@@ -14,6 +13,7 @@ use crate::newton::NewtonSolver;
 use crate::options::RadauOptions;
 use crate::predictor::Predictor;
 use crate::roots::{RootFunctions, Roots};
+use crate::rounding::Rounding;
 use crate::weights::{UserWeights, Weights};
 use crate::work::Counters;
 
@@ -159,7 +159,8 @@ impl<P: Problem> RadauBuilder<P> {
             predictor: Predictor::new(&method, n),
             newton: NewtonSolver::new(&method, n, options.newton_tolerance(), limit),
             error_test: ErrorTest::new(options.error_mask(&kinds)),
-            control: Control::new(options.stages, options.safety, limit),
+            rounding: Rounding::new(n),
+            control: options.control(),
             jacobian: Jacobian::Due,
             set_up_for: None,
             shifts: vec![Complex64::ZERO; method.complex_modes().len()],
@@ -167,7 +168,7 @@ impl<P: Problem> RadauBuilder<P> {
                 .filter(|&i| kinds[i] == VariableKind::Algebraic)
                 .collect(),
             kinds,
-            weights: Weights::new(weights, powers),
+            weights: Weights::new(weights, powers, options.own_weight()),
             weighed: Ok(()),
             roots: roots.map(|(directions, functions)| Roots::new(directions, functions, n)),
             pause: None,
@@ -175,6 +176,8 @@ impl<P: Problem> RadauBuilder<P> {
             y_dot: y_dot0.to_vec(),
             t: t0,
             h: None,
+            fresh: true,
+            next_limit: None,
             problem,
             matrices,
             method,

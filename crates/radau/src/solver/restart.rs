@@ -3,7 +3,6 @@
 use myovib_dae::{ConsistencyMode, Inconsistent, LinearSolver, Problem, StepError};
 
 use super::state::{Jacobian, RadauSolver};
-use crate::control::Control;
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length};
 use crate::newton::NewtonSolver;
@@ -32,7 +31,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.collocation = Collocation::line(&self.method, t0, y0, y_dot0);
         self.predictor = Predictor::new(&self.method, n);
         self.newton = NewtonSolver::new(&self.method, n, tolerance, limit);
-        self.control = Control::new(self.options.stages, self.options.safety, limit);
+        self.control = self.options.control();
+        (self.fresh, self.next_limit) = (true, None);
         self.jacobian = Jacobian::Due;
         self.set_up_for = None;
         self.pause = None;

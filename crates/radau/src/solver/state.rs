@@ -13,6 +13,7 @@ use crate::newton::NewtonSolver;
 use crate::options::RadauOptions;
 use crate::predictor::Predictor;
 use crate::roots::Roots;
+use crate::rounding::Rounding;
 use crate::weights::Weights;
 use crate::work::Counters;
 
@@ -37,11 +38,16 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(super) y_dot: Vec<f64>,
     /// The step to try next, before it is shortened to meet a limit; `None` at the start.
     pub(super) h: Option<f64>,
+    /// Whether nothing is known from steps before: at the start, and after a break.
+    pub(super) fresh: bool,
+    /// What the next step may be at most.
+    pub(super) next_limit: Option<f64>,
     /// The last accepted step's polynomial.
     pub(super) collocation: Collocation,
     pub(super) predictor: Predictor,
     pub(super) newton: NewtonSolver,
     pub(super) error_test: ErrorTest,
+    pub(super) rounding: Rounding,
     pub(super) control: Control,
     pub(super) jacobian: Jacobian,
     /// The step the Newton matrices are set up for.

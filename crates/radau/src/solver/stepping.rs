@@ -3,10 +3,14 @@
 use myovib_dae::{LinearSolver, Outcome, Problem, Stop, StopReason, WorstComponent};
 
 use super::state::{Jacobian, RadauSolver};
+use crate::control::FACTORS;
 use crate::dense::add_scaled;
 use crate::error::RadauError;
-use crate::failure::{Failure, Rejection};
+use crate::failure::{Failure, Failures, Rejection};
 use crate::options::StepSize;
+
+/// How many of the last steps before a limit share the time that is left.
+const SHARED: f64 = 4.0;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Takes one step of the size the error allows, towards `t_out`.
@@ -69,7 +73,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             }
         }
         let mut wanted = self.h.unwrap_or_else(|| self.initial_step(t_out));
-        let (mut rejected, mut unsolved) = (0, 0);
+        let mut failures = Failures::default();
         let mut cause = String::new();
         loop {
             self.h = Some(wanted);
@@ -80,43 +84,53 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 let message = format!("the next step, {wanted:e}, is below {smallest:e}{cause}");
                 return Ok(self.stop(StopReason::StepTooSmall, message));
             }
-            let h = self.fit(wanted, limit - self.t);
+            let allowed = wanted.min(self.next_limit.unwrap_or(f64::INFINITY));
+            let h = self.fit(allowed, limit - self.t);
             let Rejection {
                 reason,
                 message,
                 step_factor,
-            } = match self.attempt(h, rejected > 0) {
+            } = match self.attempt(h, failures.any()) {
                 Ok(proposal) => {
-                    let repeated = rejected + unsolved > 0;
-                    let next = if repeated { proposal.min(h) } else { proposal };
+                    let next = match failures.any() {
+                        true => proposal.min(h),
+                        false => proposal,
+                    };
                     return Ok(self.taken(h, wanted, limit, next));
                 }
                 Err(Failure::Fatal(fatal)) => return Err(fatal.in_step(self.t, h)),
                 Err(Failure::Rejected(rejection)) => rejection,
             };
-            let given_up = if reason == StopReason::ErrorTestFailures {
-                rejected += 1;
-                self.counters.statistics.error_test_failures += 1;
-                rejected >= self.options.max_error_test_failures
-            } else {
-                unsolved += 1;
-                self.counters.statistics.step_solve_failures += 1;
-                unsolved >= self.options.max_convergence_failures
-            };
-            if given_up || matches!(self.options.step_size, StepSize::Fixed(_)) {
+            failures.count(reason, &mut self.counters.statistics);
+            let too_many = failures.too_many(&self.options);
+            if matches!(self.options.step_size, StepSize::Fixed(_)) || (too_many && self.fresh) {
                 return Ok(self.stop(reason, message));
             }
-            wanted = step_factor * h;
+            if too_many {
+                // What the steps before say may mislead: there may be a break in the input.
+                self.start_afresh();
+                failures = Failures::default();
+            }
+            wanted = h * failures.factor(step_factor, self.fresh);
             cause = format!(", after: {message}");
         }
+    }
+
+    /// Takes the next step as if it were the first.
+    pub(super) fn start_afresh(&mut self) {
+        self.fresh = true;
+        self.predictor.forget();
+        self.control.forget();
+        self.jacobian = Jacobian::Due;
     }
 
     /// Accepts the step of size `h`, and chooses the next one by the `proposal` of the control.
     fn taken(&mut self, h: f64, wanted: f64, limit: f64, proposal: f64) -> Outcome {
         let at_limit = h >= limit - self.t;
         self.accept(h, if at_limit { limit } else { self.t + h });
-        // A step shortened to meet the limit says little about the next.
-        let next = if h < wanted {
+        // A step shortened to meet a limit says of the next only that it may grow as far as steps
+        // may.
+        let next = if h < wanted && proposal >= FACTORS.1 * h {
             proposal.max(wanted)
         } else {
             self.kept(h, proposal)
@@ -138,7 +152,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.collocation.y0.copy_from_slice(&self.y);
         self.collocation.y_dot0.copy_from_slice(&self.y_dot);
         std::mem::swap(&mut self.collocation.increments, &mut self.newton.z);
-        if self.counters.statistics.steps == 0 {
+        if self.fresh {
             self.collocation.free_start(&self.method, &self.algebraic);
         }
 
@@ -150,6 +164,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             add_scaled(&mut self.y_dot, self.method.a_inverse(last, j) / h, z_j);
         }
         self.t = t;
+        (self.fresh, self.next_limit) = (false, None);
         self.weigh();
         let reusable = self.newton.contraction <= self.options.jacobian_reuse;
         self.jacobian = if reusable {
@@ -188,18 +203,22 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.options.max_step.unwrap_or(f64::INFINITY)
     }
 
-    /// The step of the size wanted, fitted to the time left. The last two share what is left, so
-    /// that none is tiny.
+    /// The step of the size wanted, fitted to the time left. The last few share what is left, so
+    /// that none is much shorter than the one before: what a longer step left unbalanced would make
+    /// multipliers err.
     fn fit(&self, wanted: f64, left: f64) -> f64 {
         let fixed = matches!(self.options.step_size, StepSize::Fixed(_));
         match left / wanted {
             // The rounding of t must not leave a sliver.
             ratio if ratio <= 1.0 + 1e-8 => left,
-            ratio if ratio < 2.0 && !fixed => 0.5 * left,
+            ratio if ratio < SHARED && !fixed => left / ratio.ceil(),
             _ => wanted,
         }
     }
 
+    /// With T the time in which y changes by itself and τ its tolerance, T τ^(3/4)/2. A step T τ/2,
+    /// in which y changes by the tolerance alone, may be so short that constraints and singular ẏ
+    /// matrices drown in rounding.
     fn initial_step(&self, t_out: f64) -> f64 {
         if let StepSize::Fixed(h) = self.options.step_size {
             return h;
@@ -212,14 +231,28 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 .map(|(v, w)| (v * w).powi(2))
                 .sum();
             let norm = (square / self.y.len() as f64).sqrt();
-            (1e-3 * (t_out - self.t)).min(0.5 / norm)
+            let (relative, _) = self.options.internal_tolerances();
+            let scale = if relative > 0.0 {
+                relative.powf(0.25)
+            } else {
+                1.0
+            };
+            (1e-3 * (t_out - self.t)).min(0.5 / (norm * scale))
         };
         let first = self.options.initial_step.unwrap_or_else(estimate);
         first.min(self.largest_step())
     }
 
     pub(super) fn stop(&self, reason: StopReason, message: String) -> Outcome {
-        let weighted = self.error_test.weighted(self.weights.scaled());
+        let n = self.y.len();
+        let weighted: Vec<f64> = match reason {
+            StopReason::ConvergenceFailures => (0..n)
+                .map(|i| self.newton.correction()[i] * self.weights.scaled()[i])
+                .collect(),
+            _ => (0..n)
+                .map(|i| self.error_test.error(i) * self.weights.scaled()[i])
+                .collect(),
+        };
         let worst = WorstComponent::largest(&self.problem, weighted);
         let stop = Stop::new(reason, message, self.t(), self.statistics(), worst);
         Outcome::Stopped(Box::new(stop))

@@ -1,0 +1,185 @@
+//! Dual numbers: derivatives of equations written once.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A number that equations are written in: f64, or one that carries derivatives.
+pub trait Scalar:
+    Copy
+    + From<f64>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// The number without its derivatives.
+    fn value(self) -> f64;
+
+    /// The image under a function of f64, its derivative being another such image.
+    #[must_use]
+    fn sin(self) -> Self;
+
+    /// cos x
+    #[must_use]
+    fn cos(self) -> Self;
+
+    /// eˣ
+    #[must_use]
+    fn exp(self) -> Self;
+
+    /// √x
+    #[must_use]
+    fn sqrt(self) -> Self;
+
+    /// c x with a constant c.
+    #[must_use]
+    fn times(self, c: f64) -> Self {
+        self * Self::from(c)
+    }
+}
+
+impl Scalar for f64 {
+    fn value(self) -> f64 {
+        self
+    }
+
+    fn sin(self) -> Self {
+        f64::sin(self)
+    }
+
+    fn cos(self) -> Self {
+        f64::cos(self)
+    }
+
+    fn exp(self) -> Self {
+        f64::exp(self)
+    }
+
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+}
+
+/// x + ε x' with ε² = 0. The parts may be dual numbers themselves: then there are second
+/// derivatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dual<S> {
+    /// x
+    pub value: S,
+    /// x'
+    pub slope: S,
+}
+
+impl<S: Scalar> Dual<S> {
+    /// The number x whose derivative is `slope`.
+    pub fn new(value: S, slope: S) -> Self {
+        Self { value, slope }
+    }
+
+    /// f(x), where f'(x) is `slope`.
+    fn image(self, value: S, slope: S) -> Self {
+        Self::new(value, slope * self.slope)
+    }
+}
+
+impl<S: Scalar> From<f64> for Dual<S> {
+    fn from(value: f64) -> Self {
+        Self::new(S::from(value), S::from(0.0))
+    }
+}
+
+impl<S: Scalar> Add for Dual<S> {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self::new(self.value + other.value, self.slope + other.slope)
+    }
+}
+
+impl<S: Scalar> Sub for Dual<S> {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.value - other.value, self.slope - other.slope)
+    }
+}
+
+impl<S: Scalar> Mul for Dual<S> {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        let slope = self.slope * other.value + self.value * other.slope;
+        Self::new(self.value * other.value, slope)
+    }
+}
+
+impl<S: Scalar> Div for Dual<S> {
+    type Output = Self;
+
+    fn div(self, other: Self) -> Self {
+        let quotient = self.value / other.value;
+        Self::new(
+            quotient,
+            (self.slope - quotient * other.slope) / other.value,
+        )
+    }
+}
+
+impl<S: Scalar> Neg for Dual<S> {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        Self::new(-self.value, -self.slope)
+    }
+}
+
+impl<S: Scalar> Scalar for Dual<S> {
+    fn value(self) -> f64 {
+        self.value.value()
+    }
+
+    fn sin(self) -> Self {
+        self.image(self.value.sin(), self.value.cos())
+    }
+
+    fn cos(self) -> Self {
+        self.image(self.value.cos(), -self.value.sin())
+    }
+
+    fn exp(self) -> Self {
+        let value = self.value.exp();
+        self.image(value, value)
+    }
+
+    fn sqrt(self) -> Self {
+        let value = self.value.sqrt();
+        self.image(value, S::from(0.5) / value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// f = sin x · eˣ / √(1 + x²) − cos x, in any scalar.
+    fn function<S: Scalar>(x: S) -> S {
+        x.sin() * x.exp() / (S::from(1.0) + x * x).sqrt() - x.cos()
+    }
+
+    #[test]
+    fn slopes_are_derivatives_of_first_and_second_order() {
+        let (x, d) = (0.7, 1e-5);
+        let one = |x| Dual::new(x, 1.0);
+        let slope = function(one(x)).slope;
+        let difference = (function(x + d) - function(x - d)) / (2.0 * d);
+        // A central difference errs by d² and by rounding over d.
+        assert!((slope - difference).abs() < 1e-9, "{slope} {difference}");
+        let twice = function(Dual::new(one(x), one(x)));
+        let difference = (function(one(x + d)).slope - function(one(x - d)).slope) / (2.0 * d);
+        let second = function(Dual::new(Dual::new(x, 1.0), Dual::new(1.0, 0.0)))
+            .slope
+            .slope;
+        assert!((second - difference).abs() < 1e-9, "{second} {difference}");
+        assert_eq!(twice.value.slope, slope);
+    }
+}

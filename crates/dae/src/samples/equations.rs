@@ -1,0 +1,115 @@
+//! Problems from equations written once: the Jacobian is that of dual numbers.
+
+use super::dual::{Dual, Scalar};
+use super::{Sample, Start};
+use crate::problem::{Problem, StepError, VariableKind};
+
+/// F(t, y, ẏ) in any scalar, and what a [`Problem`] says of its variables.
+pub trait Equations {
+    /// Number of equations and unknowns.
+    fn n_unknowns(&self) -> usize;
+
+    /// Evaluates F(t, y, ẏ) into `residual`.
+    fn residual<S: Scalar>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]);
+
+    /// How each variable enters F.
+    fn kinds(&self) -> Vec<VariableKind>;
+
+    /// The perturbation index of each variable.
+    fn indices(&self) -> Vec<u8>;
+
+    /// Consistent initial values.
+    fn start(&self) -> Start;
+
+    /// The exact solution, where there is a closed form.
+    fn exact(&self, _t: f64) -> Option<Vec<f64>> {
+        None
+    }
+}
+
+/// A [`Problem`] of some [`Equations`], with a full Jacobian.
+#[derive(Debug, Clone)]
+pub struct Differentiated<E> {
+    equations: E,
+    y: Vec<Dual<f64>>,
+    y_dot: Vec<Dual<f64>>,
+    residual: Vec<Dual<f64>>,
+}
+
+impl<E: Equations> Differentiated<E> {
+    /// The problem of these equations.
+    pub fn new(equations: E) -> Self {
+        let zero = vec![Dual::from(0.0); equations.n_unknowns()];
+        Self {
+            equations,
+            y: zero.clone(),
+            y_dot: zero.clone(),
+            residual: zero,
+        }
+    }
+
+    /// The equations.
+    pub fn equations(&self) -> &E {
+        &self.equations
+    }
+}
+
+impl<E: Equations> Problem for Differentiated<E> {
+    fn n_unknowns(&self) -> usize {
+        self.equations.n_unknowns()
+    }
+
+    fn residual(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        residual: &mut [f64],
+    ) -> Result<(), StepError> {
+        self.equations.residual(t, y, y_dot, residual);
+        Ok(())
+    }
+
+    /// One column at a time: the derivative of F along (a e_j, b e_j).
+    fn jacobian(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        a: f64,
+        b: f64,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        for (j, column) in values.chunks_exact_mut(y.len()).enumerate() {
+            let seed = |i: usize, slope: f64| if i == j { slope } else { 0.0 };
+            for i in 0..y.len() {
+                self.y[i] = Dual::new(y[i], seed(i, a));
+                self.y_dot[i] = Dual::new(y_dot[i], seed(i, b));
+            }
+            let residual = &mut self.residual;
+            self.equations.residual(t, &self.y, &self.y_dot, residual);
+            for (value, r) in column.iter_mut().zip(residual) {
+                *value = r.slope;
+            }
+        }
+        Ok(())
+    }
+
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        Some(self.equations.kinds())
+    }
+
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(self.equations.indices())
+    }
+}
+
+impl<E: Equations> Sample for Differentiated<E> {
+    fn start(&self) -> Start {
+        self.equations.start()
+    }
+
+    fn exact(&self, t: f64) -> Option<Vec<f64>> {
+        self.equations.exact(t)
+    }
+}
