@@ -4,7 +4,8 @@
 //! register has lanes, and [`Lanes`] one number for each of these. Every element is computed alone,
 //! so results do not depend on the width of the registers, to the last bit.
 //!
-//! A batch holds elements of one law. Per element it keeps the inverse of the affine map and the
+//! A batch holds elements of one law. Per element it keeps the inverse of the map (of a curved one
+//! at each point) and the
 //! measure; shape gradients are kept once per quadrature point in reference coordinates, so a batch
 //! moves little memory. Lanes beyond the last element repeat it with measure zero. Note 0002.
 
@@ -12,8 +13,10 @@ use std::ops::Range;
 
 use pulp::Simd;
 
-use crate::element::{Barycentric, inverse_map};
+use crate::element::Barycentric;
+use crate::fibres::Fibres;
 use crate::lanes::{Array, LANES, Lanes};
+use crate::material::three::Axes;
 use crate::material::{Law, Real};
 use crate::quadrature::Rule;
 use crate::space::Space;
@@ -36,27 +39,68 @@ pub(crate) struct Batch<const D: usize, const N: usize, const P: usize> {
     pub(crate) count: usize,
     pub(crate) nodes: [[usize; LANES]; N],
     pub(crate) pressures: [[usize; LANES]; P],
+    /// One for all points of straight elements, one for each of curved ones.
+    geometry: Vec<Geometry<D>>,
+    /// Fibre and sheet at each point; none for those along the coordinates.
+    axes: Vec<[[Array; 3]; 2]>,
+}
+
+/// The map of the elements of a batch at a point.
+#[derive(Debug, Clone)]
+struct Geometry<const D: usize> {
     /// ∂ξ/∂x.
     inverse: [[Array; D]; D],
+    /// The measure that the element has if the map is the same everywhere.
     measure: Array,
 }
 
-impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
-    fn new(space: &Space, law: Law, members: &[usize]) -> Self {
-        let elements = std::array::from_fn(|l| members[l.min(members.len() - 1)]);
+impl<const D: usize> Geometry<D> {
+    /// The map at a place; `count` elements have a measure.
+    fn new(space: &Space, elements: &[usize; LANES], count: usize, lambda: &[f64]) -> Self {
         let mut inverse = [[Array::ZERO; D]; D];
-        let mut measure = Array::ZERO;
+        let mut measures = Array::ZERO;
         for (l, &element) in elements.iter().enumerate() {
-            let (map, det) = inverse_map(&space.mesh().corners::<D, P>(element));
+            let (map, measure) = space.map_at::<D>(element, lambda);
             for (row, map) in inverse.iter_mut().zip(map) {
                 for (entry, map) in row.iter_mut().zip(map) {
                     entry.0[l] = map;
                 }
             }
-            if l < members.len() {
-                measure.0[l] = space.mesh().shape().reference_measure * det;
+            if l < count {
+                measures.0[l] = measure;
             }
         }
+        Self {
+            inverse,
+            measure: measures,
+        }
+    }
+
+    /// One register of it.
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, part: usize) -> ([[Lanes<S>; D]; D], Lanes<S>) {
+        let mut inverse = [[Lanes::zero(simd); D]; D];
+        for (row, arrays) in inverse.iter_mut().zip(&self.inverse) {
+            for (entry, array) in row.iter_mut().zip(arrays) {
+                *entry = Lanes::load(simd, array, part);
+            }
+        }
+        (inverse, Lanes::load(simd, &self.measure, part))
+    }
+}
+
+impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
+    fn new(space: &Space, law: Law, members: &[usize], points: &[Point<D, N, P>]) -> Self {
+        let elements = std::array::from_fn(|l| members[l.min(members.len() - 1)]);
+        let n_maps = if space.is_curved(members[0]) {
+            points.len()
+        } else {
+            1
+        };
+        let geometry = points[..n_maps]
+            .iter()
+            .map(|point| Geometry::new(space, &elements, members.len(), &point.psi))
+            .collect();
         let nodes = std::array::from_fn(|a| elements.map(|e| space.element_nodes(e)[a]));
         let pressures = std::array::from_fn(|a| elements.map(|e| space.element_pressures(e)[a]));
         Self {
@@ -65,8 +109,8 @@ impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
             count: members.len(),
             nodes,
             pressures,
-            inverse,
-            measure,
+            geometry,
+            axes: Vec::new(),
         }
     }
 }
@@ -75,6 +119,8 @@ impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
 pub(crate) struct Part<'a, S: Simd, const D: usize, const N: usize, const P: usize> {
     simd: S,
     batch: &'a Batch<D, N, P>,
+    /// Its number in the batch.
+    number: usize,
     /// The lanes of the batch, those without element included.
     lanes: Range<usize>,
     inverse: [[Lanes<S>; D]; D],
@@ -91,26 +137,43 @@ impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
     /// One of the parts.
     #[inline(always)]
     pub(crate) fn part<S: Simd>(&self, simd: S, part: usize) -> Part<'_, S, D, N, P> {
-        let mut inverse = [[Lanes::zero(simd); D]; D];
-        for (row, arrays) in inverse.iter_mut().zip(&self.inverse) {
-            for (entry, array) in row.iter_mut().zip(arrays) {
-                *entry = Lanes::load(simd, array, part);
-            }
-        }
+        let (inverse, measure) = self.geometry[0].load(simd, part);
         Part {
             simd,
             batch: self,
+            number: part,
             lanes: part * S::F64_LANES..(part + 1) * S::F64_LANES,
             inverse,
-            measure: Lanes::load(simd, &self.measure, part),
+            measure,
         }
     }
 }
 
 impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, P> {
+    /// Takes the map of curved elements at a quadrature point; straight ones have it everywhere.
+    #[inline(always)]
+    pub(crate) fn move_to(&mut self, point: usize) {
+        if self.batch.geometry.len() > 1 {
+            (self.inverse, self.measure) = self.batch.geometry[point].load(self.simd, self.number);
+        }
+    }
+
     #[inline(always)]
     pub(crate) fn zero(&self) -> Lanes<S> {
         Lanes::zero(self.simd)
+    }
+
+    /// The axes of the fibres at a point.
+    #[inline(always)]
+    pub(crate) fn axes(&self, point: usize) -> Axes<Lanes<S>> {
+        let mut axes = Axes::cartesian(self.zero());
+        if let Some([fibre, sheet]) = self.batch.axes.get(point) {
+            for i in 0..3 {
+                axes.fibre[i] = Lanes::load(self.simd, &fibre[i], self.number);
+                axes.sheet[i] = Lanes::load(self.simd, &sheet[i], self.number);
+            }
+        }
+        axes
     }
 
     /// The element of a lane of the part.
@@ -290,36 +353,58 @@ pub(crate) struct Batches<const D: usize, const N: usize, const P: usize> {
 }
 
 impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
-    /// Batches of the elements grouped by law, in the order of the mesh.
+    /// Gives the batches whose law asks for them the axes of fibres at each point.
+    pub(crate) fn set_fibres(&mut self, fibres: &Fibres) {
+        let Self { points, batches } = self;
+        for batch in batches.iter_mut().filter(|batch| batch.law.has_fibres()) {
+            let axes = |point: &Point<D, N, P>| {
+                let mut arrays = [[Array::ZERO; 3]; 2];
+                for (l, &element) in batch.elements.iter().enumerate() {
+                    let Axes { fibre, sheet } = fibres.axes(element, &point.psi);
+                    for (array, vector) in arrays.iter_mut().zip([fibre, sheet]) {
+                        for (array, x) in array.iter_mut().zip(vector) {
+                            array.0[l] = x;
+                        }
+                    }
+                }
+                arrays
+            };
+            batch.axes = points.iter().map(axes).collect();
+        }
+    }
+
+    /// Batches of the elements grouped by law, curved ones apart, in the order of the mesh.
     pub(crate) fn new(space: &Space, laws: &[Law], rule: Rule) -> Self {
         let shape = space.mesh().shape();
         let table = |lambda: Barycentric| {
             let gradients = shape.gradients(space.degree(), &lambda);
             gradients.try_into().expect("N nodes")
         };
-        let points = rule.points(shape).into_iter().map(|q| Point {
-            weight: q.weight,
-            psi: (*q.barycentric).try_into().expect("P vertices"),
-            gradients: table(q.barycentric),
-        });
-        let mut groups: Vec<(Law, Vec<usize>)> = Vec::new();
+        let points: Vec<_> = rule
+            .points(shape)
+            .into_iter()
+            .map(|q| Point {
+                weight: q.weight,
+                psi: (*q.barycentric).try_into().expect("P vertices"),
+                gradients: table(q.barycentric),
+            })
+            .collect();
+        let mut groups: Vec<((Law, bool), Vec<usize>)> = Vec::new();
         for (element, &law) in laws.iter().enumerate() {
-            match groups.iter_mut().find(|(known, _)| *known == law) {
+            let kind = (law, space.is_curved(element));
+            match groups.iter_mut().find(|(known, _)| *known == kind) {
                 Some((_, members)) => members.push(element),
-                None => groups.push((law, vec![element])),
+                None => groups.push((kind, vec![element])),
             }
         }
         let batches = groups
             .iter()
-            .flat_map(|(law, members)| {
+            .flat_map(|((law, _), members)| {
                 members
                     .chunks(LANES)
-                    .map(|chunk| Batch::new(space, *law, chunk))
+                    .map(|chunk| Batch::new(space, *law, chunk, &points))
             })
             .collect();
-        Self {
-            points: points.collect(),
-            batches,
-        }
+        Self { points, batches }
     }
 }

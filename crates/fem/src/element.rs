@@ -199,6 +199,22 @@ impl fmt::Display for Barycentric {
     }
 }
 
+/// ∂x/∂ξ from positions of nodes and the reference gradients of their shape functions.
+pub(crate) fn jacobian<const D: usize>(
+    nodes: &[[f64; D]],
+    gradients: &[[f64; D]],
+) -> [[f64; D]; D] {
+    let mut map = [[0.0; D]; D];
+    for (x, gradient) in nodes.iter().zip(gradients) {
+        for (row, x) in map.iter_mut().zip(x) {
+            for (entry, slope) in row.iter_mut().zip(gradient) {
+                *entry += x * slope;
+            }
+        }
+    }
+    map
+}
+
 /// The inverse of a map's derivative, and its determinant.
 pub(crate) fn inverse<const D: usize>(map: [[f64; D]; D]) -> ([[f64; D]; D], f64) {
     let mut inverse = [[0.0; D]; D];

@@ -43,6 +43,17 @@ pub enum FemError {
         /// Those that the mesh file does not name.
         unnamed: Vec<UnnamedGroup>,
     },
+    /// A nodal field that the mesh does not have.
+    #[error(
+        "the mesh has no nodal field \"{name}\"; its fields are: {}",
+        list(known)
+    )]
+    UnknownField {
+        /// The field asked for.
+        name: String,
+        /// The fields there are.
+        known: Vec<String>,
+    },
     /// A group of points where edges are needed, or the like.
     #[error("group \"{name}\" holds {found}, but {needed} are needed")]
     WrongGroup {
@@ -276,17 +287,25 @@ pub enum MshProblem {
     /// A reference to a node that the file does not define before.
     #[error("node {0} is not defined")]
     UnknownNode(u64),
-    /// A node of a physical group of points or lines that no triangle has.
-    #[error("node {0} of a physical group is not a node of any triangle")]
+    /// A node of a physical group that no element of the body has.
+    #[error("node {0} of a physical group is not a node of any element of the body")]
     LooseNode(u64),
-    /// An element type other than points, 2-node lines and 3-node triangles.
+    /// An element type that is not read.
     #[error(
-        "element type {0} is not read: use triangles of order 1 (`Mesh.ElementOrder = 1`, \
-         no recombination into quadrangles)"
+        "element type {0} is not read: use triangles or tetrahedra of order 1 or 2 \
+         (`Mesh.ElementOrder = 1`, no recombination into quadrangles)"
     )]
     ElementType(u64),
+    /// A triangle beside tetrahedra that is no face of them.
+    #[error(
+        "element {tag} is a triangle that is no face of a tetrahedron: a body has one dimension"
+    )]
+    MixedDimensions {
+        /// The element's tag.
+        tag: u64,
+    },
     /// A node off the plane z = 0.
-    #[error("node {tag} has z = {z}: a plane mesh needs z = 0")]
+    #[error("node {tag} has z = {z}: without tetrahedra the mesh is plane and needs z = 0")]
     NotPlane {
         /// The node's tag.
         tag: u64,

@@ -21,6 +21,32 @@ pub(crate) struct FacetPoint {
     pub(crate) slopes: Vec<Vec<f64>>,
 }
 
+impl FacetPoint {
+    /// The measure that a curved facet with nodes at `places` has if it is everywhere what it is
+    /// at this point.
+    pub(crate) fn measure<const D: usize>(&self, places: &[[f64; D]]) -> f64 {
+        let tangent = |slopes: &Vec<f64>| -> [f64; D] {
+            std::array::from_fn(|i| slopes.iter().zip(places).map(|(s, x)| s * x[i]).sum())
+        };
+        let tangents: Vec<[f64; D]> = self.slopes.iter().map(tangent).collect();
+        let mut corners = vec![[0.0; D]];
+        corners.extend(tangents);
+        facet_measure(&corners)
+    }
+}
+
+/// Whether a node of a facet does not lie in the middle of its edge.
+pub(crate) fn is_curved<const D: usize>(places: &[[f64; D]]) -> bool {
+    let edges: &[[usize; 2]] = match D {
+        2 => &[[0, 1]],
+        _ => TRIANGLE.edges,
+    };
+    let middle =
+        |&[a, b]: &[usize; 2]| std::array::from_fn(|m| 0.5 * (places[a][m] + places[b][m]));
+    let nodes = places.iter().skip(D);
+    nodes.zip(edges).any(|(place, edge)| *place != middle(edge))
+}
+
 /// The quadrature points of facets of a body, exact for degree 5 on edges and 6 on faces.
 pub(crate) fn facet_points(shape: &Shape, degree: Degree) -> Vec<FacetPoint> {
     if shape.dimension == 2 {
@@ -172,9 +198,9 @@ impl Space {
         if let Group::Elements(members) = mesh.group(group)? {
             let rule = Rule::default().points(shape);
             let places = members.iter().flat_map(|&element| {
-                let measure = mesh.measure_of(element);
                 rule.iter().map(move |q| {
                     let barycentric = q.barycentric;
+                    let measure = self.measure_at(element, &barycentric);
                     (
                         Located {
                             element,
@@ -189,16 +215,14 @@ impl Space {
         let rule = facet_points(shape, self.degree());
         let mut places = Vec::new();
         for side in sides(mesh, group)? {
-            let vertices: Vec<usize> = side
-                .places
-                .iter()
-                .map(|&i| mesh.element(side.element)[i])
-                .collect();
-            let measure = match shape.dimension {
-                2 => facet_measure(&corners::<2>(mesh, &vertices)),
-                _ => facet_measure(&corners::<3>(mesh, &vertices)),
-            };
+            let element = mesh.element(side.element);
+            let vertices: Vec<usize> = side.places.iter().map(|&i| element[i]).collect();
+            let nodes = self.facet_nodes(&vertices);
             for q in &rule {
+                let measure = match shape.dimension {
+                    2 => measure_at::<2>(self, &nodes, q),
+                    _ => measure_at::<3>(self, &nodes, q),
+                };
                 let mut lambda = vec![0.0; shape.n_vertices()];
                 for (&place, l) in side.places.iter().zip(&q.barycentric) {
                     lambda[place] = *l;
@@ -214,6 +238,12 @@ impl Space {
     }
 }
 
-fn corners<const D: usize>(mesh: &Mesh, vertices: &[usize]) -> Vec<[f64; D]> {
-    vertices.iter().map(|&v| mesh.points()[v]).collect()
+/// The measure that a facet has if it is everywhere what it is at a point.
+fn measure_at<const D: usize>(space: &Space, nodes: &[usize], point: &FacetPoint) -> f64 {
+    let points = space.node_points::<D>();
+    let places: Vec<[f64; D]> = nodes.iter().map(|&node| points[node]).collect();
+    match is_curved(&places) {
+        true => point.measure(&places),
+        false => facet_measure(&places[..D]),
+    }
 }

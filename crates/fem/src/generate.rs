@@ -109,6 +109,83 @@ pub fn rectangle(
     parts.mesh("body", groups)
 }
 
+/// A block between two corners: cells cut into six tetrahedra each along one diagonal (Kuhn's);
+/// groups `left`, `right` (x), `front`, `back` (y), `bottom`, `top` (z), `body`.
+///
+/// # Errors
+/// [`FemError::Parameter`] for corners in the wrong order, those of [`Mesh::new`] for no cells.
+pub fn block(lower: [f64; 3], upper: [f64; 3], cells: [usize; 3]) -> Result<Mesh, FemError> {
+    for (axis, name) in ["length", "width", "height"].into_iter().enumerate() {
+        positive(name, upper[axis] - lower[axis])?;
+    }
+    spatial(cells, |place| {
+        [0, 1, 2].map(|m| between(lower[m], upper[m], place[m]))
+    })
+}
+
+/// The image of a unit cube of cells under a map that keeps orientation; groups as for [`block`].
+///
+/// # Errors
+/// Those of [`Mesh::new`], for no cells or a map that folds them.
+pub fn spatial(cells: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3]) -> Result<Mesh, FemError> {
+    let [nx, ny, nz] = cells;
+    let vertex = |[i, j, k]: [usize; 3]| (k * (ny + 1) + j) * (nx + 1) + i;
+    let fraction = |i: usize, n: usize| i as f64 / n.max(1) as f64;
+    let mut points = Vec::new();
+    for k in 0..=nz {
+        for j in 0..=ny {
+            for i in 0..=nx {
+                points.push(map([fraction(i, nx), fraction(j, ny), fraction(k, nz)]));
+            }
+        }
+    }
+    // The ways from a cell's lowest to its highest corner, odd ones with two vertices exchanged.
+    const WAYS: [[usize; 3]; 6] = [
+        [0, 1, 2],
+        [1, 2, 0],
+        [2, 0, 1],
+        [0, 2, 1],
+        [1, 0, 2],
+        [2, 1, 0],
+    ];
+    let mut elements: Vec<[usize; 4]> = Vec::new();
+    let mut sides: [Vec<[usize; 3]>; 6] = Default::default();
+    for k in 0..nz {
+        for j in 0..ny {
+            for i in 0..nx {
+                for (number, way) in WAYS.into_iter().enumerate() {
+                    let mut corner = [i, j, k];
+                    let mut path = [vertex(corner); 4];
+                    for (step, axis) in way.into_iter().enumerate() {
+                        corner[axis] += 1;
+                        path[step + 1] = vertex(corner);
+                    }
+                    // The first three vertices have the coordinate of the last step in common, the
+                    // last three that of the first.
+                    let [first, _, last] = way;
+                    if [i, j, k][last] == 0 {
+                        sides[2 * last].push([path[0], path[1], path[2]]);
+                    }
+                    if [i, j, k][first] + 1 == cells[first] {
+                        sides[2 * first + 1].push([path[1], path[2], path[3]]);
+                    }
+                    if number >= 3 {
+                        path.swap(1, 2);
+                    }
+                    elements.push(path);
+                }
+            }
+        }
+    }
+    let names = ["left", "right", "front", "back", "bottom", "top"];
+    let faces = sides.map(Group::Faces);
+    let mut groups: BTreeMap<String, Group> =
+        names.map(str::to_owned).into_iter().zip(faces).collect();
+    let all = (0..elements.len()).collect();
+    groups.insert("body".to_owned(), Group::Elements(all));
+    Mesh::new(points, elements, groups)
+}
+
 /// A cantilever [0, length] × [−height/2, height/2]; groups `fixed` (left end), `load` (right end),
 /// `tip` (its upper corner), `body`.
 ///
@@ -224,6 +301,28 @@ mod tests {
         assert!((length(&mesh, "load") - 16.0).abs() < 16.0 * ROUNDING);
         assert_eq!(mesh.group("tip").unwrap(), &Group::Points(vec![24]));
         assert_eq!(mesh.points()[24], [48.0, 60.0]);
+    }
+
+    #[test]
+    fn a_block_has_its_volume_and_sides() {
+        let mesh = block([-1.0, 0.0, 0.5], [1.0, 3.0, 1.5], [2, 3, 2]).unwrap();
+        assert_eq!((mesh.n_points(), mesh.n_elements()), (36, 72));
+        assert!((mesh.measure() - 6.0).abs() < ROUNDING);
+        assert!(mesh.notes().is_empty());
+        let space = crate::Space::taylor_hood(&mesh);
+        let areas = [
+            ("left", 3.0),
+            ("right", 3.0),
+            ("front", 2.0),
+            ("back", 2.0),
+            ("bottom", 6.0),
+            ("top", 6.0),
+        ];
+        for (side, area) in areas {
+            let places = space.quadrature(side).unwrap();
+            let found: f64 = places.iter().map(|(_, weight)| weight).sum();
+            assert!((found - area).abs() < ROUNDING, "{side} {found}");
+        }
     }
 
     #[test]

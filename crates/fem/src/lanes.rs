@@ -6,10 +6,17 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::slice::{from_mut, from_ref};
 
-use pulp::Simd;
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
+use pulp::{Simd, WithSimd};
 
 use crate::material::{Plain, Real, elementary};
+
+/// Runs `op` with the instructions of `simd` as a function of its own: what is called from many
+/// loops is compiled once, and what is long does not become part of what is longer still.
+#[inline(never)]
+pub(crate) fn outlined<S: Simd, Op: WithSimd>(simd: S, op: Op) -> Op::Output {
+    simd.vectorize(op)
+}
 
 /// Elements per batch: one AVX-512 register of f64, two of AVX2.
 pub(crate) const LANES: usize = 8;
@@ -35,6 +42,12 @@ impl<S: Simd> Lanes<S> {
     pub(crate) fn zero(simd: S) -> Self {
         let value = simd.splat_f64s(0.0);
         Self { simd, value }
+    }
+
+    /// The instructions it is worked on with.
+    #[inline(always)]
+    pub(crate) fn simd(&self) -> S {
+        self.simd
     }
 
     /// Register number `part` of an array.

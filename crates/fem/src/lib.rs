@@ -15,6 +15,7 @@ pub mod dofs;
 pub mod element;
 mod error;
 mod facet;
+mod fibres;
 mod fields;
 mod follower;
 pub mod generate;
@@ -37,6 +38,7 @@ mod tangent;
 pub use dofs::DofMap;
 pub use element::{Barycentric, Shape};
 pub use error::{FemError, MshProblem};
+pub use fibres::Fibres;
 pub use follower::FollowerPressure;
 pub use material::Law;
 pub use mesh::{Group, Mesh};
@@ -49,4 +51,6 @@ pub mod notes {
     pub mod kinematics_without_cancellation {}
     #[doc = include_str!("../notes/0002-batches-of-elements.md")]
     pub mod batches_of_elements {}
+    #[doc = include_str!("../notes/0003-elements-of-either-dimension.md")]
+    pub mod elements_of_either_dimension {}
 }

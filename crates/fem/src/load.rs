@@ -2,11 +2,10 @@
 //!
 //! `D` is the dimension of the space.
 
-use crate::element::inverse_map;
 use crate::error::FemError;
-use crate::facet::{facet_measure, facet_points};
+use crate::facet::{facet_measure, facet_points, is_curved};
 use crate::quadrature::Rule;
-use crate::space::Space;
+use crate::space::{Located, Space};
 
 /// ∫_group τ · φ ds for a constant traction τ: a dead load per undeformed length or area. Paper:
 /// eq. (18).
@@ -49,12 +48,19 @@ pub fn traction_field<const D: usize>(
     let rule = facet_points(space.mesh().shape(), space.degree());
     for facet in space.mesh().facets(group)? {
         let nodes = space.facet_nodes(facet);
-        let corners: Vec<[f64; D]> = facet.iter().map(|&v| points[v]).collect();
-        let measure = facet_measure(&corners);
+        let places: Vec<[f64; D]> = nodes.iter().map(|&node| points[node]).collect();
+        let curved = is_curved(&places);
+        let straight = facet_measure(&places[..D]);
         for q in &rule {
-            let at = std::array::from_fn(|j| {
-                let terms = q.barycentric.iter().zip(&corners);
-                terms.map(|(lambda, x)| lambda * x[j]).sum()
+            let measure = if curved { q.measure(&places) } else { straight };
+            let at = std::array::from_fn(|j| match curved {
+                true => q.values.iter().zip(&places).map(|(n, x)| n * x[j]).sum(),
+                false => q
+                    .barycentric
+                    .iter()
+                    .zip(&places)
+                    .map(|(l, x)| l * x[j])
+                    .sum(),
             });
             let tau = traction(at);
             for (&node, shape) in nodes.iter().zip(&q.values) {
@@ -110,9 +116,17 @@ fn integrate<const D: usize>(
         .collect();
     for element in 0..space.n_elements() {
         let corners: Vec<[f64; D]> = mesh.element(element).iter().map(|&v| points[v]).collect();
-        let measure = shape.reference_measure * inverse_map(&corners).1;
         for (q, values) in rule.iter().zip(&values) {
-            let f = force(element, q.barycentric.place(&corners));
+            let (_, measure) = space.map_at::<D>(element, &q.barycentric);
+            let at = Located {
+                element,
+                barycentric: q.barycentric,
+            };
+            let place = match space.is_curved(element) {
+                true => space.place(&at),
+                false => q.barycentric.place(&corners),
+            };
+            let f = force(element, place);
             for (&node, shape) in space.element_nodes(element).iter().zip(values) {
                 for component in 0..D {
                     load[D * node + component] += measure * q.weight * shape * f[component];

@@ -2,7 +2,6 @@
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use crate::element::inverse_map;
 use crate::quadrature::Rule;
 use crate::space::Space;
 use crate::sparsity::{node_pattern, place, pressure_pattern};
@@ -32,14 +31,14 @@ impl Symmetric {
     /// ∫ ∇φ_a · ∇φ_b over all displacement nodes. The integrand has degree 2 at most.
     pub(crate) fn node_gradients(space: &Space) -> Self {
         match space.dimension() {
-            2 => Self::node_gradients_in::<2, 3>(space),
-            _ => Self::node_gradients_in::<3, 4>(space),
+            2 => Self::node_gradients_in::<2>(space),
+            _ => Self::node_gradients_in::<3>(space),
         }
     }
 
-    fn node_gradients_in<const D: usize, const V: usize>(space: &Space) -> Self {
+    fn node_gradients_in<const D: usize>(space: &Space) -> Self {
         let gradients = |element: usize, lambda: &[f64]| -> Vec<[f64; D]> {
-            let (inverse, _) = inverse_map(&space.mesh().corners::<D, V>(element));
+            let (inverse, _) = space.map_at::<D>(element, lambda);
             let reference = space.mesh().shape().gradients::<D>(space.degree(), lambda);
             let physical = reference.iter().map(|gradient| {
                 std::array::from_fn(|j| (0..D).map(|m| gradient[m] * inverse[m][j]).sum())
@@ -79,12 +78,19 @@ impl Symmetric {
         shapes: impl Fn(usize, &[f64]) -> Vec<T>,
         product: impl Fn(usize, f64, &T, &T) -> f64,
     ) -> Self {
+        // On curved elements the determinant of the map comes on top, of degree 2 or 3.
+        let curved = (0..space.n_elements()).any(|element| space.is_curved(element));
+        let rule = if curved { Rule::Degree6 } else { rule };
         let points = rule.points(space.mesh().shape());
         let mut values = vec![0.0; pattern.nnz()];
         for element in 0..space.n_elements() {
             let members = members(space, element);
-            let measure = space.mesh().measure_of(element);
+            let straight = space.mesh().measure_of(element);
             for q in &points {
+                let measure = match space.is_curved(element) {
+                    true => space.measure_at(element, &q.barycentric),
+                    false => straight,
+                };
                 let (shapes, weight) = (shapes(element, &q.barycentric), measure * q.weight);
                 for (&a, shape_a) in members.iter().zip(&shapes) {
                     for (&b, shape_b) in members.iter().zip(&shapes) {

@@ -154,6 +154,16 @@ impl Law {
         self.stress3(deep(h), p, along_x())[2][2]
     }
 
+    /// Whether the law depends on the axes of fibres.
+    #[inline(always)]
+    pub fn has_fibres(self) -> bool {
+        #[inline(always)]
+        fn has_fibres<W: three::Law3>(_: &W) -> bool {
+            W::FIBRES
+        }
+        with_law!(self, w => has_fibres(&w))
+    }
+
     /// Whether the force is linear in displacement and pressure.
     pub fn is_linear(self) -> bool {
         fn is_small<W: three::Law3>(_: &W) -> bool {

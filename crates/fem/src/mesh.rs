@@ -9,6 +9,7 @@
 //! many coordinates, and those with `V` the vertices of an element; they panic for a mesh of
 //! another dimension.
 
+mod attributes;
 mod boxes;
 mod conforming;
 mod defect;
@@ -22,6 +23,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::element::{Shape, inverse_map};
 use crate::error::FemError;
 
+pub use attributes::NodalField;
 pub use defect::{DefectKind, ElementName, MeshDefect};
 pub use note::{MeshNote, UnnamedGroup};
 
@@ -80,6 +82,10 @@ pub struct Mesh {
     /// As many for each element as it has vertices.
     vertices: Vec<usize>,
     groups: BTreeMap<String, Group>,
+    /// Values at the vertices.
+    fields: BTreeMap<String, NodalField>,
+    /// Quadratic nodes that do not lie in the middle of their edge, by its sorted ends.
+    bent: BTreeMap<[usize; 2], [f64; 3]>,
     notes: Vec<MeshNote>,
 }
 
@@ -134,6 +140,8 @@ impl Mesh {
             coordinates: points.into_flattened(),
             vertices: elements.into_flattened(),
             groups: BTreeMap::new(),
+            fields: BTreeMap::new(),
+            bent: BTreeMap::new(),
             notes: Vec::new(),
         };
         conforming::conforming(D, &mesh.coordinates, &mesh.vertices, &turned)?;

@@ -1,19 +1,20 @@
 //! Reader of Gmsh's MSH 4.1 ASCII format.
 //!
-//! Reads what a plane mesh needs (sections `PhysicalNames`, `Entities`, `Nodes`, `Elements`;
-//! points, 2-node lines, 3-node triangles) and skips other sections. Counts in headers are never
-//! used to reserve memory, and each counted item consumes a line, so a damaged file ends in an
-//! error. Nodes of no triangle (centres of arcs, say) are dropped.
+//! Reads what a mesh needs (sections `PhysicalNames`, `Entities`, `Nodes`, `Elements`, `NodeData`;
+//! points, lines, triangles and tetrahedra of first and second order) and skips other sections.
+//! Counts in headers are never used to reserve memory, and each counted item consumes a line, so a
+//! damaged file ends in an error. What is read is put together in [`assemble`].
 //!
 //! Reference: Gmsh reference manual, "MSH file format", version 4.1.
+
+mod assemble;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 use std::str::{FromStr, SplitWhitespace};
 
-use crate::element::TRIANGLE;
 use crate::error::{FemError, MshProblem};
-use crate::mesh::{Group, Mesh, MeshNote, UnnamedGroup, is_degenerate, measure};
+use crate::mesh::Mesh;
 
 impl Mesh {
     /// Reads a Gmsh MSH 4.1 ASCII file.
@@ -42,14 +43,13 @@ impl Mesh {
             text: text.lines(),
             number: 0,
         };
-        let file = parse(&mut lines).map_err(|problem| FemError::Msh {
+        let parsed = parse(&mut lines);
+        let file = parsed.map_err(|problem| FemError::Msh {
             file: name.to_owned(),
             line: lines.number,
             problem,
         })?;
-        let mesh = Mesh::new(file.points, file.triangles, file.groups)
-            .map_err(|error| error.with_tags(&file.triangle_tags))?;
-        Ok(mesh.after(file.unnamed))
+        file.assemble(name)
     }
 }
 
@@ -117,24 +117,85 @@ fn excerpt(line: &str) -> String {
     line.chars().take(60).collect()
 }
 
+/// A type of elements: Gmsh's number, dimension, vertices, and all nodes.
+struct Kind {
+    number: u64,
+    dimension: u64,
+    vertices: usize,
+    /// The edges of the nodes after the vertices.
+    midpoints: &'static [[usize; 2]],
+}
+
+const KINDS: [Kind; 7] = [
+    Kind::new(15, 0, 1, &[]),
+    Kind::new(1, 1, 2, &[]),
+    Kind::new(2, 2, 3, &[]),
+    Kind::new(4, 3, 4, &[]),
+    Kind::new(8, 1, 2, &[[0, 1]]),
+    Kind::new(9, 2, 3, &[[0, 1], [1, 2], [2, 0]]),
+    // The last two in another order than ours.
+    Kind::new(11, 3, 4, &[[0, 1], [1, 2], [2, 0], [0, 3], [2, 3], [1, 3]]),
+];
+
+impl Kind {
+    const fn new(
+        number: u64,
+        dimension: u64,
+        vertices: usize,
+        midpoints: &'static [[usize; 2]],
+    ) -> Self {
+        Self {
+            number,
+            dimension,
+            vertices,
+            midpoints,
+        }
+    }
+}
+
+/// A node of the file.
+struct Node {
+    tag: u64,
+    line: usize,
+    place: [f64; 3],
+}
+
+/// An element of the file.
+struct Cell {
+    tag: u64,
+    line: usize,
+    dimension: u64,
+    /// The entity it belongs to.
+    entity: i64,
+    /// Its vertices, by their place among the file's nodes.
+    vertices: Vec<usize>,
+}
+
+/// Values at nodes.
+struct Data {
+    components: usize,
+    /// By tag of the node.
+    values: HashMap<u64, Vec<f64>>,
+}
+
+/// What a file says.
 #[derive(Default)]
 struct File {
     names: HashMap<(u64, i64), String>,
     /// Physical tags of each entity (dimension, tag).
     physical: HashMap<(u64, i64), Vec<i64>>,
-    nodes: HashMap<u64, usize>,
-    tags: Vec<u64>,
-    points: Vec<[f64; 2]>,
-    triangles: Vec<[usize; 3]>,
-    triangle_tags: Vec<u64>,
-    groups: BTreeMap<String, Group>,
-    unnamed: Vec<MeshNote>,
+    /// The place of each node by its tag.
+    places: HashMap<u64, usize>,
+    nodes: Vec<Node>,
+    cells: Vec<Cell>,
+    /// The node on an edge, by the edge's sorted ends.
+    midpoints: BTreeMap<[usize; 2], usize>,
+    data: BTreeMap<String, Data>,
 }
 
 fn parse(lines: &mut Lines<'_>) -> Result<File, MshProblem> {
     header(lines)?;
     let mut file = File::default();
-    let mut members = Vec::new();
     let mut seen = HashSet::new();
     while let Some(line) = lines.next() {
         let Some(section) = line.strip_prefix('$') else {
@@ -143,7 +204,7 @@ fn parse(lines: &mut Lines<'_>) -> Result<File, MshProblem> {
                 found: excerpt(line),
             });
         };
-        if !seen.insert(section) {
+        if !seen.insert(section) && section != "NodeData" {
             return Err(MshProblem::Duplicate {
                 what: "section",
                 tag: excerpt(section),
@@ -153,7 +214,8 @@ fn parse(lines: &mut Lines<'_>) -> Result<File, MshProblem> {
             "PhysicalNames" => file.physical_names(lines)?,
             "Entities" => file.entities(lines)?,
             "Nodes" => file.nodes(lines)?,
-            "Elements" => members = file.elements(lines)?,
+            "Elements" => file.elements(lines)?,
+            "NodeData" => file.node_data(lines)?,
             other => {
                 let end = format!("$End{other}");
                 while lines.expect("the end of a section")? != end {}
@@ -165,8 +227,6 @@ fn parse(lines: &mut Lines<'_>) -> Result<File, MshProblem> {
             return Err(MshProblem::Truncated(section));
         }
     }
-    file.drop_loose_nodes(&mut members)?;
-    file.collect_groups(&members);
     Ok(file)
 }
 
@@ -183,13 +243,6 @@ fn header(lines: &mut Lines<'_>) -> Result<(), MshProblem> {
         return Err(MshProblem::Binary);
     }
     lines.close("$EndMeshFormat")
-}
-
-/// An element that carries physical groups: dimension, groups, nodes (for a triangle: its index).
-struct Member {
-    dimension: u64,
-    physical: Vec<i64>,
-    ids: Vec<usize>,
 }
 
 impl File {
@@ -265,145 +318,103 @@ impl File {
             }
             for tag in tags {
                 let mut words = lines.words("a node's coordinates")?;
-                let point = [coordinate(&mut words)?, coordinate(&mut words)?];
-                let z = coordinate(&mut words)?;
-                if z != 0.0 {
-                    return Err(MshProblem::NotPlane { tag, z });
+                let mut place = [0.0; 3];
+                for x in &mut place {
+                    *x = coordinate(&mut words)?;
                 }
-                if self.nodes.insert(tag, self.points.len()).is_some() {
+                if self.places.insert(tag, self.nodes.len()).is_some() {
                     return Err(MshProblem::Duplicate {
                         what: "node",
                         tag: tag.to_string(),
                     });
                 }
-                self.tags.push(tag);
-                self.points.push(point);
+                let line = lines.number;
+                self.nodes.push(Node { tag, line, place });
             }
         }
         lines.close("$EndNodes")
     }
 
-    fn elements(&mut self, lines: &mut Lines<'_>) -> Result<Vec<Member>, MshProblem> {
-        let mut members = Vec::new();
+    fn elements(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
         let blocks: usize = number(&mut lines.words("a count")?, "a count of element blocks")?;
         for _ in 0..blocks {
             let mut words = lines.words("an element block")?;
             let block_dimension: u64 = number(&mut words, "an entity's dimension")?;
             let entity = number(&mut words, "an entity's tag")?;
-            let (dimension, n_nodes) = match number(&mut words, "an element type")? {
-                15 => (0, 1),
-                1 => (1, 2),
-                2 => (2, 3),
-                other => return Err(MshProblem::ElementType(other)),
-            };
-            if dimension != block_dimension {
+            let type_number = number(&mut words, "an element type")?;
+            let kind = KINDS.iter().find(|kind| kind.number == type_number);
+            let kind = kind.ok_or(MshProblem::ElementType(type_number))?;
+            if kind.dimension != block_dimension {
                 return Err(MshProblem::Expected {
                     expected: "an element type of the entity's dimension",
-                    found: format!("elements of dimension {dimension} on {block_dimension}"),
+                    found: format!(
+                        "elements of dimension {} on {block_dimension}",
+                        kind.dimension
+                    ),
                 });
             }
             let count: usize = number(&mut words, "a count of elements")?;
-            let physical = self
-                .physical
-                .get(&(dimension, entity))
-                .cloned()
-                .unwrap_or_default();
             for _ in 0..count {
                 let mut words = lines.words("an element")?;
                 let tag = number(&mut words, "an element's tag")?;
-                let mut ids = Vec::with_capacity(n_nodes);
-                for _ in 0..n_nodes {
-                    let node = number(&mut words, "a node's tag")?;
-                    let index = self.nodes.get(&node).ok_or(MshProblem::UnknownNode(node))?;
-                    ids.push(*index);
-                }
-                if let &[a, b, c] = ids.as_slice() {
-                    let corners = [a, b, c].map(|v| self.points[v]);
-                    if is_degenerate(&corners) {
-                        return Err(MshProblem::Measure {
-                            tag,
-                            measure: measure(&corners),
-                            shape: &TRIANGLE,
-                        });
-                    }
-                    ids = vec![self.triangles.len()];
-                    self.triangles.push([a, b, c]);
-                    self.triangle_tags.push(tag);
-                }
-                if !physical.is_empty() {
-                    members.push(Member {
-                        dimension,
-                        physical: physical.clone(),
-                        ids,
-                    });
-                }
-            }
-        }
-        lines.close("$EndElements")?;
-        Ok(members)
-    }
-
-    /// Forgets the nodes that no triangle uses and renumbers the others, in the file's order.
-    fn drop_loose_nodes(&mut self, members: &mut [Member]) -> Result<(), MshProblem> {
-        let mut used = vec![false; self.points.len()];
-        for &v in self.triangles.iter().flatten() {
-            used[v] = true;
-        }
-        let mut renumbered = vec![0; used.len()];
-        for (new, old) in (0..used.len()).filter(|&v| used[v]).enumerate() {
-            renumbered[old] = new;
-        }
-        for id in members
-            .iter_mut()
-            .filter(|m| m.dimension < 2)
-            .flat_map(|m| &mut m.ids)
-        {
-            if !used[*id] {
-                return Err(MshProblem::LooseNode(self.tags[*id]));
-            }
-            *id = renumbered[*id];
-        }
-        for v in self.triangles.iter_mut().flatten() {
-            *v = renumbered[*v];
-        }
-        self.points = (0..used.len())
-            .filter(|&v| used[v])
-            .map(|v| self.points[v])
-            .collect();
-        Ok(())
-    }
-
-    fn collect_groups(&mut self, members: &[Member]) {
-        let mut unnamed = BTreeMap::new();
-        for member in members {
-            for &tag in &member.physical {
-                let Some(name) = self.names.get(&(member.dimension, tag)) else {
-                    *unnamed.entry((member.dimension, tag)).or_insert(0) += 1;
-                    continue;
+                let mut node = || {
+                    let tag = number(&mut words, "a node's tag")?;
+                    let place = self.places.get(&tag).copied();
+                    place.ok_or(MshProblem::UnknownNode(tag))
                 };
-                let group = self
-                    .groups
-                    .entry(name.clone())
-                    .or_insert(match member.dimension {
-                        0 => Group::Points(Vec::new()),
-                        1 => Group::Edges(Vec::new()),
-                        _ => Group::Elements(Vec::new()),
-                    });
-                match (group, member.ids.as_slice()) {
-                    (Group::Points(points), &[v]) => points.push(v),
-                    (Group::Edges(edges), &[a, b]) => edges.push([a, b]),
-                    (Group::Elements(triangles), &[e]) => triangles.push(e),
-                    _ => {}
+                let vertices = (0..kind.vertices).map(|_| node());
+                let vertices = vertices.collect::<Result<Vec<usize>, _>>()?;
+                for edge in kind.midpoints {
+                    let ends = crate::mesh::sorted(edge.map(|i| vertices[i]));
+                    self.midpoints.insert(ends, node()?);
                 }
+                self.cells.push(Cell {
+                    tag,
+                    line: lines.number,
+                    dimension: kind.dimension,
+                    entity,
+                    vertices,
+                });
             }
         }
-        let note = |((dimension, tag), elements)| {
-            MeshNote::Unnamed(UnnamedGroup {
-                dimension,
-                tag,
-                elements,
-            })
+        lines.close("$EndElements")
+    }
+
+    /// A view of values at nodes: tags that are words (its name first), real numbers, and whole
+    /// numbers (time step, number of components, number of nodes, …), then the values.
+    fn node_data(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
+        let mut tags = |what| -> Result<Vec<&str>, MshProblem> {
+            let count: usize = number(&mut lines.words("a count of tags")?, "a count of tags")?;
+            (0..count).map(|_| lines.expect(what)).collect()
         };
-        self.unnamed = unnamed.into_iter().map(note).collect();
+        let names = tags("a name")?;
+        tags("a real tag")?;
+        let counts = tags("a whole tag")?;
+        let name = names.first().map_or("", |name| name.trim_matches('"'));
+        let count = |place: usize, what| {
+            let word = counts.get(place).copied().unwrap_or("nothing");
+            number::<usize>(&mut word.split_whitespace(), what)
+        };
+        let components = count(1, "a number of components")?;
+        let n_values = count(2, "a number of nodes")?;
+        let mut values = HashMap::new();
+        for _ in 0..n_values {
+            let mut words = lines.words("values at a node")?;
+            let node = number(&mut words, "a node's tag")?;
+            if !self.places.contains_key(&node) {
+                return Err(MshProblem::UnknownNode(node));
+            }
+            let own = (0..components).map(|_| number(&mut words, "a value"));
+            values.insert(node, own.collect::<Result<Vec<f64>, _>>()?);
+        }
+        lines.close("$EndNodeData")?;
+        let data = Data { components, values };
+        if self.data.insert(name.to_owned(), data).is_some() {
+            return Err(MshProblem::Duplicate {
+                what: "nodal data",
+                tag: name.to_owned(),
+            });
+        }
+        Ok(())
     }
 }

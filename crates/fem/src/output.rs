@@ -1,12 +1,9 @@
 //! Quantities for output: energies, and the state at a point. Computed only when called.
 
-use crate::element::inverse_map;
-use crate::material::{Law, Tensor};
+use crate::material::Law;
+use crate::material::three::Tensor3;
 use crate::solid::{Fields, Pressure, Solid};
 use crate::space::Located;
-
-/// A tensor of three dimensions, whatever the body has.
-pub type Tensor3 = [[f64; 3]; 3];
 
 /// Deformation and stress at a point; in plane strain with the components normal to the plane.
 ///
@@ -36,11 +33,6 @@ impl PointState {
     }
 }
 
-/// A plane tensor and its component normal to the plane.
-fn embed([[xx, xy], [yx, yy]]: Tensor, zz: f64) -> Tensor3 {
-    [[xx, xy, 0.0], [yx, yy, 0.0], [0.0, 0.0, zz]]
-}
-
 impl Solid {
     /// Deformation and stress at a place in the mesh.
     ///
@@ -50,14 +42,14 @@ impl Solid {
     /// If a field's length is wrong.
     pub fn state_at(&self, fields: &Fields<'_>, at: &Located) -> PointState {
         let law = self.law_at(fields, at);
-        let h: Tensor = self.gradient_at(fields.u, at);
+        let gradient = self.spatial_gradient_at(fields.u, at);
+        let volume_change = law.volume_change3(gradient);
         let pressure = match fields.pressure {
             Pressure::Nodal(p) => self.space().pressure_at(p, at),
-            Pressure::Penalty { kappa } => -kappa * law.volume_change(h),
+            Pressure::Penalty { kappa } => -kappa * volume_change,
         };
-        let jacobian = 1.0 + law.volume_change(h);
-        let piola = embed(law.stress(h, pressure), law.stress_33(h, pressure));
-        let gradient = embed(h, 0.0);
+        let jacobian = 1.0 + volume_change;
+        let piola = law.stress3(gradient, pressure, self.axes_at(at));
         let cauchy = match law {
             Law::SmallStrain { .. } => piola,
             _ => {
@@ -103,7 +95,8 @@ impl Solid {
         });
         let ratio = |at: Located| {
             let law = self.laws()[at.element];
-            (1.0 + law.volume_change(self.gradient_at(u, &at)), at)
+            let gradient = self.spatial_gradient_at(u, &at);
+            (1.0 + law.volume_change3(gradient), at)
         };
         places
             .map(ratio)
@@ -111,20 +104,24 @@ impl Solid {
             .expect("a mesh has elements")
     }
 
+    /// ∇u at a place in the mesh; in the plane with a third row and column of zeros.
+    pub fn spatial_gradient_at(&self, u: &[f64], at: &Located) -> Tensor3 {
+        if self.space().dimension() == 3 {
+            return self.gradient_at(u, at);
+        }
+        let [[xx, xy], [yx, yy]] = self.gradient_at(u, at);
+        [[xx, xy, 0.0], [yx, yy, 0.0], [0.0; 3]]
+    }
+
     /// ∇u at a place in the mesh.
     ///
     /// # Panics
     /// Unless `D` is the dimension.
     pub fn gradient_at<const D: usize>(&self, u: &[f64], at: &Located) -> [[f64; D]; D] {
-        let (space, mesh) = (self.space(), self.space().mesh());
-        let points = mesh.points::<D>();
-        let corners: Vec<_> = mesh
-            .element(at.element)
-            .iter()
-            .map(|&v| points[v])
-            .collect();
-        let (inverse, _) = inverse_map(&corners);
-        let gradients = mesh.shape().gradients::<D>(space.degree(), &at.barycentric);
+        let space = self.space();
+        let (inverse, _) = space.map_at::<D>(at.element, &at.barycentric);
+        let shape = space.mesh().shape();
+        let gradients = shape.gradients::<D>(space.degree(), &at.barycentric);
         let mut h = [[0.0; D]; D];
         for (&node, gradient) in space.element_nodes(at.element).iter().zip(gradients) {
             for (i, row) in h.iter_mut().enumerate() {
@@ -148,27 +145,28 @@ impl Solid {
         let rule = self.rule().points(self.space().mesh().shape());
         let density = |at: &Located| {
             let law = self.law_at(fields, at);
-            let h = self.gradient_at(fields.u, at);
-            let d = law.volume_change(h);
+            let h = self.spatial_gradient_at(fields.u, at);
+            let d = law.volume_change3(h);
             let volumetric = match fields.pressure {
                 Pressure::Nodal(p) => -self.space().pressure_at(p, at) * d,
                 Pressure::Penalty { kappa } => 0.5 * kappa * d * d,
             };
-            law.energy(h) + volumetric
+            law.energy3(h, self.axes_at(at)) + volumetric
         };
         (0..self.space().n_elements())
             .map(|element| {
                 let sum: f64 = rule
                     .iter()
                     .map(|q| {
-                        q.weight
-                            * density(&Located {
-                                element,
-                                barycentric: q.barycentric,
-                            })
+                        let at = Located {
+                            element,
+                            barycentric: q.barycentric,
+                        };
+                        let measure = self.space().measure_at(element, &q.barycentric);
+                        q.weight * measure * density(&at)
                     })
                     .sum();
-                self.space().mesh().measure_of(element) * sum
+                sum
             })
             .sum()
     }

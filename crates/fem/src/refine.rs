@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use crate::element::TRIANGLE;
-use crate::mesh::{Group, Mesh, sorted};
+use crate::mesh::{Group, Mesh, NodalField, sorted};
 
 /// The parts of a triangle: its vertices 0 to 2 and midpoints 3 to 5.
 const TRIANGLES: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
@@ -25,8 +25,8 @@ impl Mesh {
     /// The mesh with every element cut at the midpoints of its edges, triangles into four,
     /// tetrahedra into eight.
     ///
-    /// Old vertices keep their numbers; groups keep their names, their members cut likewise. Curved
-    /// boundaries stay the polygons they were.
+    /// Old vertices keep their numbers; groups keep their names, their members cut likewise; nodal
+    /// fields are interpolated. Curved boundaries become polygons.
     pub fn refined(&self) -> Mesh {
         match self.dimension() {
             2 => self.cut::<2, 3, 4>(&TRIANGLES),
@@ -77,8 +77,20 @@ impl Mesh {
                 (name.clone(), group)
             })
             .collect();
-        Mesh::new(points, elements, groups)
-            .expect("parts of valid elements are valid")
-            .after(self.notes().to_vec())
+        let fields = self.fields().iter().map(|(name, field)| {
+            let mut values = field.values.clone();
+            let mut ends: Vec<_> = midpoints.iter().collect();
+            ends.sort_unstable_by_key(|(_, middle)| **middle);
+            for ([a, b], _) in ends {
+                let both = field.at(*a).iter().zip(field.at(*b));
+                values.extend(both.map(|(a, b)| 0.5 * (a + b)));
+            }
+            let components = field.components;
+            (name.clone(), NodalField { components, values })
+        });
+        let mesh = Mesh::new(points, elements, groups).expect("parts of valid elements are valid");
+        let mesh = mesh.with_fields(fields.collect());
+        let mesh = mesh.expect("a value for each vertex");
+        mesh.after(self.notes().to_vec())
     }
 }

@@ -2,12 +2,13 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::batch::{Batches, Part, Point, add_dot};
-use crate::constitutive::{Constitutive, Tensor, with_plane_law};
+use crate::batch::{Batch, Batches, Part, Point, add_dot};
+use crate::constitutive::{Constitutive, Tensor, with_plane_law, with_spatial_law};
 use crate::fields::{Fields, Inverted, Pressure, Vectors};
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, outlined};
 use crate::material::Real;
 use crate::material::tensor::Volumetric;
+use crate::material::three::Axes;
 
 /// Nodal values of the fields in one part of a batch.
 ///
@@ -22,6 +23,8 @@ pub(crate) struct Local<S: Simd, const D: usize, const N: usize, const P: usize,
     mu: [Lanes<S>; P],
     factors: Option<[Lanes<S>; P]>,
     kappa: f64,
+    /// Whether v, ṗ and μ are wanted; asked where `RATES` is set for both.
+    moving: bool,
 }
 
 impl<S: Simd, const D: usize, const N: usize, const P: usize, const RATES: bool>
@@ -29,26 +32,27 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize, const RATES: bool>
 {
     /// Fields that are not given count as zero; the callers have checked those that must be there.
     #[inline(always)]
-    pub(crate) fn gather(part: &Part<'_, S, D, N, P>, fields: &Fields<'_>) -> Self {
+    pub(crate) fn gather(part: &Part<'_, S, D, N, P>, fields: &Fields<'_>, moving: bool) -> Self {
         let (p, kappa) = match fields.pressure {
             Pressure::Nodal(p) => (Some(p), 0.0),
             Pressure::Penalty { kappa } => (None, kappa),
         };
         Self {
             u: part.gather_vector(Some(fields.u)),
-            v: part.gather_vector(fields.v.filter(|_| RATES)),
+            v: part.gather_vector(fields.v.filter(|_| RATES && moving)),
             p: part.gather_scalar(p),
-            p_rate: part.gather_scalar(fields.p_rate.filter(|_| RATES)),
-            mu: part.gather_scalar(fields.mu.filter(|_| RATES)),
+            p_rate: part.gather_scalar(fields.p_rate.filter(|_| RATES && moving)),
+            mu: part.gather_scalar(fields.mu.filter(|_| RATES && moving)),
             factors: fields.factors.map(|factors| part.gather_factors(factors)),
             kappa,
+            moving,
         }
     }
 }
 
 /// Fields at one quadrature point of one part of a batch.
 pub(crate) struct AtPoint<S: Simd, const D: usize, C: Constitutive<D>> {
-    pub(crate) strain: C::Strain<Lanes<S>>,
+    pub(crate) strain: C::Strain<S>,
     pub(crate) v: Tensor<Lanes<S>, D>,
     pub(crate) volumetric: Volumetric<Lanes<S>>,
     pub(crate) mu: Lanes<S>,
@@ -60,15 +64,19 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> AtPoint<S, D, C> {
     pub(crate) fn new<const N: usize, const P: usize, const RATES: bool>(
         law: &C,
         part: &Part<'_, S, D, N, P>,
-        point: &Point<D, N, P>,
+        (number, point): (usize, &Point<D, N, P>),
         local: &Local<S, D, N, P, RATES>,
     ) -> Result<Self, Inverted> {
         let factor = match &local.factors {
             Some(factors) => Some(part.interpolate(factors, point)),
             None => None,
         };
-        let strain = law.strain(part.gradient(&local.u, point), factor);
-        if C::FINITE {
+        let axes = match law.has_fibres() {
+            true => part.axes(number),
+            false => Axes::cartesian(part.zero()),
+        };
+        let strain = law.strain(part.gradient(&local.u, point), axes, factor);
+        if law.is_finite() {
             let d = law.dilation(&strain);
             let inverted = |d: &f64| *d <= -1.0 || d.is_nan();
             if let Some(lane) = d.as_slice().iter().position(inverted) {
@@ -77,17 +85,17 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> AtPoint<S, D, C> {
             }
         }
         let zero = part.zero();
-        let v = if RATES {
+        let v = if RATES && local.moving {
             part.gradient(&local.v, point)
         } else {
             [[zero; D]; D]
         };
-        let p_rate = if RATES {
+        let p_rate = if RATES && local.moving {
             part.interpolate(&local.p_rate, point)
         } else {
             zero
         };
-        let mu = if RATES {
+        let mu = if RATES && local.moving {
             part.interpolate(&local.mu, point)
         } else {
             zero
@@ -159,17 +167,18 @@ fn evaluate_part<
     C: Constitutive<D>,
 >(
     law: &C,
-    part: &Part<'_, S, D, N, P>,
+    part: &mut Part<'_, S, D, N, P>,
     points: &[Point<D, N, P>],
     fields: &Fields<'_>,
     out: &mut Vectors<'_>,
 ) -> Result<(), Inverted> {
-    let local = Local::<S, D, N, P, RATES>::gather(part, fields);
+    let local = Local::<S, D, N, P, RATES>::gather(part, fields, out.has_rates());
     let zero = [[part.zero(); D]; N];
     let (mut force, mut force_rate, mut multiplier_force) = (zero, zero, zero);
     let (mut defect, mut defect_rate) = ([part.zero(); P], [part.zero(); P]);
-    for point in points {
-        let at = AtPoint::new(law, part, point, &local)?;
+    for (number, point) in points.iter().enumerate() {
+        part.move_to(number);
+        let at = AtPoint::new(law, part, (number, point), &local)?;
         if out.force.is_some() {
             let flux = law.stress(&at.strain, at.volumetric);
             accumulate(&mut force, part, point, &flux);
@@ -219,6 +228,40 @@ pub(crate) struct Evaluate<'a, 'b, const D: usize, const N: usize, const P: usiz
     pub(crate) out: &'a mut Vectors<'b>,
 }
 
+/// The pass over batches of one law, a function of its own.
+struct Run<'a, 'b, C, const D: usize, const N: usize, const P: usize, const RATES: bool> {
+    law: C,
+    batches: &'a [Batch<D, N, P>],
+    points: &'a [Point<D, N, P>],
+    fields: &'a Fields<'a>,
+    out: &'a mut Vectors<'b>,
+}
+
+impl<C, const D: usize, const N: usize, const P: usize, const RATES: bool> WithSimd
+    for Run<'_, '_, C, D, N, P, RATES>
+where
+    C: Constitutive<D>,
+{
+    type Output = Result<(), Inverted>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        for batch in self.batches {
+            for part in 0..batch.n_parts(simd) {
+                let part = &mut batch.part(simd, part);
+                evaluate_part::<_, _, _, _, RATES, _>(
+                    &self.law,
+                    part,
+                    self.points,
+                    self.fields,
+                    self.out,
+                )?;
+            }
+        }
+        Ok(())
+    }
+}
+
 /// The pass in one dimension; `$with_law` binds the laws of that dimension.
 macro_rules! pass {
     ($dimension:literal, $with_law:ident) => {
@@ -227,7 +270,8 @@ macro_rules! pass {
 
             #[inline(always)]
             fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-                if self.out.has_rates() {
+                // In space the work at a point hides what is asked there: one loop serves both.
+                if $dimension == 3 || self.out.has_rates() {
                     self.pass::<S, true>(simd)
                 } else {
                     self.pass::<S, false>(simd)
@@ -246,13 +290,17 @@ macro_rules! pass {
                 for vector in out.all_mut() {
                     vector.fill(0.0);
                 }
-                for batch in batches {
-                    $with_law!(batch.law, law => {
-                        for part in 0..batch.n_parts(simd) {
-                            let part = batch.part(simd, part);
-                            evaluate_part::<_, _, _, _, RATES, _>(&law, &part, points, fields, out)?;
-                        }
-                    });
+                for batches in batches.chunk_by(|a, b| a.law == b.law) {
+                    $with_law!(batches[0].law, law => outlined(
+                        simd,
+                        Run::<_, $dimension, N, P, RATES> {
+                            law,
+                            batches,
+                            points,
+                            fields,
+                            out,
+                        },
+                    )?);
                 }
                 Ok(())
             }
@@ -261,3 +309,4 @@ macro_rules! pass {
 }
 
 pass!(2, with_plane_law);
+pass!(3, with_spatial_law);

@@ -23,11 +23,13 @@ use pulp::Arch;
 use crate::batch::Batches;
 use crate::dofs::DofMap;
 use crate::error::FemError;
+use crate::fibres::Fibres;
 pub use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
 use crate::mass::Symmetric;
 use crate::material::Law;
+use crate::material::three::Axes;
 use crate::quadrature::Rule;
-use crate::space::{Degree, Space};
+use crate::space::{Degree, Located, Space};
 use crate::sparsity::{ScatterMap, displacement_pattern, divergence_pattern, place};
 
 /// Batches by dimension and number of nodes and pressures of an element.
@@ -35,6 +37,8 @@ use crate::sparsity::{ScatterMap, displacement_pattern, divergence_pattern, plac
 enum Elements {
     LinearTriangles(Mapped<2, 3, 3>),
     QuadraticTriangles(Mapped<2, 6, 3>),
+    LinearTetrahedra(Mapped<3, 4, 4>),
+    QuadraticTetrahedra(Mapped<3, 10, 4>),
 }
 
 /// Evaluates an expression with `$mapped` bound to the batches of whatever elements.
@@ -43,6 +47,8 @@ macro_rules! with_elements {
         match $elements {
             Elements::LinearTriangles($mapped) => $body,
             Elements::QuadraticTriangles($mapped) => $body,
+            Elements::LinearTetrahedra($mapped) => $body,
+            Elements::QuadraticTetrahedra($mapped) => $body,
         }
     };
 }
@@ -106,6 +112,7 @@ pub struct Solid {
     laws: Vec<Law>,
     rule: Rule,
     elements: Elements,
+    fibres: Option<Fibres>,
     displacement_pattern: SparsityPattern,
     divergence_pattern: SparsityPattern,
     mass: Symmetric,
@@ -202,12 +209,17 @@ impl Solid {
         let displacement_pattern = displacement_pattern(&space, &dofs);
         let divergence_pattern = divergence_pattern(&space, &dofs);
         let patterns = [&displacement_pattern, &divergence_pattern];
-        let elements = match space.degree() {
-            Degree::One => {
-                Elements::LinearTriangles(Mapped::new(&space, &laws, rule, &dofs, patterns))
+        use Elements::{
+            LinearTetrahedra, LinearTriangles, QuadraticTetrahedra, QuadraticTriangles,
+        };
+        let elements = match (space.dimension(), space.degree()) {
+            (2, Degree::One) => LinearTriangles(Mapped::new(&space, &laws, rule, &dofs, patterns)),
+            (2, Degree::Two) => {
+                QuadraticTriangles(Mapped::new(&space, &laws, rule, &dofs, patterns))
             }
-            Degree::Two => {
-                Elements::QuadraticTriangles(Mapped::new(&space, &laws, rule, &dofs, patterns))
+            (_, Degree::One) => LinearTetrahedra(Mapped::new(&space, &laws, rule, &dofs, patterns)),
+            (_, Degree::Two) => {
+                QuadraticTetrahedra(Mapped::new(&space, &laws, rule, &dofs, patterns))
             }
         };
         let pressure_mass = Symmetric::pressure_mass(&space);
@@ -220,9 +232,25 @@ impl Solid {
             laws,
             rule,
             elements,
+            fibres: None,
             displacement_pattern,
             divergence_pattern,
             arch: Arch::new(),
+        })
+    }
+
+    /// The solid with its fibres; without, they run along x and their sheets along y.
+    #[must_use]
+    pub fn with_fibres(mut self, fibres: Fibres) -> Self {
+        with_elements!(&mut self.elements, mapped => mapped.batches.set_fibres(&fibres));
+        self.fibres = Some(fibres);
+        self
+    }
+
+    /// The axes of the fibres at a place.
+    pub fn axes_at(&self, at: &Located) -> Axes<f64> {
+        self.fibres.as_ref().map_or(Axes::cartesian(0.0), |fibres| {
+            fibres.axes(at.element, &at.barycentric)
         })
     }
 
@@ -330,7 +358,7 @@ impl Solid {
 
     /// Volume at rest, m³; in plane strain per unit thickness, m².
     pub fn volume(&self) -> f64 {
-        self.space.mesh().measure()
+        self.space.measure()
     }
 }
 

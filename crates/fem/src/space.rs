@@ -7,12 +7,13 @@
 //!
 //! Functions with a parameter `D` are for that dimension only, as those of the [mesh](crate::mesh).
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 pub use crate::element::Degree;
-use crate::element::{Barycentric, inverse_map};
+use crate::element::{self, Barycentric, inverse_map};
 use crate::error::FemError;
 use crate::mesh::{Group, Mesh, points, sorted};
+use crate::quadrature::Rule;
 
 /// A continuous displacement space and piecewise linear pressures. Paper: eq. (25).
 ///
@@ -41,6 +42,8 @@ pub struct Space {
     element_pressures: Vec<usize>,
     /// The vertex of each pressure.
     pressure_vertices: Vec<usize>,
+    /// Whether an edge of the element is curved.
+    curved: Vec<bool>,
 }
 
 /// A place in the mesh.
@@ -63,25 +66,61 @@ impl Space {
         Self::new(mesh, Degree::One)
     }
 
+    /// The same space with pressures that jump between regions: at a vertex between regions each has
+    /// its own. `regions` has a number for each element.
+    ///
+    /// Where the bulk modulus or the law changes the pressure is not continuous, and a continuous one
+    /// would not converge with its order.
+    ///
+    /// # Errors
+    /// [`FemError::Count`] if there is not one number for each element.
+    pub fn with_regions(mut self, regions: &[usize]) -> Result<Self, FemError> {
+        if regions.len() != self.n_elements() {
+            return Err(FemError::Count {
+                what: "regions, one per element",
+                found: regions.len(),
+                needed: self.n_elements(),
+            });
+        }
+        let elements = || self.mesh.elements().zip(regions);
+        let of_element = |(vertices, &region): (&'_ [usize], &usize)| -> Vec<[usize; 2]> {
+            vertices.iter().map(|&vertex| [region, vertex]).collect()
+        };
+        // Regions one after the other, in each the vertices in the order of the mesh.
+        let owned: BTreeSet<[usize; 2]> = elements().flat_map(of_element).collect();
+        let numbers: HashMap<[usize; 2], usize> = owned
+            .iter()
+            .enumerate()
+            .map(|(number, owner)| (*owner, number))
+            .collect();
+        let pressures = elements().flat_map(of_element).map(|owner| numbers[&owner]);
+        self.element_pressures = pressures.collect();
+        self.pressure_vertices = owned.iter().map(|&[_, vertex]| vertex).collect();
+        Ok(self)
+    }
+
     fn new(mesh: &Mesh, degree: Degree) -> Self {
         let dimension = mesh.dimension();
         let mut coordinates = mesh.coordinates().to_vec();
         let mut midpoints = HashMap::new();
-        let mut element_nodes =
-            Vec::with_capacity(mesh.n_elements() * mesh.shape().n_nodes(degree));
-        for element in mesh.elements() {
+        let n_nodes = mesh.shape().n_nodes(degree);
+        let mut element_nodes = Vec::with_capacity(mesh.n_elements() * n_nodes);
+        let mut curved = vec![false; mesh.n_elements()];
+        for (element, curved) in mesh.elements().zip(&mut curved) {
             element_nodes.extend_from_slice(element);
             if degree == Degree::One {
                 continue;
             }
             for edge @ [p, q] in mesh.edges_of(element) {
+                let bent = mesh.bent_midpoint(edge);
+                *curved |= bent.is_some();
                 let node = *midpoints.entry(edge).or_insert_with(|| {
                     for m in 0..dimension {
                         let (a, b) = (
                             coordinates[dimension * p + m],
                             coordinates[dimension * q + m],
                         );
-                        coordinates.push(0.5 * (a + b));
+                        coordinates.push(bent.map_or(0.5 * (a + b), |place| place[m]));
                     }
                     coordinates.len() / dimension - 1
                 });
@@ -95,6 +134,7 @@ impl Space {
             element_nodes,
             element_pressures: mesh.elements().flatten().copied().collect(),
             pressure_vertices: (0..mesh.n_points()).collect(),
+            curved,
             mesh: mesh.clone(),
         }
     }
@@ -124,7 +164,7 @@ impl Space {
         self.coordinates.len()
     }
 
-    /// Number of pressures: one for each vertex.
+    /// Number of pressures: one for each vertex, in each region that has it.
     pub fn n_pressures(&self) -> usize {
         self.pressure_vertices.len()
     }
@@ -170,6 +210,68 @@ impl Space {
         &self.element_pressures[n * element..][..n]
     }
 
+    /// Whether an element has curved edges, and so a map that is not affine (isoparametric).
+    pub fn is_curved(&self, element: usize) -> bool {
+        self.curved[element]
+    }
+
+    /// ∂ξ/∂x at a place, and the measure that an element has if its map is there what it is here.
+    ///
+    /// # Panics
+    /// Unless `D` is the dimension.
+    pub(crate) fn map_at<const D: usize>(
+        &self,
+        element: usize,
+        lambda: &[f64],
+    ) -> ([[f64; D]; D], f64) {
+        let (shape, points) = (self.mesh.shape(), self.node_points::<D>());
+        let places =
+            |nodes: &[usize]| -> Vec<[f64; D]> { nodes.iter().map(|&n| points[n]).collect() };
+        let (inverse, det) = if self.curved[element] {
+            let gradients = shape.gradients(self.degree, lambda);
+            element::inverse(element::jacobian(
+                &places(self.element_nodes(element)),
+                &gradients,
+            ))
+        } else {
+            inverse_map(&places(self.mesh.element(element)))
+        };
+        (inverse, shape.reference_measure * det)
+    }
+
+    /// The measure that an element has if its map is everywhere what it is at a place.
+    pub(crate) fn measure_at(&self, element: usize, lambda: &[f64]) -> f64 {
+        match self.dimension() {
+            2 => self.map_at::<2>(element, lambda).1,
+            _ => self.map_at::<3>(element, lambda).1,
+        }
+    }
+
+    /// The area or volume, of curved elements too.
+    pub fn measure(&self) -> f64 {
+        // The determinant of a quadratic map has degree 3 in space.
+        let rule = Rule::Degree4.points(self.mesh.shape());
+        let of_curved = |element| {
+            let parts = rule
+                .iter()
+                .map(|q| q.weight * self.measure_at(element, &q.barycentric));
+            parts.sum::<f64>()
+        };
+        let of = |element| match self.curved[element] {
+            true => of_curved(element),
+            false => self.mesh.measure_of(element),
+        };
+        (0..self.n_elements()).map(of).sum()
+    }
+
+    /// Where a place lies.
+    ///
+    /// # Panics
+    /// Unless `D` is the dimension.
+    pub fn place<const D: usize>(&self, at: &Located) -> [f64; D] {
+        self.displacement_at(&self.coordinates, at)
+    }
+
     /// The nodes of an edge or a face of the mesh: its vertices, then (quadratic) the midpoints of
     /// its edges.
     ///
@@ -180,7 +282,7 @@ impl Space {
         if self.degree == Degree::Two {
             let edges: &[[usize; 2]] = match facet.len() {
                 2 => &[[0, 1]],
-                _ => crate::element::TRIANGLE.edges,
+                _ => element::TRIANGLE.edges,
             };
             let midpoint = |edge: &[usize; 2]| self.midpoints[&sorted(edge.map(|i| facet[i]))];
             nodes.extend(edges.iter().map(midpoint));
@@ -222,25 +324,67 @@ impl Space {
     pub fn locate<const D: usize>(&self, point: [f64; D]) -> Option<Located> {
         // Rounding of coordinates of the mesh's size, seen through the inverse map.
         const SLACK: f64 = 1e-10;
-        let points = self.mesh.points::<D>();
-        (0..self.n_elements()).find_map(|element| {
-            let mut corners = [[0.0; D]; 4];
-            for (corner, &vertex) in corners.iter_mut().zip(self.mesh.element(element)) {
-                *corner = points[vertex];
-            }
-            let (inverse, _) = inverse_map(&corners);
-            let mut lambda = [0.0; 4];
-            for (lambda, row) in lambda[1..].iter_mut().zip(&inverse) {
-                let terms = row.iter().zip(point.iter().zip(corners[0]));
-                *lambda = terms.map(|(slope, (x, origin))| slope * (x - origin)).sum();
-            }
-            lambda[0] = lambda[1..].iter().fold(1.0, |rest, l| rest - l);
-            let lambda = &lambda[..=D];
-            lambda.iter().all(|&l| l >= -SLACK).then(|| Located {
+        let located = |element| {
+            let barycentric = match self.curved[element] {
+                false => self.pull_back(element, point),
+                true => self.pull_back_curved(element, point)?,
+            };
+            let inside = barycentric.iter().all(|&l| l >= -SLACK);
+            inside.then_some(Located {
                 element,
-                barycentric: Barycentric::new(lambda),
+                barycentric,
             })
-        })
+        };
+        (0..self.n_elements()).find_map(located)
+    }
+
+    /// Barycentric coordinates of a point in an element taken as straight.
+    fn pull_back<const D: usize>(&self, element: usize, point: [f64; D]) -> Barycentric {
+        let points = self.mesh.points::<D>();
+        let vertices = self.mesh.element(element).iter();
+        let corners: Vec<[f64; D]> = vertices.map(|&v| points[v]).collect();
+        let (inverse, _) = inverse_map(&corners);
+        let mut lambda = [0.0; 4];
+        for (lambda, row) in lambda[1..].iter_mut().zip(&inverse) {
+            let terms = row.iter().zip(point.iter().zip(corners[0]));
+            *lambda = terms.map(|(slope, (x, origin))| slope * (x - origin)).sum();
+        }
+        lambda[0] = lambda[1..].iter().fold(1.0, |rest, l| rest - l);
+        Barycentric::new(&lambda[..=D])
+    }
+
+    /// The same in a curved element, by Newton's method; none where it does not converge.
+    fn pull_back_curved<const D: usize>(
+        &self,
+        element: usize,
+        point: [f64; D],
+    ) -> Option<Barycentric> {
+        // A step this small ends the iteration, whose convergence is quadratic.
+        const CONVERGED: f64 = 1e-12;
+        let mut barycentric = self.pull_back(element, point);
+        for _ in 0..20 {
+            let at = Located {
+                element,
+                barycentric,
+            };
+            let (place, (inverse, _)) = (
+                self.place::<D>(&at),
+                self.map_at::<D>(element, &barycentric),
+            );
+            let mut lambda = barycentric.to_vec();
+            let mut largest = 0.0_f64;
+            for (m, row) in inverse.iter().enumerate() {
+                let step: f64 = (0..D).map(|i| row[i] * (point[i] - place[i])).sum();
+                lambda[m + 1] += step;
+                lambda[0] -= step;
+                largest = largest.max(step.abs());
+            }
+            barycentric = Barycentric::new(&lambda);
+            if largest < CONVERGED {
+                return Some(barycentric);
+            }
+        }
+        None
     }
 
     /// The displacement at a place as a linear functional: nodes and weights, the same for all

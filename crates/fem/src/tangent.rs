@@ -2,10 +2,10 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::batch::{Batches, Part, Point, add_dot, dot};
-use crate::constitutive::{Constitutive, Tangent, Tensor, with_plane_law};
+use crate::batch::{Batch, Batches, Part, Point, add_dot, dot};
+use crate::constitutive::{Constitutive, Tangent, Tensor, with_plane_law, with_spatial_law};
 use crate::fields::{Fields, Inverted, Tangents};
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, outlined};
 use crate::material::Real;
 use crate::residual::{AtPoint, Local};
 use crate::sparsity::{NOWHERE, ScatterMap};
@@ -92,6 +92,46 @@ fn accumulate<S: Simd, const D: usize, const N: usize, const P: usize>(
     }
 }
 
+/// The same; in space, where it is long, as a function of its own.
+#[inline(always)]
+fn add<S: Simd, const D: usize, const N: usize, const P: usize>(
+    out: &mut Matrix<S, D, N>,
+    part: &Part<'_, S, D, N, P>,
+    point: &Point<D, N, P>,
+    a: &Tangent<Lanes<S>, D>,
+) {
+    if D == 2 {
+        accumulate(out, part, point, a);
+    } else {
+        let whole = Accumulate {
+            out,
+            part,
+            point,
+            a,
+        };
+        outlined(part.zero().simd(), whole);
+    }
+}
+
+/// The arguments of [`accumulate`].
+struct Accumulate<'a, S: Simd, const D: usize, const N: usize, const P: usize> {
+    out: &'a mut Matrix<S, D, N>,
+    part: &'a Part<'a, S, D, N, P>,
+    point: &'a Point<D, N, P>,
+    a: &'a Tangent<Lanes<S>, D>,
+}
+
+impl<T: Simd, const D: usize, const N: usize, const P: usize> WithSimd
+    for Accumulate<'_, T, D, N, P>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        accumulate(self.out, self.part, self.point, self.a);
+    }
+}
+
 /// Adds ψ_v N : ∇φ_b of one point to the element divergences.
 #[inline(always)]
 fn accumulate_divergence<S: Simd, const D: usize, const N: usize, const P: usize>(
@@ -133,7 +173,7 @@ fn scatter<S: Simd, const D: usize, const N: usize, const P: usize>(
                         } else {
                             &local[b][a][k][i]
                         };
-                        add(places[l], entries.as_slice()[lane], values);
+                        put(places[l], entries.as_slice()[lane], values);
                     }
                 }
             }
@@ -152,7 +192,7 @@ fn scatter_divergence<S: Simd, const D: usize, const N: usize, const P: usize>(
         for (b, map) in map.divergence.iter().enumerate() {
             for (k, map) in map.iter().enumerate() {
                 for (places, row) in map.iter().zip(local) {
-                    add(places[l], row[b][k].as_slice()[lane], values);
+                    put(places[l], row[b][k].as_slice()[lane], values);
                 }
             }
         }
@@ -160,7 +200,7 @@ fn scatter_divergence<S: Simd, const D: usize, const N: usize, const P: usize>(
 }
 
 #[inline(always)]
-fn add(place: u32, entry: f64, values: &mut [f64]) {
+fn put(place: u32, entry: f64, values: &mut [f64]) {
     if place != NOWHERE {
         values[place as usize] += entry;
     }
@@ -182,13 +222,13 @@ fn tangents_part<
     C: Constitutive<D>,
 >(
     law: &C,
-    part: &Part<'_, S, D, N, P>,
+    part: &mut Part<'_, S, D, N, P>,
     map: &ScatterMap<D, N, P>,
     points: &[Point<D, N, P>],
     fields: &Fields<'_>,
     out: &mut Tangents<'_>,
 ) -> Result<(), Inverted> {
-    let local = Local::<S, D, N, P, RATES>::gather(part, fields);
+    let local = Local::<S, D, N, P, RATES>::gather(part, fields, out.has_rates());
     let zero: Matrix<S, D, N> = [[[[part.zero(); D]; D]; N]; N];
     let mut stiffness = room(out.stiffness.is_some(), zero);
     let mut rate_stiffness = room(RATES && out.rate_stiffness.is_some(), zero);
@@ -196,19 +236,20 @@ fn tangents_part<
     let zero: Divergence<S, D, N, P> = [[[part.zero(); D]; N]; P];
     let mut divergence = room(out.divergence.is_some(), zero);
     let mut divergence_rate = room(RATES && out.divergence_rate.is_some(), zero);
-    for point in points {
-        let at = AtPoint::new(law, part, point, &local)?;
+    for (number, point) in points.iter().enumerate() {
+        part.move_to(number);
+        let at = AtPoint::new(law, part, (number, point), &local)?;
         if let Some(stiffness) = &mut stiffness {
             let a = law.tangent(&at.strain, at.volumetric);
-            accumulate(stiffness, part, point, &a);
+            add(stiffness, part, point, &a);
         }
         if let Some(rate_stiffness) = &mut rate_stiffness {
             let a = law.tangent_rate(&at.strain, at.v, at.volumetric);
-            accumulate(rate_stiffness, part, point, &a);
+            add(rate_stiffness, part, point, &a);
         }
         if let Some(multiplier_stiffness) = &mut multiplier_stiffness {
             let a = law.volume_tangent(&at.strain, at.mu);
-            accumulate(multiplier_stiffness, part, point, &a);
+            add(multiplier_stiffness, part, point, &a);
         }
         if let Some(divergence) = &mut divergence {
             accumulate_divergence(divergence, part, point, &law.normal(&at.strain));
@@ -246,6 +287,42 @@ pub(crate) struct Linearize<'a, 'b, const D: usize, const N: usize, const P: usi
     pub(crate) out: &'a mut Tangents<'b>,
 }
 
+/// The pass over batches of one law, a function of its own.
+struct Run<'a, 'b, C, const D: usize, const N: usize, const P: usize, const RATES: bool> {
+    law: C,
+    batches: &'a [Batch<D, N, P>],
+    maps: &'a [ScatterMap<D, N, P>],
+    points: &'a [Point<D, N, P>],
+    fields: &'a Fields<'a>,
+    out: &'a mut Tangents<'b>,
+}
+
+impl<C, const D: usize, const N: usize, const P: usize, const RATES: bool> WithSimd
+    for Run<'_, '_, C, D, N, P, RATES>
+where
+    C: Constitutive<D>,
+{
+    type Output = Result<(), Inverted>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        for (batch, map) in self.batches.iter().zip(self.maps) {
+            for part in 0..batch.n_parts(simd) {
+                let part = &mut batch.part(simd, part);
+                tangents_part::<_, _, _, _, RATES, _>(
+                    &self.law,
+                    part,
+                    map,
+                    self.points,
+                    self.fields,
+                    self.out,
+                )?;
+            }
+        }
+        Ok(())
+    }
+}
+
 /// The pass in one dimension; `$with_law` binds the laws of that dimension.
 macro_rules! pass {
     ($dimension:literal, $with_law:ident) => {
@@ -254,7 +331,8 @@ macro_rules! pass {
 
             #[inline(always)]
             fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-                if self.out.has_rates() {
+                // In space the work at a point hides what is asked there: one loop serves both.
+                if $dimension == 3 || self.out.has_rates() {
                     self.pass::<S, true>(simd)
                 } else {
                     self.pass::<S, false>(simd)
@@ -274,15 +352,21 @@ macro_rules! pass {
                 for values in out.all_mut() {
                     values.fill(0.0);
                 }
-                for (batch, map) in batches.iter().zip(maps) {
-                    $with_law!(batch.law, law => {
-                        for part in 0..batch.n_parts(simd) {
-                            let part = batch.part(simd, part);
-                            tangents_part::<_, _, _, _, RATES, _>(
-                                &law, &part, map, points, fields, out,
-                            )?;
-                        }
-                    });
+                let mut rest = maps;
+                for batches in batches.chunk_by(|a, b| a.law == b.law) {
+                    let (maps, after) = rest.split_at(batches.len());
+                    rest = after;
+                    $with_law!(batches[0].law, law => outlined(
+                        simd,
+                        Run::<_, $dimension, N, P, RATES> {
+                            law,
+                            batches,
+                            maps,
+                            points,
+                            fields,
+                            out,
+                        },
+                    )?);
                 }
                 Ok(())
             }
@@ -291,3 +375,4 @@ macro_rules! pass {
 }
 
 pass!(2, with_plane_law);
+pass!(3, with_spatial_law);

@@ -52,9 +52,13 @@ pub(crate) fn no_pressure(solid: &Solid) -> Vec<f64> {
     vec![0.0; solid.space().n_pressures()]
 }
 
-/// √ of the mean area of an element, m.
+/// The edge of a square or a cube of an element's mean measure, m.
 pub(crate) fn element_size(solid: &Solid) -> f64 {
-    (solid.volume() / solid.space().n_elements() as f64).sqrt()
+    let mean = solid.volume() / solid.space().n_elements() as f64;
+    match solid.space().dimension() {
+        2 => mean.sqrt(),
+        _ => mean.cbrt(),
+    }
 }
 
 fn tangents(solid: &Solid, u: &[f64], p: &[f64], mut wanted: Tangents<'_>) -> Result<(), Inverted> {

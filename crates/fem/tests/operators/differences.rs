@@ -1,5 +1,7 @@
 //! Every tangent block of the solid against central differences of its vectors.
 
+use std::collections::BTreeMap;
+
 use crate::common::{MUSCLE_LAW, SMALL_LAW, clamped, dense, random};
 use myovib_fem::material::Law;
 use myovib_fem::solid::{Fields, Pressure, Solid, Tangents, Vectors};
@@ -227,6 +229,39 @@ difference_tests! {
     mooney_rivlin_equal_order: MUSCLE_LAW, Space::equal_order, None;
     small_strain: SMALL_LAW, Space::taylor_hood, None;
     small_strain_penalty: SMALL_LAW, Space::taylor_hood, Some(1e5);
+}
+
+/// In space the cofactor is quadratic: what is constant in the plane depends on the state here.
+macro_rules! spatial_difference_tests {
+    ($($name:ident: $law:expr, $space:expr, $kappa:expr;)*) => {$(
+        #[test]
+        fn $name() {
+            // Twelve elements: a last batch that is not full.
+            let mesh = generate::block([0.0; 3], [1.5, 1.0, 0.8], [2, 1, 1]).unwrap();
+            check_all($law, $space(&mesh), $kappa);
+        }
+    )*};
+}
+
+spatial_difference_tests! {
+    spatial_mooney_rivlin: MUSCLE_LAW, Space::taylor_hood, None;
+    spatial_mooney_rivlin_penalty: MUSCLE_LAW, Space::taylor_hood, Some(1e5);
+    spatial_mooney_rivlin_equal_order: MUSCLE_LAW, Space::equal_order, None;
+    spatial_small_strain: SMALL_LAW, Space::taylor_hood, None;
+}
+
+/// The same in curved elements, whose map differs from point to point.
+#[test]
+fn curved_tetrahedra_and_triangles() {
+    let mesh = generate::block([0.0; 3], [1.5, 1.0, 0.8], [1, 1, 1]).unwrap();
+    let middle = [0.78, 0.53, -0.05];
+    let bent = mesh.bent(BTreeMap::from([([0, 3], middle)])).unwrap();
+    let space = Space::taylor_hood(&bent);
+    assert_eq!((0..6).filter(|&e| space.is_curved(e)).count(), 2);
+    check_all(MUSCLE_LAW, space, None);
+    let mesh = generate::rectangle([0.0; 2], [1.5, 1.0], [1, 1]).unwrap();
+    let bent = mesh.bent(BTreeMap::from([([0, 1], [0.8, -0.1])])).unwrap();
+    check_all(MUSCLE_LAW, Space::taylor_hood(&bent), None);
 }
 
 #[test]

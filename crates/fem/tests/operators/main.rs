@@ -8,4 +8,5 @@ mod follower;
 mod identities;
 mod meshes;
 mod points;
+mod spatial;
 mod statics;

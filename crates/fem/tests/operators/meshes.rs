@@ -122,13 +122,13 @@ fn bad_numbers_are_reported_with_their_line() {
         (
             "9 9 0",
             "9 9 1",
-            "line 29: node 30 has z = 1: a plane mesh needs z = 0",
+            "line 29: node 30 has z = 1: without tetrahedra the mesh is plane and needs z = 0",
         ),
         ("20\n30", "20\n20", "line 29: node 20 is defined twice"),
         (
             "1 10\n",
             "1 30\n",
-            "line 42: node 30 of a physical group is not a node of any triangle",
+            "line 36: node 30 of a physical group is not a node of any element of the body",
         ),
         (
             "3 10 20 40",

@@ -86,7 +86,7 @@ impl Level {
         )?;
         Ok(Self {
             triangles: mesh.n_elements(),
-            mesh_size: (4.0 / 3f64.sqrt() * solid.volume() / mesh.n_elements() as f64).sqrt(),
+            mesh_size: regular_edge(mesh.dimension(), solid.volume() / mesh.n_elements() as f64),
             pressures: b.nrows(),
             displacements: b.ncols(),
             nullity: in_norms.nullity(),
@@ -94,6 +94,14 @@ impl Level {
             sigma_min: raw.smallest().unwrap_or(0.0),
             index: index_at_rest(solid)?,
         })
+    }
+}
+
+/// The edge of a regular triangle or tetrahedron of a measure.
+fn regular_edge(dimension: usize, measure: f64) -> f64 {
+    match dimension {
+        2 => (4.0 / 3f64.sqrt() * measure).sqrt(),
+        _ => (6.0 * 2f64.sqrt() * measure).cbrt(),
     }
 }
 

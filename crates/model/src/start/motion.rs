@@ -78,25 +78,23 @@ impl<'a> Motion<'a> {
         self.flux_at(&self.displacement, &self.velocity)
     }
 
-    /// Second derivative of ∫ψ (J - 1): ∫ψ (cof F:∇v̇ + cof ∇v:∇v).
+    /// Second derivative of ∫ψ (J - 1): ∫ψ (cof F:∇v̇ + (∂cof F/∂F:∇v):∇v).
     ///
-    /// The second term is a difference of the first derivative along v, exact because cof is linear
-    /// in plane strain.
+    /// The second term is a central difference of the first derivative along v, exact because cof is
+    /// linear in plane strain and quadratic in space.
     pub(crate) fn defect_acceleration(&self) -> Result<Vec<f64>, Inverted> {
         let mut sum = self.flux_at(&self.displacement, &self.acceleration)?;
         let fastest = largest(&self.velocity);
         if fastest > 0.0 {
             let time = SMALL_STRAIN * operators::element_size(&self.muscle.solid) / fastest;
-            let shifted: Vec<f64> = self
-                .displacement
-                .iter()
-                .zip(&self.velocity)
-                .map(|(u, v)| u + time * v)
-                .collect();
-            let before = self.defect_rate()?;
-            let after = self.flux_at(&shifted, &self.velocity)?;
+            let shifted = |time: f64| {
+                let motion = self.displacement.iter().zip(&self.velocity);
+                let u: Vec<f64> = motion.map(|(u, v)| u + time * v).collect();
+                self.flux_at(&u, &self.velocity)
+            };
+            let (before, after) = (shifted(-time)?, shifted(time)?);
             for ((sum, after), before) in sum.iter_mut().zip(after).zip(before) {
-                *sum += (after - before) / time;
+                *sum += (after - before) / (2.0 * time);
             }
         }
         Ok(sum)

@@ -1,0 +1,214 @@
+//! From what a file says to a mesh.
+//!
+//! The dimension is that of the elements: with tetrahedra lines and triangles are curves and faces
+//! of groups, without them triangles are the body. Nodes of no element of the body (centres of
+//! arcs, say) are dropped.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{Cell, File};
+use crate::element::Shape;
+use crate::error::{FemError, MshProblem};
+use crate::mesh::{
+    Group, Mesh, MeshNote, NodalField, UnnamedGroup, is_degenerate, measure, sorted,
+};
+
+/// Where in the file something is wrong, and what.
+type Trouble = (usize, MshProblem);
+
+/// A part of a mesh in the making.
+struct Parts<const D: usize, const V: usize> {
+    points: Vec<[f64; D]>,
+    elements: Vec<[usize; V]>,
+    /// The file's tags of the elements.
+    tags: Vec<u64>,
+    /// The vertex that a node of the file is, if it is one of the body's.
+    vertices: Vec<Option<usize>>,
+}
+
+impl File {
+    /// The mesh; `name` stands for the file in messages.
+    pub(super) fn assemble(&self, name: &str) -> Result<Mesh, FemError> {
+        if self.cells.iter().any(|cell| cell.dimension == 3) {
+            self.assemble_in::<3, 4>(name)
+        } else {
+            self.assemble_in::<2, 3>(name)
+        }
+    }
+
+    fn assemble_in<const D: usize, const V: usize>(&self, name: &str) -> Result<Mesh, FemError> {
+        let wrong = |(line, problem)| FemError::Msh {
+            file: name.to_owned(),
+            line,
+            problem,
+        };
+        let parts = self.parts::<D, V>().map_err(wrong)?;
+        let (groups, notes) = self.groups(&parts).map_err(wrong)?;
+        let fields = self.fields(&parts);
+        let bent = self.bent(&parts);
+        let mesh = Mesh::new(parts.points, parts.elements, groups);
+        let mesh = mesh.map_err(|error| error.with_tags(&parts.tags))?;
+        let mesh = mesh.with_fields(fields)?;
+        Ok(mesh.bent(bent)?.after(notes))
+    }
+
+    /// The body: its elements and their vertices, in the file's order.
+    fn parts<const D: usize, const V: usize>(&self) -> Result<Parts<D, V>, Trouble> {
+        let body = || self.cells.iter().filter(|cell| cell.dimension == D as u64);
+        let mut vertices = vec![None; self.nodes.len()];
+        for &node in body().flat_map(|cell| &cell.vertices) {
+            vertices[node] = Some(0);
+        }
+        let mut points = Vec::new();
+        for (vertex, node) in vertices.iter_mut().zip(&self.nodes) {
+            let [x, y, z] = node.place;
+            if D == 2 && z != 0.0 {
+                return Err((node.line, MshProblem::NotPlane { tag: node.tag, z }));
+            }
+            if vertex.is_some() {
+                *vertex = Some(points.len());
+                points.push(std::array::from_fn(|m| [x, y, z][m]));
+            }
+        }
+        let shape = Shape::of_dimension(D);
+        let (mut elements, mut tags) = (Vec::new(), Vec::new());
+        for cell in body() {
+            let element: [usize; V] = std::array::from_fn(|i| {
+                vertices[cell.vertices[i]].expect("a vertex of the body is one")
+            });
+            let corners = element.map(|v| points[v]);
+            if is_degenerate(&corners) {
+                let (tag, measure) = (cell.tag, measure(&corners));
+                return Err((
+                    cell.line,
+                    MshProblem::Measure {
+                        tag,
+                        measure,
+                        shape,
+                    },
+                ));
+            }
+            elements.push(element);
+            tags.push(cell.tag);
+        }
+        if D == 3 {
+            self.check_triangles(&elements, &vertices)?;
+        }
+        Ok(Parts {
+            points,
+            elements,
+            tags,
+            vertices,
+        })
+    }
+
+    /// Triangles beside tetrahedra must be faces of these.
+    fn check_triangles<const V: usize>(
+        &self,
+        elements: &[[usize; V]],
+        vertices: &[Option<usize>],
+    ) -> Result<(), Trouble> {
+        let sides = Shape::of_dimension(3).sides;
+        let face =
+            |element: &[usize; V], side: &[usize]| sorted([0, 1, 2].map(|i| element[side[i]]));
+        let faces: BTreeSet<[usize; 3]> = elements
+            .iter()
+            .flat_map(|element| sides.iter().map(move |side| face(element, side)))
+            .collect();
+        let is_face = |cell: &Cell| {
+            let vertices: Option<Vec<usize>> = cell.vertices.iter().map(|&n| vertices[n]).collect();
+            vertices.is_some_and(|v| faces.contains(&sorted([v[0], v[1], v[2]])))
+        };
+        let mut triangles = self.cells.iter().filter(|cell| cell.dimension == 2);
+        match triangles.find(|cell| !is_face(cell)) {
+            Some(cell) => Err((cell.line, MshProblem::MixedDimensions { tag: cell.tag })),
+            None => Ok(()),
+        }
+    }
+
+    /// The physical groups with names, and a word on those without.
+    fn groups<const D: usize, const V: usize>(
+        &self,
+        parts: &Parts<D, V>,
+    ) -> Result<(BTreeMap<String, Group>, Vec<MeshNote>), Trouble> {
+        let mut groups = BTreeMap::new();
+        let mut unnamed = BTreeMap::new();
+        let mut n_elements = 0;
+        for cell in &self.cells {
+            let of_body = cell.dimension == D as u64;
+            let index = n_elements;
+            n_elements += usize::from(of_body);
+            let physical = self.physical.get(&(cell.dimension, cell.entity));
+            for &tag in physical.into_iter().flatten() {
+                let Some(name) = self.names.get(&(cell.dimension, tag)) else {
+                    *unnamed.entry((cell.dimension, tag)).or_insert(0) += 1;
+                    continue;
+                };
+                let vertex = |&node: &usize| {
+                    let loose = || (cell.line, MshProblem::LooseNode(self.nodes[node].tag));
+                    parts.vertices[node].ok_or_else(loose)
+                };
+                let vertices = cell.vertices.iter().map(vertex);
+                let vertices = vertices.collect::<Result<Vec<usize>, _>>()?;
+                let group = groups.entry(name.clone()).or_insert(match cell.dimension {
+                    _ if of_body => Group::Elements(Vec::new()),
+                    0 => Group::Points(Vec::new()),
+                    1 => Group::Edges(Vec::new()),
+                    _ => Group::Faces(Vec::new()),
+                });
+                match (group, vertices.as_slice()) {
+                    (Group::Elements(elements), _) if of_body => elements.push(index),
+                    (Group::Points(points), &[v]) => points.push(v),
+                    (Group::Edges(edges), &[a, b]) => edges.push([a, b]),
+                    (Group::Faces(faces), &[a, b, c]) => faces.push([a, b, c]),
+                    _ => {}
+                }
+            }
+        }
+        let note = |((dimension, tag), elements)| {
+            MeshNote::Unnamed(UnnamedGroup {
+                dimension,
+                tag,
+                elements,
+            })
+        };
+        Ok((groups, unnamed.into_iter().map(note).collect()))
+    }
+
+    /// The nodal data at the vertices.
+    fn fields<const D: usize, const V: usize>(
+        &self,
+        parts: &Parts<D, V>,
+    ) -> BTreeMap<String, NodalField> {
+        let field = |(name, data): (&String, &super::Data)| {
+            let mut values = Vec::new();
+            for (node, _) in self
+                .nodes
+                .iter()
+                .zip(&parts.vertices)
+                .filter(|(_, v)| v.is_some())
+            {
+                match data.values.get(&node.tag) {
+                    Some(own) => values.extend_from_slice(own),
+                    None => values.resize(values.len() + data.components, f64::NAN),
+                }
+            }
+            let components = data.components;
+            (name.clone(), NodalField { components, values })
+        };
+        self.data.iter().map(field).collect()
+    }
+
+    /// Where the nodes on edges lie, by the edges' vertices.
+    fn bent<const D: usize, const V: usize>(
+        &self,
+        parts: &Parts<D, V>,
+    ) -> BTreeMap<[usize; 2], [f64; D]> {
+        let place = |([a, b], node): (&[usize; 2], &usize)| {
+            let ends = sorted([parts.vertices[*a]?, parts.vertices[*b]?]);
+            let place = self.nodes[*node].place;
+            Some((ends, std::array::from_fn(|m| place[m])))
+        };
+        self.midpoints.iter().filter_map(place).collect()
+    }
+}

@@ -1,0 +1,460 @@
+//! Bodies in space: identities, a manufactured solution, and numbers of independent programs.
+
+use std::sync::Arc;
+
+use myovib_fem::material::three::{Axes, Tensor3};
+use myovib_fem::quadrature::Rule;
+use myovib_fem::solid::{Fields, Pressure, Solid, Vectors};
+use myovib_fem::{DofMap, FollowerPressure, Located, Mesh, Space, generate, load};
+
+use crate::common::{
+    DENSITY, Equilibrium, MUSCLE_LAW, SMALL_LAW, assert_orders, clamped, dense, equilibrium, random,
+};
+
+const SIDES: [&str; 6] = ["left", "right", "front", "back", "bottom", "top"];
+
+fn block(cells: [usize; 3]) -> Mesh {
+    generate::block([0.0; 3], [2.0, 1.0, 0.5], cells).unwrap()
+}
+
+/// The displacement x ↦ map(x) − x.
+fn displacement(space: &Space, map: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
+    let moved = |&x: &[f64; 3]| {
+        let y = map(x);
+        [0, 1, 2].map(|i| y[i] - x[i])
+    };
+    space.node_points().iter().flat_map(moved).collect()
+}
+
+fn affine(f: Tensor3) -> impl Fn([f64; 3]) -> [f64; 3] {
+    move |x| f.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2])
+}
+
+fn force_and_defect(solid: &Solid, u: &[f64], p: &[f64]) -> [Vec<f64>; 2] {
+    let [mut force, mut defect] = [vec![0.0; u.len()], vec![0.0; p.len()]];
+    let mut out = Vectors {
+        force: Some(&mut force),
+        defect: Some(&mut defect),
+        ..Vectors::default()
+    };
+    let fields = Fields::new(u, Pressure::Nodal(p));
+    solid.evaluate(&fields, &mut out).unwrap();
+    [force, defect]
+}
+
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |m, x| m.max(x.abs()))
+}
+
+#[test]
+fn rigid_motions_leave_no_force_and_no_defect() {
+    let solid = clamped(Space::taylor_hood(&block([3, 2, 1])), "left", MUSCLE_LAW);
+    let p = vec![0.0; solid.space().n_pressures()];
+    // Two turns, about z and about x.
+    let ((s, c), (a, b)) = (0.7_f64.sin_cos(), 0.4_f64.sin_cos());
+    let turn = affine([[c, -s, 0.0], [b * s, b * c, -a], [a * s, a * c, b]]);
+    let u = displacement(solid.space(), |x| {
+        let y = turn(x);
+        [y[0] + 0.3, y[1] - 0.2, y[2] + 0.1]
+    });
+    let [force, defect] = force_and_defect(&solid, &u, &p);
+    // Rounding of u (1) divided by the element size (0.5), times the modulus (4e4 Pa) and faces.
+    assert!(largest(&force) < 1e-10, "{:e}", largest(&force));
+    assert!(largest(&defect) < 1e-15, "{:e}", largest(&defect));
+    let [force, defect] = force_and_defect(&solid, &vec![0.0; u.len()], &p);
+    assert_eq!((largest(&force), largest(&defect)), (0.0, 0.0));
+}
+
+/// A patch: any affine map has its law's stress everywhere, so that forces inside cancel and those
+/// on the boundary are that stress's traction.
+#[test]
+fn affine_maps_have_the_traction_of_their_stress() {
+    let solid = clamped(Space::taylor_hood(&block([2, 2, 2])), "left", MUSCLE_LAW);
+    let space = solid.space();
+    let f = [[1.1, 0.2, -0.1], [0.05, 0.9, 0.15], [-0.12, 0.07, 1.05]];
+    let u = displacement(space, affine(f));
+    let p = vec![700.0; space.n_pressures()];
+    let [force, _] = force_and_defect(&solid, &u, &p);
+    let h = [0, 1, 2].map(|i| [0, 1, 2].map(|j| f[i][j] - f64::from(i == j)));
+    let stress = MUSCLE_LAW.stress3(h, 700.0, Axes::cartesian(0.0));
+    let mut expected = vec![0.0; force.len()];
+    for (number, side) in SIDES.into_iter().enumerate() {
+        let outward = if number % 2 == 0 { -1.0 } else { 1.0 };
+        let traction = stress.map(|row| outward * row[number / 2]);
+        let load = load::traction(space, side, traction).unwrap();
+        for (sum, load) in expected.iter_mut().zip(load) {
+            *sum += load;
+        }
+    }
+    // Rounding of sums of some hundred terms.
+    let allowed = 1e-11 * largest(&expected);
+    for (force, expected) in force.iter().zip(&expected) {
+        assert!((force - expected).abs() < allowed);
+    }
+}
+
+/// One layer of cells, no motion across it: the forces of a column of nodes are those of the plane.
+#[test]
+fn a_sheet_in_plane_strain_has_the_forces_of_the_plane() {
+    let thickness = 0.3;
+    let plane = generate::rectangle([0.0; 2], [2.0, 1.0], [3, 2]).unwrap();
+    let plane = clamped(Space::equal_order(&plane), "left", MUSCLE_LAW);
+    let mesh = generate::block([0.0; 3], [2.0, 1.0, thickness], [3, 2, 1]).unwrap();
+    let sheet = clamped(Space::equal_order(&mesh), "left", MUSCLE_LAW);
+    // Linear elements in both: the gradient of each tetrahedron is that of its triangle where its
+    // four vertices stand over three places.
+    let motion = |[x, y]: [f64; 2]| [0.05 * x * y + 0.1 * x, 0.04 * x * x - 0.06 * y];
+    let flat: Vec<f64> = plane
+        .space()
+        .node_points()
+        .iter()
+        .flat_map(|&x| motion(x))
+        .collect();
+    let over = |&[x, y, _]: &[f64; 3]| {
+        let [u, v] = motion([x, y]);
+        [u, v, 0.0]
+    };
+    let thick: Vec<f64> = sheet.space().node_points().iter().flat_map(over).collect();
+    let fields = |u| Fields::new(u, Pressure::Penalty { kappa: 1e5 });
+    let energies = [
+        plane.strain_energy(&fields(&flat)),
+        sheet.strain_energy(&fields(&thick)) / thickness,
+    ];
+    assert!(
+        (energies[1] / energies[0] - 1.0).abs() < 1e-13,
+        "{energies:?}"
+    );
+}
+
+#[test]
+fn refinement_keeps_volume_groups_and_fields() {
+    let coarse = block([2, 1, 1]);
+    let heights = coarse
+        .points::<3>()
+        .iter()
+        .flat_map(|x| [x[2], x[0], 1.0])
+        .collect();
+    let field = myovib_fem::mesh::NodalField {
+        components: 3,
+        values: heights,
+    };
+    let coarse = coarse
+        .with_fields([("f".to_owned(), field)].into())
+        .unwrap();
+    let fine = coarse.refined();
+    assert_eq!(fine.n_elements(), 8 * coarse.n_elements());
+    assert!((fine.measure() - coarse.measure()).abs() < 1e-15);
+    assert!(fine.notes().is_empty());
+    for (vertex, x) in fine.points::<3>().iter().enumerate() {
+        assert_eq!(fine.field("f").unwrap().at(vertex), [x[2], x[0], 1.0]);
+    }
+    let (coarse, fine) = (Space::taylor_hood(&coarse), Space::taylor_hood(&fine));
+    for side in SIDES {
+        let area = |space: &Space| -> f64 {
+            space
+                .quadrature(side)
+                .unwrap()
+                .iter()
+                .map(|(_, weight)| weight)
+                .sum()
+        };
+        assert!((area(&coarse) - area(&fine)).abs() < 1e-14, "{side}");
+    }
+}
+
+#[test]
+fn places_are_found_and_fields_evaluated() {
+    let space = Space::taylor_hood(&block([2, 2, 1]));
+    // A quadratic, which the elements hold exactly.
+    let f = |[x, y, z]: [f64; 3]| [x * x - y * z, y + x * z, z * z];
+    let u: Vec<f64> = space.node_points().iter().flat_map(|&x| f(x)).collect();
+    for point in [[0.3, 0.2, 0.1], [1.9, 0.95, 0.45], [1.0, 0.5, 0.25]] {
+        let at = space.locate(point).expect("inside");
+        let found: [f64; 3] = space.displacement_at(&u, &at);
+        for (found, exact) in found.iter().zip(f(point)) {
+            assert!((found - exact).abs() < 1e-14);
+        }
+    }
+    assert!(space.locate([1.0, 0.5, 0.51]).is_none());
+}
+
+fn free_block() -> Solid {
+    let space = Arc::new(Space::taylor_hood(&block([2, 1, 1])));
+    let dofs = DofMap::new(&space, &[]).unwrap();
+    Solid::uniform(space, dofs, MUSCLE_LAW, DENSITY).unwrap()
+}
+
+fn follower(solid: &Solid, pressure: f64, u: &[f64], groups: &[&str]) -> Vec<f64> {
+    let mut total = vec![0.0; u.len()];
+    for group in groups {
+        let operator = FollowerPressure::new(solid, group).unwrap();
+        operator.add_force(pressure, u, &mut total);
+    }
+    total
+}
+
+#[test]
+fn a_following_pressure_on_a_closed_boundary_has_neither_resultant_nor_moment() {
+    let solid = free_block();
+    let points = solid.space().node_points::<3>();
+    let u = random(solid.space().n_components(), 0.05, 3);
+    let force = follower(&solid, 7.0, &u, &SIDES);
+    let (mut resultant, mut moment, mut size) = ([0.0; 3], [0.0; 3], 0.0);
+    for (node, x) in points.iter().enumerate() {
+        let f = [0, 1, 2].map(|i| force[3 * node + i]);
+        let now = [0, 1, 2].map(|i| x[i] + u[3 * node + i]);
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            resultant[i] += f[i];
+            moment[i] += now[j] * f[k] - now[k] * f[j];
+            size += f[i].abs();
+        }
+    }
+    // Two sides of 2 m² and more under 7 Pa.
+    assert!(size > 14.0, "{size}");
+    // Rounding of some hundred forces, 2 m from the origin at most.
+    assert!(
+        largest(&resultant) < 128.0 * f64::EPSILON * size,
+        "{resultant:?}"
+    );
+    assert!(largest(&moment) < 256.0 * f64::EPSILON * size, "{moment:?}");
+}
+
+#[test]
+fn a_following_pressure_under_an_affine_map_is_a_dead_traction() {
+    let solid = free_block();
+    let f = [[1.2, 0.3, 0.1], [-0.1, 0.9, 0.2], [0.05, -0.15, 1.1]];
+    let u = displacement(solid.space(), affine(f));
+    let h = [0, 1, 2].map(|i| [0, 1, 2].map(|j| f[i][j] - f64::from(i == j)));
+    let cofactor = MUSCLE_LAW.volume_gradient3(h);
+    for (number, side) in SIDES.into_iter().enumerate() {
+        let outward = if number % 2 == 0 { -1.0 } else { 1.0 };
+        let traction = cofactor.map(|row| -5.0 * outward * row[number / 2]);
+        let expected = load::traction(solid.space(), side, traction).unwrap();
+        for (found, expected) in follower(&solid, 5.0, &u, &[side]).iter().zip(&expected) {
+            // Some dozen roundings of numbers of size 5.
+            assert!(
+                (found - expected).abs() < 1e-13,
+                "{side}: {found} {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_following_pressure_has_its_stiffness() {
+    let solid = free_block();
+    let n = solid.dofs().n_full();
+    let (u, d) = (random(n, 0.05, 5), random(n, 0.05, 6));
+    let at = |s: f64| {
+        let moved: Vec<f64> = u.iter().zip(&d).map(|(u, d)| u + s * d).collect();
+        follower(&solid, 3.0, &moved, &SIDES)
+    };
+    let (plus, minus) = (at(1.0), at(-1.0));
+    let mut values = vec![0.0; solid.displacement_pattern().nnz()];
+    for group in SIDES {
+        let operator = FollowerPressure::new(&solid, group).unwrap();
+        operator.add_stiffness(3.0, &u, &mut values);
+    }
+    let matrix = dense(solid.displacement_pattern(), &values);
+    for (row, (plus, minus)) in plus.iter().zip(&minus).enumerate() {
+        let product: f64 = (0..n).map(|j| matrix[(row, j)] * d[j]).sum();
+        // Central differences of a quadratic are exact: rounding of forces below 3.
+        assert!((0.5 * (plus - minus) - product).abs() < 1e-13, "row {row}");
+    }
+}
+
+/// The spindle at rest under a dead traction: u_z and p at the origin.
+fn spindle(rule: Rule, inv_kappa: f64) -> [f64; 2] {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../data/meshes/spindle_coarse.msh"
+    );
+    let space = Arc::new(Space::taylor_hood(&Mesh::read_msh(path).unwrap()));
+    assert_eq!((space.n_pressures(), space.n_elements()), (232, 617));
+    assert_eq!(space.n_components() + space.n_pressures(), 4102);
+    let dofs = DofMap::clamped(&space, &space.nodes_of("fixed").unwrap()).unwrap();
+    assert_eq!(dofs.n_free() + space.n_pressures(), 3880);
+    let load = load::traction(&space, "load", [0.0, 0.0, 100.0]).unwrap();
+    let laws = vec![MUSCLE_LAW; space.n_elements()];
+    let solid = Solid::with_rule(space.clone(), dofs, laws, DENSITY, rule).unwrap();
+    let rest = Equilibrium {
+        u: vec![0.0; load.len()],
+        p: vec![0.0; space.n_pressures()],
+    };
+    let state = equilibrium(&solid, &load, inv_kappa, false, rest);
+    let origin = space.locate([0.0; 3]).unwrap();
+    let [_, _, u_z] = space.displacement_at(&state.u, &origin);
+    [u_z, space.pressure_at(&state.p, &origin)]
+}
+
+/// Values of scikit-fem and of a second code, with quadrature of degree 8; those with degree 4
+/// differ from them by 4e-10 in u and 1e-8 in p.
+#[test]
+fn a_spindle_in_equilibrium_agrees_with_other_programs() {
+    let cases = [
+        (1e-5, [1.494_787_223_758e-3, -13.396_633_622_04]),
+        (0.0, [1.385_248_874_192e-3, -13.441_581_831_33]),
+    ];
+    for (inv_kappa, expected) in cases {
+        let found = spindle(Rule::Degree4, inv_kappa);
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 5e-8, "{found} {expected}");
+        }
+    }
+    let [u, p] = spindle(Rule::Degree6, 0.0);
+    let [(_, [exact_u, exact_p]), ..] = [cases[1]];
+    assert!((u / exact_u - 1.0).abs() < 1e-11, "{u}");
+    assert!((p / exact_p - 1.0).abs() < 1e-10, "{p}");
+}
+
+/// A block sheared along x by γ(y, z): det F = 1 everywhere.
+struct Sheared;
+
+impl Sheared {
+    fn u([_, y, z]: [f64; 3]) -> [f64; 3] {
+        [0.2 * (1.5 * y).sin() * (1.2 * z).cos(), 0.0, 0.0]
+    }
+
+    fn gradient([_, y, z]: [f64; 3]) -> Tensor3 {
+        let (a, b) = (1.5 * y, 1.2 * z);
+        [
+            [0.0, 0.3 * a.cos() * b.cos(), -0.24 * a.sin() * b.sin()],
+            [0.0; 3],
+            [0.0; 3],
+        ]
+    }
+
+    fn p([x, y, z]: [f64; 3]) -> f64 {
+        4e3 * (x * x * y - 0.3 * z)
+    }
+
+    fn stress(x: [f64; 3]) -> Tensor3 {
+        MUSCLE_LAW.stress3(Self::gradient(x), Self::p(x), Axes::cartesian(0.0))
+    }
+
+    /// −div P, by differences of sixth order: their error is 1e-9 of the force.
+    fn load(x: [f64; 3]) -> [f64; 3] {
+        const H: f64 = 0.01;
+        let along = |j: usize, s: f64| {
+            let mut at = x;
+            at[j] += s * H;
+            Self::stress(at)
+        };
+        let mut force = [0.0; 3];
+        for j in 0..3 {
+            for (s, weight) in [(1.0, 45.0), (2.0, -9.0), (3.0, 1.0)] {
+                let (plus, minus) = (along(j, s), along(j, -s));
+                for i in 0..3 {
+                    force[i] -= weight * (plus[i][j] - minus[i][j]) / (60.0 * H);
+                }
+            }
+        }
+        force
+    }
+}
+
+/// Errors in L2 of u, H1 seminorm of u, L2 of p against a solution, by the rule of degree 6.
+fn errors(
+    solid: &Solid,
+    state: &Equilibrium,
+    exact: impl Fn([f64; 3]) -> ([f64; 3], Tensor3, f64),
+) -> [f64; 3] {
+    let space = solid.space();
+    let mut squares = [0.0; 3];
+    let all: Vec<(Located, f64)> = space.quadrature("body").unwrap();
+    for (at, weight) in all {
+        let (u, gradient, p) = exact(space.place(&at));
+        let found: [f64; 3] = space.displacement_at(&state.u, &at);
+        let h: Tensor3 = solid.gradient_at(&state.u, &at);
+        for i in 0..3 {
+            squares[0] += weight * (found[i] - u[i]).powi(2);
+            for j in 0..3 {
+                squares[1] += weight * (h[i][j] - gradient[i][j]).powi(2);
+            }
+        }
+        squares[2] += weight * (space.pressure_at(&state.p, &at) - p).powi(2);
+    }
+    squares.map(f64::sqrt)
+}
+
+/// The incompressible block held on its whole boundary where the exact solution puts it.
+fn sheared(mesh: &Mesh) -> [f64; 3] {
+    let space = Arc::new(Space::taylor_hood(mesh));
+    let held: Vec<usize> = SIDES
+        .iter()
+        .flat_map(|s| space.nodes_of(s).unwrap())
+        .collect();
+    let dofs = DofMap::clamped(&space, &held).unwrap();
+    let solid = Solid::uniform(space.clone(), dofs, MUSCLE_LAW, 1.0).unwrap();
+    let load = load::body_force(&space, Sheared::load);
+    let start = Equilibrium {
+        u: space
+            .node_points()
+            .iter()
+            .flat_map(|&x| Sheared::u(x))
+            .collect(),
+        p: vec![0.0; space.n_pressures()],
+    };
+    let mut state = equilibrium(&solid, &load, 0.0, true, start);
+    // The pressure is determined up to a constant.
+    let body = space.quadrature("body").unwrap();
+    let apart = |(at, weight): &(Located, f64)| {
+        weight * (Sheared::p(space.place(at)) - space.pressure_at(&state.p, at))
+    };
+    let shift = body.iter().map(apart).sum::<f64>() / space.measure();
+    state.p.iter_mut().for_each(|p| *p += shift);
+    errors(&solid, &state, |x| {
+        (Sheared::u(x), Sheared::gradient(x), Sheared::p(x))
+    })
+}
+
+#[test]
+fn a_sheared_block_converges_with_the_orders_of_the_elements() {
+    let of = |n: usize| sheared(&generate::block([0.0; 3], [1.0; 3], [n; 3]).unwrap());
+    assert_orders(&[of(2), of(4)]);
+}
+
+/// Two materials on top of each other: the pressure jumps where they meet, and is constant in each.
+#[test]
+fn the_pressure_jumps_between_materials() {
+    let mesh = generate::block([0.0; 3], [1.0; 3], [2, 2, 2]).unwrap();
+    let above = |element: usize| {
+        let corners = mesh.corners::<3, 4>(element);
+        usize::from(corners.iter().map(|x| x[2]).sum::<f64>() > 2.0)
+    };
+    let regions: Vec<usize> = (0..mesh.n_elements()).map(above).collect();
+    let space = Space::taylor_hood(&mesh).with_regions(&regions).unwrap();
+    // Three layers of nine vertices, the middle one twice.
+    assert_eq!((space.n_pressures(), mesh.n_points()), (36, 27));
+    let space = Arc::new(space);
+    // Held between plates in x and y, stretched in z: uniaxial strain in both.
+    let mut held = Vec::new();
+    for (number, side) in SIDES.into_iter().enumerate() {
+        let nodes = space.nodes_of(side).unwrap();
+        held.extend(nodes.into_iter().map(|node| (node, number / 2)));
+    }
+    let dofs = DofMap::new(&space, &held).unwrap();
+    let (soft, stiff) = (SMALL_LAW, SMALL_LAW.scaled(3.0));
+    let laws = regions
+        .iter()
+        .map(|&region| [soft, stiff][region])
+        .collect();
+    let solid = Solid::new(space.clone(), dofs, laws, DENSITY).unwrap();
+    let kappa = 1e5;
+    let start = Equilibrium {
+        u: displacement(&space, |[x, y, z]| [x, y, 1.001 * z]),
+        p: vec![0.0; space.n_pressures()],
+    };
+    let load = vec![0.0; start.u.len()];
+    let state = equilibrium(&solid, &load, 1.0 / kappa, false, start);
+    // The same stress κ e + 4/3 ζ e in both, e1 + e2 = 0.002 over heights of one half.
+    let moduli = [2.04e4, 3.0 * 2.04e4].map(|zeta| kappa + 4.0 / 3.0 * zeta);
+    let stress = 0.002 / (1.0 / moduli[0] + 1.0 / moduli[1]);
+    for (element, &region) in regions.iter().enumerate() {
+        for &pressure in space.element_pressures(element) {
+            let expected = -kappa * stress / moduli[region];
+            assert!((state.p[pressure] / expected - 1.0).abs() < 1e-10);
+        }
+    }
+}
