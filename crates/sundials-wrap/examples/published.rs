@@ -212,7 +212,10 @@ fn integrate<S: Sample + Clone>(
     tolerance: f64,
 ) -> Result<(Outcome, u64, Vec<f64>), Box<dyn Error>> {
     let start = problem.sample.start();
-    let indices = problem.sample.indices().unwrap();
+    let indices = problem
+        .sample
+        .indices()
+        .expect("samples state their indices");
     let mut absolute: Vec<f64> = (0..start.y.len())
         .map(|i| tolerance * problem.absolute.get(i).unwrap_or(&1.0))
         .collect();
