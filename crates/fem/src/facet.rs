@@ -175,15 +175,20 @@ fn sides(mesh: &Mesh, group: &str) -> Result<Vec<Side>, FemError> {
 /// the body on both sides.
 pub(crate) fn outward(space: &Space, group: &str) -> Result<Vec<Vec<usize>>, FemError> {
     let mesh = space.mesh();
-    let outward = sides(mesh, group)?.into_iter().map(|side| {
-        let element = mesh.element(side.element);
-        let vertices = side.places.iter().map(|&i| element[i]).collect();
-        if side.inner {
-            let group = group.to_owned();
-            return Err(FemError::InnerFacet { group, vertices });
-        }
-        Ok(vertices)
-    });
+    let members = mesh.facets(group)?;
+    let outward = sides(mesh, group)?
+        .into_iter()
+        .zip(members)
+        .map(|(side, member)| {
+            if side.inner {
+                return Err(FemError::InnerFacet {
+                    group: group.to_owned(),
+                    vertices: member.to_vec(),
+                });
+            }
+            let element = mesh.element(side.element);
+            Ok(side.places.iter().map(|&i| element[i]).collect())
+        });
     outward.collect()
 }
 
