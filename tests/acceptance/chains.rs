@@ -288,7 +288,7 @@ fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
         ),
         ("figure 3 --gamma inf", "--gamma"),
         ("figure 3 --seed -1", "-1"),
-        ("figure 3 --ends closed", "periodic, open"),
+        ("figure 3 --ends closed", "`periodic` or `open`"),
         ("figure 3 --t-end 0", "--t-end"),
         ("figure 8", "2..=7"),
         ("figure 4 --mesh no-such.msh", "no-such.msh"),

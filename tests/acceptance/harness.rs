@@ -6,7 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 /// The program under test: the users', or the maintainers'.
-const PROGRAM: &str = match option_env!("CARGO_BIN_EXE_myovib") {
+pub(crate) const PROGRAM: &str = match option_env!("CARGO_BIN_EXE_myovib") {
     Some(program) => program,
     None => match option_env!("CARGO_BIN_EXE_myovib-bench") {
         Some(program) => program,

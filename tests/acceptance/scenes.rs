@@ -211,7 +211,7 @@ fn a_killed_run_leaves_whole_files_and_goes_on() {
     }
 }
 
-/// Goes on from the last checkpoint of a finished run, and gives the probe's rows of both.
+/// Goes on from the last checkpoint of a run, and gives the probe's rows of both.
 fn resumed(scene: &str, probe: &str, sets: &[&str]) -> [Vec<Vec<f64>>; 2] {
     let folder = tempfile::tempdir().expect("a folder");
     let settings = sets.iter().flat_map(|set| ["--set", set]);
@@ -220,6 +220,8 @@ fn resumed(scene: &str, probe: &str, sets: &[&str]) -> [Vec<Vec<f64>>; 2] {
     let whole = run(folder.path(), scene, "out", &settings);
     assert_eq!(whole["resumed"], 0);
     let uninterrupted = rows(&csv);
+    // As if it had been killed before its end.
+    fs::remove_file(folder.path().join("out/run.json")).expect("it finished");
     let more = [&settings[..], &["--resume"]].concat();
     let document = run(folder.path(), scene, "out", &more);
     assert_eq!(document["resumed"], 1);

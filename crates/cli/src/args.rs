@@ -1,5 +1,6 @@
 //! The options every command has.
 
+use std::fs;
 use std::io::{self, Write};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -62,6 +63,10 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
     let folder = file.parent().filter(|folder| *folder != Path::new(""));
     match folder {
         _ if file.is_dir() => Err("it is a folder".to_owned()),
+        // A link or a pipe is not followed, nor a device replaced.
+        _ if fs::symlink_metadata(&file).is_ok_and(|there| !there.is_file()) => {
+            Err("it is no regular file".to_owned())
+        }
         Some(folder) if !folder.is_dir() => {
             let folder = folder.display();
             Err(format!("there is no folder `{folder}`: mkdir -p {folder}"))

@@ -33,8 +33,8 @@ use crate::versions;
     propagate_version = true,
     subcommand_required = true,
     after_help = "Exit codes: 0 done · 1 a result differs from what was to be shown · 2 wrong \
-                  input, nothing written · 3 the integrator stopped, output kept · 130 interrupted, \
-                  output kept"
+                  input, nothing written · 3 the integrator stopped, output kept · 4 failed while \
+                  running, output kept · 130 interrupted, output kept"
 )]
 pub struct Cli {
     /// What to do.

@@ -2,12 +2,18 @@
 
 use std::io;
 
+use myovib_scene::plain;
+
 /// The failure as it is printed: `error: …`, then its causes, one a line, but for those that the
 /// line before has told already.
 pub fn render(failure: &anyhow::Error) -> String {
-    let mut told = failure.to_string();
+    let mut told = plain(&failure.to_string());
     let mut text = format!("error: {told}\n");
-    for cause in failure.chain().skip(1).map(ToString::to_string) {
+    for cause in failure
+        .chain()
+        .skip(1)
+        .map(|cause| plain(&cause.to_string()))
+    {
         if !told.ends_with(&cause) {
             text.push_str(&format!("{:>8}: {cause}\n", "cause"));
         }

@@ -2,7 +2,8 @@
 
 use std::process::ExitCode;
 
-use myovib_model::{Outcome, StopReason};
+use myovib_model::{ModelError, Outcome, StopReason};
+use myovib_scene::Error;
 
 /// How a command ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,7 +17,10 @@ pub enum Exit {
     Usage = 2,
     /// The integrator stopped where it should not; the output is kept.
     Stopped = 3,
-    /// Interrupted; the output is kept.
+    /// Failed while running: a disk is full, a file has gone, there is no equilibrium; the output is
+    /// kept.
+    Failed = 4,
+    /// Interrupted, by Ctrl-C or by the system; the output is kept.
     Interrupted = 130,
 }
 
@@ -28,6 +32,26 @@ impl Exit {
             None | Some(StopReason::Event) => Self::Done,
             Some(StopReason::Interrupted) => Self::Interrupted,
             Some(_) => Self::Stopped,
+        }
+    }
+}
+
+impl Exit {
+    /// How a command ends that failed: by its input, unless what was wrong came up at work.
+    pub fn of_failure(failure: &anyhow::Error) -> Self {
+        let at_work = |cause: &(dyn std::error::Error + 'static)| {
+            let scene = cause.downcast_ref::<Error>();
+            let model = cause.downcast_ref::<ModelError>();
+            scene.is_some_and(|error| !matches!(error, Error::Input(_)))
+                || matches!(
+                    model,
+                    Some(ModelError::Output(_) | ModelError::NoEquilibrium { .. })
+                )
+        };
+        if failure.chain().any(at_work) {
+            Self::Failed
+        } else {
+            Self::Usage
         }
     }
 }

@@ -1,5 +1,5 @@
-//! Ctrl-C: the first ends runs in good order, so that their output is kept; the second ends the
-//! program.
+//! Ctrl-C, and SIGTERM and SIGHUP, which clusters send before they kill: the first ends runs in
+//! good order, so that their output is kept; the second ends the program.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,12 +9,12 @@ use crate::exit::Exit;
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static INSTALLED: Once = Once::new();
 
-/// Whether there was a Ctrl-C that the flag was set by.
+/// Whether there was a signal that the flag was set by.
 pub fn has_come() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// The flag that the first Ctrl-C sets, for `Limits` of a run. From the first call on, Ctrl-C no
+/// The flag that the first signal sets, for `Limits` of a run. From the first call on, a signal no
 /// longer ends the program at once.
 pub fn flag() -> &'static AtomicBool {
     INSTALLED.call_once(|| {
@@ -24,7 +24,7 @@ pub fn flag() -> &'static AtomicBool {
             }
         };
         if let Err(error) = ctrlc::set_handler(handler) {
-            eprintln!("warning: Ctrl-C will lose the output of runs: {error}");
+            eprintln!("warning: signals will lose the output of runs: {error}");
         }
     });
     &INTERRUPTED

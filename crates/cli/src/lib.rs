@@ -44,7 +44,7 @@ pub fn ended(result: anyhow::Result<Exit>) -> ExitCode {
         if interrupt::has_come() {
             Exit::Interrupted
         } else {
-            Exit::Usage
+            Exit::of_failure(&failure)
         }
     });
     exit.into()

@@ -4,6 +4,7 @@ use std::io::{self, IsTerminal, Write};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use myovib_scene::plain;
 use myovib_scene::watch::Tell;
 
 /// Between two refreshes of the line on a terminal, and between two lines elsewhere.
@@ -46,11 +47,11 @@ impl Progress {
         *last = Instant::now();
         if self.on_terminal {
             // Back to the line's start, and clear what is left of the text before.
-            eprint!("\r{}\x1b[K", line());
+            eprint!("\r{}\x1b[K", plain(&line()));
             // A progress line that cannot be shown is no reason to stop.
             let _ = io::stderr().flush();
         } else {
-            eprintln!("{}", line());
+            eprintln!("{}", plain(&line()));
         }
     }
 }

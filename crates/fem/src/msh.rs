@@ -40,7 +40,8 @@ impl Mesh {
     /// [`FemError::Msh`] with the line number, or those of [`Mesh::new`].
     pub fn parse_msh(text: &str, name: &str) -> Result<Self, FemError> {
         let mut lines = Lines {
-            text: text.lines(),
+            // Some editors put a mark before the text.
+            text: text.strip_prefix('\u{feff}').unwrap_or(text).lines(),
             number: 0,
         };
         let parsed = parse(&mut lines);

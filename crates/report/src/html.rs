@@ -1,17 +1,17 @@
 //! `report.html`: the run at a glance, in one file that needs no network.
 
-use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use anyhow::Context;
 use myovib_fem::Group;
 use serde_json::Value;
 
 use crate::outline::outline;
 use crate::plot::text::escape;
 use crate::plot::{Axis, Colour, EdgeGroup, Figure, LinePlot, MeshPlot, Panel, Series};
+use myovib_scene::Error;
 use myovib_scene::atomic_file;
+use myovib_scene::csv::Table;
 use myovib_scene::scene_file::output::Probe;
 use myovib_scene::versions::Versions;
 use myovib_scene::{Body, Scene};
@@ -26,7 +26,7 @@ font-size:13px}.bad{color:#b00020;font-weight:600}";
 ///
 /// # Errors
 /// When a table of the folder cannot be read, or the report not be written.
-pub fn write(folder: &Path, scene: &Scene, document: &Value) -> anyhow::Result<()> {
+pub fn write(folder: &Path, scene: &Scene, document: &Value) -> Result<(), Error> {
     let title = if scene.file.title.is_empty() {
         "A run"
     } else {
@@ -43,32 +43,21 @@ pub fn write(folder: &Path, scene: &Scene, document: &Value) -> anyhow::Result<(
         html += &mesh_figure(scene, body);
     }
     for probe in &scene.file.probe {
-        write!(
-            html,
-            "<h2>Probe {}</h2>\n{}",
-            escape(&probe.name),
-            probe_figure(folder, probe)?
-        )?;
+        let figure = probe_figure(folder, probe)?;
+        html += &format!("<h2>Probe {}</h2>\n{figure}", escape(&probe.name));
     }
     html += "<h2>What the run means</h2>\n";
     html += &meaning(document);
     html += "<h2>Statistics</h2>\n";
     html += &statistics(document);
-    write!(
-        html,
-        "<h2>The scene</h2>\n<pre>{}</pre>\n",
-        escape(scene.text())
-    )?;
+    html += &format!("<h2>The scene</h2>\n<pre>{}</pre>\n", escape(scene.text()));
     let Versions {
         myovib,
         git,
         sundials,
         klu,
     } = Versions::found();
-    writeln!(
-        html,
-        "<p>myovib {myovib} ({git}), SUNDIALS {sundials}, KLU {klu}.</p></html>"
-    )?;
+    html += &format!("<p>myovib {myovib} ({git}), SUNDIALS {sundials}, KLU {klu}.</p></html>\n");
     atomic_file::save(&folder.join("report.html"), html)
 }
 
@@ -119,20 +108,13 @@ fn mesh_figure(scene: &Scene, body: &Body) -> String {
 }
 
 /// The columns of a probe over time, one panel for each.
-fn probe_figure(folder: &Path, probe: &Probe) -> anyhow::Result<String> {
+fn probe_figure(folder: &Path, probe: &Probe) -> Result<String, Error> {
     let path = folder.join(format!("{}.csv", probe.name));
-    let text =
-        fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
-    let mut lines = text.lines();
-    let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
-    let rows: Vec<Vec<f64>> = lines
-        .map(|line| {
-            line.split(',')
-                .filter_map(|word| word.parse().ok())
-                .collect()
-        })
-        .filter(|row: &Vec<f64>| row.len() == names.len())
-        .collect();
+    let text = fs::read_to_string(&path).map_err(Error::file("read", &path))?;
+    let table = Table::parse(&text).unwrap_or_default();
+    let names: Vec<&str> = table.names.iter().map(String::as_str).collect();
+    let rows = table.rows.iter().filter_map(|row| table.numbers(row));
+    let rows: Vec<Vec<f64>> = rows.collect();
     if rows.len() < 2 {
         return Ok(values(&names, rows.first()));
     }

@@ -1,13 +1,18 @@
 //! Files that are either whole or not there: written under a temporary name, then renamed.
 
-use std::ffi::OsString;
-use std::fs::{self, File};
+use std::fs::{File, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use anyhow::Context;
+use tempfile::Builder;
 
-/// Writes `path` by `fill`, so that a reader sees the old file or the new one, never a part.
+use crate::Error;
+
+/// What the name of a file under way begins and ends with.
+const UNDER_WAY: (&str, &str) = (".myovib-", ".part");
+
+/// Writes `path` by `fill`, so that a reader sees the old file or the new one, never a part. A link
+/// at `path` is replaced, not followed.
 ///
 /// # Errors
 /// Those of `fill` and of the file system; the old file, if any, is then untouched and no
@@ -21,47 +26,62 @@ use anyhow::Context;
 /// assert_eq!(std::fs::read_to_string(&path).unwrap(), "42\n");
 /// ```
 pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    let name = path.file_name().ok_or_else(|| {
-        io::Error::new(
-            io::ErrorKind::InvalidInput,
-            "the path does not end in a file name",
-        )
-    })?;
     // In the same folder: a rename across file systems is not atomic.
-    let mut temporary_name = OsString::from(".");
-    temporary_name.push(name);
-    temporary_name.push(format!(".{}.part", std::process::id()));
-    let temporary = path.with_file_name(temporary_name);
-    let written = fill_and_sync(&temporary, fill).and_then(|()| fs::rename(&temporary, path));
-    if written.is_err() {
-        // It may not exist; the first error is the one to report.
-        let _ = fs::remove_file(&temporary);
+    let folder = match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let mut builder = Builder::new();
+    builder.prefix(UNDER_WAY.0).suffix(UNDER_WAY.1);
+    if let Some(permissions) = permissions() {
+        builder.permissions(permissions);
     }
-    written
+    let mut temporary = builder.tempfile_in(folder)?;
+    let mut file = BufWriter::new(temporary.as_file_mut());
+    fill(&mut file)?;
+    file.into_inner()
+        .map_err(io::IntoInnerError::into_error)?
+        .sync_all()?;
+    temporary.persist(path).map_err(|error| error.error)?;
+    sync_folder(folder);
+    Ok(())
+}
+
+/// Whether a file of this name was left by a program killed while it wrote.
+pub fn is_under_way(name: &str) -> bool {
+    name.starts_with(UNDER_WAY.0) && name.ends_with(UNDER_WAY.1)
 }
 
 /// Writes `contents` to `path`, whole or not at all.
 ///
 /// # Errors
 /// Those of the file system, with the path.
-pub fn save(path: &Path, contents: impl AsRef<[u8]>) -> anyhow::Result<()> {
-    write(path, |file| file.write_all(contents.as_ref()))
-        .with_context(|| format!("cannot write `{}`", path.display()))
+pub fn save(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
+    write(path, |file| file.write_all(contents.as_ref())).map_err(Error::file("write", path))
 }
 
-fn fill_and_sync(
-    path: &Path,
-    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> io::Result<()> {
-    let mut file = BufWriter::new(File::create(path)?);
-    fill(&mut file)?;
-    file.into_inner()
-        .map_err(io::IntoInnerError::into_error)?
-        .sync_all()
+/// Readable for others as far as the user's mask lets them, as other files are.
+#[cfg(unix)]
+fn permissions() -> Option<Permissions> {
+    Some(std::os::unix::fs::PermissionsExt::from_mode(0o666))
+}
+
+#[cfg(not(unix))]
+fn permissions() -> Option<Permissions> {
+    None
+}
+
+/// The rename survives a loss of power, where the system can promise it.
+fn sync_folder(folder: &Path) {
+    // A system without this promise still has the file.
+    let _ = File::open(folder).and_then(|folder| folder.sync_all());
 }
 
 #[cfg(test)]
 mod tests {
+    use std::ffi::OsString;
+    use std::fs;
+
     use super::*;
 
     fn names(folder: &Path) -> Vec<OsString> {
@@ -107,5 +127,18 @@ mod tests {
             write(&path, |_| Ok(())).unwrap_err().kind(),
             io::ErrorKind::NotFound
         );
+    }
+
+    /// Regression: a symlinked output was followed.
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_replaced_and_not_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (mine, link) = (folder.path().join("mine"), folder.path().join("run.json"));
+        fs::write(&mine, "precious").unwrap();
+        std::os::unix::fs::symlink(&mine, &link).unwrap();
+        write(&link, |file| file.write_all(b"new")).unwrap();
+        assert_eq!(fs::read_to_string(&mine).unwrap(), "precious");
+        assert_eq!(fs::read_to_string(&link).unwrap(), "new");
     }
 }

@@ -1,6 +1,19 @@
-//! Tables of numbers as comma-separated values, line by line while they are computed.
+//! Tables as comma-separated values: read whole, written line by line while they are computed.
 
 use std::io::{self, Write};
+
+use serde::{Deserialize, Serialize};
+
+/// How much of a table is written: what a checkpoint has to know of it.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Written {
+    /// Rows under the header.
+    pub rows: u64,
+    /// Bytes, the header included.
+    pub bytes: u64,
+    /// The last line, with its end.
+    pub last: String,
+}
 
 /// Writes a header with the names, then rows of numbers with 17 significant digits, which is
 /// enough to read back the same `f64`.
@@ -10,7 +23,7 @@ use std::io::{self, Write};
 pub struct CsvWriter<W: Write> {
     sink: W,
     n_columns: usize,
-    line: String,
+    written: Written,
 }
 
 impl<W: Write> CsvWriter<W> {
@@ -18,21 +31,18 @@ impl<W: Write> CsvWriter<W> {
     ///
     /// # Errors
     /// Those of the sink.
-    pub fn new(mut sink: W, names: &[&str]) -> io::Result<Self> {
-        write_line(&mut sink, &format!("{}\n", names.join(",")))?;
-        Ok(Self {
-            sink,
-            n_columns: names.len(),
-            line: String::new(),
-        })
+    pub fn new(sink: W, names: &[&str]) -> io::Result<Self> {
+        let mut csv = Self::continued(sink, names.len(), Written::default());
+        csv.line(line(names))?;
+        Ok(csv)
     }
 
-    /// Goes on with a sink that has its header of `n_columns` names.
-    pub fn continued(sink: W, n_columns: usize) -> Self {
+    /// Goes on with a sink that holds what was `written`, under a header of `n_columns` names.
+    pub fn continued(sink: W, n_columns: usize, written: Written) -> Self {
         Self {
             sink,
             n_columns,
-            line: String::new(),
+            written,
         }
     }
 
@@ -45,19 +55,80 @@ impl<W: Write> CsvWriter<W> {
     /// When the number of values is not that of the names.
     pub fn row(&mut self, values: &[f64]) -> io::Result<()> {
         assert_eq!(values.len(), self.n_columns, "as many values as names");
-        self.line.clear();
-        for (i, value) in values.iter().enumerate() {
-            let comma = if i == 0 { "" } else { "," };
-            self.line.push_str(&format!("{comma}{value:.16e}"));
-        }
-        self.line.push('\n');
-        write_line(&mut self.sink, &self.line)
+        let words: Vec<String> = values.iter().map(|value| format!("{value:.16e}")).collect();
+        self.line(words.join(",") + "\n")?;
+        self.written.rows += 1;
+        Ok(())
+    }
+
+    /// What was written so far.
+    pub fn written(&self) -> &Written {
+        &self.written
+    }
+
+    /// The sink.
+    pub fn sink(&self) -> &W {
+        &self.sink
+    }
+
+    fn line(&mut self, line: String) -> io::Result<()> {
+        self.sink.write_all(line.as_bytes())?;
+        self.sink.flush()?;
+        self.written.bytes += line.len() as u64;
+        self.written.last = line;
+        Ok(())
     }
 }
 
-fn write_line(sink: &mut impl Write, line: &str) -> io::Result<()> {
-    sink.write_all(line.as_bytes())?;
-    sink.flush()
+/// One line of a table: fields with commas, quotes or line breaks are quoted.
+pub fn line(fields: &[impl AsRef<[u8]>]) -> String {
+    let mut writer = ::csv::Writer::from_writer(Vec::new());
+    writer
+        .write_record(fields)
+        .expect("writing to memory does not fail");
+    let bytes = writer
+        .into_inner()
+        .expect("writing to memory does not fail");
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// A table that was read: names and rows of words.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Table {
+    /// Names of the columns.
+    pub names: Vec<String>,
+    /// The rows, without those that are blank; a row may have any number of words.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// Reads a table with a header; spaces around words do not count.
+    ///
+    /// # Errors
+    /// Those of the reader, with the line.
+    pub fn parse(text: &str) -> Result<Self, ::csv::Error> {
+        let mut lines = ::csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .trim(::csv::Trim::All)
+            .from_reader(text.as_bytes())
+            .into_records()
+            .map(|record| Ok(record?.iter().map(str::to_owned).collect()))
+            .filter(
+                |row: &Result<Vec<String>, _>| !matches!(&row, Ok(row) if row.concat().is_empty()),
+            );
+        Ok(Self {
+            names: lines.next().transpose()?.unwrap_or_default(),
+            rows: lines.collect::<Result<_, ::csv::Error>>()?,
+        })
+    }
+
+    /// The numbers of a row, if it is made of as many numbers as there are names.
+    pub fn numbers(&self, row: &[String]) -> Option<Vec<f64>> {
+        let numbers = row.iter().map(|word| word.parse().ok());
+        let numbers: Vec<f64> = numbers.collect::<Option<_>>()?;
+        (numbers.len() == self.names.len()).then_some(numbers)
+    }
 }
 
 #[cfg(test)]
@@ -85,15 +156,13 @@ mod tests {
         let mut bytes = Vec::new();
         let mut csv = CsvWriter::new(&mut bytes, &["a", "b", "c", "d", "e"]).unwrap();
         csv.row(&values).unwrap();
+        let written = csv.written().clone();
         let text = String::from_utf8(bytes).unwrap();
-        let (header, row) = text.split_once('\n').unwrap();
-        assert_eq!(header, "a,b,c,d,e");
-        let read: Vec<f64> = row
-            .trim()
-            .split(',')
-            .map(|word| word.parse().unwrap())
-            .collect();
-        assert_eq!(read, values);
+        assert!(text.starts_with("a,b,c,d,e\n"));
+        let table = Table::parse(&text).unwrap();
+        assert_eq!(table.numbers(&table.rows[0]).unwrap(), values);
+        assert_eq!((written.rows, written.bytes), (1, text.len() as u64));
+        assert!(text.ends_with(&written.last));
     }
 
     #[test]
@@ -110,5 +179,22 @@ mod tests {
                 .all(|bytes| bytes.iter().filter(|&&b| b == b'\n').count() == 1
                     && bytes.ends_with(b"\n"))
         );
+    }
+
+    /// Regression: commas and line breaks in names broke headers, and quoted headers were refused.
+    #[test]
+    fn names_may_hold_anything_and_come_back() {
+        let names = ["t", "a,b", "c \"d\"", "e\nf"];
+        let mut bytes = Vec::new();
+        CsvWriter::new(&mut bytes, &names)
+            .unwrap()
+            .row(&[0.0; 4])
+            .unwrap();
+        let table = Table::parse(&String::from_utf8(bytes).unwrap()).unwrap();
+        assert_eq!(table.names, names);
+        assert_eq!(table.rows.len(), 1);
+        let spaced = Table::parse("\"time\",\"force\"\n 0 , 1\n\n  \n2,3\n").unwrap();
+        assert_eq!(spaced.names, ["time", "force"]);
+        assert_eq!(spaced.rows, [["0", "1"], ["2", "3"]]);
     }
 }

@@ -3,7 +3,7 @@
 use myovib_model::Energies;
 
 /// Work and dissipation since the start, J per metre of depth.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 pub struct Exchanged {
     /// By loads and moved supports.
     pub work: f64,

@@ -1,8 +1,63 @@
-//! Bad input as one clear message: what is wrong and where, what was found, what is allowed, what
+//! What can go wrong with a scene. Bad input is one clear message: what is wrong and where, what was found, what is allowed, what
 //! to do next.
 
-use std::error::Error;
 use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use myovib_model::ModelError;
+
+/// Why a scene was not computed, or not to its end.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The input is wrong; nothing was written.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// A file of the results.
+    #[error("cannot {action} `{}`", path.display())]
+    File {
+        /// What was to be done with it.
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// What the model or the integrator cannot go on from.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A result that JSON does not have.
+    #[error("cannot write the results as JSON")]
+    Json(#[from] serde_json::Error),
+    /// A mistake of this program, met in a case of a sweep.
+    #[error("a mistake in the program: {0}")]
+    Panic(String),
+}
+
+impl Error {
+    /// For `map_err`: what could not be done with `path`.
+    pub fn file(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::File {
+            action,
+            path,
+            source,
+        }
+    }
+
+    /// The same as wrong input, where it comes before anything is written.
+    pub fn before_any_output(self) -> Self {
+        match self {
+            Self::Input(error) => Self::Input(error),
+            other => {
+                let cause = std::error::Error::source(&other);
+                let cause = cause.map_or(String::new(), |cause| format!(": {cause}"));
+                InputError::new(format!("{other}{cause}")).into()
+            }
+        }
+    }
+}
 
 /// Something in the user's input is wrong.
 ///
@@ -60,16 +115,31 @@ impl InputError {
 
 impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.message)?;
+        write!(f, "{}", plain(&self.message))?;
         for (label, text) in &self.details {
             // Continued lines stay under the first one.
-            write!(f, "\n{label:>8}: {}", text.replace('\n', "\n          "))?;
+            write!(
+                f,
+                "\n{label:>8}: {}",
+                plain(text).replace('\n', "\n          ")
+            )?;
         }
         Ok(())
     }
 }
 
-impl Error for InputError {}
+impl std::error::Error for InputError {}
+
+/// The text with its control characters spelled out, but for line breaks: what a file quotes must
+/// not command a terminal.
+pub fn plain(text: &str) -> String {
+    let spelled = |c: char| match c {
+        '\n' => vec![c],
+        c if c.is_control() => c.escape_default().collect(),
+        c => vec![c],
+    };
+    text.chars().flat_map(spelled).collect()
+}
 
 #[cfg(test)]
 mod tests {
@@ -81,6 +151,14 @@ mod tests {
             .found("`lod`")
             .allowed("fixed,\nload");
         let expected = "unknown group\n   found: `lod`\n allowed: fixed,\n          load";
+        assert_eq!(error.to_string(), expected);
+    }
+
+    /// Regression: escape sequences of a scene's names reached the terminal.
+    #[test]
+    fn control_characters_are_spelled_out() {
+        let error = InputError::new("no group `\u{1b}[2J`").found("a\u{7}b\u{9b}c\nd");
+        let expected = "no group `\\u{1b}[2J`\n   found: a\\u{7}b\\u{9b}c\n          d";
         assert_eq!(error.to_string(), expected);
     }
 }

@@ -16,7 +16,7 @@ struct Envelope<'a, T> {
 ///
 /// # Errors
 /// When `body` cannot be serialised.
-pub fn document(command: &str, body: &impl Serialize) -> anyhow::Result<String> {
+pub fn document(command: &str, body: &impl Serialize) -> serde_json::Result<String> {
     let envelope = Envelope {
         schema: format!("myovib/{command}/1"),
         versions: Versions::found(),

@@ -10,6 +10,7 @@ pub mod atomic_file;
 pub mod csv;
 pub mod energy;
 mod error;
+mod inputs;
 pub mod json;
 pub mod mesh_file;
 pub mod parallel;
@@ -22,5 +23,6 @@ pub mod versions;
 pub mod vtu;
 pub mod watch;
 
-pub use error::InputError;
+pub use error::{Error, InputError, plain};
+pub use inputs::Input;
 pub use scene::{BUILTIN, Body, DrivenChain, Scene, builtin_text};

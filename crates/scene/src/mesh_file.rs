@@ -2,19 +2,18 @@
 
 use std::path::Path;
 
-use anyhow::Context;
-use myovib_fem::Mesh;
+use myovib_fem::{FemError, Mesh};
 
 /// The mesh in the file, or the built-in spindle, and what to call it.
 ///
 /// # Errors
 /// When the file cannot be read or is no valid mesh.
-pub fn load(path: Option<&Path>) -> anyhow::Result<(Mesh, String)> {
+pub fn load(path: Option<&Path>) -> Result<(Mesh, String), FemError> {
     match path {
         Some(path) => Ok((Mesh::read_msh(path)?, path.display().to_string())),
         None => {
             let text = include_str!("../../../data/meshes/muscle.msh");
-            let mesh = Mesh::parse_msh(text, "muscle.msh").context("the built-in mesh")?;
+            let mesh = Mesh::parse_msh(text, "muscle.msh")?;
             Ok((mesh, "muscle.msh (built in)".to_owned()))
         }
     }

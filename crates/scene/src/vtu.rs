@@ -30,6 +30,9 @@ fn vectors(space: &Space, field: &[f64]) -> Vec<Vec<f64>> {
     field.chunks(space.dimension()).map(vector).collect()
 }
 
+/// The name of the list of a series.
+pub const LIST: &str = "fields.pvd";
+
 /// A numbered series of files in a folder.
 #[derive(Debug)]
 pub struct Series {
@@ -72,7 +75,7 @@ impl Series {
         })?;
         self.entries.push((t, name));
         let text = pvd(&self.entries);
-        let path = self.folder.join("fields.pvd");
+        let path = self.folder.join(LIST);
         atomic_file::write(&path, |file| file.write_all(text.as_bytes()))?;
         let states = self.quantities.iter().filter(|q| q.needs_state()).count();
         Ok((states * 6 * snapshot.solid.space().n_elements()) as u64)
@@ -81,6 +84,14 @@ impl Series {
 
 fn name(i: usize) -> String {
     format!("fields_{i:05}.vtu")
+}
+
+/// Whether a file of this name is of a series.
+pub fn is_of_a_series(name: &str) -> bool {
+    let number = name
+        .strip_prefix("fields_")
+        .and_then(|rest| rest.strip_suffix(".vtu"));
+    number.is_some_and(|number| number.len() >= 5 && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
 fn pvd(entries: &[(f64, String)]) -> String {

@@ -44,7 +44,7 @@ pub struct CheckArgs {
 pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
     let scene = Scene::load(&args.scene, &args.set)?;
     for note in scene.notes() {
-        eprintln!("note: {note}");
+        eprintln!("note: {}", myovib_scene::plain(&note.to_string()));
     }
     let name = args.scene.display().to_string();
     let (text, body) = match (scene.file.analysis, &scene.body) {

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use myovib_report::html;
 use myovib_report::table::{Align, Table, coloured_stdout};
-use myovib_scene::Scene;
 use myovib_scene::run::{Existing, RunOptions, compute};
+use myovib_scene::{Scene, plain};
 use serde_json::Value;
 
 use crate::args::{self, CommonArgs};
@@ -55,7 +55,7 @@ pub struct RunArgs {
 pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     let scene = Scene::load(&args.scene, &args.set)?;
     for note in scene.notes() {
-        eprintln!("note: {note}");
+        eprintln!("note: {}", plain(&note.to_string()));
     }
     let progress = Progress::new(args.common.quiet);
     let result = compute(
@@ -72,6 +72,9 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
         },
     )?;
     drop(progress);
+    for note in &result.notes {
+        eprintln!("note: {}", plain(note));
+    }
     html::write(&args.out, &scene, &result.document)?;
     args.common
         .give("run", &text(&result.document), &result.document)?;
@@ -89,7 +92,7 @@ fn rounded(value: f64) -> String {
 /// The outcome for people.
 fn text(document: &Value) -> String {
     let mut table = Table::new(&[("run", Align::Left), ("", Align::Left)]);
-    let plain = |value: &Value| match value {
+    let shown = |value: &Value| match value {
         Value::String(text) => text.clone(),
         Value::Number(number) if number.is_f64() => rounded(number.as_f64().unwrap_or_default()),
         other => other.to_string(),
@@ -109,13 +112,13 @@ fn text(document: &Value) -> String {
     ] {
         match &document[key] {
             Value::Null => {}
-            value => table.row([label.into(), plain(value).into()]),
+            value => table.row([label.into(), shown(value).into()]),
         }
     }
     let mut text = table.render(coloured_stdout());
     // A paragraph would make the table as wide as it is.
     if let Some(message) = document["message"].as_str() {
-        text += &format!("\n{message}\n");
+        text += &format!("\n{}\n", plain(message));
     }
     text
 }

@@ -18,7 +18,7 @@ use crate::progress::Progress;
     myovib sweep scene.toml --vary solid.beta=1e-5..1e-3:5 --vary solid.kappa=1e5,inf\n  \
     myovib sweep scene.toml --vary solid.kappa=1e4,1e5,inf --case 2/3\n\n\
     A range lo..hi:n has n values, equally spaced. Finished cases are not computed again, \
-    unless the scene has changed. Returns 0 when every case was recorded, also those that failed.")]
+    unless the scene, a file that it reads or the program has changed. Returns 0 when every case was recorded, also those that failed.")]
 pub struct SweepArgs {
     /// The scene: a TOML file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
@@ -35,6 +35,10 @@ pub struct SweepArgs {
     /// Folder for the cases.
     #[arg(long, value_name = "DIR", default_value = "sweep", value_parser = args::output_folder)]
     pub out: PathBuf,
+
+    /// Compute all cases again, also those that were computed.
+    #[arg(long)]
+    pub overwrite: bool,
 
     /// Compute case K of N only, from 1; N must be the number of cases.
     #[arg(long, value_name = "K/N")]
@@ -57,6 +61,7 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
         set: args.set.clone(),
         out: args.out.clone(),
         case: args.case.clone(),
+        overwrite: args.overwrite,
         n_threads: args.common.n_threads(),
         interrupt: Some(interrupt::flag()),
         progress: &progress,

@@ -7,7 +7,7 @@ use crate::muscle_dae::MuscleDae;
 ///
 /// The equations of motion conserve `d/dt (kinetic + elastic) = load + support - dissipation`,
 /// provided the constraint holds.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Energies {
     /// ½ vᵀMv, J/m.
     pub kinetic: f64,

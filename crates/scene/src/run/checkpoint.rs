@@ -3,22 +3,22 @@
 //! IDAS cannot restore its history of past steps, so a run that goes on starts anew from the
 //! state and its derivative, at order 1.
 
-use std::path::Path;
+use std::fs;
 
-use anyhow::Context;
 use myovib_model::Counts;
 use serde::{Deserialize, Serialize};
 
+use super::energy::EnergyBalance;
 use super::folder::Folder;
-use crate::InputError;
+use super::outputs::OutputWork;
+use crate::csv::Written;
+use crate::{Error, InputError};
 
 const NAME: &str = "checkpoint.json";
 
-/// The state of a run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// The state of a run, and what of its output was on the disk by then.
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Checkpoint {
-    /// The scene, which must be the same to go on.
-    pub(super) scene: serde_json::Value,
     /// Time, s.
     pub(super) t: f64,
     /// The unknowns.
@@ -27,10 +27,16 @@ pub(super) struct Checkpoint {
     pub(super) y_dot: Vec<f64>,
     /// The last step, s.
     pub(super) step: f64,
-    /// Work and dissipation of each energy probe, J/m.
-    pub(super) energies: Vec<[f64; 2]>,
+    /// What each probe has written.
+    pub(super) tables: Vec<Written>,
+    /// Each energy probe.
+    pub(super) energies: Vec<EnergyBalance>,
     /// Times of the fields written, s.
     pub(super) field_times: Vec<f64>,
+    /// The largest constraint drift, and when.
+    pub(super) drift: (f64, f64),
+    /// What was written or evaluated beside the integration.
+    pub(super) work: OutputWork,
     /// The statistics so far, over all parts of the run.
     pub(super) counts: Totals,
 }
@@ -64,39 +70,41 @@ impl Totals {
 
 impl Checkpoint {
     /// Writes it in place of the one before.
-    pub(super) fn write(&self, folder: &Folder) -> anyhow::Result<()> {
+    pub(super) fn write(&self, folder: &Folder) -> Result<(), Error> {
         folder.write(NAME, &serde_json::to_string(self)?)
     }
 
-    /// Reads the checkpoint in `folder`, which must be of this scene and before its end.
-    pub(super) fn read(
-        folder: &Path,
-        scene: &serde_json::Value,
-        t_end: f64,
-    ) -> anyhow::Result<Self> {
-        let path = folder.join(NAME);
-        let text = std::fs::read_to_string(&path).map_err(|error| {
+    /// Reads the checkpoint in `folder`, whose run must not have ended by itself.
+    pub(super) fn read(folder: &Folder, t_end: f64) -> Result<Self, InputError> {
+        let path = folder.path().join(NAME);
+        let text = fs::read_to_string(&path).map_err(|error| {
             InputError::new(format!("there is no checkpoint to go on from: {error}"))
                 .at(path.display())
-                .next("run without --resume")
+                .next("--overwrite computes the run from its start")
         })?;
-        let checkpoint: Self = serde_json::from_str(&text)
-            .with_context(|| format!("{} is not a checkpoint of this version", path.display()))?;
-        if checkpoint.scene != *scene {
-            return Err(InputError::new("the checkpoint is of another scene")
+        let checkpoint: Self = serde_json::from_str(&text).map_err(|error| {
+            InputError::new(format!("this is no checkpoint of this version: {error}"))
                 .at(path.display())
-                .next("resume with the scene and the --set values of the first run")
-                .into());
-        }
-        if checkpoint.t >= t_end {
+                .next("--overwrite computes the run from its start")
+        })?;
+        let ended = ended(folder);
+        if ended.is_some() || checkpoint.t >= t_end {
+            let t = ended.unwrap_or(checkpoint.t);
             return Err(
                 InputError::new("the run is finished: there is nothing to go on with")
-                    .at(folder.display())
-                    .found(format!("t = {} s", checkpoint.t))
-                    .next("--overwrite computes it again")
-                    .into(),
+                    .at(folder.path().display())
+                    .found(format!("t = {t} s"))
+                    .next("--overwrite computes it again"),
             );
         }
         Ok(checkpoint)
     }
+}
+
+/// When the run in the folder came to an end of its own, s, if it did.
+fn ended(folder: &Folder) -> Option<f64> {
+    let text = fs::read_to_string(folder.path().join("run.json")).ok()?;
+    let document: serde_json::Value = serde_json::from_str(&text).ok()?;
+    let ended = document["outcome"] == "finished" || document["reason"] == "event";
+    ended.then(|| document["t_reached"].as_f64().unwrap_or_default())
 }

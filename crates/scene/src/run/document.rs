@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::folder::Folder;
 use super::outputs::Outputs;
 use super::system::System;
+use crate::Error;
 use crate::json;
 use crate::scene_file::integrator::MaxOrder;
 use crate::statistics::{CountsJson, MethodJson, StatisticsJson};
@@ -28,7 +29,7 @@ pub(super) fn dynamic<P: System>(
     statistics: &Statistics,
     outputs: &Outputs<'_>,
     timing: &Timing,
-) -> anyhow::Result<Value> {
+) -> Result<Value, Error> {
     let system = integrator.problem();
     let work = system.counters();
     let total = outputs.before.plus(integrator.counts());
@@ -83,7 +84,7 @@ fn of_body(
     }: &Body,
     statistics: &Statistics,
     (drift, drift_at): (f64, f64),
-) -> anyhow::Result<Value> {
+) -> Result<Value, Error> {
     let mut document = body(muscle, *formulation);
     extend(
         &mut document,
@@ -100,7 +101,7 @@ fn of_body(
 }
 
 /// Statistics and settings of a run of rod and chains.
-fn of_states(scene: &Scene, statistics: &Statistics) -> anyhow::Result<Value> {
+fn of_states(scene: &Scene, statistics: &Statistics) -> Result<Value, Error> {
     let wanted = &scene.file.integrator;
     let integrator = wanted.method.kind();
     let mut document = serde_json::to_value(CountsJson::new(statistics))?;
@@ -182,6 +183,6 @@ pub(super) fn mesh(muscle: &Muscle) -> Value {
 }
 
 /// Writes `run.json`.
-pub(super) fn write(folder: &Folder, document: &Value) -> anyhow::Result<()> {
+pub(super) fn write(folder: &Folder, document: &Value) -> Result<(), Error> {
     folder.write("run.json", &json::document("run", document)?)
 }

@@ -6,62 +6,62 @@ use std::time::{Duration, Instant};
 use myovib_model::{
     Integrator, Limits, ModelError, Observer, Outcome, SampleTimes, Step, StopReason, run,
 };
-use serde_json::Value;
 
 use super::checkpoint::{Checkpoint, Totals};
 use super::document::{self, Timing};
-use super::folder::Folder;
+use super::folder::{Folder, Record};
 use super::outputs::{OutputWork, Outputs};
 use super::recorder::{Recorder, What, quantities};
 use super::stop::Condition;
 use super::system::System;
 use super::{Existing, RunOptions, RunResult, start};
-use crate::InputError;
 use crate::scene::Scene;
 use crate::statistics::DRIFT_SAMPLES;
 use crate::vtu::Series;
 use crate::watch::Watch;
+use crate::{Error, InputError};
 
 /// Checkpoints over a run that does not say how many.
 const CHECKPOINTS: f64 = 10.0;
 
 /// Computes the motion of a scene.
-pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> anyhow::Result<RunResult> {
+pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let started = Instant::now();
-    let echo = serde_json::to_value(&scene.file)?;
-    let checkpoint = if options.existing == Existing::Resume {
-        Some(Checkpoint::read(&options.out, &echo, scene.t_end)?)
-    } else {
-        None
+    // What could be wrong with the outputs is seen before the folder is touched.
+    let measurements = measurements(scene)?;
+    let conditions = conditions(scene)?;
+    let record = Record::of(scene)?;
+    // A run that goes on has its folder already; a new one is started before its folder is made.
+    let folder = match options.existing {
+        Existing::Resume => Some(Folder::open(options, &record)?),
+        _ => None,
     };
+    let checkpoint = match &folder {
+        Some(folder) => Some(Checkpoint::read(folder, scene.t_end)?),
+        None => None,
+    };
+    let from = checkpoint.as_ref();
     let run = Motion {
         scene,
         options,
-        checkpoint,
-        echo,
+        record,
+        folder,
+        checkpoint: from,
+        measurements,
+        conditions,
         started,
     };
+    let wrong = Error::before_any_output;
     match (&scene.body, &scene.rod) {
         (Some(body), _) if scene.chains.is_empty() => {
-            let integrator = start::muscle(body, run.checkpoint.as_ref())?;
-            run.drive(integrator)
+            run.drive(start::muscle(body, from).map_err(wrong)?)
         }
         (Some(body), _) if !scene.feedbacks.is_empty() => {
-            let integrator = start::muscle_with_feedback(scene, body, run.checkpoint.as_ref())?;
-            run.drive(integrator)
+            run.drive(start::muscle_with_feedback(scene, body, from).map_err(wrong)?)
         }
-        (Some(body), _) => {
-            let integrator = start::muscle_and_chains(scene, body, run.checkpoint.as_ref())?;
-            run.drive(integrator)
-        }
-        (None, Some(rod)) => {
-            let integrator = start::rod(scene, rod, run.checkpoint.as_ref())?;
-            run.drive(integrator)
-        }
-        (None, None) => {
-            let integrator = start::chains(scene, run.checkpoint.as_ref())?;
-            run.drive(integrator)
-        }
+        (Some(body), _) => run.drive(start::muscle_and_chains(scene, body, from).map_err(wrong)?),
+        (None, Some(rod)) => run.drive(start::rod(scene, rod, from).map_err(wrong)?),
+        (None, None) => run.drive(start::chains(scene, from).map_err(wrong)?),
     }
 }
 
@@ -69,35 +69,39 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> anyhow::Result
 struct Motion<'a> {
     scene: &'a Scene,
     options: &'a RunOptions<'a>,
-    checkpoint: Option<Checkpoint>,
-    echo: Value,
+    record: Record,
+    folder: Option<Folder>,
+    checkpoint: Option<&'a Checkpoint>,
+    measurements: Vec<What>,
+    conditions: Vec<Condition>,
     started: Instant,
 }
 
 impl Motion<'_> {
-    fn drive<P: System>(
-        &self,
-        mut integrator: Box<dyn Integrator<P>>,
-    ) -> anyhow::Result<RunResult> {
-        let Self { scene, options, .. } = self;
-        let checkpoint = self.checkpoint.as_ref();
-        let measurements = measurements(scene)?;
-        let conditions = conditions(scene)?;
-
+    fn drive<P: System>(self, mut integrator: Box<dyn Integrator<P>>) -> Result<RunResult, Error> {
+        let Self {
+            scene,
+            options,
+            checkpoint,
+            ..
+        } = self;
         // Everything that could be wrong has been seen: from here on files are written.
-        let folder = Folder::prepare(options)?;
+        let folder = match self.folder {
+            Some(folder) => folder,
+            None => Folder::open(options, &self.record).map_err(Error::before_any_output)?,
+        };
+        let (recorders, notes) = open(scene, self.measurements, &folder, checkpoint)?;
         let n = integrator.problem().n_unknowns();
         let mut outputs = Outputs {
-            recorders: open(scene, measurements, &folder, checkpoint)?,
+            recorders,
             fields: fields(scene, &folder, checkpoint),
-            conditions,
+            conditions: self.conditions,
             checkpoints: checkpoint_times(scene, checkpoint),
             drift_times: times(scene.t_end / DRIFT_SAMPLES, scene.t_end, checkpoint),
-            drift: (0.0, 0.0),
+            drift: checkpoint.map_or((0.0, 0.0), |c| c.drift),
             folder: &folder,
-            scene: &self.echo,
             before: checkpoint.map_or(Totals::default(), |c| c.counts.resumed()),
-            work: OutputWork::default(),
+            work: checkpoint.map_or(OutputWork::default(), |c| c.work),
             seconds: Duration::ZERO,
             y: vec![0.0; n],
             y_dot: vec![0.0; n],
@@ -125,6 +129,7 @@ impl Motion<'_> {
         Ok(RunResult {
             document,
             outcome: statistics.outcome,
+            notes,
         })
     }
 }
@@ -144,26 +149,30 @@ fn conditions(scene: &Scene) -> Result<Vec<Condition>, InputError> {
         .collect()
 }
 
+/// The tables of the probes, with notes on what was cut from those of a run that goes on.
 fn open(
     scene: &Scene,
     measurements: Vec<What>,
     folder: &Folder,
     checkpoint: Option<&Checkpoint>,
-) -> anyhow::Result<Vec<Recorder>> {
-    let mut energies = checkpoint
-        .map(|c| c.energies.iter().copied())
-        .into_iter()
-        .flatten();
+) -> Result<(Vec<Recorder>, Vec<String>), Error> {
+    let (path, t_end) = (folder.path(), scene.t_end);
     let probes = scene.file.probe.iter().zip(measurements);
-    probes
-        .map(|(probe, mut what)| {
-            if let (What::Energy(balance), Some(checkpoint)) = (&mut what, checkpoint) {
-                balance.restore(checkpoint.t, energies.next().unwrap_or_default());
-            }
-            let resume_at = checkpoint.map(|c| c.t);
-            Recorder::open(probe, what, scene.t_end, folder.path(), resume_at)
-        })
-        .collect()
+    let Some(checkpoint) = checkpoint else {
+        let recorders = probes.map(|(probe, what)| Recorder::new(probe, what, t_end, path));
+        return Ok((recorders.collect::<Result<_, _>>()?, Vec::new()));
+    };
+    let (mut recorders, mut notes) = (Vec::new(), Vec::new());
+    let mut energies = checkpoint.energies.iter();
+    for ((probe, mut what), written) in probes.zip(&checkpoint.tables) {
+        if let What::Energy(balance) = &mut what {
+            *balance = energies.next().cloned().unwrap_or_default();
+        }
+        let (recorder, note) = Recorder::resumed(probe, what, t_end, path, written)?;
+        recorders.push(recorder);
+        notes.extend(note);
+    }
+    Ok((recorders, notes))
 }
 
 fn fields(

@@ -1,6 +1,7 @@
 //! The energy balance of a run.
 
 use myovib_model::{Energies, Integrator, ModelError};
+use serde::{Deserialize, Serialize};
 
 use super::system::{System, muscle_of};
 use crate::energy::Exchanged;
@@ -10,7 +11,7 @@ use crate::energy::Exchanged;
 /// Powers are integrated over each accepted step (and each part of it between samples) by
 /// Simpson's rule on the dense output, whose error of fifth order in the step is far below the
 /// integrator's own.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct EnergyBalance {
     t: f64,
     last: Option<Energies>,
@@ -21,20 +22,6 @@ impl EnergyBalance {
     /// Names of the columns.
     pub(super) const NAMES: [&'static str; 5] =
         ["kinetic", "elastic", "work", "dissipated", "imbalance"];
-
-    /// Work and dissipation so far, for a checkpoint.
-    pub(super) fn totals(&self) -> [f64; 2] {
-        [self.exchanged.work, self.exchanged.dissipated]
-    }
-
-    /// Goes on at time `t` with what a checkpoint holds.
-    pub(super) fn restore(&mut self, t: f64, [work, dissipated]: [f64; 2]) {
-        *self = Self {
-            t,
-            last: None,
-            exchanged: Exchanged { work, dissipated },
-        };
-    }
 
     /// Integrates up to time `t`, which lies in the last step; that step began at `from`.
     pub(super) fn advance<P: System>(

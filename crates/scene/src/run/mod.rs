@@ -23,7 +23,7 @@ use myovib_model::Outcome;
 
 use crate::scene_file::Analysis;
 use crate::watch::Tell;
-use crate::{InputError, Scene};
+use crate::{Error, InputError, Scene};
 
 /// What is done with a run that the folder holds already.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,13 +68,15 @@ pub struct RunResult {
     pub document: serde_json::Value,
     /// How it ended.
     pub outcome: Outcome,
+    /// What was put right on the way.
+    pub notes: Vec<String>,
 }
 
 /// Computes a scene into its folder.
 ///
 /// # Errors
 /// A wrong scene (before anything is written), or an output that cannot be written.
-pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> anyhow::Result<RunResult> {
+pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     match scene.file.analysis {
         Analysis::Dynamic => dynamic::compute(scene, options),
         Analysis::Static => statics::compute(scene, options),

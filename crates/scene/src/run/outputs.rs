@@ -6,17 +6,18 @@ use std::time::{Duration, Instant};
 use myovib_model::{
     Integrator, ModelError, Observer, Outcome, SampleTimes, Step, StopReason, first_positive,
 };
-use serde_json::Value;
 
 use super::checkpoint::{Checkpoint, Totals};
+use super::energy::EnergyBalance;
 use super::folder::Folder;
-use super::recorder::{Recorder, What};
+use super::recorder::{Recorder, What, cannot_write};
 use super::stop::Condition;
 use super::system::{System, muscle_of};
-use crate::vtu::Series;
+use crate::Error;
+use crate::vtu::{self, Series};
 
 /// Counts of what was written or evaluated beside the integration.
-#[derive(Debug, Clone, Copy, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct OutputWork {
     pub(super) probe_rows: u64,
     pub(super) field_files: u64,
@@ -36,7 +37,6 @@ pub(super) struct Outputs<'a> {
     /// The largest drift seen, and when.
     pub(super) drift: (f64, f64),
     pub(super) folder: &'a Folder,
-    pub(super) scene: &'a Value,
     /// Statistics of the parts before a resume.
     pub(super) before: Totals,
     pub(super) work: OutputWork,
@@ -127,7 +127,9 @@ impl Outputs<'_> {
             integrator.dense_output(t.max(from), 0, &mut self.y)?;
             let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
             let snapshot = dae.snapshot(t, &self.y[range]);
-            self.work.stress_evaluations += series.write(t, &snapshot)?;
+            self.work.stress_evaluations += series
+                .write(t, &snapshot)
+                .map_err(|error| cannot_write(&self.folder.path().join(vtu::LIST), error))?;
             self.work.field_files += 1;
         }
         Ok(())
@@ -157,12 +159,7 @@ impl Outputs<'_> {
 
     /// The last values of the first energy probe: kinetic, elastic, work, dissipated, imbalance.
     pub(super) fn energy(&self) -> Option<[f64; 5]> {
-        self.recorders
-            .iter()
-            .find_map(|recorder| match &recorder.what {
-                What::Energy(balance) => Some(balance.row()),
-                _ => None,
-            })
+        self.energy_balances().next().map(EnergyBalance::row)
     }
 
     /// Writes the state reached, from which the run can go on.
@@ -173,32 +170,40 @@ impl Outputs<'_> {
         let t = integrator.time();
         integrator.dense_output(t, 0, &mut self.y)?;
         integrator.dense_output(t, 1, &mut self.y_dot)?;
-        let energies = self
-            .recorders
-            .iter()
-            .filter_map(|recorder| match &recorder.what {
-                What::Energy(balance) => Some(balance.totals()),
-                _ => None,
-            });
+        self.work.checkpoints += 1;
+        // What the checkpoint counts on must be on the disk before it.
+        for recorder in &self.recorders {
+            recorder.sync()?;
+        }
         let checkpoint = Checkpoint {
-            scene: self.scene.clone(),
             t,
             y: self.y.clone(),
             y_dot: self.y_dot.clone(),
             step: integrator.counts().last_step,
-            energies: energies.collect(),
+            tables: self.recorders.iter().map(|r| r.written().clone()).collect(),
+            energies: self.energy_balances().cloned().collect(),
             field_times: self
                 .fields
                 .iter()
                 .flat_map(|(series, _)| series.times())
                 .collect(),
+            drift: self.drift,
+            work: self.work,
             counts: self.before.plus(integrator.counts()),
         };
-        checkpoint
-            .write(self.folder)
-            .map_err(|error| ModelError::Output(std::io::Error::other(format!("{error:#}"))))?;
-        self.work.checkpoints += 1;
-        Ok(())
+        checkpoint.write(self.folder).map_err(|error| match error {
+            Error::File { path, source, .. } => cannot_write(&path, source),
+            error => ModelError::Output(std::io::Error::other(error)),
+        })
+    }
+
+    fn energy_balances(&self) -> impl Iterator<Item = &EnergyBalance> {
+        self.recorders
+            .iter()
+            .filter_map(|recorder| match &recorder.what {
+                What::Energy(balance) => Some(balance),
+                _ => None,
+            })
     }
 }
 

@@ -1,19 +1,21 @@
 //! A probe of the scene: what it measures, and the CSV file it fills.
 
 use std::fs::{self, File, OpenOptions};
-use std::path::Path;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use myovib_fem::rod::PointValue;
 use myovib_model::{Measurement, ModelError, Quantity, SampleTimes};
 use myovib_oscillators::Coherence;
 
 use super::energy::EnergyBalance;
+use super::folder::table_of;
 use super::system::{System, muscle_of};
-use crate::csv::CsvWriter;
+use crate::csv::{CsvWriter, Written};
 use crate::scene::Scene;
 use crate::scene_file::feedback::Feedback;
 use crate::scene_file::output::{self, Probe, ProbeKind};
+use crate::{Error, InputError};
 
 /// What a probe measures.
 pub(super) enum What {
@@ -197,79 +199,176 @@ impl What {
 pub(super) struct Recorder {
     pub(super) times: SampleTimes,
     pub(super) what: What,
+    path: PathBuf,
     csv: CsvWriter<File>,
 }
 
 impl Recorder {
-    /// Opens the probe's file; a run that goes on at `resume_at` keeps the rows up to there.
-    pub(super) fn open(
-        probe: &Probe,
-        what: What,
-        t_end: f64,
-        folder: &Path,
-        resume_at: Option<f64>,
-    ) -> anyhow::Result<Self> {
-        let path = folder.join(format!("{}.csv", probe.name));
-        let context = || format!("cannot write {}", path.display());
+    /// Begins the probe's file, of which there is none.
+    pub(super) fn new(probe: &Probe, what: What, t_end: f64, folder: &Path) -> Result<Self, Error> {
+        let path = folder.join(table_of(&probe.name));
         let names = what.names();
         let header: Vec<&str> = std::iter::once("t")
             .chain(names.iter().map(String::as_str))
             .collect();
-        let times = SampleTimes::new(probe.every, t_end);
-        let (csv, times) = match resume_at {
-            None => {
-                let file = File::create(&path).with_context(context)?;
-                (CsvWriter::new(file, &header).with_context(context)?, times)
-            }
-            Some(t) => {
-                let rows = keep_rows(&path, t)?;
-                let file = OpenOptions::new()
-                    .append(true)
-                    .open(&path)
-                    .with_context(context)?;
-                (CsvWriter::continued(file, header.len()), times.skip(rows))
-            }
+        // What lies there was removed; what has come since, a link for one, is not followed.
+        let csv = OpenOptions::new()
+            .write(true)
+            .create_new(true)
+            .open(&path)
+            .and_then(|file| CsvWriter::new(file, &header))
+            .map_err(Error::file("write", &path))?;
+        Ok(Self {
+            times: SampleTimes::new(probe.every, t_end),
+            what,
+            path,
+            csv,
+        })
+    }
+
+    /// Goes on with the probe's file after what a checkpoint counts on; the rows beyond are cut.
+    /// Says so when they were not whole.
+    pub(super) fn resumed(
+        probe: &Probe,
+        what: What,
+        t_end: f64,
+        folder: &Path,
+        written: &Written,
+    ) -> Result<(Self, Option<String>), Error> {
+        let path = folder.join(table_of(&probe.name));
+        let (file, note) = cut(&path, written)?;
+        let times = SampleTimes::new(probe.every, t_end).skip(written.rows);
+        let n_columns = what.names().len() + 1;
+        let recorder = Self {
+            times,
+            what,
+            path,
+            csv: CsvWriter::continued(file, n_columns, written.clone()),
         };
-        Ok(Self { times, what, csv })
+        Ok((recorder, note))
     }
 
     /// Writes a row.
     pub(super) fn write(&mut self, t: f64, values: &[f64]) -> Result<(), ModelError> {
         let row: Vec<f64> = std::iter::once(t).chain(values.iter().copied()).collect();
-        Ok(self.csv.row(&row)?)
+        let written = self.csv.row(&row);
+        written.map_err(|error| cannot_write(&self.path, error))
+    }
+
+    /// What is in the file.
+    pub(super) fn written(&self) -> &Written {
+        self.csv.written()
+    }
+
+    /// Waits until the rows are on the disk.
+    pub(super) fn sync(&self) -> Result<(), ModelError> {
+        let synced = self.csv.sink().sync_data();
+        synced.map_err(|error| cannot_write(&self.path, error))
     }
 }
 
-/// Cuts a CSV file after the last whole row with a time up to `t`; the number of rows that stay.
-fn keep_rows(path: &Path, t: f64) -> anyhow::Result<u64> {
-    let text =
-        fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let time = |line: &str| {
-        line.split(',')
-            .next()
-            .and_then(|word| word.parse::<f64>().ok())
+/// What the system said, with the file's name.
+pub(super) fn cannot_write(path: &Path, error: io::Error) -> ModelError {
+    let message = format!("cannot write `{}`: {error}", path.display());
+    ModelError::Output(io::Error::new(error.kind(), message))
+}
+
+/// Cuts a table after what a checkpoint counts on, which must be there as it was written.
+fn cut(path: &Path, written: &Written) -> Result<(File, Option<String>), Error> {
+    let missing = |found: String| {
+        InputError::new("the table is not as the checkpoint left it: rows would be missing")
+            .at(path.display())
+            .found(found)
+            .allowed(format!(
+                "{} rows, {} bytes at least",
+                written.rows, written.bytes
+            ))
+            .next("--overwrite computes the run from its start")
     };
-    let belongs = |line: &&str| line.ends_with('\n') && time(line).is_some_and(|time| time <= t);
-    let mut lines = text.split_inclusive('\n');
-    let header = lines.next().unwrap_or_default();
-    let rows: Vec<&str> = lines.take_while(belongs).collect();
-    let kept = header.to_owned() + &rows.concat();
-    crate::atomic_file::save(path, kept)?;
-    Ok(rows.len() as u64)
+    match fs::symlink_metadata(path) {
+        Err(error) => return Err(missing(error.to_string()).into()),
+        Ok(there) if !there.is_file() => {
+            return Err(missing("it is no regular file".to_owned()).into());
+        }
+        Ok(there) if there.len() < written.bytes => {
+            return Err(missing(format!("{} bytes", there.len())).into());
+        }
+        Ok(_) => {}
+    }
+    let fail = |error| Error::file("go on with", path)(error);
+    let mut file = OpenOptions::new()
+        .read(true)
+        .write(true)
+        .open(path)
+        .map_err(fail)?;
+    let n_last = written.last.len();
+    let last_starts = written.bytes.saturating_sub(n_last as u64);
+    file.seek(SeekFrom::Start(last_starts)).map_err(fail)?;
+    let mut rest = Vec::new();
+    file.read_to_end(&mut rest).map_err(fail)?;
+    let (last, beyond) = rest.split_at(n_last.min(rest.len()));
+    if last != written.last.as_bytes() {
+        return Err(missing(format!("another row {}", written.rows)).into());
+    }
+    let torn = beyond.contains(&0) || beyond.last().is_some_and(|&byte| byte != b'\n');
+    let note = torn.then(|| {
+        let n = beyond.len();
+        format!(
+            "{}: a torn end of {n} bytes is cut and computed again",
+            path.display()
+        )
+    });
+    file.set_len(written.bytes).map_err(fail)?;
+    file.seek(SeekFrom::End(0)).map_err(fail)?;
+    Ok((file, note))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const HEAD: &str = "t,u\n0.0,1\n1.0,2\n";
+
+    fn written() -> Written {
+        Written {
+            rows: 2,
+            bytes: HEAD.len() as u64,
+            last: "1.0,2\n".to_owned(),
+        }
+    }
+
     #[test]
-    fn rows_after_the_checkpoint_and_torn_lines_are_cut() {
+    fn rows_after_the_checkpoint_and_torn_ends_are_cut() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("origin.csv");
-        fs::write(&path, "t,u\n0.0,1\n1.0,2\n2.0,3\n2.5,").unwrap();
-        assert_eq!(keep_rows(&path, 1.5).unwrap(), 2);
-        assert_eq!(fs::read_to_string(&path).unwrap(), "t,u\n0.0,1\n1.0,2\n");
-        fs::write(&path, "t,u\n0.0,1\n1.0").unwrap();
-        assert_eq!(keep_rows(&path, 1.5).unwrap(), 1);
+        for (beyond, torn) in [
+            ("", false),
+            ("2.0,3\n", false),
+            ("2.0,3\n2.5,", true),
+            ("\0\0\n", true),
+        ] {
+            fs::write(&path, format!("{HEAD}{beyond}")).unwrap();
+            let (_, note) = cut(&path, &written()).unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), HEAD);
+            assert_eq!(note.is_some(), torn, "{beyond:?}");
+        }
+    }
+
+    /// Regression: rows that the checkpoint counted and the table had lost were invented.
+    #[test]
+    fn a_table_shorter_than_its_checkpoint_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("origin.csv");
+        let nul = HEAD.replace("1.0,2", "\0\0\0\0\0");
+        for text in ["t,u\n0.0,1\n", "", nul.as_str(), "t,u\n0.0,1\n1.5,2\n"] {
+            fs::write(&path, text).unwrap();
+            let message = cut(&path, &written()).unwrap_err().to_string();
+            assert!(message.contains("rows would be missing"), "{message}");
+            assert_eq!(
+                fs::read_to_string(&path).unwrap(),
+                text,
+                "it is left as it is"
+            );
+        }
     }
 }

@@ -12,16 +12,16 @@ use myovib_model::{
 
 use super::checkpoint::Checkpoint;
 use super::system::Body as CoupledBody;
-use crate::InputError;
 use crate::scene::{Body, DrivenChain, Scene};
 use crate::scene_file::chain::Place;
 use crate::scene_file::integrator::MaxOrder;
+use crate::{Error, InputError};
 
 /// A muscle by itself.
 pub(super) fn muscle(
     body: &Body,
     checkpoint: Option<&Checkpoint>,
-) -> anyhow::Result<Box<dyn Integrator<MuscleDae>>> {
+) -> Result<Box<dyn Integrator<MuscleDae>>, Error> {
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
     let Some(Checkpoint {
         t, y, y_dot, step, ..
@@ -42,7 +42,7 @@ pub(super) fn muscle_and_chains(
     scene: &Scene,
     body: &Body,
     checkpoint: Option<&Checkpoint>,
-) -> anyhow::Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>> {
+) -> Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>, Error> {
     let (dae, test, options) = one_way(scene, body, checkpoint)?;
     let integrator = coupled(scene, dae, test, options, checkpoint)?;
     Ok(advised(integrator, body))
@@ -53,7 +53,7 @@ pub(super) fn muscle_with_feedback(
     scene: &Scene,
     body: &Body,
     checkpoint: Option<&Checkpoint>,
-) -> anyhow::Result<Box<dyn Integrator<FeedbackDae>>> {
+) -> Result<Box<dyn Integrator<FeedbackDae>>, Error> {
     let (dae, test, options) = one_way(scene, body, checkpoint)?;
     let test = test.with_oscillators(&dae, tolerances(scene));
     let rest = initial_state(scene, &dae);
@@ -81,7 +81,7 @@ fn one_way(
     scene: &Scene,
     body: &Body,
     checkpoint: Option<&Checkpoint>,
-) -> anyhow::Result<(CoupledDae<MuscleDae>, ErrorTest, CoupledOptions)> {
+) -> Result<(CoupledDae<MuscleDae>, ErrorTest, CoupledOptions), Error> {
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
     if checkpoint.is_none() {
         refuse_sudden_loads(&mut dae)?;
@@ -113,7 +113,7 @@ pub(super) fn rod(
     scene: &Scene,
     rod: &RodDae,
     checkpoint: Option<&Checkpoint>,
-) -> anyhow::Result<Box<dyn Integrator<CoupledDae<RodDae>>>> {
+) -> Result<Box<dyn Integrator<CoupledDae<RodDae>>>, Error> {
     let source = |chain: &DrivenChain| match chain.at {
         Some(Place::Position(x)) => Ok(Source::Body(rod.displacement_at(x)?)),
         _ => Ok(Source::Rest),
@@ -128,7 +128,7 @@ pub(super) fn rod(
 pub(super) fn chains(
     scene: &Scene,
     checkpoint: Option<&Checkpoint>,
-) -> anyhow::Result<Box<dyn Integrator<CoupledDae<NoBody>>>> {
+) -> Result<Box<dyn Integrator<CoupledDae<NoBody>>>, Error> {
     let dae = CoupledDae::new(NoBody, oscillators(scene, |_| Ok(Source::Rest))?);
     let test = ErrorTest::of_states(0, tolerances(scene));
     coupled(scene, dae, test, options(scene), checkpoint)
@@ -140,7 +140,7 @@ fn coupled<B: CoupledBody>(
     test: ErrorTest,
     options: CoupledOptions,
     checkpoint: Option<&Checkpoint>,
-) -> anyhow::Result<Box<dyn Integrator<CoupledDae<B>>>> {
+) -> Result<Box<dyn Integrator<CoupledDae<B>>>, Error> {
     let test = test.with_oscillators(&dae, tolerances(scene));
     let largest = scene.file.integrator.max_step;
     Ok(match checkpoint {
@@ -170,7 +170,7 @@ fn initial_state<B: CoupledBody>(scene: &Scene, dae: &CoupledDae<B>) -> Vec<f64>
 fn oscillators(
     scene: &Scene,
     source: impl Fn(&DrivenChain) -> Result<Source, ModelError>,
-) -> anyhow::Result<Vec<Oscillators>> {
+) -> Result<Vec<Oscillators>, Error> {
     let chains = scene.chains.iter().enumerate();
     chains
         .map(|(i, chain)| {
@@ -203,7 +203,7 @@ fn options(scene: &Scene) -> CoupledOptions {
 }
 
 /// A run starts from rest without load, so that all values and derivatives are zero.
-fn refuse_sudden_loads(dae: &mut MuscleDae) -> anyhow::Result<()> {
+fn refuse_sudden_loads(dae: &mut MuscleDae) -> Result<(), Error> {
     let rest = vec![0.0; dae.n_unknowns()];
     let force = dae
         .unbalanced_force(0.0, &rest, &rest)

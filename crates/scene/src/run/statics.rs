@@ -3,19 +3,19 @@
 use std::time::Instant;
 
 use myovib_dae::Problem;
-use myovib_model::{Formulation, Muscle, MuscleDae, Outcome, Parameters, statics};
+use myovib_model::{Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters, statics};
 use serde_json::json;
 
 use super::document;
-use super::folder::Folder;
+use super::folder::{Folder, Record};
 use super::recorder::{Recorder, What, quantities};
 use super::{RunOptions, RunResult};
-use crate::InputError;
 use crate::scene::Scene;
-use crate::vtu::Series;
+use crate::vtu::{self, Series};
+use crate::{Error, InputError};
 
 /// Computes the equilibrium of a scene under its loads at the end time.
-pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> anyhow::Result<RunResult> {
+pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let started = Instant::now();
     let Some(body) = &scene.body else {
         return Err(InputError::new("a static scene needs a [mesh] with [solid]").into());
@@ -26,7 +26,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> anyhow::Result
         .collect::<Result<_, _>>()?;
     let equilibrium = statics::equilibrium(&body.muscle, body.formulation, scene.t_end)?;
 
-    let folder = Folder::prepare(options)?;
+    let folder = Folder::open(options, &Record::of(scene)?).map_err(Error::before_any_output)?;
     let mut dae = at_rest(&body.muscle, body.formulation)?;
     let mut y = equilibrium.displacement.clone();
     y.resize(2 * equilibrium.displacement.len(), 0.0);
@@ -43,12 +43,14 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> anyhow::Result
             probe.name.clone(),
             named.collect::<serde_json::Map<_, _>>().into(),
         );
-        let mut recorder = Recorder::open(probe, what, scene.t_end, folder.path(), None)?;
+        let mut recorder = Recorder::new(probe, what, scene.t_end, folder.path())?;
         recorder.write(scene.t_end, &values)?;
     }
     if let Some(fields) = &scene.file.fields {
         let mut series = Series::new(folder.path(), quantities(&fields.quantities), &[]);
-        series.write(scene.t_end, &dae.snapshot(scene.t_end, &y))?;
+        series
+            .write(scene.t_end, &dae.snapshot(scene.t_end, &y))
+            .map_err(Error::file("write", &folder.path().join(vtu::LIST)))?;
     }
     let document = json!({
         "scene": scene.file,
@@ -59,7 +61,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> anyhow::Result
         "mesh": document::mesh(&body.muscle),
         "newton_iterations": equilibrium.newton_iterations,
         "load_steps": equilibrium.load_steps,
-        "constraint_drift": dae.constraint_drift(scene.t_end, &y)?,
+        "constraint_drift": dae.constraint_drift(scene.t_end, &y).map_err(ModelError::from)?,
         "results": results,
         "wall_seconds": started.elapsed().as_secs_f64(),
     });
@@ -67,12 +69,13 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> anyhow::Result
     Ok(RunResult {
         document,
         outcome: Outcome::Finished,
+        notes: Vec::new(),
     })
 }
 
 /// The muscle at rest as a system (q, v, λ), or (q, v) without pressure, without damping: for
 /// reading off values.
-fn at_rest(muscle: &Muscle, formulation: Formulation) -> anyhow::Result<MuscleDae> {
+fn at_rest(muscle: &Muscle, formulation: Formulation) -> Result<MuscleDae, ModelError> {
     let mut muscle = muscle.clone();
     let kappa = muscle.parameters.kappa();
     muscle.parameters = Parameters::new(0.0, 0.0, kappa)?;

@@ -1,34 +1,41 @@
 //! What all parts of a scene's making need: the text for messages, the folder for files.
 
 use std::fmt::Display;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use myovib_fem::FemError;
 use myovib_model::ModelError;
 
 use crate::InputError;
+use crate::inputs::Inputs;
 use crate::scene_file::Source;
 use crate::scene_file::check::{Problem, nearest, suggest};
 
 /// Makes the parts of a scene and tells what is wrong with them.
 pub(super) struct Builder<'a> {
     source: &'a Source,
-    folder: &'a Path,
+    /// The files that the scene names.
+    pub(super) inputs: &'a Inputs<'a>,
     pub(super) t_end: f64,
 }
 
 impl<'a> Builder<'a> {
-    pub(super) fn new(source: &'a Source, folder: &'a Path, t_end: f64) -> Self {
+    pub(super) fn new(source: &'a Source, inputs: &'a Inputs<'a>, t_end: f64) -> Self {
         Self {
             source,
-            folder,
+            inputs,
             t_end,
         }
     }
 
-    /// A file named in the scene.
-    pub(super) fn resolve(&self, file: &Path) -> PathBuf {
-        self.folder.join(file)
+    /// The text of a file named in the scene at `path`, and what to call it.
+    pub(super) fn read(&self, file: &Path, path: &str) -> Result<(String, String), InputError> {
+        let name = self.inputs.resolve(file).display().to_string();
+        let text = self.inputs.read(file).map_err(|error| {
+            let error = InputError::new(format!("cannot read {name}: {error}"));
+            self.wrong(path, error)
+        })?;
+        Ok((text, name))
     }
 
     /// The error with the place of the value at `path`, as in `traction[0].group`.
@@ -85,12 +92,6 @@ impl Explain for ModelError {
             ModelError::Fem(error) => error.explain(),
             other => explain(other),
         }
-    }
-}
-
-impl Explain for std::io::Error {
-    fn explain(&self) -> InputError {
-        explain(self)
     }
 }
 

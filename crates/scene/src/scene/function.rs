@@ -7,6 +7,7 @@ use myovib_model::{Signal, Spline};
 
 use super::builder::Builder;
 use crate::InputError;
+use crate::csv::Table;
 use crate::scene_file::function::{Function, Shape};
 
 impl Builder<'_> {
@@ -67,41 +68,24 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<Spline, InputError> {
         let place = format!("{path}.file");
-        let file = self.resolve(file);
-        let text = std::fs::read_to_string(&file).map_err(|error| {
-            let error = InputError::new(format!("cannot read {}: {error}", file.display()));
-            self.wrong(&place, error)
-        })?;
-        let mut lines = text.lines().filter(|line| !line.trim().is_empty());
-        let names: Vec<&str> = lines
-            .next()
-            .unwrap_or_default()
-            .split(',')
-            .map(str::trim)
-            .collect();
-        let position = |name: &str, key: &str| {
-            names
-                .iter()
-                .position(|known| *known == name)
-                .ok_or_else(|| {
-                    let error =
-                        InputError::new(format!("{} has no column `{name}`", file.display()))
-                            .allowed(names.join(", "));
-                    self.wrong(&format!("{path}.{key}"), error)
-                })
+        let (text, name) = self.read(file, &place)?;
+        let table = Table::parse(&text)
+            .map_err(|error| self.wrong(&place, InputError::new(format!("{name}: {error}"))))?;
+        let position = |wanted: &str, key: &str| {
+            let found = table.names.iter().position(|known| known == wanted);
+            found.ok_or_else(|| {
+                let error = InputError::new(format!("{name} has no column `{wanted}`"))
+                    .allowed(table.names.join(", "));
+                self.wrong(&format!("{path}.{key}"), error)
+            })
         };
-        let (time, column) = (position(time, "time")?, position(column, "column")?);
+        let columns = [position(time, "time")?, position(column, "column")?];
         let (mut times, mut values) = (Vec::new(), Vec::new());
-        for (i, line) in lines.enumerate() {
-            let words: Vec<&str> = line.split(',').map(str::trim).collect();
-            let number = |place_in_line: usize| {
-                words
-                    .get(place_in_line)
-                    .and_then(|word| word.parse::<f64>().ok())
-            };
-            let (Some(t), Some(value)) = (number(time), number(column)) else {
-                let error =
-                    InputError::new(format!("row {} is not made of numbers", i + 1)).found(line);
+        for (i, row) in table.rows.iter().enumerate() {
+            let numbers = columns.map(|j| row.get(j).and_then(|word| word.parse::<f64>().ok()));
+            let [Some(t), Some(value)] = numbers else {
+                let error = InputError::new(format!("row {} is not made of numbers", i + 1))
+                    .found(row.join(","));
                 return Err(self.wrong(&place, error));
             };
             times.push(t);

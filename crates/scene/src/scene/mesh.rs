@@ -23,7 +23,10 @@ impl Builder<'_> {
             self.check_size(2_usize.saturating_mul(cells[0].saturating_mul(cells[1])))?;
         }
         let (place, coarse) = match mesh.source {
-            MeshSource::File { ref path } => ("mesh.path", Mesh::read_msh(self.resolve(path))),
+            MeshSource::File { ref path } => {
+                let (text, name) = self.read(path, "mesh.path")?;
+                ("mesh.path", Mesh::parse_msh(&text, &name))
+            }
             MeshSource::Muscle => ("mesh", Mesh::parse_msh(MUSCLE, "muscle.msh")),
             MeshSource::Spindle { cells } => ("mesh.cells", generate::spindle(cells)),
             MeshSource::Rectangle {

@@ -10,6 +10,7 @@ mod builder;
 mod builtin;
 mod feedback;
 mod function;
+mod limits;
 mod mesh;
 mod oscillators;
 mod places;
@@ -17,7 +18,6 @@ mod settings;
 
 use std::path::Path;
 
-use anyhow::Context;
 use myovib_fem::mesh::MeshNote;
 use myovib_model::coupling::Feedback;
 use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings};
@@ -26,6 +26,7 @@ pub use builtin::{BUILTIN, builtin_text};
 pub use oscillators::DrivenChain;
 
 use crate::InputError;
+use crate::inputs::{Input, Inputs};
 use crate::scene_file::{self, Analysis, SceneFile, Source};
 use builder::Builder;
 
@@ -45,6 +46,8 @@ pub struct Scene {
     pub chains: Vec<DrivenChain>,
     /// How chains act back on the body.
     pub feedbacks: Vec<Feedback>,
+    /// The files it was made of: mesh and tables.
+    pub inputs: Vec<Input>,
 }
 
 /// An elastic body and how it is to be computed.
@@ -62,34 +65,33 @@ impl Scene {
     /// Reads the scene at `path`, or the built-in scene of that name, with overrides applied.
     ///
     /// # Errors
-    /// Files that cannot be read, and [`InputError`] for what is wrong in them.
-    pub fn load(path: &Path, overrides: &[String]) -> anyhow::Result<Self> {
+    /// [`InputError`] for a file that cannot be read, and for what is wrong in it.
+    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, InputError> {
         let name = path.display().to_string();
-        let (text, folder) = match std::fs::read_to_string(path) {
-            Ok(text) => (text, path.parent().unwrap_or(Path::new("")).to_owned()),
-            Err(error) => match builtin_text(&name) {
-                Some(text) => (text.to_owned(), Path::new("").to_owned()),
-                None => {
-                    let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
-                    return Err(error).with_context(|| {
-                        InputError::new(format!("cannot read the scene `{name}`"))
-                            .allowed(format!("a file, or a built-in scene: {}", names.join(", ")))
-                            .next("`myovib init` writes a scene to start from")
-                            .to_string()
-                    });
-                }
-            },
-        };
-        Ok(Self::build(&name, &text, overrides, &folder)?)
+        match (std::fs::read_to_string(path), builtin_text(&name)) {
+            (Ok(text), _) => {
+                let folder = path.parent().unwrap_or(Path::new(""));
+                Self::build(&name, &text, overrides, folder)
+            }
+            (Err(_), Some(text)) => Self::build(&name, text, overrides, Path::new("")),
+            (Err(error), None) => {
+                let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+                let error = InputError::new(format!("cannot read the scene `{name}`: {error}"));
+                Err(error
+                    .allowed(format!("a file, or a built-in scene: {}", names.join(", ")))
+                    .next("`myovib init` writes a scene to start from"))
+            }
+        }
     }
 
     /// The built-in scene `name`, with overrides applied.
     ///
     /// # Errors
     /// A name that is none of [`BUILTIN`]'s, and what the overrides make wrong.
-    pub fn built_in(name: &str, overrides: &[String]) -> anyhow::Result<Self> {
-        let text = builtin_text(name).with_context(|| format!("there is no scene `{name}`"))?;
-        Ok(Self::build(name, text, overrides, Path::new(""))?)
+    pub fn built_in(name: &str, overrides: &[String]) -> Result<Self, InputError> {
+        let text = builtin_text(name)
+            .ok_or_else(|| InputError::new(format!("there is no scene `{name}`")))?;
+        Self::build(name, text, overrides, Path::new(""))
     }
 
     /// What was put right in the mesh, or left aside.
@@ -110,7 +112,8 @@ impl Scene {
     /// # Errors
     /// Those of the model, explained.
     pub fn at<T>(&self, path: &str, result: Result<T, ModelError>) -> Result<T, InputError> {
-        Builder::new(&self.source, Path::new(""), self.t_end).at(path, result)
+        let inputs = Inputs::new(Path::new(""));
+        Builder::new(&self.source, &inputs, self.t_end).at(path, result)
     }
 
     /// Makes a scene from its text; files named in it are relative to `folder`.
@@ -128,7 +131,9 @@ impl Scene {
             source,
         } = scene_file::read(name, text, overrides)?;
         let t_end = file.time.as_ref().map_or(0.0, |time| time.end);
-        let builder = Builder::new(&source, folder, t_end);
+        let inputs = Inputs::new(folder);
+        let builder = Builder::new(&source, &inputs, t_end);
+        builder.limits(&file)?;
         builder.integrator(&file)?;
         match file.analysis {
             Analysis::Dynamic if file.time.is_none() => {
@@ -178,6 +183,7 @@ impl Scene {
             rod,
             chains,
             feedbacks,
+            inputs: inputs.into_read(),
             file,
             source,
         })

@@ -2,6 +2,9 @@
 
 use crate::InputError;
 
+/// The most cases of a sweep.
+const MAX_CASES: usize = 100_000;
+
 /// One case: its number from 0, and its overrides.
 #[derive(Debug, Clone)]
 pub(super) struct Case {
@@ -27,23 +30,21 @@ impl Axis {
         let (key, values) = text
             .split_once('=')
             .ok_or_else(|| wrong("values are missing"))?;
-        let values = match values.split_once("..") {
+        let values = match range(values) {
             None => values
                 .split(',')
                 .map(|value| value.trim().to_owned())
                 .collect(),
-            Some((low, rest)) => {
-                let (high, n) = rest
-                    .split_once(':')
-                    .ok_or_else(|| wrong("`:n` is missing"))?;
+            Some((low, high, n)) => {
                 let number = |word: &str| word.trim().parse::<f64>().ok();
-                let (Some(low), Some(high), Ok(n)) =
-                    (number(low), number(high), n.trim().parse::<usize>())
-                else {
+                let (Some(low), Some(high)) = (number(low), number(high)) else {
                     return Err(wrong("a range is made of numbers"));
                 };
-                if n < 2 {
-                    return Err(wrong("a range has two values at least"));
+                let n = n.ok_or_else(|| wrong("`:n` is missing"))?;
+                let n: usize = n.trim().parse().map_err(|_| wrong("n is a whole number"))?;
+                if !(2..=MAX_CASES).contains(&n) {
+                    let error = wrong("a range has two values at least, and not too many");
+                    return Err(error.allowed(format!("n from 2 to {MAX_CASES}")));
                 }
                 let value = |i: usize| {
                     let s = i as f64 / (n - 1) as f64;
@@ -59,10 +60,26 @@ impl Axis {
     }
 }
 
+/// The parts of `lo..hi:n`, if the values are meant as a range: paths hold `..` too.
+fn range(values: &str) -> Option<(&str, &str, Option<&str>)> {
+    let (low, rest) = values.split_once("..")?;
+    let (high, n) = match rest.split_once(':') {
+        Some((high, n)) => (high, Some(n)),
+        None => (rest, None),
+    };
+    let is_number = |word: &str| word.trim().parse::<f64>().is_ok();
+    (is_number(low) || is_number(high)).then_some((low, high, n))
+}
+
 /// All combinations; the last axis changes fastest.
-pub(super) fn cases(axes: &[Axis]) -> Vec<Case> {
-    let count: usize = axes.iter().map(|axis| axis.values.len()).product();
-    (0..count)
+pub(super) fn cases(axes: &[Axis]) -> Result<Vec<Case>, InputError> {
+    let lengths = axes.iter().map(|axis| axis.values.len());
+    let count = lengths.fold(1_usize, usize::saturating_mul);
+    if count > MAX_CASES {
+        let error = InputError::new("the grid has too many cases").at("--vary");
+        return Err(error.found(count).allowed(format!("at most {MAX_CASES}")));
+    }
+    let cases = (0..count)
         .map(|number| {
             let mut rest = number;
             let mut set: Vec<String> = axes
@@ -77,7 +94,8 @@ pub(super) fn cases(axes: &[Axis]) -> Vec<Case> {
             set.reverse();
             Case { number, set }
         })
-        .collect()
+        .collect();
+    Ok(cases)
 }
 
 /// The number, from 0, of case `text` = K/N of `count`.
@@ -102,7 +120,7 @@ mod tests {
     #[test]
     fn the_last_key_changes_fastest_and_ranges_include_their_ends() {
         let axes = ["a.b=1,inf", "c=0..1:3"].map(|text| Axis::parse(text).unwrap());
-        let cases = cases(&axes);
+        let cases = cases(&axes).unwrap();
         let sets: Vec<String> = cases.iter().map(|case| case.set.join(" ")).collect();
         assert_eq!(sets[..3], ["a.b=1 c=0e0", "a.b=1 c=5e-1", "a.b=1 c=1e0"]);
         assert_eq!((sets.len(), sets[5].as_str()), (6, "a.b=inf c=1e0"));
@@ -112,8 +130,20 @@ mod tests {
 
     #[test]
     fn wrong_axes_are_refused() {
-        for text in ["a", "a=1..2", "a=1..2:1", "a=x..2:3"] {
+        for text in [
+            "a", "a=1..2", "a=1..2:1", "a=x..2:3", "a=1..x:3", "a=1..2:x",
+        ] {
             assert!(Axis::parse(text).is_err(), "{text}");
         }
+    }
+
+    /// Regression: a range of 10⁹ values took all memory, and a path with `..` was no path.
+    #[test]
+    fn a_range_is_bounded_and_a_path_is_no_range() {
+        assert!(Axis::parse("k=1..2:1000000000").is_err());
+        let many = ["a=0..1:1000", "b=0..1:1000"].map(|text| Axis::parse(text).unwrap());
+        assert!(cases(&many).unwrap_err().to_string().contains("1000000"));
+        let path = Axis::parse("mesh.path=../a.msh,b/../c.msh").unwrap();
+        assert_eq!(path.values, ["../a.msh", "b/../c.msh"]);
     }
 }

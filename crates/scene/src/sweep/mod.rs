@@ -5,18 +5,24 @@
 
 mod grid;
 
-use std::collections::BTreeMap;
+use std::any::Any;
+use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::num::NonZeroUsize;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use anyhow::Context;
+use myovib_model::StopReason;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
+use crate::csv::{self, Table};
 use crate::run::{self, Existing, RunOptions, RunResult};
+use crate::versions::Versions;
 use crate::watch::Tell;
-use crate::{Scene, atomic_file, parallel};
+use crate::{Error, Input, Scene, atomic_file, inputs, parallel};
 use grid::{Axis, Case, case_number, cases};
 
 /// A scene, what varies, and where the cases go.
@@ -31,6 +37,8 @@ pub struct SweepOptions<'a> {
     pub out: PathBuf,
     /// The case K/N to compute, from 1; without it all.
     pub case: Option<String>,
+    /// Whether cases that were computed are computed again.
+    pub overwrite: bool,
     /// Cases at a time.
     pub n_threads: NonZeroUsize,
     /// A flag that ends the sweep in good order.
@@ -38,7 +46,7 @@ pub struct SweepOptions<'a> {
     /// Who is told how far the sweep is.
     pub progress: &'a dyn Tell,
     /// What is done with a case that was computed, in its folder.
-    pub finished: &'a (dyn Fn(&Path, &Scene, &RunResult) -> anyhow::Result<()> + Sync),
+    pub finished: &'a (dyn Fn(&Path, &Scene, &RunResult) -> Result<(), Error> + Sync),
 }
 
 /// The table of a sweep.
@@ -54,13 +62,13 @@ pub struct SweepResult {
 ///
 /// # Errors
 /// Wrong options, or a folder that cannot be written. A case that fails is a row.
-pub fn compute(options: &SweepOptions<'_>) -> anyhow::Result<SweepResult> {
+pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     let axes: Vec<Axis> = options
         .vary
         .iter()
         .map(|text| Axis::parse(text))
         .collect::<Result<_, _>>()?;
-    let all = cases(&axes);
+    let all = cases(&axes)?;
     let wanted = match &options.case {
         None => all.clone(),
         Some(text) => vec![all[case_number(text, all.len())?].clone()],
@@ -70,9 +78,10 @@ pub fn compute(options: &SweepOptions<'_>) -> anyhow::Result<SweepResult> {
     let sweep = Sweep {
         options,
         scene: Scene::load(&options.scene, &first)?.text().to_owned(),
+        program: program(),
+        hashes: Mutex::default(),
     };
-    fs::create_dir_all(&options.out)
-        .with_context(|| format!("cannot make {}", options.out.display()))?;
+    fs::create_dir_all(&options.out).map_err(Error::file("make", &options.out))?;
 
     sweep.compute_all(&wanted)?;
 
@@ -88,11 +97,49 @@ pub fn compute(options: &SweepOptions<'_>) -> anyhow::Result<SweepResult> {
     Ok(SweepResult { document, csv })
 }
 
+/// The program that computes: its revision, and where that has local changes or none is known, its
+/// content.
+fn program() -> String {
+    let Versions { myovib, git, .. } = Versions::found();
+    let content = || {
+        let bytes = fs::read(std::env::current_exe().ok()?).ok()?;
+        Some(inputs::sha256(&bytes))
+    };
+    let is_known = git != "unknown" && !git.ends_with("-modified");
+    let content = if is_known { None } else { content() };
+    format!("{myovib} {git} {}", content.unwrap_or_default())
+}
+
+/// What a panic said.
+fn words_of(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    text.or_else(|| panic.downcast_ref::<&str>().copied())
+        .unwrap_or("no message")
+        .to_owned()
+}
+
 /// What all cases share.
 struct Sweep<'a> {
     options: &'a SweepOptions<'a>,
     /// The scene's text, without overrides.
     scene: String,
+    /// The program that computes.
+    program: String,
+    /// Hashes of files that cases read, each taken once; none of a file that cannot be read.
+    hashes: Mutex<HashMap<PathBuf, Option<String>>>,
+}
+
+/// What came of a case, and of what: it stands as long as all of that is the same.
+#[derive(Debug, Serialize, Deserialize)]
+struct Record {
+    program: String,
+    scene: String,
+    common: Vec<String>,
+    set: Vec<String>,
+    inputs: Vec<Input>,
+    /// Whether the case came to an end of its own, which it would come to again.
+    done: bool,
+    result: Value,
 }
 
 impl Sweep<'_> {
@@ -107,13 +154,14 @@ impl Sweep<'_> {
             .join(format!("case-{:04}", case.number + 1))
     }
 
-    fn compute_all(&self, cases: &[Case]) -> anyhow::Result<()> {
+    fn compute_all(&self, cases: &[Case]) -> Result<(), Error> {
         let done = AtomicUsize::new(0);
         let outcomes = parallel::map(cases, self.options.n_threads, |case| {
             if self.is_interrupted() {
                 return Ok(());
             }
-            if !self.is_finished(case) {
+            let is_done = || self.record(case).is_some_and(|record| record.done);
+            if self.options.overwrite || !is_done() {
                 self.compute(case)?;
             }
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
@@ -124,48 +172,80 @@ impl Sweep<'_> {
         outcomes.into_iter().collect()
     }
 
-    /// The record of a case, if it was computed of the same scene with the same overrides.
-    fn record(&self, case: &Case) -> Option<Value> {
+    /// The record of a case, if it is of the same scene, overrides, files and program.
+    fn record(&self, case: &Case) -> Option<Record> {
         let text = fs::read_to_string(self.folder(case).join("case.json")).ok()?;
-        let record: Value = serde_json::from_str(&text).ok()?;
-        let same = record["scene"] == self.scene
-            && record["set"] == json!(case.set)
-            && record["common"] == json!(self.options.set);
+        let record: Record = serde_json::from_str(&text).ok()?;
+        let same = record.program == self.program
+            && record.scene == self.scene
+            && record.common == self.options.set
+            && record.set == case.set
+            && record.inputs.iter().all(|input| self.is_unchanged(input));
         same.then_some(record)
     }
 
-    /// Whether it was computed to an end of its own.
-    fn is_finished(&self, case: &Case) -> bool {
-        self.record(case)
-            .is_some_and(|record| record["result"]["reason"] != "interrupted")
+    fn is_unchanged(&self, input: &Input) -> bool {
+        let folder = self.options.scene.parent().unwrap_or(Path::new(""));
+        let path = folder.join(&input.file);
+        let mut hashes = self.hashes.lock().expect("no thread panics with the lock");
+        let hash = hashes.entry(path).or_insert_with_key(|path| {
+            let bytes = fs::read(path).ok()?;
+            Some(inputs::sha256(&bytes))
+        });
+        hash.as_ref() == Some(&input.sha256)
     }
 
-    /// Computes a case and records what came of it.
-    fn compute(&self, case: &Case) -> anyhow::Result<()> {
-        let (options, folder) = (self.options, self.folder(case));
+    /// Computes a case and records what came of it. What fails is a result too, but one that is
+    /// tried again.
+    fn compute(&self, case: &Case) -> Result<(), Error> {
+        let options = self.options;
+        let mut inputs = Vec::new();
+        let outcome = catch_unwind(AssertUnwindSafe(|| self.run(case, &mut inputs)));
+        let outcome = outcome.unwrap_or_else(|panic| Err(Error::Panic(words_of(&*panic))));
+        let (done, result) = match outcome {
+            Ok(result) => {
+                // The CPU time that a case may take is this machine's.
+                let by_chance = [StopReason::Interrupted, StopReason::WorkCap];
+                let reason = result.outcome.reason();
+                (
+                    !reason.is_some_and(|reason| by_chance.contains(&reason)),
+                    result.document,
+                )
+            }
+            Err(error) => {
+                let cause = std::error::Error::source(&error);
+                let cause = cause.map_or(String::new(), |cause| format!(": {cause}"));
+                let message = format!("{error}{cause}");
+                (false, json!({ "outcome": "failed", "message": message }))
+            }
+        };
+        let record = Record {
+            program: self.program.clone(),
+            scene: self.scene.clone(),
+            common: options.set.clone(),
+            set: case.set.clone(),
+            inputs,
+            done,
+            result,
+        };
+        let folder = self.folder(case);
+        fs::create_dir_all(&folder).map_err(Error::file("make", &folder))?;
+        atomic_file::save(&folder.join("case.json"), serde_json::to_string(&record)?)
+    }
+
+    fn run(&self, case: &Case, inputs: &mut Vec<Input>) -> Result<RunResult, Error> {
+        let options = self.options;
         let set = [&options.set[..], &case.set].concat();
+        let scene = Scene::load(&options.scene, &set)?;
+        inputs.clone_from(&scene.inputs);
         let run = RunOptions {
             existing: Existing::Overwrite,
             interrupt: options.interrupt,
-            ..RunOptions::into_folder(&folder)
+            ..RunOptions::into_folder(self.folder(case))
         };
-        let outcome = Scene::load(&options.scene, &set).and_then(|scene| {
-            let result = run::compute(&scene, &run)?;
-            (options.finished)(&folder, &scene, &result)?;
-            Ok(result)
-        });
-        let result = match outcome {
-            Ok(result) => result.document,
-            Err(failure) => json!({ "outcome": "failed", "message": format!("{failure:#}") }),
-        };
-        let record = json!({
-            "scene": self.scene,
-            "set": case.set,
-            "common": options.set,
-            "result": result,
-        });
-        fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-        atomic_file::save(&folder.join("case.json"), record.to_string())
+        let result = run::compute(&scene, &run)?;
+        (options.finished)(&run.out, &scene, &result)?;
+        Ok(result)
     }
 
     fn row(&self, axes: &[Axis], case: &Case) -> Value {
@@ -175,14 +255,15 @@ impl Sweep<'_> {
             let value = set.split_once('=').map_or("", |(_, value)| value);
             row.insert(axis.key.clone(), json!(value));
         }
-        let record = self.record(case);
-        let record = record.unwrap_or(json!({ "result": { "outcome": "not computed" } }));
+        let result = match self.record(case) {
+            Some(record) => record.result,
+            None => json!({ "outcome": "not computed" }),
+        };
         for column in COLUMNS {
-            row.insert(column.to_owned(), record["result"][column].clone());
+            row.insert(column.to_owned(), result[column].clone());
         }
-        row.insert("message".to_owned(), record["result"]["message"].clone());
-        let probes = &record["result"]["scene"]["probe"];
-        let probes = last_rows(&self.folder(case), probes);
+        row.insert("message".to_owned(), result["message"].clone());
+        let probes = last_rows(&self.folder(case), &result["scene"]["probe"]);
         row.insert("probes".to_owned(), json!(probes));
         Value::Object(row)
     }
@@ -208,8 +289,8 @@ fn last_rows(folder: &Path, probes: &Value) -> BTreeMap<String, Vec<f64>> {
         .filter_map(|probe| {
             let name = probe["name"].as_str()?;
             let text = fs::read_to_string(folder.join(format!("{name}.csv"))).ok()?;
-            let numbers = text.lines().skip(1).last()?.split(',');
-            let values = numbers.filter_map(|word| word.parse().ok()).collect();
+            let table = Table::parse(&text).ok()?;
+            let values = table.numbers(table.rows.last()?)?;
             Some((name.to_owned(), values))
         })
         .collect()
@@ -218,7 +299,7 @@ fn last_rows(folder: &Path, probes: &Value) -> BTreeMap<String, Vec<f64>> {
 fn table(axes: &[Axis], rows: &[Value]) -> String {
     let keys = axes.iter().map(|axis| axis.key.as_str());
     let names: Vec<&str> = std::iter::once("case").chain(keys).chain(COLUMNS).collect();
-    let mut text = names.join(",") + "\n";
+    let mut text = csv::line(&names);
     for row in rows {
         let words: Vec<String> = names
             .iter()
@@ -228,7 +309,7 @@ fn table(axes: &[Axis], rows: &[Value]) -> String {
                 other => other.to_string(),
             })
             .collect();
-        text += &(words.join(",") + "\n");
+        text += &csv::line(&words);
     }
     text
 }

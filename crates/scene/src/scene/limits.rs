@@ -1,0 +1,61 @@
+//! How much a scene may ask for: a typing error shall be told before hours or a disk are gone.
+
+use super::builder::Builder;
+use crate::InputError;
+use crate::scene_file::SceneFile;
+use crate::statistics::DRIFT_SAMPLES;
+
+/// The most probes: each has a file open, and systems allow a process about a thousand.
+const MAX_PROBES: usize = 500;
+/// The most rows of a probe: a file of about 1 GB for a point.
+const MAX_ROWS: f64 = 1e7;
+/// The most field files and checkpoints, of which the smallest have some 10 kB.
+const MAX_FILES: f64 = 1e5;
+
+impl Builder<'_> {
+    /// Refuses more output than anyone can want, and an end time too small to be divided.
+    pub(super) fn limits(&self, file: &SceneFile) -> Result<(), InputError> {
+        if file.time.is_some() && !(self.t_end / DRIFT_SAMPLES).is_normal() {
+            let error = InputError::new("the end time cannot be divided into samples")
+                .found(format!("{:e} s", self.t_end))
+                .allowed("a time that matters, s");
+            return Err(self.wrong("time.end", error));
+        }
+        if file.probe.len() > MAX_PROBES {
+            let error = InputError::new("the scene has too many probes")
+                .found(file.probe.len())
+                .allowed(format!("at most {MAX_PROBES}: each has a file open"))
+                .next("take lines of points, or write fields");
+            return Err(self.wrong(&format!("probe[{MAX_PROBES}]"), error));
+        }
+        for (i, probe) in file.probe.iter().enumerate() {
+            self.count(&format!("probe[{i}].every"), probe.every, MAX_ROWS, "rows")?;
+        }
+        if let Some(fields) = &file.fields {
+            self.count("fields.every", fields.every, MAX_FILES, "files")?;
+        }
+        if let Some(checkpoint) = &file.checkpoint {
+            self.count(
+                "checkpoint.every",
+                checkpoint.every,
+                MAX_FILES,
+                "checkpoints",
+            )?;
+        }
+        Ok(())
+    }
+
+    fn count(&self, path: &str, every: f64, most: f64, what: &str) -> Result<(), InputError> {
+        let count = self.t_end / every;
+        if count <= most {
+            return Ok(());
+        }
+        let error = InputError::new(format!("the run would have too many {what}"))
+            .found(format!(
+                "{count:.0e}: every {every:e} s up to {:e} s",
+                self.t_end
+            ))
+            .allowed(format!("at most {most:.0e}"));
+        Err(self.wrong(path, error))
+    }
+}

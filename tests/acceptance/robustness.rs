@@ -1,0 +1,346 @@
+//! What a run's folder promises: nothing invented, nothing lost, nothing left over, one run at a
+//! time, and an end in words. Each test is the regression of a finding.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use crate::harness::{PROGRAM, myovib_in};
+
+/// A run with a checkpoint at 0.16 s, over in a second.
+const SHORT: [&str; 8] = [
+    "run",
+    "init",
+    "--quiet",
+    "--set",
+    "time.end=0.2",
+    "--set",
+    "checkpoint.every=0.16",
+    "--resume",
+];
+
+/// Leaves `out` as a kill after the last checkpoint does, and gives the table of its probe.
+fn killed(folder: &Path) -> String {
+    let run = myovib_in(folder, &SHORT[..7]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    fs::remove_file(folder.join("out/run.json")).unwrap();
+    fs::read_to_string(folder.join("out/origin.csv")).unwrap()
+}
+
+fn first_rows(text: &str, n: usize) -> String {
+    text.split_inclusive('\n').take(n + 1).collect()
+}
+
+#[test]
+fn rows_that_a_table_has_lost_are_not_invented() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = killed(folder.path());
+    let csv = folder.path().join("out/origin.csv");
+    let short = first_rows(&whole, 5);
+    fs::write(&csv, &short).unwrap();
+    let run = myovib_in(folder.path(), &SHORT);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    for said in ["origin.csv", "rows would be missing", "--overwrite"] {
+        assert!(run.stderr.contains(said), "{said}: {}", run.stderr);
+    }
+    assert_eq!(fs::read_to_string(&csv).unwrap(), short, "left as it is");
+}
+
+#[test]
+fn a_torn_end_is_cut_with_a_word_and_the_drift_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = killed(folder.path());
+    let csv = folder.path().join("out/origin.csv");
+    fs::write(&csv, first_rows(&whole, 17) + "1.7e-1,\0\0\0").unwrap();
+    let path = folder.path().join("out/checkpoint.json");
+    let mut checkpoint: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    // A drift before the kill that nothing after it reaches.
+    checkpoint["drift"] = serde_json::json!([0.5, 0.1]);
+    fs::write(&path, checkpoint.to_string()).unwrap();
+    let run = myovib_in(folder.path(), &SHORT);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(
+        run.stderr.contains("torn end of 11 bytes is cut"),
+        "{}",
+        run.stderr
+    );
+    let times = |text: &str| -> Vec<String> {
+        let words = text.lines().filter_map(|line| line.split(',').next());
+        words.map(str::to_owned).collect()
+    };
+    assert_eq!(times(&fs::read_to_string(&csv).unwrap()), times(&whole));
+    let document = fs::read_to_string(folder.path().join("out/run.json")).unwrap();
+    let document: Value = serde_json::from_str(&document).unwrap();
+    assert_eq!(document["constraint_drift"], 0.5);
+    assert_eq!(document["constraint_drift_at"], 0.1);
+}
+
+#[test]
+fn checkpoints_do_not_change_a_run() {
+    let folder = tempfile::tempdir().unwrap();
+    for method in ["bdf", "radau"] {
+        let table = |every: &str| {
+            let out = format!("{method}-{every}");
+            let (method, every) = (
+                format!("integrator.method={method}"),
+                format!("checkpoint.every={every}"),
+            );
+            let arguments = [
+                "run",
+                "init",
+                "--quiet",
+                "--set",
+                "time.end=0.2",
+                "--out",
+                &out,
+            ];
+            let sets = ["--set", &method, "--set", &every];
+            let run = myovib_in(folder.path(), &[&arguments[..], &sets].concat());
+            assert_eq!(run.code, 0, "{}", run.stderr);
+            fs::read_to_string(folder.path().join(out).join("origin.csv")).unwrap()
+        };
+        assert_eq!(table("1"), table("0.001"), "{method}");
+    }
+}
+
+#[test]
+fn a_finished_run_is_not_resumed_whatever_its_checkpoints() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(myovib_in(folder.path(), &SHORT[..7]).code, 0);
+    let run = myovib_in(folder.path(), &SHORT);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(run.stderr.contains("the run is finished"), "{}", run.stderr);
+}
+
+#[test]
+fn a_run_of_a_changed_mesh_is_not_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = folder.path().join("a.msh");
+    // As some editors write it.
+    let text = format!("\u{feff}{}", include_str!("../../data/meshes/muscle.msh"));
+    fs::write(&mesh, &text).unwrap();
+    let file = ["--set", "mesh.type=file", "--set", "mesh.path=a.msh"];
+    let scene = include_str!("../../data/scenes/init.toml");
+    fs::write(folder.path().join("init"), scene).unwrap();
+    let first = myovib_in(folder.path(), &[&SHORT[..7], &file].concat());
+    assert_eq!(first.code, 0, "{}", first.stderr);
+    fs::remove_file(folder.path().join("out/run.json")).unwrap();
+    fs::write(&mesh, text.replacen("0.06", "0.0600001", 1)).unwrap();
+    let again = myovib_in(folder.path(), &[&SHORT[..], &file].concat());
+    assert_eq!(again.code, 2, "{}", again.stderr);
+    assert!(
+        again.stderr.contains("`a.msh` has changed"),
+        "{}",
+        again.stderr
+    );
+}
+
+#[test]
+fn overwrite_leaves_nothing_of_the_earlier_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let fields = ["--set", "fields.every=0.1"];
+    assert_eq!(
+        myovib_in(folder.path(), &[&SHORT[..7], &fields].concat()).code,
+        0
+    );
+    let statics = ["run", "cook-static", "--quiet", "--overwrite"];
+    assert_eq!(myovib_in(folder.path(), &statics).code, 0);
+    for gone in ["origin.csv", "fields_00001.vtu", "checkpoint.json"] {
+        assert!(!folder.path().join("out").join(gone).exists(), "{gone}");
+    }
+}
+
+#[test]
+fn a_sweep_sees_changed_files_and_retries_what_failed_by_chance() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("t.csv"), "t,f\n0,0\n1,1\n").unwrap();
+    let scene = include_str!("../../data/scenes/figure3.toml");
+    fs::write(folder.path().join("s.toml"), scene).unwrap();
+    let sweep = |more: &[&str]| -> Value {
+        let load = "rod.load={ type = \"table\", file = \"t.csv\", time = \"t\", column = \"f\" }";
+        let common = [
+            "sweep",
+            "s.toml",
+            "--quiet",
+            "--set",
+            "time.end=0.01",
+            "--set",
+            load,
+            "--set",
+            "rod.reading=traction",
+            "--vary",
+            "rod.alpha=0.25",
+            "--json",
+        ];
+        let run = myovib_in(folder.path(), &[&common[..], &["-"], more].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        serde_json::from_str(&run.stdout).unwrap()
+    };
+    let case = folder.path().join("sweep/case-0001/case.json");
+    let written = || fs::metadata(&case).unwrap().modified().unwrap();
+    let first = sweep(&[]);
+    assert_eq!(first["rows"][0]["outcome"], "finished", "{first}");
+    let at_first = written();
+    sweep(&[]);
+    assert_eq!(written(), at_first, "nothing has changed");
+    fs::write(folder.path().join("t.csv"), "t,f\n0,0\n1,2\n").unwrap();
+    let second = sweep(&[]);
+    assert_ne!(
+        second["rows"][0]["probes"], first["rows"][0]["probes"],
+        "the table has changed"
+    );
+    let at_second = written();
+    sweep(&["--overwrite"]);
+    assert_ne!(written(), at_second);
+    // A file that is missing for a while is no result.
+    fs::remove_file(folder.path().join("t.csv")).unwrap();
+    let run = myovib_in(folder.path(), &["run", "s.toml", "--set", "time.end=0.01"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+}
+
+#[test]
+fn one_run_at_a_time_writes_into_a_folder_and_signals_keep_its_output() {
+    let folder = tempfile::tempdir().unwrap();
+    for signal in ["-TERM", "-HUP"] {
+        let mut first = Command::new(PROGRAM)
+            .args([
+                "run",
+                "init",
+                "--quiet",
+                "--overwrite",
+                "--set",
+                "time.end=1000",
+            ])
+            .current_dir(folder.path())
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        // It runs once its table has rows.
+        let csv = folder.path().join("out/origin.csv");
+        let since = Instant::now();
+        while !fs::read_to_string(&csv).is_ok_and(|text| text.lines().count() > 2) {
+            assert!(
+                since.elapsed() < Duration::from_secs(60),
+                "it does not start"
+            );
+            std::thread::yield_now();
+        }
+        let second = myovib_in(folder.path(), &["run", "init", "--overwrite"]);
+        assert_eq!(second.code, 2, "{}", second.stderr);
+        assert!(
+            second.stderr.contains("another run writes into"),
+            "{}",
+            second.stderr
+        );
+        let sent = Command::new("kill")
+            .args([signal, &first.id().to_string()])
+            .status();
+        assert!(sent.unwrap().success());
+        assert_eq!(first.wait().unwrap().code(), Some(130), "{signal}");
+        let document = fs::read_to_string(folder.path().join("out/run.json")).unwrap();
+        assert!(document.contains("\"interrupted\""));
+        fs::remove_dir_all(folder.path().join("out")).unwrap();
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_code_4_and_named_and_what_was_written_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    // A limit on the size of files stands for a full disk.
+    let run = Command::new("bash")
+        .args(["-c", "trap '' XFSZ; ulimit -f 100; exec \"$0\" run init --quiet --set probe[0].every=1e-5 --set time.end=0.2", PROGRAM])
+        .current_dir(folder.path())
+        .env("NO_COLOR", "1")
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(4), "{stderr}");
+    assert!(stderr.contains("origin.csv"), "{stderr}");
+    let text = fs::read_to_string(folder.path().join("out/origin.csv")).unwrap();
+    assert!(text.lines().count() > 100);
+}
+
+#[test]
+fn no_equilibrium_is_code_4() {
+    let folder = tempfile::tempdir().unwrap();
+    let load = "traction[0].y=1e9";
+    let run = myovib_in(folder.path(), &["run", "cook-static", "--set", load]);
+    assert_eq!(run.code, 4, "{}", run.stderr);
+    assert!(
+        run.stderr.contains("no static equilibrium"),
+        "{}",
+        run.stderr
+    );
+}
+
+#[test]
+fn what_nobody_can_want_is_refused_with_a_message() {
+    let folder = tempfile::tempdir().unwrap();
+    for (set, said) in [
+        ("time.end=5e-324", "end time"),
+        ("time.end=1e300", "too many rows"),
+        ("probe[0].every=1e-12", "too many rows"),
+        ("fields.every=1e-12", "too many files"),
+        ("checkpoint.every=1e-300", "too many checkpoints"),
+    ] {
+        let run = myovib_in(folder.path(), &["run", "init", "--set", set]);
+        assert_eq!(run.code, 2, "{set}: {}", run.stderr);
+        assert!(run.stderr.contains(said), "{set}: {}", run.stderr);
+    }
+    let probe = "[[probe]]\ntype = \"energy\"\nname = \"p";
+    let probes: String = (0..100_000).map(|i| format!("{probe}{i}\"\n")).collect();
+    let scene = include_str!("../../data/scenes/init.toml").to_owned() + &probes;
+    fs::write(folder.path().join("many.toml"), scene).unwrap();
+    let started = Instant::now();
+    let run = myovib_in(folder.path(), &["run", "many.toml"]);
+    assert!(run.stderr.contains("too many probes"), "{}", run.stderr);
+    // It took minutes; what it takes now is reading 3 MB.
+    assert!(started.elapsed() < Duration::from_secs(20));
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn names_do_not_command_a_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = "fixed[0].group=a\u{1b}[2Jb";
+    let run = myovib_in(folder.path(), &["run", "init", "--set", name]);
+    assert_eq!(run.code, 2);
+    assert!(!run.stderr.contains('\u{1b}'), "{}", run.stderr);
+    assert!(run.stderr.contains("\\u{1b}[2Jb"), "{}", run.stderr);
+}
+
+#[cfg(unix)]
+#[test]
+fn links_and_pipes_are_not_followed() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let precious = folder.path().join("precious");
+    fs::create_dir(&out).unwrap();
+    fs::write(&precious, "mine").unwrap();
+    std::os::unix::fs::symlink(&precious, out.join("origin.csv")).unwrap();
+    let refused = myovib_in(folder.path(), &SHORT[..7]);
+    assert_eq!(refused.code, 2, "{}", refused.stderr);
+    let run = myovib_in(folder.path(), &[&SHORT[..7], &["--overwrite"]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(fs::read_to_string(&precious).unwrap(), "mine");
+    assert!(
+        fs::symlink_metadata(out.join("origin.csv"))
+            .unwrap()
+            .is_file()
+    );
+    let pipe = folder.path().join("pipe");
+    assert!(
+        Command::new("mkfifo")
+            .arg(&pipe)
+            .status()
+            .unwrap()
+            .success()
+    );
+    let run = myovib_in(folder.path(), &["doctor", "--json", "pipe"]);
+    assert_eq!(run.code, 2);
+    assert!(run.stderr.contains("no regular file"), "{}", run.stderr);
+}
