@@ -101,10 +101,13 @@ fn what_only_bdf_has_is_refused_with_radau() {
     for (arguments, option) in [
         (["--max-order", "2"], "--max-order"),
         (
-            ["--multiplier-weights", "step-scaled"],
-            "--multiplier-weights",
+            ["--set", "integrator.multiplier_weights=step-scaled"],
+            "--set integrator.multiplier_weights=step-scaled",
         ),
-        (["--project-every", "0.1"], "--project-every"),
+        (
+            ["--set", "integrator.project_every=0.1"],
+            "--set integrator.project_every=0.1",
+        ),
         (["--rows", "2m"], "--rows"),
     ] {
         let run = myovib(&[&["table2", "--integrator", "radau"][..], &arguments].concat());

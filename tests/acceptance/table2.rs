@@ -312,7 +312,10 @@ fn options_that_will_not_do_are_one_message_and_code_2() {
         (&["--rtol", "0"], &["--rtol", "0"]),
         (&["--rtol", "2"], &["--rtol", "below 1"]),
         (&["--every", "0.1"], &["--probe"]),
-        (&["--project-every", "nan"], &["--project-every", "nan"]),
+        (
+            &["--set", "integrator.project_every=0"],
+            &["project_every", "greater than 0"],
+        ),
         (&["--max-order", "6"], &["--max-order", "6"]),
         (&["--suppress", "pressure"], &["pressure", "lambda"]),
         (

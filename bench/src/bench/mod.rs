@@ -184,6 +184,6 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
         What::Accuracy => accuracy::run(args, &mesh),
         What::Features => features::run(args, &mesh),
         What::Growth => growth::run(args, &mesh),
-        What::Rows => rows::run(args, &mesh),
+        What::Rows => rows::run(args),
     }
 }

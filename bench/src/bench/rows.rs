@@ -1,20 +1,20 @@
 //! Rows of Table 2 by three ways to solve Newton's systems, in one run.
 
-use myovib_fem::Mesh;
+use anyhow::Context;
 use myovib_model::linear::LinearWork;
 use myovib_model::{
-    LinearSolver, MuscleDae, Settings, Statistics, paper, run as run_model, start_at_rest,
+    LinearSolver, MuscleDae, Settings, Statistics, run as run_model, start_at_rest,
 };
 use myovib_sparse::klu::Ordering;
 use serde::Serialize;
 use sundials_wrap::VectorArithmetic;
 
 use super::{BenchArgs, fastest, give, goes_on};
-use myovib_cli::commands::table2::rows::{ROWS, Row};
 use myovib_cli::exit::Exit;
 use myovib_cli::machine::Machine;
 use myovib_cli::progress::Progress;
 use myovib_report::table::{Align, Cell, Table, coloured_stdout};
+use myovib_scene::{Body, Scene};
 
 /// The rows that run to the end, in the convention that leaves multipliers out of the error test.
 const KEYS: [&str; 4] = ["1", "2m", "3m", "31"];
@@ -41,13 +41,8 @@ impl Way {
         }
     }
 
-    fn settings(self, row: &Row, t_end: f64) -> Settings {
-        let ours = Settings {
-            t_end,
-            suppressed: row.suppressed.to_vec(),
-            max_order: row.max_order,
-            ..Settings::paper(row.formulation)
-        };
+    fn settings(self, body: &Body) -> Settings {
+        let ours = body.settings.clone();
         match self {
             Self::Condensed => ours,
             Self::Full => Settings {
@@ -93,18 +88,21 @@ struct Document<'a> {
     sums: Vec<(&'static str, f64)>,
 }
 
-pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
+pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     let t_end = args.t_end.unwrap_or(10.0);
     let progress = Progress::new(args.common.quiet);
     let mut runs = Vec::new();
-    for row in ROWS.iter().filter(|row| KEYS.contains(&row.key)) {
+    for key in KEYS {
+        let set = [format!("time.end={t_end:e}")];
+        let scene = Scene::built_in(&format!("table2-{key}"), &set)?;
+        let body = scene.body.context("the rows are of the muscle")?;
         let mut first: Option<Statistics> = None;
         for way in Way::ALL.into_iter().take_while(|_| goes_on()) {
-            progress.show(|| format!("row {}, {}", row.key, way.name()));
-            let (statistics, work) = measure(row, way, mesh, t_end, args.repeats)?;
+            progress.show(|| format!("row {key}, {}", way.name()));
+            let (statistics, work) = measure(&body, way, args.repeats)?;
             let base = first.get_or_insert_with(|| statistics.clone());
             runs.push(RunJson {
-                row: row.key,
+                row: key,
                 linear_solver: way.name(),
                 cpu_seconds: statistics.cpu_seconds,
                 steps: statistics.counts.steps,
@@ -133,17 +131,10 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
 }
 
 /// The fastest of the repeats.
-fn measure(
-    row: &Row,
-    way: Way,
-    mesh: &Mesh,
-    t_end: f64,
-    repeats: u32,
-) -> anyhow::Result<(Statistics, LinearWork)> {
-    let settings = way.settings(row, t_end);
+fn measure(body: &Body, way: Way, repeats: u32) -> anyhow::Result<(Statistics, LinearWork)> {
+    let settings = way.settings(body);
     let once = || -> anyhow::Result<_> {
-        let muscle = paper::muscle(mesh, row.kappa, row.beta)?;
-        let dae = MuscleDae::new(muscle, row.formulation)?;
+        let dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
         let mut integrator = start_at_rest(dae, &settings)?;
         let statistics = run_model(integrator.as_mut(), &mut [])?;
         Ok((statistics, integrator.problem().counters().linear))

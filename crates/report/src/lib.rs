@@ -1,7 +1,7 @@
 //! What people look at: figures, tables, films, and the report of a run.
 //!
 //! Cast: [`plot`] draws; [`picture`] writes a drawing with the numbers behind it; [`table`] lays
-//! out text; [`html`] is the page of a run. It knows folders of runs, not integration.
+//! out text; [`html`] is the page of a run, [`table2`] the paper's table. It knows folders of runs, not integration.
 #![forbid(unsafe_code)]
 
 pub mod html;
@@ -9,3 +9,4 @@ pub mod outline;
 pub mod picture;
 pub mod plot;
 pub mod table;
+pub mod table2;

@@ -10,9 +10,6 @@ use myovib_model::{Formulation, IntegratorKind, Muscle, Settings, Signal, paper,
 
 use super::figure::muscle_run::PERIOD;
 use super::figure::{MUSCLE_END, MuscleRun, PER_PERIOD, ROD_END};
-use super::table2::Table2Args;
-use super::table2::rows::ROWS;
-use super::table2::run_row::settings;
 use crate::experiments::{ChainArgs, EVERY, muscle_chain_settings};
 use myovib_scene::mesh_file;
 use myovib_scene::scene_file::chain::Place;
@@ -23,8 +20,6 @@ use myovib_scene::{Body, Scene};
 /// The commands' options when none is given.
 #[derive(Parser)]
 struct Defaults {
-    #[command(flatten)]
-    table2: Table2Args,
     #[command(flatten)]
     chain: ChainArgs,
 }
@@ -86,19 +81,6 @@ fn origin_interval(scene: &Scene) -> f64 {
     let at = [0.0, 0.0];
     assert_eq!(probe.kind, ProbeKind::Point { at, quantities });
     probe.every
-}
-
-#[test]
-fn rows_of_table_2() {
-    let (args, mesh) = (defaults().table2, mesh());
-    for row in &ROWS {
-        let name = format!("table2-{}", row.key);
-        let scene = scene(&name);
-        let muscle = paper::muscle(&mesh, row.kappa, row.beta).unwrap();
-        let settings = settings(row, &args);
-        assert_same(&name, body(&scene), &muscle, row.formulation, &settings);
-        assert_eq!(origin_interval(&scene), args.every, "{name}");
-    }
 }
 
 #[test]

@@ -99,7 +99,9 @@ impl Builder<'_> {
 
 fn suppressed(blocks: &[Block], formulation: Formulation) -> Vec<Field> {
     let fields = blocks.iter().flat_map(|block| match block {
-        Block::Pressure => [Field::Pressure].as_slice(),
+        Block::Displacement => [Field::Displacement].as_slice(),
+        Block::Velocity => &[Field::Velocity],
+        Block::Pressure => &[Field::Pressure],
         Block::Multiplier => &[Field::PressureRate, Field::GglMultiplier],
     });
     fields

@@ -210,6 +210,10 @@ impl Default for OscillatorTolerances {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Block {
+    /// q.
+    Displacement,
+    /// v.
+    Velocity,
     /// λ.
     Pressure,
     /// μ of (29) or (33).

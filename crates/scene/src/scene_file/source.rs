@@ -65,7 +65,8 @@ impl Source {
 
     /// Applies an override `key=value`: `solid.kappa=inf`, `material.0.c10=2e4`.
     ///
-    /// The value is TOML; what is not TOML is taken as a text, so that names need no quotes.
+    /// The value is TOML; what is not TOML is taken as a text, so that names need no quotes. Without
+    /// a value the key is removed, and its default holds.
     ///
     /// # Errors
     /// [`InputError`] without `=`, or for a path through something that is no table or list.
@@ -76,9 +77,10 @@ impl Source {
                 .at(&place)
                 .allowed("key=value, as in solid.kappa=inf")
         })?;
-        let value = match DeValue::parse(text.trim()) {
-            Ok(value) => self.convert(value.get_ref(), &place)?,
-            Err(_) => Value::String(text.trim().to_owned()),
+        let value = match (text.trim(), DeValue::parse(text.trim())) {
+            ("", _) => Value::Null,
+            (_, Ok(value)) => self.convert(value.get_ref(), &place)?,
+            (text, Err(_)) => Value::String(text.to_owned()),
         };
         let mut target = &mut self.value;
         let mut path_so_far = String::new();
@@ -92,6 +94,7 @@ impl Source {
             })?;
         }
         *target = value;
+        without_null(&mut self.value);
         let below = |path: &String| {
             path.strip_prefix(path_so_far.as_str())
                 .is_some_and(|rest| rest.starts_with(['.', '[']))
@@ -215,6 +218,14 @@ impl Source {
                     .collect::<Result<_, InputError>>()?,
             ),
         })
+    }
+}
+
+/// Removes the members that have no value.
+fn without_null(value: &mut Value) {
+    if let Value::Object(object) = value {
+        object.retain(|_, member| !member.is_null());
+        object.values_mut().for_each(without_null);
     }
 }
 

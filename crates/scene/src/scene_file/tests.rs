@@ -54,6 +54,22 @@ fn overrides_replace_add_and_need_no_quotes() {
 }
 
 #[test]
+fn an_override_without_a_value_brings_the_default_back() {
+    let set = [
+        "integrator.rtol=1e-7",
+        "integrator.rtol=",
+        "solid.formulation=",
+    ]
+    .map(str::to_owned);
+    let scene = read("scene.toml", MINIMAL, &set).unwrap().scene;
+    assert_eq!(
+        scene.integrator.rtol,
+        integrator::Integrator::default().rtol
+    );
+    assert_eq!(scene.solid.unwrap().formulation, None);
+}
+
+#[test]
 fn functions_of_time_nest() {
     let text = r#"
         [time]

@@ -1,0 +1,302 @@
+//! `myovib table2`: the scenes of the paper's Table 2, and their runs beside the paper's counts.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use anyhow::Context;
+use clap::Args;
+use myovib_model::IntegratorKind;
+use myovib_report::table2::{self, ROWS, Row, RowRun, Verdict};
+use myovib_scene::run::{Existing, RunOptions, compute};
+use myovib_scene::{InputError, Scene, atomic_file, parallel};
+use serde_json::json;
+
+use crate::args::{self, CommonArgs};
+use crate::exit::Exit;
+use crate::interrupt;
+use crate::progress::Progress;
+
+/// Options of `myovib table2`.
+#[derive(Debug, Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:\n  \
+    myovib table2\n  \
+    myovib table2 --rows 1,2m,3m,31 --json t2.json\n  \
+    myovib table2 --rows 4 --max-order 2\n  \
+    myovib table2 --integrator radau9 --rtol 1e-6\n  \
+    myovib table2 --rows 1 --probe origin --every 0.01 --csv origin.csv\n\n\
+    Exit code 1 when a run ends otherwise than the paper's."
+)]
+pub struct Table2Args {
+    /// Rows to run, by key: 1, 2, 2m, 3, 3m, 4, 4-order2, 4-suppressed, 31; with Radau IIA 1, 2, 3,
+    /// 4, 31, as the others differ from these in settings of BDF [default: all].
+    #[arg(long, value_name = "KEYS", value_delimiter = ',')]
+    pub rows: Vec<String>,
+
+    /// Mesh (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the built-in spindle].
+    #[arg(long, value_name = "FILE")]
+    pub mesh: Option<PathBuf>,
+
+    /// Integrator: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`, `radau9`, `radau13`.
+    #[arg(long, value_name = "NAME", default_value = "ida", value_parser = args::integrator)]
+    pub integrator: IntegratorKind,
+
+    /// End time in s [default: 10].
+    #[arg(long, value_name = "T", value_parser = args::positive)]
+    pub t_end: Option<f64>,
+
+    /// Maximum BDF order of all rows, 1 to 5, or `auto`: what the damping of the fast modes allows
+    /// [default: the row's].
+    #[arg(long, value_name = "N", value_parser = max_order)]
+    pub max_order: Option<String>,
+
+    /// What the error test leaves out: `none`, `default` (the row's with BDF, nothing with Radau
+    /// IIA), or a list of q, v, lambda, mu.
+    #[arg(long, value_name = "BLOCKS", default_value = "default")]
+    pub suppress: Suppress,
+
+    /// Relative tolerance; Radau IIA takes the absolute ones in proportion [default: 1e-3].
+    #[arg(long, value_name = "X", value_parser = args::relative_tolerance)]
+    pub rtol: Option<f64>,
+
+    /// Absolute tolerance of the velocity in m/s [default: 1e-5, with Radau IIA in proportion].
+    #[arg(long, value_name = "X", value_parser = args::positive)]
+    pub atol_velocity: Option<f64>,
+
+    /// Write the table as CSV; with --probe, the probe's values instead.
+    #[arg(long, value_name = "FILE", value_parser = args::output_file)]
+    pub csv: Option<PathBuf>,
+
+    /// Record u and p at this point (`origin`) into the CSV file; takes a single row.
+    #[arg(long, value_name = "POINT", requires = "csv")]
+    pub probe: Option<ProbePoint>,
+
+    /// Time between two records of the probe in s.
+    #[arg(
+        long,
+        value_name = "T",
+        default_value_t = 0.01,
+        value_parser = args::positive,
+        requires = "probe"
+    )]
+    pub every: f64,
+
+    /// Change a value of all rows' scenes, as in `integrator.project_every=0.1`; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+
+    /// Keep the folders of the runs here, `table2-KEY` for each row.
+    #[arg(long, value_name = "DIR", value_parser = args::output_folder)]
+    pub out: Option<PathBuf>,
+
+    /// Options of every command.
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+fn max_order(text: &str) -> Result<String, String> {
+    match text.parse() {
+        _ if text == "auto" => Ok("\"auto\"".to_owned()),
+        Ok(1..=5) => Ok(text.to_owned()),
+        _ => Err(format!("`{text}` is no order: 1 to 5, or auto")),
+    }
+}
+
+/// A named point to record at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum ProbePoint {
+    /// The middle of the muscle, (0, 0), where the rows' scenes have their probe.
+    Origin,
+}
+
+/// What the error test leaves out.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Suppress {
+    /// As the row says with BDF; nothing with Radau IIA.
+    Default,
+    /// These blocks, by their names in scenes.
+    Blocks(Vec<&'static str>),
+}
+
+impl FromStr for Suppress {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let block = |word: &str| match word {
+            "q" => Ok("displacement"),
+            "v" => Ok("velocity"),
+            "lambda" => Ok("pressure"),
+            "mu" => Ok("multiplier"),
+            word => Err(format!(
+                "`{word}` is no block: none, default, or a list of q, v, lambda, mu"
+            )),
+        };
+        match text {
+            "default" => Ok(Self::Default),
+            "none" => Ok(Self::Blocks(Vec::new())),
+            list => list
+                .split(',')
+                .map(block)
+                .collect::<Result<_, _>>()
+                .map(Self::Blocks),
+        }
+    }
+}
+
+impl Table2Args {
+    fn is_bdf(&self) -> bool {
+        self.integrator == IntegratorKind::Ida
+    }
+
+    /// What the options change in the rows' scenes.
+    fn overrides(&self) -> Vec<String> {
+        let mut set = Vec::new();
+        let mut change = |key: &str, value: String| set.push(format!("{key}={value}"));
+        if !self.is_bdf() {
+            // The rows' orders, absolute tolerances and what they leave out are those of BDF.
+            change("integrator.method", self.integrator.name().to_owned());
+            for of_bdf in ["max_order", "atol", "suppress"] {
+                change(&format!("integrator.{of_bdf}"), String::new());
+            }
+        }
+        if let Some(mesh) = &self.mesh {
+            let path = json!(mesh.display().to_string());
+            change("mesh", format!("{{ type = \"file\", path = {path} }}"));
+        }
+        for (key, value) in [
+            ("time.end", self.t_end),
+            ("integrator.rtol", self.rtol),
+            ("integrator.atol.velocity", self.atol_velocity),
+        ] {
+            if let Some(value) = value {
+                change(key, format!("{value:e}"));
+            }
+        }
+        if let Some(order) = &self.max_order {
+            change("integrator.max_order", order.clone());
+        }
+        if let Suppress::Blocks(blocks) = &self.suppress {
+            change("integrator.suppress", json!(blocks).to_string());
+        }
+        set.extend(self.set.iter().cloned());
+        set
+    }
+
+    fn selected_rows(&self) -> Result<Vec<Row>, InputError> {
+        let offered = || {
+            let rows = ROWS.iter().copied();
+            rows.filter(|row| self.is_bdf() || row.is_of_its_own())
+        };
+        if self.rows.is_empty() {
+            return Ok(offered().collect());
+        }
+        let select = |key: &String| {
+            offered().find(|row| row.key == key).ok_or_else(|| {
+                let keys: Vec<_> = offered().map(|row| row.key).collect();
+                let known = ROWS.iter().any(|row| row.key == key);
+                InputError::new(match known {
+                    true => "this row differs from another one in settings of BDF alone",
+                    false => "unknown row",
+                })
+                .at("--rows")
+                .found(key)
+                .allowed(keys.join(", "))
+            })
+        };
+        self.rows.iter().map(select).collect()
+    }
+
+    /// Refuses what would do nothing.
+    fn check(&self, rows: &[Row]) -> Result<(), InputError> {
+        if self.max_order.is_some() && !self.is_bdf() {
+            return Err(InputError::new("Radau IIA has no `--max-order`")
+                .at("--max-order")
+                .next("remove `--max-order`, or take --integrator ida"));
+        }
+        if self.probe.is_some() && rows.len() != 1 {
+            return Err(InputError::new("the CSV of a probe holds one run")
+                .at("--probe")
+                .found(format!("{} rows", rows.len()))
+                .allowed("one row")
+                .next("choose it, for example: --rows 1"));
+        }
+        Ok(())
+    }
+}
+
+/// Runs the rows and prints the table.
+///
+/// # Errors
+/// Wrong options or mesh, or an output that cannot be written.
+pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
+    let rows = args.selected_rows()?;
+    args.check(&rows)?;
+    let set = args.overrides();
+    // What is not asked for is not recorded.
+    let probe = match args.probe {
+        Some(_) => format!("probe[0].every={:e}", args.every),
+        None => "probe=[]".to_owned(),
+    };
+    let set_of_runs = [&set[..], &[probe]].concat();
+    let load = |row: &Row| Scene::built_in(&row.scene(), &set_of_runs);
+    let scenes: Vec<Scene> = rows.iter().map(load).collect::<Result<_, _>>()?;
+    let temporary = tempfile::tempdir().context("cannot make a folder for the runs")?;
+    let folder = args.out.as_deref().unwrap_or(temporary.path());
+    let runs = compute_all(args, &rows, &scenes, folder)?;
+
+    let is_modified = !set.is_empty();
+    if let Some(path) = &args.csv {
+        let text = match args.probe {
+            Some(_) => {
+                let origin = folder.join(rows[0].scene()).join("origin.csv");
+                fs::read_to_string(&origin)
+                    .with_context(|| format!("cannot read `{}`", origin.display()))?
+            }
+            None => table2::csv(&runs),
+        };
+        atomic_file::save(path, text)?;
+    }
+    let mesh = args.mesh.as_ref();
+    let mesh = mesh.map_or("muscle.msh (built in)".to_owned(), |m| {
+        m.display().to_string()
+    });
+    args.common.give(
+        "table2",
+        &table2::text(&runs, is_modified),
+        &table2::document(&runs, &mesh, is_modified),
+    )?;
+    Ok(match table2::verdict(&runs, is_modified) {
+        Verdict::Done => Exit::Done,
+        Verdict::Differs => Exit::Differs,
+        Verdict::Stopped => Exit::Stopped,
+        Verdict::Interrupted => Exit::Interrupted,
+    })
+}
+
+/// Runs the scenes on as many threads as there are, in the order of the table.
+fn compute_all(
+    args: &Table2Args,
+    rows: &[Row],
+    scenes: &[Scene],
+    folder: &Path,
+) -> anyhow::Result<Vec<RowRun>> {
+    let progress = Progress::new(args.common.quiet);
+    let jobs: Vec<(&Row, &Scene)> = rows.iter().zip(scenes).collect();
+    let runs = parallel::map(&jobs, args.common.n_threads(), |(row, scene)| {
+        let options = RunOptions {
+            existing: Existing::Overwrite,
+            interrupt: Some(interrupt::flag()),
+            progress: &progress,
+            ..RunOptions::into_folder(folder.join(row.scene()))
+        };
+        let result =
+            compute(scene, &options).with_context(|| format!("row {} of Table 2", row.key))?;
+        Ok(RowRun {
+            row: **row,
+            document: result.document,
+        })
+    });
+    runs.into_iter().collect()
+}

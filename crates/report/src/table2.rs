@@ -1,0 +1,517 @@
+//! The paper's Table 2 from the documents of its runs: text, CSV and JSON, beside the paper's counts.
+
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use myovib_scene::csv;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
+
+use crate::table::{Align, Cell, Table, Tone, coloured_stdout, compared, exponent, kappa};
+
+/// A row: its scene is `table2-KEY`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Row {
+    /// The row's name on the command line and in JSON.
+    pub key: &'static str,
+    /// The paper's row it stands beside.
+    paper_key: &'static str,
+    /// The conventions of the error test it stands for. `paper` is the paper's words, "the algebraic
+    /// variables are excluded": λ in (28) and (31), only μ in (29); `multipliers` is λ and μ
+    /// everywhere. None: a variant beside the paper's rows.
+    conventions: &'static [&'static str],
+}
+
+impl Row {
+    /// The name of its scene.
+    pub fn scene(&self) -> String {
+        format!("table2-{}", self.key)
+    }
+
+    /// Whether the row is a problem of its own: the others differ from one of these in what BDF
+    /// leaves out of the error test, or in its order.
+    pub fn is_of_its_own(&self) -> bool {
+        self.conventions.contains(&"paper")
+    }
+}
+
+const fn row(
+    key: &'static str,
+    paper_key: &'static str,
+    conventions: &'static [&'static str],
+) -> Row {
+    Row {
+        key,
+        paper_key,
+        conventions,
+    }
+}
+
+/// All rows in the order of the table.
+pub const ROWS: [Row; 9] = [
+    row("1", "1", &["paper", "multipliers"]),
+    row("2", "2", &["paper"]),
+    row("2m", "2", &["multipliers"]),
+    row("3", "3", &["paper"]),
+    row("3m", "3", &["multipliers"]),
+    row("4", "4", &["paper"]),
+    row("4-order2", "4", &[]),
+    row("4-suppressed", "4", &[]),
+    row("31", "31", &["paper", "multipliers"]),
+];
+
+/// What the paper printed.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct PaperRow {
+    steps: u64,
+    rejected: u64,
+    convergence_failures: Option<u64>,
+    outcome: String,
+}
+
+#[derive(Deserialize)]
+struct PaperTable {
+    rows: BTreeMap<String, PaperRow>,
+}
+
+static PAPER: LazyLock<PaperTable> = LazyLock::new(|| {
+    serde_json::from_str(include_str!("../../../data/paper/table2.json"))
+        .expect("the paper's table is part of the program, and tested")
+});
+
+/// A row with the document of its run.
+#[derive(Debug, Clone)]
+pub struct RowRun {
+    /// The row.
+    pub row: Row,
+    /// The body of its `run.json`.
+    pub document: Value,
+}
+
+impl RowRun {
+    fn paper(&self) -> &'static PaperRow {
+        &PAPER.rows[self.row.paper_key]
+    }
+
+    fn count(&self, name: &str) -> u64 {
+        self.document[name].as_u64().unwrap_or_default()
+    }
+
+    fn number(&self, name: &str) -> f64 {
+        self.document[name].as_f64().unwrap_or_default()
+    }
+
+    fn word(&self, name: &str) -> &str {
+        self.document[name].as_str().unwrap_or_default()
+    }
+
+    /// Whether the run reached its end.
+    fn is_finished(&self) -> bool {
+        self.word("outcome") == "finished"
+    }
+
+    fn is_radau(&self) -> bool {
+        self.document["stages"].is_u64()
+    }
+
+    /// The conventions of the error test; Radau IIA follows none.
+    fn conventions(&self) -> &'static [&'static str] {
+        if self.is_radau() {
+            &[]
+        } else {
+            self.row.conventions
+        }
+    }
+
+    fn convention(&self) -> &'static str {
+        match self.conventions() {
+            [] => "–",
+            [one] => one,
+            _ => "both",
+        }
+    }
+
+    /// Whether the run ended as the paper's did. Variants and Radau IIA have no counterpart there.
+    fn agrees(&self) -> Option<bool> {
+        let has_counterpart = !self.conventions().is_empty();
+        has_counterpart.then(|| self.paper().outcome == self.word("outcome"))
+    }
+
+    fn constants(&self) -> (f64, f64) {
+        let solid = &self.document["scene"]["solid"];
+        let kappa = solid["kappa"].as_f64().unwrap_or(f64::INFINITY);
+        (kappa, solid["beta"].as_f64().unwrap_or_default())
+    }
+
+    /// What the error test leaves out.
+    fn suppressed(&self) -> Vec<&str> {
+        let fields = self.document["suppressed"].as_array();
+        fields
+            .into_iter()
+            .flatten()
+            .filter_map(Value::as_str)
+            .collect()
+    }
+
+    /// The highest order BDF was allowed, or that of Radau IIA.
+    fn order(&self) -> u64 {
+        self.count(if self.is_radau() {
+            "order"
+        } else {
+            "max_order"
+        })
+    }
+
+    fn outcome(&self) -> String {
+        match self.document["reason"].as_str() {
+            None => "finished".to_owned(),
+            Some(reason) => format!("stopped: {}", reason.replace('_', " ")),
+        }
+    }
+}
+
+/// How the table ends as a whole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// As was to be shown.
+    Done,
+    /// A run ended otherwise than the paper's.
+    Differs,
+    /// With other settings than the table's, a run stopped that the paper finished, or one of Radau
+    /// IIA.
+    Stopped,
+    /// A run was interrupted.
+    Interrupted,
+}
+
+/// What the runs come to; `is_modified` where settings of the table are overridden.
+pub fn verdict(runs: &[RowRun], is_modified: bool) -> Verdict {
+    let differs = |run: &RowRun| run.agrees() == Some(false);
+    let stopped = |run: &RowRun| !run.is_finished() && (differs(run) || run.is_radau());
+    if runs.iter().any(|run| run.word("reason") == "interrupted") {
+        Verdict::Interrupted
+    } else if !is_modified && runs.iter().any(differs) {
+        Verdict::Differs
+    } else if is_modified && runs.iter().any(stopped) {
+        Verdict::Stopped
+    } else {
+        Verdict::Done
+    }
+}
+
+/// The table for people: counts beside the paper's, then what stands behind them.
+pub fn text(runs: &[RowRun], is_modified: bool) -> String {
+    let coloured = coloured_stdout();
+    format!(
+        "{}\n{}\n{}",
+        comparison(runs).render(coloured),
+        settings_and_work(runs).render(coloured),
+        notes(runs, is_modified)
+    )
+}
+
+fn comparison(runs: &[RowRun]) -> Table {
+    use Align::{Left, Right};
+    let mut table = Table::new(&[
+        ("row", Left),
+        ("eq.", Left),
+        ("κ", Left),
+        ("β", Left),
+        ("index", Right),
+        ("convention", Left),
+        ("steps: paper", Right),
+        ("ours", Right),
+        ("ratio", Right),
+        ("rejected: paper", Right),
+        ("ours", Right),
+        ("ratio", Right),
+        ("conv. fail.: paper", Right),
+        ("ours", Right),
+        ("ratio", Right),
+        ("t reached", Right),
+        ("CPU s", Right),
+        ("outcome", Left),
+    ]);
+    for run in runs {
+        let (paper, (bulk, beta)) = (run.paper(), run.constants());
+        let tone = match run.agrees() {
+            Some(true) => Tone::Good,
+            Some(false) => Tone::Bad,
+            None => Tone::Plain,
+        };
+        let mut cells: Vec<Cell> = [
+            run.row.key.to_owned(),
+            format!("({})", run.word("equation")),
+            kappa(bulk),
+            exponent(beta),
+            run.count("index").to_string(),
+            run.convention().to_owned(),
+        ]
+        .map(Cell::from)
+        .into();
+        for (paper, ours) in [
+            (Some(paper.steps), "steps"),
+            (Some(paper.rejected), "error_test_failures"),
+            (paper.convergence_failures, "step_solve_failures"),
+        ] {
+            cells.extend(compared(paper, run.count(ours)));
+        }
+        cells.push(format!("{:.4}", run.number("t_reached")).into());
+        cells.push(format!("{:.2}", run.number("cpu_seconds")).into());
+        cells.push(Cell::new(run.outcome(), tone));
+        table.row(cells);
+    }
+    table
+}
+
+fn settings_and_work(runs: &[RowRun]) -> Table {
+    use Align::{Left, Right};
+    let mut table = Table::new(&[
+        ("row", Left),
+        ("left out", Left),
+        ("max order", Right),
+        ("unknowns", Right),
+        ("residuals", Right),
+        ("Newton it.", Right),
+        ("Newton fail.", Right),
+        ("factorisations", Right),
+        ("drift", Right),
+    ]);
+    for run in runs {
+        let left_out = match &run.suppressed()[..] {
+            [] => "none".to_owned(),
+            symbols => symbols.join(","),
+        };
+        let count = |name| run.count(name).to_string();
+        table.row(
+            [
+                run.row.key.to_owned(),
+                left_out,
+                run.order().to_string(),
+                count("unknowns"),
+                count("residual_evaluations"),
+                count("newton_iterations"),
+                count("newton_failures"),
+                count("linear_setups"),
+                format!("{:.1e}", run.number("constraint_drift")),
+            ]
+            .map(Cell::from),
+        );
+    }
+    table
+}
+
+/// What the runs at hand show, and nothing of those that were not made.
+fn notes(runs: &[RowRun], is_modified: bool) -> String {
+    let mut notes = String::new();
+    for (name, meaning) in [
+        (
+            "paper",
+            "the algebraic variables are left out of the error test, λ in (28) and (31), only μ in (29)",
+        ),
+        ("multipliers", "λ and μ are left out everywhere"),
+    ] {
+        let of_it = runs.iter().filter(|run| run.conventions().contains(&name));
+        let ratios: Vec<String> = of_it
+            .map(|run| {
+                let ratio = run.count("steps") as f64 / run.paper().steps as f64;
+                format!("{} {ratio:.2}", run.row.key)
+            })
+            .collect();
+        if !ratios.is_empty() {
+            let ratios = ratios.join(", ");
+            notes += &format!("convention `{name}`: {meaning}. Steps, ours : paper: {ratios}\n");
+        }
+    }
+    if let Some(run) = runs.iter().find(|run| run.is_radau()) {
+        notes += &format!(
+            "Radau IIA of order {}: the error test has all variables but those under `left out`.\n",
+            run.order()
+        );
+    }
+    if is_modified {
+        notes += "Settings differ from those of the table: the outcomes are not judged.\n";
+    }
+    for run in runs.iter().filter(|run| !run.is_finished()) {
+        let (key, index) = (run.row.key, run.count("index"));
+        notes += &format!(
+            "row {key} (index {index}) stopped: {}\n",
+            run.word("message")
+        );
+    }
+    notes + &row_4(runs)
+}
+
+/// Which variants of row 4 run through where it stops.
+fn row_4(runs: &[RowRun]) -> String {
+    let of_4 = |run: &&RowRun| run.row.paper_key == "4" && !run.is_radau();
+    let described = |run: &RowRun| {
+        let left_out = match &run.suppressed()[..] {
+            [] => "nothing left out of the error test".to_owned(),
+            symbols => format!("{} left out of the error test", symbols.join(",")),
+        };
+        format!("{} (order {}, {left_out})", run.row.key, run.order())
+    };
+    let (finished, stopped): (Vec<_>, Vec<_>) =
+        runs.iter().filter(of_4).partition(|run| run.is_finished());
+    let list = |runs: &[&RowRun]| -> String {
+        let runs: Vec<String> = runs.iter().map(|run| described(run)).collect();
+        runs.join(", ")
+    };
+    match (&finished[..], &stopped[..]) {
+        (finished @ [_, ..], stopped @ [_, ..]) => format!(
+            "Of the incompressible muscle in (28) these stop: {}; these run through: {}.\n",
+            list(stopped),
+            list(finished)
+        ),
+        _ => String::new(),
+    }
+}
+
+/// The body of the JSON document.
+pub fn document(runs: &[RowRun], mesh_name: &str, is_modified: bool) -> Value {
+    let mesh = runs.first().map(|run| &run.document["mesh"]);
+    json!({
+        "rows": runs.iter().map(row_json).collect::<Vec<_>>(),
+        "mesh": {
+            "name": mesh_name,
+            "vertices": mesh.map(|mesh| &mesh["vertices"]),
+            "triangles": mesh.map(|mesh| &mesh["triangles"]),
+        },
+        "modified": is_modified,
+    })
+}
+
+/// What the row is, then the statistics and settings of its run.
+fn row_json(run: &RowRun) -> Value {
+    let solid = &run.document["scene"]["solid"];
+    let mut row = Map::from_iter([
+        ("key".to_owned(), json!(run.row.key)),
+        ("kappa".to_owned(), solid["kappa"].clone()),
+        ("beta".to_owned(), solid["beta"].clone()),
+        (
+            "convention".to_owned(),
+            json!(run.conventions().first().unwrap_or(&"–")),
+        ),
+        ("conventions".to_owned(), json!(run.conventions())),
+        ("max_order_reason".to_owned(), Value::Null),
+        (
+            "linear_work".to_owned(),
+            run.document["work"]["linear"].clone(),
+        ),
+        ("paper".to_owned(), json!(run.paper())),
+    ]);
+    let of_the_folder = ["scene", "mesh", "work", "output_work"];
+    let entries = run.document.as_object().into_iter().flatten();
+    let rest = entries.filter(|(name, _)| !of_the_folder.contains(&name.as_str()));
+    row.extend(rest.map(|(name, value)| (name.clone(), value.clone())));
+    Value::Object(row)
+}
+
+/// The table as comma-separated values.
+pub fn csv(runs: &[RowRun]) -> String {
+    let names = [
+        "key",
+        "equation",
+        "kappa",
+        "beta",
+        "index",
+        "convention",
+        "suppressed",
+        "max_order",
+        "steps",
+        "steps_paper",
+        "error_test_failures",
+        "rejected_paper",
+        "step_solve_failures",
+        "convergence_failures_paper",
+        "t_reached",
+        "outcome",
+        "reason",
+        "cpu_seconds",
+        "constraint_drift",
+    ];
+    let mut text = csv::line(&names);
+    for run in runs {
+        let (paper, (kappa, beta)) = (run.paper(), run.constants());
+        let count = |name| run.count(name).to_string();
+        let failures = paper.convergence_failures;
+        text += &csv::line(&[
+            run.row.key.to_owned(),
+            run.word("equation").to_owned(),
+            kappa.to_string(),
+            beta.to_string(),
+            count("index"),
+            run.convention().to_owned(),
+            run.suppressed().join("+"),
+            run.order().to_string(),
+            count("steps"),
+            paper.steps.to_string(),
+            count("error_test_failures"),
+            paper.rejected.to_string(),
+            count("step_solve_failures"),
+            failures.map_or(String::new(), |n| n.to_string()),
+            format!("{:.16e}", run.number("t_reached")),
+            run.word("outcome").to_owned(),
+            run.word("reason").to_owned(),
+            format!("{:.3}", run.number("cpu_seconds")),
+            format!("{:.16e}", run.number("constraint_drift")),
+        ]);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ran(key: &str, document: Value) -> RowRun {
+        let row = *ROWS.iter().find(|row| row.key == key).unwrap();
+        RowRun { row, document }
+    }
+
+    fn finished(order: u8, left_out: &[&str]) -> Value {
+        json!({ "outcome": "finished", "max_order": order, "suppressed": left_out })
+    }
+
+    fn stopped(order: u8) -> Value {
+        json!({
+            "outcome": "stopped", "reason": "error_test_failures", "message": "at t = 1",
+            "max_order": order, "suppressed": [],
+        })
+    }
+
+    /// Regression: `--rows 4 --max-order 2` said that row 4 stops at order 5, whatever ran.
+    #[test]
+    fn nothing_is_said_of_runs_that_were_not_made() {
+        let alone = notes(&[ran("4", finished(2, &[]))], true);
+        assert!(
+            !alone.contains("order 5") && !alone.contains("stop"),
+            "{alone}"
+        );
+        let all = [
+            ran("4", stopped(5)),
+            ran("4-order2", finished(2, &[])),
+            ran("4-suppressed", finished(2, &["lambda"])),
+        ];
+        let said = notes(&all, false);
+        assert!(
+            said.contains("these stop: 4 (order 5, nothing left out"),
+            "{said}"
+        );
+        assert!(
+            said.contains("4-suppressed (order 2, lambda left out"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn the_verdict_follows_the_papers_outcomes() {
+        let as_paper = [ran("1", finished(2, &[])), ran("4", stopped(5))];
+        assert_eq!(verdict(&as_paper, false), Verdict::Done);
+        let unlike = [ran("4", finished(5, &[]))];
+        assert_eq!(verdict(&unlike, false), Verdict::Differs);
+        assert_eq!(verdict(&unlike, true), Verdict::Done);
+        assert_eq!(verdict(&[ran("1", stopped(2))], true), Verdict::Stopped);
+    }
+}
