@@ -4,6 +4,18 @@
 //! together with its mesh into the model; [`run`] integrates it and fills a folder; [`sweep`]
 //! does so over a grid of values. [`csv`], [`vtu`], [`json`] and [`atomic_file`] are the files.
 //! Nothing here prints: a [`watch::Tell`] hears how far a run is.
+//!
+//! # Examples
+//! ```
+//! use myovib_scene::{Scene, run};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let scene = Scene::built_in("table2-31", &["time.end=0.02".to_owned()])?;
+//! let result = run::compute(&scene, &run::RunOptions::into_folder(folder.path()))?;
+//! assert_eq!(result.document["outcome"], "finished");
+//! assert!(folder.path().join("origin.csv").exists());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![forbid(unsafe_code)]
 
 pub mod atomic_file;
