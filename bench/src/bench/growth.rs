@@ -10,7 +10,8 @@ use myovib_model::linear::{Condensation, Condensed, LinearWork};
 use myovib_model::{
     Formulation, LinearSolver, MuscleDae, Settings, ida, paper, run as run_model, start_at_rest,
 };
-use myovib_sparse::klu::{KluError, KluOptions, Numeric, Symbolic};
+use myovib_sparse::SparseError;
+use myovib_sparse::klu::{KluOptions, Numeric, Symbolic};
 use serde::Serialize;
 
 use super::{BenchArgs, give, goes_on};
@@ -75,7 +76,7 @@ impl Klu {
         values: &[f64],
         options: KluOptions,
         repeats: u32,
-    ) -> Result<Self, KluError> {
+    ) -> Result<Self, SparseError> {
         let symbolic = Symbolic::analyze(plan.pattern(), options)?;
         let factor = fastest_call(repeats, || Numeric::factor(&symbolic, values).map(drop))?;
         let mut numeric = Numeric::factor(&symbolic, values)?;

@@ -4,7 +4,8 @@ use std::ops::ControlFlow;
 
 use myovib_dae::Problem;
 use myovib_model::{Energies, ModelError, MuscleDae, Observer, Outcome, Probe, SampleTimes, Step};
-use myovib_sparse::klu::{KluError, KluOptions, RealNumeric, Symbolic};
+use myovib_sparse::SparseError;
+use myovib_sparse::klu::{KluOptions, RealNumeric, Symbolic};
 
 use super::cell::T_END;
 use myovib_scene::energy::Exchanged;
@@ -91,7 +92,7 @@ impl<'a> Watch<'a> {
         let symbolic = Symbolic::analyze(&pattern, KluOptions::default()).ok()?;
         match RealNumeric::factor(&symbolic, &values) {
             Ok(factors) => factors.rcond().ok(),
-            Err(KluError::Singular { .. }) => Some(0.0),
+            Err(SparseError::Singular { .. }) => Some(0.0),
             Err(_) => None,
         }
     }

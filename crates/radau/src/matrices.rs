@@ -1,11 +1,14 @@
-//! The default linear algebra: KLU on the whole matrix.
+//! The default linear algebra: LU with exchange of pivots on the whole matrix, by KLU where the
+//! feature `klu` of `myovib-sparse` is on, else in pure Rust.
 
 use myovib_dae::{Jacobian, LinearSolver, Linearization, Problem, StepError};
-use myovib_sparse::klu::{Factors, KluError, KluOptions, Symbolic};
+use myovib_sparse::SparseError;
+use myovib_sparse::klu::KluOptions;
+use myovib_sparse::pivoting::{Factors, Symbolic};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
-/// KLU on the whole matrix: real and complex factors over one symbolic analysis.
+/// [Sparse LU](myovib_sparse::pivoting) on the whole matrix: real and complex factors over one symbolic analysis.
 ///
 /// Room for complex factors is made at the first set-up that asks for them.
 #[derive(Debug)]
@@ -25,7 +28,7 @@ impl KluMatrices {
     ///
     /// # Errors
     /// Those of the analysis, see [`Symbolic::analyze`].
-    pub fn new(pattern: &SparsityPattern, options: KluOptions) -> Result<Self, KluError> {
+    pub fn new(pattern: &SparsityPattern, options: KluOptions) -> Result<Self, SparseError> {
         let symbolic = Symbolic::analyze(pattern, options)?;
         let nnz = symbolic.nnz();
         Ok(Self {

@@ -1,22 +1,37 @@
 //! Sparse direct factorisations of Newton matrices, real and complex.
 //!
-//! - [`klu`]: KLU, for any sparse matrix.
-//! - [`supernodal`]: dense blocks with fixed pivots, for matrices with a symmetric pattern.
-//! - [`SparseSystem`]: the latter, checked, and KLU where that is not enough.
+//! - [`supernodal`]: LU and LDLᵀ in dense blocks with fixed pivots, for matrices with a symmetric
+//!   pattern.
+//! - [`pivoting`]: LU with exchange of pivots, for any sparse matrix: [`klu`] where the feature of
+//!   that name is on, else faer's.
+//! - [`SparseSystem`]: the former, checked, and the latter where that is not enough.
+//!
+//! All are [`Factorization`]s. The feature `metis` adds nested dissection to the orders of
+//! elimination.
 #![deny(unsafe_code)]
 
+mod error;
+mod factorization;
 #[allow(unsafe_code)]
 mod ffi;
 pub mod klu;
 mod number;
+mod ordering;
+#[cfg(not(feature = "klu"))]
+mod partial;
+pub mod pivoting;
 mod product;
 pub mod supernodal;
 mod system;
+#[cfg(feature = "klu")]
 mod versions;
 mod work;
 
+pub use error::SparseError;
+pub use factorization::{Factorization, Kind, Prediction};
 pub use number::Number;
 pub use product::Product;
-pub use system::{Elimination, SparseSystem};
+pub use system::{Elimination, SparseSystem, Structure};
+#[cfg(feature = "klu")]
 pub use versions::Versions;
 pub use work::LinearWork;

@@ -2,13 +2,29 @@
 
 use std::ops::{AddAssign, Mul, SubAssign};
 
-use crate::klu::Scalar;
+use faer::traits::ComplexField;
 use num_complex::{Complex64, ComplexFloat};
+
+use crate::SparseError;
+
+#[cfg(feature = "klu")]
+use crate::klu::Scalar;
+
+/// A number that all factorisations can deal with.
+#[cfg(not(feature = "klu"))]
+pub trait Scalar {}
+#[cfg(not(feature = "klu"))]
+impl Scalar for f64 {}
+#[cfg(not(feature = "klu"))]
+impl Scalar for Complex64 {}
 
 /// `f64` or `Complex64`.
 pub trait Number:
     Scalar
     + ComplexFloat<Real = f64>
+    + ComplexField
+    + Send
+    + Sync
     + Mul<f64, Output = Self>
     + AddAssign
     + SubAssign
@@ -32,5 +48,21 @@ impl Number for Complex64 {
             re: (-a.im).mul_add(b.im, a.re.mul_add(b.re, self.re)),
             im: a.im.mul_add(b.re, a.re.mul_add(b.im, self.im)),
         }
+    }
+}
+
+/// Whether all parts of a number are finite.
+pub(crate) fn is_finite<T: Number>(x: T) -> bool {
+    ComplexFloat::is_finite(x)
+}
+
+/// Checks that all `values` of something are finite.
+///
+/// # Errors
+/// [`SparseError::NotFinite`].
+pub(crate) fn expect_finite<T: Number>(values: &[T], of: &'static str) -> Result<(), SparseError> {
+    match values.iter().position(|&value| !is_finite(value)) {
+        Some(position) => Err(SparseError::NotFinite { of, position }),
+        None => Ok(()),
     }
 }

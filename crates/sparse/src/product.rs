@@ -67,6 +67,11 @@ impl Product {
         }
     }
 
+    /// Bytes on the heap.
+    pub(crate) fn n_bytes(&self) -> usize {
+        size_of_val(&self.groups[..]) + size_of_val(&self.rows[..])
+    }
+
     /// `y` -= A `x`, A given by its `values` in the order of the pattern.
     pub fn subtract<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
         self.arch.dispatch(Accumulate {

@@ -1,8 +1,9 @@
 //! KLU through the safe interface: solutions against residuals, failures as values.
 
+use myovib_sparse::SparseError;
 use myovib_sparse::klu::{
-    ComplexNumeric, Factors, KluError, KluOptions, Numeric, Ordering, Pivots, RealNumeric, Scalar,
-    Scaling, Symbolic,
+    ComplexNumeric, Factors, KluOptions, Numeric, Ordering, Pivots, RealNumeric, Scalar, Scaling,
+    Symbolic,
 };
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
@@ -221,7 +222,7 @@ fn singular_matrices_are_errors_that_say_where() {
     let symbolic = Symbolic::analyze(&empty_row, KluOptions::default()).unwrap();
     assert_eq!(symbolic.structural_rank(), Some(1));
     let error = RealNumeric::factor(&symbolic, &[1.0, 1.0]).unwrap_err();
-    let KluError::Singular { n: 2, column } = error else {
+    let SparseError::Singular { n: 2, column } = error else {
         panic!("{error}")
     };
     assert!(column.is_none_or(|column| column < 2), "{column:?}");
@@ -233,7 +234,7 @@ fn singular_matrices_are_errors_that_say_where() {
     let error = RealNumeric::factor(&symbolic, &[1.0; 4]).unwrap_err();
     assert_eq!(
         error,
-        KluError::Singular {
+        SparseError::Singular {
             n: 2,
             column: Some(1)
         }
@@ -241,9 +242,9 @@ fn singular_matrices_are_errors_that_say_where() {
     let mut lu = RealNumeric::factor(&symbolic, &[2.0, 1.0, 1.0, 2.0]).unwrap();
     assert!(matches!(
         lu.refactor(&[1.0; 4]),
-        Err(KluError::Singular { .. })
+        Err(SparseError::Singular { .. })
     ));
-    assert_eq!(lu.solve(&mut [1.0, 1.0]), Err(KluError::NoFactors));
+    assert_eq!(lu.solve(&mut [1.0, 1.0]), Err(SparseError::NoFactors));
     lu.refactor(&[2.0, 0.0, 0.0, 2.0]).unwrap();
     let mut x = [1.0, 4.0];
     lu.solve(&mut x).unwrap();
@@ -257,7 +258,7 @@ fn bad_arguments_are_errors_with_numbers() {
     let analyse = |pattern: &SparsityPattern| Symbolic::analyze(pattern, KluOptions::default());
     assert_eq!(
         analyse(&wide).unwrap_err(),
-        KluError::NotSquare {
+        SparseError::NotSquare {
             rows: 3,
             columns: 2
         }
@@ -265,7 +266,7 @@ fn bad_arguments_are_errors_with_numbers() {
     let empty = SparsityPattern::zeros(0, 0);
     assert_eq!(
         analyse(&empty).unwrap_err(),
-        KluError::NotSquare {
+        SparseError::NotSquare {
             rows: 0,
             columns: 0
         }
@@ -275,11 +276,20 @@ fn bad_arguments_are_errors_with_numbers() {
     let error = RealNumeric::factor(&symbolic, &[1.0]).unwrap_err();
     assert!(error.to_string().contains("expected 3, got 1"), "{error}");
     let error = RealNumeric::factor(&symbolic, &[1.0, f64::NAN, 1.0]).unwrap_err();
-    assert_eq!(error, KluError::NotFinite { position: 1 });
+    assert_eq!(
+        error,
+        SparseError::NotFinite {
+            of: "matrix",
+            position: 1
+        }
+    );
     let mut lu = RealNumeric::factor(&symbolic, &[1.0; 3]).unwrap();
     assert_eq!(
         lu.refactor(&[1.0, 1.0, f64::INFINITY]),
-        Err(KluError::NotFinite { position: 2 })
+        Err(SparseError::NotFinite {
+            of: "matrix",
+            position: 2
+        })
     );
     let error = lu.solve(&mut [1.0; 4]).unwrap_err();
     assert!(error.to_string().contains("expected 3, got 4"), "{error}");
@@ -295,7 +305,13 @@ fn complex_values_must_be_finite_in_both_parts() {
         Complex64::new(f64::INFINITY, 0.0),
     ] {
         let error = ComplexNumeric::factor(&symbolic, &[Complex64::ONE, bad]).unwrap_err();
-        assert_eq!(error, KluError::NotFinite { position: 1 });
+        assert_eq!(
+            error,
+            SparseError::NotFinite {
+                of: "matrix",
+                position: 1
+            }
+        );
     }
 }
 
@@ -313,7 +329,7 @@ fn analyses_and_factors_have_a_form_to_print() {
 
 #[test]
 fn errors_name_the_column_and_the_status() {
-    let singular = |column| KluError::Singular { n: 2, column }.to_string();
+    let singular = |column| SparseError::Singular { n: 2, column }.to_string();
     assert_eq!(singular(None), "the 2 × 2 matrix is singular");
     assert_eq!(
         singular(Some(1)),
@@ -325,7 +341,7 @@ fn errors_name_the_column_and_the_status() {
         (-4, "too large"),
         (7, "unknown"),
     ] {
-        let message = KluError::Failed { status }.to_string();
+        let message = SparseError::Failed { status }.to_string();
         assert_eq!(message, format!("KLU failed with status {status} ({name})"));
     }
 }
@@ -339,7 +355,7 @@ fn pivots_are_kept_as_long_as_they_serve() {
     // Fresh pivots of growth 19; then growth 99, three digits less than which is 19 000; 1e9; and
     // a matrix that is singular with the pivots kept.
     let mut factors = Factors::<f64>::new(symbolic);
-    assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(KluError::NoFactors));
+    assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(SparseError::NoFactors));
     for (p, pivots) in [
         (0.05, Pivots::Fresh),
         (0.01, Pivots::Kept),
@@ -358,15 +374,18 @@ fn pivots_are_kept_as_long_as_they_serve() {
     // What cannot be factorised leaves no factors of another matrix to solve with, but its pivots.
     assert!(matches!(
         factors.renew(&[1.0; 4]),
-        Err(KluError::Singular { .. })
+        Err(SparseError::Singular { .. })
     ));
-    assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(KluError::NoFactors));
+    assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(SparseError::NoFactors));
     factors.renew(&[3.0, 1.0, 1.0, 1.0]).unwrap();
     assert!(matches!(
         factors.renew(&[f64::NAN; 4]),
-        Err(KluError::NotFinite { position: 0 })
+        Err(SparseError::NotFinite {
+            of: "matrix",
+            position: 0
+        })
     ));
-    assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(KluError::NoFactors));
+    assert_eq!(factors.solve(&mut [1.0, 1.0]), Err(SparseError::NoFactors));
     assert_eq!(factors.renew(&[3.0, 1.0, 1.0, 1.0]).unwrap(), Pivots::Kept);
 }
 

@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use myovib_sparse::klu::KluOptions;
-use myovib_sparse::supernodal::{Analysis, Supernodal, ZeroPivot};
-use myovib_sparse::{Elimination, LinearWork, Number, SparseSystem};
+use myovib_sparse::supernodal::{Analysis, Supernodal};
+use myovib_sparse::{Elimination, Kind, LinearWork, Number, SparseError, SparseSystem, Structure};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 use rand::rngs::StdRng;
@@ -22,7 +22,12 @@ fn pattern(n: usize, holds: impl Fn(usize, usize) -> bool) -> SparsityPattern {
 }
 
 fn system(p: &SparsityPattern, options: KluOptions) -> SparseSystem<f64> {
-    SparseSystem::new(Arc::new(Elimination::new(p, options).unwrap()))
+    let elimination = Elimination::new(p, Structure::default(), options).unwrap();
+    SparseSystem::new(Arc::new(elimination))
+}
+
+fn in_order(p: &SparsityPattern, kind: Kind, order: &[usize]) -> Arc<Analysis> {
+    Arc::new(Analysis::in_order(p, kind, order).unwrap())
 }
 
 /// The nine-point stencil on a square of `side` points: an unsymmetric, diagonally dominant matrix.
@@ -64,7 +69,7 @@ fn factors_solve_real_and_complex_systems_in_any_order() {
             shuffled.swap(k, rng.random_range(0..=k));
         }
         for order in [natural, shuffled] {
-            let analysis = Arc::new(Analysis::new(&p, &order, 1));
+            let analysis = in_order(&p, Kind::General, &order);
             let b: Vec<f64> = (0..n).map(|_| rng.random_range(-1.0..1.0)).collect();
 
             let values = dominant(&p, || rng.random_range(-1.0..1.0));
@@ -92,7 +97,7 @@ fn factors_solve_real_and_complex_systems_in_any_order() {
 fn an_unknown_without_a_diagonal_waits_for_a_neighbour() {
     let p = pattern(2, |c, r| c + r < 2);
     let values = [2.0, 1.0, 1.0];
-    let mut factors = Supernodal::new(Arc::new(Analysis::new(&p, &[1, 0], 1)));
+    let mut factors = Supernodal::new(Arc::new(Analysis::new(&p, Kind::General, 0..0).unwrap()));
     factors.factor(&values).unwrap();
     let mut x = [3.0, 5.0];
     factors.solve(&mut x);
@@ -100,12 +105,12 @@ fn an_unknown_without_a_diagonal_waits_for_a_neighbour() {
 }
 
 #[test]
-fn a_zero_pivot_is_said_and_klu_takes_over() {
+fn a_zero_pivot_is_said_and_exchanged() {
     // [0 1; 1 0] with the diagonal in the pattern: only an exchange helps.
     let p = pattern(2, |_, _| true);
     let values = [0.0, 1.0, 1.0, 0.0];
-    let mut factors = Supernodal::new(Arc::new(Analysis::new(&p, &[0, 1], 1)));
-    assert_eq!(factors.factor(&values), Err(ZeroPivot));
+    let mut factors = Supernodal::new(in_order(&p, Kind::General, &[0, 1]));
+    assert_eq!(factors.factor(&values), Err(SparseError::ZeroPivot));
 
     let mut work = LinearWork::default();
     let mut system = system(&p, KluOptions::default());
@@ -133,4 +138,205 @@ fn a_poor_pivot_is_found_on_the_solution_and_exchanged() {
     system.solve(&mut x, &mut work).unwrap();
     assert_eq!(x, [1.0, 1.0]);
     assert!(work.largest_backward_error < 1e-12);
+}
+
+/// A saddle-point matrix as a body's: [K + c² M, -Bᵀ; -B, -δ I] on a grid of `side`³ points with three
+/// displacements each and a pressure on every other point, all coupled to the points next to them.
+struct Saddle {
+    pattern: SparsityPattern,
+    values: Vec<f64>,
+    pressures: std::ops::Range<usize>,
+}
+
+fn saddle(side: usize, delta: Option<f64>, rng: &mut StdRng) -> Saddle {
+    let n_points = side.pow(3);
+    let at = |k: usize| [k % side, k / side % side, k / side / side];
+    let with_pressure = |k: &usize| at(*k).iter().all(|i| i % 2 == 0);
+    let owners: Vec<usize> = (0..3 * n_points)
+        .map(|k| k / 3)
+        .chain((0..n_points).filter(with_pressure))
+        .collect();
+    let n_q = 3 * n_points;
+    let near = |a: usize, b: usize| {
+        let (a, b) = (at(owners[a]), at(owners[b]));
+        (0..3).all(|i| a[i].abs_diff(b[i]) <= 1)
+    };
+    let pattern = pattern(owners.len(), |c, r| match (c >= n_q, r >= n_q) {
+        (true, true) => c == r && delta.is_some(),
+        _ => near(c, r),
+    });
+    let mut drawn = std::collections::HashMap::new();
+    let values = pattern.entries().map(|(c, r)| match (c == r, c >= n_q) {
+        (true, true) => -delta.unwrap(),
+        // 27 points with three components: the diagonal dominates the rows of K.
+        (true, false) => 100.0,
+        _ => *drawn
+            .entry((c.min(r), c.max(r)))
+            .or_insert_with(|| rng.random_range(-1.0..1.0)),
+    });
+    Saddle {
+        values: values.collect(),
+        pressures: n_q..owners.len(),
+        pattern,
+    }
+}
+
+impl Saddle {
+    fn structure(&self) -> Structure {
+        Structure {
+            kind: Kind::Symmetric,
+            constraints: self.pressures.clone(),
+        }
+    }
+
+    fn elimination(&self, structure: Structure) -> Elimination {
+        Elimination::new(&self.pattern, structure, KluOptions::default()).unwrap()
+    }
+}
+
+/// The solution of A x = b by fixed pivots only, and its backward error.
+fn solve<T: Number>(elimination: Elimination, values: &[T], b: &[T]) -> (Vec<T>, f64) {
+    let mut work = LinearWork::default();
+    let mut system = SparseSystem::new(Arc::new(elimination));
+    system.values_mut().copy_from_slice(values);
+    system.renew(&mut work).unwrap();
+    let mut x = b.to_vec();
+    system.solve(&mut x, &mut work).unwrap();
+    assert_eq!((work.pivoted, work.refinements), (0, 0));
+    (x, work.largest_backward_error)
+}
+
+/// Componentwise, of the solutions below: a few roundings for each of some hundred operations.
+const BACKWARD: f64 = 1e-13;
+
+#[test]
+fn half_the_work_gives_the_solution_of_all_of_it_real_and_complex() {
+    let mut rng = StdRng::seed_from_u64(18);
+    // The last one has fronts beyond those dealt with in one piece.
+    for side in [2, 3, 8] {
+        for delta in [None, Some(1e-5)] {
+            let saddle = saddle(side, delta, &mut rng);
+            let n = saddle.pattern.major_dim();
+            let b: Vec<f64> = (0..n).map(|_| rng.random_range(-1.0..1.0)).collect();
+            let general = Structure {
+                kind: Kind::General,
+                ..saddle.structure()
+            };
+            let half = saddle.elimination(saddle.structure());
+            let all = saddle.elimination(general.clone());
+            let work = |e: &Elimination| e.prediction::<f64>().flops;
+            assert!(work(&half) < 0.6 * work(&all), "{side}");
+            let (x, error) = solve(half, &saddle.values, &b);
+            let (y, other) = solve(all, &saddle.values, &b);
+            assert!(error.max(other) < BACKWARD, "{side}: {error:e} {other:e}");
+            // The same pivots in the same order: equal but for rounding.
+            let largest = y.iter().fold(0.0, |max: f64, y| max.max(y.abs()));
+            let differ = x.iter().zip(&y).map(|(x, y)| (x - y).abs());
+            assert!(differ.fold(0.0, f64::max) < 1e-9 * largest);
+
+            let turned = Complex64::new(1.0, 0.7);
+            let values: Vec<_> = saddle.values.iter().map(|&a| turned * a).collect();
+            let b: Vec<_> = b.iter().map(|&b| Complex64::new(b, 1.0)).collect();
+            let half = saddle.elimination(saddle.structure());
+            for elimination in [half, saddle.elimination(general)] {
+                let (_, error) = solve(elimination, &values, &b);
+                assert!(error < BACKWARD, "{side}: {error:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_number_of_threads_does_not_change_a_bit() {
+    let mut rng = StdRng::seed_from_u64(2);
+    let saddle = saddle(9, None, &mut rng);
+    let b: Vec<f64> = saddle.pattern.major_offsets()[1..]
+        .iter()
+        .map(|&k| k as f64)
+        .collect();
+    let with = |threads: usize| {
+        let elimination = saddle.elimination(saddle.structure());
+        let (x, _) = solve(elimination.in_threads(threads).unwrap(), &saddle.values, &b);
+        x.iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+    };
+    let alone = with(1);
+    for threads in [2, 3] {
+        assert_eq!(with(threads), alone, "{threads} threads");
+    }
+}
+
+/// Regression: pressures used to be eliminated wherever they have an entry on the diagonal, however
+/// small it is. The matrix is quasi-definite, so there are pivots in any order, but for δ = 1e-12
+/// first in the order they lose all digits.
+#[test]
+fn pressures_of_a_nearly_incompressible_body_are_eliminated_after_displacements() {
+    let mut rng = StdRng::seed_from_u64(12);
+    let saddle = saddle(5, Some(1e-12), &mut rng);
+    let n = saddle.pattern.major_dim();
+    let b = vec![1.0; n];
+    let (_, error) = solve(saddle.elimination(saddle.structure()), &saddle.values, &b);
+    assert!(error < BACKWARD, "{error:e}");
+
+    let pressures_first: Vec<usize> = saddle
+        .pressures
+        .clone()
+        .chain(0..saddle.pressures.start)
+        .collect();
+    let pressures_last: Vec<usize> = (0..n).collect();
+    let residual = |order: &[usize]| {
+        let mut factors = Supernodal::new(in_order(&saddle.pattern, Kind::Symmetric, order));
+        factors.factor(&saddle.values).unwrap();
+        let mut x = b.clone();
+        factors.solve(&mut x);
+        largest_residual(&saddle.pattern, &saddle.values, &b, &x)
+    };
+    let (last, first) = (residual(&pressures_last), residual(&pressures_first));
+    assert!(last < 1e3 * f64::EPSILON * 100.0, "{last:e}");
+    assert!(first > 1e-8, "{first:e}");
+}
+
+/// Regression: such a right-hand side has no error, so the next was not checked either.
+#[test]
+fn a_right_hand_side_of_zeros_leaves_the_check_to_the_next() {
+    let p = pattern(2, |_, _| true);
+    let mut work = LinearWork::default();
+    let mut system = system(&p, KluOptions::default());
+    system.values_mut().copy_from_slice(&[1e-40, 1.0, 1.0, 1.0]);
+    system.renew(&mut work).unwrap();
+    let mut x = [0.0; 2];
+    system.solve(&mut x, &mut work).unwrap();
+    assert_eq!(x, [0.0; 2]);
+    let mut x = [1.0, 2.0];
+    system.solve(&mut x, &mut work).unwrap();
+    assert_eq!(x, [1.0, 1.0]);
+}
+
+/// Regression: a solution without a digit was returned after exchange of pivots did not help.
+#[test]
+fn a_solution_that_nothing_helps_is_refused() {
+    // Overflow: x = (1e200, 1e200) up to rounding for b = 1, but no x for b = 1e300.
+    let p = pattern(2, |_, _| true);
+    let mut work = LinearWork::default();
+    let mut system = system(&p, KluOptions::default());
+    system
+        .values_mut()
+        .copy_from_slice(&[1e-200, 0.0, 0.0, 1e-200]);
+    system.renew(&mut work).unwrap();
+    let refused = system.solve(&mut [1e300, 1.0], &mut work);
+    assert!(
+        matches!(refused, Err(SparseError::Inaccurate { n: 2, .. })),
+        "{refused:?}"
+    );
+    let refused = system.solve(&mut [f64::NAN, 1.0], &mut work);
+    assert!(
+        matches!(refused, Err(SparseError::NotFinite { position: 0, .. })),
+        "{refused:?}"
+    );
+}
+
+#[test]
+fn an_unknown_in_no_equation_is_named() {
+    let p = pattern(3, |c, r| c != 1 && r != 1);
+    let refused = Elimination::new(&p, Structure::default(), KluOptions::default());
+    assert_eq!(refused.unwrap_err(), SparseError::EmptyColumn { column: 1 });
 }

@@ -1,7 +1,7 @@
 //! What can go wrong before a question about the structure has an answer.
 
 use myovib_dae::StepError;
-use myovib_sparse::klu::KluError;
+use myovib_sparse::SparseError;
 
 /// Why a structural question could not be answered at all.
 #[derive(Debug, thiserror::Error)]
@@ -49,7 +49,7 @@ pub enum StructureError {
     },
     /// The sparse factorisation failed.
     #[error("the shifted matrix could not be factorised: {0}")]
-    Factorise(#[from] KluError),
+    Factorise(#[from] SparseError),
     /// The search for modes came to no end.
     #[error(
         "{converged} of {count} modes converged among {vectors} vectors: the shifted matrix is nearly singular"

@@ -115,5 +115,5 @@ pub enum Error {
     },
     /// A linear solver cannot be set up.
     #[error(transparent)]
-    Klu(#[from] myovib_sparse::klu::KluError),
+    Klu(#[from] myovib_sparse::SparseError),
 }

@@ -1,7 +1,8 @@
 //! What oscillators can be coupled to.
 
 use myovib_dae::{LinearSolver, Problem};
-use myovib_sparse::klu::{KluError, KluOptions};
+use myovib_sparse::SparseError;
+use myovib_sparse::klu::KluOptions;
 
 use super::no_body::NoBody;
 use crate::error::ModelError;
@@ -33,7 +34,10 @@ pub trait Body: Problem + Send + Sized + 'static {
     ///
     /// # Errors
     /// Those of the analysis.
-    fn condensed_solver(&self, _options: KluOptions) -> Result<Option<BodySolver<Self>>, KluError> {
+    fn condensed_solver(
+        &self,
+        _options: KluOptions,
+    ) -> Result<Option<BodySolver<Self>>, SparseError> {
         Ok(None)
     }
 }
@@ -48,7 +52,10 @@ impl Body for MuscleDae {
         Ok([start.y, start.y_dot])
     }
 
-    fn condensed_solver(&self, options: KluOptions) -> Result<Option<BodySolver<Self>>, KluError> {
+    fn condensed_solver(
+        &self,
+        options: KluOptions,
+    ) -> Result<Option<BodySolver<Self>>, SparseError> {
         Ok(Some(Box::new(CondensedSolver::new(self, options)?)))
     }
 }

@@ -10,7 +10,8 @@
 //! J_b is solved as if there were no oscillators; each network has small factors of its own.
 
 use myovib_dae::{LinearSolver, Linearization, Problem, StepError};
-use myovib_sparse::klu::{Factors, KluError, KluOptions, Symbolic};
+use myovib_sparse::SparseError;
+use myovib_sparse::klu::{Factors, KluOptions, Symbolic};
 use num_complex::Complex64;
 
 use super::dae::CoupledDae;
@@ -40,7 +41,7 @@ fn network_jacobians<B: Problem>(dae: &CoupledDae<B>) -> Vec<NetworkJacobian> {
 fn analyses<B: Problem>(
     dae: &CoupledDae<B>,
     options: KluOptions,
-) -> Result<Vec<Symbolic>, KluError> {
+) -> Result<Vec<Symbolic>, SparseError> {
     (0..dae.n_networks())
         .map(|k| Symbolic::analyze(dae.oscillators(k).network().jacobian_pattern(), options))
         .collect()
@@ -123,7 +124,7 @@ impl<S> CoupledSolver<S> {
         body: S,
         dae: &CoupledDae<B>,
         options: KluOptions,
-    ) -> Result<Self, KluError> {
+    ) -> Result<Self, SparseError> {
         let analyses = analyses(dae, options)?;
         Ok(Self {
             body,

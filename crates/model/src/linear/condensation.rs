@@ -10,14 +10,16 @@
 //!
 //! What is left for the muscle is the system in (q, λ), of half the size and symmetric but for the
 //! damping: the dynamic stiffness c² M + c D + K bordered by B. It is a sum of the same matrices
-//! with coefficients that are polynomials in c, so all places are found once.
+//! with coefficients that are polynomials in c, so all places are found once. Where a change of sign
+//! of some rows (those of B) makes it symmetric, they are changed.
 //!
 //! The first line of (33) is not of this kind; its system is [split](super::Splitting) instead.
 
 use std::ops::Range;
 
 use myovib_dae::Problem;
-use myovib_sparse::klu::{KluError, KluOptions};
+use myovib_sparse::klu::KluOptions;
+use myovib_sparse::{Kind, SparseError, Structure};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::assembly::{Assembly, Entry};
@@ -25,7 +27,7 @@ use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::muscle_dae::MuscleDae;
 
-use super::{Elimination, Quadratic};
+use super::{Elimination, Quadratic, symmetric_signs};
 
 /// One kinematic equation, `rate · c δbase + value · δeliminated = b`.
 #[derive(Debug, Clone, Copy)]
@@ -69,6 +71,8 @@ pub(super) struct Kept {
     pub(super) unknowns: Range<usize>,
     /// Both in the condensed system.
     pub(super) condensed: Range<usize>,
+    /// What its rows are multiplied by there: 1 or -1.
+    pub(super) sign: f64,
 }
 
 /// A block of unknowns recovered from its base: δw = (b − rate · c δx) / value.
@@ -96,6 +100,7 @@ pub struct Condensation {
     /// A_w / value for all eliminated unknowns, which acts on the rows of the kinematic equations.
     pub(super) coupling: Assembly<Quadratic>,
     pub(super) n_full: usize,
+    structure: Structure,
 }
 
 impl Condensation {
@@ -103,8 +108,8 @@ impl Condensation {
     ///
     /// # Errors
     /// Those of the analysis.
-    pub fn elimination(&self, options: KluOptions) -> Result<Elimination, KluError> {
-        Elimination::new(self.condensed.pattern(), options)
+    pub fn elimination(&self, options: KluOptions) -> Result<Elimination, SparseError> {
+        Elimination::new(self.condensed.pattern(), self.structure.clone(), options)
     }
 
     /// Lays out the elimination for `dae`.
@@ -138,6 +143,7 @@ impl Condensation {
                     rows: range(*rows),
                     unknowns,
                     condensed: start..end,
+                    sign: 1.0,
                 },
             ));
         }
@@ -196,8 +202,40 @@ impl Condensation {
                 }
             }
         }
+        assert_eq!(
+            end + n_eliminated,
+            dae.n_unknowns(),
+            "each unknown is kept or eliminated"
+        );
+        let signs = symmetric_signs(&condensed);
+        let kind = match signs {
+            Some(_) => Kind::Symmetric,
+            None => Kind::General,
+        };
+        let sign = |row: usize| {
+            *signs
+                .iter()
+                .flat_map(|s| s.get(&row))
+                .next()
+                .unwrap_or(&1.0)
+        };
+        for entry in condensed.iter_mut().chain(&mut coupling) {
+            let sign = sign(entry.rows.start);
+            entry.coefficient.0 = entry.coefficient.0.map(|p| sign * p);
+        }
+        for (_, block) in &mut kept {
+            block.sign = sign(block.condensed.start);
+        }
+        let scalars = kept
+            .iter()
+            .filter(|(field, _)| *field != Field::Displacement);
+        let first = scalars.map(|(_, block)| block.condensed.start).min();
         let pattern_of = |matrix| dae.pattern_of(matrix);
         Self {
+            structure: Structure {
+                kind,
+                constraints: first.unwrap_or(end)..end,
+            },
             condensed: Assembly::new((end, end), condensed, pattern_of),
             coupling: Assembly::new((end, n_eliminated), coupling, pattern_of),
             kept: kept.into_iter().map(|(_, block)| block).collect(),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use myovib_sparse::klu::KluError;
+use myovib_sparse::SparseError;
 
 use super::{Condensation, Elimination, LinearWork, Number, SparseSystem};
 use crate::matrix::Matrix;
@@ -43,13 +43,13 @@ impl<T: Number> Condensed<T> {
     /// Forms and factorises the matrix for `c` from the `values` of the muscle's matrices.
     ///
     /// # Errors
-    /// [`KluError::Singular`] and others of the factorisation.
+    /// [`SparseError::Singular`] and others of the factorisation.
     pub fn set_up<'m>(
         &mut self,
         c: T,
         values: impl Fn(Matrix) -> &'m [f64],
         work: &mut LinearWork,
-    ) -> Result<(), KluError> {
+    ) -> Result<(), SparseError> {
         self.c = c;
         let plan = &self.plan;
         plan.coupling
@@ -71,13 +71,16 @@ impl<T: Number> Condensed<T> {
     ///
     /// # Errors
     /// Those of the solve.
-    pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), KluError> {
+    pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
         let plan = &self.plan;
         for block in &plan.recovered {
             self.kinematic[block.place.clone()].copy_from_slice(&rhs[block.rows.clone()]);
         }
         for block in &plan.kept {
-            self.unknowns[block.condensed.clone()].copy_from_slice(&rhs[block.rows.clone()]);
+            let unknowns = &mut self.unknowns[block.condensed.clone()];
+            for (x, &b) in unknowns.iter_mut().zip(&rhs[block.rows.clone()]) {
+                *x = b * block.sign;
+            }
         }
         self.product
             .subtract(&self.coupling, &self.kinematic, &mut self.unknowns);

@@ -14,6 +14,7 @@ mod reduced;
 mod solver;
 mod split;
 mod splitting;
+mod symmetry;
 
 pub use condensation::Condensation;
 pub use condensed::Condensed;
@@ -24,3 +25,4 @@ pub use split::Split;
 pub use splitting::Splitting;
 
 pub use myovib_sparse::{Elimination, LinearWork, Number, SparseSystem};
+use symmetry::symmetric_signs;

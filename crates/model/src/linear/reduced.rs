@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use myovib_sparse::klu::{KluError, KluOptions};
+use myovib_sparse::SparseError;
+use myovib_sparse::klu::KluOptions;
 
 use super::{Condensation, Condensed, Elimination, LinearWork, Number, Split, Splitting};
 use crate::matrix::Matrix;
@@ -23,7 +24,7 @@ impl Reduction {
     ///
     /// # Errors
     /// Those of the analysis.
-    pub fn new(dae: &MuscleDae, options: KluOptions) -> Result<Self, KluError> {
+    pub fn new(dae: &MuscleDae, options: KluOptions) -> Result<Self, SparseError> {
         Ok(match Splitting::new(dae) {
             Some(plan) => {
                 let eliminations = plan.eliminations(options)?;
@@ -65,13 +66,13 @@ impl<T: Number> Reduced<T> {
     /// Forms and factorises the matrix for `c` from the `values` of the muscle's matrices.
     ///
     /// # Errors
-    /// [`KluError::Singular`] and others of the factorisation.
+    /// [`SparseError::Singular`] and others of the factorisation.
     pub fn set_up<'m>(
         &mut self,
         c: T,
         values: impl Fn(Matrix) -> &'m [f64],
         work: &mut LinearWork,
-    ) -> Result<(), KluError> {
+    ) -> Result<(), SparseError> {
         match self {
             Self::Condensed(matrix) => matrix.set_up(c, values, work),
             Self::Split(matrix) => matrix.set_up(c, values, work),
@@ -85,7 +86,7 @@ impl<T: Number> Reduced<T> {
     ///
     /// # Errors
     /// Those of the solve.
-    pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), KluError> {
+    pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
         match self {
             Self::Condensed(matrix) => matrix.solve(rhs, work),
             Self::Split(matrix) => matrix.solve(rhs, work),

@@ -1,7 +1,8 @@
 //! The condensed matrices as an integrator asks for them: one real and some complex c at a time.
 
 use myovib_dae::{LinearSolver, Linearization, StepError};
-use myovib_sparse::klu::{KluError, KluOptions};
+use myovib_sparse::SparseError;
+use myovib_sparse::klu::KluOptions;
 use num_complex::Complex64;
 
 use super::{Reduced, Reduction};
@@ -22,7 +23,7 @@ impl CondensedSolver {
     ///
     /// # Errors
     /// Those of the analysis.
-    pub fn new(dae: &MuscleDae, options: KluOptions) -> Result<Self, KluError> {
+    pub fn new(dae: &MuscleDae, options: KluOptions) -> Result<Self, SparseError> {
         let reduction = Reduction::new(dae, options)?;
         Ok(Self {
             real: reduction.matrix(),

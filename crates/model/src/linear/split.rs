@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use myovib_sparse::klu::KluError;
+use myovib_sparse::SparseError;
 
 use super::splitting::Source;
 use super::{Elimination, LinearWork, Number, SparseSystem, Splitting};
@@ -52,13 +52,13 @@ impl<T: Number> Split<T> {
     /// Forms and factorises both matrices for `c` from the `values` of the muscle's matrices.
     ///
     /// # Errors
-    /// [`KluError::Singular`] and others of the factorisation.
+    /// [`SparseError::Singular`] and others of the factorisation.
     pub fn set_up<'m>(
         &mut self,
         c: T,
         values: impl Fn(Matrix) -> &'m [f64],
         work: &mut LinearWork,
-    ) -> Result<(), KluError> {
+    ) -> Result<(), SparseError> {
         let plan = &self.plan;
         self.s = c + T::one() * plan.alpha;
         let largest = |matrix| {
@@ -88,7 +88,7 @@ impl<T: Number> Split<T> {
     ///
     /// # Errors
     /// Those of the solves.
-    pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), KluError> {
+    pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
         let (plan, s) = (&self.plan, self.s);
         let places = &plan.places;
         let n_q = places.q.len();
@@ -97,7 +97,9 @@ impl<T: Number> Split<T> {
         for ((x, &b_v), &b_q) in self.first.iter_mut().zip(b_v).zip(b_q) {
             *x = b_v + s * b_q;
         }
-        self.first[n_q..].copy_from_slice(&rhs[places.mu.clone()]);
+        for (x, &b_mu) in self.first[n_q..].iter_mut().zip(&rhs[places.mu.clone()]) {
+            *x = -b_mu;
+        }
         self.motion.solve(&mut self.first, work)?;
 
         match self.source {
@@ -112,7 +114,7 @@ impl<T: Number> Split<T> {
         let (q, difference) = self.first.split_at(n_q);
         self.product.subtract(&self.passed_on, q, &mut self.second);
         for x in &mut self.second[n_q..] {
-            *x = s * *x;
+            *x = -(s * *x);
         }
         self.velocity.solve(&mut self.second, work)?;
 

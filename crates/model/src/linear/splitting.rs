@@ -16,10 +16,10 @@
 //!
 //! ```text
 //! ( K + s (c M + K_μ)   −Bᵀ ) ( δq )   ( b_v + s b_q )
-//! ( B                       ) ( λ' ) = ( b_μ         )
+//! ( −B                      ) ( λ' ) = ( −b_μ        )
 //!
-//! ( M   −Bᵀ ) ( s δv )   ( b_v − K δq     )      ( M   −Bᵀ ) ( s δv )   ( s (c M + K_μ) δq − s b_q )
-//! ( B       ) ( δλ   ) = ( s (b_λ − Ḃ δq) )  or  ( B       ) ( s δμ ) = ( s (b_λ − Ḃ δq)           ).
+//! ( M   −Bᵀ ) ( s δv )   ( b_v − K δq      )      ( M   −Bᵀ ) ( s δv )   ( s (c M + K_μ) δq − s b_q )
+//! ( −B      ) ( δλ   ) = ( −s (b_λ − Ḃ δq) )  or  ( −B      ) ( s δμ ) = ( −s (b_λ − Ḃ δq)          ).
 //! ```
 //!
 //! The two differ by rounding: either cancels where its product with δq is the larger part of the
@@ -27,7 +27,8 @@
 
 use std::ops::Range;
 
-use myovib_sparse::klu::{KluError, KluOptions};
+use myovib_sparse::klu::KluOptions;
+use myovib_sparse::{Kind, SparseError, Structure};
 
 use crate::assembly::{Assembly, Entry};
 use crate::equation::Equation;
@@ -35,7 +36,7 @@ use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::muscle_dae::MuscleDae;
 
-use super::{Elimination, Number, Quadratic};
+use super::{Elimination, Number, Quadratic, symmetric_signs};
 
 /// Which equation the velocity is found from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,6 +75,8 @@ pub struct Splitting {
     /// (K, Ḃ) or (−s (c M + K_μ), Ḃ): less its product with δq is the second right-hand side.
     pub(super) passed_on: Assembly<PassedOn>,
     pub(super) alpha: f64,
+    /// Whether each of both is symmetric.
+    kinds: [Kind; 2],
     /// q, v, λ, μ in the full system; each equation has the rows of its own unknowns.
     pub(super) places: Places,
 }
@@ -108,6 +111,7 @@ impl Splitting {
         let (n_q, n) = (places.q.len(), places.q.len() + places.mu.len());
         let alpha = dae.muscle().parameters.alpha;
         let blocks = dae.blocks();
+        expect_other_terms(&blocks, alpha);
         let acting_on_q = |rows| {
             let block = blocks.iter().find(|(own, _)| *own == rows);
             let terms = block.map_or(&[][..], |(_, terms)| terms);
@@ -136,7 +140,7 @@ impl Splitting {
         let inertia = Term::value(Field::Displacement, Matrix::Mass, 1.0);
         let divergence = Term::value(Field::Displacement, Matrix::Divergence, 1.0);
         let bordering = [
-            on_q(&constraint, divergence, [1.0, 0.0, 0.0]),
+            on_q(&constraint, divergence, [-1.0, 0.0, 0.0]),
             Entry {
                 rows: motion.clone(),
                 columns: constraint.clone(),
@@ -163,15 +167,24 @@ impl Splitting {
         let always = drift.map(|entry| passed_on(&entry, None, 1.0));
         let second = from_momentum.chain(from_kinematic).chain(always);
         let pattern_of = |matrix| dae.pattern_of(matrix);
-        let velocity = std::iter::once(on_q(&motion, inertia, [1.0, 0.0, 0.0]));
+        let velocity: Vec<_> = std::iter::once(on_q(&motion, inertia, [1.0, 0.0, 0.0]))
+            .chain(bordering.clone())
+            .collect();
+        let motion: Vec<_> = momentum
+            .iter()
+            .chain(&kinematic)
+            .chain(&bordering)
+            .cloned()
+            .collect();
+        let kinds = [&motion, &velocity].map(|entries| match symmetric_signs(entries) {
+            Some(signs) if signs.values().all(|&sign| sign > 0.0) => Kind::Symmetric,
+            _ => Kind::General,
+        });
         Some(Self {
             passed_on: Assembly::new((n, n_q), second, pattern_of),
-            velocity: Assembly::new((n, n), velocity.chain(bordering.clone()), pattern_of),
-            motion: Assembly::new(
-                (n, n),
-                momentum.iter().chain(&kinematic).chain(&bordering).cloned(),
-                pattern_of,
-            ),
+            velocity: Assembly::new((n, n), velocity, pattern_of),
+            motion: Assembly::new((n, n), motion, pattern_of),
+            kinds,
             alpha,
             places,
         })
@@ -181,10 +194,51 @@ impl Splitting {
     ///
     /// # Errors
     /// Those of the analysis.
-    pub fn eliminations(&self, options: KluOptions) -> Result<[Elimination; 2], KluError> {
+    pub fn eliminations(&self, options: KluOptions) -> Result<[Elimination; 2], SparseError> {
+        let constraints = self.places.q.len()..self.motion.pattern().major_dim();
+        let eliminate = |pattern, kind| {
+            let constraints = constraints.clone();
+            Elimination::new(pattern, Structure { kind, constraints }, options)
+        };
+        let [motion, velocity] = self.kinds;
         Ok([
-            Elimination::new(self.motion.pattern(), options)?,
-            Elimination::new(self.velocity.pattern(), options)?,
+            eliminate(self.motion.pattern(), motion)?,
+            eliminate(self.velocity.pattern(), velocity)?,
         ])
+    }
+}
+
+/// Asserts that the terms that do not act on displacements are those of the two problems above.
+fn expect_other_terms(blocks: &[(Field, Vec<Term>)], alpha: f64) {
+    use Field::{Displacement, GglMultiplier, Pressure, Velocity};
+    let inertia = Term {
+        of_rate: 1.0,
+        ..Term::value(Velocity, Matrix::Mass, alpha)
+    };
+    let coupling = |column, sign| Term::value(column, Matrix::DivergenceTransposed, sign);
+    for (rows, terms) in blocks {
+        let expected = match rows {
+            Velocity => vec![inertia, coupling(Pressure, -1.0)],
+            Displacement => vec![
+                Term::value(Velocity, Matrix::Mass, -1.0),
+                coupling(GglMultiplier, 1.0),
+            ],
+            Pressure => vec![Term::value(Velocity, Matrix::Divergence, 1.0)],
+            _ => vec![],
+        };
+        let acts_on_q = |term: &&Term| term.column == Displacement;
+        let others: Vec<Term> = terms.iter().filter(|t| !acts_on_q(t)).copied().collect();
+        assert_eq!(
+            others, expected,
+            "terms of the rows of {rows:?} that the splitting knows"
+        );
+        let of_rate = terms
+            .iter()
+            .filter(acts_on_q)
+            .any(|term| term.of_rate != 0.0);
+        assert!(
+            !of_rate || *rows == Displacement,
+            "no rate of q in the rows of {rows:?}"
+        );
     }
 }

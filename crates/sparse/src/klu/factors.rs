@@ -1,6 +1,7 @@
 //! LU factors kept fresh: pivots are chosen once and kept as long as they serve.
 
-use super::{KluError, Numeric, Scalar, Symbolic};
+use super::{Numeric, Scalar, Symbolic};
+use crate::{Factorization, Number, SparseError};
 
 /// A reciprocal pivot growth this much below that of fresh pivots calls for fresh ones: three of
 /// the digits that fresh pivots would give are lost then.
@@ -42,14 +43,14 @@ impl<T: Scalar> Factors<T> {
     ///
     /// # Errors
     /// As for [`Numeric::factor`]. There is nothing to solve with then until a matrix is factorised.
-    pub fn renew(&mut self, values: &[T]) -> Result<Pivots, KluError> {
+    pub fn renew(&mut self, values: &[T]) -> Result<Pivots, SparseError> {
         self.current = false;
         let pivots = self.factorise(values)?;
         self.current = true;
         Ok(pivots)
     }
 
-    fn factorise(&mut self, values: &[T]) -> Result<Pivots, KluError> {
+    fn factorise(&mut self, values: &[T]) -> Result<Pivots, SparseError> {
         if let Some((numeric, fresh_growth)) = &mut self.numeric
             && numeric.refactor(values).is_ok()
             && numeric.rgrowth(values)? >= GROWTH_LOSS * *fresh_growth
@@ -65,20 +66,35 @@ impl<T: Scalar> Factors<T> {
     /// The factors of the last matrix.
     ///
     /// # Errors
-    /// [`KluError::NoFactors`] before the first, and after one that could not be factorised.
-    pub fn current(&self) -> Result<&Numeric<T>, KluError> {
+    /// [`SparseError::NoFactors`] before the first, and after one that could not be factorised.
+    pub fn current(&self) -> Result<&Numeric<T>, SparseError> {
         self.numeric
             .as_ref()
             .filter(|_| self.current)
             .map(|(numeric, _)| numeric)
-            .ok_or(KluError::NoFactors)
+            .ok_or(SparseError::NoFactors)
     }
 
     /// Solves A x = b in place.
     ///
     /// # Errors
     /// As for [`Numeric::solve`].
-    pub fn solve(&self, rhs: &mut [T]) -> Result<(), KluError> {
+    pub fn solve(&self, rhs: &mut [T]) -> Result<(), SparseError> {
         self.current()?.solve(rhs)
+    }
+}
+
+impl<T: Number> Factorization<T> for Factors<T> {
+    fn renew(&mut self, values: &[T]) -> Result<(), SparseError> {
+        Self::renew(self, values).map(drop)
+    }
+
+    fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError> {
+        Self::solve(self, x)
+    }
+
+    fn n_entries(&self) -> Option<usize> {
+        let (lower, upper) = self.current().ok()?.nnz_factors();
+        Some(lower + upper)
     }
 }

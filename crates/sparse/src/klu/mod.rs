@@ -6,8 +6,11 @@
 //! complex matrices with the same pattern share one analysis. Neither a refactorisation nor a
 //! solve allocates.
 //!
+//! The settings are plain values and always here, all else with the feature `klu`.
+//!
 //! # Examples
 //! ```
+//! # #[cfg(feature = "klu")] {
 //! use nalgebra_sparse::pattern::SparsityPattern;
 //! use myovib_sparse::klu::{KluOptions, RealNumeric, Symbolic};
 //!
@@ -18,6 +21,7 @@
 //! let mut x = [4.0, 8.0];
 //! lu.solve(&mut x)?;
 //! assert_eq!(x, [1.0, 2.0]);
+//! # }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -25,15 +29,20 @@
 //! - T. A. Davis, E. Palamadai Natarajan, Algorithm 907: KLU, a direct sparse solver for circuit
 //!   simulation problems, ACM Trans. Math. Softw. 37 (2010) 36.
 
+#[cfg(feature = "klu")]
 mod error;
+#[cfg(feature = "klu")]
 mod factors;
+#[cfg(feature = "klu")]
 mod numeric;
 mod options;
+#[cfg(feature = "klu")]
 mod symbolic;
 
-pub use crate::ffi::klu::RawOptions;
-pub use error::KluError;
+#[cfg(feature = "klu")]
 pub use factors::{Factors, Pivots};
+#[cfg(feature = "klu")]
 pub use numeric::{ComplexNumeric, Numeric, RealNumeric, Scalar};
-pub use options::{KluOptions, Ordering, Scaling};
+pub use options::{KluOptions, Ordering, RawOptions, Scaling};
+#[cfg(feature = "klu")]
 pub use symbolic::Symbolic;

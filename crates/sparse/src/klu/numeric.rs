@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
-use super::{KluError, Symbolic};
+use super::{Symbolic, error};
+use crate::SparseError;
 use crate::ffi::klu::{Entry, Failure, RawNumeric};
 
 mod sealed {
@@ -52,12 +53,12 @@ impl<T: Scalar> Numeric<T> {
     /// `values`: one per entry of the pattern, in its order.
     ///
     /// # Errors
-    /// [`KluError::Singular`], [`KluError::NotFinite`], [`KluError::WrongLength`] or
-    /// [`KluError::Failed`].
-    pub fn factor(symbolic: &Symbolic, values: &[T]) -> Result<Self, KluError> {
+    /// [`SparseError::Singular`], [`SparseError::NotFinite`], [`SparseError::WrongLength`] or
+    /// [`SparseError::Failed`].
+    pub fn factor(symbolic: &Symbolic, values: &[T]) -> Result<Self, SparseError> {
         check_values(symbolic, values)?;
         let raw = RawNumeric::factor(Arc::clone(&symbolic.raw), values)
-            .map_err(|failure| KluError::from_failure(symbolic.n(), failure))?;
+            .map_err(|failure| error::from_failure(symbolic.n(), failure))?;
         Ok(Self {
             symbolic: symbolic.clone(),
             raw,
@@ -70,13 +71,13 @@ impl<T: Scalar> Numeric<T> {
     /// much, the old pivots may be poor and a fresh `factor` is due.
     ///
     /// # Errors
-    /// As for [`factor`](Numeric::factor). After [`KluError::Singular`] there are no factors until
+    /// As for [`factor`](Numeric::factor). After [`SparseError::Singular`] there are no factors until
     /// another refactorisation succeeds; the other errors leave the old ones in place.
-    pub fn refactor(&mut self, values: &[T]) -> Result<(), KluError> {
+    pub fn refactor(&mut self, values: &[T]) -> Result<(), SparseError> {
         check_values(&self.symbolic, values)?;
         let outcome = self.raw.refactor(values);
         self.usable = outcome.is_ok();
-        outcome.map_err(|failure| KluError::from_failure(self.symbolic.n(), failure))
+        outcome.map_err(|failure| error::from_failure(self.symbolic.n(), failure))
     }
 
     /// Solves A x = b in place.
@@ -85,9 +86,9 @@ impl<T: Scalar> Numeric<T> {
     /// `rhs`: one right-hand side of length [`n`](Symbolic::n), or several, one after the other.
     ///
     /// # Errors
-    /// [`KluError::WrongLength`] for a length that is no multiple of n, [`KluError::NoFactors`]
+    /// [`SparseError::WrongLength`] for a length that is no multiple of n, [`SparseError::NoFactors`]
     /// after a failed refactorisation.
-    pub fn solve(&self, rhs: &mut [T]) -> Result<(), KluError> {
+    pub fn solve(&self, rhs: &mut [T]) -> Result<(), SparseError> {
         self.solve_either(rhs, false)
     }
 
@@ -96,15 +97,15 @@ impl<T: Scalar> Numeric<T> {
     ///
     /// # Errors
     /// As for [`solve`](Numeric::solve).
-    pub fn solve_transposed(&self, rhs: &mut [T]) -> Result<(), KluError> {
+    pub fn solve_transposed(&self, rhs: &mut [T]) -> Result<(), SparseError> {
         self.solve_either(rhs, true)
     }
 
-    fn solve_either(&self, rhs: &mut [T], transposed: bool) -> Result<(), KluError> {
+    fn solve_either(&self, rhs: &mut [T], transposed: bool) -> Result<(), SparseError> {
         let n = self.symbolic.n();
         if !rhs.len().is_multiple_of(n) {
             let what = "right-hand sides (a multiple of the order)";
-            return Err(KluError::WrongLength {
+            return Err(SparseError::WrongLength {
                 what,
                 expected: n,
                 got: rhs.len(),
@@ -117,8 +118,8 @@ impl<T: Scalar> Numeric<T> {
     /// Cheap estimate of the reciprocal condition number: min |u_kk| / max |u_kk|.
     ///
     /// # Errors
-    /// [`KluError::NoFactors`] after a failed refactorisation.
-    pub fn rcond(&self) -> Result<f64, KluError> {
+    /// [`SparseError::NoFactors`] after a failed refactorisation.
+    pub fn rcond(&self) -> Result<f64, SparseError> {
         self.usable()?;
         self.checked(self.raw.rcond())
     }
@@ -126,8 +127,8 @@ impl<T: Scalar> Numeric<T> {
     /// Estimate of the condition number in the 1-norm (Hager, Higham): a few solves.
     ///
     /// # Errors
-    /// [`KluError::WrongLength`] for the `values` of another pattern, [`KluError::NoFactors`].
-    pub fn condest(&self, values: &[T]) -> Result<f64, KluError> {
+    /// [`SparseError::WrongLength`] for the `values` of another pattern, [`SparseError::NoFactors`].
+    pub fn condest(&self, values: &[T]) -> Result<f64, SparseError> {
         check_values(&self.symbolic, values)?;
         self.usable()?;
         self.checked(self.raw.condest(values))
@@ -138,7 +139,7 @@ impl<T: Scalar> Numeric<T> {
     ///
     /// # Errors
     /// As for [`condest`](Numeric::condest).
-    pub fn rgrowth(&self, values: &[T]) -> Result<f64, KluError> {
+    pub fn rgrowth(&self, values: &[T]) -> Result<f64, SparseError> {
         check_values(&self.symbolic, values)?;
         self.usable()?;
         self.checked(self.raw.rgrowth(values))
@@ -152,8 +153,8 @@ impl<T: Scalar> Numeric<T> {
     /// Floating-point operations of one factorisation.
     ///
     /// # Errors
-    /// [`KluError::NoFactors`] after a failed refactorisation.
-    pub fn flops(&self) -> Result<f64, KluError> {
+    /// [`SparseError::NoFactors`] after a failed refactorisation.
+    pub fn flops(&self) -> Result<f64, SparseError> {
         self.usable()?;
         self.checked(self.raw.flops())
     }
@@ -163,16 +164,16 @@ impl<T: Scalar> Numeric<T> {
         &self.symbolic
     }
 
-    fn usable(&self) -> Result<(), KluError> {
+    fn usable(&self) -> Result<(), SparseError> {
         if self.usable {
             Ok(())
         } else {
-            Err(KluError::NoFactors)
+            Err(SparseError::NoFactors)
         }
     }
 
-    fn checked<R>(&self, result: Result<R, Failure>) -> Result<R, KluError> {
-        result.map_err(|failure| KluError::from_failure(self.symbolic.n(), failure))
+    fn checked<R>(&self, result: Result<R, Failure>) -> Result<R, SparseError> {
+        result.map_err(|failure| error::from_failure(self.symbolic.n(), failure))
     }
 }
 
@@ -186,17 +187,20 @@ impl<T: Scalar> std::fmt::Debug for Numeric<T> {
     }
 }
 
-fn check_values<T: Scalar>(symbolic: &Symbolic, values: &[T]) -> Result<(), KluError> {
+fn check_values<T: Scalar>(symbolic: &Symbolic, values: &[T]) -> Result<(), SparseError> {
     if values.len() != symbolic.nnz() {
         let what = "values of the matrix";
-        return Err(KluError::WrongLength {
+        return Err(SparseError::WrongLength {
             what,
             expected: symbolic.nnz(),
             got: values.len(),
         });
     }
     match values.iter().position(|&v| !Scalar::is_finite(v)) {
-        Some(position) => Err(KluError::NotFinite { position }),
+        Some(position) => Err(SparseError::NotFinite {
+            of: "matrix",
+            position,
+        }),
         None => Ok(()),
     }
 }

@@ -1,7 +1,5 @@
 //! The settings of KLU.
 
-use crate::ffi::klu::RawOptions;
-
 /// How the columns (and with AMD also the rows) are ordered to keep the factors sparse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Ordering {
@@ -59,6 +57,19 @@ pub struct KluOptions {
     pub scaling: Scaling,
     /// The diagonal is the pivot if it is at least this fraction of the largest entry of its
     /// column; 0.001 by default.
+    pub pivot_tolerance: f64,
+}
+
+/// Settings of KLU in its own coding, as its control block holds them.
+#[derive(Debug, Clone, Copy)]
+pub struct RawOptions {
+    /// 0: AMD; 1: COLAMD; 2: natural.
+    pub ordering: i64,
+    /// Whether to permute to block triangular form: 0 or 1.
+    pub btf: i64,
+    /// -1: none; 1: by the sum, 2: by the largest entry of each row.
+    pub scale: i64,
+    /// Diagonal pivots are preferred above this fraction of the largest entry.
     pub pivot_tolerance: f64,
 }
 

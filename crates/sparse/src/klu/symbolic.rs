@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use super::{KluError, KluOptions};
+use super::{KluOptions, error};
+use crate::SparseError;
 use crate::ffi::klu::RawSymbolic;
 
 /// The analysis of a sparsity pattern: orderings and block triangular form.
@@ -20,15 +21,15 @@ impl Symbolic {
     /// Analyses the compressed-column `pattern` (major dimension: columns).
     ///
     /// # Errors
-    /// [`KluError::NotSquare`], or [`KluError::Failed`] when memory runs out. A structurally
+    /// [`SparseError::NotSquare`], or [`SparseError::Failed`] when memory runs out. A structurally
     /// singular pattern is found at the factorisation.
-    pub fn analyze(pattern: &SparsityPattern, options: KluOptions) -> Result<Self, KluError> {
+    pub fn analyze(pattern: &SparsityPattern, options: KluOptions) -> Result<Self, SparseError> {
         let (rows, columns) = (pattern.minor_dim(), pattern.major_dim());
         if rows != columns || rows == 0 {
-            return Err(KluError::NotSquare { rows, columns });
+            return Err(SparseError::NotSquare { rows, columns });
         }
         let raw = RawSymbolic::analyze(pattern, options.raw())
-            .map_err(|failure| KluError::from_failure(rows, failure))?;
+            .map_err(|failure| error::from_failure(rows, failure))?;
         Ok(Self { raw: Arc::new(raw) })
     }
 

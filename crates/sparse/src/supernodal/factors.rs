@@ -3,46 +3,73 @@
 use std::sync::Arc;
 
 use pulp::{Arch, Simd, WithSimd};
+use rayon::ThreadPool;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use super::analysis::{Analysis, Child, Run, Supernode};
-use super::dense::{dot, eliminate_rows, factor_panel, minus_outer, solve_lower, solve_upper};
+use super::analysis::{Analysis, Supernode};
+use super::large::Front;
+use super::schedule::Schedule;
+use super::small::{eliminate_rows, factor_panel, minus_outer, mirror, scale_rows};
 use crate::number::Number;
+use crate::{Kind, SparseError};
 
-/// A pivot was zero or not finite: another order, or exchanges of pivots, are needed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("a pivot is zero or not finite in the fixed order of elimination")]
-pub struct ZeroPivot;
+/// Fronts of this many rows and columns to be eliminated, or more, are dealt with in blocks.
+/// Measured: below, the kernels in one piece are faster.
+const LARGE: [usize; 2] = [160, 32];
 
-/// LU factors in dense blocks. After construction nothing allocates.
+/// LU or LDLᵀ factors in dense blocks. With one thread nothing allocates after construction but the
+/// packing of large fronts.
 ///
 /// For a supernode of k columns and r rows below them: L and U of its columns, (k + r) × k, and
-/// then its rows of U, transposed, r × k; all column-major, one supernode after the other. In the
-/// place of the pivots are their inverses.
-#[derive(Debug, Clone)]
+/// then, unless the matrix is symmetric, its rows of U, transposed, r × k; all column-major, one
+/// supernode after the other. In the place of the pivots are their inverses.
+#[derive(Debug)]
 pub struct Supernodal<T: Number> {
-    analysis: Arc<Analysis>,
-    factors: Vec<T>,
-    /// Updates waiting for their parents, the youngest on top: those of supernodes at even and at
-    /// odd depth, so that one is formed in its place while those of the children are read.
-    stacks: [Vec<T>; 2],
-    x: Vec<T>,
-    gathered: Vec<T>,
-    arch: Arch,
+    pub(super) analysis: Arc<Analysis>,
+    schedule: Schedule,
+    threads: Option<Arc<ThreadPool>>,
+    pub(super) factors: Vec<T>,
+    /// Updates waiting for their parents, by the schedule.
+    stacks: Vec<Stacks<T>>,
+    pub(super) x: Vec<T>,
+    pub(super) gathered: Vec<T>,
+    pub(super) arch: Arch,
+}
+
+/// The stacks of updates at even and at odd depth, and room for the rows of U of one supernode of a
+/// symmetric matrix.
+#[derive(Debug)]
+struct Stacks<T> {
+    sides: [Vec<T>; 2],
+    upper: Vec<T>,
 }
 
 impl<T: Number> Supernodal<T> {
-    /// Room for the factors.
+    /// Room for the factors, computed by one thread.
     pub fn new(analysis: Arc<Analysis>) -> Self {
+        Self::in_threads(analysis, None)
+    }
+
+    /// Room for the factors, computed by `threads`; the numbers are the same for any number.
+    pub fn in_threads(analysis: Arc<Analysis>, threads: Option<Arc<ThreadPool>>) -> Self {
         let zeros = |n: usize| vec![T::zero(); n];
-        let largest = |f: fn(&Supernode) -> usize| {
-            analysis.supernodes.iter().map(f).max().unwrap_or_default()
-        };
+        let n_threads = threads
+            .as_ref()
+            .map_or(1, |pool| pool.current_num_threads());
+        let schedule = Schedule::new(&analysis, n_threads);
+        let n_upper = analysis.n_upper();
+        let stacks = schedule.heights.iter().map(|heights| Stacks {
+            sides: heights.map(zeros),
+            upper: zeros(n_upper),
+        });
         Self {
             factors: zeros(analysis.n_entries()),
-            stacks: stack_heights(&analysis).map(zeros),
+            stacks: stacks.collect(),
             x: zeros(analysis.n()),
-            gathered: zeros(largest(Supernode::size)),
+            gathered: zeros(analysis.largest_front()),
             arch: Arch::new(),
+            threads,
+            schedule,
             analysis,
         }
     }
@@ -50,206 +77,226 @@ impl<T: Number> Supernodal<T> {
     /// Factorises the matrix with these `values`, in the order of the pattern analysed.
     ///
     /// # Errors
-    /// [`ZeroPivot`]; there are no factors then.
-    pub fn factor(&mut self, values: &[T]) -> Result<(), ZeroPivot> {
-        let arch = self.arch;
-        arch.dispatch(Factor {
-            factors: self,
+    /// [`SparseError::ZeroPivot`]; there are no factors then.
+    pub fn factor(&mut self, values: &[T]) -> Result<(), SparseError> {
+        match self.threads.clone() {
+            None => self.factor_rest(values, false),
+            Some(pool) => pool.install(|| {
+                self.factor_subtrees(values)?;
+                self.factor_rest(values, true)
+            }),
+        }
+    }
+
+    fn factor_subtrees(&mut self, values: &[T]) -> Result<(), SparseError> {
+        let Self {
+            analysis,
+            schedule,
+            factors,
+            stacks,
+            arch,
+            ..
+        } = self;
+        let (mut rest, mut done) = (&mut factors[..], 0);
+        let mut tasks = Vec::with_capacity(schedule.subtrees.len());
+        for (range, stacks) in schedule.subtrees.iter().zip(stacks) {
+            let nodes = &analysis.supernodes[range.clone()];
+            let start = nodes[0].start;
+            let end = nodes
+                .last()
+                .map_or(start, |last| last.start + last.n_entries(analysis.kind));
+            let (_, from_start) = rest.split_at_mut(start - done);
+            let (own, beyond) = from_start.split_at_mut(end - start);
+            (rest, done) = (beyond, end);
+            tasks.push((range.clone(), start, own, stacks));
+        }
+        tasks
+            .into_par_iter()
+            .try_for_each(|(range, start, factors, stacks)| {
+                arch.dispatch(Eliminate {
+                    analysis,
+                    schedule,
+                    nodes: range,
+                    values,
+                    factors,
+                    start,
+                    stacks,
+                    subtrees: &[],
+                    in_threads: false,
+                    arch: *arch,
+                })
+            })
+    }
+
+    fn factor_rest(&mut self, values: &[T], in_threads: bool) -> Result<(), SparseError> {
+        let Some((stacks, subtrees)) = self.stacks.split_last_mut() else {
+            return Ok(());
+        };
+        self.arch.dispatch(Eliminate {
+            analysis: &self.analysis,
+            schedule: &self.schedule,
+            nodes: self.schedule.rest.iter().map(|&k| k as usize),
             values,
+            factors: &mut self.factors,
+            start: 0,
+            stacks,
+            subtrees,
+            in_threads,
+            arch: self.arch,
         })
     }
 
+    /// Numbers kept for factors, updates and vectors by `n_threads`.
+    pub(crate) fn n_kept(analysis: &Analysis, n_threads: usize) -> usize {
+        let schedule = Schedule::new(analysis, n_threads);
+        let vectors = analysis.n() + analysis.largest_front();
+        let waiting = schedule.n_entries() + schedule.heights.len() * analysis.n_upper();
+        analysis.n_entries() + waiting + vectors
+    }
+}
+
+/// The elimination of some supernodes, to be run with the processor's vector instructions. A type and not
+/// a closure: a closure's call is not inlined into the function that has the instructions.
+struct Eliminate<'a, T: Number, N> {
+    analysis: &'a Analysis,
+    schedule: &'a Schedule,
+    nodes: N,
+    values: &'a [T],
+    /// The factors from number `start` on.
+    factors: &'a mut [T],
+    start: usize,
+    /// The stacks of these supernodes.
+    stacks: &'a mut Stacks<T>,
+    /// Those of the subtrees that are done.
+    subtrees: &'a [Stacks<T>],
+    in_threads: bool,
+    arch: Arch,
+}
+
+impl<T: Number, N: Iterator<Item = usize>> WithSimd for Eliminate<'_, T, N> {
+    type Output = Result<(), SparseError>;
+
     #[inline(always)]
-    fn factor_here(&mut self, values: &[T]) -> Result<(), ZeroPivot> {
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
         let Self {
             analysis,
+            schedule,
+            values,
             factors,
-            stacks,
+            start,
+            subtrees,
             ..
         } = self;
-        let [even, odd] = stacks;
-        let mut tops = [0; 2];
-        let mut rest = &mut factors[..];
-        for node in &analysis.supernodes {
-            let (m, k, r) = (node.size(), node.columns.len(), node.rows.len());
-            let block;
-            (block, rest) = rest.split_at_mut(node.n_entries());
-            block.fill(T::zero());
-            for &(index, position) in &node.entries {
-                block[position as usize] = values[index as usize];
-            }
-            let (panel, upper) = block.split_at_mut(m * k);
-            let [top_even, top_odd] = &mut tops;
-            let (own, top, below, top_below) = match node.is_odd {
-                false => (&mut *even, top_even, &*odd, top_odd),
-                true => (&mut *odd, top_odd, &*even, top_even),
+        let (kind, places) = (analysis.kind, &schedule.places);
+        let Stacks {
+            sides: [even, odd],
+            upper: scaled,
+        } = self.stacks;
+        for k in self.nodes {
+            let node = &analysis.supernodes[k];
+            let (own, others) = match node.is_odd {
+                false => (&mut *even, &*odd),
+                true => (&mut *odd, &*even),
             };
-            let bottom = *top_below - node.n_child_entries();
-            let of_children = &below[bottom..*top_below];
-            *top_below = bottom;
-            let mut updates = of_children;
-            for child in &node.children {
-                let of_child;
-                (of_child, updates) = updates.split_at(child.n_entries());
-                child.add_to_pivots(of_child, k, panel, upper);
-            }
-            if !factor_panel(panel, m) {
-                return Err(ZeroPivot);
-            }
-            if r > 0 {
-                eliminate_rows(upper, r, panel, m);
-                let update = &mut own[*top..][..r * r];
-                minus_outer(update, r, &panel[k..], m, upper);
-                let mut updates = of_children;
-                for child in &node.children {
-                    let of_child;
-                    (of_child, updates) = updates.split_at(child.n_entries());
-                    child.add_to_update(of_child, k, r, update);
-                }
-                *top += r * r;
+            let (side, place) = (usize::from(!node.is_odd), places[k]);
+            let of_child = |child: u32, n: usize| {
+                let at = places[child as usize];
+                let stack = match at.stacks == place.stacks {
+                    true => others,
+                    false => &subtrees[at.stacks].sides[side],
+                };
+                &stack[at.offset..][..n]
+            };
+            let work = Work {
+                node,
+                kind,
+                block: &mut factors[node.start - start..][..node.n_entries(kind)],
+                update: &mut own[place.offset..][..node.n_rows().pow(2)],
+                scaled,
+                in_threads: self.in_threads,
+                arch: self.arch,
+            };
+            if !work.eliminate(values, of_child) {
+                return Err(SparseError::ZeroPivot);
             }
         }
         Ok(())
     }
+}
 
-    /// Solves A x = b in place with the last factors.
-    pub fn solve(&mut self, rhs: &mut [T]) {
-        let arch = self.arch;
-        arch.dispatch(Solve { factors: self, rhs });
-    }
+/// One supernode and where its numbers go.
+struct Work<'a, T> {
+    node: &'a Supernode,
+    kind: Kind,
+    block: &'a mut [T],
+    update: &'a mut [T],
+    /// Room for rows of U.
+    scaled: &'a mut [T],
+    in_threads: bool,
+    arch: Arch,
+}
 
+impl<T: Number> Work<'_, T> {
+    /// Assembles and eliminates; `of_child` finds the updates of the children. `false` for a pivot that
+    /// is zero or not finite.
     #[inline(always)]
-    fn solve_here(&mut self, rhs: &mut [T]) {
+    fn eliminate<'c>(self, values: &[T], of_child: impl Fn(u32, usize) -> &'c [T] + Sync) -> bool {
         let Self {
-            analysis,
-            factors,
-            x,
-            gathered,
+            node,
+            kind,
+            block,
+            update,
+            scaled,
             ..
         } = self;
-        for (x, &original) in x.iter_mut().zip(&analysis.order) {
-            *x = rhs[original];
+        let (m, k, r) = (node.size(), node.n_columns(), node.n_rows());
+        let is_symmetric = kind == Kind::Symmetric;
+        block.fill(T::zero());
+        for &(index, position) in &node.entries {
+            block[position as usize] = values[index as usize];
         }
-        let mut start = 0;
-        for node in &analysis.supernodes {
-            let (m, k) = (node.size(), node.columns.len());
-            let y = &mut gathered[..m];
-            y[..k].copy_from_slice(&x[node.columns.clone()]);
-            y[k..].fill(T::zero());
-            solve_lower(y, &factors[start..][..m * k]);
-            x[node.columns.clone()].copy_from_slice(&y[..k]);
-            for (&row, &update) in node.rows.iter().zip(&y[k..]) {
-                x[row as usize] += update;
+        let (panel, upper) = block.split_at_mut(m * k);
+        for child in &node.children {
+            let of_child = of_child(child.node, child.n_entries());
+            let upper = (!is_symmetric).then_some(&mut *upper);
+            child.add_to_pivots(of_child, panel, [m, k], upper);
+        }
+        let upper = if is_symmetric {
+            &mut scaled[..r * k]
+        } else {
+            upper
+        };
+        let add = |start: usize, update: &mut [T]| {
+            for child in &node.children {
+                let of_child = of_child(child.node, child.n_entries());
+                child.add_to_update(of_child, update, start, [r, k], is_symmetric);
             }
-            start += node.n_entries();
+        };
+        if m >= LARGE[0] && k >= LARGE[1] {
+            let (in_threads, arch) = (self.in_threads, self.arch);
+            let front = Front {
+                m,
+                k,
+                kind,
+                in_threads,
+                arch,
+            };
+            return front.eliminate_all(panel, upper, update, &add);
         }
-        for node in analysis.supernodes.iter().rev() {
-            start -= node.n_entries();
-            let (m, k, r) = (node.size(), node.columns.len(), node.rows.len());
-            let (panel, upper) = factors[start..][..node.n_entries()].split_at(m * k);
-            let right = &mut gathered[..r];
-            for (value, &row) in right.iter_mut().zip(&node.rows) {
-                *value = x[row as usize];
+        if is_symmetric {
+            mirror(panel, m, 0);
+        }
+        if !factor_panel(panel, m, 0) {
+            return false;
+        }
+        if r > 0 {
+            match kind {
+                Kind::General => eliminate_rows(upper, r, panel, m),
+                Kind::Symmetric => scale_rows(upper, r, panel, m, k),
             }
-            let pivots = &mut x[node.columns.clone()];
-            if r > 0 {
-                for (pivot, row) in pivots.iter_mut().zip(upper.chunks_exact(r)) {
-                    *pivot -= dot(row, right);
-                }
-            }
-            solve_upper(pivots, panel, m);
+            minus_outer(update, r, &panel[k..], m, upper, is_symmetric);
+            add(0, update);
         }
-        for (&x, &original) in x.iter().zip(&analysis.order) {
-            rhs[original] = x;
-        }
+        true
     }
-}
-
-impl Child {
-    /// Adds the `update` of this child to the `k` columns and rows of its parent's pivots.
-    #[inline(always)]
-    fn add_to_pivots<T: Number>(&self, update: &[T], k: usize, panel: &mut [T], upper: &mut [T]) {
-        let n = self.places.len();
-        let m = panel.len() / k;
-        let r = m - k;
-        let (own, beyond) = self.places.split_at(self.n_columns);
-        let (of_columns, of_rows) = update.split_at(self.n_columns * n);
-        for (&column, update) in own.iter().zip(of_columns.chunks_exact(n)) {
-            let (pivots, rows) = panel[column as usize * m..][..m].split_at_mut(k);
-            add_runs(&self.column_runs, update, pivots);
-            add_runs(&self.row_runs, update, rows);
-        }
-        for (&column, update) in beyond.iter().zip(of_rows.chunks_exact(n)) {
-            let column = column as usize - k;
-            for (&row, &update) in own.iter().zip(update) {
-                upper[row as usize * r + column] += update;
-            }
-        }
-    }
-
-    /// Adds the rest of it to the update of its parent.
-    #[inline(always)]
-    fn add_to_update<T: Number>(&self, update: &[T], k: usize, r: usize, above: &mut [T]) {
-        let n = self.places.len();
-        let columns = self.places[self.n_columns..].iter();
-        for (&column, update) in columns.zip(update[self.n_columns * n..].chunks_exact(n)) {
-            let column = column as usize - k;
-            add_runs(&self.row_runs, update, &mut above[column * r..][..r]);
-        }
-    }
-}
-
-#[inline(always)]
-fn add_runs<T: Number>(runs: &[Run], update: &[T], target: &mut [T]) {
-    for &Run { from, to, len } in runs {
-        for (target, &update) in target[to..to + len]
-            .iter_mut()
-            .zip(&update[from..from + len])
-        {
-            *target += update;
-        }
-    }
-}
-
-/// The factorisation, to be run with the processor's vector instructions. A type and not a closure:
-/// a closure's call is not inlined into the function that has the instructions.
-struct Factor<'a, T: Number> {
-    factors: &'a mut Supernodal<T>,
-    values: &'a [T],
-}
-
-impl<T: Number> WithSimd for Factor<'_, T> {
-    type Output = Result<(), ZeroPivot>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        self.factors.factor_here(self.values)
-    }
-}
-
-/// The solve, likewise.
-struct Solve<'a, T: Number> {
-    factors: &'a mut Supernodal<T>,
-    rhs: &'a mut [T],
-}
-
-impl<T: Number> WithSimd for Solve<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.factors.solve_here(self.rhs);
-    }
-}
-
-/// The most entries that wait for their parents at once, at even depth and at odd.
-fn stack_heights(analysis: &Analysis) -> [usize; 2] {
-    let (mut tops, mut highest) = ([0; 2], [0; 2]);
-    for node in &analysis.supernodes {
-        let own = usize::from(node.is_odd);
-        tops[own] += node.rows.len().pow(2);
-        highest[own] = highest[own].max(tops[own]);
-        tops[1 - own] -= node.n_child_entries();
-    }
-    highest
 }

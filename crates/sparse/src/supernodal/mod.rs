@@ -21,8 +21,13 @@
 //!   method, ACM Trans. Math. Softw. 15 (1989) 291–309.
 
 mod analysis;
-mod dense;
+mod child;
 mod factors;
+mod large;
+mod partition;
+mod schedule;
+mod small;
+mod solve;
 
 pub use analysis::Analysis;
-pub use factors::{Supernodal, ZeroPivot};
+pub use factors::Supernodal;

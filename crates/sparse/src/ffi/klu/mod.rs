@@ -8,24 +8,12 @@ mod entry;
 mod numeric;
 mod symbolic;
 
+use crate::klu::RawOptions;
 use suitesparse_sys::{KLU_SINGULAR, klu_l_common, klu_l_defaults};
 
 pub(crate) use entry::Entry;
 pub(crate) use numeric::RawNumeric;
 pub(crate) use symbolic::RawSymbolic;
-
-/// Settings of KLU in its own coding, as its control block holds them.
-#[derive(Debug, Clone, Copy)]
-pub struct RawOptions {
-    /// 0: AMD; 1: COLAMD; 2: natural.
-    pub ordering: i64,
-    /// Whether to permute to block triangular form: 0 or 1.
-    pub btf: i64,
-    /// -1: none; 1: by the sum, 2: by the largest entry of each row.
-    pub scale: i64,
-    /// Diagonal pivots are preferred above this fraction of the largest entry.
-    pub pivot_tolerance: f64,
-}
 
 impl RawOptions {
     /// Writes the settings into a control block of KLU.

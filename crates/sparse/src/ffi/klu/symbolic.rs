@@ -6,7 +6,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use nalgebra_sparse::pattern::SparsityPattern;
 use suitesparse_sys::{klu_l_common, klu_l_free_symbolic, klu_l_symbolic};
 
-use super::{Failure, RawOptions, default_common};
+use super::{Failure, default_common};
+use crate::klu::RawOptions;
 
 // Declared in klu.h but left out of the bindings, whose filter of names misses functions that
 // return a pointer to a structure.

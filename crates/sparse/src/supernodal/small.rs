@@ -1,4 +1,4 @@
-//! Dense kernels on column-major blocks.
+//! Dense kernels on column-major blocks: for small fronts, and for the narrow panels of large ones.
 
 use std::array::from_fn;
 
@@ -8,6 +8,8 @@ use crate::number::Number;
 const TILE_ROWS: usize = 8;
 /// Its columns: with eight accumulators or fewer in registers.
 const TILE_COLUMNS: usize = 4;
+/// Partial sums of a scalar product: one register of AVX-512.
+const LANES: usize = 8;
 
 /// `y` -= Σ_p x_p a_p for N columns at a time.
 #[inline(always)]
@@ -24,48 +26,34 @@ fn subtract_columns<T: Number, const N: usize>(y: &mut [T], a: [&[T]; N], x: [T;
 /// a · b, summed in eight lanes so that it becomes vector instructions.
 #[inline(always)]
 pub(super) fn dot<T: Number>(a: &[T], b: &[T]) -> T {
-    let mut lanes = [T::zero(); 8];
-    let (chunks_a, chunks_b) = (a.chunks_exact(8), b.chunks_exact(8));
-    let tail = chunks_a.remainder().iter().zip(chunks_b.remainder());
-    let tail = tail.fold(T::zero(), |sum, (&a, &b)| sum.plus_product(a, b));
-    for (a, b) in chunks_a.zip(chunks_b) {
-        for l in 0..8 {
-            lanes[l] = lanes[l].plus_product(a[l], b[l]);
-        }
-    }
-    for half in [4, 2, 1] {
-        for l in 0..half {
-            let other = lanes[l + half];
-            lanes[l] += other;
-        }
-    }
-    lanes[0] + tail
+    let [sum] = dots([a], b);
+    sum
 }
 
 /// y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the rest: `panel` holds the columns
-/// of L (unit diagonal), `y.len()` rows each.
+/// of L (unit diagonal), `m` rows each, of which the last `y.len()` count.
 #[inline(always)]
-pub(super) fn solve_lower<T: Number>(y: &mut [T], panel: &[T]) {
-    let k = panel.len() / y.len();
+pub(super) fn solve_lower<T: Number>(y: &mut [T], panel: &[T], m: usize) {
+    let k = panel.len() / m;
     let mut p = 0;
     while p + 4 <= k {
-        solve_lower_columns::<T, 4>(y, panel, p);
+        solve_lower_columns::<T, 4>(y, panel, m, p);
         p += 4;
     }
     if p + 2 <= k {
-        solve_lower_columns::<T, 2>(y, panel, p);
+        solve_lower_columns::<T, 2>(y, panel, m, p);
         p += 2;
     }
     if p < k {
-        solve_lower_columns::<T, 1>(y, panel, p);
+        solve_lower_columns::<T, 1>(y, panel, m, p);
     }
 }
 
 /// The same for N columns from number `p` on: their own triangle, then all rows below in one sweep.
 #[inline(always)]
-fn solve_lower_columns<T: Number, const N: usize>(y: &mut [T], panel: &[T], p: usize) {
-    let m = y.len();
-    let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m..][p..m]);
+fn solve_lower_columns<T: Number, const N: usize>(y: &mut [T], panel: &[T], m: usize, p: usize) {
+    let first = m - y.len() + p;
+    let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m..][first..m]);
     let (pivots, below) = y[p..].split_at_mut(N);
     let mut x: [T; N] = from_fn(|q| pivots[q]);
     for q in 0..N {
@@ -111,14 +99,82 @@ fn solve_upper_columns<T: Number, const N: usize>(y: &mut [T], panel: &[T], m: u
     subtract_columns(above, columns, x);
 }
 
-/// Eliminates the columns of a `panel` of `m` rows: L (unit diagonal) and U of the pivots take its
-/// place, with the inverses of the pivots on the diagonal. `false` for a pivot that is zero or not finite.
+/// y ← (Lᵀ)⁻¹ y for the first k entries of `y`, the rest being known: `panel` holds the columns of L
+/// (unit diagonal), `y.len()` rows each.
 #[inline(always)]
-pub(super) fn factor_panel<T: Number>(panel: &mut [T], m: usize) -> bool {
+pub(super) fn solve_transposed<T: Number>(y: &mut [T], panel: &[T]) {
+    let mut p = panel.len() / y.len();
+    while p >= 4 {
+        p -= 4;
+        solve_transposed_columns::<T, 4>(y, panel, p);
+    }
+    if p >= 2 {
+        p -= 2;
+        solve_transposed_columns::<T, 2>(y, panel, p);
+    }
+    if p == 1 {
+        solve_transposed_columns::<T, 1>(y, panel, 0);
+    }
+}
+
+/// The same for N columns from number `p` on: all rows below in one sweep, then their own triangle.
+#[inline(always)]
+fn solve_transposed_columns<T: Number, const N: usize>(y: &mut [T], panel: &[T], p: usize) {
+    let m = y.len();
+    let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m..][p..m]);
+    let (pivots, below) = y[p..].split_at_mut(N);
+    let sums = dots(columns.map(|column| &column[N..]), below);
+    for q in (0..N).rev() {
+        let mut x = pivots[q] - sums[q];
+        for i in q + 1..N {
+            x = x.plus_product(columns[q][i], -pivots[i]);
+        }
+        pivots[q] = x;
+    }
+}
+
+/// a_q · b for N columns at a time.
+#[inline(always)]
+fn dots<T: Number, const N: usize>(a: [&[T]; N], b: &[T]) -> [T; N] {
+    let n = b.len();
+    let a = a.map(|a| &a[..n]);
+    let mut lanes = [[T::zero(); LANES]; N];
+    let whole = n - n % LANES;
+    for i in (0..whole).step_by(LANES) {
+        for q in 0..N {
+            for l in 0..LANES {
+                lanes[q][l] = lanes[q][l].plus_product(a[q][i + l], b[i + l]);
+            }
+        }
+    }
+    from_fn(|q| {
+        let tail = a[q][whole..].iter().zip(&b[whole..]);
+        tail.fold(total(lanes[q]), |sum, (&a, &b)| sum.plus_product(a, b))
+    })
+}
+
+/// The sum of all lanes.
+#[inline(always)]
+fn total<T: Number>(mut lanes: [T; LANES]) -> T {
+    for half in [4, 2, 1] {
+        for l in 0..half {
+            let other = lanes[l + half];
+            lanes[l] += other;
+        }
+    }
+    lanes[0]
+}
+
+/// Eliminates the columns of a `panel` of `m` rows, the first pivot being in row `first`: L (unit
+/// diagonal) and U of the pivots take its place, with the inverses of the pivots on the diagonal.
+/// `false` for a pivot that is zero or not finite.
+#[inline(always)]
+pub(super) fn factor_panel<T: Number>(panel: &mut [T], m: usize, first: usize) -> bool {
     for j in 0..panel.len() / m {
         let (left, column) = panel[..(j + 1) * m].split_at_mut(j * m);
+        let column = &mut column[first..];
         if j > 0 {
-            solve_lower(column, left);
+            solve_lower(column, left, m);
         }
         let pivot = column[j];
         let inverse = T::one() / pivot;
@@ -131,6 +187,36 @@ pub(super) fn factor_panel<T: Number>(panel: &mut [T], m: usize) -> bool {
         }
     }
     true
+}
+
+/// Copies the triangle below the diagonal of the pivots of a symmetric `panel`, the first in row
+/// `first`, above it.
+#[inline(always)]
+pub(super) fn mirror<T: Number>(panel: &mut [T], m: usize, first: usize) {
+    for j in 1..panel.len() / m {
+        for i in 0..j {
+            panel[j * m + first + i] = panel[i * m + first + j];
+        }
+    }
+}
+
+/// U right of the pivots of a symmetric front, transposed: the rows of L below the `k` pivots times
+/// D, from row `start` of these on; `r` rows for each pivot.
+#[inline(always)]
+pub(super) fn scale_rows<T: Number>(
+    upper: &mut [T],
+    r: usize,
+    panel: &[T],
+    m: usize,
+    start: usize,
+) {
+    for (p, scaled) in upper.chunks_exact_mut(r).enumerate() {
+        let column = &panel[p * m..][..m];
+        let pivot = T::one() / column[p];
+        for (scaled, &entry) in scaled.iter_mut().zip(&column[start..]) {
+            *scaled = entry * pivot;
+        }
+    }
 }
 
 /// U right of the pivots from the rows of the matrix: both are kept transposed, `r` rows for each
@@ -152,9 +238,17 @@ pub(super) fn eliminate_rows<T: Number>(upper: &mut [T], r: usize, panel: &[T], 
     }
 }
 
-/// `s` ← -A Bᵀ, `r` × `r`; A has columns `stride` apart, B is `r` × k.
+/// `s` ← -A Bᵀ, `r` × `r`; A has columns `stride` apart, B is `r` × k. Of a symmetric product the
+/// lower triangle.
 #[inline(always)]
-pub(super) fn minus_outer<T: Number>(s: &mut [T], r: usize, a: &[T], stride: usize, b: &[T]) {
+pub(super) fn minus_outer<T: Number>(
+    s: &mut [T],
+    r: usize,
+    a: &[T],
+    stride: usize,
+    b: &[T],
+    is_symmetric: bool,
+) {
     if r < TILE_ROWS {
         s.fill(T::zero());
         for (j, column) in s.chunks_exact_mut(r).enumerate() {
@@ -167,7 +261,10 @@ pub(super) fn minus_outer<T: Number>(s: &mut [T], r: usize, a: &[T], stride: usi
     // The last tiles reach back over ones that are done.
     for j in (0..r).step_by(TILE_COLUMNS) {
         let column = j.min(r - TILE_COLUMNS);
-        let mut i = 0;
+        let mut i = match is_symmetric {
+            true => column - column % TILE_ROWS,
+            false => 0,
+        };
         while i + 2 * TILE_ROWS <= r {
             outer_tile::<T, { 2 * TILE_ROWS }>(s, r, a, stride, b, [i, column]);
             i += 2 * TILE_ROWS;

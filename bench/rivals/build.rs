@@ -1,0 +1,15 @@
+//! Compiles the calls of MUMPS where they are asked for.
+
+fn main() {
+    #[cfg(feature = "mumps")]
+    {
+        println!("cargo:rerun-if-changed=src/bin/large/mumps.c");
+        cc::Build::new()
+            .file("src/bin/large/mumps.c")
+            .include("/usr/include/mumps_seq")
+            .compile("mumps_run");
+        for library in ["dmumps_seq", "zmumps_seq", "openblas"] {
+            println!("cargo:rustc-link-lib={library}");
+        }
+    }
+}

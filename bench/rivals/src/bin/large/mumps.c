@@ -1,0 +1,52 @@
+/* MUMPS, sequential, for one matrix: what its structures and its counters are called. */
+#include <dmumps_c.h>
+#include <zmumps_c.h>
+#include <string.h>
+
+/* job: -1 begin, 1 analyse, 2 factorise, 3 solve, -2 end. */
+#define DEFINE(PREFIX, STRUCT, NUMBER)                                                        \
+    struct PREFIX##_run { STRUCT id; };                                                       \
+    unsigned long PREFIX##_run_size(void) { return sizeof(struct PREFIX##_run); }             \
+    int PREFIX##_run_begin(struct PREFIX##_run *run, int symmetric, int n, long long nnz,     \
+                           int *rows, int *columns, NUMBER *values) {                         \
+        memset(run, 0, sizeof *run);                                                          \
+        run->id.job = -1;                                                                     \
+        run->id.par = 1;                                                                      \
+        run->id.sym = symmetric;                                                              \
+        run->id.comm_fortran = -987654;                                                       \
+        PREFIX##_c(&run->id);                                                                 \
+        for (int i = 0; i < 4; i++) run->id.icntl[i] = i == 3 ? 0 : -1;                       \
+        run->id.icntl[6] = 3; /* SCOTCH */                                                    \
+        run->id.n = n;                                                                        \
+        run->id.nnz = nnz;                                                                    \
+        run->id.irn = rows;                                                                   \
+        run->id.jcn = columns;                                                                \
+        run->id.a = values;                                                                   \
+        run->id.job = 1;                                                                      \
+        PREFIX##_c(&run->id);                                                                 \
+        return run->id.infog[0];                                                              \
+    }                                                                                         \
+    int PREFIX##_run_factor(struct PREFIX##_run *run) {                                       \
+        run->id.job = 2;                                                                      \
+        PREFIX##_c(&run->id);                                                                 \
+        return run->id.infog[0];                                                              \
+    }                                                                                         \
+    int PREFIX##_run_solve(struct PREFIX##_run *run, NUMBER *rhs) {                           \
+        run->id.rhs = rhs;                                                                    \
+        run->id.nrhs = 1;                                                                     \
+        run->id.lrhs = run->id.n;                                                             \
+        run->id.job = 3;                                                                      \
+        PREFIX##_c(&run->id);                                                                 \
+        return run->id.infog[0];                                                              \
+    }                                                                                         \
+    /* Megabytes used. */                                                                     \
+    int PREFIX##_run_memory(struct PREFIX##_run *run) { return run->id.infog[21]; }           \
+    /* Pivots put off. */                                                                     \
+    int PREFIX##_run_delayed(struct PREFIX##_run *run) { return run->id.infog[12]; }          \
+    void PREFIX##_run_end(struct PREFIX##_run *run) {                                         \
+        run->id.job = -2;                                                                     \
+        PREFIX##_c(&run->id);                                                                 \
+    }
+
+DEFINE(dmumps, DMUMPS_STRUC_C, double)
+DEFINE(zmumps, ZMUMPS_STRUC_C, mumps_double_complex)

@@ -1,0 +1,45 @@
+//! What all factorisations promise.
+
+use crate::{Number, SparseError};
+
+/// What is known of a matrix beyond its pattern.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Kind {
+    /// Nothing.
+    #[default]
+    General,
+    /// A = Aᵀ (not conjugated): LDLᵀ, half the work and half the entries.
+    Symmetric,
+}
+
+/// The factors of matrices with one pattern, one after the other.
+///
+/// A constructor analyses the pattern; after the first solve neither [`renew`](Self::renew) nor
+/// [`solve`](Self::solve) needs more memory.
+pub trait Factorization<T: Number>: std::fmt::Debug + Send {
+    /// Factorises the matrix with these `values`, in the order of the pattern.
+    ///
+    /// # Errors
+    /// Those of a matrix without usable factors; there is nothing to solve with then.
+    fn renew(&mut self, values: &[T]) -> Result<(), SparseError>;
+
+    /// Solves A x = b in place.
+    ///
+    /// # Errors
+    /// [`SparseError::NoFactors`] before the first matrix and after one that was refused.
+    fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError>;
+
+    /// Entries of the last factors, where the library tells.
+    fn n_entries(&self) -> Option<usize>;
+}
+
+/// What a factorisation will need, known from the pattern.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prediction {
+    /// Entries of the factors, zeros added included.
+    pub entries: usize,
+    /// Bytes of matrix, analysis, factors and all that is needed to compute and to check them.
+    pub bytes: usize,
+    /// Floating-point operations of one factorisation: a complex one counts as four times as many.
+    pub flops: f64,
+}

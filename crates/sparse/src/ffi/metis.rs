@@ -1,0 +1,51 @@
+//! The boundary to METIS, built from its C source by `metis-sys`.
+
+use std::ptr;
+use std::sync::{Mutex, PoisonError};
+
+use metis_sys::{METIS_NOPTIONS, moptions_et_METIS_OPTION_SEED, rstatus_et_METIS_OK};
+use metis_sys::{METIS_NodeND, METIS_SetDefaultOptions, idx_t, moptions_et_METIS_OPTION_NUMBERING};
+
+use crate::ordering::Lanes;
+
+/// METIS keeps the state of its random numbers and of its error handler in globals.
+static METIS: Mutex<()> = Mutex::new(());
+
+/// The nodes of a graph by nested dissection; `weights` are what a separator costs by node.
+///
+/// The order is the same in each call. `None` if METIS gives up (it says why on stderr), for
+/// example for an empty graph or one of 2³¹ edges.
+pub(crate) fn nested_dissection(neighbours: &Lanes, weights: &[i32]) -> Option<Vec<u32>> {
+    let n = neighbours.len();
+    assert_eq!(weights.len(), n, "one weight per node");
+    if n == 0 || i32::try_from(neighbours.indices().len()).is_err() {
+        return None;
+    }
+    let narrow = |&k: &usize| k as idx_t;
+    let mut offsets: Vec<idx_t> = neighbours.offsets().iter().map(narrow).collect();
+    let mut indices: Vec<idx_t> = neighbours.indices().iter().map(|&k| k as idx_t).collect();
+    let mut weights = weights.to_vec();
+    let (mut order, mut places) = (vec![0; n], vec![0; n]);
+    let mut options = [0; METIS_NOPTIONS as usize];
+    let _guard = METIS.lock().unwrap_or_else(PoisonError::into_inner);
+    // SAFETY: the array has the METIS_NOPTIONS entries that the function fills.
+    unsafe { METIS_SetDefaultOptions(options.as_mut_ptr()) };
+    options[moptions_et_METIS_OPTION_NUMBERING as usize] = 0;
+    options[moptions_et_METIS_OPTION_SEED as usize] = 0;
+    let mut n = n as idx_t;
+    // SAFETY: offsets rise from 0 to the number of indices, which lie in 0..n and are symmetric
+    // and without loops (Lanes of a graph); weights, order and places have n entries; all arrays
+    // outlive the call, and METIS keeps none of them. The lock keeps other calls away.
+    let status = unsafe {
+        METIS_NodeND(
+            ptr::from_mut(&mut n),
+            offsets.as_mut_ptr(),
+            indices.as_mut_ptr(),
+            weights.as_mut_ptr(),
+            options.as_mut_ptr(),
+            order.as_mut_ptr(),
+            places.as_mut_ptr(),
+        )
+    };
+    (status == rstatus_et_METIS_OK).then(|| order.iter().map(|&node| node as u32).collect())
+}

@@ -1,0 +1,26 @@
+//! Approximate minimum degree, by faer.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::SymbolicSparseColMatRef;
+use faer::sparse::linalg::amd;
+
+use super::lanes::Lanes;
+
+/// The nodes of a graph in an order of small degree.
+pub(super) fn order(neighbours: &Lanes) -> Vec<u32> {
+    let n = neighbours.len();
+    let (mut order, mut places) = (vec![0u64; n], vec![0u64; n]);
+    let offsets: Vec<u64> = neighbours.offsets().iter().map(|&o| o as u64).collect();
+    let indices: Vec<u64> = neighbours.indices().iter().map(|&i| u64::from(i)).collect();
+    let pattern = SymbolicSparseColMatRef::new_unsorted_checked(n, n, &offsets, None, &indices);
+    let scratch = amd::order_maybe_unsorted_scratch::<u64>(n, indices.len());
+    amd::order_maybe_unsorted(
+        &mut order,
+        &mut places,
+        pattern,
+        amd::Control::default(),
+        MemStack::new(&mut MemBuffer::new(scratch)),
+    )
+    .expect("indices of 64 bits do not overflow");
+    order.iter().map(|&node| node as u32).collect()
+}

@@ -1,0 +1,96 @@
+//! Lists of indices, one after the other.
+
+use nalgebra_sparse::pattern::SparsityPattern;
+
+/// The neighbours of each node of a graph, or whatever else comes in lists.
+#[derive(Debug, Clone)]
+pub(crate) struct Lanes {
+    offsets: Vec<usize>,
+    indices: Vec<u32>,
+}
+
+impl Lanes {
+    /// No list yet, with room for `n` of them.
+    pub(crate) fn with_capacity(n: usize) -> Self {
+        let mut offsets = Vec::with_capacity(n + 1);
+        offsets.push(0);
+        let indices = Vec::new();
+        Self { offsets, indices }
+    }
+
+    /// Appends a list.
+    pub(crate) fn push(&mut self, lane: impl IntoIterator<Item = u32>) {
+        self.indices.extend(lane);
+        self.offsets.push(self.indices.len());
+    }
+
+    /// The items of each of `n` lists from (list, item) pairs, which are gone through twice.
+    pub(crate) fn group(n: usize, pairs: impl Iterator<Item = (usize, u32)> + Clone) -> Self {
+        let mut offsets = vec![0; n + 1];
+        for (list, _) in pairs.clone() {
+            offsets[list + 1] += 1;
+        }
+        for k in 0..n {
+            offsets[k + 1] += offsets[k];
+        }
+        let mut next = offsets.clone();
+        let mut indices = vec![0; offsets[n]];
+        for (list, item) in pairs {
+            indices[next[list]] = item;
+            next[list] += 1;
+        }
+        Self { offsets, indices }
+    }
+
+    /// The pattern of A + Aᵀ without the diagonal, lists ascending.
+    ///
+    /// # Panics
+    /// If there are 2³² rows or more.
+    pub(crate) fn symmetrised(pattern: &SparsityPattern) -> Self {
+        let n = pattern.major_dim();
+        assert!(u32::try_from(n).is_ok(), "fewer than 2^32 rows");
+        let transposed = Self::group(n, pattern.entries().map(|(c, r)| (r, c as u32)));
+        let mut lanes = Self::with_capacity(n);
+        lanes.indices.reserve(pattern.nnz());
+        for column in 0..n {
+            let own = pattern.lane(column).iter().map(|&row| row as u32);
+            let merged = union(own, transposed.lane(column).iter().copied());
+            lanes.push(merged.filter(|&row| row as usize != column));
+        }
+        lanes
+    }
+
+    /// The number of lists.
+    pub(crate) fn len(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    /// List number `k`.
+    pub(crate) fn lane(&self, k: usize) -> &[u32] {
+        &self.indices[self.offsets[k]..self.offsets[k + 1]]
+    }
+
+    /// Where each list begins and the last one ends.
+    pub(crate) fn offsets(&self) -> &[usize] {
+        &self.offsets
+    }
+
+    /// All lists, one after the other.
+    pub(crate) fn indices(&self) -> &[u32] {
+        &self.indices
+    }
+}
+
+/// Two ascending sequences as one, without repetitions.
+fn union(a: impl Iterator<Item = u32>, b: impl Iterator<Item = u32>) -> impl Iterator<Item = u32> {
+    let (mut a, mut b) = (a.peekable(), b.peekable());
+    std::iter::from_fn(move || match (a.peek(), b.peek()) {
+        (Some(x), Some(y)) if x == y => {
+            b.next();
+            a.next()
+        }
+        (Some(x), Some(y)) if x < y => a.next(),
+        (Some(_), None) => a.next(),
+        _ => b.next(),
+    })
+}

@@ -1,0 +1,150 @@
+//! Where the update of a supernode goes in the front of its parent.
+
+use crate::Number;
+
+/// The places of a supernode's rows among the columns and rows of its parent.
+#[derive(Debug, Clone)]
+pub(super) struct Child {
+    /// Which supernode.
+    pub(super) node: u32,
+    /// The places, ascending.
+    places: Vec<u32>,
+    /// How many of these are columns.
+    n_columns: usize,
+    /// The places that are columns, as few runs of neighbours.
+    column_runs: Vec<Run>,
+    /// The places that are rows, likewise, counted from the first row of the parent.
+    row_runs: Vec<Run>,
+}
+
+/// Neighbours in a child's rows that are neighbours in its parent's, too.
+#[derive(Debug, Clone, Copy)]
+struct Run {
+    /// The first of them in the child.
+    from: u32,
+    /// The first of them in the parent.
+    to: u32,
+    len: u32,
+}
+
+impl Child {
+    /// Supernode `node` with these `places`, of which all below `k` are columns of the parent.
+    pub(super) fn new(node: u32, places: Vec<u32>, k: usize) -> Self {
+        let n_columns = places.partition_point(|&place| (place as usize) < k);
+        Self {
+            node,
+            column_runs: runs(&places[..n_columns], 0, 0),
+            row_runs: runs(&places[n_columns..], n_columns, k),
+            places,
+            n_columns,
+        }
+    }
+
+    /// Entries of its update.
+    pub(super) fn n_entries(&self) -> usize {
+        self.places.len().pow(2)
+    }
+
+    /// Bytes on the heap.
+    pub(super) fn n_bytes(&self) -> usize {
+        let n_runs = self.column_runs.len() + self.row_runs.len();
+        size_of_val(&self.places[..]) + n_runs * size_of::<Run>()
+    }
+
+    /// Adds the `update` of this child to the columns `range` of its parent's `k` pivots and, unless it
+    /// is symmetric, to their rows: `panel` holds those columns only, `m` rows each, and `upper` all
+    /// rows, transposed.
+    #[inline(always)]
+    pub(super) fn add_to_pivots<T: Number>(
+        &self,
+        update: &[T],
+        panel: &mut [T],
+        [m, k]: [usize; 2],
+        upper: Option<&mut [T]>,
+    ) {
+        let n = self.places.len();
+        let (own, beyond) = self.places.split_at(self.n_columns);
+        let is_symmetric = upper.is_none();
+        for (j, &column) in own.iter().enumerate() {
+            let update = &update[j * n..][..n];
+            let (pivots, rows) = panel[column as usize * m..][..m].split_at_mut(k);
+            let first = if is_symmetric { j } else { 0 };
+            add_runs(&self.column_runs, update, pivots, first);
+            add_runs(&self.row_runs, update, rows, 0);
+        }
+        let Some(upper) = upper else { return };
+        let r = m - k;
+        let of_rows = update[self.n_columns * n..].chunks_exact(n);
+        for (&column, update) in beyond.iter().zip(of_rows) {
+            let column = column as usize - k;
+            for (&row, &update) in own.iter().zip(update) {
+                upper[row as usize * r + column] += update;
+            }
+        }
+    }
+
+    /// Adds the rest of it to the columns from `start` on of the update of its parent, which has
+    /// `r` rows; of a symmetric one the lower triangle.
+    #[inline(always)]
+    pub(super) fn add_to_update<T: Number>(
+        &self,
+        update: &[T],
+        above: &mut [T],
+        start: usize,
+        [r, k]: [usize; 2],
+        is_symmetric: bool,
+    ) {
+        let n = self.places.len();
+        let end = start + above.len() / r;
+        let first = self.places.partition_point(|&p| (p as usize) < k + start);
+        let columns = self.places[first.max(self.n_columns)..].iter();
+        for (j, &place) in (first.max(self.n_columns)..).zip(columns) {
+            let column = place as usize - k;
+            if column >= end {
+                break;
+            }
+            let first = if is_symmetric { j } else { 0 };
+            let update = &update[j * n..][..n];
+            let above = &mut above[(column - start) * r..][..r];
+            add_runs(&self.row_runs, update, above, first);
+        }
+    }
+}
+
+/// The runs in `places`, the first of which is number `first` of the child; places of the parent
+/// count from `origin`.
+fn runs(places: &[u32], first: usize, origin: usize) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for (i, &place) in (first as u32..).zip(places) {
+        let to = place - origin as u32;
+        match runs.last_mut() {
+            Some(run) if run.to + run.len == to => run.len += 1,
+            _ => runs.push(Run {
+                from: i,
+                to,
+                len: 1,
+            }),
+        }
+    }
+    runs
+}
+
+/// Adds the entries of `update` from number `first` on to their places in `target`.
+#[inline(always)]
+fn add_runs<T: Number>(runs: &[Run], update: &[T], target: &mut [T], first: usize) {
+    let done = match first {
+        0 => 0,
+        _ => runs.partition_point(|run| (run.from + run.len) as usize <= first),
+    };
+    for run in &runs[done..] {
+        let (from, to, len) = (run.from as usize, run.to as usize, run.len as usize);
+        let skipped = first.saturating_sub(from);
+        let (from, to, len) = (from + skipped, to + skipped, len - skipped);
+        for (target, &update) in target[to..to + len]
+            .iter_mut()
+            .zip(&update[from..from + len])
+        {
+            *target += update;
+        }
+    }
+}

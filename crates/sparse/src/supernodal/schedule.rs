@@ -1,0 +1,116 @@
+//! Which supernodes are eliminated side by side, and where their updates wait for their parents.
+
+use std::ops::Range;
+
+use super::analysis::{Analysis, Supernode};
+
+/// Subtrees are cut until the largest has at most this part of one thread's share of the work, so
+/// that threads end at nearly the same time.
+const PART_OF_SHARE: f64 = 0.25;
+
+/// Where an update waits: the stacks of a subtree or of the rest, the place there.
+///
+/// There are two stacks each, for supernodes at even and at odd depth, so that one update is formed
+/// in its place while those of the children are read.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Place {
+    pub(super) stacks: usize,
+    pub(super) offset: usize,
+}
+
+/// The order of work for some number of threads; what is computed does not depend on it.
+#[derive(Debug, Clone)]
+pub(super) struct Schedule {
+    /// Subtrees, worked on side by side: ranges of supernodes.
+    pub(super) subtrees: Vec<Range<usize>>,
+    /// All others, after the subtrees, one after the other.
+    pub(super) rest: Vec<u32>,
+    /// By supernode.
+    pub(super) places: Vec<Place>,
+    /// The heights of the stacks, even and odd, of each subtree and last of the rest.
+    pub(super) heights: Vec<[usize; 2]>,
+}
+
+impl Schedule {
+    /// The schedule for `n_threads`.
+    pub(super) fn new(analysis: &Analysis, n_threads: usize) -> Self {
+        let n = analysis.supernodes.len();
+        let subtrees = match n_threads {
+            1 => Vec::new(),
+            _ => subtrees(analysis, n_threads),
+        };
+        let mut owner = vec![subtrees.len(); n];
+        for (s, range) in subtrees.iter().enumerate() {
+            owner[range.clone()].fill(s);
+        }
+        let rest: Vec<u32> = (0..n as u32)
+            .filter(|&k| owner[k as usize] == subtrees.len())
+            .collect();
+        let mut places = vec![Place::default(); n];
+        let mut tops = vec![[0; 2]; subtrees.len() + 1];
+        let mut heights = tops.clone();
+        // Subtrees are complete before the rest begins.
+        let in_time = subtrees
+            .iter()
+            .cloned()
+            .flatten()
+            .chain(rest.iter().map(|&k| k as usize));
+        for k in in_time {
+            let node = &analysis.supernodes[k];
+            let (stacks, side) = (owner[k], usize::from(node.is_odd));
+            let top = &mut tops[stacks][side];
+            places[k] = Place {
+                stacks,
+                offset: *top,
+            };
+            *top += node.n_rows().pow(2);
+            heights[stacks][side] = heights[stacks][side].max(*top);
+            for child in &node.children {
+                tops[owner[child.node as usize]][1 - side] -= child.n_entries();
+            }
+        }
+        Self {
+            subtrees,
+            rest,
+            places,
+            heights,
+        }
+    }
+
+    /// Entries of all stacks.
+    pub(super) fn n_entries(&self) -> usize {
+        self.heights.iter().flatten().sum()
+    }
+}
+
+/// The largest subtrees that are small enough to be shared evenly.
+fn subtrees(analysis: &Analysis, n_threads: usize) -> Vec<Range<usize>> {
+    let supernodes = &analysis.supernodes;
+    let mut first: Vec<usize> = (0..supernodes.len()).collect();
+    let mut work: Vec<f64> = Vec::with_capacity(supernodes.len());
+    for (k, node) in supernodes.iter().enumerate() {
+        let children = node.children.iter().map(|child| child.node as usize);
+        first[k] = children.clone().map(|c| first[c]).min().unwrap_or(k);
+        let below: f64 = children.map(|c| work[c]).sum();
+        work.push(below + node.n_multiplications(analysis.kind));
+    }
+    let share = analysis.n_multiplications() / n_threads as f64;
+    let is_root = |node: &Supernode| node.n_rows() == 0;
+    let roots = (0..supernodes.len()).filter(|&k| is_root(&supernodes[k]));
+    let mut pending: Vec<usize> = roots.collect();
+    let mut found = Vec::new();
+    while let Some(k) = pending.pop() {
+        if work[k] <= PART_OF_SHARE * share {
+            found.push(first[k]..k + 1);
+        } else {
+            pending.extend(
+                supernodes[k]
+                    .children
+                    .iter()
+                    .map(|child| child.node as usize),
+            );
+        }
+    }
+    found.sort_unstable_by_key(|range| range.start);
+    found
+}

@@ -1,0 +1,136 @@
+//! Solves with supernodal factors.
+
+use pulp::{Simd, WithSimd};
+
+use super::factors::Supernodal;
+use super::small::{dot, solve_lower, solve_transposed, solve_upper};
+use crate::{Factorization, Kind, Number, SparseError};
+
+impl<T: Number> Supernodal<T> {
+    /// Solves A x = b in place with the last factors.
+    pub fn solve(&mut self, rhs: &mut [T]) {
+        let arch = self.arch;
+        arch.dispatch(Solve { factors: self, rhs });
+    }
+
+    #[inline(always)]
+    fn solve_here(&mut self, rhs: &mut [T]) {
+        for (x, &original) in self.x.iter_mut().zip(&self.analysis.order) {
+            *x = rhs[original as usize];
+        }
+        self.forward();
+        match self.analysis.kind {
+            Kind::General => self.backward(),
+            Kind::Symmetric => self.backward_transposed(),
+        }
+        for (&x, &original) in self.x.iter().zip(&self.analysis.order) {
+            rhs[original as usize] = x;
+        }
+    }
+
+    /// x ← L⁻¹ x.
+    #[inline(always)]
+    fn forward(&mut self) {
+        let Self {
+            analysis,
+            factors,
+            x,
+            gathered,
+            ..
+        } = self;
+        for node in &analysis.supernodes {
+            let (m, k) = (node.size(), node.n_columns());
+            let y = &mut gathered[..m];
+            y[..k].copy_from_slice(&x[node.shape.columns.clone()]);
+            y[k..].fill(T::zero());
+            solve_lower(y, &factors[node.start..][..m * k], m);
+            x[node.shape.columns.clone()].copy_from_slice(&y[..k]);
+            for (&row, &update) in node.shape.rows.iter().zip(&y[k..]) {
+                x[row as usize] += update;
+            }
+        }
+    }
+
+    /// x ← U⁻¹ x.
+    #[inline(always)]
+    fn backward(&mut self) {
+        let Self {
+            analysis,
+            factors,
+            x,
+            gathered,
+            ..
+        } = self;
+        for node in analysis.supernodes.iter().rev() {
+            let (m, k, r) = (node.size(), node.n_columns(), node.n_rows());
+            let (panel, upper) = factors[node.start..][..k * (m + r)].split_at(m * k);
+            let right = &mut gathered[..r];
+            for (value, &row) in right.iter_mut().zip(&node.shape.rows) {
+                *value = x[row as usize];
+            }
+            let pivots = &mut x[node.shape.columns.clone()];
+            if r > 0 {
+                for (pivot, row) in pivots.iter_mut().zip(upper.chunks_exact(r)) {
+                    *pivot -= dot(row, right);
+                }
+            }
+            solve_upper(pivots, panel, m);
+        }
+    }
+
+    /// x ← (D Lᵀ)⁻¹ x.
+    #[inline(always)]
+    fn backward_transposed(&mut self) {
+        let Self {
+            analysis,
+            factors,
+            x,
+            gathered,
+            ..
+        } = self;
+        for node in analysis.supernodes.iter().rev() {
+            let (m, k) = (node.size(), node.n_columns());
+            let panel = &factors[node.start..][..m * k];
+            let y = &mut gathered[..m];
+            let pivots = &mut x[node.shape.columns.clone()];
+            for (p, (y, &x)) in y.iter_mut().zip(&*pivots).enumerate() {
+                *y = x * panel[p * m + p];
+            }
+            for (value, &row) in y[k..].iter_mut().zip(&node.shape.rows) {
+                *value = x[row as usize];
+            }
+            solve_transposed(y, panel);
+            x[node.shape.columns.clone()].copy_from_slice(&y[..k]);
+        }
+    }
+}
+
+impl<T: Number> Factorization<T> for Supernodal<T> {
+    fn renew(&mut self, values: &[T]) -> Result<(), SparseError> {
+        self.factor(values)
+    }
+
+    fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError> {
+        Self::solve(self, x);
+        Ok(())
+    }
+
+    fn n_entries(&self) -> Option<usize> {
+        Some(self.factors.len())
+    }
+}
+
+/// The solve, to be run with the processor's vector instructions.
+struct Solve<'a, T: Number> {
+    factors: &'a mut Supernodal<T>,
+    rhs: &'a mut [T],
+}
+
+impl<T: Number> WithSimd for Solve<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.factors.solve_here(self.rhs);
+    }
+}
