@@ -46,7 +46,9 @@ pub struct Structure {
 /// matrices with that pattern share.
 #[derive(Debug)]
 pub struct Elimination {
-    pattern: SparsityPattern,
+    n_entries: usize,
+    /// For exchange of pivots, of a matrix that is not too large for that.
+    pattern: Option<SparsityPattern>,
     product: Product,
     options: KluOptions,
     blocks: Arc<Analysis>,
@@ -67,7 +69,8 @@ impl Elimination {
         let blocks = Analysis::new(pattern, structure.kind, structure.constraints)?;
         Ok(Self {
             product: Product::new(pattern),
-            pattern: pattern.clone(),
+            n_entries: pattern.nnz(),
+            pattern: (blocks.n_multiplications() <= EXCHANGE_UP_TO).then(|| pattern.clone()),
             options,
             blocks: Arc::new(blocks),
             threads: None,
@@ -104,9 +107,11 @@ impl Elimination {
             .threads
             .as_ref()
             .map_or(1, |pool| pool.current_num_threads());
-        let beside = self.pattern.nnz() + 2 * blocks.n();
+        let beside = self.n_entries + 2 * blocks.n();
         let entries = Supernodal::<T>::n_kept(blocks, n_threads) + beside;
-        let indices = size_of_val(self.pattern.minor_indices()) + self.product.n_bytes();
+        let kept = self.pattern.iter();
+        let pattern: usize = kept.map(|p| size_of_val(p.minor_indices())).sum();
+        let indices = pattern + self.product.n_bytes();
         let per_multiplication = if size_of::<T>() == size_of::<f64>() {
             2.0
         } else {
@@ -142,7 +147,7 @@ impl<T: Number> SparseSystem<T> {
         Self {
             blocks: Supernodal::in_threads(elimination.blocks.clone(), threads),
             pivoting: None,
-            values: vec![T::zero(); elimination.pattern.nnz()],
+            values: vec![T::zero(); elimination.n_entries],
             check: true,
             rhs: vec![T::zero(); n],
             residual: vec![T::zero(); n],
@@ -177,19 +182,14 @@ impl<T: Number> SparseSystem<T> {
 
     /// Factorises with exchange of pivots, now and from now on.
     fn pivot(&mut self, work: &mut LinearWork) -> Result<(), SparseError> {
-        let Elimination {
-            pattern,
-            options,
-            blocks,
-            ..
-        } = &*self.elimination;
-        if blocks.n_multiplications() > EXCHANGE_UP_TO {
+        let Elimination { blocks, .. } = &*self.elimination;
+        let Some(pattern) = &self.elimination.pattern else {
             return Err(SparseError::TooLargeToPivot { n: blocks.n() });
-        }
+        };
         let factors = match &mut self.pivoting {
             Some(factors) => factors,
             None => {
-                let symbolic = Symbolic::analyze(pattern, *options)?;
+                let symbolic = Symbolic::analyze(pattern, self.elimination.options)?;
                 self.pivoting.insert(Factors::new(symbolic))
             }
         };

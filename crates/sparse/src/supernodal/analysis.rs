@@ -4,6 +4,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::child::Child;
 use super::partition::{Shape, partition};
+use super::update::Layout;
 use crate::ordering::{Graph, Lanes, Tree, least_work};
 use crate::{Kind, SparseError};
 
@@ -36,6 +37,13 @@ impl Supernode {
     /// Rows and columns of the front.
     pub(super) fn size(&self) -> usize {
         self.n_columns() + self.n_rows()
+    }
+
+    /// How its update is kept.
+    #[inline(always)]
+    pub(super) fn layout(&self, kind: Kind) -> Layout {
+        let r = self.n_rows();
+        Layout { r, kind }
     }
 
     /// Entries of its factors.

@@ -1,6 +1,7 @@
 //! Where the update of a supernode goes in the front of its parent.
 
-use crate::Number;
+use super::update::Layout;
+use crate::{Kind, Number};
 
 /// The places of a supernode's rows among the columns and rows of its parent.
 #[derive(Debug, Clone)]
@@ -40,9 +41,11 @@ impl Child {
         }
     }
 
-    /// Entries of its update.
-    pub(super) fn n_entries(&self) -> usize {
-        self.places.len().pow(2)
+    /// How its update is kept.
+    #[inline(always)]
+    pub(super) fn layout(&self, kind: Kind) -> Layout {
+        let r = self.places.len();
+        Layout { r, kind }
     }
 
     /// Bytes on the heap.
@@ -51,9 +54,8 @@ impl Child {
         size_of_val(&self.places[..]) + n_runs * size_of::<Run>()
     }
 
-    /// Adds the `update` of this child to the columns `range` of its parent's `k` pivots and, unless it
-    /// is symmetric, to their rows: `panel` holds those columns only, `m` rows each, and `upper` all
-    /// rows, transposed.
+    /// Adds the `update` of this child to the `k` pivots of its parent: to the columns, whose `panel`
+    /// has `m` rows, and, unless it is symmetric, to the rows, which `upper` holds transposed.
     #[inline(always)]
     pub(super) fn add_to_pivots<T: Number>(
         &self,
@@ -62,20 +64,23 @@ impl Child {
         [m, k]: [usize; 2],
         upper: Option<&mut [T]>,
     ) {
-        let n = self.places.len();
+        let kind = match upper {
+            Some(_) => Kind::General,
+            None => Kind::Symmetric,
+        };
+        let layout = self.layout(kind);
         let (own, beyond) = self.places.split_at(self.n_columns);
-        let is_symmetric = upper.is_none();
         for (j, &column) in own.iter().enumerate() {
-            let update = &update[j * n..][..n];
+            let update = layout.column(update, j);
             let (pivots, rows) = panel[column as usize * m..][..m].split_at_mut(k);
-            let first = if is_symmetric { j } else { 0 };
+            let first = if kind == Kind::Symmetric { j } else { 0 };
             add_runs(&self.column_runs, update, pivots, first);
             add_runs(&self.row_runs, update, rows, 0);
         }
         let Some(upper) = upper else { return };
         let r = m - k;
-        let of_rows = update[self.n_columns * n..].chunks_exact(n);
-        for (&column, update) in beyond.iter().zip(of_rows) {
+        for (j, &column) in (self.n_columns..).zip(beyond) {
+            let (update, _) = layout.column(update, j);
             let column = column as usize - k;
             for (&row, &update) in own.iter().zip(update) {
                 upper[row as usize * r + column] += update;
@@ -83,30 +88,30 @@ impl Child {
         }
     }
 
-    /// Adds the rest of it to the columns from `start` on of the update of its parent, which has
-    /// `r` rows; of a symmetric one the lower triangle.
+    /// Adds the rest of it to the `chunk` from column `start` on of the update of its parent, kept
+    /// by `layout`, whose front has `k` pivots.
     #[inline(always)]
     pub(super) fn add_to_update<T: Number>(
         &self,
         update: &[T],
-        above: &mut [T],
+        chunk: &mut [T],
         start: usize,
-        [r, k]: [usize; 2],
-        is_symmetric: bool,
+        layout: Layout,
+        k: usize,
     ) {
-        let n = self.places.len();
-        let end = start + above.len() / r;
+        let above = layout.first_row(start);
+        let rows = layout.r - above;
+        let end = start + chunk.len() / rows;
+        let own = self.layout(layout.kind);
         let first = self.places.partition_point(|&p| (p as usize) < k + start);
-        let columns = self.places[first.max(self.n_columns)..].iter();
-        for (j, &place) in (first.max(self.n_columns)..).zip(columns) {
+        for (j, &place) in (first..).zip(&self.places[first..]) {
             let column = place as usize - k;
             if column >= end {
                 break;
             }
-            let first = if is_symmetric { j } else { 0 };
-            let update = &update[j * n..][..n];
-            let above = &mut above[(column - start) * r..][..r];
-            add_runs(&self.row_runs, update, above, first);
+            let first = if layout.kind == Kind::Symmetric { j } else { 0 };
+            let chunk = &mut chunk[(column - start) * rows..][..rows];
+            add_runs_below(&self.row_runs, own.column(update, j), chunk, first, above);
         }
     }
 }
@@ -129,9 +134,22 @@ fn runs(places: &[u32], first: usize, origin: usize) -> Vec<Run> {
     runs
 }
 
-/// Adds the entries of `update` from number `first` on to their places in `target`.
+/// Adds the entries of `update`, whose first row is given with it, from row `first` on to their places in
+/// `target`.
 #[inline(always)]
-fn add_runs<T: Number>(runs: &[Run], update: &[T], target: &mut [T], first: usize) {
+fn add_runs<T: Number>(runs: &[Run], update: (&[T], usize), target: &mut [T], first: usize) {
+    add_runs_below(runs, update, target, first, 0);
+}
+
+/// The same for a target that begins at row `above`.
+#[inline(always)]
+fn add_runs_below<T: Number>(
+    runs: &[Run],
+    (update, row): (&[T], usize),
+    target: &mut [T],
+    first: usize,
+    above: usize,
+) {
     let done = match first {
         0 => 0,
         _ => runs.partition_point(|run| (run.from + run.len) as usize <= first),
@@ -139,7 +157,7 @@ fn add_runs<T: Number>(runs: &[Run], update: &[T], target: &mut [T], first: usiz
     for run in &runs[done..] {
         let (from, to, len) = (run.from as usize, run.to as usize, run.len as usize);
         let skipped = first.saturating_sub(from);
-        let (from, to, len) = (from + skipped, to + skipped, len - skipped);
+        let (from, to, len) = (from + skipped - row, to + skipped - above, len - skipped);
         for (target, &update) in target[to..to + len]
             .iter_mut()
             .zip(&update[from..from + len])

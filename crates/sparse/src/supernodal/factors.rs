@@ -7,9 +7,10 @@ use rayon::ThreadPool;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::analysis::{Analysis, Supernode};
+use super::child::Child;
 use super::large::Front;
 use super::schedule::Schedule;
-use super::small::{eliminate_rows, factor_panel, minus_outer, mirror, scale_rows};
+use super::small::{Block, eliminate_rows, factor_panel, minus_outer, mirror, scale_rows};
 use crate::number::Number;
 use crate::{Kind, SparseError};
 
@@ -199,19 +200,19 @@ impl<T: Number, N: Iterator<Item = usize>> WithSimd for Eliminate<'_, T, N> {
                 true => (&mut *odd, &*even),
             };
             let (side, place) = (usize::from(!node.is_odd), places[k]);
-            let of_child = |child: u32, n: usize| {
-                let at = places[child as usize];
+            let of_child = |child: &Child| {
+                let at = places[child.node as usize];
                 let stack = match at.stacks == place.stacks {
                     true => others,
                     false => &subtrees[at.stacks].sides[side],
                 };
-                &stack[at.offset..][..n]
+                &stack[at.offset..][..child.layout(kind).n_entries()]
             };
             let work = Work {
                 node,
                 kind,
                 block: &mut factors[node.start - start..][..node.n_entries(kind)],
-                update: &mut own[place.offset..][..node.n_rows().pow(2)],
+                update: &mut own[place.offset..][..node.layout(kind).n_entries()],
                 scaled,
                 in_threads: self.in_threads,
                 arch: self.arch,
@@ -240,7 +241,7 @@ impl<T: Number> Work<'_, T> {
     /// Assembles and eliminates; `of_child` finds the updates of the children. `false` for a pivot that
     /// is zero or not finite.
     #[inline(always)]
-    fn eliminate<'c>(self, values: &[T], of_child: impl Fn(u32, usize) -> &'c [T] + Sync) -> bool {
+    fn eliminate<'c>(self, values: &[T], of_child: impl Fn(&Child) -> &'c [T] + Sync) -> bool {
         let Self {
             node,
             kind,
@@ -257,7 +258,7 @@ impl<T: Number> Work<'_, T> {
         }
         let (panel, upper) = block.split_at_mut(m * k);
         for child in &node.children {
-            let of_child = of_child(child.node, child.n_entries());
+            let of_child = of_child(child);
             let upper = (!is_symmetric).then_some(&mut *upper);
             child.add_to_pivots(of_child, panel, [m, k], upper);
         }
@@ -266,10 +267,10 @@ impl<T: Number> Work<'_, T> {
         } else {
             upper
         };
-        let add = |start: usize, update: &mut [T]| {
+        let layout = node.layout(kind);
+        let add = |start: usize, chunk: &mut [T]| {
             for child in &node.children {
-                let of_child = of_child(child.node, child.n_entries());
-                child.add_to_update(of_child, update, start, [r, k], is_symmetric);
+                child.add_to_update(of_child(child), chunk, start, layout, k);
             }
         };
         if m >= LARGE[0] && k >= LARGE[1] {
@@ -294,8 +295,19 @@ impl<T: Number> Work<'_, T> {
                 Kind::General => eliminate_rows(upper, r, panel, m),
                 Kind::Symmetric => scale_rows(upper, r, panel, m, k),
             }
-            minus_outer(update, r, &panel[k..], m, upper, is_symmetric);
-            add(0, update);
+            for (first, chunk) in layout.chunks(update) {
+                let row = layout.first_row(first);
+                let rows = r - row;
+                let block = Block {
+                    rows,
+                    columns: chunk.len() / rows,
+                    stride_a: m,
+                    stride_b: r,
+                    is_symmetric,
+                };
+                minus_outer(chunk, block, &panel[k + row..], &upper[first..], k);
+                add(first, chunk);
+            }
         }
         true
     }

@@ -8,18 +8,15 @@ use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
 use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
 use pulp::{Arch, Simd, WithSimd};
-use rayon::iter::{IndexedParallelIterator, ParallelIterator};
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
 use super::small::{factor_panel, mirror, scale_rows};
+use super::update::{CHUNK, Layout};
 use crate::{Kind, Number};
 
 /// Panels of this width are eliminated column by column.
 const NARROW: usize = 32;
-
-/// Columns of a product that one thread computes: wide enough for full speed of the kernel, narrow
-/// enough to share a front among threads and to waste little above the diagonal of a symmetric one.
-const CHUNK: usize = 128;
 
 /// The sizes of a front and how it is dealt with.
 #[derive(Debug, Clone, Copy)]
@@ -151,26 +148,32 @@ impl Front {
         add: impl Fn(usize, &mut [T]) + Sync,
     ) {
         let (m, k) = (self.m, self.k);
-        let r = m - k;
+        let layout = Layout {
+            r: m - k,
+            kind: self.kind,
+        };
+        let r = layout.r;
         let lower = MatRef::from_column_major_slice(panel, m, k).get(k.., ..);
         let upper = MatRef::from_column_major_slice(upper, r, k);
-        self.chunks(update, r, |column, chunk| {
-            let width = chunk.len() / r;
-            let first = match self.kind {
-                Kind::General => 0,
-                Kind::Symmetric => column,
-            };
-            let target = MatMut::from_column_major_slice_mut(chunk, r, width);
+        let work = |(first, chunk): (usize, &mut [T])| {
+            let row = layout.first_row(first);
+            let width = chunk.len() / (r - row);
             matmul(
-                target.get_mut(first.., ..),
+                MatMut::from_column_major_slice_mut(&mut *chunk, r - row, width),
                 Accum::Replace,
-                lower.get(first.., ..),
-                upper.get(column..column + width, ..).transpose(),
+                lower.get(row.., ..),
+                upper.get(first..first + width, ..).transpose(),
                 -T::one(),
                 Par::Seq,
             );
-            add(column, chunk);
-        });
+            add(first, chunk);
+        };
+        if self.in_threads {
+            let chunks: Vec<_> = layout.chunks(update).collect();
+            chunks.into_par_iter().for_each(work);
+        } else {
+            layout.chunks(update).for_each(work);
+        }
     }
 
     /// Cuts a block of `rows` rows into chunks of columns, each worked on with its first column.

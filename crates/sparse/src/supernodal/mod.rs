@@ -28,6 +28,7 @@ mod partition;
 mod schedule;
 mod small;
 mod solve;
+mod update;
 
 pub use analysis::Analysis;
 pub use factors::Supernodal;

@@ -9,6 +9,11 @@ use crate::ordering::{Graph, NONE, Tree};
 /// muscle: fastest between 0.1 and 0.2.
 const ZEROS_ALLOWED: f64 = 0.15;
 
+/// The same for supernodes of [`WIDE`] columns or more, whose fronts are large enough: their zeros
+/// only cost memory and arithmetic.
+const ZEROS_ALLOWED_WIDE: f64 = 0.05;
+const WIDE: usize = 64;
+
 /// The columns of a supernode and the rows below them.
 #[derive(Debug, Clone)]
 pub(super) struct Shape {
@@ -48,7 +53,12 @@ impl Part {
         let width = self.width + child.width;
         let entries = width * (width - 1) / 2 + width * self.below;
         let zeros = self.zeros + child.zeros + self.zeros_from(child);
-        zeros as f64 <= ZEROS_ALLOWED * entries as f64
+        let allowed = if width < WIDE {
+            ZEROS_ALLOWED
+        } else {
+            ZEROS_ALLOWED_WIDE
+        };
+        zeros as f64 <= allowed * entries as f64
     }
 }
 

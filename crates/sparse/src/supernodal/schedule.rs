@@ -63,10 +63,11 @@ impl Schedule {
                 stacks,
                 offset: *top,
             };
-            *top += node.n_rows().pow(2);
+            *top += node.layout(analysis.kind).n_entries();
             heights[stacks][side] = heights[stacks][side].max(*top);
             for child in &node.children {
-                tops[owner[child.node as usize]][1 - side] -= child.n_entries();
+                tops[owner[child.node as usize]][1 - side] -=
+                    child.layout(analysis.kind).n_entries();
             }
         }
         Self {

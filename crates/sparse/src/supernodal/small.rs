@@ -238,39 +238,46 @@ pub(super) fn eliminate_rows<T: Number>(upper: &mut [T], r: usize, panel: &[T], 
     }
 }
 
-/// `s` ← -A Bᵀ, `r` × `r`; A has columns `stride` apart, B is `r` × k. Of a symmetric product the
-/// lower triangle.
+/// The rows and columns of a block of an update, and the distances of columns in the factors of the product.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Block {
+    pub(super) rows: usize,
+    pub(super) columns: usize,
+    /// Of A.
+    pub(super) stride_a: usize,
+    /// Of B.
+    pub(super) stride_b: usize,
+    /// Whether only the triangle below the diagonal from the first entry on is needed.
+    pub(super) is_symmetric: bool,
+}
+
+/// `s` ← -A Bᵀ for `n` columns of A and B.
 #[inline(always)]
-pub(super) fn minus_outer<T: Number>(
-    s: &mut [T],
-    r: usize,
-    a: &[T],
-    stride: usize,
-    b: &[T],
-    is_symmetric: bool,
-) {
-    if r < TILE_ROWS {
+pub(super) fn minus_outer<T: Number>(s: &mut [T], block: Block, a: &[T], b: &[T], n: usize) {
+    let Block { rows, columns, .. } = block;
+    if rows < TILE_ROWS {
         s.fill(T::zero());
-        for (j, column) in s.chunks_exact_mut(r).enumerate() {
-            for (p, b) in b.chunks_exact(r).enumerate() {
-                subtract_columns(column, [&a[p * stride..]], [b[j]]);
+        for (j, column) in s.chunks_exact_mut(rows).enumerate() {
+            for p in 0..n {
+                let (a, b) = (&a[p * block.stride_a..], b[p * block.stride_b + j]);
+                subtract_columns(column, [a], [b]);
             }
         }
         return;
     }
     // The last tiles reach back over ones that are done.
-    for j in (0..r).step_by(TILE_COLUMNS) {
-        let column = j.min(r - TILE_COLUMNS);
-        let mut i = match is_symmetric {
+    for j in (0..columns).step_by(TILE_COLUMNS) {
+        let column = j.min(columns - TILE_COLUMNS);
+        let mut i = match block.is_symmetric {
             true => column - column % TILE_ROWS,
             false => 0,
         };
-        while i + 2 * TILE_ROWS <= r {
-            outer_tile::<T, { 2 * TILE_ROWS }>(s, r, a, stride, b, [i, column]);
+        while i + 2 * TILE_ROWS <= rows {
+            outer_tile::<T, { 2 * TILE_ROWS }>(s, block, a, b, n, [i, column]);
             i += 2 * TILE_ROWS;
         }
-        while i < r {
-            outer_tile::<T, TILE_ROWS>(s, r, a, stride, b, [i.min(r - TILE_ROWS), column]);
+        while i < rows {
+            outer_tile::<T, TILE_ROWS>(s, block, a, b, n, [i.min(rows - TILE_ROWS), column]);
             i += TILE_ROWS;
         }
     }
@@ -280,16 +287,16 @@ pub(super) fn minus_outer<T: Number>(
 #[inline(always)]
 fn outer_tile<T: Number, const ROWS: usize>(
     s: &mut [T],
-    r: usize,
+    block: Block,
     a: &[T],
-    stride: usize,
     b: &[T],
+    n: usize,
     [row, column]: [usize; 2],
 ) {
     let mut tile = [[T::zero(); ROWS]; TILE_COLUMNS];
-    for p in 0..b.len() / r {
-        let a = &a[p * stride + row..][..ROWS];
-        let b = &b[p * r + column..][..TILE_COLUMNS];
+    for p in 0..n {
+        let a = &a[p * block.stride_a + row..][..ROWS];
+        let b = &b[p * block.stride_b + column..][..TILE_COLUMNS];
         for c in 0..TILE_COLUMNS {
             for t in 0..ROWS {
                 tile[c][t] = tile[c][t].plus_product(a[t], b[c]);
@@ -297,7 +304,7 @@ fn outer_tile<T: Number, const ROWS: usize>(
         }
     }
     for (c, tile) in tile.iter().enumerate() {
-        let target = &mut s[(column + c) * r + row..][..ROWS];
+        let target = &mut s[(column + c) * block.rows + row..][..ROWS];
         for t in 0..ROWS {
             target[t] = -tile[t];
         }
