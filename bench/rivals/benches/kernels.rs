@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use myovib_dae::Problem;
+use myovib_sparse::supernodal::Supernodal;
 use myovib_fem::Mesh;
-use myovib_model::linear::supernodal::Supernodal;
 use myovib_model::linear::{Condensation, Condensed, LinearWork};
 use myovib_model::{Field, Formulation, MuscleDae, Settings, ida, paper, run, start_at_rest};
 

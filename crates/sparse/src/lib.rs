@@ -35,3 +35,9 @@ pub use system::{Elimination, SparseSystem, Structure};
 #[cfg(feature = "klu")]
 pub use versions::Versions;
 pub use work::LinearWork;
+
+/// Design notes.
+pub mod notes {
+    #[doc = include_str!("../notes/0001-factorisations.md")]
+    pub mod factorisations {}
+}

@@ -26,8 +26,22 @@ fn subtract_columns<T: Number, const N: usize>(y: &mut [T], a: [&[T]; N], x: [T;
 /// a · b, summed in eight lanes so that it becomes vector instructions.
 #[inline(always)]
 pub(super) fn dot<T: Number>(a: &[T], b: &[T]) -> T {
-    let [sum] = dots([a], b);
-    sum
+    let mut lanes = [T::zero(); LANES];
+    let (chunks_a, chunks_b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let tail = chunks_a.remainder().iter().zip(chunks_b.remainder());
+    let tail = tail.fold(T::zero(), |sum, (&a, &b)| sum.plus_product(a, b));
+    for (a, b) in chunks_a.zip(chunks_b) {
+        for l in 0..LANES {
+            lanes[l] = lanes[l].plus_product(a[l], b[l]);
+        }
+    }
+    for half in [4, 2, 1] {
+        for l in 0..half {
+            let other = lanes[l + half];
+            lanes[l] += other;
+        }
+    }
+    lanes[0] + tail
 }
 
 /// y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the rest: `panel` holds the columns
@@ -103,66 +117,10 @@ fn solve_upper_columns<T: Number, const N: usize>(y: &mut [T], panel: &[T], m: u
 /// (unit diagonal), `y.len()` rows each.
 #[inline(always)]
 pub(super) fn solve_transposed<T: Number>(y: &mut [T], panel: &[T]) {
-    let mut p = panel.len() / y.len();
-    while p >= 4 {
-        p -= 4;
-        solve_transposed_columns::<T, 4>(y, panel, p);
+    for (p, column) in panel.chunks_exact(y.len()).enumerate().rev() {
+        let (pivots, below) = y.split_at_mut(p + 1);
+        pivots[p] -= dot(&column[p + 1..], below);
     }
-    if p >= 2 {
-        p -= 2;
-        solve_transposed_columns::<T, 2>(y, panel, p);
-    }
-    if p == 1 {
-        solve_transposed_columns::<T, 1>(y, panel, 0);
-    }
-}
-
-/// The same for N columns from number `p` on: all rows below in one sweep, then their own triangle.
-#[inline(always)]
-fn solve_transposed_columns<T: Number, const N: usize>(y: &mut [T], panel: &[T], p: usize) {
-    let m = y.len();
-    let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m..][p..m]);
-    let (pivots, below) = y[p..].split_at_mut(N);
-    let sums = dots(columns.map(|column| &column[N..]), below);
-    for q in (0..N).rev() {
-        let mut x = pivots[q] - sums[q];
-        for i in q + 1..N {
-            x = x.plus_product(columns[q][i], -pivots[i]);
-        }
-        pivots[q] = x;
-    }
-}
-
-/// a_q · b for N columns at a time.
-#[inline(always)]
-fn dots<T: Number, const N: usize>(a: [&[T]; N], b: &[T]) -> [T; N] {
-    let n = b.len();
-    let a = a.map(|a| &a[..n]);
-    let mut lanes = [[T::zero(); LANES]; N];
-    let whole = n - n % LANES;
-    for i in (0..whole).step_by(LANES) {
-        for q in 0..N {
-            for l in 0..LANES {
-                lanes[q][l] = lanes[q][l].plus_product(a[q][i + l], b[i + l]);
-            }
-        }
-    }
-    from_fn(|q| {
-        let tail = a[q][whole..].iter().zip(&b[whole..]);
-        tail.fold(total(lanes[q]), |sum, (&a, &b)| sum.plus_product(a, b))
-    })
-}
-
-/// The sum of all lanes.
-#[inline(always)]
-fn total<T: Number>(mut lanes: [T; LANES]) -> T {
-    for half in [4, 2, 1] {
-        for l in 0..half {
-            let other = lanes[l + half];
-            lanes[l] += other;
-        }
-    }
-    lanes[0]
 }
 
 /// Eliminates the columns of a `panel` of `m` rows, the first pivot being in row `first`: L (unit
