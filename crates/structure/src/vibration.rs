@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use myovib_sparse::klu::{KluOptions, Ordering};
-use myovib_sparse::{Elimination, LinearWork, SparseSystem};
+use myovib_sparse::{Elimination, LinearWork, SparseSystem, Structure};
 use nalgebra::{DVector, DVectorView};
 use nalgebra_sparse::ops::Op;
 use nalgebra_sparse::ops::serial::spmm_csc_dense;
@@ -144,7 +144,11 @@ impl Vibration {
             btf: false,
             ..KluOptions::default()
         };
-        let elimination = Elimination::new(matrix.pattern(), options)?;
+        let structure = Structure {
+            constraints: n..size,
+            ..Structure::default()
+        };
+        let elimination = Elimination::new(matrix.pattern(), structure, options)?;
         let mut factors = SparseSystem::new(Arc::new(elimination));
         factors.values_mut().copy_from_slice(matrix.values());
         let mut work = LinearWork::default();
