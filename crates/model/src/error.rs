@@ -56,6 +56,12 @@ pub enum ModelError {
         /// The setting's name.
         setting: &'static str,
     },
+    /// A setting that a body whose stiffness follows its oscillators does not have.
+    #[error("a body with feedback has no `{setting}`: leave it out")]
+    NotWithFeedback {
+        /// The setting's name.
+        setting: &'static str,
+    },
     /// Newton's method found no static equilibrium.
     #[error(
         "no static equilibrium: Newton's method failed beyond {reached} of the load even in small load steps{}; \

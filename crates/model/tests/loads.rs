@@ -7,7 +7,7 @@ use myovib_dae::Problem;
 use myovib_fem::generate;
 use myovib_model::{
     AbsoluteTolerances, Field, Formulation, IntegratorKind, MuscleDae, Outcome, SampleTimes,
-    Sampler, Settings, Signal, Spline, Statistics, paper, run, start_at_rest,
+    Sampler, Settings, Signal, Spline, Statistics, paper, run, start_at_rest, verify,
 };
 
 /// A damped beam under a traction that follows `signal`.
@@ -174,5 +174,43 @@ fn random_loads_are_seen_by_all_methods() {
     for k in 0..12 {
         let signal = random_load(&mut draw);
         check(&format!("load {k}"), &signal);
+    }
+}
+
+/// The estimate of a second run at ten times the tolerance bounds the error of the first, and is no
+/// more than a hundred times as large: errors fall with the tolerance, if not always tenfold.
+#[test]
+fn a_second_run_bounds_the_error_of_the_first() {
+    let signal = pulse(100.0, 1.0, 0.1, 0.02);
+    let exact = reference(&signal);
+    for integrator in [IntegratorKind::Ida, IntegratorKind::Radau] {
+        let settings = settings(integrator, 1e-4);
+        let rows =
+            |settings: &Settings| Ok::<_, std::convert::Infallible>(motion(&signal, settings).0);
+        let (found, estimates) = verify(&settings, rows).unwrap();
+        let (size, off) = compare(&exact, &found);
+        let most = estimates.iter().fold(0.0_f64, |m, e| m.max(e.difference));
+        assert!(
+            off < most && most < 100.0 * off,
+            "{integrator:?}: {off:e} {most:e}"
+        );
+        let largest = estimates.iter().fold(0.0_f64, |m, e| m.max(e.size));
+        // By what the runs differ.
+        assert!((largest - size).abs() <= off, "{largest} {size}");
+    }
+}
+
+/// A measured motion of a support that is under way at the start: a step over a stated time
+/// introduces it with two continuous derivatives, and leaves it as it is afterwards.
+#[test]
+fn a_measured_motion_under_way_is_introduced_smoothly() {
+    let measured = every_millisecond(|i| 1e-3 * (50.0 * 1e-3 * i as f64 + 1.0).cos());
+    assert!(measured.at(0.0).value.abs() > 1e-4 && measured.at(0.0).d1.abs() > 1e-2);
+    let introduced = Signal::Product(vec![step(1.0, 0.0, 0.1), measured.clone()]);
+    let start = introduced.at(0.0);
+    assert_eq!([start.value, start.d1, start.d2], [0.0; 3]);
+    assert!(introduced.smoothness() >= 2);
+    for t in [0.1, 0.7, 1.9] {
+        assert_eq!(introduced.at(t), measured.at(t));
     }
 }

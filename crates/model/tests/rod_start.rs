@@ -6,6 +6,7 @@ use myovib_fem::rod::{EndLoad, Rod, RodData};
 use myovib_model::coupling::{
     CoupledDae, CoupledOptions, ErrorTest, StateTolerances, start_coupled,
 };
+use myovib_model::start::Consistent;
 use myovib_model::{IntegratorKind, Outcome, RodDae, Signal, run};
 
 const T_END: f64 = 0.3;

@@ -1,6 +1,6 @@
 //! What oscillators can be coupled to.
 
-use myovib_dae::{LinearSolver, Problem};
+use myovib_dae::LinearSolver;
 use myovib_sparse::SparseError;
 use myovib_sparse::klu::KluOptions;
 
@@ -10,24 +10,17 @@ use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 use crate::rod_dae::RodDae;
 use crate::signal::schedule::Schedule;
-use crate::start::Start;
+use crate::start::Consistent;
 
 /// A body's own linear solver.
 pub type BodySolver<B> = Box<dyn LinearSolver<B> + Send>;
 
 /// A body that oscillators can be coupled to.
-pub trait Body: Problem + Send + Sized + 'static {
+pub trait Body: Consistent + Send + Sized + 'static {
     /// What drives the body.
     fn schedule(&self) -> Schedule {
         Schedule::default()
     }
-
-    /// y and ẏ that satisfy the body's equations at time `t`, from its displacements and velocities
-    /// in `y`.
-    ///
-    /// # Errors
-    /// Those of the evaluation, and of the solves it takes.
-    fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError>;
 
     /// A shorter way to solve the body's Newton systems than KLU on the whole matrix, if there is
     /// one.
@@ -47,11 +40,6 @@ impl Body for MuscleDae {
         self.muscle().schedule()
     }
 
-    fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
-        let start = Start::of(self, t, y)?;
-        Ok([start.y, start.y_dot])
-    }
-
     fn condensed_solver(
         &self,
         options: KluOptions,
@@ -64,13 +52,17 @@ impl Body for RodDae {
     fn schedule(&self) -> Schedule {
         RodDae::schedule(self)
     }
+}
 
+impl Consistent for RodDae {
     fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
         Ok([y.to_vec(), self.rates(t, y)?])
     }
 }
 
-impl Body for NoBody {
+impl Body for NoBody {}
+
+impl Consistent for NoBody {
     fn consistent(&mut self, _: f64, _: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
         Ok([Vec::new(), Vec::new()])
     }

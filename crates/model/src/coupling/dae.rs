@@ -10,6 +10,7 @@ use super::oscillators::{Oscillators, Source};
 use crate::blocks::{Block, Blocks};
 use crate::error::ModelError;
 use crate::signal::schedule::Schedule;
+use crate::start::Consistent;
 
 /// F(t, Y, Ẏ) = 0 for a body and the oscillators it drives, Y = (y, s_1, s_2, …).
 #[derive(Debug, Clone)]
@@ -180,12 +181,18 @@ impl<B: Problem> CoupledDae<B> {
 }
 
 impl<B: Body> CoupledDae<B> {
-    /// y and ẏ that satisfy the equations at time `t`, from the states of the oscillators and the
-    /// displacements and velocities of the body in `y`.
-    ///
-    /// # Errors
-    /// Those of the body's [`consistent`](Body::consistent); a recording that does not reach `t`.
-    pub fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
+    /// What drives the body and the oscillators, and the periods of these.
+    pub fn schedule(&self) -> Schedule {
+        let mut schedule = self.body.schedule();
+        for part in &self.parts {
+            part.oscillators.add_to(&mut schedule);
+        }
+        schedule
+    }
+}
+
+impl<B: Body> Consistent for CoupledDae<B> {
+    fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
         let mut y = y.to_vec();
         let (mut y_dot, imbalance) = self.derivatives_at(t, &y)?;
         // A body at rest without load stays as it is.
@@ -197,15 +204,6 @@ impl<B: Body> CoupledDae<B> {
             y_dot[own].copy_from_slice(&rates);
         }
         Ok([y, y_dot])
-    }
-
-    /// What drives the body and the oscillators, and the periods of these.
-    pub fn schedule(&self) -> Schedule {
-        let mut schedule = self.body.schedule();
-        for part in &self.parts {
-            part.oscillators.add_to(&mut schedule);
-        }
-        schedule
     }
 }
 

@@ -11,7 +11,8 @@ use std::ops::Range;
 use myovib_dae::Problem;
 
 use super::dae::CoupledDae;
-use crate::integration::settings::Settings;
+use crate::integration::settings::{MultiplierWeights, Settings};
+use crate::integration::step_weights::{StepSize, StepWeights};
 use crate::muscle_dae::MuscleDae;
 
 /// Tolerances of the states of a rod or of oscillators.
@@ -37,19 +38,23 @@ impl Default for StateTolerances {
 }
 
 /// The error test by component.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
 pub struct ErrorTest {
     relative: Vec<f64>,
     absolute: Vec<f64>,
     importance: Vec<f64>,
     left_out: Vec<bool>,
+    /// Weights of the muscle's part that follow the step.
+    by_step: Option<StepWeights>,
 }
 
 impl ErrorTest {
     /// The muscle's part, as its settings say.
     pub fn of_muscle(dae: &MuscleDae, settings: &Settings) -> Self {
         let layout = dae.layout();
+        let scaled = settings.multiplier_weights == MultiplierWeights::StepScaled;
         Self {
+            by_step: scaled.then(|| StepWeights::new(dae, settings, StepSize::default())),
             relative: layout.fill(|_| settings.relative_tolerance),
             absolute: layout.fill(|field| settings.absolute_tolerances.of(field)),
             importance: layout.fill(|_| 1.0),
@@ -109,6 +114,11 @@ impl ErrorTest {
         self.relative.iter().copied().fold(1.0, f64::min)
     }
 
+    /// Where weights that follow the step read its size, if they do.
+    pub(crate) fn step_size(&self) -> Option<StepSize> {
+        self.by_step.as_ref().map(StepWeights::step_size)
+    }
+
     /// Components left out of the error test.
     pub fn left_out(&self) -> &[bool] {
         &self.left_out
@@ -124,6 +134,9 @@ impl ErrorTest {
         for (i, (weight, y)) in weights.iter_mut().zip(y).enumerate() {
             let allowed = self.relative[i] * y.abs() + self.absolute[i];
             *weight = self.importance[i] / allowed;
+        }
+        if let Some(by_step) = &self.by_step {
+            by_step.write(y, weights);
         }
     }
 }

@@ -12,6 +12,7 @@ use super::solver::CoupledSolver;
 use crate::error::ModelError;
 use crate::integration::ida::{IdaIntegrator, builder};
 use crate::integration::settings::LinearSolver;
+use crate::start::Consistent;
 
 impl<B: Body> IdaIntegrator<CoupledDae<B>> {
     /// Starts a coupled system at t = 0 from `y`, the body at rest.
@@ -57,11 +58,13 @@ impl<B: Body> IdaIntegrator<CoupledDae<B>> {
             .map(|body| CoupledSolver::new(body, &dae, options.klu))
             .transpose()?;
         let schedule = dae.schedule();
+        let step_size = error_test.step_size();
         let mut builder = tested(dae, error_test, options, t_end);
         if let Some(solver) = condensed {
             builder = builder.linear_solver(solver);
         }
-        Ok(Self::of(builder.build(t, y, y_dot)?, t_end, schedule))
+        let solver = builder.build(t, y, y_dot)?;
+        Ok(Self::of(solver, t_end, schedule, step_size))
     }
 }
 
@@ -80,8 +83,9 @@ impl IdaIntegrator<FeedbackDae> {
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let schedule = dae.one_way().schedule();
+        let step_size = error_test.step_size();
         let solver = tested(dae, error_test, options, t_end).build(t, y, y_dot)?;
-        Ok(Self::of(solver, t_end, schedule))
+        Ok(Self::of(solver, t_end, schedule, step_size))
     }
 }
 

@@ -11,6 +11,7 @@ use super::solver::CoupledSolver;
 use crate::error::ModelError;
 use crate::integration::radau::RadauIntegrator;
 use crate::integration::settings::LinearSolver;
+use crate::start::Consistent;
 
 /// Matrices chosen at run time: by the body's own, or of the whole.
 pub type SystemMatrices<B> = Box<dyn myovib_dae::LinearSolver<CoupledDae<B>>>;
@@ -101,6 +102,10 @@ fn tested<P: Problem, M: myovib_dae::LinearSolver<P>>(
     times: (f64, f64),
     state: (&[f64], &[f64]),
 ) -> Result<RadauIntegrator<P, M>, ModelError> {
+    if error_test.step_size().is_some() {
+        let setting = "multiplier_weights";
+        return Err(ModelError::OnlyBdf { setting });
+    }
     let options = RadauOptions {
         // What Newton takes its own tolerance from; the weights below replace the others.
         tolerances: Tolerances::scalar(error_test.smallest_relative(), 0.0),

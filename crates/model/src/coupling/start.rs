@@ -10,9 +10,11 @@ use super::feedback::FeedbackDae;
 use crate::error::ModelError;
 use crate::integration::ida::{self, IdaIntegrator};
 use crate::integration::integrator::Integrator;
+use crate::integration::projected::Projected;
 use crate::integration::radau::{self, RadauIntegrator};
 use crate::integration::settings::{IntegratorKind, LinearSolver, Settings};
 use crate::muscle_dae::MuscleDae;
+use crate::start::Consistent;
 
 /// What the integrators of a coupled system can be told; the error test has the tolerances.
 #[derive(Debug, Clone)]
@@ -25,6 +27,8 @@ pub struct CoupledOptions {
     pub radau: RadauOptions,
     /// How the linear systems of Newton's method are solved.
     pub linear_solver: LinearSolver,
+    /// Time between two projections onto the constraint, s (IDAS).
+    pub project_every: Option<f64>,
 }
 
 impl CoupledOptions {
@@ -35,6 +39,7 @@ impl CoupledOptions {
             ida: ida::options(dae, settings),
             radau: radau::options(dae, settings),
             linear_solver: settings.linear_solver,
+            project_every: settings.project_every,
         }
     }
 
@@ -49,6 +54,7 @@ impl CoupledOptions {
                 ..RadauOptions::default()
             },
             linear_solver: LinearSolver::Full,
+            project_every: None,
         }
     }
 
@@ -60,44 +66,28 @@ impl CoupledOptions {
     }
 }
 
-/// Starts a coupled system at t = 0 from `y`, the body at rest.
+/// Starts a coupled system at t = 0 from `y`, the body at rest. A load that does not start from
+/// zero is met by consistent initial derivatives.
 ///
 /// # Errors
-/// As [`IdaIntegrator::coupled`] and [`RadauIntegrator::coupled`].
-pub fn start_coupled<B: Body + 'static>(
-    dae: CoupledDae<B>,
+/// Those of [`Consistent::consistent`] and of [`start_coupled_from`].
+pub fn start_coupled<B: Body>(
+    mut dae: CoupledDae<B>,
     error_test: ErrorTest,
     options: CoupledOptions,
     t_end: f64,
     y: &[f64],
 ) -> Result<Box<dyn Integrator<CoupledDae<B>>>, ModelError> {
-    let linear = options.linear_solver;
-    Ok(match options.integrator.stages() {
-        None => Box::new(IdaIntegrator::coupled(
-            dae,
-            error_test,
-            options.ida,
-            linear,
-            t_end,
-            y,
-        )?),
-        Some(_) => Box::new(RadauIntegrator::coupled(
-            dae,
-            error_test,
-            options.radau,
-            linear,
-            t_end,
-            y,
-        )?),
-    })
+    let [y, y_dot] = dae.consistent(0.0, y)?;
+    start_coupled_from(dae, error_test, options, [0.0, t_end], &y, &y_dot)
 }
 
 /// Starts a coupled system from a state with consistent derivatives, over the times
 /// `[start, end]`.
 ///
 /// # Errors
-/// As [`IdaIntegrator::coupled_at`] and [`RadauIntegrator::coupled_at`].
-pub fn start_coupled_from<B: Body + 'static>(
+/// As [`IdaIntegrator::coupled_at`] and [`RadauIntegrator::coupled_at`]; [`ModelError::OnlyBdf`].
+pub fn start_coupled_from<B: Body>(
     dae: CoupledDae<B>,
     error_test: ErrorTest,
     options: CoupledOptions,
@@ -105,26 +95,26 @@ pub fn start_coupled_from<B: Body + 'static>(
     y: &[f64],
     y_dot: &[f64],
 ) -> Result<Box<dyn Integrator<CoupledDae<B>>>, ModelError> {
-    let linear = options.linear_solver;
-    Ok(match options.integrator.stages() {
-        None => Box::new(IdaIntegrator::coupled_at(
-            dae,
-            error_test,
-            options.ida,
-            linear,
-            times,
-            y,
-            y_dot,
+    let CoupledOptions {
+        integrator,
+        ida,
+        radau,
+        linear_solver: linear,
+        project_every,
+    } = options;
+    let setting = "project_every";
+    Ok(match (integrator.stages(), project_every) {
+        (Some(_), Some(_)) => return Err(ModelError::OnlyBdf { setting }),
+        (Some(_), None) => Box::new(RadauIntegrator::coupled_at(
+            dae, error_test, radau, linear, times, y, y_dot,
         )?),
-        Some(_) => Box::new(RadauIntegrator::coupled_at(
-            dae,
-            error_test,
-            options.radau,
-            linear,
-            times,
-            y,
-            y_dot,
-        )?),
+        (None, every) => {
+            let ida = IdaIntegrator::coupled_at(dae, error_test, ida, linear, times, y, y_dot)?;
+            match every {
+                Some(every) => Box::new(Projected::new(ida, every)?),
+                None => Box::new(ida),
+            }
+        }
     })
 }
 
@@ -132,7 +122,8 @@ pub fn start_coupled_from<B: Body + 'static>(
 /// `[start, end]`.
 ///
 /// # Errors
-/// As [`IdaIntegrator::feedback_at`] and [`RadauIntegrator::feedback_at`].
+/// As [`IdaIntegrator::feedback_at`] and [`RadauIntegrator::feedback_at`];
+/// [`ModelError::NotWithFeedback`].
 pub fn start_with_feedback(
     dae: FeedbackDae,
     error_test: ErrorTest,
@@ -142,6 +133,10 @@ pub fn start_with_feedback(
     y_dot: &[f64],
 ) -> Result<Box<dyn Integrator<FeedbackDae>>, ModelError> {
     let CoupledOptions { ida, radau, .. } = options;
+    if options.project_every.is_some() {
+        let setting = "project_every";
+        return Err(ModelError::NotWithFeedback { setting });
+    }
     Ok(match options.integrator.stages() {
         None => Box::new(IdaIntegrator::feedback_at(
             dae, error_test, ida, times, y, y_dot,

@@ -84,15 +84,21 @@ impl<P: Problem> IdaIntegrator<P> {
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let solver = builder(problem, options, t_end).build(0.0, y, y_dot)?;
-        Ok(Self::of(solver, t_end, Schedule::default()))
+        Ok(Self::of(solver, t_end, Schedule::default(), None))
     }
 
-    /// Takes a solver that stops at `t_end`, of a system that is driven by a `schedule`.
-    pub(crate) fn of(solver: IdaSolver<P>, t_end: f64, schedule: Schedule) -> Self {
+    /// Takes a solver that stops at `t_end`, of a system that is driven by a `schedule`, and where
+    /// its weights read the size of the step.
+    pub(crate) fn of(
+        solver: IdaSolver<P>,
+        t_end: f64,
+        schedule: Schedule,
+        step_size: Option<StepSize>,
+    ) -> Self {
         Self {
             solver,
             pace: Pace::new(schedule, t_end),
-            step_size: StepSize::default(),
+            step_size: step_size.unwrap_or_default(),
         }
     }
 

@@ -17,3 +17,4 @@ pub(crate) mod run;
 pub(crate) mod settings;
 pub(crate) mod statistics;
 pub mod step_weights;
+pub(crate) mod verify;

@@ -2,7 +2,7 @@
 //!
 //! `velocity` integrates the differentiated constraint: displacement and velocity leave the
 //! incompressible motions by what the steps' errors add up to. IDAS has no hook for a projection;
-//! here the state is projected between two steps, made consistent anew ([`Start`]), and the
+//! here the state is projected between two steps, made consistent anew ([`Consistent`]), and the
 //! integrator starts again from it, at order 1. What that costs is in the counts, which go on over
 //! all starts.
 //!
@@ -10,28 +10,26 @@
 //! (projection methods).
 
 use crate::error::ModelError;
-use crate::field::Field;
 use crate::integration::ida::IdaIntegrator;
 use crate::integration::integrator::{Advance, Integrator};
 use crate::integration::statistics::Counts;
-use crate::muscle_dae::MuscleDae;
-use crate::start::Start;
+use crate::start::Consistent;
 
 /// IDAS with projections after the first step at or beyond each multiple of a time.
-pub struct Projected {
-    inner: IdaIntegrator<MuscleDae>,
+pub struct Projected<P: Consistent> {
+    inner: IdaIntegrator<P>,
     every: f64,
     next: f64,
     /// Counts of the starts before the present one.
     before: Counts,
 }
 
-impl Projected {
+impl<P: Consistent> Projected<P> {
     /// Projects `inner` every so many seconds.
     ///
     /// # Errors
     /// [`ModelError::OutOfRange`] for a time that is not positive.
-    pub fn new(inner: IdaIntegrator<MuscleDae>, every: f64) -> Result<Self, ModelError> {
+    pub fn new(inner: IdaIntegrator<P>, every: f64) -> Result<Self, ModelError> {
         if !(every > 0.0 && every.is_finite()) {
             return Err(ModelError::OutOfRange {
                 name: "project_every",
@@ -52,14 +50,9 @@ impl Projected {
     fn project(&mut self) -> Result<(), ModelError> {
         let t = self.inner.time();
         let y = self.inner.solver().y().to_vec();
-        let part = |field| {
-            let range = self.inner.problem().layout().range(field);
-            range.map_or(Vec::new(), |range| y[range].to_vec())
-        };
-        let (q, v) = (part(Field::Displacement), part(Field::Velocity));
-        let start = Start::new(self.inner.problem_mut(), t, &q, &v)?;
+        let [y, y_dot] = self.inner.problem_mut().consistent(t, &y)?;
         self.before = self.counts();
-        self.inner.restart(t, &start.y, &start.y_dot)
+        self.inner.restart(t, &y, &y_dot)
     }
 }
 
@@ -70,7 +63,7 @@ fn first_after(t: f64, next: f64, every: f64) -> f64 {
     next + (passed + 1.0) * every
 }
 
-impl Integrator<MuscleDae> for Projected {
+impl<P: Consistent> Integrator<P> for Projected<P> {
     fn advance(&mut self) -> Result<Advance, ModelError> {
         if self.inner.time() >= self.next {
             self.project()?;
@@ -91,11 +84,11 @@ impl Integrator<MuscleDae> for Projected {
         self.before.followed_by(self.inner.counts())
     }
 
-    fn problem(&self) -> &MuscleDae {
+    fn problem(&self) -> &P {
         self.inner.problem()
     }
 
-    fn problem_mut(&mut self) -> &mut MuscleDae {
+    fn problem_mut(&mut self) -> &mut P {
         self.inner.problem_mut()
     }
 }

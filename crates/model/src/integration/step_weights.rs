@@ -72,7 +72,12 @@ impl StepWeights {
         }
     }
 
-    /// Writes the weights for `y`.
+    /// The size they follow.
+    pub(crate) fn step_size(&self) -> StepSize {
+        self.step_size.clone()
+    }
+
+    /// Writes the weights for `y`, of which the muscle's unknowns are the first.
     pub fn write(&self, y: &[f64], weights: &mut [f64]) {
         for (field, range) in self.layout.blocks() {
             let (factor, absolute) = (self.factor(*field), self.absolute.of(*field));

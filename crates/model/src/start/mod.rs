@@ -14,6 +14,7 @@ pub(crate) mod saddle;
 
 use dynamics::Dynamics;
 use motion::largest;
+use myovib_dae::Problem;
 pub use residual::{BlockResidual, residuals};
 
 use crate::error::ModelError;
@@ -37,6 +38,23 @@ pub struct Start {
     /// Whether λ(0) was free (κ = ∞ with β > 0) and found on the slow manifold; a motion so fast that
     /// β |∇v| is not small has none, and starts with a transient.
     pub on_slow_manifold: bool,
+}
+
+/// A system that knows the consistent state next to one that is nearly so.
+pub trait Consistent: Problem {
+    /// y and ẏ that satisfy the equations at time `t`, hidden ones included, from the displacements
+    /// and velocities (and the states of oscillators) in `y`.
+    ///
+    /// # Errors
+    /// Those of the evaluation, and of the solves it takes.
+    fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError>;
+}
+
+impl Consistent for MuscleDae {
+    fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
+        let start = Start::of(self, t, y)?;
+        Ok([start.y, start.y_dot])
+    }
 }
 
 /// Displacements and velocities that satisfy the constraints, whatever the formulation.

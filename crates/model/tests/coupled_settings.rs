@@ -1,0 +1,124 @@
+//! A muscle with a chain keeps the settings of the muscle, or refuses them.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use myovib_dae::Problem;
+use myovib_fem::generate;
+use myovib_model::coupling::{
+    CoupledDae, CoupledOptions, ErrorTest, Feedback, FeedbackDae, Oscillators, Source,
+    StateTolerances, start_coupled, start_with_feedback,
+};
+use myovib_model::{
+    Formulation, IntegratorKind, ModelError, MultiplierWeights, MuscleDae, Outcome, Probe,
+    Settings, Signal, paper, run,
+};
+use myovib_oscillators::{Drive, SmoothCoherence};
+
+const T_END: f64 = 0.5;
+
+/// An incompressible beam whose tip drives a chain, with the drift of `velocity`.
+fn beam_and_chain() -> CoupledDae<MuscleDae> {
+    let mesh = generate::beam(0.1, 0.02, [4, 1]).unwrap();
+    let infinite = f64::INFINITY;
+    let muscle = paper::muscle_with_load(&mesh, paper::LAW, infinite, 0.0, Signal::paper(200.0));
+    let dae = MuscleDae::new(muscle.unwrap(), Formulation::Velocity).unwrap();
+    let tip = Probe::at(dae.muscle().solid.space(), [0.1, 0.0]).unwrap();
+    let source = Source::Body(dae.displacement_at(&tip, 1));
+    let network = paper::chain(3, 0.5).unwrap().network().unwrap();
+    let chain = Oscillators::new(network, Drive::default(), vec![source]).unwrap();
+    CoupledDae::new(dae, vec![chain])
+}
+
+fn settings() -> Settings {
+    Settings {
+        t_end: T_END,
+        ..Settings::paper(Formulation::Velocity)
+    }
+}
+
+/// Steps, and the constraint drift at the end.
+fn end(settings: &Settings) -> Result<(u64, f64), ModelError> {
+    let dae = beam_and_chain();
+    let loose = StateTolerances {
+        relative: 1e-3,
+        absolute: 1e-5,
+        tested: true,
+    };
+    let test = ErrorTest::of_muscle(dae.body(), settings).with_oscillators(&dae, loose);
+    let options = CoupledOptions::of_muscle(dae.body(), settings);
+    let n = dae.n_unknowns();
+    let own = dae.body_range();
+    let mut integrator = start_coupled(dae, test, options, T_END, &vec![0.0; n])?;
+    let statistics = run(integrator.as_mut(), &mut [])?;
+    assert_eq!(statistics.outcome, Outcome::Finished);
+    let mut y = vec![0.0; n];
+    integrator.dense_output(T_END, 0, &mut y)?;
+    let body = integrator.problem_mut().body_mut();
+    let drift = body.constraint_drift(T_END, &y[own])?;
+    Ok((statistics.counts.steps, drift))
+}
+
+/// Regression: a chain beside the muscle made both settings do nothing.
+#[test]
+fn a_chain_changes_neither_projection_nor_weights() {
+    let (steps, drift) = end(&settings()).unwrap();
+    let projected = Settings {
+        project_every: Some(1e-3),
+        ..settings()
+    };
+    let (restarted, less) = end(&projected).unwrap();
+    assert!(restarted > steps, "{restarted} {steps}");
+    assert!(less < 0.1 * drift, "{less:e} {drift:e}");
+
+    let tested = Settings {
+        suppressed: Vec::new(),
+        multiplier_weights: MultiplierWeights::StepScaled,
+        ..settings()
+    };
+    // With plain weights the multiplier in the error test stops the run or makes it crawl.
+    let (weighted, _) = end(&tested).unwrap();
+    assert!(weighted < 4 * steps, "{weighted} {steps}");
+}
+
+#[test]
+fn what_the_integrator_or_the_system_does_not_have_is_refused() {
+    let radau = settings().with_integrator(IntegratorKind::Radau);
+    let projected = Settings {
+        project_every: Some(0.1),
+        ..radau.clone()
+    };
+    let weighted = Settings {
+        multiplier_weights: MultiplierWeights::StepScaled,
+        ..radau
+    };
+    for settings in [projected, weighted] {
+        let refused = end(&settings);
+        assert!(
+            matches!(refused, Err(ModelError::OnlyBdf { .. })),
+            "{refused:?}"
+        );
+    }
+
+    let settings = Settings {
+        project_every: Some(0.1),
+        ..settings()
+    };
+    let one_way = beam_and_chain();
+    let n_elements = one_way.body().muscle().solid.space().n_elements();
+    let test = ErrorTest::of_muscle(one_way.body(), &settings)
+        .with_oscillators(&one_way, StateTolerances::default());
+    let options = CoupledOptions::of_muscle(one_way.body(), &settings);
+    let rest = vec![0.0; one_way.n_unknowns()];
+    let feedback = Feedback {
+        network: 0,
+        coherence: SmoothCoherence::new(1e-3).unwrap(),
+        unsynchronised: 2.0,
+        coherent: 1.0,
+        weights: vec![1.0; 3 * n_elements],
+    };
+    let dae = FeedbackDae::new(one_way, vec![feedback]);
+    let refused = start_with_feedback(dae, test, options, [0.0, T_END], &rest, &rest);
+    assert!(matches!(
+        refused.err(),
+        Some(ModelError::NotWithFeedback { .. })
+    ));
+}
