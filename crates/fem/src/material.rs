@@ -164,6 +164,16 @@ impl Law {
         with_law!(self, w => has_fibres(&w))
     }
 
+    /// κ of the penalty energy κ/2 (J − 1)² in place of a pressure: zero for a law whose energy
+    /// holds the volume's part.
+    pub(crate) fn penalty(self, kappa: f64) -> f64 {
+        if self.description().complete {
+            0.0
+        } else {
+            kappa
+        }
+    }
+
     /// Whether the force is linear in displacement and pressure.
     pub fn is_linear(self) -> bool {
         fn is_small<W: three::Law3>(_: &W) -> bool {

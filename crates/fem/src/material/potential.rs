@@ -30,6 +30,9 @@ pub(crate) trait Potential {
     /// Whether strains are finite (d = J − 1) or small (d = div u).
     const FINITE: bool;
 
+    /// Whether W holds the volume's part too, so that no κ is added.
+    const COMPLETE: bool = false;
+
     fn energy(&self, e: f64, d: f64) -> f64;
     fn first<R: Real>(&self, e: R, d: R) -> PlaneSlope<R>;
     fn second<R: Real>(&self, e: R, d: R) -> PlaneCurvature<R>;
@@ -44,6 +47,7 @@ pub(crate) fn plane_invariants<R: Real>(e: R, d: R) -> Invariants<R> {
 
 impl<W: Isotropic> Potential for W {
     const FINITE: bool = true;
+    const COMPLETE: bool = W::COMPLETE;
 
     fn energy(&self, e: f64, d: f64) -> f64 {
         Isotropic::energy(self, plane_invariants(e, d))

@@ -68,6 +68,8 @@ const SHEAR_MODULUS: Parameter = Parameter::new(
 );
 
 impl Isotropic for StVenantKirchhoff {
+    const COMPLETE: bool = true;
+
     #[inline(always)]
     fn energy<R: Real>(&self, Invariants { a, b, d }: Invariants<R>) -> R {
         let s = a + d * 2.0;

@@ -201,7 +201,11 @@ impl<R: Real> Strain<R> {
         let slope = w.first(self.e, self.d);
         PlaneSlope {
             e: self.graded(slope.e),
-            d: self.graded(slope.d) + self.d * volumetric.kappa - volumetric.p,
+            d: if W::COMPLETE {
+                self.graded(slope.d) - volumetric.p
+            } else {
+                self.graded(slope.d) + self.d * volumetric.kappa - volumetric.p
+            },
         }
     }
 
@@ -211,7 +215,11 @@ impl<R: Real> Strain<R> {
         PlaneCurvature {
             ee: self.graded(slope.ee),
             ed: self.graded(slope.ed),
-            dd: self.graded(slope.dd) + self.d.like(volumetric.kappa),
+            dd: if W::COMPLETE {
+                self.graded(slope.dd)
+            } else {
+                self.graded(slope.dd) + self.d.like(volumetric.kappa)
+            },
         }
     }
 

@@ -26,4 +26,6 @@ pub use tensor::{Symmetric3, Tensor3Of, add_scaled3, contract3, product3, scaled
 pub type Tensor3 = Tensor3Of<f64>;
 
 #[cfg(test)]
+mod closed_forms;
+#[cfg(test)]
 mod tests;

@@ -33,6 +33,7 @@ impl Builder<'_> {
             .map_or_else(|| suited(&parameters), formulation);
         self.at("solid.formulation", formulation.check(&parameters))?;
         let materials = self.materials(file, &mesh)?;
+        self.check_complete(&materials, formulation)?;
         let space = Arc::new(Space::taylor_hood(&mesh));
         let constrained = self.supports(file, &space)?;
         let components: Vec<(usize, usize)> = constrained.keys().copied().collect();
@@ -70,6 +71,26 @@ impl Builder<'_> {
             muscle,
             formulation,
         })
+    }
+
+    /// A law whose energy holds the volume's part has no pressure.
+    fn check_complete(
+        &self,
+        materials: &[(Law, f64)],
+        formulation: Formulation,
+    ) -> Result<(), InputError> {
+        let mut descriptions = materials.iter().map(|(law, _)| law.description());
+        match descriptions.find(|law| law.complete) {
+            Some(law) if formulation != Formulation::Displacement => {
+                let error = InputError::new(format!(
+                    "the law {} has its own volume part, which is no -κ (J-1)",
+                    law.name
+                ))
+                .next("take the formulation `displacement`, or deviatoric-st-venant-kirchhoff");
+                Err(self.wrong("solid.formulation", error))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Law and density of each triangle.
@@ -256,9 +277,16 @@ fn law(law: &solid::Law) -> Law {
             c10: 0.5 * shear_modulus,
             c01: 0.0,
         },
-        solid::Law::StVenantKirchhoff { shear_modulus } => {
+        solid::Law::DeviatoricStVenantKirchhoff { shear_modulus } => {
             Law::DeviatoricStVenantKirchhoff { shear_modulus }
         }
+        solid::Law::StVenantKirchhoff {
+            lambda,
+            shear_modulus,
+        } => Law::StVenantKirchhoff {
+            lambda,
+            shear_modulus,
+        },
         solid::Law::SmallStrain { shear_modulus } => Law::SmallStrain { shear_modulus },
     }
 }

@@ -104,7 +104,7 @@ pub struct Material {
     pub law: Law,
 }
 
-/// The material laws; the volume change is κ's matter for all of them.
+/// The material laws; the volume change is κ's matter for all but `st-venant-kirchhoff`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case")]
 pub enum Law {
@@ -123,9 +123,18 @@ pub enum Law {
         #[schemars(extend("exclusiveMinimum" = 0))]
         shear_modulus: f64,
     },
-    /// St. Venant–Kirchhoff: `W = ζ |dev E|²` with Green's strain E. Meant for moderate strains.
-    StVenantKirchhoff {
+    /// `W = ζ |dev E|²` with Green's strain E. Meant for moderate strains.
+    DeviatoricStVenantKirchhoff {
         /// Shear modulus ζ, Pa.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        shear_modulus: f64,
+    },
+    /// `W = λ/2 (tr E)² + μ E:E` with Green's strain E: only with `displacement`, and without κ.
+    StVenantKirchhoff {
+        /// Lamé's first constant λ, Pa.
+        #[schemars(range(min = 0))]
+        lambda: f64,
+        /// Shear modulus μ, Pa.
         #[schemars(extend("exclusiveMinimum" = 0))]
         shear_modulus: f64,
     },

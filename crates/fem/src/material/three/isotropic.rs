@@ -59,6 +59,9 @@ pub struct Curvature<R> {
 ///
 /// A law is its energy; the derivatives may be written by hand where they are faster.
 pub trait Isotropic {
+    /// Whether W holds the volume's part too, so that no κ is added.
+    const COMPLETE: bool = false;
+
     /// W.
     fn energy<R: Real>(&self, at: Invariants<R>) -> R;
 
@@ -154,6 +157,8 @@ impl<R: Real> Strain3<R> {
 }
 
 impl<W: Isotropic> Law3 for W {
+    const COMPLETE: bool = W::COMPLETE;
+
     #[inline(always)]
     fn energy<R: Real>(&self, strain: &Strain3<R>) -> R {
         Isotropic::energy(self, strain.invariants())

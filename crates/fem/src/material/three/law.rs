@@ -15,6 +15,9 @@ pub trait Law3 {
     /// Whether strains are finite (d = J − 1) or small (d = div u).
     const FINITE: bool = true;
 
+    /// Whether W holds the volume's part too, so that no κ is added.
+    const COMPLETE: bool = false;
+
     /// Whether the law depends on the axes of the fibres.
     const FIBRES: bool = false;
 

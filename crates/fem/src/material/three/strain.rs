@@ -207,7 +207,7 @@ impl<R: Real> Strain3<R> {
         if let Some(factor) = self.factor {
             stress = scaled3(factor, &stress);
         }
-        add_scaled3(&mut stress, self.volume_slope(volumetric), &self.normal);
+        add_scaled3(&mut stress, self.volume_slope(w, volumetric), &self.normal);
         stress
     }
 
@@ -218,17 +218,23 @@ impl<R: Real> Strain3<R> {
         if let Some(factor) = self.factor {
             a.scale(factor);
         }
-        a.add_square(self.d.like(volumetric.kappa), &self.normal);
+        if !W::COMPLETE {
+            a.add_square(self.d.like(volumetric.kappa), &self.normal);
+        }
         if W::FINITE {
-            a.add_cofactor_slope(self.volume_slope(volumetric), &self.f);
+            a.add_cofactor_slope(self.volume_slope(w, volumetric), &self.f);
         }
         a
     }
 
     /// κ d − p.
     #[inline(always)]
-    fn volume_slope(&self, volumetric: Volumetric<R>) -> R {
-        self.d * volumetric.kappa - volumetric.p
+    fn volume_slope<W: Law3>(&self, _: &W, volumetric: Volumetric<R>) -> R {
+        if W::COMPLETE {
+            -volumetric.p
+        } else {
+            self.d * volumetric.kappa - volumetric.p
+        }
     }
 
     /// Ṗ along `v` = ∇v and ṗ.

@@ -1,0 +1,102 @@
+//! Laws written outside the crate, with what it makes public.
+
+use myovib_fem::material::three::{
+    Axes, FibreStrain, Invariants, Isotropic, Law3, Strain3, Symmetric3, Tensor3Of, add_scaled3,
+};
+use myovib_fem::material::{MooneyRivlin, Real};
+
+/// Gent's law of rubber that locks: W = −μ J_m/2 ln(1 − (Ī1 − 3)/J_m). Its energy is all of it.
+struct Gent {
+    shear_modulus: f64,
+    limit: f64,
+}
+
+impl Isotropic for Gent {
+    fn energy<R: Real>(&self, at: Invariants<R>) -> R {
+        let x = (at.d + at.d.like(1.0)).inverse_cube_root();
+        // Ī1 − 3 with I1 = 3 + a + 2 d.
+        let stretched = (at.a + at.d * 2.0 + at.d.like(3.0)) * x * x - at.d.like(3.0);
+        (stretched * (-1.0 / self.limit)).ln_1p() * (-0.5 * self.shear_modulus * self.limit)
+    }
+}
+
+/// The standard reinforcing law: neo-Hooke's with k/2 E_ff².
+struct Reinforced {
+    matrix: MooneyRivlin,
+    k: f64,
+}
+
+impl Law3 for Reinforced {
+    const FIBRES: bool = true;
+
+    fn energy<R: Real>(&self, strain: &Strain3<R>) -> R {
+        let fibre = strain.axes.fibre;
+        let e = strain.green_along(fibre, fibre);
+        Law3::energy(&self.matrix, strain) + e * e * (0.5 * self.k)
+    }
+
+    fn stress<R: Real>(&self, strain: &Strain3<R>) -> Tensor3Of<R> {
+        let fibre = FibreStrain::new(strain, strain.axes.fibre, strain.axes.fibre);
+        let mut stress = self.matrix.stress(strain);
+        add_scaled3(&mut stress, fibre.value * self.k, &fibre.gradient);
+        stress
+    }
+
+    fn tangent<R: Real>(&self, strain: &Strain3<R>) -> Symmetric3<R> {
+        let fibre = FibreStrain::new(strain, strain.axes.fibre, strain.axes.fibre);
+        let mut out = self.matrix.tangent(strain);
+        fibre.add_slope(&mut out, fibre.value * self.k);
+        out.add_square(fibre.value.like(self.k), &fibre.gradient);
+        out
+    }
+}
+
+const H: [[f64; 3]; 3] = [[0.1, 0.25, -0.1], [-0.15, -0.05, 0.2], [0.05, -0.3, 0.12]];
+
+/// The tangent is the derivative of the stress, and that of the energy.
+fn check<W: Law3>(law: &W, scale: f64) {
+    let at = |h| Strain3::new(law, h, Axes::cartesian(0.0));
+    let shifted = |k: usize, l: usize, step: f64| {
+        let mut h = H;
+        h[k][l] += step;
+        at(h)
+    };
+    let (stress, tangent) = (law.stress(&at(H)), law.tangent(&at(H)));
+    // ε^(1/3): differences are exact to about 1e-10 of the modulus.
+    let step = 6e-6;
+    for (k, row) in stress.iter().enumerate() {
+        for (l, stress) in row.iter().enumerate() {
+            let (plus, minus) = (shifted(k, l, step), shifted(k, l, -step));
+            let slope = (law.energy(&plus) - law.energy(&minus)) / (2.0 * step);
+            assert!((stress - slope).abs() < 1e-8 * scale);
+            let (plus, minus) = (law.stress(&plus), law.stress(&minus));
+            for (i, (plus, minus)) in plus.iter().zip(&minus).enumerate() {
+                for (j, (plus, minus)) in plus.iter().zip(minus).enumerate() {
+                    let slope = (plus - minus) / (2.0 * step);
+                    assert!((tangent.entry(i, j, k, l) - slope).abs() < 1e-8 * scale);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_law_may_be_its_energy_alone() {
+    let law = Gent {
+        shear_modulus: 2e4,
+        limit: 5.0,
+    };
+    check(&law, 1e5);
+    // Simple shear: P01 = μ γ/(1 − γ²/J_m).
+    let mut h = [[0.0; 3]; 3];
+    h[0][1] = 0.7;
+    let stress = law.stress(&Strain3::new(&law, h, Axes::cartesian(0.0)));
+    let exact = 2e4 * 0.7 / (1.0 - 0.49 / 5.0);
+    assert!((stress[0][1] - exact).abs() < 1e-12 * exact);
+}
+
+#[test]
+fn a_law_may_have_fibres() {
+    let matrix = MooneyRivlin { c10: 1e4, c01: 0.0 };
+    check(&Reinforced { matrix, k: 4e4 }, 1e5);
+}
