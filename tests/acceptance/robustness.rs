@@ -1,6 +1,8 @@
 //! What a run's folder promises: nothing invented, nothing lost, nothing left over, one run at a
 //! time, and an end in words. Each test is the regression of a finding.
 
+#![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -10,8 +12,8 @@ use serde_json::Value;
 
 use crate::harness::{PROGRAM, myovib_in};
 
-/// A run with a checkpoint at 0.16 s, over in a second.
-const SHORT: [&str; 8] = [
+/// A run with a checkpoint at 0.16 s, where a step ends, over in a second.
+const SHORT: [&str; 10] = [
     "run",
     "init",
     "--quiet",
@@ -19,12 +21,14 @@ const SHORT: [&str; 8] = [
     "time.end=0.2",
     "--set",
     "checkpoint.every=0.16",
+    "--set",
+    "integrator.max_step=0.002",
     "--resume",
 ];
 
 /// Leaves `out` as a kill after the last checkpoint does, and gives the table of its probe.
 fn killed(folder: &Path) -> String {
-    let run = myovib_in(folder, &SHORT[..7]);
+    let run = myovib_in(folder, &SHORT[..9]);
     assert_eq!(run.code, 0, "{}", run.stderr);
     fs::remove_file(folder.join("out/run.json")).unwrap();
     fs::read_to_string(folder.join("out/origin.csv")).unwrap()
@@ -109,7 +113,7 @@ fn checkpoints_do_not_change_a_run() {
 #[test]
 fn a_finished_run_is_not_resumed_whatever_its_checkpoints() {
     let folder = tempfile::tempdir().unwrap();
-    assert_eq!(myovib_in(folder.path(), &SHORT[..7]).code, 0);
+    assert_eq!(myovib_in(folder.path(), &SHORT[..9]).code, 0);
     let run = myovib_in(folder.path(), &SHORT);
     assert_eq!(run.code, 2, "{}", run.stderr);
     assert!(run.stderr.contains("the run is finished"), "{}", run.stderr);
@@ -125,7 +129,7 @@ fn a_run_of_a_changed_mesh_is_not_resumed() {
     let file = ["--set", "mesh.type=file", "--set", "mesh.path=a.msh"];
     let scene = include_str!("../../data/scenes/init.toml");
     fs::write(folder.path().join("init"), scene).unwrap();
-    let first = myovib_in(folder.path(), &[&SHORT[..7], &file].concat());
+    let first = myovib_in(folder.path(), &[&SHORT[..9], &file].concat());
     assert_eq!(first.code, 0, "{}", first.stderr);
     fs::remove_file(folder.path().join("out/run.json")).unwrap();
     fs::write(&mesh, text.replacen("0.06", "0.0600001", 1)).unwrap();
@@ -143,7 +147,7 @@ fn overwrite_leaves_nothing_of_the_earlier_run() {
     let folder = tempfile::tempdir().unwrap();
     let fields = ["--set", "fields.every=0.1"];
     assert_eq!(
-        myovib_in(folder.path(), &[&SHORT[..7], &fields].concat()).code,
+        myovib_in(folder.path(), &[&SHORT[..9], &fields].concat()).code,
         0
     );
     let statics = ["run", "cook-static", "--quiet", "--overwrite"];
@@ -252,7 +256,7 @@ fn a_full_disk_is_code_4_and_named_and_what_was_written_stays() {
     let folder = tempfile::tempdir().unwrap();
     // A limit on the size of files stands for a full disk.
     let run = Command::new("bash")
-        .args(["-c", "trap '' XFSZ; ulimit -f 100; exec \"$0\" run init --quiet --set probe[0].every=1e-5 --set time.end=0.2", PROGRAM])
+        .args(["-c", "trap '' XFSZ; ulimit -f 100; exec \"$0\" run init --quiet --set probe[0].every=1e-5 --set fields= --set time.end=0.2", PROGRAM])
         .current_dir(folder.path())
         .env("NO_COLOR", "1")
         .output()
@@ -322,9 +326,9 @@ fn links_and_pipes_are_not_followed() {
     fs::create_dir(&out).unwrap();
     fs::write(&precious, "mine").unwrap();
     std::os::unix::fs::symlink(&precious, out.join("origin.csv")).unwrap();
-    let refused = myovib_in(folder.path(), &SHORT[..7]);
+    let refused = myovib_in(folder.path(), &SHORT[..9]);
     assert_eq!(refused.code, 2, "{}", refused.stderr);
-    let run = myovib_in(folder.path(), &[&SHORT[..7], &["--overwrite"]].concat());
+    let run = myovib_in(folder.path(), &[&SHORT[..9], &["--overwrite"]].concat());
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert_eq!(fs::read_to_string(&precious).unwrap(), "mine");
     assert!(

@@ -8,6 +8,8 @@
 //! References: Simeon, Serban, Petzold, M2AN 43 (2009) 805–823, section 2, whose equation numbers
 //! are used; the notes in `notes/`.
 #![forbid(unsafe_code)]
+// Loops over the indices of tensors, several at a time, read like their formulas.
+#![allow(clippy::needless_range_loop)]
 
 mod batch;
 mod constitutive;

@@ -55,10 +55,11 @@ impl Rounding {
         evaluate(problem, step.t, step.y, y_dot, &mut self.plain, counters)?;
         self.noise.fill(0.0);
         for sign in [|_| 1.0, changing_sign] {
-            for i in 0..step.y.len() {
-                let unit = f64::EPSILON * sign(i);
-                self.y[i] = step.y[i] * (1.0 + unit);
-                self.y_dot[i] = y_dot[i] * (1.0 - unit);
+            for (i, (moved, y)) in self.y.iter_mut().zip(step.y).enumerate() {
+                *moved = y * (1.0 + f64::EPSILON * sign(i));
+            }
+            for (i, (moved, v)) in self.y_dot.iter_mut().zip(y_dot).enumerate() {
+                *moved = v * (1.0 - f64::EPSILON * sign(i));
             }
             let (t, change) = (step.t * (1.0 + f64::EPSILON), &mut self.change);
             evaluate(problem, t, &self.y, &self.y_dot, change, counters)?;

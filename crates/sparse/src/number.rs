@@ -1,6 +1,6 @@
 //! The numbers a Newton matrix is made of: real for BDF, complex for Radau IIA.
 
-use std::ops::{AddAssign, Mul, SubAssign};
+use std::ops::{AddAssign, Mul, MulAssign, SubAssign};
 
 use faer::traits::ComplexField;
 use num_complex::{Complex64, ComplexFloat};
@@ -27,6 +27,7 @@ pub trait Number:
     + Sync
     + Mul<f64, Output = Self>
     + AddAssign
+    + MulAssign
     + SubAssign
     + std::fmt::Debug
 {

@@ -241,7 +241,13 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
     };
     let set_of_runs = [&set[..], &[probe]].concat();
     let load = |row: &Row| Scene::built_in(&row.scene(), &set_of_runs);
-    let scenes: Vec<Scene> = rows.iter().map(load).collect::<Result<_, _>>()?;
+    let scenes = rows.iter().map(load).collect::<Result<Vec<Scene>, _>>();
+    let scenes = match &args.mesh {
+        Some(mesh) => {
+            scenes.with_context(|| format!("cannot run Table 2 on {}", mesh.display()))?
+        }
+        None => scenes?,
+    };
     let temporary = tempfile::tempdir().context("cannot make a folder for the runs")?;
     let folder = args.out.as_deref().unwrap_or(temporary.path());
     let runs = compute_all(args, &rows, &scenes, folder)?;

@@ -83,5 +83,5 @@ fn at_rest(muscle: &Muscle, formulation: Formulation) -> Result<MuscleDae, Model
         Formulation::Displacement => formulation,
         _ => Formulation::Position,
     };
-    Ok(MuscleDae::new(muscle, formulation)?)
+    MuscleDae::new(muscle, formulation)
 }

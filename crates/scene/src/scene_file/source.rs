@@ -79,7 +79,7 @@ impl Source {
         })?;
         let value = match (text.trim(), DeValue::parse(text.trim())) {
             ("", _) => Value::Null,
-            (_, Ok(value)) => self.convert(value.get_ref(), &place)?,
+            (_, Ok(value)) => self.convert(value.get_ref(), &|| place.clone())?,
             (text, Err(_)) => Value::String(text.to_owned()),
         };
         let mut target = &mut self.value;
@@ -181,13 +181,18 @@ impl Source {
                 .enumerate()
                 .map(|(i, value)| self.spanned(value, None, &entry(path, i)))
                 .collect(),
-            scalar => self.convert(scalar, &self.locate(&value.span())),
+            scalar => self.convert(scalar, &|| self.locate(&value.span())),
         }
     }
 
-    /// A value without places for its parts; `place` is where it stands, for messages.
-    fn convert(&self, value: &DeValue<'_>, place: &str) -> Result<Value, InputError> {
-        let fail = |message: &str, found: &str| InputError::new(message).at(place).found(found);
+    /// A value without places for its parts; `place` is where it stands, asked for by messages
+    /// alone, since it counts lines.
+    fn convert(
+        &self,
+        value: &DeValue<'_>,
+        place: &dyn Fn() -> String,
+    ) -> Result<Value, InputError> {
+        let fail = |message: &str, found: &str| InputError::new(message).at(place()).found(found);
         Ok(match value {
             DeValue::String(text) => Value::String(text.to_string()),
             DeValue::Boolean(flag) => Value::Bool(*flag),

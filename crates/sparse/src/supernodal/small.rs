@@ -104,7 +104,7 @@ fn solve_upper_columns<T: Number, const N: usize>(y: &mut [T], panel: &[T], m: u
     let (above, pivots) = y[..p + N].split_at_mut(p);
     let mut x: [T; N] = from_fn(|q| pivots[q]);
     for q in (0..N).rev() {
-        x[q] = x[q] * columns[q][p + q];
+        x[q] *= columns[q][p + q];
         for i in 0..q {
             x[i] = x[i].plus_product(columns[q][p + i], -x[q]);
         }
@@ -141,7 +141,7 @@ pub(super) fn factor_panel<T: Number>(panel: &mut [T], m: usize, first: usize) -
         }
         column[j] = inverse;
         for entry in &mut column[j + 1..] {
-            *entry = *entry * inverse;
+            *entry *= inverse;
         }
     }
     true
@@ -213,7 +213,7 @@ pub(super) struct Block {
 #[inline(always)]
 pub(super) fn minus_outer<T: Number>(s: &mut [T], block: Block, a: &[T], b: &[T], n: usize) {
     let Block { rows, columns, .. } = block;
-    if rows < TILE_ROWS {
+    if rows < TILE_ROWS || columns < TILE_COLUMNS {
         s.fill(T::zero());
         for (j, column) in s.chunks_exact_mut(rows).enumerate() {
             for p in 0..n {
