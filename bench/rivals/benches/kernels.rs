@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use myovib_dae::Problem;
-use myovib_sparse::supernodal::Supernodal;
 use myovib_fem::Mesh;
 use myovib_model::linear::{Condensation, Condensed, LinearWork};
 use myovib_model::{Field, Formulation, MuscleDae, Settings, ida, paper, run, start_at_rest};
+use myovib_sparse::supernodal::Supernodal;
 
 /// Rows 1, 2m, 3m and (31): κ, β and what the error test leaves out.
 const ROWS: [(&str, Formulation, f64, f64, &[Field]); 4] = [
@@ -39,7 +39,11 @@ const ROWS: [(&str, Formulation, f64, f64, &[Field]); 4] = [
 ];
 
 fn dae(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
-    let mesh = Mesh::parse_msh(include_str!("../../data/meshes/muscle.msh"), "muscle.msh").unwrap();
+    let mesh = Mesh::parse_msh(
+        include_str!("../../../data/meshes/muscle.msh"),
+        "muscle.msh",
+    )
+    .unwrap();
     MuscleDae::new(paper::muscle(&mesh, kappa, beta).unwrap(), formulation).unwrap()
 }
 

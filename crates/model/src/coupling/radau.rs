@@ -18,7 +18,7 @@ pub type SystemMatrices<B> = Box<dyn myovib_dae::LinearSolver<CoupledDae<B>>>;
 
 impl<B: Body> RadauIntegrator<CoupledDae<B>, SystemMatrices<B>> {
     /// Starts a coupled system at t = 0 from `y`, the body at rest, as
-    /// [`IdaIntegrator::coupled`] does.
+    /// IDAS does.
     ///
     /// # Errors
     /// [`ModelError::Radau`] for options Radau IIA does not take, [`ModelError::Integrator`] when
@@ -73,7 +73,7 @@ impl<B: Body> RadauIntegrator<CoupledDae<B>, SystemMatrices<B>> {
 
 impl RadauIntegrator<FeedbackDae, KluMatrices> {
     /// Starts a muscle with feedback from a state with consistent derivatives, over the times
-    /// `[start, end]`, as [`IdaIntegrator::feedback_at`] does.
+    /// `[start, end]`, as IDAS does.
     ///
     /// # Errors
     /// [`ModelError::Radau`] for options Radau IIA does not take.

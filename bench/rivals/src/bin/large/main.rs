@@ -17,10 +17,10 @@ use myovib_sparse::{Elimination, Kind, LinearWork, Number, SparseSystem, Structu
 use num_complex::Complex64;
 use solid::Solid;
 
-#[cfg(not(feature = "mumps"))]
-use myovib_sparse::Number as Rival;
 #[cfg(feature = "mumps")]
 use mumps::Rival;
+#[cfg(not(feature = "mumps"))]
+use myovib_sparse::Number as Rival;
 
 /// Cubes; b: compact, s: a shell of two layers; thousands of unknowns.
 const CASES: [(&str, [usize; 3]); 7] = [
@@ -38,11 +38,19 @@ const C: f64 = 1.5e3;
 
 fn main() -> Result<()> {
     let (mut threads, mut rival, mut repeats) = (1, false, 3);
-    println!("| case | n | solver | threads | factor: CPU s | wall s | solve: CPU s | MB | backward error |");
+    println!(
+        "| case | n | solver | threads | factor: CPU s | wall s | solve: CPU s | MB | backward error |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|");
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
-        let mut number = || arguments.next().context("a number")?.parse().context("a number");
+        let mut number = || {
+            arguments
+                .next()
+                .context("a number")?
+                .parse()
+                .context("a number")
+        };
         match argument.as_str() {
             "--threads" => threads = number()?,
             "--repeats" => repeats = number()?,
@@ -58,7 +66,14 @@ fn main() -> Result<()> {
                     true => Kind::General,
                     false => Kind::Symmetric,
                 };
-                let run = Run { case, solid: &solid, kind, threads, repeats, rival };
+                let run = Run {
+                    case,
+                    solid: &solid,
+                    kind,
+                    threads,
+                    repeats,
+                    rival,
+                };
                 match kinds.contains(&"complex") {
                     true => run.all(Complex64::new(C, 0.7 * C))?,
                     false => run.all(C)?,
@@ -92,7 +107,10 @@ impl Run<'_> {
 
     fn ours<T: Number>(&self, values: &[T]) -> Result<()> {
         let pattern = &self.solid.pattern;
-        let structure = Structure { kind: self.kind, ..Structure::default() };
+        let structure = Structure {
+            kind: self.kind,
+            ..Structure::default()
+        };
         let start = Instant::now();
         let elimination = Elimination::new(pattern, structure, KluOptions::default())?;
         let elimination = Arc::new(elimination.in_threads(self.threads)?);
@@ -112,7 +130,13 @@ impl Run<'_> {
             let mut x = self.rhs::<T>();
             least(&mut solve, || system.solve(&mut x, &mut work))?;
         }
-        self.line("ours", factor, solve, prediction.bytes, backward_error(self.solid, values, &self.rhs(), &x));
+        self.line(
+            "ours",
+            factor,
+            solve,
+            prediction.bytes,
+            backward_error(self.solid, values, &self.rhs(), &x),
+        );
         let fronts = elimination.analysis().supernodes();
         println!(
             "  analysis {analysis:.2} s, {:.1}e6 entries, {:.2}e9 flops, {} supernodes, peak {} MB",
@@ -145,7 +169,13 @@ impl Run<'_> {
             .expect("asserted inside");
         }
         let bytes = system.n_bytes();
-        self.line("MUMPS", factor, solve, bytes, backward_error(self.solid, values, &self.rhs(), &x));
+        self.line(
+            "MUMPS",
+            factor,
+            solve,
+            bytes,
+            backward_error(self.solid, values, &self.rhs(), &x),
+        );
         println!("  delayed pivots: {}", system.delayed());
     }
 
@@ -187,7 +217,13 @@ fn backward_error<T: Number>(solid: &Solid, values: &[T], b: &[T], x: &[T]) -> f
         scale[row] += a.abs() * x[column].abs();
     }
     let ratios = residual.iter().zip(&scale).map(|(r, s)| r.abs() / s);
-    ratios.fold(0.0, |max, ratio| if ratio.is_nan() { f64::INFINITY } else { f64::max(max, ratio) })
+    ratios.fold(0.0, |max, ratio| {
+        if ratio.is_nan() {
+            f64::INFINITY
+        } else {
+            f64::max(max, ratio)
+        }
+    })
 }
 
 /// The peak of the process so far; of Linux only.

@@ -9,7 +9,8 @@ use num_complex::Complex64;
 /// The functions of `mumps.c` for one kind of number.
 pub struct Functions<T> {
     size: unsafe extern "C" fn() -> usize,
-    begin: unsafe extern "C" fn(*mut u64, c_int, c_int, i64, *mut c_int, *mut c_int, *mut T) -> c_int,
+    begin:
+        unsafe extern "C" fn(*mut u64, c_int, c_int, i64, *mut c_int, *mut c_int, *mut T) -> c_int,
     factor: unsafe extern "C" fn(*mut u64) -> c_int,
     solve: unsafe extern "C" fn(*mut u64, *mut T) -> c_int,
     memory: unsafe extern "C" fn(*mut u64) -> c_int,
@@ -116,7 +117,13 @@ impl<T: Rival> Mumps<T> {
             )
         };
         assert_eq!(status, 0, "MUMPS analyses");
-        Self { run, n, _rows: rows, _columns: columns, _values: own }
+        Self {
+            run,
+            n,
+            _rows: rows,
+            _columns: columns,
+            _values: own,
+        }
     }
 
     pub fn factor(&mut self) {

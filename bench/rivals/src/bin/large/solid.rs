@@ -13,7 +13,14 @@ const RHO: f64 = 1.06e3;
 const H: f64 = 2e-3;
 
 /// The six tetrahedra of a cube around its diagonal: the order in which the axes are gone along.
-const PATHS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+const PATHS: [[usize; 3]; 6] = [
+    [0, 1, 2],
+    [0, 2, 1],
+    [1, 0, 2],
+    [1, 2, 0],
+    [2, 0, 1],
+    [2, 1, 0],
+];
 /// The edges of a tetrahedron, whose midpoints are nodes.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 /// Degree 2 in barycentric coordinates.
@@ -110,7 +117,11 @@ impl Solid {
                 }
             }
         }
-        Self { pattern, mass, stiffness }
+        Self {
+            pattern,
+            mass,
+            stiffness,
+        }
     }
 
     /// c² M + K with its border.
@@ -135,7 +146,11 @@ impl Local {
         let edge = |i: usize| -> [f64; 3] { std::array::from_fn(|d| at[i][d] - at[0][d]) };
         let [a, b, c] = [edge(1), edge(2), edge(3)];
         let cross = |a: [f64; 3], b: [f64; 3]| {
-            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+            [
+                a[1] * b[2] - a[2] * b[1],
+                a[2] * b[0] - a[0] * b[2],
+                a[0] * b[1] - a[1] * b[0],
+            ]
         };
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let det = dot(a, cross(b, c));
@@ -157,7 +172,9 @@ impl Local {
         // φ = Σ coefficient · monomial of degree 2 in barycentric coordinates.
         let monomials = |i: usize| -> Vec<(f64, [usize; 2])> {
             match i {
-                0..4 => (0..4).map(|k| (if k == i { 1.0 } else { -1.0 }, [i, k])).collect(),
+                0..4 => (0..4)
+                    .map(|k| (if k == i { 1.0 } else { -1.0 }, [i, k]))
+                    .collect(),
                 _ => vec![(4.0, EDGES[i - 4])],
             }
         };
@@ -177,7 +194,11 @@ impl Local {
                 sum
             })
         });
-        Self { volume, gradients, products }
+        Self {
+            volume,
+            gradients,
+            products,
+        }
     }
 
     fn mass(&self, i: usize, j: usize) -> f64 {
@@ -188,19 +209,22 @@ impl Local {
     }
 
     fn stiffness(&self, i: usize, j: usize) -> f64 {
-        let at_points = |value: &dyn Fn(usize) -> f64| {
-            0.25 * self.volume * (0..4).map(value).sum::<f64>()
-        };
+        let at_points =
+            |value: &dyn Fn(usize) -> f64| 0.25 * self.volume * (0..4).map(value).sum::<f64>();
         match (i < 30, j < 30) {
             (true, true) => at_points(&|p| {
                 let (g, h) = (self.gradients[p][i / 3], self.gradients[p][j / 3]);
                 let (a, b) = (i % 3, j % 3);
-                let inner = if a == b { g[0] * h[0] + g[1] * h[1] + g[2] * h[2] } else { 0.0 };
+                let inner = if a == b {
+                    g[0] * h[0] + g[1] * h[1] + g[2] * h[2]
+                } else {
+                    0.0
+                };
                 MU * (inner + g[b] * h[a])
             }),
-            (true, false) => at_points(&|p| {
-                -POINT[usize::from(j - 30 != p)] * self.gradients[p][i / 3][i % 3]
-            }),
+            (true, false) => {
+                at_points(&|p| -POINT[usize::from(j - 30 != p)] * self.gradients[p][i / 3][i % 3])
+            }
             (false, true) => self.stiffness(j, i),
             (false, false) => 0.0,
         }
