@@ -67,7 +67,7 @@ fn a_torn_end_is_cut_with_a_word_and_the_drift_goes_on() {
     let run = myovib_in(folder.path(), &SHORT);
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert!(
-        run.stderr.contains("torn end of 11 bytes is cut"),
+        run.stderr.contains("torn end of 10 bytes is cut"),
         "{}",
         run.stderr
     );
