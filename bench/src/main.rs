@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod bench;
+mod pages;
 mod stress;
 
 use std::process::ExitCode;
@@ -11,6 +12,7 @@ use clap::{Parser, Subcommand};
 use myovib_cli::exit::Exit;
 
 use bench::BenchArgs;
+use pages::PagesArgs;
 use stress::StressArgs;
 
 /// Measurements of myovib's integrators.
@@ -27,6 +29,7 @@ enum Command {
     Bench(BenchArgs),
     /// Run the matrix of formulations, parameters and settings, and see where each breaks.
     Stress(StressArgs),
+    Pages(PagesArgs),
 }
 
 impl Command {
@@ -34,6 +37,7 @@ impl Command {
         match self {
             Self::Bench(args) => bench::run(args),
             Self::Stress(args) => stress::run(args),
+            Self::Pages(args) => pages::run(args),
         }
     }
 }
