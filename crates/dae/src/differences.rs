@@ -11,7 +11,7 @@ use crate::problem::{Problem, StepError};
 /// Unknown j is moved by
 ///
 /// ```text
-/// δ_j = √ε max(|y_j|, |h ẏ_j|, 1/w_j), in the direction of h ẏ_j,
+/// δ_j = max(√ε |y_j|, √ε |h ẏ_j|, 1/w_j), in the direction of h ẏ_j,
 /// ```
 ///
 /// as IDA moves it for its own dense and banded Jacobians (SUNDIALS, IDALS). For a ∂F/∂y + b ∂F/∂ẏ,
@@ -86,6 +86,6 @@ impl Differences {
 /// δ_j, with its sign.
 fn displacement(at: &Linearization<'_>, j: usize) -> f64 {
     let motion = at.step * at.y_dot[j];
-    let size = at.y[j].abs().max(motion.abs()).max(1.0 / at.weights[j]);
-    (f64::EPSILON.sqrt() * size).copysign(motion)
+    let size = f64::EPSILON.sqrt() * at.y[j].abs().max(motion.abs());
+    size.max(1.0 / at.weights[j]).copysign(motion)
 }

@@ -140,7 +140,7 @@ pub fn kinds_at<P: Problem + ?Sized>(
     let mut jacobian = Jacobian::of(problem);
     // Differences over a unit of each variable at least: no coefficient is lost in rounding that
     // is not lost in the residual itself.
-    let weights = vec![f64::EPSILON.sqrt(); y.len()];
+    let weights = vec![f64::EPSILON.sqrt().recip(); y.len()];
     let at = Linearization {
         t,
         y,
@@ -156,4 +156,52 @@ pub fn kinds_at<P: Problem + ?Sized>(
         false => VariableKind::Differential,
     };
     Ok(offsets.windows(2).map(kind).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ẏ0 + y0 = 0 and y0 + y1 − 1 = 0.
+    struct Sum;
+
+    impl Problem for Sum {
+        fn n_unknowns(&self) -> usize {
+            2
+        }
+
+        fn residual(
+            &mut self,
+            _t: f64,
+            y: &[f64],
+            y_dot: &[f64],
+            residual: &mut [f64],
+        ) -> Result<(), StepError> {
+            residual[0] = y_dot[0] + y[0];
+            residual[1] = y[0] + y[1] - 1.0;
+            Ok(())
+        }
+    }
+
+    /// A variable that is zero, with its derivative, beside one of order one: moved by √ε of its
+    /// tolerance it would be lost in the sum, and its column zero.
+    #[test]
+    fn a_variable_at_zero_moves_by_what_its_tolerance_allows() {
+        let mut jacobian = Jacobian::of(&Sum);
+        let at = Linearization {
+            t: 0.0,
+            y: &[1.0, 0.0],
+            y_dot: &[-1.0, 0.0],
+            step: 1e-6,
+            weights: &[1e6, 1e10],
+        };
+        let mut values = [0.0; 4];
+        jacobian
+            .combined(&mut Sum, &at, (1.0, 0.0), &mut values)
+            .unwrap();
+        // Columns. Rounding of the sum, ε, over the smallest increment, 1e-10.
+        for (found, exact) in values.iter().zip([1.0, 1.0, 0.0, 1.0]) {
+            assert!((found - exact).abs() < 1e-5, "{values:?}");
+        }
+    }
 }
