@@ -1,0 +1,34 @@
+//! Derivatives by central differences.
+
+use nalgebra::DMatrix;
+
+use crate::model::{Failed, Model};
+
+/// Central differences with the step ∛ε · max(|p|, scale): truncation and rounding, both about
+/// ε^(2/3), in balance.
+pub(crate) fn central<M: Model + ?Sized>(
+    model: &mut M,
+    p: &[f64],
+    scale: &[f64],
+    out: &mut DMatrix<f64>,
+) -> Result<(), Failed> {
+    let mut at = p.to_vec();
+    let mut sides = [vec![0.0; out.nrows()], vec![0.0; out.nrows()]];
+    for j in 0..p.len() {
+        let wanted = f64::EPSILON.cbrt() * p[j].abs().max(scale[j]);
+        let (above, below) = (p[j] + wanted, p[j] - wanted);
+        for (side, value) in sides.iter_mut().zip([above, below]) {
+            at[j] = value;
+            model.residuals(&at, side)?;
+        }
+        at[j] = p[j];
+        for (entry, (plus, minus)) in out
+            .column_mut(j)
+            .iter_mut()
+            .zip(sides[0].iter().zip(&sides[1]))
+        {
+            *entry = (plus - minus) / (above - below);
+        }
+    }
+    Ok(())
+}

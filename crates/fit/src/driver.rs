@@ -1,0 +1,370 @@
+//! The Levenberg–Marquardt iteration with bounds.
+
+use std::ops::ControlFlow;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::error::FitError;
+use crate::loss::Loss;
+use crate::model::Model;
+use crate::parameter::Parameter;
+use crate::result::{Ended, Fit, Iteration};
+use crate::trust_region::Linearised;
+
+/// Settings of a fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// The fit is converged when a step changes no parameter by more than this fraction of its
+    /// size, or when the residuals are orthogonal to all derivatives to this cosine; 1e-8 by
+    /// default.
+    pub tolerance: f64,
+    /// Most evaluations of the Jacobian; 100 by default.
+    pub max_iterations: usize,
+    /// How much a residual counts; least squares by default.
+    pub loss: Loss,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-8,
+            max_iterations: 100,
+            loss: Loss::Squares,
+        }
+    }
+}
+
+impl Options {
+    fn check(&self) -> Result<(), FitError> {
+        let refuse = |option, value, expected| {
+            Err(FitError::Option {
+                option,
+                value,
+                expected,
+            })
+        };
+        if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
+            return refuse("tolerance", self.tolerance, "in (0, 1)");
+        }
+        match self.loss.delta() {
+            Some(delta) if !(delta > 0.0 && delta.is_finite()) => {
+                refuse("delta of the loss", delta, "positive and finite")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Fits the parameters.
+///
+/// # Errors
+/// [`FitError`] for what makes no sense, and a model that fails at the start. A fit that does not
+/// converge is a [`Fit`] that says so.
+pub fn fit(
+    model: &mut dyn Model,
+    parameters: &[Parameter],
+    options: &Options,
+) -> Result<Fit, FitError> {
+    fit_observed(model, parameters, options, &mut |_| {
+        ControlFlow::Continue(())
+    })
+}
+
+/// Fits the parameters and shows each iteration to `observe`, which may end the fit.
+///
+/// # Errors
+/// As for [`fit`].
+pub fn fit_observed(
+    model: &mut dyn Model,
+    parameters: &[Parameter],
+    options: &Options,
+    observe: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
+) -> Result<Fit, FitError> {
+    options.check()?;
+    parameters.iter().try_for_each(Parameter::check)?;
+    let (m, n) = (model.n_residuals(), parameters.len());
+    if n == 0 || m < n {
+        return Err(FitError::TooFewMeasurements {
+            n_residuals: m,
+            n_parameters: n,
+        });
+    }
+    let mut search = Search::new(model, parameters, options)?;
+    let ended = search.run(observe)?;
+    Ok(search.into_fit(ended))
+}
+
+/// Shrinks the trust region below this quality of prediction, grows it above the other (Moré).
+const POOR: f64 = 0.25;
+const GOOD: f64 = 0.75;
+
+/// Changes of the cost below this fraction of it may be rounding: residuals are differences of
+/// larger numbers, how much larger is not known here. To the statistics they are nothing.
+const NOISE: f64 = 1e-10;
+
+struct Search<'a> {
+    model: &'a mut dyn Model,
+    parameters: &'a [Parameter],
+    options: &'a Options,
+    p: Vec<f64>,
+    residuals: Vec<f64>,
+    cost: f64,
+    jacobian: DMatrix<f64>,
+    /// D: the largest norm each column of the Jacobian has had.
+    diagonal: Vec<f64>,
+    radius: f64,
+    /// Length of the last step whose reduction of the cost was below rounding.
+    last_blind: f64,
+    evaluations: usize,
+    history: Vec<Iteration>,
+}
+
+impl<'a> Search<'a> {
+    fn new(
+        model: &'a mut dyn Model,
+        parameters: &'a [Parameter],
+        options: &'a Options,
+    ) -> Result<Self, FitError> {
+        let (m, n) = (model.n_residuals(), parameters.len());
+        let p: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+        let mut search = Self {
+            model,
+            parameters,
+            options,
+            residuals: vec![0.0; m],
+            cost: 0.0,
+            jacobian: DMatrix::zeros(m, n),
+            diagonal: vec![0.0; n],
+            radius: 0.0,
+            last_blind: f64::INFINITY,
+            evaluations: 0,
+            history: Vec::new(),
+            p,
+        };
+        let start = search.p.clone();
+        let (residuals, cost) = search.evaluate(&start).map_err(FitError::Start)?;
+        (search.residuals, search.cost) = (residuals, cost);
+        Ok(search)
+    }
+
+    /// The residuals at `p` and their cost.
+    fn evaluate(&mut self, p: &[f64]) -> Result<(Vec<f64>, f64), String> {
+        let mut residuals = vec![0.0; self.residuals.len()];
+        self.evaluations += 1;
+        self.model
+            .residuals(p, &mut residuals)
+            .map_err(|failed| failed.0)?;
+        match residuals.iter().position(|r| !r.is_finite()) {
+            Some(i) => Err(format!("residual {i} is {}", residuals[i])),
+            None => {
+                let cost = 0.5
+                    * residuals
+                        .iter()
+                        .map(|&r| self.options.loss.value(r))
+                        .sum::<f64>();
+                Ok((residuals, cost))
+            }
+        }
+    }
+
+    fn linearise(&mut self) -> Result<(), String> {
+        let scale: Vec<f64> = self.parameters.iter().map(|p| p.scale).collect();
+        self.model
+            .jacobian(&self.p, &scale, &mut self.jacobian)
+            .map_err(|failed| failed.0)?;
+        if self.jacobian.iter().any(|entry| !entry.is_finite()) {
+            return Err("a derivative is not finite".into());
+        }
+        Ok(())
+    }
+
+    fn run(
+        &mut self,
+        observe: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
+    ) -> Result<Ended, FitError> {
+        for iteration in 0..self.options.max_iterations {
+            if let Err(message) = self.linearise() {
+                return match iteration {
+                    0 => Err(FitError::Start(message)),
+                    _ => Ok(Ended::Failed(message)),
+                };
+            }
+            let entry = Iteration {
+                cost: self.cost,
+                values: self.p.clone(),
+                evaluations: self.evaluations,
+            };
+            let go_on = observe(&entry);
+            self.history.push(entry);
+            if go_on.is_break() {
+                return Ok(Ended::Interrupted);
+            }
+            if let Some(ended) = self.improve() {
+                return Ok(ended);
+            }
+        }
+        Ok(Ended::MaxIterations)
+    }
+
+    /// Takes steps with this Jacobian until one lowers the cost.
+    fn improve(&mut self) -> Option<Ended> {
+        let (linear, free, orthogonality) = self.linear_problem();
+        if free.is_empty() || orthogonality <= self.options.tolerance * 1e-3 || self.cost == 0.0 {
+            return Some(Ended::Converged);
+        }
+        loop {
+            let (x, predicted) = linear.step(self.radius);
+            let (trial, moved) = self.trial(&free, &x);
+            let small = self.is_small(&trial);
+            let outcome = self.evaluate(&trial);
+            if predicted <= NOISE * self.cost {
+                return self.blind_step(trial, outcome, moved, small);
+            }
+            let reduction = outcome
+                .as_ref()
+                .map_or(f64::NAN, |(_, cost)| self.cost - cost);
+            let quality = reduction / predicted;
+            // NaN: the model failed; the step is too long.
+            if quality < POOR || quality.is_nan() {
+                self.radius = 0.25 * self.radius.min(moved);
+            } else if quality >= GOOD {
+                self.radius = self.radius.max(2.0 * moved);
+            }
+            if let Ok((residuals, cost)) = outcome
+                && cost < self.cost
+            {
+                (self.p, self.residuals, self.cost) = (trial, residuals, cost);
+                return (small && quality > POOR).then_some(Ended::Converged);
+            }
+            if small {
+                return Some(Ended::Converged);
+            }
+        }
+    }
+
+    /// A step whose reduction of the cost drowns in rounding: the cost, which is flat there, knows
+    /// half the digits of the parameters. The others come as long as the steps shrink.
+    fn blind_step(
+        &mut self,
+        trial: Vec<f64>,
+        outcome: Result<(Vec<f64>, f64), String>,
+        moved: f64,
+        small: bool,
+    ) -> Option<Ended> {
+        let shrinks = moved < 0.9 * self.last_blind;
+        match outcome {
+            Ok((residuals, cost)) if shrinks && cost <= (1.0 + NOISE) * self.cost => {
+                self.last_blind = moved;
+                (self.p, self.residuals, self.cost) = (trial, residuals, cost);
+                small.then_some(Ended::Converged)
+            }
+            _ => Some(Ended::Converged),
+        }
+    }
+
+    /// The linearised problem in the parameters not held by a bound, which these are, and the
+    /// largest cosine between the residuals and a derivative.
+    fn linear_problem(&mut self) -> (Linearised, Vec<usize>, f64) {
+        let weights: Vec<f64> = self
+            .residuals
+            .iter()
+            .map(|&r| self.options.loss.weight(r))
+            .collect();
+        let residuals = DVector::from_iterator(
+            weights.len(),
+            self.residuals.iter().zip(&weights).map(|(r, w)| r * w),
+        );
+        let weighted = |j: usize| {
+            let column = self.jacobian.column(j);
+            DVector::from_iterator(
+                weights.len(),
+                column.iter().zip(&weights).map(|(d, w)| d * w),
+            )
+        };
+        let (mut free, mut columns, mut cosine) = (Vec::new(), Vec::new(), 0.0_f64);
+        let length = residuals.norm();
+        for (j, parameter) in self.parameters.iter().enumerate() {
+            let column = weighted(j);
+            let norm = column.norm();
+            let slope = column.dot(&residuals);
+            let held = (self.p[j] <= parameter.low && slope > 0.0)
+                || (self.p[j] >= parameter.high && slope < 0.0);
+            self.diagonal[j] = self.diagonal[j].max(norm);
+            if held || norm == 0.0 {
+                continue;
+            }
+            if length > 0.0 {
+                cosine = cosine.max(slope.abs() / (norm * length));
+            }
+            free.push(j);
+            columns.push(column / self.diagonal[j]);
+        }
+        if self.radius == 0.0 {
+            let size: f64 = free
+                .iter()
+                .map(|&j| (self.diagonal[j] * self.p[j]).powi(2))
+                .sum();
+            self.radius = if size > 0.0 {
+                100.0 * size.sqrt()
+            } else {
+                100.0
+            };
+        }
+        let scaled = match columns.is_empty() {
+            true => DMatrix::zeros(residuals.len(), 1),
+            false => DMatrix::from_columns(&columns),
+        };
+        (Linearised::new(scaled, &residuals), free, cosine)
+    }
+
+    /// The parameters after the scaled step `x`, cut at the bounds, and the scaled length moved.
+    fn trial(&self, free: &[usize], x: &DVector<f64>) -> (Vec<f64>, f64) {
+        let mut trial = self.p.clone();
+        let mut square = 0.0;
+        for (&j, x) in free.iter().zip(x.iter()) {
+            let Parameter { low, high, .. } = self.parameters[j];
+            trial[j] = (self.p[j] + x / self.diagonal[j]).clamp(low, high);
+            square += (self.diagonal[j] * (trial[j] - self.p[j])).powi(2);
+        }
+        (trial, square.sqrt())
+    }
+
+    /// Whether the step to `trial` changes no parameter that counts.
+    fn is_small(&self, trial: &[f64]) -> bool {
+        let tolerance = self.options.tolerance;
+        let mut changes = self.p.iter().zip(trial).zip(self.parameters);
+        changes.all(|((a, b), parameter)| {
+            (a - b).abs() <= tolerance * a.abs().max(1e-3 * tolerance * parameter.scale)
+        })
+    }
+
+    fn into_fit(self, ended: Ended) -> Fit {
+        let mut model_jacobian = self.jacobian;
+        let scale: Vec<f64> = self.parameters.iter().map(|p| p.scale).collect();
+        // The derivatives at the end, not those of the iteration before; kept if they fail there.
+        let mut last = model_jacobian.clone();
+        if self.model.jacobian(&self.p, &scale, &mut last).is_ok()
+            && last.iter().all(|entry| entry.is_finite())
+        {
+            model_jacobian = last;
+        }
+        let held = self
+            .parameters
+            .iter()
+            .zip(&self.p)
+            .map(|(parameter, &p)| p <= parameter.low || p >= parameter.high)
+            .collect();
+        Fit {
+            names: self.parameters.iter().map(|p| p.name.clone()).collect(),
+            values: self.p,
+            at_bound: held,
+            cost: self.cost,
+            residuals: self.residuals,
+            jacobian: model_jacobian,
+            ended,
+            history: self.history,
+            evaluations: self.evaluations,
+            loss: self.options.loss,
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! Weighted nonlinear least squares with bounds, and how far its result can be trusted.
+//!
+//! # Cast of types
+//! - [`Model`]: what you write: residuals as a function of parameters, and their derivatives if
+//!   you have them.
+//! - [`Parameter`]: name, start, scale and bounds.
+//! - [`fit`] takes both with [`Options`] and gives a [`Fit`]: values, cost, history, and
+//!   [how it ended](Ended).
+//! - [`Uncertainty`]: standard errors, intervals and correlations, from the Jacobian at the end.
+//! - [`Identifiability`]: the combinations of parameters that the data cannot tell.
+//! - [`profile`](fn@profile): intervals by profile likelihood, where the linear ones do not do.
+//! - [`fit_from_several_starts`]: the best of several fits.
+//!
+//! # Examples
+//! A decay y = a exp(−k t), measured at four times:
+//! ```
+//! use myovib_fit::{Failed, Model, Options, Parameter, fit};
+//!
+//! struct Decay;
+//! const DATA: [(f64, f64); 4] = [(0.0, 2.0), (1.0, 1.2), (2.0, 0.75), (3.0, 0.44)];
+//!
+//! impl Model for Decay {
+//!     fn n_residuals(&self) -> usize {
+//!         DATA.len()
+//!     }
+//!     fn residuals(&mut self, p: &[f64], out: &mut [f64]) -> Result<(), Failed> {
+//!         for (out, (t, y)) in out.iter_mut().zip(DATA) {
+//!             *out = p[0] * (-p[1] * t).exp() - y;
+//!         }
+//!         Ok(())
+//!     }
+//! }
+//!
+//! let start = [Parameter::new("a", 1.0), Parameter::new("k", 1.0).within(0.0, 10.0)];
+//! let fitted = fit(&mut Decay, &start, &Options::default())?;
+//! let [low, high] = fitted.uncertainty()?.intervals(0.95)[1];
+//! assert!(low < 0.5 && 0.5 < high);
+//! # Ok::<(), myovib_fit::FitError>(())
+//! ```
+//!
+//! # References
+//! - J. J. Moré, The Levenberg–Marquardt algorithm: implementation and theory, Lecture Notes in
+//!   Mathematics 630 (1978) 105–116.
+//! - D. M. Bates, D. G. Watts, *Nonlinear Regression Analysis and Its Applications*, Wiley 1988
+//!   (intervals, profiles).
+#![forbid(unsafe_code)]
+
+mod differences;
+mod driver;
+mod error;
+mod identifiability;
+mod loss;
+mod model;
+mod parameter;
+mod profile;
+mod result;
+mod starts;
+mod trust_region;
+mod uncertainty;
+
+pub use driver::{Options, fit, fit_observed};
+pub use error::FitError;
+pub use identifiability::{Direction, Identifiability};
+pub use loss::Loss;
+pub use model::{Failed, Model};
+pub use parameter::Parameter;
+pub use profile::{Profile, ProfilePoint, profile};
+pub use result::{Ended, Fit, Iteration};
+pub use starts::fit_from_several_starts;
+pub use uncertainty::Uncertainty;

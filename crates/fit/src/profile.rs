@@ -1,0 +1,226 @@
+//! Intervals by profile likelihood: one parameter is moved, all others are fitted again.
+
+use nalgebra::DMatrix;
+
+use crate::driver::{Options, fit};
+use crate::error::FitError;
+use crate::model::{Failed, Model};
+use crate::parameter::Parameter;
+use crate::result::Fit;
+use crate::uncertainty::student_quantile;
+
+/// A point of a profile.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProfilePoint {
+    /// The value of the parameter.
+    pub value: f64,
+    /// The least cost with the parameter held there.
+    pub cost: f64,
+}
+
+/// The profile of one parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    /// The points computed, by value.
+    pub points: Vec<ProfilePoint>,
+    /// The interval; an end is `None` if the cost does not rise enough on that side: the
+    /// measurements do not bound the parameter there.
+    pub interval: [Option<f64>; 2],
+}
+
+/// How far, in standard errors, a profile is followed before a side counts as open.
+const FARTHEST: f64 = 64.0;
+
+/// The profile of parameter `which` around the fit, to where the cost has risen by t² s²/2 with
+/// Student's t at `level` (Bates and Watts, 6.1.2).
+///
+/// # Errors
+/// As for [`fit`] and [`Fit::uncertainty`].
+pub fn profile(
+    model: &mut dyn Model,
+    parameters: &[Parameter],
+    fitted: &Fit,
+    which: usize,
+    level: f64,
+    options: &Options,
+) -> Result<Profile, FitError> {
+    let uncertainty = fitted.uncertainty()?;
+    let t = student_quantile(0.5 + 0.5 * level, fitted.degrees_of_freedom());
+    let limit = fitted.cost + 0.5 * t * t * uncertainty.variance;
+    let centre = fitted.values[which];
+    let error = uncertainty.standard_errors[which];
+    let unit = if error.is_finite() && error > 0.0 {
+        error
+    } else {
+        parameters[which].scale
+    };
+    let mut points = vec![ProfilePoint {
+        value: centre,
+        cost: fitted.cost,
+    }];
+    let mut interval = [None, None];
+    for (end, sign) in interval.iter_mut().zip([-1.0, 1.0]) {
+        let mut inside = ProfilePoint {
+            value: centre,
+            cost: fitted.cost,
+        };
+        let mut others = fitted.values.clone();
+        let mut distance = t;
+        while distance <= FARTHEST * t {
+            let bound = if sign < 0.0 {
+                parameters[which].low
+            } else {
+                parameters[which].high
+            };
+            let wanted = centre + sign * distance * unit;
+            let value = if sign < 0.0 {
+                wanted.max(bound)
+            } else {
+                wanted.min(bound)
+            };
+            let held = refit(model, parameters, &mut others, which, value, options)?;
+            let point = ProfilePoint { value, cost: held };
+            points.push(point);
+            if held > limit {
+                *end = Some(crossing(
+                    model,
+                    parameters,
+                    &mut others,
+                    which,
+                    options,
+                    limit,
+                    inside,
+                    point,
+                    &mut points,
+                )?);
+                break;
+            }
+            if value == bound {
+                break;
+            }
+            inside = point;
+            distance *= 2.0;
+        }
+    }
+    points.sort_by(|a, b| a.value.total_cmp(&b.value));
+    Ok(Profile { points, interval })
+}
+
+/// Where the profile crosses `limit`, to a thousandth of the bracket; √(cost) is nearly linear.
+#[allow(clippy::too_many_arguments)] // the state of a search along one parameter
+fn crossing(
+    model: &mut dyn Model,
+    parameters: &[Parameter],
+    others: &mut [f64],
+    which: usize,
+    options: &Options,
+    limit: f64,
+    mut inside: ProfilePoint,
+    mut outside: ProfilePoint,
+    points: &mut Vec<ProfilePoint>,
+) -> Result<f64, FitError> {
+    let width = (outside.value - inside.value).abs();
+    for _ in 0..20 {
+        let guess = 0.5 * (inside.value + outside.value);
+        let cost = refit(model, parameters, others, which, guess, options)?;
+        let point = ProfilePoint { value: guess, cost };
+        points.push(point);
+        if cost > limit {
+            outside = point;
+        } else {
+            inside = point;
+        }
+        if (outside.value - inside.value).abs() < 1e-3 * width {
+            break;
+        }
+    }
+    let share = (limit - inside.cost) / (outside.cost - inside.cost);
+    Ok(inside.value + share * (outside.value - inside.value))
+}
+
+/// The least cost with one parameter held; the others start from `others` and are kept there.
+fn refit(
+    model: &mut dyn Model,
+    parameters: &[Parameter],
+    others: &mut [f64],
+    which: usize,
+    value: f64,
+    options: &Options,
+) -> Result<f64, FitError> {
+    let free: Vec<_> = parameters
+        .iter()
+        .zip(others.iter())
+        .enumerate()
+        .filter(|(j, _)| *j != which)
+        .map(|(_, (parameter, &start))| Parameter {
+            start,
+            ..parameter.clone()
+        })
+        .collect();
+    let mut held = Held {
+        model,
+        which,
+        value,
+    };
+    if free.is_empty() {
+        let mut residuals = vec![0.0; held.n_residuals()];
+        held.residuals(&[], &mut residuals)
+            .map_err(|failed| FitError::Start(failed.0))?;
+        return Ok(0.5
+            * residuals
+                .iter()
+                .map(|&r| options.loss.value(r))
+                .sum::<f64>());
+    }
+    let fitted = fit(&mut held, &free, options)?;
+    let mut values = fitted.values.iter();
+    for (j, other) in others.iter_mut().enumerate() {
+        *other = if j == which {
+            value
+        } else {
+            *values.next().expect("one for each other")
+        };
+    }
+    Ok(fitted.cost)
+}
+
+/// A model with one parameter held.
+struct Held<'a> {
+    model: &'a mut dyn Model,
+    which: usize,
+    value: f64,
+}
+
+impl Held<'_> {
+    fn with_held(&self, p: &[f64], held: f64) -> Vec<f64> {
+        let mut all = p.to_vec();
+        all.insert(self.which, held);
+        all
+    }
+}
+
+impl Model for Held<'_> {
+    fn n_residuals(&self) -> usize {
+        self.model.n_residuals()
+    }
+
+    fn residuals(&mut self, p: &[f64], out: &mut [f64]) -> Result<(), Failed> {
+        self.model.residuals(&self.with_held(p, self.value), out)
+    }
+
+    fn jacobian(&mut self, p: &[f64], scale: &[f64], out: &mut DMatrix<f64>) -> Result<(), Failed> {
+        let size = if self.value == 0.0 {
+            1.0
+        } else {
+            self.value.abs()
+        };
+        let mut all = DMatrix::zeros(out.nrows(), out.ncols() + 1);
+        self.model.jacobian(
+            &self.with_held(p, self.value),
+            &self.with_held(scale, size),
+            &mut all,
+        )?;
+        out.copy_from(&all.remove_column(self.which));
+        Ok(())
+    }
+}

@@ -1,0 +1,93 @@
+//! Standard errors, intervals and correlations by the linearisation at the end of a fit.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::error::FitError;
+use crate::result::Fit;
+
+/// How well the parameters are known, if the model is nearly linear within their uncertainty.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Uncertainty {
+    /// s² = 2 cost/(measurements − parameters), the variance of the weighted residuals.
+    pub variance: f64,
+    /// Standard errors; infinite for what the data cannot tell.
+    pub standard_errors: Vec<f64>,
+    /// Correlations, n × n.
+    pub correlation: DMatrix<f64>,
+    values: Vec<f64>,
+    freedom: usize,
+}
+
+impl Uncertainty {
+    pub(crate) fn new(fit: &Fit) -> Result<Self, FitError> {
+        let freedom = fit.degrees_of_freedom();
+        if freedom == 0 {
+            return Err(FitError::NoFreedom(fit.residuals.len()));
+        }
+        let variance = 2.0 * fit.cost / freedom as f64;
+        let inverse = inverse_normal_matrix(fit.weighted_jacobian());
+        let n = fit.values.len();
+        let standard_errors: Vec<f64> = (0..n)
+            .map(|j| (variance * inverse[(j, j)]).sqrt())
+            .collect();
+        let correlation = DMatrix::from_fn(n, n, |i, j| {
+            if i == j {
+                1.0
+            } else {
+                inverse[(i, j)] / (inverse[(i, i)] * inverse[(j, j)]).sqrt()
+            }
+        });
+        Ok(Self {
+            variance,
+            standard_errors,
+            correlation,
+            values: fit.values.clone(),
+            freedom,
+        })
+    }
+
+    /// Two-sided intervals that cover the true values with probability `level`, by Student's t.
+    ///
+    /// # Panics
+    /// If `level` is not in (0, 1).
+    pub fn intervals(&self, level: f64) -> Vec<[f64; 2]> {
+        assert!(level > 0.0 && level < 1.0, "a probability");
+        let t = student_quantile(0.5 + 0.5 * level, self.freedom);
+        let around = |(value, error): (&f64, &f64)| [value - t * error, value + t * error];
+        self.values
+            .iter()
+            .zip(&self.standard_errors)
+            .map(around)
+            .collect()
+    }
+}
+
+/// The quantile of Student's t with `freedom` degrees of freedom.
+pub(crate) fn student_quantile(probability: f64, freedom: usize) -> f64 {
+    StudentsT::new(0.0, 1.0, freedom as f64)
+        .expect("a positive number of degrees of freedom")
+        .inverse_cdf(probability)
+}
+
+/// (JᵀJ)⁻¹ by the singular values of J with its columns scaled to length one; infinite where a
+/// column is zero.
+fn inverse_normal_matrix(mut jacobian: DMatrix<f64>) -> DMatrix<f64> {
+    let norms: DVector<f64> =
+        DVector::from_iterator(jacobian.ncols(), jacobian.column_iter().map(|c| c.norm()));
+    for (mut column, &norm) in jacobian.column_iter_mut().zip(norms.iter()) {
+        if norm > 0.0 {
+            column /= norm;
+        }
+    }
+    let svd = jacobian.svd(false, true);
+    let v = svd.v_t.as_ref().expect("asked for").transpose();
+    let mut scaled = v.clone();
+    for (mut column, &s) in scaled.column_iter_mut().zip(svd.singular_values.iter()) {
+        column /= s * s;
+    }
+    let inverse = scaled * v.transpose();
+    DMatrix::from_fn(norms.len(), norms.len(), |i, j| {
+        inverse[(i, j)] / (norms[i] * norms[j])
+    })
+}

@@ -1,0 +1,261 @@
+//! Bounds, profiles, losses, starts and what the data cannot tell, on problems solved by hand.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use std::ops::ControlFlow;
+
+use myovib_fit::{
+    Ended, Failed, FitError, Loss, Model, Options, Parameter, fit, fit_from_several_starts,
+    fit_observed, profile,
+};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Residuals from a function.
+struct Of<F>(usize, F);
+
+impl<F: FnMut(&[f64], &mut [f64]) -> Result<(), Failed>> Model for Of<F> {
+    fn n_residuals(&self) -> usize {
+        self.0
+    }
+
+    fn residuals(&mut self, p: &[f64], out: &mut [f64]) -> Result<(), Failed> {
+        (self.1)(p, out)
+    }
+}
+
+/// A straight line a + b x through points.
+fn line(points: &[(f64, f64)]) -> impl Model {
+    Of(points.len(), move |p: &[f64], out: &mut [f64]| {
+        for (out, (x, y)) in out.iter_mut().zip(points) {
+            *out = p[0] + p[1] * x - y;
+        }
+        Ok(())
+    })
+}
+
+fn parameters<const N: usize>(starts: [f64; N]) -> [Parameter; N] {
+    let mut k = 0;
+    starts.map(|start| {
+        k += 1;
+        Parameter::new(format!("p{k}"), start)
+    })
+}
+
+/// Draper and Smith's formulas for the line through four points, by hand: mean x 1.5, Sxx 5.
+const POINTS: [(f64, f64); 4] = [(0.0, 1.1), (1.0, 2.9), (2.0, 5.2), (3.0, 6.8)];
+
+#[test]
+fn a_straight_line_has_the_textbook_values_errors_and_correlation() {
+    let fitted = fit(
+        &mut line(&POINTS),
+        &parameters([0.0, 0.0]),
+        &Options::default(),
+    )
+    .unwrap();
+    let mean_y = 4.0;
+    let sxy: f64 = POINTS.iter().map(|(x, y)| (x - 1.5) * (y - mean_y)).sum();
+    let b = sxy / 5.0;
+    let a = mean_y - 1.5 * b;
+    let square: f64 = POINTS.iter().map(|(x, y)| (a + b * x - y).powi(2)).sum();
+    let s2 = square / 2.0;
+    // Difference quotients of a linear model are exact but for rounding, some 1e-11.
+    for (found, exact) in fitted.values.iter().zip([a, b]) {
+        assert!((found - exact).abs() < 1e-9, "{found} {exact}");
+    }
+    let u = fitted.uncertainty().unwrap();
+    let exact = [(s2 * (0.25 + 2.25 / 5.0)).sqrt(), (s2 / 5.0).sqrt()];
+    for (found, exact) in u.standard_errors.iter().zip(exact) {
+        assert!((found / exact - 1.0).abs() < 1e-8, "{found} {exact}");
+    }
+    // −x̄/√(Σx²/n)
+    assert!((u.correlation[(0, 1)] + 1.5 / 3.5_f64.sqrt()).abs() < 1e-8);
+    // t(0.975, 2) = 4.30265273 (tables).
+    let [low, high] = u.intervals(0.95)[1];
+    assert!((high - low - 2.0 * 4.302_652_73 * exact[1]).abs() < 1e-7);
+}
+
+#[test]
+fn the_profile_of_a_linear_model_is_its_linear_interval() {
+    let start = parameters([0.0, 0.0]);
+    let fitted = fit(&mut line(&POINTS), &start, &Options::default()).unwrap();
+    let linear = fitted.uncertainty().unwrap().intervals(0.95);
+    for (which, linear) in linear.iter().enumerate() {
+        let options = Options::default();
+        let profile = profile(&mut line(&POINTS), &start, &fitted, which, 0.95, &options).unwrap();
+        for (found, exact) in profile.interval.iter().zip(linear) {
+            // The crossing is interpolated linearly in a bracket of a thousandth of the width.
+            let width = linear[1] - linear[0];
+            assert!(
+                (found.unwrap() - exact).abs() < 1e-3 * width,
+                "{found:?} {exact}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_bound_holds_a_parameter_and_the_others_adapt() {
+    let [a, b] = parameters([0.0, 0.0]);
+    let fitted = fit(
+        &mut line(&POINTS),
+        &[a, b.within(0.0, 1.0)],
+        &Options::default(),
+    )
+    .unwrap();
+    assert_eq!(fitted.values[1], 1.0);
+    assert_eq!(fitted.at_bound, [false, true]);
+    // With b = 1 the best a is the mean of y − x.
+    assert!((fitted.values[0] - 2.5).abs() < 1e-9);
+    assert!(fitted.is_converged());
+}
+
+#[test]
+fn outliers_move_a_robust_fit_less() {
+    let mut points: Vec<_> = (0..20)
+        .map(|k| (f64::from(k), 1.0 + 2.0 * f64::from(k)))
+        .collect();
+    points[7].1 += 100.0;
+    let slope = |loss| {
+        let options = Options {
+            loss,
+            ..Options::default()
+        };
+        fit(&mut line(&points), &parameters([0.0, 0.0]), &options)
+            .unwrap()
+            .values[1]
+    };
+    let off = |loss| (slope(loss) - 2.0).abs();
+    assert!(off(Loss::Huber(0.1)) < 0.05 * off(Loss::Squares));
+    assert!(off(Loss::Cauchy(0.1)) < 1e-4 * off(Loss::Squares));
+}
+
+/// Only the sum of the parameters acts.
+#[test]
+fn what_the_data_cannot_tell_is_named() {
+    let mut model = Of(5, |p: &[f64], out: &mut [f64]| {
+        for (k, out) in out.iter_mut().enumerate() {
+            *out = (p[0] + p[1]) * k as f64 - 3.0 * k as f64;
+        }
+        Ok(())
+    });
+    let fitted = fit(&mut model, &parameters([1.0, 1.0]), &Options::default()).unwrap();
+    assert!((fitted.values[0] + fitted.values[1] - 3.0).abs() < 1e-7);
+    let identifiability = fitted.identifiability();
+    let unknown: Vec<_> = identifiability.unknown(1e-3).collect();
+    assert_eq!(unknown.len(), 1);
+    let [a, b] = unknown[0].shares[..] else {
+        panic!("two parameters")
+    };
+    // Along it the sum does not change: the shares are those of relative changes.
+    assert!((a * fitted.values[0] + b * fitted.values[1]).abs() < 1e-6);
+}
+
+#[test]
+fn several_starts_find_the_deeper_valley() {
+    // p⁴/4 − p²/2 + 0.1 p has a shallow minimum near 0.95 and a deeper one near −1.05.
+    let mut model = Of(1, |p: &[f64], out: &mut [f64]| {
+        out[0] = (p[0].powi(4) / 4.0 - p[0] * p[0] / 2.0 + 0.1 * p[0] + 1.0).sqrt();
+        Ok(())
+    });
+    let start = [Parameter::new("p", 1.5)];
+    let options = Options::default();
+    let one = fit(&mut model, &start, &options).unwrap();
+    let best = fit_from_several_starts(&mut model, &start, &[vec![-1.5]], &options).unwrap();
+    assert!(one.values[0] > 0.0 && best.values[0] < 0.0);
+    assert!(best.cost < one.cost);
+}
+
+#[test]
+fn a_failed_trial_is_a_step_back() {
+    // The model ends at p = 1; the Gauss–Newton step from 0.01 overshoots it.
+    let mut model = Of(1, |p: &[f64], out: &mut [f64]| {
+        if p[0] > 1.0 {
+            return Err(Failed("p > 1".into()));
+        }
+        out[0] = p[0].sqrt() - 0.9;
+        Ok(())
+    });
+    let start = [Parameter {
+        scale: 0.01,
+        ..Parameter::new("p", 0.01)
+    }];
+    let fitted = fit(&mut model, &start, &Options::default()).unwrap();
+    assert!(
+        (fitted.values[0] - 0.81).abs() < 1e-6,
+        "{:?}",
+        fitted.values
+    );
+}
+
+#[test]
+fn an_observer_may_end_the_fit_and_the_history_is_kept() {
+    let mut seen = 0;
+    let fitted = fit_observed(
+        &mut Of(1, |p: &[f64], out: &mut [f64]| {
+            out[0] = p[0].exp() - 1e-3;
+            Ok(())
+        }),
+        &[Parameter::new("p", 2.0)],
+        &Options::default(),
+        &mut |_| {
+            seen += 1;
+            if seen == 3 {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        },
+    )
+    .unwrap();
+    assert_eq!(
+        (fitted.ended, fitted.history.len()),
+        (Ended::Interrupted, 3)
+    );
+}
+
+/// Intervals at 95 % cover the truth in about 95 % of seeded experiments: 1000 draws have a
+/// standard deviation of 0.7 %, three of which are allowed.
+#[test]
+fn intervals_cover_the_truth_as_often_as_they_say() {
+    let mut random = ChaCha8Rng::seed_from_u64(20_261_122);
+    let mut covered = 0;
+    for _ in 0..1000 {
+        let points: Vec<_> = (0..8)
+            .map(|k| {
+                // A sum of twelve uniform numbers is nearly normal, of variance one.
+                let noise: f64 = (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+                (f64::from(k), 1.0 + 0.5 * f64::from(k) + 0.3 * noise)
+            })
+            .collect();
+        let fitted = fit(
+            &mut line(&points),
+            &parameters([0.0, 0.0]),
+            &Options::default(),
+        )
+        .unwrap();
+        let [low, high] = fitted.uncertainty().unwrap().intervals(0.95)[1];
+        covered += usize::from(low < 0.5 && 0.5 < high);
+    }
+    assert!((929..=971).contains(&covered), "{covered} of 1000");
+}
+
+#[test]
+fn bad_input_is_one_clear_error() {
+    let start = parameters([0.0, 0.0]);
+    let few = fit(&mut line(&POINTS[..1]), &start, &Options::default()).unwrap_err();
+    assert_eq!(few.to_string(), "1 measurements cannot fix 2 parameters");
+    let [a, b] = start;
+    let outside = [a, b.within(1.0, 2.0)];
+    let error = fit(&mut line(&POINTS), &outside, &Options::default()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "parameter p2: a start outside of its bounds (0)"
+    );
+    let exact = fit(
+        &mut line(&POINTS[..2]),
+        &parameters([0.0, 0.0]),
+        &Options::default(),
+    )
+    .unwrap();
+    assert_eq!(exact.uncertainty().unwrap_err(), FitError::NoFreedom(2));
+}
