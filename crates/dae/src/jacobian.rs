@@ -26,7 +26,7 @@ use crate::problem::{Problem, StepError, VariableKind};
 /// }
 ///
 /// let mut jacobian = Jacobian::of(&Square);
-/// let at = Linearization { t: 0.0, y: &[3.0], y_dot: &[-9.0], step: 0.1, weights: &[1e6] };
+/// let at = Linearization { t: 0.0, y: &[3.0], y_dot: &[-9.0], step: 0.1, weights: &[1e8] };
 /// let mut value = [0.0];
 /// jacobian.combined(&mut Square, &at, (1.0, 10.0), &mut value)?;
 /// assert!((value[0] - 16.0).abs() < 1e-6);
