@@ -272,14 +272,12 @@ impl<R: Real> Strain3<R> {
     }
 
     /// ḋ = N : V.
-    #[allow(dead_code)] // the element loops
     #[inline(always)]
     pub(crate) fn dilation_rate(&self, v: &Tensor3Of<R>) -> R {
         contract3(&self.normal, v)
     }
 
     /// Ṅ: the derivative of N along `v` = ∇v, symmetric in H and V; zero for small strains.
-    #[allow(dead_code)] // the element loops
     #[inline(always)]
     pub(crate) fn volume_gradient_rate<W: Law3>(&self, w: &W, v: &Tensor3Of<R>) -> Tensor3Of<R> {
         let moving = self.moving(w, v).normal;
@@ -293,7 +291,6 @@ impl<R: Real> Strain3<R> {
     }
 
     /// m ∂N/∂F: the derivative of m N for constant m; zero for small strains.
-    #[allow(dead_code)] // the element loops
     #[inline(always)]
     pub(crate) fn volume_tangent<W: Law3>(&self, _: &W, m: R) -> Symmetric3<R> {
         let mut a = Symmetric3::zero(m);
