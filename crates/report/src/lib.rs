@@ -1,11 +1,11 @@
 //! What people look at: figures, tables, films, and the report of a run.
 //!
 //! Cast: [`plot`] draws; [`picture`] writes a drawing with the numbers behind it; [`table`] lays
-//! out text; [`html`] is the page of a run, [`table2`] the paper's table. It knows folders of runs, not integration.
+//! out text; [`page`] is the page of a run, [`table2`] the paper's table. It knows folders of runs, not integration.
 #![forbid(unsafe_code)]
 
-pub mod html;
 pub mod outline;
+pub mod page;
 pub mod picture;
 pub mod plot;
 pub mod table;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use myovib_report::html;
+use myovib_report::page;
 use myovib_scene::sweep::{SweepOptions, compute};
 
 use crate::args::{self, CommonArgs};
@@ -65,7 +65,7 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
         n_threads: args.common.n_threads(),
         interrupt: Some(interrupt::flag()),
         progress: &progress,
-        finished: &|folder, scene, result| html::write(folder, scene, &result.document),
+        finished: &|folder, scene, result| page::write(folder, scene, &result.document),
     })?;
     drop(progress);
     args.common.give("sweep", &result.csv, &result.document)?;

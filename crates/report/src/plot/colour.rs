@@ -73,6 +73,12 @@ impl Colour {
         Self(channel(0), channel(1), channel(2))
     }
 
+    /// The same hue, pale enough for lines to be seen on it.
+    pub fn paler(self) -> Self {
+        let paler = |channel: u8| 255 - (255 - channel) / 4;
+        Self(paler(self.0), paler(self.1), paler(self.2))
+    }
+
     /// Black or white, whichever is read better on this colour.
     pub fn text_on(self) -> Self {
         if self.luminance() > 0.5 {

@@ -23,6 +23,15 @@ pub struct EdgeGroup {
     pub arrows: Option<Point>,
 }
 
+/// Triangles of one material.
+#[derive(Debug, Clone)]
+pub struct Region {
+    /// Numbers of its triangles.
+    pub triangles: Vec<usize>,
+    /// Its colour.
+    pub colour: Colour,
+}
+
 /// Values on the nodes, shown as bands of colour.
 #[derive(Debug, Clone)]
 pub struct Field {
@@ -49,6 +58,8 @@ pub struct MeshPlot {
     pub displacement: Vec<Point>,
     /// What the displacement is multiplied with; printed behind the title when there is one.
     pub scale: f64,
+    /// Coloured triangles.
+    pub regions: Vec<Region>,
     /// Highlighted edges.
     pub groups: Vec<EdgeGroup>,
     /// Marked nodes with their labels.
@@ -175,6 +186,9 @@ impl Panel for MeshPlot {
         };
         let placed = place(self.positions());
         svg.clipped(area, |svg| {
+            for region in &self.regions {
+                self.draw_region(svg, &placed, region);
+            }
             if let Some(field) = &self.field {
                 self.draw_field(svg, &placed, field);
             }
@@ -212,6 +226,13 @@ impl MeshPlot {
         let boundary = boundary(&self.triangles);
         let path: String = boundary.iter().map(|edge| curve(placed, edge)).collect();
         svg.path(&path, AT_REST);
+    }
+
+    fn draw_region(&self, svg: &mut Svg, placed: &[Point], region: &Region) {
+        let triangles = region.triangles.iter().map(|&t| &self.triangles[t]);
+        let corners = triangles.map(|t| [placed[t[0]], placed[t[1]], placed[t[2]]]);
+        let path: String = corners.map(|corners| svg::path(&corners) + "Z").collect();
+        svg.fill(&path, region.colour);
     }
 
     fn draw_field(&self, svg: &mut Svg, placed: &[Point], field: &Field) {

@@ -29,4 +29,4 @@ pub use complex_plane::ComplexPlane;
 pub use figure::{Figure, Panel};
 pub use heat_map::HeatMap;
 pub use line_plot::{LinePlot, Series};
-pub use mesh_plot::{EdgeGroup, Field, MeshPlot};
+pub use mesh_plot::{EdgeGroup, Field, MeshPlot, Region};

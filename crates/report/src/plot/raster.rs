@@ -53,7 +53,8 @@ pub fn png(svg: &str, width: u32) -> anyhow::Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plot::svg::{Svg, Type};
+    use crate::plot::Colour;
+    use crate::plot::svg::{Rect, Stroke, Svg, Type};
 
     #[test]
     fn text_leaves_ink_without_system_fonts() {
@@ -70,5 +71,39 @@ mod tests {
         assert_eq!(ink(""), 0);
         assert!(ink("Ψ") > 20);
         assert!(ink("ΨΨ") > ink("Ψ") && ink("*Ψ*") > 20);
+    }
+
+    /// Issue 15, A7: a figure must not be cut by the rectangle of another one of the same document.
+    #[test]
+    fn figures_of_one_document_are_cut_as_each_of_them_alone() {
+        let figure = |x: f64| {
+            let mut page = Svg::new(40.0, 40.0);
+            let area = Rect {
+                x,
+                y: 5.0,
+                width: 15.0,
+                height: 20.0,
+            };
+            let stroke = Stroke::solid(Colour::BLACK, 4.0);
+            page.clipped(area, |page| page.line(&[[0.0, 0.0], [40.0, 40.0]], stroke));
+            page.finish("")
+        };
+        let (left, right) = (figure(2.0), figure(22.0));
+        // Each is 40 pt = 160/3 px wide.
+        let both = format!(
+            r#"<svg xmlns="http://www.w3.org/2000/svg" width="80pt" height="40pt"><g>{left}</g><g transform="translate(53.3333333 0)">{right}</g></svg>"#
+        );
+        let together = pixels(&both, 160).unwrap();
+        for (number, alone) in [left, right].iter().enumerate() {
+            let alone = pixels(alone, 80).unwrap();
+            let ink = alone.pixels().iter().filter(|p| p.red() < 128).count();
+            assert!(ink > 100, "the line crosses the area: {ink} pixels");
+            for y in 0..80 {
+                for x in 0..80 {
+                    let there = together.pixel(x + 80 * number as u32, y);
+                    assert_eq!(there, alone.pixel(x, y), "figure {number}, pixel {x}, {y}");
+                }
+            }
+        }
     }
 }

@@ -131,7 +131,6 @@ pub struct Svg {
     width: f64,
     height: f64,
     body: String,
-    n_clips: usize,
 }
 
 impl Svg {
@@ -141,7 +140,6 @@ impl Svg {
             width,
             height,
             body: String::new(),
-            n_clips: 0,
         };
         page.rect(
             Rect {
@@ -162,7 +160,6 @@ impl Svg {
             width,
             height,
             body,
-            ..
         } = self;
         format!(
             r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.2}pt" height="{height:.2}pt" viewBox="0 0 {width:.2} {height:.2}" font-family="{}" role="img">
@@ -254,9 +251,9 @@ impl Svg {
     }
 
     /// What `draw` draws, cut off outside the rectangle.
+    ///
+    /// An SVG inside clips without an id, so that several figures may stand in one document.
     pub fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
-        let name = self.n_clips;
-        self.n_clips += 1;
         let Rect {
             x,
             y,
@@ -264,10 +261,10 @@ impl Svg {
             height,
         } = rect;
         self.add(format_args!(
-            r#"<clipPath id="c{name}"><rect x="{x:.2}" y="{y:.2}" width="{width:.2}" height="{height:.2}"/></clipPath><g clip-path="url(#c{name})">"#
+            r#"<svg x="{x:.2}" y="{y:.2}" width="{width:.2}" height="{height:.2}" viewBox="{x:.2} {y:.2} {width:.2} {height:.2}" preserveAspectRatio="none" overflow="hidden">"#
         ));
         draw(self);
-        self.add(format_args!("</g>"));
+        self.add(format_args!("</svg>"));
     }
 
     fn add(&mut self, element: std::fmt::Arguments<'_>) {

@@ -1,0 +1,58 @@
+//! What was asked, in a sentence or two.
+
+use myovib_model::IntegratorKind;
+use myovib_scene::Scene;
+use serde_json::Value;
+
+/// Body, equations, method and time interval.
+pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
+    let mut parts = Vec::new();
+    if let Some(body) = &scene.body {
+        let space = body.muscle.solid.space();
+        let cells = match space.dimension() {
+            2 => "triangles, plane strain",
+            _ => "tetrahedra",
+        };
+        parts.push(format!("{} {cells}", space.n_elements()));
+        let parameters = &body.muscle.parameters;
+        parts.push(match parameters.is_incompressible() {
+            true => "incompressible".to_owned(),
+            false => format!("κ = {:e} Pa", parameters.kappa()),
+        });
+        let damping = [("α", parameters.alpha, "1/s"), ("β", parameters.beta, "s")];
+        let given = damping.iter().filter(|(_, value, _)| *value > 0.0);
+        parts.extend(given.map(|(name, value, unit)| format!("{name} = {value} {unit}")));
+    }
+    if let Some(rod) = &scene.file.rod {
+        parts.push(format!("a rod of {} elements", rod.elements));
+    }
+    let oscillators: usize = scene.file.chain.iter().map(|chain| chain.oscillators).sum();
+    if oscillators > 0 {
+        parts.push(format!("{oscillators} oscillators"));
+    }
+    let mut text = format!("{}.", parts.join(", "));
+    if document["analysis"] == "static" {
+        return text + " Equilibrium under the loads.";
+    }
+    if let Some(formulation) = document["formulation"].as_str() {
+        let index = &document["index"];
+        text += &format!(" Formulation `{formulation}`, index {index}.");
+    }
+    let integrator = &scene.file.integrator;
+    text += &format!(
+        " {} at rtol = {:e}, from 0 to {} s.",
+        method(integrator.method.kind()),
+        integrator.rtol,
+        scene.t_end
+    );
+    text
+}
+
+fn method(kind: IntegratorKind) -> &'static str {
+    match kind {
+        IntegratorKind::Ida => "BDF (SUNDIALS IDAS)",
+        IntegratorKind::Radau => "Radau IIA of order 5",
+        IntegratorKind::Radau9 => "Radau IIA of order 9",
+        IntegratorKind::Radau13 => "Radau IIA of order 13",
+    }
+}

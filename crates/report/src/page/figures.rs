@@ -1,0 +1,87 @@
+//! Key figures of a run, and all of them.
+
+use serde_json::Value;
+
+use crate::plot::text::escape;
+
+/// The figures one looks for first.
+pub(super) fn cards(document: &Value) -> String {
+    let number = |key: &str| document[key].as_f64();
+    let finished = document["outcome"] == "finished" || document["analysis"] == "static";
+    let mut cards = vec![match finished {
+        true => card("good", "finished", "outcome"),
+        false => card("bad", "stopped", "outcome"),
+    }];
+    let mut add = |value: Option<String>, what: &str| {
+        cards.extend(value.map(|value| card("", &value, what)));
+    };
+    add(number("t_reached").map(|t| format!("{t} s")), "time reached");
+    let steps = document["steps"].as_u64();
+    let rejected = document["error_test_failures"].as_u64().unwrap_or(0);
+    add(
+        steps.map(|steps| steps.to_string()),
+        &format!("steps; {rejected} more rejected"),
+    );
+    add(
+        document["newton_iterations"].as_u64().map(|n| n.to_string()),
+        "Newton iterations",
+    );
+    add(
+        document["unknowns"].as_u64().map(|n| n.to_string()),
+        "unknowns",
+    );
+    add(number("cpu_seconds").map(|s| format!("{s:.2} s")), "CPU time");
+    add(
+        number("constraint_drift").map(|d| format!("{d:.1e}")),
+        "volume constraint missed by at most",
+    );
+    add(
+        worst_error(document).map(|e| format!("{:.2} %", 100.0 * e)),
+        "error in time of u, estimated, of the largest value",
+    );
+    format!("<div class=\"cards\">\n{}</div>\n", cards.concat())
+}
+
+fn card(class: &str, value: &str, what: &str) -> String {
+    format!("<div class=\"card {class}\"><b>{value}</b><span>{what}</span></div>\n")
+}
+
+/// The largest relative error of displacements that was estimated.
+fn worst_error(document: &Value) -> Option<f64> {
+    let probes = document["error_estimate"]["probes"].as_object()?;
+    let columns = probes.values().filter_map(Value::as_object).flatten();
+    let displacements = columns.filter(|(name, _)| name.starts_with("u_"));
+    let errors = displacements.filter_map(|(_, column)| column["relative"].as_f64());
+    errors.reduce(f64::max)
+}
+
+/// Why a run stopped.
+pub(super) fn outcome(document: &Value) -> String {
+    match document["message"].as_str() {
+        Some(message) => format!("<p class=\"bad\">{}</p>\n", escape(message)),
+        None => String::new(),
+    }
+}
+
+/// All plain entries of the document.
+pub(super) fn statistics(document: &Value) -> String {
+    let Some(object) = document.as_object() else {
+        return String::new();
+    };
+    let is_plain = |value: &&Value| !value.is_object() && !value.is_array() && !value.is_null();
+    let rows: String = object
+        .iter()
+        .filter(|(_, value)| is_plain(value))
+        .map(|(key, value)| {
+            let value = value
+                .as_str()
+                .map_or_else(|| value.to_string(), str::to_owned);
+            format!(
+                "<tr><td>{}</td><td>{}</td></tr>\n",
+                escape(key),
+                escape(&value)
+            )
+        })
+        .collect();
+    format!("<table>{rows}</table>\n")
+}

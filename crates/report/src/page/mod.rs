@@ -1,0 +1,68 @@
+//! `report.html`: the run at a glance, in one file that needs no network.
+//!
+//! From above to below: what was asked ([`asked`]), key figures ([`figures`]), the body and the probes
+//! ([`pictures`]), what the numbers mean ([`words`]), and folded away all statistics and the scene.
+
+mod asked;
+mod figures;
+mod pictures;
+mod probes;
+mod words;
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::plot::text::escape;
+use myovib_scene::atomic_file;
+use myovib_scene::versions::Versions;
+use myovib_scene::{Error, Scene};
+use probes::Record;
+
+const STYLE: &str = include_str!("style.css");
+
+/// Writes the report of a run into its folder.
+///
+/// # Errors
+/// When a table of the folder cannot be read, or the report not be written.
+pub fn write(folder: &Path, scene: &Scene, document: &Value) -> Result<(), Error> {
+    let title = match scene.file.title.as_str() {
+        "" => "A run without a title",
+        title => title,
+    };
+    let probes = scene.file.probe.iter();
+    let records = probes.map(|probe| Record::read(folder, &probe.name));
+    let records = records.collect::<Result<Vec<Record>, Error>>()?;
+    let mut html = format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width\">\
+         <title>{0}</title><style>\n{STYLE}</style></head><body>\n<h1>{0}</h1>\n\
+         <p class=\"asked\">{1}</p>\n",
+        escape(title),
+        escape(&asked::sentence(scene, document)),
+    );
+    html += &figures::cards(document);
+    html += &figures::outcome(document);
+    html += &pictures::body(scene);
+    html += &probes::section(&records, &document["error_estimate"]);
+    html += "<h2>What the run means</h2>\n";
+    html += &words::meaning(document);
+    html += &folded("All statistics", &figures::statistics(document));
+    let text = format!("<pre>{}</pre>\n", escape(scene.text()));
+    html += &folded("The scene", &text);
+    let Versions {
+        myovib,
+        git,
+        sundials,
+        klu,
+    } = Versions::found();
+    html += &format!(
+        "<footer>myovib {myovib} ({git}), SUNDIALS {sundials}, KLU {klu}</footer>\n</body></html>\n"
+    );
+    atomic_file::save(&folder.join("report.html"), html)
+}
+
+/// A part that is seen after a click.
+fn folded(title: &str, content: &str) -> String {
+    format!("<details><summary>{title}</summary>\n{content}</details>\n")
+}

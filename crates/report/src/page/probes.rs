@@ -1,0 +1,130 @@
+//! The probes: their extremes, and their curves over time.
+
+use std::fs;
+use std::path::Path;
+
+use myovib_scene::Error;
+use myovib_scene::csv::Table;
+use serde_json::Value;
+
+use crate::plot::text::escape;
+use crate::plot::{Axis, Figure, LinePlot, Series};
+
+/// Most columns of a probe that are shown; more than fit a screen are left to the CSV file.
+const MOST_PANELS: usize = 6;
+
+/// What a probe recorded.
+pub(super) struct Record {
+    name: String,
+    /// Names of the columns; the first is the time.
+    columns: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Record {
+    /// The table of the probe `name`.
+    pub(super) fn read(folder: &Path, name: &str) -> Result<Self, Error> {
+        let path = folder.join(format!("{name}.csv"));
+        let text = fs::read_to_string(&path).map_err(Error::file("read", &path))?;
+        let table = Table::parse(&text).unwrap_or_default();
+        let rows = table.rows.iter().filter_map(|row| table.numbers(row));
+        Ok(Self {
+            name: name.to_owned(),
+            rows: rows.collect(),
+            columns: table.names,
+        })
+    }
+
+    fn column(&self, j: usize) -> Vec<f64> {
+        self.rows.iter().map(|row| row[j]).collect()
+    }
+
+    /// Least and largest value of a column with their times.
+    fn extremes(&self, j: usize) -> Option<[[f64; 2]; 2]> {
+        let points = || self.rows.iter().map(|row| [row[0], row[j]]);
+        let finite = || points().filter(|[_, value]| value.is_finite());
+        let least = finite().reduce(|a, b| if b[1] < a[1] { b } else { a })?;
+        let largest = finite().reduce(|a, b| if b[1] > a[1] { b } else { a })?;
+        Some([least, largest])
+    }
+
+    /// A figure for each column; none for a single row.
+    fn figures(&self) -> String {
+        if self.rows.len() < 2 {
+            return String::new();
+        }
+        let t = self.column(0);
+        let shown = self.columns.iter().enumerate().skip(1).take(MOST_PANELS);
+        let figures = shown.map(|(j, column)| {
+            let title = format!("{}: {column}", self.name);
+            let plot = LinePlot {
+                x: Axis::new("*t*", "s"),
+                y: Axis::new(column.replace('_', " "), unit(column)),
+                series: vec![Series::curve("", &t, &self.column(j))],
+                ..LinePlot::default()
+            };
+            format!(
+                "<figure><figcaption>{}</figcaption>\n{}</figure>\n",
+                escape(&title),
+                Figure::of(&*title, plot).render()
+            )
+        });
+        figures.collect()
+    }
+
+    /// Rows of the table of extremes.
+    fn summary(&self, estimates: &Value) -> String {
+        let columns = self.columns.iter().enumerate().skip(1).take(MOST_PANELS);
+        let rows = columns.filter_map(|(j, name)| {
+            let [least, largest] = self.extremes(j)?;
+            let error = estimates[&self.name][name]["error"].as_f64();
+            Some(format!(
+                "<tr><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{:.6e}</td>\
+                 <td class=\"n\">{:.4} s</td><td class=\"n\">{:.6e}</td><td class=\"n\">{:.4} s</td>\
+                 <td class=\"n\">{}</td></tr>\n",
+                escape(&self.name),
+                escape(name),
+                unit(name),
+                least[1],
+                least[0],
+                largest[1],
+                largest[0],
+                error.map_or("–".to_owned(), |error| format!("{error:.1e}")),
+            ))
+        });
+        rows.collect()
+    }
+}
+
+/// Extremes of all probes, then their curves side by side; nothing without probes.
+pub(super) fn section(records: &[Record], estimate: &Value) -> String {
+    if records.is_empty() {
+        return String::new();
+    }
+    let rows = records.iter().map(|r| r.summary(&estimate["probes"]));
+    let rows: String = rows.collect();
+    let figures: String = records.iter().map(Record::figures).collect();
+    let unknown = match estimate {
+        Value::Null => "<p>Errors in time are estimated by <code>myovib run … --verify</code>.</p>\n",
+        _ => "",
+    };
+    format!(
+        "<h2>Probes</h2>\n<div class=\"wide\"><table><tr><th>probe</th><th>column</th><th>unit</th>\
+         <th class=\"n\">least</th><th class=\"n\">at</th><th class=\"n\">largest</th>\
+         <th class=\"n\">at</th><th class=\"n\">error, about</th></tr>\n{rows}</table></div>\n\
+         {unknown}<div class=\"beside\">\n{figures}</div>\n"
+    )
+}
+
+/// The unit of a column by its name.
+fn unit(name: &str) -> &'static str {
+    match name.split('_').next().unwrap_or_default() {
+        "t" => "s",
+        "u" => "m",
+        "v" => "m/s",
+        "p" | "stress" | "von" => "Pa",
+        "R" => "N/m",
+        "kinetic" | "elastic" | "work" | "dissipated" | "imbalance" => "J/m",
+        _ => "",
+    }
+}

@@ -1,0 +1,75 @@
+//! What the numbers of a run mean, in words.
+
+use serde_json::Value;
+
+/// Index, drift and energy in words, with the numbers of this run.
+pub(super) fn meaning(document: &Value) -> String {
+    if document["analysis"] == "static" {
+        return format!(
+            "<p>Newton's method found the equilibrium in {} iterations over {} load steps.</p>\n",
+            document["newton_iterations"], document["load_steps"]
+        );
+    }
+    let index = document["index"].as_u64().unwrap_or(0);
+    let mut text = format!(
+        "<p>The system has index {index}: {}.</p>\n",
+        meaning_of_index(index, document["integrator"] == "ida")
+    );
+    if let Some(drift) = document["constraint_drift"].as_f64() {
+        text += &format!(
+            "<p>The volume constraint p/κ + J - 1 = 0 was missed by at most {drift:.1e} \
+             (projected on the pressure's functions)."
+        );
+        if document["formulation"] == "velocity" {
+            text += " This formulation imposes its derivative, so that errors add up over time.";
+        }
+        text += "</p>\n";
+    }
+    let left_out = document["suppressed"].as_array().into_iter().flatten();
+    let left_out: Vec<&str> = left_out.filter_map(Value::as_str).collect();
+    if !left_out.is_empty() {
+        let names = left_out.join(", ");
+        text += &format!("<p>Left out of the error test: {names}.</p>\n");
+    }
+    if let Some([kinetic, elastic, work, dissipated, imbalance]) = energies(document) {
+        text += &format!(
+            "<p>Energy per metre of depth at the end: {kinetic:.3e} J kinetic and {elastic:.3e} J \
+             elastic; the loads did {work:.3e} J of work, damping took {dissipated:.3e} J. The \
+             balance is missed by {imbalance:.1e} J, what time integration with this tolerance \
+             loses or gains.</p>\n"
+        );
+    }
+    text
+}
+
+/// What an index means for the integrator at hand: IDAS' BDF, or Radau IIA.
+fn meaning_of_index(index: u64, is_bdf: bool) -> &'static str {
+    match (index, is_bdf) {
+        (0, _) => "an ordinary differential equation; all variables are controlled alike",
+        (1, _) => {
+            "the pressure follows from the displacement without differentiation, and the error \
+             test may include it"
+        }
+        (_, false) => {
+            "the multipliers follow only after differentiation. Radau IIA tests their errors times \
+             a power of the step, as they act on the motion"
+        }
+        (2, true) => {
+            "the multipliers follow after one differentiation. Their estimated errors do not \
+             shrink with the step as those of the other variables do, so they are best left out \
+             of the error test"
+        }
+        (_, true) => {
+            "the multipliers follow only after two differentiations. A code of BDF type meets \
+             them at the limit of what it can do: with them in the error test it tends to stop, \
+             and a formulation of lower index is the better choice"
+        }
+    }
+}
+
+/// The last row of an energy probe.
+fn energies(document: &Value) -> Option<[f64; 5]> {
+    let row = document["energy"].as_array()?;
+    let numbers: Vec<f64> = row.iter().filter_map(Value::as_f64).collect();
+    numbers.try_into().ok()
+}
