@@ -57,9 +57,9 @@ pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String
     text.push_str(
         "\nq v λ μ: perturbation index of each block. gap: the narrowest between what was called \
          zero and what was not;\nthree decades decide. samples: 2 meshes × 2 random states. \
-         (29) with β = 0 is the paper's remark below its table.\n\n\
-         (29) on the way to κ → ∞, β → 0 has index 2 ever less clearly, and 4 in the limit:\n",
+         (29) with β = 0 is the paper's remark below its table.\n\n",
     );
+    text.push_str(&on_the_way(limit));
     let mut way = Table::new(&[
         ("κ", Left),
         ("β", Left),
@@ -76,6 +76,24 @@ pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String
     }
     text.push_str(&way.render(coloured));
     text
+}
+
+/// What was found for (29) on the way to κ → ∞, β → 0.
+fn on_the_way(limit: &[(Case, IndexReport)]) -> String {
+    let found = match limit {
+        [] => String::new(),
+        [way @ .., (_, last)] => {
+            let mut indices: Vec<String> = way.iter().map(|(_, r)| r.index.to_string()).collect();
+            indices.dedup();
+            let gaps: Vec<f64> = way.iter().map(|(_, report)| report.gap).collect();
+            let trend = match gaps.is_sorted_by(|a, b| a > b) {
+                true => ", ever less clearly",
+                false => "",
+            };
+            format!(" has index {}{trend}, and {} in the limit", indices.join(", then "), last.index)
+        }
+    };
+    format!("(29) on the way to κ → ∞, β → 0{found}:\n")
 }
 
 /// (34) as COMSOL discretised it, beside (33).
