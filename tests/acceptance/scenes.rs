@@ -382,6 +382,8 @@ fn the_order_of_bdf_is_chosen_by_the_damping_and_says_why() {
         let beta = format!("solid.beta={beta}");
         let sets = [
             "--set",
+            "integrator.method=bdf",
+            "--set",
             "integrator.max_order=\"auto\"",
             "--set",
             "time.end=0.01",
@@ -449,4 +451,47 @@ fn what_a_scene_does_not_ask_for_is_not_computed() {
         (&rod["unknowns"], &rod["work"]["residual_passes"]),
         (&60.into(), &0.into())
     );
+}
+
+/// Issue 15, E1: what a scene gets that says nothing about the integrator has three safe digits, and
+/// the estimate of `--verify` bounds its error.
+#[test]
+fn a_scene_without_settings_has_three_digits_and_says_how_far_it_is_off() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |out: &str| folder.path().join(out);
+    let short = ["--set", "time.end=1", "--set", "fields.every=1"];
+    let tight = [
+        "--set",
+        "integrator.method=radau13",
+        "--set",
+        "integrator.rtol=1e-9",
+    ];
+    let document = run(
+        folder.path(),
+        "init",
+        "default",
+        &[&short[..], &["--verify"]].concat(),
+    );
+    run(
+        folder.path(),
+        "init",
+        "tight",
+        &[&short[..], &tight].concat(),
+    );
+    let (found, exact) = (
+        rows(&at("default/origin.csv")),
+        rows(&at("tight/origin.csv")),
+    );
+    for (j, column) in [(2, "u_y"), (3, "p")] {
+        let pairs = || found.iter().zip(&exact).map(|(a, b)| (a[j], b[j]));
+        let largest = pairs().fold(0.0, |m: f64, (_, b)| m.max(b.abs()));
+        let error = pairs().fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        assert!(error < 5e-4 * largest, "{column}: {error:e} of {largest:e}");
+        let estimate = &document["error_estimate"]["probes"]["origin"][column]["error"];
+        let estimate = estimate.as_f64().unwrap();
+        assert!(
+            error < estimate,
+            "{column}: {error:e}, estimated {estimate:e}"
+        );
+    }
 }

@@ -338,3 +338,44 @@ fn options_that_will_not_do_are_one_message_and_code_2() {
         }
     }
 }
+
+/// Steps and rejections of each row over the paper's 10 s, as published in the guide. A count moves
+/// by rounding where a step is accepted by a hair: 2 % of the steps are left to that.
+const COUNTS: [(&str, f64, f64); 9] = [
+    ("1", 3374.0, 146.0),
+    ("2", 3883.0, 3.0),
+    ("2m", 3268.0, 162.0),
+    ("3", 4163.0, 3.0),
+    ("3m", 3204.0, 153.0),
+    ("4", f64::NAN, f64::NAN),
+    ("4-order2", 4040.0, f64::NAN),
+    ("4-suppressed", 3432.0, f64::NAN),
+    ("31", 3323.0, 130.0),
+];
+
+/// Issue 15, C2: the table itself, to its end. Slowest test of the program, about 15 s.
+#[test]
+fn the_counts_of_all_rows_hold_over_ten_seconds() {
+    let run = myovib(&["table2", "--quiet", "--json"]);
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    let table = document(&run.stdout, "table2");
+    for (row, (key, steps, rejected)) in table["rows"].as_array().unwrap().iter().zip(COUNTS) {
+        assert_eq!(row["key"], key);
+        let number = |field: &str| row[field].as_f64().unwrap();
+        if key == "4" {
+            assert_eq!(row["outcome"], "stopped", "the paper's index 3 stops too");
+            let t = number("t_reached");
+            assert!((1.0..1.5).contains(&t), "row 4 stopped at t = {t}");
+            continue;
+        }
+        assert_eq!(row["outcome"], "finished", "row {key}");
+        let bound = 0.02 * steps;
+        for (field, expected) in [("steps", steps), ("error_test_failures", rejected)] {
+            let found = number(field);
+            assert!(
+                expected.is_nan() || (found - expected).abs() <= bound,
+                "row {key}: {field} {found}, was {expected} ± {bound}"
+            );
+        }
+    }
+}

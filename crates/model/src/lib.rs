@@ -67,7 +67,7 @@ pub use integration::settings::{
     AbsoluteTolerances, IntegratorKind, LinearSolver, MultiplierWeights, Settings, default_ordering,
 };
 pub use integration::statistics::{Counts, Outcome, Statistics, StopReason};
-pub use integration::verify::{ErrorEstimate, verify};
+pub use integration::verify::{ErrorEstimate, LOOSER};
 pub use matrix::{Matrix, Term};
 pub use muscle::Muscle;
 pub use muscle::load::{Load, Prescribed, PressureLoad};

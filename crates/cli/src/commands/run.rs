@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use myovib_report::html;
+use myovib_report::page;
 use myovib_report::table::{Align, Table, coloured_stdout};
 use myovib_scene::run::{Existing, RunOptions, compute};
 use myovib_scene::{Scene, plain};
@@ -19,6 +19,7 @@ use crate::progress::Progress;
 #[command(after_help = "Examples:\n  \
     myovib run scene.toml\n  \
     myovib run scene.toml --resume\n  \
+    myovib run scene.toml --verify\n  \
     myovib run scene.toml --out soft --set 'material[0].c10=5e3' --set time.end=0.5\n\n\
     Writes NAME.csv for each probe, fields.pvd with VTU files, run.json and report.html.")]
 pub struct RunArgs {
@@ -42,6 +43,10 @@ pub struct RunArgs {
     /// Replace a run that the folder holds already.
     #[arg(long)]
     pub overwrite: bool,
+
+    /// Compute the scene again at ten times its tolerances, and say how far off each probe is.
+    #[arg(long)]
+    pub verify: bool,
 
     /// Options of every command.
     #[command(flatten)]
@@ -69,13 +74,14 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
             },
             interrupt: Some(interrupt::flag()),
             progress: &progress,
+            verify: args.verify,
         },
     )?;
     drop(progress);
     for note in &result.notes {
         eprintln!("note: {}", plain(note));
     }
-    html::write(&args.out, &scene, &result.document)?;
+    page::write(&args.out, &scene, &result.document)?;
     args.common
         .give("run", &text(&result.document), &result.document)?;
     Ok(Exit::of(&result.outcome))
@@ -87,6 +93,37 @@ fn rounded(value: f64) -> String {
         0.0 | 1e-3..1e6 => format!("{value:.3}"),
         _ => format!("{value:.1e}"),
     }
+}
+
+/// The estimated errors of the probes, if there are any.
+fn errors(estimate: &Value) -> String {
+    let Some(probes) = estimate["probes"].as_object() else {
+        return String::new();
+    };
+    let mut table = Table::new(&[
+        ("probe", Align::Left),
+        ("column", Align::Left),
+        ("largest", Align::Right),
+        ("error, at most about", Align::Right),
+        ("relative", Align::Right),
+    ]);
+    for (probe, columns) in probes {
+        for (column, numbers) in columns.as_object().into_iter().flatten() {
+            let number = |key: &str| format!("{:.1e}", numbers[key].as_f64().unwrap_or(f64::NAN));
+            table.row([
+                plain(probe).into(),
+                plain(column).into(),
+                number("largest").into(),
+                number("error").into(),
+                number("relative").into(),
+            ]);
+        }
+    }
+    format!(
+        "\nErrors in time, by a second run at rtol = {:.0e}; that of the mesh is not in them.\n{}",
+        estimate["rtol"].as_f64().unwrap_or(f64::NAN),
+        table.render(coloured_stdout())
+    )
 }
 
 /// The outcome for people.
@@ -116,6 +153,7 @@ fn text(document: &Value) -> String {
         }
     }
     let mut text = table.render(coloured_stdout());
+    text += &errors(&document["error_estimate"]);
     // A paragraph would make the table as wide as it is.
     if let Some(message) = document["message"].as_str() {
         text += &format!("\n{}\n", plain(message));

@@ -15,7 +15,10 @@ pub(super) fn cards(document: &Value) -> String {
     let mut add = |value: Option<String>, what: &str| {
         cards.extend(value.map(|value| card("", &value, what)));
     };
-    add(number("t_reached").map(|t| format!("{t} s")), "time reached");
+    add(
+        number("t_reached").map(|t| format!("{t} s")),
+        "time reached",
+    );
     let steps = document["steps"].as_u64();
     let rejected = document["error_test_failures"].as_u64().unwrap_or(0);
     add(
@@ -23,14 +26,19 @@ pub(super) fn cards(document: &Value) -> String {
         &format!("steps; {rejected} more rejected"),
     );
     add(
-        document["newton_iterations"].as_u64().map(|n| n.to_string()),
+        document["newton_iterations"]
+            .as_u64()
+            .map(|n| n.to_string()),
         "Newton iterations",
     );
     add(
         document["unknowns"].as_u64().map(|n| n.to_string()),
         "unknowns",
     );
-    add(number("cpu_seconds").map(|s| format!("{s:.2} s")), "CPU time");
+    add(
+        number("cpu_seconds").map(|s| format!("{s:.2} s")),
+        "CPU time",
+    );
     add(
         number("constraint_drift").map(|d| format!("{d:.1e}")),
         "volume constraint missed by at most",

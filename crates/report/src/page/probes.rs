@@ -105,7 +105,9 @@ pub(super) fn section(records: &[Record], estimate: &Value) -> String {
     let rows: String = rows.collect();
     let figures: String = records.iter().map(Record::figures).collect();
     let unknown = match estimate {
-        Value::Null => "<p>Errors in time are estimated by <code>myovib run … --verify</code>.</p>\n",
+        Value::Null => {
+            "<p>Errors in time are estimated by <code>myovib run … --verify</code>.</p>\n"
+        }
         _ => "",
     };
     format!(

@@ -14,7 +14,7 @@ use super::outputs::{OutputWork, Outputs};
 use super::recorder::{Recorder, What, quantities};
 use super::stop::Condition;
 use super::system::System;
-use super::{Existing, RunOptions, RunResult, start};
+use super::{Existing, RunOptions, RunResult, start, verify};
 use crate::scene::Scene;
 use crate::statistics::DRIFT_SAMPLES;
 use crate::vtu::Series;
@@ -124,8 +124,12 @@ impl Motion<'_> {
             integration: statistics.wall_seconds - outputs.seconds.as_secs_f64(),
             output: outputs.seconds.as_secs_f64(),
         };
-        let document = document::dynamic(scene, &*integrator, &statistics, &outputs, &timing)?;
+        let mut document = document::dynamic(scene, &*integrator, &statistics, &outputs, &timing)?;
         document::write(&folder, &document)?;
+        if options.verify && statistics.outcome == Outcome::Finished {
+            document["error_estimate"] = verify::error_estimate(scene, options)?;
+            document::write(&folder, &document)?;
+        }
         Ok(RunResult {
             document,
             outcome: statistics.outcome,

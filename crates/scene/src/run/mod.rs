@@ -15,6 +15,7 @@ mod start;
 mod statics;
 mod stop;
 mod system;
+mod verify;
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -47,6 +48,8 @@ pub struct RunOptions<'a> {
     pub interrupt: Option<&'static AtomicBool>,
     /// Who is told how far the run is.
     pub progress: &'a dyn Tell,
+    /// Whether a second run at looser tolerances says how far off this one is.
+    pub verify: bool,
 }
 
 impl RunOptions<'_> {
@@ -57,6 +60,7 @@ impl RunOptions<'_> {
             existing: Existing::Refuse,
             interrupt: None,
             progress: &(),
+            verify: false,
         }
     }
 }

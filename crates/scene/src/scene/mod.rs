@@ -94,6 +94,30 @@ impl Scene {
         Self::build(name, text, overrides, Path::new(""))
     }
 
+    /// The scene with all tolerances multiplied by `factor`.
+    #[must_use]
+    pub fn with_looser_tolerances(&self, factor: f64) -> Self {
+        let mut scene = self.clone();
+        let integrator = &mut scene.file.integrator;
+        integrator.rtol *= factor;
+        let atol = &mut integrator.atol;
+        for block in [
+            &mut atol.displacement,
+            &mut atol.velocity,
+            &mut atol.pressure,
+            &mut atol.multiplier,
+        ] {
+            *block = block.map(|atol| factor * atol);
+        }
+        integrator.oscillators.rtol *= factor;
+        integrator.oscillators.atol *= factor;
+        if let Some(body) = &mut scene.body {
+            let settings = body.settings.clone();
+            body.settings = settings.with_relative_tolerance(integrator.rtol);
+        }
+        scene
+    }
+
     /// What was put right in the mesh, or left aside.
     pub fn notes(&self) -> &[MeshNote] {
         match &self.body {

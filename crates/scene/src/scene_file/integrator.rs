@@ -4,7 +4,7 @@ use myovib_model::IntegratorKind;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Settings of the time integration; the defaults are the paper's where it states them.
+/// Settings of the time integration; the defaults give three digits of displacements and pressures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Integrator {
@@ -49,11 +49,12 @@ pub struct Integrator {
 }
 
 impl Default for Integrator {
-    /// The paper's tolerances.
+    /// What gives three digits over many periods: BDF errs by a factor of ten to a thousand more than
+    /// its tolerance on undamped vibration, Radau IIA by about its tolerance.
     fn default() -> Self {
         Self {
-            method: Method::Bdf,
-            rtol: 1e-3,
+            method: Method::Radau9,
+            rtol: 1e-4,
             atol: Atol::default(),
             oscillators: OscillatorTolerances::default(),
             suppress: None,

@@ -90,7 +90,11 @@ fn on_the_way(limit: &[(Case, IndexReport)]) -> String {
                 true => ", ever less clearly",
                 false => "",
             };
-            format!(" has index {}{trend}, and {} in the limit", indices.join(", then "), last.index)
+            format!(
+                " has index {}{trend}, and {} in the limit",
+                indices.join(", then "),
+                last.index
+            )
         }
     };
     format!("(29) on the way to κ → ∞, β → 0{found}:\n")

@@ -1,0 +1,62 @@
+//! How far off the probes of a run are, by a second run at looser tolerances.
+
+use std::fs;
+use std::path::Path;
+
+use myovib_model::{ErrorEstimate, LOOSER};
+use serde_json::{Map, Value, json};
+
+use super::{RunOptions, dynamic};
+use crate::csv::Table;
+use crate::{Error, Scene};
+
+/// Runs the scene again at [`LOOSER`] times its tolerances, and gives for each column of each probe
+/// its largest magnitude and the largest difference between both runs.
+pub(super) fn error_estimate(scene: &Scene, options: &RunOptions<'_>) -> Result<Value, Error> {
+    let folder = tempfile::tempdir().map_err(Error::file("make a folder in", &options.out))?;
+    let looser = scene.with_looser_tolerances(LOOSER);
+    let again = RunOptions {
+        interrupt: options.interrupt,
+        progress: options.progress,
+        ..RunOptions::into_folder(folder.path())
+    };
+    let result = dynamic::compute(&looser, &again)?;
+    let probes = scene.file.probe.iter().map(|probe| {
+        let name = format!("{}.csv", probe.name);
+        let tables = [&options.out, folder.path()].map(|folder| read(&folder.join(&name)));
+        let [(names, rows), (_, looser)] = match tables {
+            [Ok(run), Ok(looser)] => [run, looser],
+            [Err(error), _] | [_, Err(error)] => return Err(error),
+        };
+        let estimates = ErrorEstimate::between(&rows, &looser);
+        let columns = names.into_iter().zip(estimates).skip(1); // the first is the time
+        let columns: Map<String, Value> = columns.map(|(n, e)| (n, of_column(&e))).collect();
+        Ok((probe.name.clone(), Value::Object(columns)))
+    });
+    Ok(json!({
+        "rtol": looser.file.integrator.rtol,
+        "outcome": result.document["outcome"],
+        "steps": result.document["steps"],
+        "probes": probes.collect::<Result<Map<String, Value>, Error>>()?,
+    }))
+}
+
+fn of_column(estimate: &ErrorEstimate) -> Value {
+    json!({
+        "largest": estimate.size,
+        "error": estimate.difference,
+        "relative": estimate.relative(),
+    })
+}
+
+/// Names and rows of a table.
+fn read(path: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Error> {
+    let text = fs::read_to_string(path).map_err(Error::file("read", path))?;
+    let table = Table::parse(&text).map_err(|error| {
+        let error = std::io::Error::other(error);
+        Error::file("read", path)(error)
+    })?;
+    let rows = table.rows.iter().filter_map(|row| table.numbers(row));
+    let rows = rows.collect();
+    Ok((table.names, rows))
+}
