@@ -21,6 +21,7 @@ test: ## set up the machine if needed, then all quick tests
 
 test-slow: ## the slow tests, in release mode
 	cargo test --workspace --locked --release -- --ignored
+	cargo build --release --locked -p myovib && ./scripts/slurm
 
 valgrind: ## small tests of wrapper, Radau IIA and model under valgrind
 	./scripts/valgrind

@@ -1,5 +1,7 @@
 //! The cases of a sweep: all combinations of the values of some keys.
 
+use std::ops::Range;
+
 use crate::InputError;
 
 /// The most cases of a sweep.
@@ -20,12 +22,14 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// Reads `key=a,b,c` or `key=lo..hi:n`.
+    /// Reads `key=a,b,c`, `key=lo..hi:n` or `key=lo..hi:n:log`.
     pub(super) fn parse(text: &str) -> Result<Self, InputError> {
         let wrong = |message: &str| {
             InputError::new(message.to_owned())
                 .at(format!("--vary {text}"))
-                .allowed("key=a,b,c or key=lo..hi:n, as in solid.beta=1e-5..1e-3:5")
+                .allowed(
+                    "key=a,b,c, key=lo..hi:n or key=lo..hi:n:log, as in solid.beta=1e-5..1e-3:5",
+                )
         };
         let (key, values) = text
             .split_once('=')
@@ -41,6 +45,13 @@ impl Axis {
                     return Err(wrong("a range is made of numbers"));
                 };
                 let n = n.ok_or_else(|| wrong("`:n` is missing"))?;
+                let (n, is_log) = match n.trim().strip_suffix(":log") {
+                    Some(n) => (n, true),
+                    None => (n, false),
+                };
+                if is_log && !(low > 0.0 && high > 0.0) {
+                    return Err(wrong("a logarithmic range has positive ends"));
+                }
                 let n: usize = n.trim().parse().map_err(|_| wrong("n is a whole number"))?;
                 if !(2..=MAX_CASES).contains(&n) {
                     let error = wrong("a range has two values at least, and not too many");
@@ -48,7 +59,14 @@ impl Axis {
                 }
                 let value = |i: usize| {
                     let s = i as f64 / (n - 1) as f64;
-                    format!("{:e}", (1.0 - s) * low + s * high)
+                    let value = match is_log {
+                        // The ends are met exactly.
+                        _ if i == 0 => low,
+                        _ if i == n - 1 => high,
+                        true => low * (high / low).powf(s),
+                        false => (1.0 - s) * low + s * high,
+                    };
+                    format!("{value:e}")
                 };
                 (0..n).map(value).collect()
             }
@@ -98,18 +116,23 @@ pub(super) fn cases(axes: &[Axis]) -> Result<Vec<Case>, InputError> {
     Ok(cases)
 }
 
-/// The number, from 0, of case `text` = K/N of `count`.
-pub(super) fn case_number(text: &str, count: usize) -> Result<usize, InputError> {
-    let number = |word: &str| word.parse::<usize>().ok();
-    let numbers = text
-        .split_once("/")
-        .and_then(|(k, n)| Some((number(k)?, number(n)?)));
+/// The numbers, from 0, of the cases `text` = K/N or K-L/N of `count`.
+pub(super) fn case_numbers(text: &str, count: usize) -> Result<Range<usize>, InputError> {
+    let number = |word: &str| word.trim().parse::<usize>().ok();
+    let numbers = text.split_once('/').and_then(|(cases, n)| {
+        let (first, last) = cases.split_once('-').unwrap_or((cases, cases));
+        Some([number(first)?, number(last)?, number(n)?])
+    });
     match numbers {
-        Some((k, n)) if n == count && (1..=count).contains(&k) => Ok(k - 1),
-        _ => Err(InputError::new("there is no such case")
+        Some([first, last, n]) if n == count && 1 <= first && first <= last && last <= n => {
+            Ok(first - 1..last)
+        }
+        _ => Err(InputError::new("there are no such cases")
             .at("--case")
             .found(text)
-            .allowed(format!("1/{count} to {count}/{count}"))),
+            .allowed(format!(
+                "1/{count} to {count}/{count}, or several: 1-{count}/{count}"
+            ))),
     }
 }
 
@@ -124,14 +147,29 @@ mod tests {
         let sets: Vec<String> = cases.iter().map(|case| case.set.join(" ")).collect();
         assert_eq!(sets[..3], ["a.b=1 c=0e0", "a.b=1 c=5e-1", "a.b=1 c=1e0"]);
         assert_eq!((sets.len(), sets[5].as_str()), (6, "a.b=inf c=1e0"));
-        assert_eq!(case_number("6/6", 6).unwrap(), 5);
-        assert!(case_number("7/6", 6).is_err() && case_number("1/5", 6).is_err());
+        assert_eq!(case_numbers("6/6", 6).unwrap(), 5..6);
+        assert_eq!(case_numbers("2-4/6", 6).unwrap(), 1..4);
+        for wrong in ["7/6", "1/5", "4-2/6", "0/6", "2-7/6", "x/6"] {
+            assert!(case_numbers(wrong, 6).is_err(), "{wrong}");
+        }
+        let decades = Axis::parse("b=1e-5..1e-3:3:log").unwrap();
+        assert_eq!(
+            decades.values[..],
+            ["1e-5", "1e-4", "1e-3"].map(str::to_owned)
+        );
     }
 
     #[test]
     fn wrong_axes_are_refused() {
         for text in [
-            "a", "a=1..2", "a=1..2:1", "a=x..2:3", "a=1..x:3", "a=1..2:x",
+            "a",
+            "a=1..2",
+            "a=1..2:1",
+            "a=0..2:3:log",
+            "a=1..2:3:lg",
+            "a=x..2:3",
+            "a=1..x:3",
+            "a=1..2:x",
         ] {
             assert!(Axis::parse(text).is_err(), "{text}");
         }

@@ -4,6 +4,7 @@
 //! their number, so that any of them can be computed alone, on any machine, with the same result.
 
 mod grid;
+mod results;
 
 use std::any::Any;
 use std::collections::{BTreeMap, HashMap};
@@ -22,21 +23,24 @@ use crate::csv::{self, Table};
 use crate::run::{self, Existing, RunOptions, RunResult};
 use crate::versions::Versions;
 use crate::watch::Tell;
-use crate::{Error, Input, Scene, atomic_file, inputs, parallel};
-use grid::{Axis, Case, case_number, cases};
+use crate::{Error, Input, InputError, Scene, atomic_file, inputs, parallel};
+use grid::{Axis, Case, case_numbers, cases};
+use results::ResultColumn;
 
 /// A scene, what varies, and where the cases go.
 pub struct SweepOptions<'a> {
     /// The scene: a TOML file, or the name of a built-in scene.
     pub scene: PathBuf,
-    /// Values of keys: `key=a,b,c` or `key=lo..hi:n`.
+    /// Values of keys: `key=a,b,c`, `key=lo..hi:n` or `key=lo..hi:n:log`.
     pub vary: Vec<String>,
+    /// Columns of the table made of the probes: `name=expression`.
+    pub results: Vec<String>,
     /// Overrides of all cases.
     pub set: Vec<String>,
     /// Folder for the cases.
     pub out: PathBuf,
-    /// The case K/N to compute, from 1; without it all.
-    pub case: Option<String>,
+    /// The cases to compute, all if this is none.
+    pub cases: Cases,
     /// Whether cases that were computed are computed again.
     pub overwrite: bool,
     /// Cases at a time.
@@ -47,6 +51,29 @@ pub struct SweepOptions<'a> {
     pub progress: &'a dyn Tell,
     /// What is done with a case that was computed, in its folder.
     pub finished: &'a (dyn Fn(&Path, &Scene, &RunResult) -> Result<(), Error> + Sync),
+}
+
+/// Which cases are computed; the table has all that were, now or before.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Cases {
+    /// All.
+    All,
+    /// Case K/N or cases K-L/N, from 1.
+    Some(String),
+    /// None: what was computed before is collected.
+    None,
+}
+
+/// The number of cases that `vary` asks for.
+///
+/// # Errors
+/// Values that cannot be read, or too many.
+pub fn n_cases(vary: &[String]) -> Result<usize, InputError> {
+    Ok(cases(&axes(vary)?)?.len())
+}
+
+fn axes(vary: &[String]) -> Result<Vec<Axis>, InputError> {
+    vary.iter().map(|text| Axis::parse(text)).collect()
 }
 
 /// The table of a sweep.
@@ -63,31 +90,31 @@ pub struct SweepResult {
 /// # Errors
 /// Wrong options, or a folder that cannot be written. A case that fails is a row.
 pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
-    let axes: Vec<Axis> = options
-        .vary
-        .iter()
-        .map(|text| Axis::parse(text))
-        .collect::<Result<_, _>>()?;
+    let axes = axes(&options.vary)?;
     let all = cases(&axes)?;
-    let wanted = match &options.case {
-        None => all.clone(),
-        Some(text) => vec![all[case_number(text, all.len())?].clone()],
+    let wanted = match &options.cases {
+        Cases::All => &all[..],
+        Cases::Some(text) => &all[case_numbers(text, all.len())?],
+        Cases::None => &[],
     };
     // A scene that is wrong as it is would be wrong in every case.
     let first = [&options.set[..], &all[0].set].concat();
+    let scene = Scene::load(&options.scene, &first)?;
+    let results = columns(&options.results, &scene)?;
     let sweep = Sweep {
         options,
-        scene: Scene::load(&options.scene, &first)?.text().to_owned(),
+        results,
+        scene: scene.text().to_owned(),
         program: program(),
         hashes: Mutex::default(),
     };
     fs::create_dir_all(&options.out).map_err(Error::file("make", &options.out))?;
 
-    sweep.compute_all(&wanted)?;
+    sweep.compute_all(wanted)?;
 
     let rows: Vec<Value> = all.iter().map(|case| sweep.row(&axes, case)).collect();
     let document = json!({ "rows": rows });
-    let csv = table(&axes, &rows);
+    let csv = table(&axes, &sweep.results, &rows);
     for (name, text) in [
         ("sweep.csv", csv.clone()),
         ("sweep.json", crate::json::document("sweep", &document)?),
@@ -95,6 +122,33 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         atomic_file::save(&options.out.join(name), text)?;
     }
     Ok(SweepResult { document, csv })
+}
+
+/// The columns that are asked for; their probes are those of the scene.
+fn columns(texts: &[String], scene: &Scene) -> Result<Vec<ResultColumn>, InputError> {
+    let mut columns: Vec<ResultColumn> = Vec::new();
+    for text in texts {
+        let column = ResultColumn::parse(text)?;
+        let wrong = |message: String| InputError::new(message).at(format!("--result {text}"));
+        let is_taken = COLUMNS.contains(&column.name.as_str())
+            || columns.iter().any(|other| other.name == column.name);
+        if is_taken || column.name.is_empty() {
+            return Err(wrong(format!(
+                "the name `{}` is taken, or none",
+                column.name
+            )));
+        }
+        let probes = || scene.file.probe.iter().map(|probe| probe.name.as_str());
+        if let Some((probe, _)) = column
+            .places()
+            .find(|(name, _)| !probes().any(|p| p == *name))
+        {
+            let error = wrong(format!("there is no probe `{probe}`"));
+            return Err(error.allowed(probes().collect::<Vec<_>>().join(", ")));
+        }
+        columns.push(column);
+    }
+    Ok(columns)
 }
 
 /// The program that computes: its revision, and where that has local changes or none is known, its
@@ -121,6 +175,7 @@ fn words_of(panic: &(dyn Any + Send)) -> String {
 /// What all cases share.
 struct Sweep<'a> {
     options: &'a SweepOptions<'a>,
+    results: Vec<ResultColumn>,
     /// The scene's text, without overrides.
     scene: String,
     /// The program that computes.
@@ -262,6 +317,10 @@ impl Sweep<'_> {
         for column in COLUMNS {
             row.insert(column.to_owned(), result[column].clone());
         }
+        for column in &self.results {
+            let value = column.value(&self.folder(case));
+            row.insert(column.name.clone(), json!(value));
+        }
         row.insert("message".to_owned(), result["message"].clone());
         let probes = last_rows(&self.folder(case), &result["scene"]["probe"]);
         row.insert("probes".to_owned(), json!(probes));
@@ -296,9 +355,11 @@ fn last_rows(folder: &Path, probes: &Value) -> BTreeMap<String, Vec<f64>> {
         .collect()
 }
 
-fn table(axes: &[Axis], rows: &[Value]) -> String {
+fn table(axes: &[Axis], results: &[ResultColumn], rows: &[Value]) -> String {
     let keys = axes.iter().map(|axis| axis.key.as_str());
-    let names: Vec<&str> = std::iter::once("case").chain(keys).chain(COLUMNS).collect();
+    let results = results.iter().map(|column| column.name.as_str());
+    let names = std::iter::once("case").chain(keys).chain(results);
+    let names: Vec<&str> = names.chain(COLUMNS).collect();
     let mut text = csv::line(&names);
     for row in rows {
         let words: Vec<String> = names

@@ -1,10 +1,13 @@
 //! `myovib sweep`: one scene over a grid of values, a folder for each case.
 
+mod slurm;
+
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::Args;
 use myovib_report::page;
-use myovib_scene::sweep::{SweepOptions, compute};
+use myovib_scene::sweep::{Cases, SweepOptions, compute};
 
 use crate::args::{self, CommonArgs};
 use crate::exit::Exit;
@@ -16,21 +19,28 @@ use crate::progress::Progress;
 #[command(after_help = "Examples:\n  \
     myovib sweep scene.toml --vary solid.kappa=1e4,1e5,inf --out kappa\n  \
     myovib sweep scene.toml --vary solid.beta=1e-5..1e-3:5 --vary solid.kappa=1e5,inf\n  \
-    myovib sweep scene.toml --vary solid.kappa=1e4,1e5,inf --case 2/3\n\n\
-    A range lo..hi:n has n values, equally spaced. Finished cases are not computed again, \
+    myovib sweep scene.toml --vary solid.beta=1e-5..1e-2:4:log --result 'gain=amplitude(origin.u_y, 1)/1e-3'\n  \
+    myovib sweep scene.toml --vary solid.kappa=1e4,1e5,inf --case 2/3\n  \
+    myovib sweep scene.toml --vary solid.kappa=1e4..1e6:12:log --slurm jobs.sh --per-task 2\n\n\
+    A range lo..hi:n has n values, equally spaced; with :log their logarithms are. Finished cases are not computed again, \
     unless the scene, a file that it reads or the program has changed. Returns 0 when every case was recorded, also those that failed.")]
 pub struct SweepArgs {
     /// The scene: a TOML file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// Values of a key: key=a,b,c or key=lo..hi:n; several make a grid.
+    /// Values of a key: key=a,b,c, key=lo..hi:n or key=lo..hi:n:log; several make a grid.
     #[arg(long, value_name = "KEY=VALUES", required = true)]
     pub vary: Vec<String>,
 
     /// Change a value of all cases.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+
+    /// A column of the table: an expression of min, max, mean, last, amplitude of probes' columns,
+    /// of the whole run or from a time on, as in 'gain=amplitude(tip.u_y, 1.5)/1e-3'.
+    #[arg(long, value_name = "NAME=EXPRESSION")]
+    pub result: Vec<String>,
 
     /// Folder for the cases.
     #[arg(long, value_name = "DIR", default_value = "sweep", value_parser = args::output_folder)]
@@ -40,9 +50,21 @@ pub struct SweepArgs {
     #[arg(long)]
     pub overwrite: bool,
 
-    /// Compute case K of N only, from 1; N must be the number of cases.
-    #[arg(long, value_name = "K/N")]
+    /// Compute case K, or cases K to L, of N only, from 1; N must be the number of cases.
+    #[arg(long, value_name = "K[-L]/N")]
     pub case: Option<String>,
+
+    /// Compute nothing: write the table of the cases that were computed.
+    #[arg(long, conflicts_with_all = ["case", "overwrite"])]
+    pub collect: bool,
+
+    /// Compute nothing: write a job script for Slurm that computes the cases as an array.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["case", "collect", "overwrite"])]
+    pub slurm: Option<PathBuf>,
+
+    /// Cases that a task of the job script computes, one after the other.
+    #[arg(long, value_name = "N", default_value = "1", requires = "slurm")]
+    pub per_task: NonZeroUsize,
 
     /// Options of every command.
     #[command(flatten)]
@@ -54,13 +76,23 @@ pub struct SweepArgs {
 /// # Errors
 /// Wrong options, or a folder that cannot be written. A case that fails is a row.
 pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
+    if let Some(file) = &args.slurm {
+        let jobs = slurm::write(args, file)?;
+        args.common.give("sweep", &jobs.text(), &jobs)?;
+        return Ok(Exit::Done);
+    }
     let progress = Progress::new(args.common.quiet);
     let result = compute(&SweepOptions {
         scene: args.scene.clone(),
         vary: args.vary.clone(),
         set: args.set.clone(),
         out: args.out.clone(),
-        case: args.case.clone(),
+        results: args.result.clone(),
+        cases: match &args.case {
+            _ if args.collect => Cases::None,
+            Some(case) => Cases::Some(case.clone()),
+            None => Cases::All,
+        },
         overwrite: args.overwrite,
         n_threads: args.common.n_threads(),
         interrupt: Some(interrupt::flag()),

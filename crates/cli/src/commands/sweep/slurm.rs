@@ -1,0 +1,91 @@
+//! The job script of a sweep for Slurm.
+
+use std::path::{Path, PathBuf};
+
+use myovib_scene::sweep::n_cases;
+use myovib_scene::{Scene, atomic_file};
+use serde::Serialize;
+
+use super::SweepArgs;
+
+/// What was written.
+#[derive(Debug, Serialize)]
+pub(super) struct Jobs {
+    script: PathBuf,
+    cases: usize,
+    tasks: usize,
+}
+
+impl Jobs {
+    pub(super) fn text(&self) -> String {
+        let Self {
+            script,
+            cases,
+            tasks,
+        } = self;
+        let script = script.display();
+        format!("{cases} cases in {tasks} tasks. Submit them: sbatch {script}\n")
+    }
+}
+
+/// Writes the script to `file`, and says what it has.
+///
+/// # Errors
+/// Values of keys that cannot be read, and a file that cannot be written.
+pub(super) fn write(args: &SweepArgs, file: &Path) -> anyhow::Result<Jobs> {
+    let n = n_cases(&args.vary)?;
+    Scene::load(&args.scene, &args.set)?; // a wrong one is told now, not by each task
+    let per_task = args.per_task.get();
+    let program = std::env::current_exe()?;
+    let sweep = command(args, &program.display().to_string());
+    let out = quoted(&args.out.display().to_string());
+    let script = format!(
+        "#!/bin/bash\n\
+         # {n} cases, {per_task} a task. Submit it:  sbatch {name}\n\
+         # Submit it again when tasks were killed or failed: what is done is not computed again.\n\
+         # When all have ended, the table:\n\
+         #   {sweep} --collect\n\
+         #SBATCH --job-name=myovib\n\
+         #SBATCH --array=1-{n_tasks}\n\
+         #SBATCH --cpus-per-task=1\n\
+         #SBATCH --output=%x-%A_%a.txt\n\
+         set -eu\n\
+         mkdir -p {out}\n\
+         first=$(( (SLURM_ARRAY_TASK_ID - 1) * {per_task} + 1 ))\n\
+         last=$(( first + {per_task} - 1 ))\n\
+         if (( last > {n} )); then last={n}; fi\n\
+         exec {sweep} --threads 1 --quiet --case \"$first-$last/{n}\"\n",
+        name = file.display(),
+        n_tasks = n.div_ceil(per_task),
+    );
+    atomic_file::save(file, script)?;
+    Ok(Jobs {
+        script: file.to_owned(),
+        cases: n,
+        tasks: n.div_ceil(per_task),
+    })
+}
+
+/// The command line of the sweep, without what says which cases.
+fn command(args: &SweepArgs, program: &str) -> String {
+    let mut words = vec![quoted(program), "sweep".to_owned()];
+    words.push(quoted(&args.scene.display().to_string()));
+    for (option, values) in [
+        ("--vary", &args.vary),
+        ("--set", &args.set),
+        ("--result", &args.result),
+    ] {
+        words.extend(values.iter().flat_map(|v| [option.to_owned(), quoted(v)]));
+    }
+    words.push(format!("--out {}", quoted(&args.out.display().to_string())));
+    words.join(" ")
+}
+
+/// A word as the shell takes it literally.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "._-/=:,+@%".contains(c);
+    match !word.is_empty() && word.chars().all(plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', r"'\''")),
+    }
+}

@@ -1,0 +1,244 @@
+//! Columns of a sweep's table made of what the probes recorded: `gain=max(tip.u_y)/max(base.u_y)`.
+
+use std::fs;
+use std::path::Path;
+
+use exmex::{Express, FlatEx, FloatOpsFactory, MatchLiteral};
+
+use crate::InputError;
+use crate::csv::Table;
+
+/// What is made of a column of numbers.
+type Reduction = fn(&[f64]) -> f64;
+
+/// The reductions by name; each gets the values of a column, which are not none.
+const REDUCTIONS: [(&str, Reduction); 5] = [
+    ("min", |values| least(values)),
+    ("max", |values| largest(values)),
+    ("mean", |values| {
+        values.iter().sum::<f64>() / values.len() as f64
+    }),
+    ("last", |values| values[values.len() - 1]),
+    ("amplitude", |values| {
+        (largest(values) - least(values)) / 2.0
+    }),
+];
+
+fn least(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Numbers as in `1.5` and `1e-3`.
+#[derive(Clone, Eq, PartialEq, Ord, PartialOrd, Debug, Default)]
+struct Number;
+
+impl MatchLiteral for Number {
+    /// The longest start of `text` that is a number without sign.
+    fn is_literal(text: &str) -> Option<&str> {
+        let has_digit = |c: char| c.is_ascii_digit() || c == '.';
+        let part = |from: usize| -> usize {
+            let rest = text[from..].find(|c| !has_digit(c));
+            rest.map_or(text.len(), |end| from + end)
+        };
+        let mantissa = part(0);
+        let exponent = text[mantissa..].strip_prefix(['e', 'E']).map(|exponent| {
+            let sign = usize::from(exponent.starts_with(['+', '-']));
+            part(mantissa + 1 + sign)
+        });
+        let is_number = |end: &usize| text[..*end].parse::<f64>().is_ok();
+        let end = exponent.filter(is_number).unwrap_or(mantissa);
+        is_number(&end).then(|| &text[..end])
+    }
+}
+
+/// An expression of numbers.
+type Expression = FlatEx<f64, FloatOpsFactory<f64>, Number>;
+
+/// `reduction(probe.column)` or `reduction(probe.column, from)`: of the values from a time on.
+#[derive(Debug)]
+struct Reduced {
+    reduction: Reduction,
+    probe: String,
+    column: String,
+    from: f64,
+}
+
+impl Reduced {
+    /// None of a run that recorded no such value.
+    fn value(&self, folder: &Path) -> Option<f64> {
+        let text = fs::read_to_string(folder.join(format!("{}.csv", self.probe))).ok()?;
+        let table = Table::parse(&text).ok()?;
+        let column = table.names.iter().position(|name| *name == self.column)?;
+        let rows = table.rows.iter().filter_map(|row| table.numbers(row));
+        let values: Vec<f64> = rows
+            .filter(|row| row[0] >= self.from)
+            .map(|row| row[column])
+            .collect();
+        (!values.is_empty()).then(|| (self.reduction)(&values))
+    }
+}
+
+/// A column of the table: its name, and an expression of reduced columns of probes.
+#[derive(Debug)]
+pub(super) struct ResultColumn {
+    pub(super) name: String,
+    expression: Expression,
+    /// The variables of the expression, in its order.
+    reduced: Vec<Reduced>,
+}
+
+impl ResultColumn {
+    /// Reads `name=expression`.
+    pub(super) fn parse(text: &str) -> Result<Self, InputError> {
+        let wrong = |message: String| {
+            let names: Vec<&str> = REDUCTIONS.iter().map(|(name, _)| *name).collect();
+            InputError::new(message)
+                .at(format!("--result {text}"))
+                .allowed(format!(
+                    "name=expression of reduction(probe.column) or reduction(probe.column, from), \
+                     as in gain=amplitude(tip.u_y, 1.5)/1e-3; reductions: {}",
+                    names.join(", ")
+                ))
+        };
+        let (name, formula) = text
+            .split_once('=')
+            .ok_or_else(|| wrong("an expression is missing".to_owned()))?;
+        let mut reduced = Vec::new();
+        let mut flat = String::new();
+        let mut rest = formula;
+        while let Some((before, word, inside, after)) = next_call(rest) {
+            let known = REDUCTIONS.iter().find(|(known, _)| *known == word);
+            let Some((_, reduction)) = known else {
+                // A function of numbers, as sqrt: left to the expression.
+                let cut = rest.len() - after.len() - inside.len() - 1;
+                flat.push_str(&rest[..cut]);
+                rest = &rest[cut..];
+                continue;
+            };
+            let (place, from) = match inside.split_once(',') {
+                None => (inside, Some(f64::NEG_INFINITY)),
+                Some((place, from)) => (place, from.trim().parse().ok()),
+            };
+            let Some(((probe, column), from)) = place.trim().split_once('.').zip(from) else {
+                return Err(wrong(format!("cannot read `{word}({inside})`")));
+            };
+            flat.push_str(before);
+            flat.push_str(&variable(reduced.len()));
+            reduced.push(Reduced {
+                reduction: *reduction,
+                probe: probe.to_owned(),
+                column: column.to_owned(),
+                from,
+            });
+            rest = after;
+        }
+        flat.push_str(rest);
+        let expression = Expression::parse(&flat)
+            .map_err(|error| wrong(format!("not an expression: {error}")))?;
+        let variables: Vec<String> = (0..reduced.len()).map(variable).collect();
+        if let Some(unknown) = expression
+            .var_names()
+            .iter()
+            .find(|v| !variables.contains(v))
+        {
+            return Err(wrong(format!(
+                "`{unknown}` is no reduction of a probe's column"
+            )));
+        }
+        Ok(Self {
+            name: name.trim().to_owned(),
+            expression,
+            reduced,
+        })
+    }
+
+    /// Probe and column of each value that is asked for.
+    pub(super) fn places(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.reduced.iter().map(|r| (&*r.probe, &*r.column))
+    }
+
+    /// The value for the run in `folder`; none of one that failed.
+    pub(super) fn value(&self, folder: &Path) -> Option<f64> {
+        let values = self.reduced.iter().map(|reduced| reduced.value(folder));
+        let values = values.collect::<Option<Vec<f64>>>()?;
+        self.expression.eval(&values).ok()
+    }
+}
+
+/// A name by which variables are sorted as they are numbered.
+fn variable(number: usize) -> String {
+    format!("reduced_{number:03}")
+}
+
+/// What stands before the next `word(inside)`, its parts, and what comes after; brackets inside are
+/// not looked for.
+fn next_call(text: &str) -> Option<(&str, &str, &str, &str)> {
+    let open = text.find('(')?;
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let start = text[..open].rfind(|c| !is_word(c)).map_or(0, |i| i + 1);
+    if start == open {
+        // A bracket of the expression itself: look behind it.
+        let (before, word, inside, after) = next_call(&text[open + 1..])?;
+        return Some((&text[..open + 1 + before.len()], word, inside, after));
+    }
+    let close = open + text[open..].find(')')?;
+    Some((
+        &text[..start],
+        &text[start..open],
+        &text[open + 1..close],
+        &text[close + 1..],
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn expressions_of_reduced_columns_are_computed() {
+        let folder = tempfile::tempdir().unwrap();
+        let table = "t,u_y,p\n0,0,1\n1,-2,2\n2,4,3\n3,1,4\n";
+        fs::write(folder.path().join("tip.csv"), table).unwrap();
+        for (text, expected) in [
+            ("a=max(tip.u_y)", 4.0),
+            ("a=min(tip.u_y) ", -2.0),
+            ("a=mean(tip.p)", 2.5),
+            ("a=last(tip.u_y)", 1.0),
+            ("a=amplitude(tip.u_y)", 3.0),
+            ("a=amplitude(tip.u_y, 1.5)", 1.5),
+            ("a=2*(max(tip.u_y) - last(tip.p))^2 + 1", 1.0),
+            ("a=sqrt(max(tip.u_y)) / 2", 1.0),
+            ("a=max(tip.u_y)/mean(tip.p)", 1.6),
+            ("a=1.5e1 + max(tip.u_y)/1e-1 - 2E+0", 53.0),
+        ] {
+            let column = ResultColumn::parse(text).unwrap();
+            assert_eq!(column.name, "a");
+            // The operations are few and their operands small whole numbers: exact but for quotients.
+            let found = column.value(folder.path()).unwrap();
+            assert!(
+                (found - expected).abs() <= 4.0 * f64::EPSILON * expected.abs(),
+                "{text}: {found}"
+            );
+        }
+        let missing = ResultColumn::parse("a=max(tip.u_x)").unwrap();
+        assert_eq!(missing.value(folder.path()), None);
+    }
+
+    #[test]
+    fn what_is_no_expression_is_refused() {
+        for text in [
+            "a",
+            "a=max(tip)",
+            "a=max(tip.u_y, x)",
+            "a=max(tip.u_y) +* 2",
+            "a=tip",
+        ] {
+            let error = ResultColumn::parse(text).unwrap_err().to_string();
+            assert!(error.contains("reductions: min, max"), "{text}: {error}");
+        }
+    }
+}
