@@ -13,6 +13,7 @@ use std::ops::Range;
 
 use pulp::Simd;
 
+use crate::added::AddedStress;
 use crate::element::Barycentric;
 use crate::fibres::Fibres;
 use crate::lanes::{Array, LANES, Lanes};
@@ -34,6 +35,8 @@ pub(crate) struct Point<const D: usize, const N: usize, const P: usize> {
 #[derive(Debug, Clone)]
 pub(crate) struct Batch<const D: usize, const N: usize, const P: usize> {
     pub(crate) law: Law,
+    /// The number of the stress that is added to the law's, if one is.
+    pub(crate) added: Option<usize>,
     pub(crate) elements: [usize; LANES],
     /// Elements that count; the others repeat the last with measure zero.
     pub(crate) count: usize,
@@ -90,7 +93,12 @@ impl<const D: usize> Geometry<D> {
 }
 
 impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
-    fn new(space: &Space, law: Law, members: &[usize], points: &[Point<D, N, P>]) -> Self {
+    fn new(
+        space: &Space,
+        (law, added): (Law, Option<usize>),
+        members: &[usize],
+        points: &[Point<D, N, P>],
+    ) -> Self {
         let elements = std::array::from_fn(|l| members[l.min(members.len() - 1)]);
         let n_maps = if space.is_curved(members[0]) {
             points.len()
@@ -105,6 +113,7 @@ impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
         let pressures = std::array::from_fn(|a| elements.map(|e| space.element_pressures(e)[a]));
         Self {
             law,
+            added,
             elements,
             count: members.len(),
             nodes,
@@ -296,6 +305,31 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         sum
     }
 
+    /// The fibre at a point.
+    #[inline(always)]
+    pub(crate) fn fibre(&self, point: usize) -> [Lanes<S>; D] {
+        let axes = self.axes(point);
+        let mut fibre = [self.zero(); D];
+        for (fibre, along) in fibre.iter_mut().zip(axes.fibre) {
+            *fibre = along;
+        }
+        fibre
+    }
+
+    /// The gradients of the shape functions at a point: the reference ones times the inverse map.
+    #[inline(always)]
+    pub(crate) fn gradients(&self, point: &Point<D, N, P>) -> [[Lanes<S>; D]; N] {
+        let mut gradients = [[self.zero(); D]; N];
+        for (gradient, reference) in gradients.iter_mut().zip(&point.gradients) {
+            for (j, entry) in gradient.iter_mut().enumerate() {
+                for (along, inverse) in reference.iter().zip(&self.inverse) {
+                    *entry = inverse[j].mul_add(entry.like(*along), *entry);
+                }
+            }
+        }
+        gradients
+    }
+
     /// ∂ξ/∂x.
     #[inline(always)]
     pub(crate) fn inverse(&self) -> &[[Lanes<S>; D]; D] {
@@ -353,10 +387,15 @@ pub(crate) struct Batches<const D: usize, const N: usize, const P: usize> {
 }
 
 impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
-    /// Gives the batches whose law asks for them the axes of fibres at each point.
-    pub(crate) fn set_fibres(&mut self, fibres: &Fibres) {
+    /// Gives the batches with a law or an added stress that asks for them the axes of fibres at each
+    /// point.
+    pub(crate) fn set_fibres(&mut self, fibres: &Fibres, added: &[AddedStress]) {
         let Self { points, batches } = self;
-        for batch in batches.iter_mut().filter(|batch| batch.law.has_fibres()) {
+        let is_active = |stress: usize| added[stress].active.is_some();
+        let asks = |batch: &&mut Batch<D, N, P>| {
+            batch.law.has_fibres() || batch.added.is_some_and(is_active)
+        };
+        for batch in batches.iter_mut().filter(asks) {
             let axes = |point: &Point<D, N, P>| {
                 let mut arrays = [[Array::ZERO; 3]; 2];
                 for (l, &element) in batch.elements.iter().enumerate() {
@@ -373,8 +412,9 @@ impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
         }
     }
 
-    /// Batches of the elements grouped by law, curved ones apart, in the order of the mesh.
-    pub(crate) fn new(space: &Space, laws: &[Law], rule: Rule) -> Self {
+    /// Batches of the elements grouped by law and added stress, curved ones apart, in the order of
+    /// the mesh.
+    pub(crate) fn new(space: &Space, laws: &[Law], added: &[Option<usize>], rule: Rule) -> Self {
         let shape = space.mesh().shape();
         let table = |lambda: Barycentric| {
             let gradients = shape.gradients(space.degree(), &lambda);
@@ -389,9 +429,10 @@ impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
                 gradients: table(q.barycentric),
             })
             .collect();
-        let mut groups: Vec<((Law, bool), Vec<usize>)> = Vec::new();
-        for (element, &law) in laws.iter().enumerate() {
-            let kind = (law, space.is_curved(element));
+        type Kind = (Law, Option<usize>, bool);
+        let mut groups: Vec<(Kind, Vec<usize>)> = Vec::new();
+        for (element, (&law, &added)) in laws.iter().zip(added).enumerate() {
+            let kind = (law, added, space.is_curved(element));
             match groups.iter_mut().find(|(known, _)| *known == kind) {
                 Some((_, members)) => members.push(element),
                 None => groups.push((kind, vec![element])),
@@ -399,10 +440,10 @@ impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
         }
         let batches = groups
             .iter()
-            .flat_map(|((law, _), members)| {
+            .flat_map(|((law, added, _), members)| {
                 members
                     .chunks(LANES)
-                    .map(|chunk| Batch::new(space, *law, chunk, &points))
+                    .map(|chunk| Batch::new(space, (*law, *added), chunk, &points))
             })
             .collect();
         Self { points, batches }

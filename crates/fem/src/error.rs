@@ -96,6 +96,24 @@ pub enum FemError {
         /// That of the operation.
         needed: usize,
     },
+    /// An element that is given two stresses beside that of its law.
+    #[error(
+        "element {element} is in two regions with active or viscous stress: give it one region \
+         that has both"
+    )]
+    TwoAdded {
+        /// The element.
+        element: usize,
+    },
+    /// Active or viscous stress of finite strains in an element with a law of small strains.
+    #[error(
+        "element {element} has a law of small strains, which takes no active or viscous stress: \
+         choose a law of finite strains there, or Rayleigh damping"
+    )]
+    AddedToSmallStrain {
+        /// The element.
+        element: usize,
+    },
     /// An index that points outside the mesh.
     #[error("{what} {index} is out of range: there are {count}")]
     OutOfRange {

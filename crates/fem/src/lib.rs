@@ -11,6 +11,7 @@
 // Loops over the indices of tensors, several at a time, read like their formulas.
 #![allow(clippy::needless_range_loop)]
 
+mod added;
 mod batch;
 mod constitutive;
 pub mod dofs;
@@ -31,12 +32,14 @@ pub mod output;
 pub mod quadrature;
 mod refine;
 mod residual;
+mod robin;
 pub mod rod;
 pub mod solid;
 pub mod space;
 mod sparsity;
 mod tangent;
 
+pub use added::{AddedMotion, AddedStress, AddedTangents};
 pub use dofs::DofMap;
 pub use element::{Barycentric, Shape};
 pub use error::{FemError, MshProblem};
@@ -44,6 +47,7 @@ pub use fibres::Fibres;
 pub use follower::FollowerPressure;
 pub use material::Law;
 pub use mesh::{Group, Mesh};
+pub use robin::{Along, Robin};
 pub use solid::{Fields, Inverted, Pressure, Solid, Tangents, Vectors};
 pub use space::{Located, Space};
 

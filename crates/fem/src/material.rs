@@ -51,7 +51,7 @@ pub use real::Real;
 pub use small_strain::SmallStrain;
 pub use st_venant_kirchhoff::{DeviatoricStVenantKirchhoff, StVenantKirchhoff};
 pub use transverse_mooney_rivlin::TransverseMooneyRivlin;
-pub use viscous::{FullTangent, Viscous};
+pub use viscous::{Spread, Viscous, ViscousSlopes};
 
 use tensor::{Strain, Volumetric};
 use three::{Axes, Tangent3, Tensor3};

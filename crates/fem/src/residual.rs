@@ -115,7 +115,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> AtPoint<S, D, C> {
 
 /// Adds ∫ flux : ∇φ of one point to the element vectors.
 #[inline(always)]
-fn accumulate<S: Simd, const D: usize, const N: usize, const P: usize>(
+pub(crate) fn accumulate<S: Simd, const D: usize, const N: usize, const P: usize>(
     out: &mut [[Lanes<S>; D]; N],
     part: &Part<'_, S, D, N, P>,
     point: &Point<D, N, P>,

@@ -11,6 +11,7 @@
 //!
 //! so five blocks serve all formulations. References: paper, section 2.
 
+mod added;
 mod evaluation;
 #[cfg(test)]
 mod tests;
@@ -20,6 +21,7 @@ use std::sync::Arc;
 use nalgebra_sparse::pattern::SparsityPattern;
 use pulp::Arch;
 
+use crate::added::AddedStress;
 use crate::batch::Batches;
 use crate::dofs::DofMap;
 use crate::error::FemError;
@@ -54,6 +56,31 @@ macro_rules! with_elements {
 }
 use with_elements;
 
+impl Elements {
+    fn new(
+        space: &Space,
+        kinds: (&[Law], &[Option<usize>]),
+        rule: Rule,
+        dofs: &DofMap,
+        patterns: [&SparsityPattern; 2],
+    ) -> Self {
+        match (space.dimension(), space.degree()) {
+            (2, Degree::One) => {
+                Self::LinearTriangles(Mapped::new(space, kinds, rule, dofs, patterns))
+            }
+            (2, Degree::Two) => {
+                Self::QuadraticTriangles(Mapped::new(space, kinds, rule, dofs, patterns))
+            }
+            (_, Degree::One) => {
+                Self::LinearTetrahedra(Mapped::new(space, kinds, rule, dofs, patterns))
+            }
+            (_, Degree::Two) => {
+                Self::QuadraticTetrahedra(Mapped::new(space, kinds, rule, dofs, patterns))
+            }
+        }
+    }
+}
+
 /// Batches and where their matrices go.
 #[derive(Debug, Clone)]
 struct Mapped<const D: usize, const N: usize, const P: usize> {
@@ -64,12 +91,12 @@ struct Mapped<const D: usize, const N: usize, const P: usize> {
 impl<const D: usize, const N: usize, const P: usize> Mapped<D, N, P> {
     fn new(
         space: &Space,
-        laws: &[Law],
+        (laws, added): (&[Law], &[Option<usize>]),
         rule: Rule,
         dofs: &DofMap,
         [displacement, divergence]: [&SparsityPattern; 2],
     ) -> Self {
-        let batches = Batches::new(space, laws, rule);
+        let batches = Batches::new(space, laws, added, rule);
         let maps = batches.batches.iter();
         Self {
             maps: maps
@@ -113,6 +140,10 @@ pub struct Solid {
     rule: Rule,
     elements: Elements,
     fibres: Option<Fibres>,
+    /// The stresses that are added to the laws'.
+    added: Vec<AddedStress>,
+    /// The number of that of each element.
+    added_numbers: Vec<Option<usize>>,
     displacement_pattern: SparsityPattern,
     divergence_pattern: SparsityPattern,
     mass: Symmetric,
@@ -209,19 +240,8 @@ impl Solid {
         let displacement_pattern = displacement_pattern(&space, &dofs);
         let divergence_pattern = divergence_pattern(&space, &dofs);
         let patterns = [&displacement_pattern, &divergence_pattern];
-        use Elements::{
-            LinearTetrahedra, LinearTriangles, QuadraticTetrahedra, QuadraticTriangles,
-        };
-        let elements = match (space.dimension(), space.degree()) {
-            (2, Degree::One) => LinearTriangles(Mapped::new(&space, &laws, rule, &dofs, patterns)),
-            (2, Degree::Two) => {
-                QuadraticTriangles(Mapped::new(&space, &laws, rule, &dofs, patterns))
-            }
-            (_, Degree::One) => LinearTetrahedra(Mapped::new(&space, &laws, rule, &dofs, patterns)),
-            (_, Degree::Two) => {
-                QuadraticTetrahedra(Mapped::new(&space, &laws, rule, &dofs, patterns))
-            }
-        };
+        let added = vec![None; laws.len()];
+        let elements = Elements::new(&space, (&laws, &added), rule, &dofs, patterns);
         let pressure_mass = Symmetric::pressure_mass(&space);
         Ok(Self {
             mass: Symmetric::node_mass(&space, densities),
@@ -233,6 +253,8 @@ impl Solid {
             rule,
             elements,
             fibres: None,
+            added: Vec::new(),
+            added_numbers: added,
             displacement_pattern,
             divergence_pattern,
             arch: Arch::new(),
@@ -242,7 +264,8 @@ impl Solid {
     /// The solid with its fibres; without, they run along x and their sheets along y.
     #[must_use]
     pub fn with_fibres(mut self, fibres: Fibres) -> Self {
-        with_elements!(&mut self.elements, mapped => mapped.batches.set_fibres(&fibres));
+        let added = &self.added;
+        with_elements!(&mut self.elements, mapped => mapped.batches.set_fibres(&fibres, added));
         self.fibres = Some(fibres);
         self
     }

@@ -11,7 +11,7 @@ use crate::residual::{AtPoint, Local};
 use crate::sparsity::{NOWHERE, ScatterMap};
 
 /// Element matrices: `[a][b][i][k]` for nodes a ≤ b, components i of a and k of b.
-type Matrix<S, const D: usize, const N: usize> = [[Tensor<Lanes<S>, D>; N]; N];
+pub(crate) type Matrix<S, const D: usize, const N: usize> = [[Tensor<Lanes<S>, D>; N]; N];
 
 /// Element divergences: `[v][b][k]` for pressure v, component k of node b.
 type Divergence<S, const D: usize, const N: usize, const P: usize> = [[[Lanes<S>; D]; N]; P];
@@ -200,7 +200,7 @@ fn scatter_divergence<S: Simd, const D: usize, const N: usize, const P: usize>(
 }
 
 #[inline(always)]
-fn put(place: u32, entry: f64, values: &mut [f64]) {
+pub(crate) fn put(place: u32, entry: f64, values: &mut [f64]) {
     if place != NOWHERE {
         values[place as usize] += entry;
     }
@@ -208,7 +208,7 @@ fn put(place: u32, entry: f64, values: &mut [f64]) {
 
 /// Zero where a matrix is wanted, nothing where it is not.
 #[inline(always)]
-fn room<T: Copy>(wanted: bool, zero: T) -> Option<T> {
+pub(crate) fn room<T: Copy>(wanted: bool, zero: T) -> Option<T> {
     if wanted { Some(zero) } else { None }
 }
 

@@ -59,12 +59,10 @@ fn motion(
     let space = Arc::new(space.clone());
     let dofs = DofMap::clamped(&space, &space.nodes_of(paper::FIXED_GROUP)?)?;
     let load = load::traction(&space, paper::LOAD_GROUP, [0.0, 1.0])?;
+    let solid = Solid::uniform(space, dofs, paper::LAW, paper::DENSITY)?;
     let muscle = Muscle {
         loads: vec![Load::new(&load, Signal::paper(paper::LOAD_AMPLITUDE))],
-        pressures: Vec::new(),
-        prescribed: Vec::new(),
-        parameters: Parameters::new(paper::ALPHA, beta, kappa)?,
-        solid: Solid::uniform(space, dofs, paper::LAW, paper::DENSITY)?,
+        ..Muscle::unloaded(solid, Parameters::new(paper::ALPHA, beta, kappa)?)
     };
     let origin = Probe::at(muscle.solid.space(), [0.0, 0.0])?;
     let settings = Settings {

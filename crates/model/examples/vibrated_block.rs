@@ -20,11 +20,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let push = load::traction(&space, "right", [0.0, 1.0])?;
     let solid = Solid::uniform(space, dofs, Law::MooneyRivlin { c10: 1e4, c01: 2e2 }, 1.1e3)?;
     let muscle = Muscle {
-        solid,
-        parameters: Parameters::new(1.0, 0.0, f64::INFINITY)?,
         loads: vec![Load::new(&push, Signal::paper(20.0))],
-        pressures: Vec::new(),
-        prescribed: Vec::new(),
+        ..Muscle::unloaded(solid, Parameters::new(1.0, 0.0, f64::INFINITY)?)
     };
     let corner = Probe::at(muscle.solid.space(), [0.1, 0.03])?;
 

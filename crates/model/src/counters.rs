@@ -15,6 +15,10 @@ pub struct WorkCounters {
     pub tangent_passes: u64,
     /// Of these, with the damping tangent ∂/∂q ∫Ṗ:∇φ.
     pub rate_tangent_passes: u64,
+    /// Passes over regions with active or viscous stress, for residuals.
+    pub added_passes: u64,
+    /// The same for tangents.
+    pub added_tangent_passes: u64,
     /// Factorisations and solves of the condensed path, and how well they were solved.
     pub linear: LinearWork,
     /// Newton matrices summed from the tangents.

@@ -35,6 +35,14 @@ pub enum ModelError {
         /// Why not, and what can be done.
         objection: &'static str,
     },
+    /// A tension that cannot be given.
+    #[error("the tension of added stress {number} cannot be given: {objection}")]
+    Activation {
+        /// The number of the stress in the solid.
+        number: usize,
+        /// Why not, and what can be done.
+        objection: &'static str,
+    },
     /// A point that lies in no element.
     #[error("the point {} lies outside the mesh", place(point))]
     OutsideMesh {

@@ -16,22 +16,24 @@ pub enum Field {
     PressureRate,
     /// μ of (33): the multiplier of Gear, Gupta and Leimkuhler, zero in the exact solution.
     GglMultiplier,
+    /// T: tensions that follow models of activation, Pa.
+    Tension,
 }
 
 impl Field {
-    /// Whether the block has one coefficient per free displacement component, otherwise one per
-    /// vertex.
+    /// Whether the block has one coefficient per free displacement component.
     pub fn is_displacement_like(self) -> bool {
         matches!(self, Self::Displacement | Self::Velocity)
     }
 
-    /// The name used in options and output: `q`, `v`, `lambda`, `mu`.
+    /// The name used in options and output: `q`, `v`, `lambda`, `mu`, `tension`.
     pub fn symbol(self) -> &'static str {
         match self {
             Self::Displacement => "q",
             Self::Velocity => "v",
             Self::Pressure => "lambda",
             Self::PressureRate | Self::GglMultiplier => "mu",
+            Self::Tension => "tension",
         }
     }
 }
@@ -49,18 +51,14 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Lays out `fields` one after another.
-    pub fn new(fields: impl IntoIterator<Item = Field>, n_free: usize, n_vertices: usize) -> Self {
+    /// Lays out `fields` one after another, each with as many coefficients as `length` says.
+    pub fn new(fields: impl IntoIterator<Item = Field>, length: impl Fn(Field) -> usize) -> Self {
         let mut end = 0;
         let blocks = fields
             .into_iter()
             .map(|field| {
                 let start = end;
-                end += if field.is_displacement_like() {
-                    n_free
-                } else {
-                    n_vertices
-                };
+                end += length(field);
                 (field, start..end)
             })
             .collect();

@@ -4,7 +4,7 @@
 //! makes it a [`MuscleDae`], an `impl Problem` for the integrators.
 //!
 //! Cast of types:
-//! - [`Muscle`], [`Parameters`], [`Load`], [`Signal`]: the physics, whatever the formulation
+//! - [`Muscle`], [`Parameters`], [`Load`], [`Bed`], [`Activation`], [`Signal`]: the physics, whatever the formulation
 //!   (folders `muscle`, `signal`);
 //! - [`Formulation`]: which unknowns ([`Field`]) are paired with which [`Equation`];
 //! - [`MuscleDae`]: residual and Jacobian on the integrator's vectors;
@@ -70,6 +70,8 @@ pub use integration::statistics::{Counts, Outcome, Statistics, StopReason};
 pub use integration::verify::{ErrorEstimate, LOOSER};
 pub use matrix::{Matrix, Term};
 pub use muscle::Muscle;
+pub use muscle::activation::Activation;
+pub use muscle::bed::Bed;
 pub use muscle::load::{Load, Prescribed, PressureLoad};
 pub use muscle::parameters::Parameters;
 pub use muscle_dae::MuscleDae;

@@ -1,9 +1,11 @@
 //! Storage of the matrices a formulation uses; what it does not use is neither stored nor computed.
 
-use myovib_fem::{Solid, Tangents};
+use myovib_fem::{AddedTangents, Solid, Tangents};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::matrix::Matrix;
+use crate::muscle::Muscle;
+use crate::muscle::bed::Bed;
 use crate::muscle::load::PressureLoad;
 
 /// Values of the matrices of one formulation.
@@ -21,19 +23,44 @@ pub(crate) struct Matrices {
     divergence: Option<Vec<f64>>,
     divergence_rate: Option<Vec<f64>>,
     multiplier_stiffness: Option<Vec<f64>>,
+    /// The entries that are not zero of the beds' stiffness and damping.
+    beds: [(SparsityPattern, Vec<f64>); 2],
+    added_stiffness: Option<Vec<f64>>,
+    added_damping: Option<Vec<f64>>,
+    /// Rows: the free components of each active region whose tension is an unknown.
+    tension_pattern: SparsityPattern,
+    tension_identity: SparsityPattern,
+    tension_force: Vec<f64>,
+    tension_decay: Vec<f64>,
 }
 
 impl Matrices {
     /// Room for the matrices in `used`.
-    pub(crate) fn new(solid: &Solid, used: impl IntoIterator<Item = Matrix>) -> Self {
+    pub(crate) fn new(muscle: &Muscle, used: impl IntoIterator<Item = Matrix>) -> Self {
+        let solid = &muscle.solid;
         let n_free = solid.dofs().n_free();
         let n_vertices = solid.space().n_pressures();
         let (mass_pattern, mass) =
             without_zeros(solid.displacement_pattern(), &solid.mass_values());
+        let tension_pattern = tension_pattern(muscle);
+        let n_tensions = tension_pattern.major_dim();
         let mut matrices = Self {
+            beds: [Bed::stiffness, Bed::damping].map(|constant| {
+                let mut values = vec![0.0; solid.displacement_pattern().nnz()];
+                for bed in &muscle.beds {
+                    bed.operator().add_values(constant(bed), solid, &mut values);
+                }
+                without_zeros(solid.displacement_pattern(), &values)
+            }),
+            added_stiffness: None,
+            added_damping: None,
+            tension_force: vec![0.0; tension_pattern.nnz()],
+            tension_decay: vec![0.0; n_tensions],
+            tension_identity: diagonal(n_tensions),
+            tension_pattern,
             displacement_identity: diagonal(n_free),
             pressure_identity: diagonal(n_vertices),
-            ones: vec![1.0; n_free.max(n_vertices)],
+            ones: vec![1.0; n_free.max(n_vertices).max(n_tensions)],
             mass_pattern,
             mass,
             stiffness: None,
@@ -53,6 +80,8 @@ impl Matrices {
                     &mut matrices.divergence_rate
                 }
                 Matrix::MultiplierStiffness => &mut matrices.multiplier_stiffness,
+                Matrix::AddedStiffness => &mut matrices.added_stiffness,
+                Matrix::AddedDamping => &mut matrices.added_damping,
                 _ => continue,
             };
             slot.get_or_insert_with(|| vec![0.0; Self::state_pattern(solid, matrix).nnz()]);
@@ -85,6 +114,10 @@ impl Matrices {
             Matrix::DisplacementIdentity => &self.displacement_identity,
             Matrix::PressureIdentity => &self.pressure_identity,
             Matrix::Mass => &self.mass_pattern,
+            Matrix::BedStiffness => &self.beds[0].0,
+            Matrix::BedDamping => &self.beds[1].0,
+            Matrix::TensionForce => &self.tension_pattern,
+            Matrix::TensionIdentity | Matrix::TensionDecay => &self.tension_identity,
             _ => Self::state_pattern(solid, matrix),
         };
         (pattern, transposed)
@@ -93,7 +126,15 @@ impl Matrices {
     /// The values of `matrix`, in the order of its pattern.
     pub(crate) fn values<'a>(&'a self, solid: &'a Solid, matrix: Matrix) -> &'a [f64] {
         let stored = match matrix {
-            Matrix::DisplacementIdentity | Matrix::PressureIdentity => return &self.ones,
+            Matrix::DisplacementIdentity | Matrix::PressureIdentity | Matrix::TensionIdentity => {
+                return &self.ones;
+            }
+            Matrix::BedStiffness => return &self.beds[0].1,
+            Matrix::BedDamping => return &self.beds[1].1,
+            Matrix::TensionForce => return &self.tension_force,
+            Matrix::TensionDecay => return &self.tension_decay,
+            Matrix::AddedStiffness => &self.added_stiffness,
+            Matrix::AddedDamping => &self.added_damping,
             Matrix::Mass => return &self.mass,
             Matrix::PressureMass => return solid.pressure_mass_values(),
             Matrix::Stiffness => &self.stiffness,
@@ -125,6 +166,30 @@ impl Matrices {
         }
     }
 
+    /// The tangents of added stresses, to be filled by the solid.
+    pub(crate) fn wanted_added(&mut self) -> AddedTangents<'_> {
+        AddedTangents {
+            by_displacement: self.added_stiffness.as_deref_mut(),
+            by_velocity: self.added_damping.as_deref_mut(),
+        }
+    }
+
+    /// Fills the tensions' own matrices at time `t` and a displacement and velocity of all nodes.
+    pub(crate) fn update_tensions(&mut self, muscle: &Muscle, t: f64, u: &[f64], v: &[f64]) {
+        let mut force = vec![0.0; u.len()];
+        let free = muscle.solid.dofs().free_to_full();
+        for (k, (number, model)) in muscle.models().enumerate() {
+            self.tension_decay[k] = -model.rate_slope(t);
+            muscle.solid.active_force(number, u, v, &mut force);
+            let entries = self.tension_pattern.major_offsets();
+            let entries = entries[k]..entries[k + 1];
+            let rows = &self.tension_pattern.minor_indices()[entries.clone()];
+            for (value, &row) in self.tension_force[entries].iter_mut().zip(rows) {
+                *value = force[free[row]];
+            }
+        }
+    }
+
     /// The state-dependent matrices, to be filled by the solid.
     pub(crate) fn wanted(&mut self) -> Tangents<'_> {
         Tangents {
@@ -135,6 +200,31 @@ impl Matrices {
             multiplier_stiffness: self.multiplier_stiffness.as_deref_mut(),
         }
     }
+}
+
+/// For each tension that is an unknown the free components of its region.
+fn tension_pattern(muscle: &Muscle) -> SparsityPattern {
+    let Muscle { solid, .. } = muscle;
+    let space = solid.space();
+    let dimension = space.dimension();
+    let (mut offsets, mut rows) = (vec![0], Vec::new());
+    for (number, _) in muscle.models() {
+        let mut acted = vec![false; space.n_nodes()];
+        for element in 0..space.n_elements() {
+            if solid.added_number(element) == Some(number) {
+                for &node in space.element_nodes(element) {
+                    acted[node] = true;
+                }
+            }
+        }
+        let free = solid.dofs().free_to_full().iter().enumerate();
+        let own = free.filter(|(_, full)| acted[**full / dimension]);
+        rows.extend(own.map(|(row, _)| row));
+        offsets.push(rows.len());
+    }
+    let n_columns = offsets.len() - 1;
+    SparsityPattern::try_from_offsets_and_indices(n_columns, solid.dofs().n_free(), offsets, rows)
+        .expect("free components ascend")
 }
 
 /// The entries of a constant matrix that are not zero.

@@ -34,6 +34,20 @@ pub enum Matrix {
     DivergenceRateTransposed,
     /// ∂(B(q)ᵀμ)/∂q.
     MultiplierStiffness,
+    /// Σ k R: the stiffness of beds, constant.
+    BedStiffness,
+    /// Σ c R: the damping of beds, constant.
+    BedDamping,
+    /// ∂/∂q of the force of active and viscous stresses; symmetric unless one depends on v.
+    AddedStiffness,
+    /// ∂/∂v of the same; symmetric.
+    AddedDamping,
+    /// ∂/∂T of the same, `n_free × n_tensions`.
+    TensionForce,
+    /// I, `n_tensions × n_tensions`.
+    TensionIdentity,
+    /// −∂Ṫ/∂T of the models of activation, diagonal.
+    TensionDecay,
 }
 
 /// `(a · of_value + b · of_rate) · matrix` in the columns of one block of unknowns.

@@ -73,10 +73,7 @@ pub fn muscle_with_load(
     let solid = Solid::uniform(space, dofs, law, DENSITY)?;
     Ok(Muscle {
         loads: vec![Load::new(&unit_load, signal)],
-        pressures: Vec::new(),
-        prescribed: Vec::new(),
-        parameters: Parameters::new(ALPHA, beta, kappa)?,
-        solid,
+        ..Muscle::unloaded(solid, Parameters::new(ALPHA, beta, kappa)?)
     })
 }
 

@@ -5,6 +5,7 @@ use std::ops::Range;
 use myovib_fem::Solid;
 
 use crate::field::{Field, Layout};
+use crate::muscle::Muscle;
 
 /// The integrator's vectors y and ẏ, read by field.
 #[derive(Debug, Clone, Copy)]
@@ -62,13 +63,21 @@ pub(crate) struct Workspace {
     pub(crate) force_rate: Vec<f64>,
     pub(crate) multiplier_force: Vec<f64>,
     pub(crate) load: Vec<f64>,
+    /// The force of added stresses and of the body on its beds; empty for a body without either.
+    pub(crate) added_force: Vec<f64>,
+    /// One for each added stress.
+    pub(crate) tensions: Vec<f64>,
+    /// Ṫ of each model of activation.
+    pub(crate) tension_rates: Vec<f64>,
     pub(crate) defect: Vec<f64>,
     pub(crate) defect_rate: Vec<f64>,
     pub(crate) pressure_product: Vec<f64>,
 }
 
 impl Workspace {
-    pub(crate) fn new(solid: &Solid) -> Self {
+    pub(crate) fn new(muscle: &Muscle) -> Self {
+        let solid = &muscle.solid;
+        let has_added = !(muscle.beds.is_empty() && solid.added_stresses().is_empty());
         let nodal = vec![0.0; solid.space().n_components()];
         let vertex = vec![0.0; solid.space().n_pressures()];
         Self {
@@ -80,7 +89,10 @@ impl Workspace {
             force: nodal.clone(),
             force_rate: nodal.clone(),
             multiplier_force: nodal.clone(),
+            added_force: if has_added { nodal.clone() } else { Vec::new() },
             load: nodal,
+            tensions: vec![0.0; solid.added_stresses().len()],
+            tension_rates: vec![0.0; muscle.models().count()],
             defect: vertex.clone(),
             defect_rate: vertex.clone(),
             pressure_product: vertex,
@@ -133,7 +145,12 @@ impl Integrals<'_> {
         }
     }
 
-    /// `rows` ← M (v̇ + α v) + force + β force rate - load.
+    /// Ṫ of the models of activation.
+    pub(crate) fn tension_rates(&self) -> &[f64] {
+        &self.work.tension_rates
+    }
+
+    /// `rows` ← M (v̇ + α v) + force + β force rate + added force - load.
     pub(crate) fn momentum_balance(&mut self, alpha: f64, beta: f64, rows: &mut [f64]) {
         let Workspace {
             velocity,
@@ -141,6 +158,7 @@ impl Integrals<'_> {
             inertia,
             force,
             force_rate,
+            added_force,
             load,
             ..
         } = &mut *self.work;
@@ -156,6 +174,11 @@ impl Integrals<'_> {
         if beta > 0.0 {
             for (row, &i) in rows.iter_mut().zip(self.solid.dofs().free_to_full()) {
                 *row += beta * force_rate[i];
+            }
+        }
+        if !added_force.is_empty() {
+            for (row, &i) in rows.iter_mut().zip(self.solid.dofs().free_to_full()) {
+                *row += added_force[i];
             }
         }
     }

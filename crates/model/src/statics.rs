@@ -1,11 +1,11 @@
 //! Static equilibrium: Newton's method with line search and load steps.
 
-use myovib_fem::{Fields, Inverted, Vectors};
+use myovib_fem::{AddedMotion, Fields, Inverted, Vectors};
 use myovib_sparse::klu::{KluOptions, Numeric, Ordering, Symbolic};
 
 use crate::analysis::support::expect_held;
 use crate::assembly::{Assembly, Entry};
-use crate::equation::{Context, Equation, PressureRateSource};
+use crate::equation::{Added, Context, Equation, PressureRateSource};
 use crate::error::ModelError;
 use crate::field::{Field, Layout};
 use crate::formulation::Formulation;
@@ -37,7 +37,9 @@ pub struct Equilibrium {
 /// `formulation` without pressure, ∫P:∇φ = f(t) with the energy κ/2 (J - 1)² in P.
 ///
 /// The whole load is tried first; where Newton's method fails, it is applied in steps, which shrink
-/// where it fails and grow where it does not. Prescribed displacements are part of the load.
+/// where it fails and grow where it does not. Prescribed displacements and the tensions of active
+/// stresses are part of the load; a tension that follows a model of activation is that of its start,
+/// zero.
 ///
 /// # Errors
 /// [`ModelError::NotHeld`] for a body that can move without strain; [`ModelError::NoEquilibrium`]
@@ -95,6 +97,8 @@ struct Newton<'a> {
     t: f64,
     /// The loads of fixed direction.
     load: Vec<f64>,
+    /// The tensions of active stresses.
+    tensions: Vec<f64>,
     /// The square of all loads, on the undeformed body.
     load_square: f64,
     /// The square of the forces that the present load step starts with, or of the loads if that is
@@ -103,6 +107,10 @@ struct Newton<'a> {
     /// The prescribed components and their values, m.
     prescribed: Vec<(usize, f64)>,
     displacement: Vec<f64>,
+    /// Zero.
+    velocity: Vec<f64>,
+    /// The force of active stresses.
+    added: Vec<f64>,
     force: Vec<f64>,
     iterations: usize,
     /// The last element turned inside out by a trial of the present load step.
@@ -116,11 +124,10 @@ impl<'a> Newton<'a> {
         let constraint = has_pressure.then_some((Field::Pressure, Equation::Constraint));
         let rows = [(Field::Displacement, Equation::Momentum)];
         let rows = || rows.into_iter().chain(constraint);
-        let layout = Layout::new(
-            rows().map(|(field, _)| field),
-            solid.dofs().n_free(),
-            solid.space().n_pressures(),
-        );
+        let layout = Layout::new(rows().map(|(field, _)| field), |field| match field {
+            Field::Displacement => solid.dofs().n_free(),
+            _ => solid.space().n_pressures(),
+        });
         let context = Context {
             alpha: 0.0,
             beta: 0.0,
@@ -128,6 +135,7 @@ impl<'a> Newton<'a> {
             has_pressure,
             pressure_rate: PressureRateSource::None,
             pressed: !muscle.pressures.is_empty(),
+            added: Added::of(muscle),
         };
         let place = |(row, equation): (Field, Equation)| {
             let rows = layout.range(row).expect("laid out for these rows");
@@ -145,7 +153,7 @@ impl<'a> Newton<'a> {
                 })
         };
         let entries: Vec<_> = rows().flat_map(place).collect();
-        let matrices = Matrices::new(solid, entries.iter().map(|entry| entry.matrix));
+        let matrices = Matrices::new(muscle, entries.iter().map(|entry| entry.matrix));
         let n = layout.n_unknowns();
         let assembly = Assembly::new((n, n), entries, |matrix| matrices.pattern(solid, matrix));
         let options = KluOptions {
@@ -158,6 +166,10 @@ impl<'a> Newton<'a> {
         for part in &muscle.loads {
             part.add_at(t, &mut load);
         }
+        let mut tensions = vec![0.0; solid.added_stresses().len()];
+        for (number, activation) in &muscle.activations {
+            tensions[*number] = activation.at(t, 0.0);
+        }
         let prescribed: Vec<_> = muscle
             .prescribed
             .iter()
@@ -166,6 +178,15 @@ impl<'a> Newton<'a> {
         let mut whole = load.clone();
         for pressure in &muscle.pressures {
             pressure.add_at(t, 1.0, &displacement, &mut whole);
+        }
+        if !tensions.is_empty() {
+            // What contraction does to the undeformed body counts as load.
+            let mut active = nodal.clone();
+            let (u, tensions) = (&displacement, &tensions);
+            solid.added_force(&AddedMotion { u, v: u, tensions }, &mut active);
+            for (whole, active) in whole.iter_mut().zip(active) {
+                *whole -= active;
+            }
         }
         Ok(Self {
             t,
@@ -177,8 +198,11 @@ impl<'a> Newton<'a> {
             assembly,
             matrices,
             load,
+            tensions,
             prescribed,
             displacement,
+            velocity: nodal.clone(),
+            added: nodal.clone(),
             force: nodal,
             iterations: 0,
             inverted: None,
@@ -200,8 +224,11 @@ impl<'a> Newton<'a> {
             muscle,
             layout,
             displacement,
+            velocity,
+            added,
             force,
             load,
+            tensions,
             t,
             ..
         } = self;
@@ -221,6 +248,16 @@ impl<'a> Newton<'a> {
         })?;
         for pressure in &muscle.pressures {
             pressure.add_at(*t, -factor, displacement, force);
+        }
+        for bed in &muscle.beds {
+            bed.add_force(displacement, velocity, force);
+        }
+        if !tensions.is_empty() {
+            let tensions = scaled(tensions, factor);
+            solid.added_force(&at_rest(displacement, velocity, &tensions), added);
+            for (force, added) in force.iter_mut().zip(added) {
+                *force += *added;
+            }
         }
         for (row, &i) in momentum.iter_mut().zip(solid.dofs().free_to_full()) {
             *row = force[i] - factor * load[i];
@@ -290,6 +327,11 @@ impl<'a> Newton<'a> {
         solid.tangents(&fields, &mut self.matrices.wanted())?;
         let u = &self.displacement;
         self.matrices.update_pressures(pressures, self.t, factor, u);
+        if !self.tensions.is_empty() {
+            let tensions = scaled(&self.tensions, factor);
+            let motion = at_rest(u, &self.velocity, &tensions);
+            solid.added_tangents(&motion, self.matrices.wanted_added());
+        }
         let matrices = &self.matrices;
         self.assembly.combine(
             |of_value| *of_value,
@@ -314,6 +356,14 @@ impl<'a> Newton<'a> {
         let volume = self.muscle.solid.volume();
         square(momentum) / self.force_square + square(constraint) / (volume * volume)
     }
+}
+
+fn at_rest<'m>(u: &'m [f64], v: &'m [f64], tensions: &'m [f64]) -> AddedMotion<'m> {
+    AddedMotion { u, v, tensions }
+}
+
+fn scaled(tensions: &[f64], factor: f64) -> Vec<f64> {
+    tensions.iter().map(|tension| factor * tension).collect()
 }
 
 fn square(v: &[f64]) -> f64 {

@@ -5,7 +5,7 @@ use myovib_model::Energies;
 /// Work and dissipation since the start, J per metre of depth.
 #[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 pub struct Exchanged {
-    /// By loads and moved supports.
+    /// By loads, moved supports and active stresses.
     pub work: f64,
     /// By damping.
     pub dissipated: f64,
@@ -17,7 +17,7 @@ impl Exchanged {
         let simpson = |power: fn(&Energies) -> f64| {
             h / 6.0 * (power(start) + 4.0 * power(middle) + power(end))
         };
-        self.work += simpson(|e| e.load + e.support);
+        self.work += simpson(|e| e.load + e.support + e.active);
         self.dissipated += simpson(|e| e.dissipation);
     }
 
@@ -39,7 +39,8 @@ mod tests {
             kinetic: 50.0,
             elastic: 10.0,
             load: 2.0 * t.powi(3),
-            support: t.powi(3),
+            support: 0.5 * t.powi(3),
+            active: 0.5 * t.powi(3),
             dissipation: 0.5 * t.powi(3),
         };
         let mut exchanged = Exchanged::default();

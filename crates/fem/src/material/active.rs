@@ -6,10 +6,10 @@
 //! ```
 //!
 //! with f = F f0, ḟ = V f0, λ² = 1 + 2 E, E = f0·E f0, Ė = f·ḟ = λ λ̇. Without a force–velocity
-//! factor K is symmetric.
+//! factor K is symmetric. The functions hold in the plane, where the fibres lie in it, and in space.
 
-use super::three::Strain3;
 use super::{Dual, Real};
+use crate::error::FemError;
 
 /// The stress that T is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -116,13 +116,13 @@ pub struct ActiveStress {
 
 /// τ at a point with its derivatives, and the fibre as it is deformed.
 #[derive(Debug, Clone, Copy)]
-pub struct ActiveFibre<R> {
+pub struct ActiveFibre<R, const D: usize> {
     /// f0.
-    reference: [R; 3],
+    reference: [R; D],
     /// f = F f0.
-    fibre: [R; 3],
+    fibre: [R; D],
     /// ḟ = V f0.
-    rate: [R; 3],
+    rate: [R; D],
     /// τ.
     tau: R,
     /// ∂τ/∂E.
@@ -139,6 +139,35 @@ impl ActiveStress {
         force_velocity: None,
     };
 
+    /// Checks the constants.
+    ///
+    /// # Errors
+    /// [`FemError::Parameter`].
+    pub fn check(&self) -> Result<(), FemError> {
+        let mut constants = Vec::new();
+        match self.force_length {
+            ForceLength::Constant => {}
+            ForceLength::Parabola { optimal } => constants.push(("lambda_opt", optimal)),
+            ForceLength::Gaussian { optimal, width } => {
+                constants.extend([("lambda_opt", optimal), ("width", width)]);
+            }
+        }
+        if let Some(ForceVelocity { v_max, a, plateau }) = self.force_velocity {
+            constants.extend([("v_max", v_max), ("a", a), ("plateau - 1", plateau - 1.0)]);
+        }
+        let unfit = |(_, value): &(&str, f64)| !(*value > 0.0 && value.is_finite());
+        constants
+            .into_iter()
+            .find(unfit)
+            .map_or(Ok(()), |(name, value)| {
+                Err(FemError::Parameter {
+                    name,
+                    value,
+                    condition: "positive and finite",
+                })
+            })
+    }
+
     /// τ from T, E and Ė.
     #[inline(always)]
     pub fn tau<R: Real>(&self, tension: R, strain: R, strain_rate: R) -> R {
@@ -153,16 +182,24 @@ impl ActiveStress {
         }
     }
 
-    /// The fibre at a point that moves with `v` = ∇v, under the tension T.
+    /// The fibre along `reference` = f0 at a point with `h` = ∇u that moves with `v` = ∇v, under the
+    /// tension T.
     #[inline(always)]
-    pub fn at<R: Real>(&self, strain: &Strain3<R>, v: &[[R; 3]; 3], tension: R) -> ActiveFibre<R> {
-        let reference = strain.axes.fibre;
-        let fibre = strain.push(reference);
-        let mut rate = reference;
-        for (rate, v) in rate.iter_mut().zip(v) {
-            *rate = dot(*v, reference);
+    pub fn at<R: Real, const D: usize>(
+        &self,
+        reference: [R; D],
+        h: &[[R; D]; D],
+        v: &[[R; D]; D],
+        tension: R,
+    ) -> ActiveFibre<R, D> {
+        let (change, rate) = (apply(h, reference), apply(v, reference));
+        let mut fibre = reference;
+        for (fibre, change) in fibre.iter_mut().zip(change) {
+            *fibre = *fibre + change;
         }
-        let (e, e_rate) = (strain.green_along(reference, reference), dot(fibre, rate));
+        // f0·E f0 as a sum of small terms near rest.
+        let e = dot(reference, change) + dot(change, change) * 0.5;
+        let e_rate = dot(fibre, rate);
         let (one, zero) = (e.like(1.0), e.like(0.0));
         let dual = |value, rate| Dual { value, rate };
         let tension = Dual::constant(tension);
@@ -182,11 +219,11 @@ impl ActiveStress {
     }
 }
 
-impl<R: Real> ActiveFibre<R> {
+impl<R: Real, const D: usize> ActiveFibre<R, D> {
     /// P.
     #[inline(always)]
-    pub fn stress(&self) -> [[R; 3]; 3] {
-        let mut out = [self.reference; 3];
+    pub fn stress(&self) -> [[R; D]; D] {
+        let mut out = [self.reference; D];
         for (row, fibre) in out.iter_mut().zip(self.fibre) {
             for entry in row {
                 *entry = self.tau * fibre * *entry;
@@ -197,14 +234,14 @@ impl<R: Real> ActiveFibre<R> {
 
     /// f0, the direction J and L of the derivatives.
     #[inline(always)]
-    pub fn direction(&self) -> [R; 3] {
+    pub fn direction(&self) -> [R; D] {
         self.reference
     }
 
     /// K of ∂P/∂F: not symmetric if the tension depends on the rate.
     #[inline(always)]
-    pub fn by_displacement(&self) -> [[R; 3]; 3] {
-        let mut out = [self.fibre; 3];
+    pub fn by_displacement(&self) -> [[R; D]; D] {
+        let mut out = [self.fibre; D];
         for (i, row) in out.iter_mut().enumerate() {
             for (k, entry) in row.iter_mut().enumerate() {
                 let along = self
@@ -219,8 +256,8 @@ impl<R: Real> ActiveFibre<R> {
 
     /// K of ∂P/∂V.
     #[inline(always)]
-    pub fn by_velocity(&self) -> [[R; 3]; 3] {
-        let mut out = [self.fibre; 3];
+    pub fn by_velocity(&self) -> [[R; D]; D] {
+        let mut out = [self.fibre; D];
         for (row, fibre) in out.iter_mut().zip(self.fibre) {
             for entry in row {
                 *entry = self.by_strain_rate * fibre * *entry;
@@ -236,27 +273,36 @@ impl<R: Real> ActiveFibre<R> {
     }
 }
 
+/// a·b.
 #[inline(always)]
-fn dot<R: Real>(a: [R; 3], b: [R; 3]) -> R {
-    a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))
+pub(super) fn dot<R: Real, const D: usize>(a: [R; D], b: [R; D]) -> R {
+    let mut sum = a[0] * b[0];
+    for i in 1..D {
+        sum = a[i].mul_add(b[i], sum);
+    }
+    sum
+}
+
+/// M x.
+#[inline(always)]
+pub(super) fn apply<R: Real, const D: usize>(matrix: &[[R; D]; D], x: [R; D]) -> [R; D] {
+    let mut out = x;
+    for (out, row) in out.iter_mut().zip(matrix) {
+        *out = dot(*row, x);
+    }
+    out
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::MooneyRivlin;
-    use crate::material::three::Axes;
 
-    const AXES: Axes<f64> = Axes {
-        fibre: [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0],
-        sheet: [-2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0],
-    };
+    const FIBRE: [f64; 3] = [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0];
     const H: [[f64; 3]; 3] = [[0.1, 0.2, -0.1], [-0.1, -0.05, 0.2], [0.05, -0.2, 0.1]];
     const V: [[f64; 3]; 3] = [[0.3, -0.8, 0.4], [0.5, 0.9, -0.2], [-0.6, 0.1, -0.7]];
 
-    fn at(active: &ActiveStress, h: [[f64; 3]; 3], v: [[f64; 3]; 3]) -> ActiveFibre<f64> {
-        let law = MooneyRivlin { c10: 1.0, c01: 0.0 };
-        active.at(&Strain3::new(&law, h, AXES), &v, 7e4)
+    fn at(active: &ActiveStress, h: [[f64; 3]; 3], v: [[f64; 3]; 3]) -> ActiveFibre<f64, 3> {
+        active.at(FIBRE, &h, &v, 7e4)
     }
 
     fn kinds() -> Vec<ActiveStress> {
@@ -304,7 +350,7 @@ mod tests {
                         let slower = at(&active, H, shift(v, -step)).stress();
                         for i in 0..3 {
                             for j in 0..3 {
-                                let dyad = AXES.fibre[j] * AXES.fibre[l];
+                                let dyad = FIBRE[j] * FIBRE[l];
                                 let by_h = (plus[i][j] - minus[i][j]) / (2.0 * step);
                                 let by_rate = (faster[i][j] - slower[i][j]) / (2.0 * step);
                                 // ε^(2/3) of the tension.
@@ -330,11 +376,9 @@ mod tests {
 
     #[test]
     fn stress_along_the_fibre_is_what_its_name_says() {
-        let axes = Axes::cartesian(0.0);
-        let law = MooneyRivlin { c10: 1.0, c01: 0.0 };
-        let stretched = [[0.2, 0.0, 0.0], [0.0; 3], [0.0; 3]];
-        let strain = Strain3::new(&law, stretched, axes);
-        let along = |active: ActiveStress| active.at(&strain, &[[0.0; 3]; 3], 100.0).stress()[0][0];
+        let (stretched, still) = ([[0.2, 0.0], [0.0; 2]], [[0.0; 2]; 2]);
+        let along =
+            |active: ActiveStress| active.at([1.0, 0.0], &stretched, &still, 100.0).stress()[0][0];
         let nominal = ActiveStress {
             tension: Tension::Nominal,
             ..ActiveStress::PLAIN

@@ -3,9 +3,7 @@
 //! The functions hold in the plane and in space: in plane strain F33 = 1 adds nothing.
 
 use super::Real;
-
-/// Entry `[i][k][j][l]`: of (i, J) by (k, L).
-pub type FullTangent<R, const D: usize> = [[[[R; D]; D]; D]; D];
+use super::active::{apply, dot};
 
 /// F and V = ∇v at a point with viscosity η.
 #[derive(Debug, Clone, Copy)]
@@ -61,46 +59,25 @@ impl<R: Real, const D: usize> Viscous<R, D> {
         out
     }
 
-    /// ∂P/∂F = δ_ik S_JL + η/2 (F_iL V_kJ + (F Vᵀ)_ik δ_JL): not symmetric.
+    /// The derivatives of P.
     #[inline(always)]
-    pub fn by_displacement(&self) -> FullTangent<R, D> {
-        let mut out = self.pairing(&self.v);
-        for (i, block) in out.iter_mut().enumerate() {
-            for (row, stress) in block[i].iter_mut().zip(&self.stress) {
-                for (entry, stress) in row.iter_mut().zip(stress) {
-                    *entry = *entry + *stress;
-                }
-            }
-        }
-        out
-    }
-
-    /// ∂P/∂V = η/2 (F_iL F_kJ + (F Fᵀ)_ik δ_JL).
-    #[inline(always)]
-    pub fn by_velocity(&self) -> FullTangent<R, D> {
-        self.pairing(&self.f)
-    }
-
-    /// η/2 (F_iL X_kJ + (F Xᵀ)_ik δ_JL).
-    #[inline(always)]
-    fn pairing(&self, x: &[[R; D]; D]) -> FullTangent<R, D> {
+    pub fn slopes(&self) -> ViscousSlopes<R, D> {
         let half = self.eta * 0.5;
-        let mut out = [[[[half.like(0.0); D]; D]; D]; D];
-        for (row, f) in out.iter_mut().zip(&self.f) {
-            for (block, x) in row.iter_mut().zip(x) {
-                let mut diagonal = half.like(0.0);
-                for (f, x) in f.iter().zip(x) {
-                    diagonal = f.mul_add(*x, diagonal);
-                }
-                for (j, row) in block.iter_mut().enumerate() {
-                    for (entry, f) in row.iter_mut().zip(f) {
-                        *entry = half * *f * x[j];
-                    }
-                    row[j] = half.mul_add(diagonal, row[j]);
-                }
+        let mut slopes = ViscousSlopes {
+            f: self.f,
+            v: self.v,
+            stress: self.stress,
+            half,
+            f_f: self.f,
+            f_v: self.v,
+        };
+        for i in 0..D {
+            for k in 0..D {
+                slopes.f_f[i][k] = half * dot(self.f[i], self.f[k]);
+                slopes.f_v[i][k] = half * dot(self.f[i], self.v[k]);
             }
         }
-        out
+        slopes
     }
 
     /// η Ė:Ė, the dissipation per reference volume.
@@ -116,6 +93,93 @@ impl<R: Real, const D: usize> Viscous<R, D> {
     }
 }
 
+/// The derivatives of P between two vectors, gradients of shape functions: with a, b and in the
+/// components (i, k)
+///
+/// ```text
+/// ∂P/∂F = δ_ik S_JL + η/2 (F_iL V_kJ + (F Vᵀ)_ik δ_JL)      (not symmetric)
+/// ∂P/∂V = η/2 (F_iL F_kJ + (F Fᵀ)_ik δ_JL)
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct ViscousSlopes<R, const D: usize> {
+    f: [[R; D]; D],
+    v: [[R; D]; D],
+    stress: [[R; D]; D],
+    /// η/2.
+    half: R,
+    /// η/2 F Fᵀ.
+    f_f: [[R; D]; D],
+    /// η/2 F Vᵀ.
+    f_v: [[R; D]; D],
+}
+
+impl<R: Real, const D: usize> ViscousSlopes<R, D> {
+    /// What the derivatives ask of a vector.
+    #[inline(always)]
+    pub fn spread(&self, a: [R; D]) -> Spread<R, D> {
+        let mut half = a;
+        for a in &mut half {
+            *a = *a * self.half;
+        }
+        Spread {
+            itself: a,
+            by_f: apply(&self.f, half),
+            by_v: apply(&self.v, a),
+            unscaled: apply(&self.f, a),
+            by_stress: apply(&self.stress, a),
+        }
+    }
+
+    /// a·∂P/∂F·b.
+    #[inline(always)]
+    pub fn by_displacement(&self, a: &Spread<R, D>, b: &Spread<R, D>) -> [[R; D]; D] {
+        let mut out = pairing(&self.f_v, a.by_v, a, b);
+        let geometric = dot(a.itself, b.by_stress);
+        for (i, row) in out.iter_mut().enumerate() {
+            row[i] = row[i] + geometric;
+        }
+        out
+    }
+
+    /// a·∂P/∂V·b.
+    #[inline(always)]
+    pub fn by_velocity(&self, a: &Spread<R, D>, b: &Spread<R, D>) -> [[R; D]; D] {
+        pairing(&self.f_f, a.unscaled, a, b)
+    }
+}
+
+/// η/2 (F b)_i (X a)_k + (η/2 F Xᵀ)_ik a·b.
+#[inline(always)]
+fn pairing<R: Real, const D: usize>(
+    f_x: &[[R; D]; D],
+    x_a: [R; D],
+    a: &Spread<R, D>,
+    b: &Spread<R, D>,
+) -> [[R; D]; D] {
+    let along = dot(a.itself, b.itself);
+    let mut out = *f_x;
+    for (row, f_b) in out.iter_mut().zip(b.by_f) {
+        for (entry, x_a) in row.iter_mut().zip(x_a) {
+            *entry = along.mul_add(*entry, f_b * x_a);
+        }
+    }
+    out
+}
+
+/// A vector a with its products.
+#[derive(Debug, Clone, Copy)]
+pub struct Spread<R, const D: usize> {
+    itself: [R; D],
+    /// η/2 F a.
+    by_f: [R; D],
+    /// V a.
+    by_v: [R; D],
+    /// F a.
+    unscaled: [R; D],
+    /// S_v a.
+    by_stress: [R; D],
+}
+
 #[cfg(test)]
 mod tests {
     use super::Viscous;
@@ -127,7 +191,12 @@ mod tests {
     #[test]
     fn derivatives_are_those_of_the_stress() {
         let point = Viscous::new(F, V, ETA);
-        let (by_u, by_v) = (point.by_displacement(), point.by_velocity());
+        let slopes = point.slopes();
+        let axes = [0, 1, 2].map(|j| {
+            let mut axis = [0.0; 3];
+            axis[j] = 1.0;
+            slopes.spread(axis)
+        });
         let step = 1e-3;
         for k in 0..3 {
             for l in 0..3 {
@@ -140,13 +209,15 @@ mod tests {
                 let minus = Viscous::new(shift(F, -step), V, ETA).stress();
                 let faster = Viscous::new(F, shift(V, step), ETA).stress();
                 let slower = Viscous::new(F, shift(V, -step), ETA).stress();
-                for i in 0..3 {
-                    for j in 0..3 {
+                for j in 0..3 {
+                    let by_u = slopes.by_displacement(&axes[j], &axes[l]);
+                    let by_v = slopes.by_velocity(&axes[j], &axes[l]);
+                    for i in 0..3 {
                         // A quadratic in F and V: central differences are exact but for rounding.
                         let by_f = (plus[i][j] - minus[i][j]) / (2.0 * step);
-                        assert!((by_u[i][k][j][l] - by_f).abs() < 1e-11 * ETA / step);
+                        assert!((by_u[i][k] - by_f).abs() < 1e-11 * ETA / step);
                         let by_rate = (faster[i][j] - slower[i][j]) / (2.0 * step);
-                        assert!((by_v[i][k][j][l] - by_rate).abs() < 1e-11 * ETA / step);
+                        assert!((by_v[i][k] - by_rate).abs() < 1e-11 * ETA / step);
                     }
                 }
             }

@@ -83,7 +83,7 @@ impl Solid {
     }
 }
 
-fn check_length(n: usize, slice: Option<&[f64]>, name: &str) {
+pub(super) fn check_length(n: usize, slice: Option<&[f64]>, name: &str) {
     if let Some(slice) = slice {
         assert_eq!(slice.len(), n, "length of {name}");
     }

@@ -1,6 +1,7 @@
 //! Tests of the operators through the public interface, from differences to published numbers.
 #![allow(clippy::unwrap_used, reason = "tests are exempt")]
 
+mod added;
 mod common;
 mod convergence;
 mod differences;

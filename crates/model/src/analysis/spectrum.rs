@@ -35,7 +35,10 @@ pub fn vibration(muscle: &Muscle, q: &[f64], pressure: &[f64]) -> Result<Vibrati
     let compliance = operators::pressure_mass(solid) * muscle.parameters.inv_kappa;
     Ok(Vibration::new(
         operators::mass(solid),
-        operators::stiffness(solid, &motion.displacement, pressure)?,
+        bedded(
+            muscle,
+            operators::stiffness(solid, &motion.displacement, pressure)?,
+        ),
         Some(Constraint {
             operator: motion.divergence()?,
             compliance,
@@ -101,6 +104,7 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
     let mass = operators::mass(solid);
     let no_pressure = operators::no_pressure(solid);
     let stiffness = operators::stiffness(solid, &motion.displacement, &no_pressure)?;
+    let stiffness = bedded(muscle, stiffness);
 
     // Incompressible: the pressure is the reaction that keeps B ü = 0. Else p = -κ M_p⁻¹ B u.
     let incompressible = muscle.parameters.is_incompressible();
@@ -129,6 +133,16 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
         u = &next / next.norm();
     }
     Ok(f64::max(omega_squared, 0.0).sqrt())
+}
+
+/// The stiffness with that of the beds.
+fn bedded(muscle: &Muscle, mut stiffness: CscMatrix<f64>) -> CscMatrix<f64> {
+    for bed in &muscle.beds {
+        let values = stiffness.values_mut();
+        bed.operator()
+            .add_values(bed.stiffness(), &muscle.solid, values);
+    }
+    stiffness
 }
 
 fn at_rest<'a>(muscle: &'a Muscle, q: &[f64]) -> Motion<'a> {

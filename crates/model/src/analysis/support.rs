@@ -1,5 +1,6 @@
 //! Whether the supports of a body hold it, part by part.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use myovib_structure::{MovingBody, RigidBodies};
@@ -81,6 +82,23 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
         }
         for &other in parts.iter().skip(1) {
             bodies.join([parts[0], other], space.node_point(node));
+        }
+    }
+    for bed in muscle.beds.iter().filter(|bed| bed.stiffness() > 0.0) {
+        // At a node the rows of its own block are the directions in which the bed holds it.
+        let mut rows: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        for &(row, column, value) in bed.operator().entries() {
+            if row / dimension == column / dimension {
+                let direction = rows.entry(row).or_insert_with(|| vec![0.0; dimension]);
+                direction[column % dimension] = value;
+            }
+        }
+        for (row, direction) in &rows {
+            let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let unit: Vec<f64> = direction.iter().map(|x| x / length).collect();
+            for &part in &parts_at[row / dimension] {
+                bodies.hold(part, space.node_point(row / dimension), &unit);
+            }
         }
     }
     let found = bodies.free_motions();

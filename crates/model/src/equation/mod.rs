@@ -3,13 +3,17 @@
 //! An equation sees the unknowns of a [`State`] by field, the element integrals it
 //! [`needs`](Equation::needs), and writes the rows of its block.
 
+mod activation;
 mod constraint;
 mod kinematic;
 mod momentum;
 
 use std::fmt;
 
+use myovib_fem::AddedStress;
+
 use crate::matrix::Term;
+use crate::muscle::Muscle;
 use crate::state::{Integrals, State};
 
 /// One block of rows of a formulation.
@@ -21,12 +25,14 @@ pub enum Equation {
     StabilizedKinematic,
     /// λ̇ - μ = 0, second line of (29).
     PressureKinematic,
-    /// M (v̇ + α v) + ∫(P + β Ṗ):∇φ - f(t) = 0.
+    /// M (v̇ + α v) + ∫(P + β Ṗ + added stresses):∇φ + beds - f(t) = 0.
     Momentum,
     /// ∫ψ (p/κ + J - 1) = 0.
     Constraint,
     /// ∫ψ (ṗ/κ + cof F:∇v) = 0.
     ConstraintRate,
+    /// Ṫ = −|a(t)| T + σ0 max(a(t), 0).
+    Activation,
 }
 
 impl fmt::Display for Equation {
@@ -38,6 +44,7 @@ impl fmt::Display for Equation {
             Self::Momentum => "momentum",
             Self::Constraint => "constraint",
             Self::ConstraintRate => "rate of the constraint",
+            Self::Activation => "activation",
         })
     }
 }
@@ -68,6 +75,42 @@ pub struct Context {
     pub pressure_rate: PressureRateSource,
     /// Whether pressures act on the deformed boundary.
     pub pressed: bool,
+    /// What acts beside the law's stress.
+    pub added: Added,
+}
+
+/// What acts on a body beside the stress of its law: where it is not, it costs nothing.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Added {
+    /// Whether a bed has stiffness, and whether one has damping.
+    pub bed: [bool; 2],
+    /// Whether there are active or viscous stresses, and whether one depends on the velocity.
+    pub stress: [bool; 2],
+    /// Whether tensions are unknowns.
+    pub tensions: bool,
+}
+
+impl Added {
+    /// What acts on a muscle.
+    pub(crate) fn of(muscle: &Muscle) -> Self {
+        let stresses = muscle.solid.added_stresses();
+        Self {
+            bed: [
+                muscle.beds.iter().any(|bed| bed.stiffness() > 0.0),
+                muscle.beds.iter().any(|bed| bed.damping() > 0.0),
+            ],
+            stress: [
+                !stresses.is_empty(),
+                stresses.iter().any(AddedStress::is_viscous),
+            ],
+            tensions: muscle.models().next().is_some(),
+        }
+    }
+
+    /// Whether a force depends on the velocity.
+    pub(crate) fn is_damped(self) -> bool {
+        self.bed[1] || self.stress[1]
+    }
 }
 
 /// The element integrals an equation asks for; what no equation asks for is not computed.
@@ -103,7 +146,7 @@ impl Equation {
     pub fn needs(self, context: &Context) -> Needs {
         let none = Needs::default();
         match self {
-            Self::Kinematic | Self::PressureKinematic => none,
+            Self::Kinematic | Self::PressureKinematic | Self::Activation => none,
             Self::StabilizedKinematic => Needs {
                 multiplier_force: true,
                 ..none
@@ -139,6 +182,7 @@ impl Equation {
             Self::Momentum => momentum::residual(context, integrals, rows),
             Self::Constraint => constraint::residual(context, state, integrals, rows),
             Self::ConstraintRate => constraint::rate_residual(context, state, integrals, rows),
+            Self::Activation => activation::residual(state, integrals, rows),
         }
     }
 
@@ -151,6 +195,7 @@ impl Equation {
             Self::Momentum => momentum::terms(context),
             Self::Constraint => constraint::terms(context),
             Self::ConstraintRate => constraint::rate_terms(context),
+            Self::Activation => activation::terms(),
         }
     }
 }

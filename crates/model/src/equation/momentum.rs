@@ -5,7 +5,7 @@ use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::state::Integrals;
 
-/// M (v̇ + α v) + ∫(P + β Ṗ):∇φ - f(t), rows of the free components.
+/// M (v̇ + α v) + ∫(P + β Ṗ + added stresses):∇φ + beds - f(t), rows of the free components.
 pub(super) fn residual(context: &Context, integrals: &mut Integrals<'_>, rows: &mut [f64]) {
     integrals.momentum_balance(context.alpha, context.beta, rows);
 }
@@ -19,6 +19,7 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
         has_pressure,
         pressure_rate,
         pressed,
+        added,
         ..
     } = *context;
     let mut terms = vec![
@@ -33,6 +34,17 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
     if pressed {
         let of_load = Matrix::PressureStiffness;
         terms.push(Term::value(Field::Displacement, of_load, -1.0));
+    }
+    for (acts, column, matrix) in [
+        (added.bed[0], Field::Displacement, Matrix::BedStiffness),
+        (added.bed[1], Field::Velocity, Matrix::BedDamping),
+        (added.stress[0], Field::Displacement, Matrix::AddedStiffness),
+        (added.stress[1], Field::Velocity, Matrix::AddedDamping),
+        (added.tensions, Field::Tension, Matrix::TensionForce),
+    ] {
+        if acts {
+            terms.push(Term::value(column, matrix, 1.0));
+        }
     }
     if has_pressure {
         terms.push(Term::value(

@@ -13,7 +13,8 @@
 //! with coefficients that are polynomials in c, so all places are found once. Where a change of sign
 //! of some rows (those of B) makes it symmetric, they are changed.
 //!
-//! The first line of (33) is not of this kind; its system is [split](super::Splitting) instead.
+//! The first line of (33) is not of this kind; its system is [split](super::Splitting) instead, or
+//! kept whole where damping beside Rayleigh's forbids that.
 
 use std::ops::Range;
 
@@ -202,12 +203,13 @@ impl Condensation {
                 }
             }
         }
+        let n_tensions = dae.layout().range(Field::Tension).map_or(0, |r| r.len());
         assert_eq!(
-            end + n_eliminated,
+            end + n_eliminated + n_tensions,
             dae.n_unknowns(),
-            "each unknown is kept or eliminated"
+            "each unknown of the body is kept or eliminated"
         );
-        let signs = symmetric_signs(&condensed);
+        let signs = symmetric_signs(&condensed, dae.has_viscous_stress());
         let kind = match signs {
             Some(_) => Kind::Symmetric,
             None => Kind::General,
@@ -228,7 +230,7 @@ impl Condensation {
         }
         let scalars = kept
             .iter()
-            .filter(|(field, _)| *field != Field::Displacement);
+            .filter(|(field, _)| !field.is_displacement_like());
         let first = scalars.map(|(_, block)| block.condensed.start).min();
         let pattern_of = |matrix| dae.pattern_of(matrix);
         Self {

@@ -15,6 +15,7 @@ mod solver;
 mod split;
 mod splitting;
 mod symmetry;
+mod tension;
 
 pub use condensation::Condensation;
 pub use condensed::Condensed;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use myovib_sparse::SparseError;
 use myovib_sparse::klu::KluOptions;
 
+use super::tension::{TensionBlock, Tensions};
 use super::{Condensation, Condensed, Elimination, LinearWork, Number, Split, Splitting};
 use crate::matrix::Matrix;
 use crate::muscle_dae::MuscleDae;
@@ -12,7 +13,15 @@ use crate::muscle_dae::MuscleDae;
 /// What can be done to the Newton matrices of a formulation, laid out and analysed once for all of
 /// them, real and complex.
 #[derive(Debug, Clone)]
-pub enum Reduction {
+pub struct Reduction {
+    body: ReductionOfBody,
+    /// Tensions that are unknowns.
+    tensions: Option<Arc<TensionBlock>>,
+}
+
+/// What can be done to the body's part.
+#[derive(Debug, Clone)]
+enum ReductionOfBody {
     /// Velocities and rates of pressures are eliminated.
     Condensed(Arc<Condensation>, Arc<Elimination>),
     /// The stabilized equations fall into two halves.
@@ -25,37 +34,52 @@ impl Reduction {
     /// # Errors
     /// Those of the analysis.
     pub fn new(dae: &MuscleDae, options: KluOptions) -> Result<Self, SparseError> {
-        Ok(match Splitting::new(dae) {
+        let body = match Splitting::new(dae) {
             Some(plan) => {
                 let eliminations = plan.eliminations(options)?;
-                Self::Split(Arc::new(plan), eliminations.map(Arc::new))
+                ReductionOfBody::Split(Arc::new(plan), eliminations.map(Arc::new))
             }
             None => {
                 let plan = Condensation::new(dae);
                 let elimination = plan.elimination(options)?;
-                Self::Condensed(Arc::new(plan), Arc::new(elimination))
+                ReductionOfBody::Condensed(Arc::new(plan), Arc::new(elimination))
             }
+        };
+        Ok(Self {
+            body,
+            tensions: TensionBlock::new(dae).map(Arc::new),
         })
     }
 
     /// A matrix with room for its factors.
     pub fn matrix<T: Number>(&self) -> Reduced<T> {
-        match self {
-            Self::Condensed(plan, elimination) => {
+        let body = match &self.body {
+            ReductionOfBody::Condensed(plan, elimination) => {
                 let matrix = Condensed::new(plan.clone(), elimination.clone());
-                Reduced::Condensed(Box::new(matrix))
+                ReducedBody::Condensed(Box::new(matrix))
             }
-            Self::Split(plan, eliminations) => {
+            ReductionOfBody::Split(plan, eliminations) => {
                 let matrix = Split::new(plan.clone(), eliminations.clone());
-                Reduced::Split(Box::new(matrix))
+                ReducedBody::Split(Box::new(matrix))
             }
+        };
+        Reduced {
+            body,
+            tensions: self.tensions.clone().map(Tensions::new),
         }
     }
 }
 
 /// The Newton matrix ∂F/∂y + c ∂F/∂ẏ, by way of a [`Reduction`].
 #[derive(Debug)]
-pub enum Reduced<T: Number> {
+pub struct Reduced<T: Number> {
+    body: ReducedBody<T>,
+    tensions: Option<Tensions<T>>,
+}
+
+/// The body's part of it.
+#[derive(Debug)]
+enum ReducedBody<T: Number> {
     /// By elimination of velocities.
     Condensed(Box<Condensed<T>>),
     /// In two halves.
@@ -73,9 +97,12 @@ impl<T: Number> Reduced<T> {
         values: impl Fn(Matrix) -> &'m [f64],
         work: &mut LinearWork,
     ) -> Result<(), SparseError> {
-        match self {
-            Self::Condensed(matrix) => matrix.set_up(c, values, work),
-            Self::Split(matrix) => matrix.set_up(c, values, work),
+        if let Some(tensions) = &mut self.tensions {
+            tensions.set_up(c, &values);
+        }
+        match &mut self.body {
+            ReducedBody::Condensed(matrix) => matrix.set_up(c, values, work),
+            ReducedBody::Split(matrix) => matrix.set_up(c, values, work),
         }
     }
 
@@ -87,9 +114,12 @@ impl<T: Number> Reduced<T> {
     /// # Errors
     /// Those of the solve.
     pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
-        match self {
-            Self::Condensed(matrix) => matrix.solve(rhs, work),
-            Self::Split(matrix) => matrix.solve(rhs, work),
+        if let Some(tensions) = &mut self.tensions {
+            tensions.solve(rhs);
+        }
+        match &mut self.body {
+            ReducedBody::Condensed(matrix) => matrix.solve(rhs, work),
+            ReducedBody::Split(matrix) => matrix.solve(rhs, work),
         }
     }
 }

@@ -91,10 +91,12 @@ pub(super) struct Places {
 }
 
 impl Splitting {
-    /// Lays out the two problems for `dae`; `None` unless it has the stabilized kinematic equation.
+    /// Lays out the two problems for `dae`; `None` unless it has the stabilized kinematic equation, or
+    /// where a viscous stress or bed damps it: s times the first line then does not take δv away.
     pub fn new(dae: &MuscleDae) -> Option<Self> {
         let rows = dae.formulation().rows();
-        if !rows.contains(&(Field::Displacement, Equation::StabilizedKinematic)) {
+        let stabilized = rows.contains(&(Field::Displacement, Equation::StabilizedKinematic));
+        if !stabilized || dae.is_damped_beside_rayleigh() {
             return None;
         }
         let range = |field| {
@@ -176,7 +178,7 @@ impl Splitting {
             .chain(&bordering)
             .cloned()
             .collect();
-        let kinds = [&motion, &velocity].map(|entries| match symmetric_signs(entries) {
+        let kinds = [&motion, &velocity].map(|entries| match symmetric_signs(entries, false) {
             Some(signs) if signs.values().all(|&sign| sign > 0.0) => Kind::Symmetric,
             _ => Kind::General,
         });

@@ -1,13 +1,18 @@
 //! The muscle: elastic body, damping, loads. What is true of it whatever the formulation.
 
+pub(crate) mod activation;
+pub(crate) mod bed;
 pub(crate) mod load;
 pub(crate) mod parameters;
 
 use myovib_fem::Solid;
+use myovib_fem::material::Bestel;
 
 use crate::error::ModelError;
 use crate::signal::Signal;
 use crate::signal::schedule::Schedule;
+use activation::Activation;
+use bed::Bed;
 use load::{Load, Prescribed, PressureLoad};
 use parameters::Parameters;
 
@@ -24,6 +29,10 @@ pub struct Muscle {
     pub pressures: Vec<PressureLoad>,
     /// Displacement components that follow a function of time; constrained ones not listed are 0.
     pub prescribed: Vec<Prescribed>,
+    /// Elastic and viscous beds of its boundary.
+    pub beds: Vec<Bed>,
+    /// Tensions of the solid's added stresses, by their number; those not listed are 0.
+    pub activations: Vec<(usize, Activation)>,
 }
 
 impl Muscle {
@@ -35,15 +44,18 @@ impl Muscle {
             loads: Vec::new(),
             pressures: Vec::new(),
             prescribed: Vec::new(),
+            beds: Vec::new(),
+            activations: Vec::new(),
         }
     }
 
     /// Whether what is prescribed can be: constrained components, each once, that move without
-    /// jumps of their velocity.
+    /// jumps of their velocity; and whether each tension is that of an active stress.
     ///
     /// # Errors
-    /// [`ModelError::Prescribed`].
+    /// [`ModelError::Prescribed`], [`ModelError::Activation`].
     pub fn check(&self) -> Result<(), ModelError> {
+        self.check_activations()?;
         let dofs = self.solid.dofs();
         for (k, prescribed) in self.prescribed.iter().enumerate() {
             let component = prescribed.component;
@@ -65,6 +77,50 @@ impl Muscle {
             });
         }
         Ok(())
+    }
+
+    fn check_activations(&self) -> Result<(), ModelError> {
+        let stresses = self.solid.added_stresses();
+        for (k, (number, activation)) in self.activations.iter().enumerate() {
+            let again = |(other, _): &(usize, Activation)| other == number;
+            let is_active = stresses.get(*number).map(|stress| stress.active.is_some());
+            let objection = match is_active {
+                None => "the solid has no such added stress",
+                Some(false) => "it is not active: give it an active stress",
+                Some(true) if self.activations[..k].iter().any(again) => {
+                    "its tension is given twice"
+                }
+                Some(true) => {
+                    if let Some(model) = activation.model() {
+                        model.check()?;
+                    }
+                    continue;
+                }
+            };
+            let number = *number;
+            return Err(ModelError::Activation { number, objection });
+        }
+        Ok(())
+    }
+
+    /// The models of activation, whose tensions are unknowns, by the number of their stress.
+    pub fn models(&self) -> impl Iterator<Item = (usize, &Bestel)> {
+        let activations = self.activations.iter();
+        activations.filter_map(|(number, activation)| Some((*number, activation.model()?)))
+    }
+
+    /// The body with tensions that are functions of time: each model's by its tangent at time `t`
+    /// and its `tensions` there.
+    pub(crate) fn with_tangents_of_tensions(&self, t: f64, tensions: &[f64]) -> Self {
+        let mut muscle = self.clone();
+        let modelled = muscle
+            .activations
+            .iter_mut()
+            .filter(|(_, a)| a.model().is_some());
+        for ((_, activation), &tension) in modelled.zip(tensions) {
+            *activation = activation.tangent_at(t, tension);
+        }
+        muscle
     }
 
     /// Number of coefficients q and λ with the constrained nodes counted, as the paper counts.
@@ -90,6 +146,13 @@ impl Muscle {
         for prescribed in &self.prescribed {
             schedule.add(prescribed.signal.clone(), 2);
         }
+        for (_, activation) in &self.activations {
+            match activation {
+                Activation::Given(signal) => schedule.add(signal.clone(), 0),
+                Activation::Bestel(model) => schedule.add(*model, 0),
+                Activation::Line { .. } => {}
+            }
+        }
         schedule
     }
 
@@ -97,6 +160,13 @@ impl Muscle {
         let loads = self.loads.iter().map(Load::signal);
         let pressures = self.pressures.iter().map(PressureLoad::signal);
         let motions = self.prescribed.iter().map(|p| &p.signal);
-        loads.chain(pressures).chain(motions)
+        let tensions = self
+            .activations
+            .iter()
+            .filter_map(|(_, activation)| match activation {
+                Activation::Given(signal) => Some(signal),
+                Activation::Bestel(_) | Activation::Line { .. } => None,
+            });
+        loads.chain(pressures).chain(motions).chain(tensions)
     }
 }

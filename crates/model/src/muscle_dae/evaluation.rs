@@ -1,15 +1,17 @@
 //! Residual and Jacobian: one pass over the elements each, then sums of blocks.
 
 use myovib_dae::{Problem, StepError, VariableKind};
-use myovib_fem::{Fields, Tangents, Vectors};
+use myovib_fem::{AddedMotion, Fields, Tangents, Vectors};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::MuscleDae;
+use crate::counters::WorkCounters;
 use crate::equation::{Context, PressureRateSource};
 use crate::field::Field;
 use crate::muscle::Muscle;
+use crate::muscle::activation::Activation;
 use crate::muscle::parameters::Parameters;
-use crate::state::{Integrals, State};
+use crate::state::{Integrals, State, Workspace};
 
 impl MuscleDae {
     /// Fills the nodal arrays from the unknowns; constrained components follow their signals.
@@ -33,6 +35,31 @@ impl MuscleDae {
             work.velocity[prescribed.component] = motion.d1;
             work.acceleration[prescribed.component] = motion.d2;
         }
+        let unknown = &y[self.layout.range(Field::Tension).unwrap_or_default()];
+        let models = self.muscle.models().zip(unknown);
+        for (rate, ((_, model), &tension)) in work.tension_rates.iter_mut().zip(models) {
+            *rate = model.rate(t, tension);
+        }
+        let mut unknown = unknown.iter();
+        for (number, activation) in &self.muscle.activations {
+            let own = activation.model().and_then(|_| unknown.next());
+            work.tensions[*number] = activation.at(t, own.copied().unwrap_or(0.0));
+        }
+    }
+
+    /// Refuses a muscle that pushes.
+    fn expect_tensions(&self, t: f64) -> Result<(), StepError> {
+        for (number, activation) in &self.muscle.activations {
+            let tension = self.work.tensions[*number];
+            if matches!(activation, Activation::Given(_)) && tension < 0.0 {
+                let message = format!(
+                    "the tension of active stress {number} is {tension} Pa at t = {t} s: \
+                     give it a function of time that is not negative"
+                );
+                return Err(StepError::Fatal(message.into()));
+            }
+        }
+        Ok(())
     }
 
     /// Evaluates the state-dependent matrices; for a linear law only the first time.
@@ -45,6 +72,7 @@ impl MuscleDae {
         } = &self.muscle;
         let constant = solid.is_linear() && self.factors.is_none() && self.has_matrices;
         if constant && pressures.is_empty() {
+            // No added stress acts on a linear law.
             return Ok(());
         }
         self.expand(t, y, None);
@@ -64,6 +92,16 @@ impl MuscleDae {
         self.counters.rate_tangent_passes += u64::from(tangents.rate_stiffness.is_some());
         let pass = self.muscle.solid.tangents(&fields, &mut tangents);
         self.counters.passed(pass)?;
+        if self.context.added.stress[0] {
+            let (muscle, work) = (&self.muscle, &self.work);
+            let (u, v) = (&work.displacement, &work.velocity);
+            self.counters.added_tangent_passes += 1;
+            let motion = added_motion(u, v, &work.tensions);
+            muscle
+                .solid
+                .added_tangents(&motion, self.matrices.wanted_added());
+            self.matrices.update_tensions(muscle, t, u, v);
+        }
         self.has_matrices = true;
         Ok(())
     }
@@ -78,6 +116,37 @@ impl MuscleDae {
             values,
         );
     }
+}
+
+/// The force of added stresses and beds at the motion and tensions in `work`.
+fn evaluate_added(
+    muscle: &Muscle,
+    context: &Context,
+    work: &mut Workspace,
+    counters: &mut WorkCounters,
+) {
+    let Workspace {
+        displacement: u,
+        velocity: v,
+        tensions,
+        added_force,
+        ..
+    } = work;
+    if context.added.stress[0] {
+        counters.added_passes += 1;
+        let motion = added_motion(u, v, tensions);
+        muscle.solid.added_force(&motion, added_force);
+    } else {
+        added_force.fill(0.0);
+    }
+    for bed in &muscle.beds {
+        bed.add_force(u, v, added_force);
+    }
+}
+
+/// At what added stresses are evaluated.
+fn added_motion<'m>(u: &'m [f64], v: &'m [f64], tensions: &'m [f64]) -> AddedMotion<'m> {
+    AddedMotion { u, v, tensions }
 }
 
 /// At what the element integrals are evaluated.
@@ -115,6 +184,7 @@ impl Problem for MuscleDae {
         residual: &mut [f64],
     ) -> Result<(), StepError> {
         self.expand(t, y, Some(y_dot));
+        self.expect_tensions(t)?;
         let Self {
             work,
             needs,
@@ -146,11 +216,14 @@ impl Problem for MuscleDae {
         for pressure in &muscle.pressures {
             pressure.add_at(t, 1.0, &work.displacement, &mut work.load);
         }
+        if !work.added_force.is_empty() {
+            evaluate_added(muscle, context, work, counters);
+        }
         let mut integrals = Integrals {
             solid: &muscle.solid,
             work,
         };
-        for ((_, equation), (_, rows)) in self.formulation.rows().iter().zip(layout.blocks()) {
+        for ((_, equation), (_, rows)) in self.rows.iter().zip(layout.blocks()) {
             equation.residual(context, &state, &mut integrals, &mut residual[rows.clone()]);
         }
         Ok(())
@@ -204,6 +277,10 @@ impl Problem for MuscleDae {
 
     fn component_name(&self, i: usize) -> String {
         let (field, k) = self.layout.locate(i);
+        if field == Field::Tension {
+            let number = self.muscle.models().nth(k).map_or(k, |(number, _)| number);
+            return format!("tension of active stress {number}");
+        }
         let solid = &self.muscle.solid;
         let space = solid.space();
         let dimension = space.dimension();

@@ -13,7 +13,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::assembly::{Assembly, Entry};
 use crate::counters::WorkCounters;
-use crate::equation::{Context, Needs, PressureRateSource};
+use crate::equation::{Added, Context, Equation, Needs, PressureRateSource};
 use crate::error::ModelError;
 use crate::field::{Field, Layout};
 use crate::formulation::Formulation;
@@ -27,6 +27,8 @@ use crate::state::Workspace;
 pub struct MuscleDae {
     muscle: Muscle,
     formulation: Formulation,
+    /// Each block of unknowns with the equation in its rows.
+    rows: Vec<(Field, Equation)>,
     layout: Layout,
     context: Context,
     needs: Needs,
@@ -57,21 +59,23 @@ impl MuscleDae {
     /// index alone.
     pub fn for_analysis(muscle: Muscle, formulation: Formulation) -> Self {
         let solid = &muscle.solid;
-        let layout = Layout::new(
-            formulation.rows().iter().map(|(field, _)| *field),
-            solid.dofs().n_free(),
-            solid.space().n_pressures(),
-        );
+        let mut rows = formulation.rows().to_vec();
+        let n_tensions = muscle.models().count();
+        if n_tensions > 0 {
+            rows.push((Field::Tension, Equation::Activation));
+        }
+        let layout = Layout::new(rows.iter().map(|(field, _)| *field), |field| match field {
+            Field::Displacement | Field::Velocity => solid.dofs().n_free(),
+            Field::Tension => n_tensions,
+            _ => solid.space().n_pressures(),
+        });
         let context = context(&muscle, formulation);
-        let needs = formulation
-            .rows()
-            .iter()
-            .fold(Needs::default(), |needs, (_, equation)| {
-                needs.or(equation.needs(&context))
-            });
-        let blocks = blocks(formulation, &context);
+        let needs = rows.iter().fold(Needs::default(), |needs, (_, equation)| {
+            needs.or(equation.needs(&context))
+        });
+        let blocks = blocks(&rows, &context);
         let matrices = Matrices::new(
-            solid,
+            &muscle,
             blocks
                 .iter()
                 .flat_map(|(_, terms)| terms)
@@ -89,12 +93,13 @@ impl MuscleDae {
         let n = layout.n_unknowns();
         let assembly = Assembly::new((n, n), entries, |matrix| matrices.pattern(solid, matrix));
         Self {
-            work: Workspace::new(solid),
+            work: Workspace::new(&muscle),
             has_matrices: false,
             counters: WorkCounters::default(),
             factors: None,
             muscle,
             formulation,
+            rows,
             layout,
             context,
             needs,
@@ -111,6 +116,12 @@ impl MuscleDae {
     /// The formulation.
     pub fn formulation(&self) -> Formulation {
         self.formulation
+    }
+
+    /// Each block of unknowns with the equation in its rows: those of the formulation, then the
+    /// models of activation.
+    pub fn rows(&self) -> &[(Field, Equation)] {
+        &self.rows
     }
 
     /// The differentiation index of the system.
@@ -133,9 +144,24 @@ impl MuscleDae {
         &mut self.counters
     }
 
-    /// The Jacobian's terms for each block of rows, named by the unknowns in the same place.
+    /// The body's terms of the Jacobian for each block of rows, named by the unknowns in the same
+    /// place: models of activation are left out, which depend on nothing and are solved before.
     pub(crate) fn blocks(&self) -> Vec<(Field, Vec<Term>)> {
-        blocks(self.formulation, &self.context)
+        let mut blocks = blocks(self.formulation.rows(), &self.context);
+        for (_, terms) in &mut blocks {
+            terms.retain(|term| term.column != Field::Tension);
+        }
+        blocks
+    }
+
+    /// Whether the body's matrices are symmetric for the elimination of a Newton matrix.
+    pub(crate) fn has_viscous_stress(&self) -> bool {
+        self.context.added.stress[1]
+    }
+
+    /// Whether a force beside those of Rayleigh's damping depends on the velocity.
+    pub(crate) fn is_damped_beside_rayleigh(&self) -> bool {
+        self.context.added.is_damped()
     }
 
     /// The pattern of a matrix of this formulation, and whether it is the transposed one.
@@ -167,14 +193,13 @@ fn context(muscle: &Muscle, formulation: Formulation) -> Context {
             PressureRateSource::None
         },
         pressed: !muscle.pressures.is_empty(),
+        added: Added::of(muscle),
     }
 }
 
 /// The Jacobian's terms for each block of rows.
-fn blocks(formulation: Formulation, context: &Context) -> Vec<(Field, Vec<Term>)> {
-    formulation
-        .rows()
-        .iter()
+fn blocks(rows: &[(Field, Equation)], context: &Context) -> Vec<(Field, Vec<Term>)> {
+    rows.iter()
         .map(|(field, equation)| (*field, equation.terms(context)))
         .collect()
 }

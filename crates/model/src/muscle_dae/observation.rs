@@ -1,11 +1,13 @@
 //! What is read off the muscle at a state, beside the integration.
 
 use myovib_dae::{Problem, StepError};
-use myovib_fem::{Fields, Inverted, Pressure, Vectors};
+use myovib_fem::{AddedMotion, Fields, Inverted, Pressure, Vectors};
 
 use super::MuscleDae;
 use crate::field::Field;
+use crate::muscle::Muscle;
 use crate::reading::displacement::Displacement;
+use crate::reading::energy::Energies;
 use crate::reading::measure::Snapshot;
 use crate::reading::probe::{Probe, ProbeValue};
 use crate::state::Workspace;
@@ -47,11 +49,13 @@ impl MuscleDae {
             inertia,
             force,
             force_rate,
+            added_force,
             load,
             ..
         } = &self.work;
         let beta = self.context.beta;
-        let balance = |i: usize| inertia[i] + force[i] - load[i];
+        let added = |i: usize| added_force.get(i).copied().unwrap_or(0.0);
+        let balance = |i: usize| inertia[i] + force[i] + added(i) - load[i];
         Ok(if self.needs.force_rate {
             (0..force.len())
                 .map(|i| balance(i) + beta * force_rate[i])
@@ -65,6 +69,34 @@ impl MuscleDae {
     /// them.
     pub(crate) fn nodal_forces(&self) -> (&[f64], &[f64]) {
         (&self.work.load, &self.work.force_rate)
+    }
+
+    /// What beds store, what they and viscous stresses take away, and what active ones give, in a
+    /// state at which the residual was evaluated last; the rest is zero.
+    pub(crate) fn added_energies(&self) -> Energies {
+        let Workspace {
+            displacement: u,
+            velocity: v,
+            tensions,
+            ..
+        } = &self.work;
+        let Muscle { solid, beds, .. } = &self.muscle;
+        let mut energies = Energies::default();
+        for bed in beds {
+            energies.elastic += bed.energy(u);
+            energies.dissipation += bed.dissipation(v);
+        }
+        if self.context.added.stress[0] {
+            let mut force = vec![0.0; u.len()];
+            let mut power = |tensions: &[f64]| {
+                solid.added_force(&AddedMotion { u, v, tensions }, &mut force);
+                force.iter().zip(v).map(|(f, v)| f * v).sum::<f64>()
+            };
+            let viscous = power(&vec![0.0; tensions.len()]);
+            energies.dissipation += viscous;
+            energies.active = viscous - power(tensions);
+        }
+        energies
     }
 
     /// The pressure coefficients within `y`, if the formulation has a pressure.

@@ -5,19 +5,21 @@ use crate::muscle_dae::MuscleDae;
 
 /// Energies and powers at one time, per metre of depth.
 ///
-/// The equations of motion conserve `d/dt (kinetic + elastic) = load + support - dissipation`,
-/// provided the constraint holds.
+/// The equations of motion conserve
+/// `d/dt (kinetic + elastic) = load + support + active - dissipation`, provided the constraint holds.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Energies {
     /// ½ vᵀMv, J/m.
     pub kinetic: f64,
-    /// Stored energy ∫W + κ/2 (J−1)², J/m.
+    /// Stored energy ∫W + κ/2 (J−1)², and that of elastic beds, J/m.
     pub elastic: f64,
     /// Power of the loads, W/m.
     pub load: f64,
     /// Power of the supports that move, W/m.
     pub support: f64,
-    /// α vᵀMv + β ∫Ṗ:∇v, W/m.
+    /// Power of the active stresses, W/m.
+    pub active: f64,
+    /// α vᵀMv + β ∫Ṗ:∇v + ∫η Ė:Ė, and that of viscous beds, W/m.
     pub dissipation: f64,
 }
 
@@ -32,6 +34,7 @@ impl MuscleDae {
         let pressure = self.pressure(y);
         let (load, force_rate) = self.nodal_forces();
         let (load, force_rate) = (load.to_vec(), force_rate.to_vec());
+        let added = self.added_energies();
         let snapshot = self.snapshot(t, y);
         let velocity = snapshot.velocity;
         let solid = snapshot.solid;
@@ -49,10 +52,11 @@ impl MuscleDae {
         };
         Ok(Energies {
             kinetic,
-            elastic: solid.strain_energy(&snapshot.fields()) - doubled,
+            elastic: solid.strain_energy(&snapshot.fields()) - doubled + added.elastic,
             load: dot(&load, velocity),
             support: dot(&supports, velocity),
-            dissipation: 2.0 * parameters.alpha * kinetic + viscous,
+            active: added.active,
+            dissipation: 2.0 * parameters.alpha * kinetic + viscous + added.dissipation,
         })
     }
 }

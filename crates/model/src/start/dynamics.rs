@@ -36,15 +36,16 @@ pub(super) struct Dynamics {
 impl Dynamics {
     /// The accelerations of a body without pressure field.
     pub(super) fn without_pressure(
-        dae: &mut MuscleDae,
+        muscle: &Muscle,
         t: f64,
         q: &[f64],
         v: &[f64],
     ) -> Result<Self, ModelError> {
         let zero = vec![0.0; q.len()];
-        let force = momentum(dae, t, &[q, v], &[v, &zero])?;
+        let mut dae = MuscleDae::for_analysis(muscle.clone(), Formulation::Displacement);
+        let force = momentum(&mut dae, t, &[q, v], &[v, &zero])?;
         Ok(Self {
-            acceleration: alone(&mass(&dae.muscle().solid), &negative(&force))?,
+            acceleration: alone(&mass(&muscle.solid), &negative(&force))?,
             ..Self::default()
         })
     }

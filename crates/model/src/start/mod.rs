@@ -65,7 +65,8 @@ struct Motions {
 }
 
 impl Start {
-    /// Consistent values at time `t` for the displacement `q` and velocity `v`.
+    /// Consistent values at time `t` for the displacement `q` and velocity `v`; tensions that are
+    /// unknowns start from zero.
     ///
     /// # Method
     /// For κ = ∞ both are first projected, q onto ∫ψ (J - 1) = 0 in the H1 norm, v onto
@@ -87,10 +88,24 @@ impl Start {
     /// # Panics
     /// If a length is wrong.
     pub fn new(dae: &mut MuscleDae, t: f64, q: &[f64], v: &[f64]) -> Result<Self, ModelError> {
-        let muscle = dae.muscle().clone();
+        let tensions = vec![0.0; dae.muscle().models().count()];
+        Self::contracting(dae, t, [q, v, &tensions])
+    }
+
+    /// The same with the tensions that are unknowns.
+    fn contracting(
+        dae: &mut MuscleDae,
+        t: f64,
+        [q, v, tensions]: [&[f64]; 3],
+    ) -> Result<Self, ModelError> {
+        let muscle = dae.muscle().with_tangents_of_tensions(t, tensions);
+        let models = dae.muscle().models().zip(tensions);
+        let tension_rates: Vec<f64> = models
+            .map(|((_, model), &tension)| model.rate(t, tension))
+            .collect();
         let moved = project(&muscle, t, q, v, dae.formulation())?;
         let dynamics = if dae.formulation() == Formulation::Displacement {
-            Dynamics::without_pressure(dae, t, &moved.q, &moved.v)?
+            Dynamics::without_pressure(&muscle, t, &moved.q, &moved.v)?
         } else {
             Dynamics::new(&muscle, t, &moved.q, &moved.v)?
         };
@@ -105,6 +120,7 @@ impl Start {
                 Field::Velocity => (&moved.v, &dynamics.acceleration),
                 Field::Pressure => (&dynamics.pressure, &dynamics.pressure_rate),
                 Field::PressureRate => (&dynamics.pressure_rate, &dynamics.pressure_acceleration),
+                Field::Tension => (tensions, &tension_rates),
                 // Zero in the exact solution.
                 Field::GglMultiplier => continue,
             };
@@ -123,7 +139,7 @@ impl Start {
         })
     }
 
-    /// Consistent values at time `t` for the displacements and velocities in `y`.
+    /// Consistent values at time `t` for the displacements, velocities and tensions in `y`.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
@@ -137,7 +153,8 @@ impl Start {
                 .expect("all formulations have q and v")
         };
         let (q, v) = (range(Field::Displacement), range(Field::Velocity));
-        Self::new(dae, t, &y[q], &y[v])
+        let tensions = dae.layout().range(Field::Tension).unwrap_or_default();
+        Self::contracting(dae, t, [&y[q], &y[v], &y[tensions]])
     }
 
     /// Consistent values at time `t` for the body at rest under its loads as they stand then.

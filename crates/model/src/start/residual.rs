@@ -57,7 +57,7 @@ pub fn residuals(
     let mut residual = vec![0.0; dae.n_unknowns()];
     dae.residual(t, y, y_dot, &mut residual)?;
     let terms = sizes_of_terms(dae, t, y, y_dot)?;
-    let rows = dae.formulation().rows().iter().zip(dae.layout().blocks());
+    let rows = dae.rows().to_vec().into_iter().zip(dae.layout().blocks());
     Ok(rows
         .map(|((field, equation), (_, range))| {
             let worst = range
@@ -67,8 +67,8 @@ pub fn residuals(
             let largest = residual[worst].abs();
             let scale = terms[range.clone()].iter().copied().fold(0.0, f64::max);
             BlockResidual {
-                field: *field,
-                equation: *equation,
+                field,
+                equation,
                 largest,
                 relative: if largest > 0.0 { largest / scale } else { 0.0 },
                 worst: dae.component_name(worst),

@@ -1,6 +1,6 @@
 //! Parameters out of range, and formulations that do not go with them.
 
-use myovib_model::equation::{Context, Equation, PressureRateSource};
+use myovib_model::equation::{Added, Context, Equation, PressureRateSource};
 use myovib_model::{Field, Formulation, MuscleDae, Parameters, Probe, Signal, paper};
 
 use crate::common::loaded_block;
@@ -106,6 +106,7 @@ fn context(beta: f64, inv_kappa: f64) -> Context {
         has_pressure: true,
         pressure_rate: PressureRateSource::None,
         pressed: false,
+        added: Added::default(),
     }
 }
 

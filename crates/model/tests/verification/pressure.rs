@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use myovib_dae::Problem;
 use myovib_fem::{DofMap, Law, Solid, Space, generate};
-use myovib_model::equation::{Context, PressureRateSource};
+use myovib_model::equation::{Added, Context, PressureRateSource};
 use myovib_model::statics::equilibrium;
 use myovib_model::{
     Equation, Formulation, LinearSolver, Matrix, Muscle, MuscleDae, Parameters, PressureLoad,
@@ -167,6 +167,7 @@ fn without_pressure_there_is_no_matrix_for_it() {
             has_pressure: true,
             pressure_rate: PressureRateSource::Derivative,
             pressed,
+            added: Added::default(),
         })
     };
     let of_load = |term: &Term| term.matrix == Matrix::PressureStiffness;

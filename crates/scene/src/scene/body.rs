@@ -60,11 +60,10 @@ impl Builder<'_> {
             false => LinearSolver::Full,
         };
         let muscle = Muscle {
-            solid,
-            parameters,
             loads,
             pressures,
             prescribed,
+            ..Muscle::unloaded(solid, parameters)
         };
         Ok(Body {
             settings: self.settings(&file.integrator, &muscle, formulation, linear_solver),

@@ -1,0 +1,136 @@
+//! The force of active and viscous stresses, and its tangents.
+
+use crate::added::{AddedMotion, AddedStress, AddedTangents, Force, Regions, Slopes};
+use crate::error::FemError;
+
+use super::evaluation::check_length;
+use super::{Elements, Solid, with_elements};
+
+impl Solid {
+    /// The solid with stresses that are added to those of its laws, each in elements of its own.
+    ///
+    /// # Errors
+    /// [`FemError::OutOfRange`] for an element that does not exist; [`FemError::TwoAdded`] for one
+    /// that is given two; [`FemError::AddedToSmallStrain`] for one whose law is of small strains;
+    /// [`FemError::Parameter`] for constants out of range.
+    pub fn with_added_stresses(
+        mut self,
+        regions: &[(Vec<usize>, AddedStress)],
+    ) -> Result<Self, FemError> {
+        let mut of_element = vec![None; self.space.n_elements()];
+        for (number, (members, stress)) in regions.iter().enumerate() {
+            if let Some(active) = &stress.active {
+                active.check()?;
+            }
+            if !(stress.viscosity >= 0.0 && stress.viscosity.is_finite()) {
+                return Err(FemError::Parameter {
+                    name: "viscosity",
+                    value: stress.viscosity,
+                    condition: "zero or positive, and finite",
+                });
+            }
+            for &element in members {
+                let count = of_element.len();
+                let Some(own) = of_element.get_mut(element) else {
+                    let (what, index) = ("element", element);
+                    return Err(FemError::OutOfRange { what, index, count });
+                };
+                if own.replace(number).is_some() {
+                    return Err(FemError::TwoAdded { element });
+                }
+                if self.laws[element].is_linear() {
+                    return Err(FemError::AddedToSmallStrain { element });
+                }
+            }
+        }
+        let kinds = (&self.laws[..], &of_element[..]);
+        let patterns = [&self.displacement_pattern, &self.divergence_pattern];
+        self.elements = Elements::new(&self.space, kinds, self.rule, &self.dofs, patterns);
+        self.added_numbers = of_element;
+        self.added = regions.iter().map(|(_, stress)| *stress).collect();
+        Ok(match self.fibres.take() {
+            Some(fibres) => self.with_fibres(fibres),
+            None => self,
+        })
+    }
+
+    /// The number of the stress that is added in an element, if there is one.
+    pub fn added_number(&self, element: usize) -> Option<usize> {
+        self.added_numbers[element]
+    }
+
+    /// The stresses that are added to those of the laws.
+    pub fn added_stresses(&self) -> &[AddedStress] {
+        &self.added
+    }
+
+    /// ∫ P : ∇φ of the added stresses.
+    ///
+    /// # Shapes
+    /// `out`: `n_components`.
+    ///
+    /// # Panics
+    /// If a length is wrong.
+    pub fn added_force(&self, motion: &AddedMotion<'_>, out: &mut [f64]) {
+        self.check_motion(motion);
+        check_length(self.space.n_components(), Some(out), "added force");
+        with_elements!(&self.elements, mapped => self.arch.dispatch(Force {
+            regions: Regions {
+                elements: &mapped.batches,
+                stresses: &self.added,
+                motion: *motion,
+            },
+            out,
+        }));
+    }
+
+    /// ∂/∂T of [`added_force`](Self::added_force) for the tension of stress `number`: its force under
+    /// a tension of one, without viscous stress; zero if it is not active.
+    ///
+    /// # Panics
+    /// If a length is wrong, or there is no such stress.
+    pub fn active_force(&self, number: usize, u: &[f64], v: &[f64], out: &mut [f64]) {
+        let mut stresses = vec![AddedStress::default(); self.added.len()];
+        stresses[number].active = self.added[number].active;
+        let tensions = vec![1.0; stresses.len()];
+        let (stresses, tensions) = (&stresses[..], &tensions[..]);
+        let motion = AddedMotion { u, v, tensions };
+        self.check_motion(&motion);
+        check_length(self.space.n_components(), Some(out), "active force");
+        with_elements!(&self.elements, mapped => self.arch.dispatch(Force {
+            regions: Regions {
+                elements: &mapped.batches,
+                stresses,
+                motion,
+            },
+            out,
+        }));
+    }
+
+    /// The tangents asked for of [`added_force`](Self::added_force), in one pass.
+    ///
+    /// # Panics
+    /// If a length is wrong.
+    pub fn added_tangents(&self, motion: &AddedMotion<'_>, out: AddedTangents<'_>) {
+        self.check_motion(motion);
+        let n = self.displacement_pattern.nnz();
+        check_length(n, out.by_displacement.as_deref(), "by_displacement");
+        check_length(n, out.by_velocity.as_deref(), "by_velocity");
+        with_elements!(&self.elements, mapped => self.arch.dispatch(Slopes {
+            regions: Regions {
+                elements: &mapped.batches,
+                stresses: &self.added,
+                motion: *motion,
+            },
+            maps: &mapped.maps,
+            out,
+        }));
+    }
+
+    fn check_motion(&self, motion: &AddedMotion<'_>) {
+        let n = self.space.n_components();
+        check_length(n, Some(motion.u), "u");
+        check_length(n, Some(motion.v), "v");
+        check_length(self.added.len(), Some(motion.tensions), "tensions");
+    }
+}

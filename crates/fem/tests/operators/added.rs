@@ -1,0 +1,201 @@
+//! Active and viscous stress and Robin's operator in homogeneous states, and tangents by differences.
+
+use std::sync::Arc;
+
+use myovib_fem::material::{ActiveStress, ForceVelocity, Viscous};
+use myovib_fem::{
+    AddedMotion, AddedStress, AddedTangents, Along, DofMap, FemError, Fibres, Mesh, Robin, Solid,
+    Space, generate,
+};
+
+use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, dense, random};
+
+const FIBRE: [f64; 3] = [0.6, 0.8, 0.0];
+const STRESS: AddedStress = AddedStress {
+    active: Some(ActiveStress {
+        force_velocity: Some(ForceVelocity {
+            v_max: 5.0,
+            a: 0.25,
+            plateau: 1.4,
+        }),
+        ..ActiveStress::PLAIN
+    }),
+    viscosity: 70.0,
+};
+const TENSION: f64 = 3e3;
+
+fn mesh(dimension: usize) -> Mesh {
+    match dimension {
+        2 => generate::rectangle([0.0; 2], [1.0, 0.8], [2, 1]).unwrap(),
+        _ => generate::block([0.0; 3], [1.0, 0.8, 0.6], [1, 1, 1]).unwrap(),
+    }
+}
+
+/// A free block of the muscle's law, whose elements with even numbers have the stress.
+fn block(dimension: usize) -> Solid {
+    let mesh = mesh(dimension);
+    let space = Arc::new(Space::taylor_hood(&mesh));
+    let dofs = DofMap::new(&space, &[(0, 0), (0, 1)]).unwrap();
+    let all: Vec<usize> = (0..mesh.n_elements()).collect();
+    let mut fibres = Fibres::new(&mesh);
+    fibres.set_constant(&mesh, &all, FIBRE, None).unwrap();
+    let even = all.into_iter().step_by(2).collect();
+    Solid::uniform(space, dofs, MUSCLE_LAW, DENSITY)
+        .unwrap()
+        .with_fibres(fibres)
+        .with_added_stresses(&[(even, STRESS)])
+        .unwrap()
+}
+
+const H: [[f64; 3]; 3] = [[0.1, 0.2, 0.0], [-0.1, -0.05, 0.0], [0.0; 3]];
+const V: [[f64; 3]; 3] = [[0.3, -0.8, 0.0], [0.5, 0.9, 0.0], [0.0; 3]];
+
+/// The field with this gradient.
+fn linear(space: &Space, gradient: [[f64; 3]; 3]) -> Vec<f64> {
+    let d = space.dimension();
+    let nodes = space.coordinates().chunks(d);
+    let field = nodes.flat_map(|x| {
+        let row = move |i: usize| (0..d).map(|j| gradient[i][j] * x[j]).sum::<f64>();
+        (0..d).map(row)
+    });
+    field.collect()
+}
+
+#[test]
+fn the_power_of_a_homogeneous_motion_is_stress_times_rate_times_volume() {
+    let mut f = H;
+    for (i, row) in f.iter_mut().enumerate() {
+        row[i] += 1.0;
+    }
+    let active = STRESS.active.unwrap().at(FIBRE, &H, &V, TENSION).power();
+    let viscous = Viscous::new(f, V, STRESS.viscosity).dissipation();
+    for dimension in [2, 3] {
+        let solid = block(dimension);
+        let [u, v] = [H, V].map(|gradient| linear(solid.space(), gradient));
+        let power = |force: &[f64]| force.iter().zip(&v).map(|(f, v)| f * v).sum::<f64>();
+        let mut force = vec![0.0; u.len()];
+        let tensions = &[TENSION][..];
+        solid.added_force(
+            &AddedMotion {
+                u: &u,
+                v: &v,
+                tensions,
+            },
+            &mut force,
+        );
+        // Half of the elements, all of the same size.
+        let volume = 0.5 * solid.volume();
+        let expected = volume * (active + viscous);
+        // Rounding of some hundred terms.
+        assert!(
+            (power(&force) / expected - 1.0).abs() < 1e-12,
+            "{dimension}"
+        );
+        solid.active_force(0, &u, &v, &mut force);
+        assert!((TENSION * power(&force) / (volume * active) - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn tangents_are_those_of_the_force() {
+    let step = 1e-6;
+    for dimension in [2, 3] {
+        let solid = block(dimension);
+        let n = solid.space().n_components();
+        let (mut u, mut v) = (random(n, 0.02, 1), random(n, 1.0, 2));
+        let tensions = &[TENSION][..];
+        let nnz = solid.displacement_pattern().nnz();
+        let mut values = [0, 1].map(|_| vec![f64::NAN; nnz]);
+        let [by_u, by_v] = &mut values;
+        let out = AddedTangents {
+            by_displacement: Some(by_u),
+            by_velocity: Some(by_v),
+        };
+        solid.added_tangents(
+            &AddedMotion {
+                u: &u,
+                v: &v,
+                tensions,
+            },
+            out,
+        );
+        let matrices = values.map(|values| dense(solid.displacement_pattern(), &values));
+        let force = |u: &[f64], v: &[f64]| {
+            let mut force = vec![0.0; n];
+            solid.added_force(&AddedMotion { u, v, tensions }, &mut force);
+            force
+        };
+        for (column, &full) in solid.dofs().free_to_full().iter().enumerate() {
+            for (k, matrix) in matrices.iter().enumerate() {
+                let mut shifted = |step: f64| {
+                    let field = if k == 0 { &mut u } else { &mut v };
+                    let start = field[full];
+                    field[full] = start + step;
+                    let found = force(&u, &v);
+                    let field = if k == 0 { &mut u } else { &mut v };
+                    field[full] = start;
+                    found
+                };
+                let (plus, minus) = (shifted(step), shifted(-step));
+                for (row, &full) in solid.dofs().free_to_full().iter().enumerate() {
+                    let slope = (plus[full] - minus[full]) / (2.0 * step);
+                    // Differences lose two thirds of the digits.
+                    let error = (matrix[(row, column)] - slope).abs();
+                    assert!(error < 1e-7 * matrix.amax(), "{dimension} {k}: {error:e}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn robins_operator_measures_what_it_holds() {
+    for (dimension, area) in [(2, 0.8), (3, 0.48)] {
+        let mesh = mesh(dimension);
+        let space = Space::taylor_hood(&mesh);
+        let [all, normal] =
+            [Along::All, Along::Normal].map(|along| Robin::new(&space, "right", along).unwrap());
+        let constant = |axis: usize| -> Vec<f64> {
+            (0..space.n_components())
+                .map(|i| if i % dimension == axis { 2.0 } else { 0.0 })
+                .collect()
+        };
+        for axis in 0..dimension {
+            let u = constant(axis);
+            assert!((all.square(&u) - 4.0 * area).abs() < 1e-13);
+            let expected = if axis == 0 { 4.0 * area } else { 0.0 };
+            assert!((normal.square(&u) - expected).abs() < 1e-13);
+            let mut force = vec![0.0; u.len()];
+            all.add_product(0.5, &u, &mut force);
+            let product: f64 = force.iter().zip(&u).map(|(f, u)| f * u).sum();
+            assert!((product - 0.5 * all.square(&u)).abs() < 1e-13);
+        }
+    }
+}
+
+#[test]
+fn a_turn_is_held_where_it_moves_along_the_normal() {
+    let mesh = generate::rectangle([-1.0, 0.0], [1.0, 1.0], [4, 2]).unwrap();
+    let space = Space::taylor_hood(&mesh);
+    let normal = Robin::new(&space, "bottom", Along::Normal).unwrap();
+    // u = ω × x: along y = 0 it is ω x in y, whose square is ∫x² = 2/3.
+    let turn: Vec<f64> = space
+        .node_points::<2>()
+        .iter()
+        .flat_map(|[x, y]| [-y, *x])
+        .collect();
+    assert!((normal.square(&turn) - 2.0 / 3.0).abs() < 1e-13);
+}
+
+#[test]
+fn small_strains_take_no_such_stress() {
+    let mesh = mesh(2);
+    let space = Arc::new(Space::taylor_hood(&mesh));
+    let dofs = DofMap::new(&space, &[]).unwrap();
+    let solid = Solid::uniform(space, dofs, SMALL_LAW, DENSITY).unwrap();
+    let refused = solid.with_added_stresses(&[(vec![1], STRESS)]).unwrap_err();
+    assert!(matches!(
+        refused,
+        FemError::AddedToSmallStrain { element: 1 }
+    ));
+}

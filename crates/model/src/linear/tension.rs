@@ -1,0 +1,80 @@
+//! Tensions of activation models, solved before anything is factorised.
+//!
+//! Ṫ depends on nothing but t and T, so the Newton matrix is block-triangular:
+//!
+//! ```text
+//! (c + |a|) δT = b_T,        body's rows: … + ∂f/∂T δT = b.
+//! ```
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use super::Number;
+use crate::field::Field;
+use crate::matrix::Matrix;
+use crate::muscle_dae::MuscleDae;
+
+/// Where the block and the forces of its tensions lie.
+#[derive(Debug)]
+pub(super) struct TensionBlock {
+    unknowns: Range<usize>,
+    momentum: Range<usize>,
+    /// Of ∂f/∂T.
+    force: SparsityPattern,
+}
+
+impl TensionBlock {
+    /// The block of `dae`, if it has one.
+    pub(super) fn new(dae: &MuscleDae) -> Option<Self> {
+        let momentum = dae.layout().range(Field::Velocity);
+        Some(Self {
+            unknowns: dae.layout().range(Field::Tension)?,
+            momentum: momentum.expect("the balance of momentum stands in the rows of v"),
+            force: dae.pattern_of(Matrix::TensionForce).0.clone(),
+        })
+    }
+}
+
+/// The block for one c.
+#[derive(Debug)]
+pub(super) struct Tensions<T> {
+    plan: Arc<TensionBlock>,
+    /// 1/(c + |a|).
+    inverse: Vec<T>,
+    force: Vec<f64>,
+}
+
+impl<T: Number> Tensions<T> {
+    pub(super) fn new(plan: Arc<TensionBlock>) -> Self {
+        Self {
+            inverse: vec![T::zero(); plan.unknowns.len()],
+            force: vec![0.0; plan.force.nnz()],
+            plan,
+        }
+    }
+
+    pub(super) fn set_up<'m>(&mut self, c: T, values: impl Fn(Matrix) -> &'m [f64]) {
+        for (inverse, &decay) in self.inverse.iter_mut().zip(values(Matrix::TensionDecay)) {
+            *inverse = T::one() / (c + T::one() * decay);
+        }
+        self.force.copy_from_slice(values(Matrix::TensionForce));
+    }
+
+    /// Solves for the tensions, and takes their forces to the right-hand side of the body.
+    pub(super) fn solve(&self, rhs: &mut [T]) {
+        let plan = &*self.plan;
+        for (k, &inverse) in self.inverse.iter().enumerate() {
+            let place = plan.unknowns.start + k;
+            let tension = rhs[place] * inverse;
+            rhs[place] = tension;
+            let offsets = plan.force.major_offsets();
+            let own = offsets[k]..offsets[k + 1];
+            let rows = &plan.force.minor_indices()[own.clone()];
+            for (&row, &force) in rows.iter().zip(&self.force[own]) {
+                rhs[plan.momentum.start + row] -= tension * force;
+            }
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Where the tension of active stresses is from.
+
+use myovib_fem::material::Bestel;
+
+use crate::signal::Signal;
+use crate::signal::timing::{Break, FRACTION, Timed, shortest};
+
+/// The tension T of an active stress, one for all of its region.
+#[derive(Debug, Clone)]
+pub enum Activation {
+    /// A function of time, Pa, that is not negative.
+    Given(Signal),
+    /// An unknown of its own, zero at the start of a run, that follows Bestel's equation.
+    Bestel(Bestel),
+    /// A straight line in time: what a model gives near a state, for derivatives there.
+    Line {
+        /// Where it touches, s.
+        t: f64,
+        /// T there, Pa.
+        tension: f64,
+        /// Ṫ, Pa/s.
+        slope: f64,
+    },
+}
+
+impl Activation {
+    /// The model, if the tension follows one.
+    pub fn model(&self) -> Option<&Bestel> {
+        match self {
+            Self::Bestel(model) => Some(model),
+            Self::Given(_) | Self::Line { .. } => None,
+        }
+    }
+
+    /// The tension at time `t`; `unknown` is that of a model.
+    pub fn at(&self, t: f64, unknown: f64) -> f64 {
+        match self {
+            Self::Given(signal) => signal.at(t).value,
+            Self::Bestel(_) => unknown,
+            Self::Line {
+                t: touches,
+                tension,
+                slope,
+            } => tension + slope * (t - touches),
+        }
+    }
+
+    /// The model's line at time `t` and `tension`; what follows no model stays as it is.
+    pub(crate) fn tangent_at(&self, t: f64, tension: f64) -> Self {
+        match self {
+            Self::Bestel(model) => Self::Line {
+                t,
+                tension,
+                slope: model.rate(t, tension),
+            },
+            other => other.clone(),
+        }
+    }
+}
+
+/// tanh is over, to 1e-17, so many of its widths from its middle.
+const SWITCH_WIDTH: f64 = 20.0;
+
+/// Switches are seen by steps of a fraction of the time they take; where |a| has kinks steps end.
+impl Timed for Bestel {
+    fn next_break(&self, after: f64) -> Option<Break> {
+        let t = self.breakpoints().into_iter().find(|t| *t > after)?;
+        Some(Break { t, order: 1 })
+    }
+
+    fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
+        let reach = SWITCH_WIDTH * self.width;
+        let switches = [self.systole, self.diastole];
+        let near = |switch: &f64| from < switch + reach && to > switch - reach;
+        let rise = switches.iter().any(near).then_some(4.0 * self.width);
+        shortest(rise)
+    }
+
+    fn longest_step(&self, from: f64, to: f64) -> Option<f64> {
+        Some(FRACTION * self.time_scale(from, to)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_end_at_kinks_and_are_short_at_switches() {
+        let model = Bestel::ventricle(1.5e5);
+        let next = model.next_break(0.162).unwrap();
+        assert!((next.t - 0.16448).abs() < 5e-6 && next.order == 1);
+        assert_eq!(model.next_break(0.485), None);
+        assert_eq!(model.longest_step(0.27, 0.3), None);
+        assert_eq!(model.longest_step(0.1, 0.2), Some(0.005));
+    }
+}

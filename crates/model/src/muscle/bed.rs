@@ -1,0 +1,80 @@
+//! Elastic and viscous support of the boundary.
+
+use myovib_fem::{Along, Robin, Solid};
+
+use crate::error::ModelError;
+
+/// A bed of a boundary group: `P N + k u + c u̇ = 0` there, or along the normal alone (Robin).
+#[derive(Debug, Clone)]
+pub struct Bed {
+    operator: Robin,
+    stiffness: f64,
+    damping: f64,
+}
+
+impl Bed {
+    /// The bed of a group with stiffness k and damping c.
+    ///
+    /// # Units
+    /// k in Pa/m, c in Pa·s/m.
+    ///
+    /// # Errors
+    /// [`ModelError::Fem`] for a group that is no boundary; [`ModelError::OutOfRange`] for k or c
+    /// below zero or not finite.
+    pub fn new(
+        solid: &Solid,
+        group: &str,
+        along: Along,
+        [stiffness, damping]: [f64; 2],
+    ) -> Result<Self, ModelError> {
+        for (name, value) in [("bed stiffness", stiffness), ("bed damping", damping)] {
+            if !(0.0..f64::INFINITY).contains(&value) {
+                return Err(ModelError::OutOfRange {
+                    name,
+                    value,
+                    allowed: "0 or greater, finite",
+                });
+            }
+        }
+        Ok(Self {
+            operator: Robin::new(solid.space(), group, along)?,
+            stiffness,
+            damping,
+        })
+    }
+
+    /// k, Pa/m.
+    pub fn stiffness(&self) -> f64 {
+        self.stiffness
+    }
+
+    /// c, Pa·s/m.
+    pub fn damping(&self) -> f64 {
+        self.damping
+    }
+
+    /// The integrals over the group.
+    pub fn operator(&self) -> &Robin {
+        &self.operator
+    }
+
+    /// `total` += the force of the body on the bed at displacement `u` and velocity `v` of all nodes.
+    pub(crate) fn add_force(&self, u: &[f64], v: &[f64], total: &mut [f64]) {
+        if self.stiffness > 0.0 {
+            self.operator.add_product(self.stiffness, u, total);
+        }
+        if self.damping > 0.0 {
+            self.operator.add_product(self.damping, v, total);
+        }
+    }
+
+    /// What it stores, J.
+    pub(crate) fn energy(&self, u: &[f64]) -> f64 {
+        0.5 * self.stiffness * self.operator.square(u)
+    }
+
+    /// What it takes away, W.
+    pub(crate) fn dissipation(&self, v: &[f64]) -> f64 {
+        self.damping * self.operator.square(v)
+    }
+}

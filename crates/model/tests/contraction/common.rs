@@ -1,0 +1,131 @@
+//! Contracting bodies that the tests share.
+
+use std::sync::Arc;
+
+use myovib_fem::material::{ActiveStress, Bestel, ForceLength, ForceVelocity, Tension};
+use myovib_fem::{AddedStress, Along, DofMap, Fibres, Law, Mesh, Solid, Space, generate};
+use myovib_model::{Activation, Bed, Muscle, Parameters, Signal, paper};
+
+pub(crate) const INF: f64 = f64::INFINITY;
+
+/// Stress that depends on stretch and its rate.
+pub(crate) const HILL: ActiveStress = ActiveStress {
+    tension: Tension::Nominal,
+    force_length: ForceLength::Parabola { optimal: 1.1 },
+    force_velocity: Some(ForceVelocity {
+        v_max: 10.0,
+        a: 0.25,
+        plateau: 1.4,
+    }),
+};
+
+/// A block of the dimension asked for, its cells in two halves.
+pub(crate) fn block(dimension: usize) -> Mesh {
+    match dimension {
+        2 => generate::rectangle([0.0; 2], [1.0, 0.8], [2, 2]).unwrap(),
+        _ => generate::block([0.0; 3], [1.0, 0.8, 0.6], [2, 1, 1]).unwrap(),
+    }
+}
+
+/// The elements in the left and in the right half.
+pub(crate) fn halves(mesh: &Mesh) -> [Vec<usize>; 2] {
+    let is_left = |element: usize| {
+        let middle = mesh.element(element).iter();
+        let x: f64 = middle
+            .map(|&v| mesh.coordinates()[mesh.dimension() * v])
+            .sum();
+        x < 0.5 * mesh.element(element).len() as f64
+    };
+    let (left, right) = (0..mesh.n_elements()).partition(|&element| is_left(element));
+    [left, right]
+}
+
+/// A block held on its left with fibres askew, whose halves contract by a given tension and by
+/// a model, in a bed on its right and on its top.
+pub(crate) fn contracting(
+    dimension: usize,
+    kappa: f64,
+    beta: f64,
+    stresses: [AddedStress; 2],
+) -> Muscle {
+    let parameters = Parameters::new(1.0, beta, kappa).unwrap();
+    on_mesh(&block(dimension), parameters, stresses)
+}
+
+/// The same for a mesh of one's choice.
+pub(crate) fn on_mesh(mesh: &Mesh, parameters: Parameters, stresses: [AddedStress; 2]) -> Muscle {
+    let [left, right] = halves(mesh);
+    let mut fibres = Fibres::new(mesh);
+    let askew = match mesh.dimension() {
+        2 => [0.8, 0.6, 0.0],
+        _ => [2.0, 1.0, -1.0],
+    };
+    fibres.set_constant(mesh, &left, askew, None).unwrap();
+    let space = Arc::new(Space::taylor_hood(mesh));
+    let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
+    let solid = Solid::uniform(space, dofs, paper::LAW, paper::DENSITY)
+        .unwrap()
+        .with_added_stresses(&[(left, stresses[0]), (right, stresses[1])])
+        .unwrap()
+        .with_fibres(fibres);
+    let beds = [
+        Bed::new(&solid, "right", Along::Normal, [3e4, 2e2]).unwrap(),
+        Bed::new(&solid, "top", Along::All, [1e4, 1e2]).unwrap(),
+    ];
+    let mut activations = Vec::new();
+    for (number, stress) in stresses.iter().enumerate() {
+        if stress.active.is_some() {
+            let activation = match number {
+                0 => Activation::Given(Signal::Constant(8e3)),
+                _ => Activation::Bestel(Bestel {
+                    systole: 0.02,
+                    diastole: 0.3,
+                    rise: 30.0,
+                    ..Bestel::ventricle(2e4)
+                }),
+            };
+            activations.push((number, activation));
+        }
+    }
+    Muscle {
+        beds: beds.into(),
+        activations,
+        ..Muscle::unloaded(solid, parameters)
+    }
+}
+
+/// Both kinds of stress, with and without dependence on the velocity.
+pub(crate) fn viscous() -> [AddedStress; 2] {
+    [
+        AddedStress {
+            active: Some(HILL),
+            viscosity: 40.0,
+        },
+        AddedStress {
+            active: Some(ActiveStress::PLAIN),
+            viscosity: 90.0,
+        },
+    ]
+}
+
+/// Active stresses with an energy.
+pub(crate) fn elastic() -> [AddedStress; 2] {
+    let active = [
+        ActiveStress {
+            force_velocity: None,
+            ..HILL
+        },
+        ActiveStress::PLAIN,
+    ];
+    active.map(|active| AddedStress {
+        active: Some(active),
+        viscosity: 0.0,
+    })
+}
+
+pub(crate) fn neo_hooke(shear_modulus: f64) -> Law {
+    Law::MooneyRivlin {
+        c10: 0.5 * shear_modulus,
+        c01: 0.0,
+    }
+}

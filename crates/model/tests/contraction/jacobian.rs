@@ -1,0 +1,148 @@
+//! Jacobians against differences, and reduced Newton systems against full ones.
+
+use myovib_dae::Problem;
+use myovib_fem::AddedStress;
+use myovib_model::linear::{LinearWork, Number, Reduction};
+use myovib_model::{Field, Formulation, MuscleDae};
+use myovib_sparse::klu::KluOptions;
+use num_complex::Complex64;
+use rand::rngs::StdRng;
+use rand::{Rng, SeedableRng};
+
+use crate::common::{INF, contracting, elastic, viscous};
+
+/// Every formulation with the κ and β that it can be run with.
+fn daes(dimension: usize, stresses: [AddedStress; 2]) -> Vec<MuscleDae> {
+    let cases = [(1e5, 0.0), (1e5, 1e-2), (INF, 0.0), (INF, 1e-2)];
+    let of = |formulation: Formulation| {
+        cases.into_iter().filter_map(move |(kappa, beta)| {
+            MuscleDae::new(contracting(dimension, kappa, beta, stresses), formulation).ok()
+        })
+    };
+    Formulation::ALL.into_iter().flat_map(of).collect()
+}
+
+struct Drawn {
+    y: Vec<f64>,
+    y_dot: Vec<f64>,
+    direction: Vec<f64>,
+}
+
+/// A state of strains of some per cent and rates of some 1/s.
+fn draw(dae: &MuscleDae, rng: &mut StdRng) -> Drawn {
+    let size = dae.layout().fill(|field| match field {
+        Field::Displacement => 0.02,
+        Field::Velocity => 1.0,
+        Field::Pressure => 1e3,
+        Field::PressureRate => 1e4,
+        Field::GglMultiplier => 1.0,
+        Field::Tension => 1e4,
+    });
+    let mut draw = |factor: f64| -> Vec<f64> {
+        let one = |size: &f64| factor * size * rng.random_range(-1.0..1.0);
+        size.iter().map(one).collect()
+    };
+    Drawn {
+        y: draw(1.0),
+        y_dot: draw(10.0),
+        direction: draw(1.0),
+    }
+}
+
+/// max_i |J δ − dF/dε|_i relative to the sum of the row's terms, along a random direction.
+fn discrepancy(dae: &mut MuscleDae, rng: &mut StdRng) -> f64 {
+    let n = dae.n_unknowns();
+    let Drawn {
+        y,
+        y_dot,
+        direction,
+    } = draw(dae, rng);
+    let (a, b, t) = (1.3, 70.0, 0.1);
+    let pattern = dae.jacobian_pattern();
+    let mut values = vec![0.0; pattern.nnz()];
+    dae.jacobian(t, &y, &y_dot, a, b, &mut values).unwrap();
+    let (mut product, mut scale) = (vec![0.0; n], vec![0.0_f64; n]);
+    for ((column, row), value) in pattern.entries().zip(&values) {
+        product[row] += value * direction[column];
+        scale[row] += (value * direction[column]).abs();
+    }
+    let epsilon = 1e-5;
+    let mut shifted = |sign: f64| {
+        let shift = |x: &[f64], c: f64| -> Vec<f64> {
+            let moved = x.iter().zip(&direction);
+            moved.map(|(x, d)| x + sign * epsilon * c * d).collect()
+        };
+        let mut residual = vec![0.0; n];
+        dae.residual(t, &shift(&y, a), &shift(&y_dot, b), &mut residual)
+            .unwrap();
+        residual
+    };
+    let (plus, minus) = (shifted(1.0), shifted(-1.0));
+    (0..n)
+        .map(|i| (product[i] - (plus[i] - minus[i]) / (2.0 * epsilon)).abs() / scale[i].max(1e-9))
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn jacobian_of_every_formulation_agrees_with_differences() {
+    let mut rng = StdRng::seed_from_u64(17);
+    for dimension in [2, 3] {
+        for stresses in [viscous(), elastic()] {
+            for mut dae in daes(dimension, stresses) {
+                let error = discrepancy(&mut dae, &mut rng);
+                // As without these stresses: truncation and rounding of the differences.
+                assert!(error < 1e-7, "{dimension} {}: {error:e}", dae.formulation());
+            }
+        }
+    }
+}
+
+/// max_i |b - A x|_i / (|A||x| + |b|)_i in the full system, x solved for in the reduced one.
+fn backward_error<T: Number>(dae: &mut MuscleDae, c: T, rng: &mut StdRng) -> f64 {
+    let pattern = dae.jacobian_pattern();
+    let Drawn {
+        y,
+        y_dot,
+        direction,
+    } = draw(dae, rng);
+    let mut at = |a, b| {
+        let mut values = vec![0.0; pattern.nnz()];
+        dae.jacobian(0.1, &y, &y_dot, a, b, &mut values).unwrap();
+        values
+    };
+    let (of_value, of_rate) = (at(1.0, 0.0), at(0.0, 1.0));
+    let mut reduced = Reduction::new(dae, KluOptions::default()).unwrap().matrix();
+    let mut work = LinearWork::default();
+    reduced
+        .set_up(c, |matrix| dae.matrix_values(matrix), &mut work)
+        .unwrap();
+    let b: Vec<T> = direction.iter().map(|x| T::one() * *x).collect();
+    let mut x = b.clone();
+    reduced.solve(&mut x, &mut work).unwrap();
+    let (mut residual, mut scale) = (b.clone(), vec![0.0; b.len()]);
+    for (k, (column, row)) in pattern.entries().enumerate() {
+        let a = T::one() * of_value[k] + c * of_rate[k];
+        residual[row] -= a * x[column];
+        scale[row] += a.abs() * x[column].abs();
+    }
+    let rows = residual.iter().zip(&b).zip(&scale);
+    rows.map(|((r, b), scale)| r.abs() / (scale + b.abs()))
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn reduced_systems_solve_the_full_ones() {
+    let mut rng = StdRng::seed_from_u64(18);
+    for stresses in [viscous(), elastic()] {
+        for mut dae in daes(2, stresses) {
+            let name = dae.formulation();
+            let real = backward_error(&mut dae, 500.0, &mut rng);
+            let complex = backward_error(&mut dae, Complex64::new(400.0, 300.0), &mut rng);
+            // As in the test without these stresses: rounding, magnified by the elimination.
+            assert!(
+                real < 1e-10 && complex < 1e-10,
+                "{name}: {real:e} {complex:e}"
+            );
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! Active and viscous stress, beds and activation: derivatives, closed forms, energy, counters.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+mod common;
+mod energy;
+mod equilibria;
+mod jacobian;
+mod refusals;

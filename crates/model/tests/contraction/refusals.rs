@@ -1,0 +1,109 @@
+//! The index with all that is added, and what is refused.
+
+use myovib_dae::{Problem, StepError};
+use myovib_fem::material::{ActiveStress, Bestel};
+use myovib_fem::{AddedStress, Along, generate};
+use myovib_model::index::IndexReport;
+use myovib_model::{Activation, Bed, Formulation, MuscleDae, Parameters, Signal};
+
+use crate::common::{INF, contracting, on_mesh, viscous};
+
+/// Beds, viscosity and activation leave the index what κ, β and the formulation say.
+#[test]
+fn no_index_changes() {
+    let cases = [(1e5, 0.0), (1e5, 1e-2), (INF, 0.0), (INF, 1e-2)];
+    for formulation in Formulation::ALL {
+        for (kappa, beta) in cases {
+            let mesh = generate::rectangle([0.0; 2], [1.0, 0.8], [2, 1]).unwrap();
+            let parameters = Parameters::new(1.0, beta, kappa).unwrap();
+            let muscle = on_mesh(&mesh, parameters, viscous());
+            let Ok(mut dae) = MuscleDae::new(muscle, formulation) else {
+                continue;
+            };
+            let n = dae.muscle().solid.dofs().n_free();
+            let wave =
+                |size: f64| -> Vec<f64> { (0..n).map(|i| size * (1.7 * i as f64).sin()).collect() };
+            let report = IndexReport::of_motion(&mut dae, 0.1, &wave(0.01), &wave(0.3)).unwrap();
+            let rule = usize::from(dae.index());
+            assert_eq!(
+                report.decided(),
+                Some(rule),
+                "{formulation} {kappa} {beta}: {report:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn tensions_that_cannot_be_are_refused() {
+    let with = |activations| {
+        let mut muscle = contracting(
+            2,
+            1e5,
+            0.0,
+            [
+                AddedStress {
+                    active: Some(ActiveStress::PLAIN),
+                    viscosity: 0.0,
+                },
+                AddedStress {
+                    active: None,
+                    viscosity: 1.0,
+                },
+            ],
+        );
+        muscle.activations = activations;
+        MuscleDae::new(muscle, Formulation::Position)
+    };
+    let tension = || Activation::Given(Signal::Constant(1.0));
+    for (activations, reason) in [
+        (vec![(7, tension())], "no such added stress"),
+        (vec![(1, tension())], "not active"),
+        (vec![(0, tension()), (0, tension())], "given twice"),
+        (
+            vec![(0, Activation::Bestel(Bestel::ventricle(-1.0)))],
+            "activation tension = -1",
+        ),
+    ] {
+        let message = with(activations).unwrap_err().to_string();
+        assert!(message.contains(reason), "{message}");
+    }
+    let pushing = Activation::Given(Signal::Ramp {
+        value: -3.0,
+        start: 0.0,
+        end: 1.0,
+    });
+    let mut dae = with(vec![(0, pushing)]).unwrap();
+    let zero = vec![0.0; dae.n_unknowns()];
+    let mut residual = zero.clone();
+    dae.residual(0.0, &zero, &zero, &mut residual).unwrap();
+    let error = dae.residual(0.5, &zero, &zero, &mut residual).unwrap_err();
+    assert!(matches!(error, StepError::Fatal(_)), "{error:?}");
+}
+
+#[test]
+fn beds_and_stresses_out_of_range_are_refused() {
+    let muscle = contracting(2, 1e5, 0.0, viscous());
+    let bed = |constants| Bed::new(&muscle.solid, "right", Along::All, constants).unwrap_err();
+    assert!(bed([-1.0, 0.0]).to_string().contains("bed stiffness = -1"));
+    assert!(
+        bed([0.0, f64::NAN])
+            .to_string()
+            .contains("bed damping = NaN")
+    );
+    let negative = AddedStress {
+        active: None,
+        viscosity: -1.0,
+    };
+    let add = |regions: &[(Vec<usize>, AddedStress)]| {
+        let added = muscle.solid.clone().with_added_stresses(regions);
+        added.unwrap_err().to_string()
+    };
+    assert!(add(&[(vec![0], negative)]).contains("viscosity = -1"));
+    let fine = AddedStress {
+        viscosity: 1.0,
+        ..negative
+    };
+    assert!(add(&[(vec![0, 1], fine), (vec![1], fine)]).contains("element 1 is in two regions"));
+    assert!(add(&[(vec![10_000], fine)]).contains("out of range"));
+}
