@@ -43,7 +43,7 @@ impl Command {
 }
 
 fn main() -> ExitCode {
-    myovib_cli::ended(Cli::parse().command.run())
+    myovib_cli::ended(Cli::parse().command.run()).into()
 }
 
 #[cfg(test)]

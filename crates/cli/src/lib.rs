@@ -30,12 +30,12 @@ use crate::exit::Exit;
 
 /// Reads the command line, runs the command, and gives the exit code.
 pub fn main() -> ExitCode {
-    ended(Cli::parse().command.run())
+    ended(Cli::parse().command.run()).into()
 }
 
-/// Reports the failure of a command, and gives the exit code.
-pub fn ended(result: anyhow::Result<Exit>) -> ExitCode {
-    let exit = result.unwrap_or_else(|failure| {
+/// Reports the failure of a command, and tells how it ended.
+pub fn ended(result: anyhow::Result<Exit>) -> Exit {
+    result.unwrap_or_else(|failure| {
         if error::is_broken_pipe(&failure) {
             return Exit::Done;
         }
@@ -46,6 +46,5 @@ pub fn ended(result: anyhow::Result<Exit>) -> ExitCode {
         } else {
             Exit::of_failure(&failure)
         }
-    });
-    exit.into()
+    })
 }

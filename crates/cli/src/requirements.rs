@@ -16,27 +16,32 @@ pub struct Requirement {
     patterns: Vec<&'static str>,
 }
 
-/// Everything the build needs.
+/// The way this program was built, in the words of the list.
+pub const WAY: &str = match cfg!(feature = "vendored") {
+    true => "vendored",
+    false => "system",
+};
+
+/// Everything that a build in this `way` needs.
 ///
 /// # Panics
-/// When a line of the embedded list has not three fields, which a test excludes.
-pub fn all() -> Vec<Requirement> {
-    LIST.lines()
-        .filter(|line| !line.starts_with('#'))
-        .map(parse)
-        .collect()
+/// When a line of the embedded list has not four fields, which a test excludes.
+pub fn of(way: &str) -> Vec<Requirement> {
+    let lines = LIST.lines().filter(|line| !line.starts_with('#'));
+    lines.filter_map(|line| parse(line, way)).collect()
 }
 
-fn parse(line: &'static str) -> Requirement {
+fn parse(line: &'static str, way: &str) -> Option<Requirement> {
     let fields: Vec<&str> = line.split('|').map(str::trim).collect();
-    let [package, purpose, patterns] = fields[..] else {
-        panic!("requirements.txt: `{line}` has not three fields")
+    let [of, package, purpose, patterns] = fields[..] else {
+        panic!("requirements.txt: `{line}` has not four fields")
     };
-    Requirement {
+    let requirement = Requirement {
         package,
         purpose,
         patterns: patterns.split_whitespace().collect(),
-    }
+    };
+    (of == way || of == "both").then_some(requirement)
 }
 
 impl Requirement {
@@ -69,20 +74,21 @@ mod tests {
 
     #[test]
     fn the_list_is_well_formed() {
-        let packages: Vec<_> = all().iter().map(|r| r.package).collect();
-        for needed in [
-            "gcc",
-            "libsundials-dev",
-            "libsuitesparse-dev",
-            "libclang-dev",
+        for (way, own, of_the_other) in [
+            ("system", ["libsundials-dev", "libsuitesparse-dev"], "cmake"),
+            ("vendored", ["cmake", "make"], "libsundials-dev"),
         ] {
-            assert!(packages.contains(&needed), "{needed} in {packages:?}");
+            let all = of(way);
+            let packages: Vec<_> = all.iter().map(|r| r.package).collect();
+            for needed in own.into_iter().chain(["gcc", "libclang-dev"]) {
+                assert!(packages.contains(&needed), "{needed} in {packages:?}");
+            }
+            assert!(!packages.contains(&of_the_other), "{packages:?}");
+            assert!(
+                all.iter()
+                    .all(|r| !r.purpose.is_empty() && !r.patterns.is_empty())
+            );
         }
-        assert!(
-            all()
-                .iter()
-                .all(|r| !r.purpose.is_empty() && !r.patterns.is_empty())
-        );
     }
 
     #[test]

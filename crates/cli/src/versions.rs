@@ -7,12 +7,14 @@ use myovib_scene::versions::Versions;
 /// What `--version` prints after the name.
 pub fn long() -> &'static str {
     static TEXT: LazyLock<String> = LazyLock::new(|| {
+        let found = Versions::found();
+        let klu = found.klu_text();
         let Versions {
             myovib,
             git,
             sundials,
-            klu,
-        } = Versions::found();
+            ..
+        } = &found;
         format!("{myovib} (git {git})\nSUNDIALS {sundials}\nKLU {klu}")
     });
     &TEXT

@@ -51,8 +51,8 @@ pub struct Statistics {
     pub tolerance_scale_factor: f64,
     /// Return code of the last call of the linear solver.
     pub last_linear_flag: i64,
-    /// The smallest reciprocal condition number that KLU estimated when it refactorised with kept
-    /// pivots (below ε^(2/3) SUNDIALS may choose new ones). `None` before, and without KLU.
+    /// The smallest reciprocal condition number that KLU estimated after a factorisation. `None`
+    /// before, and without KLU.
     pub smallest_rcond: Option<f64>,
     /// The linear algebra of methods with complex matrices; `None` for others.
     pub work: Option<Work>,

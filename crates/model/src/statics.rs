@@ -1,7 +1,8 @@
 //! Static equilibrium: Newton's method with line search and load steps.
 
 use myovib_fem::{AddedMotion, Fields, Inverted, Vectors};
-use myovib_sparse::klu::{KluOptions, Numeric, Ordering, Symbolic};
+use myovib_sparse::klu::{KluOptions, Ordering};
+use myovib_sparse::pivoting::{Factors, Symbolic};
 
 use crate::analysis::support::expect_held;
 use crate::assembly::{Assembly, Entry};
@@ -292,7 +293,9 @@ impl<'a> Newton<'a> {
             }
             self.iterations += 1;
             let mut increment = r.clone();
-            Numeric::factor(&self.symbolic, &values)?.solve(&mut increment)?;
+            let mut factors = Factors::new(self.symbolic.clone());
+            factors.renew(&values)?;
+            factors.solve(&mut increment)?;
             let small = self.is_small(&increment, &x);
             let mut length = 1.0;
             let accepted = (0..=MAX_HALVINGS).any(|_| {

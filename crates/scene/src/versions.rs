@@ -12,11 +12,17 @@ pub struct Versions {
     pub git: &'static str,
     /// SUNDIALS as linked, asked at run time.
     pub sundials: String,
-    /// KLU, by the headers it was built with: the library cannot be asked.
-    pub klu: String,
+    /// KLU, by the headers it was built with: the library cannot be asked. `None` in a build
+    /// without.
+    pub klu: Option<String>,
 }
 
 impl Versions {
+    /// The version of KLU, or what this build has instead.
+    pub fn klu_text(&self) -> &str {
+        self.klu.as_deref().unwrap_or("none, faer in its place")
+    }
+
     /// The versions of this program and of what it runs with.
     pub fn found() -> Self {
         let linked = sundials_wrap::Versions::linked();
@@ -24,7 +30,7 @@ impl Versions {
             myovib: env!("CARGO_PKG_VERSION"),
             git: env!("MYOVIB_GIT_REVISION"),
             sundials: linked.sundials,
-            klu: linked.klu,
+            klu: linked.sparse.map(|sparse| sparse.klu),
         }
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! - [`supernodal`]: LU and LDLᵀ in dense blocks with fixed pivots, for matrices with a symmetric
 //!   pattern.
-//! - [`pivoting`]: LU with exchange of pivots, for any sparse matrix: [`klu`] where the feature of
-//!   that name is on, else faer's.
+//! - [`pivoting`]: LU with exchange of pivots, for any sparse matrix: the system's [`klu`] with the
+//!   feature of that name and without `vendored`, else faer's.
 //! - [`SparseSystem`]: the former, checked, and the latter where that is not enough.
 //!
 //! All are [`Factorization`]s. The feature `metis` adds nested dissection to the orders of
@@ -17,13 +17,12 @@ mod ffi;
 pub mod klu;
 mod number;
 mod ordering;
-#[cfg(not(feature = "klu"))]
+#[cfg(not(klu))]
 mod partial;
 pub mod pivoting;
 mod product;
 pub mod supernodal;
 mod system;
-#[cfg(feature = "klu")]
 mod versions;
 mod work;
 
@@ -32,7 +31,6 @@ pub use factorization::{Factorization, Kind, Prediction};
 pub use number::Number;
 pub use product::Product;
 pub use system::{Elimination, SparseSystem, Structure};
-#[cfg(feature = "klu")]
 pub use versions::Versions;
 pub use work::LinearWork;
 

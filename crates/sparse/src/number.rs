@@ -7,15 +7,15 @@ use num_complex::{Complex64, ComplexFloat};
 
 use crate::SparseError;
 
-#[cfg(feature = "klu")]
+#[cfg(klu)]
 use crate::klu::Scalar;
 
 /// A number that all factorisations can deal with.
-#[cfg(not(feature = "klu"))]
-pub trait Scalar {}
-#[cfg(not(feature = "klu"))]
+#[cfg(not(klu))]
+pub trait Scalar: 'static {}
+#[cfg(not(klu))]
 impl Scalar for f64 {}
-#[cfg(not(feature = "klu"))]
+#[cfg(not(klu))]
 impl Scalar for Complex64 {}
 
 /// `f64` or `Complex64`.

@@ -120,6 +120,11 @@ impl<T: Number> Factors<T> {
         if self.current { Ok(()) } else { Err(singular) }
     }
 
+    /// An estimate of the reciprocal condition number: faer gives none.
+    pub fn rcond(&self) -> Option<f64> {
+        None
+    }
+
     /// Solves A x = b in place.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
-//! LU with exchange of pivots, for any sparse matrix: by KLU with the feature `klu`, else by faer.
+//! LU with exchange of pivots, for any sparse matrix: by KLU in builds that have it, else by faer.
 
-#[cfg(feature = "klu")]
+#[cfg(klu)]
 pub use crate::klu::{Factors, Symbolic};
-#[cfg(not(feature = "klu"))]
+#[cfg(not(klu))]
 pub use crate::partial::{Factors, Symbolic};

@@ -1,9 +1,5 @@
 //! The versions of the libraries underneath.
 
-use suitesparse_sys::{KLU_MAIN_VERSION, KLU_SUB_VERSION, KLU_SUBSUB_VERSION};
-
-use crate::ffi;
-
 /// Versions of the linked libraries.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Versions {
@@ -14,12 +10,21 @@ pub struct Versions {
 }
 
 impl Versions {
-    /// Asks the libraries.
-    pub fn linked() -> Self {
-        let [major, minor, patch] = ffi::version::suite_sparse();
-        Self {
+    /// Asks the libraries; `None` in a build without KLU.
+    #[cfg(klu)]
+    pub fn linked() -> Option<Self> {
+        use crate::ffi::klu::bindings::{KLU_MAIN_VERSION, KLU_SUB_VERSION, KLU_SUBSUB_VERSION};
+
+        let [major, minor, patch] = crate::ffi::version::suite_sparse();
+        Some(Self {
             klu: format!("{KLU_MAIN_VERSION}.{KLU_SUB_VERSION}.{KLU_SUBSUB_VERSION}"),
             suite_sparse: format!("{major}.{minor}.{patch}"),
-        }
+        })
+    }
+
+    /// Asks the libraries; `None` in a build without KLU.
+    #[cfg(not(klu))]
+    pub fn linked() -> Option<Self> {
+        None
     }
 }

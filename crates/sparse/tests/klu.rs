@@ -1,4 +1,5 @@
 //! KLU through the safe interface: solutions against residuals, failures as values.
+#![cfg(klu)]
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_sparse::SparseError;

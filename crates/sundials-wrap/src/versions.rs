@@ -9,11 +9,9 @@ pub struct Versions {
     pub sundials: String,
     /// SUNDIALS' headers this program was built with; a difference is a broken installation.
     pub sundials_headers: String,
-    /// KLU, by its headers: the library cannot be asked.
-    pub klu: String,
-    /// SuiteSparse, the collection KLU belongs to.
-    pub suite_sparse: String,
-    /// Width of the indices of both, in bits.
+    /// KLU and its collection, SuiteSparse; `None` in a build without.
+    pub sparse: Option<myovib_sparse::Versions>,
+    /// Width of the indices of SUNDIALS, in bits.
     pub index_bits: usize,
 }
 
@@ -23,14 +21,12 @@ impl Versions {
         use sundials_sys::{
             SUNDIALS_VERSION_MAJOR, SUNDIALS_VERSION_MINOR, SUNDIALS_VERSION_PATCH,
         };
-        let sparse = myovib_sparse::Versions::linked();
         Self {
             sundials: ffi::version::sundials(),
             sundials_headers: format!(
                 "{SUNDIALS_VERSION_MAJOR}.{SUNDIALS_VERSION_MINOR}.{SUNDIALS_VERSION_PATCH}"
             ),
-            klu: sparse.klu,
-            suite_sparse: sparse.suite_sparse,
+            sparse: myovib_sparse::Versions::linked(),
             index_bits: sundials_sys::sunindextype::BITS as usize,
         }
     }

@@ -46,7 +46,16 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
     for note in scene.notes() {
         eprintln!("note: {}", myovib_scene::plain(&note.to_string()));
     }
-    let name = args.scene.display().to_string();
+    let (text, document) = examine(&args.scene.display().to_string(), &scene)?;
+    args.common.give("check", &text, &document)?;
+    Ok(Exit::Done)
+}
+
+/// What can be said of the scene called `name`: for people, and the body of the JSON document.
+///
+/// # Errors
+/// What the model cannot do with the scene.
+pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serialize + use<>)> {
     let (text, body) = match (scene.file.analysis, &scene.body) {
         (Analysis::Dynamic, Some(body)) => {
             let report = check::check(&body.muscle, body.formulation, &body.settings)?;
@@ -66,9 +75,8 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
             None,
         ),
     };
-    args.common
-        .give("check", &text, &Document { scene: name, body })?;
-    Ok(Exit::Done)
+    let scene = name.to_owned();
+    Ok((text, Document { scene, body }))
 }
 
 fn text(body: &Body, report: &Report, has_chains: bool) -> String {

@@ -27,7 +27,9 @@ pub struct DoctorArgs {
 #[derive(Debug, Serialize)]
 struct Findings {
     sundials_headers: String,
-    suite_sparse: String,
+    /// `system` or `vendored`.
+    way: &'static str,
+    suite_sparse: Option<String>,
     index_bits: usize,
     optimised: bool,
     threads: usize,
@@ -59,7 +61,7 @@ pub fn run(args: &DoctorArgs) -> anyhow::Result<Exit> {
 }
 
 fn examine(args: &DoctorArgs) -> Findings {
-    let build: Vec<BuildTool> = requirements::all()
+    let build: Vec<BuildTool> = requirements::of(requirements::WAY)
         .iter()
         .map(|requirement| BuildTool {
             purpose: requirement.purpose,
@@ -71,7 +73,8 @@ fn examine(args: &DoctorArgs) -> Findings {
     let remedies = remedies(&linked, &build);
     Findings {
         sundials_headers: linked.sundials_headers,
-        suite_sparse: linked.suite_sparse,
+        way: requirements::WAY,
+        suite_sparse: linked.sparse.map(|sparse| sparse.suite_sparse),
         index_bits: linked.index_bits,
         optimised: !cfg!(debug_assertions),
         threads: args.common.n_threads().get(),
@@ -104,7 +107,7 @@ fn remedies(linked: &Versions, build: &[BuildTool]) -> Vec<String> {
     } = linked;
     if !is_supported(sundials) {
         remedies.push(format!(
-            "SUNDIALS {sundials} is linked, 6.4 or a later 6.x is needed: {MEND}"
+            "SUNDIALS {sundials} is linked, 6.4 to 7.x is needed: {MEND}"
         ));
     }
     if sundials != sundials_headers {
@@ -115,16 +118,19 @@ fn remedies(linked: &Versions, build: &[BuildTool]) -> Vec<String> {
     }
     if *index_bits != 64 {
         remedies.push(format!(
-            "SUNDIALS is linked with {index_bits}-bit indices, 64 are needed to share KLU's: {MEND}"
+            "SUNDIALS is linked with {index_bits}-bit indices, 64 are needed: {MEND}"
         ));
     }
     remedies
 }
 
-/// Whether the version is 6.4 or a later 6.x: what the wrapper is written for.
+/// Whether the version is 6.4 to 7.x: what the wrapper is written for.
 fn is_supported(sundials: &str) -> bool {
     let mut numbers = sundials.split('.').map(|word| word.parse::<u32>().ok());
-    matches!((numbers.next().flatten(), numbers.next().flatten()), (Some(6), Some(minor)) if minor >= 4)
+    matches!(
+        (numbers.next().flatten(), numbers.next().flatten()),
+        (Some(6), Some(4..)) | (Some(7), Some(_))
+    )
 }
 
 fn text(findings: &Findings) -> String {
@@ -144,10 +150,13 @@ fn text(findings: &Findings) -> String {
             "myovib",
             format!("{} (git {}), {build_kind}", versions.myovib, versions.git),
         ),
-        ("SUNDIALS", versions.sundials),
+        ("SUNDIALS", versions.sundials.clone()),
         (
             "KLU",
-            format!("{} (SuiteSparse {})", versions.klu, findings.suite_sparse),
+            match &findings.suite_sparse {
+                Some(collection) => format!("{} (SuiteSparse {collection})", versions.klu_text()),
+                None => versions.klu_text().to_owned(),
+            },
         ),
         ("index width", format!("{} bits", findings.index_bits)),
         (
@@ -214,8 +223,7 @@ mod tests {
         Versions {
             sundials: sundials.to_owned(),
             sundials_headers: sundials_headers.to_owned(),
-            klu: "1.3.9".to_owned(),
-            suite_sparse: "5.12.0".to_owned(),
+            sparse: None,
             index_bits,
         }
     }
@@ -242,7 +250,8 @@ mod tests {
             ("6.4.0", true),
             ("6.7.0", true),
             ("6.3.9", false),
-            ("7.1.1", false),
+            ("7.1.1", true),
+            ("8.0.0", false),
             ("", false),
         ] {
             assert_eq!(is_supported(version), supported, "{version}");

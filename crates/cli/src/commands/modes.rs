@@ -1,6 +1,6 @@
 //! `myovib modes`: the lowest eigenfrequencies and modes, compressible and incompressible.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
@@ -99,7 +99,14 @@ struct Findings {
 /// Wrong options, mesh or scene, no equilibrium, or an output that cannot be written.
 pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
     let findings = match &args.scene {
-        Some(scene) => of_scene(scene, args)?,
+        Some(scene) => {
+            let loaded = Scene::load(scene, &args.set)?;
+            of_scene(
+                &scene.display().to_string(),
+                loaded,
+                args.count.map(usize::from),
+            )?
+        }
         None => of_the_paper(args)?,
     };
     if let (Some(path), Some(found)) = (&args.svg, findings.bodies.last()) {
@@ -119,9 +126,17 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
+/// The modes of the body of the `scene` called `name`, as the body of the JSON document.
+///
+/// # Errors
+/// A scene without a body, or one whose modes cannot be found.
+pub fn document(name: &str, scene: Scene, count: Option<usize>) -> anyhow::Result<String> {
+    let findings = of_scene(name, scene, count)?;
+    Ok(serde_json::to_string(&findings.document())?)
+}
+
 /// The body of a scene, about its unloaded state.
-fn of_scene(scene: &Path, args: &ModesArgs) -> anyhow::Result<Findings> {
-    let loaded = Scene::load(scene, &args.set)?;
+fn of_scene(name: &str, loaded: Scene, count: Option<usize>) -> anyhow::Result<Findings> {
     let Some(Body { muscle, .. }) = loaded.body else {
         let error = InputError::new("the scene has no body whose modes could be found");
         return Err(error.allowed("a scene with a [mesh] and [solid]").into());
@@ -129,10 +144,10 @@ fn of_scene(scene: &Path, args: &ModesArgs) -> anyhow::Result<Findings> {
     let wanted = loaded.file.modes.map_or(DEFAULT_COUNT, |modes| modes.count);
     let rest = vec![0.0; muscle.solid.dofs().n_free()];
     let pressure = vec![0.0; muscle.solid.space().n_pressures()];
-    let count = args.count.map_or(wanted, usize::from);
+    let count = count.unwrap_or(wanted);
     let modes = spectrum::lowest(&muscle, &rest, &pressure, count)?;
     Ok(Findings {
-        mesh: scene.display().to_string(),
+        mesh: name.to_owned(),
         load: 0.0,
         damping: [muscle.parameters.alpha, muscle.parameters.beta],
         drive: muscle.drive(),

@@ -7,7 +7,8 @@ use myovib_fem::material::Law;
 use myovib_fem::quadrature::Rule;
 use myovib_fem::solid::{Fields, Pressure, Solid, Tangents, Vectors};
 use myovib_fem::{DofMap, Located, Mesh, Space};
-use myovib_sparse::klu::{KluOptions, RealNumeric, Symbolic};
+use myovib_sparse::klu::KluOptions;
+use myovib_sparse::pivoting::{Factors, Symbolic};
 use nalgebra::DMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 use nalgebra_sparse::{CooMatrix, CscMatrix};
@@ -133,10 +134,9 @@ pub(crate) fn equilibrium(
             ..KluOptions::default()
         };
         let symbolic = Symbolic::analyze(matrix.pattern(), options).unwrap();
-        RealNumeric::factor(&symbolic, matrix.values())
-            .unwrap()
-            .solve(&mut step)
-            .unwrap();
+        let mut factors = Factors::new(symbolic);
+        factors.renew(matrix.values()).unwrap();
+        factors.solve(&mut step).unwrap();
 
         for (&full, step) in solid.dofs().free_to_full().iter().zip(&step) {
             state.u[full] -= step;

@@ -109,11 +109,11 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
     // Incompressible: the pressure is the reaction that keeps B ü = 0. Else p = -κ M_p⁻¹ B u.
     let incompressible = muscle.parameters.is_incompressible();
     let none = CscMatrix::zeros(0, mass.nrows());
-    let inertia = Saddle::factor(&mass, if incompressible { &b } else { &none })?;
+    let mut inertia = Saddle::factor(&mass, if incompressible { &b } else { &none })?;
     let no_constraint = CscMatrix::zeros(0, b.nrows());
-    let compliance = Saddle::factor(&operators::pressure_mass(solid), &no_constraint)?;
+    let mut compliance = Saddle::factor(&operators::pressure_mass(solid), &no_constraint)?;
     let no_flux = vec![0.0; if incompressible { b.nrows() } else { 0 }];
-    let image = |u: &DVector<f64>| -> Result<DVector<f64>, ModelError> {
+    let mut image = |u: &DVector<f64>| -> Result<DVector<f64>, ModelError> {
         let mut force = &stiffness * u;
         if !incompressible {
             let flux = &b * u;

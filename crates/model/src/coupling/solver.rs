@@ -11,7 +11,8 @@
 
 use myovib_dae::{LinearSolver, Linearization, Problem, StepError};
 use myovib_sparse::SparseError;
-use myovib_sparse::klu::{Factors, KluOptions, Symbolic};
+use myovib_sparse::klu::KluOptions;
+use myovib_sparse::pivoting::{Factors, Symbolic};
 use num_complex::Complex64;
 
 use super::dae::CoupledDae;
@@ -90,10 +91,10 @@ impl<T: Number> NetworkFactors<T> {
     }
 
     /// Solves for the oscillators in place, the body's part of `x` being solved for.
-    fn solve<B: Problem>(&self, dae: &CoupledDae<B>, x: &mut [T]) -> Result<(), StepError> {
+    fn solve<B: Problem>(&mut self, dae: &CoupledDae<B>, x: &mut [T]) -> Result<(), StepError> {
         let n_body = dae.body_range().len();
         let (body, oscillators) = x.split_at_mut(n_body);
-        for (k, (_, factors)) in self.networks.iter().enumerate() {
+        for (k, (_, factors)) in self.networks.iter_mut().enumerate() {
             let range = dae.range(k);
             let own = &mut oscillators[range.start - n_body..range.end - n_body];
             dae.oscillators(k).subtract_forcing(body, own);

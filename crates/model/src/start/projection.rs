@@ -51,7 +51,7 @@ pub(super) fn velocity(
     let rest = vec![0.0; q.len()];
     let mut v = v.to_vec();
     let b = Motion::new(muscle, t, q, &v, &rest).divergence()?;
-    let saddle = Saddle::factor(&operators::mass(&muscle.solid), &b)?;
+    let mut saddle = Saddle::factor(&operators::mass(&muscle.solid), &b)?;
     // The second pass removes the rounding of the first.
     for _pass in 0..2 {
         let motion = Motion::new(muscle, t, q, &v, &rest);

@@ -1,6 +1,7 @@
 //! Direct solution of (H, -Bᵀ; B, 0): a symmetric matrix with a constraint.
 
-use myovib_sparse::klu::{KluOptions, RealNumeric, Symbolic};
+use myovib_sparse::klu::KluOptions;
+use myovib_sparse::pivoting::{Factors, Symbolic};
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 use crate::error::ModelError;
@@ -8,7 +9,7 @@ use crate::error::ModelError;
 /// The factors of (H, -Bᵀ; B, 0).
 pub(crate) struct Saddle {
     n: usize,
-    factors: RealNumeric,
+    factors: Factors<f64>,
 }
 
 impl Saddle {
@@ -25,13 +26,14 @@ impl Saddle {
         }
         let matrix = CscMatrix::from(&matrix);
         let symbolic = Symbolic::analyze(matrix.pattern(), KluOptions::default())?;
-        let factors = RealNumeric::factor(&symbolic, matrix.values())?;
+        let mut factors = Factors::new(symbolic);
+        factors.renew(matrix.values())?;
         Ok(Self { n, factors })
     }
 
     /// (w, π) with H w - Bᵀπ = `force`, B w = `flux`.
     pub(crate) fn solve(
-        &self,
+        &mut self,
         force: &[f64],
         flux: &[f64],
     ) -> Result<(Vec<f64>, Vec<f64>), ModelError> {

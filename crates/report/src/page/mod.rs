@@ -50,12 +50,14 @@ pub fn write(folder: &Path, scene: &Scene, document: &Value) -> Result<(), Error
     html += &folded("All statistics", &figures::statistics(document));
     let text = format!("<pre>{}</pre>\n", escape(scene.text()));
     html += &folded("The scene", &text);
+    let versions = Versions::found();
+    let klu = versions.klu_text();
     let Versions {
         myovib,
         git,
         sundials,
-        klu,
-    } = Versions::found();
+        ..
+    } = &versions;
     html += &format!(
         "<footer>myovib {myovib} ({git}), SUNDIALS {sundials}, KLU {klu}</footer>\n</body></html>\n"
     );

@@ -1,8 +1,8 @@
 //! The boundaries to SuiteSparse and to METIS.
 
-#[cfg(feature = "klu")]
+#[cfg(klu)]
 pub(crate) mod klu;
 #[cfg(feature = "metis")]
 pub(crate) mod metis;
-#[cfg(feature = "klu")]
+#[cfg(klu)]
 pub(crate) mod version;

@@ -1,6 +1,6 @@
 //! The version of the linked library, asked at run time.
 
-use suitesparse_sys::SuiteSparse_version;
+use super::klu::bindings::SuiteSparse_version;
 
 /// The version of the linked SuiteSparse, for example [5, 12, 0].
 pub(crate) fn suite_sparse() -> [i32; 3] {

@@ -75,6 +75,12 @@ impl<T: Scalar> Factors<T> {
             .ok_or(SparseError::NoFactors)
     }
 
+    /// A cheap estimate of the reciprocal condition number of the last matrix, see
+    /// [`Numeric::rcond`].
+    pub fn rcond(&self) -> Option<f64> {
+        self.current().ok()?.rcond().ok()
+    }
+
     /// Solves A x = b in place.
     ///
     /// # Errors

@@ -6,11 +6,12 @@
 //! complex matrices with the same pattern share one analysis. Neither a refactorisation nor a
 //! solve allocates.
 //!
-//! The settings are plain values and always here, all else with the feature `klu`.
+//! The settings are plain values and always here, all else with the feature `klu` and
+//! without `vendored`.
 //!
 //! # Examples
 //! ```
-//! # #[cfg(feature = "klu")] {
+//! # #[cfg(klu)] {
 //! use nalgebra_sparse::pattern::SparsityPattern;
 //! use myovib_sparse::klu::{KluOptions, RealNumeric, Symbolic};
 //!
@@ -29,20 +30,22 @@
 //! - T. A. Davis, E. Palamadai Natarajan, Algorithm 907: KLU, a direct sparse solver for circuit
 //!   simulation problems, ACM Trans. Math. Softw. 37 (2010) 36.
 
-#[cfg(feature = "klu")]
+#[cfg(klu)]
 mod error;
-#[cfg(feature = "klu")]
+#[cfg(klu)]
 mod factors;
-#[cfg(feature = "klu")]
+#[cfg(klu)]
 mod numeric;
 mod options;
-#[cfg(feature = "klu")]
+#[cfg(klu)]
 mod symbolic;
 
-#[cfg(feature = "klu")]
+#[cfg(klu)]
 pub use factors::{Factors, Pivots};
-#[cfg(feature = "klu")]
+#[cfg(klu)]
 pub use numeric::{ComplexNumeric, Numeric, RealNumeric, Scalar};
-pub use options::{KluOptions, Ordering, RawOptions, Scaling};
-#[cfg(feature = "klu")]
+#[cfg(klu)]
+pub(crate) use options::RawOptions;
+pub use options::{KluOptions, Ordering, Scaling};
+#[cfg(klu)]
 pub use symbolic::Symbolic;

@@ -14,6 +14,7 @@ pub enum Ordering {
 
 impl Ordering {
     /// The number KLU uses for this ordering.
+    #[cfg(klu)]
     fn code(self) -> i64 {
         match self {
             Self::Amd => 0,
@@ -35,6 +36,7 @@ pub enum Scaling {
     Max,
 }
 
+#[cfg(klu)]
 impl Scaling {
     fn code(self) -> i64 {
         match self {
@@ -61,16 +63,17 @@ pub struct KluOptions {
 }
 
 /// Settings of KLU in its own coding, as its control block holds them.
+#[cfg(klu)]
 #[derive(Debug, Clone, Copy)]
-pub struct RawOptions {
+pub(crate) struct RawOptions {
     /// 0: AMD; 1: COLAMD; 2: natural.
-    pub ordering: i64,
+    pub(crate) ordering: i64,
     /// Whether to permute to block triangular form: 0 or 1.
-    pub btf: i64,
+    pub(crate) btf: i64,
     /// -1: none; 1: by the sum, 2: by the largest entry of each row.
-    pub scale: i64,
+    pub(crate) scale: i64,
     /// Diagonal pivots are preferred above this fraction of the largest entry.
-    pub pivot_tolerance: f64,
+    pub(crate) pivot_tolerance: f64,
 }
 
 impl Default for KluOptions {
@@ -84,9 +87,10 @@ impl Default for KluOptions {
     }
 }
 
+#[cfg(klu)]
 impl KluOptions {
-    /// The settings in KLU's own coding, for others that call KLU.
-    pub fn raw(self) -> RawOptions {
+    /// The settings in KLU's own coding.
+    pub(crate) fn raw(self) -> RawOptions {
         RawOptions {
             ordering: self.ordering.code(),
             btf: i64::from(self.btf),

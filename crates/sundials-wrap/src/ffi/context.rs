@@ -1,15 +1,15 @@
 //! The SUNDIALS context, which all other objects of one solver refer to.
 
-use std::ptr::{self, NonNull};
+use std::ptr;
 
-use sundials_sys::{_SUNContext, SUNContext, SUNContext_Create, SUNContext_Free};
+use sundials_sys::{SUNContext, SUNContext_Create, SUNContext_Free, comm_no_mpi};
 
 use super::call::{CallFailed, NULL_RESULT};
 use crate::options::VectorArithmetic;
 
 /// An owned context. It must be dropped after every object made with it.
 pub(crate) struct Context {
-    handle: NonNull<_SUNContext>,
+    handle: SUNContext,
     vectors: VectorArithmetic,
 }
 
@@ -17,16 +17,17 @@ impl Context {
     /// A context for vectors with this arithmetic.
     pub(crate) fn new(vectors: VectorArithmetic) -> Result<Self, CallFailed> {
         let mut context: SUNContext = ptr::null_mut();
-        // SAFETY: no communicator (null is for serial use), and a place to write the handle to.
-        let code = unsafe { SUNContext_Create(ptr::null_mut(), &mut context) };
-        match NonNull::new(context) {
-            Some(handle) if code == 0 => Ok(Self { handle, vectors }),
-            _ => Err(CallFailed::new("SUNContext_Create", NULL_RESULT)),
+        // SAFETY: no communicator, for serial use, and a place to write the handle to.
+        let code = unsafe { SUNContext_Create(comm_no_mpi(), &mut context) };
+        if code != 0 || context.is_null() {
+            return Err(CallFailed::new("SUNContext_Create", NULL_RESULT));
         }
+        let handle = context;
+        Ok(Self { handle, vectors })
     }
 
     pub(crate) fn raw(&self) -> SUNContext {
-        self.handle.as_ptr()
+        self.handle
     }
 
     /// Whose arithmetic is done on its vectors.

@@ -9,16 +9,14 @@
 //! - [`call`]: how a call in C may fail;
 //! - [`ida`]: the integrator's memory and every call on it;
 //! - [`trampoline`]: what C calls, and the way back to safe Rust;
-//! - [`pattern`]: sparsity patterns as C takes them;
 //! - [`pinned`]: data at an address that does not move, shared with C;
-//! - [`version`]: the versions of the linked libraries.
+//! - [`version`]: which SUNDIALS this is, and all that differs between its versions.
 
 pub(crate) mod call;
 pub(crate) mod context;
 pub(crate) mod ida;
 pub(crate) mod linear_solver;
 pub(crate) mod matrix;
-mod pattern;
 pub(crate) mod pinned;
 pub(crate) mod trampoline;
 pub(crate) mod vector;

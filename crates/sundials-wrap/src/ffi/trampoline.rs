@@ -7,17 +7,12 @@ use std::any::Any;
 use std::ffi::CStr;
 use std::os::raw::{c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::ptr::NonNull;
 use std::slice;
 
-use suitesparse_sys::klu_l_common;
-use sundials_sys::{
-    N_Vector, SUNLS_PACKAGE_FAIL_REC, SUNLS_PACKAGE_FAIL_UNREC, SUNLinearSolver, SUNMatrix,
-    realtype,
-};
+use sundials_sys::{N_Vector, SUNLS_PACKAGE_FAIL_REC, SUNLinearSolver, SUNMatrix, realtype};
 
-use super::matrix::zeroed_values;
 use super::vector_view::{view, view_mut, zeroed_mut};
+use super::version;
 
 /// What a callback answers to IDAS.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,16 +38,10 @@ impl Answer {
 /// The safe side of the boundary: what IDAS may ask.
 pub(crate) trait Callbacks {
     fn residual(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) -> Answer;
-    fn jacobian(
-        &mut self,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
-        c_j: f64,
-        values: &mut [f64],
-    ) -> Answer;
-    fn structured_setup(&mut self, t: f64, y: &[f64], y_dot: &[f64], c_j: f64) -> Answer;
-    fn structured_solve(&mut self, rhs: &mut [f64]) -> Answer;
+    /// Evaluates and factorises the Newton matrix ∂F/∂y + c_j ∂F/∂ẏ.
+    fn linear_setup(&mut self, t: f64, y: &[f64], y_dot: &[f64], c_j: f64) -> Answer;
+    /// Solves with the last one, in place.
+    fn linear_solve(&mut self, rhs: &mut [f64]) -> Answer;
     fn n_roots(&self) -> usize;
     fn roots(&mut self, t: f64, y: &[f64], y_dot: &[f64], values: &mut [f64]) -> Answer;
     fn error_weights(&mut self, y: &[f64], weights: &mut [f64]) -> Answer;
@@ -66,10 +55,6 @@ pub(crate) struct Boundary<C> {
     pub(crate) callbacks: C,
     /// A panic on its way through C.
     pub(crate) panic: Option<Box<dyn Any + Send>>,
-    /// KLU's control block, once the linear solver exists; it outlives the integrator.
-    common: Option<NonNull<klu_l_common>>,
-    /// Smallest reciprocal condition number KLU estimated, of those seen so far.
-    smallest_rcond: Option<f64>,
 }
 
 impl<C> Boundary<C> {
@@ -77,38 +62,7 @@ impl<C> Boundary<C> {
         Self {
             callbacks,
             panic: None,
-            common: None,
-            smallest_rcond: None,
         }
-    }
-
-    /// Reads condition estimates from now on from the control block of a linear solver that lives
-    /// as long as calls are made through this boundary.
-    pub(super) fn watch_rcond(&mut self, common: Option<NonNull<klu_l_common>>) {
-        self.common = common;
-    }
-
-    /// Starts the search for the smallest condition estimate afresh.
-    pub(super) fn forget_rcond(&mut self) {
-        self.smallest_rcond = None;
-    }
-
-    /// The smallest of the condition estimates noted and `last`, that of the last set-up.
-    pub(super) fn smallest_rcond(&self, last: Option<f64>) -> Option<f64> {
-        // KLU says −1 before the first estimate.
-        let last = last.filter(|&rcond| rcond >= 0.0);
-        [self.smallest_rcond, last]
-            .into_iter()
-            .flatten()
-            .reduce(f64::min)
-    }
-
-    /// Notes the condition estimate of the last set-up, before the next one overwrites it.
-    fn note_rcond(&mut self) {
-        // SAFETY: the linear solver, which holds the block, is alive while IDAS runs; nobody
-        // writes to the block during a callback.
-        let last = self.common.map(|common| unsafe { common.read() }.rcond);
-        self.smallest_rcond = self.smallest_rcond(last);
     }
 }
 
@@ -173,42 +127,11 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     })
 }
 
-/// IDALsJacFn with a sparse matrix.
-///
-/// # Safety
-/// Called by IDAS with its own serial vectors, the matrix of [`Matrix::sparse`] and the address
-/// given to IDASetUserData.
-///
-/// [`Matrix::sparse`]: super::matrix::Matrix::sparse
-pub(crate) unsafe extern "C" fn jacobian<C: Callbacks>(
-    t: realtype,
-    c_j: realtype,
-    y: N_Vector,
-    y_dot: N_Vector,
-    _residual: N_Vector,
-    matrix: SUNMatrix,
-    user_data: *mut c_void,
-    _scratch1: N_Vector,
-    _scratch2: N_Vector,
-    _scratch3: N_Vector,
-) -> c_int {
-    // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
-    let boundary = unsafe { boundary::<C>(user_data) };
-    boundary.note_rcond();
-    // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
-    let (y, y_dot) = unsafe { state(y, y_dot) };
-    // SAFETY: the matrix is the sparse one attached together with this function.
-    let values = unsafe { zeroed_values(matrix) };
-    guarded(boundary, |callbacks| {
-        callbacks.jacobian(t, y, y_dot, c_j, values)
-    })
-}
-
-/// IDALsJacFn for a solver that keeps its matrix to itself.
+/// IDALsJacFn: the set-up of the linear solver, which keeps its matrix to itself.
 ///
 /// # Safety
 /// As for [`residual`]; the matrix is not used.
-pub(crate) unsafe extern "C" fn structured_setup<C: Callbacks>(
+pub(crate) unsafe extern "C" fn linear_setup<C: Callbacks>(
     t: realtype,
     c_j: realtype,
     y: N_Vector,
@@ -225,17 +148,17 @@ pub(crate) unsafe extern "C" fn structured_setup<C: Callbacks>(
     // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
     guarded(boundary, |callbacks| {
-        callbacks.structured_setup(t, y, y_dot, c_j)
+        callbacks.linear_setup(t, y, y_dot, c_j)
     })
 }
 
-/// The solve operation of a user's linear solver.
+/// The solve operation of the linear solver.
 ///
 /// # Safety
-/// Called by IDAS with the solver of [`LinearSolver::structured`] and serial vectors.
+/// Called by IDAS with a [`LinearSolver`] of ours and serial vectors.
 ///
-/// [`LinearSolver::structured`]: super::linear_solver::LinearSolver::structured
-pub(crate) unsafe extern "C" fn structured_solve<C: Callbacks>(
+/// [`LinearSolver`]: super::linear_solver::LinearSolver
+pub(crate) unsafe extern "C" fn linear_solve<C: Callbacks>(
     solver: SUNLinearSolver,
     _matrix: SUNMatrix,
     x: N_Vector,
@@ -252,10 +175,10 @@ pub(crate) unsafe extern "C" fn structured_solve<C: Callbacks>(
     let x = unsafe { view_mut(x) };
     x.copy_from_slice(b);
     // IDAS takes codes that are not among those of linear solvers for success.
-    match answered(boundary, |callbacks| callbacks.structured_solve(x)) {
+    match answered(boundary, |callbacks| callbacks.linear_solve(x)) {
         Answer::Success => 0,
         Answer::Recoverable => SUNLS_PACKAGE_FAIL_REC as c_int,
-        Answer::Fatal => SUNLS_PACKAGE_FAIL_UNREC,
+        Answer::Fatal => version::SOLVE_FAILED,
     }
 }
 
@@ -322,18 +245,12 @@ pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
     })
 }
 
-/// IDAErrHandlerFn: keeps the message instead of printing it.
+/// Keeps a message of IDAS instead of printing it.
 ///
 /// # Safety
-/// Called by IDAS with zero-terminated strings and the address given to IDASetErrHandlerFn, while
-/// no callback runs.
-pub(crate) unsafe extern "C" fn message<C: Callbacks>(
-    _code: c_int,
-    _module: *const c_char,
-    _function: *const c_char,
-    text: *mut c_char,
-    user_data: *mut c_void,
-) {
+/// Called by IDAS with a zero-terminated string and the address given with the handler, while no
+/// callback runs.
+pub(super) unsafe fn take_message<C: Callbacks>(text: *const c_char, user_data: *mut c_void) {
     // SAFETY: IDAS hands back the address of our boundary, and reports between callbacks.
     let boundary = unsafe { boundary::<C>(user_data) };
     // SAFETY: IDAS passes a zero-terminated string that lives during the call.

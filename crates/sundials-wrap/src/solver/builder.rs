@@ -3,7 +3,7 @@
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::error::Error;
-use crate::ffi::ida::{Ida, Linear};
+use crate::ffi::ida::Ida;
 use crate::options::{
     Constraint, IdaOptions, at_least_zero, direction_code, error_test_id, expect_finite,
     expect_length, expect_state, invalid,
@@ -14,6 +14,7 @@ use myovib_dae::{
 
 use super::IdaSolver;
 use super::callbacks::{FailureLog, Function, UserFunctions, Weighing, Weights};
+use super::linear::{Linear, SparseLu};
 
 /// Gathers a problem, [`IdaOptions`] and the user's functions; see
 /// [`IdaSolver::builder`](crate::IdaSolver::builder).
@@ -125,7 +126,7 @@ impl<P: Problem> IdaBuilder<P> {
         self
     }
 
-    /// Solves the linear systems with `solver` instead of KLU.
+    /// Solves the linear systems with `solver` instead of the sparse LU of the whole matrix.
     #[must_use]
     pub fn linear_solver(mut self, solver: impl LinearSolver<P> + Send + 'static) -> Self {
         self.linear_solver = Some(Box::new(solver));
@@ -143,7 +144,6 @@ impl<P: Problem> IdaBuilder<P> {
     pub fn build(mut self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<IdaSolver<P>, Error> {
         let n = self.problem.n_unknowns();
         let jacobian = Jacobian::of(&self.problem);
-        let pattern = jacobian.pattern().clone();
         expect_state(n, t0, y0, y_dot0)?;
         let kinds =
             kinds_at(&mut self.problem, t0, y0, y_dot0).map_err(|error| Error::Callback {
@@ -151,17 +151,14 @@ impl<P: Problem> IdaBuilder<P> {
                 t: t0,
                 source: error.into(),
             })?;
-        expect_shapes(n, &kinds, &pattern)?;
+        expect_shapes(n, &kinds, jacobian.pattern())?;
         self.options.validate(n)?;
         self.quadrature.validate()?;
         let suppressed = error_test_id(&self.options.suppressed, &kinds)?;
 
         let linear = match self.linear_solver {
-            Some(_) => Linear::Structured,
-            None => Linear::Klu {
-                pattern: &pattern,
-                options: self.options.klu.raw(),
-            },
+            Some(solver) => Linear::Own(solver),
+            None => Linear::Sparse(Box::new(SparseLu::new(jacobian, self.options.klu)?)),
         };
         let weighing = match self.weights {
             Some(function) => Weighing::Function(function),
@@ -169,17 +166,16 @@ impl<P: Problem> IdaBuilder<P> {
         };
         let functions = UserFunctions {
             problem: self.problem,
-            jacobian,
             n_roots: self.root_directions.len(),
             roots: self.roots,
             weighing,
             weights: vec![1.0; n],
             quadrature: self.quadrature_rates,
-            linear_solver: self.linear_solver,
+            linear,
             t_called: t0,
             failures: FailureLog::default(),
         };
-        let ida = Ida::new(functions, t0, y0, y_dot0, linear, self.options.vectors)
+        let ida = Ida::new(functions, t0, y0, y_dot0, self.options.vectors)
             .map_err(|failed| super::call_error(failed, String::new()))?;
         let mut solver = IdaSolver {
             ida,

@@ -3,9 +3,9 @@
 use crate::error::Error;
 use crate::ffi::trampoline::{Answer, Callbacks};
 use crate::vector_kernels::is_finite;
-use myovib_dae::{
-    Jacobian, LinearSolver, Linearization, Problem, StepError, StopReason, Tolerances,
-};
+use myovib_dae::{Linearization, Problem, StepError, StopReason, Tolerances};
+
+use super::linear::Linear;
 
 /// g(t, y, ẏ) or a quadrature's integrand, written into the last argument.
 pub(super) type Function<P> =
@@ -47,14 +47,13 @@ impl<P: Problem> Weighing<P> {
 /// The problem with everything else that IDAS may call.
 pub(super) struct UserFunctions<P> {
     pub(super) problem: P,
-    pub(super) jacobian: Jacobian,
     pub(super) n_roots: usize,
     pub(super) roots: Option<Box<Function<P>>>,
     pub(super) weighing: Weighing<P>,
     /// The weights IDAS uses now.
     pub(super) weights: Vec<f64>,
     pub(super) quadrature: Option<Box<Function<P>>>,
-    pub(super) linear_solver: Option<Box<dyn LinearSolver<P> + Send>>,
+    pub(super) linear: Linear<P>,
     /// Time of the last call that had one, for messages of those that have none.
     pub(super) t_called: f64,
     pub(super) failures: FailureLog,
@@ -150,31 +149,8 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
         self.failures.answer("residual", t, result, residual)
     }
 
-    fn jacobian(
-        &mut self,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
-        c_j: f64,
-        values: &mut [f64],
-    ) -> Answer {
-        let at = Linearization {
-            t,
-            y,
-            y_dot,
-            step: 1.0 / c_j,
-            weights: &self.weights,
-        };
-        let problem = &mut self.problem;
-        let result = self.jacobian.combined(problem, &at, (1.0, c_j), values);
-        self.failures.answer("Jacobian", t, result, values)
-    }
-
-    fn structured_setup(&mut self, t: f64, y: &[f64], y_dot: &[f64], c_j: f64) -> Answer {
+    fn linear_setup(&mut self, t: f64, y: &[f64], y_dot: &[f64], c_j: f64) -> Answer {
         self.t_called = t;
-        let Some(solver) = &mut self.linear_solver else {
-            return Answer::Fatal;
-        };
         let at = Linearization {
             t,
             y,
@@ -182,20 +158,17 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
             step: 1.0 / c_j,
             weights: &self.weights,
         };
-        let evaluated = solver.evaluate(&mut self.problem, &at);
-        match self.failures.answer("Jacobian", t, evaluated, &[]) {
+        let (evaluated, values) = self.linear.evaluate(&mut self.problem, &at, c_j);
+        match self.failures.answer("Jacobian", t, evaluated, values) {
             Answer::Success => {}
             failed => return failed,
         }
-        let result = solver.set_up(&mut self.problem, c_j, &[]);
+        let result = self.linear.set_up(&mut self.problem, c_j);
         self.failures.answer("linear set-up", t, result, &[])
     }
 
-    fn structured_solve(&mut self, rhs: &mut [f64]) -> Answer {
-        let Some(solver) = &mut self.linear_solver else {
-            return Answer::Fatal;
-        };
-        let result = solver.solve_real(&mut self.problem, rhs);
+    fn linear_solve(&mut self, rhs: &mut [f64]) -> Answer {
+        let result = self.linear.solve(&mut self.problem, rhs);
         self.failures
             .answer("linear solve", self.t_called, result, rhs)
     }

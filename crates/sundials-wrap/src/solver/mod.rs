@@ -5,6 +5,7 @@ mod callbacks;
 mod codes;
 mod dense;
 mod integrator;
+mod linear;
 
 use std::panic::resume_unwind;
 
@@ -299,6 +300,7 @@ impl<P: Problem> IdaSolver<P> {
         expect_finite("initial values of the quadratures", q0)?;
         let result = self.ida.reinit(t0, y0, y_dot0, q0);
         self.refused(result)?;
+        self.functions_mut().linear.forget_rcond();
         if self.stop_time.is_some_and(|stop| stop <= t0) {
             self.stop_time = None;
             self.stop_time_lingers = true;
@@ -395,7 +397,7 @@ impl<P: Problem> IdaSolver<P> {
         statistics.t_reached = ida.internal_time();
         statistics.tolerance_scale_factor = ida.tolerance_scale_factor();
         statistics.last_linear_flag = ida.last_linear_flag();
-        statistics.smallest_rcond = ida.smallest_rcond();
+        statistics.smallest_rcond = self.functions().linear.smallest_rcond();
         statistics
     }
 
@@ -418,11 +420,7 @@ impl<P: Problem> IdaSolver<P> {
 
     /// Evaluations of the residual for differences since the solver was built.
     fn difference_evaluations(&self) -> u64 {
-        let functions = self.functions();
-        match &functions.linear_solver {
-            Some(solver) => solver.difference_evaluations(),
-            None => functions.jacobian.residual_evaluations(),
-        }
+        self.functions().linear.difference_evaluations()
     }
 
     fn functions(&self) -> &UserFunctions<P> {

@@ -1,30 +1,13 @@
 //! The numbers KLU factorises with, and its functions for each kind of them.
 
 use num_complex::Complex64;
-use suitesparse_sys::{
-    klu_l_common, klu_l_condest, klu_l_flops, klu_l_free_numeric, klu_l_numeric, klu_l_rcond,
-    klu_l_refactor, klu_l_rgrowth, klu_l_solve, klu_l_symbolic, klu_l_tsolve, klu_zl_condest,
-    klu_zl_flops, klu_zl_free_numeric, klu_zl_rcond, klu_zl_refactor, klu_zl_rgrowth, klu_zl_solve,
-    klu_zl_tsolve,
-};
 
-// Left out of the bindings, as klu_l_analyze is.
-unsafe extern "C" {
-    fn klu_l_factor(
-        column_pointers: *mut i64,
-        row_indices: *mut i64,
-        values: *mut f64,
-        symbolic: *mut klu_l_symbolic,
-        common: *mut klu_l_common,
-    ) -> *mut klu_l_numeric;
-    fn klu_zl_factor(
-        column_pointers: *mut i64,
-        row_indices: *mut i64,
-        values: *mut f64,
-        symbolic: *mut klu_l_symbolic,
-        common: *mut klu_l_common,
-    ) -> *mut klu_l_numeric;
-}
+use super::bindings::{
+    klu_l_common, klu_l_condest, klu_l_factor, klu_l_flops, klu_l_free_numeric, klu_l_numeric,
+    klu_l_rcond, klu_l_refactor, klu_l_rgrowth, klu_l_solve, klu_l_symbolic, klu_l_tsolve,
+    klu_zl_condest, klu_zl_factor, klu_zl_flops, klu_zl_free_numeric, klu_zl_rcond,
+    klu_zl_refactor, klu_zl_rgrowth, klu_zl_solve, klu_zl_tsolve,
+};
 
 pub(super) type Factor = unsafe extern "C" fn(
     *mut i64,

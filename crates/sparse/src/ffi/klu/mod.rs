@@ -4,12 +4,26 @@
 //! that pattern, refactored in place) → dropped in any order, the numeric object holding the
 //! symbolic one alive. [`Entry`] says which functions of KLU serve which kind of number.
 
+#[allow(
+    clippy::all,
+    clippy::undocumented_unsafe_blocks,
+    dead_code,
+    missing_docs,
+    non_camel_case_types,
+    non_snake_case,
+    non_upper_case_globals,
+    unreachable_pub
+)]
+pub(crate) mod bindings {
+    //! What bindgen makes of klu.h.
+    include!(concat!(env!("OUT_DIR"), "/klu.rs"));
+}
 mod entry;
 mod numeric;
 mod symbolic;
 
 use crate::klu::RawOptions;
-use suitesparse_sys::{KLU_SINGULAR, klu_l_common, klu_l_defaults};
+use bindings::{KLU_SINGULAR, klu_l_common, klu_l_defaults};
 
 pub(crate) use entry::Entry;
 pub(crate) use numeric::RawNumeric;

@@ -5,8 +5,7 @@ use std::marker::PhantomData;
 use std::ptr::{self, NonNull};
 use std::sync::Arc;
 
-use suitesparse_sys::{KLU_OK, klu_l_common, klu_l_numeric};
-
+use super::bindings::{KLU_OK, klu_l_common, klu_l_numeric};
 use super::entry::{Diagnose, Entry, Refactor};
 use super::symbolic::RawSymbolic;
 use super::{Failure, default_common};

@@ -4,21 +4,10 @@ use std::ptr::NonNull;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use nalgebra_sparse::pattern::SparsityPattern;
-use suitesparse_sys::{klu_l_common, klu_l_free_symbolic, klu_l_symbolic};
 
+use super::bindings::{klu_l_analyze, klu_l_free_symbolic, klu_l_symbolic};
 use super::{Failure, default_common};
 use crate::klu::RawOptions;
-
-// Declared in klu.h but left out of the bindings, whose filter of names misses functions that
-// return a pointer to a structure.
-unsafe extern "C" {
-    fn klu_l_analyze(
-        n: i64,
-        column_pointers: *mut i64,
-        row_indices: *mut i64,
-        common: *mut klu_l_common,
-    ) -> *mut klu_l_symbolic;
-}
 
 /// The analysis of one pattern, with the pattern.
 pub(crate) struct RawSymbolic {

@@ -11,7 +11,6 @@ pub(crate) use counter::Counter;
 use std::os::raw::{c_int, c_void};
 use std::ptr::NonNull;
 
-use nalgebra_sparse::pattern::SparsityPattern;
 use sundials_sys as sys;
 
 use super::call::{CallFailed, NULL_RESULT, check};
@@ -22,8 +21,8 @@ use super::pinned::Pinned;
 use super::trampoline::{self, Boundary, Callbacks};
 use super::vector::NVector;
 use super::vector_clone::zero_clones_of;
+use super::version;
 use crate::options::VectorArithmetic;
-use myovib_sparse::klu::RawOptions;
 
 /// How far one solve call goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,16 +40,6 @@ pub(crate) enum InitialUnknowns {
     AlgebraicAndDerivatives,
     /// All of y, from ẏ.
     States,
-}
-
-/// The linear solver to attach.
-pub(crate) enum Linear<'a> {
-    Klu {
-        /// That of the Jacobian.
-        pattern: &'a SparsityPattern,
-        options: RawOptions,
-    },
-    Structured,
 }
 
 /// IDAS' memory block, freed on drop.
@@ -96,41 +85,26 @@ impl<C: Callbacks> Ida<C> {
     /// Creates an integrator at (t0, y0, ẏ0), with provisional tolerances.
     ///
     /// # Panics
-    /// Unless `y0` and `y_dot0` have the same positive length, which is the order of the Jacobian.
+    /// Unless `y0` and `y_dot0` have the same positive length.
     pub(crate) fn new(
         callbacks: C,
         t0: f64,
         y0: &[f64],
         y_dot0: &[f64],
-        linear: Linear<'_>,
         vectors: VectorArithmetic,
     ) -> Result<Self, CallFailed> {
         assert!(!y0.is_empty(), "unknowns");
         assert_eq!(y0.len(), y_dot0.len(), "one derivative for each unknown");
         // Locals are dropped in reverse order on an early return: again the integrator first.
         let context = Context::new(vectors)?;
-        let mut boundary = Pinned::new(Boundary::new(callbacks));
+        let boundary = Pinned::new(Boundary::new(callbacks));
         let mut y = NVector::from_slice(y0, &context)?;
         // IDAInit clones this one for all vectors of its own.
         zero_clones_of(&mut y);
         let y_dot = NVector::from_slice(y_dot0, &context)?;
         let scratch = NVector::zeros(y0.len(), &context)?;
-        let structured = matches!(linear, Linear::Structured);
-        let (matrix, linear_solver) = match linear {
-            Linear::Klu { pattern, options } => {
-                assert_eq!(pattern.major_dim(), y0.len(), "the order of the Jacobian");
-                let matrix = Matrix::sparse(pattern, &context)?;
-                let solver = LinearSolver::klu(&y, &matrix, options, &context)?;
-                (matrix, solver)
-            }
-            Linear::Structured => (
-                Matrix::empty(&context)?,
-                LinearSolver::structured(&boundary, &context)?,
-            ),
-        };
-        boundary
-            .get_mut()
-            .watch_rcond(linear_solver.common_address());
+        let matrix = Matrix::new(&context)?;
+        let linear_solver = LinearSolver::new(&boundary, &context)?;
 
         // SAFETY: the context is alive.
         let memory = unsafe { sys::IDACreate(context.raw()) };
@@ -147,16 +121,15 @@ impl<C: Callbacks> Ida<C> {
             boundary,
             context,
         };
-        ida.attach(t0, structured)?;
+        ida.attach(t0)?;
         Ok(ida)
     }
 
-    fn attach(&mut self, t0: f64, structured: bool) -> Result<(), CallFailed> {
+    fn attach(&mut self, t0: f64) -> Result<(), CallFailed> {
         let memory = self.memory.raw();
         let data = self.boundary.address().as_ptr().cast::<c_void>();
-        // SAFETY: handler and data belong together, and the data outlive the memory block.
-        let code = unsafe { sys::IDASetErrHandlerFn(memory, Some(trampoline::message::<C>), data) };
-        check("IDASetErrHandlerFn", code)?;
+        // SAFETY: the block was made with this context; the data outlive it (field order of `Ida`).
+        unsafe { version::redirect_messages::<C>(&self.context, memory, data) }?;
         self.set("IDASetUserData", sys::IDASetUserData, data)?;
         let (y, y_dot) = (self.y.raw(), self.y_dot.raw());
         // SAFETY: the residual function fits the user data; both vectors have the same length and
@@ -167,11 +140,7 @@ impl<C: Callbacks> Ida<C> {
         // SAFETY: solver and matrix belong together, fit the vectors and outlive the block.
         let code = unsafe { sys::IDASetLinearSolver(memory, solver, self._matrix.raw()) };
         check("IDASetLinearSolver", code)?;
-        let jacobian: sys::IDALsJacFn = if structured {
-            Some(trampoline::structured_setup::<C>)
-        } else {
-            Some(trampoline::jacobian::<C>)
-        };
+        let jacobian: sys::IDALsJacFn = Some(trampoline::linear_setup::<C>);
         self.set("IDASetJacFn", sys::IDASetJacFn, jacobian)
     }
 
@@ -302,8 +271,6 @@ impl<C: Callbacks> Ida<C> {
         // SAFETY: the block is valid; the vectors have its length and are copied.
         let code = unsafe { sys::IDAReInit(self.memory.raw(), t0, y, y_dot) };
         check("IDAReInit", code)?;
-        self.linear_solver.forget_rcond();
-        self.boundary.get_mut().forget_rcond();
         if let Some(vector) = &mut self.quadrature {
             vector.as_mut_slice().copy_from_slice(q0);
             let vector = vector.raw();
@@ -404,12 +371,6 @@ impl<C: Callbacks> Ida<C> {
 
     pub(crate) fn tolerance_scale_factor(&self) -> f64 {
         self.get(sys::IDAGetTolScaleFactor)
-    }
-
-    /// The smallest reciprocal condition number KLU estimated at a set-up with kept pivots.
-    pub(crate) fn smallest_rcond(&self) -> Option<f64> {
-        let last = self.linear_solver.common().map(|common| common.rcond);
-        self.boundary().smallest_rcond(last)
     }
 
     pub(crate) fn last_linear_flag(&self) -> i64 {
