@@ -3,6 +3,9 @@
 use myovib_dae::Problem;
 use serde_json::Value;
 
+/// Whether the linear systems are solved by KLU, which estimates condition numbers.
+pub(crate) const HAS_KLU: bool = !cfg!(feature = "vendored");
+
 /// A reference file of the repository.
 pub(crate) fn reference(name: &str) -> Value {
     let path = format!(

@@ -9,12 +9,10 @@ use myovib_dae::{
 use myovib_sparse::klu::{KluOptions, Scaling};
 use nalgebra_sparse::pattern::SparsityPattern;
 
+use crate::common::HAS_KLU;
 use sundials_wrap::{
     ConsistencyMode, IdaOptions, IdaSolver, InitialValueOptions, VectorArithmetic, Versions,
 };
-
-/// Whether the linear systems are solved by KLU, which estimates condition numbers.
-const HAS_KLU: bool = !cfg!(feature = "vendored");
 
 fn build<S: Sample>(sample: S, options: IdaOptions) -> IdaSolver<S> {
     let start = sample.start();
