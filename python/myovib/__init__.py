@@ -1,0 +1,27 @@
+"""Differential-algebraic equations and constrained soft-tissue mechanics.
+
+`solve_dae` integrates anybody's F(t, y, y') = 0, of index up to 3, by the BDF
+of SUNDIALS' IDAS or by Radau IIA of order 5, 9 or 13. `Scene` computes
+muscles: meshes, materials, loads and chains of oscillators, as the program
+`myovib` does, to the same bits.
+"""
+
+from ._dae import DaeSolution, DenseOutput, solve_dae
+from ._native import SceneError, StepFailure, versions
+from ._run import Fields, Probe, RunResult
+from ._scene import Scene, SweepResult
+
+__all__ = [
+    "DaeSolution",
+    "DenseOutput",
+    "Fields",
+    "Probe",
+    "RunResult",
+    "Scene",
+    "SceneError",
+    "StepFailure",
+    "SweepResult",
+    "solve_dae",
+    "versions",
+]
+__version__ = versions()[0]

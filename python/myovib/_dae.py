@@ -1,0 +1,402 @@
+"""Fully implicit differential-algebraic equations F(t, y, y') = 0."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _native
+
+__all__ = ["DaeSolution", "DenseOutput", "solve_dae"]
+
+Array = NDArray[np.float64]
+Function = Callable[[float, Array, Array], Any]
+METHODS = ("ida", "radau", "radau9", "radau13")
+
+
+@dataclass
+class DenseOutput:
+    """The solution as a continuous function: the polynomials of the steps.
+
+    Attributes
+    ----------
+    t_min, t_max : float
+        The interval that the steps cover.
+    """
+
+    _ends: Array  # (steps, 2)
+    _samples: Array  # (steps, nodes, n)
+    _nodes: Array  # of all steps, in [-1, 1]
+
+    @property
+    def t_min(self) -> float:
+        return float(self._ends.min())
+
+    @property
+    def t_max(self) -> float:
+        return float(self._ends.max())
+
+    def __call__(self, t: ArrayLike) -> Array:
+        """Evaluate the solution.
+
+        Parameters
+        ----------
+        t : float or array_like, shape (m,)
+            Times within [t_min, t_max]; beyond, the last polynomial goes on.
+
+        Returns
+        -------
+        ndarray, shape (n,) or (n, m)
+        """
+        times = np.atleast_1d(np.asarray(t, dtype=float))
+        sign = 1.0 if self._ends[-1, 1] >= self._ends[0, 0] else -1.0
+        step = np.searchsorted(sign * self._ends[:, 1], sign * times)
+        step = np.minimum(step, len(self._ends) - 1)
+        a, b = self._ends[step].T
+        x = (2.0 * times - a - b) / (b - a)
+        # Barycentric interpolation; Chebyshev's nodes have alternating weights, halved at the ends.
+        weights = (-1.0) ** np.arange(len(self._nodes))
+        weights[[0, -1]] *= 0.5
+        distance = x[:, None] - self._nodes
+        at_a_node = distance == 0.0
+        shares = weights / np.where(at_a_node, 1.0, distance)
+        shares[at_a_node.any(axis=1)] = 0.0
+        shares[at_a_node] = 1.0
+        values = np.einsum("mk,mkn->nm", shares, self._samples[step]) / shares.sum(axis=1)
+        return values[:, 0] if np.ndim(t) == 0 else values
+
+
+@dataclass
+class DaeSolution:
+    """What `solve_dae` found; the names are those of `scipy.integrate.solve_ivp`.
+
+    Attributes
+    ----------
+    t : ndarray, shape (m,)
+        Times: the steps, or those of `t_eval`.
+    y, yp : ndarray, shape (n, m)
+        Solution and its derivative at these times.
+    sol : DenseOutput or None
+        The solution as a function, where `dense_output` asked for it.
+    t_events : list of ndarray or None
+        The times of each event.
+    y_events : list of ndarray or None
+        The solutions at these times, one per row.
+    nfev, njev, nlu : int
+        Evaluations of the residual (those for difference quotients included)
+        and of the Jacobian; set-ups of the linear solver.
+    nsteps, nni, netf, ncfn, ngev : int
+        Steps, Newton iterations, steps that failed the error test, steps that
+        could not be solved, evaluations of the events.
+    status : int
+        0: the end of the span was reached; 1: an event ended the integration;
+        -1: the integrator gave up.
+    message : str
+        The same in words.
+    """
+
+    t: Array
+    y: Array
+    yp: Array
+    sol: DenseOutput | None
+    t_events: list[Array] | None
+    y_events: list[Array] | None
+    nfev: int
+    njev: int
+    nlu: int
+    nsteps: int
+    nni: int
+    netf: int
+    ncfn: int
+    ngev: int
+    status: int
+    message: str
+    method: str = field(default="ida")
+
+    @property
+    def success(self) -> bool:
+        """Whether the end of the span or an event was reached."""
+        return self.status >= 0
+
+
+def solve_dae(
+    residual: Function,
+    t_span: tuple[float, float],
+    y0: ArrayLike,
+    yp0: ArrayLike,
+    method: Literal["ida", "radau", "radau9", "radau13"] = "ida",
+    *,
+    jacobian: Function | None = None,
+    sparsity: Any = None,
+    index: Sequence[int] | None = None,
+    algebraic: ArrayLike | None = None,
+    suppress: ArrayLike | bool | None = None,
+    events: Function | Sequence[Function] | None = None,
+    rtol: float = 1e-4,
+    atol: ArrayLike = 1e-8,
+    t_eval: ArrayLike | None = None,
+    dense_output: bool = False,
+    first_step: float | None = None,
+    max_step: float | None = None,
+    max_order: int = 5,
+    max_steps: int | None = None,
+    initial: Literal["given", "algebraic", "states"] = "given",
+) -> DaeSolution:
+    """Integrate F(t, y, y') = 0.
+
+    Parameters
+    ----------
+    residual : callable
+        ``residual(t, y, yp)`` gives F, an array of the length of `y0`. It may
+        raise `StepFailure` where F has no value: a smaller step is tried then.
+        Any other exception ends the integration and comes through as it is.
+    t_span : (float, float)
+        Start and end; the end may lie before the start.
+    y0, yp0 : array_like, shape (n,)
+        Solution and derivative at the start, consistent unless `initial` asks
+        for a correction.
+    method : {"ida", "radau", "radau9", "radau13"}
+        BDF of order 1 to 5, for index 0 and 1 (and higher index with the
+        multipliers left out of the error test, see `suppress`), or Radau IIA of
+        order 5, 9 or 13, for index 0 to 3.
+    jacobian : callable, optional
+        ``jacobian(t, y, yp)`` gives the pair dF/dy, dF/dy': matrices, dense or
+        of `scipy.sparse`. By default difference quotients are taken.
+    sparsity : array_like or sparse matrix, shape (n, n), optional
+        Nonzero where dF/dy or dF/dy' may be. Full by default.
+    index : sequence of int, optional
+        The index of each variable, 0 to 3, which Radau's error test needs for
+        systems of index 2 and 3: in mechanics, 1 (or 0) for positions, 2 for velocities,
+        3 for multipliers of the position constraint.
+    algebraic : array_like of bool, optional
+        Whether y'_i does not occur in F. By default the Jacobian at the start
+        tells.
+    suppress : bool or array_like of bool, optional
+        Components left out of the error test; ``True``: the algebraic ones,
+        which must be named then.
+    events : callable or list of callables, optional
+        ``event(t, y, yp)`` gives a number whose zeros are sought. Attributes
+        are those of `solve_ivp`: ``terminal`` (bool, or the number of the
+        occurrence that ends the integration) and ``direction`` (its sign).
+    rtol, atol : float; float or array_like, shape (n,)
+        A local error of ``rtol |y_i| + atol_i`` is allowed.
+    t_eval : array_like, optional
+        Times of the result, in the direction of integration. Every step by default.
+    dense_output : bool
+        Whether the result has `sol`.
+    first_step, max_step : float, optional
+        The first step; the largest.
+    max_order : int
+        The highest order of "ida".
+    max_steps : int, optional
+        Steps after which the integration gives up; unlimited by default.
+    initial : {"given", "algebraic", "states"}
+        What is corrected at the start so that F = 0: nothing; the algebraic
+        components and the derivatives of the others (index 1); all of y.
+
+    Returns
+    -------
+    DaeSolution
+
+    Raises
+    ------
+    ValueError
+        Arguments that make no sense.
+    RuntimeError
+        No consistent initial values; settings that the integrator refuses.
+
+    Examples
+    --------
+    Robertson's kinetics, whose third equation is algebraic:
+
+    >>> def robertson(t, y, yp):
+    ...     a, b, c = y
+    ...     rate = 0.04 * a - 1e4 * b * c
+    ...     return [yp[0] + rate, yp[1] - rate + 3e7 * b * b, a + b + c - 1]
+    >>> s = solve_dae(robertson, (0, 40), [1, 0, 0], [-0.04, 0.04, 0], rtol=1e-6,
+    ...               atol=[1e-10, 1e-12, 1e-10])
+    >>> round(float(s.y[0, -1]), 4)
+    0.7158
+    """
+    if method not in METHODS:
+        raise ValueError(f"method = {method!r}: must be one of {', '.join(METHODS)}")
+    if initial not in ("given", "algebraic", "states"):
+        raise ValueError(f"initial = {initial!r}: must be given, algebraic or states")
+    if not 1 <= max_order <= 5:
+        raise ValueError(f"max_order = {max_order}: must be 1 to 5")
+    start = _vector("y0", y0)
+    n = len(start)
+    rates = _vector("yp0", yp0, n)
+    tolerances = _vector("atol", np.atleast_1d(np.asarray(atol, dtype=float)))
+    if len(tolerances) not in (1, n):
+        raise ValueError(f"atol has {len(tolerances)} entries: must be 1 or {n}")
+    t0, t_end = (float(t) for t in t_span)
+    if t0 == t_end or not np.isfinite([t0, t_end]).all():
+        raise ValueError(f"t_span = ({t0}, {t_end}): must be two different finite times")
+    marks = _marks("algebraic", algebraic, n)
+    if suppress is True and marks is None:
+        raise ValueError("suppress = True leaves the algebraic components out: name them in `algebraic`")
+    left_out = marks if suppress is True else _marks("suppress", None if suppress is False else suppress, n)
+    indices = None if index is None else [int(i) for i in index]
+    if indices is not None and (len(indices) != n or not all(0 <= i <= 3 for i in indices)):
+        raise ValueError(f"index must have {n} entries from 0 to 3")
+    watched = _Events(events)
+    pattern = None if sparsity is None else _pattern(sparsity, n)
+    found = _native.solve(
+        {
+            "residual": _in_bytes(residual, n),
+            "jacobian": None if jacobian is None else _Jacobian(jacobian, pattern, n),
+            "pattern": None if pattern is None else (pattern[0].tolist(), pattern[1].tolist()),
+            "events": _in_bytes(watched.values, len(watched.functions), "events")
+            if watched.functions
+            else None,
+            "directions": watched.directions,
+            "terminal": watched.terminal,
+            "algebraic": marks,
+            "index": indices,
+            "suppress": left_out,
+            "method": method,
+            "t_span": (t0, t_end),
+            "y0": start.tolist(),
+            "yp0": rates.tolist(),
+            "rtol": float(rtol),
+            "atol": tolerances.tolist(),
+            "t_eval": _output_times(t_eval, t0, t_end),
+            "first_step": None if first_step is None else float(np.copysign(first_step, t_end - t0)),
+            "max_step": None if max_step is None or np.isinf(max_step) else float(max_step),
+            "max_order": int(max_order),
+            "max_steps": max_steps,
+            "initial": initial,
+            "dense": bool(dense_output),
+        }
+    )
+    return _solution(found, n, len(watched.functions), method)
+
+
+def _in_bytes(function: Function, n: int, name: str = "residual") -> Any:
+    """The function as the native half calls it: arrays are bytes there."""
+
+    def call(t: float, y: bytearray, yp: bytearray) -> bytes:
+        values = np.asarray(function(t, np.frombuffer(y), np.frombuffer(yp)), dtype=float)
+        if values.shape != (n,):
+            raise ValueError(f"{name} returned {values.size} values: must be {n}")
+        return values.tobytes()
+
+    return call
+
+
+def _solution(found: dict[str, Any], n: int, n_events: int, method: str) -> DaeSolution:
+    sol = None
+    samples, nodes, ends = (np.frombuffer(found.pop(k)) for k in ("samples", "nodes", "segments"))
+    ends = ends.reshape(-1, 2)
+    if len(ends):
+        sol = DenseOutput(ends, samples.reshape(len(ends), len(nodes), n), nodes)
+    crossings = found.pop("events")
+    t_events = y_events = None
+    if n_events:
+        of = [[c for c in crossings if c[0] == k] for k in range(n_events)]
+        t_events = [np.array([c[1] for c in event]) for event in of]
+        y_events = [np.array([np.frombuffer(c[2]) for c in event]).reshape(-1, n) for event in of]
+    t, y, yp = (np.frombuffer(found.pop(name)) for name in ("t", "y", "yp"))
+    y, yp = (rows.reshape(-1, n).T for rows in (y, yp))
+    return DaeSolution(
+        t=t, y=y, yp=yp, sol=sol, t_events=t_events, y_events=y_events, method=method, **found
+    )
+
+
+def _vector(name: str, values: ArrayLike, n: int | None = None) -> Array:
+    vector = np.asarray(values, dtype=float)
+    if vector.ndim != 1 or not vector.size or (n is not None and len(vector) != n):
+        wanted = "a vector" if n is None else f"a vector of {n} entries"
+        raise ValueError(f"{name} has the shape {vector.shape}: must be {wanted}")
+    if not np.isfinite(vector).all():
+        raise ValueError(f"{name} has entries that are not finite")
+    return vector
+
+
+def _marks(name: str, marks: Any, n: int) -> list[bool] | None:
+    if marks is None:
+        return None
+    vector = np.asarray(marks, dtype=bool)
+    if vector.shape != (n,):
+        raise ValueError(f"{name} has the shape {vector.shape}: must have {n} entries")
+    return vector.tolist()
+
+
+def _output_times(t_eval: ArrayLike | None, t0: float, t_end: float) -> list[float] | None:
+    if t_eval is None:
+        return None
+    times = np.asarray(t_eval, dtype=float)
+    sign = np.sign(t_end - t0)
+    if times.ndim != 1 or (np.diff(times) * sign <= 0).any():
+        raise ValueError("t_eval must be sorted in the direction of integration")
+    if times.size and (sign * (times[0] - t0) < 0 or sign * (times[-1] - t_end) > 0):
+        raise ValueError("t_eval must lie in t_span")
+    return times.tolist()
+
+
+def _pattern(sparsity: Any, n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Offsets of the columns and row indices."""
+    if hasattr(sparsity, "tocoo"):
+        coordinates = sparsity.tocoo()
+        shape, rows, columns = coordinates.shape, coordinates.row, coordinates.col
+    else:
+        dense = np.asarray(sparsity)
+        shape, (rows, columns) = dense.shape, np.nonzero(dense)
+    if shape != (n, n):
+        raise ValueError(f"sparsity has the shape {shape}: must be ({n}, {n})")
+    entries = np.unique(columns.astype(np.int64) * n + rows)
+    offsets = np.searchsorted(entries, np.arange(n + 1) * n)
+    return offsets, entries % n
+
+
+class _Jacobian:
+    """The user's matrices as values in the order of the pattern."""
+
+    def __init__(self, function: Function, pattern: Any, n: int) -> None:
+        self.function, self.n, self.checked = function, n, pattern is None
+        self.places: tuple[Any, Any] | None = None
+        if pattern is not None:
+            offsets, rows = pattern
+            self.places = (rows, np.repeat(np.arange(n), np.diff(offsets)))
+
+    def __call__(self, t: float, y: bytearray, yp: bytearray) -> tuple[bytes, bytes]:
+        of_value, of_rate = self.function(t, np.frombuffer(y), np.frombuffer(yp))
+        values = self._values(of_value).tobytes(), self._values(of_rate).tobytes()
+        self.checked = True
+        return values
+
+    def _values(self, matrix: Any) -> Array:
+        if hasattr(matrix, "tocsr"):
+            matrix = matrix.toarray() if self.places is None else matrix.tocsr()
+        else:
+            matrix = np.asarray(matrix, dtype=float)
+        if matrix.shape != (self.n, self.n):
+            raise ValueError(f"jacobian: shape {matrix.shape}, must be ({self.n}, {self.n})")
+        if self.places is None:
+            return matrix.ravel(order="F")
+        values = np.asarray(matrix[self.places], dtype=float).ravel()
+        if not self.checked:
+            within = np.count_nonzero(values)
+            whole = matrix.count_nonzero() if hasattr(matrix, "tocsr") else np.count_nonzero(matrix)
+            if whole > within:
+                raise ValueError("jacobian: entries where `sparsity` has none")
+        return values
+
+
+class _Events:
+    """Events as one function, and their attributes."""
+
+    def __init__(self, events: Function | Sequence[Function] | None) -> None:
+        if events is None:
+            events = []
+        self.functions = [events] if callable(events) else list(events)
+        self.directions = [int(np.sign(getattr(f, "direction", 0))) for f in self.functions]
+        self.terminal = [int(getattr(f, "terminal", 0) or 0) for f in self.functions]
+
+    def values(self, t: float, y: Array, yp: Array) -> list[float]:
+        return [float(function(t, y, yp)) for function in self.functions]

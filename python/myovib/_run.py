@@ -1,0 +1,231 @@
+"""What a run left in its folder."""
+
+from __future__ import annotations
+
+import html
+import json
+import tempfile
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Fields", "Probe", "RunResult", "SweepResult"]
+
+Array = NDArray[np.float64]
+
+
+class Probe(Mapping[str, Array]):
+    """The table of a probe: a column for each name, ``t`` first."""
+
+    def __init__(self, names: list[str], rows: Array) -> None:
+        self._names, self._rows = names, rows
+
+    @classmethod
+    def _read(cls, path: Path) -> Probe:
+        with path.open(encoding="utf-8") as file:
+            names = file.readline().rstrip("\n").split(",")
+            rows = [[float(word) for word in line.split(",")] for line in file]
+        return cls(names, np.array(rows).reshape(-1, len(names)))
+
+    def __getitem__(self, name: str) -> Array:
+        try:
+            return self._rows[:, self._names.index(name)]
+        except ValueError:
+            raise KeyError(f"{name!r}: the columns are {', '.join(self._names)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def frame(self) -> Any:
+        """The table as a `pandas.DataFrame`, with the time as its index."""
+        import pandas
+
+        return pandas.DataFrame(self._rows, columns=self._names).set_index("t")
+
+    def __repr__(self) -> str:
+        return f"Probe({', '.join(self._names)}; {len(self._rows)} rows)"
+
+
+class Fields:
+    """The fields on the mesh, as files for ParaView.
+
+    Attributes
+    ----------
+    times : ndarray, shape (m,)
+    files : list of Path
+    """
+
+    def __init__(self, times: Array, files: list[Path]) -> None:
+        self.times, self.files = times, files
+
+    @classmethod
+    def _of(cls, folder: Path) -> Fields | None:
+        path = folder / "fields.pvd"
+        if not path.exists():
+            return None
+        entries = ElementTree.parse(path).getroot().iter("DataSet")
+        pairs = [(float(e.attrib["timestep"]), folder / e.attrib["file"]) for e in entries]
+        return cls(np.array([t for t, _ in pairs]), [file for _, file in pairs])
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+    def __getitem__(self, k: int) -> dict[str, NDArray[Any]]:
+        """The fields at time number `k`.
+
+        Returns
+        -------
+        dict of ndarray
+            ``points`` (n, 3), ``cells`` (m, nodes of a cell), and each field that the
+            scene asked for, with a row per point.
+        """
+        arrays = {}
+        for array in ElementTree.parse(self.files[k]).getroot().iter("DataArray"):
+            kind = np.int64 if array.attrib["type"] == "Int64" else np.float64
+            values = np.array((array.text or "").split(), dtype=kind)
+            width = int(array.attrib.get("NumberOfComponents", 1))
+            arrays[array.attrib["Name"]] = values if width == 1 else values.reshape(-1, width)
+        n_cells = len(arrays.pop("offsets"))
+        arrays.pop("types")
+        arrays["cells"] = arrays.pop("connectivity").reshape(n_cells, -1)
+        return arrays
+
+
+COUNTS = (
+    "steps",
+    "error_test_failures",
+    "step_solve_failures",
+    "newton_iterations",
+    "residual_evaluations",
+    "jacobian_evaluations",
+    "linear_setups",
+    "t_reached",
+    "constraint_drift",
+    "cpu_seconds",
+)
+
+
+class RunResult:
+    """A run that was computed; picklable, without the files of its fields.
+
+    Attributes
+    ----------
+    outcome : str
+        ``"finished"``, or why the run ended before.
+    document : dict
+        All of ``run.json``.
+    probes : dict of Probe
+        The tables, by the names of the probes.
+    notes : list of str
+        What was put right on the way.
+    folder : Path
+        Where the files are.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        document: dict[str, Any],
+        probes: dict[str, Probe],
+        notes: list[str],
+        temporary: tempfile.TemporaryDirectory[str] | None,
+    ) -> None:
+        self.folder, self.document, self.probes = folder, document, probes
+        self.notes, self._temporary = notes, temporary
+
+    @classmethod
+    def _of(cls, folder: Path, notes: list[str], temporary: Any) -> RunResult:
+        document = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        names = [probe["name"] for probe in document["scene"].get("probe", [])]
+        probes = {name: Probe._read(folder / f"{name}.csv") for name in names}
+        return cls(folder, document, probes, notes, temporary)
+
+    @property
+    def outcome(self) -> str:
+        return self.document["outcome"]
+
+    @property
+    def success(self) -> bool:
+        """Whether the run came to its end, or to a condition of the scene."""
+        return self.outcome in ("finished", "event")
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """The counters of the integration."""
+        return {name: self.document[name] for name in COUNTS if self.document.get(name) is not None}
+
+    @property
+    def fields(self) -> Fields | None:
+        """The fields, where the scene asked for them and the folder is there."""
+        return Fields._of(self.folder)
+
+    def report(self) -> str:
+        """The report of the run: a page of HTML that needs nothing else."""
+        return (self.folder / "report.html").read_text(encoding="utf-8")
+
+    def __repr__(self) -> str:
+        steps = self.statistics.get("steps")
+        return f"RunResult({self.outcome}, {steps} steps, probes: {', '.join(self.probes) or 'none'})"
+
+    def _repr_html_(self) -> str:
+        rows = {"outcome": self.outcome} | self.statistics
+        cells = "".join(
+            f"<tr><td>{html.escape(name)}</td><td>{html.escape(str(value))}</td></tr>"
+            for name, value in rows.items()
+        )
+        title = html.escape(self.document["scene"].get("title") or "A run")
+        return f"<b>{title}</b><table>{cells}</table>"
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_temporary": None}
+
+
+class SweepResult:
+    """The cases of a sweep.
+
+    Attributes
+    ----------
+    rows : list of dict
+        For each case its number, the values that vary (as text), the outcome, the counters, and
+        under ``probes`` the last row of each probe.
+    folder : Path
+        Where the folders of the cases are.
+    """
+
+    def __init__(self, folder: Path, rows: list[dict[str, Any]], temporary: Any) -> None:
+        self.folder, self.rows, self._temporary = folder, rows, temporary
+
+    @classmethod
+    def _of(cls, folder: Path, temporary: Any) -> SweepResult:
+        document = json.loads((folder / "sweep.json").read_text(encoding="utf-8"))
+        return cls(folder, document["rows"], temporary)
+
+    def case(self, number: int) -> RunResult:
+        """The run of a case, counted from 1.
+
+        Raises
+        ------
+        FileNotFoundError
+            For a case that failed before its run, or that there is not.
+        """
+        return RunResult._of(self.folder / f"case-{number:04}", [], self._temporary)
+
+    def frame(self) -> Any:
+        """The rows as a `pandas.DataFrame`, without the probes."""
+        import pandas
+
+        rows = [{k: v for k, v in row.items() if k != "probes"} for row in self.rows]
+        return pandas.DataFrame(rows).set_index("case")
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_temporary": None}

@@ -1,0 +1,277 @@
+"""Scenes: what a user of the program writes in TOML."""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal
+
+from . import _native
+from ._run import RunResult, SweepResult
+
+__all__ = ["Scene"]
+
+Progress = bool | Callable[[str], object]
+
+
+class Scene:
+    """A scene and the values that are changed in it.
+
+    Made by `Scene.read` or `Scene.builtin`; picklable.
+
+    Examples
+    --------
+    >>> scene = Scene.builtin("table2-31").set("time.end", 0.05)
+    >>> result = scene.run()
+    >>> result.outcome
+    'finished'
+    """
+
+    def __init__(self, source: str | PathLike[str]) -> None:
+        self._source = str(source)
+        self._set: dict[str, str] = {}
+
+    @classmethod
+    def read(cls, path: str | PathLike[str]) -> Scene:
+        """The scene of a TOML file.
+
+        Parameters
+        ----------
+        path : path-like
+            The file. Files that it names are relative to its folder.
+
+        Raises
+        ------
+        FileNotFoundError
+        """
+        if not Path(path).is_file():
+            raise FileNotFoundError(f"no scene file `{path}`")
+        return cls(Path(path).absolute())
+
+    @classmethod
+    def builtin(cls, name: str) -> Scene:
+        """One of the scenes of `Scene.builtins`.
+
+        Raises
+        ------
+        ValueError
+            For another name.
+        """
+        if name not in _native.builtins():
+            names = ", ".join(_native.builtins())
+            raise ValueError(f"no built-in scene {name!r}: there are {names}")
+        return cls(name)
+
+    @staticmethod
+    def builtins() -> list[str]:
+        """The names of the built-in scenes."""
+        return _native.builtins()
+
+    @property
+    def text(self) -> str:
+        """The scene as written, without what `set` changed."""
+        text = _native.builtin_text(self._source)
+        return Path(self._source).read_text(encoding="utf-8") if text is None else text
+
+    @property
+    def changes(self) -> dict[str, str]:
+        """What `set` changed: keys and values as text."""
+        return dict(self._set)
+
+    def set(self, key: str, value: Any) -> Scene:
+        """Change a value, as ``--set key=value`` does.
+
+        Parameters
+        ----------
+        key : str
+            As in ``solid.kappa`` or ``material[0].c10``.
+        value : float, str, bool, list, dict or None
+            The value; ``None`` removes the key, for its default.
+
+        Returns
+        -------
+        Scene
+            This scene.
+        """
+        self._set.pop(key, None)
+        self._set[key] = _toml(value)
+        return self
+
+    def copy(self) -> Scene:
+        """A scene to be changed apart from this one."""
+        other = Scene(self._source)
+        other._set = dict(self._set)
+        return other
+
+    def check(self) -> dict[str, Any]:
+        """What can be said before a run: unknowns, index, modes, cost, warnings.
+
+        Returns
+        -------
+        dict
+            The body of the document that ``myovib check --json`` writes, with
+            the text for people under ``"text"``.
+
+        Raises
+        ------
+        SceneError
+            What is wrong in the scene, where, and what is allowed.
+        """
+        text, document = _native.check(self._source, self._assignments())
+        return json.loads(document) | {"text": text}
+
+    def run(
+        self,
+        out: str | PathLike[str] | None = None,
+        *,
+        progress: Progress = False,
+        verify: bool = False,
+        existing: Literal["refuse", "overwrite", "resume"] = "refuse",
+    ) -> RunResult:
+        """Compute the scene.
+
+        Ctrl-C ends the run in good order and raises `KeyboardInterrupt`. Other
+        threads of Python go on meanwhile.
+
+        Parameters
+        ----------
+        out : path-like, optional
+            Folder for the results, the same files as those of ``myovib run``.
+            By default one that is removed together with the result.
+        progress : bool or callable
+            Whether progress is shown on standard error, or who is told.
+        verify : bool
+            Whether a second run at looser tolerances says how far off this one is,
+            under ``"error_estimate"`` of the document.
+        existing : {"refuse", "overwrite", "resume"}
+            What is done with a run that the folder holds.
+
+        Returns
+        -------
+        RunResult
+
+        Raises
+        ------
+        SceneError
+            What is wrong in the scene; nothing was written then.
+        OSError
+            Results that cannot be written.
+        """
+        temporary = None
+        if out is None:
+            temporary = tempfile.TemporaryDirectory(prefix="myovib-")
+            out = Path(temporary.name) / "run"
+        with _Line(progress) as show:
+            notes = _native.run(self._source, self._assignments(), out, existing, verify, show)
+        return RunResult._of(Path(out), notes, temporary)
+
+    def sweep(
+        self,
+        vary: Mapping[str, Iterable[Any] | str],
+        out: str | PathLike[str] | None = None,
+        *,
+        threads: int | None = None,
+        overwrite: bool = False,
+        progress: Progress = False,
+    ) -> SweepResult:
+        """Compute the scene over a grid of values, a case on each core.
+
+        Parameters
+        ----------
+        vary : mapping
+            For each key its values, or a range as text: ``"1e-5..1e-3:5"``. Values
+            must not contain commas.
+        out : path-like, optional
+            Folder for the cases; by default one that is removed with the result.
+        threads : int, optional
+            Cases at a time; all cores by default.
+        overwrite : bool
+            Whether cases that the folder holds are computed again.
+        progress : bool or callable
+            As for `run`.
+
+        Returns
+        -------
+        SweepResult
+        """
+        temporary = None
+        if out is None:
+            temporary = tempfile.TemporaryDirectory(prefix="myovib-")
+            out = Path(temporary.name) / "sweep"
+        axes = [f"{key}={_axis(values)}" for key, values in vary.items()]
+        with _Line(progress) as show:
+            _native.sweep(self._source, axes, self._assignments(), out, overwrite, threads, show)
+        return SweepResult._of(Path(out), temporary)
+
+    def modes(self, count: int | None = None) -> list[dict[str, float]]:
+        """The lowest eigenmodes of the body about its unloaded state.
+
+        Parameters
+        ----------
+        count : int, optional
+            How many; by default the scene's number, else 10.
+
+        Returns
+        -------
+        list of dict
+            For each mode ``frequency`` (Hz), ``omega_squared``, ``damping_ratio``
+            and ``residual``.
+        """
+        document = json.loads(_native.modes(self._source, self._assignments(), count))
+        return document["muscles"][0]["modes"]
+
+    def _assignments(self) -> list[str]:
+        return [f"{key}={value}" for key, value in self._set.items()]
+
+    def __repr__(self) -> str:
+        changes = "".join(f".set({key!r}, {value})" for key, value in self._set.items())
+        return f"Scene({self._source!r}){changes}"
+
+
+def _toml(value: Any) -> str:
+    """A value as TOML has it; the program takes inf for a string of that name."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{key} = {_toml(entry)}" for key, entry in value.items()) + " }"
+    if isinstance(value, Iterable):
+        return "[" + ", ".join(_toml(entry) for entry in value) + "]"
+    if hasattr(value, "item"):  # NumPy's numbers
+        value = value.item()
+    if isinstance(value, (int, float)):
+        return repr(value)
+    raise TypeError(f"a scene has no values of type {type(value).__name__}")
+
+
+def _axis(values: Iterable[Any] | str) -> str:
+    if isinstance(values, str):
+        return values
+    return ",".join(value if isinstance(value, str) else _toml(value) for value in values)
+
+
+class _Line:
+    """Progress as a line on standard error, which is cleared at the end."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._shown = 0
+        self._show = progress if callable(progress) else self._write if progress else None
+
+    def _write(self, line: str) -> None:
+        sys.stderr.write("\r" + line.ljust(self._shown))
+        sys.stderr.flush()
+        self._shown = len(line)
+
+    def __enter__(self) -> Callable[[str], object] | None:
+        return self._show
+
+    def __exit__(self, *_: object) -> None:
+        if self._shown:
+            sys.stderr.write("\r" + " " * self._shown + "\r")

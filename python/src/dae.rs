@@ -1,0 +1,481 @@
+//! Equations whose functions are Python's, integrated step by step.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use myovib_dae::{
+    ConsistencyMode, Direction, Integrator, Outcome, Problem, Statistics, StepError, Suppressed,
+    Tolerances, VariableKind,
+};
+use myovib_radau::{RadauOptions, RadauSolver};
+use nalgebra_sparse::pattern::SparsityPattern;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyByteArray, PyBytes, PyDict};
+use sundials_wrap::{IdaOptions, IdaSolver};
+
+use crate::error::{StepFailure, of_argument};
+
+/// The exception that a function of the problem has raised.
+type Raised = Arc<Mutex<Option<PyErr>>>;
+
+/// All that is asked for, checked by Python's half. Its functions take and give arrays as bytes: the
+/// stable interface of Python 3.10 has no arrays of numbers.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Request {
+    residual: Py<PyAny>,
+    /// Gives the values of ∂F/∂y and of ∂F/∂ẏ, in the order of the pattern.
+    jacobian: Option<Py<PyAny>>,
+    /// Offsets of the columns, and row indices.
+    pattern: Option<(Vec<usize>, Vec<usize>)>,
+    /// Gives the values of all events.
+    events: Option<Py<PyAny>>,
+    /// −1, 0, 1: the direction of each event.
+    directions: Vec<i8>,
+    /// The occurrence of each event that ends the integration; 0 for none.
+    terminal: Vec<usize>,
+    algebraic: Option<Vec<bool>>,
+    index: Option<Vec<u8>>,
+    suppress: Option<Vec<bool>>,
+    method: String,
+    t_span: (f64, f64),
+    y0: Vec<f64>,
+    yp0: Vec<f64>,
+    rtol: f64,
+    atol: Vec<f64>,
+    /// Output times, in the direction of the integration; every step without.
+    t_eval: Option<Vec<f64>>,
+    first_step: Option<f64>,
+    max_step: Option<f64>,
+    max_order: usize,
+    max_steps: Option<usize>,
+    /// `given`, `algebraic` or `states`.
+    initial: String,
+    /// Whether the steps' polynomials are kept.
+    dense: bool,
+}
+
+/// A DAE of Python's functions.
+struct PythonDae {
+    n: usize,
+    residual: Py<PyAny>,
+    jacobian: Option<Py<PyAny>>,
+    events: Option<Py<PyAny>>,
+    pattern: Option<SparsityPattern>,
+    kinds: Option<Vec<VariableKind>>,
+    indices: Option<Vec<u8>>,
+    /// Of the last [`Problem::jacobian`].
+    parts: [Vec<f64>; 2],
+    raised: Raised,
+}
+
+impl PythonDae {
+    /// Calls a function with (t, y, ẏ) and reads its answer.
+    fn call<T>(
+        &self,
+        function: &Py<PyAny>,
+        t: f64,
+        [y, y_dot]: [&[f64]; 2],
+        read: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<T>,
+    ) -> Result<T, StepError> {
+        Python::attach(|py| {
+            let answer = function.bind(py).call1((t, array(py, y), array(py, y_dot)));
+            answer.and_then(|answer| read(&answer)).map_err(|error| {
+                if error.is_instance_of::<StepFailure>(py) {
+                    return StepError::Recoverable(error.value(py).to_string());
+                }
+                let text = error.to_string();
+                *self.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+                StepError::Fatal(text.into())
+            })
+        })
+    }
+}
+
+/// Numbers as bytes that NumPy makes an array of without a copy.
+fn array<'py>(py: Python<'py>, values: &[f64]) -> Bound<'py, PyByteArray> {
+    let bytes: Vec<u8> = values
+        .iter()
+        .flat_map(|value| value.to_ne_bytes())
+        .collect();
+    PyByteArray::new(py, &bytes)
+}
+
+/// Copies an answer, of as many numbers, into `out`.
+fn copy(answer: &Bound<'_, PyAny>, out: &mut [f64]) -> PyResult<()> {
+    let bytes = answer.downcast::<PyBytes>()?.as_bytes();
+    assert_eq!(bytes.len(), size_of_val(out), "Python's half has counted");
+    for (value, bytes) in out.iter_mut().zip(bytes.chunks_exact(size_of::<f64>())) {
+        *value = f64::from_ne_bytes(bytes.try_into().expect("chunks of that size"));
+    }
+    Ok(())
+}
+
+impl Problem for PythonDae {
+    fn n_unknowns(&self) -> usize {
+        self.n
+    }
+
+    fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        self.call(&self.residual, t, [y, v], |answer| copy(answer, r))
+    }
+
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        self.pattern.clone().unwrap_or_else(|| full(self.n))
+    }
+
+    fn jacobian(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        a: f64,
+        b: f64,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        if self.jacobian.is_none() {
+            return Err(StepError::NoJacobian);
+        }
+        let mut parts = std::mem::take(&mut self.parts);
+        for part in &mut parts {
+            part.resize(values.len(), 0.0);
+        }
+        let [of_value, of_rate] = &mut parts;
+        let evaluated = self.jacobian_parts(t, y, y_dot, [of_value, of_rate]);
+        for (value, (j, m)) in values.iter_mut().zip(parts[0].iter().zip(&parts[1])) {
+            *value = a * j + b * m;
+        }
+        self.parts = parts;
+        evaluated
+    }
+
+    fn jacobian_parts(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        [of_value, of_rate]: [&mut [f64]; 2],
+    ) -> Result<(), StepError> {
+        let Some(jacobian) = &self.jacobian else {
+            return Err(StepError::NoJacobian);
+        };
+        self.call(jacobian, t, [y, y_dot], |answer| {
+            let (values, rates): (Bound<'_, PyAny>, Bound<'_, PyAny>) = answer.extract()?;
+            copy(&values, of_value)?;
+            copy(&rates, of_rate)
+        })
+    }
+
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        self.kinds.clone()
+    }
+
+    fn indices(&self) -> Option<Vec<u8>> {
+        self.indices.clone()
+    }
+}
+
+/// The pattern of a full matrix.
+fn full(n: usize) -> SparsityPattern {
+    let offsets = (0..=n).map(|column| column * n).collect();
+    let rows = (0..n * n).map(|entry| entry % n).collect();
+    SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows)
+        .expect("the columns of a full matrix are sorted and complete")
+}
+
+/// The functions of events, for the builders.
+fn events(
+    problem: &mut PythonDae,
+    t: f64,
+    y: &[f64],
+    y_dot: &[f64],
+    values: &mut [f64],
+) -> Result<(), StepError> {
+    match &problem.events {
+        Some(events) => problem.call(events, t, [y, y_dot], |answer| copy(answer, values)),
+        None => Ok(()),
+    }
+}
+
+/// What an integration leaves behind.
+#[derive(Default)]
+struct Record {
+    t: Vec<f64>,
+    y: Vec<f64>,
+    y_dot: Vec<f64>,
+    /// Number of the event, time and solution of each crossing.
+    events: Vec<(usize, f64, Vec<f64>)>,
+    /// Ends of the steps, and y at the nodes of each, where they are kept.
+    segments: Vec<f64>,
+    samples: Vec<f64>,
+    /// 0 at the end, 1 after an event, −1 when the integrator gave up.
+    status: i8,
+    message: String,
+    statistics: Statistics,
+}
+
+impl Record {
+    fn push(&mut self, t: f64, y: &[f64], y_dot: &[f64]) {
+        self.t.push(t);
+        self.y.extend_from_slice(y);
+        self.y_dot.extend_from_slice(y_dot);
+    }
+}
+
+/// Why there is no record.
+enum Failure {
+    /// Raised by a signal's handler between two steps.
+    Raised(PyErr),
+    /// The integrator's.
+    Integrator(String),
+}
+
+impl Failure {
+    fn of(error: impl std::error::Error) -> Self {
+        Self::Integrator(error.to_string())
+    }
+}
+
+/// Nodes of the polynomial of degree `degree` on [−1, 1]: Chebyshev's, with both ends.
+fn nodes(degree: usize) -> Vec<f64> {
+    let angle = |k: usize| std::f64::consts::PI * k as f64 / degree as f64;
+    (0..=degree).map(|k| -angle(k).cos()).collect()
+}
+
+/// Integrates over the span.
+fn integrate<I: Integrator<PythonDae>>(
+    solver: &mut I,
+    request: &Request,
+    degree: usize,
+) -> Result<Record, Failure> {
+    let (t0, t_end) = request.t_span;
+    let forward = if t_end >= t0 { 1.0 } else { -1.0 };
+    let mut record = Record::default();
+    let mut out = [vec![0.0; request.y0.len()], vec![0.0; request.y0.len()]];
+    let mode = match request.initial.as_str() {
+        "algebraic" => Some(ConsistencyMode::AlgebraicAndDerivatives),
+        "states" => Some(ConsistencyMode::States),
+        _ => None,
+    };
+    if let Some(mode) = mode {
+        let first = request.first_step.unwrap_or(1e-3 * (t_end - t0));
+        solver
+            .correct_initial_values(mode, t0 + forward * first.abs())
+            .map_err(Failure::of)?;
+    }
+    let mut due = request.t_eval.as_deref().unwrap_or(&[]);
+    if request.t_eval.is_none() {
+        record.push(t0, solver.y(), solver.y_dot());
+    }
+    while let [t, rest @ ..] = due
+        && *t == t0
+    {
+        record.push(t0, solver.y(), solver.y_dot());
+        due = rest;
+    }
+    solver.set_stop_time(t_end).map_err(Failure::of)?;
+    let nodes = nodes(degree);
+    let mut occurrences = vec![0; request.terminal.len()];
+    let mut n_steps = 0;
+    loop {
+        Python::attach(|py| py.check_signals()).map_err(Failure::Raised)?;
+        let outcome = solver.step(t_end).map_err(Failure::of)?;
+        let t = outcome.t();
+        let ended = match &outcome {
+            Outcome::StepTaken { .. } => {
+                n_steps += 1;
+                (request.max_steps == Some(n_steps)).then(|| {
+                    (
+                        -1,
+                        format!("{n_steps} steps were allowed, and were taken up to t = {t}"),
+                    )
+                })
+            }
+            Outcome::Root { crossings, .. } => {
+                let crossed = (0..crossings.len()).filter(|&k| crossings[k] != 0);
+                let mut last = None;
+                for k in crossed {
+                    occurrences[k] += 1;
+                    record.events.push((k, t, solver.y().to_vec()));
+                    if occurrences[k] == request.terminal[k] {
+                        last = Some((1, format!("event {k} ended the integration at t = {t}")));
+                    }
+                }
+                last
+            }
+            Outcome::Stopped(stop) => Some((-1, stop.to_string())),
+            _ => Some((0, "the end of the span was reached".to_owned())),
+        };
+        let at_a_step = !matches!(outcome, Outcome::Root { .. });
+        let gave_up = matches!(outcome, Outcome::Stopped(_));
+        while let [next, rest @ ..] = due
+            && forward * (t - *next) >= 0.0
+            && !gave_up
+        {
+            for (derivative, out) in out.iter_mut().enumerate() {
+                solver
+                    .dense_output(*next, derivative, out)
+                    .map_err(Failure::of)?;
+            }
+            record.push(*next, &out[0], &out[1]);
+            due = rest;
+        }
+        if (at_a_step || ended.is_some()) && !gave_up {
+            if request.t_eval.is_none() {
+                record.push(t, solver.y(), solver.y_dot());
+            }
+            if request.dense {
+                let [from, _] = solver.last_step_interval();
+                record.segments.extend([from, t]);
+                for node in &nodes {
+                    let at = 0.5 * ((1.0 - node) * from + (1.0 + node) * t);
+                    solver
+                        .dense_output(at, 0, &mut out[0])
+                        .map_err(Failure::of)?;
+                    record.samples.extend_from_slice(&out[0]);
+                }
+            }
+        }
+        if let Some((status, message)) = ended {
+            (record.status, record.message) = (status, message);
+            record.statistics = solver.statistics();
+            return Ok(record);
+        }
+    }
+}
+
+/// Builds the integrator and integrates. The second number is the degree of a step's polynomial.
+fn compute(request: &Request, problem: PythonDae) -> Result<(Record, usize), Failure> {
+    let (t0, y0, y_dot0) = (request.t_span.0, &request.y0, &request.yp0);
+    let tolerances = match request.atol[..] {
+        [absolute] => Tolerances::scalar(request.rtol, absolute),
+        _ => Tolerances::vector(request.rtol, request.atol.clone()),
+    };
+    let suppressed = match &request.suppress {
+        Some(components) => Suppressed::Components(components.clone()),
+        None => Suppressed::Nothing,
+    };
+    let directions: Vec<Direction> = request
+        .directions
+        .iter()
+        .map(|&direction| match direction {
+            1 => Direction::Rising,
+            -1 => Direction::Falling,
+            _ => Direction::Both,
+        })
+        .collect();
+    let stages = match request.method.as_str() {
+        "ida" => {
+            let options = IdaOptions {
+                tolerances,
+                suppressed,
+                max_order: request.max_order,
+                initial_step: request.first_step,
+                max_step: request.max_step,
+                max_steps: None,
+                ..IdaOptions::default()
+            };
+            let mut builder = IdaSolver::builder(problem).options(options);
+            if !directions.is_empty() {
+                builder = builder.roots(directions, events);
+            }
+            let mut solver = builder.build(t0, y0, y_dot0).map_err(Failure::of)?;
+            let degree = request.max_order;
+            return Ok((integrate(&mut solver, request, degree)?, degree));
+        }
+        "radau" => 3,
+        "radau9" => 5,
+        _ => 7,
+    };
+    let options = RadauOptions {
+        stages,
+        tolerances,
+        suppressed,
+        initial_step: request.first_step,
+        max_step: request.max_step,
+        ..RadauOptions::default()
+    };
+    let mut builder = RadauSolver::builder(problem).options(options);
+    if !directions.is_empty() {
+        builder = builder.roots(directions, events);
+    }
+    let mut solver = builder.build(t0, y0, y_dot0).map_err(Failure::of)?;
+    Ok((integrate(&mut solver, request, stages)?, stages))
+}
+
+/// Integrates F(t, y, ẏ) = 0; see `myovib.solve_dae`.
+#[pyfunction]
+pub(crate) fn solve(py: Python<'_>, request: Request) -> PyResult<Bound<'_, PyDict>> {
+    let n = request.y0.len();
+    let pattern = match &request.pattern {
+        Some((offsets, rows)) => Some(
+            SparsityPattern::try_from_offsets_and_indices(n, n, offsets.clone(), rows.clone())
+                .map_err(|error| of_argument(format!("sparsity: {error}")))?,
+        ),
+        None => None,
+    };
+    let kind = |&algebraic: &bool| match algebraic {
+        true => VariableKind::Algebraic,
+        false => VariableKind::Differential,
+    };
+    let raised = Raised::default();
+    let problem = PythonDae {
+        n,
+        residual: request.residual.clone_ref(py),
+        jacobian: request
+            .jacobian
+            .as_ref()
+            .map(|function| function.clone_ref(py)),
+        events: request
+            .events
+            .as_ref()
+            .map(|function| function.clone_ref(py)),
+        pattern,
+        kinds: request
+            .algebraic
+            .as_ref()
+            .map(|all| all.iter().map(kind).collect()),
+        indices: request.index.clone(),
+        parts: Default::default(),
+        raised: Arc::clone(&raised),
+    };
+    let computed = py.detach(|| compute(&request, problem));
+    if let Some(exception) = raised.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        return Err(exception);
+    }
+    let (record, degree) = computed.map_err(|failure| match failure {
+        Failure::Raised(exception) => exception,
+        Failure::Integrator(message) => PyRuntimeError::new_err(message),
+    })?;
+    result(py, record, degree)
+}
+
+/// The record as arrays, rows one after the other.
+fn result(py: Python<'_>, record: Record, degree: usize) -> PyResult<Bound<'_, PyDict>> {
+    let result = PyDict::new(py);
+    result.set_item("t", array(py, &record.t))?;
+    result.set_item("y", array(py, &record.y))?;
+    result.set_item("yp", array(py, &record.y_dot))?;
+    result.set_item("segments", array(py, &record.segments))?;
+    result.set_item("samples", array(py, &record.samples))?;
+    result.set_item("nodes", array(py, &nodes(degree)))?;
+    let crossings = record.events.iter();
+    let events: Vec<_> = crossings.map(|(k, t, y)| (*k, *t, array(py, y))).collect();
+    result.set_item("events", events)?;
+    result.set_item("status", record.status)?;
+    result.set_item("message", record.message)?;
+    let s = &record.statistics;
+    for (name, count) in [
+        ("nfev", s.residual_evaluations + s.difference_evaluations),
+        ("njev", s.jacobian_evaluations),
+        ("nlu", s.linear_setups),
+        ("nsteps", s.steps),
+        ("nni", s.newton_iterations),
+        ("netf", s.error_test_failures),
+        ("ncfn", s.step_solve_failures),
+        ("ngev", s.root_evaluations),
+    ] {
+        result.set_item(name, count)?;
+    }
+    Ok(result)
+}

@@ -1,0 +1,191 @@
+//! Scenes, computed as the program does.
+
+use std::ffi::OsString;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+use std::thread::available_parallelism;
+use std::time::{Duration, Instant};
+
+use clap::Parser;
+use myovib_cli::cli::Cli;
+use myovib_cli::commands;
+use myovib_report::page;
+use myovib_scene::run::{Existing, RunOptions, compute};
+use myovib_scene::sweep::{SweepOptions, compute as compute_cases};
+use myovib_scene::watch::Tell;
+use myovib_scene::{BUILTIN, Scene, plain};
+use pyo3::prelude::*;
+
+use crate::error::{of_argument, of_command, of_scene};
+use crate::interrupt::interruptible;
+
+/// Shortest time between two lines of progress.
+const PROGRESS_EVERY: Duration = Duration::from_millis(200);
+
+/// A Python function that is told how far a run is.
+struct Progress {
+    show: Option<Py<PyAny>>,
+    last: Mutex<Option<Instant>>,
+}
+
+impl Progress {
+    fn new(show: Option<Py<PyAny>>) -> Self {
+        Self {
+            show,
+            last: Mutex::new(None),
+        }
+    }
+}
+
+impl Tell for Progress {
+    fn tell(&self, line: &dyn Fn() -> String) {
+        let Some(show) = &self.show else { return };
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if last.is_some_and(|last| last.elapsed() < PROGRESS_EVERY) {
+            return;
+        }
+        *last = Some(Instant::now());
+        Python::attach(|py| {
+            if let Err(error) = show.call1(py, (line(),)) {
+                error.write_unraisable(py, None);
+            }
+        });
+    }
+}
+
+/// Computes a scene into the folder `out`; gives what was put right on the way.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn run(
+    py: Python<'_>,
+    scene: PathBuf,
+    set: Vec<String>,
+    out: PathBuf,
+    existing: &str,
+    verify: bool,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Vec<String>> {
+    let existing = match existing {
+        "refuse" => Existing::Refuse,
+        "overwrite" => Existing::Overwrite,
+        "resume" => Existing::Resume,
+        other => {
+            let message = format!("existing = {other:?}: must be refuse, overwrite or resume");
+            return Err(of_argument(message));
+        }
+    };
+    let progress = Progress::new(progress);
+    let computed = interruptible(py, |flag| {
+        let scene = Scene::load(&scene, &set)?;
+        let options = RunOptions {
+            out,
+            existing,
+            verify,
+            interrupt: Some(flag),
+            progress: &progress,
+        };
+        let result = compute(&scene, &options)?;
+        page::write(&options.out, &scene, &result.document)?;
+        let notes = scene.notes().iter().map(|note| plain(&note.to_string()));
+        Ok(notes
+            .chain(result.notes.iter().map(|note| plain(note)))
+            .collect())
+    })?;
+    computed.map_err(of_scene)
+}
+
+/// Computes the cases of a grid into the folder `out`.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn sweep(
+    py: Python<'_>,
+    scene: PathBuf,
+    vary: Vec<String>,
+    set: Vec<String>,
+    out: PathBuf,
+    overwrite: bool,
+    threads: Option<NonZeroUsize>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<()> {
+    let all = || available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let progress = Progress::new(progress);
+    let computed = interruptible(py, |flag| {
+        compute_cases(&SweepOptions {
+            scene,
+            vary,
+            set,
+            out,
+            case: None,
+            overwrite,
+            n_threads: threads.unwrap_or_else(all),
+            interrupt: Some(flag),
+            progress: &progress,
+            finished: &|folder, scene, result| page::write(folder, scene, &result.document),
+        })
+    })?;
+    computed.map(drop).map_err(of_scene)
+}
+
+/// What can be said of a scene before it is run: a text, and a JSON document.
+#[pyfunction]
+pub(crate) fn check(
+    py: Python<'_>,
+    scene: PathBuf,
+    set: Vec<String>,
+) -> PyResult<(String, String)> {
+    let name = scene.display().to_string();
+    let examined = interruptible(py, |_| -> anyhow::Result<_> {
+        let (text, document) = commands::check::examine(&name, &Scene::load(&scene, &set)?)?;
+        Ok((text, serde_json::to_string(&document)?))
+    })?;
+    examined.map_err(of_command)
+}
+
+/// The lowest eigenmodes of the scene's body, as a JSON document.
+#[pyfunction]
+pub(crate) fn modes(
+    py: Python<'_>,
+    scene: PathBuf,
+    set: Vec<String>,
+    count: Option<usize>,
+) -> PyResult<String> {
+    let name = scene.display().to_string();
+    let found = interruptible(py, |_| -> anyhow::Result<_> {
+        commands::modes::document(&name, Scene::load(&scene, &set)?, count)
+    })?;
+    found.map_err(of_command)
+}
+
+/// The names of the built-in scenes.
+#[pyfunction]
+pub(crate) fn builtins() -> Vec<&'static str> {
+    BUILTIN.iter().map(|(name, _)| *name).collect()
+}
+
+/// The text of a built-in scene.
+#[pyfunction]
+pub(crate) fn builtin_text(name: &str) -> Option<&'static str> {
+    myovib_scene::builtin_text(name)
+}
+
+/// What this package is made of: its own version, SUNDIALS', and KLU's or what is in its place.
+#[pyfunction]
+pub(crate) fn versions() -> (&'static str, String, String) {
+    let versions = myovib_scene::versions::Versions::found();
+    let klu = versions.klu_text().to_owned();
+    (versions.myovib, versions.sundials, klu)
+}
+
+/// The program `myovib` with its arguments; gives its exit code.
+#[pyfunction]
+pub(crate) fn program(py: Python<'_>, arguments: Vec<OsString>) -> i32 {
+    py.detach(|| match Cli::try_parse_from(arguments) {
+        Ok(cli) => myovib_cli::ended(cli.command.run()) as i32,
+        Err(error) => {
+            // Nothing more can be said where the streams are closed.
+            let _ = error.print();
+            error.exit_code()
+        }
+    })
+}

@@ -1,0 +1,265 @@
+"""solve_dae against exact solutions, published values and SciPy."""
+
+import gc
+import pickle
+import threading
+import tracemalloc
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.sparse import csc_matrix
+
+import myovib
+from myovib import solve_dae
+
+G = 9.81
+METHODS = ["ida", "radau", "radau9", "radau13"]
+
+
+def robertson(t, y, yp):
+    a, b, c = y
+    rate = 0.04 * a - 1e4 * b * c
+    return np.array([yp[0] + rate, yp[1] - rate + 3e7 * b * b, a + b + c - 1])
+
+
+def robertson_jacobian(t, y, yp):
+    a, b, c = y
+    of_value = [
+        [0.04, -1e4 * c, -1e4 * b],
+        [-0.04, 1e4 * c + 6e7 * b, 1e4 * b],
+        [1.0, 1.0, 1.0],
+    ]
+    return np.array(of_value), np.diag([1.0, 1.0, 0.0])
+
+
+ROBERTSON = dict(y0=[1, 0, 0], yp0=[-0.04, 0.04, 0], rtol=1e-6, atol=[1e-10, 1e-14, 1e-10])
+
+# Mazzia & Magherini, Test Set for IVP Solvers 2.4, problem ROBER, at t = 1e11.
+ROBERTSON_LATE = np.array([0.2083340149701255e-07, 0.8333360770334713e-13, 0.9999999791665050])
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("jacobian", [None, robertson_jacobian])
+def test_robertson_has_the_published_values(method, jacobian):
+    s = solve_dae(robertson, (0, 1e11), method=method, jacobian=jacobian, **ROBERTSON)
+    assert s.success and s.t[-1] == 1e11
+    # Local errors of 1e-6 over some 700 steps, which the decay damps: a hundred times that.
+    atol = np.array([1e-10, 1e-14, 1e-10])
+    assert (np.abs(s.y[:, -1] - ROBERTSON_LATE) <= 1e-4 * ROBERTSON_LATE + 1e2 * atol).all()
+
+
+def test_robertson_agrees_with_scipy():
+    def rates(t, y):
+        return -robertson(t, np.r_[y, 1 - y.sum()], np.zeros(3))[:2]
+
+    times = np.logspace(-2, 3, 6)
+    reference = solve_ivp(
+        rates, (0, 1e3), [1, 0], "Radau", t_eval=times, rtol=1e-10, atol=1e-14
+    )
+    for method in METHODS:
+        s = solve_dae(robertson, (0, 1e3), method=method, t_eval=times, **ROBERTSON)
+        assert (s.t == times).all()
+        # As above, the reference being exact beside it.
+        assert np.allclose(s.y[:2], reference.y, rtol=1e-4, atol=1e-12)
+
+
+def pendulum(t, y, yp):
+    p, v, tension = y[:2], y[2:4], y[4]
+    return np.r_[yp[:2] - v, yp[2:4] + tension * p + [0, G], p @ p - 1]
+
+
+PENDULUM = dict(y0=[1, 0, 0, 0, 0], yp0=[0, 0, 0, -G, 0], index=[1, 1, 2, 2, 3])
+
+
+@pytest.mark.parametrize("method", METHODS[1:])
+def test_the_pendulum_of_index_3_is_that_of_the_angle(method):
+    exact = solve_ivp(
+        lambda t, x: [x[1], -G * np.sin(x[0])],
+        (0, 2), [np.pi / 2, 0], "DOP853", rtol=1e-12, atol=1e-12, dense_output=True,
+    )  # fmt: skip
+    s = solve_dae(
+        pendulum, (0, 2), method=method, rtol=1e-8, atol=1e-10, dense_output=True, **PENDULUM
+    )
+    assert s.success
+    angle = exact.sol(s.t)[0]
+    # The tolerance is of the local error; a swing of some 100 steps adds them up.
+    assert np.allclose(s.y[:2], [np.sin(angle), -np.cos(angle)], atol=1e-5)
+    within = np.linspace(0, 2, 101)
+    angle = exact.sol(within)[0]
+    assert np.allclose(s.sol(within)[:2], [np.sin(angle), -np.cos(angle)], atol=1e-4)
+
+
+def ball(t, y, yp):
+    return [yp[0] - y[1], yp[1] + G]
+
+
+def height(t, y, yp):
+    return y[0]
+
+
+height.terminal, height.direction = True, -1
+
+
+def climbing(t, y, yp):
+    return y[1]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_events_are_found_where_they_are(method):
+    s = solve_dae(
+        ball, (0, 10), [0, 10], [10, -G], method, events=[height, climbing], rtol=1e-8, atol=1e-10
+    )
+    assert s.status == 1 and "event 0" in s.message
+    # The parabola is exact for all methods; 1e-8 of ten metres over the speed of 10 m/s.
+    assert s.t[-1] == pytest.approx(2 * 10 / G, abs=1e-7)
+    assert s.t_events[1] == pytest.approx([10 / G], abs=1e-7)
+    assert s.y_events[1][0, 0] == pytest.approx(100 / (2 * G), rel=1e-6)
+
+
+def test_backwards_and_dense_output():
+    s = solve_dae(
+        lambda t, y, yp: yp + y, (1, 0), [np.exp(-1)], [-np.exp(-1)], rtol=1e-8, atol=1e-10,
+        dense_output=True,
+    )  # fmt: skip
+    assert s.y[0, -1] == pytest.approx(1, rel=1e-6)
+    assert (s.sol.t_min, s.sol.t_max) == (0, 1)
+    times = np.linspace(0, 1, 23)
+    assert s.sol(times)[0] == pytest.approx(np.exp(-times), rel=1e-6)
+    # At the ends of the steps it is the solution itself, to rounding.
+    assert s.sol(s.t[1:]) == pytest.approx(s.y[:, 1:], rel=1e-12)
+
+
+def test_a_sparse_jacobian_counts_as_a_dense_one():
+    n, h = 30, 1 / 31
+
+    def heat(t, y, yp):
+        u = np.r_[0, y, 0]
+        return yp - (u[2:] - 2 * u[1:-1] + u[:-2]) / h**2
+
+    second = (np.eye(n, k=1) - 2 * np.eye(n) + np.eye(n, k=-1)) / h**2
+    y0 = np.sin(np.pi * h * np.arange(1, n + 1))
+    runs = {
+        "dense": dict(jacobian=lambda t, y, yp: (-second, np.eye(n))),
+        "sparse": dict(
+            jacobian=lambda t, y, yp: (csc_matrix(-second), csc_matrix(np.eye(n))),
+            sparsity=second,
+        ),
+        "differences": dict(sparsity=csc_matrix(second)),
+    }
+    found = {k: solve_dae(heat, (0, 0.1), y0, second @ y0, **kw) for k, kw in runs.items()}
+    assert found["dense"].nfev == found["sparse"].nfev
+    # Three colours for each Jacobian, and the residual that they are compared with.
+    differences = found["differences"]
+    assert differences.nfev == found["dense"].nfev + 4 * differences.njev
+    with pytest.raises(ValueError, match="`sparsity` has none"):
+        jacobian = lambda t, y, yp: (np.ones((n, n)), np.eye(n))
+        solve_dae(heat, (0, 0.1), y0, second @ y0, jacobian=jacobian, sparsity=second)
+
+
+class OfTheUser(Exception):
+    pass
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("where", ["residual", "jacobian", "events"])
+def test_exceptions_come_through_as_they_are(method, where):
+    raised = OfTheUser("mine")
+
+    def raising(t, y, yp):
+        if t > 0 or where == "jacobian":
+            raise raised
+        return [yp[0] + y[0]] if where == "residual" else 1.0
+
+    functions = dict(residual=lambda t, y, yp: yp + y) | {where: raising}
+    with pytest.raises(OfTheUser) as caught:
+        solve_dae(t_span=(0, 1), y0=[1], yp0=[-1], method=method, **functions)
+    assert caught.value is raised
+
+
+def test_a_step_that_fails_is_tried_again():
+    failures = []
+
+    def residual(t, y, yp):
+        if t > 0.5 and not failures:
+            failures.append(t)
+            raise myovib.StepFailure("once")
+        return yp + y
+
+    s = solve_dae(residual, (0, 1), [1], [-1])
+    assert s.success and s.ncfn + len(failures) >= 1
+
+    def never(t, y, yp):
+        if t > 0.5:
+            raise myovib.StepFailure("not beyond a half")
+        return yp + y
+
+    s = solve_dae(never, (0, 1), [1], [-1])
+    assert s.status == -1 and "not beyond a half" in s.message and 0.4 < s.t[-1] <= 0.5
+
+
+def test_consistent_initial_values():
+    s = solve_dae(robertson, (0, 40), [1, 0, 0.3], [0, 0, 0], rtol=1e-6, atol=1e-12, initial="algebraic")
+    assert s.y[:, 0] == pytest.approx([1, 0, 0], abs=1e-9)
+    assert s.yp[:2, 0] == pytest.approx([-0.04, 0.04], rel=1e-6)
+
+
+def test_results_are_pickled_whole():
+    s = solve_dae(robertson, (0, 40), dense_output=True, **ROBERTSON)
+    copy = pickle.loads(pickle.dumps(s))
+    assert (copy.y == s.y).all() and copy.nfev == s.nfev and (copy.sol(3.0) == s.sol(3.0)).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (dict(method="euler"), "one of ida, radau"),
+        (dict(t_span=(0, 0)), "two different finite times"),
+        (dict(y0=[1, 2]), "shape"),
+        (dict(y0=[np.nan]), "not finite"),
+        (dict(atol=[1, 2, 3]), "must be 1 or 1"),
+        (dict(t_eval=[1, 0.5]), "sorted"),
+        (dict(t_eval=[2]), "t_span"),
+        (dict(suppress=True), "algebraic"),
+        (dict(index=[4]), "0 to 3"),
+        (dict(sparsity=np.eye(2)), "sparsity"),
+        (dict(residual=lambda t, y, yp: [1, 2]), "returned 2 values: must be 1"),
+    ],
+)
+def test_arguments_that_make_no_sense_are_named(arguments, words):
+    good = dict(residual=lambda t, y, yp: yp + y, t_span=(0, 1), y0=[1], yp0=[-1])
+    with pytest.raises(ValueError, match=words):
+        solve_dae(**(good | arguments))
+
+
+def test_nothing_is_leaked():
+    def solve():
+        solve_dae(robertson, (0, 4), jacobian=robertson_jacobian, **ROBERTSON)
+
+    def measure(times):
+        for _ in range(times):
+            solve()
+        gc.collect()
+        return tracemalloc.get_traced_memory()[0], len(gc.get_objects())
+
+    tracemalloc.start()
+    try:
+        measure(20)
+        before = measure(20)
+        after = measure(100)
+    finally:
+        tracemalloc.stop()
+    # An array of three numbers is 136 bytes; a leak of one for each of the 100 would be 13 kB.
+    assert after[0] - before[0] < 5_000 and after[1] - before[1] < 50
+
+
+def test_two_threads_integrate_at_a_time():
+    expected = solve_dae(robertson, (0, 1e6), **ROBERTSON)
+    found = []
+    integrate = lambda: found.append(solve_dae(robertson, (0, 1e6), **ROBERTSON))
+    threads = [threading.Thread(target=integrate) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all((s.y == expected.y).all() for s in found) and len(found) == 2
