@@ -20,6 +20,7 @@ def sweep(
     scene: str | PathLike[str],
     vary: list[str],
     set: list[str],
+    results: list[str],
     out: str | PathLike[str],
     overwrite: bool,
     threads: int | None,

@@ -174,6 +174,7 @@ class Scene:
         vary: Mapping[str, Iterable[Any] | str],
         out: str | PathLike[str] | None = None,
         *,
+        results: Mapping[str, str] | None = None,
         threads: int | None = None,
         overwrite: bool = False,
         progress: Progress = False,
@@ -183,10 +184,12 @@ class Scene:
         Parameters
         ----------
         vary : mapping
-            For each key its values, or a range as text: ``"1e-5..1e-3:5"``. Values
-            must not contain commas.
+            For each key its values, or a range as text: ``"1e-5..1e-3:5"`` or
+            ``"1e-5..1e-3:5:log"``. Values must not contain commas.
         out : path-like, optional
             Folder for the cases; by default one that is removed with the result.
+        results : mapping, optional
+            Columns made of the probes, as ``--result name=expression``.
         threads : int, optional
             Cases at a time; all cores by default.
         overwrite : bool
@@ -203,8 +206,11 @@ class Scene:
             temporary = tempfile.TemporaryDirectory(prefix="myovib-")
             out = Path(temporary.name) / "sweep"
         axes = [f"{key}={_axis(values)}" for key, values in vary.items()]
+        columns = [f"{name}={expression}" for name, expression in (results or {}).items()]
         with _Line(progress) as show:
-            _native.sweep(self._source, axes, self._assignments(), out, overwrite, threads, show)
+            _native.sweep(
+                self._source, axes, self._assignments(), columns, out, overwrite, threads, show
+            )
         return SweepResult._of(Path(out), temporary)
 
     def modes(self, count: int | None = None) -> list[dict[str, float]]:

@@ -12,7 +12,7 @@ use myovib_cli::cli::Cli;
 use myovib_cli::commands;
 use myovib_report::page;
 use myovib_scene::run::{Existing, RunOptions, compute};
-use myovib_scene::sweep::{SweepOptions, compute as compute_cases};
+use myovib_scene::sweep::{Cases, SweepOptions, compute as compute_cases};
 use myovib_scene::watch::Tell;
 use myovib_scene::{BUILTIN, Scene, plain};
 use pyo3::prelude::*;
@@ -103,6 +103,7 @@ pub(crate) fn sweep(
     scene: PathBuf,
     vary: Vec<String>,
     set: Vec<String>,
+    results: Vec<String>,
     out: PathBuf,
     overwrite: bool,
     threads: Option<NonZeroUsize>,
@@ -116,7 +117,8 @@ pub(crate) fn sweep(
             vary,
             set,
             out,
-            case: None,
+            results,
+            cases: Cases::All,
             overwrite,
             n_threads: threads.unwrap_or_else(all),
             interrupt: Some(flag),
