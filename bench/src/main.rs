@@ -4,6 +4,7 @@
 
 mod bench;
 mod pages;
+mod random;
 mod stress;
 
 use std::process::ExitCode;
@@ -13,6 +14,7 @@ use myovib_cli::exit::Exit;
 
 use bench::BenchArgs;
 use pages::PagesArgs;
+use random::RandomArgs;
 use stress::StressArgs;
 
 /// Measurements of myovib's integrators.
@@ -30,6 +32,8 @@ enum Command {
     /// Run the matrix of formulations, parameters and settings, and see where each breaks.
     Stress(StressArgs),
     Pages(PagesArgs),
+    /// Judge random scenes by tighter runs of another method.
+    Random(RandomArgs),
 }
 
 impl Command {
@@ -38,6 +42,7 @@ impl Command {
             Self::Bench(args) => bench::run(args),
             Self::Stress(args) => stress::run(args),
             Self::Pages(args) => pages::run(args),
+            Self::Random(args) => random::run(args),
         }
     }
 }
