@@ -1,9 +1,9 @@
 //! Runs the program under test.
 
+use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::thread;
-use std::time::Duration;
 
 /// The program under test: the users', or the maintainers'.
 pub(crate) const PROGRAM: &str = match option_env!("CARGO_BIN_EXE_myovib") {
@@ -59,6 +59,21 @@ pub(crate) fn document(text: &str, command: &str) -> serde_json::Value {
     value
 }
 
+/// The CPU time that a process has taken; none of one that has ended.
+fn cpu_seconds(process: u32) -> Option<f64> {
+    let text = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    // The name of the program, in brackets, may hold spaces.
+    let mut fields = text.rsplit(')').next()?.split_whitespace();
+    let state = fields.next()?;
+    let ticks: Vec<f64> = fields
+        .skip(10)
+        .take(2)
+        .filter_map(|f| f.parse().ok())
+        .collect();
+    // Linux counts in hundredths of a second.
+    (state != "Z").then(|| ticks.iter().sum::<f64>() / 100.0)
+}
+
 /// The exit code of a program that Ctrl-C meets in the midst of its work.
 pub(crate) fn code_of_interrupted(folder: &Path, arguments: &[&str]) -> Option<i32> {
     let mut run = Command::new(PROGRAM)
@@ -68,8 +83,10 @@ pub(crate) fn code_of_interrupted(folder: &Path, arguments: &[&str]) -> Option<i
         .stderr(Stdio::null())
         .spawn()
         .expect("the program starts");
-    // Long enough to begin, and a small part of what the run takes.
-    thread::sleep(Duration::from_secs(3));
+    // Long enough to begin, and a small part of what the run takes; however busy the machine is.
+    while cpu_seconds(run.id()).is_some_and(|seconds| seconds < 1.0) {
+        thread::yield_now();
+    }
     let sent = Command::new("kill")
         .args(["-INT", &run.id().to_string()])
         .status();

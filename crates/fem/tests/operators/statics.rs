@@ -20,7 +20,7 @@ fn response(inv_kappa: f64) -> (f64, f64) {
     )
 }
 
-/// Both numbers are stated with five digits in the issue that set this crate's task.
+/// Both numbers were given with five digits by those who set this crate's task; they are not its own.
 fn agrees(found: f64, stated: f64) {
     assert!((found / stated - 1.0).abs() < 5e-5, "{found} {stated}");
 }
