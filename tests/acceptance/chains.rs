@@ -246,10 +246,10 @@ fn assert_moves(film: &Path, frames: usize) {
     options.set_color_output(gif::ColorOutput::RGBA);
     let mut film = options
         .read_info(fs::File::open(film).expect("the film"))
-        .unwrap();
+        .expect("a GIF");
     assert_eq!(film.width(), 120);
     let mut pictures: Vec<Vec<u8>> = Vec::new();
-    while let Some(frame) = film.read_next_frame().unwrap() {
+    while let Some(frame) = film.read_next_frame().expect("a picture") {
         pictures.push(frame.buffer.to_vec());
     }
     assert_eq!(pictures.len(), frames);
