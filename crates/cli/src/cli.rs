@@ -6,6 +6,7 @@ use crate::commands::check::CheckArgs;
 use crate::commands::completions::CompletionsArgs;
 use crate::commands::doctor::DoctorArgs;
 use crate::commands::figure::{FigureArgs, FiguresArgs};
+use crate::commands::fit::FitArgs;
 use crate::commands::infsup::InfsupArgs;
 use crate::commands::init::InitArgs;
 use crate::commands::man::ManArgs;
@@ -13,13 +14,14 @@ use crate::commands::modes::ModesArgs;
 use crate::commands::movie::MovieArgs;
 use crate::commands::run::RunArgs;
 use crate::commands::schema::SchemaArgs;
+use crate::commands::sensitivity::SensitivityArgs;
 use crate::commands::sweep::SweepArgs;
 use crate::commands::synchronization::SynchronizationArgs;
 use crate::commands::table1::Table1Args;
 use crate::commands::table2::Table2Args;
 use crate::commands::{
-    check, completions, doctor, figure, infsup, init, man, modes, movie, run, schema, sweep,
-    synchronization, table1, table2,
+    check, completions, doctor, figure, fit, infsup, init, man, modes, movie, run, schema,
+    sensitivity, sweep, synchronization, table1, table2,
 };
 use crate::exit::Exit;
 use crate::versions;
@@ -77,6 +79,10 @@ pub enum Command {
     Man(ManArgs),
     /// Run a scene over a grid of values, on all cores.
     Sweep(SweepArgs),
+    /// Say what a scene's outputs depend on, and how much.
+    Sensitivity(SensitivityArgs),
+    /// Find the parameters of a scene from measurements.
+    Fit(FitArgs),
 }
 
 impl Command {
@@ -102,6 +108,8 @@ impl Command {
             Self::Synchronization(args) => synchronization::run(args),
             Self::Schema(args) => schema::run(args),
             Self::Sweep(args) => sweep::run(args),
+            Self::Sensitivity(args) => sensitivity::run(args),
+            Self::Fit(args) => fit::run(args),
         }
     }
 }

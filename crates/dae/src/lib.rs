@@ -6,6 +6,7 @@
 //!   pattern and what each variable is.
 //! - [`Jacobian`]: evaluates a problem's own Jacobian, or difference quotients at a
 //!   [`Linearization`]; [`kinds_at`] reads from it how each variable enters.
+//! - [`Parameters`]: what a problem depends on besides its variables, and ∂F/∂p.
 //! - [`LinearSolver`]: solves Newton's systems, with real and complex shifts.
 //! - [`Tolerances`], [`Suppressed`], [`Direction`], [`ConsistencyMode`]: what is asked of an
 //!   [`Integrator`].
@@ -25,6 +26,7 @@ mod jacobian;
 mod linear_solver;
 mod linearization;
 mod outcome;
+mod parameters;
 mod problem;
 pub mod samples;
 mod statistics;
@@ -41,6 +43,7 @@ pub use nalgebra_sparse::pattern::SparsityPattern;
 /// The shifts and right-hand sides of a [`LinearSolver`].
 pub use num_complex::Complex64;
 pub use outcome::{Outcome, Stop, StopReason, WorstComponent};
+pub use parameters::{Differenced, Parameter, Parameters};
 pub use problem::{Problem, StepError, VariableKind};
 pub use statistics::{Statistics, Work};
 pub use tolerances::{Suppressed, Tolerances};

@@ -43,6 +43,7 @@ pub mod equation;
 pub mod formulation;
 pub mod linear;
 pub mod paper;
+pub mod sensitivity;
 pub mod start;
 pub mod statics;
 

@@ -95,6 +95,22 @@ pub enum RadauError {
         /// The error as it was raised.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
+    /// The equations of a sensitivity cannot be solved.
+    #[error("no sensitivity to `{parameter}` over the step from t = {t}: {message}")]
+    Sensitivity {
+        /// The parameter.
+        parameter: String,
+        /// The beginning of the step.
+        t: f64,
+        /// Why.
+        message: String,
+    },
+    /// Sensitivities were not told of each step.
+    #[error("sensitivities follow each step at once; {steps} steps were taken since the last")]
+    Missed {
+        /// Steps taken since.
+        steps: u64,
+    },
     /// The pattern of the Jacobian cannot be analysed.
     #[error(transparent)]
     Klu(#[from] myovib_sparse::SparseError),

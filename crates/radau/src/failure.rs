@@ -85,6 +85,11 @@ pub(crate) struct Fatal {
 }
 
 impl Fatal {
+    /// The error as it was raised.
+    pub(crate) fn into_source(self) -> Box<dyn std::error::Error + Send + Sync> {
+        self.source
+    }
+
     /// The error of a step of size `h` from `t`.
     pub(crate) fn in_step(self, t: f64, h: f64) -> RadauError {
         let Self { function, source } = self;

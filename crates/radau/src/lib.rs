@@ -8,7 +8,8 @@
 //! Cast: a [`Method`] is the table of coefficients; `NewtonSolver` solves the stage equations, from
 //! the start of a `Predictor`, with some [`LinearSolver`](myovib_dae::LinearSolver)
 //! ([`KluMatrices`] unless told otherwise); `ErrorTest` estimates the error; `Control` chooses h; `Collocation` is the
-//! polynomial behind dense output, on which `Roots` locates events. Options, outcomes and
+//! polynomial behind dense output, on which `Roots` locates events. [`ForwardSensitivities`] follow
+//! the steps and say how the solution depends on parameters. Options, outcomes and
 //! statistics have the shapes and names they have for IDAS.
 //!
 //! # Examples
@@ -58,7 +59,9 @@ mod options;
 mod predictor;
 mod roots;
 mod rounding;
+mod sensitivity;
 mod solver;
+mod stage_system;
 mod weights;
 mod work;
 
@@ -68,6 +71,7 @@ pub use method::{ComplexMode, Method, RealMode};
 /// The counters of the linear algebra.
 pub use myovib_dae::Work;
 pub use options::{IndexScaling, RadauOptions, StepSize};
+pub use sensitivity::{ForwardSensitivities, SensitivityWork};
 pub use solver::{RadauBuilder, RadauSolver};
 
 #[cfg(doctest)]

@@ -1,11 +1,11 @@
 //! Simplified Newton iterations for the stage equations.
 
 use myovib_dae::{LinearSolver, Problem, StepError};
-use num_complex::Complex64;
 
 use crate::dense::add_scaled;
 use crate::failure::{Failure, Operation};
 use crate::method::Method;
+use crate::stage_system::StageSystem;
 use crate::weights::Weights;
 use crate::work::Counters;
 
@@ -39,11 +39,11 @@ pub(crate) struct Step<'a> {
 pub(crate) struct NewtonSolver {
     /// The stage increments, one after the other.
     pub(crate) z: Vec<f64>,
+    /// The residuals of the stages; the corrections, once solved for.
     residuals: Vec<f64>,
     stage: Vec<f64>,
     stage_dot: Vec<f64>,
-    real: Vec<f64>,
-    complex: Vec<Vec<Complex64>>,
+    system: StageSystem,
     /// The last correction of the last stage, which is that of the solution.
     correction: Vec<f64>,
     tolerance: f64,
@@ -74,9 +74,8 @@ impl NewtonSolver {
             residuals: vec![0.0; s * n],
             stage: vec![0.0; n],
             stage_dot: vec![0.0; n],
-            real: vec![0.0; n],
+            system: StageSystem::new(method, n),
             correction: vec![0.0; n],
-            complex: vec![vec![Complex64::ZERO; n]; method.complex_modes().len()],
             tolerance,
             limit,
             first_factor: 1.0,
@@ -190,7 +189,7 @@ impl NewtonSolver {
         Ok(())
     }
 
-    /// Solves for the correction, mode by mode, adds it to `z`, and returns its norm.
+    /// Solves for the correction, adds it to `z`, and returns its norm.
     fn correct<P, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -198,43 +197,20 @@ impl NewtonSolver {
         step: &Step<'_>,
         counters: &mut Counters,
     ) -> Result<f64, Failure> {
-        let n = step.y.len();
-        let real_mode = step.method.real_mode();
-        let complex_modes = step.method.complex_modes();
-
-        self.real.fill(0.0);
-        for (g, l) in self.residuals.chunks_exact(n).zip(&real_mode.left) {
-            add_scaled(&mut self.real, -l, g);
-        }
-        matrices
-            .solve_real(problem, &mut self.real)
+        let corrections = &mut self.residuals;
+        corrections.iter_mut().for_each(|g| *g = -*g);
+        self.system
+            .solve(problem, matrices, step.method, corrections, counters)
             .map_err(Operation::LinearSolve.failed())?;
-        counters.work.real_solves += 1;
-        for (k, (mode, w)) in complex_modes.iter().zip(&mut self.complex).enumerate() {
-            w.fill(Complex64::ZERO);
-            for (g, l) in self.residuals.chunks_exact(n).zip(&mode.left) {
-                w.iter_mut().zip(g).for_each(|(w, g)| *w -= l * g);
-            }
-            matrices
-                .solve_complex(problem, k, w)
-                .map_err(Operation::LinearSolve.failed())?;
-            counters.work.complex_solves += 1;
-        }
-
+        let n = step.y.len();
         let mut square = 0.0;
-        for (i, z_i) in self.z.chunks_exact_mut(n).enumerate() {
-            for (m, z) in z_i.iter_mut().enumerate() {
-                let mut correction = real_mode.right[i] * self.real[m];
-                for (mode, w) in complex_modes.iter().zip(&self.complex) {
-                    // A conjugate pair of modes adds up to twice the real part.
-                    let r = mode.right[i];
-                    correction += 2.0 * (r.re * w[m].re - r.im * w[m].im);
-                }
-                *z += correction;
-                self.correction[m] = correction;
-                square += (correction * step.weights[m]).powi(2);
-            }
+        for (z, correction) in self.z.chunks_exact_mut(n).zip(corrections.chunks_exact(n)) {
+            add_scaled(z, 1.0, correction);
+            let weighted = correction.iter().zip(step.weights).map(|(c, w)| c * w);
+            weighted.for_each(|error| square += error.powi(2));
         }
+        let last = corrections.len() - n;
+        self.correction.copy_from_slice(&corrections[last..]);
         Ok((square / self.z.len() as f64).sqrt())
     }
 }

@@ -49,18 +49,45 @@ impl<P: Problem> Weights<P> {
         options: &RadauOptions,
         y: &[f64],
     ) -> Result<(), Failure> {
-        let Some(user) = &mut self.user else {
-            let (relative, absolute) = options.internal_tolerances();
-            for (i, (w, y)) in self.plain.iter_mut().zip(y).enumerate() {
-                // Where a relative tolerance alone meets y = 0, the weight is huge but finite.
-                *w = 1.0 / (relative * y.abs() + absolute(i)).max(f64::MIN_POSITIVE);
-            }
-            return Ok(());
-        };
-        user(problem, y, &mut self.plain)
-            .and_then(|()| expect_positive(&self.plain))
-            .map_err(Operation::ErrorWeights.failed())
+        write(&mut self.user, problem, options, y, &mut self.plain)
     }
+
+    /// Writes what the weights would be at `y`, scaled for a step of size `h`; those in use stay.
+    pub(crate) fn write_at(
+        &mut self,
+        problem: &mut P,
+        options: &RadauOptions,
+        y: &[f64],
+        h: f64,
+        out: &mut [f64],
+    ) -> Result<(), Failure> {
+        write(&mut self.user, problem, options, y, out)?;
+        for (w, &power) in out.iter_mut().zip(&self.powers) {
+            *w *= h.powi(power);
+        }
+        Ok(())
+    }
+}
+
+/// Writes the inverse tolerances at `y`.
+fn write<P>(
+    user: &mut Option<UserWeights<P>>,
+    problem: &mut P,
+    options: &RadauOptions,
+    y: &[f64],
+    out: &mut [f64],
+) -> Result<(), Failure> {
+    let Some(user) = user else {
+        let (relative, absolute) = options.internal_tolerances();
+        for (i, (w, y)) in out.iter_mut().zip(y).enumerate() {
+            // Where a relative tolerance alone meets y = 0, the weight is huge but finite.
+            *w = 1.0 / (relative * y.abs() + absolute(i)).max(f64::MIN_POSITIVE);
+        }
+        return Ok(());
+    };
+    user(problem, y, out)
+        .and_then(|()| expect_positive(out))
+        .map_err(Operation::ErrorWeights.failed())
 }
 
 fn expect_positive(weights: &[f64]) -> Result<(), StepError> {

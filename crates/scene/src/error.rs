@@ -27,6 +27,9 @@ pub enum Error {
     /// What the model or the integrator cannot go on from.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// A run that did not reach its end.
+    #[error("the run stopped: {0}")]
+    Stopped(String),
     /// A result that JSON does not have.
     #[error("cannot write the results as JSON")]
     Json(#[from] serde_json::Error),

@@ -2,7 +2,8 @@
 //!
 //! Cast: [`scene_file`] reads the text and tells what is wrong with its place; [`Scene`] puts it
 //! together with its mesh into the model; [`run`] integrates it and fills a folder; [`sweep`]
-//! does so over a grid of values. [`csv`], [`vtu`], [`json`] and [`atomic_file`] are the files.
+//! does so over a grid of values; [`sensitivity`] says what its outputs depend on, and [`mod@fit`]
+//! finds its parameters from measurements. [`csv`], [`vtu`], [`json`] and [`atomic_file`] are the files.
 //! Nothing here prints: a [`watch::Tell`] hears how far a run is.
 //!
 //! # Examples
@@ -22,6 +23,7 @@ pub mod atomic_file;
 pub mod csv;
 pub mod energy;
 mod error;
+pub mod fit;
 mod inputs;
 pub mod json;
 pub mod mesh_file;
@@ -29,6 +31,7 @@ pub mod parallel;
 pub mod run;
 mod scene;
 pub mod scene_file;
+pub mod sensitivity;
 pub mod statistics;
 pub mod sweep;
 pub mod versions;

@@ -76,6 +76,14 @@ pub enum Error {
         /// End of the last step.
         to: f64,
     },
+    /// There is no such parameter.
+    #[error("there is no sensitivity to parameter {parameter}: this solver has {of}")]
+    NoParameter {
+        /// The number asked for, from 0.
+        parameter: usize,
+        /// How many there are.
+        of: usize,
+    },
     /// Quadratures were asked for, but none were set up.
     #[error("this solver has no quadratures")]
     NoQuadrature,

@@ -70,5 +70,7 @@ pub use myovib_dae::{
 /// KLU, whose settings are among those of the integrator.
 pub use myovib_sparse::klu;
 pub use options::{Constraint, IdaOptions, InitialValueOptions, VectorArithmetic};
-pub use solver::{IdaBuilder, IdaSolver};
+pub use solver::{
+    IdaBuilder, IdaSolver, SensitivityMethod, SensitivityOptions, SensitivityStatistics,
+};
 pub use versions::Versions;

@@ -4,6 +4,7 @@ pub mod check;
 pub mod completions;
 pub mod doctor;
 pub mod figure;
+pub mod fit;
 pub mod infsup;
 pub mod init;
 pub mod man;
@@ -13,6 +14,7 @@ pub mod run;
 #[cfg(test)]
 mod same_as_scenes;
 pub mod schema;
+pub mod sensitivity;
 pub mod sweep;
 pub mod synchronization;
 pub mod table1;

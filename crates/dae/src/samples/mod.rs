@@ -11,6 +11,9 @@
 //! | [`Heat2d`] | 1 | m² | parabolic equation with algebraic boundary, sparse |
 //! | [`LinearIndex1`] | 1 | 2 | linear, varying in time, exact |
 //! | [`JayIndex2`] | 2 | 3 | nonlinear, exact |
+//! | [`Oscillator`] | 0 | 2 | linear, with a parameter, exact |
+//! | [`ScaledLinear`] | 1 | 2 | linear, with two parameters, exact |
+//! | [`ScaledJay`] | 2 | 3 | Jay's system with two parameters, exact |
 //! | [`Pendulum`] | 2 or 3 | 5 or 6 | constrained mechanics, exact |
 //! | [`CarAxis`] | 2 or 3 | 10 or 12 | constrained mechanics, stiff springs |
 //! | [`VanDerPol`] | 0 | 2 | relaxation oscillation, an ordinary differential equation |
@@ -24,6 +27,7 @@ mod equations;
 mod exact;
 mod heat2d;
 mod mechanism;
+mod parametric;
 mod pendulum;
 mod pipes;
 mod planar;
@@ -40,6 +44,7 @@ pub use equations::{Differentiated, Equations};
 pub use exact::{JayIndex2, LinearIndex1};
 pub use heat2d::Heat2d;
 pub use mechanism::{Constrained, Mechanism};
+pub use parametric::{Oscillator, ScaledJay, ScaledLinear};
 pub use pendulum::Pendulum;
 pub use pipes::Pipes;
 pub use planar::{FourBar, Press, SliderCrank};
@@ -47,6 +52,7 @@ pub use robertson::Robertson;
 pub use spatial::{Skate, SphericalPendulums};
 pub use van_der_pol::VanDerPol;
 
+use crate::parameters::{Differenced, Parameter};
 use crate::problem::Problem;
 
 /// Consistent initial values.
@@ -68,6 +74,26 @@ pub trait Sample: Problem {
     /// The exact solution y(t), where there is a closed form.
     fn exact(&self, _t: f64) -> Option<Vec<f64>> {
         None
+    }
+}
+
+/// A sample that depends on parameters, with its sensitivities in closed form.
+pub trait ParametricSample: Sample {
+    /// The parameters.
+    fn parameters(&self) -> Vec<Parameter>;
+
+    /// Gives parameter j a value.
+    fn set(&mut self, j: usize, value: f64);
+
+    /// ∂y/∂p_j at t; at the start that of the initial values.
+    fn exact_sensitivity(&self, j: usize, t: f64) -> Vec<f64>;
+
+    /// The parameters, with ∂F/∂p by differences.
+    fn differenced(&self) -> Differenced<Self>
+    where
+        Self: Sized + 'static,
+    {
+        Differenced::new(self.parameters(), Self::set)
     }
 }
 

@@ -1,35 +1,52 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use super::{FullMatrix, MechanicalForm, Sample, Start};
+use super::{FullMatrix, MechanicalForm, ParametricSample, Sample, Start};
+use crate::parameters::Parameter;
 use crate::problem::{Problem, StepError, VariableKind};
 
-/// Gravity.
-const G: f64 = 9.81;
-
-/// A pendulum in Cartesian coordinates, let go from the horizontal.
+/// A pendulum of length ℓ in Cartesian coordinates, let go from the horizontal.
 ///
 /// ```text
 /// ẋ = u, ẏ = v, u̇ = −λ x, v̇ = −λ y − g
-/// index 3:    x² + y² = 1
+/// index 3:    x² + y² = ℓ²
 /// index 2:    x u + y v = 0 instead
 /// stabilized: both, with ẋ = u − μ x, ẏ = v − μ y
 /// ```
 ///
 /// Unknowns (x, y, u, v, λ), then μ in the stabilized form. Exact solution by elliptic functions:
-/// θ = 2 asin(k sn(K − √g t, k)) with k = sin(π/4), x = sin θ, y = −cos θ, λ = 3 g cos θ, μ = 0;
-/// θ̇ = −2 k √g cn(K − √g t, k).
+/// θ = 2 asin(k sn(K − w t, k)) with w = √(g/ℓ) and k = sin(π/4), x = ℓ sin θ, y = −ℓ cos θ,
+/// λ = 3 g cos θ/ℓ, μ = 0; θ̇ = −2 k w cn(K − w t, k).
+///
+/// Parameters: ℓ and g.
 ///
 /// Source: the textbook example of constrained mechanics, for instance Hairer & Wanner, Solving
 /// Ordinary Differential Equations II, VII.1.
 #[derive(Debug, Clone, Copy)]
 pub struct Pendulum {
     form: MechanicalForm,
+    length: f64,
+    gravity: f64,
 }
 
 impl Pendulum {
-    /// The pendulum with its constraint posed in one of three ways.
+    /// The pendulum of length 1 under a gravity of 9.81, with its constraint posed in one of three
+    /// ways.
     pub fn new(form: MechanicalForm) -> Self {
-        Self { form }
+        Self {
+            form,
+            length: 1.0,
+            gravity: 9.81,
+        }
+    }
+
+    /// The same with another length ℓ and gravity g.
+    #[must_use]
+    pub fn with(self, length: f64, gravity: f64) -> Self {
+        Self {
+            length,
+            gravity,
+            ..self
+        }
     }
 
     fn is_stabilized(&self) -> bool {
@@ -46,9 +63,9 @@ impl Sample for Pendulum {
     fn start(&self) -> Start {
         let mut start = Start {
             t: 0.0,
-            y: vec![1.0, 0.0, 0.0, 0.0, 0.0],
-            // λ̇ = −3 g θ̇ sin θ = 0.
-            y_dot: vec![0.0, 0.0, 0.0, -G, 0.0],
+            y: vec![self.length, 0.0, 0.0, 0.0, 0.0],
+            // λ̇ = −3 g θ̇ sin θ/ℓ = 0.
+            y_dot: vec![0.0, 0.0, 0.0, -self.gravity, 0.0],
         };
         start.y.resize(self.n_unknowns(), 0.0);
         start.y_dot.resize(self.n_unknowns(), 0.0);
@@ -56,14 +73,73 @@ impl Sample for Pendulum {
     }
 
     fn exact(&self, t: f64) -> Option<Vec<f64>> {
-        let k = FRAC_1_SQRT_2;
-        let (sn, cn) = jacobi_sn_cn(quarter_period(k) - G.sqrt() * t, k);
-        let (half_sin, theta_dot) = (k * sn, -2.0 * k * G.sqrt() * cn);
-        let theta = 2.0 * half_sin.asin();
+        let (length, [theta, theta_dot]) = (self.length, self.swing(t));
         let (sin, cos) = theta.sin_cos();
-        let mut y = vec![sin, -cos, cos * theta_dot, sin * theta_dot, 3.0 * G * cos];
+        let speed = length * theta_dot;
+        let tension = 3.0 * self.gravity * cos / length;
+        let mut y = vec![
+            length * sin,
+            -length * cos,
+            cos * speed,
+            sin * speed,
+            tension,
+        ];
         y.resize(self.n_unknowns(), 0.0);
         Some(y)
+    }
+}
+
+impl Pendulum {
+    /// w = √(g/ℓ).
+    fn frequency(&self) -> f64 {
+        (self.gravity / self.length).sqrt()
+    }
+
+    /// θ and θ̇.
+    fn swing(&self, t: f64) -> [f64; 2] {
+        let (k, w) = (FRAC_1_SQRT_2, self.frequency());
+        let (sn, cn) = jacobi_sn_cn(quarter_period(k) - w * t, k);
+        [2.0 * (k * sn).asin(), -2.0 * k * w * cn]
+    }
+}
+
+impl ParametricSample for Pendulum {
+    fn parameters(&self) -> Vec<Parameter> {
+        vec![
+            Parameter::new("length", self.length),
+            Parameter::new("gravity", self.gravity),
+        ]
+    }
+
+    fn set(&mut self, j: usize, value: f64) {
+        match j {
+            0 => self.length = value,
+            _ => self.gravity = value,
+        }
+    }
+
+    /// θ depends on w t alone: with w' = dw/dp, dθ/dp = w' t θ̇/w and dθ̇/dp = w' (θ̇ + t θ̈)/w, where
+    /// θ̈ = −w² sin θ.
+    fn exact_sensitivity(&self, j: usize, t: f64) -> Vec<f64> {
+        let (l, g, w) = (self.length, self.gravity, self.frequency());
+        let (of_l, of_g, relative) = match j {
+            0 => (1.0, 0.0, -0.5 / l),
+            _ => (0.0, 1.0, 0.5 / g),
+        };
+        let [theta, rate] = self.swing(t);
+        let (sin, cos) = theta.sin_cos();
+        let d_theta = relative * t * rate;
+        let d_rate = relative * (rate - t * w * w * sin);
+        let (speed, d_speed) = (l * rate, of_l * rate + l * d_rate);
+        let mut s = vec![
+            of_l * sin + l * cos * d_theta,
+            -of_l * cos + l * sin * d_theta,
+            -sin * d_theta * speed + cos * d_speed,
+            cos * d_theta * speed + sin * d_speed,
+            3.0 * (of_g * cos / l - g * sin * d_theta / l - g * cos * of_l / (l * l)),
+        ];
+        s.resize(self.n_unknowns(), 0.0);
+        s
     }
 }
 
@@ -84,8 +160,8 @@ impl Problem for Pendulum {
         residual[0] = dot[0] - u + mu * x;
         residual[1] = dot[1] - v + mu * y;
         residual[2] = dot[2] + lambda * x;
-        residual[3] = dot[3] + lambda * y + G;
-        let (length, speed) = (x * x + y * y - 1.0, x * u + y * v);
+        residual[3] = dot[3] + lambda * y + self.gravity;
+        let (length, speed) = (x * x + y * y - self.length * self.length, x * u + y * v);
         residual[4] = if self.form == MechanicalForm::Index2 {
             speed
         } else {

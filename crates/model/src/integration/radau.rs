@@ -102,6 +102,11 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
     pub fn solver(&self) -> &RadauSolver<P, M> {
         &self.solver
     }
+
+    /// The solver, for what follows its steps.
+    pub(crate) fn solver_mut(&mut self) -> &mut RadauSolver<P, M> {
+        &mut self.solver
+    }
 }
 
 fn builder<P: Problem>(problem: P, options: RadauOptions, t_end: f64) -> RadauBuilder<P> {

@@ -7,10 +7,12 @@
 mod attempt;
 mod builder;
 mod events;
+mod last_step;
 mod output;
 mod restart;
 mod state;
 mod stepping;
 
 pub use builder::RadauBuilder;
+pub(crate) use last_step::AcceptedStep;
 pub use state::RadauSolver;

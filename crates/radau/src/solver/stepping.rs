@@ -38,11 +38,22 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// # Errors
     /// As for [`step`](RadauSolver::step).
     pub fn integrate_to(&mut self, t_out: f64) -> Result<Outcome, RadauError> {
+        self.integrate_watched(t_out, &mut |_| Ok(()))
+    }
+
+    /// The same, with a look at each accepted step.
+    pub(crate) fn integrate_watched(
+        &mut self,
+        t_out: f64,
+        accepted: &mut dyn FnMut(&mut Self) -> Result<(), RadauError>,
+    ) -> Result<Outcome, RadauError> {
         let stop_time = self.options.stop_time.unwrap_or(f64::INFINITY);
         let most = self.options.max_steps.map_or(u64::MAX, |most| most as u64);
         let before = self.counters.statistics.steps;
         loop {
-            match self.step_within(t_out, Some(t_out.min(stop_time)))? {
+            let outcome = self.step_within(t_out, Some(t_out.min(stop_time)))?;
+            accepted(self)?;
+            match outcome {
                 Outcome::StepTaken { .. } => {}
                 Outcome::StopTime { t } if t < stop_time => return Ok(Outcome::Reached { t }),
                 Outcome::StopTime { t } => {

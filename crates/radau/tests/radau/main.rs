@@ -8,3 +8,4 @@ mod failures;
 mod misuse;
 mod orders;
 mod published;
+mod sensitivity;

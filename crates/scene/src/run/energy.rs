@@ -12,7 +12,7 @@ use crate::energy::Exchanged;
 /// Simpson's rule on the dense output, whose error of fifth order in the step is far below the
 /// integrator's own.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(super) struct EnergyBalance {
+pub(crate) struct EnergyBalance {
     t: f64,
     last: Option<Energies>,
     exchanged: Exchanged,

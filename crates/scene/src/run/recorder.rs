@@ -18,7 +18,7 @@ use crate::scene_file::output::{self, Probe, ProbeKind};
 use crate::{Error, InputError};
 
 /// What a probe measures.
-pub(super) enum What {
+pub(crate) enum What {
     /// Values at places, or averages.
     Places(Vec<Measurement>),
     /// The sum of support forces over these nodes.
@@ -50,7 +50,7 @@ pub(super) fn quantities(names: &[output::Quantity]) -> Vec<Quantity> {
 
 impl What {
     /// What `kind` means in this scene, whose parts have been checked to be there.
-    pub(super) fn new(kind: &ProbeKind, scene: &Scene) -> Result<Self, ModelError> {
+    pub(crate) fn new(kind: &ProbeKind, scene: &Scene) -> Result<Self, ModelError> {
         let space = || match &scene.body {
             Some(body) => Ok(body.muscle.solid.space()),
             None => Err(ModelError::NoSuchPart { part: "muscle" }),
@@ -107,7 +107,7 @@ impl What {
     }
 
     /// Names of the columns after the time.
-    pub(super) fn names(&self) -> Vec<String> {
+    pub(crate) fn names(&self) -> Vec<String> {
         match self {
             Self::Places(one) if one.len() == 1 => {
                 one[0].names().into_iter().map(str::to_owned).collect()
@@ -130,8 +130,13 @@ impl What {
     }
 
     /// Whether ẏ is needed.
-    pub(super) fn needs_rates(&self) -> bool {
+    pub(crate) fn needs_rates(&self) -> bool {
         matches!(self, Self::Reaction(_))
+    }
+
+    /// Whether it is a function of the state, and not of the time before it.
+    pub(crate) fn is_of_state(&self) -> bool {
+        !matches!(self, Self::Energy(_))
     }
 
     /// How many places have a stress computed for one row.
@@ -146,7 +151,7 @@ impl What {
     }
 
     /// The values at a time; an energy balance gives those of the time it was advanced to.
-    pub(super) fn values<P: System + ?Sized>(
+    pub(crate) fn values<P: System + ?Sized>(
         &self,
         system: &mut P,
         t: f64,

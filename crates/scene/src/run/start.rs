@@ -203,7 +203,7 @@ fn options(scene: &Scene) -> CoupledOptions {
 }
 
 /// A run starts from rest without load, so that all values and derivatives are zero.
-fn refuse_sudden_loads(dae: &mut MuscleDae) -> Result<(), Error> {
+pub(crate) fn refuse_sudden_loads(dae: &mut MuscleDae) -> Result<(), Error> {
     let rest = vec![0.0; dae.n_unknowns()];
     let force = dae
         .unbalanced_force(0.0, &rest, &rest)

@@ -8,7 +8,7 @@ use myovib_model::{ModelError, MuscleDae, RodDae, WorkCounters};
 use myovib_oscillators::Network;
 
 /// What outputs ask of a system.
-pub(super) trait System: Problem {
+pub(crate) trait System: Problem {
     /// The muscle as it is in state `y`, if there is one, and where its unknowns lie.
     fn muscle_at(&mut self, y: &[f64]) -> Option<(&mut MuscleDae, Range<usize>)>;
 

@@ -140,6 +140,12 @@ impl Scene {
         Builder::new(&self.source, &inputs, self.t_end).at(path, result)
     }
 
+    /// The error with the place of the value at `path`.
+    pub(crate) fn wrong(&self, path: &str, error: InputError) -> InputError {
+        let inputs = Inputs::new(Path::new(""));
+        Builder::new(&self.source, &inputs, self.t_end).wrong(path, error)
+    }
+
     /// Makes a scene from its text; files named in it are relative to `folder`.
     ///
     /// # Errors

@@ -12,6 +12,7 @@
 pub mod chain;
 pub mod feedback;
 pub mod function;
+pub mod identification;
 pub mod integrator;
 pub mod mesh;
 pub mod output;
@@ -32,6 +33,7 @@ pub use source::Source;
 use crate::InputError;
 use chain::{Chain, Rod};
 use feedback::Feedback;
+use identification::{Output, Parameter};
 use integrator::Integrator;
 use mesh::{Mesh, Region};
 use output::{Fields, Probe, Stop};
@@ -87,6 +89,12 @@ pub struct SceneFile {
     /// Values written as the run goes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub probe: Vec<Probe>,
+    /// Numbers whose influence is asked for, or that are to be found from measurements.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parameter: Vec<Parameter>,
+    /// What measurements are of.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub output: Vec<Output>,
     /// Fields for ParaView.
     pub fields: Option<Fields>,
     /// Conditions that end the run.

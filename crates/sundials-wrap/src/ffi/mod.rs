@@ -18,6 +18,7 @@ pub(crate) mod ida;
 pub(crate) mod linear_solver;
 pub(crate) mod matrix;
 pub(crate) mod pinned;
+mod sensitivity_residual;
 pub(crate) mod trampoline;
 pub(crate) mod vector;
 mod vector_clone;

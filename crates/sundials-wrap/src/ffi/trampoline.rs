@@ -26,7 +26,7 @@ pub(crate) enum Answer {
 }
 
 impl Answer {
-    fn code(self) -> c_int {
+    pub(super) fn code(self) -> c_int {
         match self {
             Self::Success => 0,
             Self::Recoverable => 1,
@@ -46,6 +46,16 @@ pub(crate) trait Callbacks {
     fn roots(&mut self, t: f64, y: &[f64], y_dot: &[f64], values: &mut [f64]) -> Answer;
     fn error_weights(&mut self, y: &[f64], weights: &mut [f64]) -> Answer;
     fn quadrature(&mut self, t: f64, y: &[f64], y_dot: &[f64], rates: &mut [f64]) -> Answer;
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ, for the residuals of sensitivities.
+    fn linearise(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Answer;
+    /// The residual of the sensitivity to parameter j where it was linearised.
+    fn sensitivity_residual(
+        &mut self,
+        j: usize,
+        at: (f64, &[f64], &[f64]),
+        s: [&[f64]; 2],
+        residual: &mut [f64],
+    ) -> Answer;
     /// Takes a message of IDAS.
     fn message(&mut self, text: &str);
 }
@@ -72,7 +82,7 @@ impl<C> Boundary<C> {
 /// `user_data` is the address of a live [`Pinned`](super::pinned::Pinned) `Boundary<C>` to which
 /// no reference exists during `'a`. IDAS calls back only inside calls made with `&mut Ida`, and
 /// callbacks do not nest, since none of them can reach the integrator.
-unsafe fn boundary<'a, C>(user_data: *mut c_void) -> &'a mut Boundary<C> {
+pub(super) unsafe fn boundary<'a, C>(user_data: *mut c_void) -> &'a mut Boundary<C> {
     // SAFETY: the caller's promise.
     unsafe { &mut *user_data.cast::<Boundary<C>>() }
 }
@@ -81,7 +91,7 @@ unsafe fn boundary<'a, C>(user_data: *mut c_void) -> &'a mut Boundary<C> {
 ///
 /// # Safety
 /// As for [`view`], of both.
-unsafe fn state<'a>(y: N_Vector, y_dot: N_Vector) -> (&'a [f64], &'a [f64]) {
+pub(super) unsafe fn state<'a>(y: N_Vector, y_dot: N_Vector) -> (&'a [f64], &'a [f64]) {
     // SAFETY: the caller's promise.
     let y = unsafe { view(y) };
     // SAFETY: the caller's promise.
@@ -89,7 +99,10 @@ unsafe fn state<'a>(y: N_Vector, y_dot: N_Vector) -> (&'a [f64], &'a [f64]) {
 }
 
 /// Runs a callback; a panic is kept for later and answered as fatal.
-fn guarded<C>(boundary: &mut Boundary<C>, callback: impl FnOnce(&mut C) -> Answer) -> c_int {
+pub(super) fn guarded<C>(
+    boundary: &mut Boundary<C>,
+    callback: impl FnOnce(&mut C) -> Answer,
+) -> c_int {
     answered(boundary, callback).code()
 }
 

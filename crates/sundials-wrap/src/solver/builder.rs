@@ -9,12 +9,14 @@ use crate::options::{
     expect_length, expect_state, invalid,
 };
 use myovib_dae::{
-    Direction, Jacobian, LinearSolver, Problem, StepError, Tolerances, VariableKind, kinds_at,
+    Direction, Jacobian, LinearSolver, Parameters, Problem, StepError, Tolerances, VariableKind,
+    kinds_at,
 };
 
 use super::IdaSolver;
 use super::callbacks::{FailureLog, Function, UserFunctions, Weighing, Weights};
 use super::linear::{Linear, SparseLu};
+use super::sensitivity::{Linearised, SensitivityOptions};
 
 /// Gathers a problem, [`IdaOptions`] and the user's functions; see
 /// [`IdaSolver::builder`](crate::IdaSolver::builder).
@@ -27,7 +29,15 @@ pub struct IdaBuilder<P> {
     quadrature: Quadrature,
     quadrature_rates: Option<Box<Function<P>>>,
     linear_solver: Option<Box<dyn LinearSolver<P> + Send>>,
+    sensitivities: Option<Wanted<P>>,
 }
+
+/// Parameters, settings, and S and Ṡ at the start.
+type Wanted<P> = (
+    Box<dyn Parameters<P> + Send>,
+    SensitivityOptions,
+    Vec<[Vec<f64>; 2]>,
+);
 
 /// What is to be integrated along with the solution; nothing by default.
 #[derive(Default)]
@@ -64,6 +74,7 @@ impl<P: Problem> IdaBuilder<P> {
             quadrature: Quadrature::default(),
             quadrature_rates: None,
             linear_solver: None,
+            sensitivities: None,
         }
     }
 
@@ -133,6 +144,20 @@ impl<P: Problem> IdaBuilder<P> {
         self
     }
 
+    /// Integrates the sensitivities ∂y/∂p_j to `parameters` along with the solution, from the S and Ṡ
+    /// at the start for each; [`correct_initial_values`](IdaSolver::correct_initial_values) makes
+    /// these consistent too.
+    #[must_use]
+    pub fn sensitivities(
+        mut self,
+        parameters: impl Parameters<P> + Send + 'static,
+        options: SensitivityOptions,
+        starts: Vec<[Vec<f64>; 2]>,
+    ) -> Self {
+        self.sensitivities = Some((Box::new(parameters), options, starts));
+        self
+    }
+
     /// Builds a solver at (t0, y0, ẏ0).
     ///
     /// # Shapes
@@ -156,6 +181,12 @@ impl<P: Problem> IdaBuilder<P> {
         self.quadrature.validate()?;
         let suppressed = error_test_id(&self.options.suppressed, &kinds)?;
 
+        let sensitivities = match self.sensitivities {
+            Some((parameters, options, starts)) if !parameters.list().is_empty() => {
+                Some(Linearised::new(&self.problem, parameters, options, starts)?)
+            }
+            _ => None,
+        };
         let linear = match self.linear_solver {
             Some(solver) => Linear::Own(solver),
             None => Linear::Sparse(Box::new(SparseLu::new(jacobian, self.options.klu)?)),
@@ -172,6 +203,7 @@ impl<P: Problem> IdaBuilder<P> {
             weights: vec![1.0; n],
             quadrature: self.quadrature_rates,
             linear,
+            sensitivities,
             t_called: t0,
             failures: FailureLog::default(),
         };
@@ -195,6 +227,7 @@ impl<P: Problem> IdaBuilder<P> {
         solver.apply(&self.options)?;
         solver.attach_roots(&self.root_directions)?;
         solver.attach_quadrature(&self.quadrature)?;
+        solver.attach_sensitivities()?;
         Ok(solver)
     }
 }

@@ -1,5 +1,6 @@
 //! The safe side of the C boundary: the problem and the user's functions, and how they failed.
 
+use super::sensitivity::Linearised;
 use crate::error::Error;
 use crate::ffi::trampoline::{Answer, Callbacks};
 use crate::vector_kernels::is_finite;
@@ -54,6 +55,7 @@ pub(super) struct UserFunctions<P> {
     pub(super) weights: Vec<f64>,
     pub(super) quadrature: Option<Box<Function<P>>>,
     pub(super) linear: Linear<P>,
+    pub(super) sensitivities: Option<Linearised<P>>,
     /// Time of the last call that had one, for messages of those that have none.
     pub(super) t_called: f64,
     pub(super) failures: FailureLog,
@@ -198,6 +200,36 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
         };
         let result = quadrature(&mut self.problem, t, y, y_dot, rates);
         self.failures.answer("quadrature", t, result, rates)
+    }
+
+    fn linearise(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Answer {
+        let Some(linearised) = &mut self.sensitivities else {
+            return Answer::Fatal;
+        };
+        let at = Linearization {
+            t,
+            y,
+            y_dot,
+            step: 1.0,
+            weights: &self.weights,
+        };
+        let result = linearised.linearise(&mut self.problem, &at);
+        self.failures.answer("Jacobian", t, result, &[])
+    }
+
+    fn sensitivity_residual(
+        &mut self,
+        j: usize,
+        at: (f64, &[f64], &[f64]),
+        s: [&[f64]; 2],
+        residual: &mut [f64],
+    ) -> Answer {
+        let Some(linearised) = &mut self.sensitivities else {
+            return Answer::Fatal;
+        };
+        let result = linearised.residual(&mut self.problem, j, at, s, residual);
+        let function = "residual of a sensitivity";
+        self.failures.answer(function, at.0, result, residual)
     }
 
     fn message(&mut self, text: &str) {

@@ -112,7 +112,12 @@ impl<P: Problem> IdaSolver<P> {
 
     /// The order of a derivative at `t`, if the last step has that up to `order` there. IDAS looks at
     /// one end of the step only.
-    fn order_within_reach(&self, t: f64, derivative: usize, order: usize) -> Result<i32, Error> {
+    pub(super) fn order_within_reach(
+        &self,
+        t: f64,
+        derivative: usize,
+        order: usize,
+    ) -> Result<i32, Error> {
         let [from, to] = self.last_step_interval();
         if derivative <= order && covers([from, to], t) {
             return Ok(derivative as i32);

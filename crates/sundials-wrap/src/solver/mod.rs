@@ -6,6 +6,7 @@ mod codes;
 mod dense;
 mod integrator;
 mod linear;
+mod sensitivity;
 
 use std::panic::resume_unwind;
 
@@ -21,6 +22,7 @@ use myovib_dae::{
 
 pub use builder::IdaBuilder;
 use callbacks::UserFunctions;
+pub use sensitivity::{SensitivityMethod, SensitivityOptions, SensitivityStatistics};
 
 /// After so many steps it is looked at whether they have moved t.
 const PATIENCE: usize = 500;
@@ -265,6 +267,11 @@ impl<P: Problem> IdaSolver<P> {
         self.refused(restored)?;
         let Err(CallFailed { call, code }) = result else {
             self.start = [self.ida.y().to_vec(), self.ida.y_dot().to_vec()];
+            let consistent = self.ida.consistent_sensitivities();
+            let starts = self.refused(consistent)?;
+            if let Some(linearised) = &mut self.functions_mut().sensitivities {
+                linearised.starts = starts;
+            }
             return Ok(());
         };
         let failures = &mut self.functions_mut().failures;
@@ -285,7 +292,8 @@ impl<P: Problem> IdaSolver<P> {
     }
 
     /// Starts afresh at (t0, y0, ẏ0), keeping problem and settings; counters begin at zero.
-    /// Quadratures start again from `q0` (empty without quadratures).
+    /// Quadratures start again from `q0` (empty without quadratures), sensitivities from where they
+    /// started before.
     ///
     /// # Errors
     /// [`Error::WrongLength`], [`Error::NotFinite`] or [`Error::InvalidOption`] for values that make
@@ -301,6 +309,10 @@ impl<P: Problem> IdaSolver<P> {
         let result = self.ida.reinit(t0, y0, y_dot0, q0);
         self.refused(result)?;
         self.functions_mut().linear.forget_rcond();
+        let starts = self.functions().sensitivities.as_ref();
+        let starts = starts.map_or(Vec::new(), |linearised| linearised.starts.clone());
+        let result = self.ida.reinit_sensitivities(&starts);
+        self.refused(result)?;
         if self.stop_time.is_some_and(|stop| stop <= t0) {
             self.stop_time = None;
             self.stop_time_lingers = true;

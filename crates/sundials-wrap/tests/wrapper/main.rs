@@ -14,4 +14,5 @@ mod misuse;
 mod published;
 mod robertson;
 mod samples;
+mod sensitivity;
 mod states;

@@ -19,6 +19,10 @@ pub(crate) enum Counter {
     RootEvaluations,
     QuadratureEvaluations,
     QuadratureErrorTestFailures,
+    SensitivityEvaluations,
+    SensitivityErrorTestFailures,
+    SensitivityNewtonIterations,
+    SensitivityLinearSetups,
 }
 
 impl Counter {
@@ -37,6 +41,10 @@ impl Counter {
             Self::RootEvaluations => sys::IDAGetNumGEvals,
             Self::QuadratureEvaluations => sys::IDAGetQuadNumRhsEvals,
             Self::QuadratureErrorTestFailures => sys::IDAGetQuadNumErrTestFails,
+            Self::SensitivityEvaluations => sys::IDAGetSensNumResEvals,
+            Self::SensitivityErrorTestFailures => sys::IDAGetSensNumErrTestFails,
+            Self::SensitivityNewtonIterations => sys::IDAGetSensNumNonlinSolvIters,
+            Self::SensitivityLinearSetups => sys::IDAGetSensNumLinSolvSetups,
         }
     }
 }

@@ -4,6 +4,7 @@
 //! calls, queries and re-initialisations in any order → drop.
 
 mod counter;
+mod sensitivity;
 mod settings;
 
 pub(crate) use counter::Counter;
@@ -72,6 +73,7 @@ pub(crate) struct Ida<C: Callbacks> {
     y_dot: NVector,
     scratch: NVector,
     quadrature: Option<NVector>,
+    sensitivities: Option<sensitivity::Sensitivities>,
     boundary: Pinned<Boundary<C>>,
     context: Context,
 }
@@ -118,6 +120,7 @@ impl<C: Callbacks> Ida<C> {
             y_dot,
             scratch,
             quadrature: None,
+            sensitivities: None,
             boundary,
             context,
         };
@@ -206,6 +209,7 @@ impl<C: Callbacks> Ida<C> {
             y_dot,
             scratch,
             quadrature,
+            sensitivities,
             boundary,
             context,
         } = self;
@@ -217,6 +221,7 @@ impl<C: Callbacks> Ida<C> {
             y_dot,
             scratch,
             quadrature,
+            sensitivities,
         ));
         drop(context);
         boundary.into_inner().callbacks

@@ -1,0 +1,111 @@
+//! `myovib sensitivity`: what the outputs of a scene depend on, and how much.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use myovib_report::picture;
+use myovib_report::plot::{Axis, Figure, LinePlot, Panel, Series};
+use myovib_report::table::{Align, Table, coloured_stdout};
+use myovib_scene::sensitivity::{Curves, Parametrised, Watcher, compute};
+use myovib_scene::{atomic_file, json};
+
+use crate::args::{self, CommonArgs};
+use crate::exit::Exit;
+use crate::interrupt;
+use crate::progress::Progress;
+
+/// Options of `myovib sensitivity`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    myovib sensitivity scene.toml\n  \
+    myovib sensitivity scene.toml --out soft --set 'material[0].c10=5e3'\n\n\
+    The scene names its parameters in [[parameter]]. Writes sensitivity.csv with each output and its \
+    derivatives, sensitivity.svg and sensitivity.json. Integrates by Radau IIA (radau9 unless the \
+    scene names another).")]
+pub struct SensitivityArgs {
+    /// The scene: a TOML file, or the name of a built-in scene.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+
+    /// Change a value of the scene.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+
+    /// Folder for the results.
+    #[arg(long, value_name = "DIR", default_value = "sensitivity", value_parser = args::output_folder)]
+    pub out: PathBuf,
+
+    /// Options of every command.
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// Computes the sensitivities.
+///
+/// # Errors
+/// A wrong scene (before anything is written), a run that stops, an output that cannot be written.
+pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
+    let scene = Parametrised::load(&args.scene, &args.set)?;
+    let progress = Progress::new(args.common.quiet);
+    let watcher = Watcher {
+        interrupt: Some(interrupt::flag()),
+        progress: &progress,
+    };
+    let curves = compute(&scene, watcher)?;
+    drop(progress);
+    let (columns, rows) = (curves.columns(), curves.rows());
+    let files = picture::write(
+        &args.out,
+        "sensitivity",
+        &figure(&curves),
+        (&columns, &rows),
+        false,
+    )?;
+    let document = curves.document();
+    let text = json::document("sensitivity", &document)?;
+    atomic_file::save(&args.out.join("sensitivity.json"), text)?;
+    let text = format!("{}{}\n", table(&curves), files.join(", "));
+    args.common.give("sensitivity", &text, &document)?;
+    Ok(Exit::Done)
+}
+
+/// The importance of each parameter for each output.
+fn table(curves: &Curves) -> String {
+    let parameters = curves.parameters.iter();
+    let columns: Vec<_> = std::iter::once(("p · du/dp relative to u (rms)", Align::Left))
+        .chain(parameters.map(|name| (name.as_str(), Align::Right)))
+        .collect();
+    let mut table = Table::new(&columns);
+    for (output, row) in curves.outputs.iter().zip(curves.importance()) {
+        let shown = row.into_iter().map(|share| match share.is_finite() {
+            true => format!("{share:.3e}"),
+            false => "–".to_owned(),
+        });
+        let cells = std::iter::once(output.clone()).chain(shown);
+        table.row(cells.map(Into::into));
+    }
+    table.render(coloured_stdout())
+}
+
+/// A panel for each output with p̄ ∂u/∂p for each parameter.
+fn figure(curves: &Curves) -> Figure {
+    let times: Vec<f64> = curves.samples.iter().map(|sample| sample.t).collect();
+    let panel = |k: usize| {
+        let series = curves.parameters.iter().enumerate().map(|(j, name)| {
+            let scaled = curves
+                .samples
+                .iter()
+                .map(|s| curves.scales[j] * s.derivatives[j][k]);
+            Series::curve(name, &times, &scaled.collect::<Vec<_>>())
+        });
+        let plot = LinePlot {
+            title: format!("p ∂({})/∂p", curves.outputs[k]),
+            x: Axis::new("t", "s"),
+            series: series.collect(),
+            ..LinePlot::default()
+        };
+        Box::new(plot) as Box<dyn Panel>
+    };
+    let panels = (0..curves.outputs.len()).map(panel).collect();
+    Figure::column("What the outputs depend on", panels)
+}

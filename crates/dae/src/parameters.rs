@@ -1,0 +1,175 @@
+//! The parameters of a problem, and how its equations depend on them.
+
+use crate::problem::{Problem, StepError};
+
+/// A number that a problem depends on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// Its name in messages and reports.
+    pub name: String,
+    /// Its value p.
+    pub value: f64,
+    /// Its typical size p̄ > 0: p̄ ∂y/∂p has the units of y, and is allowed the error that y is.
+    pub scale: f64,
+}
+
+impl Parameter {
+    /// A parameter with the size of its value; 1 for 0.
+    pub fn new(name: impl Into<String>, value: f64) -> Self {
+        Self {
+            name: name.into(),
+            value,
+            scale: if value == 0.0 { 1.0 } else { value.abs() },
+        }
+    }
+}
+
+/// The parameters of a problem `P`: F(t, y, ẏ; p) = 0.
+///
+/// With S_j = ∂y/∂p_j the sensitivities satisfy
+///
+/// ```text
+/// ∂F/∂y S_j + ∂F/∂ẏ Ṡ_j + ∂F/∂p_j = 0,   S_j(t_0) = ∂y_0/∂p_j.
+/// ```
+///
+/// Where a problem has a setter for its parameters, [`Differenced`] makes these from it.
+pub trait Parameters<P: ?Sized> {
+    /// The parameters; their number j is the place here.
+    fn list(&self) -> &[Parameter];
+
+    /// Evaluates ∂F/∂p_j at (t, y, ẏ) into `out`, overwriting it.
+    ///
+    /// # Shapes
+    /// `y`, `y_dot`, `out`: the number of unknowns.
+    ///
+    /// # Errors
+    /// As for [`Problem::residual`].
+    fn derivative(
+        &mut self,
+        problem: &mut P,
+        j: usize,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StepError>;
+}
+
+/// Parameters that a function sets; ∂F/∂p by central differences.
+///
+/// The step is ε^(1/3) times the larger of |p| and the scale: truncation and rounding are then about
+/// ε^(2/3) = 4e-11 of F.
+pub struct Differenced<P> {
+    list: Vec<Parameter>,
+    set: Box<Setter<P>>,
+    below: Vec<f64>,
+}
+
+/// Gives parameter j a value.
+type Setter<P> = dyn FnMut(&mut P, usize, f64) + Send;
+
+impl<P> std::fmt::Debug for Differenced<P> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Differenced")
+            .field("list", &self.list)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<P> Differenced<P> {
+    /// The parameters in `list`, which `set` gives a value by their number.
+    pub fn new(list: Vec<Parameter>, set: impl FnMut(&mut P, usize, f64) + Send + 'static) -> Self {
+        Self {
+            list,
+            set: Box::new(set),
+            below: Vec::new(),
+        }
+    }
+}
+
+impl<P: Problem> Parameters<P> for Differenced<P> {
+    fn list(&self) -> &[Parameter] {
+        &self.list
+    }
+
+    fn derivative(
+        &mut self,
+        problem: &mut P,
+        j: usize,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StepError> {
+        let Parameter { value, scale, .. } = self.list[j];
+        let wanted = f64::EPSILON.cbrt() * value.abs().max(scale);
+        let (low, high) = (value - wanted, value + wanted);
+        self.below.resize(out.len(), 0.0);
+        (self.set)(problem, j, high);
+        let above = problem.residual(t, y, y_dot, out);
+        (self.set)(problem, j, low);
+        let below = problem.residual(t, y, y_dot, &mut self.below);
+        // Whatever came of it, the problem stays as it was.
+        (self.set)(problem, j, value);
+        above.and(below)?;
+        // What the parameter can represent of the step, so that the quotient is of what was done.
+        let distance = high - low;
+        for (out, below) in out.iter_mut().zip(&self.below) {
+            *out = (*out - below) / distance;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ẏ + exp(p) y = 0, outside of its domain above p = 2.
+    struct Decay(f64);
+
+    impl Problem for Decay {
+        fn n_unknowns(&self) -> usize {
+            1
+        }
+
+        fn residual(
+            &mut self,
+            _: f64,
+            y: &[f64],
+            y_dot: &[f64],
+            r: &mut [f64],
+        ) -> Result<(), StepError> {
+            if self.0 > 2.0 {
+                return Err(StepError::Recoverable("p > 2".into()));
+            }
+            r[0] = y_dot[0] + self.0.exp() * y[0];
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn the_quotient_is_the_derivative_and_the_problem_stays_as_it_was() {
+        let mut parameters = Differenced::new(vec![Parameter::new("p", 0.5)], |problem, _, p| {
+            *problem = Decay(p);
+        });
+        let (mut problem, mut out) = (Decay(0.5), [0.0]);
+        parameters
+            .derivative(&mut problem, 0, 0.0, &[3.0], &[0.0], &mut out)
+            .unwrap();
+        // Truncation δ²/6 = 6e-12, rounding ε/δ = 4e-11, of a residual of 5.
+        assert!((out[0] - 3.0 * 0.5_f64.exp()).abs() < 1e-9, "{out:?}");
+        assert_eq!(problem.0, 0.5);
+    }
+
+    #[test]
+    fn a_failure_is_handed_on_and_the_problem_stays_as_it_was() {
+        let mut parameters = Differenced::new(vec![Parameter::new("p", 2.0)], |problem, _, p| {
+            *problem = Decay(p);
+        });
+        let mut problem = Decay(2.0);
+        let failed = parameters.derivative(&mut problem, 0, 0.0, &[3.0], &[0.0], &mut [0.0]);
+        assert!(matches!(failed, Err(StepError::Recoverable(_))));
+        assert_eq!(problem.0, 2.0);
+    }
+}

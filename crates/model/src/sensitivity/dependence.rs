@@ -1,0 +1,188 @@
+//! ∂F/∂p by residuals of muscles that differ in p.
+
+use std::collections::VecDeque;
+
+use myovib_dae::{Parameter, Parameters, Problem, StepError};
+
+use crate::error::ModelError;
+use crate::formulation::Formulation;
+use crate::muscle::Muscle;
+use crate::muscle_dae::MuscleDae;
+
+/// How a muscle depends on one parameter: a stencil of muscles that differ in it.
+///
+/// Whatever a muscle computes, its derivative is w_0 times that of the muscle itself and w_k times
+/// that of its twin k. The twins are composed as the muscle is, so that no formula is written twice.
+#[derive(Debug, Clone)]
+pub struct Dependence {
+    parameter: Parameter,
+    own_weight: f64,
+    twins: Vec<(f64, MuscleDae)>,
+}
+
+impl Dependence {
+    /// A parameter that the equations are affine in: in `other` it is larger by `distance`, which
+    /// may be as large as the parameter. The difference is exact to rounding.
+    pub fn affine(
+        parameter: Parameter,
+        formulation: Formulation,
+        other: Muscle,
+        distance: f64,
+    ) -> Self {
+        let twin = MuscleDae::for_analysis(other, formulation);
+        Self {
+            parameter,
+            own_weight: -1.0 / distance,
+            twins: vec![(1.0 / distance, twin)],
+        }
+    }
+
+    /// A parameter that the equations depend on smoothly: the central difference of order 4 of the
+    /// muscles in which it differs by −2, −1, 1 and 2 times `delta`.
+    pub fn smooth(
+        parameter: Parameter,
+        formulation: Formulation,
+        around: [Muscle; 4],
+        delta: f64,
+    ) -> Self {
+        let weights = [1.0, -8.0, 8.0, -1.0].map(|w| w / (12.0 * delta));
+        let twin = |muscle| MuscleDae::for_analysis(muscle, formulation);
+        Self {
+            parameter,
+            own_weight: 0.0,
+            twins: weights.into_iter().zip(around.map(twin)).collect(),
+        }
+    }
+
+    /// The parameter.
+    pub fn parameter(&self) -> &Parameter {
+        &self.parameter
+    }
+
+    /// The derivative of `read` at a given state, of what a muscle's own value is `own`.
+    ///
+    /// # Errors
+    /// Those of `read`.
+    pub fn of_reading(
+        &mut self,
+        own: &[f64],
+        read: &mut dyn FnMut(&mut MuscleDae) -> Result<Vec<f64>, ModelError>,
+    ) -> Result<Vec<f64>, ModelError> {
+        let mut sum: Vec<f64> = own.iter().map(|own| self.own_weight * own).collect();
+        for (weight, twin) in &mut self.twins {
+            for (sum, value) in sum.iter_mut().zip(read(twin)?) {
+                *sum += *weight * value;
+            }
+        }
+        Ok(sum)
+    }
+}
+
+/// How a muscle depends on several parameters.
+#[derive(Debug, Default)]
+pub struct Dependences {
+    list: Vec<Parameter>,
+    all: Vec<Dependence>,
+    /// The muscle's own residuals at the last states, those of a step's stages: all parameters ask
+    /// for them.
+    known: VecDeque<Known>,
+    residual: Vec<f64>,
+}
+
+/// A residual with its state.
+#[derive(Debug)]
+struct Known {
+    t: f64,
+    y: Vec<f64>,
+    y_dot: Vec<f64>,
+    residual: Vec<f64>,
+}
+
+/// As many as a step can have stages.
+const KNOWN: usize = 7;
+
+impl Dependences {
+    /// All of a muscle's.
+    pub fn new(all: Vec<Dependence>) -> Self {
+        Self {
+            list: all.iter().map(|one| one.parameter.clone()).collect(),
+            all,
+            ..Self::default()
+        }
+    }
+
+    /// Their number.
+    pub fn count(&self) -> usize {
+        self.all.len()
+    }
+
+    /// The one on parameter j.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn get_mut(&mut self, j: usize) -> &mut Dependence {
+        &mut self.all[j]
+    }
+
+    /// The place of the muscle's own residual at a state among those known.
+    fn own(
+        &mut self,
+        dae: &mut MuscleDae,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<usize, StepError> {
+        let is_at = |known: &Known| known.t == t && known.y == y && known.y_dot == y_dot;
+        if let Some(place) = self.known.iter().position(is_at) {
+            return Ok(place);
+        }
+        if self.known.len() == KNOWN {
+            self.known.pop_front();
+        }
+        let mut residual = vec![0.0; y.len()];
+        dae.residual(t, y, y_dot, &mut residual)?;
+        self.known.push_back(Known {
+            t,
+            y: y.to_vec(),
+            y_dot: y_dot.to_vec(),
+            residual,
+        });
+        Ok(self.known.len() - 1)
+    }
+}
+
+impl Parameters<MuscleDae> for Dependences {
+    fn list(&self) -> &[Parameter] {
+        &self.list
+    }
+
+    fn derivative(
+        &mut self,
+        problem: &mut MuscleDae,
+        j: usize,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StepError> {
+        let own_weight = self.all[j].own_weight;
+        if own_weight == 0.0 {
+            out.fill(0.0);
+        } else {
+            let place = self.own(problem, t, y, y_dot)?;
+            let own = &self.known[place].residual;
+            out.iter_mut()
+                .zip(own)
+                .for_each(|(o, f)| *o = own_weight * f);
+        }
+        self.residual.resize(out.len(), 0.0);
+        for (weight, twin) in &mut self.all[j].twins {
+            twin.residual(t, y, y_dot, &mut self.residual)?;
+            let residual = self.residual.iter();
+            out.iter_mut()
+                .zip(residual)
+                .for_each(|(o, f)| *o += *weight * f);
+        }
+        Ok(())
+    }
+}

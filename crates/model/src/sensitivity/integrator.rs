@@ -1,0 +1,138 @@
+//! Radau IIA with forward sensitivities, for a muscle that starts at rest.
+
+use myovib_dae::Problem;
+use myovib_radau::{ForwardSensitivities, SensitivityWork};
+
+use super::dependence::Dependences;
+use crate::error::ModelError;
+use crate::integration::integrator::{Advance, Integrator};
+use crate::integration::radau::{MuscleMatrices, RadauIntegrator};
+use crate::integration::settings::Settings;
+use crate::integration::statistics::Counts;
+use crate::muscle_dae::MuscleDae;
+
+/// What is read off a muscle in a state (t, y, ẏ).
+pub type Reading<'a> =
+    dyn FnMut(&mut MuscleDae, f64, &[f64], &[f64]) -> Result<Vec<f64>, ModelError> + 'a;
+
+/// A muscle at rest at t = 0, integrated by Radau IIA together with ∂y/∂p, which is 0 there for all
+/// parameters: the body is at rest whatever they are.
+pub struct SensitiveIntegrator {
+    inner: RadauIntegrator<MuscleDae, MuscleMatrices>,
+    sensitivities: ForwardSensitivities<Dependences>,
+}
+
+impl SensitiveIntegrator {
+    /// Starts a muscle at rest at t = 0; without `dependences` it is a plain integration.
+    ///
+    /// # Errors
+    /// [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for settings Radau IIA does not take.
+    pub fn from_rest(
+        dae: MuscleDae,
+        settings: &Settings,
+        dependences: Dependences,
+    ) -> Result<Self, ModelError> {
+        let starts = vec![vec![0.0; dae.n_unknowns()]; dependences.count()];
+        let inner = RadauIntegrator::from_rest(dae, settings)?;
+        let sensitivities = ForwardSensitivities::new(inner.solver(), dependences, starts)?;
+        Ok(Self {
+            inner,
+            sensitivities,
+        })
+    }
+
+    /// What the sensitivities cost beside the integration.
+    pub fn work(&self) -> SensitivityWork {
+        self.sensitivities.work()
+    }
+
+    /// What is read at a time within the last step.
+    ///
+    /// # Errors
+    /// Those of the reading, and of a time outside of the step.
+    pub fn read(&mut self, t: f64, read: &mut Reading<'_>) -> Result<Vec<f64>, ModelError> {
+        let [y, y_dot] = self.state(t)?;
+        read(self.inner.problem_mut(), t, &y, &y_dot)
+    }
+
+    /// The derivative with respect to parameter j of what is read at a time within the last step:
+    /// through the state by a central difference along ∂y/∂p, and of the reading itself. `own` is
+    /// the reading.
+    ///
+    /// # Errors
+    /// As for [`read`](Self::read).
+    ///
+    /// # Panics
+    /// If there is no such parameter.
+    pub fn derivative(
+        &mut self,
+        j: usize,
+        t: f64,
+        own: &[f64],
+        read: &mut Reading<'_>,
+    ) -> Result<Vec<f64>, ModelError> {
+        let [y, y_dot] = self.state(t)?;
+        let n = y.len();
+        let mut s = [vec![0.0; n], vec![0.0; n]];
+        for (derivative, s) in s.iter_mut().enumerate() {
+            self.sensitivities
+                .dense_output(self.inner.solver(), j, t, derivative, s)?;
+        }
+        let dependence = self.sensitivities.parameters_mut().get_mut(j);
+        // p̄ S has the size of y, of which ε^(1/3) balances truncation and rounding; most readings
+        // are linear.
+        let delta = f64::EPSILON.cbrt() * dependence.parameter().scale;
+        let mut total = dependence.of_reading(own, &mut |twin| read(twin, t, &y, &y_dot))?;
+        for sign in [1.0, -1.0] {
+            let moved = |of: &[f64], s: &[f64]| -> Vec<f64> {
+                of.iter()
+                    .zip(s)
+                    .map(|(y, s)| y + sign * delta * s)
+                    .collect()
+            };
+            let (y, y_dot) = (moved(&y, &s[0]), moved(&y_dot, &s[1]));
+            let values = read(self.inner.problem_mut(), t, &y, &y_dot)?;
+            for (total, value) in total.iter_mut().zip(values) {
+                *total += sign * value / (2.0 * delta);
+            }
+        }
+        Ok(total)
+    }
+
+    fn state(&mut self, t: f64) -> Result<[Vec<f64>; 2], ModelError> {
+        let n = self.inner.problem().n_unknowns();
+        let mut state = [vec![0.0; n], vec![0.0; n]];
+        for (derivative, out) in state.iter_mut().enumerate() {
+            self.inner.dense_output(t, derivative as u32, out)?;
+        }
+        Ok(state)
+    }
+}
+
+impl Integrator<MuscleDae> for SensitiveIntegrator {
+    fn advance(&mut self) -> Result<Advance, ModelError> {
+        let advance = self.inner.advance()?;
+        self.sensitivities.follow(self.inner.solver_mut())?;
+        Ok(advance)
+    }
+
+    fn time(&self) -> f64 {
+        self.inner.time()
+    }
+
+    fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError> {
+        self.inner.dense_output(t, derivative, out)
+    }
+
+    fn counts(&self) -> Counts {
+        self.inner.counts()
+    }
+
+    fn problem(&self) -> &MuscleDae {
+        self.inner.problem()
+    }
+
+    fn problem_mut(&mut self) -> &mut MuscleDae {
+        self.inner.problem_mut()
+    }
+}

@@ -1,0 +1,11 @@
+//! What a muscle's motion depends on.
+//!
+//! Cast: a [`Dependence`] is a parameter with muscles that differ in it, whose residuals make ∂F/∂p;
+//! [`Dependences`] are all of a muscle's; a [`SensitiveIntegrator`] is Radau IIA that carries
+//! ∂y/∂p along with the motion, from rest.
+
+mod dependence;
+mod integrator;
+
+pub use dependence::{Dependence, Dependences};
+pub use integrator::{Reading, SensitiveIntegrator};

@@ -1,0 +1,432 @@
+//! Forward sensitivities, staggered.
+
+use myovib_dae::{LinearSolver, Outcome, Parameters, Problem, StepError, covers};
+
+use super::krylov::{Krylov, Stalled};
+use super::operator::{Stage, StageOperator, combine};
+use crate::dense::{Collocation, add_scaled};
+use crate::error::{RadauError, expect_finite, expect_length};
+use crate::failure::Failure;
+use crate::method::Method;
+use crate::solver::{AcceptedStep, RadauSolver};
+use crate::stage_system::StageSystem;
+use crate::work::Counters;
+
+/// What the sensitivities cost beside the integration. There are no factorisations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct SensitivityWork {
+    /// Steps followed.
+    pub steps: u64,
+    /// Evaluations of the Jacobian: one a stage of each step, whatever the number of parameters.
+    pub jacobian_evaluations: u64,
+    /// Evaluations of ∂F/∂p: one a stage and parameter.
+    pub parameter_derivatives: u64,
+    /// Solves with the real matrix: one an iteration and parameter.
+    pub real_solves: u64,
+    /// Solves with a complex matrix: (s − 1)/2 an iteration and parameter.
+    pub complex_solves: u64,
+}
+
+/// The sensitivities S_j = ∂y/∂p_j of the solution that a [`RadauSolver`] computes, for all
+/// parameters at once.
+///
+/// After each accepted step the stage equations are differentiated as they stand,
+///
+/// ```text
+/// J_y(i) (S_j + σ_i) + h⁻¹ J_ẏ(i) Σ_k (A⁻¹)_ik σ_k + ∂F/∂p_j(i) = 0   at each stage i,
+/// ```
+///
+/// and solved for the increments σ of the stages' sensitivities: the result is the derivative of the
+/// computed solution for the steps that were taken, to the tolerance of Newton's method. The step's
+/// factors, of a Jacobian that is frozen, serve as preconditioner. Steps are not changed by it.
+///
+/// # Examples
+/// ```
+/// use myovib_dae::samples::{Oscillator, ParametricSample, Sample};
+/// use myovib_radau::{ForwardSensitivities, RadauSolver};
+///
+/// let oscillator = Oscillator { omega: 2.0 };
+/// let (start, parameters) = (oscillator.start(), oscillator.differenced());
+/// let s0 = vec![oscillator.exact_sensitivity(0, 0.0)];
+/// let mut solver = RadauSolver::builder(oscillator).build(start.t, &start.y, &start.y_dot)?;
+/// let mut sensitivities = ForwardSensitivities::new(&solver, parameters, s0)?;
+/// sensitivities.integrate_to(&mut solver, 3.0)?;
+/// // d cos(ωt)/dω = −t sin ωt, to the default tolerance 1e-4.
+/// assert!((sensitivities.of(0)[0] + 3.0 * 6.0_f64.sin()).abs() < 1e-3);
+/// # Ok::<(), myovib_radau::RadauError>(())
+/// ```
+pub struct ForwardSensitivities<Q> {
+    parameters: Q,
+    /// Steps of the solver that were followed.
+    followed: u64,
+    operator: StageOperator,
+    system: StageSystem,
+    krylov: Krylov,
+    /// One for each parameter.
+    curves: Vec<Curve>,
+    residual: Vec<f64>,
+    image: Vec<f64>,
+    weights: Vec<f64>,
+    counters: Counters,
+    work: SensitivityWork,
+    tolerance: Option<f64>,
+}
+
+/// The sensitivity to one parameter.
+#[derive(Debug)]
+struct Curve {
+    s: Vec<f64>,
+    s_dot: Vec<f64>,
+    /// The polynomial over the last step.
+    step: Collocation,
+    guess: Vec<f64>,
+}
+
+/// What can go wrong in the linear solves.
+enum Trouble {
+    Stalled(Stalled),
+    Failed(StepError),
+}
+
+impl From<Stalled> for Trouble {
+    fn from(stalled: Stalled) -> Self {
+        Self::Stalled(stalled)
+    }
+}
+
+impl From<Failure> for Trouble {
+    fn from(failure: Failure) -> Self {
+        Self::Failed(match failure {
+            Failure::Rejected(rejection) => StepError::Recoverable(rejection.message),
+            Failure::Fatal(fatal) => StepError::Fatal(fatal.into_source()),
+        })
+    }
+}
+
+impl<Q> ForwardSensitivities<Q> {
+    /// The sensitivities to `parameters` of a solver that has taken no step, from the ∂y_0/∂p_j in
+    /// `starts`.
+    ///
+    /// # Shapes
+    /// `starts`: for each parameter the number of unknowns.
+    ///
+    /// # Errors
+    /// [`RadauError::WrongLength`], [`RadauError::NotFinite`]; [`RadauError::AfterTheStart`] for a
+    /// solver that has begun.
+    pub fn new<P: Problem, M: LinearSolver<P>>(
+        solver: &RadauSolver<P, M>,
+        parameters: Q,
+        starts: Vec<Vec<f64>>,
+    ) -> Result<Self, RadauError>
+    where
+        Q: Parameters<P>,
+    {
+        let n = solver.y().len();
+        let list = parameters.list();
+        expect_length("starts of sensitivities", list.len(), starts.len())?;
+        for start in &starts {
+            expect_length("start of a sensitivity", n, start.len())?;
+            expect_finite("start of a sensitivity", start)?;
+        }
+        let scales: Vec<f64> = list.iter().map(|parameter| parameter.scale).collect();
+        if let Some(scale) = scales.iter().find(|s| !(**s > 0.0 && s.is_finite())) {
+            return Err(RadauError::InvalidOption {
+                option: "scale of a parameter",
+                value: *scale,
+                expected: "positive and finite",
+            });
+        }
+        if solver.statistics().steps > 0 {
+            return Err(RadauError::AfterTheStart { t: solver.t() });
+        }
+        let method = solver.method();
+        let (rest, stages) = (vec![0.0; n], vec![0.0; method.stages() * n]);
+        let curve = |s: Vec<f64>| Curve {
+            step: Collocation::line(method, solver.t(), &s, &rest),
+            s_dot: rest.clone(),
+            guess: stages.clone(),
+            s,
+        };
+        Ok(Self {
+            operator: StageOperator::new(solver.problem(), method),
+            system: StageSystem::new(method, n),
+            krylov: Krylov::default(),
+            curves: starts.into_iter().map(curve).collect(),
+            residual: stages.clone(),
+            image: stages.clone(),
+            weights: stages,
+            parameters,
+            followed: 0,
+            counters: Counters::default(),
+            work: SensitivityWork::default(),
+            tolerance: None,
+        })
+    }
+
+    /// Solves the linear equations to this fraction of the tolerance of the integration's error test;
+    /// that of Newton's method unless told otherwise.
+    #[must_use]
+    pub fn with_tolerance(self, tolerance: f64) -> Self {
+        Self {
+            tolerance: Some(tolerance),
+            ..self
+        }
+    }
+
+    /// The parameters.
+    pub fn parameters_mut(&mut self) -> &mut Q {
+        &mut self.parameters
+    }
+
+    /// Number of parameters.
+    pub fn n_parameters(&self) -> usize {
+        self.curves.len()
+    }
+
+    /// ∂y/∂p_j at the end of the last step followed.
+    ///
+    /// # Panics
+    /// If there is no such parameter.
+    pub fn of(&self, j: usize) -> &[f64] {
+        &self.curves[j].s
+    }
+
+    /// Writes ∂y/∂p_j, or its derivative, at a time within the last step.
+    ///
+    /// # Shapes
+    /// `out`: the number of unknowns.
+    ///
+    /// # Errors
+    /// [`RadauError::NoDenseOutput`] outside of the last step or for a `derivative` above 1.
+    ///
+    /// # Panics
+    /// If there is no such parameter.
+    pub fn dense_output<P: Problem, M: LinearSolver<P>>(
+        &self,
+        solver: &RadauSolver<P, M>,
+        j: usize,
+        t: f64,
+        derivative: usize,
+        out: &mut [f64],
+    ) -> Result<(), RadauError> {
+        let curve = &self.curves[j];
+        expect_length("dense output", curve.s.len(), out.len())?;
+        let [from, to] = solver.last_step_interval();
+        if derivative > 1 || !covers([from, to], t) {
+            return Err(RadauError::NoDenseOutput {
+                t,
+                derivative,
+                from,
+                to,
+            });
+        }
+        curve.step.evaluate(solver.method(), t, derivative, out);
+        Ok(())
+    }
+
+    /// What it cost so far.
+    pub fn work(&self) -> SensitivityWork {
+        SensitivityWork {
+            real_solves: self.counters.work.real_solves,
+            complex_solves: self.counters.work.complex_solves,
+            ..self.work
+        }
+    }
+
+    /// Integrates up to `t_out`, as [`RadauSolver::integrate_to`], and the sensitivities with it.
+    ///
+    /// # Errors
+    /// As there, and as for [`follow`](Self::follow).
+    pub fn integrate_to<P: Problem, M: LinearSolver<P>>(
+        &mut self,
+        solver: &mut RadauSolver<P, M>,
+        t_out: f64,
+    ) -> Result<Outcome, RadauError>
+    where
+        Q: Parameters<P>,
+    {
+        solver.integrate_watched(t_out, &mut |solver| self.follow(solver))
+    }
+
+    /// Follows the solver over the step it has just accepted; nothing to do if there is none. To be
+    /// called after each [`RadauSolver::step`].
+    ///
+    /// # Errors
+    /// [`RadauError::Sensitivity`] when the linear equations cannot be solved;
+    /// [`RadauError::Missed`] when more than one step was taken since the last call;
+    /// [`RadauError::Fatal`] when the problem fails.
+    pub fn follow<P: Problem, M: LinearSolver<P>>(
+        &mut self,
+        solver: &mut RadauSolver<P, M>,
+    ) -> Result<(), RadauError>
+    where
+        Q: Parameters<P>,
+    {
+        let step = solver.accepted();
+        let (taken, t) = (step.number, step.collocation.t0);
+        if taken == self.followed {
+            return Ok(());
+        }
+        if taken != self.followed + 1 {
+            return Err(RadauError::Missed {
+                steps: taken.abs_diff(self.followed),
+            });
+        }
+        let h = step.collocation.h;
+        self.advance(step).map_err(|(j, trouble)| {
+            let parameter = self.parameters.list()[j].name.clone();
+            match trouble {
+                Trouble::Failed(StepError::Fatal(source)) => RadauError::Fatal {
+                    function: "derivative by a parameter",
+                    t,
+                    h,
+                    source,
+                },
+                Trouble::Failed(error) => RadauError::Sensitivity {
+                    parameter,
+                    t,
+                    message: error.to_string(),
+                },
+                Trouble::Stalled(Stalled { norm }) => RadauError::Sensitivity {
+                    parameter,
+                    t,
+                    message: format!("the linear solver stays at {norm:.1e} times the tolerance"),
+                },
+            }
+        })?;
+        self.followed += 1;
+        self.work.steps += 1;
+        Ok(())
+    }
+
+    /// Takes all sensitivities over a step; the parameter at which it fails.
+    fn advance<P: Problem, M: LinearSolver<P>>(
+        &mut self,
+        step: AcceptedStep<'_, P, M>,
+    ) -> Result<(), (usize, Trouble)>
+    where
+        Q: Parameters<P>,
+    {
+        let AcceptedStep {
+            problem,
+            matrices,
+            method,
+            options,
+            weights,
+            collocation,
+            number,
+        } = step;
+        let (n, h, is_first) = (collocation.y0.len(), collocation.h, number == 1);
+        let tolerance = self.tolerance.unwrap_or_else(|| options.newton_tolerance());
+        let (operator, system, counters) =
+            (&mut self.operator, &mut self.system, &mut self.counters);
+        if self.curves.is_empty() {
+            return Ok(());
+        }
+        operator
+            .linearise(problem, method, collocation, weights.plain())
+            .map_err(|error| (0, Trouble::Failed(error)))?;
+        self.work.jacobian_evaluations += method.stages() as u64;
+        // All parameters share the directions, and so their inner product: that of y.
+        spread(&mut self.weights, n, |first| {
+            weights.write_at(problem, options, &collocation.y0, h, first)
+        })
+        .map_err(|failure| (0, Trouble::from(failure)))?;
+        self.krylov.restart(&self.weights);
+        let (residual, image) = (&mut self.residual, &mut self.image);
+        for (j, curve) in self.curves.iter_mut().enumerate() {
+            let failed = |error| (j, Trouble::Failed(error));
+            curve.begin(method, collocation, is_first);
+            // −∂F/∂p − J_y S − L σ, and the correction of σ that it asks for.
+            operator.apply(method, &curve.step.increments, residual);
+            for (i, rows) in residual.chunks_exact_mut(n).enumerate() {
+                operator.add_of_value(i, &curve.step.y0, rows);
+                let Stage { t, y, y_dot } = &operator.stages[i];
+                let of_p = &mut image[..n];
+                self.parameters
+                    .derivative(problem, j, *t, y, y_dot, of_p)
+                    .map_err(failed)?;
+                rows.iter_mut().zip(of_p).for_each(|(r, f)| *r = -(*r + *f));
+            }
+            self.work.parameter_derivatives += method.stages() as u64;
+            system
+                .solve(problem, matrices, method, residual, counters)
+                .map_err(failed)?;
+            // p̄ S has the units of y, and is weighed as y is.
+            let scale = self.parameters.list()[j].scale;
+            let size = curve.size(scale, &residual[residual.len() - n..]);
+            spread(&mut self.weights, n, |first| {
+                weights.write_at(problem, options, &size, h, first)?;
+                first.iter_mut().for_each(|w| *w *= scale);
+                Ok(())
+            })
+            .map_err(|failure| (j, Trouble::from(failure)))?;
+            let increments = &mut curve.step.increments;
+            let apply = |v: &mut [f64]| {
+                operator.apply(method, v, image);
+                v.copy_from_slice(image);
+                let solved = system.solve(problem, matrices, method, v, counters);
+                solved.map_err(Trouble::Failed)
+            };
+            self.krylov
+                .solve(increments, residual, &self.weights, tolerance, apply)
+                .map_err(|trouble| (j, trouble))?;
+            curve.end(method, is_first);
+        }
+        Ok(())
+    }
+}
+
+/// Writes the weights of n components, and repeats them for all stages.
+fn spread(
+    weights: &mut [f64],
+    n: usize,
+    write: impl FnOnce(&mut [f64]) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let (first, others) = weights.split_at_mut(n);
+    write(first)?;
+    let others = others.chunks_exact_mut(n);
+    others.for_each(|w| w.copy_from_slice(first));
+    Ok(())
+}
+
+impl Curve {
+    /// Makes the step its own, with the last polynomial continued for a guess.
+    fn begin(&mut self, method: &Method, step: &Collocation, is_first: bool) {
+        let (t, h) = (step.t0, step.h);
+        if is_first {
+            self.guess.fill(0.0);
+        } else {
+            self.step
+                .extrapolate(method, t, h, &self.s, &mut self.guess);
+        }
+        std::mem::swap(&mut self.step.increments, &mut self.guess);
+        (self.step.t0, self.step.h) = (t, h);
+        self.step.y0.copy_from_slice(&self.s);
+        self.step.y_dot0.copy_from_slice(&self.s_dot);
+    }
+
+    /// p̄ S at the larger of its sizes before and after the step, as far as they are known: with a
+    /// `correction` of its end.
+    fn size(&self, scale: f64, correction: &[f64]) -> Vec<f64> {
+        let last = self.step.increments.len() - self.s.len();
+        let increment = self.step.increments[last..].iter().zip(correction);
+        let both = self.s.iter().zip(increment);
+        both.map(|(s, (z, c))| scale * s.abs().max((s + z + c).abs()))
+            .collect()
+    }
+
+    /// Goes to the end of the step.
+    fn end(&mut self, method: &Method, is_first: bool) {
+        let (n, h) = (self.s.len(), self.step.h);
+        if is_first {
+            // Nothing is known of Ṡ at the start.
+            let all: Vec<usize> = (0..n).collect();
+            self.step.free_start(method, &all);
+        }
+        let z = &self.step.increments;
+        add_scaled(&mut self.s, 1.0, &z[z.len() - n..]);
+        combine(method, method.stages() - 1, h, z, &mut self.s_dot);
+    }
+}

@@ -1,0 +1,11 @@
+//! What the computed solution depends on.
+//!
+//! [`ForwardSensitivities`] follow a [`RadauSolver`](crate::RadauSolver) step by step: at the stages
+//! of each accepted step a `StageOperator` linearises the equations, and `Krylov` solves with it, the
+//! step's factors being the preconditioner. The plain integration knows nothing of it.
+
+mod forward;
+mod krylov;
+mod operator;
+
+pub use forward::{ForwardSensitivities, SensitivityWork};

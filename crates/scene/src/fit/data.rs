@@ -1,0 +1,267 @@
+//! Measurements from a table.
+
+use std::path::Path;
+
+use crate::InputError;
+use crate::csv::Table;
+use crate::sensitivity::Output;
+
+/// One measurement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Datum {
+    /// When, s.
+    pub t: f64,
+    /// Number of the output.
+    pub output: usize,
+    /// What was measured.
+    pub value: f64,
+    /// Its standard deviation, if it is known.
+    pub noise: Option<f64>,
+}
+
+/// Names of the time in plain tables.
+const TIME: [&str; 2] = ["t", "time"];
+/// What the name of a column of standard deviations ends with, in plain tables.
+const NOISE: &str = ".noise";
+
+/// Reads measurements of `outputs` between 0 and `t_end`, in the order of time.
+///
+/// Either a plain table, with a column `t` or `time`, a column for each output measured, and perhaps
+/// one NAME.noise of its standard deviations; an empty word is no measurement. Or PEtab's long table
+/// with the columns `observableId`, `time`, `measurement` and perhaps `noiseParameters`.
+///
+/// # Errors
+/// With the line and the column: what is no finite number, an output that there is not, a time
+/// outside of the run, a standard deviation that is not positive.
+pub fn read(
+    name: &Path,
+    text: &str,
+    outputs: &[Output],
+    t_end: f64,
+) -> Result<Vec<Datum>, InputError> {
+    let reader = Reader {
+        name: name.display().to_string(),
+        outputs,
+        t_end,
+    };
+    let table = Table::parse(text).map_err(|error| {
+        InputError::new(format!("the data are no table: {error}")).at(&reader.name)
+    })?;
+    let is_long = table.names.iter().any(|name| name == "observableId");
+    let mut data = match is_long {
+        true => reader.long(&table)?,
+        false => reader.plain(&table)?,
+    };
+    if data.is_empty() {
+        return Err(InputError::new("the data hold no measurement").at(&reader.name));
+    }
+    let known = data.iter().filter(|datum| datum.noise.is_some()).count();
+    if known != 0 && known != data.len() {
+        let error = InputError::new("some measurements have a standard deviation, some have none")
+            .at(&reader.name)
+            .next("give `noise` to each [[output]], or to none");
+        return Err(error);
+    }
+    data.sort_by(|a, b| a.t.total_cmp(&b.t));
+    Ok(data)
+}
+
+struct Reader<'a> {
+    name: String,
+    outputs: &'a [Output],
+    t_end: f64,
+}
+
+impl Reader<'_> {
+    fn column(&self, table: &Table, names: &[&str]) -> Result<usize, InputError> {
+        let found = table
+            .names
+            .iter()
+            .position(|name| names.contains(&name.as_str()));
+        found.ok_or_else(|| {
+            InputError::new(format!(
+                "the data have no column `{}`",
+                names.join("` or `")
+            ))
+            .at(&self.name)
+            .found(table.names.join(", "))
+        })
+    }
+
+    fn output(&self, name: &str, place: &str) -> Result<usize, InputError> {
+        let found = self.outputs.iter().position(|output| output.name == name);
+        found.ok_or_else(|| {
+            let names: Vec<&str> = self.outputs.iter().map(|o| o.name.as_str()).collect();
+            InputError::new(format!("the scene has no output `{name}`"))
+                .at(place)
+                .allowed(names.join(", "))
+                .next("name it in an [[output]] with its probe and column")
+        })
+    }
+
+    /// The number in a row's column, none if it is empty. Row 0 is in line 2.
+    fn number(&self, table: &Table, row: usize, column: usize) -> Result<Option<f64>, InputError> {
+        let word = table.rows[row].get(column).map_or("", String::as_str);
+        if word.is_empty() {
+            return Ok(None);
+        }
+        match word.parse::<f64>() {
+            Ok(number) if number.is_finite() => Ok(Some(number)),
+            _ => {
+                let error = InputError::new("a measurement is a finite number");
+                Err(error
+                    .at(self.place(table, row, column))
+                    .found(format!("`{word}`")))
+            }
+        }
+    }
+
+    fn place(&self, table: &Table, row: usize, column: usize) -> String {
+        let name = table.names.get(column).map_or("", String::as_str);
+        format!(
+            "{}, row {} under the header, column {name}",
+            self.name,
+            row + 1
+        )
+    }
+
+    fn time(&self, table: &Table, row: usize, column: usize) -> Result<f64, InputError> {
+        let place = || self.place(table, row, column);
+        let t = self
+            .number(table, row, column)?
+            .ok_or_else(|| InputError::new("a measurement needs its time").at(place()))?;
+        if !(0.0..=self.t_end).contains(&t) {
+            return Err(InputError::new("a measurement lies outside of the run")
+                .at(place())
+                .found(format!("t = {t} s"))
+                .allowed(format!("0 to {} s, the scene's time.end", self.t_end)));
+        }
+        Ok(t)
+    }
+
+    fn noise(
+        &self,
+        table: &Table,
+        row: usize,
+        column: Option<usize>,
+        output: usize,
+    ) -> Result<Option<f64>, InputError> {
+        let own = match column {
+            Some(column) => self.number(table, row, column)?,
+            None => None,
+        };
+        match own {
+            Some(noise) if noise <= 0.0 => {
+                let error = InputError::new("a standard deviation is positive").found(noise);
+                Err(error.at(self.place(table, row, column.unwrap_or(0))))
+            }
+            own => Ok(own.or(self.outputs[output].noise)),
+        }
+    }
+
+    fn long(&self, table: &Table) -> Result<Vec<Datum>, InputError> {
+        let id = self.column(table, &["observableId"])?;
+        let time = self.column(table, &["time"])?;
+        let measurement = self.column(table, &["measurement"])?;
+        let noise = table
+            .names
+            .iter()
+            .position(|name| name == "noiseParameters");
+        let mut data = Vec::new();
+        for row in 0..table.rows.len() {
+            let name = table.rows[row].get(id).map_or("", String::as_str);
+            let output = self.output(name, &self.place(table, row, id))?;
+            let t = self.time(table, row, time)?;
+            if let Some(value) = self.number(table, row, measurement)? {
+                let noise = self.noise(table, row, noise, output)?;
+                data.push(Datum {
+                    t,
+                    output,
+                    value,
+                    noise,
+                });
+            }
+        }
+        Ok(data)
+    }
+
+    fn plain(&self, table: &Table) -> Result<Vec<Datum>, InputError> {
+        let time = self.column(table, &TIME)?;
+        let mut columns = Vec::new();
+        for (column, name) in table.names.iter().enumerate() {
+            if column != time && !name.ends_with(NOISE) {
+                let output = self.output(name, &format!("{}, column {name}", self.name))?;
+                let noise = format!("{name}{NOISE}");
+                let noise = table.names.iter().position(|name| *name == noise);
+                columns.push((column, output, noise));
+            }
+        }
+        let mut data = Vec::new();
+        for row in 0..table.rows.len() {
+            let t = self.time(table, row, time)?;
+            for &(column, output, noise) in &columns {
+                if let Some(value) = self.number(table, row, column)? {
+                    let noise = self.noise(table, row, noise, output)?;
+                    data.push(Datum {
+                        t,
+                        output,
+                        value,
+                        noise,
+                    });
+                }
+            }
+        }
+        Ok(data)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outputs() -> Vec<Output> {
+        [("tip", Some(0.1)), ("root", Some(0.2))]
+            .map(|(name, noise)| Output::of_test(name, noise))
+            .into()
+    }
+
+    fn read_text(text: &str) -> Result<Vec<Datum>, String> {
+        read(Path::new("m.csv"), text, &outputs(), 2.0).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn plain_and_long_tables_say_the_same() {
+        let plain = read_text("t,tip,root,tip.noise\n1,3,4,0.5\n0,1,,\n").unwrap();
+        let long = read_text(
+            "observableId,time,measurement,noiseParameters\ntip,0,1,\ntip,1,3,0.5\nroot,1,4,\n",
+        )
+        .unwrap();
+        assert_eq!(plain, long);
+        let noises: Vec<Option<f64>> = plain.iter().map(|datum| datum.noise).collect();
+        assert_eq!(noises, [Some(0.1), Some(0.5), Some(0.2)]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_its_row() {
+        for (text, told) in [
+            (
+                "t,tip\n0,nan\n",
+                "m.csv, row 1 under the header, column tip",
+            ),
+            ("t,tip\n0,1\n0.5,x\n", "found: `x`"),
+            ("t,tip\n3,1\n", "a measurement lies outside of the run"),
+            ("t,tip\n-1,1\n", "allowed: 0 to 2 s"),
+            ("t,tap\n0,1\n", "the scene has no output `tap`"),
+            ("x,tip\n0,1\n", "no column `t` or `time`"),
+            ("t,tip\n", "the data hold no measurement"),
+            (
+                "t,tip,tip.noise\n0,1,0\n",
+                "a standard deviation is positive",
+            ),
+            ("observableId,time\ntip,1\n", "no column `measurement`"),
+        ] {
+            let error = read_text(text).unwrap_err();
+            assert!(error.contains(told), "{text:?}: {error}");
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! The parameters of a scene from measurements.
+//!
+//! Cast: `data` reads measurements; a [`FitOptions`] says of which scene and experiments;
+//! [`compute`] fits by `myovib_fit`, with derivatives from forward sensitivities, and gives a
+//! [`FitResult`], of which `report` makes documents and words.
+
+mod data;
+mod model;
+mod report;
+
+use std::fs::{self, File};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use myovib_fit::{
+    Ended, Fit, FitError, Identifiability, Iteration, Options, Parameter, Profile, Uncertainty,
+    fit_observed, profile,
+};
+
+use crate::csv::CsvWriter;
+use crate::sensitivity::{Known, Parametrised, Watcher, outputs};
+use crate::watch::Tell;
+use crate::{Error, InputError};
+pub use data::{Datum, read};
+use model::{Experiment, SceneModel};
+
+/// A scene, the measurements, and where the history goes.
+pub struct FitOptions<'a> {
+    /// The scene: a TOML file, or the name of a built-in scene.
+    pub scene: PathBuf,
+    /// Overrides of all experiments.
+    pub set: Vec<String>,
+    /// For each experiment its measurements and its own overrides.
+    pub experiments: Vec<(PathBuf, Vec<String>)>,
+    /// Folder for `history.csv`, which grows as the fit goes.
+    pub out: PathBuf,
+    /// The fit is converged when no parameter changes by more than this fraction of itself.
+    pub tolerance: f64,
+    /// Most iterations, each with one run with sensitivities and one or more plain ones.
+    pub max_iterations: usize,
+    /// Whether intervals by profile likelihood are computed: some ten fits for each parameter.
+    pub profile: bool,
+    /// A flag that ends the fit in good order.
+    pub interrupt: Option<&'static AtomicBool>,
+    /// Who is told how far the fit is.
+    pub progress: &'a dyn Tell,
+}
+
+/// The probability with which intervals cover.
+pub const LEVEL: f64 = 0.95;
+
+/// What a fit came to.
+#[derive(Debug)]
+pub struct FitResult {
+    /// The parameters as the scene has them.
+    pub known: Vec<Known>,
+    /// The fit itself.
+    pub fit: Fit,
+    /// Standard errors and correlations.
+    pub uncertainty: Uncertainty,
+    /// What the measurements tell of combinations of parameters.
+    pub identifiability: Identifiability,
+    /// Profiles, if they were asked for.
+    pub profiles: Vec<Profile>,
+    /// The measurements, in the order of the residuals.
+    pub points: Vec<Point>,
+    /// Runs of the scenes, with and without sensitivities.
+    pub runs: [u64; 2],
+    /// Whether the standard deviations of the measurements were given.
+    pub noise_is_known: bool,
+}
+
+/// A measurement with its residual.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Number of the experiment, from 1.
+    pub experiment: usize,
+    /// The output.
+    pub output: String,
+    /// When, s.
+    pub t: f64,
+    /// What was measured.
+    pub measured: f64,
+    /// What the fit gives.
+    pub fitted: f64,
+    /// (fitted − measured)/σ, with σ = 1 where it is not known.
+    pub residual: f64,
+}
+
+/// Fits the parameters of a scene.
+///
+/// # Errors
+/// What is wrong with the scene or the measurements; a start at which the scene cannot be computed;
+/// a history that cannot be written. A fit that does not converge is a result that says so.
+pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
+    let scene = Parametrised::load(&options.scene, &options.set)?;
+    let parameters = parameters(&scene)?;
+    let experiments = experiments(options, &scene)?;
+    let n_data = experiments.iter().map(|e| e.data.len()).sum::<usize>();
+    if n_data <= parameters.len() {
+        let error = InputError::new("the measurements cannot tell the parameters and their noise")
+            .found(format!(
+                "{n_data} measurements, {} parameters",
+                parameters.len()
+            ))
+            .allowed("more measurements than parameters");
+        return Err(error.into());
+    }
+    let noise_is_known = experiments.iter().all(|e| e.data[0].noise.is_some());
+    if !noise_is_known && experiments.iter().any(|e| e.data[0].noise.is_some()) {
+        let error = InputError::new("one experiment has standard deviations, another has none");
+        return Err(error
+            .next("give `noise` to each [[output]], or to none")
+            .into());
+    }
+    let watcher = Watcher {
+        interrupt: options.interrupt,
+        progress: &(),
+    };
+    let mut model = SceneModel::new(experiments, watcher);
+    let wanted = Options {
+        tolerance: options.tolerance,
+        max_iterations: options.max_iterations,
+        ..Options::default()
+    };
+    let mut history = History::begin(&options.out, &parameters)?;
+    let interrupted = || {
+        options
+            .interrupt
+            .is_some_and(|flag| flag.load(Ordering::Relaxed))
+    };
+    let mut number = 0;
+    let fitted = fit_observed(&mut model, &parameters, &wanted, &mut |iteration| {
+        history.add(number, iteration);
+        number += 1;
+        let cost = iteration.cost;
+        options
+            .progress
+            .tell(&|| format!("iteration {number}: half the sum of squares {cost:.6e}"));
+        match interrupted() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    });
+    history.end()?;
+    let fit = fitted.map_err(|error| explain(error, &model))?;
+    let profiles = match options.profile && fit.ended == Ended::Converged {
+        true => (0..parameters.len())
+            .map(|j| {
+                let name = &parameters[j].name;
+                options.progress.tell(&|| format!("profile of {name}"));
+                profile(&mut model, &parameters, &fit, j, LEVEL, &wanted)
+            })
+            .collect::<Result<_, _>>()
+            .map_err(|error| explain(error, &model))?,
+        false => Vec::new(),
+    };
+    let uncertainty = fit.uncertainty().map_err(InputError::new)?;
+    Ok(FitResult {
+        known: scene.parameters,
+        identifiability: fit.identifiability(),
+        uncertainty,
+        profiles,
+        points: model.points(&fit.residuals),
+        runs: model.runs(),
+        noise_is_known,
+        fit,
+    })
+}
+
+/// What went wrong at the start is told by the run, with the place in the scene if it has one.
+fn explain(error: FitError, model: &SceneModel<'_>) -> Error {
+    match (&error, model.last_failure()) {
+        (FitError::Start(_), Some(message)) => {
+            InputError::new("the scene cannot be computed where the fit starts")
+                .found(message)
+                .next("give the [[parameter]] a `start` at which `myovib run` comes to its end")
+                .into()
+        }
+        _ => InputError::new(error).into(),
+    }
+}
+
+/// The parameters as the fit sees them.
+fn parameters(scene: &Parametrised) -> Result<Vec<Parameter>, InputError> {
+    let all = scene.parameters.iter().enumerate().map(|(i, known)| {
+        let wanted = &known.wanted;
+        let start = wanted.start.unwrap_or(known.value);
+        let low = wanted.low.unwrap_or(f64::NEG_INFINITY);
+        let high = wanted.high.unwrap_or(f64::INFINITY);
+        let refuse = |key: &str, error: InputError| {
+            Err(scene.scene.wrong(&format!("parameter[{i}].{key}"), error))
+        };
+        if low >= high {
+            let error = InputError::new("the lower bound is not below the upper one");
+            return refuse(
+                "low",
+                error.found(format!("low = {low:e}, high = {high:e}")),
+            );
+        }
+        if start < low || start > high {
+            let key = if start < low { "low" } else { "high" };
+            let error = InputError::new(format!("a bound of `{}` excludes its start", known.key))
+                .found(format!("start = {start:e}, low = {low:e}, high = {high:e}"));
+            return refuse(
+                key,
+                error.next("move the bound, or give a `start` between the bounds"),
+            );
+        }
+        Ok(Parameter {
+            name: known.label(),
+            start,
+            scale: known.scale,
+            low,
+            high,
+        })
+    });
+    all.collect()
+}
+
+fn experiments(
+    options: &FitOptions<'_>,
+    scene: &Parametrised,
+) -> Result<Vec<Experiment>, InputError> {
+    let experiments = options.experiments.iter().map(|(file, set)| {
+        let scene = scene.with(set)?;
+        let outputs = outputs(&scene.scene)?;
+        let text = fs::read_to_string(file).map_err(|error| {
+            InputError::new(format!(
+                "cannot read the data `{}`: {error}",
+                file.display()
+            ))
+        })?;
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        let data = read(file, text, &outputs, scene.scene.t_end)?;
+        Ok(Experiment::new(scene, outputs, data))
+    });
+    experiments.collect()
+}
+
+/// The iterations in a file, each of which is on the disk when the next begins.
+struct History {
+    csv: CsvWriter<File>,
+    path: PathBuf,
+    failed: Option<std::io::Error>,
+}
+
+impl History {
+    fn begin(folder: &Path, parameters: &[Parameter]) -> Result<Self, Error> {
+        fs::create_dir_all(folder).map_err(Error::file("make", folder))?;
+        let path = folder.join("history.csv");
+        let names = parameters.iter().map(|p| p.name.as_str());
+        let columns: Vec<&str> = ["iteration", "runs", "cost"]
+            .into_iter()
+            .chain(names)
+            .collect();
+        let csv = File::create(&path)
+            .and_then(|file| CsvWriter::new(file, &columns))
+            .map_err(Error::file("write", &path))?;
+        Ok(Self {
+            csv,
+            path,
+            failed: None,
+        })
+    }
+
+    fn add(&mut self, number: usize, iteration: &Iteration) {
+        let mut row = vec![number as f64, iteration.evaluations as f64, iteration.cost];
+        row.extend(&iteration.values);
+        let written = self
+            .csv
+            .row(&row)
+            .and_then(|()| self.csv.sink().sync_data());
+        if let Err(error) = written {
+            self.failed = Some(error);
+        }
+    }
+
+    fn end(self) -> Result<(), Error> {
+        match self.failed {
+            Some(error) => Err(Error::file("write", &self.path)(error)),
+            None => Ok(()),
+        }
+    }
+}

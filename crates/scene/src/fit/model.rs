@@ -1,0 +1,170 @@
+//! Residuals of measurements as a function of a scene's parameters.
+
+use std::sync::atomic::Ordering;
+
+use myovib_fit::{Failed, Model};
+use myovib_model::sensitivity::Dependences;
+use nalgebra::DMatrix;
+
+use super::Point;
+use super::data::Datum;
+use crate::Error;
+use crate::sensitivity::{Output, Parametrised, Sample, Watcher, follow};
+
+/// A scene with the measurements of one experiment.
+pub(super) struct Experiment {
+    scene: Parametrised,
+    outputs: Vec<Output>,
+    pub(super) data: Vec<Datum>,
+    /// The times of the measurements, each once.
+    times: Vec<f64>,
+}
+
+impl Experiment {
+    /// `data` in the order of time, of outputs that are there.
+    pub(super) fn new(scene: Parametrised, outputs: Vec<Output>, data: Vec<Datum>) -> Self {
+        let mut times: Vec<f64> = data.iter().map(|datum| datum.t).collect();
+        times.dedup();
+        Self {
+            scene,
+            outputs,
+            data,
+            times,
+        }
+    }
+
+    /// The outputs at the times of the measurements.
+    fn run(&self, p: &[f64], with: bool, watcher: Watcher<'_>) -> Result<Vec<Sample>, Error> {
+        let dependences = match with {
+            true => self.scene.dependences(p)?,
+            false => Dependences::default(),
+        };
+        let scene = self.scene.at(p)?;
+        let (samples, _) = follow(&scene, &self.outputs, &self.times, dependences, watcher)?;
+        Ok(samples)
+    }
+
+    /// Each measurement with the sample of its time.
+    fn pairs<'a>(&'a self, samples: &'a [Sample]) -> impl Iterator<Item = (&'a Datum, &'a Sample)> {
+        let mut k = 0;
+        self.data.iter().map(move |datum| {
+            while samples[k].t < datum.t {
+                k += 1;
+            }
+            (datum, &samples[k])
+        })
+    }
+}
+
+/// σ, or 1 where it is not known.
+fn deviation(datum: &Datum) -> f64 {
+    datum.noise.unwrap_or(1.0)
+}
+
+/// All experiments.
+pub(super) struct SceneModel<'a> {
+    experiments: Vec<Experiment>,
+    watcher: Watcher<'a>,
+    runs: [u64; 2],
+    failure: Option<String>,
+}
+
+impl<'a> SceneModel<'a> {
+    pub(super) fn new(experiments: Vec<Experiment>, watcher: Watcher<'a>) -> Self {
+        Self {
+            experiments,
+            watcher,
+            runs: [0, 0],
+            failure: None,
+        }
+    }
+
+    /// Runs without and with sensitivities so far.
+    pub(super) fn runs(&self) -> [u64; 2] {
+        self.runs
+    }
+
+    /// What the last run that failed said.
+    pub(super) fn last_failure(&self) -> Option<&str> {
+        self.failure.as_deref()
+    }
+
+    /// The measurements with these residuals.
+    pub(super) fn points(&self, residuals: &[f64]) -> Vec<Point> {
+        let numbered = self.experiments.iter().enumerate();
+        let data = numbered.flat_map(|(i, experiment)| {
+            experiment
+                .data
+                .iter()
+                .map(move |datum| (i, experiment, datum))
+        });
+        data.zip(residuals)
+            .map(|((i, experiment, datum), &residual)| Point {
+                experiment: i + 1,
+                output: experiment.outputs[datum.output].name.clone(),
+                t: datum.t,
+                measured: datum.value,
+                fitted: datum.value + residual * deviation(datum),
+                residual,
+            })
+            .collect()
+    }
+
+    fn run(&mut self, p: &[f64], with: bool) -> Result<Vec<Vec<Sample>>, Failed> {
+        let mut all = Vec::with_capacity(self.experiments.len());
+        for experiment in &self.experiments {
+            self.runs[usize::from(with)] += 1;
+            match experiment.run(p, with, self.watcher) {
+                Ok(samples) => all.push(samples),
+                Err(error) => {
+                    let message = error.to_string();
+                    self.failure = Some(message.clone());
+                    return Err(Failed(message));
+                }
+            }
+        }
+        Ok(all)
+    }
+}
+
+impl Model for SceneModel<'_> {
+    fn n_residuals(&self) -> usize {
+        self.experiments.iter().map(|e| e.data.len()).sum()
+    }
+
+    fn residuals(&mut self, p: &[f64], out: &mut [f64]) -> Result<(), Failed> {
+        if self
+            .watcher
+            .interrupt
+            .is_some_and(|flag| flag.load(Ordering::Relaxed))
+        {
+            return Err(Failed("interrupted".into()));
+        }
+        let all = self.run(p, false)?;
+        let pairs = self
+            .experiments
+            .iter()
+            .zip(&all)
+            .flat_map(|(e, samples)| e.pairs(samples));
+        for (out, (datum, sample)) in out.iter_mut().zip(pairs) {
+            *out = (sample.values[datum.output] - datum.value) / deviation(datum);
+        }
+        Ok(())
+    }
+
+    /// By forward sensitivities.
+    fn jacobian(&mut self, p: &[f64], _: &[f64], out: &mut DMatrix<f64>) -> Result<(), Failed> {
+        let all = self.run(p, true)?;
+        let pairs = self
+            .experiments
+            .iter()
+            .zip(&all)
+            .flat_map(|(e, samples)| e.pairs(samples));
+        for (mut row, (datum, sample)) in out.row_iter_mut().zip(pairs) {
+            for (entry, of_p) in row.iter_mut().zip(&sample.derivatives) {
+                *entry = of_p[datum.output] / deviation(datum);
+            }
+        }
+        Ok(())
+    }
+}

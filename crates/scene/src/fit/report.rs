@@ -1,0 +1,112 @@
+//! A fit in words and documents.
+
+use myovib_fit::{Direction, Ended};
+use serde_json::{Value, json};
+
+use super::{FitResult, LEVEL};
+
+/// Below this change of the weighted residuals, in standard deviations, for a change of parameters by
+/// their own size, a combination counts as unknown.
+const ONE_DEVIATION: f64 = 1.0;
+
+impl FitResult {
+    /// How the fit ended, in words.
+    pub fn ending(&self) -> String {
+        match &self.fit.ended {
+            Ended::Converged => "converged".to_owned(),
+            Ended::MaxIterations => "stopped at the limit on iterations".to_owned(),
+            Ended::Interrupted => "interrupted".to_owned(),
+            Ended::Failed(message) => format!("failed: {message}"),
+            other => format!("{other:?}"),
+        }
+    }
+
+    /// The standard deviation of the residuals: about 1 where the noise was given and the model fits.
+    pub fn deviation(&self) -> f64 {
+        self.uncertainty.variance.sqrt()
+    }
+
+    /// What the measurements do not tell: directions along which parameters may change by their own
+    /// size within the noise.
+    pub fn unknown(&self) -> Vec<&Direction> {
+        let noise = match self.noise_is_known {
+            true => ONE_DEVIATION,
+            false => ONE_DEVIATION * self.deviation(),
+        };
+        self.identifiability.unknown(noise).collect()
+    }
+
+    /// A direction as changes of the parameters, the largest 1 times its unit; those below a
+    /// hundredth of the largest, by the parameters' sizes, are left out.
+    pub fn in_words(&self, direction: &Direction) -> String {
+        let shares = direction.shares.iter().zip(&self.fit.values);
+        let changes: Vec<f64> = shares
+            .map(|(share, &value)| share * if value == 0.0 { 1.0 } else { value.abs() })
+            .collect();
+        let sizes: Vec<f64> = changes
+            .iter()
+            .zip(&self.known)
+            .map(|(change, known)| change.abs() / known.scale)
+            .collect();
+        let most = sizes.iter().copied().fold(0.0, f64::max);
+        let largest = changes.iter().fold(0.0_f64, |largest, change| {
+            if change.abs() > largest.abs() {
+                *change
+            } else {
+                largest
+            }
+        });
+        let told = (0..changes.len()).filter(|&j| sizes[j] > 0.01 * most);
+        let term = |j: usize| format!("{:+.3} × {}", changes[j] / largest, self.fit.names[j]);
+        told.map(term).collect::<Vec<_>>().join("  ")
+    }
+
+    /// The body of `fit.json`.
+    pub fn document(&self) -> Value {
+        let intervals = self.uncertainty.intervals(LEVEL);
+        let parameter = |j: usize| {
+            json!({
+                "key": self.known[j].key,
+                "name": self.fit.names[j],
+                "value": self.fit.values[j],
+                "standard_error": finite(self.uncertainty.standard_errors[j]),
+                "interval": intervals[j].map(finite),
+                "profile_interval": self.profiles.get(j).map(|profile| profile.interval),
+                "at_bound": self.fit.at_bound[j],
+            })
+        };
+        let n = self.fit.values.len();
+        let correlation = |i: usize| -> Vec<Value> {
+            let row = (0..n).map(|j| self.uncertainty.correlation[(i, j)]);
+            row.map(finite).collect()
+        };
+        let direction = |d: &Direction| json!({"sensitivity": d.sensitivity, "shares": d.shares});
+        let point = |p: &super::Point| {
+            json!({
+                "experiment": p.experiment, "output": p.output, "t": p.t,
+                "measured": p.measured, "fitted": p.fitted, "residual": p.residual,
+            })
+        };
+        json!({
+            "ended": self.ending(),
+            "converged": self.fit.is_converged(),
+            "cost": self.fit.cost,
+            "deviation": self.deviation(),
+            "noise_is_known": self.noise_is_known,
+            "level": LEVEL,
+            "parameters": (0..n).map(parameter).collect::<Vec<_>>(),
+            "correlation": (0..n).map(correlation).collect::<Vec<_>>(),
+            "directions": self.identifiability.directions.iter().map(direction).collect::<Vec<_>>(),
+            "unknown": self.unknown().into_iter().map(|d| self.in_words(d)).collect::<Vec<_>>(),
+            "iterations": self.fit.history.len(),
+            "runs": self.runs[0],
+            "runs_with_sensitivities": self.runs[1],
+            "residuals": self.points.iter().map(point).collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// JSON has no infinity: what is not finite is not known.
+fn finite(x: f64) -> Value {
+    if x.is_finite() { json!(x) } else { Value::Null }
+}

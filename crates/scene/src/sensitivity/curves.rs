@@ -1,0 +1,233 @@
+//! A run of a scene that keeps what its outputs do, and what they depend on.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use myovib_model::sensitivity::{Dependences, SensitiveIntegrator};
+use myovib_model::{Advance, Integrator, IntegratorKind, MuscleDae, Settings};
+
+use super::parameters::body;
+use crate::run::recorder::What;
+use crate::run::start::refuse_sudden_loads;
+use crate::scene::Scene;
+use crate::watch::Tell;
+use crate::{Error, InputError};
+
+/// An output of a scene: a column of a probe.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Output {
+    /// Its name.
+    pub name: String,
+    /// Number of the probe.
+    probe: usize,
+    /// Number of the column, the time not counted.
+    column: usize,
+    /// Standard deviation of a measurement, if the scene tells.
+    pub noise: Option<f64>,
+}
+
+#[cfg(test)]
+impl Output {
+    /// An output of a probe that is not looked at.
+    pub(crate) fn of_test(name: &str, noise: Option<f64>) -> Self {
+        Self {
+            name: name.to_owned(),
+            probe: 0,
+            column: 0,
+            noise,
+        }
+    }
+}
+
+/// The outputs of a scene: those it names, or all columns of its probes.
+///
+/// # Errors
+/// An output of a probe or column that there is not; a probe that is no function of the state.
+pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
+    let probes: Vec<What> = measurements(scene)?;
+    let file = &scene.file;
+    if file.output.is_empty() {
+        let columns = file.probe.iter().zip(&probes).enumerate();
+        let all: Vec<Output> = columns
+            .filter(|(_, (_, what))| what.is_of_state())
+            .flat_map(|(k, (probe, what))| {
+                let names = what.names().into_iter().enumerate();
+                names.map(move |(column, name)| Output {
+                    name: format!("{}.{name}", probe.name),
+                    probe: k,
+                    column,
+                    noise: None,
+                })
+            })
+            .collect();
+        return match all.is_empty() {
+            true => Err(InputError::new("the scene has no probe to look at")
+                .next("add a [[probe]] with type = \"point\"")),
+            false => Ok(all),
+        };
+    }
+    let named = file.output.iter().enumerate().map(|(i, wanted)| {
+        let path = format!("output[{i}]");
+        let k = file
+            .probe
+            .iter()
+            .position(|probe| probe.name == wanted.probe);
+        let Some(k) = k else {
+            let names: Vec<&str> = file.probe.iter().map(|probe| probe.name.as_str()).collect();
+            let error = InputError::new(format!("there is no probe `{}`", wanted.probe));
+            return Err(scene.wrong(&format!("{path}.probe"), error.allowed(names.join(", "))));
+        };
+        if !probes[k].is_of_state() {
+            let error = InputError::new(format!("the probe `{}` adds up over time", wanted.probe));
+            return Err(scene.wrong(
+                &format!("{path}.probe"),
+                error.allowed("a point, line, average or reaction"),
+            ));
+        }
+        let names = probes[k].names();
+        let Some(column) = names.iter().position(|name| *name == wanted.column) else {
+            let error = InputError::new(format!(
+                "`{}` has no column `{}`",
+                wanted.probe, wanted.column
+            ));
+            return Err(scene.wrong(&format!("{path}.column"), error.allowed(names.join(", "))));
+        };
+        if file.output[..i]
+            .iter()
+            .any(|other| other.name == wanted.name)
+        {
+            let error = InputError::new(format!("two outputs are named `{}`", wanted.name));
+            return Err(scene.wrong(&format!("{path}.name"), error));
+        }
+        Ok(Output {
+            name: wanted.name.clone(),
+            probe: k,
+            column,
+            noise: wanted.noise,
+        })
+    });
+    named.collect()
+}
+
+fn measurements(scene: &Scene) -> Result<Vec<What>, InputError> {
+    let probes = scene.file.probe.iter().enumerate();
+    probes
+        .map(|(i, probe)| scene.at(&format!("probe[{i}]"), What::new(&probe.kind, scene)))
+        .collect()
+}
+
+/// The outputs at one time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sample {
+    /// The time, s.
+    pub t: f64,
+    /// The outputs.
+    pub values: Vec<f64>,
+    /// For each parameter the derivatives of the outputs; empty for a plain run.
+    pub derivatives: Vec<Vec<f64>>,
+}
+
+/// What a run cost.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct Cost {
+    /// Steps.
+    pub steps: u64,
+    /// Factorisations, real and complex.
+    pub factorizations: u64,
+    /// Solves of the sensitivities, real and complex.
+    pub sensitivity_solves: u64,
+}
+
+/// Who watches a run.
+#[derive(Clone, Copy)]
+pub struct Watcher<'a> {
+    /// A flag that ends it.
+    pub interrupt: Option<&'static AtomicBool>,
+    /// Who is told how far it is.
+    pub progress: &'a dyn Tell,
+}
+
+/// The integrator of sensitivities: that of the scene if it is a Radau IIA method, else `radau9`.
+pub fn settings(settings: &Settings) -> Settings {
+    match settings.integrator.stages() {
+        Some(_) => settings.clone(),
+        None => settings.clone().with_integrator(IntegratorKind::Radau9),
+    }
+}
+
+/// Computes the motion of a scene and samples its outputs at `times`, which ascend, with their
+/// derivatives by what the body depends on.
+///
+/// # Errors
+/// A body that does not start at rest; an integration that does not reach the last time.
+pub fn follow(
+    scene: &Scene,
+    outputs: &[Output],
+    times: &[f64],
+    dependences: Dependences,
+    watcher: Watcher<'_>,
+) -> Result<(Vec<Sample>, Cost), Error> {
+    let probes = measurements(scene)?;
+    let body = body(scene)?;
+    let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+    refuse_sudden_loads(&mut dae)?;
+    let n_parameters = dependences.count();
+    let mut integrator =
+        SensitiveIntegrator::from_rest(dae, &settings(&body.settings), dependences)?;
+    let mut read = |dae: &mut MuscleDae, t: f64, y: &[f64], y_dot: &[f64]| {
+        let mut rows: Vec<Option<Vec<f64>>> = vec![None; probes.len()];
+        let mut values = Vec::with_capacity(outputs.len());
+        for Output { probe, column, .. } in outputs {
+            let row = match rows[*probe].take() {
+                Some(row) => row,
+                None => probes[*probe].values(dae, t, y, y_dot)?,
+            };
+            values.push(row[*column]);
+            rows[*probe] = Some(row);
+        }
+        Ok(values)
+    };
+    let mut samples = Vec::with_capacity(times.len());
+    let mut due = times.iter().copied().peekable();
+    while due.peek().is_some() {
+        let from = integrator.time();
+        if watcher
+            .interrupt
+            .is_some_and(|flag| flag.load(Ordering::Relaxed))
+        {
+            return Err(Error::Stopped("interrupted".to_owned()));
+        }
+        if let Advance::Stopped { message, .. } = integrator.advance()? {
+            return Err(Error::Stopped(message));
+        }
+        let to = integrator.time();
+        let t_end = scene.t_end;
+        watcher
+            .progress
+            .tell(&|| format!("t = {to:.3} of {t_end} s"));
+        // Times that differ from the ends of the run by rounding belong to it.
+        let reach = if to >= t_end { f64::INFINITY } else { to };
+        while let Some(t) = due.next_if(|t| *t <= reach) {
+            let inside = t.clamp(from, to);
+            let values = integrator.read(inside, &mut read)?;
+            let derivative = |j| integrator.derivative(j, inside, &values, &mut read);
+            let derivatives = (0..n_parameters)
+                .map(derivative)
+                .collect::<Result<_, _>>()?;
+            samples.push(Sample {
+                t,
+                values,
+                derivatives,
+            });
+        }
+    }
+    let (counts, work) = (integrator.counts(), integrator.work());
+    let factorizations = counts.radau_work.map_or(0, |work| {
+        work.real_factorizations + work.complex_factorizations
+    });
+    let cost = Cost {
+        steps: counts.steps,
+        factorizations,
+        sensitivity_solves: work.real_solves + work.complex_solves,
+    };
+    Ok((samples, cost))
+}

@@ -1,0 +1,114 @@
+//! What the outputs of a scene depend on.
+//!
+//! Cast: [`Parametrised`] is a scene with the parameters it names; [`outputs`] are the columns of
+//! its probes that are looked at; [`follow`] runs it and keeps the curves; [`compute`] does so at
+//! equal distances and says which parameter matters how much.
+
+mod curves;
+mod parameters;
+
+pub use curves::{Cost, Output, Sample, Watcher, follow, outputs, settings};
+pub use parameters::{Known, Parametrised};
+
+use serde_json::{Value, json};
+
+use crate::Error;
+
+/// Curves at equal distances in time.
+#[derive(Debug, Clone)]
+pub struct Curves {
+    /// The parameters' labels.
+    pub parameters: Vec<String>,
+    /// The outputs' names.
+    pub outputs: Vec<String>,
+    /// p̄, by which derivatives are multiplied to be compared.
+    pub scales: Vec<f64>,
+    /// The samples.
+    pub samples: Vec<Sample>,
+    /// What it cost.
+    pub cost: Cost,
+}
+
+/// Samples over a run where the probes do not say otherwise.
+const SAMPLES: f64 = 500.0;
+
+/// Computes the sensitivities of a scene's outputs, sampled as often as the finest of its probes.
+///
+/// # Errors
+/// As for [`follow`].
+pub fn compute(scene: &Parametrised, watcher: Watcher<'_>) -> Result<Curves, Error> {
+    let wanted = outputs(&scene.scene)?;
+    let t_end = scene.scene.t_end;
+    let probes = scene.scene.file.probe.iter();
+    let every = probes.map(|probe| probe.every).fold(t_end, f64::min);
+    let every = every.max(t_end / (10.0 * SAMPLES));
+    let n = (t_end / every).floor() as usize;
+    let times: Vec<f64> = (0..=n).map(|k| (k as f64 * every).min(t_end)).collect();
+    let dependences = scene.dependences(&scene.values())?;
+    let (samples, cost) = follow(&scene.scene, &wanted, &times, dependences, watcher)?;
+    Ok(Curves {
+        parameters: scene.parameters.iter().map(Known::label).collect(),
+        scales: scene.parameters.iter().map(|p| p.scale).collect(),
+        outputs: wanted.into_iter().map(|output| output.name).collect(),
+        samples,
+        cost,
+    })
+}
+
+impl Curves {
+    /// For each output and parameter the root mean square over time of p̄ ∂u/∂p, relative to that of
+    /// u: by how much of itself u changes for a change of p by its size. NaN for an output that stays
+    /// zero.
+    pub fn importance(&self) -> Vec<Vec<f64>> {
+        let rms = |of: &dyn Fn(&Sample) -> f64| {
+            let squares = self.samples.iter().map(|s| of(s).powi(2));
+            (squares.sum::<f64>() / self.samples.len() as f64).sqrt()
+        };
+        let output = |k: usize| {
+            let size = rms(&|sample| sample.values[k]);
+            let scales = self.scales.iter().enumerate();
+            scales
+                .map(|(j, scale)| scale * rms(&|sample| sample.derivatives[j][k]) / size)
+                .collect()
+        };
+        (0..self.outputs.len()).map(output).collect()
+    }
+
+    /// Names of the columns of a table: the time, the outputs, and d OUTPUT/d PARAMETER.
+    pub fn columns(&self) -> Vec<String> {
+        let derivatives = self.outputs.iter().flat_map(|output| {
+            let by = move |parameter: &String| format!("d {output}/d {parameter}");
+            self.parameters.iter().map(by)
+        });
+        let time = std::iter::once("t".to_owned());
+        time.chain(self.outputs.iter().cloned())
+            .chain(derivatives)
+            .collect()
+    }
+
+    /// Its rows.
+    pub fn rows(&self) -> Vec<Vec<f64>> {
+        let row = |sample: &Sample| {
+            let mut row = vec![sample.t];
+            row.extend(&sample.values);
+            for k in 0..self.outputs.len() {
+                row.extend(sample.derivatives.iter().map(|of_p| of_p[k]));
+            }
+            row
+        };
+        self.samples.iter().map(row).collect()
+    }
+
+    /// The body of a JSON document.
+    pub fn document(&self) -> Value {
+        json!({
+            "parameters": self.parameters,
+            "scales": self.scales,
+            "outputs": self.outputs,
+            "importance": self.importance(),
+            "cost": self.cost,
+            "columns": self.columns(),
+            "rows": self.rows(),
+        })
+    }
+}

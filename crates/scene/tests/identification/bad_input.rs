@@ -1,0 +1,125 @@
+//! One clear message for each mistake, before anything is computed.
+
+use std::path::Path;
+
+use myovib_scene::fit::{FitOptions, compute};
+use myovib_scene::sensitivity::Parametrised;
+
+use crate::{scene, set};
+
+fn of_scene(parameters: &[&str], more: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), parameters, more);
+    match Parametrised::load(&path, &[]) {
+        Ok(_) => "accepted".to_owned(),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn keys_that_are_no_parameters_are_told_with_their_place() {
+    for (keys, more, told) in [
+        (
+            &["material[0].c20"][..],
+            "",
+            "the scene has no number `material[0].c20`",
+        ),
+        (
+            &["material[7].c10"],
+            "",
+            "the scene has no number `material[7].c10`",
+        ),
+        (&["mesh.refine"], "", "`mesh.refine` cannot be a parameter"),
+        (&["traction[0].y"], "", "a table with "),
+        (&[], "", "the scene names no parameter"),
+        (
+            &["material[0].c10", "material[0].c10"],
+            "",
+            "is a parameter twice",
+        ),
+        (
+            &["material[0].c10"],
+            "[[stop]]\ntype = \"volume\"\nbelow = 0.1",
+            "move the time at which the run stops",
+        ),
+        (
+            &["traction[1].y.start"],
+            "[[traction]]\ngroup = \"load\"\ny = { type = \"step\", value = 1.0, rise = 0.1 }",
+            "moves a break of the load",
+        ),
+        (&["material[0].c10"], "", "accepted"),
+    ] {
+        let found = of_scene(keys, more);
+        assert!(found.contains(told), "{keys:?}: {found}");
+        assert!(
+            keys.is_empty() || told == "accepted" || found.contains("line "),
+            "{found}"
+        );
+    }
+}
+
+fn of_fit(data: &str, more: &[&str]) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["material[0].c10", "solid.alpha"], "");
+    let file = folder.path().join("measured.csv");
+    std::fs::write(&file, data).unwrap();
+    let out = folder.path().join("fit");
+    let result = compute(&FitOptions {
+        scene: path,
+        set: set(&[&["time.end=0.02"], more].concat()),
+        experiments: vec![(file, Vec::new())],
+        out: out.clone(),
+        tolerance: 1e-5,
+        max_iterations: 20,
+        profile: false,
+        interrupt: None,
+        progress: &(),
+    });
+    match result {
+        Ok(_) => "accepted".to_owned(),
+        Err(error) => {
+            assert!(!Path::new(&out).exists(), "nothing is written");
+            error.to_string()
+        }
+    }
+}
+
+#[test]
+fn data_and_bounds_that_make_no_sense_are_told() {
+    let good = "t,origin.u_y\n0.005,0\n0.01,0\n0.02,0\n";
+    for (data, more, told) in [
+        (
+            "t,origin.u_y\n0.01,0\n0.5,0\n",
+            &[][..],
+            "a measurement lies outside of the run",
+        ),
+        (
+            "t,origin.u_y\n0.01,nan\n",
+            &[],
+            "a measurement is a finite number",
+        ),
+        (
+            "t,origin.u_z\n0.01,0\n",
+            &[],
+            "the scene has no output `origin.u_z`",
+        ),
+        (
+            "t,origin.u_y\n0.01,0\n0.02,0\n",
+            &[],
+            "more measurements than parameters",
+        ),
+        (
+            good,
+            &["parameter[0].low=2e4"],
+            "a bound of `material[0].c10` excludes its start",
+        ),
+        (
+            good,
+            &["parameter[0].low=2", "parameter[0].high=1"],
+            "not below the upper one",
+        ),
+    ] {
+        let found = of_fit(data, more);
+        assert!(found.contains(told), "{data:?}: {found}");
+    }
+}

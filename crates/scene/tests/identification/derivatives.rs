@@ -1,0 +1,194 @@
+//! ∂F/∂p against differences of residuals, and ∂u/∂p against differences of runs.
+
+use myovib_dae::{Parameters as _, Problem};
+use myovib_model::sensitivity::Dependences;
+use myovib_model::{Muscle, MuscleDae, Parameters};
+use myovib_scene::sensitivity::{Parametrised, Watcher, follow, outputs};
+use rand::{Rng, SeedableRng};
+
+use crate::{scene, set};
+
+/// All kinds of numbers that a scene's equations depend on.
+const KEYS: [&str; 10] = [
+    "material[0].c10",
+    "material[0].c01",
+    "material[0].density",
+    "solid.kappa",
+    "solid.alpha",
+    "solid.beta",
+    "traction[0].y.amplitude",
+    "traction[0].y.frequency",
+    "traction[0].y.steepness",
+    "traction[0].y.shift",
+];
+
+/// The muscle with another value of parameter j.
+fn moved(it: &Parametrised, j: usize, value: f64) -> Muscle {
+    let mut muscle = it.scene.body.as_ref().unwrap().muscle.clone();
+    let Parameters { alpha, beta, .. } = muscle.parameters;
+    let kappa = muscle.parameters.kappa();
+    let parameters = match KEYS[j] {
+        "solid.kappa" => Parameters::new(alpha, beta, 1.0 / value),
+        "solid.alpha" => Parameters::new(value, beta, kappa),
+        "solid.beta" => Parameters::new(alpha, value, kappa),
+        _ => {
+            let mut values = it.values();
+            values[j] = value;
+            return it.at(&values).unwrap().body.unwrap().muscle;
+        }
+    };
+    muscle.parameters = parameters.unwrap();
+    muscle
+}
+
+/// Every parameter, formulation and kind of κ against differences that take short steps where ours
+/// take long ones.
+#[test]
+fn residuals_have_the_derivatives_of_their_differences() {
+    let folder = tempfile::tempdir().unwrap();
+    for (formulation, kappa, beta) in [
+        ("displacement", "1e5", "0"),
+        ("position", "1e5", "0"),
+        ("position", "1e5", "1e-4"),
+        ("velocity", "1e5", "0"),
+        ("velocity", "inf", "0"),
+        ("stabilized", "inf", "0"),
+        ("rate", "1e5", "1e-4"),
+        ("rate", "inf", "1e-4"),
+        ("implicit-rate", "1e5", "1e-4"),
+        ("implicit-rate", "inf", "1e-4"),
+    ] {
+        let overrides = set(&[
+            &format!("solid.formulation={formulation}"),
+            &format!("solid.kappa={kappa}"),
+            &format!("solid.beta={beta}"),
+            "parameter[3].scale=1e-5",
+            "parameter[5].scale=1e-4",
+        ]);
+        let path = scene(folder.path(), &KEYS, "");
+        let it = match Parametrised::load(&path, &overrides) {
+            Ok(it) => it,
+            // `position` is for undamped bodies.
+            Err(_) if (formulation, beta) == ("position", "1e-4") => continue,
+            Err(error) => panic!("{formulation}, {kappa}, {beta}: {error}"),
+        };
+        let body = it.scene.body.as_ref().unwrap();
+        let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation).unwrap();
+        let n = dae.n_unknowns();
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
+        // Displacements far below an element's size, so that none turns inside out.
+        let mut state = |size: f64| -> Vec<f64> {
+            (0..n).map(|_| size * rng.random_range(-1.0..1.0)).collect()
+        };
+        let (t, y, y_dot) = (0.37, state(1e-5), state(1e-3));
+        let mut dependences = it.dependences(&it.values()).unwrap();
+        for (j, key) in KEYS.iter().enumerate() {
+            let mut ours = vec![0.0; n];
+            dependences
+                .derivative(&mut dae, j, t, &y, &y_dot, &mut ours)
+                .unwrap();
+            let value = it.values()[j];
+            let residual = |value: f64| {
+                let mut dae = MuscleDae::for_analysis(moved(&it, j, value), body.formulation);
+                let mut residual = vec![0.0; n];
+                dae.residual(t, &y, &y_dot, &mut residual).unwrap();
+                residual
+            };
+            // Near 0 from above alone: 1/κ and β are not negative.
+            let delta = 1e-4
+                * if value == 0.0 {
+                    it.parameters[j].scale
+                } else {
+                    value
+                };
+            let below = if value == 0.0 { value } else { value - delta };
+            let (high, low) = (residual(value + delta), residual(below));
+            let span = value + delta - below;
+            let size = ours.iter().fold(0.0_f64, |size, f| size.max(f.abs()));
+            let forces = high.iter().fold(0.0_f64, |size, f| size.max(f.abs()));
+            // Truncation of the frequency's difference, (2π t δ)²/6 with δ = 8e-4, is 6e-7; that of
+            // the others is less. Rounding is ε of all forces over δ.
+            let allowed = 2e-6 * size + 4.0 * f64::EPSILON * forces / span;
+            for i in 0..n {
+                let difference = (high[i] - low[i]) / span;
+                assert!(
+                    (ours[i] - difference).abs() <= allowed,
+                    "{formulation}, κ = {kappa}, β = {beta}, {key}, row {i}: {} {difference}",
+                    ours[i]
+                );
+            }
+            // A derivative that is nothing would pass.
+            let absent = formulation == "displacement" && *key == "solid.kappa" && kappa == "inf";
+            assert!(size > 0.0 || absent, "{formulation}, {key}");
+        }
+    }
+}
+
+/// Sensitivities of outputs against differences of plain runs at a tolerance that leaves 1e-8.
+#[test]
+fn outputs_have_the_derivatives_of_differences_of_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let keys = [
+        "material[0].c10",
+        "solid.kappa",
+        "solid.beta",
+        "traction[0].y.frequency",
+    ];
+    let more = "[[probe]]\nname = \"stress\"\ntype = \"point\"\nat = [0.0, 0.0]\n\
+                quantities = [\"stress\"]\nevery = 0.05\n";
+    let path = scene(folder.path(), &keys, more);
+    let t_end = 0.05;
+    let it = Parametrised::load(
+        &path,
+        &set(&[
+            "time.end=0.05",
+            "traction[0].y.shift=1",
+            "integrator.method=radau9",
+            "integrator.rtol=1e-8",
+            "integrator.atol.displacement=1e-12",
+            "integrator.atol.velocity=1e-10",
+            "integrator.atol.pressure=1e-6",
+            "integrator.atol.multiplier=1e-4",
+        ]),
+    )
+    .unwrap();
+    let watcher = Watcher {
+        interrupt: None,
+        progress: &(),
+    };
+    let outputs = outputs(&it.scene).unwrap();
+    let at_end = |values: &[f64], dependences: Dependences| {
+        let scene = it.at(values).unwrap();
+        let (samples, _) = follow(&scene, &outputs, &[t_end], dependences, watcher).unwrap();
+        samples[0].clone()
+    };
+    let values = it.values();
+    let last = at_end(&values, it.dependences(&values).unwrap());
+    for (j, key) in keys.iter().enumerate() {
+        let delta = 3e-3 * values[j];
+        let [above, below] = [1.0, -1.0].map(|sign| {
+            let mut moved = values.clone();
+            moved[j] += sign * delta;
+            at_end(&moved, Dependences::default()).values
+        });
+        for (k, output) in outputs.iter().enumerate() {
+            let difference = values[j] * (above[k] - below[k]) / (2.0 * delta);
+            let ours = values[j] * last.derivatives[j][k];
+            // Truncation (δ/p)² = 1e-5 of the derivative; the runs' 1e-7 over 3e-3, of the output, since
+            // stresses have the multiplier's error; and their absolute tolerances over 3e-3, for what
+            // is zero by symmetry.
+            let absolute = if output.name.contains(".u") {
+                1e-12
+            } else {
+                1e-6
+            };
+            let allowed = 1e-4 * (difference.abs() + last.values[k].abs()) + absolute / 3e-3;
+            assert!(
+                (ours - difference).abs() <= allowed,
+                "d {}/d {key}: {ours:e} {difference:e}, output {:e}",
+                output.name,
+                last.values[k]
+            );
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! Parameters of scenes: what the equations and the outputs depend on, and fits to measurements.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+mod bad_input;
+mod derivatives;
+mod fits;
+
+use std::path::{Path, PathBuf};
+
+/// A short motion of the built-in muscle with these parameters, in a folder of its own.
+fn scene(folder: &Path, parameters: &[&str], more: &str) -> PathBuf {
+    let text = include_str!("../../../../data/scenes/init.toml");
+    // Fields are none of ours; the loads are over sooner.
+    let (text, _) = text.split_once("# Fields for ParaView").unwrap();
+    let keys = parameters
+        .iter()
+        .map(|key| format!("[[parameter]]\nkey = \"{key}\"\n"));
+    let text = format!("{text}\n{}\n{more}\n", keys.collect::<String>());
+    let path = folder.join("scene.toml");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// Overrides as typed.
+fn set(overrides: &[&str]) -> Vec<String> {
+    overrides.iter().map(|text| (*text).to_owned()).collect()
+}

@@ -1,0 +1,129 @@
+//! Forward sensitivities: what IDAS is told of them, and what it answers.
+
+use std::os::raw::c_int;
+
+use sundials_sys as sys;
+
+use super::super::call::{CallFailed, check};
+use super::super::sensitivity_residual::residual;
+use super::super::trampoline::Callbacks;
+use super::super::vector::NVector;
+use super::Ida;
+
+/// S and Ṡ for each parameter, where IDAS reads the starts from and writes consistent ones to.
+pub(crate) struct Sensitivities {
+    s: Vec<NVector>,
+    s_dot: Vec<NVector>,
+    method: c_int,
+}
+
+/// The vectors as IDAS takes them.
+fn raw(vectors: &[NVector]) -> Vec<sys::N_Vector> {
+    vectors.iter().map(NVector::raw).collect()
+}
+
+impl Sensitivities {
+    fn fill(&mut self, starts: &[[Vec<f64>; 2]]) {
+        let vectors = self.s.iter_mut().zip(&mut self.s_dot);
+        for ((s, s_dot), [start, slope]) in vectors.zip(starts) {
+            s.as_mut_slice().copy_from_slice(start);
+            s_dot.as_mut_slice().copy_from_slice(slope);
+        }
+    }
+}
+
+impl<C: Callbacks> Ida<C> {
+    /// Attaches sensitivities that start at S and Ṡ, one pair for each of the typical sizes of the
+    /// parameters in `scales`, in or out of the error test.
+    pub(crate) fn init_sensitivities(
+        &mut self,
+        starts: &[[Vec<f64>; 2]],
+        scales: &mut [f64],
+        staggered: bool,
+        in_error_test: bool,
+    ) -> Result<(), CallFailed> {
+        assert_eq!(starts.len(), scales.len(), "a scale for each parameter");
+        let vectors = |k: usize| {
+            let new = |start: &[Vec<f64>; 2]| NVector::from_slice(&start[k], &self.context);
+            starts.iter().map(new).collect::<Result<Vec<_>, _>>()
+        };
+        let sensitivities = Sensitivities {
+            s: vectors(0)?,
+            s_dot: vectors(1)?,
+            method: if staggered {
+                sys::IDA_STAGGERED as c_int
+            } else {
+                sys::IDA_SIMULTANEOUS as c_int
+            },
+        };
+        let (mut s, mut s_dot) = (raw(&sensitivities.s), raw(&sensitivities.s_dot));
+        let (memory, n) = (self.memory.raw(), starts.len() as c_int);
+        let function: sys::IDASensResFn = Some(residual::<C>);
+        let (method, s, s_dot) = (sensitivities.method, s.as_mut_ptr(), s_dot.as_mut_ptr());
+        // SAFETY: the block is valid; the function fits the user data; both arrays hold n vectors of
+        // the right length, which are copied.
+        let code = unsafe { sys::IDASensInit(memory, n, method, function, s, s_dot) };
+        check("IDASensInit", code)?;
+        // SAFETY: the block is valid and has sensitivities.
+        let code = unsafe { sys::IDASensEEtolerances(memory) };
+        check("IDASensEEtolerances", code)?;
+        let on = c_int::from(in_error_test);
+        self.set("IDASetSensErrCon", sys::IDASetSensErrCon, on)?;
+        let none = std::ptr::null_mut();
+        // SAFETY: the block is valid; the n scales are copied. The parameters themselves are not
+        // needed, since the residuals of the sensitivities are ours.
+        let code = unsafe { sys::IDASetSensParams(memory, none, scales.as_mut_ptr(), none.cast()) };
+        check("IDASetSensParams", code)?;
+        self.sensitivities = Some(sensitivities);
+        Ok(())
+    }
+
+    /// Starts the sensitivities afresh, after the integration itself.
+    pub(crate) fn reinit_sensitivities(
+        &mut self,
+        starts: &[[Vec<f64>; 2]],
+    ) -> Result<(), CallFailed> {
+        let memory = self.memory.raw();
+        let Some(sensitivities) = &mut self.sensitivities else {
+            return Ok(());
+        };
+        sensitivities.fill(starts);
+        let (mut s, mut s_dot) = (raw(&sensitivities.s), raw(&sensitivities.s_dot));
+        let (method, s, s_dot) = (sensitivities.method, s.as_mut_ptr(), s_dot.as_mut_ptr());
+        // SAFETY: as in `init_sensitivities`.
+        let code = unsafe { sys::IDASensReInit(memory, method, s, s_dot) };
+        check("IDASensReInit", code)
+    }
+
+    /// The S and Ṡ that IDACalcIC has made consistent.
+    pub(crate) fn consistent_sensitivities(&mut self) -> Result<Vec<[Vec<f64>; 2]>, CallFailed> {
+        let memory = self.memory.raw();
+        let Some(sensitivities) = &mut self.sensitivities else {
+            return Ok(Vec::new());
+        };
+        let (mut s, mut s_dot) = (raw(&sensitivities.s), raw(&sensitivities.s_dot));
+        // SAFETY: the block is valid; both arrays hold as many vectors of the right length as there
+        // are sensitivities, and are ours to be written to.
+        let code =
+            unsafe { sys::IDAGetSensConsistentIC(memory, s.as_mut_ptr(), s_dot.as_mut_ptr()) };
+        check("IDAGetSensConsistentIC", code)?;
+        let pairs = sensitivities.s.iter().zip(&sensitivities.s_dot);
+        let copied =
+            |(s, s_dot): (&NVector, &NVector)| [s.as_slice().to_vec(), s_dot.as_slice().to_vec()];
+        Ok(pairs.map(copied).collect())
+    }
+
+    /// Number of parameters.
+    pub(crate) fn n_parameters(&self) -> usize {
+        self.sensitivities.as_ref().map_or(0, |all| all.s.len())
+    }
+
+    /// The k-th derivative of the sensitivity to parameter j at t.
+    pub(crate) fn sensitivity(&mut self, j: usize, t: f64, k: i32) -> Result<&[f64], CallFailed> {
+        let (memory, out) = (self.memory.raw(), self.scratch.raw());
+        // SAFETY: the block is valid; the vector is ours and of the right length.
+        let code = unsafe { sys::IDAGetSensDky1(memory, t, k, j as c_int, out) };
+        check("IDAGetSensDky1", code)?;
+        Ok(self.scratch.as_slice())
+    }
+}

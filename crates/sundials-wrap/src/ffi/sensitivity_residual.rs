@@ -1,0 +1,58 @@
+//! The residuals of sensitivities, called by C.
+
+use std::os::raw::{c_int, c_void};
+use std::slice;
+
+use sundials_sys::{N_Vector, realtype};
+
+use super::trampoline::{Answer, Callbacks, boundary, guarded, state};
+use super::vector_view::zeroed_mut;
+
+/// IDASensResFn.
+///
+/// # Safety
+/// Called by IDAS with its own serial vectors, `n` of them in each array, and the address given to
+/// IDASetUserData.
+pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
+    n: c_int,
+    t: realtype,
+    y: N_Vector,
+    y_dot: N_Vector,
+    _residual: N_Vector,
+    s: *mut N_Vector,
+    s_dot: *mut N_Vector,
+    residuals: *mut N_Vector,
+    user_data: *mut c_void,
+    _scratch1: N_Vector,
+    _scratch2: N_Vector,
+    _scratch3: N_Vector,
+) -> c_int {
+    // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
+    let boundary = unsafe { boundary::<C>(user_data) };
+    // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
+    let (y, y_dot) = unsafe { state(y, y_dot) };
+    let success = Answer::Success.code();
+    let code = guarded(boundary, |callbacks| callbacks.linearise(t, y, y_dot));
+    if code != success {
+        return code;
+    }
+    // SAFETY: each array holds n vectors, and IDAS does not touch it during the call.
+    let s = unsafe { slice::from_raw_parts(s, n as usize) };
+    // SAFETY: as above.
+    let s_dot = unsafe { slice::from_raw_parts(s_dot, n as usize) };
+    // SAFETY: as above.
+    let residuals = unsafe { slice::from_raw_parts(residuals, n as usize) };
+    for (j, &residual) in residuals.iter().enumerate() {
+        // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
+        let (s, s_dot) = unsafe { state(s[j], s_dot[j]) };
+        // SAFETY: as above, but possibly fresh; distinct from all others.
+        let out = unsafe { zeroed_mut(residual) };
+        let code = guarded(boundary, |callbacks| {
+            callbacks.sensitivity_residual(j, (t, y, y_dot), [s, s_dot], out)
+        });
+        if code != success {
+            return code;
+        }
+    }
+    success
+}

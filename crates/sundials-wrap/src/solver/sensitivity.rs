@@ -1,0 +1,214 @@
+//! Forward sensitivities by IDAS.
+
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use super::IdaSolver;
+use crate::error::Error;
+use crate::ffi::ida::Counter;
+use crate::options::{expect_finite, expect_length, finite, invalid};
+use myovib_dae::{Jacobian, Linearization, Parameters, Problem, StepError};
+
+/// How the sensitivities are integrated along with the solution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SensitivityMethod {
+    /// After the solution of each step has passed its error test (IDA_STAGGERED).
+    #[default]
+    Staggered,
+    /// Together with the solution in one nonlinear system (IDA_SIMULTANEOUS).
+    Simultaneous,
+}
+
+/// Settings of forward sensitivities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SensitivityOptions {
+    /// How they are integrated.
+    pub method: SensitivityMethod,
+    /// Whether they take part in the error test, as p̄ S by the tolerances of y.
+    pub in_error_test: bool,
+}
+
+impl Default for SensitivityOptions {
+    fn default() -> Self {
+        Self {
+            method: SensitivityMethod::default(),
+            in_error_test: true,
+        }
+    }
+}
+
+/// Counters of forward sensitivities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct SensitivityStatistics {
+    /// Evaluations of their residuals, of all parameters at once.
+    pub residual_evaluations: u64,
+    /// Steps rejected because of them, staggered.
+    pub error_test_failures: u64,
+    /// Their Newton iterations, staggered.
+    pub newton_iterations: u64,
+    /// Set-ups of the linear solver for them, staggered.
+    pub linear_setups: u64,
+}
+
+/// The parameters with what their equations take.
+pub(super) struct Linearised<P> {
+    pub(super) parameters: Box<dyn Parameters<P> + Send>,
+    pub(super) options: SensitivityOptions,
+    pub(super) starts: Vec<[Vec<f64>; 2]>,
+    jacobian: Jacobian,
+    /// ∂F/∂y and ∂F/∂ẏ.
+    parts: [Vec<f64>; 2],
+}
+
+impl<P: Problem> Linearised<P> {
+    pub(super) fn new(
+        problem: &P,
+        parameters: Box<dyn Parameters<P> + Send>,
+        options: SensitivityOptions,
+        starts: Vec<[Vec<f64>; 2]>,
+    ) -> Result<Self, Error> {
+        let n = problem.n_unknowns();
+        expect_length(
+            "starts of sensitivities",
+            parameters.list().len(),
+            starts.len(),
+        )?;
+        for start in starts.iter().flatten() {
+            expect_length("start of a sensitivity", n, start.len())?;
+            expect_finite("start of a sensitivity", start)?;
+        }
+        for parameter in parameters.list() {
+            if !(parameter.scale > 0.0 && parameter.scale.is_finite()) {
+                let (option, expected) = ("scale of a parameter", "positive and finite");
+                return invalid(option, parameter.scale, expected);
+            }
+        }
+        let jacobian = Jacobian::of(problem);
+        let nnz = jacobian.pattern().nnz();
+        Ok(Self {
+            parameters,
+            options,
+            starts,
+            jacobian,
+            parts: [vec![0.0; nnz], vec![0.0; nnz]],
+        })
+    }
+
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ.
+    pub(super) fn linearise(
+        &mut self,
+        problem: &mut P,
+        at: &Linearization<'_>,
+    ) -> Result<(), StepError> {
+        let [of_value, of_rate] = &mut self.parts;
+        self.jacobian.parts(problem, at, [of_value, of_rate])
+    }
+
+    /// ∂F/∂y S + ∂F/∂ẏ Ṡ + ∂F/∂p_j at the state of the last linearisation.
+    pub(super) fn residual(
+        &mut self,
+        problem: &mut P,
+        j: usize,
+        (t, y, y_dot): (f64, &[f64], &[f64]),
+        [s, s_dot]: [&[f64]; 2],
+        out: &mut [f64],
+    ) -> Result<(), StepError> {
+        self.parameters.derivative(problem, j, t, y, y_dot, out)?;
+        let [of_value, of_rate] = &self.parts;
+        add_product(self.jacobian.pattern(), of_value, s, out);
+        add_product(self.jacobian.pattern(), of_rate, s_dot, out);
+        Ok(())
+    }
+}
+
+fn add_product(pattern: &SparsityPattern, values: &[f64], x: &[f64], out: &mut [f64]) {
+    let (offsets, rows) = (pattern.major_offsets(), pattern.minor_indices());
+    for (x, column) in x.iter().zip(offsets.windows(2)) {
+        let entries = column[0]..column[1];
+        for (&row, value) in rows[entries.clone()].iter().zip(&values[entries]) {
+            out[row] += value * x;
+        }
+    }
+}
+
+impl<P: Problem> IdaSolver<P> {
+    pub(super) fn attach_sensitivities(&mut self) -> Result<(), Error> {
+        let Some(of) = &self.functions().sensitivities else {
+            return Ok(());
+        };
+        let mut scales: Vec<f64> = of.parameters.list().iter().map(|p| p.scale).collect();
+        let staggered = of.options.method == SensitivityMethod::Staggered;
+        let (starts, in_test) = (of.starts.clone(), of.options.in_error_test);
+        let result = self
+            .ida
+            .init_sensitivities(&starts, &mut scales, staggered, in_test);
+        self.refused(result)
+    }
+
+    /// Number of parameters.
+    pub fn n_parameters(&self) -> usize {
+        self.ida.n_parameters()
+    }
+
+    /// Writes ∂y/∂p_j at [`t`](IdaSolver::t) to `out`.
+    ///
+    /// # Errors
+    /// As for [`sensitivity_dense_output`](IdaSolver::sensitivity_dense_output).
+    pub fn sensitivity(&mut self, j: usize, out: &mut [f64]) -> Result<(), Error> {
+        self.sensitivity_dense_output(j, self.t, 0, out)
+    }
+
+    /// As [`dense_output`](IdaSolver::dense_output), for ∂y/∂p_j. Where the next step has a lower
+    /// order than the last, there are derivatives up to that only.
+    ///
+    /// # Shapes
+    /// `out`: the number of unknowns.
+    ///
+    /// # Errors
+    /// [`Error::NoParameter`], and as for [`dense_output`](IdaSolver::dense_output).
+    pub fn sensitivity_dense_output(
+        &mut self,
+        j: usize,
+        t: f64,
+        derivative: usize,
+        out: &mut [f64],
+    ) -> Result<(), Error> {
+        let of = self.n_parameters();
+        if j >= of {
+            return Err(Error::NoParameter { parameter: j, of });
+        }
+        expect_length("dense output", self.n, out.len())?;
+        finite("t", t)?;
+        if self.ida.counter(Counter::Steps) == 0 && t == self.t0 && derivative <= 1 {
+            if let Some(linearised) = &self.functions().sensitivities {
+                out.copy_from_slice(&linearised.starts[j][derivative]);
+            }
+            return Ok(());
+        }
+        let order = self.ida.last_order().min(self.ida.current_order());
+        let k = self.order_within_reach(t, derivative, order)?;
+        match self.ida.sensitivity(j, t, k) {
+            Ok(values) => out.copy_from_slice(values),
+            Err(failed) => return self.refused(Err(failed)),
+        }
+        Ok(())
+    }
+
+    /// Counters of the sensitivities; zeros without.
+    pub fn sensitivity_statistics(&self) -> SensitivityStatistics {
+        let Some(of) = &self.functions().sensitivities else {
+            return SensitivityStatistics::default();
+        };
+        // What is counted of a solve of their own, IDAS refuses to tell where there is none.
+        let staggered = |counter| match of.options.method {
+            SensitivityMethod::Staggered => self.ida.counter(counter),
+            SensitivityMethod::Simultaneous => 0,
+        };
+        SensitivityStatistics {
+            residual_evaluations: self.ida.counter(Counter::SensitivityEvaluations),
+            error_test_failures: staggered(Counter::SensitivityErrorTestFailures),
+            newton_iterations: staggered(Counter::SensitivityNewtonIterations),
+            linear_setups: staggered(Counter::SensitivityLinearSetups),
+        }
+    }
+}
