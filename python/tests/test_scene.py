@@ -101,10 +101,13 @@ def test_check_and_modes():
 
 def test_a_sweep_has_a_row_for_each_case():
     scene = Scene.builtin("init").set("time.end", 0.05)
-    sweep = scene.sweep({"material[0].c10": [1e4, 5e3]}, threads=2)
+    peak = {"peak": "max(origin.u_y)"}
+    sweep = scene.sweep({"material[0].c10": [1e4, 5e3]}, results=peak, threads=2)
     assert [row["outcome"] for row in sweep.rows] == ["finished"] * 2
     alone = scene.copy().set("material[0].c10", 5e3).run()
-    assert (sweep.case(2).probes["origin"]["u_y"] == alone.probes["origin"]["u_y"]).all()
+    origin = alone.probes["origin"]
+    assert (sweep.case(2).probes["origin"]["u_y"] == origin["u_y"]).all()
+    assert sweep.rows[1]["peak"] == origin["u_y"].max()
 
 
 def test_progress_is_told():

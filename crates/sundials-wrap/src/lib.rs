@@ -1,5 +1,5 @@
-//! A safe wrapper of the SUNDIALS integrator IDAS, with sparse Jacobians factorised by KLU, for
-//! implicit differential-algebraic equations F(t, y, ẏ) = 0.
+//! A safe wrapper of the SUNDIALS integrator IDAS, with sparse Jacobians factorised by KLU or
+//! by faer, for implicit differential-algebraic equations F(t, y, ẏ) = 0.
 //!
 //! # Cast of types
 //! - [`Problem`]: what you write: residual, Jacobian in a fixed sparse pattern, and what each
