@@ -5,7 +5,7 @@ use std::os::raw::{c_char, c_int, c_void};
 
 use sundials_sys as sys;
 
-use super::call::CallFailed;
+use super::call::{CallFailed, check};
 use super::context::Context;
 use super::trampoline::{Callbacks, take_message};
 
@@ -50,7 +50,7 @@ mod of_version {
     ) -> Result<(), CallFailed> {
         // SAFETY: handler and data belong together, and the data outlive the memory block.
         let code = unsafe { sys::IDASetErrHandlerFn(memory, Some(message::<C>), data) };
-        crate::ffi::call::check("IDASetErrHandlerFn", code)
+        check("IDASetErrHandlerFn", code)
     }
 
     /// IDAErrHandlerFn.
@@ -92,10 +92,6 @@ mod of_version {
         _memory: *mut c_void,
         data: *mut c_void,
     ) -> Result<(), CallFailed> {
-        let check = |call, code| match code {
-            0 => Ok(()),
-            code => Err(CallFailed::new(call, code)),
-        };
         // SAFETY: the context is alive; a message to no logger is refused and lost.
         let code = unsafe { sys::SUNContext_SetLogger(context.raw(), std::ptr::null_mut()) };
         check("SUNContext_SetLogger", code)?;
