@@ -3,13 +3,33 @@
 use std::fs;
 use std::path::Path;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use roxmltree::{Document, Node};
 use serde_json::Value;
 
 use crate::harness::myovib_in;
 
-/// VTK's number for the triangle with six nodes: corners, then the middles of 01, 12, 20.
-const QUADRATIC_TRIANGLE: f64 = 22.0;
+/// What VTK's format says of a kind of cells.
+struct Cells {
+    /// The word for them in `run.json`.
+    word: &'static str,
+    /// VTK's number.
+    number: f64,
+    /// The ends of the edges, in the order of the nodes between.
+    edges: &'static [[usize; 2]],
+}
+
+const QUADRATIC_TRIANGLES: Cells = Cells {
+    word: "triangles",
+    number: 22.0,
+    edges: &[[0, 1], [1, 2], [2, 0]],
+};
+const QUADRATIC_TETRAHEDRA: Cells = Cells {
+    word: "tetrahedra",
+    number: 24.0,
+    edges: &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]],
+};
 
 fn child<'a, 'x>(node: Node<'a, 'x>, name: &str) -> Node<'a, 'x> {
     let mut found = node.children().filter(|child| child.has_tag_name(name));
@@ -25,10 +45,19 @@ fn array(parent: Node<'_, '_>, name: &str) -> Vec<Vec<f64>> {
         .find(|array| array.attribute("Name") == Some(name))
         .unwrap_or_else(|| panic!("no array `{name}`"));
     assert!(array.has_tag_name("DataArray"));
-    assert_eq!(array.attribute("format"), Some("ascii"));
+    assert_eq!(array.attribute("format"), Some("binary"));
     let width = array.attribute("NumberOfComponents").unwrap_or("1");
-    let words = array.text().unwrap_or_default().split_whitespace();
-    let numbers: Vec<f64> = words.map(|word| word.parse().expect("a number")).collect();
+    let text = array.text().unwrap_or_default().trim();
+    let bytes = STANDARD.decode(text).expect("base64");
+    let (length, content) = bytes.split_at(8);
+    let length = u64::from_le_bytes(length.try_into().expect("eight bytes"));
+    assert_eq!(length, content.len() as u64, "{name}");
+    let number = |bytes: &[u8; 8]| match array.attribute("type") {
+        Some("Float64") => f64::from_le_bytes(*bytes),
+        Some("Int64") => i64::from_le_bytes(*bytes) as f64,
+        kind => panic!("{name} of type {kind:?}"),
+    };
+    let numbers: Vec<f64> = content.as_chunks().0.iter().map(number).collect();
     assert!(numbers.iter().all(|value| value.is_finite()), "{name}");
     let rows = numbers.chunks(width.parse().expect("a width"));
     rows.map(<[f64]>::to_vec).collect()
@@ -40,8 +69,26 @@ fn whole_numbers(parent: Node<'_, '_>, name: &str) -> Vec<usize> {
     numbers.into_iter().map(|n| n as usize).collect()
 }
 
-/// Checks one file against the size of the mesh in `run.json`.
-fn check(path: &Path, mesh: &Value) {
+/// The signed measure of the simplex with these corners, times 2 or 6.
+fn determinant(corners: &[&Vec<f64>]) -> f64 {
+    let edge = |i: usize| [0, 1, 2].map(|axis| corners[i][axis] - corners[0][axis]);
+    let (a, b) = (edge(1), edge(2));
+    let c = if corners.len() == 4 {
+        edge(3)
+    } else {
+        [0.0, 0.0, 1.0]
+    };
+    let cross = [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ];
+    (0..3).map(|axis| cross[axis] * c[axis]).sum()
+}
+
+/// Checks one file against the size of the mesh in `run.json`; `arrays` are those of the points
+/// with their numbers of components.
+fn check(path: &Path, mesh: &Value, kind: &Cells, arrays: &[(&str, usize)]) {
     let text = fs::read_to_string(path).expect("the file is there");
     let document = Document::parse(&text).expect("XML");
     let root = document.root_element();
@@ -54,31 +101,31 @@ fn check(path: &Path, mesh: &Value) {
     };
     let (n_points, n_cells) = (count("NumberOfPoints"), count("NumberOfCells"));
     assert_eq!(mesh["nodes"], n_points);
-    assert_eq!(mesh["triangles"], n_cells);
+    assert_eq!(mesh[kind.word], n_cells);
 
     let points = array(child(piece, "Points"), "points");
     assert_eq!(points.len(), n_points);
-    assert!(
-        points
-            .iter()
-            .all(|point| point.len() == 3 && point[2] == 0.0)
-    );
+    let plane = kind.edges.len() == 3;
+    assert!(points.iter().all(|point| point.len() == 3));
+    assert!(!plane || points.iter().all(|point| point[2] == 0.0));
     let cells = child(piece, "Cells");
     let connectivity = whole_numbers(cells, "connectivity");
-    assert_eq!(connectivity.len(), 6 * n_cells);
-    let ends: Vec<usize> = (1..=n_cells).map(|cell| 6 * cell).collect();
+    let n_corners = if plane { 3 } else { 4 };
+    let n_nodes = n_corners + kind.edges.len();
+    assert_eq!(connectivity.len(), n_nodes * n_cells);
+    let ends: Vec<usize> = (1..=n_cells).map(|cell| n_nodes * cell).collect();
     assert_eq!(whole_numbers(cells, "offsets"), ends);
     let types = array(cells, "types").concat();
-    assert_eq!(types, vec![QUADRATIC_TRIANGLE; n_cells]);
+    assert_eq!(types, vec![kind.number; n_cells]);
     let mut used = vec![false; n_points];
-    for nodes in connectivity.chunks(6) {
-        let [a, b, c, ab, bc, ca] = [0, 1, 2, 3, 4, 5].map(|i| &points[nodes[i]]);
-        let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
-        assert!(area > 0.0, "counter-clockwise");
-        for (from, to, middle) in [(a, b, ab), (b, c, bc), (c, a, ca)] {
-            for axis in [0, 1] {
-                // Ten digits are written, of lengths up to 0.1.
-                assert!((0.5 * (from[axis] + to[axis]) - middle[axis]).abs() < 1e-10);
+    for nodes in connectivity.chunks(n_nodes) {
+        let corners: Vec<&Vec<f64>> = nodes[..n_corners].iter().map(|&n| &points[n]).collect();
+        assert!(determinant(&corners) > 0.0, "counter-clockwise");
+        for ([from, to], &middle) in kind.edges.iter().zip(&nodes[n_corners..]) {
+            for (axis, middle) in points[middle].iter().enumerate() {
+                let mean = 0.5 * (corners[*from][axis] + corners[*to][axis]);
+                // The rounding of lengths up to 0.1.
+                assert!((mean - middle).abs() < 1e-16, "{mean} {middle}");
             }
         }
         nodes.iter().for_each(|&node| used[node] = true);
@@ -86,23 +133,19 @@ fn check(path: &Path, mesh: &Value) {
     assert!(used.iter().all(|used| *used), "a point without a triangle");
 
     let data = child(piece, "PointData");
-    for (name, width) in [
-        ("displacement", 3),
-        ("velocity", 3),
-        ("pressure", 1),
-        ("J", 1),
-        ("von_mises", 1),
-    ] {
+    for &(name, width) in arrays {
         let rows = array(data, name);
         assert_eq!(rows.len(), n_points, "{name}");
         assert!(rows.iter().all(|row| row.len() == width), "{name}");
     }
-    let plane = array(data, "displacement").iter().all(|u| u[2] == 0.0);
-    assert!(plane, "plane strain");
+    let flat = array(data, "displacement").iter().all(|u| u[2] == 0.0);
+    assert_eq!(flat, plane, "plane strain");
     assert!(
         array(data, "J").iter().all(|j| (j[0] - 1.0).abs() < 0.1),
         "volume ratios"
     );
+    let regions = whole_numbers(child(piece, "CellData"), "region");
+    assert_eq!(regions, vec![0; n_cells]);
 }
 
 #[test]
@@ -133,6 +176,56 @@ fn fields_are_the_grids_that_paraview_reads() {
         .collect();
     assert_eq!(times, ["0", "0.25", "0.5"]);
     for set in sets {
-        check(&out.join(set.attribute("file").unwrap()), &summary["mesh"]);
+        let arrays = [
+            ("displacement", 3),
+            ("velocity", 3),
+            ("pressure", 1),
+            ("J", 1),
+            ("von_mises", 1),
+        ];
+        let file = out.join(set.attribute("file").unwrap());
+        check(&file, &summary["mesh"], &QUADRATIC_TRIANGLES, &arrays);
+    }
+}
+
+#[test]
+fn fields_of_a_body_in_space_are_quadratic_tetrahedra_with_stress_and_fibres() {
+    let folder = tempfile::tempdir().unwrap();
+    let sets = [
+        "mesh.cells=[4,1,1]",
+        "pressure[0].value=1.0",
+        "fields.quantities=[\"u\", \"p\", \"J\", \"strain\", \"stress\", \"principal-stress\"]",
+    ];
+    let mut arguments = vec!["run", "land1", "--out", "out", "--quiet"];
+    arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
+    let run = myovib_in(folder.path(), &arguments);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let out = folder.path().join("out");
+    let summary = fs::read_to_string(out.join("run.json")).unwrap();
+    let summary: Value = serde_json::from_str(&summary).unwrap();
+    let arrays = [
+        ("displacement", 3),
+        ("pressure", 1),
+        ("J", 1),
+        ("strain", 6),
+        ("stress", 6),
+        ("principal_stress", 3),
+    ];
+    let file = out.join("fields_00000.vtu");
+    check(&file, &summary["mesh"], &QUADRATIC_TETRAHEDRA, &arrays);
+
+    let text = fs::read_to_string(file).unwrap();
+    let document = Document::parse(&text).unwrap();
+    let piece = child(child(document.root_element(), "UnstructuredGrid"), "Piece");
+    let fibres = array(child(piece, "CellData"), "fibre");
+    assert!(fibres.iter().all(|fibre| fibre[..] == [1.0, 0.0, 0.0]));
+    let data = child(piece, "PointData");
+    let (stress, principal) = (array(data, "stress"), array(data, "principal_stress"));
+    for (stress, principal) in stress.iter().zip(&principal) {
+        assert!(principal[0] >= principal[1] && principal[1] >= principal[2]);
+        // Averaged over the elements at a point both keep the trace.
+        let trace = stress[0] + stress[1] + stress[2];
+        let scale: f64 = stress.iter().map(|s| s.abs()).sum();
+        assert!((trace - principal.iter().sum::<f64>()).abs() <= 1e-12 * scale);
     }
 }

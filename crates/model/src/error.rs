@@ -49,6 +49,14 @@ pub enum ModelError {
         /// Coordinates, m.
         point: Vec<f64>,
     },
+    /// A point of the plane for a body in space, or the other way round.
+    #[error("a point of the body has {needed} coordinates, not {found}")]
+    Coordinates {
+        /// How many were given.
+        found: usize,
+        /// How many the body has.
+        needed: usize,
+    },
     /// The mesh, its groups, or an element.
     #[error(transparent)]
     Fem(#[from] myovib_fem::FemError),

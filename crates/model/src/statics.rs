@@ -1,8 +1,10 @@
 //! Static equilibrium: Newton's method with line search and load steps.
 
+use std::sync::Arc;
+
 use myovib_fem::{AddedMotion, Fields, Inverted, Vectors};
 use myovib_sparse::klu::{KluOptions, Ordering};
-use myovib_sparse::pivoting::{Factors, Symbolic};
+use myovib_sparse::{Elimination, Kind, LinearWork, SparseSystem, Structure};
 
 use crate::analysis::support::expect_held;
 use crate::assembly::{Assembly, Entry};
@@ -16,7 +18,13 @@ use crate::muscle::Muscle;
 /// Increments below this fraction of the solution end Newton's iteration. Convergence being
 /// quadratic, the error left is of the order of its square, below rounding.
 const RELATIVE_INCREMENT: f64 = 1e-9;
-const MAX_ITERATIONS: usize = 25;
+const MAX_ITERATIONS: usize = 16;
+/// After so few iterations the next load step is twice as long.
+const QUICK: usize = 6;
+/// A step may multiply the square of the residual by this, beyond it is halved: where a slender body
+/// turns, a full step stretches it, and the next one takes that back. A residual that must fall at
+/// each step needs a hundred times the iterations there.
+const GROWTH: f64 = 1e8;
 const MAX_HALVINGS: usize = 8;
 /// Smallest load increment, as a fraction of the whole load.
 const SMALLEST_LOAD_STEP: f64 = 1.0 / 1024.0;
@@ -59,15 +67,24 @@ pub fn equilibrium(
     }
     let mut newton = Newton::new(muscle, formulation, t)?;
     let mut x = vec![0.0; newton.layout.n_unknowns()];
+    let mut before: Option<(f64, Vec<f64>)> = None;
     let (mut reached, mut increment) = (0.0, 1.0_f64);
     let mut load_steps = 0;
     while reached < 1.0 {
         let target = (reached + increment).min(1.0);
-        if let Some(solution) = newton.solve(&x, target)? {
-            x = solution;
+        let continued = before.as_ref().map(|(load, y)| {
+            let ratio = (target - reached) / (reached - load);
+            let both = x.iter().zip(y);
+            both.map(|(x, y)| x + ratio * (x - y)).collect()
+        });
+        let iterations = newton.iterations;
+        if let Some(solution) = newton.solve(&x, continued, target)? {
+            before = Some((reached, std::mem::replace(&mut x, solution)));
             reached = target;
             load_steps += 1;
-            increment *= 2.0;
+            if newton.iterations - iterations <= QUICK {
+                increment *= 2.0;
+            }
         } else {
             increment = 0.5 * (target - reached);
             if increment < SMALLEST_LOAD_STEP {
@@ -93,7 +110,8 @@ struct Newton<'a> {
     /// Coefficients: those of ∂F/∂y.
     assembly: Assembly<f64>,
     matrices: Matrices,
-    symbolic: Symbolic,
+    system: SparseSystem<f64>,
+    work: LinearWork,
     /// When the loads are taken, s.
     t: f64,
     /// The loads of fixed direction.
@@ -162,6 +180,11 @@ impl<'a> Newton<'a> {
             btf: false,
             ..KluOptions::default()
         };
+        let structure = Structure {
+            kind: Kind::General,
+            constraints: layout.range(Field::Pressure).unwrap_or(n..n),
+        };
+        let elimination = Elimination::new(assembly.pattern(), structure, options)?;
         let nodal = vec![0.0; solid.space().n_components()];
         let (mut load, displacement) = (nodal.clone(), nodal.clone());
         for part in &muscle.loads {
@@ -193,7 +216,8 @@ impl<'a> Newton<'a> {
             t,
             load_square: square(&whole),
             force_square: 0.0,
-            symbolic: Symbolic::analyze(assembly.pattern(), options)?,
+            system: SparseSystem::new(Arc::new(elimination)),
+            work: LinearWork::default(),
             muscle,
             layout,
             assembly,
@@ -273,13 +297,18 @@ impl<'a> Newton<'a> {
         Ok(())
     }
 
-    /// Newton's iteration from `start`; None if it does not converge.
-    fn solve(&mut self, start: &[f64], factor: f64) -> Result<Option<Vec<f64>>, ModelError> {
+    /// Newton's iteration from `start`, the equilibrium of the load step before, or from `continued`
+    /// if forces are nearer to equilibrium there; None if it does not converge.
+    fn solve(
+        &mut self,
+        start: &[f64],
+        continued: Option<Vec<f64>>,
+        factor: f64,
+    ) -> Result<Option<Vec<f64>>, ModelError> {
         let n = start.len();
         self.inverted = None;
         let (mut x, mut trial) = (start.to_vec(), vec![0.0; n]);
         let (mut r, mut r_trial) = (vec![0.0; n], vec![0.0; n]);
-        let mut values = vec![0.0; self.assembly.pattern().nnz()];
         if self.residual(&x, factor, &mut r).is_err() {
             return Ok(None);
         }
@@ -287,15 +316,21 @@ impl<'a> Newton<'a> {
         self.force_square = square(momentum)
             .max(self.load_square)
             .max(f64::MIN_POSITIVE);
+        if let Some(continued) = continued
+            && self.residual(&continued, factor, &mut r_trial).is_ok()
+            && self.size(&r_trial) < self.size(&r)
+        {
+            x = continued;
+            std::mem::swap(&mut r, &mut r_trial);
+        }
         for _ in 0..MAX_ITERATIONS {
-            if self.tangent(&x, factor, &mut values).is_err() {
+            if self.tangent(&x, factor).is_err() {
                 return Ok(None);
             }
             self.iterations += 1;
             let mut increment = r.clone();
-            let mut factors = Factors::new(self.symbolic.clone());
-            factors.renew(&values)?;
-            factors.solve(&mut increment)?;
+            self.system.renew(&mut self.work)?;
+            self.system.solve(&mut increment, &mut self.work)?;
             let small = self.is_small(&increment, &x);
             let mut length = 1.0;
             let accepted = (0..=MAX_HALVINGS).any(|_| {
@@ -305,7 +340,7 @@ impl<'a> Newton<'a> {
                 length *= 0.5;
                 // A full step of a converged iteration is at rounding level, not decreasing.
                 self.residual(&trial, factor, &mut r_trial).is_ok()
-                    && (small || self.size(&r_trial) < self.size(&r))
+                    && (small || self.size(&r_trial) < GROWTH * self.size(&r))
             });
             if !accepted {
                 return Ok(None);
@@ -319,7 +354,8 @@ impl<'a> Newton<'a> {
         Ok(None)
     }
 
-    fn tangent(&mut self, x: &[f64], factor: f64, values: &mut [f64]) -> Result<(), Inverted> {
+    /// The matrix of the linear system at `x`.
+    fn tangent(&mut self, x: &[f64], factor: f64) -> Result<(), Inverted> {
         let Muscle {
             solid, pressures, ..
         } = self.muscle;
@@ -339,7 +375,7 @@ impl<'a> Newton<'a> {
         self.assembly.combine(
             |of_value| *of_value,
             |matrix| matrices.values(solid, matrix),
-            values,
+            self.system.values_mut(),
         );
         Ok(())
     }

@@ -18,3 +18,15 @@ pub fn load(path: Option<&Path>) -> Result<(Mesh, String), FemError> {
         }
     }
 }
+
+/// The same for what is of the plane alone, as the paper's muscle is.
+///
+/// # Errors
+/// Those of [`load`], and [`FemError::Dimension`] for a mesh of tetrahedra.
+pub fn load_plane(path: Option<&Path>) -> Result<(Mesh, String), FemError> {
+    let (mesh, name) = load(path)?;
+    match mesh.dimension() {
+        2 => Ok((mesh, name)),
+        found => Err(FemError::Dimension { found, needed: 2 }),
+    }
+}

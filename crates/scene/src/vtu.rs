@@ -1,14 +1,18 @@
 //! Fields on the mesh as VTK files for ParaView: one VTU per time and a PVD that lists them.
 
-use std::fmt::Write as _;
+mod data;
+mod grid;
+
 use std::io;
 use std::path::{Path, PathBuf};
 
+use myovib_fem::Space;
 use myovib_fem::space::Degree;
-use myovib_fem::{Located, Pressure, Space};
 use myovib_model::{Quantity, Snapshot};
 
 use crate::atomic_file;
+use data::{floats, integers};
+pub use grid::Grid;
 
 /// VTK's number for the elements; their nodes are ordered as ours.
 fn cell_type(space: &Space) -> usize {
@@ -20,16 +24,6 @@ fn cell_type(space: &Space) -> usize {
     }
 }
 
-/// The components of a vector field at each node, with a third one in the plane.
-fn vectors(space: &Space, field: &[f64]) -> Vec<Vec<f64>> {
-    let vector = |components: &[f64]| {
-        let mut vector = components.to_vec();
-        vector.resize(3, 0.0);
-        vector
-    };
-    field.chunks(space.dimension()).map(vector).collect()
-}
-
 /// The name of the list of a series.
 pub const LIST: &str = "fields.pvd";
 
@@ -37,6 +31,7 @@ pub const LIST: &str = "fields.pvd";
 #[derive(Debug)]
 pub struct Series {
     folder: PathBuf,
+    grid: Grid,
     quantities: Vec<Quantity>,
     /// Times and names of the files written so far.
     entries: Vec<(f64, String)>,
@@ -44,7 +39,7 @@ pub struct Series {
 
 impl Series {
     /// A series of `quantities` in `folder`, which exists. `done` are the times already there.
-    pub fn new(folder: &Path, quantities: Vec<Quantity>, done: &[f64]) -> Self {
+    pub fn new(folder: &Path, grid: Grid, quantities: Vec<Quantity>, done: &[f64]) -> Self {
         let entries = done
             .iter()
             .enumerate()
@@ -52,6 +47,7 @@ impl Series {
             .collect();
         Self {
             folder: folder.to_owned(),
+            grid,
             quantities,
             entries,
         }
@@ -69,7 +65,7 @@ impl Series {
     /// Those of the file system.
     pub fn write(&mut self, t: f64, snapshot: &Snapshot<'_>) -> io::Result<u64> {
         let name = name(self.entries.len());
-        let text = vtu(snapshot, &self.quantities);
+        let text = vtu(snapshot, &self.grid, &self.quantities);
         atomic_file::write(&self.folder.join(&name), |file| {
             file.write_all(text.as_bytes())
         })?;
@@ -78,7 +74,7 @@ impl Series {
         let path = self.folder.join(LIST);
         atomic_file::write(&path, |file| file.write_all(text.as_bytes()))?;
         let states = self.quantities.iter().filter(|q| q.needs_state()).count();
-        Ok((states * 6 * snapshot.solid.space().n_elements()) as u64)
+        Ok((states * self.grid.n_evaluations()) as u64)
     }
 }
 
@@ -94,6 +90,44 @@ pub fn is_of_a_series(name: &str) -> bool {
     number.is_some_and(|number| number.len() >= 5 && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
+/// Time and nodal displacement (three components each, by node) of the last file of a folder;
+/// nothing if there is none, or its files have no displacement.
+///
+/// # Errors
+/// Those of the file system, and files that are not of this grid.
+pub fn last_displacement(folder: &Path, grid: &Grid) -> io::Result<Option<(f64, Vec<[f64; 3]>)>> {
+    let list = match std::fs::read_to_string(folder.join(LIST)) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        list => list?,
+    };
+    let value = |line: &str, key: &str| -> Option<String> {
+        let (_, rest) = line.split_once(&format!("{key}=\""))?;
+        Some(rest.split_once('"')?.0.to_owned())
+    };
+    let last = list.lines().rev().find_map(|line| {
+        let t: f64 = value(line, "timestep")?.parse().ok()?;
+        Some((t, value(line, "file")?))
+    });
+    let Some((t, file)) = last else {
+        return Ok(None);
+    };
+    let text = std::fs::read_to_string(folder.join(file))?;
+    let Some(values) = data::read_floats(&text, label(Quantity::Displacement)) else {
+        return Ok(None);
+    };
+    let vectors = values.as_chunks::<3>().0;
+    if vectors.len() != grid.n_points() {
+        let message = "the fields are not those of this mesh";
+        return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+    }
+    let n_nodes = grid.nodes.iter().max().map_or(0, |last| last + 1);
+    let mut displacement = vec![[0.0; 3]; n_nodes];
+    for (&node, vector) in grid.nodes.iter().zip(vectors) {
+        displacement[node] = *vector;
+    }
+    Ok(Some((t, displacement)))
+}
+
 fn pvd(entries: &[(f64, String)]) -> String {
     let mut text = String::from(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
@@ -104,38 +138,45 @@ fn pvd(entries: &[(f64, String)]) -> String {
     text + "</Collection>\n</VTKFile>\n"
 }
 
-fn vtu(snapshot: &Snapshot<'_>, quantities: &[Quantity]) -> String {
+/// A time's file: points at rest, cells, values at the points, regions and fibres of the cells.
+fn vtu(snapshot: &Snapshot<'_>, grid: &Grid, quantities: &[Quantity]) -> String {
     let space = snapshot.solid.space();
-    let (n_nodes, n_cells) = (space.n_nodes(), space.n_elements());
+    let dimension = space.dimension();
+    let (n_points, n_cells) = (grid.n_points(), space.n_elements());
     let n_cell_nodes = space.mesh().shape().n_nodes(space.degree());
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n\
-         <VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n\
+         <VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
+         header_type=\"UInt64\">\n\
          <UnstructuredGrid>\n\
-         <Piece NumberOfPoints=\"{n_nodes}\" NumberOfCells=\"{n_cells}\">\n<Points>\n"
+         <Piece NumberOfPoints=\"{n_points}\" NumberOfCells=\"{n_cells}\">\n<Points>\n"
     );
-    let points = vectors(space, space.coordinates());
-    array(&mut text, "points", 3, points.into_iter());
+    let point = |&node: &usize| {
+        let place = space.node_point(node);
+        [0, 1, 2].map(|axis| place.get(axis).copied().unwrap_or_default())
+    };
+    text += &floats("points", &[], 3, grid.nodes.iter().flat_map(point));
     text += "</Points>\n<Cells>\n";
-    let cells = (0..n_cells).map(|e| space.element_nodes(e).to_vec());
-    integers(&mut text, "connectivity", cells);
-    integers(
-        &mut text,
-        "offsets",
-        (1..=n_cells).map(|e| vec![n_cell_nodes * e]),
-    );
-    integers(
-        &mut text,
-        "types",
-        (0..n_cells).map(|_| vec![cell_type(space)]),
-    );
+    text += &integers("connectivity", grid.cells.iter().copied());
+    text += &integers("offsets", (1..=n_cells).map(|cell| n_cell_nodes * cell));
+    text += &integers("types", (0..n_cells).map(|_| cell_type(space)));
     text += "</Cells>\n<PointData>\n";
     for &quantity in quantities {
-        let values = nodal(snapshot, space, quantity);
-        let width = values.first().map_or(1, Vec::len);
-        array(&mut text, label(quantity), width, values.into_iter());
+        let values = grid.values(snapshot, quantity);
+        let picked = order(quantity, dimension);
+        let names = component_names(quantity);
+        let rows = values.iter();
+        let values =
+            rows.flat_map(|row| picked.iter().map(|&i| row.get(i).copied().unwrap_or(0.0)));
+        text += &floats(label(quantity), names, picked.len(), values);
     }
-    text + "</PointData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n"
+    text += "</PointData>\n<CellData>\n";
+    text += &integers("region", grid.regions.iter().copied());
+    if !grid.fibres.is_empty() {
+        let values = grid.fibres.iter().copied().flatten();
+        text += &floats("fibre", &["x", "y", "z"], 3, values);
+    }
+    text + "</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n"
 }
 
 fn label(quantity: Quantity) -> &'static str {
@@ -144,69 +185,29 @@ fn label(quantity: Quantity) -> &'static str {
         Quantity::Velocity => "velocity",
         Quantity::Pressure => "pressure",
         Quantity::VolumeRatio => "J",
+        Quantity::Strain => "strain",
         Quantity::Stress => "stress",
+        Quantity::Principal => "principal_stress",
         Quantity::VonMises => "von_mises",
     }
 }
 
-/// Values at all nodes: exact for displacement, velocity and pressure; averaged over the elements
-/// at a node for what jumps between them.
-pub fn nodal(snapshot: &Snapshot<'_>, space: &Space, quantity: Quantity) -> Vec<Vec<f64>> {
-    match (quantity, snapshot.pressure) {
-        (Quantity::Displacement, _) => return vectors(space, snapshot.displacement),
-        (Quantity::Velocity, _) => return vectors(space, snapshot.velocity),
-        _ => {}
+/// The places of the file's components among the quantity's; a place beyond them is zero.
+/// Symmetric tensors have six components in the order that ParaView expects, in the plane too.
+fn order(quantity: Quantity, dimension: usize) -> &'static [usize] {
+    match (quantity, dimension) {
+        (Quantity::Pressure | Quantity::VolumeRatio | Quantity::VonMises, _) => &[0],
+        (Quantity::Displacement | Quantity::Velocity | Quantity::Principal, _) => &[0, 1, 2],
+        (Quantity::Stress | Quantity::Strain, 2) => &[0, 1, 3, 2, 4, 5],
+        (Quantity::Stress | Quantity::Strain, _) => &[0, 1, 2, 3, 4, 5],
     }
-    let continuous =
-        matches!(snapshot.pressure, Pressure::Nodal(_)) && quantity == Quantity::Pressure;
-    let mut sums = vec![vec![0.0; quantity.components(space.dimension()).len()]; space.n_nodes()];
-    let mut counts = vec![0.0_f64; space.n_nodes()];
-    let nodes = space.mesh().shape().nodes(space.degree());
-    for element in 0..space.n_elements() {
-        for (&node, &barycentric) in space.element_nodes(element).iter().zip(&nodes) {
-            if continuous && counts[node] > 0.0 {
-                continue;
-            }
-            let values = snapshot.at(
-                &Located {
-                    element,
-                    barycentric,
-                },
-                quantity,
-            );
-            for (sum, value) in sums[node].iter_mut().zip(values) {
-                *sum += value;
-            }
-            counts[node] += 1.0;
-        }
-    }
-    for (sum, count) in sums.iter_mut().zip(counts) {
-        sum.iter_mut().for_each(|value| *value /= count);
-    }
-    sums
 }
 
-fn array(text: &mut String, name: &str, width: usize, rows: impl Iterator<Item = Vec<f64>>) {
-    *text += &format!(
-        "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{width}\" format=\"ascii\">\n"
-    );
-    for row in rows {
-        for value in row {
-            // Nine digits draw any picture; the exact values are the probes' business.
-            write!(text, "{value:.9e} ").expect("writing to a string does not fail");
-        }
-        text.push('\n');
+fn component_names(quantity: Quantity) -> &'static [&'static str] {
+    match quantity {
+        Quantity::Pressure | Quantity::VolumeRatio | Quantity::VonMises => &[],
+        Quantity::Displacement | Quantity::Velocity => &["x", "y", "z"],
+        Quantity::Principal => &["1", "2", "3"],
+        Quantity::Stress | Quantity::Strain => &["xx", "yy", "zz", "xy", "yz", "xz"],
     }
-    *text += "</DataArray>\n";
-}
-
-fn integers(text: &mut String, name: &str, rows: impl Iterator<Item = Vec<usize>>) {
-    *text += &format!("<DataArray type=\"Int64\" Name=\"{name}\" format=\"ascii\">\n");
-    for row in rows {
-        for value in row {
-            write!(text, "{value} ").expect("writing to a string does not fail");
-        }
-        text.push('\n');
-    }
-    *text += "</DataArray>\n";
 }

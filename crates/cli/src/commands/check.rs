@@ -44,7 +44,7 @@ pub struct CheckArgs {
 pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
     let scene = Scene::load(&args.scene, &args.set)?;
     for note in scene.notes() {
-        eprintln!("note: {}", myovib_scene::plain(&note.to_string()));
+        eprintln!("note: {}", myovib_scene::plain(&note));
     }
     let (text, document) = examine(&args.scene.display().to_string(), &scene)?;
     args.common.give("check", &text, &document)?;
@@ -139,10 +139,17 @@ fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
             report.computed.index,
             report.computed.gap
         ),
-        format!(
-            "inf–sup         {:.3}, {} pressures not held",
-            report.inf_sup, report.nullity
-        ),
+        match report.held {
+            Some(held) => format!(
+                "inf–sup         {:.3}, {} pressures not held",
+                held.inf_sup, held.nullity
+            ),
+            None => {
+                "inf–sup         not computed for so many pressures; `myovib infsup` tells it of a \
+                     mesh"
+                    .to_owned()
+            }
+        },
     ];
     for block in &report.residuals {
         lines.push(format!("start at rest   {block}"));
@@ -214,8 +221,9 @@ struct BodyJson {
     index: u8,
     computed: ReportJson,
     computed_on: &'static str,
-    inf_sup: f64,
-    nullity: usize,
+    /// Null for more pressures than can be looked at in seconds, as `nullity`.
+    inf_sup: Option<f64>,
+    nullity: Option<usize>,
     initial_residual: Vec<ResidualJson>,
     slow_modes: Vec<f64>,
     fastest_mode: f64,
@@ -283,8 +291,8 @@ fn document(body: &Body, report: &Report) -> BodyJson {
             Computed::Here => "scene",
             Computed::OnCoarseBeam => "coarse-beam",
         },
-        inf_sup: report.inf_sup,
-        nullity: report.nullity,
+        inf_sup: report.held.map(|held| held.inf_sup),
+        nullity: report.held.map(|held| held.nullity),
         initial_residual: report.residuals.iter().map(residual).collect(),
         slow_modes: report.slow_modes.clone(),
         fastest_mode: report.fastest_mode,

@@ -1,5 +1,6 @@
 //! `myovib infsup`: how well pressures are held by displacements, over refined meshes.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use anyhow::Context;
@@ -70,12 +71,17 @@ pub fn run(args: &InfsupArgs) -> anyhow::Result<Exit> {
         let drawing = figure(&families).render();
         atomic_file::save(path, drawing)?;
     }
+    let elements = mesh.shape().plural;
     let document = Document {
         mesh: &mesh_name,
         fixed: &args.fixed,
-        pairs: families.iter().map(family_json).collect(),
+        pairs: families
+            .iter()
+            .map(|family| family_json(family, elements))
+            .collect(),
     };
-    args.common.give("infsup", &text(&families), &document)?;
+    let text = text(&families, elements);
+    args.common.give("infsup", &text, &document)?;
     Ok(Exit::Done)
 }
 
@@ -95,11 +101,12 @@ fn incompressible(level: &Level) -> String {
     }
 }
 
-fn text(families: &[Family]) -> String {
+/// `elements`: the word for those of the mesh.
+fn text(families: &[Family], elements: &'static str) -> String {
     use Align::{Left, Right};
     let mut table = Table::new(&[
         ("spaces", Left),
-        ("triangles", Right),
+        (elements, Right),
         ("pressures", Right),
         ("displacements", Right),
         ("inf–sup", Right),
@@ -111,7 +118,7 @@ fn text(families: &[Family]) -> String {
         for level in &family.levels {
             table.row([
                 family.pair.to_string().into(),
-                level.triangles.to_string().into(),
+                level.elements.to_string().into(),
                 level.pressures.to_string().into(),
                 level.displacements.to_string().into(),
                 format!("{:.4}", level.constant).into(),
@@ -164,7 +171,9 @@ struct FamilyJson {
 
 #[derive(Serialize)]
 struct LevelJson {
-    triangles: usize,
+    /// The number of elements, by their word.
+    #[serde(flatten)]
+    elements: BTreeMap<&'static str, usize>,
     mesh_size: f64,
     pressures: usize,
     displacements: usize,
@@ -177,14 +186,14 @@ struct LevelJson {
     computed: Option<ReportJson>,
 }
 
-fn family_json(family: &Family) -> FamilyJson {
+fn family_json(family: &Family, elements: &'static str) -> FamilyJson {
     FamilyJson {
         spaces: family.pair.to_string(),
         levels: family
             .levels
             .iter()
             .map(|level| LevelJson {
-                triangles: level.triangles,
+                elements: BTreeMap::from([(elements, level.elements)]),
                 mesh_size: level.mesh_size,
                 pressures: level.pressures,
                 displacements: level.displacements,

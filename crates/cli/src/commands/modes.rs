@@ -12,7 +12,8 @@ use serde::Serialize;
 use crate::args::{self, CommonArgs};
 use crate::exit::Exit;
 use myovib_report::outline::outline;
-use myovib_report::plot::{Figure, MeshPlot, Panel};
+use myovib_report::plot::{Axis, Figure, MeshPlot, Panel, SurfacePlot};
+use myovib_report::spatial;
 use myovib_report::table::{Align, Table, coloured_stdout, exponent, kappa};
 use myovib_scene::InputError;
 use myovib_scene::atomic_file;
@@ -161,7 +162,7 @@ fn of_the_paper(args: &ModesArgs) -> anyhow::Result<Findings> {
         let error = InputError::new("value out of range").at("--load");
         return Err(error.found(args.load).allowed("a finite number").into());
     }
-    let (mesh, mesh_name) = mesh_file::load(args.mesh.as_deref())?;
+    let (mesh, mesh_name) = mesh_file::load_plane(args.mesh.as_deref())?;
     let found = |kappa: f64| find(&mesh, kappa, args).with_context(|| format!("κ = {kappa}"));
     Ok(Findings {
         mesh: mesh_name,
@@ -248,7 +249,7 @@ fn figure(found: &Found) -> Figure {
         .modes
         .iter()
         .enumerate()
-        .map(|(n, mode)| Box::new(panel(&found.muscle, n, mode)) as Box<dyn Panel>)
+        .map(|(n, mode)| panel(&found.muscle, n, mode))
         .collect();
     Figure {
         n_columns: 2,
@@ -263,34 +264,39 @@ fn figure(found: &Found) -> Figure {
     }
 }
 
-fn panel(muscle: &Muscle, n: usize, mode: &Mode) -> MeshPlot {
+fn panel(muscle: &Muscle, n: usize, mode: &Mode) -> Box<dyn Panel> {
     let (solid, space) = (&muscle.solid, muscle.solid.space());
+    let dimension = space.dimension();
     let mut shape = vec![0.0; solid.dofs().n_full()];
     solid.dofs().expand(&mode.shape, &mut shape);
-    let largest = shape
-        .chunks_exact(2)
-        .map(|u| u[0].hypot(u[1]))
-        .fold(0.0, f64::max);
-    let across = |k: usize| {
-        let x = space.node_points::<2>().iter().map(|point| point[k]);
-        let (low, high) = x.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-            (low.min(x), high.max(x))
+    let length = |u: &[f64]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let largest = shape.chunks(dimension).map(length).fold(0.0, f64::max);
+    let across = |axis: usize| {
+        let x = space.coordinates().iter().skip(axis).step_by(dimension);
+        let (low, high) = x.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
+            (f64::min(low, x), f64::max(high, x))
         });
         high - low
     };
     // A mode has no size of its own: moved nodes, not a displacement with a scale to print.
-    let scale = DRAWN * across(0).max(across(1)) / largest;
-    let nodes = space
-        .node_points::<2>()
-        .iter()
-        .zip(shape.chunks_exact(2))
-        .map(|(point, u)| [point[0] + scale * u[0], point[1] + scale * u[1]])
-        .collect();
-    MeshPlot {
-        title: format!("mode {}: {} Hz", n + 1, frequency(mode)),
-        nodes,
-        ..outline(space)
+    let scale = DRAWN * (0..dimension).map(across).fold(0.0, f64::max) / largest;
+    shape.iter_mut().for_each(|u| *u *= scale);
+    let title = format!("mode {}: {} Hz", n + 1, frequency(mode));
+    if dimension == 3 {
+        let shape = shape.as_chunks::<3>().0;
+        return Box::new(SurfacePlot {
+            title,
+            field: Some(Axis::new("motion, of any size", "")),
+            ..spatial::displacement_plot(space, shape)
+        });
     }
+    let moved = space.coordinates().iter().zip(&shape).map(|(x, u)| x + u);
+    let moved: Vec<f64> = moved.collect();
+    Box::new(MeshPlot {
+        title,
+        nodes: moved.as_chunks().0.to_vec(),
+        ..outline(space)
+    })
 }
 
 #[derive(Serialize)]

@@ -60,7 +60,7 @@ pub struct RunArgs {
 pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     let scene = Scene::load(&args.scene, &args.set)?;
     for note in scene.notes() {
-        eprintln!("note: {}", plain(&note.to_string()));
+        eprintln!("note: {}", plain(&note));
     }
     let progress = Progress::new(args.common.quiet);
     let result = compute(

@@ -78,7 +78,7 @@ fn assert_same(
 fn origin_interval(scene: &Scene) -> f64 {
     let probe = &scene.file.probe[0];
     let quantities = vec![Quantity::U, Quantity::P];
-    let at = [0.0, 0.0];
+    let at = vec![0.0, 0.0];
     assert_eq!(probe.kind, ProbeKind::Point { at, quantities });
     probe.every
 }
@@ -154,7 +154,10 @@ fn assert_same_chain(scene: &Scene, oscillators: usize, width: f64, place: Place
     let networks = [chain.chain.network().unwrap(), setup.network().unwrap()];
     let [theirs, ours] = networks.map(|network| format!("{network:?}"));
     assert_eq!(theirs, ours);
-    assert_eq!((chain.drive, chain.at), (setup.drive(), Some(place)));
+    assert_eq!(
+        (chain.drive, chain.at.clone()),
+        (setup.drive(), Some(place))
+    );
     assert_eq!(chain.initial, 0.0);
     let tolerances = &scene.file.integrator.oscillators;
     let theirs = StateTolerances {
@@ -201,7 +204,7 @@ fn figure_7() {
         Formulation::Rate,
         &settings,
     );
-    assert_same_chain(&scene, 5, 0.5, Place::Point([0.0, 0.0]));
+    assert_same_chain(&scene, 5, 0.5, Place::Point(vec![0.0, 0.0]));
     assert_eq!(scene.chains[0].axis, 1);
     assert_eq!(scene.file.probe[0].every, EVERY);
 }

@@ -1,6 +1,7 @@
 //! What can be said of a run before it is tried: sizes, index, stability, modes, cost.
 
 use std::f64::consts::TAU;
+use std::time::Duration;
 
 use cpu_time::ThreadTime;
 use myovib_dae::Problem;
@@ -10,7 +11,7 @@ use crate::analysis::index::{IndexReport, LARGEST_SYSTEM};
 use crate::analysis::inf_sup;
 use crate::analysis::spectrum;
 use crate::analysis::support::{FreeParts, extent, free_parts};
-use crate::analysis::table1::{Case, coarse_beam};
+use crate::analysis::table1::{Case, coarse_beam, coarse_block};
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
@@ -25,10 +26,14 @@ use crate::start::{BlockResidual, residuals};
 const SLOW_MODES: usize = 3;
 /// Error of a step of order k: this times (ω h)^(k+1), from the steps of the runs of Table 2.
 const ERROR_CONSTANT: f64 = 1.0 / 5.8;
+/// Pressures beyond which the inf–sup constant would take longer than the rest of the check.
+const MOST_PRESSURES: usize = 2000;
 /// Steps in which the step size grows to that of the run, each with a factorisation of its own.
 const START_STEPS: usize = 15;
 /// Steps after these whose time is taken.
 const TIMED_STEPS: usize = 15;
+/// How long either may take; a large body is timed by fewer steps.
+const PATIENCE: Duration = Duration::from_secs(2);
 /// A drive this near to an eigenfrequency, as a fraction of it, is a resonance.
 const RESONANCE: f64 = 0.1;
 /// A load this many times faster than the slowest mode is felt next to where it acts only, in a body
@@ -61,6 +66,15 @@ pub struct Cost {
     pub seconds_per_step: f64,
 }
 
+/// How well displacements hold the pressures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Held {
+    /// The smallest inf–sup constant.
+    pub inf_sup: f64,
+    /// Pressures that no displacement holds.
+    pub nullity: usize,
+}
+
 /// What is found before a run.
 #[derive(Debug, Clone)]
 pub struct Report {
@@ -72,10 +86,8 @@ pub struct Report {
     pub computed: IndexReport,
     /// On what it was computed.
     pub computed_on: Computed,
-    /// The smallest inf–sup constant.
-    pub inf_sup: f64,
-    /// Pressures that no displacement holds.
-    pub nullity: usize,
+    /// How well the pressures are held; nothing where there are too many to tell in seconds.
+    pub held: Option<Held>,
     /// The residual of the start at rest.
     pub residuals: Vec<BlockResidual>,
     /// The lowest eigenfrequencies at rest, Hz.
@@ -104,8 +116,9 @@ pub fn check(
     let rest = vec![0.0; dae.n_unknowns()];
     let residuals = residuals(&mut dae, 0.0, &rest, &rest)?;
     let (computed, computed_on) = index(&mut dae, &rest)?;
-    let held = inf_sup::constants(&muscle.solid)?;
-    let (slow_modes, fastest_mode) = if held.nullity() == 0 {
+    let held = held(muscle)?;
+    let nullity = held.map_or(0, |held| held.nullity);
+    let (slow_modes, fastest_mode) = if nullity == 0 {
         modes(muscle)?
     } else {
         (Vec::new(), f64::NAN)
@@ -113,7 +126,7 @@ pub fn check(
     let drive = muscle.drive();
     let mut findings = advice.findings();
     findings.extend(free_parts(muscle).map(not_held));
-    findings.extend(unheld(held.nullity(), muscle));
+    findings.extend(unheld(nullity, muscle));
     findings.extend(inconsistent(&residuals));
     findings.extend(resonance(&slow_modes, drive));
     findings.extend(misfit(muscle, &slow_modes, drive, settings.t_end));
@@ -129,8 +142,7 @@ pub fn check(
     Ok(Report {
         unknowns,
         cost,
-        inf_sup: held.smallest().unwrap_or(0.0),
-        nullity: held.nullity(),
+        held,
         advice,
         computed,
         computed_on,
@@ -140,6 +152,18 @@ pub fn check(
         drive,
         findings,
     })
+}
+
+/// The inf–sup constant, where the mesh is not too fine.
+fn held(muscle: &Muscle) -> Result<Option<Held>, ModelError> {
+    if muscle.solid.space().n_pressures() > MOST_PRESSURES {
+        return Ok(None);
+    }
+    let found = inf_sup::constants(&muscle.solid)?;
+    Ok(Some(Held {
+        inf_sup: found.smallest().unwrap_or(0.0),
+        nullity: found.nullity(),
+    }))
 }
 
 /// The index of the scene itself where it is small enough, else on a coarse beam: the index does
@@ -157,10 +181,11 @@ fn index(dae: &mut MuscleDae, rest: &[f64]) -> Result<(IndexReport, Computed), M
         beta: muscle.parameters.beta,
         printed: None,
     };
-    Ok((
-        case.at_random_state(&coarse_beam(3)?, 1)?,
-        Computed::OnCoarseBeam,
-    ))
+    let mesh = match muscle.solid.space().dimension() {
+        2 => coarse_beam(3)?,
+        _ => coarse_block()?,
+    };
+    Ok((case.at_random_state(&mesh, 1)?, Computed::OnCoarseBeam))
 }
 
 fn modes(muscle: &Muscle) -> Result<(Vec<f64>, f64), ModelError> {
@@ -192,7 +217,7 @@ fn unheld(nullity: usize, muscle: &Muscle) -> Option<Finding> {
              pencil is singular and there is no index"
         ),
         remedies: vec![Remedy::Scene(
-            "take a finite kappa, or a mesh without triangles that have all nodes fixed",
+            "take a finite kappa, or a mesh without elements that have all nodes fixed",
         )],
     })
 }
@@ -280,8 +305,9 @@ fn seconds_per_step(dae: MuscleDae, settings: &Settings) -> Result<f64, ModelErr
     let mut integrator = start_at_rest(dae, settings)?;
     let started = ThreadTime::now();
     let mut after = |steps: usize| -> Result<(f64, f64), ModelError> {
+        let begun = started.elapsed();
         for _ in 0..steps {
-            if integrator.advance()? != Advance::Stepped {
+            if integrator.advance()? != Advance::Stepped || started.elapsed() > begun + PATIENCE {
                 break;
             }
         }

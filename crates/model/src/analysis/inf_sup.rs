@@ -50,9 +50,9 @@ impl fmt::Display for Pair {
 /// How well the pressures are held on one mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Level {
-    /// Triangles of the mesh.
-    pub triangles: usize,
-    /// Mean edge of a triangle, m.
+    /// Triangles or tetrahedra of the mesh.
+    pub elements: usize,
+    /// Mean edge of an element, m.
     pub mesh_size: f64,
     /// Number of pressures.
     pub pressures: usize,
@@ -85,7 +85,7 @@ impl Level {
             &CscMatrix::identity(b.nrows()),
         )?;
         Ok(Self {
-            triangles: mesh.n_elements(),
+            elements: mesh.n_elements(),
             mesh_size: regular_edge(mesh.dimension(), solid.volume() / mesh.n_elements() as f64),
             pressures: b.nrows(),
             displacements: b.ncols(),

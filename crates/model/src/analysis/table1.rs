@@ -79,6 +79,16 @@ pub(crate) fn coarse_beam(columns: usize) -> Result<Mesh, FemError> {
     generate::beam(0.1, 0.04, [columns, 2])
 }
 
+/// A block of that size: six tetrahedra in space, for the same purpose.
+pub(crate) fn coarse_block() -> Result<Mesh, FemError> {
+    let mesh = generate::block([0.0; 3], [0.1, 0.04, 0.04], [1, 1, 1])?;
+    let mut groups = mesh.groups().clone();
+    if let Some(left) = groups.remove("left") {
+        groups.insert(paper::FIXED_GROUP.to_owned(), left);
+    }
+    mesh.with_groups(groups)
+}
+
 /// The index of a case on one mesh at one state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {

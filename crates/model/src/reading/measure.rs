@@ -2,8 +2,11 @@
 //!
 //! Everything here is computed only when asked for.
 
+use myovib_fem::material::three::Tensor3;
 use myovib_fem::{Fields, Located, Pressure, Solid, Space};
+use nalgebra::Matrix3;
 
+use super::locate;
 use crate::error::ModelError;
 
 /// A quantity of the deformed body.
@@ -17,8 +20,12 @@ pub enum Quantity {
     Pressure,
     /// J = det F.
     VolumeRatio,
+    /// Green's strain (F^T F - I)/2.
+    Strain,
     /// Cauchy stress, Pa.
     Stress,
+    /// Principal values of the Cauchy stress, Pa, the largest first.
+    Principal,
     /// Von Mises' equivalent of the Cauchy stress, Pa.
     VonMises,
 }
@@ -31,6 +38,15 @@ impl Quantity {
             (Self::Velocity, _) => &["v_x", "v_y", "v_z"][..dimension],
             (Self::Pressure, _) => &["p"],
             (Self::VolumeRatio, _) => &["J"],
+            (Self::Strain, 2) => &["strain_xx", "strain_yy", "strain_xy", "strain_zz"],
+            (Self::Strain, _) => &[
+                "strain_xx",
+                "strain_yy",
+                "strain_zz",
+                "strain_xy",
+                "strain_yz",
+                "strain_xz",
+            ],
             (Self::Stress, 2) => &["stress_xx", "stress_yy", "stress_xy", "stress_zz"],
             (Self::Stress, _) => &[
                 "stress_xx",
@@ -40,13 +56,14 @@ impl Quantity {
                 "stress_yz",
                 "stress_xz",
             ],
+            (Self::Principal, _) => &["principal_1", "principal_2", "principal_3"],
             (Self::VonMises, _) => &["von_mises"],
         }
     }
 
-    /// Whether det F or a stress must be computed for it.
+    /// Whether det F, a strain or a stress must be computed for it.
     pub fn needs_state(self) -> bool {
-        matches!(self, Self::VolumeRatio | Self::Stress | Self::VonMises)
+        !matches!(self, Self::Displacement | Self::Velocity | Self::Pressure)
     }
 }
 
@@ -77,6 +94,14 @@ impl<'a> Snapshot<'a> {
         }
     }
 
+    /// Whether a quantity is the same from all elements (of a region) at a point.
+    pub fn is_continuous(&self, quantity: Quantity) -> bool {
+        match quantity {
+            Quantity::Pressure => matches!(self.pressure, Pressure::Nodal(_)),
+            _ => !quantity.needs_state(),
+        }
+    }
+
     /// The components of a quantity at a place.
     pub fn at(&self, place: &Located, quantity: Quantity) -> Vec<f64> {
         let space = self.solid.space();
@@ -91,16 +116,34 @@ impl<'a> Snapshot<'a> {
             (Quantity::Pressure, Pressure::Nodal(p)) => vec![space.pressure_at(p, place)],
             (Quantity::Pressure, Pressure::Penalty { .. }) => vec![state().pressure],
             (Quantity::VolumeRatio, _) => vec![state().jacobian],
-            (Quantity::Stress, _) => {
-                let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = state().cauchy;
-                match space.dimension() {
-                    2 => vec![xx, yy, xy, zz],
-                    _ => vec![xx, yy, zz, xy, yz, xz],
-                }
-            }
+            (Quantity::Strain, _) => symmetric(green(state().gradient), space.dimension()),
+            (Quantity::Stress, _) => symmetric(state().cauchy, space.dimension()),
+            (Quantity::Principal, _) => principal(state().cauchy),
             (Quantity::VonMises, _) => vec![state().von_mises()],
         }
     }
+}
+
+/// The components of a symmetric tensor: those in the plane first, for a plane body.
+fn symmetric([[xx, xy, xz], [_, yy, yz], [_, _, zz]]: Tensor3, dimension: usize) -> Vec<f64> {
+    match dimension {
+        2 => vec![xx, yy, xy, zz],
+        _ => vec![xx, yy, zz, xy, yz, xz],
+    }
+}
+
+/// (H + Hᵀ + Hᵀ H)/2 of H = ∇u.
+fn green(h: Tensor3) -> Tensor3 {
+    let product = |i: usize, j: usize| (0..3).map(|k| h[k][i] * h[k][j]).sum::<f64>();
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| 0.5 * (h[i][j] + h[j][i] + product(i, j))))
+}
+
+/// The eigenvalues of a symmetric tensor, the largest first.
+fn principal(stress: Tensor3) -> Vec<f64> {
+    let matrix = Matrix3::from_fn(|i, j| 0.5 * (stress[i][j] + stress[j][i]));
+    let mut values: Vec<f64> = matrix.symmetric_eigenvalues().iter().copied().collect();
+    values.sort_by(|a, b| b.total_cmp(a));
+    values
 }
 
 /// Quantities at a place, or averaged over several.
@@ -116,22 +159,16 @@ impl Measurement {
     /// Quantities at a point.
     ///
     /// # Errors
-    /// [`ModelError::OutsideMesh`].
-    ///
-    /// # Panics
-    /// Unless `D` is the dimension.
-    pub fn at<const D: usize>(
+    /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].
+    pub fn at(
         space: &Space,
-        point: [f64; D],
+        point: impl AsRef<[f64]>,
         quantities: &[Quantity],
     ) -> Result<Self, ModelError> {
-        let place = space.locate(point).ok_or_else(|| ModelError::OutsideMesh {
-            point: point.to_vec(),
-        })?;
         Ok(Self {
-            places: vec![(place, 1.0)],
+            places: vec![(locate(space, point.as_ref())?, 1.0)],
             quantities: quantities.to_vec(),
-            dimension: D,
+            dimension: space.dimension(),
         })
     }
 
@@ -249,7 +286,12 @@ mod tests {
             .collect();
         let p = vec![-50.0; space.n_pressures()];
         let snapshot = snapshot(&solid, &u, &p);
-        let quantities = [Quantity::VolumeRatio, Quantity::Stress];
+        let quantities = [
+            Quantity::VolumeRatio,
+            Quantity::Stress,
+            Quantity::Strain,
+            Quantity::Principal,
+        ];
         let mut values = Vec::new();
         let point = Measurement::at(space, [0.7, 0.4], &quantities).unwrap();
         point.read(&snapshot, &mut values);
@@ -258,5 +300,12 @@ mod tests {
         // F = diag(1.1, 1): σ_xx = P_xx, σ_yy = P_yy / 1.1, to rounding of stresses of 1e3 Pa.
         assert!((values[1] - piola[0][0]).abs() < 1e-10);
         assert!((values[2] - piola[1][1] / 1.1).abs() < 1e-10);
+        // E_xx = (1.1² - 1)/2; the stress is diagonal, so its principal values are its components.
+        assert!((values[5] - 0.105).abs() < 1e-15 && values[6..9].iter().all(|e| e.abs() < 1e-15));
+        let mut stresses = [values[1], values[2], values[4]];
+        stresses.sort_by(|a, b| b.total_cmp(a));
+        for (found, expected) in values[9..].iter().zip(stresses) {
+            assert!((found - expected).abs() < 1e-9, "{values:?}");
+        }
     }
 }

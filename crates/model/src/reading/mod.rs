@@ -4,3 +4,25 @@ pub(crate) mod displacement;
 pub(crate) mod energy;
 pub(crate) mod measure;
 pub(crate) mod probe;
+
+use myovib_fem::{Located, Space};
+
+use crate::error::ModelError;
+
+/// The place of a point in the mesh, whatever its dimension.
+///
+/// # Errors
+/// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].
+fn locate(space: &Space, point: &[f64]) -> Result<Located, ModelError> {
+    let place = match (space.dimension(), point) {
+        (2, &[x, y]) => space.locate([x, y]),
+        (3, &[x, y, z]) => space.locate([x, y, z]),
+        (needed, _) => {
+            let found = point.len();
+            return Err(ModelError::Coordinates { found, needed });
+        }
+    };
+    place.ok_or_else(|| ModelError::OutsideMesh {
+        point: point.to_vec(),
+    })
+}

@@ -2,6 +2,7 @@
 
 use myovib_fem::Space;
 
+use super::locate;
 use crate::error::ModelError;
 
 /// A point located in its element.
@@ -25,14 +26,10 @@ impl Probe {
     /// Locates a point.
     ///
     /// # Errors
-    /// [`ModelError::OutsideMesh`].
-    ///
-    /// # Panics
-    /// Unless `D` is the dimension.
-    pub fn at<const D: usize>(space: &Space, point: [f64; D]) -> Result<Self, ModelError> {
-        let located = space.locate(point).ok_or_else(|| ModelError::OutsideMesh {
-            point: point.to_vec(),
-        })?;
+    /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].
+    pub fn at(space: &Space, point: impl AsRef<[f64]>) -> Result<Self, ModelError> {
+        let point = point.as_ref();
+        let located = locate(space, point)?;
         Ok(Self {
             point: point.to_vec(),
             nodes: space.displacement_functional(&located),

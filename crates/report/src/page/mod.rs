@@ -43,8 +43,8 @@ pub fn write(folder: &Path, scene: &Scene, document: &Value) -> Result<(), Error
     );
     html += &figures::cards(document);
     html += &figures::outcome(document);
-    html += &pictures::body(scene);
-    html += &probes::section(&records, &document["error_estimate"]);
+    html += &pictures::body(folder, scene)?;
+    html += &probes::section(&records, document);
     html += "<h2>What the run means</h2>\n";
     html += &words::meaning(document);
     html += &folded("All statistics", &figures::statistics(document));
@@ -62,6 +62,11 @@ pub fn write(folder: &Path, scene: &Scene, document: &Value) -> Result<(), Error
         "<footer>myovib {myovib} ({git}), SUNDIALS {sundials}, KLU {klu}</footer>\n</body></html>\n"
     );
     atomic_file::save(&folder.join("report.html"), html)
+}
+
+/// Whether the run's body is in space: forces and energies of one in the plane are per metre of depth.
+fn is_in_space(document: &Value) -> bool {
+    document["mesh"]["dimension"] == 3
 }
 
 /// A part that is seen after a click.

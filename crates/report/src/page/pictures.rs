@@ -1,47 +1,88 @@
 //! The body: its mesh, materials, supports and loads.
 
+use std::path::Path;
+
 use myovib_fem::Group;
-use myovib_scene::{Body, Scene};
+use myovib_scene::{Body, Error, Scene, vtu};
 use serde_json::Value;
 
 use crate::outline::outline;
 use crate::plot::text::escape;
 use crate::plot::{Colour, EdgeGroup, Figure, MeshPlot, Region};
+use crate::spatial;
 
-/// The picture of the body beside its materials; nothing for a scene without one.
-pub(super) fn body(scene: &Scene) -> String {
+/// The picture of the body beside its materials, and what the last fields in the folder show of it in
+/// space; nothing for a scene without one.
+///
+/// # Errors
+/// Fields that cannot be read.
+pub(super) fn body(folder: &Path, scene: &Scene) -> Result<String, Error> {
     let Some(body) = &scene.body else {
-        return String::new();
+        return Ok(String::new());
     };
-    let picture = match body.muscle.solid.space().dimension() {
-        2 => figure("Mesh, supports and loads", &plane(scene, body)),
-        _ => String::new(),
+    let (picture, deformed) = match body.muscle.solid.space().dimension() {
+        2 => (plane(scene, body), String::new()),
+        _ => (surface(scene, body), displacement(folder, body)?),
     };
-    format!(
-        "<h2>The body</h2>\n<div class=\"beside\">\n{picture}{}</div>\n",
+    let picture = figure("Mesh, supports and loads", &picture);
+    Ok(format!(
+        "<h2>The body</h2>\n<div class=\"beside\">\n{picture}{}{deformed}</div>\n",
         materials(scene)
-    )
+    ))
 }
 
 fn figure(caption: &str, svg: &str) -> String {
     format!("<figure><figcaption>{caption}</figcaption>\n{svg}</figure>\n")
 }
 
-fn plane(scene: &Scene, body: &Body) -> String {
-    let space = body.muscle.solid.space();
-    let held = scene.file.fixed.iter().map(|fixed| (&fixed.group, None));
-    let moved = scene
-        .file
-        .displacement
-        .iter()
-        .map(|moving| (&moving.group, None));
-    let loaded = scene.file.traction.iter().map(|traction| {
+/// The groups that are held, moved, loaded or pressed; loads with the components that are given.
+fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
+    let file = &scene.file;
+    let held = file.fixed.iter().map(|fixed| (&*fixed.group, None));
+    let moved = file.displacement.iter();
+    let moved = moved.map(|moving| (&*moving.group, None));
+    let loaded = file.traction.iter().map(|traction| {
         let direction =
             [traction.x.is_some(), traction.y.is_some()].map(|g| f64::from(u8::from(g)));
-        (&traction.group, Some(direction))
+        (&*traction.group, Some(direction))
     });
-    let pressed = scene.file.pressure.iter().map(|load| (&load.group, None));
-    let named = held.chain(moved).chain(loaded).chain(pressed).enumerate();
+    let pressed = file.pressure.iter().map(|load| (&*load.group, None));
+    held.chain(moved).chain(loaded).chain(pressed).collect()
+}
+
+/// The surface of a body in space, with the groups in colours.
+fn surface(scene: &Scene, body: &Body) -> String {
+    let named = groups(scene).into_iter().enumerate();
+    let groups: Vec<_> = named
+        .map(|(i, (name, _))| (name, Colour::of_series(i)))
+        .collect();
+    let plot = spatial::groups_plot(body.muscle.solid.space(), &groups);
+    Figure::of("Surface, supports and loads", plot).render()
+}
+
+/// The deformed surface and a section of a body in space at the last time of its fields, if the
+/// run has fields with the displacement.
+fn displacement(folder: &Path, body: &Body) -> Result<String, Error> {
+    let space = body.muscle.solid.space();
+    let last = vtu::last_displacement(folder, &vtu::Grid::of_body(body));
+    let last = last.map_err(Error::file("read", &folder.join(vtu::LIST)))?;
+    let Some((t, displacement)) = last else {
+        return Ok(String::new());
+    };
+    let surface = spatial::displacement_plot(space, &displacement);
+    let section = spatial::section_plot(space, &displacement);
+    let figures = [
+        ("Deformed surface", Figure::of("Deformed surface", surface)),
+        ("Section", Figure::of("Section", section)),
+    ];
+    let figures =
+        figures.map(|(what, drawn)| figure(&format!("{what} at t = {t} s"), &drawn.render()));
+    Ok(figures.concat())
+}
+
+fn plane(scene: &Scene, body: &Body) -> String {
+    let space = body.muscle.solid.space();
+    let named = groups(scene).into_iter().enumerate();
     let groups = named.filter_map(|(i, (name, arrows))| {
         let Ok(Group::Edges(edges)) = space.mesh().group(name) else {
             return None;
@@ -49,7 +90,7 @@ fn plane(scene: &Scene, body: &Body) -> String {
         let nodes = edges.iter().map(|edge| space.facet_nodes(edge));
         let edges = nodes.filter_map(|nodes| nodes.try_into().ok()).collect();
         Some(EdgeGroup {
-            name: name.clone(),
+            name: name.to_owned(),
             edges,
             colour: Colour::of_series(i),
             arrows,

@@ -7,6 +7,7 @@ use myovib_scene::Error;
 use myovib_scene::csv::Table;
 use serde_json::Value;
 
+use super::is_in_space;
 use crate::plot::text::escape;
 use crate::plot::{Axis, Figure, LinePlot, Series};
 
@@ -49,7 +50,7 @@ impl Record {
     }
 
     /// A figure for each column; none for a single row.
-    fn figures(&self) -> String {
+    fn figures(&self, in_space: bool) -> String {
         if self.rows.len() < 2 {
             return String::new();
         }
@@ -59,7 +60,7 @@ impl Record {
             let title = format!("{}: {column}", self.name);
             let plot = LinePlot {
                 x: Axis::new("*t*", "s"),
-                y: Axis::new(column.replace('_', " "), unit(column)),
+                y: Axis::new(column.replace('_', " "), unit(column, in_space)),
                 series: vec![Series::curve("", &t, &self.column(j))],
                 ..LinePlot::default()
             };
@@ -73,7 +74,7 @@ impl Record {
     }
 
     /// Rows of the table of extremes.
-    fn summary(&self, estimates: &Value) -> String {
+    fn summary(&self, estimates: &Value, in_space: bool) -> String {
         let columns = self.columns.iter().enumerate().skip(1).take(MOST_PANELS);
         let rows = columns.filter_map(|(j, name)| {
             let [least, largest] = self.extremes(j)?;
@@ -84,7 +85,7 @@ impl Record {
                  <td class=\"n\">{}</td></tr>\n",
                 escape(&self.name),
                 escape(name),
-                unit(name),
+                unit(name, in_space),
                 least[1],
                 least[0],
                 largest[1],
@@ -97,13 +98,17 @@ impl Record {
 }
 
 /// Extremes of all probes, then their curves side by side; nothing without probes.
-pub(super) fn section(records: &[Record], estimate: &Value) -> String {
+pub(super) fn section(records: &[Record], document: &Value) -> String {
     if records.is_empty() {
         return String::new();
     }
-    let rows = records.iter().map(|r| r.summary(&estimate["probes"]));
-    let rows: String = rows.collect();
-    let figures: String = records.iter().map(Record::figures).collect();
+    let (estimate, in_space) = (&document["error_estimate"], is_in_space(document));
+    let rows = records.iter();
+    let rows: String = rows
+        .map(|record| record.summary(&estimate["probes"], in_space))
+        .collect();
+    let figures = records.iter().map(|record| record.figures(in_space));
+    let figures: String = figures.collect();
     let unknown = match estimate {
         Value::Null => {
             "<p>Errors in time are estimated by <code>myovib run … --verify</code>.</p>\n"
@@ -119,13 +124,15 @@ pub(super) fn section(records: &[Record], estimate: &Value) -> String {
 }
 
 /// The unit of a column by its name.
-fn unit(name: &str) -> &'static str {
+fn unit(name: &str, in_space: bool) -> &'static str {
     match name.split('_').next().unwrap_or_default() {
         "t" => "s",
         "u" => "m",
         "v" => "m/s",
-        "p" | "stress" | "von" => "Pa",
+        "p" | "stress" | "principal" | "von" => "Pa",
+        "R" if in_space => "N",
         "R" => "N/m",
+        "kinetic" | "elastic" | "work" | "dissipated" | "imbalance" if in_space => "J",
         "kinetic" | "elastic" | "work" | "dissipated" | "imbalance" => "J/m",
         _ => "",
     }

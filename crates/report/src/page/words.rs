@@ -2,6 +2,8 @@
 
 use serde_json::Value;
 
+use super::is_in_space;
+
 /// Index, drift and energy in words, with the numbers of this run.
 pub(super) fn meaning(document: &Value) -> String {
     if document["analysis"] == "static" {
@@ -33,10 +35,14 @@ pub(super) fn meaning(document: &Value) -> String {
     }
     if let Some([kinetic, elastic, work, dissipated, imbalance]) = energies(document) {
         text += &format!(
-            "<p>Energy per metre of depth at the end: {kinetic:.3e} J kinetic and {elastic:.3e} J \
+            "<p>Energy{} at the end: {kinetic:.3e} J kinetic and {elastic:.3e} J \
              elastic; the loads did {work:.3e} J of work, damping took {dissipated:.3e} J. The \
              balance is missed by {imbalance:.1e} J, what time integration with this tolerance \
-             loses or gains.</p>\n"
+             loses or gains.</p>\n",
+            match is_in_space(document) {
+                true => "",
+                false => " per metre of depth",
+            }
         );
     }
     text

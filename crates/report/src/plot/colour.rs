@@ -79,6 +79,14 @@ impl Colour {
         Self(paler(self.0), paler(self.1), paler(self.2))
     }
 
+    /// The colour in less light: 1 leaves it, 0 makes it black.
+    #[must_use]
+    pub fn darker(self, light: f64) -> Self {
+        let Self(red, green, blue) = self;
+        let channel = |c: u8| (light.clamp(0.0, 1.0) * f64::from(c)).round() as u8;
+        Self(channel(red), channel(green), channel(blue))
+    }
+
     /// Black or white, whichever is read better on this colour.
     pub fn text_on(self) -> Self {
         if self.luminance() > 0.5 {

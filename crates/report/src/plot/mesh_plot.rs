@@ -1,14 +1,14 @@
 //! Meshes of quadratic triangles: edges, named parts of the boundary, deformation, a field.
 
 use super::arrow;
-use super::axis::{Axis, steps};
+use super::axis::Axis;
 use super::bands::band;
+use super::bar::Bar;
 use super::colour::Colour;
-use super::figure::{LABEL_SIZE, Margins, Panel, TICK_SIZE};
+use super::figure::{Margins, Panel, TICK_SIZE};
 use super::frame::Frame;
 use super::legend::{self, Entry, Key};
-use super::svg::{self, Anchor, Point, Rect, Stroke, Svg, Type};
-use super::text;
+use super::svg::{self, Point, Rect, Stroke, Svg, Type};
 
 /// Named edges: a part of the boundary, or between two materials.
 #[derive(Debug, Clone)]
@@ -68,9 +68,6 @@ pub struct MeshPlot {
     pub field: Option<Field>,
 }
 
-const BAR_WIDTH: f64 = 7.0;
-const BAR_GAP: f64 = 5.0;
-const N_BANDS: usize = 12;
 const ARROW: f64 = 11.0;
 const GROUP_WIDTH: f64 = 2.0;
 /// The boundary before the deformation.
@@ -145,8 +142,9 @@ impl MeshPlot {
         groups.chain(at_rest).collect()
     }
 
-    fn levels(&self, field: &Field) -> Vec<f64> {
-        steps(field.axis.limits, &field.values, N_BANDS)
+    fn bar(&self) -> Option<Bar<'_>> {
+        let field = self.field.as_ref()?;
+        Some(Bar::new(&field.axis, &field.values))
     }
 }
 
@@ -156,10 +154,7 @@ impl Panel for MeshPlot {
         let margins =
             Frame::new((&x, [].into_iter()), (&y, [].into_iter()), (width, height)).margins();
         let header = legend::height(&self.header(), &self.entries(), width);
-        let bar = self
-            .field
-            .as_ref()
-            .map_or(0.0, |field| bar_margin(field, &self.levels(field)));
+        let bar = self.bar().map_or(0.0, |bar| bar.margin());
         Margins {
             top: margins.top.max(header),
             right: margins.right.max(bar),
@@ -189,8 +184,8 @@ impl Panel for MeshPlot {
             for region in &self.regions {
                 self.draw_region(svg, &placed, region);
             }
-            if let Some(field) = &self.field {
-                self.draw_field(svg, &placed, field);
+            if let (Some(field), Some(bar)) = (&self.field, self.bar()) {
+                self.draw_field(svg, &placed, field, &bar);
             }
             self.draw_edges(svg, &placed);
             if !self.displacement.is_empty() {
@@ -206,8 +201,8 @@ impl Panel for MeshPlot {
             }
         });
         frame.draw(svg, area);
-        if let Some(field) = &self.field {
-            draw_bar(svg, area, field, &self.levels(field));
+        if let Some(bar) = self.bar() {
+            bar.draw(svg, area);
         }
         legend::draw(svg, area, &self.header(), &self.entries());
     }
@@ -235,8 +230,8 @@ impl MeshPlot {
         svg.fill(&path, region.colour);
     }
 
-    fn draw_field(&self, svg: &mut Svg, placed: &[Point], field: &Field) {
-        let levels = self.levels(field);
+    fn draw_field(&self, svg: &mut Svg, placed: &[Point], field: &Field, bar: &Bar<'_>) {
+        let levels = &bar.levels;
         // Values beyond given limits take the colour of the limit.
         let (low, high) = (levels[0], levels[levels.len() - 1]);
         let valued = |i: usize| (placed[i], field.values[i].clamp(low, high));
@@ -252,7 +247,7 @@ impl MeshPlot {
                     }
                 }
             }
-            svg.fill(&path, band_colour(k, levels.len()));
+            svg.fill(&path, bar.colour(k));
         }
     }
 }
@@ -299,75 +294,4 @@ fn draw_group(svg: &mut Svg, placed: &[Point], group: &EdgeGroup) {
             arrow::draw(svg, [x, y], to, Stroke::solid(group.colour, 0.7));
         }
     }
-}
-
-fn band_colour(k: usize, n_levels: usize) -> Colour {
-    Colour::of_fraction((k as f64 + 0.5) / (n_levels - 1) as f64)
-}
-
-fn bar_labels(levels: &[f64]) -> (Vec<(f64, String)>, i32) {
-    let (first, last) = (levels[0], levels[levels.len() - 1]);
-    let division = Axis::default()
-        .between(first, last)
-        .divide([].into_iter(), 5);
-    (division.ticks, division.exponent)
-}
-
-fn bar_margin(field: &Field, levels: &[f64]) -> f64 {
-    let (ticks, exponent) = bar_labels(levels);
-    let widths = ticks.iter().map(|(_, label)| text::width(label, TICK_SIZE));
-    let label = if field.axis.label(exponent).is_empty() {
-        0.0
-    } else {
-        1.7 * LABEL_SIZE
-    };
-    BAR_GAP + BAR_WIDTH + 3.0 + widths.fold(0.0, f64::max) + label
-}
-
-fn draw_bar(svg: &mut Svg, area: Rect, field: &Field, levels: &[f64]) {
-    let x = area.right() + BAR_GAP;
-    let (low, high) = (levels[0], levels[levels.len() - 1]);
-    let at = |value: f64| area.bottom() - area.height * (value - low) / (high - low);
-    for (k, level) in levels.windows(2).enumerate() {
-        let (bottom, top) = (at(level[0]), at(level[1]));
-        let cell = Rect {
-            x,
-            y: top,
-            width: BAR_WIDTH,
-            height: bottom - top,
-        };
-        svg.rect(cell, Some(band_colour(k, levels.len())), None);
-    }
-    let outline = Stroke::solid(Colour::BLACK, 0.4);
-    svg.rect(
-        Rect {
-            x,
-            width: BAR_WIDTH,
-            ..area
-        },
-        None,
-        Some(outline),
-    );
-    let (ticks, exponent) = bar_labels(levels);
-    let mut widest: f64 = 0.0;
-    for (value, label) in &ticks {
-        let y = at(*value);
-        svg.line(&[[x + BAR_WIDTH, y], [x + BAR_WIDTH + 1.5, y]], outline);
-        svg.text(
-            [x + BAR_WIDTH + 3.0, y + 0.36 * TICK_SIZE],
-            label,
-            Type::of(TICK_SIZE),
-        );
-        widest = widest.max(text::width(label, TICK_SIZE));
-    }
-    let style = Type {
-        upwards: true,
-        ..Type::of(LABEL_SIZE).anchored(Anchor::Middle)
-    };
-    let right = x + BAR_WIDTH + 3.0 + widest + 1.25 * LABEL_SIZE;
-    svg.text(
-        [right, area.y + area.height / 2.0],
-        &field.axis.label(exponent),
-        style,
-    );
 }

@@ -81,6 +81,8 @@ fn of_body(
         muscle,
         formulation,
         settings,
+        opposed_fibres,
+        ..
     }: &Body,
     statistics: &Statistics,
     (drift, drift_at): (f64, f64),
@@ -88,7 +90,11 @@ fn of_body(
     let mut document = body(muscle, *formulation);
     extend(
         &mut document,
-        json!({ "constraint_drift": drift, "constraint_drift_at": drift_at }),
+        json!({
+            "constraint_drift": drift,
+            "constraint_drift_at": drift_at,
+            "opposed_fibres": opposed_fibres,
+        }),
     );
     let numbers = StatisticsJson::new(statistics, settings, *formulation);
     extend(&mut document, serde_json::to_value(numbers)?);
@@ -174,8 +180,9 @@ fn extend(document: &mut Value, more: Value) {
 pub(super) fn mesh(muscle: &Muscle) -> Value {
     let space = muscle.solid.space();
     json!({
-        "vertices": space.n_pressures(),
-        "triangles": space.n_elements(),
+        "dimension": space.dimension(),
+        "vertices": space.mesh().n_points(),
+        (space.mesh().shape().plural): space.n_elements(),
         "nodes": space.n_nodes(),
         "free_components": muscle.solid.dofs().n_free(),
         "groups": space.mesh().groups().keys().collect::<Vec<_>>(),

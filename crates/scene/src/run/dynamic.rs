@@ -17,7 +17,7 @@ use super::system::System;
 use super::{Existing, RunOptions, RunResult, start, verify};
 use crate::scene::Scene;
 use crate::statistics::DRIFT_SAMPLES;
-use crate::vtu::Series;
+use crate::vtu::{Grid, Series};
 use crate::watch::Watch;
 use crate::{Error, InputError};
 
@@ -184,9 +184,10 @@ fn fields(
     folder: &Folder,
     checkpoint: Option<&Checkpoint>,
 ) -> Option<(Series, SampleTimes)> {
-    let fields = scene.file.fields.as_ref()?;
+    let (fields, body) = (scene.file.fields.as_ref()?, scene.body.as_ref()?);
     let done = checkpoint.map_or(&[][..], |c| &c.field_times);
-    let series = Series::new(folder.path(), quantities(&fields.quantities), done);
+    let grid = Grid::of_body(body);
+    let series = Series::new(folder.path(), grid, quantities(&fields.quantities), done);
     let times = SampleTimes::new(fields.every, scene.t_end).skip(done.len() as u64);
     Some((series, times))
 }

@@ -21,8 +21,8 @@ use crate::{Error, InputError};
 pub(crate) enum What {
     /// Values at places, or averages.
     Places(Vec<Measurement>),
-    /// The sum of support forces over these nodes.
-    Reaction(Vec<usize>),
+    /// The sum of support forces over these nodes, in so many dimensions.
+    Reaction(Vec<usize>, usize),
     /// Energies.
     Energy(EnergyBalance),
     /// Order parameters of a network.
@@ -42,7 +42,9 @@ pub(super) fn quantities(names: &[output::Quantity]) -> Vec<Quantity> {
         output::Quantity::V => Quantity::Velocity,
         output::Quantity::P => Quantity::Pressure,
         output::Quantity::J => Quantity::VolumeRatio,
+        output::Quantity::Strain => Quantity::Strain,
         output::Quantity::Stress => Quantity::Stress,
+        output::Quantity::Principal => Quantity::Principal,
         output::Quantity::VonMises => Quantity::VonMises,
     };
     names.iter().map(quantity).collect()
@@ -66,7 +68,7 @@ impl What {
             ProbeKind::Point {
                 at,
                 quantities: names,
-            } => one(Measurement::at(space()?, *at, &quantities(names))?),
+            } => one(Measurement::at(space()?, at, &quantities(names))?),
             ProbeKind::Average {
                 group,
                 quantities: names,
@@ -80,14 +82,19 @@ impl What {
                 let (space, quantities) = (space()?, quantities(names));
                 let place = |i: usize| {
                     let s = i as f64 / (points - 1) as f64;
-                    [0, 1].map(|axis| (1.0 - s) * from[axis] + s * to[axis])
+                    let ends = from.iter().zip(to);
+                    ends.map(|(a, b)| (1.0 - s) * a + s * b)
+                        .collect::<Vec<f64>>()
                 };
                 let measure = |i| Measurement::at(space, place(i), &quantities);
                 Ok(Self::Places(
                     (0..*points).map(measure).collect::<Result<_, _>>()?,
                 ))
             }
-            ProbeKind::Reaction { group } => Ok(Self::Reaction(space()?.nodes_of(group)?)),
+            ProbeKind::Reaction { group } => {
+                let space = space()?;
+                Ok(Self::Reaction(space.nodes_of(group)?, space.dimension()))
+            }
             ProbeKind::Energy => Ok(Self::Energy(EnergyBalance::default())),
             ProbeKind::Coherence { chain } => Ok(Self::Coherence(network(chain)?)),
             ProbeKind::Oscillators { chain } => {
@@ -117,7 +124,10 @@ impl What {
                 .enumerate()
                 .flat_map(|(i, m)| m.names().into_iter().map(move |name| format!("{name}_{i}")))
                 .collect(),
-            Self::Reaction(_) => ["R_x", "R_y"].map(str::to_owned).into(),
+            Self::Reaction(_, dimension) => {
+                let names = ["R_x", "R_y", "R_z"].into_iter().take(*dimension);
+                names.map(str::to_owned).collect()
+            }
             Self::Energy(_) => EnergyBalance::NAMES.map(str::to_owned).into(),
             Self::Coherence(_) => ["Psi_abs", "Psi_arg", "chi_abs"].map(str::to_owned).into(),
             Self::Oscillators(_, n) => {
@@ -131,7 +141,7 @@ impl What {
 
     /// Whether ẏ is needed.
     pub(crate) fn needs_rates(&self) -> bool {
-        matches!(self, Self::Reaction(_))
+        matches!(self, Self::Reaction(..))
     }
 
     /// Whether it is a function of the state, and not of the time before it.
@@ -169,11 +179,16 @@ impl What {
                 }
                 Ok(values)
             }
-            Self::Reaction(nodes) => {
+            Self::Reaction(nodes, dimension) => {
                 let (dae, range) = muscle_of(system, y)?;
                 let force = dae.unbalanced_force(t, &y[range.clone()], &y_dot[range])?;
-                let sum = |axis| nodes.iter().map(|node| force[2 * node + axis]).sum();
-                Ok(vec![sum(0), sum(1)])
+                let sum = |axis| {
+                    nodes
+                        .iter()
+                        .map(|node| force[dimension * node + axis])
+                        .sum()
+                };
+                Ok((0..*dimension).map(sum).collect())
             }
             Self::Energy(balance) => Ok(balance.row().into()),
             Self::Coherence(k) => {

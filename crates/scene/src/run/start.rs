@@ -88,7 +88,7 @@ fn one_way(
     }
     let options = CoupledOptions::of_muscle(&dae, &body.settings);
     let test = ErrorTest::of_muscle(&dae, &body.settings);
-    let source = |chain: &DrivenChain| match chain.at {
+    let source = |chain: &DrivenChain| match &chain.at {
         Some(Place::Point(point)) => {
             let probe = Probe::at(dae.muscle().solid.space(), point)?;
             Ok(Source::Body(dae.displacement_at(&probe, chain.axis)))
@@ -114,8 +114,8 @@ pub(super) fn rod(
     rod: &RodDae,
     checkpoint: Option<&Checkpoint>,
 ) -> Result<Box<dyn Integrator<CoupledDae<RodDae>>>, Error> {
-    let source = |chain: &DrivenChain| match chain.at {
-        Some(Place::Position(x)) => Ok(Source::Body(rod.displacement_at(x)?)),
+    let source = |chain: &DrivenChain| match &chain.at {
+        Some(Place::Position(x)) => Ok(Source::Body(rod.displacement_at(*x)?)),
         _ => Ok(Source::Rest),
     };
     let oscillators = oscillators(scene, source)?;
@@ -214,7 +214,7 @@ pub(crate) fn refuse_sudden_loads(dae: &mut MuscleDae) -> Result<(), Error> {
         return Err(InputError::new(
             "the loads do not start from zero, but the body starts at rest",
         )
-        .found(format!("a nodal force of {largest:.3e} N/m at t = 0"))
+        .found(format!("a nodal force of {largest:.3e} {} at t = 0", unit_of_force(dae)))
         .next(
             "let them rise: y = { type = \"step\", value = ..., rise = 0.1 }, or multiply them by one: \
              y = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
@@ -222,4 +222,12 @@ pub(crate) fn refuse_sudden_loads(dae: &mut MuscleDae) -> Result<(), Error> {
         .into());
     }
     Ok(())
+}
+
+/// N, in the plane N per m of depth.
+fn unit_of_force(dae: &MuscleDae) -> &'static str {
+    match dae.muscle().solid.space().dimension() {
+        2 => "N/m",
+        _ => "N",
+    }
 }

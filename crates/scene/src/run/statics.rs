@@ -11,7 +11,7 @@ use super::folder::{Folder, Record};
 use super::recorder::{Recorder, What, quantities};
 use super::{RunOptions, RunResult};
 use crate::scene::Scene;
-use crate::vtu::{self, Series};
+use crate::vtu::{self, Grid, Series};
 use crate::{Error, InputError};
 
 /// Computes the equilibrium of a scene under its loads at the end time.
@@ -47,7 +47,12 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         recorder.write(scene.t_end, &values)?;
     }
     if let Some(fields) = &scene.file.fields {
-        let mut series = Series::new(folder.path(), quantities(&fields.quantities), &[]);
+        let mut series = Series::new(
+            folder.path(),
+            Grid::of_body(body),
+            quantities(&fields.quantities),
+            &[],
+        );
         series
             .write(scene.t_end, &dae.snapshot(scene.t_end, &y))
             .map_err(Error::file("write", &folder.path().join(vtu::LIST)))?;
@@ -59,6 +64,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         "unknowns": equilibrium.displacement.len() + equilibrium.pressure.len(),
         "unknowns_paper": body.muscle.n_unknowns_paper(),
         "mesh": document::mesh(&body.muscle),
+        "opposed_fibres": body.opposed_fibres,
         "newton_iterations": equilibrium.newton_iterations,
         "load_steps": equilibrium.load_steps,
         "constraint_drift": dae.constraint_drift(scene.t_end, &y).map_err(ModelError::from)?,

@@ -21,12 +21,12 @@ impl Condition {
             .as_ref()
             .ok_or(ModelError::NoSuchPart { part: "muscle" })?;
         let space = body.muscle.solid.space();
-        Ok(match *stop {
+        Ok(match stop {
             Stop::Displacement { at, above } => Self::Displacement {
                 probe: Probe::at(space, at)?,
-                above,
+                above: *above,
             },
-            Stop::Volume { below } => Self::Volume { below },
+            Stop::Volume { below } => Self::Volume { below: *below },
         })
     }
 

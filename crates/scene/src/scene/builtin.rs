@@ -20,6 +20,7 @@ scenes! {
     "figure7"
     "hardening"
     "init"
+    "land1"
     "table1-26-finite-damped"
     "table1-26-finite-undamped"
     "table1-26-inf-damped"

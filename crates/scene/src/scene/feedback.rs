@@ -1,6 +1,6 @@
 //! Two-way coupling of a scene: which chain stiffens which part of the body, and how much.
 
-use myovib_fem::{Group, Mesh};
+use myovib_fem::Mesh;
 use myovib_model::ModelError;
 use myovib_model::coupling::Feedback;
 use myovib_oscillators::SmoothCoherence;
@@ -31,7 +31,7 @@ impl Builder<'_> {
             };
             let mesh = body.muscle.solid.space().mesh();
             let weights = match &wanted.group {
-                Some(group) => self.indicator(mesh, group, &format!("{path}.group"))?,
+                Some(group) => self.indicator(mesh, group, &path)?,
                 None => shares(mesh, &places, shared.next().unwrap_or_default()),
             };
             let coherence = SmoothCoherence::new(wanted.radius).map_err(ModelError::from);
@@ -51,14 +51,14 @@ impl Builder<'_> {
         &self,
         file: &SceneFile,
         chains: &[DrivenChain],
-    ) -> Result<Vec<[f64; 2]>, InputError> {
+    ) -> Result<Vec<Vec<f64>>, InputError> {
         let everywhere = file.feedback.iter().enumerate();
         everywhere
             .filter(|(_, feedback)| feedback.group.is_none())
             .map(|(i, feedback)| {
                 let path = format!("feedback[{i}]");
-                match chains[self.chain_number(&feedback.chain, chains, &path)?].at {
-                    Some(Place::Point(point)) => Ok(point),
+                match &chains[self.chain_number(&feedback.chain, chains, &path)?].at {
+                    Some(Place::Point(point)) => Ok(point.clone()),
                     _ => {
                         let error = InputError::new("the chain has no place on the body")
                             .next("give the chain a point `at`, or the feedback a `group`");
@@ -84,36 +84,36 @@ impl Builder<'_> {
         })
     }
 
-    /// 1 in the triangles of a group, 0 elsewhere.
+    /// 1 in the elements of a group, 0 elsewhere.
     fn indicator(&self, mesh: &Mesh, group: &str, path: &str) -> Result<Vec<f64>, InputError> {
-        let Group::Elements(members) = self.at(path, mesh.group(group))? else {
-            let error = InputError::new(format!("the group `{group}` holds no triangles"));
-            return Err(self.wrong(path, error));
-        };
-        let mut weights = vec![[0.0; 3]; mesh.n_elements()];
-        for &triangle in members {
-            weights[triangle] = [1.0; 3];
+        let members = self.elements(Some(group), mesh, path)?;
+        let n_vertices = mesh.shape().n_vertices();
+        let mut weights = vec![0.0; n_vertices * mesh.n_elements()];
+        for element in members {
+            weights[n_vertices * element..][..n_vertices].fill(1.0);
         }
-        Ok(weights.into_flattened())
+        Ok(weights)
     }
 }
 
 /// The share of place number `k` at each corner: inverse squares of distances, over their sum.
-fn shares(mesh: &Mesh, places: &[[f64; 2]], k: usize) -> Vec<f64> {
-    let share = |corner: [f64; 2]| {
-        let squared =
-            |place: &[f64; 2]| (corner[0] - place[0]).powi(2) + (corner[1] - place[1]).powi(2);
+fn shares(mesh: &Mesh, places: &[Vec<f64>], k: usize) -> Vec<f64> {
+    let dimension = mesh.dimension();
+    let share = |vertex: &usize| {
+        let corner = &mesh.coordinates()[dimension * vertex..][..dimension];
+        let squared = |place: &Vec<f64>| -> f64 {
+            let both = corner.iter().zip(place);
+            both.map(|(x, y)| (x - y).powi(2)).sum()
+        };
         // Multiplied by the smallest distance, so that a corner at a place has no infinite terms.
         let nearest = places.iter().map(squared).fold(f64::INFINITY, f64::min);
-        let inverse = |place: &[f64; 2]| match squared(place) {
+        let inverse = |place: &Vec<f64>| match squared(place) {
             distance if distance > 0.0 => nearest / distance,
             _ => 1.0,
         };
         inverse(&places[k]) / places.iter().map(inverse).sum::<f64>()
     };
-    (0..mesh.n_elements())
-        .flat_map(|triangle| mesh.corners::<2, 3>(triangle).map(share))
-        .collect()
+    mesh.elements().flatten().map(share).collect()
 }
 
 #[cfg(test)]
@@ -123,13 +123,13 @@ mod tests {
     #[test]
     fn shares_sum_to_one_and_belong_to_the_chain_at_its_place() {
         let mesh = myovib_fem::generate::rectangle([0.0, 0.0], [2.0, 1.0], [2, 1]).unwrap();
-        let places = [[0.0, 0.0], [2.0, 1.0], [1.3, 0.4]];
+        let places = [[0.0, 0.0], [2.0, 1.0], [1.3, 0.4]].map(Vec::from);
         let all: Vec<_> = (0..3).map(|k| shares(&mesh, &places, k)).collect();
         for triangle in 0..mesh.n_elements() {
             for corner in 0..3 {
                 let sum: f64 = all.iter().map(|shares| shares[3 * triangle + corner]).sum();
                 assert!((sum - 1.0).abs() < 4.0 * f64::EPSILON);
-                if mesh.corners::<2, 3>(triangle)[corner] == places[0] {
+                if mesh.corners::<2, 3>(triangle)[corner] == places[0][..] {
                     assert_eq!(all[0][3 * triangle + corner], 1.0);
                 }
             }

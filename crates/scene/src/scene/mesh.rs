@@ -8,9 +8,9 @@ use crate::scene_file::mesh::{self, MeshSource, Region};
 
 /// The muscle of the reproduction.
 const MUSCLE: &str = include_str!("../../../../data/meshes/muscle.msh");
-/// The most triangles a scene may ask for, far more than can be integrated on one machine: a typing
+/// The most elements a scene may ask for, far more than can be integrated on one machine: a typing
 /// error shall be told before memory is gone.
-const MAX_TRIANGLES: usize = 4_000_000;
+const MAX_ELEMENTS: usize = 4_000_000;
 
 impl Builder<'_> {
     /// The mesh, refined and with the regions cut out.
@@ -20,7 +20,10 @@ impl Builder<'_> {
         | MeshSource::Beam { cells, .. }
         | MeshSource::Cook { cells } = mesh.source
         {
-            self.check_size(2_usize.saturating_mul(cells[0].saturating_mul(cells[1])))?;
+            self.check_size(product(2, &cells))?;
+        }
+        if let MeshSource::Box { cells, .. } = mesh.source {
+            self.check_size(product(6, &cells))?;
         }
         let (place, coarse) = match mesh.source {
             MeshSource::File { ref path } => {
@@ -43,9 +46,14 @@ impl Builder<'_> {
                 cells,
             } => ("mesh", generate::beam(length, height, cells)),
             MeshSource::Cook { cells } => ("mesh", generate::cook(cells)),
+            MeshSource::Box { size, cells } => ("mesh", generate::block([0.0; 3], size, cells)),
         };
         let coarse = self.at(place, coarse)?;
-        self.check_size((0..mesh.refine).fold(coarse.n_elements(), |n, _| n.saturating_mul(4)))?;
+        let parts = if coarse.dimension() == 2 { 4 } else { 8 };
+        self.check_size(product(
+            coarse.n_elements(),
+            &vec![parts; mesh.refine as usize],
+        ))?;
         let mesh = (0..mesh.refine).fold(coarse, |mesh, _| mesh.refined());
         regions
             .iter()
@@ -55,53 +63,73 @@ impl Builder<'_> {
             })
     }
 
-    fn check_size(&self, n_triangles: usize) -> Result<(), InputError> {
-        if n_triangles <= MAX_TRIANGLES {
+    fn check_size(&self, n_elements: usize) -> Result<(), InputError> {
+        if n_elements <= MAX_ELEMENTS {
             return Ok(());
         }
         let error = InputError::new("the mesh is too large")
-            .found(format!("{n_triangles} triangles"))
-            .allowed(format!("at most {MAX_TRIANGLES}"));
+            .found(format!("{n_elements} elements"))
+            .allowed(format!("at most {MAX_ELEMENTS}"));
         Err(self.wrong("mesh", error))
     }
 
-    /// Moves the triangles of a region into a group of their own.
+    /// Moves the elements of a region into a group of their own.
     fn with_region(&self, mesh: &Mesh, region: &Region, path: &str) -> Result<Mesh, InputError> {
         if region.name.is_empty() {
             let error = InputError::new("a region needs a name, by which materials find it");
             return Err(self.wrong(&format!("{path}.name"), error));
         }
+        let dimension = mesh.dimension();
+        for (key, list) in [("centre", &region.centre), ("radii", &region.radii)] {
+            if list.len() != dimension {
+                let error =
+                    InputError::new(format!("a region of this mesh needs {dimension} numbers"))
+                        .found(format!("{list:?}"));
+                return Err(self.wrong(&format!("{path}.{key}"), error));
+            }
+        }
         if !region.radii.iter().all(|&radius| radius > 0.0) {
             let error = InputError::new("a region's half axes are lengths")
                 .found(format!("{:?}", region.radii))
-                .allowed("two numbers greater than 0, m");
+                .allowed("numbers greater than 0, m");
             return Err(self.wrong(&format!("{path}.radii"), error));
         }
         if mesh.groups().contains_key(&region.name) {
             let error = InputError::new(format!("the mesh has a group `{}` already", region.name));
             return Err(self.wrong(&format!("{path}.name"), error));
         }
-        let is_inside = |triangle: &usize| {
-            let corners: [[f64; 2]; 3] = mesh.corners(*triangle);
-            let offset = |axis: usize| {
-                let centroid = corners.iter().map(|corner| corner[axis]).sum::<f64>() / 3.0;
-                (centroid - region.centre[axis]) / region.radii[axis]
+        let is_inside = |element: &usize| {
+            let vertices = mesh.element(*element);
+            let squared = |axis: usize| {
+                let x = vertices
+                    .iter()
+                    .map(|v| mesh.coordinates()[dimension * v + axis]);
+                let centroid = x.sum::<f64>() / vertices.len() as f64;
+                ((centroid - region.centre[axis]) / region.radii[axis]).powi(2)
             };
-            offset(0).hypot(offset(1)) <= 1.0
+            (0..dimension).map(squared).sum::<f64>() <= 1.0
         };
         let inside: Vec<usize> = (0..mesh.n_elements()).filter(is_inside).collect();
         if inside.is_empty() {
-            let error = InputError::new("no triangle's centre lies in the region")
-                .next("move or widen it, or refine the mesh");
+            let error = InputError::new(format!(
+                "no {}'s centre lies in the region",
+                mesh.shape().name
+            ))
+            .next("move or widen it, or refine the mesh");
             return Err(self.wrong(path, error));
         }
         let mut groups = mesh.groups().clone();
         for group in groups.values_mut() {
             if let Group::Elements(members) = group {
-                members.retain(|triangle| inside.binary_search(triangle).is_err());
+                members.retain(|element| inside.binary_search(element).is_err());
             }
         }
         groups.insert(region.name.clone(), Group::Elements(inside));
         self.at(path, mesh.with_groups(groups))
     }
+}
+
+/// The product of whole numbers, or the largest there is.
+fn product(factor: usize, factors: &[usize]) -> usize {
+    factors.iter().fold(factor, |n, m| n.saturating_mul(*m))
 }

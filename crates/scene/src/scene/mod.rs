@@ -11,14 +11,16 @@ mod builtin;
 mod feedback;
 mod function;
 mod limits;
+mod loads;
+mod materials;
 mod mesh;
 mod oscillators;
 mod places;
 mod settings;
+mod supports;
 
 use std::path::Path;
 
-use myovib_fem::mesh::MeshNote;
 use myovib_model::coupling::Feedback;
 use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings};
 
@@ -59,6 +61,13 @@ pub struct Body {
     pub formulation: Formulation,
     /// The integrator's settings.
     pub settings: Settings,
+    /// The material of each element, by its number in the scene.
+    pub regions: Vec<usize>,
+    /// Whether a material says where its fibres run.
+    pub has_fibres: bool,
+    /// Quadrature points where the directions of fibres at the vertices oppose each other, so that
+    /// the nearest vertex's is taken.
+    pub opposed_fibres: usize,
 }
 
 impl Scene {
@@ -118,12 +127,21 @@ impl Scene {
         scene
     }
 
-    /// What was put right in the mesh, or left aside.
-    pub fn notes(&self) -> &[MeshNote] {
-        match &self.body {
-            Some(body) => body.muscle.solid.space().mesh().notes(),
-            None => &[],
+    /// What was put right in the mesh, or left aside, and where fibres have no clear direction.
+    pub fn notes(&self) -> Vec<String> {
+        let Some(body) = &self.body else {
+            return Vec::new();
+        };
+        let mesh = body.muscle.solid.space().mesh();
+        let mut notes: Vec<String> = mesh.notes().iter().map(ToString::to_string).collect();
+        if body.opposed_fibres > 0 {
+            notes.push(format!(
+                "at {} quadrature points the fibres of the vertices oppose each other: the nearest \
+                 vertex's direction is taken",
+                body.opposed_fibres
+            ));
         }
+        notes
     }
 
     /// The scene's text, without overrides.

@@ -5,6 +5,7 @@ use myovib_model::{ModelError, RodDae};
 use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Generator};
 
 use super::builder::Builder;
+use super::supports::index;
 use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::chain::{self, GeneratorName, Place, RodReading};
@@ -21,7 +22,7 @@ pub struct DrivenChain {
     pub drive: Drive,
     /// Where it is driven; nowhere if not given.
     pub at: Option<Place>,
-    /// The muscle's displacement component that drives it: 0 or 1.
+    /// The muscle's displacement component that drives it: 0, 1, or 2.
     pub axis: usize,
     /// Initial position of all oscillators.
     pub initial: f64,
@@ -77,7 +78,7 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<DrivenChain, InputError> {
         let place = format!("{path}.at");
-        match (chain.at, file.mesh.is_some(), file.rod.is_some()) {
+        match (&chain.at, file.mesh.is_some(), file.rod.is_some()) {
             (Some(Place::Point(_)), false, _) => {
                 let error = InputError::new("a point needs a muscle, and the scene has no mesh")
                     .next("for a rod, give the position as one number");
@@ -85,7 +86,7 @@ impl Builder<'_> {
             }
             (Some(Place::Position(_)), _, false) => {
                 let error = InputError::new("a position needs a rod, and the scene has none")
-                    .next("for a muscle, give the point as [x, y]");
+                    .next("for a muscle, give the point as a list of its coordinates");
                 return Err(self.wrong(&place, error));
             }
             _ => {}
@@ -119,8 +120,8 @@ impl Builder<'_> {
                 gain: chain.gain,
                 reach,
             },
-            at: chain.at,
-            axis: super::body::index(chain.component),
+            at: chain.at.clone(),
+            axis: index(chain.component),
             initial: chain.initial,
         })
     }

@@ -1,19 +1,35 @@
-//! Whether probes lie where there is something to measure.
+//! Whether probes, stops and chains lie where there is something to measure.
 
 use myovib_model::Probe;
 
 use super::Body;
 use super::builder::Builder;
+use super::supports::index;
 use crate::error::InputError;
 use crate::scene_file::SceneFile;
-use crate::scene_file::output::ProbeKind;
+use crate::scene_file::chain::Place;
+use crate::scene_file::output::{ProbeKind, Stop};
 
 impl Builder<'_> {
-    /// Refuses probes at points outside the mesh, of groups that it does not have, and of reactions
-    /// where nothing is held.
+    /// Refuses probes, stops and chains at points outside the mesh, probes of groups that it does
+    /// not have, and of reactions where nothing is held.
     pub(super) fn places(&self, file: &SceneFile, body: &Body) -> Result<(), InputError> {
         for (i, probe) in file.probe.iter().enumerate() {
             self.place(&probe.kind, body, &format!("probe[{i}]"))?;
+        }
+        let space = body.muscle.solid.space();
+        for (i, stop) in file.stop.iter().enumerate() {
+            if let Stop::Displacement { at, .. } = stop {
+                self.at(&format!("stop[{i}].at"), Probe::at(space, at))?;
+            }
+        }
+        for (i, chain) in file.chain.iter().enumerate() {
+            if let Some(Place::Point(at)) = &chain.at {
+                let path = format!("chain[{i}]");
+                self.at(&format!("{path}.at"), Probe::at(space, at))?;
+                let axis = index(chain.component);
+                self.component(axis, space.dimension(), &format!("{path}.component"))?;
+            }
         }
         Ok(())
     }
@@ -23,11 +39,11 @@ impl Builder<'_> {
         let space = solid.space();
         match probe {
             ProbeKind::Point { at, .. } => {
-                self.at(&format!("{path}.at"), Probe::at(space, *at))?;
+                self.at(&format!("{path}.at"), Probe::at(space, at))?;
             }
             ProbeKind::Line { from, to, .. } => {
-                self.at(&format!("{path}.from"), Probe::at(space, *from))?;
-                self.at(&format!("{path}.to"), Probe::at(space, *to))?;
+                self.at(&format!("{path}.from"), Probe::at(space, from))?;
+                self.at(&format!("{path}.to"), Probe::at(space, to))?;
             }
             ProbeKind::Average { group, .. } => {
                 self.at(&format!("{path}.group"), space.mesh().group(group))?;
@@ -80,6 +96,11 @@ mod tests {
         );
         let line = "type = \"line\"\nfrom = [0.0, 0.0]\nto = [0.0, 9.0]\npoints = 3";
         assert!(refusal(line).contains("lies outside the mesh"));
+        let in_space = refusal("type = \"point\"\nat = [0.0, 0.0, 0.0]");
+        assert!(
+            in_space.contains("a point of the body has 2 coordinates, not 3"),
+            "{in_space}"
+        );
         let free = refusal("type = \"reaction\"\ngroup = \"load\"");
         assert!(
             free.contains("no node of the group `load` is held"),

@@ -97,7 +97,7 @@ pub struct Chain {
     pub reach: ReachName,
     /// Gain γ of the forcing c(u) = γ u, 1/s² per m (per unit of the rod's displacement).
     pub gain: f64,
-    /// Where the chain lives: a point [x, y] of the muscle in m, or a position x of the rod.
+    /// Where the chain lives: a point [x, y] (in space [x, y, z]) of the muscle in m, or a position x of the rod.
     /// Without it the chain is not driven.
     pub at: Option<Place>,
     /// The displacement component of the muscle that drives the chain.
@@ -130,11 +130,11 @@ impl Default for Chain {
 }
 
 /// A point of the muscle or a position on the rod.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Place {
     /// A point of the muscle, m.
-    Point([f64; 2]),
+    Point(#[schemars(length(min = 2, max = 3))] Vec<f64>),
     /// A position on the rod, from 0 to its length.
     Position(f64),
 }

@@ -190,7 +190,13 @@ impl<'s> Checker<'s> {
             let allowed = match (least, most) {
                 (Some(least), Some(most)) if least == most => format!("{least} entries"),
                 (Some(least), None) => format!("at least {least}"),
-                _ => format!("{} to {}", least.unwrap_or(0), most.unwrap_or(usize::MAX)),
+                (least, most) => {
+                    format!(
+                        "{} to {} entries",
+                        least.unwrap_or(0),
+                        most.unwrap_or(usize::MAX)
+                    )
+                }
             };
             let error = InputError::new(format!("the list `{path}` has a wrong length"))
                 .found(format!("{} entries", entries.len()))

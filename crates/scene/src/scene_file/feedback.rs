@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct Feedback {
     /// Name of the chain.
     pub chain: String,
-    /// Group of triangles where it acts [default: everywhere; feedbacks without a group share
+    /// Group of elements where it acts [default: everywhere; feedbacks without a group share
     /// each point by the inverse squares of its distances from their chains].
     pub group: Option<String>,
     /// Factor of the stiffness while the oscillators are out of step, or at rest.

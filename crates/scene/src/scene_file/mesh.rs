@@ -8,20 +8,20 @@ use serde::{Deserialize, Serialize};
 /// The mesh. Coordinates in m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Mesh {
-    /// Where the triangles come from.
+    /// Where the elements come from: triangles make a body in plane strain, tetrahedra one in space.
     #[serde(flatten)]
     pub source: MeshSource,
-    /// How many times each triangle is cut into four; groups are kept.
+    /// How many times each triangle is cut into four, each tetrahedron into eight; groups are kept.
     #[serde(default)]
     #[schemars(range(max = 6))]
     pub refine: u32,
 }
 
-/// Where the triangles come from.
+/// Where the elements come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum MeshSource {
-    /// A Gmsh file (MSH 4.1, ASCII) with physical groups.
+    /// A Gmsh file (MSH 4.1, ASCII) with physical groups and, for directions of fibres, nodal data.
     File {
         /// The file, relative to the scene.
         path: PathBuf,
@@ -69,21 +69,32 @@ pub enum MeshSource {
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
+    /// A box in space with one corner at (0, 0, 0); groups `left`, `right` (along x), `front`,
+    /// `back` (y), `bottom`, `top` (z), `body`.
+    Box {
+        /// Lengths along x, y and z, m.
+        size: [f64; 3],
+        /// Cells along x, y and z, six tetrahedra each.
+        #[schemars(inner(range(min = 1, max = 1_000_000)))]
+        cells: [usize; 3],
+    },
 }
 
 fn spindle_cells() -> [usize; 2] {
     [20, 6]
 }
 
-/// An elliptic region that becomes a group of its own: the triangles whose centroid lies in it
-/// leave the group of triangles they were in.
+/// An elliptic region (in space: an ellipsoid) that becomes a group of its own: the elements whose
+/// centroid lies in it leave the group of elements they were in.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Region {
     /// Name of the new group.
     #[schemars(length(min = 1))]
     pub name: String,
     /// Centre, m.
-    pub centre: [f64; 2],
-    /// Half axes along x and y, m.
-    pub radii: [f64; 2],
+    #[schemars(length(min = 2, max = 3))]
+    pub centre: Vec<f64>,
+    /// Half axes along x, y and, in space, z, m.
+    #[schemars(length(min = 2, max = 3))]
+    pub radii: Vec<f64>,
 }

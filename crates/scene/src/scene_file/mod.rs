@@ -7,18 +7,20 @@
 //! [`Source`].
 //!
 //! Cast of types: [`SceneFile`] (the root), its parts in [`function`], [`mesh`], [`solid`],
-//! [`chain`], [`integrator`], [`output`]; [`Source`] (text and places).
+//! [`material`], [`chain`], [`integrator`], [`output`]; [`Source`] (text and places).
 
 pub mod chain;
 pub mod feedback;
 pub mod function;
 pub mod identification;
 pub mod integrator;
+pub mod material;
 pub mod mesh;
 pub mod output;
 pub mod solid;
 
 pub(crate) mod check;
+mod number;
 mod reference;
 mod schema;
 mod source;
@@ -35,9 +37,10 @@ use chain::{Chain, Rod};
 use feedback::Feedback;
 use identification::{Output, Parameter};
 use integrator::Integrator;
+use material::Material;
 use mesh::{Mesh, Region};
 use output::{Fields, Probe, Stop};
-use solid::{BodyForce, Displacement, Fixed, Material, Pressure, Solid, Traction};
+use solid::{BodyForce, Displacement, Fixed, Pressure, Solid, Traction};
 
 /// A scene: everything a run depends on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -52,12 +55,12 @@ pub struct SceneFile {
     pub time: Option<Time>,
     /// The mesh; a scene with a rod or chains alone needs none.
     pub mesh: Option<Mesh>,
-    /// Regions cut out of the mesh's groups of triangles.
+    /// Regions cut out of the mesh's groups of elements.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub region: Vec<Region>,
     /// Compressibility, damping and formulation of the body; goes with `mesh`.
     pub solid: Option<Solid>,
-    /// Materials; together they cover every triangle once.
+    /// Materials; together they cover every element once.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub material: Vec<Material>,
     /// Groups that do not move.

@@ -29,7 +29,8 @@ pub enum ProbeKind {
     /// Values at a point.
     Point {
         /// The point, m.
-        at: [f64; 2],
+        #[schemars(length(min = 2, max = 3))]
+        at: Vec<f64>,
         /// The quantities.
         #[serde(default = "displacement_and_pressure")]
         #[schemars(length(min = 1))]
@@ -38,9 +39,11 @@ pub enum ProbeKind {
     /// Values at equidistant points of a line; columns are numbered from 0.
     Line {
         /// First point, m.
-        from: [f64; 2],
+        #[schemars(length(min = 2, max = 3))]
+        from: Vec<f64>,
         /// Last point, m.
-        to: [f64; 2],
+        #[schemars(length(min = 2, max = 3))]
+        to: Vec<f64>,
         /// Number of points.
         #[schemars(range(min = 2, max = 1000))]
         points: usize,
@@ -49,21 +52,23 @@ pub enum ProbeKind {
         #[schemars(length(min = 1))]
         quantities: Vec<Quantity>,
     },
-    /// Averages over a group, by length or area.
+    /// Averages over a group, by its measure at rest: length, area or volume.
     Average {
-        /// Physical group of edges or triangles.
+        /// Physical group of the boundary, or of elements.
         group: String,
         /// The quantities.
         #[serde(default = "displacement_and_pressure")]
         #[schemars(length(min = 1))]
         quantities: Vec<Quantity>,
     },
-    /// The force, N/m of depth, that the supports exert on the body at a fixed group.
+    /// The force that the supports exert on the body at a fixed group: N, in the plane N/m of
+    /// depth.
     Reaction {
         /// Physical group of fixed nodes.
         group: String,
     },
-    /// Kinetic and elastic energy, work of the loads, and dissipation rate, per m of depth (J/m).
+    /// Kinetic and elastic energy, work of the loads, and dissipated energy: J, in the plane per m
+    /// of depth (J/m).
     Energy,
     /// Order parameters of a chain: |Ψ|, arg Ψ, |χ|.
     Coherence {
@@ -102,9 +107,15 @@ pub enum Quantity {
     P,
     /// Volume ratio det F.
     J,
-    /// Cauchy stress, Pa: xx, yy, xy, zz.
+    /// Green's strain: components as for `stress`.
+    #[serde(rename = "strain")]
+    Strain,
+    /// Cauchy stress, Pa: xx, yy, xy, zz; in space xx, yy, zz, xy, yz, xz.
     #[serde(rename = "stress")]
     Stress,
+    /// Principal values of the Cauchy stress, Pa, the largest first.
+    #[serde(rename = "principal-stress")]
+    Principal,
     /// Von Mises' equivalent of the Cauchy stress, Pa.
     #[serde(rename = "von-mises")]
     VonMises,
@@ -139,7 +150,8 @@ pub enum Stop {
     /// |u| at a point exceeds a bound.
     Displacement {
         /// The point, m.
-        at: [f64; 2],
+        #[schemars(length(min = 2, max = 3))]
+        at: Vec<f64>,
         /// The bound, m.
         #[schemars(extend("exclusiveMinimum" = 0))]
         above: f64,

@@ -104,6 +104,7 @@ fn kind(schema: &Value) -> String {
             let entries = kind(&schema["items"]);
             return match (schema["minItems"].as_u64(), schema["maxItems"].as_u64()) {
                 (Some(a), Some(b)) if a == b => format!("list of {a}: {entries}"),
+                (Some(a), Some(b)) => format!("list of {a} to {b}: {entries}"),
                 _ => format!("list: {entries}"),
             };
         }

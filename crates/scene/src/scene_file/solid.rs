@@ -1,9 +1,10 @@
-//! The elastic body of a scene: materials, supports, loads.
+//! The elastic body of a scene: compressibility, supports, loads.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use super::function::Function;
+use super::number::Number;
 
 /// Compressibility, damping, and the way the equations are written.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -24,36 +25,19 @@ pub struct Solid {
 }
 
 /// A bulk modulus: a number in Pa, or `inf`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Number", into = "Number")]
 pub struct Kappa(pub f64);
 
-impl Serialize for Kappa {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        if self.0.is_infinite() {
-            serializer.serialize_str("inf")
-        } else {
-            serializer.serialize_f64(self.0)
-        }
+impl From<Number> for Kappa {
+    fn from(number: Number) -> Self {
+        Self(number.0)
     }
 }
 
-impl<'de> Deserialize<'de> for Kappa {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(untagged)]
-        enum Written {
-            Number(f64),
-            Word(Infinite),
-        }
-        #[derive(Deserialize)]
-        enum Infinite {
-            #[serde(rename = "inf")]
-            Inf,
-        }
-        Ok(Self(match Written::deserialize(deserializer)? {
-            Written::Number(kappa) => kappa,
-            Written::Word(Infinite::Inf) => f64::INFINITY,
-        }))
+impl From<Kappa> for Number {
+    fn from(kappa: Kappa) -> Self {
+        Self(kappa.0)
     }
 }
 
@@ -91,61 +75,6 @@ pub enum FormulationName {
     ImplicitRate,
 }
 
-/// A material on a group of triangles.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Material {
-    /// Physical group of triangles [default: all triangles].
-    pub group: Option<String>,
-    /// Mass density ρ, kg/m³.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub density: f64,
-    /// The material law.
-    #[serde(flatten)]
-    pub law: Law,
-}
-
-/// The material laws; the volume change is κ's matter for all but `st-venant-kirchhoff`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "law", rename_all = "kebab-case")]
-pub enum Law {
-    /// `W = c10 (Ī1 - 3) + c01 (Ī2 - 3)`, the paper's (20).
-    MooneyRivlin {
-        /// Coefficient of the first invariant, Pa.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        c10: f64,
-        /// Coefficient of the second invariant, Pa.
-        #[schemars(range(min = 0))]
-        c01: f64,
-    },
-    /// `W = ζ/2 (Ī1 - 3)`.
-    NeoHooke {
-        /// Shear modulus ζ, Pa.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        shear_modulus: f64,
-    },
-    /// `W = ζ |dev E|²` with Green's strain E. Meant for moderate strains.
-    DeviatoricStVenantKirchhoff {
-        /// Shear modulus ζ, Pa.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        shear_modulus: f64,
-    },
-    /// `W = λ/2 (tr E)² + μ E:E` with Green's strain E: only with `displacement`, and without κ.
-    StVenantKirchhoff {
-        /// Lamé's first constant λ, Pa.
-        #[schemars(range(min = 0))]
-        lambda: f64,
-        /// Shear modulus μ, Pa.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        shear_modulus: f64,
-    },
-    /// `σ = 2ζ dev ε`, the paper's (26): linear, for small displacements only.
-    SmallStrain {
-        /// Shear modulus ζ, Pa.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        shear_modulus: f64,
-    },
-}
-
 /// A coordinate direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -154,50 +83,51 @@ pub enum Axis {
     X,
     /// Across.
     Y,
+    /// The third one, in space.
+    Z,
 }
 
 /// A group whose nodes do not move.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Fixed {
-    /// Physical group of edges, points or triangles.
+    /// Physical group: of points, of the boundary, or of elements.
     pub group: String,
-    /// The components that are held.
-    #[serde(default = "both")]
+    /// The components that are held [default: all].
     #[schemars(length(min = 1))]
-    pub components: Vec<Axis>,
-}
-
-fn both() -> Vec<Axis> {
-    vec![Axis::X, Axis::Y]
+    pub components: Option<Vec<Axis>>,
 }
 
 /// A group whose nodes move as prescribed; a component not given is free.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Displacement {
-    /// Physical group of edges, points or triangles.
+    /// Physical group: of points, of the boundary, or of elements.
     pub group: String,
-    /// Horizontal displacement, m.
+    /// Displacement along x, m.
     pub x: Option<Function>,
-    /// Vertical displacement, m.
+    /// Along y, m.
     pub y: Option<Function>,
+    /// Along z, m; in space.
+    pub z: Option<Function>,
 }
 
-/// A force per undeformed length of a boundary, with a fixed direction (dead load).
+/// A force per undeformed length (in space: area) of a boundary, with a fixed direction (dead load).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Traction {
-    /// Physical group of edges.
+    /// Physical group of the boundary: edges, in space faces.
     pub group: String,
-    /// Horizontal component, Pa.
+    /// Component along x, Pa.
     pub x: Option<Function>,
-    /// Vertical component, Pa.
+    /// Along y, Pa.
     pub y: Option<Function>,
+    /// Along z, Pa; in space.
+    pub z: Option<Function>,
 }
 
 /// A pressure on a boundary that stays normal to it as the body deforms (follower load), per
-/// deformed length.
+/// deformed length (in space: area).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Pressure {
-    /// Physical group of edges of the boundary.
+    /// Physical group of the boundary: edges, in space faces.
     pub group: String,
     /// The pressure, Pa, positive towards the body.
     pub value: Function,
@@ -206,10 +136,12 @@ pub struct Pressure {
 /// A force per mass throughout a region, gravity for one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BodyForce {
-    /// Physical group of triangles [default: all triangles].
+    /// Physical group of elements [default: all].
     pub group: Option<String>,
-    /// Horizontal acceleration, m/s².
+    /// Acceleration along x, m/s².
     pub x: Option<Function>,
-    /// Vertical acceleration, m/s²; gravity is -9.81.
+    /// Along y, m/s²; gravity is -9.81 along whatever points up.
     pub y: Option<Function>,
+    /// Along z, m/s²; in space.
+    pub z: Option<Function>,
 }

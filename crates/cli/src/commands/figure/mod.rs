@@ -263,7 +263,7 @@ fn draw(numbers: &[u8], point: &[f64], options: &Options, command: &str) -> anyh
             .allowed("a finite number, 1 at least (s)")
             .into());
     }
-    let (mesh, _) = mesh_file::load(options.mesh.as_deref())?;
+    let (mesh, _) = mesh_file::load_plane(options.mesh.as_deref())?;
     let runs = Runs::compute(numbers, point, &mesh, options)?;
     let products = numbers
         .iter()

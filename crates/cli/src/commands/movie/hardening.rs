@@ -14,7 +14,7 @@ use crate::progress::Progress;
 use myovib_report::outline::outline;
 use myovib_report::plot::mesh_plot::boundary;
 use myovib_report::plot::{Axis, Colour, EdgeGroup, Field, Figure};
-use myovib_scene::vtu::nodal;
+use myovib_scene::vtu::Grid;
 use myovib_scene::watch::Watch;
 use myovib_scene::{Body, Scene};
 
@@ -102,7 +102,9 @@ fn compute(body: &Body, t_end: f64, quiet: bool) -> anyhow::Result<(Vec<Shot>, E
 
 fn shot(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Shot {
     let snapshot = dae.snapshot(t, y);
-    let stress = nodal(&snapshot, snapshot.solid.space(), Quantity::VonMises);
+    let space = snapshot.solid.space();
+    let grid = Grid::new(space, &vec![0; space.n_elements()]);
+    let stress = grid.values(&snapshot, Quantity::VonMises);
     Shot {
         t,
         displacement: snapshot.displacement.as_chunks().0.to_vec(),

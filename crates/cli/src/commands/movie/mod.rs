@@ -199,7 +199,7 @@ fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
 
 /// The last cycle of the load, 50 frames: one sixteenth of the speed.
 fn deformation(args: &MovieArgs, to: f64) -> anyhow::Result<Movie> {
-    let (mesh, _) = mesh_file::load(args.mesh.as_deref())?;
+    let (mesh, _) = mesh_file::load_plane(args.mesh.as_deref())?;
     let progress = Progress::new(args.common.quiet);
     let run = MuscleRun::compute(&mesh, args.course(to, &progress))?;
     Ok(Movie::new(frames(&run)?, run.exit()))

@@ -51,7 +51,7 @@ impl Driver {
             }),
             BodyName::Muscle => Ok(Self::Muscle {
                 point: muscle_point(&args.point)?,
-                mesh: Box::new(mesh_file::load(args.mesh.as_deref())?.0),
+                mesh: Box::new(mesh_file::load_plane(args.mesh.as_deref())?.0),
             }),
         }
     }

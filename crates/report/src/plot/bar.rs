@@ -1,0 +1,108 @@
+//! A field's colours: bands, and the bar beside a plot that says what they mean.
+
+use super::axis::{Axis, steps};
+use super::colour::Colour;
+use super::figure::{LABEL_SIZE, TICK_SIZE};
+use super::svg::{Anchor, Rect, Stroke, Svg, Type};
+use super::text;
+
+const WIDTH: f64 = 7.0;
+const GAP: f64 = 5.0;
+const N_BANDS: usize = 12;
+
+/// Bands of colour between limits.
+pub(super) struct Bar<'a> {
+    axis: &'a Axis,
+    /// The ends of the bands.
+    pub(super) levels: Vec<f64>,
+}
+
+impl<'a> Bar<'a> {
+    /// Bands for the axis' limits, or for values.
+    pub(super) fn new(axis: &'a Axis, values: &[f64]) -> Self {
+        Self {
+            levels: steps(axis.limits, values, N_BANDS),
+            axis,
+        }
+    }
+
+    /// The colour of band `k`.
+    pub(super) fn colour(&self, k: usize) -> Colour {
+        Colour::of_fraction((k as f64 + 0.5) / (self.levels.len() - 1) as f64)
+    }
+
+    /// The colour of a value; one beyond the limits has that of the limit.
+    pub(super) fn colour_of(&self, value: f64) -> Colour {
+        let above = self.levels.partition_point(|level| *level <= value);
+        self.colour(above.clamp(1, self.levels.len() - 1) - 1)
+    }
+
+    fn labels(&self) -> (Vec<(f64, String)>, i32) {
+        let (first, last) = (self.levels[0], self.levels[self.levels.len() - 1]);
+        let division = Axis::default()
+            .between(first, last)
+            .divide([].into_iter(), 5);
+        (division.ticks, division.exponent)
+    }
+
+    /// The room that the bar takes to the right of a plot.
+    pub(super) fn margin(&self) -> f64 {
+        let (ticks, exponent) = self.labels();
+        let widths = ticks.iter().map(|(_, label)| text::width(label, TICK_SIZE));
+        let label = if self.axis.label(exponent).is_empty() {
+            0.0
+        } else {
+            1.7 * LABEL_SIZE
+        };
+        GAP + WIDTH + 3.0 + widths.fold(0.0, f64::max) + label
+    }
+
+    /// Draws the bar to the right of an area.
+    pub(super) fn draw(&self, svg: &mut Svg, area: Rect) {
+        let x = area.right() + GAP;
+        let (low, high) = (self.levels[0], self.levels[self.levels.len() - 1]);
+        let at = |value: f64| area.bottom() - area.height * (value - low) / (high - low);
+        for (k, level) in self.levels.windows(2).enumerate() {
+            let (bottom, top) = (at(level[0]), at(level[1]));
+            let cell = Rect {
+                x,
+                y: top,
+                width: WIDTH,
+                height: bottom - top,
+            };
+            svg.rect(cell, Some(self.colour(k)), None);
+        }
+        let outline = Stroke::solid(Colour::BLACK, 0.4);
+        svg.rect(
+            Rect {
+                x,
+                width: WIDTH,
+                ..area
+            },
+            None,
+            Some(outline),
+        );
+        let (ticks, exponent) = self.labels();
+        let mut widest: f64 = 0.0;
+        for (value, label) in &ticks {
+            let y = at(*value);
+            svg.line(&[[x + WIDTH, y], [x + WIDTH + 1.5, y]], outline);
+            svg.text(
+                [x + WIDTH + 3.0, y + 0.36 * TICK_SIZE],
+                label,
+                Type::of(TICK_SIZE),
+            );
+            widest = widest.max(text::width(label, TICK_SIZE));
+        }
+        let style = Type {
+            upwards: true,
+            ..Type::of(LABEL_SIZE).anchored(Anchor::Middle)
+        };
+        let right = x + WIDTH + 3.0 + widest + 1.25 * LABEL_SIZE;
+        svg.text(
+            [right, area.y + area.height / 2.0],
+            &self.axis.label(exponent),
+            style,
+        );
+    }
+}

@@ -1,0 +1,272 @@
+//! The surface of a body in space, shaded, from the far triangles to the near ones.
+
+use super::arrow;
+use super::axis::Axis;
+use super::bar::Bar;
+use super::colour::Colour;
+use super::figure::{Margins, Panel, TICK_SIZE};
+use super::legend::{self, Entry, Key};
+use super::svg::{self, Point, Rect, Stroke, Svg, Type};
+
+/// A place in space.
+pub type Place = [f64; 3];
+
+/// What a triangle is painted with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Paint {
+    /// The colour of a value of the field.
+    Value(f64),
+    /// A colour of its own.
+    Plain(Colour),
+}
+
+/// A triangle of the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Face {
+    /// Its corners, counter-clockwise seen from outside.
+    pub corners: [Place; 3],
+    /// What it is painted with, before the light.
+    pub paint: Paint,
+}
+
+/// A closed surface seen from the front (−y), a little from the right and from above (z), without
+/// perspective.
+#[derive(Debug, Clone, Default)]
+pub struct SurfacePlot {
+    /// Above the plot; none if empty.
+    pub title: String,
+    /// The triangles.
+    pub faces: Vec<Face>,
+    /// What the values mean, in which unit, between which limits.
+    pub field: Option<Axis>,
+    /// Names in the legend and their colours.
+    pub groups: Vec<(String, Colour)>,
+    /// Whether the triangles have an outline.
+    pub edges: bool,
+}
+
+/// How far to the right and above the eye stands, rad.
+const AZIMUTH: f64 = 0.5;
+const ELEVATION: f64 = 0.42;
+/// Where the light comes from, in the axes of the page (right, up, towards the eye).
+const LIGHT: Place = [-0.35, 0.6, 0.72];
+/// The brightness of what the light does not reach.
+const SHADOW: f64 = 0.5;
+/// Triangles grow by this much, in points, over the seams between them.
+const SEAM: f64 = 0.2;
+const ARROW: f64 = 13.0;
+const BELOW: f64 = 2.0 * ARROW;
+
+/// A place on the page: right, up, and towards the eye.
+fn seen([x, y, z]: Place) -> Place {
+    let ((s, c), (se, ce)) = (AZIMUTH.sin_cos(), ELEVATION.sin_cos());
+    [
+        c * x + s * y,
+        se * (c * y - s * x) + ce * z,
+        ce * (s * x - c * y) + se * z,
+    ]
+}
+
+/// The unit normal of a triangle; zero for one without area.
+fn normal([a, b, c]: &[Place; 3]) -> Place {
+    let [u, v] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
+    let cross = [
+        u[1] * v[2] - u[2] * v[1],
+        u[2] * v[0] - u[0] * v[2],
+        u[0] * v[1] - u[1] * v[0],
+    ];
+    let length = dot(cross, cross).sqrt();
+    cross.map(|x| if length > 0.0 { x / length } else { 0.0 })
+}
+
+fn dot(a: Place, b: Place) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+impl SurfacePlot {
+    /// The extent of the body on the page: lowest and highest along both axes.
+    fn limits(&self) -> [[f64; 2]; 2] {
+        let mut limits = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+        for place in self.faces.iter().flat_map(|face| face.corners) {
+            for (limit, x) in limits.iter_mut().zip(seen(place)) {
+                *limit = [limit[0].min(x), limit[1].max(x)];
+            }
+        }
+        limits
+    }
+
+    fn bar(&self) -> Option<Bar<'_>> {
+        let value = |face: &Face| match face.paint {
+            Paint::Value(value) => Some(value),
+            Paint::Plain(_) => None,
+        };
+        let values: Vec<f64> = self.faces.iter().filter_map(value).collect();
+        self.field.as_ref().map(|axis| Bar::new(axis, &values))
+    }
+
+    fn entries<'a>(&'a self) -> Vec<Entry<'a>> {
+        let entry = |(name, colour): &'a (String, Colour)| Entry {
+            name,
+            key: Key::Square(*colour),
+        };
+        self.groups.iter().map(entry).collect()
+    }
+
+    /// The triangles that face the eye, the far ones first, in the axes of the page.
+    fn visible(&self) -> Vec<([Place; 3], Paint)> {
+        let turned = self
+            .faces
+            .iter()
+            .map(|face| (face.corners.map(seen), face.paint));
+        let mut visible: Vec<_> = turned
+            .filter(|(corners, _)| normal(corners)[2] > 0.0)
+            .collect();
+        let depth = |corners: &[Place; 3]| corners.iter().map(|corner| corner[2]).sum::<f64>();
+        visible.sort_by(|a, b| depth(&a.0).total_cmp(&depth(&b.0)));
+        visible
+    }
+}
+
+impl Panel for SurfacePlot {
+    fn margins(&self, width: f64, _: f64) -> Margins {
+        Margins {
+            left: 2.0,
+            right: self.bar().map_or(2.0, |bar| bar.margin()),
+            top: legend::height(&self.title, &self.entries(), width).max(2.0),
+            bottom: BELOW,
+        }
+    }
+
+    fn aspect(&self) -> Option<f64> {
+        let [x, y] = self.limits().map(|[low, high]| high - low);
+        // A bar needs some height to be read, whatever the body.
+        Some((y / x).max(0.4))
+    }
+
+    fn draw(&self, svg: &mut Svg, area: Rect) {
+        let [x, y] = self.limits();
+        let scale = (area.width / (x[1] - x[0])).min(area.height / (y[1] - y[0]));
+        let middle = [x, y].map(|[low, high]| 0.5 * (low + high));
+        let place = |corner: Place| -> Point {
+            [
+                area.x + 0.5 * area.width + scale * (corner[0] - middle[0]),
+                area.y + 0.5 * area.height - scale * (corner[1] - middle[1]),
+            ]
+        };
+        let bar = self.bar();
+        for (corners, paint) in self.visible() {
+            let colour = match (paint, &bar) {
+                (Paint::Plain(colour), _) => colour,
+                (Paint::Value(value), Some(bar)) => bar.colour_of(value),
+                (Paint::Value(_), None) => Colour::GREY,
+            };
+            let light = dot(normal(&corners), LIGHT).max(0.0);
+            let shaded = colour.darker(SHADOW + (1.0 - SHADOW) * light);
+            let placed = corners.map(place);
+            svg.fill(&format!("{}Z", svg::path(&grown(placed))), shaded);
+            if self.edges {
+                let outline = Stroke::solid(Colour::GREY, 0.2);
+                svg.path(&format!("{}Z", svg::path(&placed)), outline);
+            }
+        }
+        if let Some(bar) = &bar {
+            bar.draw(svg, area);
+        }
+        draw_axes(svg, [area.x + ARROW, area.bottom() + BELOW - 0.6 * ARROW]);
+        legend::draw(svg, area, &self.title, &self.entries());
+    }
+}
+
+/// The triangle a little larger, about its centre.
+fn grown(corners: [Point; 3]) -> [Point; 3] {
+    let centre = [0, 1].map(|i| corners.iter().map(|corner| corner[i]).sum::<f64>() / 3.0);
+    corners.map(|corner| {
+        let out = [corner[0] - centre[0], corner[1] - centre[1]];
+        let length = out[0].hypot(out[1]).max(SEAM);
+        [0, 1].map(|i| corner[i] + SEAM * out[i] / length)
+    })
+}
+
+/// The directions of the axes, from a point of the page.
+fn draw_axes(svg: &mut Svg, [x, y]: Point) {
+    for (axis, name) in ["*x*", "*y*", "*z*"].into_iter().enumerate() {
+        let mut along = [0.0; 3];
+        along[axis] = 1.0;
+        let [right, up, _] = seen(along);
+        let to = [x + ARROW * right, y - ARROW * up];
+        arrow::draw(svg, [x, y], to, Stroke::solid(Colour::BLACK, 0.7));
+        let label = [
+            x + 1.3 * ARROW * right - 0.25 * TICK_SIZE,
+            y - 1.3 * ARROW * up + 0.3 * TICK_SIZE,
+        ];
+        svg.text(label, name, Type::of(TICK_SIZE));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A unit cube's six sides, two triangles each, with the number of the side as value.
+    fn cube() -> Vec<Face> {
+        let corner = |i: usize| [i & 1, (i >> 1) & 1, (i >> 2) & 1].map(|b| b as f64);
+        let sides = [
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+        ];
+        let faces = sides.into_iter().enumerate().flat_map(|(k, [a, b, c, d])| {
+            [[a, b, c], [a, c, d]].map(|triangle| Face {
+                corners: triangle.map(corner),
+                paint: Paint::Value(k as f64),
+            })
+        });
+        faces.collect()
+    }
+
+    /// From the front, the right and above, the sides x = 1, y = 0 and z = 1 are seen.
+    #[test]
+    fn three_sides_of_a_cube_are_seen() {
+        let plot = SurfacePlot {
+            faces: cube(),
+            ..SurfacePlot::default()
+        };
+        let mut seen: Vec<f64> = plot
+            .visible()
+            .iter()
+            .map(|(_, paint)| match paint {
+                Paint::Value(value) => *value,
+                Paint::Plain(_) => f64::NAN,
+            })
+            .collect();
+        seen.sort_by(f64::total_cmp);
+        assert_eq!(seen, [1.0, 1.0, 2.0, 2.0, 5.0, 5.0]);
+    }
+
+    /// Turned to the page lengths stay: x² + y² + z² of any place.
+    #[test]
+    fn the_view_is_a_rotation() {
+        for place in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, -0.7, 2.0]] {
+            let turned = seen(place);
+            assert!((dot(turned, turned) - dot(place, place)).abs() < 1e-15 * 8.0);
+        }
+    }
+
+    /// A near triangle covers a far one: it is drawn after it.
+    #[test]
+    fn near_triangles_are_drawn_last() {
+        let small = |y: f64, colour| Face {
+            corners: [[0.0, y, 0.0], [1.0, y, 0.0], [0.0, y, 1.0]],
+            paint: Paint::Plain(colour),
+        };
+        let plot = SurfacePlot {
+            faces: vec![small(0.0, Colour::BLUE), small(5.0, Colour::GREEN)],
+            ..SurfacePlot::default()
+        };
+        let drawn: Vec<Paint> = plot.visible().into_iter().map(|(_, paint)| paint).collect();
+        assert_eq!(drawn, [Colour::GREEN, Colour::BLUE].map(Paint::Plain));
+    }
+}

@@ -1,0 +1,233 @@
+//! Pictures of a body in space: its surface, and a section through its middle.
+
+use std::collections::BTreeMap;
+
+use myovib_fem::{Barycentric, Group, Located, Space};
+
+use crate::plot::surface_plot::{Face, Paint, Place};
+use crate::plot::{Axis, Colour, Field, MeshPlot, SurfacePlot};
+
+/// Surfaces of more faces than this are drawn with one triangle for each, else with four.
+const FINE: usize = 3000;
+/// Where a section is, of two extents this near to each other the first axis counts as shorter.
+const ALIKE: f64 = 0.05;
+
+/// The boundary's faces by their six nodes: corners counter-clockwise from outside, then edges.
+pub fn boundary(space: &Space) -> Vec<[usize; 6]> {
+    let mesh = space.mesh();
+    let mut alone: BTreeMap<[usize; 3], Option<[usize; 3]>> = BTreeMap::new();
+    for element in mesh.elements() {
+        for side in mesh.shape().sides {
+            let face = [0, 1, 2].map(|i| element[side[i]]);
+            let mut key = face;
+            key.sort_unstable();
+            let entry = alone.entry(key).or_insert(Some(face));
+            if *entry != Some(face) {
+                *entry = None;
+            }
+        }
+    }
+    let nodes =
+        |face: [usize; 3]| -> Option<[usize; 6]> { space.facet_nodes(&face).try_into().ok() };
+    alone.into_values().flatten().filter_map(nodes).collect()
+}
+
+/// The body at rest; groups of its boundary in colours of their own.
+pub fn groups_plot(space: &Space, groups: &[(&str, Colour)]) -> SurfacePlot {
+    let mut colours: BTreeMap<[usize; 3], Colour> = BTreeMap::new();
+    let mut named = Vec::new();
+    for (name, colour) in groups {
+        if let Ok(Group::Faces(faces)) = space.mesh().group(name) {
+            for face in faces {
+                let mut key = *face;
+                key.sort_unstable();
+                colours.insert(key, *colour);
+            }
+            named.push(((*name).to_owned(), *colour));
+        }
+    }
+    let points = space.node_points::<3>();
+    let face = |nodes: [usize; 6]| {
+        let corners = [nodes[0], nodes[1], nodes[2]];
+        let mut key = corners;
+        key.sort_unstable();
+        Face {
+            corners: corners.map(|node| points[node]),
+            paint: Paint::Plain(colours.get(&key).copied().unwrap_or(Colour::PALE)),
+        }
+    };
+    SurfacePlot {
+        faces: boundary(space).into_iter().map(face).collect(),
+        groups: named,
+        edges: true,
+        ..SurfacePlot::default()
+    }
+}
+
+/// The deformed body, in the colours of the length of its displacement.
+pub fn displacement_plot(space: &Space, displacement: &[Place]) -> SurfacePlot {
+    let points = space.node_points::<3>();
+    let moved = |node: usize| [0, 1, 2].map(|i| points[node][i] + displacement[node][i]);
+    let size = |node: usize| length(displacement[node]);
+    let faces = boundary(space);
+    let parts: &[[usize; 3]] = match faces.len() {
+        0..FINE => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
+        _ => &[[0, 1, 2]],
+    };
+    let triangles = faces.iter().flat_map(|nodes| {
+        parts.iter().map(|part| {
+            let nodes = part.map(|i| nodes[i]);
+            Face {
+                corners: nodes.map(moved),
+                paint: Paint::Value(nodes.map(size).iter().sum::<f64>() / 3.0),
+            }
+        })
+    });
+    SurfacePlot {
+        faces: triangles.collect(),
+        field: Some(Axis::new("|*u*|", "m")),
+        ..SurfacePlot::default()
+    }
+}
+
+/// A plane section of the body at rest, through the middle of its shortest extent, in the colours
+/// of the length of the displacement.
+pub fn section_plot(space: &Space, displacement: &[Place]) -> MeshPlot {
+    let (normal, level) = plane(space);
+    let across: Vec<usize> = (0..3).filter(|axis| *axis != normal).collect();
+    let nodal = displacement.as_flattened();
+    let mut plot = MeshPlot {
+        x: Axis::new(NAMES[across[0]], "m"),
+        y: Axis::new(NAMES[across[1]], "m"),
+        ..MeshPlot::default()
+    };
+    let mut values = Vec::new();
+    for element in 0..space.n_elements() {
+        let corners: [Place; 4] = space.mesh().corners(element);
+        for triangle in cut(&corners.map(|corner| corner[normal] - level)) {
+            let [a, b, c] = triangle;
+            let six = [a, b, c, mean(a, b), mean(b, c), mean(c, a)];
+            let first = plot.nodes.len();
+            for lambda in six {
+                let at = Located {
+                    element,
+                    barycentric: Barycentric::new(&lambda),
+                };
+                let place: Place = space.place(&at);
+                plot.nodes.push([place[across[0]], place[across[1]]]);
+                values.push(length(space.displacement_at(nodal, &at)));
+            }
+            plot.triangles.push(std::array::from_fn(|i| first + i));
+        }
+    }
+    plot.title = format!("section at {} = {level:.3e} m", NAMES[normal]);
+    plot.field = Some(Field {
+        axis: Axis::new("|*u*|", "m"),
+        values,
+    });
+    plot
+}
+
+const NAMES: [&str; 3] = ["*x*", "*y*", "*z*"];
+
+/// The plane across the shortest extent of the body, through its middle: axis and coordinate.
+fn plane(space: &Space) -> (usize, f64) {
+    let limits = [0, 1, 2].map(|axis| {
+        let along = space.node_points::<3>().iter().map(|point| point[axis]);
+        along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+            [low.min(x), high.max(x)]
+        })
+    });
+    let extents = limits.map(|[low, high]| high - low);
+    let shortest = extents.iter().copied().fold(f64::INFINITY, f64::min);
+    let axis = extents
+        .iter()
+        .position(|extent| *extent <= (1.0 + ALIKE) * shortest)
+        .unwrap_or(0);
+    (axis, 0.5 * (limits[axis][0] + limits[axis][1]))
+}
+
+/// The section of a tetrahedron with the plane on which a linear function is zero, as one or two
+/// triangles in barycentric coordinates; `heights`: the function's values at the vertices.
+fn cut(heights: &[f64; 4]) -> Vec<[[f64; 4]; 3]> {
+    let (above, below): (Vec<usize>, Vec<usize>) = (0..4).partition(|&i| heights[i] >= 0.0);
+    let point = |i: usize, j: usize| {
+        let weight = heights[i] / (heights[i] - heights[j]);
+        let mut lambda = [0.0; 4];
+        (lambda[i], lambda[j]) = (1.0 - weight, weight);
+        lambda
+    };
+    match (&above[..], &below[..]) {
+        (&[one], &[a, b, c]) | (&[a, b, c], &[one]) => {
+            vec![[point(one, a), point(one, b), point(one, c)]]
+        }
+        (&[a, b], &[c, d]) => {
+            let [ac, ad, bc, bd] = [point(a, c), point(a, d), point(b, c), point(b, d)];
+            vec![[ac, ad, bd], [ac, bd, bc]]
+        }
+        _ => Vec::new(),
+    }
+}
+
+fn mean(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+    std::array::from_fn(|i| 0.5 * (a[i] + b[i]))
+}
+
+fn length(vector: Place) -> f64 {
+    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use myovib_fem::generate;
+
+    fn block() -> Space {
+        let mesh = generate::block([0.0; 3], [3.0, 1.0, 2.0], [3, 2, 2]).unwrap();
+        Space::taylor_hood(&mesh)
+    }
+
+    #[test]
+    fn the_boundary_of_a_block_is_its_six_sides() {
+        let space = block();
+        let points = space.node_points::<3>();
+        let (mut area, mut volume) = (0.0, 0.0);
+        for nodes in boundary(&space) {
+            let [a, b, c] = [0, 1, 2].map(|i| points[nodes[i]]);
+            let [u, v] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
+            let cross = [
+                u[1] * v[2] - u[2] * v[1],
+                u[2] * v[0] - u[0] * v[2],
+                u[0] * v[1] - u[1] * v[0],
+            ];
+            area += 0.5 * length(cross);
+            // The divergence theorem: outward normals only give the volume.
+            volume += (0..3).map(|i| a[i] * cross[i]).sum::<f64>() / 6.0;
+        }
+        // Sums of some fifty terms of size one.
+        assert!((area - 22.0).abs() < 1e-13, "{area}");
+        assert!((volume - 6.0).abs() < 1e-13, "{volume}");
+    }
+
+    /// Through the middle of y: a rectangle of 3 by 2, with the displacement at its place.
+    #[test]
+    fn the_section_is_the_plane_s_part_of_the_body() {
+        let space = block();
+        let points = space.node_points::<3>();
+        let displacement: Vec<Place> = points.iter().map(|[x, _, _]| [x * x, 0.0, 0.0]).collect();
+        let plot = section_plot(&space, &displacement);
+        let values = &plot.field.as_ref().unwrap().values;
+        let mut area = 0.0;
+        for nodes in &plot.triangles {
+            let [a, b, c] = [0, 1, 2].map(|i| plot.nodes[nodes[i]]);
+            let twice = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+            area += 0.5 * twice.abs();
+            for &node in nodes {
+                let [x, _] = plot.nodes[node];
+                // x² is quadratic: exact but for rounding.
+                assert!((values[node] - x * x).abs() < 1e-13);
+            }
+        }
+        assert!((area - 6.0).abs() < 1e-13, "{area}");
+    }
+}

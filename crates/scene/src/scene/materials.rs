@@ -1,0 +1,279 @@
+//! The materials of a body: law, density and directions of fibres for each element.
+
+use std::collections::BTreeSet;
+
+use myovib_fem::material::three::Axes;
+use myovib_fem::{FemError, Fibres, Group, Law, Mesh};
+
+use super::builder::Builder;
+use crate::InputError;
+use crate::scene_file::SceneFile;
+use crate::scene_file::material::{Direction, Material};
+
+/// What the elements are made of.
+pub(super) struct Materials {
+    /// The law of each.
+    pub(super) laws: Vec<Law>,
+    /// The mass density of each, kg/m³.
+    pub(super) densities: Vec<f64>,
+    /// The number of the material of each.
+    pub(super) regions: Vec<usize>,
+    /// Where fibres run, if a material says so.
+    pub(super) fibres: Option<Fibres>,
+}
+
+impl Builder<'_> {
+    /// Laws, densities and fibres of the elements, each of which has one material.
+    pub(super) fn materials(&self, file: &SceneFile, mesh: &Mesh) -> Result<Materials, InputError> {
+        let mut given: Vec<Option<usize>> = vec![None; mesh.n_elements()];
+        let mut fibres = None;
+        for (i, material) in file.material.iter().enumerate() {
+            let path = format!("material[{i}]");
+            let members = self.elements(material.group.as_deref(), mesh, &path)?;
+            for &element in &members {
+                if given[element].is_some() {
+                    let error = InputError::new(format!(
+                        "{} {element} has two materials: this one and one before it",
+                        mesh.shape().name
+                    ))
+                    .next("give each one material, by groups that do not overlap");
+                    return Err(self.wrong(&path, error));
+                }
+                given[element] = Some(i);
+            }
+            self.directions(material, &path)?;
+            if let Some(fibre) = &material.fibre {
+                let all = fibres.get_or_insert_with(|| Fibres::new(mesh));
+                let sheet = material.sheet.as_ref();
+                self.set_fibres(all, mesh, &members, fibre, sheet, &path)?;
+            }
+        }
+        let without = given.iter().filter(|one| one.is_none()).count();
+        let regions = given.into_iter().collect::<Option<Vec<usize>>>();
+        let regions = regions.ok_or_else(|| {
+            let plural = mesh.shape().plural;
+            let error = InputError::new(format!("{without} {plural} have no material"))
+                .next("add a [[material]] for their group, or one without `group` for all");
+            self.wrong("material", error)
+        })?;
+        let of = |region: &usize| &file.material[*region];
+        Ok(Materials {
+            laws: regions.iter().map(|region| of(region).law.0).collect(),
+            densities: regions.iter().map(|region| of(region).density).collect(),
+            regions,
+            fibres,
+        })
+    }
+
+    /// The elements of a group, or all.
+    pub(super) fn elements(
+        &self,
+        group: Option<&str>,
+        mesh: &Mesh,
+        path: &str,
+    ) -> Result<Vec<usize>, InputError> {
+        let Some(name) = group else {
+            return Ok((0..mesh.n_elements()).collect());
+        };
+        let place = format!("{path}.group");
+        match self.at(&place, mesh.group(name))? {
+            Group::Elements(members) => Ok(members.clone()),
+            _ => {
+                let plural = mesh.shape().plural;
+                let with: BTreeSet<&str> = mesh
+                    .groups()
+                    .iter()
+                    .filter(|(_, group)| matches!(group, Group::Elements(_)))
+                    .map(|(name, _)| name.as_str())
+                    .collect();
+                let error = InputError::new(format!("the group `{name}` holds no {plural}"))
+                    .allowed(with.into_iter().collect::<Vec<_>>().join(", "));
+                Err(self.wrong(&place, error))
+            }
+        }
+    }
+
+    /// Refuses a law of fibres without them, and sheets that are missing or stand alone.
+    fn directions(&self, material: &Material, path: &str) -> Result<(), InputError> {
+        let law = material.law.0;
+        let name = law.description().name;
+        let next = "a vector as [1, 0, 0], or the name of a nodal field of the mesh file";
+        if law.has_fibres() && material.fibre.is_none() {
+            let error =
+                InputError::new(format!("the law {name} needs the direction of its fibres"))
+                    .next(format!("give `fibre`: {next}"));
+            return Err(self.wrong(path, error));
+        }
+        if material.sheet.is_some() && material.fibre.is_none() {
+            let error =
+                InputError::new("sheets without fibres").next(format!("give `fibre` too: {next}"));
+            return Err(self.wrong(&format!("{path}.sheet"), error));
+        }
+        if material.sheet.is_none() && has_sheets(law) {
+            let error =
+                InputError::new(format!("the law {name} needs the direction of its sheets"))
+                    .next(format!("give `sheet`: {next}"));
+            return Err(self.wrong(path, error));
+        }
+        Ok(())
+    }
+
+    /// Gives elements the directions of a material.
+    fn set_fibres(
+        &self,
+        fibres: &mut Fibres,
+        mesh: &Mesh,
+        members: &[usize],
+        fibre: &Direction,
+        sheet: Option<&Direction>,
+        path: &str,
+    ) -> Result<(), InputError> {
+        let (of_fibre, of_sheet) = (format!("{path}.fibre"), format!("{path}.sheet"));
+        match (fibre, sheet) {
+            (Direction::Vector(fibre), None | Some(Direction::Vector(_))) => {
+                let fibre = self.vector(fibre, mesh, &of_fibre)?;
+                let sheet = match sheet {
+                    Some(Direction::Vector(sheet)) => Some(self.vector(sheet, mesh, &of_sheet)?),
+                    _ => None,
+                };
+                if sheet.is_some_and(|sheet| are_parallel(fibre, sheet)) {
+                    let error = InputError::new("the sheets run along the fibres")
+                        .next("give a direction across the fibres");
+                    return Err(self.wrong(&of_sheet, error));
+                }
+                self.at(&of_fibre, fibres.set_constant(mesh, members, fibre, sheet))
+            }
+            (Direction::Field(fibre), None | Some(Direction::Field(_))) => {
+                let sheet = match sheet {
+                    Some(Direction::Field(sheet)) => Some(sheet.as_str()),
+                    _ => None,
+                };
+                let set = fibres.set_nodal(mesh, members, fibre, sheet);
+                set.map_err(|error| {
+                    let place = match (&error, sheet) {
+                        (FemError::UnknownField { name, .. }, Some(sheet)) if name == sheet => {
+                            &of_sheet
+                        }
+                        (FemError::Direction { field, .. }, Some(sheet)) if field == sheet => {
+                            &of_sheet
+                        }
+                        _ => &of_fibre,
+                    };
+                    self.wrong(place, about_field(error, mesh))
+                })
+            }
+            _ => {
+                let error = InputError::new("`fibre` and `sheet` are of different kinds")
+                    .next("give two vectors, or the names of two nodal fields");
+                Err(self.wrong(&of_sheet, error))
+            }
+        }
+    }
+
+    /// A direction by its components; the third may be left out in the plane.
+    fn vector(&self, given: &[f64], mesh: &Mesh, path: &str) -> Result<[f64; 3], InputError> {
+        let wrong = |problem: String| Err(self.wrong(path, InputError::new(problem)));
+        let vector = match (given, mesh.dimension()) {
+            (&[x, y], 2) => [x, y, 0.0],
+            (&[x, y, z], _) => [x, y, z],
+            _ => return wrong("a direction in space has three components".to_owned()),
+        };
+        if vector == [0.0; 3] {
+            return wrong("a direction cannot be zero".to_owned());
+        }
+        if mesh.dimension() == 2 && vector[2] != 0.0 {
+            return wrong("fibres of a plane body lie in its plane: z must be 0".to_owned());
+        }
+        Ok(vector)
+    }
+}
+
+/// What is wrong with a nodal field, with the place of the node.
+fn about_field(error: FemError, mesh: &Mesh) -> InputError {
+    match error {
+        FemError::UnknownField { name, known } => {
+            let error = InputError::new(format!("the mesh has no nodal field `{name}`"));
+            match known.is_empty() {
+                true => error
+                    .found("a mesh without $NodeData")
+                    .next("give a vector, as [1, 0, 0], or add the field to the mesh file"),
+                false => error.allowed(known.join(", ")),
+            }
+        }
+        FemError::Direction {
+            field,
+            node,
+            vector,
+            problem,
+        } => {
+            let dimension = mesh.dimension();
+            let place = usize::try_from(node).ok();
+            let place =
+                place.and_then(|n| mesh.coordinates().get(dimension * n..dimension * (n + 1)));
+            let missing = vector.iter().any(|x| x.is_nan());
+            let problem = if missing { "missing" } else { problem };
+            InputError::new(format!(
+                "the nodal field `{field}` is {problem} at vertex {node} at {place:?}",
+                place = place.unwrap_or_default()
+            ))
+            .found(format!("{vector:?}"))
+            .next("give it a direction at each vertex of the group")
+        }
+        error => InputError::new(error),
+    }
+}
+
+fn are_parallel(a: [f64; 3], b: [f64; 3]) -> bool {
+    let across = [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ];
+    let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    // What interpolation takes for parallel, too: a millionth.
+    length(across) <= 1e-6 * length(a) * length(b)
+}
+
+/// Whether a law tells directions across its fibres from each other: whether turning the sheets
+/// about the fibre changes the energy of a strain without symmetry by more than rounding.
+fn has_sheets(law: Law) -> bool {
+    if !law.has_fibres() {
+        return false;
+    }
+    let strain = [[0.11, 0.05, -0.03], [0.02, 0.07, 0.04], [0.01, -0.06, 0.09]];
+    let energy = |sheet| {
+        let fibre = [1.0, 0.0, 0.0];
+        law.energy3(strain, Axes { fibre, sheet })
+    };
+    let (along_y, turned) = (energy([0.0, 1.0, 0.0]), energy([0.0, 0.6, 0.8]));
+    (along_y - turned).abs() > 1e-10 * along_y.abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sheets_are_asked_for_where_they_matter() {
+        let guccione = Law::named(
+            "guccione",
+            &[("c", 2e3), ("b_f", 8.0), ("b_t", 2.0), ("b_fs", 4.0)],
+        );
+        assert!(!has_sheets(guccione.unwrap()));
+        let heart = |a_s| {
+            let constants = [
+                ("a", 59.0),
+                ("b", 8.023),
+                ("a_f", 18472.0),
+                ("b_f", 16.026),
+                ("a_s", a_s),
+                ("b_s", 11.12),
+                ("a_fs", 0.0),
+                ("b_fs", 11.436),
+            ];
+            Law::named("holzapfel-ogden", &constants).unwrap()
+        };
+        assert!(has_sheets(heart(2481.0)));
+        assert!(!has_sheets(heart(0.0)));
+    }
+}

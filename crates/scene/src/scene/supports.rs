@@ -1,0 +1,123 @@
+//! The supports of a body: components of nodes that are held or moved.
+
+use std::collections::BTreeMap;
+
+use myovib_fem::Space;
+use myovib_model::Signal;
+
+use super::builder::Builder;
+use crate::InputError;
+use crate::scene_file::SceneFile;
+use crate::scene_file::function::Function;
+use crate::scene_file::solid::Axis;
+
+/// The names of the components.
+const NAMES: [&str; 3] = ["x", "y", "z"];
+
+/// The constrained components (node, axis); those that move have their function of time.
+pub(super) type Supports = BTreeMap<(usize, usize), Option<Signal>>;
+
+impl Builder<'_> {
+    /// What holds or moves the body.
+    pub(super) fn supports(&self, file: &SceneFile, space: &Space) -> Result<Supports, InputError> {
+        let dimension = space.dimension();
+        let mut constrained = Supports::new();
+        for (i, fixed) in file.fixed.iter().enumerate() {
+            let path = format!("fixed[{i}]");
+            let nodes = self.at(&format!("{path}.group"), space.nodes_of(&fixed.group))?;
+            let axes: Vec<usize> = match &fixed.components {
+                None => (0..dimension).collect(),
+                Some(axes) => axes.iter().map(|&axis| index(axis)).collect(),
+            };
+            for &axis in &axes {
+                self.component(axis, dimension, &format!("{path}.components"))?;
+            }
+            for &node in &nodes {
+                constrained.extend(axes.iter().map(|&axis| ((node, axis), None)));
+            }
+        }
+        for (i, moving) in file.displacement.iter().enumerate() {
+            let path = format!("displacement[{i}]");
+            let nodes = self.at(&format!("{path}.group"), space.nodes_of(&moving.group))?;
+            for (axis, path, function) in
+                self.components([&moving.x, &moving.y, &moving.z], dimension, &path)?
+            {
+                let signal = self.motion(function, &path)?;
+                for &node in &nodes {
+                    if constrained
+                        .insert((node, axis), Some(signal.clone()))
+                        .is_some()
+                    {
+                        let place = space.node_point(node).iter().map(|x| format!("{x:.6}"));
+                        let error = InputError::new(format!(
+                            "the {} component at ({}) is held or moved twice",
+                            NAMES[axis],
+                            place.collect::<Vec<_>>().join(", ")
+                        ))
+                        .next("take one of the two groups, or give them other nodes");
+                        return Err(self.wrong(&path, error));
+                    }
+                }
+            }
+        }
+        if constrained.is_empty() {
+            let error = InputError::new("nothing holds the body")
+                .next("add a [[fixed]] with the group of the nodes that do not move");
+            return Err(self.wrong("", error));
+        }
+        Ok(constrained)
+    }
+
+    /// A function of time that a displacement can follow from rest.
+    fn motion(&self, function: &Function, path: &str) -> Result<Signal, InputError> {
+        let signal = self.signal(function, path)?;
+        if signal.smoothness() < 1 {
+            let error = InputError::new("a displacement needs a velocity without jumps")
+                .next("take `step`, whose rise is smooth, in place of `ramp`");
+            return Err(self.wrong(path, error));
+        }
+        Ok(signal)
+    }
+
+    /// The components that are given, with their axis and path.
+    pub(super) fn components<'f>(
+        &self,
+        given: [&'f Option<Function>; 3],
+        dimension: usize,
+        path: &str,
+    ) -> Result<Vec<(usize, String, &'f Function)>, InputError> {
+        let given = given.into_iter().enumerate();
+        let given = given.filter_map(|(axis, function)| Some((axis, function.as_ref()?)));
+        given
+            .map(|(axis, function)| {
+                let path = format!("{path}.{}", NAMES[axis]);
+                self.component(axis, dimension, &path)?;
+                Ok((axis, path, function))
+            })
+            .collect()
+    }
+
+    /// Refuses a third component in the plane.
+    pub(super) fn component(
+        &self,
+        axis: usize,
+        dimension: usize,
+        path: &str,
+    ) -> Result<(), InputError> {
+        if axis < dimension {
+            return Ok(());
+        }
+        let error = InputError::new("a plane body has no z component: its mesh is of triangles")
+            .allowed("x, y");
+        Err(self.wrong(path, error))
+    }
+}
+
+/// The number of a component.
+pub(super) fn index(axis: Axis) -> usize {
+    match axis {
+        Axis::X => 0,
+        Axis::Y => 1,
+        Axis::Z => 2,
+    }
+}

@@ -1,0 +1,156 @@
+//! The materials of a scene: a law of the library by its name, and the directions of its fibres.
+//!
+//! The laws and their constants are those of [`myovib_fem::Law::CATALOGUE`]: a law that is added
+//! there is one of scenes, with its ranges and its words in the schema.
+
+use std::collections::BTreeMap;
+
+use myovib_fem::material::{Description, Parameter, Range};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::{Map, Value, json};
+
+use super::number::Number;
+
+/// Another name of `mooney-rivlin`, with c10 = ζ/2 and c01 = 0.
+const NEO_HOOKE: &str = "neo-hooke";
+const NEO_HOOKE_CONSTANTS: &[Parameter] = &[Parameter::new(
+    "shear_modulus",
+    "Pa",
+    Range::Positive,
+    "Shear modulus ζ",
+)];
+
+/// A material on a group of elements: triangles in the plane, tetrahedra in space.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Material {
+    /// Physical group of elements [default: all].
+    pub group: Option<String>,
+    /// Mass density ρ, kg/m³.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub density: f64,
+    /// Where the fibres run, for laws that have some.
+    pub fibre: Option<Direction>,
+    /// Where the sheets run; the part across the fibres counts [default: any direction across, for
+    /// laws to which all are the same].
+    pub sheet: Option<Direction>,
+    /// The material law.
+    #[serde(flatten)]
+    pub law: Law,
+}
+
+/// A direction in the body: one for all elements, or one at each vertex.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Direction {
+    /// A vector of any length.
+    Vector(#[schemars(length(min = 2, max = 3))] Vec<f64>),
+    /// Name of a nodal field of the mesh file (`$NodeData` with three components).
+    Field(String),
+}
+
+/// A law of the library with its constants.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Law(pub myovib_fem::Law);
+
+impl Serialize for Law {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let description = self.0.description();
+        let constants = description.parameters.iter().zip(self.0.values());
+        Written {
+            law: description.name.to_owned(),
+            constants: constants
+                .map(|(parameter, value)| (parameter.name.to_owned(), Number(value)))
+                .collect(),
+        }
+        .serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Law {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let Written { law, constants } = Written::deserialize(deserializer)?;
+        let given = constants.iter().map(|(name, value)| (&**name, value.0));
+        let given: Vec<(&str, f64)> = given.collect();
+        let law = match (&*law, &*given) {
+            (NEO_HOOKE, &[("shear_modulus", zeta)]) => {
+                myovib_fem::Law::named("mooney-rivlin", &[("c10", 0.5 * zeta), ("c01", 0.0)])
+            }
+            (name, given) => myovib_fem::Law::named(name, given),
+        };
+        law.map(Law).map_err(D::Error::custom)
+    }
+}
+
+/// A law as text.
+#[derive(Serialize, Deserialize)]
+struct Written {
+    law: String,
+    #[serde(flatten)]
+    constants: BTreeMap<String, Number>,
+}
+
+impl JsonSchema for Law {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Law".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let laws = myovib_fem::Law::CATALOGUE.iter().map(alternative);
+        let neo_hooke = alternative(&Description {
+            name: NEO_HOOKE,
+            energy: "ζ/2 (Ī1 - 3)",
+            about: "The law mooney-rivlin with c10 = ζ/2, c01 = 0.",
+            parameters: NEO_HOOKE_CONSTANTS,
+            fibres: false,
+            complete: false,
+        });
+        json_schema!({ "oneOf": laws.chain([neo_hooke]).collect::<Vec<_>>() })
+    }
+}
+
+/// The table of a law: its name tells it from the others.
+fn alternative(law: &Description) -> Value {
+    let name = json!({ "type": "string", "const": law.name });
+    let constants = law.parameters.iter();
+    let constants = constants.map(|parameter| (parameter.name.to_owned(), constant(parameter)));
+    let required = law.parameters.iter().filter(|p| p.default.is_none());
+    let required = required.map(|parameter| parameter.name);
+    let properties: Map<String, Value> = [("law".to_owned(), name)]
+        .into_iter()
+        .chain(constants)
+        .collect();
+    let required: Vec<&str> = ["law"].into_iter().chain(required).collect();
+    json!({
+        "type": "object",
+        "description": format!("{} `W = {}`.", law.about, law.energy),
+        "properties": properties,
+        "required": required,
+    })
+}
+
+fn constant(parameter: &Parameter) -> Value {
+    let unit = match parameter.unit {
+        "" => String::new(),
+        unit => format!(", {unit}"),
+    };
+    let description = format!("{}{unit}.", parameter.about);
+    let mut number = json!({ "type": "number", "description": &description });
+    match parameter.range {
+        Range::Positive | Range::PositiveOrInfinite => number["exclusiveMinimum"] = json!(0),
+        Range::NotNegative => number["minimum"] = json!(0),
+        Range::AtLeastOne => number["minimum"] = json!(1),
+        Range::Finite => {}
+    }
+    let mut schema = match parameter.range {
+        Range::PositiveOrInfinite => {
+            json!({ "description": description, "anyOf": [number, { "const": "inf" }] })
+        }
+        _ => number,
+    };
+    if let Some(value) = parameter.default {
+        schema["default"] = json!(value);
+    }
+    schema
+}

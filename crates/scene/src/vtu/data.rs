@@ -1,0 +1,66 @@
+//! Arrays of VTK files: numbers in base64, which are exact and need no parser.
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+
+/// An array of 64-bit numbers with names for its components, if there are several.
+pub(super) fn floats(
+    name: &str,
+    components: &[&str],
+    width: usize,
+    values: impl Iterator<Item = f64>,
+) -> String {
+    let names = components.iter().enumerate();
+    let names = names.map(|(i, name)| format!(" ComponentName{i}=\"{name}\""));
+    let attributes = format!(
+        "NumberOfComponents=\"{width}\"{}",
+        names.collect::<String>()
+    );
+    array(
+        "Float64",
+        name,
+        &attributes,
+        values.flat_map(f64::to_le_bytes),
+    )
+}
+
+/// An array of whole numbers.
+pub(super) fn integers(name: &str, values: impl Iterator<Item = usize>) -> String {
+    let bytes = values.flat_map(|value| (value as i64).to_le_bytes());
+    array("Int64", name, "NumberOfComponents=\"1\"", bytes)
+}
+
+/// The numbers of the array `name` of a file that was written here.
+pub(super) fn read_floats(text: &str, name: &str) -> Option<Vec<f64>> {
+    let (_, rest) = text.split_once(&format!("<DataArray type=\"Float64\" Name=\"{name}\""))?;
+    let (_, rest) = rest.split_once('>')?;
+    let (content, _) = rest.split_once('<')?;
+    let bytes = STANDARD.decode(content).ok()?;
+    let numbers = bytes.get(8..)?.as_chunks::<8>().0.iter();
+    Some(numbers.map(|bytes| f64::from_le_bytes(*bytes)).collect())
+}
+
+/// The number of bytes as 64-bit integer, then the bytes.
+fn array(kind: &str, name: &str, attributes: &str, bytes: impl Iterator<Item = u8>) -> String {
+    let mut content = vec![0; 8];
+    content.extend(bytes);
+    let length = (content.len() - 8) as u64;
+    content[..8].copy_from_slice(&length.to_le_bytes());
+    format!(
+        "<DataArray type=\"{kind}\" Name=\"{name}\" {attributes} format=\"binary\">{}</DataArray>\n",
+        STANDARD.encode(content)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read_back_to_the_last_bit() {
+        let values = [0.1, -1.0 / 3.0, f64::MIN_POSITIVE, 6.02e23];
+        let text = floats("u", &["x", "y"], 2, values.into_iter());
+        assert_eq!(read_floats(&text, "u").unwrap(), values);
+        assert!(read_floats(&text, "v").is_none());
+    }
+}

@@ -1,0 +1,141 @@
+//! The points and cells of field files, and values at them.
+
+use myovib_fem::{Barycentric, Located, Solid, Space};
+use myovib_model::{Quantity, Snapshot};
+
+use crate::Body;
+
+/// The mesh as a picture needs it: nodes between regions are a point of each region, so that what
+/// jumps there keeps a value on either side.
+#[derive(Debug, Clone)]
+pub struct Grid {
+    /// The node of each point.
+    pub(super) nodes: Vec<usize>,
+    /// The points of all cells.
+    pub(super) cells: Vec<usize>,
+    /// The region of each cell.
+    pub(super) regions: Vec<usize>,
+    /// The direction of the fibres at the centre of each cell; empty for a body without.
+    pub(super) fibres: Vec<[f64; 3]>,
+}
+
+impl Grid {
+    /// The grid of a scene's body: its regions are the scene's materials.
+    pub fn of_body(body: &Body) -> Self {
+        let solid = &body.muscle.solid;
+        let fibres = match body.has_fibres {
+            true => fibres(solid),
+            false => Vec::new(),
+        };
+        Self {
+            fibres,
+            ..Self::new(solid.space(), &body.regions)
+        }
+    }
+
+    /// The grid of a space with a region for each element.
+    pub fn new(space: &Space, regions: &[usize]) -> Self {
+        let corners = |e: usize| space.element_nodes(e).iter().map(move |&node| (node, e));
+        let all = (0..space.n_elements()).flat_map(corners);
+        let keys: Vec<(usize, usize)> = all.map(|(node, e)| (node, regions[e])).collect();
+        let mut points = keys.clone();
+        points.sort_unstable();
+        points.dedup();
+        let point = |key| points.partition_point(|other| other < key);
+        Self {
+            cells: keys.iter().map(point).collect(),
+            nodes: points.iter().map(|(node, _)| *node).collect(),
+            regions: regions.to_vec(),
+            fibres: Vec::new(),
+        }
+    }
+
+    /// Number of points.
+    pub fn n_points(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Number of places at which a quantity that jumps between elements is computed.
+    pub fn n_evaluations(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// Values at all points: exact for displacement, velocity and pressure; averaged over the
+    /// elements of the region at the point for what jumps between elements.
+    pub fn values(&self, snapshot: &Snapshot<'_>, quantity: Quantity) -> Vec<Vec<f64>> {
+        let space = snapshot.solid.space();
+        let dimension = space.dimension();
+        let of_nodes = |field: &[f64]| {
+            let vector = |node: &usize| {
+                let mut vector = field[dimension * node..][..dimension].to_vec();
+                vector.resize(3, 0.0);
+                vector
+            };
+            self.nodes.iter().map(vector).collect()
+        };
+        match quantity {
+            Quantity::Displacement => return of_nodes(snapshot.displacement),
+            Quantity::Velocity => return of_nodes(snapshot.velocity),
+            _ => {}
+        }
+        let width = quantity.components(dimension).len();
+        let mut sums = vec![vec![0.0; width]; self.n_points()];
+        let mut counts = vec![0.0_f64; self.n_points()];
+        let places = space.mesh().shape().nodes(space.degree());
+        let elements = self.cells.chunks(places.len()).enumerate();
+        for (element, points) in elements {
+            for (&point, &barycentric) in points.iter().zip(&places) {
+                if snapshot.is_continuous(quantity) && counts[point] > 0.0 {
+                    continue;
+                }
+                let at = Located {
+                    element,
+                    barycentric,
+                };
+                for (sum, value) in sums[point].iter_mut().zip(snapshot.at(&at, quantity)) {
+                    *sum += value;
+                }
+                counts[point] += 1.0;
+            }
+        }
+        for (sum, count) in sums.iter_mut().zip(counts) {
+            sum.iter_mut().for_each(|value| *value /= count);
+        }
+        sums
+    }
+}
+
+/// The fibres' directions at the centres of the elements.
+fn fibres(solid: &Solid) -> Vec<[f64; 3]> {
+    let n = solid.space().mesh().shape().n_vertices();
+    let barycentric = Barycentric::new(&vec![1.0 / n as f64; n]);
+    let axes = |element| {
+        solid.axes_at(&Located {
+            element,
+            barycentric,
+        })
+    };
+    (0..solid.space().n_elements())
+        .map(|element| axes(element).fibre)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nodes_between_regions_are_points_of_both() {
+        let mesh = myovib_fem::generate::rectangle([0.0; 2], [2.0, 1.0], [2, 1]).unwrap();
+        let space = Space::taylor_hood(&mesh);
+        let whole = Grid::new(&space, &[0; 4]);
+        assert_eq!(whole.nodes, (0..space.n_nodes()).collect::<Vec<_>>());
+        // The line between the two cells has three nodes.
+        let parted = Grid::new(&space, &[0, 0, 1, 1]);
+        assert_eq!(parted.n_points(), space.n_nodes() + 3);
+        for (cell, points) in parted.cells.chunks(6).enumerate() {
+            let nodes: Vec<usize> = points.iter().map(|&point| parted.nodes[point]).collect();
+            assert_eq!(nodes, space.element_nodes(cell));
+        }
+    }
+}
