@@ -87,7 +87,7 @@ pub(crate) fn run(
         };
         let result = compute(&scene, &options)?;
         page::write(&options.out, &scene, &result.document)?;
-        let notes = scene.notes().iter().map(|note| plain(&note.to_string()));
+        let notes = scene.notes().into_iter().map(|note| plain(&note));
         Ok(notes
             .chain(result.notes.iter().map(|note| plain(note)))
             .collect())
