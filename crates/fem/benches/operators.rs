@@ -132,6 +132,7 @@ fn main() {
                 divergence: Some(divergence),
                 divergence_rate: Some(divergence_rate),
                 multiplier_stiffness: Some(multiplier_stiffness),
+                ..Tangents::default()
             };
             solid.tangents(black_box(&fields), &mut out).unwrap();
         }),

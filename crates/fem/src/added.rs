@@ -135,7 +135,7 @@ impl<const D: usize, const N: usize, const P: usize> Regions<'_, D, N, P> {
         let batches = self.elements.batches.iter().enumerate();
         let acts = |number: usize| self.stresses[number] != AddedStress::default();
         batches.filter_map(move |(place, batch)| {
-            let number = batch.added.filter(|number| acts(*number))?;
+            let number = batch.kind.added.filter(|number| acts(*number))?;
             Some((place, batch, number))
         })
     }

@@ -4,7 +4,7 @@
 //! register has lanes, and [`Lanes`] one number for each of these. Every element is computed alone,
 //! so results do not depend on the width of the registers, to the last bit.
 //!
-//! A batch holds elements of one law. Per element it keeps the inverse of the map (of a curved one
+//! A batch holds elements of one kind. Per element it keeps the inverse of the map (of a curved one
 //! at each point) and the
 //! measure; shape gradients are kept once per quadrature point in reference coordinates, so a batch
 //! moves little memory. Lanes beyond the last element repeat it with measure zero. Note 0002.
@@ -16,9 +16,10 @@ use pulp::Simd;
 use crate::added::AddedStress;
 use crate::element::Barycentric;
 use crate::fibres::Fibres;
+use crate::kind::{Kind, Ratios};
 use crate::lanes::{Array, LANES, Lanes};
+use crate::material::Real;
 use crate::material::three::Axes;
-use crate::material::{Law, Real};
 use crate::quadrature::Rule;
 use crate::space::Space;
 
@@ -31,12 +32,10 @@ pub(crate) struct Point<const D: usize, const N: usize, const P: usize> {
     pub(crate) gradients: [[f64; D]; N],
 }
 
-/// Up to [`LANES`] elements of one law, with `D` coordinates, `N` nodes and `P` pressures.
+/// Up to [`LANES`] elements of one kind, with `D` coordinates, `N` nodes and `P` pressures.
 #[derive(Debug, Clone)]
 pub(crate) struct Batch<const D: usize, const N: usize, const P: usize> {
-    pub(crate) law: Law,
-    /// The number of the stress that is added to the law's, if one is.
-    pub(crate) added: Option<usize>,
+    pub(crate) kind: Kind,
     pub(crate) elements: [usize; LANES],
     /// Elements that count; the others repeat the last with measure zero.
     pub(crate) count: usize,
@@ -93,12 +92,7 @@ impl<const D: usize> Geometry<D> {
 }
 
 impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
-    fn new(
-        space: &Space,
-        (law, added): (Law, Option<usize>),
-        members: &[usize],
-        points: &[Point<D, N, P>],
-    ) -> Self {
+    fn new(space: &Space, kind: Kind, members: &[usize], points: &[Point<D, N, P>]) -> Self {
         let elements = std::array::from_fn(|l| members[l.min(members.len() - 1)]);
         let n_maps = if space.is_curved(members[0]) {
             points.len()
@@ -112,8 +106,7 @@ impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
         let nodes = std::array::from_fn(|a| elements.map(|e| space.element_nodes(e)[a]));
         let pressures = std::array::from_fn(|a| elements.map(|e| space.element_pressures(e)[a]));
         Self {
-            law,
-            added,
+            kind,
             elements,
             count: members.len(),
             nodes,
@@ -183,6 +176,12 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
             }
         }
         axes
+    }
+
+    /// Constants of the elements by those of the body.
+    #[inline(always)]
+    pub(crate) fn ratios(&self) -> Ratios {
+        self.batch.kind.ratios
     }
 
     /// The element of a lane of the part.
@@ -393,7 +392,7 @@ impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
         let Self { points, batches } = self;
         let is_active = |stress: usize| added[stress].active.is_some();
         let asks = |batch: &&mut Batch<D, N, P>| {
-            batch.law.has_fibres() || batch.added.is_some_and(is_active)
+            batch.kind.law.has_fibres() || batch.kind.added.is_some_and(is_active)
         };
         for batch in batches.iter_mut().filter(asks) {
             let axes = |point: &Point<D, N, P>| {
@@ -412,9 +411,8 @@ impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
         }
     }
 
-    /// Batches of the elements grouped by law and added stress, curved ones apart, in the order of
-    /// the mesh.
-    pub(crate) fn new(space: &Space, laws: &[Law], added: &[Option<usize>], rule: Rule) -> Self {
+    /// Batches of the elements grouped by kind, curved ones apart, in the order of the mesh.
+    pub(crate) fn new(space: &Space, kinds: &[Kind], rule: Rule) -> Self {
         let shape = space.mesh().shape();
         let table = |lambda: Barycentric| {
             let gradients = shape.gradients(space.degree(), &lambda);
@@ -429,10 +427,9 @@ impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
                 gradients: table(q.barycentric),
             })
             .collect();
-        type Kind = (Law, Option<usize>, bool);
-        let mut groups: Vec<(Kind, Vec<usize>)> = Vec::new();
-        for (element, (&law, &added)) in laws.iter().zip(added).enumerate() {
-            let kind = (law, added, space.is_curved(element));
+        let mut groups: Vec<((Kind, bool), Vec<usize>)> = Vec::new();
+        for (element, &kind) in kinds.iter().enumerate() {
+            let kind = (kind, space.is_curved(element));
             match groups.iter_mut().find(|(known, _)| *known == kind) {
                 Some((_, members)) => members.push(element),
                 None => groups.push((kind, vec![element])),
@@ -440,10 +437,10 @@ impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
         }
         let batches = groups
             .iter()
-            .flat_map(|((law, added, _), members)| {
+            .flat_map(|((kind, _), members)| {
                 members
                     .chunks(LANES)
-                    .map(|chunk| Batch::new(space, (*law, *added), chunk, &points))
+                    .map(|chunk| Batch::new(space, *kind, chunk, &points))
             })
             .collect();
         Self { points, batches }

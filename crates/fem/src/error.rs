@@ -96,6 +96,15 @@ pub enum FemError {
         /// That of the operation.
         needed: usize,
     },
+    /// A pressure of elements of different bulk modulus or damping.
+    #[error(
+        "elements of different kappa or beta have the pressure at vertex {vertex} in common: give \
+         each region pressures of its own (Space::with_regions)"
+    )]
+    SharedPressure {
+        /// The vertex.
+        vertex: usize,
+    },
     /// An element that is given two stresses beside that of its law.
     #[error(
         "element {element} is in two regions with active or viscous stress: give it one region \

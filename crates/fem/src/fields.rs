@@ -93,6 +93,9 @@ impl Vectors<'_> {
 pub struct Tangents<'a> {
     /// ∂force/∂u; displacement pattern.
     pub stiffness: Option<&'a mut [f64]>,
+    /// ∂force_rate/∂v, the stiffness with each element's multiplied by its ratio of β; displacement
+    /// pattern.
+    pub damped_stiffness: Option<&'a mut [f64]>,
     /// ∂force_rate/∂u; displacement pattern.
     pub rate_stiffness: Option<&'a mut [f64]>,
     /// B(u) = ∂defect/∂u; divergence pattern.
@@ -114,6 +117,7 @@ impl Tangents<'_> {
     pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
         [
             &mut self.stiffness,
+            &mut self.damped_stiffness,
             &mut self.rate_stiffness,
             &mut self.divergence,
             &mut self.divergence_rate,

@@ -55,15 +55,15 @@ impl Symmetric {
         )
     }
 
-    /// ∫ ψ_k ψ_l between the pressures.
-    pub(crate) fn pressure_mass(space: &Space) -> Self {
+    /// ∫ w ψ_k ψ_l between the pressures, w by element.
+    pub(crate) fn pressure_mass(space: &Space, weight: impl Fn(usize) -> f64) -> Self {
         Self::assemble(
             pressure_pattern(space),
             space,
             Space::element_pressures,
             Rule::Degree4,
             |_, lambda| lambda.to_vec(),
-            |_, w, a, b| w * a * b,
+            |element, w, a, b| w * weight(element) * a * b,
         )
     }
 

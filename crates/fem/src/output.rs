@@ -46,7 +46,9 @@ impl Solid {
         let volume_change = law.volume_change3(gradient);
         let pressure = match fields.pressure {
             Pressure::Nodal(p) => self.space().pressure_at(p, at),
-            Pressure::Penalty { kappa } => -law.penalty(kappa) * volume_change,
+            Pressure::Penalty { kappa } => {
+                -law.penalty(kappa * self.ratios(at.element).kappa) * volume_change
+            }
         };
         let jacobian = 1.0 + volume_change;
         let piola = law.stress3(gradient, pressure, self.axes_at(at));
@@ -149,7 +151,9 @@ impl Solid {
             let d = law.volume_change3(h);
             let volumetric = match fields.pressure {
                 Pressure::Nodal(p) => -self.space().pressure_at(p, at) * d,
-                Pressure::Penalty { kappa } => 0.5 * law.penalty(kappa) * d * d,
+                Pressure::Penalty { kappa } => {
+                    0.5 * law.penalty(kappa * self.ratios(at.element).kappa) * d * d
+                }
             };
             law.energy3(h, self.axes_at(at)) + volumetric
         };

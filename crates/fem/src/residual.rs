@@ -35,7 +35,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize, const RATES: bool>
     pub(crate) fn gather(part: &Part<'_, S, D, N, P>, fields: &Fields<'_>, moving: bool) -> Self {
         let (p, kappa) = match fields.pressure {
             Pressure::Nodal(p) => (Some(p), 0.0),
-            Pressure::Penalty { kappa } => (None, kappa),
+            Pressure::Penalty { kappa } => (None, kappa * part.ratios().kappa),
         };
         Self {
             u: part.gather_vector(Some(fields.u)),
@@ -206,6 +206,12 @@ fn evaluate_part<
         part.scatter_scalar(&defect, global);
     }
     if RATES {
+        let beta = part.ratios().beta;
+        if beta != 1.0 {
+            for entry in force_rate.iter_mut().flatten() {
+                *entry = *entry * beta;
+            }
+        }
         for (local, global) in [
             (&force_rate, &mut out.force_rate),
             (&multiplier_force, &mut out.multiplier_force),
@@ -290,8 +296,8 @@ macro_rules! pass {
                 for vector in out.all_mut() {
                     vector.fill(0.0);
                 }
-                for batches in batches.chunk_by(|a, b| a.law == b.law) {
-                    $with_law!(batches[0].law, law => outlined(
+                for batches in batches.chunk_by(|a, b| a.kind.law == b.kind.law) {
+                    $with_law!(batches[0].kind.law, law => outlined(
                         simd,
                         Run::<_, $dimension, N, P, RATES> {
                             law,

@@ -13,6 +13,7 @@
 
 mod added;
 mod evaluation;
+mod graded;
 #[cfg(test)]
 mod tests;
 
@@ -27,12 +28,15 @@ use crate::dofs::DofMap;
 use crate::error::FemError;
 use crate::fibres::Fibres;
 pub use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
+use crate::kind::{Kind, Ratios};
 use crate::mass::Symmetric;
 use crate::material::Law;
 use crate::material::three::Axes;
 use crate::quadrature::Rule;
 use crate::space::{Degree, Located, Space};
 use crate::sparsity::{ScatterMap, displacement_pattern, divergence_pattern, place};
+
+use graded::Graded;
 
 /// Batches by dimension and number of nodes and pressures of an element.
 #[derive(Debug, Clone)]
@@ -66,7 +70,7 @@ use with_elements;
 impl Elements {
     fn new(
         space: &Space,
-        kinds: (&[Law], &[Option<usize>]),
+        kinds: &[Kind],
         rule: Rule,
         dofs: &DofMap,
         patterns: [&SparsityPattern; 2],
@@ -98,12 +102,12 @@ struct Mapped<const D: usize, const N: usize, const P: usize> {
 impl<const D: usize, const N: usize, const P: usize> Mapped<D, N, P> {
     fn new(
         space: &Space,
-        (laws, added): (&[Law], &[Option<usize>]),
+        kinds: &[Kind],
         rule: Rule,
         dofs: &DofMap,
         [displacement, divergence]: [&SparsityPattern; 2],
     ) -> Self {
-        let batches = Batches::new(space, laws, added, rule);
+        let batches = Batches::new(space, kinds, rule);
         let maps = batches.batches.iter();
         Self {
             maps: maps
@@ -149,12 +153,15 @@ pub struct Solid {
     fibres: Option<Fibres>,
     /// The stresses that are added to the laws'.
     added: Vec<AddedStress>,
-    /// The number of that of each element.
-    added_numbers: Vec<Option<usize>>,
+    /// Law, added stress and constants of each element.
+    kinds: Vec<Kind>,
+    densities: Vec<f64>,
     displacement_pattern: SparsityPattern,
     divergence_pattern: SparsityPattern,
     mass: Symmetric,
     pressure_mass: Symmetric,
+    /// What constants that differ between elements make of the matrices.
+    graded: Option<Graded>,
     pressure_weights: Vec<f64>,
     /// The vector instructions this processor has; all give the same bits.
     arch: Arch,
@@ -247,9 +254,14 @@ impl Solid {
         let displacement_pattern = displacement_pattern(&space, &dofs);
         let divergence_pattern = divergence_pattern(&space, &dofs);
         let patterns = [&displacement_pattern, &divergence_pattern];
-        let added = vec![None; laws.len()];
-        let elements = Elements::new(&space, (&laws, &added), rule, &dofs, patterns);
-        let pressure_mass = Symmetric::pressure_mass(&space);
+        let kind = |&law: &Law| Kind {
+            law,
+            added: None,
+            ratios: Ratios::ONE,
+        };
+        let kinds: Vec<Kind> = laws.iter().map(kind).collect();
+        let elements = Elements::new(&space, &kinds, rule, &dofs, patterns);
+        let pressure_mass = Symmetric::pressure_mass(&space, |_| 1.0);
         Ok(Self {
             mass: Symmetric::node_mass(&space, densities),
             pressure_weights: pressure_mass.row_sums(),
@@ -261,7 +273,9 @@ impl Solid {
             elements,
             fibres: None,
             added: Vec::new(),
-            added_numbers: added,
+            kinds,
+            densities: densities.to_vec(),
+            graded: None,
             displacement_pattern,
             divergence_pattern,
             arch: Arch::new(),

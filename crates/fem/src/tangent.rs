@@ -206,6 +206,20 @@ pub(crate) fn put(place: u32, entry: f64, values: &mut [f64]) {
     }
 }
 
+/// Multiplies an element matrix, if there is one.
+#[inline(always)]
+fn scale<S: Simd, const D: usize, const N: usize>(
+    local: &mut Option<Matrix<S, D, N>>,
+    factor: f64,
+) {
+    let Some(local) = local.as_mut().filter(|_| factor != 1.0) else {
+        return;
+    };
+    for entry in local.iter_mut().flatten().flatten().flatten() {
+        *entry = *entry * factor;
+    }
+}
+
 /// Zero where a matrix is wanted, nothing where it is not.
 #[inline(always)]
 pub(crate) fn room<T: Copy>(wanted: bool, zero: T) -> Option<T> {
@@ -230,7 +244,10 @@ fn tangents_part<
 ) -> Result<(), Inverted> {
     let local = Local::<S, D, N, P, RATES>::gather(part, fields, out.has_rates());
     let zero: Matrix<S, D, N> = [[[[part.zero(); D]; D]; N]; N];
-    let mut stiffness = room(out.stiffness.is_some(), zero);
+    let mut stiffness = room(
+        out.stiffness.is_some() || out.damped_stiffness.is_some(),
+        zero,
+    );
     let mut rate_stiffness = room(RATES && out.rate_stiffness.is_some(), zero);
     let mut multiplier_stiffness = room(RATES && out.multiplier_stiffness.is_some(), zero);
     let zero: Divergence<S, D, N, P> = [[[part.zero(); D]; N]; P];
@@ -259,8 +276,16 @@ fn tangents_part<
             accumulate_divergence(divergence_rate, part, point, &normal);
         }
     }
+    let beta = part.ratios().beta;
+    scale(&mut rate_stiffness, beta);
+    if let (Some(local), Some(global)) = (&stiffness, &mut out.stiffness) {
+        scatter(part, map, local, global);
+    }
+    if out.damped_stiffness.is_some() {
+        scale(&mut stiffness, beta);
+    }
     for (local, global) in [
-        (&stiffness, &mut out.stiffness),
+        (&stiffness, &mut out.damped_stiffness),
         (&rate_stiffness, &mut out.rate_stiffness),
         (&multiplier_stiffness, &mut out.multiplier_stiffness),
     ] {
@@ -353,10 +378,10 @@ macro_rules! pass {
                     values.fill(0.0);
                 }
                 let mut rest = maps;
-                for batches in batches.chunk_by(|a, b| a.law == b.law) {
+                for batches in batches.chunk_by(|a, b| a.kind.law == b.kind.law) {
                     let (maps, after) = rest.split_at(batches.len());
                     rest = after;
-                    $with_law!(batches[0].law, law => outlined(
+                    $with_law!(batches[0].kind.law, law => outlined(
                         simd,
                         Run::<_, $dimension, N, P, RATES> {
                             law,

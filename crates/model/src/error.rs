@@ -35,6 +35,18 @@ pub enum ModelError {
         /// Why not, and what can be done.
         objection: &'static str,
     },
+    /// Elements whose equations have different indices.
+    #[error(
+        "elements {} and {} differ in kind, {what}: the equations would have an index for each; \
+         choose one sort for the whole body",
+        .elements[0], .elements[1]
+    )]
+    MixedParameters {
+        /// What differs.
+        what: &'static str,
+        /// An element of each sort.
+        elements: [usize; 2],
+    },
     /// A tension that cannot be given.
     #[error("the tension of added stress {number} cannot be given: {objection}")]
     Activation {

@@ -20,12 +20,17 @@ pub(crate) struct Matrices {
     stiffness: Option<Vec<f64>>,
     pressure_stiffness: Option<Vec<f64>>,
     rate_stiffness: Option<Vec<f64>>,
+    damped_stiffness: Option<Vec<f64>>,
+    damped_divergence: Option<Vec<f64>>,
+    damped_divergence_rate: Option<Vec<f64>>,
+    damping_mass: Vec<f64>,
     divergence: Option<Vec<f64>>,
     divergence_rate: Option<Vec<f64>>,
     multiplier_stiffness: Option<Vec<f64>>,
     /// The entries that are not zero of the beds' stiffness and damping.
     beds: [(SparsityPattern, Vec<f64>); 2],
     added_stiffness: Option<Vec<f64>>,
+    added_symmetric: Option<Symmetrised>,
     added_damping: Option<Vec<f64>>,
     /// Rows: the free components of each active region whose tension is an unknown.
     tension_pattern: SparsityPattern,
@@ -53,6 +58,7 @@ impl Matrices {
                 without_zeros(solid.displacement_pattern(), &values)
             }),
             added_stiffness: None,
+            added_symmetric: None,
             added_damping: None,
             tension_force: vec![0.0; tension_pattern.nnz()],
             tension_decay: vec![0.0; n_tensions],
@@ -66,6 +72,10 @@ impl Matrices {
             stiffness: None,
             pressure_stiffness: None,
             rate_stiffness: None,
+            damped_stiffness: None,
+            damped_divergence: None,
+            damped_divergence_rate: None,
+            damping_mass: Vec::new(),
             divergence: None,
             divergence_rate: None,
             multiplier_stiffness: None,
@@ -74,7 +84,15 @@ impl Matrices {
             let slot = match matrix {
                 Matrix::Stiffness => &mut matrices.stiffness,
                 Matrix::PressureStiffness => &mut matrices.pressure_stiffness,
+                Matrix::DampingMass => {
+                    let values = solid.damping_mass_values();
+                    matrices.damping_mass = on_pattern(solid, &matrices.mass_pattern, &values);
+                    continue;
+                }
                 Matrix::RateStiffness => &mut matrices.rate_stiffness,
+                Matrix::DampedStiffness => &mut matrices.damped_stiffness,
+                Matrix::DampedDivergenceTransposed => &mut matrices.damped_divergence,
+                Matrix::DampedDivergenceRateTransposed => &mut matrices.damped_divergence_rate,
                 Matrix::Divergence | Matrix::DivergenceTransposed => &mut matrices.divergence,
                 Matrix::DivergenceRate | Matrix::DivergenceRateTransposed => {
                     &mut matrices.divergence_rate
@@ -82,9 +100,25 @@ impl Matrices {
                 Matrix::MultiplierStiffness => &mut matrices.multiplier_stiffness,
                 Matrix::AddedStiffness => &mut matrices.added_stiffness,
                 Matrix::AddedDamping => &mut matrices.added_damping,
+                Matrix::AddedSymmetricStiffness => {
+                    let pattern = solid.displacement_pattern();
+                    matrices.added_symmetric = Some(Symmetrised::new(pattern));
+                    continue;
+                }
                 _ => continue,
             };
-            slot.get_or_insert_with(|| vec![0.0; Self::state_pattern(solid, matrix).nnz()]);
+            let room = || vec![0.0; Self::state_pattern(solid, matrix).nnz()];
+            slot.get_or_insert_with(room);
+            // What is derived needs what it is derived from.
+            match matrix {
+                Matrix::DampedDivergenceTransposed => {
+                    matrices.divergence.get_or_insert_with(room);
+                }
+                Matrix::DampedDivergenceRateTransposed => {
+                    matrices.divergence_rate.get_or_insert_with(room);
+                }
+                _ => {}
+            }
         }
         matrices
     }
@@ -94,7 +128,9 @@ impl Matrices {
             Matrix::Divergence
             | Matrix::DivergenceTransposed
             | Matrix::DivergenceRate
-            | Matrix::DivergenceRateTransposed => solid.divergence_pattern(),
+            | Matrix::DivergenceRateTransposed
+            | Matrix::DampedDivergenceTransposed
+            | Matrix::DampedDivergenceRateTransposed => solid.divergence_pattern(),
             Matrix::PressureMass => solid.pressure_pattern(),
             _ => solid.displacement_pattern(),
         }
@@ -108,12 +144,15 @@ impl Matrices {
     ) -> (&'a SparsityPattern, bool) {
         let transposed = matches!(
             matrix,
-            Matrix::DivergenceTransposed | Matrix::DivergenceRateTransposed
+            Matrix::DivergenceTransposed
+                | Matrix::DivergenceRateTransposed
+                | Matrix::DampedDivergenceTransposed
+                | Matrix::DampedDivergenceRateTransposed
         );
         let pattern = match matrix {
             Matrix::DisplacementIdentity => &self.displacement_identity,
             Matrix::PressureIdentity => &self.pressure_identity,
-            Matrix::Mass => &self.mass_pattern,
+            Matrix::Mass | Matrix::DampingMass => &self.mass_pattern,
             Matrix::BedStiffness => &self.beds[0].0,
             Matrix::BedDamping => &self.beds[1].0,
             Matrix::TensionForce => &self.tension_pattern,
@@ -133,13 +172,21 @@ impl Matrices {
             Matrix::BedDamping => return &self.beds[1].1,
             Matrix::TensionForce => return &self.tension_force,
             Matrix::TensionDecay => return &self.tension_decay,
+            Matrix::AddedSymmetricStiffness => {
+                let stored = self.added_symmetric.as_ref();
+                return &stored.expect("only matrices in use are asked for").values;
+            }
             Matrix::AddedStiffness => &self.added_stiffness,
             Matrix::AddedDamping => &self.added_damping,
             Matrix::Mass => return &self.mass,
-            Matrix::PressureMass => return solid.pressure_mass_values(),
+            Matrix::PressureMass => return solid.compliance_values(),
+            Matrix::DampingMass => return &self.damping_mass,
             Matrix::Stiffness => &self.stiffness,
             Matrix::PressureStiffness => &self.pressure_stiffness,
             Matrix::RateStiffness => &self.rate_stiffness,
+            Matrix::DampedStiffness => &self.damped_stiffness,
+            Matrix::DampedDivergenceTransposed => &self.damped_divergence,
+            Matrix::DampedDivergenceRateTransposed => &self.damped_divergence_rate,
             Matrix::Divergence | Matrix::DivergenceTransposed => &self.divergence,
             Matrix::DivergenceRate | Matrix::DivergenceRateTransposed => &self.divergence_rate,
             Matrix::MultiplierStiffness => &self.multiplier_stiffness,
@@ -162,6 +209,31 @@ impl Matrices {
             values.fill(0.0);
             for load in loads {
                 load.add_stiffness_at(t, factor, u, values);
+            }
+        }
+    }
+
+    /// Fills the symmetric part of the added stresses' stiffness, if it is used.
+    pub(crate) fn symmetrise(&mut self) {
+        if let (Some(part), Some(whole)) = (&mut self.added_symmetric, &self.added_stiffness) {
+            part.take(whole);
+        }
+    }
+
+    /// Fills what is made of other matrices, once these are.
+    pub(crate) fn derive(&mut self, solid: &Solid) {
+        let Some(damping) = solid.pressure_damping() else {
+            return;
+        };
+        let rows = solid.divergence_pattern().minor_indices();
+        for (damped, whole) in [
+            (&mut self.damped_divergence, &self.divergence),
+            (&mut self.damped_divergence_rate, &self.divergence_rate),
+        ] {
+            if let (Some(damped), Some(whole)) = (damped, whole) {
+                for ((damped, whole), &row) in damped.iter_mut().zip(whole).zip(rows) {
+                    *damped = damping[row] * whole;
+                }
             }
         }
     }
@@ -194,10 +266,41 @@ impl Matrices {
     pub(crate) fn wanted(&mut self) -> Tangents<'_> {
         Tangents {
             stiffness: self.stiffness.as_deref_mut(),
+            damped_stiffness: self.damped_stiffness.as_deref_mut(),
             rate_stiffness: self.rate_stiffness.as_deref_mut(),
             divergence: self.divergence.as_deref_mut(),
             divergence_rate: self.divergence_rate.as_deref_mut(),
             multiplier_stiffness: self.multiplier_stiffness.as_deref_mut(),
+        }
+    }
+}
+
+/// The symmetric part of a matrix with a symmetric pattern.
+#[derive(Debug, Clone)]
+struct Symmetrised {
+    /// Where the transposed entry is.
+    mirrored: Vec<u32>,
+    values: Vec<f64>,
+}
+
+impl Symmetrised {
+    fn new(pattern: &SparsityPattern) -> Self {
+        let place = |(column, row): (usize, usize)| {
+            let within = pattern.lane(row).binary_search(&column);
+            let within = within.expect("the pattern is symmetric");
+            u32::try_from(pattern.major_offsets()[row] + within)
+                .expect("fewer than 2^32 entries in a matrix")
+        };
+        Self {
+            mirrored: pattern.entries().map(place).collect(),
+            values: vec![0.0; pattern.nnz()],
+        }
+    }
+
+    fn take(&mut self, whole: &[f64]) {
+        let entries = self.values.iter_mut().zip(whole).zip(&self.mirrored);
+        for ((part, own), &mirrored) in entries {
+            *part = 0.5 * (own + whole[mirrored as usize]);
         }
     }
 }
@@ -225,6 +328,16 @@ fn tension_pattern(muscle: &Muscle) -> SparsityPattern {
     let n_columns = offsets.len() - 1;
     SparsityPattern::try_from_offsets_and_indices(n_columns, solid.dofs().n_free(), offsets, rows)
         .expect("free components ascend")
+}
+
+/// The values in the displacement pattern at the entries of a part of it.
+fn on_pattern(solid: &Solid, part: &SparsityPattern, values: &[f64]) -> Vec<f64> {
+    let whole = solid.displacement_pattern();
+    let entry = |(column, row): (usize, usize)| {
+        let within = whole.lane(column).binary_search(&row);
+        values[whole.major_offsets()[column] + within.expect("a part of the whole")]
+    };
+    part.entries().map(entry).collect()
 }
 
 /// The entries of a constant matrix that are not zero.

@@ -16,12 +16,20 @@ pub enum Matrix {
     PressureIdentity,
     /// M = ∫ρ φ_i·φ_j.
     Mass,
-    /// M_p = ∫ψ_i ψ_j.
+    /// M_p = ∫ψ_i ψ_j, each element's multiplied by κ_body/κ.
     PressureMass,
+    /// M with each element's multiplied by α/α_body; only where elements differ.
+    DampingMass,
     /// K = ∂/∂q ∫P:∇φ, at the present state.
     Stiffness,
-    /// ∂/∂q ∫Ṗ:∇φ.
+    /// ∂/∂q ∫Ṗ:∇φ, each element's multiplied by β/β_body.
     RateStiffness,
+    /// K with each element's multiplied by β/β_body; only where elements differ.
+    DampedStiffness,
+    /// B(q)ᵀ with each pressure multiplied by its β/β_body; only where elements differ.
+    DampedDivergenceTransposed,
+    /// The same for the transpose of ∂(B(q) v)/∂q.
+    DampedDivergenceRateTransposed,
     /// ∂/∂q of the load by pressures on the deformed boundary.
     PressureStiffness,
     /// B(q), `n_vertices × n_free`.
@@ -40,6 +48,8 @@ pub enum Matrix {
     BedDamping,
     /// ∂/∂q of the force of active and viscous stresses; symmetric unless one depends on v.
     AddedStiffness,
+    /// Its symmetric part, what Newton's method takes for it where all the rest is symmetric.
+    AddedSymmetricStiffness,
     /// ∂/∂v of the same; symmetric.
     AddedDamping,
     /// ∂/∂T of the same, `n_free × n_tensions`.

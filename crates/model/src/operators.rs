@@ -20,6 +20,11 @@ pub(crate) fn pressure_mass(solid: &Solid) -> CscMatrix<f64> {
     matrix(solid.pressure_pattern(), values)
 }
 
+/// ∫ψψ κ_body/κ, M_p for one κ.
+pub(crate) fn compliance(solid: &Solid) -> CscMatrix<f64> {
+    matrix(solid.pressure_pattern(), solid.compliance_values().to_vec())
+}
+
 /// B at the displacement `u` of all nodes.
 pub(crate) fn divergence(solid: &Solid, u: &[f64]) -> Result<CscMatrix<f64>, Inverted> {
     let mut values = vec![0.0; solid.divergence_pattern().nnz()];

@@ -120,7 +120,7 @@ impl Integrals<'_> {
     /// `rows` += `factor` M_p `pressure`.
     pub(crate) fn add_pressure_mass(&mut self, factor: f64, pressure: &[f64], rows: &mut [f64]) {
         let product = &mut self.work.pressure_product;
-        self.solid.apply_pressure_mass(pressure, product);
+        self.solid.apply_compliance(pressure, product);
         for (row, m_p) in rows.iter_mut().zip(product.iter()) {
             *row += factor * m_p;
         }
@@ -162,12 +162,20 @@ impl Integrals<'_> {
             load,
             ..
         } = &mut *self.work;
-        if alpha > 0.0 {
+        let graded = self.solid.is_graded();
+        if alpha > 0.0 && !graded {
             for (a, v) in acceleration.iter_mut().zip(velocity.iter()) {
                 *a += alpha * v;
             }
         }
         self.solid.apply_mass(acceleration, inertia);
+        if alpha > 0.0 && graded {
+            let damping = acceleration;
+            self.solid.apply_damping_mass(velocity, damping);
+            for (inertia, damping) in inertia.iter_mut().zip(damping) {
+                *inertia += alpha * *damping;
+            }
+        }
         for (row, &i) in rows.iter_mut().zip(self.solid.dofs().free_to_full()) {
             *row = inertia[i] + force[i] - load[i];
         }

@@ -155,6 +155,7 @@ impl<'a> Newton<'a> {
             pressure_rate: PressureRateSource::None,
             pressed: !muscle.pressures.is_empty(),
             added: Added::of(muscle),
+            graded: muscle.solid.is_graded(),
         };
         let place = |(row, equation): (Field, Equation)| {
             let rows = layout.range(row).expect("laid out for these rows");
@@ -289,7 +290,7 @@ impl<'a> Newton<'a> {
         }
         if let Some(pressure) = pressure {
             let mut product = vec![0.0; pressure.len()];
-            solid.apply_pressure_mass(pressure, &mut product);
+            solid.apply_compliance(pressure, &mut product);
             for (row, m_p) in constraint.iter_mut().zip(&product) {
                 *row += muscle.parameters.inv_kappa * m_p;
             }

@@ -43,20 +43,26 @@ impl Solid {
                 }
             }
         }
-        let kinds = (&self.laws[..], &of_element[..]);
-        let patterns = [&self.displacement_pattern, &self.divergence_pattern];
-        self.elements = Elements::new(&self.space, kinds, self.rule, &self.dofs, patterns);
-        self.added_numbers = of_element;
+        for (kind, added) in self.kinds.iter_mut().zip(of_element) {
+            kind.added = added;
+        }
         self.added = regions.iter().map(|(_, stress)| *stress).collect();
-        Ok(match self.fibres.take() {
+        Ok(self.regrouped())
+    }
+
+    /// The solid with its elements in batches of what are now their kinds.
+    pub(super) fn regrouped(mut self) -> Self {
+        let patterns = [&self.displacement_pattern, &self.divergence_pattern];
+        self.elements = Elements::new(&self.space, &self.kinds, self.rule, &self.dofs, patterns);
+        match self.fibres.take() {
             Some(fibres) => self.with_fibres(fibres),
             None => self,
-        })
+        }
     }
 
     /// The number of the stress that is added in an element, if there is one.
     pub fn added_number(&self, element: usize) -> Option<usize> {
-        self.added_numbers[element]
+        self.kinds[element].added
     }
 
     /// The stresses that are added to those of the laws.

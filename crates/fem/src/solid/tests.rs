@@ -47,6 +47,7 @@ fn everything(solid: &Solid, fields: &Fields<'_>) -> Result<[Vec<f64>; 10], Inve
         multiplier_stiffness: Some(h),
         divergence: Some(i),
         divergence_rate: Some(j),
+        ..Tangents::default()
     };
     solid.tangents(fields, &mut tangents)?;
     Ok(all)

@@ -124,6 +124,7 @@ fn check_graded(law: Law, space: Space, kappa: Option<f64>, factors: Option<Vec<
         divergence: Some(divergence),
         divergence_rate: Some(divergence_rate),
         multiplier_stiffness: Some(multiplier_stiffness),
+        ..Tangents::default()
     };
     solid.tangents(&state.fields(), &mut tangents).unwrap();
     let [k, k_rate, k_mu] = k.map(|values| dense(solid.displacement_pattern(), &values));

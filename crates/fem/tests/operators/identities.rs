@@ -323,6 +323,7 @@ fn all_tangents_at_once_equal_each_alone() {
         multiplier_stiffness: Some(multiplier_stiffness),
         divergence: Some(divergence),
         divergence_rate: Some(divergence_rate),
+        ..Tangents::default()
     };
     solid.tangents(&fields, &mut out).unwrap();
     for (which, together) in all.iter().enumerate() {

@@ -32,7 +32,7 @@ const ROUNDING: f64 = 1e-6;
 pub fn vibration(muscle: &Muscle, q: &[f64], pressure: &[f64]) -> Result<Vibration, ModelError> {
     let solid = &muscle.solid;
     let motion = at_rest(muscle, q);
-    let compliance = operators::pressure_mass(solid) * muscle.parameters.inv_kappa;
+    let compliance = operators::compliance(solid) * muscle.parameters.inv_kappa;
     Ok(Vibration::new(
         operators::mass(solid),
         bedded(
@@ -111,7 +111,7 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
     let none = CscMatrix::zeros(0, mass.nrows());
     let mut inertia = Saddle::factor(&mass, if incompressible { &b } else { &none })?;
     let no_constraint = CscMatrix::zeros(0, b.nrows());
-    let mut compliance = Saddle::factor(&operators::pressure_mass(solid), &no_constraint)?;
+    let mut compliance = Saddle::factor(&operators::compliance(solid), &no_constraint)?;
     let no_flux = vec![0.0; if incompressible { b.nrows() } else { 0 }];
     let mut image = |u: &DVector<f64>| -> Result<DVector<f64>, ModelError> {
         let mut force = &stiffness * u;

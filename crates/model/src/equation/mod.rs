@@ -77,6 +77,8 @@ pub struct Context {
     pub pressed: bool,
     /// What acts beside the law's stress.
     pub added: Added,
+    /// Whether κ, α or β differ between elements.
+    pub graded: bool,
 }
 
 /// What acts on a body beside the stress of its law: where it is not, it costs nothing.

@@ -20,13 +20,14 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
         pressure_rate,
         pressed,
         added,
+        graded,
         ..
     } = *context;
     let mut terms = vec![
         Term {
             column: Field::Velocity,
             matrix: Matrix::Mass,
-            of_value: alpha,
+            of_value: if graded { 0.0 } else { alpha },
             of_rate: 1.0,
         },
         Term::value(Field::Displacement, Matrix::Stiffness, 1.0),
@@ -34,6 +35,9 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
     if pressed {
         let of_load = Matrix::PressureStiffness;
         terms.push(Term::value(Field::Displacement, of_load, -1.0));
+    }
+    if graded && alpha > 0.0 {
+        terms.push(Term::value(Field::Velocity, Matrix::DampingMass, alpha));
     }
     for (acts, column, matrix) in [
         (added.bed[0], Field::Displacement, Matrix::BedStiffness),
@@ -59,15 +63,22 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
             Matrix::RateStiffness,
             beta,
         ));
-        terms.push(Term::value(Field::Velocity, Matrix::Stiffness, beta));
-        if has_pressure {
-            terms.push(Term::value(
-                Field::Pressure,
+        let [stiffness, divergence_rate, rate_of_pressure] = match graded {
+            false => [
+                Matrix::Stiffness,
                 Matrix::DivergenceRateTransposed,
-                -beta,
-            ));
+                Matrix::DivergenceTransposed,
+            ],
+            true => [
+                Matrix::DampedStiffness,
+                Matrix::DampedDivergenceRateTransposed,
+                Matrix::DampedDivergenceTransposed,
+            ],
+        };
+        terms.push(Term::value(Field::Velocity, stiffness, beta));
+        if has_pressure {
+            terms.push(Term::value(Field::Pressure, divergence_rate, -beta));
         }
-        let rate_of_pressure = Matrix::DivergenceTransposed;
         match pressure_rate {
             PressureRateSource::None => {}
             PressureRateSource::Unknown => {

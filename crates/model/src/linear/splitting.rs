@@ -92,11 +92,11 @@ pub(super) struct Places {
 
 impl Splitting {
     /// Lays out the two problems for `dae`; `None` unless it has the stabilized kinematic equation, or
-    /// where a viscous stress or bed damps it: s times the first line then does not take δv away.
+    /// where a viscous stress or bed, or α by element, damps it: s times the first line then does not take δv away.
     pub fn new(dae: &MuscleDae) -> Option<Self> {
         let rows = dae.formulation().rows();
         let stabilized = rows.contains(&(Field::Displacement, Equation::StabilizedKinematic));
-        if !stabilized || dae.is_damped_beside_rayleigh() {
+        if !stabilized || dae.is_damped_beside_mass() {
             return None;
         }
         let range = |field| {
@@ -178,7 +178,7 @@ impl Splitting {
             .chain(&bordering)
             .cloned()
             .collect();
-        let kinds = [&motion, &velocity].map(|entries| match symmetric_signs(entries, false) {
+        let kinds = [&motion, &velocity].map(|entries| match symmetric_signs(entries) {
             Some(signs) if signs.values().all(|&sign| sign > 0.0) => Kind::Symmetric,
             _ => Kind::General,
         });

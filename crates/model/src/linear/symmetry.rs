@@ -6,26 +6,30 @@ use super::Quadratic;
 use crate::assembly::Entry;
 use crate::matrix::Matrix;
 
-/// The transpose of a matrix among the others; `None` where there is none. With `viscous` stress the
-/// stiffness of added stresses is not symmetric.
-fn transposed(matrix: Matrix, viscous: bool) -> Option<Matrix> {
+/// The transpose of a matrix among the others; `None` where there is none. The stiffness of added
+/// stresses counts as symmetric: where it is not, its symmetric part is asked about.
+fn transposed(matrix: Matrix) -> Option<Matrix> {
     match matrix {
-        Matrix::AddedStiffness if viscous => None,
         Matrix::DisplacementIdentity
         | Matrix::PressureIdentity
         | Matrix::Mass
+        | Matrix::DampingMass
         | Matrix::PressureMass
         | Matrix::Stiffness
         | Matrix::MultiplierStiffness
         | Matrix::BedStiffness
         | Matrix::BedDamping
         | Matrix::AddedStiffness
+        | Matrix::AddedSymmetricStiffness
         | Matrix::AddedDamping => Some(matrix),
         Matrix::Divergence => Some(Matrix::DivergenceTransposed),
         Matrix::DivergenceTransposed => Some(Matrix::Divergence),
         Matrix::DivergenceRate => Some(Matrix::DivergenceRateTransposed),
         Matrix::DivergenceRateTransposed => Some(Matrix::DivergenceRate),
         Matrix::RateStiffness
+        | Matrix::DampedStiffness
+        | Matrix::DampedDivergenceTransposed
+        | Matrix::DampedDivergenceRateTransposed
         | Matrix::PressureStiffness
         | Matrix::TensionForce
         | Matrix::TensionIdentity
@@ -35,10 +39,7 @@ fn transposed(matrix: Matrix, viscous: bool) -> Option<Matrix> {
 
 /// The signs, by the first row of each block, that make the matrix of these `entries` symmetric for
 /// each c, the first block keeping its own; `None` if no signs do.
-pub(super) fn symmetric_signs(
-    entries: &[Entry<Quadratic>],
-    viscous: bool,
-) -> Option<HashMap<usize, f64>> {
+pub(super) fn symmetric_signs(entries: &[Entry<Quadratic>]) -> Option<HashMap<usize, f64>> {
     let mut sums: HashMap<(usize, usize, Matrix), [f64; 3]> = HashMap::new();
     for entry in entries {
         let at = (entry.rows.start, entry.columns.start, entry.matrix);
@@ -52,7 +53,7 @@ pub(super) fn symmetric_signs(
     let mut pending = vec![0];
     while let Some(row) = pending.pop() {
         for (&(_, column, matrix), sum) in sums.iter().filter(|((r, ..), _)| *r == row) {
-            let mirrored = sums.get(&(column, row, transposed(matrix, viscous)?))?;
+            let mirrored = sums.get(&(column, row, transposed(matrix)?))?;
             let ratio = if mirrored == sum {
                 1.0
             } else if mirrored.map(|p| -p) == *sum {

@@ -5,8 +5,8 @@ pub(crate) mod bed;
 pub(crate) mod load;
 pub(crate) mod parameters;
 
-use myovib_fem::Solid;
 use myovib_fem::material::Bestel;
+use myovib_fem::{Ratios, Solid};
 
 use crate::error::ModelError;
 use crate::signal::Signal;
@@ -21,7 +21,7 @@ use parameters::Parameters;
 pub struct Muscle {
     /// Operators of the finite element space with material law and density.
     pub solid: Solid,
-    /// Damping and compressibility.
+    /// Damping and compressibility; where elements differ, the largest κ, α and β.
     pub parameters: Parameters,
     /// Forces of fixed direction on the body.
     pub loads: Vec<Load>,
@@ -47,6 +47,49 @@ impl Muscle {
             beds: Vec::new(),
             activations: Vec::new(),
         }
+    }
+
+    /// A body whose elements have κ, α and β of their own, on which nothing acts.
+    ///
+    /// [`parameters`](Self::parameters) are then the largest of each; κ is infinite in all elements or
+    /// in none, and so is β zero.
+    ///
+    /// # Errors
+    /// [`ModelError::MixedParameters`] for κ = ∞ beside κ < ∞, or β = 0 beside β > 0: the index would
+    /// differ between the elements; those of [`Solid::with_ratios`].
+    pub fn graded(solid: Solid, elements: &[Parameters]) -> Result<Self, ModelError> {
+        let mixed = |what, which: fn(&Parameters) -> bool| {
+            let first = elements.iter().position(which);
+            let other = elements.iter().position(|own| !which(own));
+            let elements = first.zip(other);
+            elements.map(|(a, b)| ModelError::MixedParameters {
+                what,
+                elements: [a, b],
+            })
+        };
+        let mixed = mixed(
+            "kappa = inf beside a finite kappa",
+            Parameters::is_incompressible,
+        )
+        .or_else(|| mixed("beta > 0 beside beta = 0", Parameters::is_damped));
+        if let Some(error) = mixed {
+            return Err(error);
+        }
+        let largest = |of: fn(&Parameters) -> f64| elements.iter().map(of).fold(0.0, f64::max);
+        let [alpha, beta] = [largest(|own| own.alpha), largest(|own| own.beta)];
+        let body = Parameters::new(alpha, beta, largest(Parameters::kappa))?;
+        let ratio = |own: f64, largest: f64| if own == largest { 1.0 } else { own / largest };
+        let ratios = elements.iter().map(|own| Ratios {
+            kappa: ratio(own.kappa(), body.kappa()),
+            alpha: ratio(own.alpha, alpha),
+            beta: ratio(own.beta, beta),
+        });
+        let ratios: Vec<Ratios> = ratios.collect();
+        let solid = match ratios.iter().all(|own| *own == Ratios::ONE) {
+            true => solid,
+            false => solid.with_ratios(&ratios)?,
+        };
+        Ok(Self::unloaded(solid, body))
     }
 
     /// Whether what is prescribed can be: constrained components, each once, that move without

@@ -92,6 +92,7 @@ impl MuscleDae {
         self.counters.rate_tangent_passes += u64::from(tangents.rate_stiffness.is_some());
         let pass = self.muscle.solid.tangents(&fields, &mut tangents);
         self.counters.passed(pass)?;
+        self.matrices.derive(&self.muscle.solid);
         if self.context.added.stress[0] {
             let (muscle, work) = (&self.muscle, &self.work);
             let (u, v) = (&work.displacement, &work.velocity);
@@ -100,6 +101,7 @@ impl MuscleDae {
             muscle
                 .solid
                 .added_tangents(&motion, self.matrices.wanted_added());
+            self.matrices.symmetrise();
             self.matrices.update_tensions(muscle, t, u, v);
         }
         self.has_matrices = true;

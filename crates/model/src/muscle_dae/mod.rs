@@ -74,12 +74,15 @@ impl MuscleDae {
             needs.or(equation.needs(&context))
         });
         let blocks = blocks(&rows, &context);
+        let symmetric_part = (context.added.stress[1] && context.beta == 0.0)
+            .then_some(Matrix::AddedSymmetricStiffness);
         let matrices = Matrices::new(
             &muscle,
             blocks
                 .iter()
                 .flat_map(|(_, terms)| terms)
-                .map(|term| term.matrix),
+                .map(|term| term.matrix)
+                .chain(symmetric_part),
         );
         let range = |field| layout.range(field).expect("terms act on fields there are");
         let entries = blocks.iter().flat_map(|(rows, terms)| {
@@ -154,14 +157,14 @@ impl MuscleDae {
         blocks
     }
 
-    /// Whether the body's matrices are symmetric for the elimination of a Newton matrix.
+    /// Whether the stiffness of added stresses is not symmetric.
     pub(crate) fn has_viscous_stress(&self) -> bool {
         self.context.added.stress[1]
     }
 
-    /// Whether a force beside those of Rayleigh's damping depends on the velocity.
-    pub(crate) fn is_damped_beside_rayleigh(&self) -> bool {
-        self.context.added.is_damped()
+    /// Whether damping is more than α times the mass matrix in the momentum balance without β.
+    pub(crate) fn is_damped_beside_mass(&self) -> bool {
+        self.context.added.is_damped() || self.context.graded
     }
 
     /// The pattern of a matrix of this formulation, and whether it is the transposed one.
@@ -194,6 +197,7 @@ fn context(muscle: &Muscle, formulation: Formulation) -> Context {
         },
         pressed: !muscle.pressures.is_empty(),
         added: Added::of(muscle),
+        graded: muscle.solid.is_graded(),
     }
 }
 

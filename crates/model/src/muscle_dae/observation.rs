@@ -156,7 +156,7 @@ impl MuscleDae {
                 ..Vectors::default()
             },
         )?;
-        solid.apply_pressure_mass(&y[range], &mut work.pressure_product);
+        solid.apply_compliance(&y[range], &mut work.pressure_product);
         let inv_kappa = self.context.inv_kappa;
         Ok(work
             .defect

@@ -41,10 +41,12 @@ impl MuscleDae {
         // With p = -κ (J - 1) the mixed energy counts the stored one and pᵀM_p p/(2κ) on top.
         let doubled = pressure.map_or(0.0, |p| {
             let mut product = vec![0.0; p.len()];
-            solid.apply_pressure_mass(p, &mut product);
+            solid.apply_compliance(p, &mut product);
             0.5 * parameters.inv_kappa * dot(p, &product)
         });
         let kinetic = solid.kinetic_energy(velocity);
+        let mut momentum = vec![0.0; velocity.len()];
+        solid.apply_damping_mass(velocity, &mut momentum);
         let viscous = if parameters.is_damped() {
             parameters.beta * dot(&force_rate, velocity)
         } else {
@@ -56,7 +58,7 @@ impl MuscleDae {
             load: dot(&load, velocity),
             support: dot(&supports, velocity),
             active: added.active,
-            dissipation: 2.0 * parameters.alpha * kinetic + viscous + added.dissipation,
+            dissipation: parameters.alpha * dot(&momentum, velocity) + viscous + added.dissipation,
         })
     }
 }

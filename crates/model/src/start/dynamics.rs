@@ -10,7 +10,7 @@ use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
-use crate::operators::{element_size, mass, pressure_mass};
+use crate::operators::{compliance, element_size, mass};
 
 /// The slow manifold is found by a fixed-point iteration that gains a factor of about β |∇v| each
 /// time; what has not settled after these has no slow manifold worth the name.
@@ -61,7 +61,7 @@ impl Dynamics {
 
     /// κ < ∞: M_p λ/κ = -∫ψ (J - 1), and the same differentiated once and twice.
     fn compressible(muscle: &Muscle, t: f64, q: &[f64], v: &[f64]) -> Result<Self, ModelError> {
-        let mass_p = pressure_mass(&muscle.solid);
+        let mass_p = compliance(&muscle.solid);
         let kappa = muscle.parameters.kappa();
         let pressure_of = |defect: Vec<f64>| -> Result<Vec<f64>, ModelError> {
             let right: Vec<f64> = defect.iter().map(|d| -kappa * d).collect();
@@ -111,8 +111,14 @@ impl<'a> Incompressible<'a> {
     }
 
     fn solve(mut self) -> Result<Dynamics, ModelError> {
-        let beta = self.muscle.parameters.beta;
         let n_pressures = self.muscle.solid.space().n_pressures();
+        let mut beta = vec![self.muscle.parameters.beta; n_pressures];
+        if let Some(ratios) = self.muscle.solid.pressure_damping() {
+            for (beta, ratio) in beta.iter_mut().zip(ratios) {
+                *beta *= ratio;
+            }
+        }
+        let is_damped = self.muscle.parameters.is_damped();
         let mut pressure = vec![0.0; n_pressures];
         let mut pressure_rate = vec![0.0; n_pressures];
         let mut settled = false;
@@ -123,7 +129,8 @@ impl<'a> Incompressible<'a> {
             let change: Vec<f64> = missing
                 .iter()
                 .zip(&pressure_rate)
-                .map(|(missing, rate)| missing - beta * rate)
+                .zip(&beta)
+                .map(|((missing, rate), beta)| missing - beta * rate)
                 .collect();
             for (pressure, change) in pressure.iter_mut().zip(&change) {
                 *pressure += change;
@@ -135,8 +142,9 @@ impl<'a> Incompressible<'a> {
         }
         // Momentum to rounding: what λ leaves missing is β λ̇, or λ itself without damping.
         let (acceleration, missing) = self.acceleration(&pressure)?;
-        if beta > 0.0 {
-            pressure_rate = missing.iter().map(|missing| missing / beta).collect();
+        if is_damped {
+            let rates = missing.iter().zip(&beta);
+            pressure_rate = rates.map(|(missing, beta)| missing / beta).collect();
         } else {
             pressure = sum(&pressure, &missing);
         }
@@ -145,7 +153,7 @@ impl<'a> Incompressible<'a> {
             pressure,
             pressure_rate,
             pressure_acceleration: vec![0.0; n_pressures],
-            on_slow_manifold: settled && beta > 0.0,
+            on_slow_manifold: settled && is_damped,
         })
     }
 

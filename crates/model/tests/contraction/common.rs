@@ -129,3 +129,31 @@ pub(crate) fn neo_hooke(shear_modulus: f64) -> Law {
         c01: 0.0,
     }
 }
+
+/// The contracting block whose halves differ in κ, α and β, with pressures of their own.
+pub(crate) fn graded(dimension: usize, kappa: f64, beta: f64) -> Muscle {
+    let plain = contracting(dimension, kappa, beta, elastic());
+    let mesh = block(dimension);
+    let halves = halves(&mesh);
+    let mut region = vec![0; mesh.n_elements()];
+    for &element in &halves[1] {
+        region[element] = 1;
+    }
+    let own = [
+        Parameters::new(1.0, beta, 0.3 * kappa).unwrap(),
+        Parameters::new(7.0, 0.4 * beta, kappa).unwrap(),
+    ];
+    let space = Space::taylor_hood(&mesh).with_regions(&region).unwrap();
+    let dofs = plain.solid.dofs().clone();
+    let stresses = halves.into_iter().zip(elastic());
+    let solid = Solid::uniform(Arc::new(space), dofs, paper::LAW, paper::DENSITY)
+        .unwrap()
+        .with_added_stresses(&stresses.collect::<Vec<_>>())
+        .unwrap();
+    let elements: Vec<Parameters> = region.iter().map(|&region| own[region]).collect();
+    Muscle {
+        beds: plain.beds,
+        activations: plain.activations,
+        ..Muscle::graded(solid, &elements).unwrap()
+    }
+}

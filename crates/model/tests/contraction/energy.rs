@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use myovib_dae::Problem;
 use myovib_fem::AddedStress;
 use myovib_model::{
-    Energies, Formulation, IntegratorKind, ModelError, MuscleDae, Observer, Outcome, Settings,
-    Start, Step, run, start_from,
+    Energies, Formulation, IntegratorKind, LinearSolver, ModelError, MuscleDae, Observer, Outcome,
+    Settings, Start, Step, run, start_from,
 };
 
 use crate::common::{contracting, viscous};
@@ -117,4 +117,26 @@ fn a_body_without_active_or_viscous_stress_does_none_of_their_work() {
         [counters.added_passes, counters.added_tangent_passes],
         [0; 2]
     );
+}
+
+/// Newton's method with the symmetric part of the viscous stiffness, and with the whole.
+#[test]
+fn the_skew_part_of_the_viscous_stiffness_saves_few_iterations() {
+    let formulation = Formulation::Position;
+    let counts = [LinearSolver::Condensed, LinearSolver::Full].map(|linear_solver| {
+        let settings = Settings {
+            linear_solver,
+            ..settings(formulation, 1e-4)
+        };
+        let muscle = contracting(2, 1e5, 0.0, viscous());
+        let mut dae = MuscleDae::new(muscle, formulation).unwrap();
+        let rest = vec![0.0; dae.muscle().solid.dofs().n_free()];
+        let start = Start::new(&mut dae, 0.0, &rest, &rest).unwrap();
+        let mut integrator = start_from(dae, &settings, 0.0, &start.y, &start.y_dot).unwrap();
+        let statistics = run(&mut *integrator, &mut []).unwrap();
+        assert_eq!(statistics.outcome, Outcome::Finished);
+        statistics.counts
+    });
+    let [symmetric, whole] = counts.map(|counts| counts.newton_iterations as f64);
+    assert!(symmetric < 1.1 * whole, "{symmetric} {whole}");
 }

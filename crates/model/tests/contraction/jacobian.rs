@@ -9,17 +9,25 @@ use num_complex::Complex64;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
-use crate::common::{INF, contracting, elastic, viscous};
+use crate::common::{INF, contracting, elastic, graded, viscous};
 
-/// Every formulation with the κ and β that it can be run with.
-fn daes(dimension: usize, stresses: [AddedStress; 2]) -> Vec<MuscleDae> {
-    let cases = [(1e5, 0.0), (1e5, 1e-2), (INF, 0.0), (INF, 1e-2)];
-    let of = |formulation: Formulation| {
-        cases.into_iter().filter_map(move |(kappa, beta)| {
-            MuscleDae::new(contracting(dimension, kappa, beta, stresses), formulation).ok()
-        })
-    };
-    Formulation::ALL.into_iter().flat_map(of).collect()
+/// Every formulation with the κ and β that it can be run with: with viscous stress, without, and of
+/// halves that differ.
+fn daes(dimension: usize) -> Vec<MuscleDae> {
+    let mut daes = Vec::new();
+    for (kappa, beta) in [(1e5, 0.0), (1e5, 1e-2), (INF, 0.0), (INF, 1e-2)] {
+        let muscles = [
+            contracting(dimension, kappa, beta, viscous()),
+            contracting(dimension, kappa, beta, elastic()),
+            graded(dimension, kappa, beta),
+        ];
+        for muscle in muscles {
+            for formulation in Formulation::ALL {
+                daes.extend(MuscleDae::new(muscle.clone(), formulation));
+            }
+        }
+    }
+    daes
 }
 
 struct Drawn {
@@ -87,12 +95,12 @@ fn discrepancy(dae: &mut MuscleDae, rng: &mut StdRng) -> f64 {
 fn jacobian_of_every_formulation_agrees_with_differences() {
     let mut rng = StdRng::seed_from_u64(17);
     for dimension in [2, 3] {
-        for stresses in [viscous(), elastic()] {
-            for mut dae in daes(dimension, stresses) {
-                let error = discrepancy(&mut dae, &mut rng);
-                // As without these stresses: truncation and rounding of the differences.
-                assert!(error < 1e-7, "{dimension} {}: {error:e}", dae.formulation());
-            }
+        for mut dae in daes(dimension) {
+            let error = discrepancy(&mut dae, &mut rng);
+            let parameters = dae.muscle().parameters;
+            let case = format!("{dimension} {} {parameters:?}", dae.formulation());
+            // As without these stresses: truncation and rounding of the differences.
+            assert!(error < 1e-7, "{case}: {error:e}");
         }
     }
 }
@@ -130,19 +138,28 @@ fn backward_error<T: Number>(dae: &mut MuscleDae, c: T, rng: &mut StdRng) -> f64
         .fold(0.0, f64::max)
 }
 
+/// A row holds some fifty products, each rounded a few times on its way through the elimination, and
+/// each entry is a sum of up to ten matrices. A term left out gives 1e-3 and more.
+const ROUNDING: f64 = 1e4 * f64::EPSILON;
+
 #[test]
 fn reduced_systems_solve_the_full_ones() {
     let mut rng = StdRng::seed_from_u64(18);
-    for stresses in [viscous(), elastic()] {
-        for mut dae in daes(2, stresses) {
-            let name = dae.formulation();
-            let real = backward_error(&mut dae, 500.0, &mut rng);
-            let complex = backward_error(&mut dae, Complex64::new(400.0, 300.0), &mut rng);
-            // As in the test without these stresses: rounding, magnified by the elimination.
-            assert!(
-                real < 1e-10 && complex < 1e-10,
-                "{name}: {real:e} {complex:e}"
-            );
+    for mut dae in daes(2) {
+        let name = dae.formulation();
+        let of_viscous = |stress: &AddedStress| stress.viscosity > 0.0;
+        let viscous = dae.muscle().solid.added_stresses().iter().any(of_viscous);
+        let undamped = dae.muscle().parameters.beta == 0.0;
+        let is_symmetric = matches!(name, Formulation::Displacement | Formulation::Position);
+        if viscous && undamped && is_symmetric {
+            // Newton's method takes the symmetric part of the viscous stiffness there.
+            continue;
         }
+        let real = backward_error(&mut dae, 500.0, &mut rng);
+        let complex = backward_error(&mut dae, Complex64::new(400.0, 300.0), &mut rng);
+        assert!(
+            real < ROUNDING && complex < ROUNDING,
+            "{name}: {real:e} {complex:e}"
+        );
     }
 }

@@ -4,5 +4,6 @@
 mod common;
 mod energy;
 mod equilibria;
+mod graded;
 mod jacobian;
 mod refusals;

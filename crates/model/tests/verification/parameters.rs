@@ -107,6 +107,7 @@ fn context(beta: f64, inv_kappa: f64) -> Context {
         pressure_rate: PressureRateSource::None,
         pressed: false,
         added: Added::default(),
+        graded: false,
     }
 }
 

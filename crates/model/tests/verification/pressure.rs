@@ -168,6 +168,7 @@ fn without_pressure_there_is_no_matrix_for_it() {
             pressure_rate: PressureRateSource::Derivative,
             pressed,
             added: Added::default(),
+            graded: false,
         })
     };
     let of_load = |term: &Term| term.matrix == Matrix::PressureStiffness;

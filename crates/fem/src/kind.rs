@@ -1,0 +1,69 @@
+//! What elements are made of: those of one kind are computed together.
+
+use crate::error::FemError;
+use crate::material::Law;
+
+/// Bulk modulus and damping of an element by those of the body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ratios {
+    /// κ of the element by κ of the body; positive.
+    pub kappa: f64,
+    /// The same for α; zero or positive.
+    pub alpha: f64,
+    /// The same for β; zero or positive.
+    pub beta: f64,
+}
+
+impl Ratios {
+    /// Those of the body.
+    pub const ONE: Self = Self {
+        kappa: 1.0,
+        alpha: 1.0,
+        beta: 1.0,
+    };
+
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// [`FemError::Parameter`].
+    pub(crate) fn check(&self) -> Result<(), FemError> {
+        for (name, value, fits, condition) in [
+            (
+                "ratio of kappa",
+                self.kappa,
+                self.kappa > 0.0,
+                "positive and finite",
+            ),
+            (
+                "ratio of alpha",
+                self.alpha,
+                self.alpha >= 0.0,
+                "zero or positive, and finite",
+            ),
+            (
+                "ratio of beta",
+                self.beta,
+                self.beta >= 0.0,
+                "zero or positive, and finite",
+            ),
+        ] {
+            if !(fits && value.is_finite()) {
+                return Err(FemError::Parameter {
+                    name,
+                    value,
+                    condition,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Law, added stress and constants of an element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Kind {
+    pub(crate) law: Law,
+    /// The number of the stress that is added to the law's, if one is.
+    pub(crate) added: Option<usize>,
+    pub(crate) ratios: Ratios,
+}
