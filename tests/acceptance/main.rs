@@ -7,6 +7,7 @@ mod fields;
 mod figures;
 mod harness;
 mod radau;
+mod resumption;
 mod robustness;
 mod scene_results;
 mod scenes;

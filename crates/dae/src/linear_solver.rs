@@ -55,6 +55,28 @@ pub trait LinearSolver<P> {
     fn difference_evaluations(&self) -> u64 {
         0
     }
+
+    /// How often pivots have been chosen that later set-ups keep, of all matrices together; 0 where a
+    /// set-up depends on nothing but the last evaluation and its shifts.
+    fn pivot_choices(&self) -> u64 {
+        0
+    }
+
+    /// Makes the next set-up choose all pivots anew.
+    fn forget_pivots(&mut self) {}
+
+    /// What else of the past decides how systems are solved; nothing by default.
+    fn history(&self) -> Vec<bool> {
+        Vec::new()
+    }
+
+    /// Goes on with a [`history`](LinearSolver::history), that of a solver of the same problem.
+    ///
+    /// # Errors
+    /// Those of the analysis.
+    fn set_history(&mut self, _history: &[bool]) -> Result<(), StepError> {
+        Ok(())
+    }
 }
 
 /// A choice made at run time.
@@ -87,5 +109,21 @@ impl<P, S: LinearSolver<P> + ?Sized> LinearSolver<P> for Box<S> {
 
     fn difference_evaluations(&self) -> u64 {
         (**self).difference_evaluations()
+    }
+
+    fn pivot_choices(&self) -> u64 {
+        (**self).pivot_choices()
+    }
+
+    fn forget_pivots(&mut self) {
+        (**self).forget_pivots();
+    }
+
+    fn history(&self) -> Vec<bool> {
+        (**self).history()
+    }
+
+    fn set_history(&mut self, history: &[bool]) -> Result<(), StepError> {
+        (**self).set_history(history)
     }
 }

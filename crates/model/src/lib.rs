@@ -58,7 +58,7 @@ pub use field::{Field, Layout};
 pub use formulation::Formulation;
 pub use integration::events::first_positive;
 pub use integration::ida::IdaIntegrator;
-pub use integration::integrator::{Advance, Integrator};
+pub use integration::integrator::{Advance, Continuation, Integrator};
 pub use integration::launch::{start_at_rest, start_from};
 pub use integration::projected::Projected;
 pub use integration::radau::RadauIntegrator;

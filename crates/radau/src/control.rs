@@ -1,5 +1,7 @@
 //! Step size control: the classical proposal, tempered by Gustafsson's prediction.
 
+use serde::{Deserialize, Serialize};
+
 /// Chooses step sizes from error estimates (Hairer & Wanner IV.8).
 #[derive(Debug, Clone)]
 pub(crate) struct Control {
@@ -9,6 +11,12 @@ pub(crate) struct Control {
     newton_limit: usize,
     /// The tolerance for the estimate over that for the solution, at least 1.
     loosened: f64,
+    memory: Memory,
+}
+
+/// What is kept between attempts.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub(crate) struct Memory {
     /// Step and error of the last accepted step.
     accepted: Option<(f64, f64)>,
     /// Step and error of the last attempt at this step, if it was rejected.
@@ -40,14 +48,28 @@ impl Control {
             safety,
             newton_limit,
             loosened: loosened.max(1.0),
-            accepted: None,
-            rejected: None,
+            memory: Memory::default(),
         }
+    }
+
+    /// What is kept between attempts.
+    pub(crate) fn memory(&self) -> Memory {
+        self.memory
+    }
+
+    /// Goes on with this memory.
+    pub(crate) fn restore(&mut self, memory: Memory) {
+        self.memory = memory;
+    }
+
+    /// Sets the tolerance for the estimate over that for the solution.
+    pub(crate) fn set_loosened(&mut self, loosened: f64) {
+        self.loosened = loosened.max(1.0);
     }
 
     /// Forgets the steps before.
     pub(crate) fn forget(&mut self) {
-        (self.accepted, self.rejected) = (None, None);
+        self.memory = Memory::default();
     }
 
     /// The error a step is judged by.
@@ -56,7 +78,7 @@ impl Control {
     /// smooth one is of order 2s. Where the estimate does not behave as that of a smooth solution,
     /// it is the error, and held against the tolerance for the solution.
     pub(crate) fn judge(&self, h: f64, error: f64) -> f64 {
-        let rough = match (self.rejected, self.accepted) {
+        let rough = match (self.memory.rejected, self.memory.accepted) {
             (Some((last_h, last_error)), _) => {
                 let order = (last_error / error).ln() / (last_h / h).ln();
                 (ROUGH_ORDERS.0..ROUGH_ORDERS.1).contains(&order)
@@ -72,7 +94,7 @@ impl Control {
 
     /// Takes note of an attempt that failed with this estimate.
     pub(crate) fn reject(&mut self, h: f64, error: f64) {
-        self.rejected = Some((h, error));
+        self.memory.rejected = Some((h, error));
     }
 
     /// The step for which the error would be 1, less a safety margin that grows with the Newton
@@ -84,17 +106,13 @@ impl Control {
         h * factor.clamp(FACTORS.0, FACTORS.1)
     }
 
-    /// The largest next step for the `own` error of variables that counted by h^power.
+    /// The largest next step for what the removal of their leading error leaves in multipliers, of
+    /// this order.
     ///
-    /// It is no reason to repeat a step: most of it belongs to the values the step began with, and
-    /// what these violate is divided by powers of h. After a longer step it is (h_{n−1}/h_n)^s times
-    /// what steps of this size would make it.
-    pub(crate) fn propose_for_own(&self, h: f64, own: f64, power: i32) -> f64 {
-        let estimate_order = 1.0 / self.exponent;
-        let last_h = self.accepted.map_or(h, |(last_h, _)| last_h);
-        let settled = own * (h / last_h).min(1.0).powf(estimate_order - 1.0);
-        let order = (estimate_order - f64::from(power)).max(1.0);
-        let factor = self.safety * settled.max(LEAST_ERROR).powf(-1.0 / order);
+    /// It is no reason to repeat a step, which does not depend on it.
+    pub(crate) fn propose_for_multipliers(&self, h: f64, left: f64, order: i32) -> f64 {
+        let exponent = -1.0 / f64::from(order.max(1));
+        let factor = self.safety * left.max(LEAST_ERROR).powf(exponent);
         h * factor.clamp(FACTORS.0, FACTORS.1)
     }
 
@@ -104,12 +122,14 @@ impl Control {
     pub(crate) fn accept(&mut self, h: f64, error: f64, iterations: usize) -> f64 {
         let error = error.max(LEAST_ERROR);
         let mut proposal = self.propose(h, error, iterations);
-        if let Some((last_h, last_error)) = self.accepted {
+        if let Some((last_h, last_error)) = self.memory.accepted {
             let trend = (h / last_h) * (last_error / (error * error)).powf(self.exponent);
             proposal = proposal.min(h * (self.safety * trend).clamp(FACTORS.0, FACTORS.1));
         }
-        self.accepted = Some((h, error.max(LEAST_TREND)));
-        self.rejected = None;
+        self.memory = Memory {
+            accepted: Some((h, error.max(LEAST_TREND))),
+            rejected: None,
+        };
         proposal
     }
 }

@@ -1,6 +1,8 @@
 //! The collocation polynomial of a step: the next step's starting values and, with one more
 //! condition, dense output.
 
+use serde::{Deserialize, Serialize};
+
 use crate::method::Method;
 
 /// The polynomial u of degree s through y_0 at t_0 and y_0 + z_j at t_0 + c_j h.
@@ -15,7 +17,7 @@ use crate::method::Method;
 /// derivative at t_0 and that of its values, are to leading order h^(s+1) times the same
 /// derivative of the solution; taking away the first takes away the second: û errs by O(h^(s+2)),
 /// and joins the step before with a continuous derivative. As r(1) = 0, the ends stay.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Collocation {
     pub(crate) t0: f64,
     pub(crate) h: f64,

@@ -92,3 +92,86 @@ impl ErrorTest {
         self.error[i] * self.mask[i]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use myovib_dae::{Linearization, StepError};
+    use myovib_sparse::klu::KluOptions;
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+    use crate::matrices::KluMatrices;
+    use crate::method::Method;
+
+    /// ẏ = t^s
+    struct Power(i32);
+
+    impl Problem for Power {
+        fn n_unknowns(&self) -> usize {
+            1
+        }
+
+        fn residual(
+            &mut self,
+            t: f64,
+            _: &[f64],
+            v: &[f64],
+            r: &mut [f64],
+        ) -> Result<(), StepError> {
+            r[0] = v[0] - t.powi(self.0);
+            Ok(())
+        }
+    }
+
+    /// From t = 0 the embedded method, whose quadrature has the order s, leaves out of ∫ t^s what its
+    /// defect at 0 is: −Π(0 − c_i) h^s, times h/γ.
+    #[test]
+    fn the_estimate_is_the_error_of_the_embedded_method() {
+        for stages in [1, 3, 5, 7] {
+            let method = Method::radau_iia(stages).unwrap();
+            let s = stages as i32;
+            let mut problem = Power(s);
+            let pattern = problem.jacobian_pattern();
+            let mut matrices = KluMatrices::new(&pattern, KluOptions::default()).unwrap();
+            for h in [0.5, 2.0_f64] {
+                let at = Linearization {
+                    t: 0.0,
+                    y: &[0.0],
+                    y_dot: &[0.0],
+                    step: h,
+                    weights: &[1e6],
+                };
+                matrices.evaluate(&mut problem, &at).unwrap();
+                let gamma = method.real_mode().lambda;
+                matrices.set_up(&mut problem, gamma / h, &[]).unwrap();
+                let a = DMatrix::from_fn(stages, stages, |i, j| method.a_inverse(i, j));
+                let rates = method.nodes().iter().map(|c| h * (c * h).powi(s));
+                let rates = DVector::from_iterator(stages, rates);
+                let z = a.lu().solve(&rates).unwrap();
+                let step = Step {
+                    method: &method,
+                    t: 0.0,
+                    h,
+                    y: &[0.0],
+                    weights: &[1.0],
+                };
+                let mut test = ErrorTest::new(vec![1.0]);
+                let mut counters = Counters::default();
+                test.estimate(
+                    &mut problem,
+                    &mut matrices,
+                    &step,
+                    z.as_slice(),
+                    false,
+                    &mut counters,
+                )
+                .unwrap();
+                let product: f64 = method.nodes().iter().map(|c| -c).product();
+                let exact = h.powi(s + 1) * product / gamma;
+                // Differences for the Jacobian are right to half the digits.
+                let ratio = test.error(0) / exact;
+                assert!((ratio - 1.0).abs() < 1e-6, "s = {s}, h = {h}: {ratio}");
+            }
+        }
+    }
+}

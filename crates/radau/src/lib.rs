@@ -54,6 +54,7 @@ mod failure;
 mod integrator;
 mod matrices;
 mod method;
+mod multipliers;
 mod newton;
 mod options;
 mod predictor;
@@ -72,7 +73,7 @@ pub use method::{ComplexMode, Method, RealMode};
 pub use myovib_dae::Work;
 pub use options::{IndexScaling, RadauOptions, StepSize};
 pub use sensitivity::{ForwardSensitivities, SensitivityWork};
-pub use solver::{RadauBuilder, RadauSolver};
+pub use solver::{RadauBuilder, RadauSolver, RadauState};
 
 #[cfg(doctest)]
 #[doc = include_str!("../../dae/README.md")]

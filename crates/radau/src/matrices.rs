@@ -97,4 +97,14 @@ impl<P: Problem> LinearSolver<P> for KluMatrices {
     fn difference_evaluations(&self) -> u64 {
         self.jacobian.residual_evaluations()
     }
+
+    fn pivot_choices(&self) -> u64 {
+        let complex = self.complex.iter().map(Factors::pivot_choices);
+        self.real.pivot_choices() + complex.sum::<u64>()
+    }
+
+    fn forget_pivots(&mut self) {
+        self.real.forget_pivots();
+        self.complex.iter_mut().for_each(Factors::forget_pivots);
+    }
 }

@@ -55,6 +55,8 @@ pub struct Method {
     nodes: Vec<f64>,
     /// The coefficients of the ramp, from θ upwards.
     ramp: Vec<f64>,
+    /// The coefficients of ℓ_0 and its first two derivatives, from 1 upwards.
+    start_basis: [Vec<f64>; 3],
     a_inverse: DMatrix<f64>,
     real: RealMode,
     complex: Vec<ComplexMode>,
@@ -78,8 +80,11 @@ impl Method {
             lagrange_derivative(&nodes, j, nodes[i])
         });
         let (real, complex) = modes(&a_inverse);
+        let start_basis = start_basis(&nodes);
+        let slope = derivative(&start_basis);
         Ok(Self {
-            ramp: ramp(&nodes),
+            ramp: ramp(&start_basis),
+            start_basis: [start_basis, slope.clone(), derivative(&slope)],
             nodes,
             a_inverse,
             real,
@@ -117,6 +122,11 @@ impl Method {
         &self.complex
     }
 
+    /// λ/h of the complex modes.
+    pub(crate) fn shifts(&self, h: f64) -> Vec<Complex64> {
+        self.complex.iter().map(|mode| mode.lambda / h).collect()
+    }
+
     /// ℓ_j(θ), the Lagrange polynomial on {0, c_1, …, c_s} that is 1 at c_j (j counted from 0).
     pub(crate) fn basis(&self, j: usize, theta: f64) -> f64 {
         lagrange(&self.nodes, j, theta)
@@ -134,25 +144,43 @@ impl Method {
         powers.fold(0.0, |sum, (k, a)| sum * theta + (k as f64 + 1.0) * a)
     }
 
+    /// ℓ_0(θ) = Π (1 − θ/c_i), the Lagrange polynomial on {0, c_1, …, c_s} that is 1 at 0, or its
+    /// first or second derivative.
+    pub(crate) fn start_basis(&self, derivative: usize, theta: f64) -> f64 {
+        let powers = self.start_basis[derivative].iter().rev();
+        powers.fold(0.0, |sum, a| sum * theta + a)
+    }
+
     /// ℓ_j'(θ); see [`basis`](Method::basis).
     pub(crate) fn basis_derivative(&self, j: usize, theta: f64) -> f64 {
         lagrange_derivative(&self.nodes, j, theta)
     }
 }
 
-/// The coefficients of ∫_0^θ Π_i (1 − τ/c_i) dτ, from θ upwards; none for one stage.
-fn ramp(nodes: &[f64]) -> Vec<f64> {
-    if nodes.len() == 1 {
-        return Vec::new();
-    }
-    let mut derivative = vec![1.0];
+/// The coefficients of Π (1 − θ/c_i), from 1 upwards.
+fn start_basis(nodes: &[f64]) -> Vec<f64> {
+    let mut product = vec![1.0];
     for c in nodes {
-        derivative.push(0.0);
-        for k in (1..derivative.len()).rev() {
-            derivative[k] -= derivative[k - 1] / c;
+        product.push(0.0);
+        for k in (1..product.len()).rev() {
+            product[k] -= product[k - 1] / c;
         }
     }
-    let powers = derivative.iter().enumerate();
+    product
+}
+
+/// The coefficients of the derivative of a polynomial.
+fn derivative(polynomial: &[f64]) -> Vec<f64> {
+    let powers = polynomial.iter().enumerate().skip(1);
+    powers.map(|(k, a)| k as f64 * a).collect()
+}
+
+/// The coefficients of the integral of ℓ_0 from 0, from θ upwards; none for one stage.
+fn ramp(start_basis: &[f64]) -> Vec<f64> {
+    if start_basis.len() == 2 {
+        return Vec::new();
+    }
+    let powers = start_basis.iter().enumerate();
     powers.map(|(k, a)| a / (k as f64 + 1.0)).collect()
 }
 

@@ -157,6 +157,21 @@ impl NewtonSolver {
         Ok(Newton::Failed { step_factor: 0.5 })
     }
 
+    /// What is kept between steps.
+    pub(crate) fn memory(&self) -> [f64; 2] {
+        [self.first_factor, self.contraction]
+    }
+
+    /// Goes on with this [`memory`](Self::memory).
+    pub(crate) fn restore(&mut self, memory: [f64; 2]) {
+        [self.first_factor, self.contraction] = memory;
+    }
+
+    /// Sets the norm below which the error of the solution counts as none.
+    pub(crate) fn set_tolerance(&mut self, tolerance: f64) {
+        self.tolerance = tolerance;
+    }
+
     /// Below this norm the error of the solution counts as none.
     pub(crate) fn tolerance(&self) -> f64 {
         self.tolerance

@@ -242,13 +242,13 @@ impl RadauOptions {
     }
 
     /// The weight of the own error of a variable whose errors count h^(k−1) times for the others,
-    /// as a fraction of its plain weight; 0 if it is not looked at.
+    /// as a fraction of its plain weight, at this `relative` tolerance; 0 if it is not looked at.
     ///
     /// The plain weight is that of the estimate, of order s + 1. The estimate of an algebraic
     /// variable has the order of its error, and may be [`OWN_ERROR`] times the tolerance for the
     /// solution.
-    pub(crate) fn own_weight(&self) -> f64 {
-        let loosened = self.internal_factor(self.tolerances.relative());
+    pub(crate) fn own_weight(&self, relative: f64) -> f64 {
+        let loosened = self.internal_factor(relative);
         match self.index_scaling {
             IndexScaling::Algebraic => (loosened / OWN_ERROR).min(1.0),
             IndexScaling::All | IndexScaling::None => 0.0,
@@ -260,9 +260,8 @@ impl RadauOptions {
     /// What Newton leaves is an error of the solution as it is, whatever the order of the method.
     /// So it is a fraction of the tolerance for the solution: for s = 3 the same as RADAU5's √rtol
     /// of the internal tolerance, (0.1 rtol^(2/3))^(3/2) = 0.1^(3/2) rtol.
-    pub(crate) fn newton_tolerance(&self) -> f64 {
-        let (internal, _) = self.internal_tolerances();
-        let relative = self.tolerances.relative();
+    pub(crate) fn newton_tolerance(&self, relative: f64) -> f64 {
+        let internal = relative * self.internal_factor(relative);
         self.newton_tolerance
             .unwrap_or_else(|| match relative > 0.0 {
                 true => (0.1_f64.powf(1.5) / self.internal_factor(relative))
@@ -271,6 +270,20 @@ impl RadauOptions {
                 // Nothing says how many digits are wanted: as for 1e-6.
                 false => 1e-3,
             })
+    }
+
+    /// The relative tolerance for the solution where that for the estimate is `internal`, or its own if
+    /// that is smaller.
+    pub(crate) fn relative_for(&self, internal: f64) -> f64 {
+        let s = self.stages as f64;
+        let relative = match self.tolerances_for_solution {
+            true => (10.0 * internal).powf(2.0 * s / (s + 1.0)),
+            false => internal,
+        };
+        match self.tolerances.relative() {
+            0.0 => relative,
+            own => relative.min(own),
+        }
     }
 
     /// The step size control for these options.
@@ -309,7 +322,7 @@ fn expect(
     }
 }
 
-fn expect_positive(option: &'static str, value: f64) -> Result<(), RadauError> {
+pub(crate) fn expect_positive(option: &'static str, value: f64) -> Result<(), RadauError> {
     let good = value.is_finite() && value > 0.0;
     expect(option, value, good, "finite and > 0")
 }

@@ -44,6 +44,16 @@ impl Predictor {
         self.continues = false;
     }
 
+    /// Whether the last step's polynomial is continued, which is all that is kept between steps.
+    pub(crate) fn continues(&self) -> bool {
+        self.continues
+    }
+
+    /// Goes on with what [`continues`](Self::continues) gave.
+    pub(crate) fn restore(&mut self, continues: bool) {
+        self.continues = continues;
+    }
+
     /// Chooses the start of the next step by the increments `z` this one ended with.
     pub(crate) fn learn(&mut self, z: &[f64], weights: &[f64]) {
         let mut squares = [0.0, 0.0];

@@ -79,6 +79,19 @@ impl<P: Problem> Roots<P> {
         self.t = None;
     }
 
+    /// Up to where crossings have been looked for, and g there.
+    pub(crate) fn memory(&self) -> (Option<f64>, Vec<f64>) {
+        (self.t, self.low.clone())
+    }
+
+    /// Goes on with this [`memory`](Self::memory), if it is of as many functions.
+    pub(crate) fn restore(&mut self, t: Option<f64>, low: &[f64]) {
+        if low.len() == self.low.len() {
+            self.t = t;
+            self.low.copy_from_slice(low);
+        }
+    }
+
     /// The first crossing beyond those found, up to `end`, a time in the last step.
     pub(crate) fn next(
         &mut self,

@@ -79,7 +79,12 @@ impl Rounding {
 
     /// What is left of an `error` of component i without rounding.
     pub(crate) fn beyond(&self, i: usize, error: f64) -> f64 {
-        (error.abs() - MARGIN * self.noise[i]).max(0.0)
+        (error.abs() - self.of(i)).max(0.0)
+    }
+
+    /// What of an error of component i may be rounding.
+    pub(crate) fn of(&self, i: usize) -> f64 {
+        MARGIN * self.noise[i]
     }
 }
 

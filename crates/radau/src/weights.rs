@@ -102,6 +102,20 @@ fn expect_positive(weights: &[f64]) -> Result<(), StepError> {
 }
 
 impl<P> Weights<P> {
+    /// The relative tolerance for the estimate that a user's weights at `y` mean: the smallest of
+    /// 1/(w |y|). `None` for weights that follow from the options, and where y is 0.
+    pub(crate) fn implied_relative(&self, y: &[f64]) -> Option<f64> {
+        self.user.as_ref()?;
+        let relative = self.plain.iter().zip(y).map(|(w, y)| 1.0 / (w * y.abs()));
+        let smallest = relative.fold(f64::INFINITY, f64::min);
+        smallest.is_finite().then_some(smallest)
+    }
+
+    /// Sets the factor on the weights of variables that count less, for their own errors.
+    pub(crate) fn set_own(&mut self, own: f64) {
+        self.own = own;
+    }
+
     /// Scales the weights for a step of size `h`.
     pub(crate) fn scale(&mut self, h: f64) {
         let weights = self.plain.iter().zip(&self.powers);
@@ -110,9 +124,9 @@ impl<P> Weights<P> {
         }
     }
 
-    /// The highest power of h by which errors count less.
-    pub(crate) fn highest_power(&self) -> i32 {
-        self.powers.iter().copied().max().unwrap_or(0)
+    /// The error that the variable i, which counts less, may have itself.
+    pub(crate) fn own_tolerance(&self, i: usize) -> f64 {
+        1.0 / (self.plain[i] * self.own)
     }
 
     /// The largest of the `errors` of variables that count less, weighed for themselves; 0 where

@@ -88,6 +88,14 @@ impl<T: Number> Factors<T> {
         }
     }
 
+    /// How often pivots were chosen that later matrices keep: never.
+    pub fn pivot_choices(&self) -> u64 {
+        0
+    }
+
+    /// Nothing: each matrix chooses its own.
+    pub fn forget_pivots(&mut self) {}
+
     /// Factorises the matrix with these `values`.
     ///
     /// # Errors

@@ -94,6 +94,14 @@ impl Elimination {
         Ok(self)
     }
 
+    /// Room for factors with exchange of pivots.
+    fn pivoting<T: Number>(&self) -> Result<Factors<T>, SparseError> {
+        let n = self.blocks.n();
+        let pattern = self.pattern.as_ref();
+        let pattern = pattern.ok_or(SparseError::TooLargeToPivot { n })?;
+        Ok(Factors::new(Symbolic::analyze(pattern, self.options)?))
+    }
+
     /// The supernodes.
     pub fn analysis(&self) -> &Arc<Analysis> {
         &self.blocks
@@ -182,21 +190,43 @@ impl<T: Number> SparseSystem<T> {
 
     /// Factorises with exchange of pivots, now and from now on.
     fn pivot(&mut self, work: &mut LinearWork) -> Result<(), SparseError> {
-        let Elimination { blocks, .. } = &*self.elimination;
-        let Some(pattern) = &self.elimination.pattern else {
-            return Err(SparseError::TooLargeToPivot { n: blocks.n() });
-        };
         let factors = match &mut self.pivoting {
             Some(factors) => factors,
-            None => {
-                let symbolic = Symbolic::analyze(pattern, self.elimination.options)?;
-                self.pivoting.insert(Factors::new(symbolic))
-            }
+            None => self.pivoting.insert(self.elimination.pivoting()?),
         };
         factors.renew(&self.values)?;
         work.factorizations += 1;
         work.pivoted += 1;
         work.factor_entries = self.factors().n_entries().unwrap_or(0) as u64;
+        Ok(())
+    }
+
+    /// How often pivots were chosen that later matrices keep.
+    pub fn pivot_choices(&self) -> u64 {
+        self.pivoting.as_ref().map_or(0, Factors::pivot_choices)
+    }
+
+    /// Makes the next matrix choose its pivots anew, where they are exchanged.
+    pub fn forget_pivots(&mut self) {
+        if let Some(factors) = &mut self.pivoting {
+            factors.forget_pivots();
+        }
+    }
+
+    /// Whether pivots are exchanged, and whether the next solution is checked.
+    pub fn history(&self) -> [bool; 2] {
+        [self.pivoting.is_some(), self.check]
+    }
+
+    /// Goes on with a [`history`](Self::history).
+    ///
+    /// # Errors
+    /// Those of the analysis.
+    pub fn set_history(&mut self, [pivoting, check]: [bool; 2]) -> Result<(), SparseError> {
+        self.check = check;
+        if pivoting && self.pivoting.is_none() {
+            self.pivoting = Some(self.elimination.pivoting()?);
+        }
         Ok(())
     }
 

@@ -6,7 +6,7 @@ use super::{Advice, listed};
 use crate::counters::WorkCounters;
 use crate::coupling::{CoupledDae, FeedbackDae};
 use crate::error::ModelError;
-use crate::integration::integrator::{Advance, Integrator};
+use crate::integration::integrator::{Advance, Continuation, Integrator};
 use crate::integration::statistics::{Counts, StopReason};
 use crate::muscle_dae::MuscleDae;
 
@@ -131,6 +131,14 @@ impl<P: WithMuscle> Integrator<P> for Advised<P> {
 
     fn counts(&self) -> Counts {
         self.inner.counts()
+    }
+
+    fn save(&self) -> Option<Continuation> {
+        self.inner.save()
+    }
+
+    fn restore(&mut self, continuation: &Continuation) -> Result<(), ModelError> {
+        self.inner.restore(continuation)
     }
 
     fn problem(&self) -> &P {

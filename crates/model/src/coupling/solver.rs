@@ -90,6 +90,17 @@ impl<T: Number> NetworkFactors<T> {
         Ok(())
     }
 
+    fn pivot_choices(&self) -> u64 {
+        let networks = self.networks.iter();
+        networks.map(|(_, factors)| factors.pivot_choices()).sum()
+    }
+
+    fn forget_pivots(&mut self) {
+        for (_, factors) in &mut self.networks {
+            factors.forget_pivots();
+        }
+    }
+
     /// Solves for the oscillators in place, the body's part of `x` being solved for.
     fn solve<B: Problem>(&mut self, dae: &CoupledDae<B>, x: &mut [T]) -> Result<(), StepError> {
         let n_body = dae.body_range().len();
@@ -188,5 +199,25 @@ impl<B: Problem, S: LinearSolver<B>> LinearSolver<CoupledDae<B>> for CoupledSolv
 
     fn difference_evaluations(&self) -> u64 {
         self.body.difference_evaluations()
+    }
+
+    fn pivot_choices(&self) -> u64 {
+        let of_complex: u64 = self.complex.iter().map(NetworkFactors::pivot_choices).sum();
+        self.body.pivot_choices() + self.real.pivot_choices() + of_complex
+    }
+
+    fn forget_pivots(&mut self) {
+        self.body.forget_pivots();
+        self.real.forget_pivots();
+        let complex = self.complex.iter_mut();
+        complex.for_each(NetworkFactors::forget_pivots);
+    }
+
+    fn history(&self) -> Vec<bool> {
+        self.body.history()
+    }
+
+    fn set_history(&mut self, history: &[bool]) -> Result<(), StepError> {
+        self.body.set_history(history)
     }
 }

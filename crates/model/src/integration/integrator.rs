@@ -1,6 +1,8 @@
 //! What the run driver asks of a time integrator, IDAS or Radau IIA, and what both answer.
 
 use myovib_fem::Inverted;
+use myovib_radau::RadauState;
+use serde::{Deserialize, Serialize};
 use sundials_wrap as wrap;
 
 use crate::error::ModelError;
@@ -24,6 +26,15 @@ pub enum Advance {
     },
 }
 
+/// From where a run by Radau IIA goes on bit by bit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Continuation {
+    /// The integrator's state.
+    pub(crate) radau: RadauState,
+    /// Whether its last step was shortened.
+    pub(crate) shortened: bool,
+}
+
 /// A variable-step integrator that owns its problem.
 pub trait Integrator<P> {
     /// Takes one internal step, at most to the end time.
@@ -43,6 +54,20 @@ pub trait Integrator<P> {
 
     /// The counts so far.
     fn counts(&self) -> Counts;
+
+    /// What [`restore`](Integrator::restore) needs to take the steps that would follow, bit by bit;
+    /// `None` with BDF, whose past steps IDAS does not give.
+    fn save(&self) -> Option<Continuation> {
+        None
+    }
+
+    /// Goes on from where an integrator of the same problem and settings was; BDF goes on as it is.
+    ///
+    /// # Errors
+    /// The state of another problem; matrices that cannot be computed again.
+    fn restore(&mut self, _continuation: &Continuation) -> Result<(), ModelError> {
+        Ok(())
+    }
 
     /// The problem.
     fn problem(&self) -> &P;

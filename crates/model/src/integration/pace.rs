@@ -34,6 +34,16 @@ impl Pace {
         }
     }
 
+    /// Whether the last step was shorter than the integrator proposed: all that is kept of the past.
+    pub(crate) fn shortened(&self) -> bool {
+        self.shortened
+    }
+
+    /// Goes on with what [`shortened`](Self::shortened) gave.
+    pub(crate) fn restore(&mut self, shortened: bool) {
+        self.shortened = shortened;
+    }
+
     /// The end of the run.
     pub(crate) fn t_end(&self) -> f64 {
         self.t_end

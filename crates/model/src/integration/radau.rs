@@ -4,7 +4,7 @@ use myovib_dae::{Problem, Suppressed};
 use myovib_radau::{KluMatrices, RadauBuilder, RadauOptions, RadauSolver};
 
 use crate::error::ModelError;
-use crate::integration::integrator::{Advance, Integrator};
+use crate::integration::integrator::{Advance, Continuation, Integrator};
 use crate::integration::pace::{Bounds, Pace};
 use crate::integration::settings::{LinearSolver, Settings};
 use crate::integration::statistics::Counts;
@@ -171,6 +171,19 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> Integrator<P> for RadauIntegrat
 
     fn counts(&self) -> Counts {
         Counts::from(self.solver.statistics())
+    }
+
+    fn save(&self) -> Option<Continuation> {
+        Some(Continuation {
+            radau: self.solver.save(),
+            shortened: self.pace.shortened(),
+        })
+    }
+
+    fn restore(&mut self, continuation: &Continuation) -> Result<(), ModelError> {
+        self.solver.restore(&continuation.radau)?;
+        self.pace.restore(continuation.shortened);
+        Ok(())
     }
 
     fn problem(&self) -> &P {

@@ -59,6 +59,16 @@ impl<T: Number> Condensed<T> {
         self.system.renew(work)
     }
 
+    /// The linear system that is solved.
+    pub(super) fn system(&self) -> &SparseSystem<T> {
+        &self.system
+    }
+
+    /// The same, to be told of its past.
+    pub(super) fn system_mut(&mut self) -> &mut SparseSystem<T> {
+        &mut self.system
+    }
+
     /// The condensed matrix of the last set-up, in the order of [`Condensation::pattern`].
     pub fn values(&self) -> &[T] {
         self.system.values()

@@ -6,7 +6,9 @@ use myovib_sparse::SparseError;
 use myovib_sparse::klu::KluOptions;
 
 use super::tension::{TensionBlock, Tensions};
-use super::{Condensation, Condensed, Elimination, LinearWork, Number, Split, Splitting};
+use super::{
+    Condensation, Condensed, Elimination, LinearWork, Number, SparseSystem, Split, Splitting,
+};
 use crate::matrix::Matrix;
 use crate::muscle_dae::MuscleDae;
 
@@ -87,6 +89,22 @@ enum ReducedBody<T: Number> {
 }
 
 impl<T: Number> Reduced<T> {
+    /// The linear systems that are solved.
+    pub(super) fn systems(&self) -> Vec<&SparseSystem<T>> {
+        match &self.body {
+            ReducedBody::Condensed(matrix) => vec![matrix.system()],
+            ReducedBody::Split(matrix) => matrix.systems().into(),
+        }
+    }
+
+    /// The same, to be told of their past.
+    pub(super) fn systems_mut(&mut self) -> Vec<&mut SparseSystem<T>> {
+        match &mut self.body {
+            ReducedBody::Condensed(matrix) => vec![matrix.system_mut()],
+            ReducedBody::Split(matrix) => matrix.systems_mut().into(),
+        }
+    }
+
     /// Forms and factorises the matrix for `c` from the `values` of the muscle's matrices.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use myovib_sparse::SparseError;
 use myovib_sparse::klu::KluOptions;
 use num_complex::Complex64;
 
-use super::{Reduced, Reduction};
+use super::{Reduced, Reduction, SparseSystem};
 use crate::muscle_dae::MuscleDae;
 
 /// Solves the Newton systems of a [`MuscleDae`] by a [`Reduction`].
@@ -55,6 +55,49 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
             .and_then(|()| matrices.try_for_each(|(m, &c)| m.set_up(c, values, &mut work)));
         dae.counters_mut().linear = work;
         Ok(result?)
+    }
+
+    fn pivot_choices(&self) -> u64 {
+        let real = self.real.systems();
+        let complex = self.complex.iter().flat_map(Reduced::systems);
+        let of_complex: u64 = complex.map(SparseSystem::pivot_choices).sum();
+        of_complex
+            + real
+                .into_iter()
+                .map(SparseSystem::pivot_choices)
+                .sum::<u64>()
+    }
+
+    fn forget_pivots(&mut self) {
+        let complex = self.complex.iter_mut().flat_map(Reduced::systems_mut);
+        complex.for_each(SparseSystem::forget_pivots);
+        let real = self.real.systems_mut().into_iter();
+        real.for_each(SparseSystem::forget_pivots);
+    }
+
+    fn history(&self) -> Vec<bool> {
+        let real = self.real.systems();
+        let complex = self.complex.iter().flat_map(Reduced::systems);
+        let of_real = real.into_iter().flat_map(SparseSystem::history);
+        of_real
+            .chain(complex.flat_map(SparseSystem::history))
+            .collect()
+    }
+
+    fn set_history(&mut self, history: &[bool]) -> Result<(), StepError> {
+        let of_one = 2 * self.real.systems().len();
+        let fresh = || self.reduction.matrix();
+        self.complex
+            .resize_with((history.len() / of_one).saturating_sub(1), fresh);
+        let mut pairs = history.chunks_exact(2).map(|pair| [pair[0], pair[1]]);
+        for (system, pair) in self.real.systems_mut().into_iter().zip(&mut pairs) {
+            system.set_history(pair)?;
+        }
+        let complex = self.complex.iter_mut().flat_map(Reduced::systems_mut);
+        for (system, pair) in complex.zip(pairs) {
+            system.set_history(pair)?;
+        }
+        Ok(())
     }
 
     fn solve_real(&mut self, dae: &mut MuscleDae, rhs: &mut [f64]) -> Result<(), StepError> {

@@ -49,6 +49,16 @@ impl<T: Number> Split<T> {
         }
     }
 
+    /// The linear systems that are solved.
+    pub(super) fn systems(&self) -> [&SparseSystem<T>; 2] {
+        [&self.motion, &self.velocity]
+    }
+
+    /// The same, to be told of their past.
+    pub(super) fn systems_mut(&mut self) -> [&mut SparseSystem<T>; 2] {
+        [&mut self.motion, &mut self.velocity]
+    }
+
     /// Forms and factorises both matrices for `c` from the `values` of the muscle's matrices.
     ///
     /// # Errors

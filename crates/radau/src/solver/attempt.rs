@@ -1,6 +1,6 @@
 //! One attempt at a step: Jacobian, set-up, Newton, error test.
 
-use myovib_dae::{LinearSolver, Linearization, Problem, StopReason};
+use myovib_dae::{LinearSolver, Linearization, Problem, StepError, StopReason};
 
 use super::state::{Jacobian, RadauSolver};
 use crate::failure::{Failure, Operation, Rejection};
@@ -13,7 +13,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     pub(super) fn attempt(&mut self, h: f64, repeated: bool) -> Result<f64, Failure> {
         let iterations = self.solve_stages(h)?;
         match self.options.step_size {
-            StepSize::Fixed(proposal) => Ok(proposal),
+            StepSize::Fixed(proposal) => {
+                self.measure_multipliers(h)?;
+                Ok(proposal)
+            }
             StepSize::Adaptive => self.test_error(h, repeated, iterations),
         }
     }
@@ -33,21 +36,17 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let mut error =
             self.error_test
                 .estimate(problem, matrices, &step, z, filter_twice, counters)?;
-        let (weights, errors) = (&self.weights, &self.error_test);
-        let mut own = weights.largest_own(|i| errors.error(i));
-        if error.is_finite() && error.max(own) >= 1.0 {
-            let (rounding, n) = (&mut self.rounding, step.y.len());
+        if error.is_finite() && error >= 1.0 {
+            let (rounding, n, errors) = (&mut self.rounding, step.y.len(), &self.error_test);
             rounding.measure(problem, matrices, &step, &self.y_dot, counters)?;
             let beyond = |i| rounding.beyond(i, errors.error(i));
             error = norm((0..n).map(|i| beyond(i) * step.weights[i]), n);
-            own = weights.largest_own(beyond);
         }
         let judged = self.control.judge(h, error);
         if judged < 1.0 {
-            let power = weights.highest_power();
-            let for_own = self.control.propose_for_own(h, own, power);
+            let for_multipliers = self.measure_multipliers(h)?;
             let proposal = self.control.accept(h, error, iterations);
-            return Ok(proposal.min(for_own));
+            return Ok(proposal.min(for_multipliers));
         }
         Err(Failure::Rejected(if error.is_finite() {
             self.control.reject(h, error);
@@ -67,6 +66,33 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 step_factor: 0.5,
             }
         }))
+    }
+
+    /// Measures the leading error of multipliers; the largest next step for what its removal leaves.
+    fn measure_multipliers(&mut self, h: f64) -> Result<f64, Failure> {
+        let step = Step {
+            method: &self.method,
+            t: self.t,
+            h,
+            y: &self.y,
+            weights: self.weights.scaled(),
+        };
+        let (problem, matrices) = (&mut self.problem, &mut self.matrices);
+        let Some(order) = self.multipliers.order(self.method.stages()) else {
+            return Ok(f64::INFINITY);
+        };
+        let before = (self.counters.statistics.steps > 0).then_some(&self.collocation);
+        let (counters, at_start) = (&mut self.counters, (&self.y_dot[..], &self.newton.z[..]));
+        let multipliers = &mut self.multipliers;
+        multipliers.measure(problem, matrices, &step, before, at_start, counters)?;
+        let tolerance = |i| self.weights.own_tolerance(i);
+        let mut left = multipliers.largest_left(&step, before, tolerance, |_| 0.0);
+        if left >= 1.0 {
+            let rounding = &mut self.rounding;
+            rounding.measure(problem, matrices, &step, &self.y_dot, counters)?;
+            left = multipliers.largest_left(&step, before, tolerance, |i| rounding.of(i));
+        }
+        Ok(self.control.propose_for_multipliers(h, left, order))
     }
 
     /// Solves the stage equations, with a new Jacobian if the one at hand fails; the number of
@@ -144,6 +170,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             self.matrices
                 .evaluate(&mut self.problem, &at)
                 .map_err(Operation::Jacobian.failed())?;
+            self.linearized.note(&at);
             self.jacobian = Jacobian::Current;
         }
         Ok(())
@@ -158,14 +185,37 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.counters.statistics.linear_setups += 1;
         self.counters.work.real_factorizations += 1;
         self.counters.work.complex_factorizations += self.shifts.len() as u64;
+        self.choose_pivots_and_factorise(h)
+            .map_err(Operation::LinearSetUp.failed())?;
+        self.set_up_for = Some(h);
+        Ok(())
+    }
+
+    /// Factorises for a step of size h. Where a matrix chooses its pivots anew all do, so that one
+    /// evaluation and one h tell the pivots of all.
+    fn choose_pivots_and_factorise(&mut self, h: f64) -> Result<(), StepError> {
         for (shift, mode) in self.shifts.iter_mut().zip(self.method.complex_modes()) {
             *shift = mode.lambda / h;
         }
         let real = self.method.real_mode().lambda / h;
-        self.matrices
-            .set_up(&mut self.problem, real, &self.shifts)
-            .map_err(Operation::LinearSetUp.failed())?;
-        self.set_up_for = Some(h);
+        let (problem, matrices) = (&mut self.problem, &mut self.matrices);
+        self.pivots_due |= matrices.pivot_choices() != self.pivot_choices;
+        if self.pivots_due {
+            matrices.forget_pivots();
+        }
+        let all_anew = self.pivots_due;
+        self.pivots_due = true;
+        matrices.set_up(problem, real, &self.shifts)?;
+        let chosen = matrices.pivot_choices() != self.pivot_choices;
+        if chosen && !all_anew {
+            matrices.forget_pivots();
+            matrices.set_up(problem, real, &self.shifts)?;
+        }
+        if chosen {
+            self.pivots_at = Some((self.linearized.clone(), h));
+        }
+        self.pivot_choices = matrices.pivot_choices();
+        self.pivots_due = false;
         Ok(())
     }
 }

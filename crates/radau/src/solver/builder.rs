@@ -1,14 +1,15 @@
 //! Putting an integrator together.
 
 use myovib_dae::{Direction, LinearSolver, Problem, StepError, Tolerances, VariableKind, kinds_at};
-use num_complex::Complex64;
 
+use super::saved::Linearized;
 use super::state::{Jacobian, RadauSolver};
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length};
 use crate::error_test::ErrorTest;
 use crate::matrices::KluMatrices;
 use crate::method::Method;
+use crate::multipliers::Multipliers;
 use crate::newton::NewtonSolver;
 use crate::options::RadauOptions;
 use crate::predictor::Predictor;
@@ -58,7 +59,9 @@ impl<P: Problem> RadauBuilder<P> {
 
     /// Replaces the tolerances by a function that writes the error weights w for y. Weights must be
     /// positive. It is called after each step, and its values are taken as they are; see
-    /// [`RadauOptions::internal_factor`].
+    /// [`RadauOptions::internal_factor`]. What else follows from a relative tolerance, Newton's
+    /// tolerance above all, follows from the smallest 1/(w |y|), or from that of the options if it is
+    /// smaller.
     #[must_use]
     pub fn error_weights(
         mut self,
@@ -153,22 +156,27 @@ impl<P: Problem> RadauBuilder<P> {
 
         let mut counters = Counters::default();
         counters.statistics.t_reached = t0;
-        let limit = options.newton_limit();
+        let (limit, relative) = (options.newton_limit(), options.tolerances.relative());
         let mut solver = RadauSolver {
             collocation: Collocation::line(&method, t0, y0, y_dot0),
             predictor: Predictor::new(&method, n),
-            newton: NewtonSolver::new(&method, n, options.newton_tolerance(), limit),
+            newton: NewtonSolver::new(&method, n, options.newton_tolerance(relative), limit),
             error_test: ErrorTest::new(options.error_mask(&kinds)),
             rounding: Rounding::new(n),
+            multipliers: Multipliers::new(&kinds, &indices, y0),
             control: options.control(),
             jacobian: Jacobian::Due,
             set_up_for: None,
-            shifts: vec![Complex64::ZERO; method.complex_modes().len()],
+            linearized: Linearized::default(),
+            pivots_at: None,
+            pivots_due: true,
+            pivot_choices: 0,
+            shifts: method.shifts(1.0),
             algebraic: (0..n)
                 .filter(|&i| kinds[i] == VariableKind::Algebraic)
                 .collect(),
             kinds,
-            weights: Weights::new(weights, powers, options.own_weight()),
+            weights: Weights::new(weights, powers, options.own_weight(relative)),
             weighed: Ok(()),
             roots: roots.map(|(directions, functions)| Roots::new(directions, functions, n)),
             pause: None,

@@ -10,9 +10,11 @@ mod events;
 mod last_step;
 mod output;
 mod restart;
+mod saved;
 mod state;
 mod stepping;
 
 pub use builder::RadauBuilder;
 pub(crate) use last_step::AcceptedStep;
+pub use saved::RadauState;
 pub use state::RadauSolver;

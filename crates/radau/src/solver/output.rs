@@ -109,8 +109,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         statistics.current_order = self.method.order();
         statistics.current_step = self.h.unwrap_or(0.0);
         statistics.t_reached = self.t();
-        statistics.difference_evaluations =
-            self.matrices.difference_evaluations() - self.differences_before;
+        statistics.difference_evaluations = self
+            .matrices
+            .difference_evaluations()
+            .wrapping_sub(self.differences_before);
         statistics.work = Some(self.counters.work);
         statistics
     }

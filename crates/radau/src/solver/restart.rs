@@ -23,7 +23,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         expect_finite("y0", y0)?;
         expect_finite("y_dot0", y_dot0)?;
         let limit = self.options.newton_limit();
-        let tolerance = self.options.newton_tolerance();
+        let tolerance = self
+            .options
+            .newton_tolerance(self.options.tolerances.relative());
         self.t = t0;
         self.y.copy_from_slice(y0);
         self.y_dot.copy_from_slice(y_dot0);
@@ -32,6 +34,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.predictor = Predictor::new(&self.method, n);
         self.newton = NewtonSolver::new(&self.method, n, tolerance, limit);
         self.control = self.options.control();
+        self.multipliers.restart(y0);
         (self.fresh, self.next_limit) = (true, None);
         self.jacobian = Jacobian::Due;
         self.set_up_for = None;
@@ -44,6 +47,31 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             roots.restart();
         }
         self.weigh();
+        Ok(())
+    }
+
+    /// Goes on from [`t`](RadauSolver::t) with a small first step, as from a start: where a function of
+    /// the problem jumps or bends. Statistics go on. Where the solution itself jumps,
+    /// [`reinit`](RadauSolver::reinit) is due.
+    pub fn restart(&mut self) {
+        if let Some(pause) = self.pause.take() {
+            self.t = pause.t;
+            self.y.copy_from_slice(&pause.y);
+            self.y_dot.copy_from_slice(&pause.y_dot);
+            self.multipliers.restart(&self.y);
+            self.weigh();
+        }
+        self.start_afresh();
+        self.h = None;
+    }
+
+    /// Lets the next step be this long at most, for what is known to come; those after it are free.
+    ///
+    /// # Errors
+    /// [`RadauError::InvalidOption`] for a step that is not positive.
+    pub fn limit_next_step(&mut self, h: f64) -> Result<(), RadauError> {
+        crate::options::expect_positive("next step", h)?;
+        self.next_limit = Some(h);
         Ok(())
     }
 

@@ -2,13 +2,16 @@
 
 use myovib_dae::VariableKind;
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
+use super::saved::Linearized;
 use crate::control::Control;
 use crate::dense::Collocation;
 use crate::error_test::ErrorTest;
 use crate::failure::Failure;
 use crate::matrices::KluMatrices;
 use crate::method::Method;
+use crate::multipliers::Multipliers;
 use crate::newton::NewtonSolver;
 use crate::options::RadauOptions;
 use crate::predictor::Predictor;
@@ -48,10 +51,19 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(super) newton: NewtonSolver,
     pub(super) error_test: ErrorTest,
     pub(super) rounding: Rounding,
+    pub(super) multipliers: Multipliers,
     pub(super) control: Control,
     pub(super) jacobian: Jacobian,
     /// The step the Newton matrices are set up for.
     pub(super) set_up_for: Option<f64>,
+    /// Where the Jacobian was evaluated last.
+    pub(super) linearized: Linearized,
+    /// Where all pivots were chosen, and for which step; `None` where none depend on the past.
+    pub(super) pivots_at: Option<(Linearized, f64)>,
+    /// Whether pivots are to be chosen anew.
+    pub(super) pivots_due: bool,
+    /// How often the linear solver had chosen pivots after the last set-up.
+    pub(super) pivot_choices: u64,
     /// λ/h of the complex modes.
     pub(super) shifts: Vec<Complex64>,
     /// How each variable enters F.
@@ -83,7 +95,7 @@ pub(super) enum Jacobian {
 
 /// A time within the last step at which the integration pauses; y and ẏ are those of the dense
 /// output.
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pause {
     pub(super) t: f64,
     pub(super) y: Vec<f64>,

@@ -7,6 +7,7 @@ use crate::control::FACTORS;
 use crate::dense::add_scaled;
 use crate::error::RadauError;
 use crate::failure::{Failure, Failures, Rejection};
+use crate::newton::Step;
 use crate::options::StepSize;
 
 /// How many of the last steps before a limit share the time that is left.
@@ -163,6 +164,15 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.collocation.y0.copy_from_slice(&self.y);
         self.collocation.y_dot0.copy_from_slice(&self.y_dot);
         std::mem::swap(&mut self.collocation.increments, &mut self.newton.z);
+        let step = Step {
+            method: &self.method,
+            t: self.t,
+            h,
+            y: &self.y,
+            weights: self.weights.scaled(),
+        };
+        self.multipliers
+            .remove(&step, &mut self.collocation.increments);
         if self.fresh {
             self.collocation.free_start(&self.method, &self.algebraic);
         }
@@ -177,6 +187,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.t = t;
         (self.fresh, self.next_limit) = (false, None);
         self.weigh();
+        if self.matrices.pivot_choices() != self.pivot_choices {
+            // A solve has chosen some: the next set-up chooses all.
+            (self.pivots_due, self.set_up_for) = (true, None);
+        }
         let reusable = self.newton.contraction <= self.options.jacobian_reuse;
         self.jacobian = if reusable {
             Jacobian::Old
@@ -198,6 +212,14 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     pub(super) fn weigh(&mut self) {
         let (problem, options) = (&mut self.problem, &self.options);
         self.weighed = self.weights.update(problem, options, &self.y);
+        let implied = self.weights.implied_relative(&self.y);
+        if let Some(internal) = implied.filter(|_| self.weighed.is_ok()) {
+            let relative = options.relative_for(internal);
+            self.newton
+                .set_tolerance(options.newton_tolerance(relative));
+            self.weights.set_own(options.own_weight(relative));
+            self.control.set_loosened(options.internal_factor(relative));
+        }
     }
 
     /// The step to try next after one of size h: h again, if that saves a set-up.

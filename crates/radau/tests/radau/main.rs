@@ -3,9 +3,11 @@
 
 mod common;
 mod conformance;
+mod control;
 mod events;
 mod failures;
 mod misuse;
 mod orders;
 mod published;
+mod resume;
 mod sensitivity;

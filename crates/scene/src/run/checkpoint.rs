@@ -1,11 +1,12 @@
 //! Where a run can go on from.
 //!
-//! IDAS cannot restore its history of past steps, so a run that goes on starts anew from the
-//! state and its derivative, at order 1.
+//! With Radau IIA the steps that follow are those of an uninterrupted run, bit by bit. IDAS cannot
+//! restore its history of past steps, so a run with BDF starts anew from the state and its
+//! derivative, at order 1.
 
 use std::fs;
 
-use myovib_model::Counts;
+use myovib_model::{Continuation, Counts};
 use serde::{Deserialize, Serialize};
 
 use super::energy::EnergyBalance;
@@ -27,6 +28,8 @@ pub(super) struct Checkpoint {
     pub(super) y_dot: Vec<f64>,
     /// The last step, s.
     pub(super) step: f64,
+    /// What else the steps that follow depend on, with Radau IIA.
+    pub(super) continuation: Option<Continuation>,
     /// What each probe has written.
     pub(super) tables: Vec<Written>,
     /// Each energy probe.
@@ -37,7 +40,8 @@ pub(super) struct Checkpoint {
     pub(super) drift: (f64, f64),
     /// What was written or evaluated beside the integration.
     pub(super) work: OutputWork,
-    /// The statistics so far, over all parts of the run.
+    /// The statistics of the starts before this one, which go on with a [`Continuation`] as those of
+    /// one start.
     pub(super) counts: Totals,
 }
 

@@ -85,6 +85,10 @@ impl Motion<'_> {
             checkpoint,
             ..
         } = self;
+        if let Some(continuation) = checkpoint.and_then(|c| c.continuation.as_ref()) {
+            let restored = integrator.restore(continuation);
+            restored.map_err(|error| Error::before_any_output(error.into()))?;
+        }
         // Everything that could be wrong has been seen: from here on files are written.
         let folder = match self.folder {
             Some(folder) => folder,

@@ -175,8 +175,14 @@ impl Outputs<'_> {
         for recorder in &self.recorders {
             recorder.sync()?;
         }
+        let continuation = integrator.save();
         let checkpoint = Checkpoint {
             t,
+            counts: match continuation {
+                Some(_) => self.before,
+                None => self.before.plus(integrator.counts()),
+            },
+            continuation,
             y: self.y.clone(),
             y_dot: self.y_dot.clone(),
             step: integrator.counts().last_step,
@@ -189,7 +195,6 @@ impl Outputs<'_> {
                 .collect(),
             drift: self.drift,
             work: self.work,
-            counts: self.before.plus(integrator.counts()),
         };
         checkpoint.write(self.folder).map_err(|error| match error {
             Error::File { path, source, .. } => cannot_write(&path, source),

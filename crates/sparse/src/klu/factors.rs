@@ -24,6 +24,8 @@ pub struct Factors<T: Scalar> {
     numeric: Option<(Numeric<T>, f64)>,
     /// Whether they are those of the last matrix: its pivots may outlive one that was refused.
     current: bool,
+    /// How often pivots were chosen.
+    choices: u64,
 }
 
 impl<T: Scalar> Factors<T> {
@@ -33,7 +35,18 @@ impl<T: Scalar> Factors<T> {
             symbolic,
             numeric: None,
             current: false,
+            choices: 0,
         }
+    }
+
+    /// How often pivots were chosen that later matrices keep.
+    pub fn pivot_choices(&self) -> u64 {
+        self.choices
+    }
+
+    /// Makes the next matrix choose its pivots anew.
+    pub fn forget_pivots(&mut self) {
+        (self.numeric, self.current) = (None, false);
     }
 
     /// Factorises the matrix with these `values`.
@@ -60,6 +73,7 @@ impl<T: Scalar> Factors<T> {
         let numeric = Numeric::factor(&self.symbolic, values)?;
         let growth = numeric.rgrowth(values)?;
         self.numeric = Some((numeric, growth));
+        self.choices += 1;
         Ok(Pivots::Fresh)
     }
 

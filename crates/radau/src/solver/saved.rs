@@ -1,0 +1,206 @@
+//! The state of an integration, from which another one goes on bit by bit.
+
+use myovib_dae::{LinearSolver, Linearization, Problem, Statistics, StepError, Work};
+use serde::{Deserialize, Serialize};
+
+use super::state::{Jacobian, Pause, RadauSolver};
+use crate::control::Memory;
+use crate::dense::Collocation;
+use crate::error::{RadauError, expect_length};
+use crate::multipliers::Known;
+use crate::work::Counters;
+
+/// All that the next steps of a [`RadauSolver`] depend on, beside its problem, its settings and its
+/// functions: a solver made with the same, and given this, takes the same steps bit by bit, with the
+/// same program on the same machine. Factors are not kept but computed again, from where the Jacobian
+/// was evaluated and where pivots were chosen.
+///
+/// Written as JSON it comes back bit by bit if numbers are written and read exactly
+/// (`float_roundtrip` of `serde_json`).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RadauState {
+    stages: usize,
+    t: f64,
+    y: Vec<f64>,
+    y_dot: Vec<f64>,
+    h: Option<f64>,
+    fresh: bool,
+    next_limit: Option<f64>,
+    stop_time: Option<f64>,
+    last: Collocation,
+    /// Whether the last step's polynomial is continued.
+    continues: bool,
+    /// Newton's memory of its contraction.
+    newton: [f64; 2],
+    control: Memory,
+    multipliers: Vec<Known>,
+    /// Where the Jacobian was evaluated that may serve on, and the step it is set up for.
+    jacobian: Option<(Linearized, Option<f64>)>,
+    /// Where all pivots were chosen, and for which step.
+    pivots: Option<(Linearized, f64)>,
+    /// What else the linear solver remembers.
+    linear_solver: Vec<bool>,
+    /// Up to where roots were looked for, and the functions there.
+    roots: Option<(Option<f64>, Vec<f64>)>,
+    pause: Option<Pause>,
+    statistics: Statistics,
+    work: Work,
+}
+
+/// Where a Jacobian was evaluated.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Linearized {
+    t: f64,
+    y: Vec<f64>,
+    y_dot: Vec<f64>,
+    step: f64,
+    weights: Vec<f64>,
+}
+
+impl Linearized {
+    /// Takes note of `at`, without allocation after the first.
+    pub(super) fn note(&mut self, at: &Linearization<'_>) {
+        (self.t, self.step) = (at.t, at.step);
+        for (kept, new) in [
+            (&mut self.y, at.y),
+            (&mut self.y_dot, at.y_dot),
+            (&mut self.weights, at.weights),
+        ] {
+            kept.clear();
+            kept.extend_from_slice(new);
+        }
+    }
+
+    fn as_linearization(&self) -> Linearization<'_> {
+        Linearization {
+            t: self.t,
+            y: &self.y,
+            y_dot: &self.y_dot,
+            step: self.step,
+            weights: &self.weights,
+        }
+    }
+}
+
+impl RadauState {
+    /// The time reached.
+    pub fn t(&self) -> f64 {
+        self.pause.as_ref().map_or(self.t, |pause| pause.t)
+    }
+
+    /// The counters up to there.
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+}
+
+impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
+    /// All that the next steps depend on; this changes nothing.
+    pub fn save(&self) -> RadauState {
+        let serves = self.jacobian != Jacobian::Due;
+        RadauState {
+            stages: self.method.stages(),
+            t: self.t,
+            y: self.y.clone(),
+            y_dot: self.y_dot.clone(),
+            h: self.h,
+            fresh: self.fresh,
+            next_limit: self.next_limit,
+            stop_time: self.options.stop_time,
+            last: self.collocation.clone(),
+            continues: self.predictor.continues(),
+            newton: self.newton.memory(),
+            control: self.control.memory(),
+            multipliers: self.multipliers.known(),
+            jacobian: serves.then(|| (self.linearized.clone(), self.set_up_for)),
+            pivots: self.pivots_at.clone().filter(|_| !self.pivots_due),
+            linear_solver: self.matrices.history(),
+            roots: self.roots.as_ref().map(|roots| roots.memory()),
+            pause: self.pause.clone(),
+            statistics: self.statistics(),
+            work: self.counters.work,
+        }
+    }
+
+    /// Goes on from a `state` that a solver of the same problem, settings and functions was in.
+    ///
+    /// # Errors
+    /// [`RadauError::WrongLength`] for the state of another problem or method; [`RadauError::Fatal`]
+    /// where the matrices cannot be computed again.
+    pub fn restore(&mut self, state: &RadauState) -> Result<(), RadauError> {
+        let (n, stages) = (self.y.len(), self.method.stages());
+        expect_length("stages of the state", stages, state.stages)?;
+        for (what, expected, got) in [
+            ("unknowns of the state", n, state.y.len()),
+            ("derivatives of the state", n, state.y_dot.len()),
+            (
+                "increments of the state",
+                stages * n,
+                state.last.increments.len(),
+            ),
+            (
+                "multipliers of the state",
+                self.multipliers.known().len(),
+                state.multipliers.len(),
+            ),
+        ] {
+            expect_length(what, expected, got)?;
+        }
+        (self.t, self.h) = (state.t, state.h);
+        self.y.copy_from_slice(&state.y);
+        self.y_dot.copy_from_slice(&state.y_dot);
+        (self.fresh, self.next_limit) = (state.fresh, state.next_limit);
+        self.options.stop_time = state.stop_time;
+        self.collocation = state.last.clone();
+        self.predictor.restore(state.continues);
+        self.newton.restore(state.newton);
+        self.control.restore(state.control);
+        self.multipliers.restore(&state.multipliers);
+        if let (Some(roots), Some((t, low))) = (&mut self.roots, &state.roots) {
+            roots.restore(*t, low);
+        }
+        self.pause = state.pause.clone();
+        self.weigh();
+        self.restore_matrices(state)
+            .map_err(|error| RadauError::Fatal {
+                function: "Jacobian",
+                t: state.t,
+                h: state.h.unwrap_or(0.0),
+                source: error.into(),
+            })?;
+        self.counters = Counters {
+            statistics: state.statistics,
+            work: state.work,
+        };
+        let evaluations = self.matrices.difference_evaluations();
+        self.differences_before = evaluations.wrapping_sub(state.statistics.difference_evaluations);
+        Ok(())
+    }
+
+    /// Chooses pivots and computes factors where the state's were.
+    fn restore_matrices(&mut self, state: &RadauState) -> Result<(), StepError> {
+        let (problem, matrices) = (&mut self.problem, &mut self.matrices);
+        matrices.set_history(&state.linear_solver)?;
+        matrices.forget_pivots();
+        if let Some((at, h)) = &state.pivots {
+            matrices.evaluate(problem, &at.as_linearization())?;
+            let shifts = self.method.shifts(*h);
+            matrices.set_up(problem, self.method.real_mode().lambda / h, &shifts)?;
+        }
+        (self.jacobian, self.set_up_for) = (Jacobian::Due, None);
+        if let Some((at, set_up_for)) = &state.jacobian {
+            matrices.evaluate(problem, &at.as_linearization())?;
+            if let Some(h) = set_up_for {
+                let shifts = self.method.shifts(*h);
+                matrices.set_up(problem, self.method.real_mode().lambda / h, &shifts)?;
+            }
+            self.linearized = at.clone();
+            (self.jacobian, self.set_up_for) = (Jacobian::Old, *set_up_for);
+        }
+        matrices.set_history(&state.linear_solver)?;
+        self.pivots_at = state.pivots.clone();
+        self.pivots_due = state.pivots.is_none();
+        self.pivot_choices = matrices.pivot_choices();
+        Ok(())
+    }
+}

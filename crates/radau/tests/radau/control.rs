@@ -1,0 +1,89 @@
+//! What a user may say between steps, and what the size of the next one follows.
+
+use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
+use myovib_dae::{Outcome, Tolerances};
+use myovib_radau::{RadauError, RadauOptions, RadauSolver};
+
+use crate::common::{Oscillator, solver, tolerance};
+
+/// Newton's tolerance follows from weights as it does from the tolerances they stand for: with that of
+/// the default, 1e-4, the error would be some hundred times larger.
+#[test]
+fn weights_of_a_tolerance_solve_like_the_tolerance() {
+    let tol = 1e-8;
+    let t_end = 20.0;
+    let exact = Oscillator.exact(t_end).unwrap();
+    let plain = tolerance(tol);
+    let factor = plain.internal_factor(tol);
+    let error = |solver: &RadauSolver<Oscillator>| (solver.y()[0] - exact[0]).abs();
+    let mut by_tolerance = solver(Oscillator, plain);
+    by_tolerance.integrate_to(t_end).unwrap();
+    let mut by_weights = RadauSolver::builder(Oscillator)
+        .options(RadauOptions {
+            // Of two circular functions one is large: its weight is that of the relative tolerance.
+            tolerances: Tolerances::scalar(1e-4, 1e-4),
+            ..RadauOptions::default()
+        })
+        .error_weights(move |_, y, w| {
+            for (w, y) in w.iter_mut().zip(y) {
+                *w = 1.0 / (factor * tol * (y.abs() + 1.0));
+            }
+            Ok(())
+        })
+        .build(0.0, &[0.0, 1.0], &[1.0, 0.0])
+        .unwrap();
+    by_weights.integrate_to(t_end).unwrap();
+    let (a, b) = (error(&by_tolerance), error(&by_weights));
+    assert!(b < 3.0 * a && a < 3.0 * b, "{a:e} {b:e}");
+    let steps = [&by_tolerance, &by_weights].map(|solver| solver.statistics().steps as f64);
+    assert!((steps[0] / steps[1] - 1.0).abs() < 0.2, "{steps:?}");
+}
+
+#[test]
+fn the_next_step_alone_is_limited() {
+    let mut solver = solver(Oscillator, tolerance(1e-4));
+    for _ in 0..10 {
+        solver.step(100.0).unwrap();
+    }
+    let free = solver.statistics().last_step;
+    solver.limit_next_step(0.01 * free).unwrap();
+    solver.step(100.0).unwrap();
+    assert!(solver.statistics().last_step <= 0.01 * free);
+    // The next grows by eight at least, as after any that was shortened.
+    solver.step(100.0).unwrap();
+    assert!(solver.statistics().last_step > 0.05 * free);
+    for h in [0.0, -1.0, f64::NAN] {
+        let refused = solver.limit_next_step(h);
+        assert!(
+            matches!(refused, Err(RadauError::InvalidOption { .. })),
+            "{refused:?}"
+        );
+    }
+}
+
+/// A restart takes a small first step where the integration is, and costs no accuracy.
+#[test]
+fn a_restart_goes_on_from_where_it_is() {
+    let sample = Pendulum::new(MechanicalForm::Index2);
+    let mut solver = solver(sample, tolerance(1e-6));
+    solver.integrate_to(1.0).unwrap();
+    let before = solver.statistics();
+    solver.restart();
+    assert_eq!(solver.t(), 1.0);
+    assert!(matches!(
+        solver.step(2.0).unwrap(),
+        Outcome::StepTaken { .. }
+    ));
+    let after = solver.statistics();
+    assert_eq!(after.steps, before.steps + 1);
+    assert!(after.last_step < 0.5 * before.last_step, "{after:?}");
+    solver.integrate_to(2.0).unwrap();
+    let exact = sample.exact(2.0).unwrap();
+    for (y, exact) in solver.y()[..4].iter().zip(&exact) {
+        // A hundred times the tolerance.
+        assert!(
+            (y - exact).abs() < 1e-4 * (1.0 + exact.abs()),
+            "{y} {exact}"
+        );
+    }
+}

@@ -1,0 +1,161 @@
+//! A solver that goes on from a saved state takes the steps that the one before would have taken.
+
+use myovib_dae::samples::{
+    CapacitorLoop, CarAxis, Differentiated, Heat2d, JayIndex2, LinearIndex1, MechanicalForm,
+    Pendulum, Sample,
+};
+use myovib_dae::{Direction, Outcome, Problem, StepError};
+use myovib_radau::{RadauError, RadauOptions, RadauState};
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use crate::common::{solver, tolerance};
+
+/// A sample without its Jacobian: differences depend on the weights and the step they were taken at.
+#[derive(Clone)]
+struct WithoutJacobian<S>(S);
+
+impl<S: Problem> Problem for WithoutJacobian<S> {
+    fn n_unknowns(&self) -> usize {
+        self.0.n_unknowns()
+    }
+
+    fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        self.0.residual(t, y, v, r)
+    }
+
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        self.0.jacobian_pattern()
+    }
+
+    fn indices(&self) -> Option<Vec<u8>> {
+        self.0.indices()
+    }
+}
+
+impl<S: Sample> Sample for WithoutJacobian<S> {
+    fn start(&self) -> myovib_dae::samples::Start {
+        self.0.start()
+    }
+}
+
+/// Numbers of steps at which to save, seeded: (i × a golden ratio) mod the steps of the run.
+fn places(steps: u64) -> Vec<u64> {
+    (1..=5).map(|i| (i * 2_654_435_761) % steps).collect()
+}
+
+/// Saves a run at some steps by way of JSON, and goes on with a new solver.
+#[track_caller]
+fn assert_goes_on<S: Sample + Clone>(sample: &S, t_end: f64, options: &RadauOptions) {
+    let begin = || {
+        let mut solver = solver(sample.clone(), options.clone());
+        solver.set_stop_time(t_end).unwrap();
+        solver
+    };
+    let mut whole = begin();
+    while whole.t() < t_end {
+        assert!(!matches!(whole.step(t_end).unwrap(), Outcome::Stopped(_)));
+    }
+    for place in places(whole.statistics().steps) {
+        let mut first = begin();
+        for _ in 0..place {
+            first.step(t_end).unwrap();
+        }
+        let text = serde_json::to_string(&first.save()).unwrap();
+        let state: RadauState = serde_json::from_str(&text).unwrap();
+        assert_eq!(state, first.save(), "JSON");
+        let mut second = solver(sample.clone(), options.clone());
+        second.restore(&state).unwrap();
+        let mut out = [vec![0.0; first.y().len()], vec![0.0; first.y().len()]];
+        while second.t() < t_end {
+            first.step(t_end).unwrap();
+            second.step(t_end).unwrap();
+            assert_eq!(second.save(), first.save(), "{place}");
+            let [from, to] = first.last_step_interval();
+            let t = 0.3 * from + 0.7 * to;
+            first.dense_output(t, 0, &mut out[0]).unwrap();
+            second.dense_output(t, 0, &mut out[1]).unwrap();
+            assert_eq!(out[0], out[1]);
+        }
+        // Saving has not changed the first one either.
+        assert_eq!(first.save(), whole.save());
+    }
+}
+
+#[test]
+fn a_restored_run_is_the_uninterrupted_one_bit_by_bit() {
+    for stages in [1, 3, 5, 7] {
+        for tol in [1e-3, 1e-6] {
+            let options = RadauOptions {
+                stages,
+                // Old Jacobians and factors are in use at most steps.
+                jacobian_reuse: 0.1,
+                step_window: (1.0, 2.0),
+                ..tolerance(if stages == 1 { 1e-3 } else { tol })
+            };
+            assert_goes_on(&LinearIndex1, 10.0, &options);
+            assert_goes_on(&Heat2d::new(8), 0.3, &options);
+            assert_goes_on(&Differentiated::new(CapacitorLoop), 2e-6, &options);
+            if stages > 1 {
+                assert_goes_on(&JayIndex2, 1.0, &options);
+                assert_goes_on(&CarAxis::new(MechanicalForm::Stabilized), 1.0, &options);
+                assert_goes_on(&Pendulum::new(MechanicalForm::Index3), 1.0, &options);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_restored_run_takes_the_same_differences() {
+    let sample = WithoutJacobian(CarAxis::new(MechanicalForm::Index2));
+    let options = RadauOptions {
+        jacobian_reuse: 0.1,
+        ..tolerance(1e-4)
+    };
+    assert_goes_on(&sample, 0.5, &options);
+}
+
+#[test]
+fn a_run_saved_in_a_pause_finds_the_same_roots() {
+    let begin = || {
+        let sample = Pendulum::new(MechanicalForm::Index2);
+        let start = sample.start();
+        myovib_radau::RadauSolver::builder(sample)
+            .options(tolerance(1e-6))
+            .roots([Direction::Both], |_, _, y, _, g| {
+                g[0] = y[0] - 0.5;
+                Ok(())
+            })
+            .build(start.t, &start.y, &start.y_dot)
+            .unwrap()
+    };
+    let mut first = begin();
+    let found = first.integrate_to(4.0).unwrap();
+    assert!(matches!(found, Outcome::Root { .. }), "{found:?}");
+    let mut second = begin();
+    second.restore(&first.save()).unwrap();
+    assert_eq!((second.t(), second.y()), (first.t(), first.y()));
+    let mut pauses = 0;
+    while first.t() < 4.0 {
+        let next = first.integrate_to(4.0).unwrap();
+        pauses += u32::from(matches!(next, Outcome::Root { .. }));
+        assert_eq!(second.integrate_to(4.0).unwrap(), next);
+        assert_eq!(second.save(), first.save());
+    }
+    assert!(pauses > 0);
+}
+
+#[test]
+fn the_state_of_another_problem_or_method_is_refused() {
+    let state = solver(JayIndex2, tolerance(1e-4)).save();
+    let of_problem = solver(LinearIndex1, tolerance(1e-4)).restore(&state);
+    let five = RadauOptions {
+        stages: 5,
+        ..tolerance(1e-4)
+    };
+    let of_method = solver(JayIndex2, five).restore(&state);
+    for (refused, said) in [(of_problem, "unknowns"), (of_method, "stages")] {
+        let error = refused.unwrap_err();
+        assert!(matches!(error, RadauError::WrongLength { .. }), "{error}");
+        assert!(error.to_string().contains(said), "{error}");
+    }
+}
