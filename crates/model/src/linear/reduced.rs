@@ -97,6 +97,17 @@ impl<T: Number> Reduced<T> {
         }
     }
 
+    /// How often pivots were chosen that later matrices keep.
+    pub(super) fn pivot_choices(&self) -> u64 {
+        match &self.body {
+            ReducedBody::Condensed(matrix) => matrix.system().pivot_choices(),
+            ReducedBody::Split(matrix) => {
+                let [motion, velocity] = matrix.systems();
+                motion.pivot_choices() + velocity.pivot_choices()
+            }
+        }
+    }
+
     /// The same, to be told of their past.
     pub(super) fn systems_mut(&mut self) -> Vec<&mut SparseSystem<T>> {
         match &mut self.body {

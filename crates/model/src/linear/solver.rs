@@ -58,14 +58,8 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
     }
 
     fn pivot_choices(&self) -> u64 {
-        let real = self.real.systems();
-        let complex = self.complex.iter().flat_map(Reduced::systems);
-        let of_complex: u64 = complex.map(SparseSystem::pivot_choices).sum();
-        of_complex
-            + real
-                .into_iter()
-                .map(SparseSystem::pivot_choices)
-                .sum::<u64>()
+        let complex = self.complex.iter().map(Reduced::pivot_choices);
+        self.real.pivot_choices() + complex.sum::<u64>()
     }
 
     fn forget_pivots(&mut self) {
