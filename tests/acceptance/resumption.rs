@@ -1,6 +1,8 @@
 //! Runs that are killed at random times and resumed: with Radau IIA their output is that of the
 //! uninterrupted run, byte by byte; with BDF within the tolerance.
 
+#![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};

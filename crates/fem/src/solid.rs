@@ -40,6 +40,7 @@ use graded::Graded;
 
 /// Batches by dimension and number of nodes and pressures of an element.
 #[derive(Debug, Clone)]
+#[cfg_attr(test, allow(dead_code))] // see `with_elements`
 enum Elements {
     LinearTriangles(Mapped<2, 3, 3>),
     QuadraticTriangles(Mapped<2, 6, 3>),

@@ -318,7 +318,10 @@ impl<Q> ForwardSensitivities<Q> {
             number,
         } = step;
         let (n, h, is_first) = (collocation.y0.len(), collocation.h, number == 1);
-        let tolerance = self.tolerance.unwrap_or_else(|| options.newton_tolerance());
+        let relative = options.tolerances.relative();
+        let tolerance = self
+            .tolerance
+            .unwrap_or_else(|| options.newton_tolerance(relative));
         let (operator, system, counters) =
             (&mut self.operator, &mut self.system, &mut self.counters);
         if self.curves.is_empty() {
