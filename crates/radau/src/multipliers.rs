@@ -36,6 +36,8 @@ use crate::work::Counters;
 #[derive(Debug)]
 pub(crate) struct Multipliers {
     list: Vec<Multiplier>,
+    /// What was added to the multipliers of the last step: for each stage, one after the other.
+    removed: Vec<f64>,
     /// The differential variables of index 1.
     free: Vec<usize>,
     y: Vec<f64>,
@@ -108,6 +110,7 @@ impl Multipliers {
                 .filter(|&i| !algebraic(i) && indices[i] <= 1)
                 .collect(),
             list,
+            removed: Vec::new(),
             y: room.clone(),
             y_dot: room.clone(),
             plain: room.clone(),
@@ -257,6 +260,7 @@ impl Multipliers {
     /// Removes the errors from the `increments` of the step, which has been accepted.
     pub(crate) fn remove(&mut self, step: &Step<'_>, increments: &mut [f64]) {
         let (n, last_stage) = (step.y.len(), step.method.stages() - 1);
+        self.removed.clear();
         for multiplier in &mut self.list {
             let i = multiplier.variable;
             multiplier.known.last = multiplier.missed;
@@ -271,7 +275,21 @@ impl Multipliers {
             };
             for (j, &theta) in step.method.nodes().iter().enumerate() {
                 let [of_missed, of_jump] = profile(step.method, multiplier.index, theta);
-                increments[j * n + i] += of_missed * missed + of_jump * multiplier.jump;
+                let error = of_missed * missed + of_jump * multiplier.jump;
+                increments[j * n + i] += error;
+                self.removed.push(error);
+            }
+        }
+    }
+
+    /// Makes the increments of the last step, of `n` unknowns, those that its equations were solved
+    /// for.
+    pub(crate) fn put_back(&self, n: usize, increments: &mut [f64]) {
+        let removable = self.list.iter().filter(|multiplier| multiplier.removable);
+        let stages = increments.len() / n;
+        for (multiplier, removed) in removable.zip(self.removed.chunks(stages)) {
+            for (j, removed) in removed.iter().enumerate() {
+                increments[j * n + multiplier.variable] -= removed;
             }
         }
     }

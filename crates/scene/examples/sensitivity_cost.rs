@@ -50,8 +50,8 @@ fn main() {
             let (two, of_two) = run(row, method, &t_end, 2);
             let (eight, of_eight) = run(row, method, &t_end, 8);
             assert_eq!(
-                of.factorizations, of_eight.factorizations,
-                "no further factorisations"
+                of_two.factorizations, of_eight.factorizations,
+                "no further factorisations for a parameter"
             );
             println!(
                 "{row:11} {method:8} {:5} {:6} {plain:9.3} {:10.2} {:6} {:10.2} {:6}",

@@ -13,8 +13,8 @@ pub(crate) struct AcceptedStep<'a, P, M> {
     pub(crate) method: &'a Method,
     pub(crate) options: &'a RadauOptions,
     pub(crate) weights: &'a mut Weights<P>,
-    /// The stages.
-    pub(crate) collocation: &'a Collocation,
+    /// The stages, as the step's equations were solved for them.
+    pub(crate) collocation: Collocation,
     /// How many steps there were since the start.
     pub(crate) number: u64,
 }
@@ -23,13 +23,16 @@ impl<P, M> RadauSolver<P, M> {
     /// The last accepted step. Its matrices are those it was solved with: they are renewed when the
     /// next step is tried.
     pub(crate) fn accepted(&mut self) -> AcceptedStep<'_, P, M> {
+        let mut collocation = self.collocation.clone();
+        self.multipliers
+            .put_back(self.y.len(), &mut collocation.increments);
         AcceptedStep {
             problem: &mut self.problem,
             matrices: &mut self.matrices,
             method: &self.method,
             options: &self.options,
             weights: &mut self.weights,
-            collocation: &self.collocation,
+            collocation,
             number: self.counters.statistics.steps,
         }
     }

@@ -85,7 +85,7 @@ mod tests {
                 height: 20.0,
             };
             let stroke = Stroke::solid(Colour::BLACK, 4.0);
-            page.clipped(area, |page| page.line(&[[0.0, 0.0], [40.0, 40.0]], stroke));
+            page.clipped(area, |page| page.line(&[[0.0, 15.0], [40.0, 15.0]], stroke));
             page.finish("")
         };
         let (left, right) = (figure(2.0), figure(22.0));
