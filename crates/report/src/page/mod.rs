@@ -1,7 +1,7 @@
 //! `report.html`: the run at a glance, in one file that needs no network.
 //!
-//! From above to below: what was asked ([`asked`]), key figures ([`figures`]), the body and the probes
-//! ([`pictures`]), what the numbers mean ([`words`]), and folded away all statistics and the scene.
+//! From above to below: what was asked (`asked`), key figures (`figures`), the body and the probes
+//! (`pictures`), what the numbers mean (`words`), and folded away all statistics and the scene.
 
 mod asked;
 mod figures;
