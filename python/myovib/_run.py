@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import html
 import json
 import tempfile
@@ -88,8 +89,9 @@ class Fields:
         """
         arrays = {}
         for array in ElementTree.parse(self.files[k]).getroot().iter("DataArray"):
-            kind = np.int64 if array.attrib["type"] == "Int64" else np.float64
-            values = np.array((array.text or "").split(), dtype=kind)
+            # The number of bytes in eight bytes, then the numbers.
+            content = base64.b64decode(array.text or "")[8:]
+            values = np.frombuffer(content, dtype=KINDS[array.attrib["type"]])
             width = int(array.attrib.get("NumberOfComponents", 1))
             arrays[array.attrib["Name"]] = values if width == 1 else values.reshape(-1, width)
         n_cells = len(arrays.pop("offsets"))
@@ -97,6 +99,9 @@ class Fields:
         arrays["cells"] = arrays.pop("connectivity").reshape(n_cells, -1)
         return arrays
 
+
+#: Kinds of numbers in files of fields, little-endian.
+KINDS = {"Float64": "<f8", "Int64": "<i8"}
 
 COUNTS = (
     "steps",
