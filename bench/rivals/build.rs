@@ -3,9 +3,9 @@
 fn main() {
     #[cfg(feature = "mumps")]
     {
-        println!("cargo:rerun-if-changed=src/bin/large/mumps.c");
+        println!("cargo:rerun-if-changed=src/bin/large/ffi/mumps.c");
         cc::Build::new()
-            .file("src/bin/large/mumps.c")
+            .file("src/bin/large/ffi/mumps.c")
             .include("/usr/include/mumps_seq")
             .compile("mumps_run");
         for library in ["dmumps_seq", "zmumps_seq", "openblas"] {

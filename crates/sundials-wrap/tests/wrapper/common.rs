@@ -1,7 +1,9 @@
-//! Reference numbers from `data/references/`.
+//! What several tests need: reference numbers, solvers of samples, Jacobians by differences.
 
-use myovib_dae::Problem;
+use myovib_dae::samples::Sample;
+use myovib_dae::{Problem, Tolerances};
 use serde_json::Value;
+use sundials_wrap::{IdaOptions, IdaSolver};
 
 /// Whether the linear systems are solved by KLU, which estimates condition numbers.
 pub(crate) const HAS_KLU: bool = !cfg!(feature = "vendored");
@@ -66,5 +68,24 @@ pub(crate) fn check_jacobian(
                 );
             }
         }
+    }
+}
+
+/// A solver from the sample's start.
+pub(crate) fn build<S: Sample>(sample: S, options: IdaOptions) -> IdaSolver<S> {
+    let start = sample.start();
+    IdaSolver::builder(sample)
+        .options(options)
+        .build(start.t, &start.y, &start.y_dot)
+        .unwrap()
+}
+
+/// The same tolerance, relative and absolute, and any number of steps.
+pub(crate) fn tolerance(tolerance: f64) -> IdaOptions {
+    let tolerances = Tolerances::scalar(tolerance, tolerance);
+    IdaOptions {
+        tolerances,
+        max_steps: None,
+        ..IdaOptions::default()
     }
 }

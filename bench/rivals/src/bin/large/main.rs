@@ -4,7 +4,7 @@
 //! `:general` or both.
 
 #[cfg(feature = "mumps")]
-mod mumps;
+mod ffi;
 mod solid;
 
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use num_complex::Complex64;
 use solid::Solid;
 
 #[cfg(feature = "mumps")]
-use mumps::Rival;
+use ffi::Rival;
 #[cfg(not(feature = "mumps"))]
 use myovib_sparse::Number as Rival;
 
@@ -150,7 +150,7 @@ impl Run<'_> {
 
     #[cfg(feature = "mumps")]
     fn mumps<T: Rival>(&self, values: &[T]) {
-        let mut system = mumps::Mumps::new(&self.solid.pattern, values, self.kind);
+        let mut system = ffi::Mumps::new(&self.solid.pattern, values, self.kind);
         let (mut factor, mut solve) = ([f64::INFINITY; 2], [f64::INFINITY; 2]);
         for _ in 0..self.repeats {
             least(&mut factor, || {

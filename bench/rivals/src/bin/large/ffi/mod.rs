@@ -1,4 +1,4 @@
-//! MUMPS next to ours. The boundary is in this file; measurements only, the program has none of it.
+//! MUMPS next to ours. The boundary is in this folder; measurements only, the program has none of it.
 
 use std::ffi::c_int;
 
