@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use myovib_dae::Problem;
+use myovib_dae::conformance::jacobian_error;
 use myovib_fem::{DofMap, Law, Mesh, Solid, Space, generate};
 use myovib_model::inf_sup::{Pair, levels};
 use myovib_model::statics::equilibrium;
@@ -34,7 +34,6 @@ fn dae(formulation: Formulation, law: Law, kappa: f64, beta: f64) -> MuscleDae {
 
 /// max_i |J δ − dF/dε|_i relative to the sum of the row's terms, along a random direction.
 fn discrepancy(dae: &mut MuscleDae, rng: &mut StdRng) -> f64 {
-    let n = dae.n_unknowns();
     let size = dae.layout().fill(|field| match field {
         Field::Displacement => 0.02,
         Field::Velocity => 1.0,
@@ -48,30 +47,7 @@ fn discrepancy(dae: &mut MuscleDae, rng: &mut StdRng) -> f64 {
         size.iter().map(one).collect()
     };
     let (y, y_dot, direction) = (draw(1.0), draw(10.0), draw(1.0));
-    let (a, b, t) = (1.3, 70.0, 0.9);
-    let pattern = dae.jacobian_pattern();
-    let mut values = vec![0.0; pattern.nnz()];
-    dae.jacobian(t, &y, &y_dot, a, b, &mut values).unwrap();
-    let (mut product, mut scale) = (vec![0.0; n], vec![0.0_f64; n]);
-    for ((column, row), value) in pattern.entries().zip(&values) {
-        product[row] += value * direction[column];
-        scale[row] += (value * direction[column]).abs();
-    }
-    let epsilon = 1e-5;
-    let mut shifted = |sign: f64| {
-        let shift = |x: &[f64], c: f64| -> Vec<f64> {
-            let moved = x.iter().zip(&direction);
-            moved.map(|(x, d)| x + sign * epsilon * c * d).collect()
-        };
-        let mut residual = vec![0.0; n];
-        dae.residual(t, &shift(&y, a), &shift(&y_dot, b), &mut residual)
-            .unwrap();
-        residual
-    };
-    let (plus, minus) = (shifted(1.0), shifted(-1.0));
-    (0..n)
-        .map(|i| (product[i] - (plus[i] - minus[i]) / (2.0 * epsilon)).abs() / scale[i].max(1e-9))
-        .fold(0.0, f64::max)
+    jacobian_error(dae, 0.9, [&y, &y_dot, &direction], [1.3, 70.0])
 }
 
 #[test]

@@ -6,12 +6,14 @@
 
 mod accuracy;
 mod failures;
+mod jacobian;
 mod output;
 mod problems;
 mod stepping;
 
 pub use accuracy::*;
 pub use failures::*;
+pub use jacobian::jacobian_error;
 pub use output::*;
 pub use stepping::*;
 

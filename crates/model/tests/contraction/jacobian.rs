@@ -1,6 +1,7 @@
 //! Jacobians against differences, and reduced Newton systems against full ones.
 
 use myovib_dae::Problem;
+use myovib_dae::conformance::jacobian_error;
 use myovib_fem::AddedStress;
 use myovib_model::linear::{LinearWork, Number, Reduction};
 use myovib_model::{Field, Formulation, MuscleDae};
@@ -59,36 +60,12 @@ fn draw(dae: &MuscleDae, rng: &mut StdRng) -> Drawn {
 
 /// max_i |J δ − dF/dε|_i relative to the sum of the row's terms, along a random direction.
 fn discrepancy(dae: &mut MuscleDae, rng: &mut StdRng) -> f64 {
-    let n = dae.n_unknowns();
     let Drawn {
         y,
         y_dot,
         direction,
     } = draw(dae, rng);
-    let (a, b, t) = (1.3, 70.0, 0.1);
-    let pattern = dae.jacobian_pattern();
-    let mut values = vec![0.0; pattern.nnz()];
-    dae.jacobian(t, &y, &y_dot, a, b, &mut values).unwrap();
-    let (mut product, mut scale) = (vec![0.0; n], vec![0.0_f64; n]);
-    for ((column, row), value) in pattern.entries().zip(&values) {
-        product[row] += value * direction[column];
-        scale[row] += (value * direction[column]).abs();
-    }
-    let epsilon = 1e-5;
-    let mut shifted = |sign: f64| {
-        let shift = |x: &[f64], c: f64| -> Vec<f64> {
-            let moved = x.iter().zip(&direction);
-            moved.map(|(x, d)| x + sign * epsilon * c * d).collect()
-        };
-        let mut residual = vec![0.0; n];
-        dae.residual(t, &shift(&y, a), &shift(&y_dot, b), &mut residual)
-            .unwrap();
-        residual
-    };
-    let (plus, minus) = (shifted(1.0), shifted(-1.0));
-    (0..n)
-        .map(|i| (product[i] - (plus[i] - minus[i]) / (2.0 * epsilon)).abs() / scale[i].max(1e-9))
-        .fold(0.0, f64::max)
+    jacobian_error(dae, 0.1, [&y, &y_dot, &direction], [1.3, 70.0])
 }
 
 #[test]

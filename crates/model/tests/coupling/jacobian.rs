@@ -2,6 +2,7 @@
 
 use crate::common::{chain_alone, rod_and_chain};
 use myovib_dae::Problem;
+use myovib_dae::conformance::jacobian_error;
 use myovib_fem::Mesh;
 use myovib_model::coupling::{CoupledDae, Feedback, FeedbackDae, Oscillators, Source};
 use myovib_model::{Formulation, MuscleDae, Probe, Signal, paper};
@@ -21,30 +22,7 @@ fn discrepancy<P: Problem>(dae: &mut P, size: impl Fn(usize) -> f64, rng: &mut S
     };
     let (y, y_dot, direction) = (draw(1.0), draw(10.0), draw(1.0));
     let (a, b) = (rng.random_range(0.5..2.0), rng.random_range(1.0..1e3));
-    let t = 0.9;
-    let pattern = dae.jacobian_pattern();
-    let mut values = vec![f64::NAN; pattern.nnz()];
-    dae.jacobian(t, &y, &y_dot, a, b, &mut values).unwrap();
-    let (mut product, mut scale) = (vec![0.0; n], vec![0.0; n]);
-    for ((column, row), value) in pattern.entries().zip(&values) {
-        product[row] += value * direction[column];
-        scale[row] += (value * direction[column]).abs();
-    }
-    let epsilon = 1e-5;
-    let mut shifted = |sign: f64| {
-        let moved = |x: &[f64], c: f64| -> Vec<f64> {
-            let pairs = x.iter().zip(&direction);
-            pairs.map(|(x, d)| x + sign * epsilon * c * d).collect()
-        };
-        let mut residual = vec![0.0; n];
-        dae.residual(t, &moved(&y, a), &moved(&y_dot, b), &mut residual)
-            .unwrap();
-        residual
-    };
-    let (plus, minus) = (shifted(1.0), shifted(-1.0));
-    (0..n)
-        .map(|i| (product[i] - (plus[i] - minus[i]) / (2.0 * epsilon)).abs() / scale[i].max(1e-9))
-        .fold(0.0, f64::max)
+    jacobian_error(dae, 0.9, [&y, &y_dot, &direction], [a, b])
 }
 
 /// Truncation: (ε)²/6 of the cubic terms, below 1e-9 of a row. Rounding: 1e-16/ε = 1e-11 times
