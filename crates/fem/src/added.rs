@@ -64,9 +64,9 @@ pub struct AddedTangents<'a> {
 }
 
 /// The stress at a point under the motion ∇u, ∇v.
-struct AtPoint<S: Simd, const D: usize> {
-    fibre: Option<ActiveFibre<Lanes<S>, D>>,
-    viscous: Option<Viscous<Lanes<S>, D>>,
+pub(crate) struct AtPoint<R, const D: usize> {
+    fibre: Option<ActiveFibre<R, D>>,
+    viscous: Option<Viscous<R, D>>,
 }
 
 /// Nodal values of the motion in a part of a batch.
@@ -75,21 +75,18 @@ struct Local<S: Simd, const D: usize, const N: usize> {
     v: [[Lanes<S>; D]; N],
 }
 
-impl<S: Simd, const D: usize> AtPoint<S, D> {
+impl<R: Real, const D: usize> AtPoint<R, D> {
+    /// At a point with fibres along `reference`; only active stress looks at it.
     #[inline(always)]
-    fn new<const N: usize, const P: usize>(
+    pub(crate) fn new(
         stress: &AddedStress,
         tension: f64,
-        part: &Part<'_, S, D, N, P>,
-        (number, point): (usize, &Point<D, N, P>),
-        local: &Local<S, D, N>,
+        reference: [R; D],
+        [h, v]: [[[R; D]; D]; 2],
     ) -> Self {
-        let h = part.gradient(&local.u, point);
-        let v = part.gradient(&local.v, point);
         let fibre = match &stress.active {
             Some(active) if tension != 0.0 => {
-                let tension = part.zero().like(tension);
-                Some(active.at(part.fibre(number), &h, &v, tension))
+                Some(active.at(reference, &h, &v, h[0][0].like(tension)))
             }
             _ => None,
         };
@@ -98,7 +95,7 @@ impl<S: Simd, const D: usize> AtPoint<S, D> {
             for (i, row) in f.iter_mut().enumerate() {
                 row[i] = row[i] + row[i].like(1.0);
             }
-            Some(Viscous::new(f, v, part.zero().like(stress.viscosity)))
+            Some(Viscous::new(f, v, h[0][0].like(stress.viscosity)))
         } else {
             None
         };
@@ -106,19 +103,27 @@ impl<S: Simd, const D: usize> AtPoint<S, D> {
     }
 
     /// P.
+    // Passed to a closure, the stresses would be computed without vector instructions.
     #[inline(always)]
-    fn stress(&self, zero: Lanes<S>) -> [[Lanes<S>; D]; D] {
+    pub(crate) fn stress(&self, zero: R) -> [[R; D]; D] {
         let mut total = [[zero; D]; D];
-        let active = self.fibre.as_ref().map(ActiveFibre::stress);
-        let viscous = self.viscous.as_ref().map(Viscous::stress);
-        for stress in active.into_iter().chain(viscous) {
-            for (total, row) in total.iter_mut().zip(stress) {
-                for (total, entry) in total.iter_mut().zip(row) {
-                    *total = *total + entry;
-                }
-            }
+        if let Some(fibre) = &self.fibre {
+            add(&mut total, &fibre.stress());
+        }
+        if let Some(viscous) = &self.viscous {
+            add(&mut total, &viscous.stress());
         }
         total
+    }
+}
+
+/// `sum` += `tensor`.
+#[inline(always)]
+fn add<R: Real, const D: usize>(sum: &mut [[R; D]; D], tensor: &[[R; D]; D]) {
+    for (sum, row) in sum.iter_mut().zip(tensor) {
+        for (sum, entry) in sum.iter_mut().zip(row) {
+            *sum = *sum + *entry;
+        }
     }
 }
 
@@ -147,6 +152,27 @@ impl<const D: usize, const N: usize, const P: usize> Regions<'_, D, N, P> {
             v: part.gather_vector(Some(self.motion.v)),
         }
     }
+
+    /// The stress `number` at a point of a part.
+    #[inline(always)]
+    fn at<S: Simd>(
+        &self,
+        number: usize,
+        part: &Part<'_, S, D, N, P>,
+        (place, point): (usize, &Point<D, N, P>),
+        local: &Local<S, D, N>,
+    ) -> AtPoint<Lanes<S>, D> {
+        let stress = &self.stresses[number];
+        let fibre = match stress.active {
+            Some(_) => part.fibre(place),
+            None => [part.zero(); D],
+        };
+        let motion = [
+            part.gradient(&local.u, point),
+            part.gradient(&local.v, point),
+        ];
+        AtPoint::new(stress, self.motion.tensions[number], fibre, motion)
+    }
 }
 
 /// The force of all added stresses.
@@ -163,14 +189,13 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for Force<'_, '_, 
         let Self { regions, out } = self;
         out.fill(0.0);
         for (_, batch, number) in regions.members() {
-            let (stress, tension) = (&regions.stresses[number], regions.motion.tensions[number]);
             for part in 0..batch.n_parts(simd) {
                 let part = &mut batch.part(simd, part);
                 let local = regions.gather(part);
                 let mut force = [[part.zero(); D]; N];
-                for (number, point) in regions.elements.points.iter().enumerate() {
-                    part.move_to(number);
-                    let at = AtPoint::new(stress, tension, part, (number, point), &local);
+                for (place, point) in regions.elements.points.iter().enumerate() {
+                    part.move_to(place);
+                    let at = regions.at(number, part, (place, point), &local);
                     accumulate(&mut force, part, point, &at.stress(part.zero()));
                 }
                 part.scatter_vector(&force, out);
@@ -201,17 +226,16 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for Slopes<'_, '_,
             values.fill(0.0);
         }
         for (place, batch, number) in regions.members() {
-            let (stress, tension) = (&regions.stresses[number], regions.motion.tensions[number]);
             for part in 0..batch.n_parts(simd) {
                 let part = &mut batch.part(simd, part);
                 let local = regions.gather(part);
                 let zero = [[[[part.zero(); D]; D]; N]; N];
                 let mut by_u = room(out.by_displacement.is_some(), zero);
-                let by_rate = out.by_velocity.is_some() && stress.is_viscous();
+                let by_rate = out.by_velocity.is_some() && regions.stresses[number].is_viscous();
                 let mut by_v = room(by_rate, zero);
-                for (number, point) in regions.elements.points.iter().enumerate() {
-                    part.move_to(number);
-                    let at = AtPoint::new(stress, tension, part, (number, point), &local);
+                for (of_point, point) in regions.elements.points.iter().enumerate() {
+                    part.move_to(of_point);
+                    let at = regions.at(number, part, (of_point, point), &local);
                     let add = Add {
                         at: &at,
                         part,
@@ -236,7 +260,7 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for Slopes<'_, '_,
 
 /// Adds ∇φ_a·∂P·∇φ_b of one point to the element matrices.
 struct Add<'a, S: Simd, const D: usize, const N: usize, const P: usize> {
-    at: &'a AtPoint<S, D>,
+    at: &'a AtPoint<Lanes<S>, D>,
     part: &'a Part<'a, S, D, N, P>,
     point: &'a Point<D, N, P>,
     by_u: Option<&'a mut Matrix<S, D, N>>,

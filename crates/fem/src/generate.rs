@@ -2,8 +2,12 @@
 //!
 //! All are images of a unit square of cells [columns, rows], each cell cut by its rising diagonal.
 
+mod muscle;
+
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
+
+pub use muscle::muscle;
 
 use crate::error::FemError;
 use crate::mesh::{Group, Mesh};
@@ -77,6 +81,23 @@ fn positive(name: &'static str, value: f64) -> Result<(), FemError> {
     Err(FemError::Parameter {
         name,
         value,
+        condition,
+    })
+}
+
+/// Refuses a number of cells that is no multiple.
+fn multiple(
+    name: &'static str,
+    n: usize,
+    divisor: usize,
+    condition: &'static str,
+) -> Result<(), FemError> {
+    if n > 0 && n.is_multiple_of(divisor) {
+        return Ok(());
+    }
+    Err(FemError::Parameter {
+        name,
+        value: n as f64,
         condition,
     })
 }
@@ -234,25 +255,9 @@ pub fn spindle_half_height(x: f64) -> f64 {
 /// [`FemError::Parameter`] unless the columns are a multiple of ten and the rows even, so that the
 /// load's ends and the origin are vertices.
 pub fn spindle(cells @ [columns, rows]: [usize; 2]) -> Result<Mesh, FemError> {
-    let check = |name, n: usize, divisor: usize, condition| {
-        let fits = n > 0 && n.is_multiple_of(divisor);
-        if fits {
-            Ok(())
-        } else {
-            Err(FemError::Parameter {
-                name,
-                value: n as f64,
-                condition,
-            })
-        }
-    };
-    check(
-        "columns of the spindle",
-        columns,
-        10,
-        "a positive multiple of 10",
-    )?;
-    check("rows of the spindle", rows, 2, "a positive multiple of 2")?;
+    let name = "columns of the spindle";
+    multiple(name, columns, 10, "a positive multiple of 10")?;
+    multiple("rows of the spindle", rows, 2, "a positive multiple of 2")?;
     let parts = Structured::new(cells, |[s, t]| {
         let x = between(-HALF_LENGTH, HALF_LENGTH, s);
         [x, spindle_half_height(x) * (2.0 * t - 1.0)]

@@ -1,5 +1,6 @@
 //! Quantities for output: energies, and the state at a point. Computed only when called.
 
+use crate::added::{AddedMotion, AtPoint};
 use crate::material::Law;
 use crate::material::three::Tensor3;
 use crate::solid::{Fields, Pressure, Solid};
@@ -24,6 +25,20 @@ pub struct PointState {
 }
 
 impl PointState {
+    /// The state with P instead of its own; `is_linear`: of small strains, all stresses are one.
+    fn with_stress(mut self, piola: Tensor3, is_linear: bool) -> Self {
+        (self.piola, self.cauchy) = (piola, piola);
+        if !is_linear {
+            let f = |j: usize, k: usize| f64::from(j == k) + self.gradient[j][k];
+            let entry = |i: usize, j: usize| {
+                let products = (0..3).map(|k| piola[i][k] * f(j, k));
+                products.sum::<f64>() / self.jacobian
+            };
+            self.cauchy = [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j)));
+        }
+        self
+    }
+
     /// Von Mises' equivalent of the Cauchy stress.
     pub fn von_mises(&self) -> f64 {
         let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = self.cauchy;
@@ -52,24 +67,36 @@ impl Solid {
         };
         let jacobian = 1.0 + volume_change;
         let piola = law.stress3(gradient, pressure, self.axes_at(at));
-        let cauchy = match law {
-            Law::SmallStrain { .. } => piola,
-            _ => {
-                let f = |j: usize, k: usize| f64::from(j == k) + gradient[j][k];
-                let entry = |i: usize, j: usize| {
-                    let products = (0..3).map(|k| piola[i][k] * f(j, k));
-                    products.sum::<f64>() / jacobian
-                };
-                [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j)))
-            }
-        };
-        PointState {
+        let state = PointState {
             gradient,
             jacobian,
             pressure,
             piola,
-            cauchy,
-        }
+            cauchy: piola,
+        };
+        state.with_stress(piola, law.is_linear())
+    }
+
+    /// The same with the stresses that are added to the law's.
+    ///
+    /// # Panics
+    /// If a length is wrong.
+    pub fn state_in_motion_at(
+        &self,
+        fields: &Fields<'_>,
+        motion: &AddedMotion<'_>,
+        at: &Located,
+    ) -> PointState {
+        let state = self.state_at(fields, at);
+        let Some(number) = self.added_number(at.element) else {
+            return state;
+        };
+        let stress = &self.added_stresses()[number];
+        let fibre = self.axes_at(at).fibre;
+        let motion_there = [motion.u, motion.v].map(|field| self.spatial_gradient_at(field, at));
+        let added = AtPoint::new(stress, motion.tensions[number], fibre, motion_there).stress(0.0);
+        let total = [0, 1, 2].map(|i| [0, 1, 2].map(|j| state.piola[i][j] + added[i][j]));
+        state.with_stress(total, false)
     }
 
     /// The law at a place in the mesh, its factor included.

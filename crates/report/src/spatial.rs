@@ -90,6 +90,28 @@ pub fn displacement_plot(space: &Space, displacement: &[Place]) -> SurfacePlot {
     }
 }
 
+/// The corners of a box that the body does not leave in any of these states, and the largest
+/// displacement in them: what the frames of a film have in common.
+pub fn surroundings<'a>(
+    space: &Space,
+    states: impl Iterator<Item = &'a [Place]>,
+) -> (Vec<Place>, f64) {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    let mut largest = 0.0_f64;
+    for displacement in states {
+        for (x, u) in space.node_points::<3>().iter().zip(displacement) {
+            largest = largest.max(length(*u));
+            for axis in 0..3 {
+                let place = x[axis] + u[axis];
+                (low[axis], high[axis]) = (low[axis].min(place), high[axis].max(place));
+            }
+        }
+    }
+    let side = |bits: usize, axis: usize| [low, high][bits >> axis & 1][axis];
+    let corners = (0..8).map(|bits| [0, 1, 2].map(|axis| side(bits, axis)));
+    (corners.collect(), largest)
+}
+
 /// A plane section of the body at rest, through the middle of its shortest extent, in the colours
 /// of the length of the displacement.
 pub fn section_plot(space: &Space, displacement: &[Place]) -> MeshPlot {

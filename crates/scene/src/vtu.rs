@@ -189,6 +189,7 @@ fn label(quantity: Quantity) -> &'static str {
         Quantity::Stress => "stress",
         Quantity::Principal => "principal_stress",
         Quantity::VonMises => "von_mises",
+        Quantity::Tension => "tension",
     }
 }
 
@@ -196,7 +197,10 @@ fn label(quantity: Quantity) -> &'static str {
 /// Symmetric tensors have six components in the order that ParaView expects, in the plane too.
 fn order(quantity: Quantity, dimension: usize) -> &'static [usize] {
     match (quantity, dimension) {
-        (Quantity::Pressure | Quantity::VolumeRatio | Quantity::VonMises, _) => &[0],
+        (
+            Quantity::Pressure | Quantity::VolumeRatio | Quantity::VonMises | Quantity::Tension,
+            _,
+        ) => &[0],
         (Quantity::Displacement | Quantity::Velocity | Quantity::Principal, _) => &[0, 1, 2],
         (Quantity::Stress | Quantity::Strain, 2) => &[0, 1, 3, 2, 4, 5],
         (Quantity::Stress | Quantity::Strain, _) => &[0, 1, 2, 3, 4, 5],
@@ -205,7 +209,7 @@ fn order(quantity: Quantity, dimension: usize) -> &'static [usize] {
 
 fn component_names(quantity: Quantity) -> &'static [&'static str] {
     match quantity {
-        Quantity::Pressure | Quantity::VolumeRatio | Quantity::VonMises => &[],
+        Quantity::Pressure | Quantity::VolumeRatio | Quantity::VonMises | Quantity::Tension => &[],
         Quantity::Displacement | Quantity::Velocity => &["x", "y", "z"],
         Quantity::Principal => &["1", "2", "3"],
         Quantity::Stress | Quantity::Strain => &["xx", "yy", "zz", "xy", "yz", "xz"],

@@ -12,8 +12,10 @@ use crate::args::CommonArgs;
 use crate::exit::Exit;
 use myovib_report::table::{Align, Table, Tone, coloured_stdout, exponent, kappa, paint};
 use myovib_scene::json;
-use myovib_scene::scene_file::Analysis;
-use myovib_scene::{Body, Scene};
+use myovib_scene::scene_file::active::Tension;
+use myovib_scene::scene_file::solid::{Bed, Direction};
+use myovib_scene::scene_file::{Analysis, SceneFile};
+use myovib_scene::{Body, Scene, plain};
 
 /// Options of `myovib check`.
 #[derive(Debug, Args)]
@@ -59,7 +61,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
     let (text, body) = match (scene.file.analysis, &scene.body) {
         (Analysis::Dynamic, Some(body)) => {
             let report = check::check(&body.muscle, body.formulation, &body.settings)?;
-            let text = text(body, &report, !scene.chains.is_empty());
+            let text = text(scene, body, &report);
             (text, Some(document(body, &report)))
         }
         (Analysis::Dynamic, None) => (
@@ -79,7 +81,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
     Ok((text, Document { scene, body }))
 }
 
-fn text(body: &Body, report: &Report, has_chains: bool) -> String {
+fn text(scene: &Scene, body: &Body, report: &Report) -> String {
     let parameters = &body.muscle.parameters;
     let advice = &report.advice;
     let mut table = Table::new(&[
@@ -116,13 +118,57 @@ fn text(body: &Body, report: &Report, has_chains: bool) -> String {
         exponent(parameters.beta),
         table.render(coloured_stdout())
     );
-    for line in lines(body, report, has_chains) {
+    let has_chains = !scene.chains.is_empty();
+    for line in added(&scene.file)
+        .into_iter()
+        .chain(lines(body, report, has_chains))
+    {
         text.push_str(&line);
         text.push('\n');
     }
     text.push('\n');
     text.push_str(&warnings(&report.findings));
     text
+}
+
+/// What is on beside the laws and the loads.
+fn added(file: &SceneFile) -> Vec<String> {
+    let mut lines = Vec::new();
+    for material in &file.material {
+        let place = material.group.as_deref().unwrap_or("everywhere");
+        let own = [
+            ("κ", material.kappa.map(|own| own.0), "Pa"),
+            ("α", material.alpha, "1/s"),
+            ("β", material.beta, "s"),
+            ("η", material.eta, "Pa·s"),
+        ];
+        for (name, value, unit) in own {
+            lines.extend(
+                value.map(|value| format!("material        {place}: {name} = {value:e} {unit}")),
+            );
+        }
+        lines.extend(material.active.as_ref().map(|active| match active.tension {
+            Tension::Given { .. } => format!("contraction     {place}: by a given tension"),
+            Tension::Bestel { contractility, .. } => {
+                format!("contraction     {place}: by Bestel's equation, σ0 = {contractility:e} Pa")
+            }
+        }));
+    }
+    let beds = file.bed.iter().map(|bed| {
+        let along = match bed.along {
+            Direction::All => "in all directions",
+            Direction::Normal => "along the normal",
+        };
+        let Bed {
+            group,
+            stiffness,
+            damping,
+            ..
+        } = bed;
+        format!("bed             {group}: k = {stiffness:e} Pa/m, c = {damping:e} Pa·s/m, {along}")
+    });
+    lines.extend(beds);
+    lines.iter().map(|line| plain(line)).collect()
 }
 
 fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use myovib_fem::material::{ActiveStress, ForceVelocity, Viscous};
 use myovib_fem::{
-    AddedMotion, AddedStress, AddedTangents, Along, DofMap, FemError, Fibres, Mesh, Robin, Solid,
-    Space, generate,
+    AddedMotion, AddedStress, AddedTangents, Along, Barycentric, DofMap, FemError, Fibres, Fields,
+    Located, Mesh, Pressure, Robin, Solid, Space, generate,
 };
 
 use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, dense, random};
@@ -198,4 +198,45 @@ fn small_strains_take_no_such_stress() {
         refused,
         FemError::AddedToSmallStrain { element: 1 }
     ));
+}
+
+/// What a user reads as stress is that of the law and what is added.
+#[test]
+fn the_stress_at_a_point_is_that_of_all_its_parts() {
+    let mut f = H;
+    for (i, row) in f.iter_mut().enumerate() {
+        row[i] += 1.0;
+    }
+    let active = STRESS.active.unwrap().at(FIBRE, &H, &V, TENSION).stress();
+    let viscous = Viscous::new(f, V, STRESS.viscosity).stress();
+    for dimension in [2, 3] {
+        let solid = block(dimension);
+        let [u, v] = [H, V].map(|gradient| linear(solid.space(), gradient));
+        let fields = Fields::new(&u, Pressure::Penalty { kappa: 1e4 });
+        let motion = AddedMotion {
+            u: &u,
+            v: &v,
+            tensions: &[TENSION],
+        };
+        let n_vertices = dimension + 1;
+        let barycentric = Barycentric::new(&vec![1.0 / n_vertices as f64; n_vertices]);
+        for (element, has_more) in [(0, 1.0), (1, 0.0)] {
+            let at = Located {
+                element,
+                barycentric,
+            };
+            let law = solid.state_at(&fields, &at);
+            let all = solid.state_in_motion_at(&fields, &motion, &at);
+            for i in 0..3 {
+                for j in 0..3 {
+                    let piola = law.piola[i][j] + has_more * (active[i][j] + viscous[i][j]);
+                    // P Fᵀ/J.
+                    let cauchy: f64 = (0..3).map(|k| all.piola[i][k] * f[j][k]).sum();
+                    // Rounding of stresses of 1e3 Pa.
+                    assert!((all.piola[i][j] - piola).abs() < 1e-10, "{dimension}");
+                    assert!((all.cauchy[i][j] - cauchy / all.jacobian).abs() < 1e-10);
+                }
+            }
+        }
+    }
 }

@@ -29,6 +29,7 @@ impl MuscleDae {
             velocity: &self.work.velocity,
             pressure,
             factors: self.factors.as_deref(),
+            tensions: &self.work.tensions,
         }
     }
 

@@ -3,7 +3,7 @@
 //! Everything here is computed only when asked for.
 
 use myovib_fem::material::three::Tensor3;
-use myovib_fem::{Fields, Located, Pressure, Solid, Space};
+use myovib_fem::{AddedMotion, Fields, Located, Pressure, Solid, Space};
 use nalgebra::Matrix3;
 
 use super::locate;
@@ -28,6 +28,8 @@ pub enum Quantity {
     Principal,
     /// Von Mises' equivalent of the Cauchy stress, Pa.
     VonMises,
+    /// Tension of the active stress, Pa; 0 where there is none.
+    Tension,
 }
 
 impl Quantity {
@@ -58,12 +60,16 @@ impl Quantity {
             ],
             (Self::Principal, _) => &["principal_1", "principal_2", "principal_3"],
             (Self::VonMises, _) => &["von_mises"],
+            (Self::Tension, _) => &["tension"],
         }
     }
 
     /// Whether det F, a strain or a stress must be computed for it.
     pub fn needs_state(self) -> bool {
-        !matches!(self, Self::Displacement | Self::Velocity | Self::Pressure)
+        !matches!(
+            self,
+            Self::Displacement | Self::Velocity | Self::Pressure | Self::Tension
+        )
     }
 }
 
@@ -83,6 +89,8 @@ pub struct Snapshot<'a> {
     pub pressure: Pressure<'a>,
     /// Factors of the law's energy, if it has any.
     pub factors: Option<&'a [f64]>,
+    /// The tension of each of the solid's added stresses, Pa.
+    pub tensions: &'a [f64],
 }
 
 impl<'a> Snapshot<'a> {
@@ -109,7 +117,15 @@ impl<'a> Snapshot<'a> {
             2 => space.displacement_at::<2>(field, place).to_vec(),
             _ => space.displacement_at::<3>(field, place).to_vec(),
         };
-        let state = || self.solid.state_at(&self.fields(), place);
+        let motion = AddedMotion {
+            u: self.displacement,
+            v: self.velocity,
+            tensions: self.tensions,
+        };
+        let state = || {
+            let fields = self.fields();
+            self.solid.state_in_motion_at(&fields, &motion, place)
+        };
         match (quantity, self.pressure) {
             (Quantity::Displacement, _) => vector(self.displacement),
             (Quantity::Velocity, _) => vector(self.velocity),
@@ -120,6 +136,10 @@ impl<'a> Snapshot<'a> {
             (Quantity::Stress, _) => symmetric(state().cauchy, space.dimension()),
             (Quantity::Principal, _) => principal(state().cauchy),
             (Quantity::VonMises, _) => vec![state().von_mises()],
+            (Quantity::Tension, _) => {
+                let number = self.solid.added_number(place.element);
+                vec![number.map_or(0.0, |number| self.tensions[number])]
+            }
         }
     }
 }
@@ -248,6 +268,7 @@ mod tests {
             velocity: u,
             pressure: Pressure::Nodal(p),
             factors: None,
+            tensions: &[],
         }
     }
 

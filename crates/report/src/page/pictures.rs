@@ -47,7 +47,12 @@ fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
         (&*traction.group, Some(direction))
     });
     let pressed = file.pressure.iter().map(|load| (&*load.group, None));
-    held.chain(moved).chain(loaded).chain(pressed).collect()
+    let bedded = file.bed.iter().map(|bed| (&*bed.group, None));
+    held.chain(moved)
+        .chain(bedded)
+        .chain(loaded)
+        .chain(pressed)
+        .collect()
 }
 
 /// The surface of a body in space, with the groups in colours.
@@ -120,6 +125,19 @@ fn shade(i: usize) -> Colour {
     Colour::of_series(i).paler()
 }
 
+/// A value as a scene has it, for people.
+fn written(value: &Value) -> String {
+    match value {
+        Value::Object(members) => {
+            let given = members.iter().filter(|(_, value)| !value.is_null());
+            let given = given.map(|(key, value)| format!("{key} = {}", written(value)));
+            format!("{{ {} }}", given.collect::<Vec<_>>().join(", "))
+        }
+        Value::String(word) => word.clone(),
+        value => value.to_string(),
+    }
+}
+
 /// The materials and their constants.
 fn materials(scene: &Scene) -> String {
     let rows: String = scene
@@ -135,7 +153,7 @@ fn materials(scene: &Scene) -> String {
             let words = constants.iter().filter_map(|(key, value)| match value {
                 _ if key == "group" || key == "law" => None,
                 Value::Null => None,
-                value => Some(format!("{} = {}", escape(key), escape(&value.to_string()))),
+                value => Some(format!("{} = {}", escape(key), escape(&written(value)))),
             });
             format!(
                 "<tr><td><span class=\"swatch\" style=\"background:{}\"></span>{}</td><td>{}</td>\

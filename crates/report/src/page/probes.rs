@@ -129,7 +129,7 @@ fn unit(name: &str, in_space: bool) -> &'static str {
         "t" => "s",
         "u" => "m",
         "v" => "m/s",
-        "p" | "stress" | "principal" | "von" => "Pa",
+        "p" | "stress" | "principal" | "von" | "tension" => "Pa",
         "R" if in_space => "N",
         "R" => "N/m",
         "kinetic" | "elastic" | "work" | "dissipated" | "imbalance" if in_space => "J",

@@ -43,6 +43,8 @@ pub struct SurfacePlot {
     pub groups: Vec<(String, Colour)>,
     /// Whether the triangles have an outline.
     pub edges: bool,
+    /// Places beside the faces that the picture has room for, as the other frames of a film ask.
+    pub around: Vec<Place>,
 }
 
 /// How far to the right and above the eye stands, rad.
@@ -87,7 +89,8 @@ impl SurfacePlot {
     /// The extent of the body on the page: lowest and highest along both axes.
     fn limits(&self) -> [[f64; 2]; 2] {
         let mut limits = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-        for place in self.faces.iter().flat_map(|face| face.corners) {
+        let corners = self.faces.iter().flat_map(|face| face.corners);
+        for place in corners.chain(self.around.iter().copied()) {
             for (limit, x) in limits.iter_mut().zip(seen(place)) {
                 *limit = [limit[0].min(x), limit[1].max(x)];
             }

@@ -44,6 +44,8 @@ pub(super) fn dynamic<P: System>(
             "force_rate_passes": work.force_rate_passes,
             "tangent_passes": work.tangent_passes,
             "rate_tangent_passes": work.rate_tangent_passes,
+            "added_passes": work.added_passes,
+            "added_tangent_passes": work.added_tangent_passes,
             "matrix_sums": work.matrix_sums,
             "inversions": work.inversions,
             "linear": work.linear,

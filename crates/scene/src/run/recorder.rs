@@ -46,6 +46,7 @@ pub(super) fn quantities(names: &[output::Quantity]) -> Vec<Quantity> {
         output::Quantity::Stress => Quantity::Stress,
         output::Quantity::Principal => Quantity::Principal,
         output::Quantity::VonMises => Quantity::VonMises,
+        output::Quantity::Tension => Quantity::Tension,
     };
     names.iter().map(quantity).collect()
 }

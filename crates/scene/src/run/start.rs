@@ -212,7 +212,7 @@ pub(crate) fn refuse_sudden_loads(dae: &mut MuscleDae) -> Result<(), Error> {
     let largest = free.iter().map(|&i| force[i].abs()).fold(0.0, f64::max);
     if largest > 0.0 {
         return Err(InputError::new(
-            "the loads do not start from zero, but the body starts at rest",
+            "the loads do not start from zero, but the body starts at rest (tensions are loads)",
         )
         .found(format!("a nodal force of {largest:.3e} {} at t = 0", unit_of_force(dae)))
         .next(

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use cpu_time::ThreadTime;
 use myovib_dae::Problem;
 use myovib_model::{Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters, statics};
 use serde_json::json;
@@ -16,7 +17,7 @@ use crate::{Error, InputError};
 
 /// Computes the equilibrium of a scene under its loads at the end time.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
-    let started = Instant::now();
+    let (started, cpu) = (Instant::now(), ThreadTime::now());
     let Some(body) = &scene.body else {
         return Err(InputError::new("a static scene needs a [mesh] with [solid]").into());
     };
@@ -69,6 +70,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         "load_steps": equilibrium.load_steps,
         "constraint_drift": dae.constraint_drift(scene.t_end, &y).map_err(ModelError::from)?,
         "results": results,
+        "cpu_seconds": cpu.elapsed().as_secs_f64(),
         "wall_seconds": started.elapsed().as_secs_f64(),
     });
     document::write(&folder, &document)?;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use myovib_fem::{DofMap, Law, Solid, Space};
+use myovib_fem::{DofMap, FemError, Law, Mesh, Solid, Space};
 use myovib_model::{Formulation, LinearSolver, Muscle, Parameters, Prescribed};
 
 use super::Body;
@@ -21,14 +21,12 @@ impl Builder<'_> {
         solid: &solid::Solid,
     ) -> Result<Body, InputError> {
         let mesh = self.mesh(mesh, &file.region)?;
-        let parameters = self.at(
-            "solid",
-            Parameters::new(solid.alpha, solid.beta, solid.kappa.0),
-        )?;
+        let parameters = self.parameters(file, solid)?;
+        // All are of the sort of the first.
         let formulation = solid
             .formulation
-            .map_or_else(|| suited(&parameters), formulation);
-        self.at("solid.formulation", formulation.check(&parameters))?;
+            .map_or_else(|| suited(&parameters[0]), formulation);
+        self.at("solid.formulation", formulation.check(&parameters[0]))?;
         let Materials {
             laws,
             densities,
@@ -36,12 +34,16 @@ impl Builder<'_> {
             regions,
         } = self.materials(file, &mesh)?;
         self.check_complete(&laws, formulation)?;
-        let space = Arc::new(Space::taylor_hood(&mesh));
+        let own = |region: &usize| parameters[*region];
+        let own: Vec<Parameters> = regions.iter().map(own).collect();
+        let space = space(&mesh, &regions, &parameters);
+        let space = Arc::new(self.at("material", space)?);
         let constrained = self.supports(file, &space)?;
         let components: Vec<(usize, usize)> = constrained.keys().copied().collect();
         let dofs = self.at("fixed", DofMap::new(&space, &components))?;
         let dimension = space.dimension();
         let loads = self.loads(file, &space, &densities)?;
+        let (stresses, activations) = self.added(file, &regions)?;
         let mut solid = self.at(
             "material",
             Solid::with_densities(space, dofs, laws, &densities),
@@ -51,7 +53,12 @@ impl Builder<'_> {
             opposed_fibres = fibres.opposed(&mesh, solid.rule()).len();
             solid = solid.with_fibres(fibres);
         }
-        let pressures = self.pressures(file, &solid)?;
+        if !stresses.is_empty() {
+            solid = self.at("material", solid.with_added_stresses(&stresses))?;
+        }
+        let body = self.at("material", Muscle::graded(solid, &own))?;
+        let pressures = self.pressures(file, &body.solid)?;
+        let beds = self.beds(file, &body.solid)?;
         let prescribed = constrained
             .into_iter()
             .filter_map(|((node, axis), signal)| {
@@ -70,7 +77,9 @@ impl Builder<'_> {
             loads,
             pressures,
             prescribed,
-            ..Muscle::unloaded(solid, parameters)
+            beds,
+            activations,
+            ..body
         };
         Ok(Body {
             settings: self.settings(&file.integrator, &muscle, formulation, linear_solver),
@@ -80,6 +89,46 @@ impl Builder<'_> {
             has_fibres,
             opposed_fibres,
         })
+    }
+
+    /// κ, α and β of each material (of the body, if there is none): κ is infinite in all or in none,
+    /// and so is β zero.
+    fn parameters(
+        &self,
+        file: &SceneFile,
+        solid: &solid::Solid,
+    ) -> Result<Vec<Parameters>, InputError> {
+        let whole = Parameters::new(solid.alpha, solid.beta, solid.kappa.0);
+        let mut parameters = Vec::new();
+        for (i, own) in file.material.iter().enumerate() {
+            let one = Parameters::new(
+                own.alpha.unwrap_or(solid.alpha),
+                own.beta.unwrap_or(solid.beta),
+                own.kappa.unwrap_or(solid.kappa).0,
+            );
+            let one = self.at(&format!("material[{i}]"), one)?;
+            let first = *parameters.first().unwrap_or(&one);
+            let differs = |which: fn(&Parameters) -> bool| which(&one) != which(&first);
+            let (key, problem) = match () {
+                () if differs(Parameters::is_incompressible) => {
+                    ("kappa", "kappa = inf beside a finite kappa")
+                }
+                () if differs(Parameters::is_damped) => ("beta", "beta > 0 beside beta = 0"),
+                () => {
+                    parameters.push(one);
+                    continue;
+                }
+            };
+            let error = InputError::new(format!(
+                "{problem}: the index of the equations would differ"
+            ))
+            .next(format!("give all materials a `{key}` of one sort"));
+            return Err(self.wrong(&format!("material[{i}].{key}"), error));
+        }
+        match parameters.is_empty() {
+            true => Ok(vec![self.at("solid", whole)?]),
+            false => Ok(parameters),
+        }
     }
 
     /// A law whose energy holds the volume's part has no pressure.
@@ -96,6 +145,23 @@ impl Builder<'_> {
             }
             _ => Ok(()),
         }
+    }
+}
+
+/// Taylor–Hood elements, with pressures that jump where κ or β do; `regions`: the material of each
+/// element, `parameters`: those of each material.
+fn space(mesh: &Mesh, regions: &[usize], parameters: &[Parameters]) -> Result<Space, FemError> {
+    let space = Space::taylor_hood(mesh);
+    let of_pressure = |own: &Parameters| (own.kappa(), own.beta);
+    let first_like = |own: &Parameters| {
+        let mut all = parameters.iter();
+        all.position(|other| of_pressure(other) == of_pressure(own))
+    };
+    let sorts: Vec<usize> = parameters.iter().filter_map(first_like).collect();
+    let sorts: Vec<usize> = regions.iter().map(|region| sorts[*region]).collect();
+    match sorts.iter().all(|sort| *sort == sorts[0]) {
+        true => Ok(space),
+        false => space.with_regions(&sorts),
     }
 }
 

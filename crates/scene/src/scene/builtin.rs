@@ -21,6 +21,7 @@ scenes! {
     "hardening"
     "init"
     "land1"
+    "muscle3d"
     "table1-26-finite-damped"
     "table1-26-finite-undamped"
     "table1-26-inf-damped"
@@ -35,6 +36,8 @@ scenes! {
     "table2-4-order2"
     "table2-4-suppressed"
     "two-way"
+    "ventricle"
+    "ventricle-coarse"
 }
 
 /// The text of the built-in scene of that name.

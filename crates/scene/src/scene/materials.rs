@@ -10,6 +10,10 @@ use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::material::{Direction, Material};
 
+/// What to do where fibres are missing.
+pub(super) const GIVE_FIBRE: &str =
+    "give `fibre`: a vector as [1, 0, 0], or the name of a nodal field of the mesh file";
+
 /// What the elements are made of.
 pub(super) struct Materials {
     /// The law of each.
@@ -97,22 +101,20 @@ impl Builder<'_> {
     fn directions(&self, material: &Material, path: &str) -> Result<(), InputError> {
         let law = material.law.0;
         let name = law.description().name;
-        let next = "a vector as [1, 0, 0], or the name of a nodal field of the mesh file";
         if law.has_fibres() && material.fibre.is_none() {
             let error =
                 InputError::new(format!("the law {name} needs the direction of its fibres"))
-                    .next(format!("give `fibre`: {next}"));
+                    .next(GIVE_FIBRE);
             return Err(self.wrong(path, error));
         }
         if material.sheet.is_some() && material.fibre.is_none() {
-            let error =
-                InputError::new("sheets without fibres").next(format!("give `fibre` too: {next}"));
+            let error = InputError::new("sheets without fibres").next(GIVE_FIBRE);
             return Err(self.wrong(&format!("{path}.sheet"), error));
         }
         if material.sheet.is_none() && has_sheets(law) {
             let error =
                 InputError::new(format!("the law {name} needs the direction of its sheets"))
-                    .next(format!("give `sheet`: {next}"));
+                    .next("give `sheet`, as `fibre` is given");
             return Err(self.wrong(path, error));
         }
         Ok(())

@@ -4,10 +4,13 @@ use myovib_fem::{Group, Mesh, generate};
 
 use super::builder::Builder;
 use crate::InputError;
-use crate::scene_file::mesh::{self, MeshSource, Region};
+use crate::scene_file::mesh::{self, MeshSource, Region, Resolution};
 
 /// The muscle of the reproduction.
 const MUSCLE: &str = include_str!("../../../../data/meshes/muscle.msh");
+/// The ventricle of the benchmark, and a coarser one.
+const VENTRICLE: &str = include_str!("../../../../data/meshes/ventricle.msh");
+const VENTRICLE_COARSE: &str = include_str!("../../../../data/meshes/ventricle_coarse.msh");
 /// The most elements a scene may ask for, far more than can be integrated on one machine: a typing
 /// error shall be told before memory is gone.
 const MAX_ELEMENTS: usize = 4_000_000;
@@ -22,7 +25,7 @@ impl Builder<'_> {
         {
             self.check_size(product(2, &cells))?;
         }
-        if let MeshSource::Box { cells, .. } = mesh.source {
+        if let MeshSource::Box { cells, .. } | MeshSource::Muscle3d { cells } = mesh.source {
             self.check_size(product(6, &cells))?;
         }
         let (place, coarse) = match mesh.source {
@@ -31,6 +34,14 @@ impl Builder<'_> {
                 ("mesh.path", Mesh::parse_msh(&text, &name))
             }
             MeshSource::Muscle => ("mesh", Mesh::parse_msh(MUSCLE, "muscle.msh")),
+            MeshSource::Ventricle { resolution } => {
+                let text = match resolution {
+                    Resolution::Coarse => VENTRICLE_COARSE,
+                    Resolution::Fine => VENTRICLE,
+                };
+                ("mesh", Mesh::parse_msh(text, "ventricle.msh"))
+            }
+            MeshSource::Muscle3d { cells } => ("mesh.cells", generate::muscle(cells)),
             MeshSource::Spindle { cells } => ("mesh.cells", generate::spindle(cells)),
             MeshSource::Rectangle {
                 width,

@@ -8,6 +8,7 @@
 mod body;
 mod builder;
 mod builtin;
+mod contraction;
 mod feedback;
 mod function;
 mod limits;

@@ -60,9 +60,9 @@ impl Builder<'_> {
                 }
             }
         }
-        if constrained.is_empty() {
+        if constrained.is_empty() && file.bed.iter().all(|bed| bed.stiffness == 0.0) {
             let error = InputError::new("nothing holds the body")
-                .next("add a [[fixed]] with the group of the nodes that do not move");
+                .next("add a [[fixed]] with the group of the nodes that do not move, or a [[bed]]");
             return Err(self.wrong("", error));
         }
         Ok(constrained)

@@ -11,7 +11,9 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
+use super::active::Active;
 use super::number::Number;
+use super::solid::Kappa;
 
 /// Another name of `mooney-rivlin`, with c10 = ζ/2 and c01 = 0.
 const NEO_HOOKE: &str = "neo-hooke";
@@ -35,6 +37,20 @@ pub struct Material {
     /// Where the sheets run; the part across the fibres counts [default: any direction across, for
     /// laws to which all are the same].
     pub sheet: Option<Direction>,
+    /// Stress that the material produces along its fibres.
+    pub active: Option<Active>,
+    /// Kelvin–Voigt viscosity η, Pa·s: the stress `S = η Ė` is added to the law's [default: none].
+    #[schemars(range(min = 0))]
+    pub eta: Option<f64>,
+    /// Bulk modulus κ of this material [default: that of `solid`]; `inf` in all materials or in none.
+    pub kappa: Option<Kappa>,
+    /// Mass-proportional damping α of this material, 1/s [default: that of `solid`].
+    #[schemars(range(min = 0))]
+    pub alpha: Option<f64>,
+    /// Stiffness-proportional damping β of this material, s [default: that of `solid`]; 0 in all
+    /// materials or in none.
+    #[schemars(range(min = 0))]
+    pub beta: Option<f64>,
     /// The material law.
     #[serde(flatten)]
     pub law: Law,

@@ -78,10 +78,40 @@ pub enum MeshSource {
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 3],
     },
+    /// A muscle in space: a spindle of 0.2 m with tendons at its ends and the nodal field `fibre`
+    /// along it; groups `fixed` (both ends), `left`, `right`, `surface`, `load` (middle of the top),
+    /// `muscle`, `tendon`, `origin`.
+    Muscle3d {
+        /// Cells along (a multiple of 10) and across (even numbers), six tetrahedra each.
+        #[serde(default = "muscle_cells")]
+        #[schemars(inner(range(min = 1, max = 1_000_000)))]
+        cells: [usize; 3],
+    },
+    /// The left ventricle of the benchmark of Aróstica et al. (2025): half an ellipsoid of 0.1 m with
+    /// the nodal fields `f0` and `s0` of fibres and sheets; groups `endo`, `epi`, `base`,
+    /// `myocardium`.
+    Ventricle {
+        /// Which of its two meshes.
+        resolution: Resolution,
+    },
+}
+
+/// The meshes of the ventricle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Resolution {
+    /// 745 vertices, 2.6 thousand tetrahedra.
+    Coarse,
+    /// 4576 vertices, 17.7 thousand tetrahedra: that of the benchmark.
+    Fine,
 }
 
 fn spindle_cells() -> [usize; 2] {
     [20, 6]
+}
+
+fn muscle_cells() -> [usize; 3] {
+    [20, 4, 4]
 }
 
 /// An elliptic region (in space: an ellipsoid) that becomes a group of its own: the elements whose

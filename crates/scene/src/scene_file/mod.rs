@@ -9,6 +9,7 @@
 //! Cast of types: [`SceneFile`] (the root), its parts in [`function`], [`mesh`], [`solid`],
 //! [`material`], [`chain`], [`integrator`], [`output`]; [`Source`] (text and places).
 
+pub mod active;
 pub mod chain;
 pub mod feedback;
 pub mod function;
@@ -40,7 +41,7 @@ use integrator::Integrator;
 use material::Material;
 use mesh::{Mesh, Region};
 use output::{Fields, Probe, Stop};
-use solid::{BodyForce, Displacement, Fixed, Pressure, Solid, Traction};
+use solid::{Bed, BodyForce, Displacement, Fixed, Pressure, Solid, Traction};
 
 /// A scene: everything a run depends on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -69,6 +70,9 @@ pub struct SceneFile {
     /// Groups that move as prescribed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub displacement: Vec<Displacement>,
+    /// Elastic and viscous supports of the boundary.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bed: Vec<Bed>,
     /// Boundary forces of fixed direction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traction: Vec<Traction>,

@@ -110,7 +110,8 @@ pub enum Quantity {
     /// Green's strain: components as for `stress`.
     #[serde(rename = "strain")]
     Strain,
-    /// Cauchy stress, Pa: xx, yy, xy, zz; in space xx, yy, zz, xy, yz, xz.
+    /// Cauchy stress, active and viscous stress included, Pa: xx, yy, xy, zz; in space xx, yy, zz,
+    /// xy, yz, xz.
     #[serde(rename = "stress")]
     Stress,
     /// Principal values of the Cauchy stress, Pa, the largest first.
@@ -119,6 +120,9 @@ pub enum Quantity {
     /// Von Mises' equivalent of the Cauchy stress, Pa.
     #[serde(rename = "von-mises")]
     VonMises,
+    /// Tension T of the active stress, Pa; 0 in materials that have none.
+    #[serde(rename = "tension")]
+    Tension,
 }
 
 /// Fields written for ParaView (VTU files and a PVD collection).

@@ -133,6 +133,36 @@ pub struct Pressure {
     pub value: Function,
 }
 
+/// An elastic and viscous support of a boundary, `P N + k u + c u̇ = 0` there (Robin's condition):
+/// what surrounds the body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Bed {
+    /// Physical group of the boundary: edges, in space faces.
+    pub group: String,
+    /// Stiffness k per undeformed area, Pa/m.
+    #[serde(default)]
+    #[schemars(range(min = 0))]
+    pub stiffness: f64,
+    /// Damping c per undeformed area, Pa·s/m.
+    #[serde(default)]
+    #[schemars(range(min = 0))]
+    pub damping: f64,
+    /// The directions in which it acts.
+    #[serde(default)]
+    pub along: Direction,
+}
+
+/// The directions in which a bed acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Direction {
+    /// All.
+    #[default]
+    All,
+    /// Along the normal of the undeformed boundary: the body slides freely.
+    Normal,
+}
+
 /// A force per mass throughout a region, gravity for one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BodyForce {

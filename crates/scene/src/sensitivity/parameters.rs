@@ -53,12 +53,14 @@ enum Influence {
 }
 
 /// Numbers that the equations are affine in: moduli, densities, the sizes of loads.
-const AFFINE: [&str; 8] = [
+const AFFINE: [&str; 10] = [
     "c10",
     "c01",
     "shear_modulus",
     "lambda",
     "density",
+    "stiffness",
+    "damping",
     "amplitude",
     "value",
     "of",
@@ -68,9 +70,10 @@ const SMOOTH: [&str; 4] = ["frequency", "phase", "steepness", "shift"];
 /// Numbers that move a break of a load.
 const BREAKS: [&str; 3] = ["start", "rise", "end"];
 /// Tables whose numbers may be parameters.
-const TABLES: [&str; 6] = [
+const TABLES: [&str; 7] = [
     "solid",
     "material",
+    "bed",
     "traction",
     "pressure",
     "body_force",
@@ -190,6 +193,13 @@ impl Parametrised {
         Ok(Dependences::new(all.collect::<Result<_, _>>()?))
     }
 
+    /// The body of the scene with another value of parameter j.
+    fn muscle_at(&self, values: &[f64], j: usize, value: f64) -> Result<Muscle, Error> {
+        let mut values = values.to_vec();
+        values[j] = value;
+        Ok(body(&self.at(&values)?)?.muscle.clone())
+    }
+
     fn dependence(&self, j: usize, values: &[f64], body: &Body) -> Result<Dependence, Error> {
         let known = &self.parameters[j];
         let formulation = body.formulation;
@@ -202,17 +212,15 @@ impl Parametrised {
             let mut muscle = body.muscle.clone();
             let Parameters { alpha, beta, .. } = muscle.parameters;
             let kappa = muscle.parameters.kappa();
-            // What a formulation asks of κ and β it asks of the scene, not of its neighbours.
+            // What a formulation asks of κ and β it asks of the scene, not of its neighbours. Where
+            // materials have their own, only the scene knows which of them move.
             muscle.parameters = match known.influence {
+                _ if muscle.solid.is_graded() => return self.muscle_at(values, j, value),
                 Influence::Compressibility => Parameters::new(alpha, beta, 1.0 / value)?,
                 Influence::Alpha => Parameters::new(value, beta, kappa)?,
                 Influence::Beta => Parameters::new(alpha, value, kappa)?,
                 Influence::Affine | Influence::Smooth => {
-                    let mut values = values.to_vec();
-                    values[j] = value;
-                    let scene = self.at(&values)?;
-                    let moved = scene.body.map(|body| body.muscle);
-                    return Ok(moved.unwrap_or(muscle));
+                    return self.muscle_at(values, j, value);
                 }
             };
             Ok(muscle)
@@ -287,7 +295,11 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<Known, Inp
     }
     let pointer: String = parts.iter().map(|part| format!("/{part}")).collect();
     let found = values.pointer(&pointer);
-    let influence = influence(table, last, found);
+    let place = match parts.contains(&"active") {
+        true => "active",
+        false => table,
+    };
+    let influence = influence(place, last, found);
     let value = match (influence, found) {
         (Some(Influence::Compressibility), _) => scene
             .file
@@ -347,6 +359,9 @@ fn influence(table: &str, last: &str, found: Option<&Value>) -> Option<Influence
         ("solid", "alpha") => Some(Influence::Alpha),
         ("solid", "beta") => Some(Influence::Beta),
         ("solid", _) => None,
+        // Tensions: their sizes; times move breaks.
+        ("active", "contractility" | "value" | "amplitude") => Some(Influence::Smooth),
+        ("active", _) => None,
         // Where nodes are moved, the law makes forces of it that are not affine.
         ("displacement", last) if AFFINE.contains(&last) || is_constant => Some(Influence::Smooth),
         (_, last) if AFFINE.contains(&last) || is_constant => Some(Influence::Affine),

@@ -101,7 +101,9 @@ fn damaged_meshes_are_refused_with_their_place() {
 
 #[test]
 fn damaged_scenes_are_refused_with_their_place() {
-    let scenes: Vec<&str> = BUILTIN.iter().map(|(_, text)| *text).collect();
+    // The coarse ventricle is the same text with a mesh that is read in less time.
+    let scenes = BUILTIN.iter().filter(|(name, _)| *name != "ventricle");
+    let scenes: Vec<&str> = scenes.map(|(_, text)| *text).collect();
     run("scene", &scenes, read_scene);
 }
 

@@ -1,6 +1,7 @@
 //! `myovib movie`: what the paper put on its website, as animated GIFs.
 
 mod hardening;
+mod muscle3d;
 
 use std::path::PathBuf;
 
@@ -44,7 +45,7 @@ pub struct MovieArgs {
     pub from: Option<f64>,
 
     /// Last moment shown, s [default: 14 (chain), 3 (muscle and hardening, of which the last cycle
-    /// of the load is shown)].
+    /// of the load is shown), 2 (muscle3d)].
     #[arg(long, value_name = "T")]
     pub to: Option<f64>,
 
@@ -77,6 +78,8 @@ pub enum Subject {
     Muscle,
     /// Waves at a stiff inclusion in the muscle: the scene `hardening`, enlarged.
     Hardening,
+    /// A muscle in space that contracts: the scene `muscle3d`, which takes minutes.
+    Muscle3d,
 }
 
 #[derive(Serialize)]
@@ -95,9 +98,9 @@ impl MovieArgs {
         let (beside, next) = match self.subject {
             Subject::Chain => (vec![mesh], "the chain moves on a rod, which has no mesh"),
             Subject::Muscle => (vec![from, chain], "it shows the last cycle of the load"),
-            Subject::Hardening => (
+            Subject::Hardening | Subject::Muscle3d => (
                 vec![mesh, from, chain, integrator],
-                "it shows the scene `hardening`; for another write your own, and `myovib run` it \
+                "it shows the scene of its name; for another write your own, and `myovib run` it \
                  with [fields]",
             ),
         };
@@ -126,7 +129,7 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
     args.check()?;
     let (from, to) = match args.subject {
         Subject::Chain => (args.from.unwrap_or(8.0), args.to.unwrap_or(14.0)),
-        Subject::Muscle | Subject::Hardening => (0.0, args.to.unwrap_or(3.0)),
+        Subject::Muscle | Subject::Hardening | Subject::Muscle3d => (0.0, args.to.unwrap_or(3.0)),
     };
     if !(0.0 <= from && from < to && to.is_finite()) {
         return Err(InputError::new("the movie has no duration")
@@ -140,12 +143,14 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
             Subject::Chain => "chain.gif",
             Subject::Muscle => "muscle.gif",
             Subject::Hardening => "hardening.gif",
+            Subject::Muscle3d => "muscle3d.gif",
         })
     });
     let movie = match args.subject {
         Subject::Chain => chain(args, from, to)?,
         Subject::Muscle => deformation(args, to)?,
         Subject::Hardening => hardening::film(args.to, args.common.quiet)?,
+        Subject::Muscle3d => muscle3d::film(args.to, args.common.quiet)?,
     };
     if movie.frames.is_empty() && movie.exit != Exit::Done {
         eprintln!("no film: the run ended before the first moment to be shown");

@@ -1,0 +1,147 @@
+//! What materials add to their laws: tension along the fibres, viscosity; and beds of the boundary.
+
+use myovib_fem::material::{ActiveStress, Bestel, ForceLength};
+use myovib_fem::{AddedStress, Along, FemError, Solid};
+use myovib_model::{Activation, Bed, Signal};
+
+use super::builder::Builder;
+use crate::InputError;
+use crate::scene_file::active::{Active, Tension};
+use crate::scene_file::solid::Direction;
+use crate::scene_file::{Analysis, SceneFile};
+
+/// The number of times at which the sign of a given tension is looked at.
+const SAMPLES: u32 = 1000;
+
+/// The stresses that materials add to their laws', each with its elements, and the tensions of
+/// those that are active, by their number.
+pub(super) type Added = (Vec<(Vec<usize>, AddedStress)>, Vec<(usize, Activation)>);
+
+impl Builder<'_> {
+    /// Active and viscous stresses of the materials; `regions`: the material of each element.
+    pub(super) fn added(&self, file: &SceneFile, regions: &[usize]) -> Result<Added, InputError> {
+        let (mut stresses, mut activations) = Added::default();
+        for (i, material) in file.material.iter().enumerate() {
+            let viscosity = material.eta.unwrap_or(0.0);
+            if material.active.is_none() && viscosity == 0.0 {
+                continue;
+            }
+            let path = format!("material[{i}]");
+            let of_region = |element: &usize| regions[*element] == i;
+            let members: Vec<usize> = (0..regions.len()).filter(of_region).collect();
+            if let (true, Some(&element)) = (material.law.0.is_linear(), members.first()) {
+                self.at(&path, Err(FemError::AddedToSmallStrain { element }))?;
+            }
+            let mut stress = AddedStress {
+                active: None,
+                viscosity,
+            };
+            if let Some(active) = &material.active {
+                let path = format!("{path}.active");
+                if material.fibre.is_none() {
+                    let error = InputError::new("active stress needs the direction of the fibres")
+                        .next(super::materials::GIVE_FIBRE);
+                    return Err(self.wrong(&path, error));
+                }
+                stress.active = Some(self.active_stress(active, &path)?);
+                let activation = self.activation(file, active, &path)?;
+                activations.push((stresses.len(), activation));
+            }
+            stresses.push((members, stress));
+        }
+        Ok((stresses, activations))
+    }
+
+    fn active_stress(&self, active: &Active, path: &str) -> Result<ActiveStress, InputError> {
+        let stress = ActiveStress {
+            tension: active.stress.into(),
+            force_length: match &active.force_length {
+                Some(curve) => curve.into(),
+                None => ForceLength::Constant,
+            },
+            force_velocity: active.force_velocity.as_ref().map(Into::into),
+        };
+        self.at(path, stress.check())?;
+        Ok(stress)
+    }
+
+    fn activation(
+        &self,
+        file: &SceneFile,
+        active: &Active,
+        path: &str,
+    ) -> Result<Activation, InputError> {
+        match active.tension {
+            Tension::Given { ref tension } => {
+                let path = format!("{path}.tension");
+                let signal = self.signal(tension, &path)?;
+                self.not_negative(&signal, &path)?;
+                Ok(Activation::Given(signal))
+            }
+            Tension::Bestel {
+                contractility,
+                rise,
+                decay,
+                systole,
+                diastole,
+                width,
+            } => {
+                if file.analysis == Analysis::Static {
+                    let error =
+                        InputError::new("Bestel's tension is that of a motion: it starts at 0")
+                            .next(
+                                "give a tension, type = \"given\", or take analysis = \"dynamic\"",
+                            );
+                    return Err(self.wrong(path, error));
+                }
+                let model = Bestel {
+                    tension: contractility,
+                    rise,
+                    decay,
+                    systole,
+                    diastole,
+                    width,
+                };
+                self.at(path, model.check())?;
+                Ok(Activation::Bestel(model))
+            }
+        }
+    }
+
+    /// Refuses a tension that pushes; one that does so between the samples ends the run.
+    fn not_negative(&self, signal: &Signal, path: &str) -> Result<(), InputError> {
+        let times = (0..=SAMPLES).map(|k| self.t_end * f64::from(k) / f64::from(SAMPLES));
+        let mut values = times.map(|t| (t, signal.at(t).value));
+        match values.find(|(_, tension)| *tension < 0.0) {
+            None => Ok(()),
+            Some((t, tension)) => {
+                let error = InputError::new("a muscle pulls: its tension cannot be negative")
+                    .found(format!("{tension:e} Pa at t = {t} s"))
+                    .allowed("0 Pa or more at all times");
+                Err(self.wrong(path, error))
+            }
+        }
+    }
+
+    /// The beds of the boundary.
+    pub(super) fn beds(&self, file: &SceneFile, solid: &Solid) -> Result<Vec<Bed>, InputError> {
+        let given = file.bed.iter().enumerate();
+        given
+            .map(|(i, bed)| {
+                let path = format!("bed[{i}]");
+                if bed.stiffness == 0.0 && bed.damping == 0.0 {
+                    let error = InputError::new("a bed without stiffness and damping does nothing")
+                        .next("give `stiffness`, Pa/m, or `damping`, Pa·s/m");
+                    return Err(self.wrong(&path, error));
+                }
+                let along = match bed.along {
+                    Direction::All => Along::All,
+                    Direction::Normal => Along::Normal,
+                };
+                let constants = [bed.stiffness, bed.damping];
+                let bed = Bed::new(solid, &bed.group, along, constants);
+                self.at(&format!("{path}.group"), bed)
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,387 @@
+//! Contraction, viscosity, beds and constants by material: what a scene says is what the library
+//! computes, and what is wrong is refused with its key.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use std::path::Path;
+use std::sync::Arc;
+
+use myovib_dae::Problem;
+use myovib_fem::material::{ActiveStress, Bestel, ForceLength, ForceVelocity, Tension};
+use myovib_fem::{
+    AddedStress, Along, DofMap, Fibres, Group, Law, Mesh, Solid, Space, generate, load,
+};
+use myovib_model::{Activation, Bed, Load, Muscle, MuscleDae, Parameters, Signal};
+use myovib_scene::Scene;
+use myovib_scene::run::{RunOptions, compute};
+use serde_json::Value;
+
+/// The muscle of the library with all that a material may add, in a bed.
+const MUSCLE: &str = r#"
+[time]
+end = 0.02
+[mesh]
+type = "muscle3d"
+cells = [10, 2, 2]
+[solid]
+kappa = 1e5
+alpha = 1.0
+[[material]]
+group = "muscle"
+law = "mooney-rivlin"
+density = 1e3
+c10 = 1e4
+fibre = "fibre"
+eta = 20.0
+active = { type = "given", tension = { type = "step", value = 8e3, rise = 0.05 }, stress = "nominal", force_length = { type = "parabola", optimal = 1.1 }, force_velocity = { v_max = 10.0 } }
+[[material]]
+group = "tendon"
+law = "mooney-rivlin"
+density = 1.2e3
+c10 = 5e4
+fibre = [1.0, 0.0, 0.0]
+kappa = 3e5
+alpha = 2.0
+active = { type = "bestel", contractility = 2e4, rise = 30.0, systole = 0.0, diastole = 0.3 }
+[[bed]]
+group = "left"
+stiffness = 1e6
+damping = 1e3
+[[bed]]
+group = "surface"
+along = "normal"
+stiffness = 3e4
+damping = 2e2
+[[traction]]
+group = "right"
+x = { type = "step", value = 100.0, rise = 0.01 }
+[[probe]]
+name = "origin"
+type = "point"
+at = [0.0, 0.0, 0.0]
+quantities = ["u", "tension", "stress"]
+[[probe]]
+name = "energy"
+type = "energy"
+every = 0.001
+"#;
+
+fn build(text: &str) -> Scene {
+    Scene::build("scene.toml", text, &[], Path::new("")).unwrap()
+}
+
+/// The message for the muscle with `from` replaced by `to`.
+fn refusal(from: &str, to: &str) -> String {
+    assert!(MUSCLE.contains(from), "{from}");
+    let text = MUSCLE.replacen(from, to, 1);
+    match Scene::build("scene.toml", &text, &[], Path::new("")) {
+        Ok(_) => "accepted".to_owned(),
+        Err(error) => error.to_string(),
+    }
+}
+
+fn members(mesh: &Mesh, name: &str) -> Vec<usize> {
+    match mesh.group(name).unwrap() {
+        Group::Elements(members) => members.clone(),
+        _ => panic!("elements"),
+    }
+}
+
+/// The same body by calls of the library.
+fn by_hand() -> Muscle {
+    let mesh = generate::muscle([10, 2, 2]).unwrap();
+    let [muscle, tendon] = ["muscle", "tendon"].map(|name| members(&mesh, name));
+    let region: Vec<usize> = (0..mesh.n_elements())
+        .map(|element| usize::from(tendon.contains(&element)))
+        .collect();
+    let space = Space::taylor_hood(&mesh).with_regions(&region).unwrap();
+    let space = Arc::new(space);
+    let mut fibres = Fibres::new(&mesh);
+    fibres.set_nodal(&mesh, &muscle, "fibre", None).unwrap();
+    let along = [1.0, 0.0, 0.0];
+    fibres.set_constant(&mesh, &tendon, along, None).unwrap();
+    let of_region = |own: [f64; 2]| region.iter().map(|r| own[*r]).collect::<Vec<f64>>();
+    let laws = of_region([1e4, 5e4]).into_iter();
+    let laws = laws.map(|c10| Law::MooneyRivlin { c10, c01: 0.0 });
+    let hill = ActiveStress {
+        tension: Tension::Nominal,
+        force_length: ForceLength::Parabola { optimal: 1.1 },
+        force_velocity: Some(ForceVelocity::hill(10.0)),
+    };
+    let stress = |active, viscosity| AddedStress {
+        active: Some(active),
+        viscosity,
+    };
+    let stresses = [
+        (muscle, stress(hill, 20.0)),
+        (tendon, stress(ActiveStress::PLAIN, 0.0)),
+    ];
+    let dofs = DofMap::new(&space, &[]).unwrap();
+    let densities = of_region([1e3, 1.2e3]);
+    let solid = Solid::with_densities(space.clone(), dofs, laws.collect(), &densities)
+        .unwrap()
+        .with_fibres(fibres)
+        .with_added_stresses(&stresses)
+        .unwrap();
+    let own = [
+        Parameters::new(1.0, 0.0, 1e5).unwrap(),
+        Parameters::new(2.0, 0.0, 3e5).unwrap(),
+    ];
+    let own: Vec<Parameters> = region.iter().map(|r| own[*r]).collect();
+    let body = Muscle::graded(solid, &own).unwrap();
+    let step = |value, rise| Signal::Step {
+        value,
+        start: 0.0,
+        rise,
+    };
+    let model = Bestel {
+        rise: 30.0,
+        systole: 0.0,
+        diastole: 0.3,
+        ..Bestel::ventricle(2e4)
+    };
+    let traction = load::traction(&space, "right", [1.0, 0.0, 0.0]).unwrap();
+    Muscle {
+        beds: vec![
+            Bed::new(&body.solid, "left", Along::All, [1e6, 1e3]).unwrap(),
+            Bed::new(&body.solid, "surface", Along::Normal, [3e4, 2e2]).unwrap(),
+        ],
+        activations: vec![
+            (0, Activation::Given(step(8e3, 0.05))),
+            (1, Activation::Bestel(model)),
+        ],
+        loads: vec![Load::new(&traction, step(100.0, 0.01))],
+        ..body
+    }
+}
+
+#[test]
+fn a_scene_is_the_body_of_the_library() {
+    let body = build(MUSCLE).body.unwrap();
+    let residual = |muscle: Muscle| {
+        let mut dae = MuscleDae::new(muscle, body.formulation).unwrap();
+        let n = dae.n_unknowns();
+        let wave =
+            |size: f64| -> Vec<f64> { (0..n).map(|i| size * (1.3 * i as f64).sin()).collect() };
+        let mut residual = vec![0.0; n];
+        dae.residual(0.015, &wave(1e-4), &wave(1e-2), &mut residual)
+            .unwrap();
+        residual
+    };
+    let [scene, library] = [body.muscle.clone(), by_hand()].map(residual);
+    assert!(scene.iter().any(|r| *r != 0.0));
+    // Not one bit differs; thousands of numbers are not for reading.
+    assert!(scene == library);
+}
+
+/// The document of a run, the columns of its probe `origin` and their last values.
+fn run(text: &str) -> (Value, String, Vec<f64>) {
+    let folder = tempfile::tempdir().unwrap();
+    let options = RunOptions::into_folder(folder.path());
+    let document = compute(&build(text), &options).unwrap().document;
+    assert_eq!(document["outcome"], "finished");
+    let table = std::fs::read_to_string(folder.path().join("origin.csv")).unwrap();
+    let columns = table.lines().next().unwrap().to_owned();
+    let last = table.lines().last().unwrap().split(',');
+    let last = last.map(|word| word.parse().unwrap()).collect();
+    (document, columns, last)
+}
+
+fn passes(document: &Value) -> [u64; 3] {
+    ["residual_passes", "added_passes", "added_tangent_passes"]
+        .map(|key| document["work"][key].as_u64().unwrap())
+}
+
+/// Only what a scene asks for is computed; what it asks for is seen.
+#[test]
+fn a_scene_without_contraction_does_none_of_its_work() {
+    let (document, columns, last) = run(MUSCLE);
+    let [all, added, tangents] = passes(&document);
+    assert!(all == added && tangents > 0, "{all} {added} {tangents}");
+    assert!(columns.starts_with("t,u_x,u_y,u_z,tension,stress_xx,"));
+    // s³ (6 s² - 15 s + 10) at s = 0.02/0.05.
+    assert!((last[4] / (8e3 * 0.317_44) - 1.0).abs() < 1e-12, "{last:?}");
+    // What energies do is what tension, damping and beds do, to the tolerance.
+    let energy: Vec<f64> = serde_json::from_value(document["energy"].clone()).unwrap();
+    assert!(energy[4].abs() < 1e-3 * energy[2].abs(), "{energy:?}");
+
+    let lines = MUSCLE.lines();
+    let plain: Vec<&str> = lines
+        .filter(|line| !line.starts_with("active") && !line.starts_with("eta"))
+        .collect();
+    let plain = plain.join("\n");
+    let (body, rest) = plain.split_once("[[bed]]").unwrap();
+    let (_, rest) = rest.split_once("[[traction]]").unwrap();
+    let held = format!("{body}[[fixed]]\ngroup = \"left\"\n[[traction]]{rest}");
+    let (document, _, last) = run(&held);
+    let [all, added, tangents] = passes(&document);
+    assert!(all > 0 && added == 0 && tangents == 0);
+    assert!(last[1] > 0.0 && last[4] == 0.0, "{last:?}");
+}
+
+#[test]
+fn what_cannot_contract_is_refused_with_its_key() {
+    let bestel = "active = { type = \"bestel\", contractility = 2e4";
+    for (from, to, messages) in [
+        (
+            "value = 8e3",
+            "value = -8e3",
+            [
+                "its tension cannot be negative",
+                "0 Pa or more at all times",
+            ],
+        ),
+        (
+            "contractility = 2e4",
+            "contractility = -2e4",
+            ["contractility` is out of range", "at least 0"],
+        ),
+        (
+            "diastole = 0.3",
+            "diastole = -0.3",
+            ["diastole", "after systole"],
+        ),
+        (
+            bestel,
+            "active = { type = \"bestle\", contractility = 2e4",
+            ["does not know this name", "did you mean `bestel`?"],
+        ),
+        (
+            "rise = 30.0",
+            "decay = 3.0",
+            ["decay` is out of range", "less than 0"],
+        ),
+        (
+            "fibre = [1.0, 0.0, 0.0]\n",
+            "",
+            [
+                "active stress needs the direction of the fibres",
+                "give `fibre`",
+            ],
+        ),
+        (
+            "[1.0, 0.0, 0.0]\nkappa",
+            "[0.0, 0.0, 0.0]\nkappa",
+            ["a direction cannot be zero", "fibre"],
+        ),
+        (
+            "fibre = \"fibre\"",
+            "fibre = \"f0\"",
+            ["the mesh has no nodal field `f0`", "fibre"],
+        ),
+        (
+            "optimal = 1.1",
+            "optimal = 0",
+            ["optimal` is out of range", "greater than 0"],
+        ),
+        (
+            "v_max = 10.0",
+            "v_max = -1",
+            ["v_max` is out of range", "greater than 0"],
+        ),
+        (
+            "eta = 20.0",
+            "eta = -20.0",
+            ["eta` is out of range", "at least 0"],
+        ),
+        (
+            "kappa = 3e5",
+            "kappa = inf",
+            [
+                "kappa = inf beside a finite kappa",
+                "give all materials a `kappa` of one sort",
+            ],
+        ),
+        (
+            "kappa = 3e5",
+            "beta = 1e-3",
+            [
+                "beta > 0 beside beta = 0",
+                "give all materials a `beta` of one sort",
+            ],
+        ),
+        (
+            "kappa = 3e5",
+            "kappa = 0",
+            ["kappa` is out of range", "greater than 0"],
+        ),
+        (
+            "alpha = 2.0",
+            "alpha = -1.0",
+            ["alpha` is out of range", "at least 0"],
+        ),
+        (
+            "law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4",
+            "law = \"small-strain\"\ndensity = 1e3\nshear_modulus = 1e4",
+            ["small strains", "line 10"],
+        ),
+        (
+            "group = \"surface\"",
+            "group = \"surfce\"",
+            ["did you mean `surface`?", "surfce"],
+        ),
+        (
+            "group = \"surface\"",
+            "group = \"muscle\"",
+            ["holds tetrahedra", "group"],
+        ),
+        (
+            "stiffness = 3e4\ndamping = 2e2",
+            "",
+            [
+                "a bed without stiffness and damping does nothing",
+                "give `stiffness`",
+            ],
+        ),
+        (
+            "stiffness = 3e4",
+            "stiffness = -3e4",
+            ["stiffness` is out of range", "at least 0"],
+        ),
+        (
+            "along = \"normal\"",
+            "along = \"tangent\"",
+            ["does not know this name", "all, normal"],
+        ),
+        (
+            "stiffness = 1e6\ndamping = 1e3\n[[bed]]\ngroup = \"surface\"\nalong = \"normal\"\nstiffness = 3e4",
+            "damping = 1e3\n[[bed]]\ngroup = \"surface\"",
+            ["nothing holds the body", "[[bed]]"],
+        ),
+    ] {
+        let found = refusal(from, to);
+        for message in messages {
+            assert!(found.contains(message), "{to}: {message}: {found}");
+        }
+    }
+}
+
+/// Bestel's tension is 0 in an equilibrium, which would be no contraction at all.
+#[test]
+fn an_equilibrium_has_no_tension_of_its_own() {
+    let text = MUSCLE.replacen("[time]\nend = 0.02", "analysis = \"static\"", 1);
+    let (text, _) = text.split_once("[[probe]]\nname = \"energy\"").unwrap();
+    let error = Scene::build("scene.toml", text, &[], Path::new("")).unwrap_err();
+    let message = error.to_string();
+    assert!(
+        message.contains("Bestel's tension is that of a motion"),
+        "{message}"
+    );
+}
+
+/// A body that starts under tension would jump.
+#[test]
+fn a_motion_starts_without_tension() {
+    let text = MUSCLE.replacen(
+        "tension = { type = \"step\", value = 8e3, rise = 0.05 }",
+        "tension = 8e3",
+        1,
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let error = compute(&build(&text), &RunOptions::into_folder(&out)).unwrap_err();
+    assert!(
+        error.to_string().contains("do not start from zero"),
+        "{error}"
+    );
+    assert!(!out.exists());
+}
