@@ -1,5 +1,7 @@
 //! The parameters of a problem, and how its equations depend on them.
 
+use crate::jacobian::Jacobian;
+use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError};
 
 /// A number that a problem depends on.
@@ -53,6 +55,24 @@ pub trait Parameters<P: ?Sized> {
         y_dot: &[f64],
         out: &mut [f64],
     ) -> Result<(), StepError>;
+
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, as [`Jacobian::parts`] does. To be replaced
+    /// where the problem keeps matrices from its own evaluations that the integrator still needs.
+    ///
+    /// # Errors
+    /// Those of the problem.
+    fn linearise(
+        &mut self,
+        problem: &mut P,
+        jacobian: &mut Jacobian,
+        at: &Linearization<'_>,
+        parts: [&mut [f64]; 2],
+    ) -> Result<(), StepError>
+    where
+        P: Problem,
+    {
+        jacobian.parts(problem, at, parts)
+    }
 }
 
 /// Parameters that a function sets; ∂F/∂p by central differences.

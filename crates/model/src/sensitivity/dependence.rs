@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use myovib_dae::{Parameter, Parameters, Problem, StepError};
+use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, Problem, StepError};
 
 use crate::error::ModelError;
 use crate::formulation::Formulation;
@@ -83,6 +83,9 @@ impl Dependence {
 pub struct Dependences {
     list: Vec<Parameter>,
     all: Vec<Dependence>,
+    /// The muscle itself again, whose matrices are nobody's: those of the integrator's are kept for its next
+    /// factorisation.
+    again: Option<Box<MuscleDae>>,
     /// The muscle's own residuals at the last states, those of a step's stages: all parameters ask
     /// for them.
     known: VecDeque<Known>,
@@ -127,7 +130,7 @@ impl Dependences {
     /// The place of the muscle's own residual at a state among those known.
     fn own(
         &mut self,
-        dae: &mut MuscleDae,
+        dae: &MuscleDae,
         t: f64,
         y: &[f64],
         y_dot: &[f64],
@@ -140,7 +143,7 @@ impl Dependences {
             self.known.pop_front();
         }
         let mut residual = vec![0.0; y.len()];
-        dae.residual(t, y, y_dot, &mut residual)?;
+        again(&mut self.again, dae).residual(t, y, y_dot, &mut residual)?;
         self.known.push_back(Known {
             t,
             y: y.to_vec(),
@@ -151,7 +154,22 @@ impl Dependences {
     }
 }
 
+/// A copy of the muscle, made once.
+fn again<'a>(slot: &'a mut Option<Box<MuscleDae>>, dae: &MuscleDae) -> &'a mut MuscleDae {
+    slot.get_or_insert_with(|| Box::new(dae.clone()))
+}
+
 impl Parameters<MuscleDae> for Dependences {
+    fn linearise(
+        &mut self,
+        problem: &mut MuscleDae,
+        jacobian: &mut Jacobian,
+        at: &Linearization<'_>,
+        parts: [&mut [f64]; 2],
+    ) -> Result<(), StepError> {
+        jacobian.parts(again(&mut self.again, problem), at, parts)
+    }
+
     fn list(&self) -> &[Parameter] {
         &self.list
     }

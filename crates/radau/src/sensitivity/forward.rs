@@ -39,9 +39,8 @@ pub struct SensitivityWork {
 ///
 /// and solved for the increments σ of the stages' sensitivities: the result is the derivative of the
 /// computed solution for the steps that were taken, to the tolerance of Newton's method. The step's
-/// factors, of a Jacobian that is frozen, serve as preconditioner. Steps are not changed by it, unless the
-/// linear solver keeps its matrices in the problem, as that of bodies does: then the next set-up has
-/// those of the last stage, and the steps are those of a run with another Jacobian.
+/// factors, of a Jacobian that is frozen, serve as preconditioner. The steps are those of a run
+/// without sensitivities.
 ///
 /// Sensitivities of multipliers of index 2 and 3 are those of the collocation. The solver hands
 /// multipliers out with their leading error removed, so that theirs have one order less.
@@ -333,7 +332,12 @@ impl<Q> ForwardSensitivities<Q> {
             return Ok(());
         }
         operator
-            .linearise(problem, method, &collocation, weights.plain())
+            .linearise(
+                (problem, &mut self.parameters),
+                method,
+                &collocation,
+                weights.plain(),
+            )
             .map_err(|error| (0, Trouble::Failed(error)))?;
         self.work.jacobian_evaluations += method.stages() as u64;
         // All parameters share the directions, and so their inner product: that of y.

@@ -1,6 +1,6 @@
 //! The stage equations, linearised at the stages.
 
-use myovib_dae::{Jacobian, Linearization, Problem, StepError};
+use myovib_dae::{Jacobian, Linearization, Parameters, Problem, StepError};
 
 use crate::dense::{Collocation, add_scaled};
 use crate::method::Method;
@@ -53,7 +53,7 @@ impl StageOperator {
     /// Linearises at the stages of a step.
     pub(super) fn linearise<P: Problem>(
         &mut self,
-        problem: &mut P,
+        (problem, parameters): (&mut P, &mut impl Parameters<P>),
         method: &Method,
         step: &Collocation,
         weights: &[f64],
@@ -73,7 +73,7 @@ impl StageOperator {
                 weights,
             };
             let [of_value, of_rate] = &mut self.parts[i];
-            self.jacobian.parts(problem, &at, [of_value, of_rate])?;
+            parameters.linearise(problem, &mut self.jacobian, &at, [of_value, of_rate])?;
         }
         Ok(())
     }

@@ -192,3 +192,36 @@ fn outputs_have_the_derivatives_of_differences_of_runs() {
         }
     }
 }
+
+/// The steps, factors and outputs are bit by bit those of the run without sensitivities. Most of the steps
+/// go on with an old Jacobian and some of these with a new h, which needs the matrices as they were.
+#[test]
+fn runs_with_sensitivities_take_the_steps_of_the_plain_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["material[0].c10", "solid.kappa"], "");
+    let it = Parametrised::load(
+        &path,
+        &set(&[
+            "time.end=0.3",
+            "traction[0].y.shift=1",
+            "integrator.method=radau9",
+        ]),
+    )
+    .unwrap();
+    let watcher = Watcher {
+        interrupt: None,
+        progress: &(),
+    };
+    let outputs = outputs(&it.scene).unwrap();
+    let run = |dependences: Dependences| {
+        let (samples, cost) =
+            follow(&it.scene, &outputs, &[0.1, 0.2, 0.3], dependences, watcher).unwrap();
+        let values: Vec<_> = samples.into_iter().map(|sample| sample.values).collect();
+        (values, cost.steps, cost.factorizations)
+    };
+    let plain = run(Dependences::default());
+    assert_eq!(run(it.dependences(&it.values()).unwrap()), plain);
+    println!("{} steps, {} factorisations", plain.1, plain.2);
+    // Three a set-up.
+    assert!(plain.2 < 3 * plain.1, "no Jacobian is kept");
+}
