@@ -98,6 +98,20 @@ impl Workspace {
             pressure_product: vertex,
         }
     }
+
+    /// Takes over the integrals over elements and beds.
+    pub(crate) fn take_integrals(&mut self, other: &Self) {
+        for (own, of_other) in [
+            (&mut self.force, &other.force),
+            (&mut self.force_rate, &other.force_rate),
+            (&mut self.multiplier_force, &other.multiplier_force),
+            (&mut self.added_force, &other.added_force),
+            (&mut self.defect, &other.defect),
+            (&mut self.defect_rate, &other.defect_rate),
+        ] {
+            own.copy_from_slice(of_other);
+        }
+    }
 }
 
 /// The element integrals of one evaluation and the products with constant matrices.

@@ -51,13 +51,14 @@ impl StageSystem {
             counters.work.complex_solves += 1;
         }
         for (i, stage) in stages.chunks_exact_mut(n).enumerate() {
-            for (m, x) in stage.iter_mut().enumerate() {
-                *x = real_mode.right[i] * self.real[m];
-                for (mode, w) in complex_modes.iter().zip(&self.complex) {
-                    // A conjugate pair of modes adds up to twice the real part.
-                    let r = mode.right[i];
-                    *x += 2.0 * (r.re * w[m].re - r.im * w[m].im);
-                }
+            let right = real_mode.right[i];
+            let all = stage.iter_mut().zip(&self.real);
+            all.for_each(|(x, w)| *x = right * w);
+            for (mode, w) in complex_modes.iter().zip(&self.complex) {
+                // A conjugate pair of modes adds up to twice the real part.
+                let r = mode.right[i];
+                let all = stage.iter_mut().zip(w);
+                all.for_each(|(x, w)| *x += 2.0 * (r.re * w.re - r.im * w.im));
             }
         }
         Ok(())

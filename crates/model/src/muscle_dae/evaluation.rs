@@ -108,6 +108,79 @@ impl MuscleDae {
         Ok(())
     }
 
+    /// The residual of a muscle that differs from `other` in nothing that acts within elements, whose
+    /// integrals are those of `other` at its last residual; that is to be one of the same state.
+    ///
+    /// # Errors
+    /// As for the residual, which is evaluated where `other` lacks an integral.
+    pub(crate) fn residual_beside(
+        &mut self,
+        other: &Self,
+        (t, y, y_dot): (f64, &[f64], &[f64]),
+        residual: &mut [f64],
+    ) -> Result<(), StepError> {
+        if other.needs != other.needs.or(self.needs) {
+            return self.residual(t, y, y_dot, residual);
+        }
+        self.expand(t, y, Some(y_dot));
+        self.work.take_integrals(&other.work);
+        self.sum_rows(t, y, y_dot, residual);
+        Ok(())
+    }
+
+    /// The element integrals at the motion in `work`.
+    fn integrate(&mut self, y: &[f64], y_dot: &[f64]) -> Result<(), StepError> {
+        let Self {
+            work,
+            needs,
+            context,
+            layout,
+            muscle,
+            counters,
+            factors,
+            ..
+        } = self;
+        let state = State::new(layout, y, y_dot);
+        let motion = [&work.displacement[..], &work.velocity];
+        let factors = factors.as_deref();
+        let fields = fields(&muscle.parameters, context, &state, motion, factors);
+        let mut vectors = Vectors {
+            force: needs.force.then_some(&mut work.force),
+            force_rate: needs.force_rate.then_some(&mut work.force_rate),
+            defect: needs.defect.then_some(&mut work.defect),
+            defect_rate: needs.defect_rate.then_some(&mut work.defect_rate),
+            multiplier_force: needs.multiplier_force.then_some(&mut work.multiplier_force),
+        };
+        counters.residual_passes += 1;
+        counters.force_rate_passes += u64::from(needs.force_rate);
+        counters.passed(muscle.solid.evaluate(&fields, &mut vectors))?;
+        if !work.added_force.is_empty() {
+            evaluate_added(muscle, context, work, counters);
+        }
+        Ok(())
+    }
+
+    /// The rows of all equations from the motion and the integrals in `work`.
+    fn sum_rows(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) {
+        let (muscle, work, layout) = (&self.muscle, &mut self.work, &self.layout);
+        work.load.fill(0.0);
+        for load in &muscle.loads {
+            load.add_at(t, &mut work.load);
+        }
+        for pressure in &muscle.pressures {
+            pressure.add_at(t, 1.0, &work.displacement, &mut work.load);
+        }
+        let state = State::new(layout, y, y_dot);
+        let mut integrals = Integrals {
+            solid: &muscle.solid,
+            work,
+        };
+        for ((_, equation), (_, rows)) in self.rows.iter().zip(layout.blocks()) {
+            let rows = &mut residual[rows.clone()];
+            equation.residual(&self.context, &state, &mut integrals, rows);
+        }
+    }
+
     /// a ∂F/∂y + b ∂F/∂ẏ from the matrices of the last update.
     fn sum_matrices(&mut self, [a, b]: [f64; 2], values: &mut [f64]) {
         self.counters.matrix_sums += 1;
@@ -187,47 +260,8 @@ impl Problem for MuscleDae {
     ) -> Result<(), StepError> {
         self.expand(t, y, Some(y_dot));
         self.expect_tensions(t)?;
-        let Self {
-            work,
-            needs,
-            context,
-            layout,
-            muscle,
-            counters,
-            factors,
-            ..
-        } = self;
-        let state = State::new(layout, y, y_dot);
-        let motion = [&work.displacement[..], &work.velocity];
-        let factors = factors.as_deref();
-        let fields = fields(&muscle.parameters, context, &state, motion, factors);
-        let mut vectors = Vectors {
-            force: needs.force.then_some(&mut work.force),
-            force_rate: needs.force_rate.then_some(&mut work.force_rate),
-            defect: needs.defect.then_some(&mut work.defect),
-            defect_rate: needs.defect_rate.then_some(&mut work.defect_rate),
-            multiplier_force: needs.multiplier_force.then_some(&mut work.multiplier_force),
-        };
-        counters.residual_passes += 1;
-        counters.force_rate_passes += u64::from(needs.force_rate);
-        counters.passed(muscle.solid.evaluate(&fields, &mut vectors))?;
-        work.load.fill(0.0);
-        for load in &muscle.loads {
-            load.add_at(t, &mut work.load);
-        }
-        for pressure in &muscle.pressures {
-            pressure.add_at(t, 1.0, &work.displacement, &mut work.load);
-        }
-        if !work.added_force.is_empty() {
-            evaluate_added(muscle, context, work, counters);
-        }
-        let mut integrals = Integrals {
-            solid: &muscle.solid,
-            work,
-        };
-        for ((_, equation), (_, rows)) in self.rows.iter().zip(layout.blocks()) {
-            equation.residual(context, &state, &mut integrals, &mut residual[rows.clone()]);
-        }
+        self.integrate(y, y_dot)?;
+        self.sum_rows(t, y, y_dot, residual);
         Ok(())
     }
 

@@ -1,7 +1,5 @@
 //! ∂F/∂p by residuals of muscles that differ in p.
 
-use std::collections::VecDeque;
-
 use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, Problem, StepError};
 
 use crate::error::ModelError;
@@ -18,6 +16,8 @@ pub struct Dependence {
     parameter: Parameter,
     own_weight: f64,
     twins: Vec<(f64, MuscleDae)>,
+    /// Whether the twins' element integrals are the muscle's own.
+    is_outside_elements: bool,
 }
 
 impl Dependence {
@@ -34,6 +34,7 @@ impl Dependence {
             parameter,
             own_weight: -1.0 / distance,
             twins: vec![(1.0 / distance, twin)],
+            is_outside_elements: false,
         }
     }
 
@@ -51,6 +52,17 @@ impl Dependence {
             parameter,
             own_weight: 0.0,
             twins: weights.into_iter().zip(around.map(twin)).collect(),
+            is_outside_elements: false,
+        }
+    }
+
+    /// The same, of a parameter that nothing within elements depends on: a load, damping, or the
+    /// compressibility where the pressure is an unknown. No twin passes over them then.
+    #[must_use]
+    pub fn outside_elements(self) -> Self {
+        Self {
+            is_outside_elements: true,
+            ..self
         }
     }
 
@@ -86,23 +98,20 @@ pub struct Dependences {
     /// The muscle itself again, whose matrices are nobody's: those of the integrator's are kept for its next
     /// factorisation.
     again: Option<Box<MuscleDae>>,
-    /// The muscle's own residuals at the last states, those of a step's stages: all parameters ask
-    /// for them.
-    known: VecDeque<Known>,
+    /// The muscle's own residual at the last state, for which all parameters ask. The copy's element
+    /// integrals are those of it.
+    known: Known,
     residual: Vec<f64>,
 }
 
 /// A residual with its state.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Known {
     t: f64,
     y: Vec<f64>,
     y_dot: Vec<f64>,
     residual: Vec<f64>,
 }
-
-/// As many as a step can have stages.
-const KNOWN: usize = 7;
 
 impl Dependences {
     /// All of a muscle's.
@@ -127,30 +136,21 @@ impl Dependences {
         &mut self.all[j]
     }
 
-    /// The place of the muscle's own residual at a state among those known.
-    fn own(
-        &mut self,
-        dae: &MuscleDae,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
-    ) -> Result<usize, StepError> {
-        let is_at = |known: &Known| known.t == t && known.y == y && known.y_dot == y_dot;
-        if let Some(place) = self.known.iter().position(is_at) {
-            return Ok(place);
+    /// Evaluates the muscle's own residual at a state, if it is not known.
+    fn know(&mut self, dae: &MuscleDae, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), StepError> {
+        let known = &mut self.known;
+        if known.t == t && known.y == y && known.y_dot == y_dot {
+            return Ok(());
         }
-        if self.known.len() == KNOWN {
-            self.known.pop_front();
-        }
-        let mut residual = vec![0.0; y.len()];
-        again(&mut self.again, dae).residual(t, y, y_dot, &mut residual)?;
-        self.known.push_back(Known {
-            t,
-            y: y.to_vec(),
-            y_dot: y_dot.to_vec(),
-            residual,
-        });
-        Ok(self.known.len() - 1)
+        // Nothing is known after a failure.
+        known.y.clear();
+        known.residual.resize(y.len(), 0.0);
+        again(&mut self.again, dae).residual(t, y, y_dot, &mut known.residual)?;
+        known.t = t;
+        known.y.extend_from_slice(y);
+        known.y_dot.clear();
+        known.y_dot.extend_from_slice(y_dot);
+        Ok(())
     }
 }
 
@@ -183,20 +183,36 @@ impl Parameters<MuscleDae> for Dependences {
         y_dot: &[f64],
         out: &mut [f64],
     ) -> Result<(), StepError> {
-        let own_weight = self.all[j].own_weight;
-        if own_weight == 0.0 {
-            out.fill(0.0);
-        } else {
-            let place = self.own(problem, t, y, y_dot)?;
-            let own = &self.known[place].residual;
-            out.iter_mut()
-                .zip(own)
-                .for_each(|(o, f)| *o = own_weight * f);
+        if self.all[j].own_weight != 0.0 || self.all[j].is_outside_elements {
+            self.know(problem, t, y, y_dot)?;
         }
-        self.residual.resize(out.len(), 0.0);
-        for (weight, twin) in &mut self.all[j].twins {
-            twin.residual(t, y, y_dot, &mut self.residual)?;
-            let residual = self.residual.iter();
+        let Self {
+            all,
+            again: copy,
+            known,
+            residual,
+            ..
+        } = self;
+        let Dependence {
+            own_weight,
+            twins,
+            is_outside_elements,
+            ..
+        } = &mut all[j];
+        match *own_weight {
+            0.0 => out.fill(0.0),
+            weight => {
+                let own = out.iter_mut().zip(&known.residual);
+                own.for_each(|(o, f)| *o = weight * f);
+            }
+        }
+        residual.resize(out.len(), 0.0);
+        for (weight, twin) in twins {
+            match is_outside_elements {
+                true => twin.residual_beside(again(copy, problem), (t, y, y_dot), residual)?,
+                false => twin.residual(t, y, y_dot, residual)?,
+            }
+            let residual = residual.iter();
             out.iter_mut()
                 .zip(residual)
                 .for_each(|(o, f)| *o += *weight * f);

@@ -2,12 +2,11 @@
 
 use myovib_dae::{LinearSolver, Outcome, Parameters, Problem, StepError, covers};
 
+use super::curve::Curve;
 use super::krylov::{Krylov, Stalled};
-use super::operator::{Stage, StageOperator, combine};
-use crate::dense::{Collocation, add_scaled};
+use super::operator::{Stage, StageOperator};
 use crate::error::{RadauError, expect_finite, expect_length};
 use crate::failure::Failure;
-use crate::method::Method;
 use crate::solver::{AcceptedStep, RadauSolver};
 use crate::stage_system::StageSystem;
 use crate::work::Counters;
@@ -69,22 +68,11 @@ pub struct ForwardSensitivities<Q> {
     krylov: Krylov,
     /// One for each parameter.
     curves: Vec<Curve>,
-    residual: Vec<f64>,
     image: Vec<f64>,
     weights: Vec<f64>,
     counters: Counters,
     work: SensitivityWork,
     tolerance: Option<f64>,
-}
-
-/// The sensitivity to one parameter.
-#[derive(Debug)]
-struct Curve {
-    s: Vec<f64>,
-    s_dot: Vec<f64>,
-    /// The polynomial over the last step.
-    step: Collocation,
-    guess: Vec<f64>,
 }
 
 /// What can go wrong in the linear solves.
@@ -145,19 +133,13 @@ impl<Q> ForwardSensitivities<Q> {
             return Err(RadauError::AfterTheStart { t: solver.t() });
         }
         let method = solver.method();
-        let (rest, stages) = (vec![0.0; n], vec![0.0; method.stages() * n]);
-        let curve = |s: Vec<f64>| Curve {
-            step: Collocation::line(method, solver.t(), &s, &rest),
-            s_dot: rest.clone(),
-            guess: stages.clone(),
-            s,
-        };
+        let stages = vec![0.0; method.stages() * n];
+        let curve = |s| Curve::new(method, solver.t(), s);
         Ok(Self {
             operator: StageOperator::new(solver.problem(), method),
             system: StageSystem::new(method, n),
             krylov: Krylov::default(),
             curves: starts.into_iter().map(curve).collect(),
-            residual: stages.clone(),
             image: stages.clone(),
             weights: stages,
             parameters,
@@ -326,65 +308,64 @@ impl<Q> ForwardSensitivities<Q> {
         let tolerance = self
             .tolerance
             .unwrap_or_else(|| options.newton_tolerance(relative));
-        let (operator, system, counters) =
-            (&mut self.operator, &mut self.system, &mut self.counters);
         if self.curves.is_empty() {
             return Ok(());
         }
-        operator
-            .linearise(
-                (problem, &mut self.parameters),
-                method,
-                &collocation,
-                weights.plain(),
-            )
+        let parameters = &mut self.parameters;
+        self.operator
+            .linearise((problem, parameters), method, &collocation, weights.plain())
             .map_err(|error| (0, Trouble::Failed(error)))?;
         self.work.jacobian_evaluations += method.stages() as u64;
+        for (i, Stage { t, y, y_dot }) in self.operator.stages.iter().enumerate() {
+            for (j, curve) in self.curves.iter_mut().enumerate() {
+                let rows = &mut curve.residual[i * n..(i + 1) * n];
+                parameters
+                    .derivative(problem, j, *t, y, y_dot, rows)
+                    .map_err(|error| (j, Trouble::Failed(error)))?;
+                rows.iter_mut().for_each(|r| *r = -*r);
+                self.work.parameter_derivatives += 1;
+            }
+        }
         // All parameters share the directions, and so their inner product: that of y.
         spread(&mut self.weights, n, |first| {
             weights.write_at(problem, options, &collocation.y0, h, first)
         })
         .map_err(|failure| (0, Trouble::from(failure)))?;
         self.krylov.restart(&self.weights);
-        let (residual, image) = (&mut self.residual, &mut self.image);
+        let (operator, system, counters) =
+            (&mut self.operator, &mut self.system, &mut self.counters);
+        let image = &mut self.image;
         for (j, curve) in self.curves.iter_mut().enumerate() {
-            let failed = |error| (j, Trouble::Failed(error));
-            curve.begin(method, &collocation, is_first);
-            // −∂F/∂p − J_y S − L σ, and the correction of σ that it asks for.
-            operator.apply(method, &curve.step.increments, residual);
-            for (i, rows) in residual.chunks_exact_mut(n).enumerate() {
-                operator.add_of_value(i, &curve.step.y0, rows);
-                let Stage { t, y, y_dot } = &operator.stages[i];
-                let of_p = &mut image[..n];
-                self.parameters
-                    .derivative(problem, j, *t, y, y_dot, of_p)
-                    .map_err(failed)?;
-                rows.iter_mut().zip(of_p).for_each(|(r, f)| *r = -(*r + *f));
-            }
-            self.work.parameter_derivatives += method.stages() as u64;
+            // −∂F/∂p − J_y (S + σ) − h⁻¹ J_ẏ A⁻¹ σ, and the correction of σ that it asks for.
+            curve.begin(method, &collocation);
+            let increments = &curve.step.increments;
+            operator.subtract(method, Some(&curve.s), increments, &mut curve.residual);
             system
-                .solve(problem, matrices, method, residual, counters)
-                .map_err(failed)?;
+                .solve(problem, matrices, method, &mut curve.residual, counters)
+                .map_err(|error| (j, Trouble::Failed(error)))?;
             // p̄ S has the units of y, and is weighed as y is.
-            let scale = self.parameters.list()[j].scale;
-            let size = curve.size(scale, &residual[residual.len() - n..]);
+            let scale = parameters.list()[j].scale;
+            let size = curve.size(scale);
             spread(&mut self.weights, n, |first| {
                 weights.write_at(problem, options, &size, h, first)?;
                 first.iter_mut().for_each(|w| *w *= scale);
                 Ok(())
             })
             .map_err(|failure| (j, Trouble::from(failure)))?;
-            let increments = &mut curve.step.increments;
             let apply = |v: &mut [f64]| {
-                operator.apply(method, v, image);
-                v.copy_from_slice(image);
-                let solved = system.solve(problem, matrices, method, v, counters);
-                solved.map_err(Trouble::Failed)
+                image.fill(0.0);
+                operator.subtract(method, None, v, image);
+                system
+                    .solve(problem, matrices, method, image, counters)
+                    .map_err(Trouble::Failed)?;
+                v.iter_mut().zip(&*image).for_each(|(v, w)| *v = -w);
+                Ok(())
             };
+            let (increments, residual) = (&mut curve.step.increments, &mut curve.residual);
             self.krylov
                 .solve(increments, residual, &self.weights, tolerance, apply)
                 .map_err(|trouble| (j, trouble))?;
-            curve.end(method, is_first);
+            curve.end(method, &self.weights[..n], is_first);
         }
         Ok(())
     }
@@ -401,44 +382,4 @@ fn spread(
     let others = others.chunks_exact_mut(n);
     others.for_each(|w| w.copy_from_slice(first));
     Ok(())
-}
-
-impl Curve {
-    /// Makes the step its own, with the last polynomial continued for a guess.
-    fn begin(&mut self, method: &Method, step: &Collocation, is_first: bool) {
-        let (t, h) = (step.t0, step.h);
-        if is_first {
-            self.guess.fill(0.0);
-        } else {
-            self.step
-                .extrapolate(method, t, h, &self.s, &mut self.guess);
-        }
-        std::mem::swap(&mut self.step.increments, &mut self.guess);
-        (self.step.t0, self.step.h) = (t, h);
-        self.step.y0.copy_from_slice(&self.s);
-        self.step.y_dot0.copy_from_slice(&self.s_dot);
-    }
-
-    /// p̄ S at the larger of its sizes before and after the step, as far as they are known: with a
-    /// `correction` of its end.
-    fn size(&self, scale: f64, correction: &[f64]) -> Vec<f64> {
-        let last = self.step.increments.len() - self.s.len();
-        let increment = self.step.increments[last..].iter().zip(correction);
-        let both = self.s.iter().zip(increment);
-        both.map(|(s, (z, c))| scale * s.abs().max((s + z + c).abs()))
-            .collect()
-    }
-
-    /// Goes to the end of the step.
-    fn end(&mut self, method: &Method, is_first: bool) {
-        let (n, h) = (self.s.len(), self.step.h);
-        if is_first {
-            // Nothing is known of Ṡ at the start.
-            let all: Vec<usize> = (0..n).collect();
-            self.step.free_start(method, &all);
-        }
-        let z = &self.step.increments;
-        add_scaled(&mut self.s, 1.0, &z[z.len() - n..]);
-        combine(method, method.stages() - 1, h, z, &mut self.s_dot);
-    }
 }

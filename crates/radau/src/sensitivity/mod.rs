@@ -4,8 +4,10 @@
 //! of each accepted step a `StageOperator` linearises the equations, and `Krylov` solves with it, the
 //! step's factors being the preconditioner. The plain integration knows nothing of it.
 
+mod curve;
 mod forward;
 mod krylov;
+mod nonzeros;
 mod operator;
 
 pub use forward::{ForwardSensitivities, SensitivityWork};

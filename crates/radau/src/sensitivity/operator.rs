@@ -2,6 +2,7 @@
 
 use myovib_dae::{Jacobian, Linearization, Parameters, Problem, StepError};
 
+use super::nonzeros::Nonzeros;
 use crate::dense::{Collocation, add_scaled};
 use crate::method::Method;
 
@@ -15,10 +16,13 @@ use crate::method::Method;
 #[derive(Debug)]
 pub(super) struct StageOperator {
     jacobian: Jacobian,
-    /// ∂F/∂y and ∂F/∂ẏ at each stage, in the order of the pattern.
+    /// Where ∂F/∂y and ∂F/∂ẏ are not zero.
+    nonzeros: [Nonzeros; 2],
+    /// Both at each stage, compressed.
     parts: Vec<[Vec<f64>; 2]>,
     /// t, Y_i and Ẏ_i.
     pub(super) stages: Vec<Stage>,
+    value: Vec<f64>,
     rate: Vec<f64>,
     h: f64,
 }
@@ -35,18 +39,21 @@ impl StageOperator {
     pub(super) fn new<P: Problem>(problem: &P, method: &Method) -> Self {
         let (n, s) = (problem.n_unknowns(), method.stages());
         let jacobian = Jacobian::of(problem);
-        let nnz = jacobian.pattern().nnz();
+        let pattern = jacobian.pattern();
+        let room = vec![0.0; pattern.nnz()];
         let stage = Stage {
             t: 0.0,
             y: vec![0.0; n],
             y_dot: vec![0.0; n],
         };
         Self {
-            jacobian,
-            parts: vec![[vec![0.0; nnz], vec![0.0; nnz]]; s],
+            nonzeros: [Nonzeros::new(pattern), Nonzeros::new(pattern)],
+            parts: vec![[room.clone(), room]; s],
             stages: vec![stage; s],
+            value: vec![0.0; n],
             rate: vec![0.0; n],
             h: 0.0,
+            jacobian,
         }
     }
 
@@ -73,36 +80,39 @@ impl StageOperator {
                 weights,
             };
             let [of_value, of_rate] = &mut self.parts[i];
-            parameters.linearise(problem, &mut self.jacobian, &at, [of_value, of_rate])?;
+            let jacobian = &mut self.jacobian;
+            parameters.linearise(problem, jacobian, &at, [of_value, of_rate])?;
+        }
+        for (k, nonzeros) in self.nonzeros.iter_mut().enumerate() {
+            let matrices = self.parts.iter().map(|parts| &parts[k][..]);
+            nonzeros.learn(self.jacobian.pattern(), matrices);
+            let matrices = self.parts.iter_mut();
+            matrices.for_each(|parts| nonzeros.compress(&mut parts[k]));
         }
         Ok(())
     }
 
-    /// Writes L x.
-    pub(super) fn apply(&mut self, method: &Method, x: &[f64], out: &mut [f64]) {
+    /// Subtracts L x from `out`, and J_y(i) `start` at each stage.
+    pub(super) fn subtract(
+        &mut self,
+        method: &Method,
+        start: Option<&[f64]>,
+        x: &[f64],
+        out: &mut [f64],
+    ) {
         let n = self.rate.len();
+        let [by_value, by_rate] = &self.nonzeros;
         for (i, out) in out.chunks_exact_mut(n).enumerate() {
-            combine(method, i, self.h, x, &mut self.rate);
-            out.fill(0.0);
             let [of_value, of_rate] = &self.parts[i];
-            self.add_product(of_value, &x[i * n..(i + 1) * n], out);
-            self.add_product(of_rate, &self.rate, out);
-        }
-    }
-
-    /// Adds ∂F/∂y(i) x to `out`.
-    pub(super) fn add_of_value(&self, i: usize, x: &[f64], out: &mut [f64]) {
-        self.add_product(&self.parts[i][0], x, out);
-    }
-
-    fn add_product(&self, values: &[f64], x: &[f64], out: &mut [f64]) {
-        let pattern = self.jacobian.pattern();
-        let (offsets, rows) = (pattern.major_offsets(), pattern.minor_indices());
-        for (x, column) in x.iter().zip(offsets.windows(2)) {
-            let entries = column[0]..column[1];
-            for (&row, value) in rows[entries.clone()].iter().zip(&values[entries]) {
-                out[row] += value * x;
+            let mut value = &x[i * n..(i + 1) * n];
+            if let Some(start) = start {
+                self.value.copy_from_slice(start);
+                add_scaled(&mut self.value, 1.0, value);
+                value = &self.value;
             }
+            by_value.subtract(of_value, value, out);
+            combine(method, i, self.h, x, &mut self.rate);
+            by_rate.subtract(of_rate, &self.rate, out);
         }
     }
 }

@@ -69,6 +69,8 @@ const AFFINE: [&str; 10] = [
 const SMOOTH: [&str; 4] = ["frequency", "phase", "steepness", "shift"];
 /// Numbers that move a break of a load.
 const BREAKS: [&str; 3] = ["start", "rise", "end"];
+/// Tables of loads, which act outside of the elements.
+const LOADS: [&str; 3] = ["traction", "pressure", "body_force"];
 /// Tables whose numbers may be parameters.
 const TABLES: [&str; 7] = [
     "solid",
@@ -226,24 +228,19 @@ impl Parametrised {
             Ok(muscle)
         };
         let value = values[j];
-        if known.is_affine(formulation) {
+        let dependence = if known.is_affine(formulation) {
             let next = value + known.scale;
-            return Ok(Dependence::affine(
-                parameter,
-                formulation,
-                other(next)?,
-                next - value,
-            ));
-        }
-        let delta = STEP * value.abs().max(known.scale);
-        let around = [-2.0, -1.0, 1.0, 2.0].map(|k| other(value + k * delta));
-        let [a, b, c, d] = around;
-        Ok(Dependence::smooth(
-            parameter,
-            formulation,
-            [a?, b?, c?, d?],
-            delta,
-        ))
+            Dependence::affine(parameter, formulation, other(next)?, next - value)
+        } else {
+            let delta = STEP * value.abs().max(known.scale);
+            let around = [-2.0, -1.0, 1.0, 2.0].map(|k| other(value + k * delta));
+            let [a, b, c, d] = around;
+            Dependence::smooth(parameter, formulation, [a?, b?, c?, d?], delta)
+        };
+        Ok(match known.is_outside_elements(formulation) {
+            true => dependence.outside_elements(),
+            false => dependence,
+        })
     }
 }
 
@@ -269,6 +266,18 @@ impl Known {
             Influence::Compressibility => formulation != Formulation::Displacement,
             Influence::Alpha | Influence::Beta | Influence::Affine => true,
             Influence::Smooth => false,
+        }
+    }
+
+    /// Whether nothing within elements depends on it.
+    fn is_outside_elements(&self, formulation: Formulation) -> bool {
+        match self.influence {
+            Influence::Compressibility => formulation != Formulation::Displacement,
+            Influence::Alpha | Influence::Beta => true,
+            Influence::Affine | Influence::Smooth => {
+                let table = self.key.split(['.', '[']).next();
+                table.is_some_and(|table| LOADS.contains(&table))
+            }
         }
     }
 

@@ -1,0 +1,109 @@
+//! Products with what of a matrix is not zero.
+
+use myovib_sparse::Product;
+use nalgebra_sparse::pattern::SparsityPattern;
+
+/// The places of a pattern at which a matrix has been seen not to be zero.
+///
+/// ∂F/∂y and ∂F/∂ẏ share a pattern, of which either fills a part: a product with all of it would be
+/// one with zeros, mostly.
+#[derive(Debug)]
+pub(super) struct Nonzeros {
+    is_kept: Vec<bool>,
+    /// Those that are kept, ascending.
+    places: Vec<usize>,
+    product: Product,
+}
+
+impl Nonzeros {
+    /// None yet.
+    pub(super) fn new(pattern: &SparsityPattern) -> Self {
+        let is_kept = vec![false; pattern.nnz()];
+        Self {
+            product: product(pattern, &is_kept),
+            places: Vec::new(),
+            is_kept,
+        }
+    }
+
+    /// Takes in the entries of matrices with these `values` in the order of the pattern.
+    pub(super) fn learn<'v>(
+        &mut self,
+        pattern: &SparsityPattern,
+        matrices: impl Iterator<Item = &'v [f64]>,
+    ) {
+        let mut is_new = false;
+        for values in matrices {
+            for (is_kept, value) in self.is_kept.iter_mut().zip(values) {
+                let is_other = *value != 0.0 && !*is_kept;
+                *is_kept |= is_other;
+                is_new |= is_other;
+            }
+        }
+        if is_new {
+            let kept = self
+                .is_kept
+                .iter()
+                .enumerate()
+                .filter(|(_, is_kept)| **is_kept);
+            self.places = kept.map(|(place, _)| place).collect();
+            self.product = product(pattern, &self.is_kept);
+        }
+    }
+
+    /// Moves the entries kept to the front of `values`.
+    pub(super) fn compress(&self, values: &mut [f64]) {
+        for (k, &place) in self.places.iter().enumerate() {
+            values[k] = values[place];
+        }
+    }
+
+    /// Subtracts the product of the matrix with these compressed `values` and `x` from `out`.
+    pub(super) fn subtract(&self, values: &[f64], x: &[f64], out: &mut [f64]) {
+        self.product.subtract(&values[..self.places.len()], x, out);
+    }
+}
+
+/// The product with the entries kept.
+fn product(pattern: &SparsityPattern, is_kept: &[bool]) -> Product {
+    let (mut offsets, mut rows) = (vec![0], Vec::new());
+    for column in pattern.major_offsets().windows(2) {
+        let entries = column[0]..column[1];
+        rows.extend(
+            entries
+                .filter(|&k| is_kept[k])
+                .map(|k| pattern.minor_indices()[k]),
+        );
+        offsets.push(rows.len());
+    }
+    let (columns, n) = (pattern.major_dim(), pattern.minor_dim());
+    let kept = SparsityPattern::try_from_offsets_and_indices(columns, n, offsets, rows)
+        .expect("a part of a pattern is one");
+    Product::new(&kept)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of the full matrix ((1, 3), (2, 4)) in the order 1, 2, 3, 4 first the diagonal, then all.
+    #[test]
+    fn products_are_those_of_all_entries_seen() {
+        let pattern =
+            SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 2, 4], vec![0, 1, 0, 1])
+                .unwrap();
+        let mut nonzeros = Nonzeros::new(&pattern);
+        for (mut values, expected) in [
+            ([1.0, 0.0, 0.0, 4.0], [-5.0, -28.0]),
+            ([1.0, 2.0, 3.0, 4.0], [-26.0, -38.0]),
+            // What has been seen stays.
+            ([1.0, 0.0, 0.0, 4.0], [-5.0, -28.0]),
+        ] {
+            nonzeros.learn(&pattern, std::iter::once(&values[..]));
+            nonzeros.compress(&mut values);
+            let mut out = [0.0; 2];
+            nonzeros.subtract(&values, &[5.0, 7.0], &mut out);
+            assert_eq!(out, expected);
+        }
+    }
+}
