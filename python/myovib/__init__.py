@@ -7,6 +7,7 @@ muscles: meshes, materials, loads and chains of oscillators, as the program
 """
 
 from ._dae import DaeSolution, DenseOutput, solve_dae
+from ._identification import FitResult, SensitivityResult
 from ._native import SceneError, StepFailure, versions
 from ._run import Fields, Probe, RunResult
 from ._scene import Scene, SweepResult
@@ -15,10 +16,12 @@ __all__ = [
     "DaeSolution",
     "DenseOutput",
     "Fields",
+    "FitResult",
     "Probe",
     "RunResult",
     "Scene",
     "SceneError",
+    "SensitivityResult",
     "StepFailure",
     "SweepResult",
     "solve_dae",

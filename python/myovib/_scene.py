@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from . import _native
+from ._identification import Experiment, FitResult, SensitivityResult, experiments
 from ._run import RunResult, SweepResult
 
 __all__ = ["Scene"]
@@ -97,8 +98,7 @@ class Scene:
         Scene
             This scene.
         """
-        self._set.pop(key, None)
-        self._set[key] = _toml(value)
+        self._assign(f"{key}={_toml(value)}")
         return self
 
     def copy(self) -> Scene:
@@ -161,13 +161,10 @@ class Scene:
         OSError
             Results that cannot be written.
         """
-        temporary = None
-        if out is None:
-            temporary = tempfile.TemporaryDirectory(prefix="myovib-")
-            out = Path(temporary.name) / "run"
+        out, temporary = _folder(out)
         with _Line(progress) as show:
             notes = _native.run(self._source, self._assignments(), out, existing, verify, show)
-        return RunResult._of(Path(out), notes, temporary)
+        return RunResult._of(out, notes, temporary)
 
     def sweep(
         self,
@@ -201,17 +198,14 @@ class Scene:
         -------
         SweepResult
         """
-        temporary = None
-        if out is None:
-            temporary = tempfile.TemporaryDirectory(prefix="myovib-")
-            out = Path(temporary.name) / "sweep"
+        out, temporary = _folder(out)
         axes = [f"{key}={_axis(values)}" for key, values in vary.items()]
         columns = [f"{name}={expression}" for name, expression in (results or {}).items()]
         with _Line(progress) as show:
             _native.sweep(
                 self._source, axes, self._assignments(), columns, out, overwrite, threads, show
             )
-        return SweepResult._of(Path(out), temporary)
+        return SweepResult._of(out, temporary)
 
     def modes(self, count: int | None = None) -> list[dict[str, float]]:
         """The lowest eigenmodes of the body about its unloaded state.
@@ -230,12 +224,129 @@ class Scene:
         document = json.loads(_native.modes(self._source, self._assignments(), count))
         return document["muscles"][0]["modes"]
 
+    def sensitivity(
+        self,
+        out: str | PathLike[str] | None = None,
+        *,
+        progress: Progress = False,
+    ) -> SensitivityResult:
+        """What the outputs of the scene depend on, by one run with its derivatives.
+
+        The parameters are those of the scene's ``[[parameter]]``, the outputs those of
+        ``[[output]]``, else all columns of the probes.
+
+        Parameters
+        ----------
+        out : path-like, optional
+            Folder for the files of ``myovib sensitivity``; by default one that is removed
+            with the result.
+        progress : bool or callable
+            As for `run`.
+
+        Returns
+        -------
+        SensitivityResult
+
+        Raises
+        ------
+        SceneError
+            What is wrong in the scene, as a parameter by which nothing can be differentiated.
+        RuntimeError
+            A run that did not come to its end.
+
+        Examples
+        --------
+        >>> scene = Scene.builtin("init").set("time.end", 0.1)
+        >>> scene.set("parameter", [{"key": "material[0].c10"}]).sensitivity().parameters
+        ['material[0].c10']
+        """
+        out, temporary = _folder(out)
+        with _Line(progress) as show:
+            document = _native.sensitivity(self._source, self._assignments(), out, show)
+        return SensitivityResult(out, json.loads(document), temporary)
+
+    def fit(
+        self,
+        data: Experiment | list[Experiment],
+        out: str | PathLike[str] | None = None,
+        *,
+        profile: bool = False,
+        tolerance: float = 1e-5,
+        max_iterations: int = 50,
+        progress: Progress = False,
+    ) -> FitResult:
+        """The scene's parameters from measurements, by least squares.
+
+        The parameters are those of the scene's ``[[parameter]]``, with their bounds; what was
+        measured those of ``[[output]]``, with their noise.
+
+        Parameters
+        ----------
+        data : experiment or list of experiments
+            An experiment is a file, as for ``myovib fit --data``, or a mapping with the column
+            ``"t"`` and one for each output measured (NaN: not measured then); or a pair of
+            that and a mapping of what was changed in the scene.
+        out : path-like, optional
+            Folder for the files of ``myovib fit``; by default one that is removed with the
+            result.
+        profile : bool
+            Whether intervals by profile likelihood are computed: some ten fits for each
+            parameter.
+        tolerance : float
+            The fit has converged when no parameter changes by more than this fraction.
+        max_iterations : int
+        progress : bool or callable
+            As for `run`.
+
+        Returns
+        -------
+        FitResult
+            Also of a fit that did not converge, which says so.
+
+        Raises
+        ------
+        SceneError
+            What is wrong in the scene or the measurements, and where.
+        """
+        out, temporary = _folder(out)
+        with tempfile.TemporaryDirectory(prefix="myovib-") as tables, _Line(progress) as show:
+            document = _native.fit(
+                self._source,
+                self._assignments(),
+                [
+                    (file, [f"{key}={_toml(value)}" for key, value in changes.items()])
+                    for file, changes in experiments(data, Path(tables))
+                ],
+                out,
+                profile,
+                tolerance,
+                max_iterations,
+                show,
+            )
+        return FitResult(out, json.loads(document), self.copy(), temporary)
+
+    def _assign(self, assignment: str) -> None:
+        key, _, value = assignment.partition("=")
+        self._set.pop(key, None)
+        self._set[key] = value
+
     def _assignments(self) -> list[str]:
         return [f"{key}={value}" for key, value in self._set.items()]
 
     def __repr__(self) -> str:
         changes = "".join(f".set({key!r}, {value})" for key, value in self._set.items())
         return f"Scene({self._source!r}){changes}"
+
+
+Temporary = tempfile.TemporaryDirectory[str]
+
+
+def _folder(out: str | PathLike[str] | None) -> tuple[Path, Temporary | None]:
+    """The folder for results, and what removes it."""
+    if out is not None:
+        return Path(out), None
+    temporary = tempfile.TemporaryDirectory(prefix="myovib-")
+    return Path(temporary.name) / "out", temporary
 
 
 def _toml(value: Any) -> str:

@@ -1,6 +1,6 @@
 //! Errors as Python's exceptions.
 
-use myovib_scene::Error;
+use myovib_scene::{Error, InputError};
 use pyo3::exceptions::{PyException, PyOSError, PyRuntimeError, PyValueError};
 use pyo3::{PyErr, create_exception};
 
@@ -30,9 +30,15 @@ pub(crate) fn of_scene(error: Error) -> PyErr {
 
 /// An error of the program's own commands.
 pub(crate) fn of_command(error: anyhow::Error) -> PyErr {
-    match error.downcast_ref::<myovib_scene::InputError>() {
+    let error = match error.downcast::<Error>() {
+        Ok(error) => return of_scene(error),
+        Err(other) => other,
+    };
+    let text = format!("{error:#}");
+    match error.downcast_ref::<InputError>() {
         Some(input) => SceneError::new_err(input.to_string()),
-        None => PyRuntimeError::new_err(format!("{error:#}")),
+        None if error.is::<std::io::Error>() => PyOSError::new_err(text),
+        None => PyRuntimeError::new_err(text),
     }
 }
 

@@ -24,13 +24,13 @@ use crate::interrupt::interruptible;
 const PROGRESS_EVERY: Duration = Duration::from_millis(200);
 
 /// A Python function that is told how far a run is.
-struct Progress {
+pub(crate) struct Progress {
     show: Option<Py<PyAny>>,
     last: Mutex<Option<Instant>>,
 }
 
 impl Progress {
-    fn new(show: Option<Py<PyAny>>) -> Self {
+    pub(crate) fn new(show: Option<Py<PyAny>>) -> Self {
         Self {
             show,
             last: Mutex::new(None),

@@ -3,7 +3,7 @@
 use std::env;
 use std::path::{Path, PathBuf};
 
-const LIST: &str = include_str!("../../../scripts/requirements.txt");
+const LIST: &str = include_str!("../requirements.txt");
 
 /// One thing the build needs.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -12,7 +12,7 @@ pub fn load(path: Option<&Path>) -> Result<(Mesh, String), FemError> {
     match path {
         Some(path) => Ok((Mesh::read_msh(path)?, path.display().to_string())),
         None => {
-            let text = include_str!("../../../data/meshes/muscle.msh");
+            let text = include_str!("../data/meshes/muscle.msh");
             let mesh = Mesh::parse_msh(text, "muscle.msh")?;
             Ok((mesh, "muscle.msh (built in)".to_owned()))
         }

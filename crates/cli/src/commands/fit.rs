@@ -1,6 +1,6 @@
 //! `myovib fit`: the parameters of a scene from measurements.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use myovib_report::picture;
@@ -8,6 +8,7 @@ use myovib_report::plot::{Axis, Figure, LinePlot, Panel, Series};
 use myovib_report::table::{Align, Table, coloured_stdout};
 use myovib_scene::fit::{FitOptions, FitResult, LEVEL, Point, compute};
 use myovib_scene::{atomic_file, json};
+use serde_json::Value;
 
 use crate::args::{self, CommonArgs};
 use crate::exit::Exit;
@@ -80,18 +81,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<Exit> {
         progress: &progress,
     })?;
     drop(progress);
-    let rows: Vec<Vec<f64>> = result.points.iter().map(row).collect();
-    let columns = ["experiment", "t", "measured", "fitted", "residual"].map(str::to_owned);
-    picture::write(
-        &args.out,
-        "residuals",
-        &figure(&result),
-        (&columns, &rows),
-        false,
-    )?;
-    let document = result.document();
-    let text = json::document("fit", &document)?;
-    atomic_file::save(&args.out.join("fit.json"), text)?;
+    let document = write(&args.out, &result)?;
     args.common.give("fit", &words(&result), &document)?;
     Ok(if interrupt::has_come() {
         Exit::Interrupted
@@ -100,6 +90,20 @@ pub fn run(args: &FitArgs) -> anyhow::Result<Exit> {
     } else {
         Exit::Stopped
     })
+}
+
+/// Writes a fit's residuals, their figure and `fit.json`; gives the body of the latter.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write(out: &Path, result: &FitResult) -> anyhow::Result<Value> {
+    let rows: Vec<Vec<f64>> = result.points.iter().map(row).collect();
+    let columns = ["experiment", "t", "measured", "fitted", "residual"].map(str::to_owned);
+    let table = (&columns[..], &rows[..]);
+    picture::write(out, "residuals", &figure(result), table, false)?;
+    let document = result.document();
+    atomic_file::save(&out.join("fit.json"), json::document("fit", &document)?)?;
+    Ok(document)
 }
 
 fn row(point: &Point) -> Vec<f64> {

@@ -8,10 +8,12 @@ use anyhow::Context;
 use clap::Args;
 
 use crate::exit::Exit;
-use myovib_scene::InputError;
+use myovib_scene::{InputError, builtin_text};
 
 /// The scene that is written; it works as it is.
-const SCENE: &str = include_str!("../../../../data/scenes/init.toml");
+fn scene() -> &'static str {
+    builtin_text("init").expect("a built-in scene")
+}
 
 /// Options of `myovib init`.
 #[derive(Debug, Args)]
@@ -28,7 +30,7 @@ pub struct InitArgs {
 /// When the file exists or cannot be written.
 pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
     if args.file.as_os_str() == "-" {
-        io::stdout().write_all(SCENE.as_bytes())?;
+        io::stdout().write_all(scene().as_bytes())?;
         return Ok(Exit::Done);
     }
     let name = args.file.display();
@@ -45,7 +47,7 @@ pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
                 anyhow::Error::from(error).context(format!("cannot write {name}"))
             }
         })?;
-    file.write_all(SCENE.as_bytes())
+    file.write_all(scene().as_bytes())
         .with_context(|| format!("cannot write {name}"))?;
     writeln!(
         io::stdout(),
@@ -63,7 +65,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("scene.toml");
         run(&InitArgs { file: file.clone() }).unwrap();
-        assert_eq!(std::fs::read_to_string(&file).unwrap(), SCENE);
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), scene());
         std::fs::write(&file, "mine").unwrap();
         let failure = run(&InitArgs { file: file.clone() }).unwrap_err();
         assert!(

@@ -1,6 +1,6 @@
 //! `myovib sensitivity`: what the outputs of a scene depend on, and how much.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use myovib_report::picture;
@@ -8,6 +8,7 @@ use myovib_report::plot::{Axis, Figure, LinePlot, Panel, Series};
 use myovib_report::table::{Align, Table, coloured_stdout};
 use myovib_scene::sensitivity::{Curves, Parametrised, Watcher, compute};
 use myovib_scene::{atomic_file, json};
+use serde_json::Value;
 
 use crate::args::{self, CommonArgs};
 use crate::exit::Exit;
@@ -53,20 +54,25 @@ pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
     };
     let curves = compute(&scene, watcher)?;
     drop(progress);
-    let (columns, rows) = (curves.columns(), curves.rows());
-    let files = picture::write(
-        &args.out,
-        "sensitivity",
-        &figure(&curves),
-        (&columns, &rows),
-        false,
-    )?;
-    let document = curves.document();
-    let text = json::document("sensitivity", &document)?;
-    atomic_file::save(&args.out.join("sensitivity.json"), text)?;
+    let (files, document) = write(&args.out, &curves)?;
     let text = format!("{}{}\n", table(&curves), files.join(", "));
     args.common.give("sensitivity", &text, &document)?;
     Ok(Exit::Done)
+}
+
+/// Writes `sensitivity.csv`, its figure and `sensitivity.json`; gives the names of the first two and
+/// the body of the last.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write(out: &Path, curves: &Curves) -> anyhow::Result<(Vec<String>, Value)> {
+    let (columns, rows) = (curves.columns(), curves.rows());
+    let table = (&columns[..], &rows[..]);
+    let files = picture::write(out, "sensitivity", &figure(curves), table, false)?;
+    let document = curves.document();
+    let text = json::document("sensitivity", &document)?;
+    atomic_file::save(&out.join("sensitivity.json"), text)?;
+    Ok((files, document))
 }
 
 /// The importance of each parameter for each output.

@@ -77,7 +77,7 @@ struct PaperTable {
 }
 
 static PAPER: LazyLock<PaperTable> = LazyLock::new(|| {
-    serde_json::from_str(include_str!("../../../../data/paper/table2.json"))
+    serde_json::from_str(include_str!("../../data/paper/table2.json"))
         .expect("the paper's table is part of the program, and tested")
 });
 

@@ -69,6 +69,7 @@ impl FitResult {
                 "key": self.known[j].key,
                 "name": self.fit.names[j],
                 "value": self.fit.values[j],
+                "set": self.known[j].assignment(self.fit.values[j]),
                 "standard_error": finite(self.uncertainty.standard_errors[j]),
                 "interval": intervals[j].map(finite),
                 "profile_interval": self.profiles.get(j).map(|profile| profile.interval),

@@ -4,7 +4,7 @@ macro_rules! scenes {
     ($($name:literal)*) => {
         /// Name and text of each built-in scene.
         pub const BUILTIN: &[(&str, &str)] =
-            &[$(($name, include_str!(concat!("../../../../data/scenes/", $name, ".toml")))),*];
+            &[$(($name, include_str!(concat!("../../data/scenes/", $name, ".toml")))),*];
     };
 }
 

@@ -7,10 +7,10 @@ use crate::InputError;
 use crate::scene_file::mesh::{self, MeshSource, Region, Resolution};
 
 /// The muscle of the reproduction.
-const MUSCLE: &str = include_str!("../../../../data/meshes/muscle.msh");
+const MUSCLE: &str = include_str!("../../data/meshes/muscle.msh");
 /// The ventricle of the benchmark, and a coarser one.
-const VENTRICLE: &str = include_str!("../../../../data/meshes/ventricle.msh");
-const VENTRICLE_COARSE: &str = include_str!("../../../../data/meshes/ventricle_coarse.msh");
+const VENTRICLE: &str = include_str!("../../data/meshes/ventricle.msh");
+const VENTRICLE_COARSE: &str = include_str!("../../data/meshes/ventricle_coarse.msh");
 /// The most elements a scene may ask for, far more than can be integrated on one machine: a typing
 /// error shall be told before memory is gone.
 const MAX_ELEMENTS: usize = 4_000_000;

@@ -1,6 +1,6 @@
 use super::*;
 
-const MINIMAL: &str = include_str!("../../../../data/scenes/init.toml");
+const MINIMAL: &str = include_str!("../../data/scenes/init.toml");
 
 #[test]
 fn the_scene_of_init_is_read_and_keeps_its_values() {

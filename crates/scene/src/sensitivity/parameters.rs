@@ -252,7 +252,7 @@ pub(crate) fn body(scene: &Scene) -> Result<&Body, InputError> {
 
 impl Known {
     /// The override that gives the scene this value.
-    fn assignment(&self, value: f64) -> String {
+    pub fn assignment(&self, value: f64) -> String {
         match self.influence {
             Influence::Compressibility if value == 0.0 => format!("{}=inf", self.key),
             Influence::Compressibility => format!("{}={:e}", self.key, 1.0 / value),

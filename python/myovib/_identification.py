@@ -1,0 +1,192 @@
+"""What a scene's outputs depend on, and its parameters from measurements."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Iterable, Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._run import Probe
+
+__all__ = ["Experiment", "FitResult", "SensitivityResult"]
+
+Array = NDArray[np.float64]
+#: Measurements of one experiment: a file, or columns by name.
+Data = str | PathLike[str] | Mapping[str, ArrayLike]
+#: The same, perhaps with what was changed in the scene.
+Experiment = Data | tuple[Data, Mapping[str, Any]]
+
+
+class SensitivityResult:
+    """Outputs of a scene and their derivatives by its parameters; picklable.
+
+    Attributes
+    ----------
+    t : ndarray, shape (m,)
+    outputs, parameters : list of str
+    values : ndarray, shape (m, outputs)
+    derivatives : ndarray, shape (m, outputs, parameters)
+        Those by κ are by 1/κ.
+    scales : ndarray, shape (parameters,)
+        Typical sizes of the parameters.
+    importance : ndarray, shape (outputs, parameters)
+        For each output and parameter the root mean square over time of size × derivative,
+        relative to that of the output; NaN for an output that stays zero.
+    cost : dict
+        Steps, factorisations and solves of the run.
+    folder : Path
+        Where the files are.
+    """
+
+    def __init__(self, folder: Path, document: dict[str, Any], temporary: Any) -> None:
+        self.folder, self._temporary = folder, temporary
+        self.outputs: list[str] = document["outputs"]
+        self.parameters: list[str] = document["parameters"]
+        self.scales = _numbers(document["scales"])
+        self.importance = _numbers(document["importance"])
+        self.cost: dict[str, int] = document["cost"]
+        n = len(self.outputs)
+        rows = _numbers(document["rows"]).reshape(-1, len(document["columns"]))
+        self.t, self.values = rows[:, 0], rows[:, 1 : n + 1]
+        self.derivatives: Array = rows[:, n + 1 :].reshape(-1, n, len(self.parameters))
+
+    def __repr__(self) -> str:
+        outputs, parameters = ", ".join(self.outputs), ", ".join(self.parameters)
+        return f"SensitivityResult({outputs} by {parameters}; {len(self.t)} times)"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            [output, *(f"{share:.3e}" for share in shares)]
+            for output, shares in zip(self.outputs, self.importance)
+        ]
+        return _table(["p · du/dp relative to u (rms)", *self.parameters], rows)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_temporary": None}
+
+
+class FitResult:
+    """What a fit came to; picklable.
+
+    Attributes
+    ----------
+    document : dict
+        All of ``fit.json``.
+    converged : bool
+    message : str
+        How the fit ended.
+    values, standard_errors : dict of float
+        By the parameters' names; that of κ is 1/κ.
+    intervals : dict of tuple
+        95 % intervals, by profile likelihood if it was asked for, else by the standard errors; a
+        side that the measurements leave open is None.
+    correlation : ndarray, shape (n, n)
+    deviation : float
+        Standard deviation of the residuals: about 1 if the noise was given and the model fits.
+    unknown : list of str
+        Combinations of parameters that the measurements do not tell.
+    residuals : list of dict
+        For each measurement ``experiment`` (from 1), ``output``, ``t``, ``measured``, ``fitted``
+        and ``residual``.
+    history : Mapping
+        Columns of the iterations: ``iteration``, ``runs``, ``cost`` and the parameters.
+    folder : Path
+        Where the files are.
+    """
+
+    def __init__(
+        self, folder: Path, document: dict[str, Any], scene: Any, temporary: Any
+    ) -> None:
+        self.folder, self.document, self._temporary = folder, document, temporary
+        self._scene = scene
+        self.history = Probe._read(folder / "history.csv")
+        parameters = document["parameters"]
+        for parameter in parameters:
+            scene._assign(parameter["set"])
+
+        def each(key: str) -> dict[str, Any]:
+            return {parameter["name"]: parameter[key] for parameter in parameters}
+
+        self.converged: bool = document["converged"]
+        self.message: str = document["ended"]
+        self.values: dict[str, float] = each("value")
+        self.standard_errors: dict[str, float] = each("standard_error")
+        profiles = {name: interval for name, interval in each("profile_interval").items() if interval}
+        self.intervals = {
+            name: tuple(interval) for name, interval in (each("interval") | profiles).items()
+        }
+        self.correlation = _numbers(document["correlation"])
+        self.deviation: float = document["deviation"]
+        self.unknown: list[str] = document["unknown"]
+        self.residuals: list[dict[str, Any]] = document["residuals"]
+
+    def scene(self) -> Any:
+        """The scene with the values that were found."""
+        return self._scene.copy()
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{name} = {value:.6g}" for name, value in self.values.items())
+        return f"FitResult({self.message}: {found})"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            [name, f"{value:.6e}", _shown(self.standard_errors[name]), *map(_shown, self.intervals[name])]
+            for name, value in self.values.items()
+        ]
+        heads = ["parameter", "value", "standard error", "95 % from", "to"]
+        return f"<b>{html.escape(self.message)}</b>" + _table(heads, rows)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_temporary": None}
+
+
+def experiments(
+    data: Experiment | list[Experiment], folder: Path
+) -> list[tuple[Path, Mapping[str, Any]]]:
+    """A file and the changes for each experiment; columns are written to files in `folder`."""
+    files = []
+    for k, one in enumerate(data if isinstance(data, list) else [data], start=1):
+        measured, changes = one if isinstance(one, tuple) else (one, {})
+        if isinstance(measured, Mapping):
+            path = folder / f"experiment-{k}.csv"
+            path.write_text(_csv(measured), encoding="utf-8")
+            measured = path
+        files.append((Path(measured), changes))
+    return files
+
+
+def _csv(columns: Mapping[str, ArrayLike]) -> str:
+    """A table as text; what is not a number is no measurement."""
+    arrays = [np.asarray(column, dtype=float) for column in columns.values()]
+    for name, array in zip(columns, arrays):
+        if array.shape != arrays[0].shape or array.ndim != 1:
+            shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(columns, arrays))
+            raise ValueError(f"the columns of the data must be as long as each other: {shapes}")
+        if "," in name or '"' in name:
+            raise ValueError(f"the name of a column has no comma and no quote: {name!r}")
+    lines = [",".join(columns)]
+    for row in zip(*arrays):
+        lines.append(",".join("" if np.isnan(x) else repr(float(x)) for x in row))
+    return "\n".join(lines) + "\n"
+
+
+def _numbers(values: Iterable[Any]) -> Array:
+    """Numbers of a document, in which null stands for what is not finite."""
+    return np.array(values, dtype=float)
+
+
+def _shown(value: float | None) -> str:
+    return "–" if value is None else f"{value:.4e}"
+
+
+def _table(heads: list[str], rows: list[list[str]]) -> str:
+    def row(tag: str, words: list[str]) -> str:
+        return "<tr>" + "".join(f"<{tag}>{html.escape(word)}</{tag}>" for word in words) + "</tr>"
+
+    return "<table>" + row("th", heads) + "".join(row("td", words) for words in rows) + "</table>"

@@ -1,0 +1,68 @@
+//! What the outputs of a scene depend on, and its parameters from measurements.
+
+use std::path::PathBuf;
+
+use myovib_cli::commands;
+use myovib_scene::fit::{FitOptions, compute as compute_fit};
+use myovib_scene::sensitivity::{Parametrised, Watcher, compute};
+use pyo3::prelude::*;
+
+use crate::error::of_command;
+use crate::interrupt::interruptible;
+use crate::scene::Progress;
+
+/// Sensitivities of a scene's outputs, written to the folder `out`; a JSON document.
+#[pyfunction]
+pub(crate) fn sensitivity(
+    py: Python<'_>,
+    scene: PathBuf,
+    set: Vec<String>,
+    out: PathBuf,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<String> {
+    let progress = Progress::new(progress);
+    let computed = interruptible(py, |flag| -> anyhow::Result<_> {
+        let watcher = Watcher {
+            interrupt: Some(flag),
+            progress: &progress,
+        };
+        let curves = compute(&Parametrised::load(&scene, &set)?, watcher)?;
+        let (_, document) = commands::sensitivity::write(&out, &curves)?;
+        Ok(document.to_string())
+    })?;
+    computed.map_err(of_command)
+}
+
+/// The parameters of a scene from measurements, written to the folder `out`; a JSON document.
+///
+/// `experiments` has for each its file and what is changed in it.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn fit(
+    py: Python<'_>,
+    scene: PathBuf,
+    set: Vec<String>,
+    experiments: Vec<(PathBuf, Vec<String>)>,
+    out: PathBuf,
+    profile: bool,
+    tolerance: f64,
+    max_iterations: usize,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<String> {
+    let progress = Progress::new(progress);
+    let computed = interruptible(py, |flag| -> anyhow::Result<_> {
+        let result = compute_fit(&FitOptions {
+            scene,
+            set,
+            experiments,
+            out: out.clone(),
+            tolerance,
+            max_iterations,
+            profile,
+            interrupt: Some(flag),
+            progress: &progress,
+        })?;
+        Ok(commands::fit::write(&out, &result)?.to_string())
+    })?;
+    computed.map_err(of_command)
+}

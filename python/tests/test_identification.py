@@ -1,0 +1,126 @@
+"""Sensitivities and fits: against differences, known values, and the program's files."""
+
+import pickle
+import signal
+import os
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import myovib
+from myovib import Scene
+
+FITTING = Path(__file__).parents[2] / "data" / "fitting"
+
+
+def scene(**changes):
+    """The muscle for 0.1 s of a load that rises at once, with a fixed method."""
+    it = Scene.builtin("init").set("time.end", 0.1).set("traction[0].y.shift", 1)
+    it.set("integrator", {"method": "radau9", "rtol": 1e-7})
+    return it.set("probe[0].quantities", ["u"])
+
+
+@pytest.fixture(scope="module")
+def sensitivity():
+    parameters = [{"key": "material[0].c10"}, {"key": "solid.kappa"}]
+    return scene().set("parameter", parameters).sensitivity()
+
+
+def test_sensitivities_are_those_of_two_runs(sensitivity):
+    assert sensitivity.outputs == ["origin.u_x", "origin.u_y"]
+    assert sensitivity.parameters == ["material[0].c10", "1/solid.kappa"]
+    ends = {
+        c10: scene().set("material[0].c10", c10).run().probes["origin"] for c10 in (0.99e4, 1.01e4)
+    }
+    assert (ends[0.99e4]["t"] == sensitivity.t).all()
+    difference = (ends[1.01e4]["u_y"] - ends[0.99e4]["u_y"]) / 200
+    # Central differences over 2 % are off by some 1e-4 of the largest; integration by 1e-7 / 1e-2.
+    largest = np.abs(difference).max()
+    assert sensitivity.derivatives[:, 1, 0] == pytest.approx(difference, abs=1e-3 * largest)
+    u_y = sensitivity.values[:, 1]
+    share = np.sqrt(np.mean(sensitivity.derivatives[:, 1] ** 2, axis=0) / np.mean(u_y**2))
+    assert sensitivity.importance[1] == pytest.approx(share * sensitivity.scales, rel=1e-12)
+
+
+def test_a_result_is_shown_kept_and_written(sensitivity):
+    copy = pickle.loads(pickle.dumps(sensitivity))
+    assert (copy.derivatives == sensitivity.derivatives).all()
+    assert "origin.u_y" in sensitivity._repr_html_() and "by material[0].c10" in repr(sensitivity)
+    names = {path.name for path in sensitivity.folder.iterdir()}
+    assert names == {"sensitivity.csv", "sensitivity.json", "sensitivity.svg"}
+
+
+def test_what_cannot_be_identified_is_told_with_its_place():
+    with pytest.raises(myovib.SceneError, match="names no parameter"):
+        scene().sensitivity()
+    wanted = scene().set("parameter", [{"key": "solid.kapa"}])
+    with pytest.raises(myovib.SceneError, match="solid.kapa"):
+        wanted.sensitivity()
+    wanted.set("parameter", [{"key": "material[0].c10"}])
+    with pytest.raises(ValueError, match=r"as long as each other: t \(2,\), origin.u_y \(1,\)"):
+        wanted.fit({"t": [0.0, 0.1], "origin.u_y": [0.0]})
+    with pytest.raises(myovib.SceneError, match="no output `tip`"):
+        wanted.fit({"t": [0.05, 0.1], "tip": [0.0, 0.0]})
+
+
+def test_a_fit_of_arrays_finds_what_made_them():
+    truth = {"material[0].c10": 1.3e4, "solid.kappa": 5e4}
+    wanted = scene().set("parameter", [{"key": key} for key in truth])
+    experiments = []
+    for amplitude in (100.0, 200.0):
+        made = scene().set("traction[0].y.amplitude", amplitude)
+        for key, value in truth.items():
+            made.set(key, value)
+        origin = made.run().probes["origin"]
+        u_y = origin["u_y"].copy()
+        u_y[3] = np.nan  # not measured
+        data = {"t": origin["t"], "origin.u_y": u_y, "origin.u_x": origin["u_x"]}
+        experiments.append((data, {"traction[0].y.amplitude": amplitude}))
+    told = []
+    fit = wanted.fit(experiments, progress=told.append)
+    assert fit.converged and fit.message == "converged" and told
+    # Data without noise, of the same integrator at the same tolerance: to the fit's own tolerance.
+    assert fit.values["material[0].c10"] == pytest.approx(1.3e4, rel=1e-5)
+    assert fit.values["1/solid.kappa"] == pytest.approx(1 / 5e4, rel=1e-4)
+    low, high = fit.intervals["material[0].c10"]
+    assert low < fit.values["material[0].c10"] < high
+    assert len(fit.residuals) == 2 * (2 * 11 - 1)
+    assert fit.history["cost"][-1] < 1e-6 * fit.history["cost"][0]
+    found = fit.scene().changes
+    assert float(found["solid.kappa"]) == 1 / fit.values["1/solid.kappa"]
+    assert "material[0].c10" not in wanted.changes
+    copy = pickle.loads(pickle.dumps(fit))
+    assert copy.values == fit.values and "1/solid.kappa" in copy._repr_html_()
+
+
+@pytest.mark.skipif(not FITTING.exists(), reason="a wheel has no data")
+def test_a_fit_of_a_file():
+    fit = Scene.read(FITTING / "muscle.toml").set("time.end", 0.5).fit(FITTING / "measured.csv")
+    assert fit.converged
+    for name, value in {"material[0].c10": 1.3e4, "solid.alpha": 3.0, "1/solid.kappa": 2e-5}.items():
+        low, high = fit.intervals[name]
+        # Three standard errors to each side, an interval of 95 % having some two.
+        spread = 0.75 * (high - low)
+        assert abs(fit.values[name] - value) < spread, name
+    # 102 measurements: the sample deviation lies within 1 ± 0.3 but for one case in 1e4.
+    assert fit.deviation == pytest.approx(1.0, abs=0.3)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_ctrl_c_ends_a_fit():
+    wanted = scene().set("time.end", 100.0).set("parameter", [{"key": "material[0].c10"}])
+    sent = []
+
+    def interrupt():
+        time.sleep(0.3)
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Thread(target=interrupt).start()
+    with pytest.raises(KeyboardInterrupt):
+        wanted.fit({"t": [1.0, 2.0, 100.0], "origin.u_y": [0.0, 0.0, 1e-3]})
+    # As for a run: 0.05 s and a step; the rest is room for a machine that does other things.
+    assert time.monotonic() - sent[0] < 0.5
