@@ -13,6 +13,7 @@ def run(
     set: list[str],
     out: str | PathLike[str],
     existing: str,
+    lasting: bool,
     verify: bool,
     progress: Callable[[str], object] | None,
 ) -> list[str]: ...

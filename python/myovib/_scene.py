@@ -163,7 +163,10 @@ class Scene:
         """
         out, temporary = _folder(out)
         with _Line(progress) as show:
-            notes = _native.run(self._source, self._assignments(), out, existing, verify, show)
+            lasting = temporary is None
+            notes = _native.run(
+                self._source, self._assignments(), out, existing, lasting, verify, show
+            )
         return RunResult._of(out, notes, temporary)
 
     def sweep(

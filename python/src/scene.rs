@@ -14,7 +14,7 @@ use myovib_report::page;
 use myovib_scene::run::{Existing, RunOptions, compute};
 use myovib_scene::sweep::{Cases, SweepOptions, compute as compute_cases};
 use myovib_scene::watch::Tell;
-use myovib_scene::{BUILTIN, Scene, plain};
+use myovib_scene::{BUILTIN, Scene, atomic_file, plain};
 use pyo3::prelude::*;
 
 use crate::error::{of_argument, of_command, of_scene};
@@ -54,7 +54,8 @@ impl Tell for Progress {
     }
 }
 
-/// Computes a scene into the folder `out`; gives what was put right on the way.
+/// Computes a scene into the folder `out`; gives what was put right on the way. A folder that is not
+/// `lasting` goes with the process: nothing waits until it is on the disk.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn run(
@@ -63,6 +64,7 @@ pub(crate) fn run(
     set: Vec<String>,
     out: PathBuf,
     existing: &str,
+    lasting: bool,
     verify: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<String>> {
@@ -77,20 +79,26 @@ pub(crate) fn run(
     };
     let progress = Progress::new(progress);
     let computed = interruptible(py, |flag| {
-        let scene = Scene::load(&scene, &set)?;
-        let options = RunOptions {
-            out,
-            existing,
-            verify,
-            interrupt: Some(flag),
-            progress: &progress,
+        let compute = || {
+            let scene = Scene::load(&scene, &set)?;
+            let options = RunOptions {
+                out,
+                existing,
+                verify,
+                interrupt: Some(flag),
+                progress: &progress,
+            };
+            let result = compute(&scene, &options)?;
+            page::write(&options.out, &scene, &result.document)?;
+            let notes = scene.notes().into_iter().map(|note| plain(&note));
+            Ok(notes
+                .chain(result.notes.iter().map(|note| plain(note)))
+                .collect())
         };
-        let result = compute(&scene, &options)?;
-        page::write(&options.out, &scene, &result.document)?;
-        let notes = scene.notes().into_iter().map(|note| plain(&note));
-        Ok(notes
-            .chain(result.notes.iter().map(|note| plain(note)))
-            .collect())
+        match lasting {
+            true => compute(),
+            false => atomic_file::passing(compute),
+        }
     })?;
     computed.map_err(of_scene)
 }

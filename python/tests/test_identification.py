@@ -1,11 +1,10 @@
 """Sensitivities and fits: against differences, known values, and the program's files."""
 
 import pickle
-import signal
 import os
+import signal
 import threading
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ import pytest
 import myovib
 from myovib import Scene
 
-FITTING = Path(__file__).parents[2] / "data" / "fitting"
 
 
 def scene(**changes):
@@ -21,6 +19,11 @@ def scene(**changes):
     it = Scene.builtin("init").set("time.end", 0.1).set("traction[0].y.shift", 1)
     it.set("integrator", {"method": "radau9", "rtol": 1e-7})
     return it.set("probe[0].quantities", ["u"])
+
+
+def short():
+    """Half of it, at a looser tolerance."""
+    return scene().set("time.end", 0.05).set("integrator.rtol", 1e-5)
 
 
 @pytest.fixture(scope="module")
@@ -66,12 +69,12 @@ def test_what_cannot_be_identified_is_told_with_its_place():
         wanted.fit({"t": [0.05, 0.1], "tip": [0.0, 0.0]})
 
 
-def test_a_fit_of_arrays_finds_what_made_them():
+def test_a_fit_of_arrays_and_a_file_finds_what_made_them(tmp_path):
     truth = {"material[0].c10": 1.3e4, "solid.kappa": 5e4}
-    wanted = scene().set("parameter", [{"key": key} for key in truth])
+    wanted = short().set("parameter", [{"key": key} for key in truth])
     experiments = []
     for amplitude in (100.0, 200.0):
-        made = scene().set("traction[0].y.amplitude", amplitude)
+        made = short().set("traction[0].y.amplitude", amplitude)
         for key, value in truth.items():
             made.set(key, value)
         origin = made.run().probes["origin"]
@@ -79,34 +82,26 @@ def test_a_fit_of_arrays_finds_what_made_them():
         u_y[3] = np.nan  # not measured
         data = {"t": origin["t"], "origin.u_y": u_y, "origin.u_x": origin["u_x"]}
         experiments.append((data, {"traction[0].y.amplitude": amplitude}))
+    table = np.column_stack(list(experiments[1][0].values()))[1:]
+    np.savetxt(tmp_path / "2.csv", table, "%.17g", ",", header="t,origin.u_y,origin.u_x", comments="")
+    (tmp_path / "2.csv").write_text((tmp_path / "2.csv").read_text().replace("nan", ""))
+    experiments[1] = (tmp_path / "2.csv", experiments[1][1])
     told = []
     fit = wanted.fit(experiments, progress=told.append)
     assert fit.converged and fit.message == "converged" and told
-    # Data without noise, of the same integrator at the same tolerance: to the fit's own tolerance.
-    assert fit.values["material[0].c10"] == pytest.approx(1.3e4, rel=1e-5)
-    assert fit.values["1/solid.kappa"] == pytest.approx(1 / 5e4, rel=1e-4)
+    # Data without noise; the runs of a fit take steps of their own, so that both differ by some rtol,
+    # 1e-5. The output changes by half of itself for c10, by a tenth for 1/kappa.
+    assert fit.values["material[0].c10"] == pytest.approx(1.3e4, rel=1e-4)
+    assert fit.values["1/solid.kappa"] == pytest.approx(1 / 5e4, rel=1e-3)
     low, high = fit.intervals["material[0].c10"]
     assert low < fit.values["material[0].c10"] < high
-    assert len(fit.residuals) == 2 * (2 * 11 - 1)
+    assert len(fit.residuals) == (2 * 6 - 1) + (2 * 5 - 1)
     assert fit.history["cost"][-1] < 1e-6 * fit.history["cost"][0]
     found = fit.scene().changes
     assert float(found["solid.kappa"]) == 1 / fit.values["1/solid.kappa"]
     assert "material[0].c10" not in wanted.changes
     copy = pickle.loads(pickle.dumps(fit))
     assert copy.values == fit.values and "1/solid.kappa" in copy._repr_html_()
-
-
-@pytest.mark.skipif(not FITTING.exists(), reason="a wheel has no data")
-def test_a_fit_of_a_file():
-    fit = Scene.read(FITTING / "muscle.toml").set("time.end", 0.5).fit(FITTING / "measured.csv")
-    assert fit.converged
-    for name, value in {"material[0].c10": 1.3e4, "solid.alpha": 3.0, "1/solid.kappa": 2e-5}.items():
-        low, high = fit.intervals[name]
-        # Three standard errors to each side, an interval of 95 % having some two.
-        spread = 0.75 * (high - low)
-        assert abs(fit.values[name] - value) < spread, name
-    # 102 measurements: the sample deviation lies within 1 ± 0.3 but for one case in 1e4.
-    assert fit.deviation == pytest.approx(1.0, abs=0.3)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")

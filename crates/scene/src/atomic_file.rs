@@ -1,5 +1,6 @@
 //! Files that are either whole or not there: written under a temporary name, then renamed.
 
+use std::cell::Cell;
 use std::fs::{File, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -10,6 +11,31 @@ use crate::Error;
 
 /// What the name of a file under way begins and ends with.
 const UNDER_WAY: (&str, &str) = (".myovib-", ".part");
+
+thread_local! {
+    static PASSING: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Computes what writes files that do not outlive the process: within it, this thread does not wait
+/// until files are on the disk.
+pub fn passing<T>(compute: impl FnOnce() -> T) -> T {
+    struct Before(bool);
+    impl Drop for Before {
+        fn drop(&mut self) {
+            PASSING.set(self.0);
+        }
+    }
+    let _before = Before(PASSING.replace(true));
+    compute()
+}
+
+/// Waits until a file is on the disk, unless within [`passing`].
+pub(crate) fn sync(file: &File) -> io::Result<()> {
+    match PASSING.get() {
+        true => Ok(()),
+        false => file.sync_all(),
+    }
+}
 
 /// Writes `path` by `fill`, so that a reader sees the old file or the new one, never a part. A link
 /// at `path` is replaced, not followed.
@@ -39,9 +65,7 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
     let mut temporary = builder.tempfile_in(folder)?;
     let mut file = BufWriter::new(temporary.as_file_mut());
     fill(&mut file)?;
-    file.into_inner()
-        .map_err(io::IntoInnerError::into_error)?
-        .sync_all()?;
+    sync(file.into_inner().map_err(io::IntoInnerError::into_error)?)?;
     temporary.persist(path).map_err(|error| error.error)?;
     sync_folder(folder);
     Ok(())
@@ -74,7 +98,7 @@ fn permissions() -> Option<Permissions> {
 /// The rename survives a loss of power, where the system can promise it.
 fn sync_folder(folder: &Path) {
     // A system without this promise still has the file.
-    let _ = File::open(folder).and_then(|folder| folder.sync_all());
+    let _ = File::open(folder).and_then(|folder| sync(&folder));
 }
 
 #[cfg(test)]
@@ -103,6 +127,20 @@ mod tests {
         assert_eq!(failed.unwrap_err().to_string(), "out of luck");
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         assert_eq!(names(folder.path()), ["run.json"]);
+    }
+
+    #[test]
+    fn files_wait_for_the_disk_again_after_what_passes() {
+        passing(|| {
+            passing(|| assert!(PASSING.get()));
+            assert!(PASSING.get());
+            std::thread::spawn(|| assert!(!PASSING.get()))
+                .join()
+                .unwrap();
+        });
+        assert!(!PASSING.get());
+        std::panic::catch_unwind(|| passing(|| panic!("on the way"))).unwrap_err();
+        assert!(!PASSING.get());
     }
 
     #[test]

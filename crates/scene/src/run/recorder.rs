@@ -11,6 +11,7 @@ use myovib_oscillators::Coherence;
 use super::energy::EnergyBalance;
 use super::folder::table_of;
 use super::system::{System, muscle_of};
+use crate::atomic_file;
 use crate::csv::{CsvWriter, Written};
 use crate::scene::Scene;
 use crate::scene_file::feedback::Feedback;
@@ -283,7 +284,7 @@ impl Recorder {
 
     /// Waits until the rows are on the disk.
     pub(super) fn sync(&self) -> Result<(), ModelError> {
-        let synced = self.csv.sink().sync_data();
+        let synced = atomic_file::sync(self.csv.sink());
         synced.map_err(|error| cannot_write(&self.path, error))
     }
 }

@@ -7,6 +7,7 @@ use myovib_model::{ErrorEstimate, LOOSER};
 use serde_json::{Map, Value, json};
 
 use super::{RunOptions, dynamic};
+use crate::atomic_file;
 use crate::csv::Table;
 use crate::{Error, Scene};
 
@@ -20,7 +21,7 @@ pub(super) fn error_estimate(scene: &Scene, options: &RunOptions<'_>) -> Result<
         progress: options.progress,
         ..RunOptions::into_folder(folder.path())
     };
-    let result = dynamic::compute(&looser, &again)?;
+    let result = atomic_file::passing(|| dynamic::compute(&looser, &again))?;
     let probes = scene.file.probe.iter().map(|probe| {
         let name = format!("{}.csv", probe.name);
         let tables = [&options.out, folder.path()].map(|folder| read(&folder.join(&name)));
