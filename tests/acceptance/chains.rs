@@ -293,6 +293,15 @@ fn the_film_of_the_inclusion_shows_one_cycle_of_its_scenes_load() {
 }
 
 #[test]
+fn the_film_of_the_muscle_in_space_is_made_of_its_scene() {
+    let (folder, run) = run("movie muscle3d --to 0.125 --width-pixels 120 --quiet --json");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    // 64 frames per second; the vibration has only begun.
+    assert_eq!(document(&run.stdout, "movie")["frames"], 9);
+    assert!(folder.path().join("muscle3d.gif").exists());
+}
+
+#[test]
 fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
     for (arguments, reason) in [
         ("figure 3 --oscillators 0", "at least one oscillator"),
@@ -315,6 +324,7 @@ fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
         ("figure 4 --mesh no-such.msh", "no-such.msh"),
         ("movie chain --from 3 --to 1", "no duration"),
         ("movie hardening --mesh muscle.msh", "--mesh"),
+        ("movie muscle3d --from 1", "--from"),
         ("movie muscle --from 1", "--from"),
         ("movie muscle --gamma 2", "--gamma"),
         ("movie chain --mesh muscle.msh", "--mesh"),

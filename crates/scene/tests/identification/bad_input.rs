@@ -47,6 +47,13 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
             "[[traction]]\ngroup = \"load\"\ny = { type = \"step\", value = 1.0, rise = 0.1 }",
             "moves a break of the load",
         ),
+        (
+            &["material[1].active.diastole"],
+            "[[region]]\nname = \"r\"\ncentre = [0, 0]\nradii = [0.02, 0.02]\n[[material]]\n\
+             group = \"r\"\nlaw = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nfibre = [1, 0]\n\
+             active = { type = \"bestel\", contractility = 1e4 }",
+            "cannot be differentiated",
+        ),
         (&["material[0].c10"], "", "accepted"),
     ] {
         let found = of_scene(keys, more);

@@ -3,7 +3,7 @@
 use myovib_dae::{Parameters as _, Problem};
 use myovib_model::sensitivity::Dependences;
 use myovib_model::{Muscle, MuscleDae, Parameters};
-use myovib_scene::sensitivity::{Parametrised, Watcher, follow, outputs};
+use myovib_scene::sensitivity::{Known, Parametrised, Watcher, follow, outputs};
 use rand::{Rng, SeedableRng};
 
 use crate::{scene, set};
@@ -72,56 +72,104 @@ fn residuals_have_the_derivatives_of_their_differences() {
             Err(_) if (formulation, beta) == ("position", "1e-4") => continue,
             Err(error) => panic!("{formulation}, {kappa}, {beta}: {error}"),
         };
-        let body = it.scene.body.as_ref().unwrap();
-        let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation).unwrap();
-        let n = dae.n_unknowns();
-        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
-        // Displacements far below an element's size, so that none turns inside out.
-        let mut state = |size: f64| -> Vec<f64> {
-            (0..n).map(|_| size * rng.random_range(-1.0..1.0)).collect()
-        };
-        let (t, y, y_dot) = (0.37, state(1e-5), state(1e-3));
-        let mut dependences = it.dependences(&it.values()).unwrap();
-        for (j, key) in KEYS.iter().enumerate() {
-            let mut ours = vec![0.0; n];
-            dependences
-                .derivative(&mut dae, j, t, &y, &y_dot, &mut ours)
-                .unwrap();
-            let value = it.values()[j];
-            let residual = |value: f64| {
-                let mut dae = MuscleDae::for_analysis(moved(&it, j, value), body.formulation);
-                let mut residual = vec![0.0; n];
-                dae.residual(t, &y, &y_dot, &mut residual).unwrap();
-                residual
-            };
-            // Near 0 from above alone: 1/κ and β are not negative.
-            let delta = 1e-4
-                * if value == 0.0 {
-                    it.parameters[j].scale
-                } else {
-                    value
-                };
-            let below = if value == 0.0 { value } else { value - delta };
-            let (high, low) = (residual(value + delta), residual(below));
-            let span = value + delta - below;
-            let size = ours.iter().fold(0.0_f64, |size, f| size.max(f.abs()));
-            let forces = high.iter().fold(0.0_f64, |size, f| size.max(f.abs()));
-            // Truncation of the frequency's difference, (2π t δ)²/6 with δ = 8e-4, is 6e-7; that of
-            // the others is less. Rounding is ε of all forces over δ.
-            let allowed = 2e-6 * size + 4.0 * f64::EPSILON * forces / span;
-            for i in 0..n {
-                let difference = (high[i] - low[i]) / span;
-                assert!(
-                    (ours[i] - difference).abs() <= allowed,
-                    "{formulation}, κ = {kappa}, β = {beta}, {key}, row {i}: {} {difference}",
-                    ours[i]
-                );
-            }
+        let case = format!("{formulation}, κ = {kappa}, β = {beta}");
+        let sizes = residuals_agree(&it, |j, value| moved(&it, j, value), &case);
+        for (key, size) in KEYS.iter().zip(sizes) {
             // A derivative that is nothing would pass.
             let absent = formulation == "displacement" && *key == "solid.kappa" && kappa == "inf";
             assert!(size > 0.0 || absent, "{formulation}, {key}");
         }
     }
+}
+
+/// Compares ∂F/∂p in a random state with differences over the bodies that `moved` gives; returns the
+/// largest entry for each parameter.
+fn residuals_agree(
+    it: &Parametrised,
+    moved: impl Fn(usize, f64) -> Muscle,
+    case: &str,
+) -> Vec<f64> {
+    let body = it.scene.body.as_ref().unwrap();
+    let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation).unwrap();
+    let n = dae.n_unknowns();
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
+    // Displacements far below an element's size, so that none turns inside out.
+    let mut state =
+        |size: f64| -> Vec<f64> { (0..n).map(|_| size * rng.random_range(-1.0..1.0)).collect() };
+    let (t, y, y_dot) = (0.37, state(1e-5), state(1e-3));
+    let mut dependences = it.dependences(&it.values()).unwrap();
+    let of_parameter = |(j, parameter): (usize, &Known)| {
+        let mut ours = vec![0.0; n];
+        dependences
+            .derivative(&mut dae, j, t, &y, &y_dot, &mut ours)
+            .unwrap();
+        let value = it.values()[j];
+        let residual = |value: f64| {
+            let mut dae = MuscleDae::for_analysis(moved(j, value), body.formulation);
+            let mut residual = vec![0.0; n];
+            dae.residual(t, &y, &y_dot, &mut residual).unwrap();
+            residual
+        };
+        // Near 0 from above alone: 1/κ and β are not negative.
+        let delta = 1e-4 * if value == 0.0 { parameter.scale } else { value };
+        let below = if value == 0.0 { value } else { value - delta };
+        let (high, low) = (residual(value + delta), residual(below));
+        let span = value + delta - below;
+        let size = ours.iter().fold(0.0_f64, |size, f| size.max(f.abs()));
+        let forces = high.iter().fold(0.0_f64, |size, f| size.max(f.abs()));
+        // Truncation of the frequency's difference, (2π t δ)²/6 with δ = 8e-4, is 6e-7; that of
+        // the others is less. Rounding is ε of all forces over δ.
+        let allowed = 2e-6 * size + 4.0 * f64::EPSILON * forces / span;
+        for i in 0..n {
+            let difference = (high[i] - low[i]) / span;
+            assert!(
+                (ours[i] - difference).abs() <= allowed,
+                "{case}, {}, row {i}: {} {difference}",
+                parameter.key,
+                ours[i]
+            );
+        }
+        size
+    };
+    it.parameters.iter().enumerate().map(of_parameter).collect()
+}
+
+/// What materials have of their own, beds, and tensions: bodies whose constants differ between
+/// elements.
+#[test]
+fn constants_of_materials_beds_and_tensions_have_their_derivatives() {
+    let folder = tempfile::tempdir().unwrap();
+    let keys = [
+        "solid.kappa",
+        "solid.alpha",
+        "material[1].kappa",
+        "material[1].beta",
+        "material[0].eta",
+        "material[0].active.contractility",
+        "bed[0].stiffness",
+        "bed[0].damping",
+    ];
+    let more = "[[region]]\nname = \"hard\"\ncentre = [0.03, 0.0]\nradii = [0.03, 0.02]\n\
+                [[material]]\ngroup = \"hard\"\nlaw = \"mooney-rivlin\"\ndensity = 1e3\n\
+                c10 = 1e5\nkappa = 3e5\nbeta = 2e-4\n\
+                [[bed]]\ngroup = \"load\"\nstiffness = 1e4\ndamping = 10.0\n";
+    let path = scene(folder.path(), &keys, more);
+    let it = Parametrised::load(
+        &path,
+        &set(&[
+            "material[0].fibre=[1, 0]",
+            "material[0].eta=10",
+            "material[0].active={ type = \"bestel\", contractility = 1e4 }",
+        ]),
+    )
+    .unwrap();
+    let moved = |j: usize, value: f64| {
+        let mut values = it.values();
+        values[j] = value;
+        it.at(&values).unwrap().body.unwrap().muscle
+    };
+    let sizes = residuals_agree(&it, moved, "materials");
+    assert!(sizes.iter().all(|size| *size > 0.0), "{sizes:?}");
 }
 
 /// Sensitivities of outputs against differences of plain runs at a tolerance that leaves 1e-8.
