@@ -107,7 +107,9 @@ impl Table {
     /// # Errors
     /// Those of the reader, with the line.
     pub fn parse(text: &str) -> Result<Self, ::csv::Error> {
+        let header = text.lines().next().unwrap_or_default();
         let mut lines = ::csv::ReaderBuilder::new()
+            .delimiter(if header.contains('\t') { b'\t' } else { b',' })
             .has_headers(false)
             .flexible(true)
             .trim(::csv::Trim::All)

@@ -28,7 +28,8 @@ const NOISE: &str = ".noise";
 ///
 /// Either a plain table, with a column `t` or `time`, a column for each output measured, and perhaps
 /// one NAME.noise of its standard deviations; an empty word is no measurement. Or PEtab's long table
-/// with the columns `observableId`, `time`, `measurement` and perhaps `noiseParameters`.
+/// with the columns `observableId`, `time`, `measurement` and perhaps `noiseParameters`. Columns are
+/// separated by commas, or by tabs if the header is.
 ///
 /// # Errors
 /// With the line and the column: what is no finite number, an output that there is not, a time
@@ -237,6 +238,10 @@ mod tests {
         )
         .unwrap();
         assert_eq!(plain, long);
+        // PEtab's own files are separated by tabs.
+        let tabs = "observableId\ttime\tmeasurement\tnoiseParameters\n\
+                    tip\t0\t1\t\ntip\t1\t3\t0.5\nroot\t1\t4\t\n";
+        assert_eq!(plain, read_text(tabs).unwrap());
         let noises: Vec<Option<f64>> = plain.iter().map(|datum| datum.noise).collect();
         assert_eq!(noises, [Some(0.1), Some(0.5), Some(0.2)]);
     }

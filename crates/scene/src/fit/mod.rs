@@ -13,6 +13,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+pub use myovib_fit::Loss;
 use myovib_fit::{
     Ended, Fit, FitError, Identifiability, Iteration, Options, Parameter, Profile, Uncertainty,
     fit_observed, profile,
@@ -39,6 +40,9 @@ pub struct FitOptions<'a> {
     pub tolerance: f64,
     /// Most iterations, each with one run with sensitivities and one or more plain ones.
     pub max_iterations: usize,
+    /// How much a residual counts, in units of the noise that is given; without, squares alone make
+    /// sense.
+    pub loss: Loss,
     /// Whether intervals by profile likelihood are computed: some ten fits for each parameter.
     pub profile: bool,
     /// A flag that ends the fit in good order.
@@ -114,6 +118,11 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
             .next("give `noise` to each [[output]], or to none")
             .into());
     }
+    if !noise_is_known && options.loss != Loss::Squares {
+        let error =
+            InputError::new("a robust loss needs the noise: what is far off is so in units of it");
+        return Err(error.next("give `noise` to each [[output]]").into());
+    }
     let watcher = Watcher {
         interrupt: options.interrupt,
         progress: &(),
@@ -122,7 +131,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     let wanted = Options {
         tolerance: options.tolerance,
         max_iterations: options.max_iterations,
-        ..Options::default()
+        loss: options.loss,
     };
     let mut history = History::begin(&options.out, &parameters)?;
     let interrupted = || {

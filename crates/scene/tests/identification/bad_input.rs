@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use myovib_scene::fit::{FitOptions, compute};
+use myovib_scene::fit::{FitOptions, Loss, compute};
 use myovib_scene::sensitivity::Parametrised;
 
 use crate::{scene, set};
@@ -78,6 +78,7 @@ fn of_fit(data: &str, more: &[&str]) -> String {
         out: out.clone(),
         tolerance: 1e-5,
         max_iterations: 20,
+        loss: Loss::Squares,
         profile: false,
         interrupt: None,
         progress: &(),

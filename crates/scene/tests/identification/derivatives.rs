@@ -6,7 +6,7 @@ use myovib_model::{Muscle, MuscleDae, Parameters};
 use myovib_scene::sensitivity::{Known, Parametrised, Watcher, follow, outputs};
 use rand::{Rng, SeedableRng};
 
-use crate::{scene, set};
+use crate::{SMALL, scene, set};
 
 /// All kinds of numbers that a scene's equations depend on.
 const KEYS: [&str; 10] = [
@@ -58,7 +58,10 @@ fn residuals_have_the_derivatives_of_their_differences() {
         ("implicit-rate", "1e5", "1e-4"),
         ("implicit-rate", "inf", "1e-4"),
     ] {
+        let [mesh, group, _] = SMALL;
         let overrides = set(&[
+            mesh,
+            group,
             &format!("solid.formulation={formulation}"),
             &format!("solid.kappa={kappa}"),
             &format!("solid.beta={beta}"),

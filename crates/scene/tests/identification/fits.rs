@@ -3,11 +3,14 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use myovib_scene::fit::{FitOptions, FitResult, compute};
-use myovib_scene::sensitivity::{Parametrised, Watcher, compute as follow};
+use myovib_model::sensitivity::Dependences;
+use myovib_scene::fit::{FitOptions, FitResult, Loss, compute};
+use myovib_scene::sensitivity::{
+    Curves, Parametrised, Watcher, compute as follow, follow as steps, outputs,
+};
 use rand::{Rng, SeedableRng};
 
-use crate::{scene, set};
+use crate::{SMALL, scene, set};
 
 /// What all runs share: 0.2 s of a load that rises at once.
 const COMMON: [&str; 6] = [
@@ -19,23 +22,22 @@ const COMMON: [&str; 6] = [
     "probe[0].quantities=[\"u\"]",
 ];
 
-/// The outputs of the scene with a noise of 1 % of their largest size, as a table.
-fn measure(path: &Path, truth: &[&str], noise: f64, file: &Path) {
-    let it = Parametrised::load(path, &set(&[&COMMON[..], truth].concat())).unwrap();
+/// The outputs of the scene at the true values.
+fn truth(path: &Path, overrides: &[&str]) -> Curves {
+    let it = Parametrised::load(path, &set(&[&COMMON[..], overrides].concat())).unwrap();
     let watcher = Watcher {
         interrupt: None,
         progress: &(),
     };
-    let curves = follow(&it, watcher).unwrap();
-    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
-    let sizes: Vec<f64> = (0..curves.outputs.len())
-        .map(|k| {
-            curves
-                .samples
-                .iter()
-                .fold(0.0, |size: f64, s| size.max(s.values[k].abs()))
-        })
-        .collect();
+    follow(&it, watcher).unwrap()
+}
+
+/// A table of these curves with a noise of 1 % of their largest size, `noise` of it added.
+fn table(curves: &Curves, noise: f64, seed: u64) -> String {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    let samples = || curves.samples.iter();
+    let size = |k: usize| samples().fold(0.0, |size: f64, s| size.max(s.values[k].abs()));
+    let sizes: Vec<f64> = (0..curves.outputs.len()).map(size).collect();
     let mut text = String::from("observableId,time,measurement,noiseParameters\n");
     for sample in &curves.samples[1..] {
         for (k, name) in curves.outputs.iter().enumerate() {
@@ -46,10 +48,14 @@ fn measure(path: &Path, truth: &[&str], noise: f64, file: &Path) {
             writeln!(text, "{name},{},{value:e},{deviation:e}", sample.t).unwrap();
         }
     }
-    std::fs::write(file, text).unwrap();
+    text
 }
 
-fn fit(path: PathBuf, data: PathBuf, more: &[&str], profile: bool) -> FitResult {
+fn measure(path: &Path, overrides: &[&str], noise: f64, file: &Path) {
+    std::fs::write(file, table(&truth(path, overrides), noise, 3)).unwrap();
+}
+
+fn fit(path: PathBuf, data: PathBuf, more: &[&str], loss: Loss) -> FitResult {
     let out = path.with_file_name("fit");
     compute(&FitOptions {
         scene: path,
@@ -58,7 +64,8 @@ fn fit(path: PathBuf, data: PathBuf, more: &[&str], profile: bool) -> FitResult 
         out,
         tolerance: 1e-5,
         max_iterations: 30,
-        profile,
+        loss,
+        profile: false,
         interrupt: None,
         progress: &(),
     })
@@ -77,7 +84,7 @@ fn three_parameters_are_found_in_noise_within_their_intervals() {
     let truth = ["material[0].c10=1.3e4", "solid.alpha=3", "solid.kappa=5e4"];
     measure(&path, &truth, 1.0, &data);
     // From the values of the scene, 1e4, 1 and 1e5.
-    let result = fit(path, data, &[], false);
+    let result = fit(path, data, &[], Loss::Squares);
     assert!(result.fit.is_converged(), "{}", result.ending());
     let truth = [1.3e4, 3.0, 1.0 / 5e4];
     for (j, [low, high]) in result.uncertainty.intervals(0.999).into_iter().enumerate() {
@@ -111,7 +118,7 @@ fn what_the_data_cannot_tell_is_said() {
     let data = folder.path().join("measured.csv");
     let small = ["traction[0].y.amplitude=1", "material[0].c01=5e3"];
     measure(&path, &small, 1.0, &data);
-    let result = fit(path, data, &small, false);
+    let result = fit(path, data, &small, Loss::Squares);
     let unknown = result.unknown();
     assert_eq!(unknown.len(), 1, "{:?}", result.identifiability);
     let change: Vec<f64> = unknown[0]
@@ -127,4 +134,163 @@ fn what_the_data_cannot_tell_is_said() {
     // Their sum is known.
     let sum = result.fit.values[0] + result.fit.values[1];
     assert!((sum / 1.5e4 - 1.0).abs() < 0.05, "{sum}");
+}
+
+/// One measurement of forty is a hundred standard deviations off: squares follow it, the robust
+/// losses do not.
+#[test]
+fn robust_losses_pass_over_an_outlier() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["material[0].c10"], "");
+    let more = [&["material[0].c10=1.3e4"], &SMALL[..]].concat();
+    let data = folder.path().join("measured.csv");
+    let mut text = table(&truth(&path, &more), 0.0, 0);
+    let line = text.lines().nth(20).unwrap().to_owned();
+    let words: Vec<&str> = line.split(',').collect();
+    let number = |k: usize| words[k].parse::<f64>().unwrap();
+    let (value, deviation) = (number(2) + 100.0 * number(3), words[3]);
+    let wrong = format!("{},{},{value:e},{deviation}", words[0], words[1]);
+    text = text.replace(&line, &wrong);
+    std::fs::write(&data, text).unwrap();
+    let off = |loss| {
+        let result = fit(path.clone(), data.clone(), &more[1..], loss);
+        assert!(result.fit.is_converged(), "{}", result.ending());
+        (result.fit.values[0] / 1.3e4 - 1.0).abs()
+    };
+    let [squares, huber, cauchy] =
+        [Loss::Squares, Loss::Huber(1.345), Loss::Cauchy(2.385)].map(off);
+    println!("{squares:e} {huber:e} {cauchy:e}");
+    // Its pull is 100 σ by squares, 1.345 σ and 2.385²/100 σ by the others.
+    assert!(huber < 0.05 * squares, "{huber:e} {squares:e}");
+    assert!(cauchy < 0.05 * squares, "{cauchy:e} {squares:e}");
+}
+
+/// The six parameters that the slow tests look for, with the true values.
+const SIX: [(&str, f64); 6] = [
+    ("material[0].c10", 1e4),
+    ("material[0].density", 1.1e3),
+    ("solid.alpha", 4.0),
+    ("solid.beta", 5e-4),
+    ("solid.kappa", 5e4),
+    ("traction[0].y.amplitude", 100.0),
+];
+
+/// The muscle with three probes of u_y and p, started with each parameter `off` its truth, as a
+/// factor.
+fn six(folder: &Path, off: [f64; 6]) -> PathBuf {
+    let probes = [("left", -0.04), ("right", 0.05)].map(|(name, x)| {
+        format!("[[probe]]\nname = \"{name}\"\ntype = \"point\"\nat = [{x:?}, 0.0]\nevery = 0.01\n")
+    });
+    let outputs = ["origin", "left", "right"].map(|probe| {
+        let column = |column| {
+            format!("[[output]]\nname = \"{probe}.{column}\"\nprobe = \"{probe}\"\ncolumn = \"{column}\"\n")
+        };
+        column("u_y") + &column("p")
+    });
+    let parameters = SIX.iter().zip(off).map(|((key, value), off)| {
+        let value = match *key {
+            "solid.kappa" => 1.0 / value,
+            _ => *value,
+        };
+        let (start, low) = (off * value, 0.01 * value);
+        format!("[[parameter]]\nkey = \"{key}\"\nstart = {start:e}\nlow = {low:e}\n")
+    });
+    let more = probes.concat() + &outputs.concat() + &parameters.collect::<String>();
+    scene(folder, &[], &more)
+}
+
+/// What the slow tests have in common: the true values in the scene itself.
+fn of_six(t_end: f64) -> Vec<String> {
+    let values = SIX.iter().map(|(key, value)| format!("{key}={value:e}"));
+    let probes = (0..3).map(|k| format!("probe[{k}].quantities=[\"u\", \"p\"]"));
+    let t_end = format!("time.end={t_end}");
+    values.chain(probes).chain([t_end]).collect()
+}
+
+/// The issue asks for the time of at most 20 plain runs.
+#[test]
+#[ignore = "slow"]
+fn six_parameters_are_found_from_starts_half_off() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = six(folder.path(), [1.5, 0.5, 1.5, 0.5, 1.5, 1.5]);
+    let of_six = of_six(0.4);
+    let overrides: Vec<&str> = of_six.iter().map(String::as_str).collect();
+    let data = folder.path().join("measured.csv");
+    let started = cpu_time::ThreadTime::now();
+    let curves = truth(&path, &overrides);
+    let sensitive = started.elapsed().as_secs_f64();
+    std::fs::write(&data, table(&curves, 1.0, 3)).unwrap();
+    let plain = {
+        let it = Parametrised::load(&path, &set(&[&COMMON[..], &overrides].concat())).unwrap();
+        let watcher = Watcher {
+            interrupt: None,
+            progress: &(),
+        };
+        let times: Vec<f64> = curves.samples.iter().map(|sample| sample.t).collect();
+        let wanted = outputs(&it.scene).unwrap();
+        let started = cpu_time::ThreadTime::now();
+        steps(&it.scene, &wanted, &times, Dependences::default(), watcher).unwrap();
+        started.elapsed().as_secs_f64()
+    };
+    let started = cpu_time::ThreadTime::now();
+    let result = fit(path, data, &overrides, Loss::Squares);
+    let all = started.elapsed().as_secs_f64();
+    println!(
+        "{}: {} iterations, {:?} runs; the time of {:.1} plain runs, one with sensitivities that of {:.1}",
+        result.ending(),
+        result.fit.history.len(),
+        result.runs,
+        all / plain,
+        sensitive / plain
+    );
+    assert!(result.fit.is_converged(), "{}", result.ending());
+    for (j, [low, high]) in result.uncertainty.intervals(0.999).into_iter().enumerate() {
+        let (key, value) = SIX[j];
+        let value = if key == "solid.kappa" {
+            1.0 / value
+        } else {
+            value
+        };
+        println!(
+            "{key}: {low:.4e} {:.4e} {high:.4e}, truth {value:e}",
+            result.fit.values[j]
+        );
+        assert!(low < value && value < high, "{key}");
+    }
+}
+
+/// Of 200 twins each parameter's 95 % interval covers in 89 to 99 %: 0.95 ± 4 standard deviations of a
+/// count of 200, cut off at 0.99 by the issue.
+#[test]
+#[ignore = "slow"]
+fn intervals_of_two_hundred_twins_cover_as_often_as_they_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = six(folder.path(), [1.1, 0.95, 1.2, 0.8, 1.1, 1.05]);
+    let mut overrides = of_six(0.2);
+    overrides.extend(set(&SMALL));
+    // Where the muscle's are is beyond the cantilever's end.
+    overrides.extend(set(&["probe[1].at=[0.025, 0.0]", "probe[2].at=[0.1, 0.0]"]));
+    let overrides: Vec<&str> = overrides.iter().map(String::as_str).collect();
+    let curves = truth(&path, &overrides);
+    let data = folder.path().join("measured.csv");
+    let mut covered = [0; 6];
+    for seed in 0..200 {
+        std::fs::write(&data, table(&curves, 1.0, seed)).unwrap();
+        let result = fit(path.clone(), data.clone(), &overrides, Loss::Squares);
+        assert!(result.fit.is_converged(), "{seed}: {}", result.ending());
+        let intervals = result.uncertainty.intervals(0.95);
+        for (j, [low, high]) in intervals.into_iter().enumerate() {
+            let (key, value) = SIX[j];
+            let value = if key == "solid.kappa" {
+                1.0 / value
+            } else {
+                value
+            };
+            covered[j] += u32::from(low < value && value < high);
+        }
+    }
+    println!("covered of 200: {covered:?}");
+    for (covered, (key, _)) in covered.into_iter().zip(SIX) {
+        assert!((178..=198).contains(&covered), "{key}: {covered} of 200");
+    }
 }

@@ -21,6 +21,13 @@ fn scene(folder: &Path, parameters: &[&str], more: &str) -> PathBuf {
     path
 }
 
+/// A cantilever of few elements in the place of the muscle, to be observed in its middle.
+const SMALL: [&str; 3] = [
+    "mesh={ type = \"beam\", length = 0.1, height = 0.03, cells = [5, 2] }",
+    "material[0].group=body",
+    "probe[0].at=[0.05, 0.0]",
+];
+
 /// Overrides as typed.
 fn set(overrides: &[&str]) -> Vec<String> {
     overrides.iter().map(|text| (*text).to_owned()).collect()
