@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use myovib_cli::commands;
-use myovib_scene::fit::{FitOptions, compute as compute_fit};
+use myovib_scene::fit::{FitOptions, Loss, compute as compute_fit};
 use myovib_scene::sensitivity::{Parametrised, Watcher, compute};
 use pyo3::prelude::*;
 
@@ -58,6 +58,7 @@ pub(crate) fn fit(
             out: out.clone(),
             tolerance,
             max_iterations,
+            loss: Loss::Squares,
             profile,
             interrupt: Some(flag),
             progress: &progress,
