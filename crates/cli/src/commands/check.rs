@@ -110,9 +110,15 @@ fn text(scene: &Scene, body: &Body, report: &Report) -> String {
             format!("{tested}{advised}").into(),
         ]);
     }
+    // Where materials differ, these are the largest.
+    let is = if body.muscle.solid.is_graded() {
+        "≤"
+    } else {
+        "="
+    };
     let total: usize = report.unknowns.iter().map(|(_, number)| number).sum();
     let mut text = format!(
-        "`{}`, κ = {}, β = {}: {total} unknowns\n\n{}\n",
+        "`{}`, κ {is} {}, β {is} {}: {total} unknowns\n\n{}\n",
         body.formulation,
         kappa(parameters.kappa()),
         exponent(parameters.beta),

@@ -15,13 +15,22 @@ pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
         };
         parts.push(format!("{} {cells}", space.n_elements()));
         let parameters = &body.muscle.parameters;
+        // Where materials differ, these are the largest.
+        let is = if body.muscle.solid.is_graded() {
+            "≤"
+        } else {
+            "="
+        };
         parts.push(match parameters.is_incompressible() {
             true => "incompressible".to_owned(),
-            false => format!("κ = {:e} Pa", parameters.kappa()),
+            false => format!("κ {is} {:e} Pa", parameters.kappa()),
         });
         let damping = [("α", parameters.alpha, "1/s"), ("β", parameters.beta, "s")];
         let given = damping.iter().filter(|(_, value, _)| *value > 0.0);
-        parts.extend(given.map(|(name, value, unit)| format!("{name} = {value} {unit}")));
+        parts.extend(given.map(|(name, value, unit)| format!("{name} {is} {value} {unit}")));
+        if !body.muscle.activations.is_empty() {
+            parts.push("contracting".to_owned());
+        }
     }
     if let Some(rod) = &scene.file.rod {
         parts.push(format!("a rod of {} elements", rod.elements));
