@@ -56,6 +56,14 @@ impl Collocation {
         }
     }
 
+    /// Writes u'(t_0), which is not ẏ_0.
+    pub(crate) fn start_slope(&self, method: &Method, out: &mut [f64]) {
+        out.fill(0.0);
+        for (j, z) in self.increments.chunks_exact(out.len()).enumerate() {
+            add_scaled(out, method.basis_derivative(j, 0.0) / self.h, z);
+        }
+    }
+
     /// Evaluates û (`derivative` 0) or its derivative (1).
     pub(crate) fn evaluate(&self, method: &Method, t: f64, derivative: usize, out: &mut [f64]) {
         let theta = (t - self.t0) / self.h;

@@ -87,6 +87,11 @@ impl ErrorTest {
         Ok(norm((0..n).map(|i| self.error(i) * step.weights[i]), n))
     }
 
+    /// 1 for components that count, 0 for those left out.
+    pub(crate) fn mask(&self) -> &[f64] {
+        &self.mask
+    }
+
     /// The last estimate for component i, 0 if it is left out.
     pub(crate) fn error(&self, i: usize) -> f64 {
         self.error[i] * self.mask[i]

@@ -41,6 +41,16 @@ impl SensitiveIntegrator {
         })
     }
 
+    /// Chooses steps by the sensitivities' errors too.
+    #[must_use]
+    pub fn controlling_steps(self) -> Self {
+        let sensitivities = self.sensitivities.controlling_steps(self.inner.solver());
+        Self {
+            sensitivities,
+            ..self
+        }
+    }
+
     /// What the sensitivities cost beside the integration.
     pub fn work(&self) -> SensitivityWork {
         self.sensitivities.work()

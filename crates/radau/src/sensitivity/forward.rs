@@ -5,27 +5,14 @@ use myovib_dae::{LinearSolver, Outcome, Parameters, Problem, StepError, covers};
 use super::curve::Curve;
 use super::krylov::{Krylov, Stalled};
 use super::operator::{Stage, StageOperator};
+use super::trouble::Trouble;
+use super::work::SensitivityWork;
 use crate::error::{RadauError, expect_finite, expect_length};
 use crate::failure::Failure;
+use crate::newton::norm;
 use crate::solver::{AcceptedStep, RadauSolver};
 use crate::stage_system::StageSystem;
 use crate::work::Counters;
-
-/// What the sensitivities cost beside the integration. There are no factorisations.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub struct SensitivityWork {
-    /// Steps followed.
-    pub steps: u64,
-    /// Evaluations of the Jacobian: one a stage of each step, whatever the number of parameters.
-    pub jacobian_evaluations: u64,
-    /// Evaluations of ∂F/∂p: one a stage and parameter.
-    pub parameter_derivatives: u64,
-    /// Solves with the real matrix: one an iteration and parameter.
-    pub real_solves: u64,
-    /// Solves with a complex matrix: (s − 1)/2 an iteration and parameter.
-    pub complex_solves: u64,
-}
 
 /// The sensitivities S_j = ∂y/∂p_j of the solution that a [`RadauSolver`] computes, for all
 /// parameters at once.
@@ -39,7 +26,7 @@ pub struct SensitivityWork {
 /// and solved for the increments σ of the stages' sensitivities: the result is the derivative of the
 /// computed solution for the steps that were taken, to the tolerance of Newton's method. The step's
 /// factors, of a Jacobian that is frozen, serve as preconditioner. The steps are those of a run
-/// without sensitivities.
+/// without sensitivities, unless they are [asked](Self::controlling_steps) to choose them.
 ///
 /// Sensitivities of multipliers of index 2 and 3 are those of the collocation. The solver hands
 /// multipliers out with their leading error removed, so that theirs have one order less.
@@ -73,27 +60,7 @@ pub struct ForwardSensitivities<Q> {
     counters: Counters,
     work: SensitivityWork,
     tolerance: Option<f64>,
-}
-
-/// What can go wrong in the linear solves.
-enum Trouble {
-    Stalled(Stalled),
-    Failed(StepError),
-}
-
-impl From<Stalled> for Trouble {
-    fn from(stalled: Stalled) -> Self {
-        Self::Stalled(stalled)
-    }
-}
-
-impl From<Failure> for Trouble {
-    fn from(failure: Failure) -> Self {
-        Self::Failed(match failure {
-            Failure::Rejected(rejection) => StepError::Recoverable(rejection.message),
-            Failure::Fatal(fatal) => StepError::Fatal(fatal.into_source()),
-        })
-    }
+    is_controlling: bool,
 }
 
 impl<Q> ForwardSensitivities<Q> {
@@ -147,6 +114,7 @@ impl<Q> ForwardSensitivities<Q> {
             counters: Counters::default(),
             work: SensitivityWork::default(),
             tolerance: None,
+            is_controlling: false,
         })
     }
 
@@ -156,6 +124,29 @@ impl<Q> ForwardSensitivities<Q> {
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self {
             tolerance: Some(tolerance),
+            ..self
+        }
+    }
+
+    /// Chooses steps by the sensitivities' errors too, each estimated as that of y is, in tolerances of
+    /// p̄_j S_j:
+    ///
+    /// ```text
+    /// −(J_y + γ/h J_ẏ)⁻¹ (J_y S_j + J_ẏ σ_j'(t_n) + ∂F/∂p_j)   at (t_n, y_n, u'(t_n)).
+    /// ```
+    ///
+    /// The next step is chosen for it; no step is repeated. The steps are no longer those of a run
+    /// without sensitivities.
+    #[must_use]
+    pub fn controlling_steps<P: Problem, M: LinearSolver<P>>(
+        self,
+        solver: &RadauSolver<P, M>,
+    ) -> Self {
+        let mut operator = self.operator;
+        operator.add_start(solver.method());
+        Self {
+            is_controlling: true,
+            operator,
             ..self
         }
     }
@@ -260,7 +251,7 @@ impl<Q> ForwardSensitivities<Q> {
             });
         }
         let h = step.collocation.h;
-        self.advance(step).map_err(|(j, trouble)| {
+        let error = self.advance(step).map_err(|(j, trouble)| {
             let parameter = self.parameters.list()[j].name.clone();
             match trouble {
                 Trouble::Failed(StepError::Fatal(source)) => RadauError::Fatal {
@@ -283,14 +274,18 @@ impl<Q> ForwardSensitivities<Q> {
         })?;
         self.followed += 1;
         self.work.steps += 1;
+        if self.is_controlling {
+            solver.heed(error);
+        }
         Ok(())
     }
 
-    /// Takes all sensitivities over a step; the parameter at which it fails.
+    /// Takes all sensitivities over a step; their largest estimated error, if it is asked for, or the
+    /// parameter at which it fails.
     fn advance<P: Problem, M: LinearSolver<P>>(
         &mut self,
         step: AcceptedStep<'_, P, M>,
-    ) -> Result<(), (usize, Trouble)>
+    ) -> Result<f64, (usize, Trouble)>
     where
         Q: Parameters<P>,
     {
@@ -300,6 +295,7 @@ impl<Q> ForwardSensitivities<Q> {
             method,
             options,
             weights,
+            mask,
             collocation,
             number,
         } = step;
@@ -309,14 +305,15 @@ impl<Q> ForwardSensitivities<Q> {
             .tolerance
             .unwrap_or_else(|| options.newton_tolerance(relative));
         if self.curves.is_empty() {
-            return Ok(());
+            return Ok(0.0);
         }
         let parameters = &mut self.parameters;
         self.operator
             .linearise((problem, parameters), method, &collocation, weights.plain())
             .map_err(|error| (0, Trouble::Failed(error)))?;
-        self.work.jacobian_evaluations += method.stages() as u64;
-        for (i, Stage { t, y, y_dot }) in self.operator.stages.iter().enumerate() {
+        self.work.jacobian_evaluations += self.operator.stages.len() as u64;
+        let stages = self.operator.stages.iter().take(method.stages());
+        for (i, Stage { t, y, y_dot }) in stages.enumerate() {
             for (j, curve) in self.curves.iter_mut().enumerate() {
                 let rows = &mut curve.residual[i * n..(i + 1) * n];
                 parameters
@@ -335,6 +332,7 @@ impl<Q> ForwardSensitivities<Q> {
         let (operator, system, counters) =
             (&mut self.operator, &mut self.system, &mut self.counters);
         let image = &mut self.image;
+        let mut largest = 0.0_f64;
         for (j, curve) in self.curves.iter_mut().enumerate() {
             // −∂F/∂p − J_y (S + σ) − h⁻¹ J_ẏ A⁻¹ σ, and the correction of σ that it asks for.
             curve.begin(method, &collocation);
@@ -365,9 +363,26 @@ impl<Q> ForwardSensitivities<Q> {
             self.krylov
                 .solve(increments, residual, &self.weights, tolerance, apply)
                 .map_err(|trouble| (j, trouble))?;
+            if self.is_controlling {
+                let error = &mut image[..n];
+                let Stage { t, y, y_dot } = &operator.stages[method.stages()];
+                parameters
+                    .derivative(problem, j, *t, y, y_dot, error)
+                    .map_err(|error| (j, Trouble::Failed(error)))?;
+                self.work.parameter_derivatives += 1;
+                error.iter_mut().for_each(|e| *e = -*e);
+                operator.subtract_at_start(method, &curve.step, error);
+                matrices
+                    .solve_real(problem, error)
+                    .map_err(|error| (j, Trouble::Failed(error)))?;
+                counters.work.real_solves += 1;
+                let counting = error.iter().zip(mask).zip(&self.weights);
+                let errors = counting.map(|((e, mask), w)| e * mask * w);
+                largest = largest.max(norm(errors, n));
+            }
             curve.end(method, &self.weights[..n], is_first);
         }
-        Ok(())
+        Ok(largest)
     }
 }
 

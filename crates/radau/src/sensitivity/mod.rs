@@ -9,5 +9,8 @@ mod forward;
 mod krylov;
 mod nonzeros;
 mod operator;
+mod trouble;
+mod work;
 
-pub use forward::{ForwardSensitivities, SensitivityWork};
+pub use forward::ForwardSensitivities;
+pub use work::SensitivityWork;

@@ -18,9 +18,9 @@ pub(super) struct StageOperator {
     jacobian: Jacobian,
     /// Where ∂F/∂y and ∂F/∂ẏ are not zero.
     nonzeros: [Nonzeros; 2],
-    /// Both at each stage, compressed.
+    /// Both at each stage, compressed; then those at the beginning of the step, where they are wanted.
     parts: Vec<[Vec<f64>; 2]>,
-    /// t, Y_i and Ẏ_i.
+    /// t, Y_i and Ẏ_i; likewise.
     pub(super) stages: Vec<Stage>,
     value: Vec<f64>,
     rate: Vec<f64>,
@@ -57,7 +57,15 @@ impl StageOperator {
         }
     }
 
-    /// Linearises at the stages of a step.
+    /// Makes room for the beginning of the step too.
+    pub(super) fn add_start(&mut self, method: &Method) {
+        self.parts
+            .resize(method.stages() + 1, self.parts[0].clone());
+        self.stages
+            .resize(method.stages() + 1, self.stages[0].clone());
+    }
+
+    /// Linearises at the stages of a step, and at its beginning if there is room for that.
     pub(super) fn linearise<P: Problem>(
         &mut self,
         (problem, parameters): (&mut P, &mut impl Parameters<P>),
@@ -68,10 +76,18 @@ impl StageOperator {
         self.h = step.h;
         let n = step.y0.len();
         for (i, stage) in self.stages.iter_mut().enumerate() {
-            stage.t = step.t0 + method.nodes()[i] * step.h;
             stage.y.copy_from_slice(&step.y0);
-            add_scaled(&mut stage.y, 1.0, &step.increments[i * n..(i + 1) * n]);
-            combine(method, i, step.h, &step.increments, &mut stage.y_dot);
+            match method.nodes().get(i) {
+                Some(c) => {
+                    stage.t = step.t0 + c * step.h;
+                    add_scaled(&mut stage.y, 1.0, &step.increments[i * n..(i + 1) * n]);
+                    combine(method, i, step.h, &step.increments, &mut stage.y_dot);
+                }
+                None => {
+                    stage.t = step.t0;
+                    step.start_slope(method, &mut stage.y_dot);
+                }
+            }
             let at = Linearization {
                 t: stage.t,
                 y: &stage.y,
@@ -114,6 +130,21 @@ impl StageOperator {
             combine(method, i, self.h, x, &mut self.rate);
             by_rate.subtract(of_rate, &self.rate, out);
         }
+    }
+
+    /// Subtracts J_y s + J_ẏ u'(t_n) from `out`, at the beginning of the step of the curve u that
+    /// starts from s.
+    pub(super) fn subtract_at_start(
+        &mut self,
+        method: &Method,
+        curve: &Collocation,
+        out: &mut [f64],
+    ) {
+        let [by_value, by_rate] = &self.nonzeros;
+        let [of_value, of_rate] = &self.parts[method.stages()];
+        by_value.subtract(of_value, &curve.y0, out);
+        curve.start_slope(method, &mut self.rate);
+        by_rate.subtract(of_rate, &self.rate, out);
     }
 }
 

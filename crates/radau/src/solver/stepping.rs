@@ -223,7 +223,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     }
 
     /// The step to try next after one of size h: h again, if that saves a set-up.
-    fn kept(&self, h: f64, proposal: f64) -> f64 {
+    pub(super) fn kept(&self, h: f64, proposal: f64) -> f64 {
         let (low, high) = self.options.step_window;
         if self.jacobian == Jacobian::Old && (low..=high).contains(&(proposal / h)) {
             h

@@ -1,8 +1,8 @@
 //! ∂F/∂p against differences of residuals, and ∂u/∂p against differences of runs.
 
 use myovib_dae::{Parameters as _, Problem};
-use myovib_model::sensitivity::Dependences;
-use myovib_model::{Muscle, MuscleDae, Parameters};
+use myovib_model::sensitivity::{Dependences, SensitiveIntegrator};
+use myovib_model::{Integrator as _, Muscle, MuscleDae, Parameters, Probe};
 use myovib_scene::sensitivity::{Known, Parametrised, Watcher, follow, outputs};
 use rand::{Rng, SeedableRng};
 
@@ -275,4 +275,84 @@ fn runs_with_sensitivities_take_the_steps_of_the_plain_run() {
     println!("{} steps, {} factorisations", plain.1, plain.2);
     // Three a set-up.
     assert!(plain.2 < 3 * plain.1, "no Jacobian is kept");
+}
+
+/// Of index 3 (the equations of row 4 of the paper's table), with sensitivities that choose steps too: errors
+/// relative to the largest value of each curve, against a run at 1e-9, which errs by a thirtieth of 1e-6 at
+/// most. Ten times the tolerance is what the issue asks for. At 1e-8 it is not met: undamped waves leave 30
+/// in c10, and as many without control.
+#[test]
+fn sensitivities_of_a_muscle_of_index_3_err_by_ten_tolerances_down_to_1e_6() {
+    let folder = tempfile::tempdir().unwrap();
+    let keys = ["material[0].c10", "solid.alpha", "traction[0].y.frequency"];
+    let path = scene(folder.path(), &keys, "");
+    let times: Vec<f64> = (1..=40).map(|k| 0.01 * f64::from(k)).collect();
+    let run = |rtol: f64, is_controlling: bool| {
+        let overrides = set(&[
+            "time.end=0.4",
+            "solid.kappa=inf",
+            "solid.beta=0",
+            "solid.formulation=position",
+            "traction[0].y.steepness=40",
+            "probe[0].quantities=[\"u\"]",
+            "integrator.method=radau9",
+            &format!("integrator.rtol={rtol:e}"),
+            SMALL[0],
+            SMALL[1],
+            SMALL[2],
+        ]);
+        let it = Parametrised::load(&path, &overrides).unwrap();
+        let body = it.scene.body.as_ref().unwrap();
+        let dae = MuscleDae::new(body.muscle.clone(), body.formulation).unwrap();
+        let middle = Probe::at(body.muscle.solid.space(), [0.05, 0.0]).unwrap();
+        let mut read = |dae: &mut MuscleDae, t: f64, y: &[f64], _: &[f64]| {
+            let (displacement, _) = dae.nodal_motion(t, y);
+            Ok(middle.vector(displacement)[..2].to_vec())
+        };
+        let dependences = it.dependences(&it.values()).unwrap();
+        let mut integrator =
+            SensitiveIntegrator::from_rest(dae, &body.settings, dependences).unwrap();
+        if is_controlling {
+            integrator = integrator.controlling_steps();
+        }
+        let mut due = times.iter().copied().peekable();
+        let mut curves = Vec::new();
+        while due.peek().is_some() {
+            integrator.advance().unwrap();
+            while let Some(t) = due.next_if(|t| *t <= integrator.time()) {
+                let own = integrator.read(t, &mut read).unwrap();
+                let of = |j| integrator.derivative(j, t, &own, &mut read).unwrap();
+                curves.push((0..keys.len()).map(of).collect::<Vec<_>>());
+            }
+        }
+        (curves, integrator.counts().steps)
+    };
+    // Of u in both directions, relative to the larger one.
+    let largest = |curve: &mut dyn Iterator<Item = Vec<f64>>| {
+        curve.fold(0.0, |max: f64, s| {
+            s.into_iter().fold(max, |max, s| max.max(s.abs()))
+        })
+    };
+    let (exact, _) = run(1e-9, true);
+    let largest_error = |ours: &[Vec<Vec<f64>>], j: usize| {
+        let size = largest(&mut exact.iter().map(|of| of[j].clone()));
+        let pairs = ours.iter().zip(&exact);
+        let off = |(a, b): (&Vec<Vec<f64>>, &Vec<Vec<f64>>)| {
+            a[j].iter().zip(&b[j]).map(|(a, b)| a - b).collect()
+        };
+        largest(&mut pairs.map(off)) / size
+    };
+    for rtol in [1e-4, 1e-6] {
+        let [(alone, fewer), (both, more)] = [false, true].map(|on_wish| run(rtol, on_wish));
+        println!("{rtol:e}: {fewer} steps, {more} chosen by the sensitivities too");
+        for (j, key) in keys.iter().enumerate() {
+            let [without, with] = [&alone, &both].map(|curves| largest_error(curves, j));
+            println!(
+                "  {key}: {:.2} and {:.2} tolerances",
+                without / rtol,
+                with / rtol
+            );
+            assert!(with <= 10.0 * rtol, "{rtol:e}, {key}: {with:e}");
+        }
+    }
 }

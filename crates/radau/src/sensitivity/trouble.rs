@@ -1,0 +1,27 @@
+//! Why sensitivities cannot be followed over a step.
+
+use myovib_dae::StepError;
+
+use super::krylov::Stalled;
+use crate::failure::Failure;
+
+/// What can go wrong in the linear solves.
+pub(super) enum Trouble {
+    Stalled(Stalled),
+    Failed(StepError),
+}
+
+impl From<Stalled> for Trouble {
+    fn from(stalled: Stalled) -> Self {
+        Self::Stalled(stalled)
+    }
+}
+
+impl From<Failure> for Trouble {
+    fn from(failure: Failure) -> Self {
+        Self::Failed(match failure {
+            Failure::Rejected(rejection) => StepError::Recoverable(rejection.message),
+            Failure::Fatal(fatal) => StepError::Fatal(fatal.into_source()),
+        })
+    }
+}
