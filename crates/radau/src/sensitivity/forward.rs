@@ -135,8 +135,7 @@ impl<Q> ForwardSensitivities<Q> {
     /// −(J_y + γ/h J_ẏ)⁻¹ (J_y S_j + J_ẏ σ_j'(t_n) + ∂F/∂p_j)   at (t_n, y_n, u'(t_n)).
     /// ```
     ///
-    /// The next step is chosen for it; no step is repeated. The steps are no longer those of a run
-    /// without sensitivities.
+    /// No step is repeated for it. The steps are no longer those of a run without sensitivities.
     #[must_use]
     pub fn controlling_steps<P: Problem, M: LinearSolver<P>>(
         self,
