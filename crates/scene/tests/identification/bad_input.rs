@@ -65,7 +65,7 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
     }
 }
 
-fn of_fit(data: &str, more: &[&str]) -> String {
+fn of_fit(data: &str, more: &[&str], loss: Loss) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = scene(folder.path(), &["material[0].c10", "solid.alpha"], "");
     let file = folder.path().join("measured.csv");
@@ -78,7 +78,7 @@ fn of_fit(data: &str, more: &[&str]) -> String {
         out: out.clone(),
         tolerance: 1e-5,
         max_iterations: 20,
-        loss: Loss::Squares,
+        loss,
         profile: false,
         interrupt: None,
         progress: &(),
@@ -127,7 +127,9 @@ fn data_and_bounds_that_make_no_sense_are_told() {
             "not below the upper one",
         ),
     ] {
-        let found = of_fit(data, more);
+        let found = of_fit(data, more, Loss::Squares);
         assert!(found.contains(told), "{data:?}: {found}");
     }
+    let found = of_fit(good, &[], Loss::Huber(1.345));
+    assert!(found.contains("a robust loss needs the noise"), "{found}");
 }
