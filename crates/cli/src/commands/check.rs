@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use myovib_model::IntegratorKind;
 use myovib_model::advice::Finding;
 use myovib_model::check::{self, Computed, Report};
 use serde::Serialize;
@@ -219,10 +220,12 @@ fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
         slow.join(", "),
         report.fastest_mode
     ));
-    lines.push(format!(
-        "BDF order       {} at most: beyond it modes faster than the steps resolve would grow",
-        report.advice.max_order()
-    ));
+    if body.settings.integrator == IntegratorKind::Ida {
+        lines.push(format!(
+            "BDF order       {} at most: beyond it modes faster than the steps resolve would grow",
+            report.advice.max_order()
+        ));
+    }
     let cost = report.cost;
     if (cost.steps * cost.seconds_per_step).is_finite() {
         let total = match cost.steps * cost.seconds_per_step {

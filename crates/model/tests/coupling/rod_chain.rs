@@ -90,21 +90,34 @@ fn locking_needs_frequency_and_coherence() {
         let settled = history.settled(20.0).unwrap();
         (LockCriterion::default().judge(&settled, 8.0), settled)
     };
-    let (weak, at_rest) = judged(1.0, 100.0);
-    assert!(!weak.follows, "{at_rest:?}");
-    let (contest, beats) = judged(3000.0, 100.0);
-    assert!(
-        !contest.is_locked() && beats.centroid.min < 0.1,
-        "{beats:?}"
-    );
+    let weak = || {
+        let (lock, at_rest) = judged(1.0, 100.0);
+        assert!(!lock.follows, "{at_rest:?}");
+    };
+    let contest = || {
+        let (lock, beats) = judged(3000.0, 100.0);
+        assert!(!lock.is_locked() && beats.centroid.min < 0.1, "{beats:?}");
+    };
     // At 3500 the centroid beats for 150 s before it gives in, and stays scattered.
-    let (late, scattered) = judged(3500.0, 200.0);
-    assert!(late.follows && !late.coherent, "{scattered:?}");
-    assert!(scattered.centroid.min > 0.9, "{scattered:?}");
-    let (onset, scattered) = judged(4000.0, 100.0);
-    assert!(onset.follows && !onset.coherent, "{scattered:?}");
-    let (firm, locked) = judged(6000.0, 100.0);
-    assert!(firm.is_locked() && locked.phase.min > 0.98, "{locked:?}");
-    // 8.000 Hz to the resolution of the window: a phase ripple of 0.05 rad in 20 s.
-    assert!((locked.frequency.mean - 8.0).abs() < 4e-4, "{locked:?}");
+    let late = || {
+        let (lock, scattered) = judged(3500.0, 200.0);
+        assert!(lock.follows && !lock.coherent, "{scattered:?}");
+        assert!(scattered.centroid.min > 0.9, "{scattered:?}");
+    };
+    let onset = || {
+        let (lock, scattered) = judged(4000.0, 100.0);
+        assert!(lock.follows && !lock.coherent, "{scattered:?}");
+    };
+    let firm = || {
+        let (lock, locked) = judged(6000.0, 100.0);
+        assert!(lock.is_locked() && locked.phase.min > 0.98, "{locked:?}");
+        // 8.000 Hz to the resolution of the window: a phase ripple of 0.05 rad in 20 s.
+        assert!((locked.frequency.mean - 8.0).abs() < 4e-4, "{locked:?}");
+    };
+    std::thread::scope(|scope| {
+        scope.spawn(late);
+        for run in [&weak as &(dyn Fn() + Sync), &contest, &onset, &firm] {
+            scope.spawn(run);
+        }
+    });
 }
