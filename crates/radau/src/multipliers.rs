@@ -118,6 +118,11 @@ impl Multipliers {
         }
     }
 
+    /// Whether there are any: then a hidden constraint magnifies errors by powers of 1/h.
+    pub(crate) fn any(&self) -> bool {
+        !self.list.is_empty()
+    }
+
     /// The lowest order of the errors that are left; `None` where there are no multipliers.
     pub(crate) fn order(&self, stages: usize) -> Option<i32> {
         let orders = self.list.iter().map(|multiplier| {

@@ -48,6 +48,9 @@ pub(crate) struct NewtonSolver {
     correction: Vec<f64>,
     tolerance: f64,
     limit: usize,
+    /// Whether a hidden constraint magnifies what is left by powers of 1/h: then a first correction is
+    /// trusted no more than it is itself small.
+    constrained: bool,
     /// θ/(1 − θ) for the first θ of the last step that had one: bounds the error that a first
     /// correction leaves.
     first_factor: f64,
@@ -67,7 +70,13 @@ const STALLED: f64 = 0.9;
 const LEAST_TRUST: f64 = 1e-3;
 
 impl NewtonSolver {
-    pub(crate) fn new(method: &Method, n: usize, tolerance: f64, limit: usize) -> Self {
+    pub(crate) fn new(
+        method: &Method,
+        n: usize,
+        tolerance: f64,
+        limit: usize,
+        constrained: bool,
+    ) -> Self {
         let s = method.stages();
         Self {
             z: vec![0.0; s * n],
@@ -78,6 +87,7 @@ impl NewtonSolver {
             correction: vec![0.0; n],
             tolerance,
             limit,
+            constrained,
             first_factor: 1.0,
             contraction: 0.0,
         }
@@ -104,7 +114,11 @@ impl NewtonSolver {
         // As in RADAU5: what the last step found is trusted less for this one.
         self.first_factor = self.first_factor.max(LEAST_TRUST).powf(0.8);
         self.contraction = 0.0;
-        let mut error_factor = self.first_factor;
+        let mut error_factor = if self.constrained {
+            1.0
+        } else {
+            self.first_factor
+        };
         let mut last_norm = 0.0;
         let mut last_ratio = 0.0;
         let mut last_own = f64::INFINITY;

@@ -106,7 +106,8 @@ pub struct RadauOptions {
     /// 3.
     pub max_newton_iterations: Option<usize>,
     /// Newton is converged when its estimated error is below this fraction of the tolerance that
-    /// the error is tested against; by default a thirtieth of that for the solution.
+    /// the error is tested against; by default a thirtieth of that for the solution, and a tenth of
+    /// this where a variable has index 2 or 3.
     pub newton_tolerance: Option<f64>,
     /// A Jacobian is kept for the next step while Newton contracts at least by this; 0.001 by
     /// default. Larger where a Jacobian is expensive; 0: kept only after steps in which one
@@ -259,14 +260,17 @@ impl RadauOptions {
     ///
     /// What Newton leaves is an error of the solution as it is, whatever the order of the method.
     /// So it is a fraction of the tolerance for the solution: for s = 3 the same as RADAU5's √rtol
-    /// of the internal tolerance, (0.1 rtol^(2/3))^(3/2) = 0.1^(3/2) rtol.
-    pub(crate) fn newton_tolerance(&self, relative: f64) -> f64 {
+    /// of the internal tolerance, (0.1 rtol^(2/3))^(3/2) = 0.1^(3/2) rtol. Under a hidden `constraint`
+    /// the estimate of the next step magnifies it, twice at three stages and six times at seven.
+    pub(crate) fn newton_tolerance(&self, relative: f64, constraint: bool) -> f64 {
         let internal = relative * self.internal_factor(relative);
+        let fraction = if constraint { 0.1 } else { 1.0 };
         self.newton_tolerance
             .unwrap_or_else(|| match relative > 0.0 {
-                true => (0.1_f64.powf(1.5) / self.internal_factor(relative))
-                    .min(0.03)
-                    .max(10.0 * f64::EPSILON / internal),
+                true => {
+                    let tolerance = (0.1_f64.powf(1.5) / self.internal_factor(relative)).min(0.03);
+                    (fraction * tolerance).max(10.0 * f64::EPSILON / internal)
+                }
                 // Nothing says how many digits are wanted: as for 1e-6.
                 false => 1e-3,
             })

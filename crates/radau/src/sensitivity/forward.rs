@@ -302,7 +302,7 @@ impl<Q> ForwardSensitivities<Q> {
         let relative = options.tolerances.relative();
         let tolerance = self
             .tolerance
-            .unwrap_or_else(|| options.newton_tolerance(relative));
+            .unwrap_or_else(|| options.newton_tolerance(relative, false));
         if self.curves.is_empty() {
             return Ok(0.0);
         }

@@ -157,13 +157,15 @@ impl<P: Problem> RadauBuilder<P> {
         let mut counters = Counters::default();
         counters.statistics.t_reached = t0;
         let (limit, relative) = (options.newton_limit(), options.tolerances.relative());
+        let multipliers = Multipliers::new(&kinds, &indices, y0);
+        let tolerance = options.newton_tolerance(relative, multipliers.any());
         let mut solver = RadauSolver {
             collocation: Collocation::line(&method, t0, y0, y_dot0),
             predictor: Predictor::new(&method, n),
-            newton: NewtonSolver::new(&method, n, options.newton_tolerance(relative), limit),
+            newton: NewtonSolver::new(&method, n, tolerance, limit, multipliers.any()),
             error_test: ErrorTest::new(options.error_mask(&kinds)),
             rounding: Rounding::new(n),
-            multipliers: Multipliers::new(&kinds, &indices, y0),
+            multipliers,
             control: options.control(),
             jacobian: Jacobian::Due,
             set_up_for: None,

@@ -25,14 +25,14 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let limit = self.options.newton_limit();
         let tolerance = self
             .options
-            .newton_tolerance(self.options.tolerances.relative());
+            .newton_tolerance(self.options.tolerances.relative(), self.multipliers.any());
         self.t = t0;
         self.y.copy_from_slice(y0);
         self.y_dot.copy_from_slice(y_dot0);
         self.h = None;
         self.collocation = Collocation::line(&self.method, t0, y0, y_dot0);
         self.predictor = Predictor::new(&self.method, n);
-        self.newton = NewtonSolver::new(&self.method, n, tolerance, limit);
+        self.newton = NewtonSolver::new(&self.method, n, tolerance, limit, self.multipliers.any());
         self.control = self.options.control();
         self.multipliers.restart(y0);
         (self.fresh, self.next_limit) = (true, None);

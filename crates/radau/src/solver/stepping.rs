@@ -216,7 +216,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if let Some(internal) = implied.filter(|_| self.weighed.is_ok()) {
             let relative = options.relative_for(internal);
             self.newton
-                .set_tolerance(options.newton_tolerance(relative));
+                .set_tolerance(options.newton_tolerance(relative, self.multipliers.any()));
             self.weights.set_own(options.own_weight(relative));
             self.control.set_loosened(options.internal_factor(relative));
         }
