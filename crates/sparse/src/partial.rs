@@ -9,7 +9,6 @@ use faer::sparse::linalg::lu::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
 use nalgebra_sparse::pattern::SparsityPattern;
-use num_complex::ComplexFloat;
 
 use crate::klu::KluOptions;
 use crate::number::{expect_finite, is_finite};
@@ -68,10 +67,6 @@ pub struct Factors<T: Number> {
     symbolic: Symbolic,
     numeric: NumericLu<usize, T>,
     buffer: MemBuffer,
-    /// The values with their rows divided by `row_sizes`.
-    scaled: Vec<T>,
-    /// The largest magnitude in each row: rows of different units compete for pivots.
-    row_sizes: Vec<f64>,
     probe: Vec<T>,
     /// Whether the factors are those of the last matrix.
     current: bool,
@@ -87,8 +82,6 @@ impl<T: Number> Factors<T> {
         Self {
             buffer: MemBuffer::new(StackReq::any_of(&[factor, solve])),
             numeric: NumericLu::new(),
-            scaled: vec![T::zero(); symbolic.nnz()],
-            row_sizes: vec![0.0; symbolic.n()],
             probe: vec![T::zero(); symbolic.n()],
             current: false,
             symbolic,
@@ -119,8 +112,7 @@ impl<T: Number> Factors<T> {
             });
         }
         expect_finite(values, "matrix")?;
-        self.scale(values);
-        let matrix = SparseColMatRef::new(view(&self.symbolic.pattern), &self.scaled[..]);
+        let matrix = SparseColMatRef::new(view(&self.symbolic.pattern), values);
         let stack = MemStack::new(&mut self.buffer);
         let singular = SparseError::Singular { n, column: None };
         let (lu, numeric) = (&self.symbolic.lu, &mut self.numeric);
@@ -134,21 +126,6 @@ impl<T: Number> Factors<T> {
         self.current = solved.is_ok() && probe.iter().all(|&x| is_finite(x));
         self.probe = probe;
         if self.current { Ok(()) } else { Err(singular) }
-    }
-
-    fn scale(&mut self, values: &[T]) {
-        let rows = self.symbolic.pattern.minor_indices();
-        self.row_sizes.fill(0.0);
-        for (&row, &value) in rows.iter().zip(values) {
-            self.row_sizes[row] = self.row_sizes[row].max(ComplexFloat::abs(value));
-        }
-        // The row of zeros of a singular matrix stays what it is.
-        for size in self.row_sizes.iter_mut().filter(|size| **size == 0.0) {
-            *size = 1.0;
-        }
-        for ((scaled, &row), &value) in self.scaled.iter_mut().zip(rows).zip(values) {
-            *scaled = value * self.row_sizes[row].recip();
-        }
     }
 
     /// An estimate of the reciprocal condition number: faer gives none.
@@ -172,9 +149,6 @@ impl<T: Number> Factors<T> {
         }
         if !self.current {
             return Err(SparseError::NoFactors);
-        }
-        for (x, size) in x.iter_mut().zip(&self.row_sizes) {
-            *x = *x * size.recip();
         }
         let x = MatMut::from_column_major_slice_mut(x, n, 1);
         LuRef::new_unchecked(&self.symbolic.lu, &self.numeric).solve_in_place_with_conj(
