@@ -343,10 +343,10 @@ fn options_that_will_not_do_are_one_message_and_code_2() {
 /// by rounding where a step is accepted by a hair: 2 % of the steps are left to that.
 const COUNTS: [(&str, f64, f64); 9] = [
     ("1", 3377.0, 149.0),
-    ("2", 3883.0, 3.0),
-    ("2m", 3268.0, 158.0),
+    ("2", 3958.0, 3.0),
+    ("2m", 3249.0, 156.0),
     ("3", 4163.0, 3.0),
-    ("3m", 3206.0, 145.0),
+    ("3m", 3206.0, 144.0),
     ("4", f64::NAN, f64::NAN),
     ("4-order2", 4040.0, f64::NAN),
     ("4-suppressed", 3376.0, f64::NAN),
@@ -361,6 +361,8 @@ fn the_counts_of_all_rows_hold_over_ten_seconds() {
     let table = document(&run.stdout, "table2");
     for (row, (key, steps, rejected)) in table["rows"].as_array().unwrap().iter().zip(COUNTS) {
         assert_eq!(row["key"], key);
+        // Fixed pivots do for all of them: an exchange in each factorisation takes as long as the rest.
+        assert_eq!(row["linear_work"]["pivoted"], 0, "row {key}");
         let number = |field: &str| row[field].as_f64().unwrap();
         if key == "4" {
             assert_eq!(row["outcome"], "stopped", "the paper's index 3 stops too");

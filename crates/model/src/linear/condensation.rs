@@ -240,12 +240,14 @@ impl Condensation {
         let scalars = kept
             .iter()
             .filter(|(field, _)| !field.is_displacement_like());
-        let first = scalars.map(|(_, block)| block.condensed.start).min();
+        let constraints = scalars
+            .map(|(_, block)| block.condensed.clone())
+            .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end));
         let pattern_of = |matrix| dae.pattern_of(matrix);
         Self {
             structure: Structure {
                 kind,
-                constraints: first.unwrap_or(end)..end,
+                constraints: constraints.unwrap_or(end..end),
             },
             condensed: Assembly::new((end, end), condensed, pattern_of),
             coupling: Assembly::new((end, n_eliminated), coupling, pattern_of),
