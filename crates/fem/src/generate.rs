@@ -248,6 +248,11 @@ pub fn spindle_half_height(x: f64) -> f64 {
     0.012 + 0.018 * (PI * x / (2.0 * HALF_LENGTH)).cos().powi(2)
 }
 
+/// The derivative of [`spindle_half_height`].
+fn spindle_slope(x: f64) -> f64 {
+    -0.018 * PI / (2.0 * HALF_LENGTH) * (PI * x / HALF_LENGTH).sin()
+}
+
 /// The muscle's spindle with a structured mesh; groups `fixed` (both ends), `load` (top,
 /// |x| ≤ 0.02), `muscle`, `origin` (the vertex at (0, 0)), as in `muscle.msh`.
 ///

@@ -58,10 +58,7 @@ impl Collocation {
 
     /// Writes u'(t_0), which is not ẏ_0.
     pub(crate) fn start_slope(&self, method: &Method, out: &mut [f64]) {
-        out.fill(0.0);
-        for (j, z) in self.increments.chunks_exact(out.len()).enumerate() {
-            add_scaled(out, method.basis_derivative(j, 0.0) / self.h, z);
-        }
+        start_slope(method, self.h, &self.increments, out);
     }
 
     /// Evaluates û (`derivative` 0) or its derivative (1).
@@ -99,6 +96,14 @@ impl Collocation {
                 add_scaled(z_i, method.basis(j, theta), increment);
             }
         }
+    }
+}
+
+/// Writes h⁻¹ Σ_j ℓ_j'(0) z_j, the slope of the polynomial through the increments `z` at its start.
+pub(crate) fn start_slope(method: &Method, h: f64, z: &[f64], out: &mut [f64]) {
+    out.fill(0.0);
+    for (j, z_j) in z.chunks_exact(out.len()).enumerate() {
+        add_scaled(out, method.basis_derivative(j, 0.0) / h, z_j);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use myovib_dae::{LinearSolver, Problem};
 
-use crate::dense::add_scaled;
+use crate::dense::{add_scaled, start_slope};
 use crate::failure::{Failure, Operation};
 use crate::newton::{Step, evaluate, norm};
 use crate::work::Counters;
@@ -52,11 +52,7 @@ impl ErrorTest {
         filter_twice: bool,
         counters: &mut Counters,
     ) -> Result<f64, Failure> {
-        self.y_dot.fill(0.0);
-        for (j, z_j) in z.chunks_exact(step.y.len()).enumerate() {
-            let slope = step.method.basis_derivative(j, 0.0) / step.h;
-            add_scaled(&mut self.y_dot, slope, z_j);
-        }
+        start_slope(step.method, step.h, z, &mut self.y_dot);
         let (t, v) = (step.t, &self.y_dot);
         evaluate(problem, t, step.y, v, &mut self.error, counters)?;
         let norm = self.filter(problem, matrices, step, counters)?;

@@ -6,19 +6,15 @@ use myovib_dae::Problem;
 use myovib_model::coupling::{
     Body, CoherenceHistory, CoupledDae, CoupledOptions, Settling, StateTolerances,
 };
-use myovib_model::{
-    Integrator, IntegratorKind, Limits, Observer, SampleTimes, Sampler, Statistics, run,
-};
+use myovib_model::{Integrator, IntegratorKind, SampleTimes, Sampler, Statistics};
 use myovib_oscillators::Settled;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::EVERY;
+use super::{EVERY, run_watched};
 use crate::exit::Exit;
-use crate::interrupt;
 use crate::progress::Progress;
 use myovib_scene::statistics::CountsJson;
-use myovib_scene::watch::Watch;
 
 /// How a run is made.
 #[derive(Clone, Copy)]
@@ -87,11 +83,7 @@ impl ChainRun {
             n,
             |dae: &mut CoupledDae<B>, t, y: &[f64]| Ok(history.record(dae, 0, t, y)?),
         );
-        let mut watch = Watch::new(name.to_owned(), t_end, progress);
-        let mut limits = Limits::new(f64::INFINITY, Some(interrupt::flag()));
-        let mut observers: Vec<&mut dyn Observer<CoupledDae<B>>> =
-            vec![&mut sampler, &mut watch, &mut limits];
-        let statistics = run(integrator, &mut observers)?;
+        let statistics = run_watched(integrator, &mut sampler, (name, t_end), progress)?;
         drop(sampler);
         Ok((history, statistics))
     }

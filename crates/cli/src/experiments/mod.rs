@@ -9,11 +9,13 @@ mod chain_run;
 mod muscle_chain;
 mod recording;
 mod rod_chain;
+mod watched;
 
 pub use chain_args::{ChainArgs, ChainSetup, GeneratorName};
 pub use chain_run::{ChainRun, ChainRunJson, Course, SettledJson};
 pub use muscle_chain::{muscle_chain, muscle_chain_settings, muscle_json, record_muscle};
 pub use rod_chain::{record_rod, replay, rod_chain, rod_json};
+pub(crate) use watched::run_watched;
 
 /// Time between samples of the coherence, s: 12.5 per cycle of 8 Hz, 6 per cycle of the ripple of
 /// 16 Hz. A passage of the centroid by zero is shorter; its frequency counts turns.

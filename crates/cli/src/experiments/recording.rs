@@ -4,11 +4,9 @@ use std::sync::Arc;
 
 use myovib_dae::Problem;
 use myovib_model::coupling::{Recorder, Recording};
-use myovib_model::{Displacement, Integrator, Limits, Outcome, run};
+use myovib_model::{Displacement, Integrator, Outcome};
 
-use super::Course;
-use crate::interrupt;
-use myovib_scene::watch::Watch;
+use super::{Course, run_watched};
 
 /// Runs a body to the end and keeps the motion of `point`.
 ///
@@ -21,9 +19,8 @@ pub(super) fn record<P: Problem>(
     course: Course,
 ) -> anyhow::Result<Arc<Recording>> {
     let mut recorder = Recorder::new(point, integrator.problem().n_unknowns());
-    let mut watch = Watch::new(name.to_owned(), course.t_end, course.progress);
-    let mut limits = Limits::new(f64::INFINITY, Some(interrupt::flag()));
-    let statistics = run(integrator, &mut [&mut recorder, &mut watch, &mut limits])?;
+    let end = (name, course.t_end);
+    let statistics = run_watched(integrator, &mut recorder, end, course.progress)?;
     if let Outcome::Stopped { message, .. } = statistics.outcome {
         anyhow::bail!("{name} stopped: {message}");
     }

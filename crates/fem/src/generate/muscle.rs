@@ -1,9 +1,8 @@
 //! The muscle in space, with tendons at its ends and fibres along it.
 
 use std::collections::BTreeMap;
-use std::f64::consts::PI;
 
-use super::{HALF_LENGTH, between, multiple, spatial, spindle_half_height};
+use super::{HALF_LENGTH, between, multiple, spatial, spindle_half_height, spindle_slope};
 use crate::error::FemError;
 use crate::mesh::{Group, Mesh, NodalField};
 
@@ -63,8 +62,7 @@ pub fn muscle(cells: [usize; 3]) -> Result<Mesh, FemError> {
     ];
     // The derivative of the map along the muscle: y and z grow as the half height.
     let along = points.iter().flat_map(|&[x, y, z]| {
-        let slope = -0.018 * (PI * x / HALF_LENGTH).sin() * PI / (2.0 * HALF_LENGTH);
-        let growth = slope / spindle_half_height(x);
+        let growth = spindle_slope(x) / spindle_half_height(x);
         [1.0, growth * y, growth * z]
     });
     let field = NodalField {

@@ -175,6 +175,15 @@ const SIX: [(&str, f64); 6] = [
     ("traction[0].y.amplitude", 100.0),
 ];
 
+/// A true value as its parameter has it: 1/κ for κ.
+fn of_parameter((key, value): (&str, f64)) -> f64 {
+    if key == "solid.kappa" {
+        1.0 / value
+    } else {
+        value
+    }
+}
+
 /// The muscle with three probes of u_y and p, started with each parameter `off` its truth, as a
 /// factor.
 fn six(folder: &Path, off: [f64; 6]) -> PathBuf {
@@ -187,11 +196,8 @@ fn six(folder: &Path, off: [f64; 6]) -> PathBuf {
         };
         column("u_y") + &column("p")
     });
-    let parameters = SIX.iter().zip(off).map(|((key, value), off)| {
-        let value = match *key {
-            "solid.kappa" => 1.0 / value,
-            _ => *value,
-        };
+    let parameters = SIX.into_iter().zip(off).map(|(known, off)| {
+        let (key, value) = (known.0, of_parameter(known));
         let (start, low) = (off * value, 0.01 * value);
         format!("[[parameter]]\nkey = \"{key}\"\nstart = {start:e}\nlow = {low:e}\n")
     });
@@ -245,12 +251,7 @@ fn six_parameters_are_found_from_starts_half_off() {
     );
     assert!(result.fit.is_converged(), "{}", result.ending());
     for (j, [low, high]) in result.uncertainty.intervals(0.999).into_iter().enumerate() {
-        let (key, value) = SIX[j];
-        let value = if key == "solid.kappa" {
-            1.0 / value
-        } else {
-            value
-        };
+        let (key, value) = (SIX[j].0, of_parameter(SIX[j]));
         println!(
             "{key}: {low:.4e} {:.4e} {high:.4e}, truth {value:e}",
             result.fit.values[j]
@@ -280,12 +281,7 @@ fn intervals_of_two_hundred_twins_cover_as_often_as_they_say() {
         assert!(result.fit.is_converged(), "{seed}: {}", result.ending());
         let intervals = result.uncertainty.intervals(0.95);
         for (j, [low, high]) in intervals.into_iter().enumerate() {
-            let (key, value) = SIX[j];
-            let value = if key == "solid.kappa" {
-                1.0 / value
-            } else {
-                value
-            };
+            let value = of_parameter(SIX[j]);
             covered[j] += u32::from(low < value && value < high);
         }
     }

@@ -4,17 +4,15 @@ use myovib_dae::Problem;
 use myovib_fem::{Mesh, Space};
 use myovib_model::paper::{BETA, KAPPA};
 use myovib_model::{
-    Formulation, IntegratorKind, Limits, MuscleDae, Probe, SampleTimes, Sampler, Settings,
-    Statistics, paper, run, start_at_rest,
+    Formulation, IntegratorKind, MuscleDae, Probe, SampleTimes, Sampler, Settings, Statistics,
+    paper, start_at_rest,
 };
 use serde_json::{Map, Value, json};
 
 use super::last_period::{LastPeriod, PER_PERIOD};
 use crate::exit::Exit;
-use crate::experiments::Course;
-use crate::interrupt;
+use crate::experiments::{Course, run_watched};
 use myovib_scene::statistics::StatisticsJson;
-use myovib_scene::watch::Watch;
 
 /// Period of the load, s.
 pub(in crate::commands) const PERIOD: f64 = 1.0 / 8.0;
@@ -61,12 +59,8 @@ impl MuscleRun {
             last_period.push(t, nodal);
             Ok(())
         });
-        let mut watch = Watch::new("muscle".into(), t_end, course.progress);
-        let mut limits = Limits::new(f64::INFINITY, Some(interrupt::flag()));
-        let statistics = run(
-            &mut *integrator,
-            &mut [&mut sampler, &mut watch, &mut limits],
-        )?;
+        let end = ("muscle", t_end);
+        let statistics = run_watched(&mut *integrator, &mut sampler, end, course.progress)?;
         drop(sampler);
         Ok(Self {
             space,

@@ -4,18 +4,17 @@
 use anyhow::Context;
 use myovib_dae::Problem;
 use myovib_fem::{Group, Space};
-use myovib_model::{Limits, MuscleDae, Quantity, SampleTimes, Sampler, run, start_at_rest};
+use myovib_model::{MuscleDae, Quantity, SampleTimes, Sampler, start_at_rest};
 
 use super::Movie;
 use crate::commands::figure::{Drawing, LastPeriod, PER_PERIOD, fixed};
 use crate::exit::Exit;
-use crate::interrupt;
+use crate::experiments::run_watched;
 use crate::progress::Progress;
 use myovib_report::outline::outline;
 use myovib_report::plot::mesh_plot::boundary;
 use myovib_report::plot::{Axis, Colour, EdgeGroup, Field, Figure};
 use myovib_scene::vtu::Grid;
-use myovib_scene::watch::Watch;
 use myovib_scene::{Body, Scene};
 
 /// Name of the scene.
@@ -88,12 +87,8 @@ fn compute(body: &Body, t_end: f64, quiet: bool) -> anyhow::Result<(Vec<Shot>, E
         Ok(())
     });
     let progress = Progress::new(quiet);
-    let mut watch = Watch::new(SCENE.into(), t_end, &progress);
-    let mut limits = Limits::new(f64::INFINITY, Some(interrupt::flag()));
-    let statistics = run(
-        &mut *integrator,
-        &mut [&mut sampler, &mut watch, &mut limits],
-    )?;
+    let end = (SCENE, t_end);
+    let statistics = run_watched(&mut *integrator, &mut sampler, end, &progress)?;
     drop(sampler);
     let dae = integrator.problem_mut();
     let shots = states.iter().map(|(t, y)| shot(dae, *t, y)).collect();

@@ -3,16 +3,15 @@
 
 use anyhow::Context;
 use myovib_dae::Problem;
-use myovib_model::{Limits, MuscleDae, SampleTimes, Sampler, run, start_at_rest};
+use myovib_model::{MuscleDae, SampleTimes, Sampler, start_at_rest};
 
 use super::Movie;
 use crate::exit::Exit;
-use crate::interrupt;
+use crate::experiments::run_watched;
 use crate::progress::Progress;
 use myovib_report::plot::{Axis, Figure};
 use myovib_report::spatial::{displacement_plot, surroundings};
 use myovib_scene::Scene;
-use myovib_scene::watch::Watch;
 
 /// Name of the scene.
 const SCENE: &str = "muscle3d";
@@ -35,12 +34,8 @@ pub(super) fn film(to: Option<f64>, quiet: bool) -> anyhow::Result<Movie> {
         Ok(())
     });
     let progress = Progress::new(quiet);
-    let mut watch = Watch::new(SCENE.into(), scene.t_end, &progress);
-    let mut limits = Limits::new(f64::INFINITY, Some(interrupt::flag()));
-    let statistics = run(
-        &mut *integrator,
-        &mut [&mut sampler, &mut watch, &mut limits],
-    )?;
+    let end = (SCENE, scene.t_end);
+    let statistics = run_watched(&mut *integrator, &mut sampler, end, &progress)?;
     drop(sampler);
 
     let space = body.muscle.solid.space();

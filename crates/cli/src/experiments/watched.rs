@@ -1,0 +1,22 @@
+//! A run as a command watches it.
+
+use myovib_model::{Integrator, Limits, ModelError, Observer, Statistics, run};
+
+use crate::interrupt;
+use crate::progress::Progress;
+use myovib_scene::watch::Watch;
+
+/// Runs to `t_end` (s), to a stop, or to Ctrl-C, with progress under this `name`.
+///
+/// # Errors
+/// As [`run`](fn@run).
+pub(crate) fn run_watched<P>(
+    integrator: &mut dyn Integrator<P>,
+    observer: &mut dyn Observer<P>,
+    (name, t_end): (&str, f64),
+    progress: &Progress,
+) -> Result<Statistics, ModelError> {
+    let mut watch = Watch::new(name.to_owned(), t_end, progress);
+    let mut limits = Limits::new(f64::INFINITY, Some(interrupt::flag()));
+    run(integrator, &mut [observer, &mut watch, &mut limits])
+}
