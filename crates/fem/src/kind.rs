@@ -59,11 +59,13 @@ impl Ratios {
     }
 }
 
-/// Law, added stress and constants of an element.
+/// Law, added stress, Prony terms and constants of an element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Kind {
     pub(crate) law: Law,
     /// The number of the stress that is added to the law's, if one is.
     pub(crate) added: Option<usize>,
+    /// The number of its Prony terms, if it has some.
+    pub(crate) relaxing: Option<usize>,
     pub(crate) ratios: Ratios,
 }

@@ -14,6 +14,7 @@
 mod added;
 mod evaluation;
 mod graded;
+mod relaxation;
 #[cfg(test)]
 mod tests;
 
@@ -30,9 +31,10 @@ use crate::fibres::Fibres;
 pub use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
 use crate::kind::{Kind, Ratios};
 use crate::mass::Symmetric;
-use crate::material::Law;
 use crate::material::three::Axes;
+use crate::material::{Law, Prony};
 use crate::quadrature::Rule;
+use crate::relaxation::InternalStresses;
 use crate::space::{Degree, Located, Space};
 use crate::sparsity::{ScatterMap, displacement_pattern, divergence_pattern, place};
 
@@ -154,6 +156,9 @@ pub struct Solid {
     fibres: Option<Fibres>,
     /// The stresses that are added to the laws'.
     added: Vec<AddedStress>,
+    /// The Prony terms of elements whose stress relaxes, and where their internal stresses lie.
+    prony: Vec<Prony>,
+    internal: InternalStresses,
     /// Law, added stress and constants of each element.
     kinds: Vec<Kind>,
     densities: Vec<f64>,
@@ -258,6 +263,7 @@ impl Solid {
         let kind = |&law: &Law| Kind {
             law,
             added: None,
+            relaxing: None,
             ratios: Ratios::ONE,
         };
         let kinds: Vec<Kind> = laws.iter().map(kind).collect();
@@ -274,6 +280,8 @@ impl Solid {
             elements,
             fibres: None,
             added: Vec::new(),
+            prony: Vec::new(),
+            internal: InternalStresses::default(),
             kinds,
             densities: densities.to_vec(),
             graded: None,

@@ -94,7 +94,7 @@ fn accumulate<S: Simd, const D: usize, const N: usize, const P: usize>(
 
 /// The same; in space, where it is long, as a function of its own.
 #[inline(always)]
-fn add<S: Simd, const D: usize, const N: usize, const P: usize>(
+pub(crate) fn add<S: Simd, const D: usize, const N: usize, const P: usize>(
     out: &mut Matrix<S, D, N>,
     part: &Part<'_, S, D, N, P>,
     point: &Point<D, N, P>,
@@ -157,7 +157,7 @@ fn accumulate_divergence<S: Simd, const D: usize, const N: usize, const P: usize
 
 /// Adds element matrices to the values of the global one, element by element.
 #[inline(always)]
-fn scatter<S: Simd, const D: usize, const N: usize, const P: usize>(
+pub(crate) fn scatter<S: Simd, const D: usize, const N: usize, const P: usize>(
     part: &Part<'_, S, D, N, P>,
     map: &ScatterMap<D, N, P>,
     local: &Matrix<S, D, N>,

@@ -88,10 +88,10 @@ impl<C: Copy> Assembly<C> {
         self.blocks.pattern()
     }
 
-    /// `values` ← Σ factor(coefficient) · matrix.
+    /// `values` ← Σ factor(matrix, coefficient) · matrix.
     pub fn combine<'m, T: Number>(
         &self,
-        factor: impl Fn(&C) -> T,
+        factor: impl Fn(Matrix, &C) -> T,
         matrix_values: impl Fn(Matrix) -> &'m [f64],
         values: &mut [T],
     ) {
@@ -99,7 +99,7 @@ impl<C: Copy> Assembly<C> {
         for term in &self.terms {
             let mut sum = T::zero();
             for coefficient in &term.coefficients {
-                sum += factor(coefficient);
+                sum += factor(term.matrix, coefficient);
             }
             if sum != T::zero() {
                 let matrix = matrix_values(term.matrix);
@@ -150,7 +150,7 @@ mod tests {
         let (mass, stiffness, divergence) = ([1.0, 2.0], [10.0, 20.0], [5.0, 7.0]);
         let mut values = vec![f64::NAN; assembly.pattern().nnz()];
         assembly.combine(
-            |coefficient: &f64| *coefficient,
+            |_, coefficient: &f64| *coefficient,
             |matrix| match matrix {
                 Matrix::Mass => &mass,
                 Matrix::Stiffness => &stiffness,

@@ -19,6 +19,12 @@ pub struct WorkCounters {
     pub added_passes: u64,
     /// The same for tangents.
     pub added_tangent_passes: u64,
+    /// Passes over elements whose stress relaxes, for residuals.
+    pub relaxing_passes: u64,
+    /// The same for tangents.
+    pub relaxing_tangent_passes: u64,
+    /// The same for the elimination of internal stresses from Newton's systems.
+    pub relaxing_solve_passes: u64,
     /// Factorisations and solves of the condensed path, and how well they were solved.
     pub linear: LinearWork,
     /// Newton matrices summed from the tangents.

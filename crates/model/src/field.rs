@@ -18,6 +18,8 @@ pub enum Field {
     GglMultiplier,
     /// T: tensions that follow models of activation, Pa.
     Tension,
+    /// Q: internal stresses of Prony terms at the quadrature points, Pa.
+    InternalStress,
 }
 
 impl Field {
@@ -34,6 +36,7 @@ impl Field {
             Self::Pressure => "lambda",
             Self::PressureRate | Self::GglMultiplier => "mu",
             Self::Tension => "tension",
+            Self::InternalStress => "internal_stress",
         }
     }
 }

@@ -160,7 +160,8 @@ impl Formulation {
     /// Whether the derivative of `field` occurs in the equations (IDAS' `id`).
     pub fn kind(self, field: Field, parameters: &Parameters) -> VariableKind {
         let algebraic = match (self, field) {
-            (_, Field::Displacement | Field::Velocity | Field::Tension) => false,
+            (_, Field::Displacement | Field::Velocity) => false,
+            (_, Field::Tension | Field::InternalStress) => false,
             (Position, Field::Pressure) => true,
             (Rate, Field::PressureRate) => true,
             (Velocity, Field::Pressure) => parameters.is_incompressible(),

@@ -37,6 +37,17 @@ pub(crate) struct Matrices {
     tension_identity: SparsityPattern,
     tension_force: Vec<f64>,
     tension_decay: Vec<f64>,
+    /// Where stress relaxes.
+    relaxing: Option<Relaxing>,
+}
+
+/// The tangents of stress that relaxes, and the displacement of all nodes that they belong to.
+#[derive(Debug, Clone)]
+struct Relaxing {
+    geometric: Vec<f64>,
+    /// One for each series.
+    material: Vec<Vec<f64>>,
+    at: Vec<f64>,
 }
 
 impl Matrices {
@@ -75,6 +86,7 @@ impl Matrices {
             damped_stiffness: None,
             damped_divergence: None,
             damped_divergence_rate: None,
+            relaxing: None,
             damping_mass: Vec::new(),
             divergence: None,
             divergence_rate: None,
@@ -100,6 +112,15 @@ impl Matrices {
                 Matrix::MultiplierStiffness => &mut matrices.multiplier_stiffness,
                 Matrix::AddedStiffness => &mut matrices.added_stiffness,
                 Matrix::AddedDamping => &mut matrices.added_damping,
+                Matrix::RelaxingGeometric => {
+                    let room = vec![0.0; solid.displacement_pattern().nnz()];
+                    matrices.relaxing = Some(Relaxing {
+                        material: vec![room.clone(); solid.relaxing_parts().len()],
+                        geometric: room,
+                        at: vec![0.0; solid.dofs().n_full()],
+                    });
+                    continue;
+                }
                 Matrix::AddedSymmetricStiffness => {
                     let pattern = solid.displacement_pattern();
                     matrices.added_symmetric = Some(Symmetrised::new(pattern));
@@ -176,6 +197,8 @@ impl Matrices {
                 let stored = self.added_symmetric.as_ref();
                 return &stored.expect("only matrices in use are asked for").values;
             }
+            Matrix::RelaxingGeometric => return &self.relaxing().geometric,
+            Matrix::RelaxingStiffness(k) => return &self.relaxing().material[k],
             Matrix::AddedStiffness => &self.added_stiffness,
             Matrix::AddedDamping => &self.added_damping,
             Matrix::Mass => return &self.mass,
@@ -194,6 +217,29 @@ impl Matrices {
         stored
             .as_deref()
             .expect("only matrices in use are asked for")
+    }
+
+    fn relaxing(&self) -> &Relaxing {
+        let relaxing = self.relaxing.as_ref();
+        relaxing.expect("only matrices in use are asked for")
+    }
+
+    /// The displacement at which the tangents of stress that relaxes were evaluated.
+    pub(crate) fn relaxing_at(&self) -> &[f64] {
+        &self.relaxing().at
+    }
+
+    /// Fills the tangents of stress that relaxes, if it does.
+    pub(crate) fn update_relaxing(&mut self, solid: &Solid, u: &[f64], internal: &[f64]) {
+        if let Some(Relaxing {
+            geometric,
+            material,
+            at,
+        }) = &mut self.relaxing
+        {
+            at.copy_from_slice(u);
+            solid.relaxing_tangents(u, internal, geometric, material);
+        }
     }
 
     /// Fills the pressures' stiffness, if it is used, by `factor` times that of `loads` at time `t`

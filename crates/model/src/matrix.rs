@@ -58,6 +58,11 @@ pub enum Matrix {
     TensionIdentity,
     /// −∂Ṫ/∂T of the models of activation, diagonal.
     TensionDecay,
+    /// ∂/∂q ∫F H:∇φ under constant overstress H = Σ g S − Σ Q.
+    RelaxingGeometric,
+    /// ∂/∂q ∫F S:∇φ under constant F, where the stress relaxes by Prony series of this number; once
+    /// the internal stresses are eliminated, its coefficient is φ(c) − 1 of the series.
+    RelaxingStiffness(usize),
 }
 
 /// `(a · of_value + b · of_rate) · matrix` in the columns of one block of unknowns.

@@ -63,12 +63,15 @@ pub(crate) struct Workspace {
     pub(crate) force_rate: Vec<f64>,
     pub(crate) multiplier_force: Vec<f64>,
     pub(crate) load: Vec<f64>,
-    /// The force of added stresses and of the body on its beds; empty for a body without either.
+    /// The force of added stresses, of what they are beyond relaxed ones, and of the body on its beds;
+    /// empty for a body without any.
     pub(crate) added_force: Vec<f64>,
     /// One for each added stress.
     pub(crate) tensions: Vec<f64>,
     /// Ṫ of each model of activation.
     pub(crate) tension_rates: Vec<f64>,
+    /// Q̇ as the Prony terms say.
+    pub(crate) internal_rates: Vec<f64>,
     pub(crate) defect: Vec<f64>,
     pub(crate) defect_rate: Vec<f64>,
     pub(crate) pressure_product: Vec<f64>,
@@ -77,7 +80,8 @@ pub(crate) struct Workspace {
 impl Workspace {
     pub(crate) fn new(muscle: &Muscle) -> Self {
         let solid = &muscle.solid;
-        let has_added = !(muscle.beds.is_empty() && solid.added_stresses().is_empty());
+        let has_stress = !solid.added_stresses().is_empty() || solid.n_internal() > 0;
+        let has_added = has_stress || !muscle.beds.is_empty();
         let nodal = vec![0.0; solid.space().n_components()];
         let vertex = vec![0.0; solid.space().n_pressures()];
         Self {
@@ -93,6 +97,7 @@ impl Workspace {
             load: nodal,
             tensions: vec![0.0; solid.added_stresses().len()],
             tension_rates: vec![0.0; muscle.models().count()],
+            internal_rates: vec![0.0; solid.n_internal()],
             defect: vertex.clone(),
             defect_rate: vertex.clone(),
             pressure_product: vertex,
@@ -106,6 +111,7 @@ impl Workspace {
             (&mut self.force_rate, &other.force_rate),
             (&mut self.multiplier_force, &other.multiplier_force),
             (&mut self.added_force, &other.added_force),
+            (&mut self.internal_rates, &other.internal_rates),
             (&mut self.defect, &other.defect),
             (&mut self.defect_rate, &other.defect_rate),
         ] {
@@ -162,6 +168,11 @@ impl Integrals<'_> {
     /// Ṫ of the models of activation.
     pub(crate) fn tension_rates(&self) -> &[f64] {
         &self.work.tension_rates
+    }
+
+    /// Q̇ of the Prony terms.
+    pub(crate) fn internal_rates(&self) -> &[f64] {
+        &self.work.internal_rates
     }
 
     /// `rows` ← M (v̇ + α v) + force + β force rate + added force - load.

@@ -154,7 +154,11 @@ impl<'a> Newton<'a> {
             has_pressure,
             pressure_rate: PressureRateSource::None,
             pressed: !muscle.pressures.is_empty(),
-            added: Added::of(muscle),
+            // All stress has relaxed.
+            added: Added {
+                relaxing: 0,
+                ..Added::of(muscle)
+            },
             graded: muscle.solid.is_graded(),
         };
         let place = |(row, equation): (Field, Equation)| {
@@ -374,7 +378,7 @@ impl<'a> Newton<'a> {
         }
         let matrices = &self.matrices;
         self.assembly.combine(
-            |of_value| *of_value,
+            |_, of_value| *of_value,
             |matrix| matrices.values(solid, matrix),
             self.system.values_mut(),
         );

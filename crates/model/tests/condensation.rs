@@ -59,7 +59,7 @@ fn random_state(dae: &MuscleDae, rng: &mut StdRng) -> (Vec<f64>, Vec<f64>) {
         Field::Pressure => 20.0,
         Field::PressureRate => 1e3,
         Field::GglMultiplier => 1.0,
-        Field::Tension => 1e3,
+        Field::Tension | Field::InternalStress => 1e3,
     });
     let mut draw = |factor: f64| -> Vec<f64> {
         size.iter()

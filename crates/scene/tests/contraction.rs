@@ -218,6 +218,72 @@ fn a_scene_without_contraction_does_none_of_its_work() {
     assert!(last[1] > 0.0 && last[4] == 0.0, "{last:?}");
 }
 
+/// The scene with Prony terms in both materials.
+fn relaxing() -> String {
+    let terms = [
+        "prony = [{ g = 0.5, tau = 0.01 }, { g = 0.2, tau = 0.5 }]",
+        "prony = [{ g = 0.3, tau = 0.05 }]",
+    ];
+    let muscle = MUSCLE.replacen("eta = 20.0", &format!("eta = 20.0\n{}", terms[0]), 1);
+    muscle.replacen("alpha = 2.0", &format!("alpha = 2.0\n{}", terms[1]), 1)
+}
+
+#[test]
+fn stress_relaxes_by_the_prony_terms_of_a_material() {
+    let keys = [
+        "relaxing_passes",
+        "relaxing_tangent_passes",
+        "relaxing_solve_passes",
+    ];
+    let work = |document: &Value| keys.map(|key| document["work"][key].as_u64().unwrap());
+    let (document, _, stiffened) = run(&relaxing());
+    let [all, _, _] = passes(&document);
+    let [forces, tangents, solves] = work(&document);
+    assert!(
+        forces == all && tangents > 0 && solves > 0,
+        "{forces} {all} {tangents}"
+    );
+    let energy: Vec<f64> = serde_json::from_value(document["energy"].clone()).unwrap();
+    assert!(energy[4].abs() < 1e-3 * energy[2].abs(), "{energy:?}");
+    let (document, _, plain) = run(MUSCLE);
+    assert_eq!(work(&document), [0; 3]);
+    // The body is stiffer for what has not relaxed, and moves less.
+    assert!(
+        stiffened[1].abs() < plain[1].abs(),
+        "{stiffened:?} {plain:?}"
+    );
+
+    // Small strains refuse what materials add first.
+    let lines: Vec<String> = relaxing().lines().map(str::to_owned).collect();
+    let added = |line: &&String| line.starts_with("active") || line.starts_with("eta");
+    let bare: Vec<&str> = lines
+        .iter()
+        .filter(|line| !added(line))
+        .map(|line| &**line)
+        .collect();
+    let refused = |from: &str, to: &str| {
+        let text = bare.join("\n").replacen(from, to, 1);
+        let refused = Scene::build("scene.toml", &text, &[], Path::new(""));
+        refused
+            .err()
+            .map_or_else(String::new, |error| error.to_string())
+    };
+    for (from, to, messages) in [
+        ("tau = 0.01", "tau = -0.01", ["material[0].prony[0]", "tau"]),
+        ("g = 0.2", "g = -0.2", ["material[0].prony[1]", "g"]),
+        (
+            "law = \"mooney-rivlin\"\ndensity = 1.2e3\nc10 = 5e4",
+            "law = \"small-strain\"\ndensity = 1.2e3\nshear_modulus = 5e4",
+            ["small strains", "choose a law of finite strains"],
+        ),
+    ] {
+        let found = refused(from, to);
+        for message in messages {
+            assert!(found.contains(message), "{from}: {found}");
+        }
+    }
+}
+
 #[test]
 fn what_cannot_contract_is_refused_with_its_key() {
     let bestel = "active = { type = \"bestel\", contractility = 2e4";

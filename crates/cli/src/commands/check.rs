@@ -14,6 +14,7 @@ use crate::exit::Exit;
 use myovib_report::table::{Align, Table, Tone, coloured_stdout, exponent, kappa, paint};
 use myovib_scene::json;
 use myovib_scene::scene_file::active::Tension;
+use myovib_scene::scene_file::material::PronyTerm;
 use myovib_scene::scene_file::solid::{Bed, Direction};
 use myovib_scene::scene_file::{Analysis, SceneFile};
 use myovib_scene::{Body, Scene, plain};
@@ -154,6 +155,11 @@ fn added(file: &SceneFile) -> Vec<String> {
                 value.map(|value| format!("material        {place}: {name} = {value:e} {unit}")),
             );
         }
+        let terms = material.prony.iter().flatten();
+        lines.extend(terms.map(|term| {
+            let PronyTerm { g, tau } = term;
+            format!("material        {place}: stress relaxes, g = {g:e}, τ = {tau:e} s")
+        }));
         lines.extend(material.active.as_ref().map(|active| match active.tension {
             Tension::Given { .. } => format!("contraction     {place}: by a given tension"),
             Tension::Bestel { contractility, .. } => {

@@ -19,8 +19,11 @@
 //! so that the material part of the tangent, ∂P/∂F less its geometric part δ_ik S_JL, is multiplied
 //! by φ(γ), and the geometric part has the whole stress. Source: FEBio, uncoupled viscoelasticity.
 
-use std::ops::{Add, Div, Mul};
+use std::ops::Mul;
 
+use num_complex::ComplexFloat;
+
+use super::Real;
 use crate::error::FemError;
 
 /// A term: g and τ.
@@ -75,12 +78,11 @@ impl Prony {
     /// φ(γ), what the material part of the tangent is multiplied by under the shift γ.
     pub fn tangent_factor<T>(&self, shift: T) -> T
     where
-        T: Copy + From<f64> + Add<Output = T> + Mul<Output = T> + Div<Output = T>,
+        T: ComplexFloat + Mul<f64, Output = T>,
     {
-        let one = T::from(1.0);
-        self.terms.iter().fold(one, |sum, term| {
-            let scaled = shift * T::from(term.time);
-            sum + T::from(term.weight) * scaled / (one + scaled)
+        self.terms.iter().fold(T::one(), |sum, term| {
+            let scaled = shift * term.time;
+            sum + scaled * term.weight / (T::one() + scaled)
         })
     }
 }
@@ -88,27 +90,26 @@ impl Prony {
 impl PronyTerm {
     /// Q̇ = (g S − Q)/τ of one component.
     #[inline(always)]
-    pub fn rate(&self, stress: f64, state: f64) -> f64 {
-        (self.weight * stress - state) / self.time
+    pub fn rate<R: Real>(&self, stress: R, state: R) -> R {
+        (stress * self.weight - state) / stress.like(self.time)
     }
 
     /// δQ of one component from δS and the residual of Q̇ − (g S − Q)/τ under the shift γ.
     #[inline(always)]
     pub fn update<T>(&self, shift: T, stress: T, residual: T) -> T
     where
-        T: Copy + From<f64> + Add<Output = T> + Mul<Output = T> + Div<Output = T>,
+        T: ComplexFloat + Mul<f64, Output = T>,
     {
-        let grown = T::from(self.weight) * stress + T::from(-self.time) * residual;
-        grown / (T::from(1.0) + shift * T::from(self.time))
+        (stress * self.weight - residual * self.time) / (T::one() + shift * self.time)
     }
 
     /// What the residual of a state adds to the stress of the Newton equations: τ r/(1 + γ τ).
     #[inline(always)]
     pub fn lagging<T>(&self, shift: T, residual: T) -> T
     where
-        T: Copy + From<f64> + Add<Output = T> + Mul<Output = T> + Div<Output = T>,
+        T: ComplexFloat + Mul<f64, Output = T>,
     {
-        T::from(self.time) * residual / (T::from(1.0) + shift * T::from(self.time))
+        residual * self.time / (T::one() + shift * self.time)
     }
 }
 

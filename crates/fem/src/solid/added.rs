@@ -2,6 +2,7 @@
 
 use crate::added::{AddedMotion, AddedStress, AddedTangents, Force, Regions, Slopes};
 use crate::error::FemError;
+use crate::relaxation::InternalStresses;
 
 use super::evaluation::check_length;
 use super::{Elements, Solid, with_elements};
@@ -54,6 +55,8 @@ impl Solid {
     pub(super) fn regrouped(mut self) -> Self {
         let patterns = [&self.displacement_pattern, &self.divergence_pattern];
         self.elements = Elements::new(&self.space, &self.kinds, self.rule, &self.dofs, patterns);
+        self.internal = with_elements!(&self.elements, mapped =>
+            InternalStresses::new(&mapped.batches, &self.prony));
         match self.fibres.take() {
             Some(fibres) => self.with_fibres(fibres),
             None => self,

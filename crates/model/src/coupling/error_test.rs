@@ -5,12 +5,16 @@
 //! through √(10/3034) = 1/17. Here each component has a relative tolerance of its own, and the
 //! weights of each network of n states are √(N/n) times as large, so that it passes by its own root
 //! mean square. The body's part of the norm stays what it is without oscillators, but for N.
+//!
+//! Internal stresses of Prony terms may be many more than all other unknowns of a muscle: they and
+//! the others pass by their own root mean squares, too.
 
 use std::ops::Range;
 
 use myovib_dae::Problem;
 
 use super::dae::CoupledDae;
+use crate::field::{Field, Layout};
 use crate::integration::settings::{MultiplierWeights, Settings};
 use crate::integration::step_weights::{StepSize, StepWeights};
 use crate::muscle_dae::MuscleDae;
@@ -57,7 +61,7 @@ impl ErrorTest {
             by_step: scaled.then(|| StepWeights::new(dae, settings, StepSize::default())),
             relative: layout.fill(|_| settings.relative_tolerance),
             absolute: layout.fill(|field| settings.absolute_tolerances.of(field)),
-            importance: layout.fill(|_| 1.0),
+            importance: importance(layout),
             left_out: settings.left_out(layout),
         }
     }
@@ -137,6 +141,27 @@ impl ErrorTest {
         }
         if let Some(by_step) = &self.by_step {
             by_step.write(y, weights);
+            for (weight, importance) in weights.iter_mut().zip(&self.importance[..by_step.len()]) {
+                *weight *= importance;
+            }
         }
     }
+}
+
+/// √(N/n) for the n internal stresses among N unknowns of a muscle, and for the n others.
+fn importance(layout: &Layout) -> Vec<f64> {
+    let n_internal = layout
+        .range(Field::InternalStress)
+        .map_or(0, |own| own.len());
+    let n = layout.n_unknowns();
+    if n_internal == 0 {
+        return vec![1.0; n];
+    }
+    layout.fill(|field| {
+        let own = match field {
+            Field::InternalStress => n_internal,
+            _ => n - n_internal,
+        };
+        (n as f64 / own as f64).sqrt()
+    })
 }

@@ -42,6 +42,7 @@ pub use locking::{LockCriterion, Synchrony};
 pub use no_body::NoBody;
 pub use oscillators::{Oscillators, Source};
 pub use radau::SystemMatrices;
+pub(crate) use radau::tested;
 pub use recording::{Recorder, Recording};
 pub use solver::CoupledSolver;
 pub use start::{CoupledOptions, start_coupled, start_coupled_from, start_with_feedback};

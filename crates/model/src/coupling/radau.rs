@@ -94,7 +94,7 @@ impl RadauIntegrator<FeedbackDae, KluMatrices> {
 }
 
 /// A system of parts, each of which the error test looks at in its own way.
-fn tested<P: Problem, M: myovib_dae::LinearSolver<P>>(
+pub(crate) fn tested<P: Problem, M: myovib_dae::LinearSolver<P>>(
     problem: P,
     matrices: M,
     error_test: ErrorTest,

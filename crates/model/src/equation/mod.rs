@@ -12,6 +12,7 @@ use std::fmt;
 
 use myovib_fem::AddedStress;
 
+use crate::field::Field;
 use crate::matrix::Term;
 use crate::muscle::Muscle;
 use crate::state::{Integrals, State};
@@ -33,6 +34,8 @@ pub enum Equation {
     ConstraintRate,
     /// Ṫ = −|a(t)| T + σ0 max(a(t), 0).
     Activation,
+    /// Q̇ = (g S − Q)/τ at each quadrature point.
+    Relaxation,
 }
 
 impl fmt::Display for Equation {
@@ -45,6 +48,7 @@ impl fmt::Display for Equation {
             Self::Constraint => "constraint",
             Self::ConstraintRate => "rate of the constraint",
             Self::Activation => "activation",
+            Self::Relaxation => "relaxation",
         })
     }
 }
@@ -90,6 +94,8 @@ pub struct Added {
     pub stress: [bool; 2],
     /// Whether tensions are unknowns.
     pub tensions: bool,
+    /// Number of series of Prony terms.
+    pub relaxing: usize,
 }
 
 impl Added {
@@ -106,6 +112,7 @@ impl Added {
                 stresses.iter().any(AddedStress::is_viscous),
             ],
             tensions: muscle.models().next().is_some(),
+            relaxing: muscle.solid.relaxing_parts().len(),
         }
     }
 
@@ -148,7 +155,8 @@ impl Equation {
     pub fn needs(self, context: &Context) -> Needs {
         let none = Needs::default();
         match self {
-            Self::Kinematic | Self::PressureKinematic | Self::Activation => none,
+            Self::Kinematic | Self::PressureKinematic => none,
+            Self::Activation | Self::Relaxation => none,
             Self::StabilizedKinematic => Needs {
                 multiplier_force: true,
                 ..none
@@ -184,7 +192,17 @@ impl Equation {
             Self::Momentum => momentum::residual(context, integrals, rows),
             Self::Constraint => constraint::residual(context, state, integrals, rows),
             Self::ConstraintRate => constraint::rate_residual(context, state, integrals, rows),
-            Self::Activation => activation::residual(state, integrals, rows),
+            Self::Activation => {
+                rate_residual(Field::Tension, integrals.tension_rates(), state, rows);
+            }
+            Self::Relaxation => {
+                rate_residual(
+                    Field::InternalStress,
+                    integrals.internal_rates(),
+                    state,
+                    rows,
+                );
+            }
         }
     }
 
@@ -198,6 +216,16 @@ impl Equation {
             Self::Constraint => constraint::terms(context),
             Self::ConstraintRate => constraint::rate_terms(context),
             Self::Activation => activation::terms(),
+            // Eliminated point by point before the blocks are looked at.
+            Self::Relaxation => Vec::new(),
         }
+    }
+}
+
+/// The rates of a field less what they are to be.
+fn rate_residual(field: Field, model: &[f64], state: &State<'_>, rows: &mut [f64]) {
+    let rates = state.rate(field).iter();
+    for ((row, rate), model) in rows.iter_mut().zip(rates).zip(model) {
+        *row = rate - model;
     }
 }

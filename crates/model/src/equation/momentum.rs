@@ -50,6 +50,11 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
             terms.push(Term::value(column, matrix, 1.0));
         }
     }
+    if added.relaxing > 0 {
+        let series = (0..added.relaxing).map(Matrix::RelaxingStiffness);
+        let matrices = series.chain([Matrix::RelaxingGeometric]);
+        terms.extend(matrices.map(|matrix| Term::value(Field::Displacement, matrix, 1.0)));
+    }
     if has_pressure {
         terms.push(Term::value(
             Field::Pressure,

@@ -4,12 +4,14 @@ use myovib_dae::{Outcome, Problem, Stop, Suppressed};
 
 use sundials_wrap::{IdaBuilder, IdaOptions, IdaSolver};
 
+use crate::coupling::ErrorTest;
 use crate::error::ModelError;
+use crate::field::Field;
 use crate::integration::integrator::{Advance, Integrator};
 use crate::integration::pace::{Bounds, Pace};
 use crate::integration::settings::{LinearSolver, MultiplierWeights, Settings};
 use crate::integration::statistics::Counts;
-use crate::integration::step_weights::{StepSize, StepWeights};
+use crate::integration::step_weights::StepSize;
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 use crate::signal::schedule::Schedule;
@@ -49,24 +51,25 @@ impl IdaIntegrator<MuscleDae> {
             LinearSolver::Condensed => Some(CondensedSolver::new(&dae, options.klu)?),
             LinearSolver::Full => None,
         };
-        let step_size = StepSize::default();
         let schedule = dae.muscle().schedule();
         let scaled = settings.multiplier_weights == MultiplierWeights::StepScaled;
-        let weights = scaled.then(|| StepWeights::new(&dae, settings, step_size.clone()));
+        let relaxes = dae.layout().range(Field::InternalStress).is_some();
+        let test = (scaled || relaxes).then(|| ErrorTest::of_muscle(&dae, settings));
+        let step_size = test.as_ref().and_then(ErrorTest::step_size);
         let mut builder = builder(dae, options, settings.t_end);
         if let Some(solver) = condensed {
             builder = builder.linear_solver(solver);
         }
-        if let Some(weights) = weights {
+        if let Some(test) = test {
             builder = builder.error_weights(move |_, y, out| {
-                weights.write(y, out);
+                test.weights(y, out);
                 Ok(())
             });
         }
         Ok(Self {
             solver: builder.build(t, y, y_dot)?,
             pace: Pace::new(schedule, settings.t_end),
-            step_size,
+            step_size: step_size.unwrap_or_default(),
         })
     }
 }

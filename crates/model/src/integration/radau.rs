@@ -3,7 +3,9 @@
 use myovib_dae::{Problem, Suppressed};
 use myovib_radau::{KluMatrices, RadauBuilder, RadauOptions, RadauSolver};
 
+use crate::coupling::{ErrorTest, tested};
 use crate::error::ModelError;
+use crate::field::Field;
 use crate::integration::integrator::{Advance, Continuation, Integrator};
 use crate::integration::pace::{Bounds, Pace};
 use crate::integration::settings::{LinearSolver, Settings};
@@ -48,7 +50,14 @@ impl RadauIntegrator<MuscleDae, MuscleMatrices> {
         let matrices = matrices(&dae, &options, settings.linear_solver)?;
         let schedule = dae.muscle().schedule();
         let times = (t, settings.t_end);
-        Ok(Self::new(dae, matrices, options, times, y, y_dot)?.with_schedule(schedule))
+        let integrator = match dae.layout().range(Field::InternalStress) {
+            None => Self::new(dae, matrices, options, times, y, y_dot)?,
+            Some(_) => {
+                let test = ErrorTest::of_muscle(&dae, settings);
+                tested(dae, matrices, test, options, times, (y, y_dot))?
+            }
+        };
+        Ok(integrator.with_schedule(schedule))
     }
 }
 

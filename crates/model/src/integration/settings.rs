@@ -16,7 +16,7 @@ pub struct AbsoluteTolerances {
     pub displacement: f64,
     /// v, m/s.
     pub velocity: f64,
-    /// λ and tensions, Pa.
+    /// λ, tensions and internal stresses, Pa.
     pub pressure: f64,
     /// μ: of (29) in Pa/s; the multiplier of (33) is measured by the same number.
     pub multiplier: f64,
@@ -28,7 +28,7 @@ impl AbsoluteTolerances {
         match field {
             Field::Displacement => self.displacement,
             Field::Velocity => self.velocity,
-            Field::Pressure | Field::Tension => self.pressure,
+            Field::Pressure | Field::Tension | Field::InternalStress => self.pressure,
             Field::PressureRate | Field::GglMultiplier => self.multiplier,
         }
     }

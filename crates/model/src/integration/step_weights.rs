@@ -72,6 +72,11 @@ impl StepWeights {
         }
     }
 
+    /// Number of the muscle's unknowns.
+    pub(crate) fn len(&self) -> usize {
+        self.layout.n_unknowns()
+    }
+
     /// The size they follow.
     pub(crate) fn step_size(&self) -> StepSize {
         self.step_size.clone()

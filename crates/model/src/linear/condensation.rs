@@ -28,6 +28,7 @@ use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::muscle_dae::MuscleDae;
 
+use super::relaxation::Series;
 use super::{Elimination, Quadratic, symmetric_signs};
 
 /// One kinematic equation, `rate · c δbase + value · δeliminated = b`.
@@ -101,6 +102,8 @@ pub struct Condensation {
     /// A_w / value for all eliminated unknowns, which acts on the rows of the kinematic equations.
     pub(super) coupling: Assembly<Quadratic>,
     pub(super) n_full: usize,
+    /// Of stress that relaxes.
+    pub(super) series: Series,
     structure: Structure,
 }
 
@@ -203,9 +206,10 @@ impl Condensation {
                 }
             }
         }
-        let n_tensions = dae.layout().range(Field::Tension).map_or(0, |r| r.len());
+        let beside = [Field::Tension, Field::InternalStress];
+        let beside = beside.map(|field| dae.layout().range(field).map_or(0, |r| r.len()));
         assert_eq!(
-            end + n_eliminated + n_tensions,
+            end + n_eliminated + beside.iter().sum::<usize>(),
             dae.n_unknowns(),
             "each unknown of the body is kept or eliminated"
         );
@@ -254,6 +258,7 @@ impl Condensation {
             kept: kept.into_iter().map(|(_, block)| block).collect(),
             recovered: recovered.into_iter().map(|(_, block)| block).collect(),
             n_full: dae.n_unknowns(),
+            series: Series::of(dae),
         }
     }
 

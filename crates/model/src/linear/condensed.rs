@@ -53,9 +53,12 @@ impl<T: Number> Condensed<T> {
         self.c = c;
         let plan = &self.plan;
         plan.coupling
-            .combine(|p| p.at(c), &values, &mut self.coupling);
-        plan.condensed
-            .combine(|p| p.at(c), &values, self.system.values_mut());
+            .combine(|_, p| p.at(c), &values, &mut self.coupling);
+        plan.condensed.combine(
+            |m, p| p.at(c) * plan.series.factor(m, c),
+            &values,
+            self.system.values_mut(),
+        );
         self.system.renew(work)
     }
 

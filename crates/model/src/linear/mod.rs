@@ -11,6 +11,7 @@ mod condensation;
 mod condensed;
 mod quadratic;
 mod reduced;
+mod relaxation;
 mod solver;
 mod split;
 mod splitting;

@@ -5,6 +5,7 @@ use myovib_sparse::SparseError;
 use myovib_sparse::klu::KluOptions;
 use num_complex::Complex64;
 
+use super::relaxation::Relaxation;
 use super::{Reduced, Reduction, SparseSystem};
 use crate::muscle_dae::MuscleDae;
 
@@ -16,6 +17,9 @@ pub struct CondensedSolver {
     reduction: Reduction,
     real: Reduced<f64>,
     complex: Vec<Reduced<Complex64>>,
+    relaxation: Option<Relaxation>,
+    /// The c of the matrices.
+    shifts: (f64, Vec<Complex64>),
 }
 
 impl CondensedSolver {
@@ -28,6 +32,8 @@ impl CondensedSolver {
         Ok(Self {
             real: reduction.matrix(),
             complex: Vec::new(),
+            relaxation: Relaxation::new(dae),
+            shifts: (0.0, Vec::new()),
             reduction,
         })
     }
@@ -46,6 +52,9 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
     ) -> Result<(), StepError> {
         let fresh = || self.reduction.matrix();
         self.complex.resize_with(complex.len(), fresh);
+        self.shifts.0 = real;
+        self.shifts.1.clear();
+        self.shifts.1.extend(complex);
         let mut work = dae.counters().linear;
         let values = |matrix| dae.matrix_values(matrix);
         let mut matrices = self.complex.iter_mut().zip(complex);
@@ -95,7 +104,15 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
     }
 
     fn solve_real(&mut self, dae: &mut MuscleDae, rhs: &mut [f64]) -> Result<(), StepError> {
-        Ok(self.real.solve(rhs, &mut dae.counters_mut().linear)?)
+        let c = self.shifts.0;
+        if let Some(relaxation) = &mut self.relaxation {
+            relaxation.condense(dae, c, rhs);
+        }
+        self.real.solve(rhs, &mut dae.counters_mut().linear)?;
+        if let Some(relaxation) = &mut self.relaxation {
+            relaxation.recover(dae, c, rhs);
+        }
+        Ok(())
     }
 
     fn solve_complex(
@@ -104,6 +121,14 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
         k: usize,
         rhs: &mut [Complex64],
     ) -> Result<(), StepError> {
-        Ok(self.complex[k].solve(rhs, &mut dae.counters_mut().linear)?)
+        let c = self.shifts.1[k];
+        if let Some(relaxation) = &mut self.relaxation {
+            relaxation.condense(dae, c, rhs);
+        }
+        self.complex[k].solve(rhs, &mut dae.counters_mut().linear)?;
+        if let Some(relaxation) = &mut self.relaxation {
+            relaxation.recover(dae, c, rhs);
+        }
+        Ok(())
     }
 }

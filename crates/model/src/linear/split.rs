@@ -81,12 +81,17 @@ impl<T: Number> Split<T> {
             false => Source::Kinematic,
         };
         let to = self.motion.values_mut();
-        plan.motion.combine(|p| p.at(c), &values, to);
+        plan.motion
+            .combine(|m, p| p.at(c) * plan.series.factor(m, c), &values, to);
         let to = self.velocity.values_mut();
-        plan.velocity.combine(|p| p.at(c), &values, to);
+        plan.velocity.combine(|_, p| p.at(c), &values, to);
         let to = &mut self.passed_on;
-        plan.passed_on
-            .combine(|p| p.at(c, self.source), &values, to);
+        let source = self.source;
+        plan.passed_on.combine(
+            |m, p| p.at(c, source) * plan.series.factor(m, c),
+            &values,
+            to,
+        );
         self.motion.renew(work)?;
         self.velocity.renew(work)
     }

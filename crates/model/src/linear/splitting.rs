@@ -36,6 +36,7 @@ use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::muscle_dae::MuscleDae;
 
+use super::relaxation::Series;
 use super::{Elimination, Number, Quadratic, symmetric_signs};
 
 /// Which equation the velocity is found from.
@@ -75,6 +76,8 @@ pub struct Splitting {
     /// (K, Ḃ) or (−s (c M + K_μ), Ḃ): less its product with δq is the second right-hand side.
     pub(super) passed_on: Assembly<PassedOn>,
     pub(super) alpha: f64,
+    /// Of stress that relaxes.
+    pub(super) series: Series,
     /// Whether each of both is symmetric.
     kinds: [Kind; 2],
     /// q, v, λ, μ in the full system; each equation has the rows of its own unknowns.
@@ -188,6 +191,7 @@ impl Splitting {
             motion: Assembly::new((n, n), motion, pattern_of),
             kinds,
             alpha,
+            series: Series::of(dae),
             places,
         })
     }

@@ -21,7 +21,9 @@ fn transposed(matrix: Matrix) -> Option<Matrix> {
         | Matrix::BedDamping
         | Matrix::AddedStiffness
         | Matrix::AddedSymmetricStiffness
-        | Matrix::AddedDamping => Some(matrix),
+        | Matrix::AddedDamping
+        | Matrix::RelaxingGeometric
+        | Matrix::RelaxingStiffness(_) => Some(matrix),
         Matrix::Divergence => Some(Matrix::DivergenceTransposed),
         Matrix::DivergenceTransposed => Some(Matrix::Divergence),
         Matrix::DivergenceRate => Some(Matrix::DivergenceRateTransposed),

@@ -152,6 +152,16 @@ impl Muscle {
         activations.filter_map(|(number, activation)| Some((*number, activation.model()?)))
     }
 
+    /// The body with its stress relaxed at all times, without Prony terms.
+    #[must_use]
+    pub fn relaxed(&self) -> Self {
+        let mut muscle = self.clone();
+        if muscle.solid.n_internal() > 0 {
+            muscle.solid = muscle.solid.relaxed();
+        }
+        muscle
+    }
+
     /// The body with tensions that are functions of time: each model's by its tangent at time `t`
     /// and its `tensions` there.
     pub(crate) fn with_tangents_of_tensions(&self, t: f64, tensions: &[f64]) -> Self {

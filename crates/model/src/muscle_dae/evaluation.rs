@@ -62,6 +62,18 @@ impl MuscleDae {
         Ok(())
     }
 
+    /// Refuses the whole matrix of a system whose internal stresses are eliminated point by point.
+    fn expect_whole(&self) -> Result<(), StepError> {
+        match self.context.added.relaxing {
+            0 => Ok(()),
+            _ => Err(StepError::Fatal(
+                "the whole Newton matrix of a body with Prony terms is never formed: take the \
+                 condensed linear solver, and no feedback"
+                    .into(),
+            )),
+        }
+    }
+
     /// Evaluates the state-dependent matrices; for a linear law only the first time.
     ///
     /// # Errors
@@ -103,6 +115,12 @@ impl MuscleDae {
                 .added_tangents(&motion, self.matrices.wanted_added());
             self.matrices.symmetrise();
             self.matrices.update_tensions(muscle, t, u, v);
+        }
+        if let Some(internal) = state.find(Field::InternalStress) {
+            self.counters.relaxing_tangent_passes += 1;
+            let u = &self.work.displacement;
+            self.matrices
+                .update_relaxing(&self.muscle.solid, u, internal);
         }
         self.has_matrices = true;
         Ok(())
@@ -157,6 +175,17 @@ impl MuscleDae {
         if !work.added_force.is_empty() {
             evaluate_added(muscle, context, work, counters);
         }
+        if let Some(internal) = state.find(Field::InternalStress) {
+            counters.relaxing_passes += 1;
+            let Workspace {
+                displacement: u,
+                added_force,
+                internal_rates: rates,
+                ..
+            } = work;
+            let solid = &muscle.solid;
+            solid.relaxing_force(u, internal, Some(added_force), rates);
+        }
         Ok(())
     }
 
@@ -186,7 +215,7 @@ impl MuscleDae {
         self.counters.matrix_sums += 1;
         let (matrices, solid) = (&self.matrices, &self.muscle.solid);
         self.assembly.combine(
-            |[of_value, of_rate]| a * of_value + b * of_rate,
+            |_, [of_value, of_rate]| a * of_value + b * of_rate,
             |matrix| matrices.values(solid, matrix),
             values,
         );
@@ -278,6 +307,7 @@ impl Problem for MuscleDae {
         b: f64,
         values: &mut [f64],
     ) -> Result<(), StepError> {
+        self.expect_whole()?;
         self.update_matrices(t, y, y_dot)?;
         self.sum_matrices([a, b], values);
         Ok(())
@@ -291,6 +321,7 @@ impl Problem for MuscleDae {
         y_dot: &[f64],
         [of_value, of_rate]: [&mut [f64]; 2],
     ) -> Result<(), StepError> {
+        self.expect_whole()?;
         self.update_matrices(t, y, y_dot)?;
         self.sum_matrices([1.0, 0.0], of_value);
         self.sum_matrices([0.0, 1.0], of_rate);
@@ -313,6 +344,9 @@ impl Problem for MuscleDae {
 
     fn component_name(&self, i: usize) -> String {
         let (field, k) = self.layout.locate(i);
+        if field == Field::InternalStress {
+            return format!("internal stress {k}");
+        }
         if field == Field::Tension {
             let number = self.muscle.models().nth(k).map_or(k, |(number, _)| number);
             return format!("tension of active stress {number}");

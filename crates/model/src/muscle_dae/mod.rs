@@ -64,9 +64,13 @@ impl MuscleDae {
         if n_tensions > 0 {
             rows.push((Field::Tension, Equation::Activation));
         }
+        if solid.n_internal() > 0 {
+            rows.push((Field::InternalStress, Equation::Relaxation));
+        }
         let layout = Layout::new(rows.iter().map(|(field, _)| *field), |field| match field {
             Field::Displacement | Field::Velocity => solid.dofs().n_free(),
             Field::Tension => n_tensions,
+            Field::InternalStress => solid.n_internal(),
             _ => solid.space().n_pressures(),
         });
         let context = context(&muscle, formulation);
@@ -121,8 +125,8 @@ impl MuscleDae {
         self.formulation
     }
 
-    /// Each block of unknowns with the equation in its rows: those of the formulation, then the
-    /// models of activation.
+    /// Each block of unknowns with the equation in its rows: those of the formulation, the models of
+    /// activation, the internal stresses.
     pub fn rows(&self) -> &[(Field, Equation)] {
         &self.rows
     }
@@ -170,6 +174,11 @@ impl MuscleDae {
     /// The pattern of a matrix of this formulation, and whether it is the transposed one.
     pub(crate) fn pattern_of(&self, matrix: Matrix) -> (&SparsityPattern, bool) {
         self.matrices.pattern(&self.muscle.solid, matrix)
+    }
+
+    /// The displacement of all nodes at which stress that relaxes was linearised last.
+    pub(crate) fn relaxing_at(&self) -> &[f64] {
+        self.matrices.relaxing_at()
     }
 
     /// The values of a matrix as of the last [`update_matrices`](Self::update_matrices).

@@ -73,8 +73,8 @@ impl MuscleDae {
     }
 
     /// What beds store, what they and viscous stresses take away, and what active ones give, in a
-    /// state at which the residual was evaluated last; the rest is zero.
-    pub(crate) fn added_energies(&self) -> Energies {
+    /// state `y` at which the residual was evaluated last; the rest is zero.
+    pub(crate) fn added_energies(&self, y: &[f64]) -> Energies {
         let Workspace {
             displacement: u,
             velocity: v,
@@ -86,6 +86,11 @@ impl MuscleDae {
         for bed in beds {
             energies.elastic += bed.energy(u);
             energies.dissipation += bed.dissipation(v);
+        }
+        if let Some(internal) = self.layout.range(Field::InternalStress) {
+            let (mut force, mut rates) = (vec![0.0; u.len()], vec![0.0; internal.len()]);
+            solid.relaxing_force(u, &y[internal], Some(&mut force), &mut rates);
+            energies.dissipation += force.iter().zip(v).map(|(f, v)| f * v).sum::<f64>();
         }
         if self.context.added.stress[0] {
             let mut force = vec![0.0; u.len()];

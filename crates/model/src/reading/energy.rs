@@ -19,7 +19,8 @@ pub struct Energies {
     pub support: f64,
     /// Power of the active stresses, W/m.
     pub active: f64,
-    /// α vᵀMv + β ∫Ṗ:∇v + ∫η Ė:Ė, and that of viscous beds, W/m.
+    /// α vᵀMv + β ∫Ṗ:∇v + ∫η Ė:Ė, that of viscous beds, and ∫H:Ė of stress that relaxes, W/m; the
+    /// last is negative while Prony terms give back what they have stored.
     pub dissipation: f64,
 }
 
@@ -34,7 +35,7 @@ impl MuscleDae {
         let pressure = self.pressure(y);
         let (load, force_rate) = self.nodal_forces();
         let (load, force_rate) = (load.to_vec(), force_rate.to_vec());
-        let added = self.added_energies();
+        let added = self.added_energies(y);
         let snapshot = self.snapshot(t, y);
         let velocity = snapshot.velocity;
         let solid = snapshot.solid;

@@ -22,6 +22,13 @@ const SETTLED: f64 = 1e-11;
 /// rounding 1e-16 divided by it.
 const DIFFERENCE: f64 = 1e-5;
 
+/// The internal stresses of a body whose stress relaxes; empty for others.
+#[derive(Clone, Copy)]
+pub(super) struct Internal<'a> {
+    pub(super) values: &'a [f64],
+    pub(super) rates: &'a [f64],
+}
+
 /// v̇, λ, λ̇, λ̈ of a motion.
 #[derive(Default)]
 pub(super) struct Dynamics {
@@ -34,16 +41,17 @@ pub(super) struct Dynamics {
 }
 
 impl Dynamics {
-    /// The accelerations of a body without pressure field.
+    /// The accelerations of a body without pressure field; `internal`: its internal stresses.
     pub(super) fn without_pressure(
         muscle: &Muscle,
         t: f64,
-        q: &[f64],
-        v: &[f64],
+        [q, v]: [&[f64]; 2],
+        internal: Internal<'_>,
     ) -> Result<Self, ModelError> {
         let zero = vec![0.0; q.len()];
         let mut dae = MuscleDae::for_analysis(muscle.clone(), Formulation::Displacement);
-        let force = momentum(&mut dae, t, &[q, v], &[v, &zero])?;
+        let y = [q, v, internal.values];
+        let force = momentum(&mut dae, t, &y, &[v, &zero, internal.rates])?;
         Ok(Self {
             acceleration: alone(&mass(&muscle.solid), &negative(&force))?,
             ..Self::default()
@@ -51,16 +59,26 @@ impl Dynamics {
     }
 
     /// Accelerations and pressures of a motion that satisfies the constraints.
-    pub(super) fn new(muscle: &Muscle, t: f64, q: &[f64], v: &[f64]) -> Result<Self, ModelError> {
+    pub(super) fn new(
+        muscle: &Muscle,
+        t: f64,
+        motion: [&[f64]; 2],
+        internal: Internal<'_>,
+    ) -> Result<Self, ModelError> {
         if muscle.parameters.is_incompressible() {
-            Incompressible::new(muscle, t, q, v)?.solve()
+            Incompressible::new(muscle, t, motion, internal)?.solve()
         } else {
-            Self::compressible(muscle, t, q, v)
+            Self::compressible(muscle, t, motion, internal)
         }
     }
 
     /// κ < ∞: M_p λ/κ = -∫ψ (J - 1), and the same differentiated once and twice.
-    fn compressible(muscle: &Muscle, t: f64, q: &[f64], v: &[f64]) -> Result<Self, ModelError> {
+    fn compressible(
+        muscle: &Muscle,
+        t: f64,
+        [q, v]: [&[f64]; 2],
+        internal: Internal<'_>,
+    ) -> Result<Self, ModelError> {
         let mass_p = compliance(&muscle.solid);
         let kappa = muscle.parameters.kappa();
         let pressure_of = |defect: Vec<f64>| -> Result<Vec<f64>, ModelError> {
@@ -72,8 +90,9 @@ impl Dynamics {
         let pressure = pressure_of(motion.defect()?)?;
         let pressure_rate = pressure_of(motion.defect_rate()?)?;
         let mut dae = MuscleDae::for_analysis(muscle.clone(), Formulation::ImplicitRate);
-        let y = [q, v, &pressure];
-        let force = momentum(&mut dae, t, &y, &[v, &zero, &pressure_rate])?;
+        let y = [q, v, &pressure, internal.values];
+        let y_dot = [v, &zero, &pressure_rate, internal.rates];
+        let force = momentum(&mut dae, t, &y, &y_dot)?;
         let acceleration = alone(&mass(&muscle.solid), &negative(&force))?;
         let motion = Motion::new(muscle, t, q, v, &acceleration);
         Ok(Self {
@@ -95,10 +114,16 @@ struct Incompressible<'a> {
     t: f64,
     q: &'a [f64],
     v: &'a [f64],
+    internal: Internal<'a>,
 }
 
 impl<'a> Incompressible<'a> {
-    fn new(muscle: &'a Muscle, t: f64, q: &'a [f64], v: &'a [f64]) -> Result<Self, ModelError> {
+    fn new(
+        muscle: &'a Muscle,
+        t: f64,
+        [q, v]: [&'a [f64]; 2],
+        internal: Internal<'a>,
+    ) -> Result<Self, ModelError> {
         let b = Motion::new(muscle, t, q, v, v).divergence()?;
         Ok(Self {
             dae: MuscleDae::for_analysis(muscle.clone(), Formulation::ImplicitRate),
@@ -107,6 +132,7 @@ impl<'a> Incompressible<'a> {
             t,
             q,
             v,
+            internal,
         })
     }
 
@@ -160,8 +186,9 @@ impl<'a> Incompressible<'a> {
     /// v̇, and the π with which -Bᵀπ balances momentum at this λ and λ̇ = 0.
     fn acceleration(&mut self, pressure: &[f64]) -> Result<(Vec<f64>, Vec<f64>), ModelError> {
         let (zero, no_rate) = (vec![0.0; self.q.len()], vec![0.0; pressure.len()]);
-        let y = [self.q, self.v, pressure];
-        let force = momentum(&mut self.dae, self.t, &y, &[self.v, &zero, &no_rate])?;
+        let y = [self.q, self.v, pressure, self.internal.values];
+        let y_dot = [self.v, &zero, &no_rate, self.internal.rates];
+        let force = momentum(&mut self.dae, self.t, &y, &y_dot)?;
         let motion = Motion::new(self.muscle, self.t, self.q, self.v, &zero);
         let flux = motion.defect_acceleration()?;
         self.saddle.solve(&negative(&force), &negative(&flux))
@@ -180,8 +207,9 @@ impl<'a> Incompressible<'a> {
             let v: Vec<f64> = moved(self.v, s, acceleration);
             let q: Vec<f64> = moved(&moved(self.q, s, self.v), 0.5 * s * s, acceleration);
             let pressure = moved(pressure, s, rate);
-            let y_dot = [&v[..], acceleration, rate];
-            let force = momentum(&mut self.dae, t, &[&q, &v, &pressure], &y_dot)?;
+            let internal = moved(self.internal.values, s, self.internal.rates);
+            let y_dot = [&v[..], acceleration, rate, self.internal.rates];
+            let force = momentum(&mut self.dae, t, &[&q, &v, &pressure, &internal], &y_dot)?;
             let motion = Motion::new(self.muscle, t, &q, &v, acceleration);
             Ok((force, motion.defect_acceleration()?))
         };

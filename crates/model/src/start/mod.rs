@@ -12,8 +12,8 @@ mod projection;
 mod residual;
 pub(crate) mod saddle;
 
-use dynamics::Dynamics;
-use motion::largest;
+use dynamics::{Dynamics, Internal};
+use motion::{Motion, largest};
 use myovib_dae::Problem;
 pub use residual::{BlockResidual, residuals};
 
@@ -66,7 +66,7 @@ struct Motions {
 
 impl Start {
     /// Consistent values at time `t` for the displacement `q` and velocity `v`; tensions that are
-    /// unknowns start from zero.
+    /// unknowns start from zero, and stress has relaxed (H = 0).
     ///
     /// # Method
     /// For κ = ∞ both are first projected, q onto ∫ψ (J - 1) = 0 in the H1 norm, v onto
@@ -89,14 +89,16 @@ impl Start {
     /// If a length is wrong.
     pub fn new(dae: &mut MuscleDae, t: f64, q: &[f64], v: &[f64]) -> Result<Self, ModelError> {
         let tensions = vec![0.0; dae.muscle().models().count()];
-        Self::contracting(dae, t, [q, v, &tensions])
+        Self::contracting(dae, t, [q, v, &tensions], None)
     }
 
-    /// The same with the tensions that are unknowns.
+    /// The same with the tensions that are unknowns, and with internal stresses, if the body's stress
+    /// has not relaxed.
     fn contracting(
         dae: &mut MuscleDae,
         t: f64,
         [q, v, tensions]: [&[f64]; 3],
+        internal: Option<&[f64]>,
     ) -> Result<Self, ModelError> {
         let muscle = dae.muscle().with_tangents_of_tensions(t, tensions);
         let models = dae.muscle().models().zip(tensions);
@@ -104,10 +106,16 @@ impl Start {
             .map(|((_, model), &tension)| model.rate(t, tension))
             .collect();
         let moved = project(&muscle, t, q, v, dae.formulation())?;
+        let motion = [&moved.q[..], &moved.v];
+        let stresses = internal_stresses(&muscle, t, motion, internal);
+        let internal = Internal {
+            values: &stresses[0],
+            rates: &stresses[1],
+        };
         let dynamics = if dae.formulation() == Formulation::Displacement {
-            Dynamics::without_pressure(&muscle, t, &moved.q, &moved.v)?
+            Dynamics::without_pressure(&muscle, t, motion, internal)?
         } else {
-            Dynamics::new(&muscle, t, &moved.q, &moved.v)?
+            Dynamics::new(&muscle, t, motion, internal)?
         };
         let layout = dae.layout();
         let (mut y, mut y_dot) = (
@@ -121,6 +129,7 @@ impl Start {
                 Field::Pressure => (&dynamics.pressure, &dynamics.pressure_rate),
                 Field::PressureRate => (&dynamics.pressure_rate, &dynamics.pressure_acceleration),
                 Field::Tension => (tensions, &tension_rates),
+                Field::InternalStress => (internal.values, internal.rates),
                 // Zero in the exact solution.
                 Field::GglMultiplier => continue,
             };
@@ -139,7 +148,8 @@ impl Start {
         })
     }
 
-    /// Consistent values at time `t` for the displacements, velocities and tensions in `y`.
+    /// Consistent values at time `t` for the displacements, velocities, tensions and internal
+    /// stresses in `y`.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
@@ -154,7 +164,8 @@ impl Start {
         };
         let (q, v) = (range(Field::Displacement), range(Field::Velocity));
         let tensions = dae.layout().range(Field::Tension).unwrap_or_default();
-        Self::contracting(dae, t, [&y[q], &y[v], &y[tensions]])
+        let internal = dae.layout().range(Field::InternalStress).map(|own| &y[own]);
+        Self::contracting(dae, t, [&y[q], &y[v], &y[tensions]], internal)
     }
 
     /// Consistent values at time `t` for the body at rest under its loads as they stand then.
@@ -166,6 +177,25 @@ impl Start {
         let rest = vec![0.0; equilibrium.displacement.len()];
         Self::new(dae, t, &equilibrium.displacement, &rest)
     }
+}
+
+/// Internal stresses and their rates: those that are given, or those of a body whose stress has
+/// relaxed.
+fn internal_stresses(
+    muscle: &Muscle,
+    t: f64,
+    [q, v]: [&[f64]; 2],
+    given: Option<&[f64]>,
+) -> [Vec<f64>; 2] {
+    let solid = &muscle.solid;
+    if solid.n_internal() == 0 {
+        return Default::default();
+    }
+    let u = Motion::new(muscle, t, q, v, v).displacement;
+    let values = given.map_or_else(|| solid.settled_stresses(&u), <[f64]>::to_vec);
+    let mut rates = vec![0.0; values.len()];
+    solid.relaxing_force(&u, &values, None, &mut rates);
+    [values, rates]
 }
 
 fn project(

@@ -15,13 +15,13 @@ const T_END: f64 = 0.15;
 
 /// Integrates powers over each step by Gauss's rule of three points, of order 6 in the step.
 #[derive(Default)]
-struct Balance {
+pub(crate) struct Balance {
     start: Option<f64>,
     given: f64,
-    taken: f64,
+    pub(crate) taken: f64,
     active: f64,
-    largest: f64,
-    gap: f64,
+    pub(crate) largest: f64,
+    pub(crate) gap: f64,
 }
 
 fn energies(step: &mut Step<'_, MuscleDae>, t: f64) -> Result<Energies, ModelError> {
@@ -56,7 +56,7 @@ impl Observer<MuscleDae> for Balance {
     }
 }
 
-fn settings(formulation: Formulation, rtol: f64) -> Settings {
+pub(crate) fn settings(formulation: Formulation, rtol: f64) -> Settings {
     let mut settings = Settings::paper(formulation).with_integrator(IntegratorKind::Radau);
     settings.t_end = T_END;
     settings.relative_tolerance = rtol;

@@ -45,7 +45,7 @@ fn draw(dae: &MuscleDae, rng: &mut StdRng) -> Drawn {
         Field::Pressure => 1e3,
         Field::PressureRate => 1e4,
         Field::GglMultiplier => 1.0,
-        Field::Tension => 1e4,
+        Field::Tension | Field::InternalStress => 1e4,
     });
     let mut draw = |factor: f64| -> Vec<f64> {
         let one = |size: &f64| factor * size * rng.random_range(-1.0..1.0);

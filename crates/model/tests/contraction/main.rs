@@ -7,3 +7,4 @@ mod equilibria;
 mod graded;
 mod jacobian;
 mod refusals;
+mod relaxation;

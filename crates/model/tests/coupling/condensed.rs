@@ -56,7 +56,7 @@ fn random_state(dae: &CoupledDae<MuscleDae>, rng: &mut StdRng) -> (Vec<f64>, Vec
         Field::Pressure => 20.0,
         Field::PressureRate => 1e3,
         Field::GglMultiplier => 1.0,
-        Field::Tension => 1e3,
+        Field::Tension | Field::InternalStress => 1e3,
     });
     size.resize(dae.n_unknowns(), 2.0);
     let mut draw = |factor: f64| -> Vec<f64> {

@@ -84,7 +84,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
 /// The muscle at rest as a system (q, v, λ), or (q, v) without pressure, without damping: for
 /// reading off values.
 fn at_rest(muscle: &Muscle, formulation: Formulation) -> Result<MuscleDae, ModelError> {
-    let mut muscle = muscle.clone();
+    let mut muscle = muscle.relaxed();
     let kappa = muscle.parameters.kappa();
     muscle.parameters = Parameters::new(0.0, 0.0, kappa)?;
     let formulation = match formulation {

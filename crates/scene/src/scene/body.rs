@@ -56,6 +56,10 @@ impl Builder<'_> {
         if !stresses.is_empty() {
             solid = self.at("material", solid.with_added_stresses(&stresses))?;
         }
+        let relaxing = self.relaxation(file, &regions)?;
+        if !relaxing.is_empty() {
+            solid = self.at("material", solid.with_relaxation(&relaxing))?;
+        }
         let body = self.at("material", Muscle::graded(solid, &own))?;
         let pressures = self.pressures(file, &body.solid)?;
         let beds = self.beds(file, &body.solid)?;

@@ -1,6 +1,6 @@
 //! What materials add to their laws: tension along the fibres, viscosity; and beds of the boundary.
 
-use myovib_fem::material::{ActiveStress, Bestel, ForceLength};
+use myovib_fem::material::{ActiveStress, Bestel, ForceLength, Prony};
 use myovib_fem::{AddedStress, Along, FemError, Solid};
 use myovib_model::{Activation, Bed, Signal};
 
@@ -50,6 +50,39 @@ impl Builder<'_> {
             stresses.push((members, stress));
         }
         Ok((stresses, activations))
+    }
+
+    /// Prony terms of the materials, each with its elements.
+    pub(super) fn relaxation(
+        &self,
+        file: &SceneFile,
+        regions: &[usize],
+    ) -> Result<Vec<(Vec<usize>, Prony)>, InputError> {
+        let mut relaxing = Vec::new();
+        for (i, material) in file.material.iter().enumerate() {
+            let Some(terms) = material.prony.as_deref().filter(|terms| !terms.is_empty()) else {
+                continue;
+            };
+            let path = format!("material[{i}].prony");
+            if !file.feedback.is_empty() {
+                let error = InputError::new("stress cannot relax where oscillators act back on it")
+                    .next("leave out `prony`, or the [[feedback]]");
+                return Err(self.wrong(&path, error));
+            }
+            for (k, term) in terms.iter().enumerate() {
+                let one = Prony::new(vec![term.into()]);
+                self.at(&format!("{path}[{k}]"), one)?;
+            }
+            if material.law.0.is_linear() {
+                let error = InputError::new("stress of small strains does not relax here")
+                    .next("choose a law of finite strains, or Rayleigh damping");
+                return Err(self.wrong(&path, error));
+            }
+            let members: Vec<usize> = (0..regions.len()).filter(|e| regions[*e] == i).collect();
+            let prony = Prony::new(terms.iter().map(Into::into).collect());
+            relaxing.push((members, self.at(&path, prony)?));
+        }
+        Ok(relaxing)
     }
 
     fn active_stress(&self, active: &Active, path: &str) -> Result<ActiveStress, InputError> {

@@ -42,6 +42,10 @@ pub struct Material {
     /// Kelvin–Voigt viscosity η, Pa·s: the stress `S = η Ė` is added to the law's [default: none].
     #[schemars(range(min = 0))]
     pub eta: Option<f64>,
+    /// Relaxation of the law's stress S without the pressure's part: Prony terms with
+    /// `Ḣ + H/τ = g Ṡ`, whose sum is added to S; the law's constants are those of the long term
+    /// [default: none]. Forces and energies have this part, printed stresses are those of the law.
+    pub prony: Option<Vec<PronyTerm>>,
     /// Bulk modulus κ of this material [default: that of `solid`]; `inf` in all materials or in none.
     pub kappa: Option<Kappa>,
     /// Mass-proportional damping α of this material, 1/s [default: that of `solid`].
@@ -54,6 +58,27 @@ pub struct Material {
     /// The material law.
     #[serde(flatten)]
     pub law: Law,
+}
+
+/// A term of a Prony series.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PronyTerm {
+    /// Weight g: the stress that relaxes by that of the long term.
+    #[schemars(range(min = 0))]
+    pub g: f64,
+    /// Time τ of relaxation, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub tau: f64,
+}
+
+impl From<&PronyTerm> for myovib_fem::material::PronyTerm {
+    fn from(term: &PronyTerm) -> Self {
+        Self {
+            weight: term.g,
+            time: term.tau,
+        }
+    }
 }
 
 /// A direction in the body: one for all elements, or one at each vertex.

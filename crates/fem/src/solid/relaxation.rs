@@ -1,0 +1,186 @@
+//! Stress that relaxes: its force, its tangents, and the rates of its internal stresses.
+
+use crate::error::FemError;
+use crate::material::Prony;
+use crate::relaxation::{InternalStresses, Relax, RelaxingPart, Wanted};
+
+use super::evaluation::check_length;
+use super::{Elements, Solid, with_elements};
+
+impl Solid {
+    /// The solid with the stress of its laws relaxing by Prony terms, in elements of their own for
+    /// each series; what has no term is left as it is.
+    ///
+    /// # Errors
+    /// [`FemError::OutOfRange`] for an element that does not exist; [`FemError::TwoAdded`] for one
+    /// that is given two series; [`FemError::AddedToSmallStrain`] for one whose law is of small
+    /// strains.
+    pub fn with_relaxation(mut self, regions: &[(Vec<usize>, Prony)]) -> Result<Self, FemError> {
+        let mut of_element = vec![None; self.space.n_elements()];
+        let given = regions
+            .iter()
+            .filter(|(_, prony)| !prony.terms().is_empty());
+        for (number, (members, _)) in given.clone().enumerate() {
+            for &element in members {
+                let count = of_element.len();
+                let Some(own) = of_element.get_mut(element) else {
+                    let (what, index) = ("element", element);
+                    return Err(FemError::OutOfRange { what, index, count });
+                };
+                if own.replace(number).is_some() {
+                    return Err(FemError::TwoAdded { element });
+                }
+                if self.laws[element].is_linear() {
+                    return Err(FemError::AddedToSmallStrain { element });
+                }
+            }
+        }
+        for (kind, relaxing) in self.kinds.iter_mut().zip(of_element) {
+            kind.relaxing = relaxing;
+        }
+        self.prony = given.map(|(_, prony)| prony.clone()).collect();
+        Ok(self.regrouped())
+    }
+
+    /// The solid as it is when all stress has relaxed.
+    #[must_use]
+    pub fn relaxed(mut self) -> Self {
+        for kind in &mut self.kinds {
+            kind.relaxing = None;
+        }
+        self.prony.clear();
+        self.regrouped()
+    }
+
+    /// The elements whose stress relaxes, by their Prony terms.
+    pub fn relaxing_parts(&self) -> &[RelaxingPart] {
+        &self.internal.parts
+    }
+
+    /// Number of internal stresses.
+    pub fn n_internal(&self) -> usize {
+        self.relaxing_parts()
+            .last()
+            .map_or(0, |part| part.states.end)
+    }
+
+    /// Number of slots: components at quadrature points.
+    pub fn n_slots(&self) -> usize {
+        self.relaxing_parts()
+            .last()
+            .map_or(0, |part| part.slots.end)
+    }
+
+    /// `rates` ← (g S − Q)/τ, and `force` += ∫ F (Σ g S − Σ Q) : ∇φ.
+    ///
+    /// # Shapes
+    /// `u`, `force`: `n_components`; `internal` (Q), `rates`: [`n_internal`](Self::n_internal).
+    ///
+    /// # Panics
+    /// If a length is wrong.
+    pub fn relaxing_force(
+        &self,
+        u: &[f64],
+        internal: &[f64],
+        force: Option<&mut [f64]>,
+        rates: &mut [f64],
+    ) {
+        check_length(self.n_internal(), Some(internal), "internal stresses");
+        check_length(self.n_internal(), Some(rates), "rates");
+        check_length(self.space.n_components(), force.as_deref(), "force");
+        self.relax(
+            u,
+            Wanted::Vectors {
+                internal,
+                force,
+                rates,
+            },
+        );
+    }
+
+    /// The internal stresses g S of a body whose stress has relaxed at the displacement `u`.
+    pub fn settled_stresses(&self, u: &[f64]) -> Vec<f64> {
+        let mut settled = vec![0.0; self.n_internal()];
+        let zero = settled.clone();
+        self.relaxing_force(u, &zero, None, &mut settled);
+        for part in self.relaxing_parts() {
+            let own = settled[part.states.clone()].chunks_mut(part.slots.len());
+            for (states, term) in own.zip(part.prony.terms()) {
+                states.iter_mut().for_each(|rate| *rate *= term.time);
+            }
+        }
+        settled
+    }
+
+    /// `force` += ∫ F T : ∇φ of symmetric tensors T.
+    ///
+    /// # Shapes
+    /// `tensors`: [`n_slots`](Self::n_slots).
+    ///
+    /// # Panics
+    /// If a length is wrong.
+    pub fn force_of_tensors(&self, u: &[f64], tensors: &[f64], force: &mut [f64]) {
+        check_length(self.n_slots(), Some(tensors), "tensors");
+        check_length(self.space.n_components(), Some(force), "force");
+        self.relax(u, Wanted::ForceOf { tensors, force });
+    }
+
+    /// `out` ← Ṡ along the velocity `v`.
+    ///
+    /// # Shapes
+    /// `out`: [`n_slots`](Self::n_slots).
+    ///
+    /// # Panics
+    /// If a length is wrong.
+    pub fn relaxing_stress_rate(&self, u: &[f64], v: &[f64], out: &mut [f64]) {
+        check_length(self.n_slots(), Some(out), "stress rates");
+        check_length(self.space.n_components(), Some(v), "v");
+        self.relax(u, Wanted::StressRate { v, out });
+    }
+
+    /// `geometric` ← ∂/∂u ∫ F H : ∇φ under constant H; for each relaxing part `material` ←
+    /// ∂/∂u ∫ F S : ∇φ under constant F.
+    ///
+    /// # Shapes
+    /// In the order of the displacement pattern; one `material` for each of
+    /// [`relaxing_parts`](Self::relaxing_parts).
+    ///
+    /// # Panics
+    /// If a length is wrong.
+    pub fn relaxing_tangents(
+        &self,
+        u: &[f64],
+        internal: &[f64],
+        geometric: &mut [f64],
+        material: &mut [Vec<f64>],
+    ) {
+        check_length(self.n_internal(), Some(internal), "internal stresses");
+        let n = self.displacement_pattern.nnz();
+        check_length(n, Some(geometric), "geometric");
+        geometric.fill(0.0);
+        for values in material.iter_mut() {
+            check_length(n, Some(values), "material");
+            values.fill(0.0);
+        }
+        self.relax(
+            u,
+            Wanted::Tangents {
+                internal,
+                geometric,
+                material,
+            },
+        );
+    }
+
+    fn relax(&self, u: &[f64], wanted: Wanted<'_>) {
+        check_length(self.space.n_components(), Some(u), "u");
+        let layout: &InternalStresses = &self.internal;
+        with_elements!(&self.elements, mapped => self.arch.dispatch(Relax {
+            elements: &mapped.batches,
+            maps: &mapped.maps,
+            layout,
+            u,
+            wanted,
+        }));
+    }
+}
