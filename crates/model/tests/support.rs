@@ -56,6 +56,7 @@ fn supports_of_one_component_leave_a_slide() {
             &muscle,
             Formulation::ImplicitRate,
             &Settings::paper(Formulation::ImplicitRate),
+            None,
         )
         .unwrap();
         let words: Vec<String> = report.findings.iter().map(ToString::to_string).collect();

@@ -32,6 +32,7 @@ pub mod run;
 mod scene;
 pub mod scene_file;
 pub mod sensitivity;
+mod state;
 pub mod statistics;
 pub mod sweep;
 pub mod versions;

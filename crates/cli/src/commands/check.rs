@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use myovib_model::IntegratorKind;
 use myovib_model::advice::Finding;
 use myovib_model::check::{self, Computed, Report};
+use myovib_model::{IntegratorKind, MuscleDae};
 use serde::Serialize;
 
 use super::table1::{ReportJson, report_json};
@@ -62,7 +62,9 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
 pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serialize + use<>)> {
     let (text, body) = match (scene.file.analysis, &scene.body) {
         (Analysis::Dynamic, Some(body)) => {
-            let report = check::check(&body.muscle, body.formulation, &body.settings)?;
+            let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+            let start = body.initial_values(&mut dae)?;
+            let report = check::check(&body.muscle, body.formulation, &body.settings, start)?;
             let text = text(scene, body, &report);
             (text, Some(document(body, &report)))
         }
@@ -211,7 +213,7 @@ fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
         },
     ];
     for block in &report.residuals {
-        lines.push(format!("start at rest   {block}"));
+        lines.push(format!("start           {block}"));
     }
     let slow: Vec<String> = report
         .slow_modes

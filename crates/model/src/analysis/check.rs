@@ -16,7 +16,7 @@ use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::integration::integrator::Advance;
-use crate::integration::launch::start_at_rest;
+use crate::integration::launch::start_from;
 use crate::integration::settings::Settings;
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
@@ -88,7 +88,7 @@ pub struct Report {
     pub computed_on: Computed,
     /// How well the pressures are held; nothing where there are too many to tell in seconds.
     pub held: Option<Held>,
-    /// The residual of the start at rest.
+    /// The residual of the start.
     pub residuals: Vec<BlockResidual>,
     /// The lowest eigenfrequencies at rest, Hz.
     pub slow_modes: Vec<f64>,
@@ -102,7 +102,7 @@ pub struct Report {
     pub findings: Vec<Finding>,
 }
 
-/// Looks at the run of a muscle that starts at rest at t = 0.
+/// Looks at the run of a muscle that starts at t = 0 with y and ẏ in `start` (at rest without it).
 ///
 /// # Errors
 /// [`ModelError::NotAllowed`] for a formulation that cannot be run; those of the single questions.
@@ -110,13 +110,15 @@ pub fn check(
     muscle: &Muscle,
     formulation: Formulation,
     settings: &Settings,
+    start: Option<[Vec<f64>; 2]>,
 ) -> Result<Report, ModelError> {
     let timed = MuscleDae::new(muscle.clone(), formulation)?;
     // Prony terms change neither the index nor what a body at rest misses.
     let mut dae = MuscleDae::new(muscle.relaxed(), formulation)?;
     let advice = Advice::new(muscle, formulation, settings);
     let rest = vec![0.0; dae.n_unknowns()];
-    let residuals = residuals(&mut dae, 0.0, &rest, &rest)?;
+    let [y, y_dot] = start.unwrap_or_else(|| [rest.clone(), rest.clone()]);
+    let residuals = residuals(&mut dae, 0.0, &y, &y_dot)?;
     let (computed, computed_on) = index(&mut dae, &rest)?;
     let held = held(muscle)?;
     let nullity = held.map_or(0, |held| held.nullity);
@@ -139,6 +141,7 @@ pub fn check(
         &advice,
         settings,
         drive.or(slow_modes.first().copied()),
+        [&y, &y_dot],
     )?;
     findings.extend(endless(&cost));
     Ok(Report {
@@ -230,9 +233,9 @@ fn inconsistent(residuals: &[BlockResidual]) -> Option<Finding> {
         .find(|block| block.relative > INCONSISTENT)?;
     Some(Finding {
         fields: vec![worst.field],
-        problem: format!("rest does not satisfy the equations at t = 0 ({worst})"),
+        problem: format!("the start does not satisfy the equations at t = 0 ({worst})"),
         remedies: vec![Remedy::Scene(
-            "let loads and prescribed motions start from zero",
+            "let loads and prescribed motions start from zero, or start in equilibrium with them",
         )],
     })
 }
@@ -292,19 +295,24 @@ fn cost(
     advice: &Advice,
     settings: &Settings,
     f: Option<f64>,
+    start: [&[f64]; 2],
 ) -> Result<Cost, ModelError> {
     let bdf = || settings.max_order.min(advice.max_order());
     let order = settings.integrator.order().unwrap_or_else(bdf);
     let angle = (settings.relative_tolerance / ERROR_CONSTANT).powf(1.0 / f64::from(order + 1));
     Ok(Cost {
         steps: f.map_or(f64::NAN, |f| settings.t_end * f * TAU / angle),
-        seconds_per_step: seconds_per_step(dae, settings)?,
+        seconds_per_step: seconds_per_step(dae, settings, start)?,
     })
 }
 
 /// CPU time of a step of the run, s; NaN if it does not get beyond its start.
-fn seconds_per_step(dae: MuscleDae, settings: &Settings) -> Result<f64, ModelError> {
-    let mut integrator = start_at_rest(dae, settings)?;
+fn seconds_per_step(
+    dae: MuscleDae,
+    settings: &Settings,
+    [y, y_dot]: [&[f64]; 2],
+) -> Result<f64, ModelError> {
+    let mut integrator = start_from(dae, settings, 0.0, y, y_dot)?;
     let started = ThreadTime::now();
     let mut after = |steps: usize| -> Result<(f64, f64), ModelError> {
         let begun = started.elapsed();

@@ -78,7 +78,7 @@ impl Checkpoint {
         folder.write(NAME, &serde_json::to_string(self)?)
     }
 
-    /// Reads the checkpoint in `folder`, whose run must not have ended by itself.
+    /// Reads the checkpoint in `folder`, whose run no event has ended, and which lies before `t_end`.
     pub(super) fn read(folder: &Folder, t_end: f64) -> Result<Self, InputError> {
         let path = folder.path().join(NAME);
         let text = fs::read_to_string(&path).map_err(|error| {
@@ -91,13 +91,13 @@ impl Checkpoint {
                 .at(path.display())
                 .next("--overwrite computes the run from its start")
         })?;
-        let ended = ended(folder);
-        if ended.is_some() || checkpoint.t >= t_end {
-            let t = ended.unwrap_or(checkpoint.t);
+        let over = ended(folder).or((checkpoint.t >= t_end).then_some(checkpoint.t));
+        if let Some(t) = over {
             return Err(
                 InputError::new("the run is finished: there is nothing to go on with")
                     .at(folder.path().display())
                     .found(format!("t = {t} s"))
+                    .next("a later end goes on with it: --resume --set time.end=…")
                     .next("--overwrite computes it again"),
             );
         }
@@ -105,10 +105,10 @@ impl Checkpoint {
     }
 }
 
-/// When the run in the folder came to an end of its own, s, if it did.
+/// When an event ended the run in the folder, s, if one did.
 fn ended(folder: &Folder) -> Option<f64> {
     let text = fs::read_to_string(folder.path().join("run.json")).ok()?;
     let document: serde_json::Value = serde_json::from_str(&text).ok()?;
-    let ended = document["outcome"] == "finished" || document["reason"] == "event";
+    let ended = document["reason"] == "event";
     ended.then(|| document["t_reached"].as_f64().unwrap_or_default())
 }

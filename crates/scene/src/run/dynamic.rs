@@ -101,6 +101,7 @@ impl Motion<'_> {
             fields: fields(scene, &folder, checkpoint),
             conditions: self.conditions,
             checkpoints: checkpoint_times(scene, checkpoint),
+            checkpointed: None,
             drift_times: times(scene.t_end / DRIFT_SAMPLES, scene.t_end, checkpoint),
             drift: checkpoint.map_or((0.0, 0.0), |c| c.drift),
             folder: &folder,
@@ -120,9 +121,12 @@ impl Motion<'_> {
         let mut observers: Vec<&mut dyn Observer<P>> =
             vec![&mut outputs, &mut watch, &mut steps, &mut limits];
         let statistics = run(&mut *integrator, &mut observers)?;
-        if statistics.outcome.reason() == Some(StopReason::Interrupted) {
+        let ended = statistics.outcome == Outcome::Finished; // and may be gone on with to a later end
+        let interrupted = statistics.outcome.reason() == Some(StopReason::Interrupted);
+        if interrupted || (ended && outputs.checkpointed != Some(integrator.time())) {
             outputs.checkpoint(&mut *integrator)?;
         }
+        outputs.state(&mut *integrator, statistics.t_reached)?;
         let timing = Timing {
             setup: setup.as_secs_f64(),
             integration: statistics.wall_seconds - outputs.seconds.as_secs_f64(),

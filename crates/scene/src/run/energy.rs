@@ -14,6 +14,8 @@ use crate::energy::Exchanged;
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct EnergyBalance {
     t: f64,
+    /// Kinetic and elastic energy at the start, J.
+    initial: f64,
     last: Option<Energies>,
     exchanged: Exchanged,
 }
@@ -32,7 +34,11 @@ impl EnergyBalance {
     ) -> Result<(), ModelError> {
         let start = match self.last {
             Some(energies) => energies,
-            None => energies_at(integrator, self.t.max(from))?,
+            None => {
+                let start = energies_at(integrator, self.t.max(from))?;
+                self.initial = start.kinetic + start.elastic;
+                start
+            }
         };
         self.last = Some(start);
         let h = t - self.t;
@@ -49,7 +55,7 @@ impl EnergyBalance {
     pub(super) fn row(&self) -> [f64; 5] {
         let now = self.last.unwrap_or_default();
         let Exchanged { work, dissipated } = self.exchanged;
-        let imbalance = self.exchanged.imbalance(&now);
+        let imbalance = self.exchanged.imbalance(&now) - self.initial;
         [now.kinetic, now.elastic, work, dissipated, imbalance]
     }
 }

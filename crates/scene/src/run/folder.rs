@@ -8,11 +8,13 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::{Existing, RunOptions};
+use crate::state::State;
 use crate::{Error, Input, InputError, Scene, atomic_file, json, vtu};
 
 /// What runs write besides the tables of their probes.
-const OURS: [&str; 6] = [
+const OURS: [&str; 7] = [
     Record::NAME,
+    State::NAME,
     "run.json",
     "checkpoint.json",
     "report.html",
@@ -56,7 +58,7 @@ impl Record {
                 .at(folder.display())
                 .next("--overwrite computes the run again")
         };
-        if before.scene != self.scene {
+        if without_end(&before.scene) != without_end(&self.scene) {
             let error = wrong("the run in the folder is of another scene".to_owned());
             return Err(error.next("or resume with the scene and the --set values of that run"));
         }
@@ -68,6 +70,15 @@ impl Record {
             None => Ok(()),
         }
     }
+}
+
+/// The scene but for its end time, to which a run may be extended.
+fn without_end(scene: &Value) -> Value {
+    let mut scene = scene.clone();
+    if let Some(time) = scene.get_mut("time").and_then(Value::as_object_mut) {
+        time.remove("end");
+    }
+    scene
 }
 
 /// The name of a probe's table.
@@ -94,7 +105,11 @@ impl Folder {
             })?;
             record.check(&before, &path)?;
             let lock = lock(&path)?;
-            return Ok(Self { path, _lock: lock });
+            let folder = Self { path, _lock: lock };
+            if before != *record {
+                folder.write(Record::NAME, &json::document("scene", record)?)?; // to a later end
+            }
+            return Ok(folder);
         }
         let ours = |name: &str| OURS.contains(&name) && name != LOCK;
         let is_there = |name: &String| fs::symlink_metadata(path.join(name)).is_ok();

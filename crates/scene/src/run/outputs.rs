@@ -14,6 +14,7 @@ use super::recorder::{Recorder, What, cannot_write};
 use super::stop::Condition;
 use super::system::{System, muscle_of};
 use crate::Error;
+use crate::state::State;
 use crate::vtu::{self, Series};
 
 /// Counts of what was written or evaluated beside the integration.
@@ -32,6 +33,8 @@ pub(super) struct Outputs<'a> {
     pub(super) fields: Option<(Series, SampleTimes)>,
     pub(super) conditions: Vec<Condition>,
     pub(super) checkpoints: SampleTimes,
+    /// When the last one was written in this part of the run, s.
+    pub(super) checkpointed: Option<f64>,
     /// Samples of the constraint drift.
     pub(super) drift_times: SampleTimes,
     /// The largest drift seen, and when.
@@ -171,6 +174,7 @@ impl Outputs<'_> {
         integrator.dense_output(t, 0, &mut self.y)?;
         integrator.dense_output(t, 1, &mut self.y_dot)?;
         self.work.checkpoints += 1;
+        self.checkpointed = Some(t);
         // What the checkpoint counts on must be on the disk before it.
         for recorder in &self.recorders {
             recorder.sync()?;
@@ -200,6 +204,23 @@ impl Outputs<'_> {
             Error::File { path, source, .. } => cannot_write(&path, source),
             error => ModelError::Output(std::io::Error::other(error)),
         })
+    }
+
+    /// Writes the motion at time `t`, with which the run ends, for another to start from.
+    pub(super) fn state<P: System>(
+        &mut self,
+        integrator: &mut dyn Integrator<P>,
+        t: f64,
+    ) -> Result<(), Error> {
+        integrator.dense_output(t, 0, &mut self.y)?;
+        match integrator.problem_mut().muscle_at(&self.y) {
+            Some((dae, range)) => {
+                let state = State::of(dae, t, &self.y[range]);
+                self.folder
+                    .write(State::NAME, &serde_json::to_string(&state)?)
+            }
+            None => Ok(()),
+        }
     }
 
     fn energy_balances(&self) -> impl Iterator<Item = &EnergyBalance> {

@@ -7,15 +7,19 @@ use myovib_model::coupling::{
     StateTolerances, start_coupled, start_coupled_from, start_with_feedback,
 };
 use myovib_model::{
-    Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, start_at_rest, start_from,
+    Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, Start as Consistent, start_from,
 };
 
 use super::checkpoint::Checkpoint;
 use super::system::Body as CoupledBody;
-use crate::scene::{Body, DrivenChain, Scene};
+use crate::scene::{Body, DrivenChain, Scene, Start};
 use crate::scene_file::chain::Place;
 use crate::scene_file::integrator::MaxOrder;
 use crate::{Error, InputError};
+
+/// By how much supports may be elsewhere than a state to start from has them, relative to its largest
+/// displacement: rounding, of a signal at another time.
+const SUPPORTS_AGREE: f64 = 1e-9;
 
 /// A muscle by itself.
 pub(super) fn muscle(
@@ -27,8 +31,8 @@ pub(super) fn muscle(
         t, y, y_dot, step, ..
     }) = checkpoint
     else {
-        refuse_sudden_loads(&mut dae)?;
-        return Ok(start_at_rest(dae, &body.settings)?);
+        let [y, y_dot] = initial(body, &mut dae)?;
+        return Ok(start_from(dae, &body.settings, 0.0, &y, &y_dot)?);
     };
     let settings = Settings {
         initial_step: Some(*step),
@@ -43,8 +47,8 @@ pub(super) fn muscle_and_chains(
     body: &Body,
     checkpoint: Option<&Checkpoint>,
 ) -> Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>, Error> {
-    let (dae, test, options) = one_way(scene, body, checkpoint)?;
-    let integrator = coupled(scene, dae, test, options, checkpoint)?;
+    let (dae, test, options, start) = one_way(scene, body, checkpoint)?;
+    let integrator = coupled(scene, dae, test, options, checkpoint, &start)?;
     Ok(advised(integrator, body))
 }
 
@@ -54,9 +58,9 @@ pub(super) fn muscle_with_feedback(
     body: &Body,
     checkpoint: Option<&Checkpoint>,
 ) -> Result<Box<dyn Integrator<FeedbackDae>>, Error> {
-    let (dae, test, options) = one_way(scene, body, checkpoint)?;
+    let (dae, test, options, rest) = one_way(scene, body, checkpoint)?;
     let test = test.with_oscillators(&dae, tolerances(scene));
-    let rest = initial_state(scene, &dae);
+    let rest = initial_state(scene, &dae, &rest);
     let mut dae = FeedbackDae::new(dae, scene.feedbacks.clone());
     let largest = scene.file.integrator.max_step;
     let (t, y, y_dot, options) = match checkpoint {
@@ -76,16 +80,21 @@ pub(super) fn muscle_with_feedback(
     Ok(advised(integrator, body))
 }
 
-/// A muscle and the chains it drives, with its part of the error test and the options.
+/// A muscle and the chains it drives, with its part of the error test and the options, and the
+/// unknowns of the muscle at the start of a new run.
 fn one_way(
     scene: &Scene,
     body: &Body,
     checkpoint: Option<&Checkpoint>,
-) -> Result<(CoupledDae<MuscleDae>, ErrorTest, CoupledOptions), Error> {
+) -> Result<(CoupledDae<MuscleDae>, ErrorTest, CoupledOptions, Vec<f64>), Error> {
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-    if checkpoint.is_none() {
-        refuse_sudden_loads(&mut dae)?;
-    }
+    let start = match checkpoint {
+        None => {
+            let [y, _] = initial(body, &mut dae)?;
+            y
+        }
+        Some(_) => Vec::new(),
+    };
     let options = CoupledOptions::of_muscle(&dae, &body.settings);
     let test = ErrorTest::of_muscle(&dae, &body.settings);
     let source = |chain: &DrivenChain| match &chain.at {
@@ -96,7 +105,7 @@ fn one_way(
         _ => Ok(Source::Rest),
     };
     let oscillators = oscillators(scene, source)?;
-    Ok((CoupledDae::new(dae, oscillators), test, options))
+    Ok((CoupledDae::new(dae, oscillators), test, options, start))
 }
 
 /// Says when the run stops what the body has to do with it.
@@ -121,7 +130,7 @@ pub(super) fn rod(
     let oscillators = oscillators(scene, source)?;
     let test = ErrorTest::of_states(rod.n_unknowns(), tolerances(scene));
     let dae = CoupledDae::new(rod.clone(), oscillators);
-    coupled(scene, dae, test, options(scene), checkpoint)
+    coupled(scene, dae, test, options(scene), checkpoint, &[])
 }
 
 /// Chains by themselves.
@@ -131,7 +140,7 @@ pub(super) fn chains(
 ) -> Result<Box<dyn Integrator<CoupledDae<NoBody>>>, Error> {
     let dae = CoupledDae::new(NoBody, oscillators(scene, |_| Ok(Source::Rest))?);
     let test = ErrorTest::of_states(0, tolerances(scene));
-    coupled(scene, dae, test, options(scene), checkpoint)
+    coupled(scene, dae, test, options(scene), checkpoint, &[])
 }
 
 fn coupled<B: CoupledBody>(
@@ -140,12 +149,13 @@ fn coupled<B: CoupledBody>(
     test: ErrorTest,
     options: CoupledOptions,
     checkpoint: Option<&Checkpoint>,
+    start: &[f64],
 ) -> Result<Box<dyn Integrator<CoupledDae<B>>>, Error> {
     let test = test.with_oscillators(&dae, tolerances(scene));
     let largest = scene.file.integrator.max_step;
     Ok(match checkpoint {
         None => {
-            let y = initial_state(scene, &dae);
+            let y = initial_state(scene, &dae, start);
             start_coupled(dae, test, options, scene.t_end, &y)?
         }
         Some(Checkpoint {
@@ -157,9 +167,10 @@ fn coupled<B: CoupledBody>(
     })
 }
 
-/// The body at rest, the oscillators where the scene puts them.
-fn initial_state<B: CoupledBody>(scene: &Scene, dae: &CoupledDae<B>) -> Vec<f64> {
+/// The body as it starts (at rest, if `body` is empty), the oscillators where the scene puts them.
+fn initial_state<B: CoupledBody>(scene: &Scene, dae: &CoupledDae<B>, body: &[f64]) -> Vec<f64> {
     let mut y = vec![0.0; dae.n_unknowns()];
+    y[dae.body_range()][..body.len()].copy_from_slice(body);
     for (k, chain) in scene.chains.iter().enumerate() {
         let n = dae.oscillators(k).network().n_oscillators();
         y[dae.range(k)][..n].fill(chain.initial);
@@ -202,6 +213,47 @@ fn options(scene: &Scene) -> CoupledOptions {
     options
 }
 
+/// y and ẏ with which the motion of a body starts.
+fn initial(body: &Body, dae: &mut MuscleDae) -> Result<[Vec<f64>; 2], Error> {
+    if let Some(start) = body.initial_values(dae)? {
+        return Ok(start);
+    }
+    refuse_sudden_loads(dae)?;
+    let zero = vec![0.0; dae.n_unknowns()];
+    Ok([zero.clone(), zero])
+}
+
+impl Body {
+    /// Consistent y and ẏ at t = 0 of `dae`, which is of this body, if the scene has it start elsewhere
+    /// than at rest.
+    ///
+    /// # Errors
+    /// No equilibrium; supports that are elsewhere than the state to start from.
+    pub fn initial_values(&self, dae: &mut MuscleDae) -> Result<Option<[Vec<f64>; 2]>, Error> {
+        let start = match &self.start {
+            Start::Rest => return Ok(None),
+            Start::Equilibrium => Consistent::equilibrium(dae, 0.0)?,
+            Start::State(state) => {
+                let y = state.unknowns(dae);
+                let moved = state.moved_by_supports(dae, &y);
+                if moved > SUPPORTS_AGREE * state.largest() {
+                    let error = InputError::new(
+                        "the supports are elsewhere at t = 0 than where the body starts",
+                    )
+                    .found(format!("{moved:.3e} m apart"))
+                    .next(
+                        "let [[fixed]] and [[displacement]] begin where the state to start from has \
+                         them",
+                    );
+                    return Err(error.into());
+                }
+                Consistent::of(dae, 0.0, &y)?
+            }
+        };
+        Ok(Some([start.y, start.y_dot]))
+    }
+}
+
 /// A run starts from rest without load, so that all values and derivatives are zero.
 pub(crate) fn refuse_sudden_loads(dae: &mut MuscleDae) -> Result<(), Error> {
     let rest = vec![0.0; dae.n_unknowns()];
@@ -219,6 +271,7 @@ pub(crate) fn refuse_sudden_loads(dae: &mut MuscleDae) -> Result<(), Error> {
             "let them rise: y = { type = \"step\", value = ..., rise = 0.1 }, or multiply them by one: \
              y = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
         )
+        .next("or start in equilibrium with them: [start] with type = \"equilibrium\"")
         .into());
     }
     Ok(())

@@ -12,6 +12,7 @@ use super::folder::{Folder, Record};
 use super::recorder::{Recorder, What, quantities};
 use super::{RunOptions, RunResult};
 use crate::scene::Scene;
+use crate::state::State;
 use crate::vtu::{self, Grid, Series};
 use crate::{Error, InputError};
 
@@ -58,6 +59,8 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             .write(scene.t_end, &dae.snapshot(scene.t_end, &y))
             .map_err(Error::file("write", &folder.path().join(vtu::LIST)))?;
     }
+    let state = serde_json::to_string(&State::of(&mut dae, scene.t_end, &y))?;
+    folder.write(State::NAME, &state)?;
     let document = json!({
         "scene": scene.file,
         "analysis": "static",

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use myovib_fem::{DofMap, FemError, Law, Mesh, Solid, Space};
 use myovib_model::{Formulation, LinearSolver, Muscle, Parameters, Prescribed};
 
-use super::Body;
 use super::builder::Builder;
 use super::materials::Materials;
+use super::{Body, Start};
 use crate::InputError;
 use crate::scene_file::solid::{self, FormulationName};
 use crate::scene_file::{SceneFile, mesh};
@@ -89,6 +89,7 @@ impl Builder<'_> {
             settings: self.settings(&file.integrator, &muscle, formulation, linear_solver),
             muscle,
             formulation,
+            start: Start::Rest, // until the scene says otherwise
             regions,
             has_fibres,
             opposed_fibres,

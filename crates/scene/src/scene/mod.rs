@@ -18,6 +18,7 @@ mod mesh;
 mod oscillators;
 mod places;
 mod settings;
+mod start;
 mod supports;
 
 use std::path::Path;
@@ -32,6 +33,7 @@ use crate::InputError;
 use crate::inputs::{Input, Inputs};
 use crate::scene_file::{self, Analysis, SceneFile, Source};
 use builder::Builder;
+pub(crate) use start::Start;
 
 /// A scene that can be computed.
 #[derive(Debug, Clone)]
@@ -62,6 +64,8 @@ pub struct Body {
     pub formulation: Formulation,
     /// The integrator's settings.
     pub settings: Settings,
+    /// Where its motion starts.
+    pub(crate) start: Start,
     /// The material of each element, by its number in the scene.
     pub regions: Vec<usize>,
     /// Whether a material says where its fibres run.
@@ -193,7 +197,7 @@ impl Scene {
             Analysis::Static => builder.without_motion(&file)?,
             Analysis::Dynamic | Analysis::Modes => {}
         }
-        let body = match (&file.mesh, &file.solid) {
+        let mut body = match (&file.mesh, &file.solid) {
             (Some(mesh), Some(solid)) => Some(builder.body(&file, mesh, solid)?),
             (None, None) => None,
             (Some(_), None) => {
@@ -222,6 +226,10 @@ impl Scene {
         let rod = file.rod.as_ref().map(|rod| builder.rod(rod)).transpose()?;
         let chains = builder.chains(&file)?;
         let feedbacks = builder.feedbacks(&file, body.as_ref(), &chains)?;
+        let start = builder.start(&file, body.as_ref())?;
+        if let Some(body) = &mut body {
+            body.start = start;
+        }
         builder.probes(&file)?;
         if let Some(body) = &body {
             builder.places(&file, body)?;

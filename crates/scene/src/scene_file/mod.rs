@@ -19,6 +19,7 @@ pub mod material;
 pub mod mesh;
 pub mod output;
 pub mod solid;
+pub mod start;
 
 pub(crate) mod check;
 mod number;
@@ -42,6 +43,7 @@ use material::Material;
 use mesh::{Mesh, Region};
 use output::{Fields, Probe, Stop};
 use solid::{Bed, BodyForce, Displacement, Fixed, Pressure, Solid, Traction};
+use start::Start;
 
 /// A scene: everything a run depends on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -54,6 +56,8 @@ pub struct SceneFile {
     pub analysis: Analysis,
     /// The time interval; a dynamic scene needs it.
     pub time: Option<Time>,
+    /// Where the motion of a body starts [default: at rest, without load].
+    pub start: Option<Start>,
     /// The mesh; a scene with a rod or chains alone needs none.
     pub mesh: Option<Mesh>,
     /// Regions cut out of the mesh's groups of elements.
@@ -119,7 +123,7 @@ pub struct SceneFile {
 pub enum Analysis {
     /// The equilibrium under the loads as they stand at `time.end` (or at 0).
     Static,
-    /// The motion from rest over the time interval.
+    /// The motion over the time interval.
     #[default]
     Dynamic,
     /// The lowest eigenfrequencies and modes about the unloaded state.

@@ -1,0 +1,86 @@
+//! Where the motion of a body starts.
+
+use std::path::Path;
+
+use super::Body;
+use super::builder::Builder;
+use crate::InputError;
+use crate::scene_file::{Analysis, SceneFile, start};
+use crate::state::State;
+
+/// Where the motion of a body starts.
+#[derive(Debug, Clone, Default)]
+pub(crate) enum Start {
+    /// At rest without load.
+    #[default]
+    Rest,
+    /// In equilibrium with the loads at t = 0.
+    Equilibrium,
+    /// From a motion.
+    State(State),
+}
+
+impl Builder<'_> {
+    /// Where the scene's motion starts.
+    pub(super) fn start(&self, file: &SceneFile, body: Option<&Body>) -> Result<Start, InputError> {
+        let Some(start) = &file.start else {
+            return Ok(Start::Rest);
+        };
+        let wrong = |message: &str, next: &str| {
+            let error = InputError::new(message).next(next);
+            Err(self.wrong("start", error))
+        };
+        let Some(body) = body else {
+            return wrong(
+                "only a body on a mesh can start elsewhere than at rest",
+                "remove [start]",
+            );
+        };
+        if file.analysis != Analysis::Dynamic {
+            return wrong("only a motion has a start", "remove [start]");
+        }
+        if !file.feedback.is_empty() {
+            return wrong(
+                "a body with feedback starts at rest",
+                "remove [start], or the feedback",
+            );
+        }
+        if !file.parameter.is_empty() {
+            return wrong(
+                "a scene with parameters starts at rest: how its start depends on them is not computed",
+                "remove [start], or the parameters",
+            );
+        }
+        match start {
+            start::Start::Equilibrium => Ok(Start::Equilibrium),
+            start::Start::Velocity { value } => {
+                let space = body.muscle.solid.space();
+                if value.len() != space.dimension() {
+                    let error =
+                        InputError::new("the velocity has a component for each of the mesh's axes")
+                            .found(value.len())
+                            .allowed(space.dimension());
+                    return Err(self.wrong("start.value", error));
+                }
+                Ok(Start::State(State::moving(space, value)))
+            }
+            start::Start::Run { folder } => Ok(Start::State(self.ended(folder, body)?)),
+        }
+    }
+
+    /// The state in which the run in `folder` ended.
+    fn ended(&self, folder: &Path, body: &Body) -> Result<State, InputError> {
+        let place = "start.folder";
+        let (text, name) = self.read(&folder.join(State::NAME), place)?;
+        let state: State = serde_json::from_str(&text).map_err(|error| {
+            let error = InputError::new(format!("{name} is no state of a run: {error}"));
+            self.wrong(place, error.next("`myovib run` leaves it in its folder"))
+        })?;
+        if !state.is_of(body.muscle.solid.space()) {
+            let error = InputError::new(format!("{name} is of another mesh"))
+                .next("start from a run on the mesh of this scene, refined alike");
+            return Err(self.wrong(place, error));
+        }
+        Ok(state)
+    }
+}

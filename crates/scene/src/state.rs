@@ -1,0 +1,105 @@
+//! The motion of a body at one time, as a file from which another run can start.
+
+use myovib_dae::Problem;
+use myovib_fem::Space;
+use myovib_model::{Field, MuscleDae};
+use serde::{Deserialize, Serialize};
+
+use crate::inputs::sha256;
+
+/// Displacements and velocities of all nodes. Pressures follow from them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct State {
+    /// Time in the run that left it, s.
+    pub(crate) t: f64,
+    /// SHA-256 of the nodes' coordinates.
+    mesh: String,
+    /// Displacement of each nodal component, m.
+    displacement: Vec<f64>,
+    /// Velocity of each nodal component, m/s.
+    velocity: Vec<f64>,
+    /// Tensions that follow models of activation, Pa.
+    tensions: Vec<f64>,
+}
+
+impl State {
+    /// The file in a run's folder.
+    pub(crate) const NAME: &'static str = "state.json";
+
+    /// The motion in state `y` of `dae` at time `t`.
+    pub(crate) fn of(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Self {
+        let own = dae.layout().range(Field::Tension).unwrap_or_default();
+        let tensions = y[own].to_vec();
+        let snapshot = dae.snapshot(t, y);
+        Self {
+            t,
+            mesh: key(snapshot.solid.space()),
+            displacement: snapshot.displacement.to_vec(),
+            velocity: snapshot.velocity.to_vec(),
+            tensions,
+        }
+    }
+
+    /// The undeformed body that moves at one velocity, whose components are given, m/s.
+    pub(crate) fn moving(space: &Space, velocity: &[f64]) -> Self {
+        Self {
+            t: 0.0,
+            mesh: key(space),
+            displacement: vec![0.0; space.n_nodes() * velocity.len()],
+            velocity: velocity.repeat(space.n_nodes()),
+            tensions: Vec::new(),
+        }
+    }
+
+    /// Whether it is of a body with these nodes.
+    pub(crate) fn is_of(&self, space: &Space) -> bool {
+        let n = space.n_nodes() * space.dimension();
+        self.mesh == key(space) && [self.displacement.len(), self.velocity.len()] == [n, n]
+    }
+
+    /// The unknowns of `dae` with these displacements, velocities and tensions (from 0 where there
+    /// are none), the others 0.
+    pub(crate) fn unknowns(&self, dae: &MuscleDae) -> Vec<f64> {
+        let mut y = vec![0.0; dae.n_unknowns()];
+        let free = dae.muscle().solid.dofs().free_to_full();
+        for (field, range) in dae.layout().blocks() {
+            let block = &mut y[range.clone()];
+            match field {
+                Field::Displacement => gather(&self.displacement, free, block),
+                Field::Velocity => gather(&self.velocity, free, block),
+                Field::Tension if block.len() == self.tensions.len() => {
+                    block.copy_from_slice(&self.tensions);
+                }
+                _ => {}
+            }
+        }
+        y
+    }
+
+    /// The largest distance, by component, between its displacement and that in state `y` of `dae` at
+    /// t = 0, where supports have their say; m.
+    pub(crate) fn moved_by_supports(&self, dae: &mut MuscleDae, y: &[f64]) -> f64 {
+        let now = dae.snapshot(0.0, y).displacement.iter();
+        let distances = now
+            .zip(&self.displacement)
+            .map(|(now, own)| (now - own).abs());
+        distances.fold(0.0, f64::max)
+    }
+
+    /// The largest component of the displacement, m.
+    pub(crate) fn largest(&self) -> f64 {
+        self.displacement.iter().fold(0.0, |m, u| m.max(u.abs()))
+    }
+}
+
+fn gather(full: &[f64], free: &[usize], block: &mut [f64]) {
+    for (value, &place) in block.iter_mut().zip(free) {
+        *value = full[place];
+    }
+}
+
+fn key(space: &Space) -> String {
+    let coordinates = space.coordinates().iter();
+    let bytes: Vec<u8> = coordinates.flat_map(|x| x.to_le_bytes()).collect();
+    sha256(&bytes)
+}
