@@ -213,22 +213,24 @@ fn a_killed_run_leaves_whole_files_and_goes_on() {
     }
 }
 
-/// Goes on from the last checkpoint of a run, and gives the probe's rows of both.
-fn resumed(scene: &str, probe: &str, sets: &[&str]) -> [Vec<Vec<f64>>; 2] {
+/// Runs a scene at once to its end, and in two parts; gives the probe's rows of both.
+fn resumed(scene: &str, probe: &str, sets: &[&str], [part, end]: [&str; 2]) -> [Vec<Vec<f64>>; 2] {
     let folder = tempfile::tempdir().expect("a folder");
-    let settings = sets.iter().flat_map(|set| ["--set", set]);
-    let settings: Vec<&str> = settings.collect();
-    let csv = folder.path().join(format!("out/{probe}.csv"));
-    let whole = run(folder.path(), scene, "out", &settings);
-    assert_eq!(whole["resumed"], 0);
-    let uninterrupted = rows(&csv);
-    // As if it had been killed before its end.
-    fs::remove_file(folder.path().join("out/run.json")).expect("it finished");
-    let more = [&settings[..], &["--resume"]].concat();
-    let document = run(folder.path(), scene, "out", &more);
-    assert_eq!(document["resumed"], 1);
-    assert_eq!(document["outcome"], "finished");
-    [uninterrupted, rows(&csv)]
+    let ending = |end: &str, out: &str, more: &[&str]| {
+        let end = format!("time.end={end}");
+        let sets = sets.iter().flat_map(|set| ["--set", set]);
+        let settings: Vec<&str> = sets
+            .chain(["--set", &end])
+            .chain(more.iter().copied())
+            .collect();
+        let document = run(folder.path(), scene, out, &settings);
+        assert_eq!(document["outcome"], "finished");
+        assert_eq!(document["resumed"], u64::from(!more.is_empty()));
+        rows(&folder.path().join(format!("{out}/{probe}.csv")))
+    };
+    let uninterrupted = ending(end, "whole", &[]);
+    ending(part, "parts", &[]);
+    [uninterrupted, ending(end, "parts", &["--resume"])]
 }
 
 /// The largest difference in column `j`, in parts of the column's largest value.
@@ -257,13 +259,13 @@ fn a_finished_run_has_nothing_to_go_on_with() {
 
 #[test]
 fn a_run_with_radau_goes_on_from_its_checkpoint() {
-    // One checkpoint, beyond the ramp's middle.
-    let sets = [
-        "integrator.method=radau",
-        "time.end=1.2",
-        "checkpoint.every=0.8",
-    ];
-    let rows = resumed("init", "origin", &sets);
+    // The first part ends beyond the ramp's middle.
+    let rows = resumed(
+        "init",
+        "origin",
+        &["integrator.method=radau"],
+        ["0.8", "1.2"],
+    );
     // The absolute tolerance is 2 % of the amplitude of u_y; a one-step method loses nothing
     // but the step's history.
     assert!(difference(&rows, 2) < 0.02, "u_y {}", difference(&rows, 2));
@@ -277,10 +279,8 @@ fn a_run_with_two_way_coupling_goes_on_from_its_checkpoint() {
         "chain[0].gain=2e6",
         "chain[1].gain=2e6",
         "chain[2].gain=2e6",
-        "time.end=0.8",
-        "checkpoint.every=0.5",
     ];
-    let rows = resumed("two-way", "feedback", &sets);
+    let rows = resumed("two-way", "feedback", &sets, ["0.5", "0.8"]);
     let factors = || rows[0].iter().map(|row| row[2]);
     assert!(factors().fold(f64::INFINITY, f64::min) < 1.4, "it acts");
     for chain in 1..=3 {
