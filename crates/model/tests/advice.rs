@@ -158,7 +158,7 @@ fn a_tight_tolerance() {
 fn check_warns_in_the_same_words() {
     let bad = Run::new(spindle(), Formulation::Position, 0.0, &[], 5);
     let muscle = paper::muscle(&bad.mesh, INFINITE, 0.0).unwrap();
-    let report = check::check(&muscle, bad.formulation, &bad.settings).unwrap();
+    let report = check::check(&muscle, bad.formulation, &bad.settings, None).unwrap();
     assert_eq!(report.advice.index(), 3);
     assert_eq!(report.computed.decided(), Some(3));
     assert_eq!(report.advice.to_leave_out(), [Field::Pressure]);
@@ -166,7 +166,7 @@ fn check_warns_in_the_same_words() {
     assert!(report.residuals.iter().all(|block| block.largest == 0.0));
 
     let good = Run::new(spindle(), Formulation::Position, 0.0, &[Field::Pressure], 2);
-    let report = check::check(&muscle, good.formulation, &good.settings).unwrap();
+    let report = check::check(&muscle, good.formulation, &good.settings, None).unwrap();
     assert!(report.findings.is_empty(), "{:?}", report.findings);
     // The run of ten seconds takes what was estimated, within a factor of three.
     let steps = good.integrate().counts.steps as f64;
@@ -183,7 +183,7 @@ fn check_names_units_that_do_not_go_together_and_endless_runs() {
     let mut run = Run::new(spindle(), Formulation::Position, 0.0, &[Field::Pressure], 2);
     let found = |run: &Run| {
         let muscle = paper::muscle(&run.mesh, paper::KAPPA, 0.0).unwrap();
-        let report = check::check(&muscle, run.formulation, &run.settings).unwrap();
+        let report = check::check(&muscle, run.formulation, &run.settings, None).unwrap();
         let words = report.findings.iter().map(ToString::to_string);
         words.collect::<Vec<String>>().join("\n")
     };
