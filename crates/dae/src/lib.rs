@@ -28,6 +28,7 @@ mod linearization;
 mod outcome;
 mod parameters;
 mod problem;
+mod remedy;
 pub mod samples;
 mod statistics;
 mod tolerances;

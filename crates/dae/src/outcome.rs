@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use crate::problem::Problem;
+use crate::problem::{Problem, VariableKind};
+use crate::remedy::Standing;
 use crate::statistics::Statistics;
 
 /// How a call of the integrator ended. y and ẏ of the solver are those at the time named.
@@ -62,6 +63,8 @@ pub struct Stop {
     pub statistics: Statistics,
     /// The components with the largest weighted local errors in the last attempt, largest first.
     pub worst_components: Vec<WorstComponent>,
+    /// What may help, if that is known.
+    pub remedy: Option<String>,
 }
 
 impl Stop {
@@ -79,7 +82,17 @@ impl Stop {
             t,
             statistics,
             worst_components,
+            remedy: None,
         }
+    }
+
+    /// With what may help an integration of `problem`, whose variables enter as `kinds` say, by a
+    /// method that takes problems up to the index `highest` as they stand.
+    #[must_use]
+    pub fn advised(mut self, problem: &impl Problem, kinds: &[VariableKind], highest: u8) -> Self {
+        let standing = Standing::of(problem, kinds, self.statistics.steps);
+        self.remedy = standing.remedy(self.reason, highest);
+        self
     }
 }
 
@@ -90,6 +103,7 @@ impl fmt::Display for Stop {
             message,
             t,
             statistics,
+            remedy,
             ..
         } = self;
         let Statistics {
@@ -102,12 +116,17 @@ impl fmt::Display for Stop {
             f,
             "stopped at t = {t} after {steps} steps (last step {last_step:e}, order \
              {last_order}): {reason}: {message}"
-        )
+        )?;
+        match remedy {
+            Some(remedy) => write!(f, "; what may help: {remedy}"),
+            None => Ok(()),
+        }
     }
 }
 
 /// A component and its share in the local error.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct WorstComponent {
     /// Its index.
     pub index: usize,

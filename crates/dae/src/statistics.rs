@@ -60,6 +60,7 @@ pub struct Statistics {
 
 /// The linear algebra of an implicit Runge–Kutta method of s stages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Work {
     /// Real factorisations: one a linear set-up.
     pub real_factorizations: u64,

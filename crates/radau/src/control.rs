@@ -11,6 +11,8 @@ pub(crate) struct Control {
     newton_limit: usize,
     /// The tolerance for the estimate over that for the solution, at least 1.
     loosened: f64,
+    /// What the estimate of a smooth solution is expected to be at least.
+    least_smooth: f64,
     memory: Memory,
 }
 
@@ -32,6 +34,10 @@ const LEAST_ERROR: f64 = 1e-10;
 /// The trend of the errors starts from no smaller a one than this, as in RADAU5.
 const LEAST_TREND: f64 = 1e-2;
 
+/// What a smooth solution's estimate is expected to be at least, without and with hidden constraints:
+/// smaller ones are of what Newton's method leaves, which these magnify.
+const LEAST_SMOOTH: [f64; 2] = [1e-3, 1e-2];
+
 /// Between attempts at a step the estimate of a smooth solution falls with h^(s+1); where a
 /// derivative of low order jumps within the step, with a power in this interval. If it does not fall,
 /// it is an error of the values the step begins with.
@@ -42,12 +48,19 @@ const ROUGH_ORDERS: (f64, f64) = (0.5, 2.5);
 const ROUGH_GROWTH: f64 = 10.0;
 
 impl Control {
-    pub(crate) fn new(stages: usize, safety: f64, newton_limit: usize, loosened: f64) -> Self {
+    pub(crate) fn new(
+        stages: usize,
+        safety: f64,
+        newton_limit: usize,
+        loosened: f64,
+        constrained: bool,
+    ) -> Self {
         Self {
             exponent: 1.0 / (stages as f64 + 1.0),
             safety,
             newton_limit,
             loosened: loosened.max(1.0),
+            least_smooth: LEAST_SMOOTH[usize::from(constrained)],
             memory: Memory::default(),
         }
     }
@@ -85,7 +98,7 @@ impl Control {
             }
             (None, Some((last_h, last_error))) => {
                 let expected = last_error * (h / last_h).powf(1.0 / self.exponent);
-                error > ROUGH_GROWTH * expected.max(LEAST_TREND)
+                error > ROUGH_GROWTH * expected.max(self.least_smooth)
             }
             (None, None) => false,
         };
@@ -123,11 +136,12 @@ impl Control {
         let error = error.max(LEAST_ERROR);
         let mut proposal = self.propose(h, error, iterations);
         if let Some((last_h, last_error)) = self.memory.accepted {
-            let trend = (h / last_h) * (last_error / (error * error)).powf(self.exponent);
+            let trend =
+                (h / last_h) * (last_error.max(LEAST_TREND) / (error * error)).powf(self.exponent);
             proposal = proposal.min(h * (self.safety * trend).clamp(FACTORS.0, FACTORS.1));
         }
         self.memory = Memory {
-            accepted: Some((h, error.max(LEAST_TREND))),
+            accepted: Some((h, error)),
             rejected: None,
         };
         proposal
@@ -141,7 +155,7 @@ mod tests {
     #[test]
     fn steps_settle_where_the_estimate_meets_the_tolerance() {
         // err = (h/h*)⁴ for s = 3: the control must end at safety · h*.
-        let mut control = Control::new(3, 0.9, 7, 10.0);
+        let mut control = Control::new(3, 0.9, 7, 10.0, false);
         let mut h = 0.02;
         for _ in 0..50 {
             h = control.accept(h, (h / 0.1f64).powi(4), 1);
@@ -151,7 +165,7 @@ mod tests {
 
     #[test]
     fn factors_are_bounded_and_many_iterations_lower_the_step() {
-        let control = Control::new(3, 0.9, 7, 10.0);
+        let control = Control::new(3, 0.9, 7, 10.0, false);
         assert_eq!(control.propose(1.0, 1e-30, 1), 8.0);
         assert_eq!(control.propose(1.0, 1e30, 1), 0.2);
         assert!(control.propose(1.0, 0.5, 7) < control.propose(1.0, 0.5, 1));

@@ -211,6 +211,31 @@ impl Multipliers {
         Ok(())
     }
 
+    /// Measures what Newton's method left of the equations at the beginning of the step:
+    /// [`left_in`](Self::left_in) is the error of `y` and `y_dot` for which a step of this size takes it.
+    pub(crate) fn measure_left<P: Problem, M: LinearSolver<P>>(
+        &mut self,
+        problem: &mut P,
+        matrices: &mut M,
+        step: &Step<'_>,
+        y_dot: &[f64],
+        counters: &mut Counters,
+    ) -> Result<(), Failure> {
+        self.y.copy_from_slice(step.y);
+        for multiplier in self.list.iter().filter(|multiplier| multiplier.removable) {
+            self.y[multiplier.variable] = multiplier.known.raw;
+        }
+        self.y_dot.copy_from_slice(y_dot);
+        self.plain.fill(0.0);
+        self.solve(problem, matrices, step, counters)
+    }
+
+    /// The errors of the variables of index 1 that were [measured](Self::measure_left), with their
+    /// places.
+    pub(crate) fn left_in(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.free.iter().map(|&i| (i, self.defect[i]))
+    }
+
     /// Solves for −e(x), with ẏ + x in `y_dot`.
     fn solve<P: Problem, M: LinearSolver<P>>(
         &mut self,
@@ -243,10 +268,6 @@ impl Multipliers {
         let stages = step.method.stages();
         let left = self.list.iter().map(|multiplier| {
             let (i, index) = (multiplier.variable, multiplier.index);
-            if multiplier.noisy {
-                let order = multiplier.power(stages) + i32::from(multiplier.removable);
-                return GROWTH_IN_NOISE.powi(-order);
-            }
             let growth = before.map_or(0.0, |before| step.h / before.h);
             let (margin, error) = match multiplier.removable {
                 true => {
@@ -255,9 +276,13 @@ impl Multipliers {
                 }
                 false => (1.0, multiplier.missed),
             };
+            let beyond = error.abs() - rounding(i);
+            if multiplier.noisy || beyond < 0.0 {
+                let order = multiplier.power(stages) + i32::from(multiplier.removable);
+                return GROWTH_IN_NOISE.powi(-order);
+            }
             let [of_missed, _] = profile(step.method, index, 1.0);
-            let error = (error.abs() - rounding(i)).max(0.0);
-            margin * of_missed.abs() * error / tolerance(i)
+            margin * of_missed.abs() * beyond / tolerance(i)
         });
         left.fold(0.0, f64::max)
     }

@@ -8,6 +8,7 @@ use crate::error::{RadauError, expect_length};
 
 /// How the step size is chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum StepSize {
     /// By the estimated error.
     Adaptive,
@@ -22,6 +23,7 @@ pub enum StepSize {
 /// on, and contributes h^(k−1) times itself to them (Hairer & Wanner VII.7). The unit of h is that
 /// of the problem's t.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum IndexScaling {
     /// Those of all variables of index 2 and 3, as in RADAU5.
     All,
@@ -290,10 +292,11 @@ impl RadauOptions {
         }
     }
 
-    /// The step size control for these options.
-    pub(crate) fn control(&self) -> Control {
+    /// The step size control for these options, with or without a hidden `constraint`.
+    pub(crate) fn control(&self, constraint: bool) -> Control {
         let loosened = self.internal_factor(self.tolerances.relative());
-        Control::new(self.stages, self.safety, self.newton_limit(), loosened)
+        let limit = self.newton_limit();
+        Control::new(self.stages, self.safety, limit, loosened, constraint)
     }
 
     /// Newton iterations allowed.

@@ -5,6 +5,7 @@
 
 /// An error of the wrapper.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// A setting has a value that makes no sense.
     #[error("{option} = {value}: must be {expected}")]

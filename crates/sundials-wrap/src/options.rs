@@ -58,6 +58,7 @@ pub(crate) fn differential(kinds: &[VariableKind]) -> Vec<f64> {
 ///
 /// IDAS lets violations pass that are smaller than Newton's share of the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[non_exhaustive]
 pub enum Constraint {
     /// Any value.
     #[default]
@@ -86,6 +87,7 @@ impl Constraint {
 
 /// Whose arithmetic IDAS does on vectors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[non_exhaustive]
 pub enum VectorArithmetic {
     /// Ours, with the vector instructions of the processor; sums are taken in another order.
     #[default]

@@ -98,6 +98,8 @@ macro_rules! conformance_tests {
             stops_before_a_wall,
             hands_back_fatal_errors,
             stops_at_the_smallest_step,
+            names_a_remedy_for_a_wrong_start,
+            names_a_remedy_for_a_jump,
             keeps_its_statistics_when_a_weight_is_lost,
             stays_where_it_is_when_a_root_function_fails,
             lets_a_panic_pass,

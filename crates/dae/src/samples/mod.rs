@@ -33,6 +33,7 @@ mod pipes;
 mod planar;
 mod robertson;
 mod spatial;
+mod switching;
 mod van_der_pol;
 
 pub use akzo::Akzo;
@@ -49,7 +50,8 @@ pub use pendulum::Pendulum;
 pub use pipes::Pipes;
 pub use planar::{FourBar, Press, SliderCrank};
 pub use robertson::Robertson;
-pub use spatial::{Skate, SphericalPendulums};
+pub use spatial::{Charges, Skate, SphericalPendulums};
+pub use switching::{Bridge, Inverters, Pump};
 pub use van_der_pol::VanDerPol;
 
 use crate::parameters::{Differenced, Parameter};

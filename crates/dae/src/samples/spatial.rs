@@ -58,6 +58,67 @@ impl Mechanism for SphericalPendulums {
     }
 }
 
+/// Seven charges that repel each other on the unit sphere, damped: they go to rest where they are far
+/// from each other, as in the search for Fekete points.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Charges;
+
+impl Charges {
+    const NUMBER: usize = 7;
+    /// Damping for a mass of 1, 1/s.
+    const DAMPING: f64 = 0.5;
+}
+
+impl Mechanism for Charges {
+    fn n_positions(&self) -> usize {
+        3 * Self::NUMBER
+    }
+
+    fn n_constraints(&self) -> usize {
+        Self::NUMBER
+    }
+
+    fn inertia<S: Scalar>(&self, _q: &[S], a: &[S], out: &mut [S]) {
+        out.copy_from_slice(a);
+    }
+
+    fn force<S: Scalar>(&self, q: &[S], v: &[S], out: &mut [S]) {
+        for (out, v) in out.iter_mut().zip(v) {
+            *out = v.times(-Self::DAMPING);
+        }
+        for i in 0..Self::NUMBER {
+            for j in 0..i {
+                let between = [0, 1, 2].map(|k| q[3 * i + k] - q[3 * j + k]);
+                let [x, y, z] = between;
+                let square = x * x + y * y + z * z;
+                let cube = square * square.sqrt();
+                for (k, between) in between.into_iter().enumerate() {
+                    out[3 * i + k] = out[3 * i + k] + between / cube;
+                    out[3 * j + k] = out[3 * j + k] - between / cube;
+                }
+            }
+        }
+    }
+
+    fn constraint<S: Scalar>(&self, q: &[S], out: &mut [S]) {
+        for (out, p) in out.iter_mut().zip(q.chunks_exact(3)) {
+            let square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+            *out = (square - S::from(1.0)).times(0.5);
+        }
+    }
+
+    /// On a spiral from pole to pole, at rest.
+    fn start(&self) -> (Vec<f64>, Vec<f64>) {
+        let place = |i: usize| {
+            let height = (2.0 * i as f64 + 1.0) / Self::NUMBER as f64 - 1.0;
+            let (radius, angle) = ((1.0 - height * height).sqrt(), 2.0 * i as f64);
+            [radius * angle.cos(), radius * angle.sin(), height]
+        };
+        let positions = (0..Self::NUMBER).flat_map(place).collect();
+        (positions, vec![0.0; 3 * Self::NUMBER])
+    }
+}
+
 /// A skate on an inclined plane, turning: a knife edge that cannot slide sideways.
 ///
 /// ```text

@@ -80,7 +80,9 @@ impl Advance {
     /// What a step of a solver on its way to `t_end` came to.
     pub(crate) fn of(outcome: wrap::Outcome, t_end: f64) -> Self {
         match outcome {
-            wrap::Outcome::Stopped(stop) => {
+            wrap::Outcome::Stopped(mut stop) => {
+                // What helps a muscle is known better here.
+                stop.remedy = None;
                 let worst: Vec<_> = stop
                     .worst_components
                     .iter()

@@ -36,7 +36,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let mut error =
             self.error_test
                 .estimate(problem, matrices, &step, z, filter_twice, counters)?;
-        if error.is_finite() && error >= 1.0 {
+        // Under a hidden constraint a shorter step has more rounding: it must not follow from that.
+        let shortens = |error| self.control.propose(h, error, iterations) < h;
+        let questioned = error >= 1.0 || (self.multipliers.any() && shortens(error));
+        if error.is_finite() && questioned {
             let (rounding, n, errors) = (&mut self.rounding, step.y.len(), &self.error_test);
             rounding.measure(problem, matrices, &step, &self.y_dot, counters)?;
             let beyond = |i| rounding.beyond(i, errors.error(i));
@@ -93,6 +96,34 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             left = multipliers.largest_left(&step, before, tolerance, |i| rounding.of(i));
         }
         Ok(self.control.propose_for_multipliers(h, left, order))
+    }
+
+    /// Takes what Newton's method left of hidden constraints in the last step, of size `h` in the one
+    /// that has just failed, out of the variables of index 1.
+    ///
+    /// A constraint g(q) = 0 that is violated by δ gives velocities that err by δ/h: a step much shorter
+    /// than the last fails, and each shorter one the more.
+    pub(super) fn return_to_constraints(&mut self, h: f64) -> Result<(), Failure> {
+        if !self.multipliers.any() || self.counters.statistics.steps == 0 {
+            return Ok(());
+        }
+        if self.set_up_for != Some(h) {
+            return Ok(());
+        }
+        let step = Step {
+            method: &self.method,
+            t: self.t,
+            h,
+            y: &self.y,
+            weights: self.weights.scaled(),
+        };
+        let (problem, matrices) = (&mut self.problem, &mut self.matrices);
+        let (multipliers, counters) = (&mut self.multipliers, &mut self.counters);
+        multipliers.measure_left(problem, matrices, &step, &self.y_dot, counters)?;
+        for (i, error) in self.multipliers.left_in() {
+            self.y[i] -= error;
+        }
+        Ok(())
     }
 
     /// Solves the stage equations, with a new Jacobian if the one at hand fails; the number of

@@ -33,7 +33,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.collocation = Collocation::line(&self.method, t0, y0, y_dot0);
         self.predictor = Predictor::new(&self.method, n);
         self.newton = NewtonSolver::new(&self.method, n, tolerance, limit, self.multipliers.any());
-        self.control = self.options.control();
+        self.control = self.options.control(self.multipliers.any());
         self.multipliers.restart(y0);
         (self.fresh, self.next_limit) = (true, None);
         self.jacobian = Jacobian::Due;

@@ -113,6 +113,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 Err(Failure::Fatal(fatal)) => return Err(fatal.in_step(self.t, h)),
                 Err(Failure::Rejected(rejection)) => rejection,
             };
+            if !failures.any() {
+                match self.return_to_constraints(h) {
+                    Err(Failure::Fatal(fatal)) => return Err(fatal.in_step(self.t, h)),
+                    // The step has failed anyway.
+                    Ok(()) | Err(Failure::Rejected(_)) => {}
+                }
+            }
             failures.count(reason, &mut self.counters.statistics);
             let too_many = failures.too_many(&self.options);
             if matches!(self.options.step_size, StepSize::Fixed(_)) || (too_many && self.fresh) {
@@ -273,7 +280,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             (1e-3 * (t_out - self.t)).min(0.5 / (norm * scale))
         };
         let first = self.options.initial_step.unwrap_or_else(estimate);
-        first.min(self.largest_step())
+        first.max(self.options.min_step).min(self.largest_step())
     }
 
     pub(super) fn stop(&self, reason: StopReason, message: String) -> Outcome {
@@ -287,7 +294,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 .collect(),
         };
         let worst = WorstComponent::largest(&self.problem, weighted);
-        let stop = Stop::new(reason, message, self.t(), self.statistics(), worst);
+        let stop = Stop::new(reason, message, self.t(), self.statistics(), worst).advised(
+            &self.problem,
+            &self.kinds,
+            3,
+        );
         Outcome::Stopped(Box::new(stop))
     }
 }

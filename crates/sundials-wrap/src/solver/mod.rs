@@ -160,9 +160,13 @@ impl<P: Problem> IdaSolver<P> {
         let cause = self.functions_mut().failures.take_message();
         let message = format!("{PATIENCE} steps have not moved t; {cause}");
         let worst = self.worst_components(false)?;
-        let (reason, statistics) = (StopReason::StepTooSmall, self.statistics());
-        let stop = Stop::new(reason, message, self.t, statistics, worst);
-        Ok(Outcome::Stopped(Box::new(stop)))
+        Ok(self.stopped(StopReason::StepTooSmall, message, worst))
+    }
+
+    /// The end of a call that cannot go on, with what may help.
+    fn stopped(&self, reason: StopReason, message: String, worst: Vec<WorstComponent>) -> Outcome {
+        let stop = Stop::new(reason, message, self.t, self.statistics(), worst);
+        Outcome::Stopped(Box::new(stop.advised(self.problem(), &self.kinds, 1)))
     }
 
     /// Puts y and ẏ back to the time reached, where IDAS has given up without saying how far it got.
@@ -214,8 +218,7 @@ impl<P: Problem> IdaSolver<P> {
         };
         let message = format!("{message} ({})", codes::name(code));
         let worst = self.worst_components(code == sys::IDA_ERR_FAIL)?;
-        let stop = Stop::new(reason, message, self.t, statistics, worst);
-        Ok(Outcome::Stopped(Box::new(stop)))
+        Ok(self.stopped(reason, message, worst))
     }
 
     /// Where the error test failed, of the components that are not left out of it.

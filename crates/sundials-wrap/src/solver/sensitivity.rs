@@ -10,6 +10,7 @@ use myovib_dae::{Jacobian, Linearization, Parameters, Problem, StepError};
 
 /// How the sensitivities are integrated along with the solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum SensitivityMethod {
     /// After the solution of each step has passed its error test (IDA_STAGGERED).
     #[default]

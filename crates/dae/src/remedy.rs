@@ -1,0 +1,70 @@
+//! What may help an integration that gave up.
+
+use crate::outcome::StopReason;
+use crate::problem::{Problem, VariableKind};
+
+/// The highest index that Radau IIA takes.
+const RADAU: u8 = 3;
+
+/// What an integrator knows of an integration that gave up, beside the reason.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Standing {
+    /// The highest index that the problem states of a variable.
+    index: Option<u8>,
+    /// Whether there are algebraic variables.
+    algebraic: bool,
+    /// Whether no step was accepted.
+    at_start: bool,
+}
+
+impl Standing {
+    /// Where an integration of `problem` stands after so many steps.
+    pub(crate) fn of(problem: &impl Problem, kinds: &[VariableKind], steps: u64) -> Self {
+        Self {
+            index: problem.indices().and_then(|all| all.into_iter().max()),
+            algebraic: kinds.contains(&VariableKind::Algebraic),
+            at_start: steps == 0,
+        }
+    }
+
+    /// What may help after this `reason`; `highest` is the highest index that the method takes as it
+    /// stands.
+    pub(crate) fn remedy(self, reason: StopReason, highest: u8) -> Option<String> {
+        let mut remedies = match reason {
+            StopReason::MaxSteps => vec!["another call, which goes on", "a higher max_steps"],
+            StopReason::ToleranceTooTight => return Some("looser tolerances".to_owned()),
+            StopReason::ErrorTestFailures
+            | StopReason::ConvergenceFailures
+            | StopReason::StepTooSmall
+            | StopReason::LinearSetupFailed => self.against_failed_steps(highest),
+            _ => return None,
+        };
+        if highest < RADAU {
+            remedies.push("Radau IIA, which takes indices up to 3 as they stand");
+        }
+        Some(remedies.join("; or "))
+    }
+
+    fn against_failed_steps(self, highest: u8) -> Vec<&'static str> {
+        let mut remedies = Vec::new();
+        if self.index.is_some_and(|index| index > highest) {
+            remedies.push("the derivative of the constraint in its place, which lowers the index");
+        } else if self.at_start {
+            remedies.push(
+                "values to start from that fulfil the equations (correct_initial_values) and, above \
+                 index 1, the derivatives of the constraints",
+            );
+        } else {
+            remedies.push(
+                "integrating to the time where an input jumps or bends, if there is one near, and \
+                 starting afresh from there (reinit)",
+            );
+            remedies.push("looser tolerances");
+        }
+        if self.index.is_none() && self.algebraic {
+            remedies
+                .push("stating the index of each variable (Problem::indices), if one is above 1");
+        }
+        remedies
+    }
+}

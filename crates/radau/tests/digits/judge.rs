@@ -1,0 +1,219 @@
+//! Runs, and whether they keep the promise.
+
+use std::ops::Range;
+
+use myovib_dae::samples::Sample;
+use myovib_dae::{Integrator, Outcome, Stop, Suppressed, Tolerances, VariableKind};
+use myovib_radau::{RadauOptions, RadauSolver};
+use sundials_wrap::{IdaOptions, IdaSolver};
+
+const STAGES: [usize; 3] = [3, 5, 7];
+const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-8];
+
+/// Two digits.
+const PROMISED: f64 = 100.0;
+
+/// The part of the tolerance that IDAS needs for the same promise.
+const PART_FOR_BDF: f64 = 0.01;
+
+/// Steps of IDAS in one call: at index 3 it may go on for ever.
+const MAX_STEPS: usize = 20_000;
+
+/// Stages and tolerances of the two runs whose agreement makes a reference.
+const REFERENCES: [(usize, f64); 2] = [(7, 1e-12), (5, 1e-11)];
+
+/// They agree to a tenth of the tightest promise.
+const AGREEMENT: f64 = 0.1 * PROMISED * TOLERANCES[2];
+
+/// A problem with its end, what is known there, and the times not to step over.
+pub(crate) struct Case<'a, S> {
+    pub(crate) name: &'a str,
+    pub(crate) sample: S,
+    pub(crate) t_end: f64,
+    pub(crate) reference: Vec<f64>,
+    pub(crate) breaks: &'a [f64],
+}
+
+/// Judges runs by the exact solution.
+pub(crate) fn exact<S: Sample + Clone>(name: &str, sample: S, t_end: f64, breaks: &[f64]) {
+    let reference = sample.exact(t_end).unwrap();
+    Case {
+        name,
+        sample,
+        t_end,
+        reference,
+        breaks,
+    }
+    .judge();
+}
+
+/// Judges runs by a converged solution.
+pub(crate) fn converged<S: Sample + Clone>(name: &str, sample: &S, t_end: f64, breaks: &[f64]) {
+    let reference = reference(sample, t_end, breaks);
+    Case {
+        name,
+        sample: sample.clone(),
+        t_end,
+        reference,
+        breaks,
+    }
+    .judge();
+}
+
+/// What two methods agree on.
+pub(crate) fn reference<S: Sample + Clone>(sample: &S, t_end: f64, breaks: &[f64]) -> Vec<f64> {
+    let [first, second] = REFERENCES.map(|(stages, tolerance)| {
+        let mut solver = radau(sample, stages, tolerance);
+        run(&mut solver, t_end, breaks).unwrap();
+        solver.y().to_vec()
+    });
+    let apart = largest(&second, &first, 0..first.len());
+    assert!(apart < AGREEMENT, "references differ by {apart:e}");
+    first
+}
+
+/// The largest error of the components in a range, relative to 1 + |reference|.
+fn largest(y: &[f64], reference: &[f64], range: Range<usize>) -> f64 {
+    let error = |i: usize| (y[i] - reference[i]).abs() / (1.0 + reference[i].abs());
+    let worse = |worst: f64, error: f64| match error.is_nan() {
+        true => f64::INFINITY,
+        false => worst.max(error),
+    };
+    range.map(error).fold(0.0, worse)
+}
+
+fn radau<S: Sample + Clone>(sample: &S, stages: usize, tolerance: f64) -> RadauSolver<S> {
+    let start = sample.start();
+    let options = RadauOptions {
+        stages,
+        tolerances: Tolerances::scalar(tolerance, tolerance),
+        ..RadauOptions::default()
+    };
+    let builder = RadauSolver::builder(sample.clone()).options(options);
+    builder.build(start.t, &start.y, &start.y_dot).unwrap()
+}
+
+/// As one uses BDF: without the multipliers in the error test, where there are some.
+fn idas<S: Sample + Clone>(sample: &S, tolerance: f64) -> IdaSolver<S> {
+    let start = sample.start();
+    let options = IdaOptions {
+        tolerances: Tolerances::scalar(tolerance, tolerance),
+        suppressed: match multipliers(sample).contains(&true) {
+            true => Suppressed::Algebraic,
+            false => Suppressed::Nothing,
+        },
+        max_steps: Some(MAX_STEPS),
+        ..IdaOptions::default()
+    };
+    let builder = IdaSolver::builder(sample.clone()).options(options);
+    builder.build(start.t, &start.y, &start.y_dot).unwrap()
+}
+
+/// Which variables are algebraic, of index 2 or 3.
+fn multipliers<S: Sample>(sample: &S) -> Vec<bool> {
+    let indices = sample.indices().unwrap();
+    let differential = || vec![VariableKind::Differential; indices.len()];
+    let kinds = sample.kinds().unwrap_or_else(differential);
+    let variables = kinds.iter().zip(&indices);
+    variables
+        .map(|(&kind, &index)| kind == VariableKind::Algebraic && index > 1)
+        .collect()
+}
+
+/// Runs to the end by way of the breaks.
+fn run<S: Sample, I: Integrator<S>>(
+    solver: &mut I,
+    t_end: f64,
+    breaks: &[f64],
+) -> Result<(), Box<Stop>> {
+    let on_the_way = breaks.iter().copied().filter(|t| (0.0..t_end).contains(t));
+    for t in on_the_way.filter(|t| *t > 0.0).chain([t_end]) {
+        solver.set_stop_time(t).unwrap();
+        if let Outcome::Stopped(stop) = solver.integrate_to(t).unwrap() {
+            return Err(stop);
+        }
+    }
+    Ok(())
+}
+
+impl<S: Sample + Clone> Case<'_, S> {
+    /// Prints the rows of the table, and panics where the promise is not kept.
+    pub(crate) fn judge(&self) {
+        let mut broken = Vec::new();
+        let mut rows = String::new();
+        for tolerance in TOLERANCES {
+            rows += &format!("| {} | {tolerance:.0e} |", self.name);
+            for stages in STAGES {
+                let mut solver = radau(&self.sample, stages, tolerance);
+                let ended = run(&mut solver, self.t_end, self.breaks);
+                let entry = self.entry(&solver, &ended, tolerance);
+                if ended.is_err() || self.error(solver.y(), false) > PROMISED * tolerance {
+                    broken.push(format!(
+                        "Radau IIA, {stages} stages, {tolerance:e}: {entry}"
+                    ));
+                }
+                rows += &entry;
+            }
+            for part in [1.0, PART_FOR_BDF] {
+                let mut solver = idas(&self.sample, part * tolerance);
+                let ended = run(&mut solver, self.t_end, self.breaks);
+                let entry = self.entry(&solver, &ended, tolerance);
+                let kept = match &ended {
+                    Ok(()) if part < 1.0 => self.error(solver.y(), true) <= PROMISED * tolerance,
+                    Ok(()) => true,
+                    // As the columns before show.
+                    Err(stop) => stop.to_string().contains("Radau IIA"),
+                };
+                if !kept {
+                    broken.push(format!("IDAS, {:e}: {entry}", part * tolerance));
+                }
+                rows += &entry;
+            }
+            rows += "\n";
+        }
+        print!("{rows}");
+        assert!(broken.is_empty(), "{}: {broken:#?}", self.name);
+    }
+
+    /// The largest error of all variables, or of those but multipliers.
+    fn error(&self, y: &[f64], tested: bool) -> f64 {
+        let left_out = multipliers(&self.sample);
+        let counts = |i: &usize| !(tested && left_out[*i]);
+        let errors = (0..y.len()).filter(counts);
+        errors
+            .map(|i| largest(y, &self.reference, i..i + 1))
+            .fold(0.0, f64::max)
+    }
+
+    fn entry<I: Integrator<S>>(
+        &self,
+        solver: &I,
+        ended: &Result<(), Box<Stop>>,
+        tolerance: f64,
+    ) -> String {
+        if let Err(stop) = ended {
+            return format!(" – {} at {:.1e} |", stop.reason, stop.t);
+        }
+        let indices = self.sample.indices().unwrap();
+        let of_index = |index: u8| {
+            let of_it = (0..indices.len()).filter(|&i| indices[i].clamp(1, 3) == index);
+            of_it
+                .map(|i| largest(solver.y(), &self.reference, i..i + 1))
+                .reduce(f64::max)
+        };
+        let errors: Vec<f64> = (1..=3).filter_map(of_index).collect();
+        let digits: Vec<String> = errors
+            .iter()
+            .map(|error| format!("{:.1}", -error.log10()))
+            .collect();
+        let less = errors.iter().any(|&error| error > PROMISED * tolerance);
+        let statistics = solver.statistics();
+        let failed = statistics.error_test_failures + statistics.step_solve_failures;
+        format!(
+            " {}{} ({} + {failed}) |",
+            digits.join(" "),
+            if less { "!" } else { "" },
+            statistics.steps
+        )
+    }
+}
