@@ -13,6 +13,7 @@
 //! a hundredth of the tolerance, in each variable that is in the error test, if it gets to the end. If
 //! not, it says that Radau IIA does. What IDAS gives at the tolerance itself is printed; a mark `!` is a
 //! success with less than the promise.
+#![allow(clippy::unwrap_used)] // a test may panic
 
 mod judge;
 
