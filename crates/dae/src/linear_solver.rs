@@ -50,6 +50,31 @@ pub trait LinearSolver<P> {
         rhs: &mut [Complex64],
     ) -> Result<(), StepError>;
 
+    /// Solves in place with the transpose of the real matrix, as an adjoint asks for.
+    ///
+    /// # Errors
+    /// Those of the solve; by default there is none, which is fatal.
+    fn solve_real_transposed(
+        &mut self,
+        _problem: &mut P,
+        _rhs: &mut [f64],
+    ) -> Result<(), StepError> {
+        Err(no_transposed_solves())
+    }
+
+    /// Solves in place with the transpose (not conjugated) of complex matrix `k`, likewise.
+    ///
+    /// # Errors
+    /// Those of the solve; by default there is none, which is fatal.
+    fn solve_complex_transposed(
+        &mut self,
+        _problem: &mut P,
+        _k: usize,
+        _rhs: &mut [Complex64],
+    ) -> Result<(), StepError> {
+        Err(no_transposed_solves())
+    }
+
     /// Evaluations of the residual that the matrices took so far, for
     /// [`difference_evaluations`](crate::Statistics::difference_evaluations).
     fn difference_evaluations(&self) -> u64 {
@@ -79,6 +104,12 @@ pub trait LinearSolver<P> {
     }
 }
 
+fn no_transposed_solves() -> StepError {
+    let message = "this linear solver has no transposed solves, which the adjoint needs: \
+                   give the integrator one that has";
+    StepError::Fatal(message.into())
+}
+
 /// A choice made at run time.
 impl<P, S: LinearSolver<P> + ?Sized> LinearSolver<P> for Box<S> {
     fn evaluate(&mut self, problem: &mut P, at: &Linearization<'_>) -> Result<(), StepError> {
@@ -105,6 +136,19 @@ impl<P, S: LinearSolver<P> + ?Sized> LinearSolver<P> for Box<S> {
         rhs: &mut [Complex64],
     ) -> Result<(), StepError> {
         (**self).solve_complex(problem, k, rhs)
+    }
+
+    fn solve_real_transposed(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
+        (**self).solve_real_transposed(problem, rhs)
+    }
+
+    fn solve_complex_transposed(
+        &mut self,
+        problem: &mut P,
+        k: usize,
+        rhs: &mut [Complex64],
+    ) -> Result<(), StepError> {
+        (**self).solve_complex_transposed(problem, k, rhs)
     }
 
     fn difference_evaluations(&self) -> u64 {

@@ -56,6 +56,31 @@ pub trait Parameters<P: ?Sized> {
         out: &mut [f64],
     ) -> Result<(), StepError>;
 
+    /// Adds the products λᵀ ∂F/∂p_j at (t, y, ẏ) to `products`, with λ in `adjoint`. To be replaced
+    /// where one pass gives those of many parameters, as of a field's.
+    ///
+    /// # Shapes
+    /// `y`, `y_dot`, `adjoint`: the number of unknowns; `products`: the number of parameters.
+    ///
+    /// # Errors
+    /// As for [`Problem::residual`].
+    fn add_products(
+        &mut self,
+        problem: &mut P,
+        t: f64,
+        [y, y_dot]: [&[f64]; 2],
+        adjoint: &[f64],
+        products: &mut [f64],
+    ) -> Result<(), StepError> {
+        let mut derivative = vec![0.0; y.len()];
+        for (j, product) in products.iter_mut().enumerate() {
+            self.derivative(problem, j, t, y, y_dot, &mut derivative)?;
+            let terms = adjoint.iter().zip(&derivative);
+            *product += terms.map(|(a, d)| a * d).sum::<f64>();
+        }
+        Ok(())
+    }
+
     /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, as [`Jacobian::parts`] does. To be replaced
     /// where the problem keeps matrices from its own evaluations that the integrator still needs.
     ///

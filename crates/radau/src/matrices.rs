@@ -94,6 +94,23 @@ impl<P: Problem> LinearSolver<P> for KluMatrices {
         Ok(self.complex[k].solve(rhs)?)
     }
 
+    fn solve_real_transposed(
+        &mut self,
+        _problem: &mut P,
+        rhs: &mut [f64],
+    ) -> Result<(), StepError> {
+        Ok(self.real.solve_transposed(rhs)?)
+    }
+
+    fn solve_complex_transposed(
+        &mut self,
+        _problem: &mut P,
+        k: usize,
+        rhs: &mut [Complex64],
+    ) -> Result<(), StepError> {
+        Ok(self.complex[k].solve_transposed(rhs)?)
+    }
+
     fn difference_evaluations(&self) -> u64 {
         self.jacobian.residual_evaluations()
     }

@@ -29,6 +29,12 @@ pub trait Factorization<T: Number>: std::fmt::Debug + Send {
     /// [`SparseError::NoFactors`] before the first matrix and after one that was refused.
     fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError>;
 
+    /// Solves Aᵀ x = b in place (transposed, not conjugated).
+    ///
+    /// # Errors
+    /// As for [`solve`](Self::solve).
+    fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError>;
+
     /// Entries of the last factors, where the library tells.
     fn n_entries(&self) -> Option<usize>;
 }

@@ -79,8 +79,11 @@ impl<T: Number> Factors<T> {
             .lu
             .factorize_numeric_lu_scratch::<T>(Par::Seq, Default::default());
         let solve = symbolic.lu.solve_in_place_scratch::<T>(1, Par::Seq);
+        let transposed = symbolic
+            .lu
+            .solve_transpose_in_place_scratch::<T>(1, Par::Seq);
         Self {
-            buffer: MemBuffer::new(StackReq::any_of(&[factor, solve])),
+            buffer: MemBuffer::new(StackReq::any_of(&[factor, solve, transposed])),
             numeric: NumericLu::new(),
             probe: vec![T::zero(); symbolic.n()],
             current: false,
@@ -138,6 +141,35 @@ impl<T: Number> Factors<T> {
     /// # Errors
     /// [`SparseError::NoFactors`], [`SparseError::WrongLength`].
     pub fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError> {
+        self.check(x)?;
+        let x = MatMut::from_column_major_slice_mut(x, self.symbolic.n(), 1);
+        LuRef::new_unchecked(&self.symbolic.lu, &self.numeric).solve_in_place_with_conj(
+            Conj::No,
+            x,
+            Par::Seq,
+            MemStack::new(&mut self.buffer),
+        );
+        Ok(())
+    }
+
+    /// Solves Aᵀ x = b in place (transposed, not conjugated).
+    ///
+    /// # Errors
+    /// As for [`solve`](Self::solve).
+    pub fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError> {
+        self.check(x)?;
+        let x = MatMut::from_column_major_slice_mut(x, self.symbolic.n(), 1);
+        LuRef::new_unchecked(&self.symbolic.lu, &self.numeric).solve_transpose_in_place_with_conj(
+            Conj::No,
+            x,
+            Par::Seq,
+            MemStack::new(&mut self.buffer),
+        );
+        Ok(())
+    }
+
+    /// Whether there is something to solve `x` with.
+    fn check(&self, x: &[T]) -> Result<(), SparseError> {
         let n = self.symbolic.n();
         if x.len() != n {
             let what = "right-hand side";
@@ -147,17 +179,10 @@ impl<T: Number> Factors<T> {
                 got: x.len(),
             });
         }
-        if !self.current {
-            return Err(SparseError::NoFactors);
+        match self.current {
+            true => Ok(()),
+            false => Err(SparseError::NoFactors),
         }
-        let x = MatMut::from_column_major_slice_mut(x, n, 1);
-        LuRef::new_unchecked(&self.symbolic.lu, &self.numeric).solve_in_place_with_conj(
-            Conj::No,
-            x,
-            Par::Seq,
-            MemStack::new(&mut self.buffer),
-        );
-        Ok(())
     }
 }
 
@@ -177,6 +202,10 @@ impl<T: Number> Factorization<T> for Factors<T> {
 
     fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError> {
         Self::solve(self, x)
+    }
+
+    fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError> {
+        Self::solve_transposed(self, x)
     }
 
     fn n_entries(&self) -> Option<usize> {

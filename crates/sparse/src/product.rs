@@ -83,6 +83,16 @@ impl Product {
         });
     }
 
+    /// `y` -= Aᵀ `x` (transposed, not conjugated), likewise.
+    pub fn subtract_transposed<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
+        self.arch.dispatch(Transposed {
+            product: self,
+            values,
+            x,
+            y,
+        });
+    }
+
     /// `y` += |A| |`x`|, likewise.
     pub fn add_magnitudes<T: Number>(&self, values: &[T], x: &[T], y: &mut [f64]) {
         self.arch.dispatch(Accumulate {
@@ -153,6 +163,47 @@ impl<T: Number, Y: Copy, F: Fn(Y, T, T) -> Y> WithSimd for Accumulate<'_, T, Y, 
     }
 }
 
+/// `y` ← `y` − Aᵀ `x`, to be run with the processor's vector instructions.
+struct Transposed<'a, T> {
+    product: &'a Product,
+    values: &'a [T],
+    x: &'a [T],
+    y: &'a mut [T],
+}
+
+impl<T: Number> WithSimd for Transposed<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self {
+            product,
+            values,
+            x,
+            y,
+        } = self;
+        for group in &product.groups {
+            let pairs = &product.rows[group.pairs.clone()];
+            let single = &product.rows[group.single.clone()];
+            let n = group.entries.len();
+            for column in 0..1 + usize::from(group.is_double) {
+                let own = &values[group.entries.start + column * n..][..n];
+                let (of_pairs, of_single) = own.split_at(2 * pairs.len());
+                let mut sums = [T::zero(); 2];
+                for (&row, a) in pairs.iter().zip(of_pairs.chunks_exact(2)) {
+                    let x = &x[row as usize..][..2];
+                    sums[0] = sums[0].plus_product(a[0], x[0]);
+                    sums[1] = sums[1].plus_product(a[1], x[1]);
+                }
+                for (&row, &a) in single.iter().zip(of_single) {
+                    sums[0] = sums[0].plus_product(a, x[row as usize]);
+                }
+                y[group.column + column] -= sums[0] + sums[1];
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -179,6 +230,13 @@ mod tests {
         let product = Product::new(&pattern);
         product.subtract(&values, &x, &mut y);
         assert_eq!(y, expected);
+        let mut transposed = [0.5; 5];
+        for ((column, row), a) in pattern.entries().zip(&values) {
+            transposed[column] -= a * x[row];
+        }
+        let mut by_columns = [0.5; 5];
+        product.subtract_transposed(&values, &x, &mut by_columns);
+        assert_eq!(by_columns, transposed);
         // All are positive: what was subtracted comes back.
         product.add_magnitudes(&values, &x, &mut y);
         assert_eq!(y, [0.5; 4]);

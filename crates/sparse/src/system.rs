@@ -272,6 +272,20 @@ impl<T: Number> SparseSystem<T> {
         Ok(())
     }
 
+    /// Solves with the transpose (not conjugated) in place. The solution is not checked: it is meant
+    /// for those who iterate, and see what is left.
+    ///
+    /// # Errors
+    /// Those of the solve.
+    pub fn solve_transposed(
+        &mut self,
+        x: &mut [T],
+        work: &mut LinearWork,
+    ) -> Result<(), SparseError> {
+        work.solves += 1;
+        self.factors().solve_transposed(x)
+    }
+
     /// Solves for `x` = b, a copy of which is in `rhs`, and returns the backward error.
     fn solve_and_refine(&mut self, x: &mut [T], work: &mut LinearWork) -> Result<f64, SparseError> {
         self.factors().solve(x)?;

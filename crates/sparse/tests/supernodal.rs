@@ -39,8 +39,26 @@ fn stencil(side: usize) -> SparsityPattern {
 }
 
 fn largest_residual<T: Number>(p: &SparsityPattern, values: &[T], b: &[T], x: &[T]) -> f64 {
+    largest(p.entries(), values, b, x)
+}
+
+fn largest_residual_transposed<T: Number>(
+    p: &SparsityPattern,
+    values: &[T],
+    b: &[T],
+    x: &[T],
+) -> f64 {
+    largest(p.entries().map(|(c, r)| (r, c)), values, b, x)
+}
+
+fn largest<T: Number>(
+    entries: impl Iterator<Item = (usize, usize)>,
+    values: &[T],
+    b: &[T],
+    x: &[T],
+) -> f64 {
     let mut residual = b.to_vec();
-    for ((column, row), &a) in p.entries().zip(values) {
+    for ((column, row), &a) in entries.zip(values) {
         residual[row] -= a * x[column];
     }
     residual.iter().map(|r| r.abs()).fold(0.0, f64::max)
@@ -78,6 +96,9 @@ fn factors_solve_real_and_complex_systems_in_any_order() {
             let mut x = b.clone();
             real.solve(&mut x);
             assert!(largest_residual(&p, &values, &b, &x) < ROUNDING);
+            x.copy_from_slice(&b);
+            real.solve_transposed(&mut x);
+            assert!(largest_residual_transposed(&p, &values, &b, &x) < ROUNDING);
 
             let mut draw =
                 || Complex64::new(rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0));
@@ -88,6 +109,9 @@ fn factors_solve_real_and_complex_systems_in_any_order() {
             let mut x = b.clone();
             complex.solve(&mut x);
             assert!(largest_residual(&p, &values, &b, &x) < ROUNDING);
+            x.copy_from_slice(&b);
+            complex.solve_transposed(&mut x);
+            assert!(largest_residual_transposed(&p, &values, &b, &x) < ROUNDING);
         }
     }
 }

@@ -115,4 +115,46 @@ impl<T: Number> Condensed<T> {
         }
         Ok(())
     }
+
+    /// Solves with the transpose of the full system (not conjugated) in place: the steps of
+    /// [`solve`](Self::solve), transposed, from the last to the first.
+    ///
+    /// # Shapes
+    /// `rhs`: the unknowns of the full system.
+    ///
+    /// # Errors
+    /// Those of the solve.
+    pub fn solve_transposed(
+        &mut self,
+        rhs: &mut [T],
+        work: &mut LinearWork,
+    ) -> Result<(), SparseError> {
+        let plan = &self.plan;
+        for block in &plan.kept {
+            self.unknowns[block.condensed.clone()].copy_from_slice(&rhs[block.unknowns.clone()]);
+        }
+        for block in &plan.recovered {
+            let (rate, inverse) = (self.c * block.rate, 1.0 / block.value);
+            let bases = &mut self.unknowns[block.base.clone()];
+            let kinematic = &mut self.kinematic[block.place.clone()];
+            let own = &rhs[block.unknowns.clone()];
+            for ((base, k), &b) in bases.iter_mut().zip(kinematic).zip(own) {
+                *k = b * inverse;
+                *base -= rate * *k;
+            }
+        }
+        self.system.solve_transposed(&mut self.unknowns, work)?;
+        self.product
+            .subtract_transposed(&self.coupling, &self.unknowns, &mut self.kinematic);
+        for block in &plan.kept {
+            let unknowns = &self.unknowns[block.condensed.clone()];
+            for (x, &u) in rhs[block.rows.clone()].iter_mut().zip(unknowns) {
+                *x = u * block.sign;
+            }
+        }
+        for block in &plan.recovered {
+            rhs[block.rows.clone()].copy_from_slice(&self.kinematic[block.place.clone()]);
+        }
+        Ok(())
+    }
 }

@@ -151,4 +151,26 @@ impl<T: Number> Reduced<T> {
             ReducedBody::Split(matrix) => matrix.solve(rhs, work),
         }
     }
+
+    /// Solves with the transpose of the full system (not conjugated) in place.
+    ///
+    /// # Shapes
+    /// `rhs`: the unknowns of the full system.
+    ///
+    /// # Errors
+    /// Those of the solve.
+    pub fn solve_transposed(
+        &mut self,
+        rhs: &mut [T],
+        work: &mut LinearWork,
+    ) -> Result<(), SparseError> {
+        match &mut self.body {
+            ReducedBody::Condensed(matrix) => matrix.solve_transposed(rhs, work)?,
+            ReducedBody::Split(matrix) => matrix.solve_transposed(rhs, work)?,
+        }
+        if let Some(tensions) = &self.tensions {
+            tensions.solve_transposed(rhs);
+        }
+        Ok(())
+    }
 }

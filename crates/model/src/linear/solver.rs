@@ -131,4 +131,23 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
         }
         Ok(())
     }
+
+    fn solve_real_transposed(
+        &mut self,
+        dae: &mut MuscleDae,
+        rhs: &mut [f64],
+    ) -> Result<(), StepError> {
+        Ok(self
+            .real
+            .solve_transposed(rhs, &mut dae.counters_mut().linear)?)
+    }
+
+    fn solve_complex_transposed(
+        &mut self,
+        dae: &mut MuscleDae,
+        k: usize,
+        rhs: &mut [Complex64],
+    ) -> Result<(), StepError> {
+        Ok(self.complex[k].solve_transposed(rhs, &mut dae.counters_mut().linear)?)
+    }
 }

@@ -149,4 +149,60 @@ impl<T: Number> Split<T> {
         }
         Ok(())
     }
+
+    /// Solves with the transpose of the full system (not conjugated) in place: the steps of
+    /// [`solve`](Self::solve), transposed, from the last to the first.
+    ///
+    /// # Shapes
+    /// `rhs`: the unknowns of the full system.
+    ///
+    /// # Errors
+    /// Those of the solves.
+    pub fn solve_transposed(
+        &mut self,
+        rhs: &mut [T],
+        work: &mut LinearWork,
+    ) -> Result<(), SparseError> {
+        let (plan, s) = (&self.plan, self.s);
+        let (places, inverse) = (&plan.places, T::one() / s);
+        let n_q = places.q.len();
+        self.first[..n_q].copy_from_slice(&rhs[places.q.clone()]);
+        for (x, &v) in self.second.iter_mut().zip(&rhs[places.v.clone()]) {
+            *x = v * inverse;
+        }
+        for i in 0..places.mu.len() {
+            let (of_lambda, of_mu) = (
+                rhs[places.lambda.start + i],
+                rhs[places.mu.start + i] * inverse,
+            );
+            self.second[n_q + i] = of_lambda + of_mu;
+            self.first[n_q + i] = match self.source {
+                Source::Momentum => -of_mu,
+                Source::Kinematic => of_lambda,
+            };
+        }
+        self.velocity.solve_transposed(&mut self.second, work)?;
+        for x in &mut self.second[n_q..] {
+            *x = -(s * *x);
+        }
+        let (to_q, _) = self.first.split_at_mut(n_q);
+        self.product
+            .subtract_transposed(&self.passed_on, &self.second, to_q);
+        self.motion.solve_transposed(&mut self.first, work)?;
+
+        rhs[places.lambda.clone()].copy_from_slice(&self.second[n_q..]);
+        for (x, &mu) in rhs[places.mu.clone()].iter_mut().zip(&self.first[n_q..]) {
+            *x = -mu;
+        }
+        for i in 0..n_q {
+            let (motion, velocity) = (self.first[i], self.second[i]);
+            let (of_v, of_q) = match self.source {
+                Source::Momentum => (motion + velocity, s * motion),
+                Source::Kinematic => (motion, s * motion - s * velocity),
+            };
+            rhs[places.v.start + i] = of_v;
+            rhs[places.q.start + i] = of_q;
+        }
+        Ok(())
+    }
 }

@@ -77,4 +77,19 @@ impl<T: Number> Tensions<T> {
             }
         }
     }
+
+    /// Solves for the tensions of the transposed system, whose body is solved before.
+    pub(super) fn solve_transposed(&self, rhs: &mut [T]) {
+        let plan = &*self.plan;
+        for (k, &inverse) in self.inverse.iter().enumerate() {
+            let offsets = plan.force.major_offsets();
+            let own = offsets[k]..offsets[k + 1];
+            let rows = &plan.force.minor_indices()[own.clone()];
+            let mut sum = rhs[plan.unknowns.start + k];
+            for (&row, &force) in rows.iter().zip(&self.force[own]) {
+                sum -= rhs[plan.momentum.start + row] * force;
+            }
+            rhs[plan.unknowns.start + k] = sum * inverse;
+        }
+    }
 }

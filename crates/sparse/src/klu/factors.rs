@@ -102,6 +102,14 @@ impl<T: Scalar> Factors<T> {
     pub fn solve(&self, rhs: &mut [T]) -> Result<(), SparseError> {
         self.current()?.solve(rhs)
     }
+
+    /// Solves Aᵀ x = b in place (transposed, not conjugated).
+    ///
+    /// # Errors
+    /// As for [`Numeric::solve`].
+    pub fn solve_transposed(&self, rhs: &mut [T]) -> Result<(), SparseError> {
+        self.current()?.solve_transposed(rhs)
+    }
 }
 
 impl<T: Number> Factorization<T> for Factors<T> {
@@ -111,6 +119,10 @@ impl<T: Number> Factorization<T> for Factors<T> {
 
     fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError> {
         Self::solve(self, x)
+    }
+
+    fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError> {
+        Self::solve_transposed(self, x)
     }
 
     fn n_entries(&self) -> Option<usize> {

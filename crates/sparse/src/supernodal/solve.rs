@@ -10,18 +10,43 @@ impl<T: Number> Supernodal<T> {
     /// Solves A x = b in place with the last factors.
     pub fn solve(&mut self, rhs: &mut [T]) {
         let arch = self.arch;
-        arch.dispatch(Solve { factors: self, rhs });
+        let is_transposed = false;
+        arch.dispatch(Solve {
+            factors: self,
+            rhs,
+            is_transposed,
+        });
+    }
+
+    /// Solves Aᵀ x = b in place (transposed, not conjugated) with the last factors.
+    pub fn solve_transposed(&mut self, rhs: &mut [T]) {
+        let arch = self.arch;
+        let is_transposed = true;
+        arch.dispatch(Solve {
+            factors: self,
+            rhs,
+            is_transposed,
+        });
     }
 
     #[inline(always)]
-    fn solve_here(&mut self, rhs: &mut [T]) {
+    fn solve_here(&mut self, rhs: &mut [T], is_transposed: bool) {
         for (x, &original) in self.x.iter_mut().zip(&self.analysis.order) {
             *x = rhs[original as usize];
         }
-        self.forward();
-        match self.analysis.kind {
-            Kind::General => self.backward(),
-            Kind::Symmetric => self.backward_transposed(),
+        match (self.analysis.kind, is_transposed) {
+            (Kind::Symmetric, _) => {
+                self.forward();
+                self.backward_transposed::<true>();
+            }
+            (Kind::General, false) => {
+                self.forward();
+                self.backward();
+            }
+            (Kind::General, true) => {
+                self.forward_transposed();
+                self.backward_transposed::<false>();
+            }
         }
         for (&x, &original) in self.x.iter().zip(&self.analysis.order) {
             rhs[original as usize] = x;
@@ -78,9 +103,35 @@ impl<T: Number> Supernodal<T> {
         }
     }
 
-    /// x ← (D Lᵀ)⁻¹ x.
+    /// x ← (Uᵀ)⁻¹ x.
     #[inline(always)]
-    fn backward_transposed(&mut self) {
+    fn forward_transposed(&mut self) {
+        let Self {
+            analysis,
+            factors,
+            x,
+            ..
+        } = self;
+        for node in &analysis.supernodes {
+            let (m, k, r) = (node.size(), node.n_columns(), node.n_rows());
+            let (panel, upper) = factors[node.start..][..k * (m + r)].split_at(m * k);
+            let first = node.shape.columns.start;
+            for p in 0..k {
+                let (done, rest) = x[first..].split_at_mut(p);
+                let column = &panel[p * m..];
+                rest[0] = (rest[0] - dot(&column[..p], done)) * column[p];
+                let pivot = rest[0];
+                for (&row, &entry) in node.shape.rows.iter().zip(&upper[p * r..]) {
+                    let x = &mut x[row as usize];
+                    *x = x.plus_product(entry, -pivot);
+                }
+            }
+        }
+    }
+
+    /// x ← (Lᵀ)⁻¹ x, or (D Lᵀ)⁻¹ x.
+    #[inline(always)]
+    fn backward_transposed<const WITH_PIVOTS: bool>(&mut self) {
         let Self {
             analysis,
             factors,
@@ -94,7 +145,7 @@ impl<T: Number> Supernodal<T> {
             let y = &mut gathered[..m];
             let pivots = &mut x[node.shape.columns.clone()];
             for (p, (y, &x)) in y.iter_mut().zip(&*pivots).enumerate() {
-                *y = x * panel[p * m + p];
+                *y = if WITH_PIVOTS { x * panel[p * m + p] } else { x };
             }
             for (value, &row) in y[k..].iter_mut().zip(&node.shape.rows) {
                 *value = x[row as usize];
@@ -115,6 +166,11 @@ impl<T: Number> Factorization<T> for Supernodal<T> {
         Ok(())
     }
 
+    fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError> {
+        Self::solve_transposed(self, x);
+        Ok(())
+    }
+
     fn n_entries(&self) -> Option<usize> {
         Some(self.factors.len())
     }
@@ -124,6 +180,7 @@ impl<T: Number> Factorization<T> for Supernodal<T> {
 struct Solve<'a, T: Number> {
     factors: &'a mut Supernodal<T>,
     rhs: &'a mut [T],
+    is_transposed: bool,
 }
 
 impl<T: Number> WithSimd for Solve<'_, T> {
@@ -131,6 +188,6 @@ impl<T: Number> WithSimd for Solve<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.factors.solve_here(self.rhs);
+        self.factors.solve_here(self.rhs, self.is_transposed);
     }
 }
