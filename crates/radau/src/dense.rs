@@ -45,6 +45,11 @@ impl Collocation {
         }
     }
 
+    /// How many numbers its vectors have.
+    pub(crate) fn n_numbers(&self) -> usize {
+        self.y0.len() + self.y_dot0.len() + self.increments.len()
+    }
+
     /// Takes the slope of u at t_0 for that of these `components`: û is u there. For a first step,
     /// where nothing is known of the derivative of algebraic variables.
     pub(crate) fn free_start(&mut self, method: &Method, components: &[usize]) {
@@ -63,24 +68,38 @@ impl Collocation {
 
     /// Evaluates û (`derivative` 0) or its derivative (1).
     pub(crate) fn evaluate(&self, method: &Method, t: f64, derivative: usize, out: &mut [f64]) {
+        match derivative {
+            0 => out.copy_from_slice(&self.y0),
+            _ => out.fill(0.0),
+        }
+        let (of_slope, of_stages) = self.coefficients(method, t, derivative);
+        add_scaled(out, of_slope, &self.y_dot0);
+        let stages = self.increments.chunks_exact(self.y0.len());
+        stages
+            .zip(of_stages)
+            .for_each(|(z, b)| add_scaled(out, b, z));
+    }
+
+    /// The factors of ẏ_0 and of the increments in û (`derivative` 0) or its derivative (1).
+    pub(crate) fn coefficients(
+        &self,
+        method: &Method,
+        t: f64,
+        derivative: usize,
+    ) -> (f64, impl Iterator<Item = f64>) {
         let theta = (t - self.t0) / self.h;
         let (ramp, scale) = match derivative {
             0 => (method.ramp(theta), 1.0),
             _ => (method.ramp_derivative(theta), 1.0 / self.h),
         };
-        match derivative {
-            0 => out.copy_from_slice(&self.y0),
-            _ => out.fill(0.0),
-        }
-        add_scaled(out, scale * ramp * self.h, &self.y_dot0);
-        for (j, z) in self.increments.chunks_exact(self.y0.len()).enumerate() {
+        let of_stage = move |j| {
             let basis = match derivative {
                 0 => method.basis(j, theta),
                 _ => method.basis_derivative(j, theta),
             };
-            let slope = method.basis_derivative(j, 0.0);
-            add_scaled(out, scale * (basis - ramp * slope), z);
-        }
+            scale * (basis - ramp * method.basis_derivative(j, 0.0))
+        };
+        (scale * ramp * self.h, (0..method.stages()).map(of_stage))
     }
 
     /// Continues the polynomial to a step of size `h` from the end of this one, as stage

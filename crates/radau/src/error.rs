@@ -69,6 +69,23 @@ pub enum RadauError {
     /// Quadratures were asked for, but none were set up.
     #[error("this solver has no quadratures")]
     NoQuadrature,
+    /// The adjoint cannot be taken back over a step.
+    #[error("the adjoint cannot be taken back over the step at t = {t}: {message}")]
+    Adjoint {
+        /// Begin of the step.
+        t: f64,
+        /// Why.
+        message: String,
+    },
+    /// A run did not repeat itself from a checkpoint.
+    #[error(
+        "the step at t = {t} does not repeat itself: between recorded steps do nothing to the solver \
+         but step it, or keep the stages"
+    )]
+    NotRepeated {
+        /// Begin of the step.
+        t: f64,
+    },
     /// Initial values were to be corrected after the first step.
     #[error("initial values can be corrected before the first step only, not at t = {t}")]
     AfterTheStart {

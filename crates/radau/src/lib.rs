@@ -72,7 +72,9 @@ pub use method::{ComplexMode, Method, RealMode};
 /// The counters of the linear algebra.
 pub use myovib_dae::Work;
 pub use options::{IndexScaling, RadauOptions, StepSize};
-pub use sensitivity::{ForwardSensitivities, SensitivityWork};
+pub use sensitivity::{
+    Adjoint, AdjointWork, Cotangents, ForwardSensitivities, Gradient, Recording, SensitivityWork,
+};
 pub use solver::{RadauBuilder, RadauSolver, RadauState};
 
 #[cfg(doctest)]

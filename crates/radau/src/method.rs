@@ -58,6 +58,7 @@ pub struct Method {
     /// The coefficients of ℓ_0 and its first two derivatives, from 1 upwards.
     start_basis: [Vec<f64>; 3],
     a_inverse: DMatrix<f64>,
+    weights: Vec<f64>,
     real: RealMode,
     complex: Vec<ComplexMode>,
 }
@@ -80,6 +81,7 @@ impl Method {
             lagrange_derivative(&nodes, j, nodes[i])
         });
         let (real, complex) = modes(&a_inverse);
+        let weights = weights(&a_inverse);
         let start_basis = start_basis(&nodes);
         let slope = derivative(&start_basis);
         Ok(Self {
@@ -87,6 +89,7 @@ impl Method {
             start_basis: [start_basis, slope.clone(), derivative(&slope)],
             nodes,
             a_inverse,
+            weights,
             real,
             complex,
         })
@@ -110,6 +113,11 @@ impl Method {
     /// The entry (i, j) of A⁻¹, counted from 0.
     pub fn a_inverse(&self, i: usize, j: usize) -> f64 {
         self.a_inverse[(i, j)]
+    }
+
+    /// The weights b_i of the nodes in ∫_0^1 f ≈ Σ_i b_i f(c_i).
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
     }
 
     /// The mode of the real eigenvalue of A⁻¹.
@@ -230,6 +238,16 @@ fn others(nodes: &[f64], j: usize) -> impl Iterator<Item = f64> {
         .map(|(_, &c)| c)
 }
 
+/// The last row b of A, b A⁻¹ = e_s.
+fn weights(a_inverse: &DMatrix<f64>) -> Vec<f64> {
+    let s = a_inverse.nrows();
+    let mut weights = DVector::zeros(s);
+    weights[s - 1] = 1.0;
+    let solved = a_inverse.transpose().lu().solve_mut(&mut weights);
+    assert!(solved, "A has an inverse");
+    weights.iter().copied().collect()
+}
+
 /// The eigenvalues of A⁻¹ with right and left eigenvectors.
 fn modes(a_inverse: &DMatrix<f64>) -> (RealMode, Vec<ComplexMode>) {
     let mut eigenvalues: Vec<Complex64> = a_inverse.complex_eigenvalues().iter().copied().collect();
@@ -320,6 +338,19 @@ mod tests {
             (method.complex[0].lambda - if pair.im > 0.0 { pair } else { pair.conj() }).norm()
                 < rounding(3)
         );
+    }
+
+    /// ∫ θ^k = 1/(k + 1) up to the degree 2s − 2.
+    #[test]
+    fn weights_integrate_polynomials_exactly() {
+        for s in ODD {
+            let method = Method::radau_iia(s).unwrap();
+            for k in 0..2 * s - 1 {
+                let values = method.nodes().iter().map(|c| c.powi(k as i32));
+                let sum: f64 = values.zip(method.weights()).map(|(f, b)| b * f).sum();
+                assert!((sum - 1.0 / (k + 1) as f64).abs() < rounding(s), "{s} {k}");
+            }
+        }
     }
 
     #[test]

@@ -59,8 +59,6 @@ struct Multiplier {
     missed: f64,
     /// e(−(a + ε)) of it.
     jump: f64,
-    /// Whether e(ε) has changed like rounding.
-    noisy: bool,
 }
 
 /// What is kept of one from step to step.
@@ -70,6 +68,9 @@ pub(crate) struct Known {
     raw: f64,
     /// e(ε) of the last step.
     last: f64,
+    /// Whether it has changed like rounding.
+    #[serde(default)]
+    noisy: bool,
 }
 
 /// How much what is left may exceed the change of what was removed: between the coefficients of the
@@ -97,10 +98,10 @@ impl Multipliers {
             known: Known {
                 raw: y[variable],
                 last: 0.0,
+                noisy: false,
             },
             missed: 0.0,
             jump: 0.0,
-            noisy: false,
         };
         let of_higher_index = (0..n).filter(|&i| indices[i] > 1);
         let list: Vec<_> = of_higher_index.map(multiplier).collect();
@@ -206,7 +207,7 @@ impl Multipliers {
         }
         let growth = step.h / before.h;
         for multiplier in &mut self.list {
-            multiplier.noisy = multiplier.changes_like_rounding(method.stages(), growth);
+            multiplier.known.noisy = multiplier.changes_like_rounding(method.stages(), growth);
         }
         Ok(())
     }
@@ -277,7 +278,7 @@ impl Multipliers {
                 false => (1.0, multiplier.missed),
             };
             let beyond = error.abs() - rounding(i);
-            if multiplier.noisy || beyond < 0.0 {
+            if multiplier.known.noisy || beyond < 0.0 {
                 let order = multiplier.power(stages) + i32::from(multiplier.removable);
                 return GROWTH_IN_NOISE.powi(-order);
             }
@@ -298,7 +299,7 @@ impl Multipliers {
                 continue;
             }
             multiplier.known.raw = step.y[i] + increments[last_stage * n + i];
-            let missed = if multiplier.noisy {
+            let missed = if multiplier.known.noisy {
                 0.0
             } else {
                 multiplier.missed

@@ -34,33 +34,84 @@ impl StageSystem {
         stages: &mut [f64],
         counters: &mut Counters,
     ) -> Result<(), StepError> {
-        let n = self.real.len();
         let (real_mode, complex_modes) = (method.real_mode(), method.complex_modes());
+        let [left, right] = [&real_mode.left, &real_mode.right];
+        self.split(left, complex_modes.iter().map(|mode| &mode.left), stages);
+        matrices.solve_real(problem, &mut self.real)?;
+        for (k, w) in self.complex.iter_mut().enumerate() {
+            matrices.solve_complex(problem, k, w)?;
+        }
+        self.join(right, complex_modes.iter().map(|mode| &mode.right), stages);
+        self.count(counters);
+        Ok(())
+    }
+
+    /// Solves with the transpose in place, A⁻ᵀ having the eigenvectors of A⁻¹ with left and right
+    /// exchanged.
+    ///
+    /// # Shapes
+    /// As for [`solve`](Self::solve).
+    pub(crate) fn solve_transposed<P, M: LinearSolver<P>>(
+        &mut self,
+        problem: &mut P,
+        matrices: &mut M,
+        method: &Method,
+        stages: &mut [f64],
+        counters: &mut Counters,
+    ) -> Result<(), StepError> {
+        let (real_mode, complex_modes) = (method.real_mode(), method.complex_modes());
+        let [left, right] = [&real_mode.left, &real_mode.right];
+        self.split(right, complex_modes.iter().map(|mode| &mode.right), stages);
+        matrices.solve_real_transposed(problem, &mut self.real)?;
+        for (k, w) in self.complex.iter_mut().enumerate() {
+            matrices.solve_complex_transposed(problem, k, w)?;
+        }
+        self.join(left, complex_modes.iter().map(|mode| &mode.left), stages);
+        self.count(counters);
+        Ok(())
+    }
+
+    /// The right-hand sides of the modes: their products with these vectors.
+    fn split<'m>(
+        &mut self,
+        real: &[f64],
+        complex: impl Iterator<Item = &'m Vec<Complex64>>,
+        stages: &[f64],
+    ) {
+        let n = self.real.len();
         self.real.fill(0.0);
-        for (b, l) in stages.chunks_exact(n).zip(&real_mode.left) {
+        for (b, l) in stages.chunks_exact(n).zip(real) {
             add_scaled(&mut self.real, *l, b);
         }
-        matrices.solve_real(problem, &mut self.real)?;
-        counters.work.real_solves += 1;
-        for (k, (mode, w)) in complex_modes.iter().zip(&mut self.complex).enumerate() {
+        for (mode, w) in complex.zip(&mut self.complex) {
             w.fill(Complex64::ZERO);
-            for (b, l) in stages.chunks_exact(n).zip(&mode.left) {
+            for (b, l) in stages.chunks_exact(n).zip(mode) {
                 w.iter_mut().zip(b).for_each(|(w, b)| *w += l * b);
             }
-            matrices.solve_complex(problem, k, w)?;
-            counters.work.complex_solves += 1;
         }
-        for (i, stage) in stages.chunks_exact_mut(n).enumerate() {
-            let right = real_mode.right[i];
+    }
+
+    /// The stages, from the modes' solutions along these vectors.
+    fn join<'m>(
+        &self,
+        real: &[f64],
+        complex: impl Iterator<Item = &'m Vec<Complex64>> + Clone,
+        stages: &mut [f64],
+    ) {
+        for (i, stage) in stages.chunks_exact_mut(self.real.len()).enumerate() {
             let all = stage.iter_mut().zip(&self.real);
-            all.for_each(|(x, w)| *x = right * w);
-            for (mode, w) in complex_modes.iter().zip(&self.complex) {
+            all.for_each(|(x, w)| *x = real[i] * w);
+            for (mode, w) in complex.clone().zip(&self.complex) {
                 // A conjugate pair of modes adds up to twice the real part.
-                let r = mode.right[i];
+                let r = mode[i];
                 let all = stage.iter_mut().zip(w);
                 all.for_each(|(x, w)| *x += 2.0 * (r.re * w.re - r.im * w.im));
             }
         }
-        Ok(())
+    }
+
+    fn count(&self, counters: &mut Counters) {
+        counters.work.real_solves += 1;
+        counters.work.complex_solves += self.complex.len() as u64;
     }
 }

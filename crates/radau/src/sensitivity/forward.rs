@@ -306,9 +306,19 @@ impl<Q> ForwardSensitivities<Q> {
         if self.curves.is_empty() {
             return Ok(0.0);
         }
+        // All parameters share the directions, and so their inner product: that of y.
+        spread(&mut self.weights, n, |first| {
+            weights.write_at(problem, options, &collocation.y0, h, first)
+        })
+        .map_err(|failure| (0, Trouble::from(failure)))?;
         let parameters = &mut self.parameters;
         self.operator
-            .linearise((problem, parameters), method, &collocation, weights.plain())
+            .linearise(
+                (problem, parameters),
+                method,
+                &collocation,
+                &self.weights[..n],
+            )
             .map_err(|error| (0, Trouble::Failed(error)))?;
         self.work.jacobian_evaluations += self.operator.stages.len() as u64;
         let stages = self.operator.stages.iter().take(method.stages());
@@ -322,11 +332,6 @@ impl<Q> ForwardSensitivities<Q> {
                 self.work.parameter_derivatives += 1;
             }
         }
-        // All parameters share the directions, and so their inner product: that of y.
-        spread(&mut self.weights, n, |first| {
-            weights.write_at(problem, options, &collocation.y0, h, first)
-        })
-        .map_err(|failure| (0, Trouble::from(failure)))?;
         self.krylov.restart(&self.weights);
         let (operator, system, counters) =
             (&mut self.operator, &mut self.system, &mut self.counters);
@@ -386,7 +391,7 @@ impl<Q> ForwardSensitivities<Q> {
 }
 
 /// Writes the weights of n components, and repeats them for all stages.
-fn spread(
+pub(super) fn spread(
     weights: &mut [f64],
     n: usize,
     write: impl FnOnce(&mut [f64]) -> Result<(), Failure>,

@@ -38,6 +38,16 @@ impl Krylov {
         self.weights.extend_from_slice(weights);
     }
 
+    /// The norm that right-hand sides have in common.
+    pub(super) fn norm(&self, r: &[f64]) -> f64 {
+        norm(r, &self.weights)
+    }
+
+    /// How many directions there are for this K.
+    pub(super) fn directions(&self) -> usize {
+        self.used
+    }
+
     /// Adds the solution of K d = `r` to `x`, up to an error with a norm, with the weights of this
     /// right-hand side, of about `tolerance`. `apply` replaces v by K v.
     ///

@@ -3,14 +3,23 @@
 //! [`ForwardSensitivities`] follow a [`RadauSolver`](crate::RadauSolver) step by step: at the stages
 //! of each accepted step a `StageOperator` linearises the equations, and `Krylov` solves with it, the
 //! step's factors being the preconditioner. The plain integration knows nothing of it.
+//!
+//! An [`Adjoint`] goes back over the steps of a [`Recording`], with the same operator transposed; a
+//! misfit adds to the [`Cotangents`] of each step.
 
+mod adjoint;
+mod cotangents;
 mod curve;
 mod forward;
 mod krylov;
 mod nonzeros;
 mod operator;
+mod recording;
 mod trouble;
 mod work;
 
+pub use adjoint::{Adjoint, Gradient};
+pub use cotangents::Cotangents;
 pub use forward::ForwardSensitivities;
-pub use work::SensitivityWork;
+pub use recording::Recording;
+pub use work::{AdjointWork, SensitivityWork};

@@ -62,6 +62,13 @@ impl Nonzeros {
     pub(super) fn subtract(&self, values: &[f64], x: &[f64], out: &mut [f64]) {
         self.product.subtract(&values[..self.places.len()], x, out);
     }
+
+    /// Subtracts the product of the transposed matrix with these compressed `values` and `x` from
+    /// `out`.
+    pub(super) fn subtract_transposed(&self, values: &[f64], x: &[f64], out: &mut [f64]) {
+        let values = &values[..self.places.len()];
+        self.product.subtract_transposed(values, x, out);
+    }
 }
 
 /// The product with the entries kept.

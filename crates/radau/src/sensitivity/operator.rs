@@ -35,17 +35,33 @@ pub(super) struct Stage {
     pub(super) y_dot: Vec<f64>,
 }
 
+impl Stage {
+    /// Room for `n` unknowns.
+    pub(super) fn new(n: usize) -> Self {
+        Self {
+            t: 0.0,
+            y: vec![0.0; n],
+            y_dot: vec![0.0; n],
+        }
+    }
+
+    /// Becomes stage `i` of a step.
+    pub(super) fn move_to(&mut self, method: &Method, step: &Collocation, i: usize) {
+        let n = self.y.len();
+        self.t = step.t0 + method.nodes()[i] * step.h;
+        self.y.copy_from_slice(&step.y0);
+        add_scaled(&mut self.y, 1.0, &step.increments[i * n..(i + 1) * n]);
+        combine(method, i, step.h, &step.increments, &mut self.y_dot);
+    }
+}
+
 impl StageOperator {
     pub(super) fn new<P: Problem>(problem: &P, method: &Method) -> Self {
         let (n, s) = (problem.n_unknowns(), method.stages());
         let jacobian = Jacobian::of(problem);
         let pattern = jacobian.pattern();
         let room = vec![0.0; pattern.nnz()];
-        let stage = Stage {
-            t: 0.0,
-            y: vec![0.0; n],
-            y_dot: vec![0.0; n],
-        };
+        let stage = Stage::new(n);
         Self {
             nonzeros: [Nonzeros::new(pattern), Nonzeros::new(pattern)],
             parts: vec![[room.clone(), room]; s],
@@ -74,17 +90,12 @@ impl StageOperator {
         weights: &[f64],
     ) -> Result<(), StepError> {
         self.h = step.h;
-        let n = step.y0.len();
         for (i, stage) in self.stages.iter_mut().enumerate() {
-            stage.y.copy_from_slice(&step.y0);
             match method.nodes().get(i) {
-                Some(c) => {
-                    stage.t = step.t0 + c * step.h;
-                    add_scaled(&mut stage.y, 1.0, &step.increments[i * n..(i + 1) * n]);
-                    combine(method, i, step.h, &step.increments, &mut stage.y_dot);
-                }
+                Some(_) => stage.move_to(method, step, i),
                 None => {
                     stage.t = step.t0;
+                    stage.y.copy_from_slice(&step.y0);
                     step.start_slope(method, &mut stage.y_dot);
                 }
             }
@@ -129,6 +140,28 @@ impl StageOperator {
             by_value.subtract(of_value, value, out);
             combine(method, i, self.h, x, &mut self.rate);
             by_rate.subtract(of_rate, &self.rate, out);
+        }
+    }
+
+    /// Subtracts Lᵀ x from `out`.
+    pub(super) fn subtract_transposed(&mut self, method: &Method, x: &[f64], out: &mut [f64]) {
+        let n = self.rate.len();
+        let [by_value, by_rate] = &self.nonzeros;
+        for (i, (x, [of_value, of_rate])) in x.chunks_exact(n).zip(&self.parts).enumerate() {
+            by_value.subtract_transposed(of_value, x, &mut out[i * n..(i + 1) * n]);
+            self.rate.fill(0.0);
+            by_rate.subtract_transposed(of_rate, x, &mut self.rate);
+            for (j, out) in out.chunks_exact_mut(n).enumerate() {
+                add_scaled(out, method.a_inverse(i, j) / self.h, &self.rate);
+            }
+        }
+    }
+
+    /// Subtracts Σ_i J_y(i)ᵀ x_i from `start`.
+    pub(super) fn subtract_transposed_from_start(&self, x: &[f64], start: &mut [f64]) {
+        let stages = x.chunks_exact(self.rate.len()).zip(&self.parts);
+        for (x, [of_value, _]) in stages {
+            self.nonzeros[0].subtract_transposed(of_value, x, start);
         }
     }
 

@@ -181,6 +181,7 @@ impl<P: Problem> RadauBuilder<P> {
             weights: Weights::new(weights, powers, options.own_weight(relative)),
             weighed: Ok(()),
             roots: roots.map(|(directions, functions)| Roots::new(directions, functions, n)),
+            bounds: [t0; 2],
             pause: None,
             y: y0.to_vec(),
             y_dot: y_dot0.to_vec(),

@@ -1,9 +1,10 @@
 //! What an accepted step leaves to those who linearise at its stages.
 
-use myovib_dae::{LinearSolver, Problem};
+use myovib_dae::{LinearSolver, Outcome, Problem};
 
 use super::state::RadauSolver;
 use crate::dense::Collocation;
+use crate::error::RadauError;
 use crate::method::Method;
 use crate::options::{RadauOptions, StepSize};
 use crate::weights::Weights;
@@ -22,7 +23,7 @@ pub(crate) struct AcceptedStep<'a, P, M> {
     pub(crate) mask: &'a [f64],
     /// The stages, as the step's equations were solved for them.
     pub(crate) collocation: Collocation,
-    /// How many steps there were since the start.
+    /// Its number, from 1.
     pub(crate) number: u64,
 }
 
@@ -33,6 +34,16 @@ impl<P, M> RadauSolver<P, M> {
         let mut collocation = self.collocation.clone();
         self.multipliers
             .put_back(self.y.len(), &mut collocation.increments);
+        let number = self.counters.statistics.steps;
+        self.at_step(collocation, number)
+    }
+
+    /// The step with these stages and this number, and the matrices as they are.
+    pub(crate) fn at_step(
+        &mut self,
+        collocation: Collocation,
+        number: u64,
+    ) -> AcceptedStep<'_, P, M> {
         AcceptedStep {
             problem: &mut self.problem,
             matrices: &mut self.matrices,
@@ -41,7 +52,7 @@ impl<P, M> RadauSolver<P, M> {
             weights: &mut self.weights,
             mask: self.error_test.mask(),
             collocation,
-            number: self.counters.statistics.steps,
+            number,
         }
     }
 }
@@ -55,5 +66,32 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             let proposal = self.kept(h, proposal);
             self.h = self.h.map(|next| next.min(proposal));
         }
+    }
+
+    /// The end of the last accepted step, whether or not there is a pause in it.
+    pub(crate) fn step_end(&self) -> f64 {
+        self.t
+    }
+
+    /// Its size.
+    pub(crate) fn last_step_size(&self) -> f64 {
+        self.collocation.h
+    }
+
+    /// y at its end.
+    pub(crate) fn y_unpaused(&self) -> &[f64] {
+        &self.y
+    }
+
+    /// The bounds of the last accepted step, with which it can be [repeated](Self::repeat).
+    pub(crate) fn bounds(&self) -> [f64; 2] {
+        self.bounds
+    }
+
+    /// Takes a step once more, within the bounds it had, in the state the solver was in: bit by bit the same.
+    /// Roots are not looked for, which changes no step.
+    pub(crate) fn repeat(&mut self, [t_out, limit]: [f64; 2]) -> Result<Outcome, RadauError> {
+        self.pause = None;
+        self.accepted_step(t_out, limit)
     }
 }

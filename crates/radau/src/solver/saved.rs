@@ -88,6 +88,20 @@ impl RadauState {
         self.pause.as_ref().map_or(self.t, |pause| pause.t)
     }
 
+    /// Bytes of its vectors.
+    pub(crate) fn n_bytes(&self) -> usize {
+        let linearized = |at: &Linearized| at.y.len() + at.y_dot.len() + at.weights.len();
+        let jacobian = self.jacobian.as_ref().map_or(0, |(at, _)| linearized(at));
+        let pivots = self.pivots.as_ref().map_or(0, |(at, _)| linearized(at));
+        let own = self.y.len() + self.y_dot.len() + self.last.n_numbers();
+        (own + jacobian + pivots) * size_of::<f64>() + size_of_val(&self.multipliers[..])
+    }
+
+    /// y there, but for a pause.
+    pub(crate) fn y(&self) -> &[f64] {
+        &self.y
+    }
+
     /// The counters up to there.
     pub fn statistics(&self) -> Statistics {
         self.statistics

@@ -75,6 +75,8 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(super) weighed: Result<(), Failure>,
     /// The functions whose roots are looked for.
     pub(super) roots: Option<Roots<P>>,
+    /// The `t_out` and the limit that the last accepted step was asked for with.
+    pub(super) bounds: [f64; 2],
     /// Where the integration pauses within the last step.
     pub(super) pause: Option<Pause>,
     pub(super) counters: Counters,

@@ -1,6 +1,7 @@
 //! The integrator on published problems: orders, digits, failures.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+mod adjoint;
 mod common;
 mod conformance;
 mod control;

@@ -1,0 +1,340 @@
+//! The discrete adjoint.
+
+use myovib_dae::{LinearSolver, Linearization, Parameters, Problem, StepError};
+
+use super::cotangents::Cotangents;
+use super::forward::spread;
+use super::krylov::{Krylov, Stalled};
+use super::operator::{Stage, StageOperator};
+use super::recording::Recording;
+use super::trouble::Trouble;
+use super::work::AdjointWork;
+use crate::dense::{Collocation, add_scaled};
+use crate::error::RadauError;
+use crate::method::Method;
+use crate::solver::{AcceptedStep, RadauSolver};
+use crate::stage_system::StageSystem;
+use crate::work::Counters;
+
+/// The gradient of a misfit J of the computed solution, from its end back to its start: at a cost that
+/// does not depend on the number of parameters.
+///
+/// With x̄ for ∂J/∂x, a step is gone back over by what is the transpose of
+/// [`ForwardSensitivities`](super::ForwardSensitivities): for the increments z of its stages
+///
+/// ```text
+/// Lᵀ λ = z̄,   z̄_s += ȳ_(n+1),   ȳ_n = ȳ_(n+1) − Σ_i J_y(i)ᵀ λ_i,   p̄_j −= Σ_i λ_iᵀ ∂F/∂p_j(i),
+/// ```
+///
+/// L being the stage equations linearised at the stages as they were found. So the gradient is that of
+/// the steps that were taken, not an approximation of a differential equation's, for every index. Lᵀ is
+/// solved with by GMRES's kin, generalised conjugate residuals, after the transposed factors of one
+/// Jacobian for all stages.
+///
+/// # Examples
+/// ```
+/// use myovib_dae::samples::{Oscillator, ParametricSample, Sample};
+/// use myovib_radau::{Adjoint, RadauSolver, Recording};
+///
+/// let oscillator = Oscillator { omega: 2.0 };
+/// let (start, parameters) = (oscillator.start(), oscillator.differenced());
+/// let mut solver = RadauSolver::builder(oscillator).build(start.t, &start.y, &start.y_dot)?;
+/// let mut recording = Recording::of_stages(&solver)?;
+/// recording.integrate_to(&mut solver, 3.0)?;
+/// // J = x(3) = x0 cos 3ω + v0/ω sin 3ω.
+/// let mut adjoint = Adjoint::new(&solver, parameters);
+/// let gradient = adjoint.gradient(&mut solver, &recording, &mut |step| {
+///     if step.covers(3.0) {
+///         step.add(3.0, 0, &[1.0, 0.0]);
+///     }
+///     Ok(())
+/// })?;
+/// // To the default tolerance 1e-4.
+/// assert!((gradient.parameters[0] + 3.0 * 6.0_f64.sin()).abs() < 1e-3);
+/// assert!((gradient.start[0] - 6.0_f64.cos()).abs() < 1e-3);
+/// # Ok::<(), myovib_radau::RadauError>(())
+/// ```
+pub struct Adjoint<Q> {
+    parameters: Q,
+    operator: StageOperator,
+    system: StageSystem,
+    krylov: Krylov,
+    tolerance: f64,
+    /// The step the matrices are set up for, on this way back.
+    set_up_for: Option<f64>,
+    /// Directions that the first step with these matrices took.
+    directions: usize,
+    /// z̄, then what of it is left.
+    residual: Vec<f64>,
+    /// The right-hand side of the preconditioner; λ in the end.
+    adjoint: Vec<f64>,
+    image: Vec<f64>,
+    weights: Vec<f64>,
+    counters: Counters,
+    work: AdjointWork,
+}
+
+/// The gradient of a misfit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gradient {
+    /// ∂J/∂p_j, as far as J depends on p by way of the equations.
+    pub parameters: Vec<f64>,
+    /// ∂J/∂y_0, which takes the dependence of y_0 on p further; 0 for algebraic variables, whose start is
+    /// in no equation.
+    pub start: Vec<f64>,
+}
+
+/// ȳ and the cotangent of ẏ between two steps, and the sum of λᵀ ∂F/∂p so far.
+struct Carried {
+    y: Vec<f64>,
+    y_dot: Vec<f64>,
+    products: Vec<f64>,
+}
+
+/// What is left of z̄ may be this much smaller: a tenth of the digits to which forward sensitivities
+/// and the adjoint are held to agree.
+const TOLERANCE: f64 = 1e-11;
+
+/// So many directions more than with fresh factors are as dear as these.
+const STALE: usize = 3;
+
+impl<Q> Adjoint<Q> {
+    /// The adjoint for the `parameters` of a solver's problem.
+    pub fn new<P: Problem, M: LinearSolver<P>>(solver: &RadauSolver<P, M>, parameters: Q) -> Self
+    where
+        Q: Parameters<P>,
+    {
+        let (method, n) = (solver.method(), solver.y().len());
+        let stages = vec![0.0; method.stages() * n];
+        Self {
+            parameters,
+            operator: StageOperator::new(solver.problem(), method),
+            system: StageSystem::new(method, n),
+            krylov: Krylov::default(),
+            tolerance: TOLERANCE,
+            set_up_for: None,
+            directions: 0,
+            residual: stages.clone(),
+            adjoint: stages.clone(),
+            image: stages.clone(),
+            weights: stages,
+            counters: Counters::default(),
+            work: AdjointWork::default(),
+        }
+    }
+
+    /// Solves the linear equations until their residual is this fraction of their right-hand side;
+    /// 1e-11 unless told otherwise.
+    #[must_use]
+    pub fn with_tolerance(self, tolerance: f64) -> Self {
+        Self { tolerance, ..self }
+    }
+
+    /// What it cost so far.
+    pub fn work(&self) -> AdjointWork {
+        AdjointWork {
+            real_solves: self.counters.work.real_solves,
+            complex_solves: self.counters.work.complex_solves,
+            ..self.work
+        }
+    }
+
+    /// The gradient of the misfit that adds its dependence on the solution to each step, from the last to
+    /// the first. The solver is afterwards as it was, but for its linear solver's counters.
+    ///
+    /// # Errors
+    /// Those of the `misfit`; [`RadauError::Adjoint`] when the linear equations cannot be solved,
+    /// [`RadauError::NotRepeated`] for checkpoints from which the run does not repeat itself,
+    /// [`RadauError::Fatal`] when the problem fails or the linear solver has no transposed solves.
+    pub fn gradient<P: Problem, M: LinearSolver<P>>(
+        &mut self,
+        solver: &mut RadauSolver<P, M>,
+        recording: &Recording,
+        misfit: &mut dyn FnMut(&mut Cotangents<'_>) -> Result<(), RadauError>,
+    ) -> Result<Gradient, RadauError>
+    where
+        Q: Parameters<P>,
+    {
+        let n = solver.y().len();
+        let mut carried = Carried {
+            y: vec![0.0; n],
+            y_dot: vec![0.0; n],
+            products: vec![0.0; self.parameters.list().len()],
+        };
+        let end = solver.save();
+        let repeated = recording.go_back(solver, &mut |solver, first, steps| {
+            // Steps that were repeated left other matrices behind.
+            self.set_up_for = None;
+            for (number, step) in steps.iter().enumerate().rev() {
+                let number = first + number;
+                let step = solver.at_step(step.clone(), number as u64 + 1);
+                self.back(step, recording.end(number), &mut carried, misfit)?;
+            }
+            Ok(())
+        });
+        solver.restore(&end)?;
+        self.work.repeated_steps += repeated?;
+        let Carried { y, products, .. } = carried;
+        Ok(Gradient {
+            parameters: products.iter().map(|product| -product).collect(),
+            start: y,
+        })
+    }
+
+    /// Goes back over one step, which lasts `until` then.
+    fn back<P: Problem, M: LinearSolver<P>>(
+        &mut self,
+        step: AcceptedStep<'_, P, M>,
+        until: f64,
+        carried: &mut Carried,
+        misfit: &mut dyn FnMut(&mut Cotangents<'_>) -> Result<(), RadauError>,
+    ) -> Result<(), RadauError>
+    where
+        Q: Parameters<P>,
+    {
+        let (method, is_first) = (step.method, step.number == 1);
+        let (n, h, t) = (carried.y.len(), step.collocation.h, step.collocation.t0);
+        let last = (method.stages() - 1) * n;
+        self.residual.fill(0.0);
+        add_scaled(&mut self.residual[last..], 1.0, &carried.y);
+        let stages = self.residual.chunks_exact_mut(n).enumerate();
+        stages.for_each(|(j, out)| {
+            add_scaled(
+                out,
+                method.a_inverse(method.stages() - 1, j) / h,
+                &carried.y_dot,
+            );
+        });
+        carried.y_dot.fill(0.0);
+        misfit(&mut Cotangents {
+            method,
+            step: &step.collocation,
+            end: until,
+            is_first,
+            start: &mut carried.y,
+            start_slope: &mut carried.y_dot,
+            stages: &mut self.residual,
+        })?;
+        if is_first {
+            // The polynomial's own slope is that at the start: nothing is known of ∂ẏ_0/∂p.
+            let stages = self.residual.chunks_exact_mut(n).enumerate();
+            stages.for_each(|(j, out)| {
+                add_scaled(out, method.basis_derivative(j, 0.0) / h, &carried.y_dot);
+            });
+        }
+        if self.residual.iter().all(|z| *z == 0.0) {
+            return Ok(());
+        }
+        self.solve(step, carried).map_err(|trouble| match trouble {
+            Trouble::Failed(StepError::Fatal(source)) => RadauError::Fatal {
+                function: "adjoint",
+                t,
+                h,
+                source,
+            },
+            Trouble::Failed(error) => RadauError::Adjoint {
+                t,
+                message: error.to_string(),
+            },
+            Trouble::Stalled(Stalled { norm }) => RadauError::Adjoint {
+                t,
+                message: format!("the linear solver stays at {norm:.1e} times the tolerance"),
+            },
+        })
+    }
+
+    /// Solves for λ, and takes what it says to the start of the step and to the parameters.
+    fn solve<P: Problem, M: LinearSolver<P>>(
+        &mut self,
+        step: AcceptedStep<'_, P, M>,
+        carried: &mut Carried,
+    ) -> Result<(), Trouble>
+    where
+        Q: Parameters<P>,
+    {
+        let AcceptedStep {
+            problem,
+            matrices,
+            method,
+            options,
+            weights,
+            collocation,
+            ..
+        } = step;
+        let (n, h) = (collocation.y0.len(), collocation.h);
+        spread(&mut self.weights, n, |first| {
+            weights.write_at(problem, options, &collocation.y0, h, first)
+        })?;
+        let own = &self.weights[..n];
+        if self.set_up_for != Some(h) {
+            set_up(problem, matrices, method, &collocation, own).map_err(Trouble::Failed)?;
+            self.work.factorizations += 1;
+        }
+        self.operator
+            .linearise((problem, &mut self.parameters), method, &collocation, own)
+            .map_err(Trouble::Failed)?;
+        self.work.jacobian_evaluations += method.stages() as u64;
+        // z̄ · z has the units of J: what is left of z̄ counts as z is allowed to err.
+        self.weights.iter_mut().for_each(|w| *w = 1.0 / *w);
+        self.krylov.restart(&self.weights);
+        let size = self.krylov.norm(&self.residual);
+        self.adjoint.fill(0.0);
+        let (operator, system, counters) =
+            (&mut self.operator, &mut self.system, &mut self.counters);
+        let image = &mut self.image;
+        let apply = |v: &mut [f64]| -> Result<(), Trouble> {
+            system
+                .solve_transposed(problem, matrices, method, v, counters)
+                .map_err(Trouble::Failed)?;
+            image.fill(0.0);
+            operator.subtract_transposed(method, v, image);
+            v.iter_mut().zip(&*image).for_each(|(v, w)| *v = -w);
+            Ok(())
+        };
+        let (adjoint, residual) = (&mut self.adjoint, &mut self.residual);
+        let tolerance = self.tolerance * size;
+        self.krylov
+            .solve(adjoint, residual, &self.weights, tolerance, apply)?;
+        self.system
+            .solve_transposed(problem, matrices, method, adjoint, counters)
+            .map_err(Trouble::Failed)?;
+        let directions = self.krylov.directions();
+        if self.set_up_for != Some(h) {
+            (self.set_up_for, self.directions) = (Some(h), directions);
+        } else if directions > self.directions + STALE {
+            self.set_up_for = None;
+        }
+        self.operator
+            .subtract_transposed_from_start(adjoint, &mut carried.y);
+        for (stage, adjoint) in self.operator.stages.iter().zip(adjoint.chunks_exact(n)) {
+            let state = [&stage.y[..], &stage.y_dot];
+            self.parameters
+                .add_products(problem, stage.t, state, adjoint, &mut carried.products)
+                .map_err(Trouble::Failed)?;
+        }
+        self.work.steps += 1;
+        Ok(())
+    }
+}
+
+/// Sets matrices up for a step, with the Jacobian at its middle stage.
+fn set_up<P: Problem, M: LinearSolver<P>>(
+    problem: &mut P,
+    matrices: &mut M,
+    method: &Method,
+    step: &Collocation,
+    weights: &[f64],
+) -> Result<(), StepError> {
+    let mut stage = Stage::new(step.y0.len());
+    stage.move_to(method, step, method.stages() / 2);
+    let at = Linearization {
+        t: stage.t,
+        y: &stage.y,
+        y_dot: &stage.y_dot,
+        step: step.h,
+        weights,
+    };
+    matrices.evaluate(problem, &at)?;
+    let real = method.real_mode().lambda / step.h;
+    matrices.set_up(problem, real, &method.shifts(step.h))
+}

@@ -1,0 +1,204 @@
+//! What a run leaves behind for the way back.
+
+use myovib_dae::{LinearSolver, Outcome, Problem};
+
+use crate::dense::Collocation;
+use crate::error::RadauError;
+use crate::solver::{RadauSolver, RadauState};
+
+/// The accepted steps of a run, over which an [`Adjoint`](super::Adjoint) goes back.
+///
+/// Either the stages of all steps are kept, or a few states of the solver: from these the steps between
+/// them are repeated, bit by bit, when they are wanted.
+#[derive(Debug)]
+pub struct Recording {
+    kept: Kept,
+    /// For each step, how it was asked for and what came of it.
+    steps: Vec<Asked>,
+}
+
+/// A step as it was asked for, and its size.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    bounds: [f64; 2],
+    h: f64,
+    /// Where it ended.
+    end: f64,
+}
+
+#[derive(Debug)]
+enum Kept {
+    Stages(Vec<Collocation>),
+    /// States before every `spacing`-th step.
+    Checkpoints {
+        states: Vec<RadauState>,
+        spacing: usize,
+    },
+}
+
+/// What goes back over successive steps: with the solver, the number of the first step from 0 and the
+/// stages of all.
+type Visit<'v, P, M> =
+    dyn FnMut(&mut RadauSolver<P, M>, usize, &[Collocation]) -> Result<(), RadauError> + 'v;
+
+impl Recording {
+    /// Keeps the stages of all steps: s + 2 vectors a step.
+    ///
+    /// # Errors
+    /// [`RadauError::AfterTheStart`] for a solver that has begun.
+    pub fn of_stages<P: Problem, M: LinearSolver<P>>(
+        solver: &RadauSolver<P, M>,
+    ) -> Result<Self, RadauError> {
+        Self::new(solver, Kept::Stages(Vec::new()))
+    }
+
+    /// Keeps states in two levels: of N steps about √N states, and on the way back the stages of the
+    /// √N steps between two of them. Each step is taken twice then.
+    ///
+    /// Between steps the solver must be left alone, so that it takes them again.
+    ///
+    /// # Errors
+    /// [`RadauError::AfterTheStart`] for a solver that has begun.
+    pub fn of_checkpoints<P: Problem, M: LinearSolver<P>>(
+        solver: &RadauSolver<P, M>,
+    ) -> Result<Self, RadauError> {
+        let states = vec![solver.save()];
+        Self::new(solver, Kept::Checkpoints { states, spacing: 1 })
+    }
+
+    fn new<P: Problem, M: LinearSolver<P>>(
+        solver: &RadauSolver<P, M>,
+        kept: Kept,
+    ) -> Result<Self, RadauError> {
+        if solver.statistics().steps > 0 {
+            return Err(RadauError::AfterTheStart { t: solver.t() });
+        }
+        Ok(Self {
+            kept,
+            steps: Vec::new(),
+        })
+    }
+
+    /// Number of steps recorded.
+    pub fn n_steps(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// Bytes that are kept. Going back over checkpoints needs the stages of the steps between two
+    /// beside them.
+    pub fn n_bytes(&self) -> usize {
+        let kept: usize = match &self.kept {
+            Kept::Stages(steps) => {
+                let numbers: usize = steps.iter().map(Collocation::n_numbers).sum();
+                numbers * size_of::<f64>()
+            }
+            Kept::Checkpoints { states, .. } => states.iter().map(RadauState::n_bytes).sum(),
+        };
+        kept + size_of_val(&self.steps[..])
+    }
+
+    /// Integrates up to `t_out`, as [`RadauSolver::integrate_to`], and records the steps.
+    ///
+    /// # Errors
+    /// As there, and as for [`follow`](Self::follow).
+    pub fn integrate_to<P: Problem, M: LinearSolver<P>>(
+        &mut self,
+        solver: &mut RadauSolver<P, M>,
+        t_out: f64,
+    ) -> Result<Outcome, RadauError> {
+        solver.integrate_watched(t_out, &mut |solver| self.follow(solver))
+    }
+
+    /// Records the step that the solver has just accepted; nothing to do if there is none. To be called
+    /// after each [`RadauSolver::step`].
+    ///
+    /// # Errors
+    /// [`RadauError::Missed`] when more than one step was taken since the last call.
+    pub fn follow<P: Problem, M: LinearSolver<P>>(
+        &mut self,
+        solver: &mut RadauSolver<P, M>,
+    ) -> Result<(), RadauError> {
+        let (taken, recorded) = (solver.statistics().steps, self.steps.len() as u64);
+        if taken == recorded {
+            return Ok(());
+        }
+        if taken != recorded + 1 {
+            return Err(RadauError::Missed {
+                steps: taken.abs_diff(recorded),
+            });
+        }
+        let bounds = solver.bounds();
+        let (h, end) = (solver.last_step_size(), solver.step_end());
+        self.steps.push(Asked { bounds, h, end });
+        match &mut self.kept {
+            Kept::Stages(steps) => steps.push(solver.accepted().collocation),
+            Kept::Checkpoints { states, spacing } => {
+                if self.steps.len().is_multiple_of(*spacing) {
+                    states.push(solver.save());
+                }
+                // As many states as steps between two of them: every other one is left out.
+                if states.len() > 2 * *spacing {
+                    let mut number = 0;
+                    states.retain(|_| {
+                        number += 1;
+                        number % 2 == 1
+                    });
+                    *spacing *= 2;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Where a step ended.
+    pub(super) fn end(&self, number: usize) -> f64 {
+        self.steps[number].end
+    }
+
+    /// Goes back over all steps, some at a time; the number of those that were taken again.
+    pub(super) fn go_back<P: Problem, M: LinearSolver<P>>(
+        &self,
+        solver: &mut RadauSolver<P, M>,
+        visit: &mut Visit<'_, P, M>,
+    ) -> Result<u64, RadauError> {
+        match &self.kept {
+            Kept::Stages(steps) => visit(solver, 0, steps).map(|()| 0),
+            Kept::Checkpoints { states, spacing } => {
+                for (k, state) in states.iter().enumerate().rev() {
+                    let first = k * spacing;
+                    let last = (first + spacing).min(self.steps.len());
+                    let steps = self.repeat(solver, state, first..last)?;
+                    let is_same = |next: &RadauState| next.y() == solver.y_unpaused();
+                    if !states.get(k + 1).is_none_or(is_same) {
+                        return Err(RadauError::NotRepeated { t: state.t() });
+                    }
+                    visit(solver, first, &steps)?;
+                }
+                Ok(self.steps.len() as u64)
+            }
+        }
+    }
+
+    /// The steps with these numbers, taken again from the `state` before the first.
+    fn repeat<P: Problem, M: LinearSolver<P>>(
+        &self,
+        solver: &mut RadauSolver<P, M>,
+        state: &RadauState,
+        numbers: std::ops::Range<usize>,
+    ) -> Result<Vec<Collocation>, RadauError> {
+        if numbers.is_empty() {
+            return Ok(Vec::new());
+        }
+        solver.restore(state)?;
+        let mut steps = Vec::with_capacity(numbers.len());
+        for asked in &self.steps[numbers] {
+            let t = solver.t();
+            solver.repeat(asked.bounds)?;
+            if solver.last_step_size() != asked.h {
+                return Err(RadauError::NotRepeated { t });
+            }
+            steps.push(solver.accepted().collocation);
+        }
+        Ok(steps)
+    }
+}

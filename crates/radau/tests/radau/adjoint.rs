@@ -1,0 +1,368 @@
+//! The discrete adjoint against forward sensitivities, differences and closed forms.
+
+use myovib_dae::samples::{
+    MechanicalForm, Oscillator, ParametricSample, Pendulum, ScaledJay, ScaledLinear,
+};
+use myovib_dae::{Differenced, Parameter, Tolerances};
+use myovib_radau::{
+    Adjoint, Cotangents, ForwardSensitivities, Gradient, IndexScaling, RadauError, RadauOptions,
+    RadauSolver, Recording, StepSize,
+};
+
+use crate::common::{run, solver, tolerance};
+
+/// Where the misfit reads the solution and its derivative: at the ends and within steps.
+const TIMES: [f64; 4] = [0.0, 0.21, 0.5, 1.0];
+
+fn pendulum() -> Pendulum {
+    Pendulum::new(MechanicalForm::Index3).with(0.6, 9.81)
+}
+
+/// ∂J/∂y(t) (`derivative` 0) or ∂J/∂ẏ(t) of a misfit that is their sum over [`TIMES`]: of no meaning,
+/// but different for each. Rates are those of positions or the like, the first half of the unknowns: the
+/// others' would magnify rounding by another 1/h.
+fn cotangent(n: usize, t: f64, derivative: usize) -> Vec<f64> {
+    let of = |i| (1.0 + i as f64 + t + 2.0 * derivative as f64).sin();
+    let counting = if derivative == 0 { n } else { n / 2 };
+    let mut cotangent: Vec<f64> = (0..n).map(of).collect();
+    cotangent[counting..].fill(0.0);
+    cotangent
+}
+
+/// Not ẏ at the start: the slope of the first step's polynomial, of a size of 1/h or 1/h² there, would
+/// hide all else.
+fn derivatives(t: f64) -> std::ops::Range<usize> {
+    0..if t > 0.0 { 2 } else { 1 }
+}
+
+fn add(step: &mut Cotangents<'_>, n: usize) {
+    for t in TIMES {
+        if step.covers(t) {
+            for derivative in derivatives(t) {
+                step.add(t, derivative, &cotangent(n, t, derivative));
+            }
+        }
+    }
+}
+
+/// The gradient with all stages kept, or with checkpoints, and all that is seen of the stages on the way
+/// back.
+fn adjoint<S: ParametricSample + Copy + 'static>(
+    sample: S,
+    options: RadauOptions,
+    with_checkpoints: bool,
+) -> (Gradient, Vec<f64>) {
+    let mut solver = solver(sample, options);
+    let mut recording = match with_checkpoints {
+        true => Recording::of_checkpoints(&solver),
+        false => Recording::of_stages(&solver),
+    }
+    .unwrap();
+    recording.integrate_to(&mut solver, 1.0).unwrap();
+    let (before, n) = (solver.save(), solver.y().len());
+    let mut adjoint = Adjoint::new(&solver, sample.differenced()).with_tolerance(1e-13);
+    let mut seen = Vec::new();
+    let gradient = adjoint.gradient(&mut solver, &recording, &mut |step| {
+        add(step, n);
+        for stage in 0..step.quadrature().count() {
+            let mut y = vec![0.0; n];
+            step.stage(stage, &mut y);
+            seen.append(&mut y);
+        }
+        Ok(())
+    });
+    // A restored state says so of its statistics too, but for evaluations that restoring took.
+    assert_eq!(solver.t(), before.t());
+    let gradient = gradient.unwrap();
+    assert_eq!(adjoint.work().steps, recording.n_steps() as u64);
+    (gradient, seen)
+}
+
+/// ∂y_0/∂p_j.
+fn starts<S: ParametricSample>(sample: S) -> Vec<Vec<f64>> {
+    let of = |j| sample.exact_sensitivity(j, 0.0);
+    (0..sample.parameters().len()).map(of).collect()
+}
+
+/// The gradient by all that moves with the parameters.
+fn total<S: ParametricSample>(sample: S, gradient: &Gradient) -> Vec<f64> {
+    let of = |(start, p): (Vec<f64>, &f64)| {
+        let by_start = start.iter().zip(&gradient.start).map(|(s, g)| s * g);
+        p + by_start.sum::<f64>()
+    };
+    starts(sample)
+        .into_iter()
+        .zip(&gradient.parameters)
+        .map(of)
+        .collect()
+}
+
+/// The same by forward sensitivities: to the parameters, the start moving with them, or to the start of
+/// the unknown `moved` alone.
+fn forward<S: ParametricSample + Copy + 'static>(
+    sample: S,
+    options: RadauOptions,
+    moved: Option<usize>,
+) -> Vec<f64> {
+    let mut solver = solver(sample, options);
+    let n = solver.y().len();
+    let unit = |i| f64::from(u8::from(Some(i) == moved));
+    let start: Vec<f64> = (0..n).map(unit).collect();
+    let (parameters, starts) = match moved {
+        None => (sample.differenced(), starts(sample)),
+        Some(_) => {
+            let list = vec![Parameter::new("a start", 1.0)];
+            (Differenced::new(list, |_: &mut S, _, _| {}), vec![start])
+        }
+    };
+    let count = starts.len();
+    let mut followed = ForwardSensitivities::new(&solver, parameters, starts)
+        .unwrap()
+        .with_tolerance(1e-11);
+    solver.set_stop_time(1.0).unwrap();
+    let mut sums = vec![0.0; count];
+    let mut s = vec![0.0; n];
+    while solver.t() < 1.0 {
+        let from = solver.t();
+        solver.step(1.0).unwrap();
+        followed.follow(&mut solver).unwrap();
+        for t in TIMES {
+            let is_start = t == 0.0 && solver.statistics().steps == 1;
+            if !is_start && !(from < t && t <= solver.t()) {
+                continue;
+            }
+            for (j, sum) in sums.iter_mut().enumerate() {
+                for derivative in derivatives(t) {
+                    followed
+                        .dense_output(&solver, j, t, derivative, &mut s)
+                        .unwrap();
+                    let g = cotangent(n, t, derivative);
+                    *sum += g.iter().zip(&s).map(|(g, s)| g * s).sum::<f64>();
+                }
+            }
+        }
+    }
+    sums
+}
+
+/// What issue 19 asks for.
+const AGREEMENT: f64 = 1e-10;
+
+fn expect_agreement(name: &str, forward: &[f64], adjoint: &[f64]) {
+    for (f, a) in forward.iter().zip(adjoint) {
+        println!("{name}: {f:e} {:.1e}", (f - a) / f);
+        assert!((f - a).abs() <= AGREEMENT * f.abs(), "{name}: {f:e} {a:e}");
+    }
+}
+
+/// A sample by both, to its parameters and to its start, of which the first `differential` unknowns
+/// count.
+fn compare<S: ParametricSample + Copy + 'static>(
+    name: &str,
+    sample: S,
+    differential: usize,
+    step_size: StepSize,
+) {
+    for stages in [3, 5, 7] {
+        let options = || RadauOptions {
+            stages,
+            step_size,
+            max_newton_iterations: Some(30),
+            ..tolerance(1e-4)
+        };
+        let (stored, _) = adjoint(sample, options(), false);
+        let name = format!("{name}, {stages} stages");
+        let expected = forward(sample, options(), None);
+        expect_agreement(&name, &expected, &total(sample, &stored));
+        let by_start = (0..differential).map(|i| forward(sample, options(), Some(i))[0]);
+        let by_start: Vec<f64> = by_start.collect();
+        expect_agreement(&name, &by_start, &stored.start[..differential]);
+        let (repeated, _) = adjoint(sample, options(), true);
+        expect_agreement(&name, &expected, &total(sample, &repeated));
+    }
+}
+
+/// Index 2 and 3 magnify rounding by 1/h and 1/h²: no first steps of 1e-3 where ten digits are asked.
+const LONG: StepSize = StepSize::Fixed(0.02);
+
+#[test]
+fn forward_and_adjoint_agree_on_an_ordinary_differential_equation() {
+    compare(
+        "oscillator",
+        Oscillator { omega: 3.0 },
+        2,
+        StepSize::Adaptive,
+    );
+}
+
+#[test]
+fn forward_and_adjoint_agree_at_index_1() {
+    compare(
+        "linear",
+        ScaledLinear { p: 2.0, q: 0.6 },
+        1,
+        StepSize::Adaptive,
+    );
+}
+
+#[test]
+fn forward_and_adjoint_agree_at_index_2() {
+    compare("jay", ScaledJay { c: 1.5, w: 0.8 }, 2, LONG);
+}
+
+#[test]
+fn forward_and_adjoint_agree_at_index_3() {
+    // No unknown can move alone: the length moves all of a consistent start.
+    compare("pendulum", pendulum(), 0, LONG);
+}
+
+/// Chosen steps too, where index 3 has stale factors, rejected steps and multipliers with a memory.
+#[test]
+fn steps_from_checkpoints_are_the_same_bit_by_bit() {
+    fn expect_same<S: ParametricSample + Copy + 'static>(sample: S) {
+        for stages in [3, 5, 7] {
+            let options = || RadauOptions {
+                stages,
+                ..tolerance(1e-6)
+            };
+            let [stored, repeated] = [false, true].map(|how| adjoint(sample, options(), how).1);
+            assert!(stored.len() > 10 && stored == repeated, "{stages} stages");
+        }
+    }
+    expect_same(Oscillator { omega: 3.0 });
+    expect_same(ScaledLinear { p: 2.0, q: 0.6 });
+    expect_same(ScaledJay { c: 1.5, w: 0.8 });
+    expect_same(pendulum());
+}
+
+/// J(p + δ) − J(p) − δ ∂J/∂p falls as δ²: of the length of the first coordinate at the end of a
+/// pendulum's run in fixed steps, Newton going as far as rounding allows.
+#[test]
+fn the_taylor_remainder_has_order_2() {
+    let options = || RadauOptions {
+        tolerances: Tolerances::scalar(1e-12, 1e-12),
+        tolerances_for_solution: false,
+        newton_tolerance: Some(0.003),
+        max_newton_iterations: Some(30),
+        index_scaling: IndexScaling::All,
+        step_size: StepSize::Fixed(0.02),
+        ..RadauOptions::default()
+    };
+    let of = |g: f64| {
+        let sample = Pendulum::new(MechanicalForm::Index3).with(0.6, g);
+        run(sample, 1.0, options()).y()[0].powi(2) / 2.0
+    };
+    let mut solver = solver(pendulum(), options());
+    let mut recording = Recording::of_stages(&solver).unwrap();
+    recording.integrate_to(&mut solver, 1.0).unwrap();
+    let (mut adjoint, n) = (
+        Adjoint::new(&solver, pendulum().differenced()),
+        solver.y().len(),
+    );
+    let gradient = adjoint
+        .gradient(&mut solver, &recording, &mut |step| {
+            if step.covers(1.0) {
+                let mut y = vec![0.0; n];
+                step.evaluate(1.0, 0, &mut y);
+                y[1..].fill(0.0);
+                step.add(1.0, 0, &y);
+            }
+            Ok(())
+        })
+        .unwrap();
+    let slope = gradient.parameters[1];
+    let remainder = |delta: f64| (of(9.81 + delta) - of(9.81) - delta * slope).abs();
+    // From 1e-4 down to 6e-6 of g; Newton leaves 3e-15.
+    for delta in [0.01, 0.005, 0.0025] {
+        let order = (remainder(delta) / remainder(0.5 * delta)).log2();
+        println!("{delta}: {:e}, order {order}", remainder(delta));
+        assert!((order - 2.0).abs() < 0.05, "{delta}: order {order}");
+    }
+}
+
+/// J = ∫ x² dt over [0, 1] by the weights of the stages, x = cos ωt: dJ/dω of 1/2 + sin 2ω/(4ω).
+#[test]
+fn integrals_are_summed_over_the_stages() {
+    let omega = 3.0;
+    let sample = Oscillator { omega };
+    let mut solver = solver(sample, tolerance(1e-9));
+    let mut recording = Recording::of_stages(&solver).unwrap();
+    recording.integrate_to(&mut solver, 1.0).unwrap();
+    let mut integral = 0.0;
+    let gradient = Adjoint::new(&solver, sample.differenced())
+        .gradient(&mut solver, &recording, &mut |step| {
+            let weights: Vec<f64> = step.quadrature().map(|(_, weight)| weight).collect();
+            for (i, weight) in weights.into_iter().enumerate() {
+                let mut y = [0.0; 2];
+                step.stage(i, &mut y);
+                integral += weight * y[0].powi(2);
+                step.add_to_stage(i, &[2.0 * weight * y[0], 0.0]);
+            }
+            Ok(())
+        })
+        .unwrap();
+    let (sin, cos) = (2.0 * omega).sin_cos();
+    let slope = cos / (2.0 * omega) - sin / (4.0 * omega * omega);
+    // Stages have the order s + 1, the quadrature that of the method: some ten tolerances.
+    assert!((integral - 0.5 - sin / (4.0 * omega)).abs() < 1e-8);
+    assert!((gradient.parameters[0] - slope).abs() < 1e-7);
+}
+
+/// Twice the steps need √2 times the memory, and no step is taken more than twice.
+#[test]
+fn checkpoints_need_the_memory_of_the_root_of_the_steps() {
+    let record = |h: f64| {
+        let options = RadauOptions {
+            step_size: StepSize::Fixed(h),
+            ..tolerance(1e-4)
+        };
+        let sample = Oscillator { omega: 3.0 };
+        let mut solver = solver(sample, options);
+        let mut recording = Recording::of_checkpoints(&solver).unwrap();
+        recording.integrate_to(&mut solver, 1.0).unwrap();
+        let mut adjoint = Adjoint::new(&solver, sample.differenced());
+        let gradient = adjoint.gradient(&mut solver, &recording, &mut |step| {
+            add(step, 2);
+            Ok(())
+        });
+        gradient.unwrap();
+        let steps = recording.n_steps();
+        assert_eq!(adjoint.work().repeated_steps, steps as u64);
+        // Beside the states there are 32 bytes a step, for how it was asked for.
+        recording.n_bytes() - 32 * steps
+    };
+    let ratio = record(1.0 / 4096.0) as f64 / record(1.0 / 256.0) as f64;
+    assert!((ratio - 4.0).abs() < 0.5, "{ratio}");
+}
+
+#[test]
+fn misuse_is_told() {
+    let sample = Oscillator { omega: 3.0 };
+    let mut solver = solver(sample, tolerance(1e-4));
+    let mut recording = Recording::of_checkpoints(&solver).unwrap();
+    solver.step(1.0).unwrap();
+    recording.follow(&mut solver).unwrap();
+    assert!(matches!(
+        Recording::of_stages(&solver).err(),
+        Some(RadauError::AfterTheStart { .. })
+    ));
+    // Whoever changes the solver between steps cannot have them repeated.
+    for _ in 0..20 {
+        solver.restart();
+        solver.step(1.0).unwrap();
+        recording.follow(&mut solver).unwrap();
+    }
+    let mut adjoint = Adjoint::new(&solver, sample.differenced());
+    let mut gradient =
+        |solver: &mut RadauSolver<_>| adjoint.gradient(solver, &recording, &mut |_| Ok(()));
+    assert!(matches!(
+        gradient(&mut solver),
+        Err(RadauError::NotRepeated { .. })
+    ));
+    solver.step(1.0).unwrap();
+    solver.step(1.0).unwrap();
+    assert!(matches!(
+        recording.follow(&mut solver),
+        Err(RadauError::Missed { steps: 2 })
+    ));
+}
