@@ -130,7 +130,8 @@ fn forward(integrator: IntegratorKind, all: Vec<Vec<f64>>) -> Vec<f64> {
         solver.step(T_END).unwrap();
         followed.follow(&mut solver).unwrap();
         for t in SAMPLES {
-            if !(from < t && t <= solver.t()) {
+            let is_covered = from < t && t <= solver.t();
+            if !is_covered {
                 continue;
             }
             solver.dense_output(t, 0, &mut y).unwrap();

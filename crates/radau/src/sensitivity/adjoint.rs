@@ -91,9 +91,9 @@ struct Carried {
     products: Vec<f64>,
 }
 
-/// What is left of z̄ may be this much smaller: a tenth of the digits to which forward sensitivities
-/// and the adjoint are held to agree.
-const TOLERANCE: f64 = 1e-11;
+/// What is left of z̄ may be this much smaller: the digits to which forward sensitivities and the adjoint
+/// are held to agree.
+const TOLERANCE: f64 = 1e-10;
 
 /// So many directions more than with fresh factors are as dear as these.
 const STALE: usize = 3;
@@ -124,7 +124,7 @@ impl<Q> Adjoint<Q> {
     }
 
     /// Solves the linear equations until their residual is this fraction of their right-hand side;
-    /// 1e-11 unless told otherwise.
+    /// 1e-10 unless told otherwise.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, ..self }

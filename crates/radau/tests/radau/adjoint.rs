@@ -128,7 +128,8 @@ fn forward<S: ParametricSample + Copy + 'static>(
         followed.follow(&mut solver).unwrap();
         for t in TIMES {
             let is_start = t == 0.0 && solver.statistics().steps == 1;
-            if !is_start && !(from < t && t <= solver.t()) {
+            let is_covered = is_start || (from < t && t <= solver.t());
+            if !is_covered {
                 continue;
             }
             for (j, sum) in sums.iter_mut().enumerate() {
