@@ -67,7 +67,7 @@ fn kernels(criterion: &mut Criterion) {
         let settings = Settings::paper(formulation);
         let plan = Arc::new(Condensation::new(&dae));
         let elimination = plan.elimination(ida::options(&dae, &settings).klu).unwrap();
-        let analysis = Arc::clone(elimination.analysis());
+        let analysis = Arc::clone(elimination.analysis().expect("no engine is installed"));
         let mut matrix = Condensed::<f64>::new(plan, Arc::new(elimination));
         let mut work = LinearWork::default();
         group.bench_function("sum and factor", |b| {

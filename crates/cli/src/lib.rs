@@ -3,7 +3,7 @@
 //! Cast: [`cli`] names the commands and runs them; [`commands`] has one file per command, [`args`]
 //! the options they share; [`exit`] and [`error`] say how a command ends; [`json`] and [`progress`]
 //! are the ways out; [`versions`] and [`machine`] are what a reader of results must know.
-//! [`experiments`] runs what is behind figures of chains. Only this crate prints.
+//! [`ranks`] is a run by several processes. [`experiments`] runs what is behind figures of chains. Only this crate prints.
 #![forbid(unsafe_code)]
 // `println!` panics when the reader has gone; what cannot be written is an error of the command.
 #![deny(clippy::print_stdout)]
@@ -18,19 +18,17 @@ pub mod interrupt;
 pub mod json;
 pub mod machine;
 pub mod progress;
+pub mod ranks;
 pub mod requirements;
 pub mod versions;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
-use crate::cli::Cli;
 use crate::exit::Exit;
 
 /// Reads the command line, runs the command, and gives the exit code.
 pub fn main() -> ExitCode {
-    ended(Cli::parse().command.run()).into()
+    ranks::main()
 }
 
 /// Reports the failure of a command, and tells how it ended.

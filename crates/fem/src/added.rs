@@ -63,6 +63,27 @@ pub struct AddedTangents<'a> {
     pub by_velocity: Option<&'a mut [f64]>,
 }
 
+impl AddedTangents<'_> {
+    /// Which are wanted, in the order of their declaration.
+    pub(crate) fn wanted(&self) -> [bool; 2] {
+        [&self.by_displacement, &self.by_velocity].map(|values| values.is_some())
+    }
+
+    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+        [&mut self.by_displacement, &mut self.by_velocity]
+            .into_iter()
+            .filter_map(|values| values.as_deref_mut())
+    }
+
+    /// The same tangents, lent.
+    pub(crate) fn lent(&mut self) -> AddedTangents<'_> {
+        AddedTangents {
+            by_displacement: self.by_displacement.as_deref_mut(),
+            by_velocity: self.by_velocity.as_deref_mut(),
+        }
+    }
+}
+
 /// The stress at a point under the motion ∇u, ∇v.
 pub(crate) struct AtPoint<R, const D: usize> {
     fibre: Option<ActiveFibre<R, D>>,

@@ -69,6 +69,18 @@ pub struct Vectors<'a> {
 }
 
 impl Vectors<'_> {
+    /// Which are wanted, in the order of their declaration.
+    pub(crate) fn wanted(&self) -> [bool; 5] {
+        let Self {
+            force,
+            force_rate,
+            defect,
+            defect_rate,
+            multiplier_force,
+        } = self;
+        [force, force_rate, defect, defect_rate, multiplier_force].map(|vector| vector.is_some())
+    }
+
     /// Whether anything is wanted that depends on v, ṗ or μ.
     pub(crate) fn has_rates(&self) -> bool {
         self.force_rate.is_some() || self.defect_rate.is_some() || self.multiplier_force.is_some()
@@ -107,6 +119,27 @@ pub struct Tangents<'a> {
 }
 
 impl Tangents<'_> {
+    /// Which are wanted, in the order of their declaration.
+    pub(crate) fn wanted(&self) -> [bool; 6] {
+        let Self {
+            stiffness,
+            damped_stiffness,
+            rate_stiffness,
+            divergence,
+            divergence_rate,
+            multiplier_stiffness,
+        } = self;
+        [
+            stiffness,
+            damped_stiffness,
+            rate_stiffness,
+            divergence,
+            divergence_rate,
+            multiplier_stiffness,
+        ]
+        .map(|values| values.is_some())
+    }
+
     /// Whether anything is wanted that depends on v, ṗ or μ.
     pub(crate) fn has_rates(&self) -> bool {
         self.rate_stiffness.is_some()

@@ -36,6 +36,7 @@ mod relaxation;
 mod residual;
 mod robin;
 pub mod rod;
+mod shared;
 pub mod solid;
 pub mod space;
 mod sparsity;
@@ -52,6 +53,7 @@ pub use material::Law;
 pub use mesh::{Group, Mesh};
 pub use relaxation::RelaxingPart;
 pub use robin::{Along, Robin};
+pub use shared::{Crew, Pass};
 pub use solid::{Fields, Inverted, Pressure, Solid, Tangents, Vectors};
 pub use space::{Located, Space};
 

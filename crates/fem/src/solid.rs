@@ -15,6 +15,7 @@ mod added;
 mod evaluation;
 mod graded;
 mod relaxation;
+mod shared;
 #[cfg(test)]
 mod tests;
 
@@ -39,6 +40,7 @@ use crate::space::{Degree, Located, Space};
 use crate::sparsity::{ScatterMap, displacement_pattern, divergence_pattern, place};
 
 use graded::Graded;
+use shared::Shared;
 
 /// Batches by dimension and number of nodes and pressures of an element.
 #[derive(Debug, Clone)]
@@ -169,6 +171,8 @@ pub struct Solid {
     /// What constants that differ between elements make of the matrices.
     graded: Option<Graded>,
     pressure_weights: Vec<f64>,
+    /// The share of the elements that passes go over, and who computes the others.
+    shared: Option<Box<Shared>>,
     /// The vector instructions this processor has; all give the same bits.
     arch: Arch,
 }
@@ -287,6 +291,7 @@ impl Solid {
             graded: None,
             displacement_pattern,
             divergence_pattern,
+            shared: None,
             arch: Arch::new(),
         })
     }

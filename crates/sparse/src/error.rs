@@ -75,6 +75,14 @@ pub enum SparseError {
         /// KLU's status code.
         status: i64,
     },
+    /// An [engine](crate::engine) gave up.
+    #[error("{engine} failed: {reason}")]
+    Engine {
+        /// Its name.
+        engine: &'static str,
+        /// What it says.
+        reason: String,
+    },
     /// The pool of threads could not be made.
     #[error("no pool of {threads} threads: {reason}")]
     Threads {

@@ -6,10 +6,11 @@
 //!   feature of that name and without `vendored`, else faer's.
 //! - [`SparseSystem`]: the former, checked, and the latter where that is not enough.
 //!
-//! All are [`Factorization`]s. The feature `metis` adds nested dissection to the orders of
+//! All are [`Factorization`]s, and so is what an [`engine`] from outside offers. The feature `metis` adds nested dissection to the orders of
 //! elimination.
 #![deny(unsafe_code)]
 
+pub mod engine;
 mod error;
 mod factorization;
 #[allow(unsafe_code)]

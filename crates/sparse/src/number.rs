@@ -1,11 +1,14 @@
 //! The numbers a Newton matrix is made of: real for BDF, complex for Radau IIA.
 
 use std::ops::{AddAssign, Mul, MulAssign, SubAssign};
+use std::sync::Arc;
 
 use faer::traits::ComplexField;
+use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::{Complex64, ComplexFloat};
 
-use crate::SparseError;
+use crate::engine::Engine;
+use crate::{Factorization, Kind, SparseError};
 
 #[cfg(klu)]
 use crate::klu::Scalar;
@@ -33,12 +36,27 @@ pub trait Number:
 {
     /// `self` + a b, with fused multiply-adds: one instruction where the processor has it.
     fn plus_product(self, a: Self, b: Self) -> Self;
+
+    /// Room for matrices of these numbers and their factors in an `engine`.
+    fn factors_of(
+        engine: &dyn Engine,
+        pattern: &Arc<SparsityPattern>,
+        kind: Kind,
+    ) -> Box<dyn Factorization<Self>>;
 }
 
 impl Number for f64 {
     #[inline(always)]
     fn plus_product(self, a: Self, b: Self) -> Self {
         a.mul_add(b, self)
+    }
+
+    fn factors_of(
+        engine: &dyn Engine,
+        pattern: &Arc<SparsityPattern>,
+        kind: Kind,
+    ) -> Box<dyn Factorization<Self>> {
+        engine.real(pattern, kind)
     }
 }
 
@@ -49,6 +67,14 @@ impl Number for Complex64 {
             re: (-a.im).mul_add(b.im, a.re.mul_add(b.re, self.re)),
             im: a.im.mul_add(b.re, a.re.mul_add(b.im, self.im)),
         }
+    }
+
+    fn factors_of(
+        engine: &dyn Engine,
+        pattern: &Arc<SparsityPattern>,
+        kind: Kind,
+    ) -> Box<dyn Factorization<Self>> {
+        engine.complex(pattern, kind)
     }
 }
 

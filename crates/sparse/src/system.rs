@@ -1,5 +1,5 @@
 //! A sparse linear system: factorised by dense blocks, checked, and with exchange of pivots where that is
-//! not enough.
+//! not enough; or factorised by an engine from outside, and checked.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -7,6 +7,7 @@ use std::sync::Arc;
 use nalgebra_sparse::pattern::SparsityPattern;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::engine::{self, Engine};
 use crate::klu::KluOptions;
 use crate::number::expect_finite;
 use crate::pivoting::{Factors, Symbolic};
@@ -46,18 +47,36 @@ pub struct Structure {
 /// matrices with that pattern share.
 #[derive(Debug)]
 pub struct Elimination {
+    n: usize,
     n_entries: usize,
+    product: Product,
+    way: Way,
+}
+
+/// Who factorises.
+#[derive(Debug)]
+enum Way {
+    Blocks(Box<Blocks>),
+    Engine {
+        engine: Arc<dyn Engine>,
+        pattern: Arc<SparsityPattern>,
+        kind: Kind,
+    },
+}
+
+/// By dense blocks, and with exchange of pivots where they do not do.
+#[derive(Debug)]
+struct Blocks {
     /// For exchange of pivots, of a matrix that is not too large for that.
     pattern: Option<SparsityPattern>,
-    product: Product,
     options: KluOptions,
-    blocks: Arc<Analysis>,
+    analysis: Arc<Analysis>,
     threads: Option<Arc<ThreadPool>>,
 }
 
 impl Elimination {
-    /// Analyses the compressed-column `pattern`; the `options` are for KLU, should pivots have to be
-    /// exchanged.
+    /// Analyses the compressed-column `pattern`, or leaves it to the [`engine`] if one is installed; the
+    /// `options` are for KLU, should pivots have to be exchanged.
     ///
     /// # Errors
     /// [`SparseError::NotSquare`], [`SparseError::EmptyColumn`].
@@ -66,18 +85,40 @@ impl Elimination {
         structure: Structure,
         options: KluOptions,
     ) -> Result<Self, SparseError> {
-        let blocks = Analysis::new(pattern, structure.kind, structure.constraints)?;
-        Ok(Self {
-            product: Product::new(pattern),
-            n_entries: pattern.nnz(),
-            pattern: (blocks.n_multiplications() <= EXCHANGE_UP_TO).then(|| pattern.clone()),
+        if let Some(engine) = engine::installed() {
+            return Ok(Self::by(engine, pattern, structure.kind));
+        }
+        let analysis = Analysis::new(pattern, structure.kind, structure.constraints)?;
+        let few = analysis.n_multiplications() <= EXCHANGE_UP_TO;
+        let blocks = Blocks {
+            pattern: few.then(|| pattern.clone()),
             options,
-            blocks: Arc::new(blocks),
+            analysis: Arc::new(analysis),
             threads: None,
-        })
+        };
+        Ok(Self::of(pattern, Way::Blocks(Box::new(blocks))))
     }
 
-    /// Factorises in this many threads. Results do not depend on the number.
+    /// Leaves matrices with this compressed-column `pattern` to an `engine`.
+    pub fn by(engine: Arc<dyn Engine>, pattern: &SparsityPattern, kind: Kind) -> Self {
+        let way = Way::Engine {
+            engine,
+            pattern: Arc::new(pattern.clone()),
+            kind,
+        };
+        Self::of(pattern, way)
+    }
+
+    fn of(pattern: &SparsityPattern, way: Way) -> Self {
+        Self {
+            n: pattern.major_dim(),
+            n_entries: pattern.nnz(),
+            product: Product::new(pattern),
+            way,
+        }
+    }
+
+    /// Factorises in this many threads; an engine has its own. Results do not depend on the number.
     ///
     /// # Errors
     /// [`SparseError::Threads`].
@@ -87,37 +128,61 @@ impl Elimination {
             threads,
             reason: error.to_string(),
         };
-        self.threads = match threads {
-            0 | 1 => None,
-            _ => Some(Arc::new(build().map_err(failed)?)),
-        };
+        if let Way::Blocks(blocks) = &mut self.way {
+            blocks.threads = match threads {
+                0 | 1 => None,
+                _ => Some(Arc::new(build().map_err(failed)?)),
+            };
+        }
         Ok(self)
     }
 
-    /// Room for factors with exchange of pivots.
-    fn pivoting<T: Number>(&self) -> Result<Factors<T>, SparseError> {
-        let n = self.blocks.n();
-        let pattern = self.pattern.as_ref();
-        let pattern = pattern.ok_or(SparseError::TooLargeToPivot { n })?;
-        Ok(Factors::new(Symbolic::analyze(pattern, self.options)?))
+    /// Room for a matrix and its factors.
+    fn factors<T: Number>(&self) -> Box<dyn Factorization<T>> {
+        match &self.way {
+            Way::Blocks(blocks) => {
+                let (analysis, threads) = (blocks.analysis.clone(), blocks.threads.clone());
+                Box::new(Supernodal::in_threads(analysis, threads))
+            }
+            Way::Engine {
+                engine,
+                pattern,
+                kind,
+            } => T::factors_of(&**engine, pattern, *kind),
+        }
     }
 
-    /// The supernodes.
-    pub fn analysis(&self) -> &Arc<Analysis> {
-        &self.blocks
+    /// Room for factors with exchange of pivots; none where an engine exchanges them.
+    fn pivoting<T: Number>(&self) -> Result<Option<Factors<T>>, SparseError> {
+        let Way::Blocks(blocks) = &self.way else {
+            return Ok(None);
+        };
+        let pattern = blocks.pattern.as_ref();
+        let pattern = pattern.ok_or(SparseError::TooLargeToPivot { n: self.n })?;
+        let symbolic = Symbolic::analyze(pattern, blocks.options)?;
+        Ok(Some(Factors::new(symbolic)))
     }
 
-    /// What one matrix of numbers `T` and its factors will need. Matrices with one pattern share
-    /// the analysis, which is counted in each.
-    pub fn prediction<T: Number>(&self) -> Prediction {
-        let blocks = &self.blocks;
-        let n_threads = self
-            .threads
-            .as_ref()
-            .map_or(1, |pool| pool.current_num_threads());
-        let beside = self.n_entries + 2 * blocks.n();
-        let entries = Supernodal::<T>::n_kept(blocks, n_threads) + beside;
-        let kept = self.pattern.iter();
+    /// The supernodes; none if an engine factorises.
+    pub fn analysis(&self) -> Option<&Arc<Analysis>> {
+        match &self.way {
+            Way::Blocks(blocks) => Some(&blocks.analysis),
+            Way::Engine { .. } => None,
+        }
+    }
+
+    /// What one matrix of numbers `T` and its factors will need; unknown if an engine factorises.
+    /// Matrices with one pattern share the analysis, which is counted in each.
+    pub fn prediction<T: Number>(&self) -> Option<Prediction> {
+        let Way::Blocks(blocks) = &self.way else {
+            return None;
+        };
+        let analysis = &blocks.analysis;
+        let threads = blocks.threads.as_ref();
+        let n_threads = threads.map_or(1, |pool| pool.current_num_threads());
+        let beside = self.n_entries + 2 * self.n;
+        let entries = Supernodal::<T>::n_kept(analysis, n_threads) + beside;
+        let kept = blocks.pattern.iter();
         let pattern: usize = kept.map(|p| size_of_val(p.minor_indices())).sum();
         let indices = pattern + self.product.n_bytes();
         let per_multiplication = if size_of::<T>() == size_of::<f64>() {
@@ -125,11 +190,11 @@ impl Elimination {
         } else {
             8.0
         };
-        Prediction {
-            entries: blocks.n_entries(),
-            bytes: entries * size_of::<T>() + blocks.n_bytes() + indices,
-            flops: per_multiplication * blocks.n_multiplications(),
-        }
+        Some(Prediction {
+            entries: analysis.n_entries(),
+            bytes: entries * size_of::<T>() + analysis.n_bytes() + indices,
+            flops: per_multiplication * analysis.n_multiplications(),
+        })
     }
 }
 
@@ -138,8 +203,9 @@ impl Elimination {
 pub struct SparseSystem<T: Number> {
     elimination: Arc<Elimination>,
     values: Vec<T>,
-    blocks: Supernodal<T>,
-    /// With exchange of pivots, once fixed pivots have failed.
+    /// By dense blocks or by an engine.
+    direct: Box<dyn Factorization<T>>,
+    /// With exchange of pivots, once the blocks' fixed pivots have failed.
     pivoting: Option<Factors<T>>,
     check: bool,
     rhs: Vec<T>,
@@ -150,10 +216,9 @@ pub struct SparseSystem<T: Number> {
 impl<T: Number> SparseSystem<T> {
     /// Room for a matrix and its factors.
     pub fn new(elimination: Arc<Elimination>) -> Self {
-        let n = elimination.blocks.n();
-        let threads = elimination.threads.clone();
+        let n = elimination.n;
         Self {
-            blocks: Supernodal::in_threads(elimination.blocks.clone(), threads),
+            direct: elimination.factors(),
             pivoting: None,
             values: vec![T::zero(); elimination.n_entries],
             check: true,
@@ -180,25 +245,38 @@ impl<T: Number> SparseSystem<T> {
     /// [`SparseError::Singular`] and others of the factorisation.
     pub fn renew(&mut self, work: &mut LinearWork) -> Result<(), SparseError> {
         self.check = true;
-        if self.pivoting.is_some() || self.blocks.factor(&self.values).is_err() {
-            return self.pivot(work);
+        if self.pivoting.is_some() {
+            return self.pivot(work).map(drop);
         }
-        work.factorizations += 1;
-        work.factor_entries = self.factors().n_entries().unwrap_or(0) as u64;
-        Ok(())
+        let Err(failure) = self.direct.renew(&self.values) else {
+            self.count(work);
+            return Ok(());
+        };
+        if self.pivot(work)? {
+            Ok(())
+        } else {
+            Err(failure)
+        }
     }
 
-    /// Factorises with exchange of pivots, now and from now on.
-    fn pivot(&mut self, work: &mut LinearWork) -> Result<(), SparseError> {
-        let factors = match &mut self.pivoting {
-            Some(factors) => factors,
-            None => self.pivoting.insert(self.elimination.pivoting()?),
+    /// Factorises with exchange of pivots, now and from now on; `false` where an engine does that
+    /// already.
+    fn pivot(&mut self, work: &mut LinearWork) -> Result<bool, SparseError> {
+        if self.pivoting.is_none() {
+            self.pivoting = self.elimination.pivoting()?;
+        }
+        let Some(factors) = &mut self.pivoting else {
+            return Ok(false);
         };
         factors.renew(&self.values)?;
-        work.factorizations += 1;
         work.pivoted += 1;
+        self.count(work);
+        Ok(true)
+    }
+
+    fn count(&mut self, work: &mut LinearWork) {
+        work.factorizations += 1;
         work.factor_entries = self.factors().n_entries().unwrap_or(0) as u64;
-        Ok(())
     }
 
     /// How often pivots were chosen that later matrices keep.
@@ -225,7 +303,7 @@ impl<T: Number> SparseSystem<T> {
     pub fn set_history(&mut self, [pivoting, check]: [bool; 2]) -> Result<(), SparseError> {
         self.check = check;
         if pivoting && self.pivoting.is_none() {
-            self.pivoting = Some(self.elimination.pivoting()?);
+            self.pivoting = self.elimination.pivoting()?;
         }
         Ok(())
     }
@@ -234,7 +312,7 @@ impl<T: Number> SparseSystem<T> {
     fn factors(&mut self) -> &mut dyn Factorization<T> {
         match &mut self.pivoting {
             Some(factors) => factors,
-            None => &mut self.blocks,
+            None => &mut *self.direct,
         }
     }
 
@@ -256,8 +334,7 @@ impl<T: Number> SparseSystem<T> {
         }
         self.rhs.copy_from_slice(x);
         let mut error = self.solve_and_refine(x, work)?;
-        if error > REFINE_ABOVE && self.pivoting.is_none() {
-            self.pivot(work)?;
+        if error > REFINE_ABOVE && self.pivoting.is_none() && self.pivot(work)? {
             x.copy_from_slice(&self.rhs);
             error = self.solve_and_refine(x, work)?;
         }

@@ -13,6 +13,7 @@ use crate::args::{self, CommonArgs};
 use crate::exit::Exit;
 use crate::interrupt;
 use crate::progress::Progress;
+use crate::ranks;
 
 /// Options of `myovib run`.
 #[derive(Debug, Args)]
@@ -20,7 +21,8 @@ use crate::progress::Progress;
     myovib run scene.toml\n  \
     myovib run scene.toml --resume\n  \
     myovib run scene.toml --verify\n  \
-    myovib run scene.toml --out soft --set 'material[0].c10=5e3' --set time.end=0.5\n\n\
+    myovib run scene.toml --out soft --set 'material[0].c10=5e3' --set time.end=0.5\n  \
+    mpirun -n 4 myovib run big.toml   (a program built with `--features mpi`)\n\n\
     Writes NAME.csv for each probe, fields.pvd with VTU files, run.json and report.html.")]
 pub struct RunArgs {
     /// The scene: a TOML file, or the name of a built-in scene.
@@ -58,10 +60,11 @@ pub struct RunArgs {
 /// # Errors
 /// A wrong scene (before anything is written), or an output that cannot be written.
 pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
-    let scene = Scene::load(&args.scene, &args.set)?;
+    let mut scene = Scene::load(&args.scene, &args.set)?;
     for note in scene.notes() {
         eprintln!("note: {}", plain(&note));
     }
+    ranks::share(&mut scene)?;
     let progress = Progress::new(args.common.quiet);
     let result = compute(
         &scene,

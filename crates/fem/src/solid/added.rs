@@ -3,6 +3,7 @@
 use crate::added::{AddedMotion, AddedStress, AddedTangents, Force, Regions, Slopes};
 use crate::error::FemError;
 use crate::relaxation::InternalStresses;
+use crate::shared::Pass;
 
 use super::evaluation::check_length;
 use super::{Elements, Solid, with_elements};
@@ -83,14 +84,16 @@ impl Solid {
     pub fn added_force(&self, motion: &AddedMotion<'_>, out: &mut [f64]) {
         self.check_motion(motion);
         check_length(self.space.n_components(), Some(out), "added force");
-        with_elements!(&self.elements, mapped => self.arch.dispatch(Force {
+        self.begin(&Pass::AddedForce(*motion));
+        with_elements!(self.own_elements(), mapped => self.arch.dispatch(Force {
             regions: Regions {
                 elements: &mapped.batches,
                 stresses: &self.added,
                 motion: *motion,
             },
-            out,
+            out: &mut *out,
         }));
+        self.end_sure([out]);
     }
 
     /// ∂/∂T of [`added_force`](Self::added_force) for the tension of stress `number`: its force under
@@ -106,34 +109,38 @@ impl Solid {
         let motion = AddedMotion { u, v, tensions };
         self.check_motion(&motion);
         check_length(self.space.n_components(), Some(out), "active force");
-        with_elements!(&self.elements, mapped => self.arch.dispatch(Force {
+        self.begin(&Pass::ActiveForce(number, motion));
+        with_elements!(self.own_elements(), mapped => self.arch.dispatch(Force {
             regions: Regions {
                 elements: &mapped.batches,
                 stresses,
                 motion,
             },
-            out,
+            out: &mut *out,
         }));
+        self.end_sure([out]);
     }
 
     /// The tangents asked for of [`added_force`](Self::added_force), in one pass.
     ///
     /// # Panics
     /// If a length is wrong.
-    pub fn added_tangents(&self, motion: &AddedMotion<'_>, out: AddedTangents<'_>) {
+    pub fn added_tangents(&self, motion: &AddedMotion<'_>, mut out: AddedTangents<'_>) {
         self.check_motion(motion);
         let n = self.displacement_pattern.nnz();
         check_length(n, out.by_displacement.as_deref(), "by_displacement");
         check_length(n, out.by_velocity.as_deref(), "by_velocity");
-        with_elements!(&self.elements, mapped => self.arch.dispatch(Slopes {
+        self.begin(&Pass::AddedTangents(*motion, out.wanted()));
+        with_elements!(self.own_elements(), mapped => self.arch.dispatch(Slopes {
             regions: Regions {
                 elements: &mapped.batches,
                 stresses: &self.added,
                 motion: *motion,
             },
             maps: &mapped.maps,
-            out,
+            out: out.lent(),
         }));
+        self.end_sure(out.all_mut());
     }
 
     fn check_motion(&self, motion: &AddedMotion<'_>) {

@@ -2,6 +2,7 @@
 
 use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
 use crate::residual::Evaluate;
+use crate::shared::Pass;
 use crate::tangent::Linearize;
 
 use super::{Elements, Solid, with_elements};
@@ -24,11 +25,13 @@ impl Solid {
         check_length(m, out.defect_rate.as_deref(), "defect_rate");
         let rates = out.force_rate.is_some() || out.defect_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
-        with_elements!(&self.elements, mapped => self.arch.dispatch(Evaluate {
+        self.begin(&Pass::Vectors(*fields, out.wanted()));
+        let own = with_elements!(self.own_elements(), mapped => self.arch.dispatch(Evaluate {
             elements: &mapped.batches,
             fields,
-            out,
-        }))
+            out: &mut *out,
+        }));
+        self.end(out.all_mut(), own)
     }
 
     /// The tangents asked for, all in one pass over the elements.
@@ -55,12 +58,14 @@ impl Solid {
         check_length(m, out.divergence_rate.as_deref(), "divergence_rate");
         let rates = out.rate_stiffness.is_some() || out.divergence_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
-        with_elements!(&self.elements, mapped => self.arch.dispatch(Linearize {
+        self.begin(&Pass::Tangents(*fields, out.wanted()));
+        let own = with_elements!(self.own_elements(), mapped => self.arch.dispatch(Linearize {
             elements: &mapped.batches,
             maps: &mapped.maps,
             fields,
-            out,
-        }))
+            out: &mut *out,
+        }));
+        self.end(out.all_mut(), own)
     }
 
     fn check_fields(&self, fields: &Fields<'_>) {

@@ -9,5 +9,6 @@ mod follower;
 mod identities;
 mod meshes;
 mod points;
+mod shared;
 mod spatial;
 mod statics;

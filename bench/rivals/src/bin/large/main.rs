@@ -115,7 +115,8 @@ impl Run<'_> {
         let elimination = Elimination::new(pattern, structure, KluOptions::default())?;
         let elimination = Arc::new(elimination.in_threads(self.threads)?);
         let analysis = start.elapsed().as_secs_f64();
-        let prediction = elimination.prediction::<T>();
+        let ours = "no engine is installed";
+        let prediction = elimination.prediction::<T>().expect(ours);
         let mut system = SparseSystem::<T>::new(elimination.clone());
         system.values_mut().copy_from_slice(values);
         let mut work = LinearWork::default();
@@ -137,7 +138,7 @@ impl Run<'_> {
             prediction.bytes,
             backward_error(self.solid, values, &self.rhs(), &x),
         );
-        let fronts = elimination.analysis().supernodes();
+        let fronts = elimination.analysis().expect(ours).supernodes();
         println!(
             "  analysis {analysis:.2} s, {:.1}e6 entries, {:.2}e9 flops, {} supernodes, peak {} MB",
             prediction.entries as f64 / 1e6,

@@ -1,0 +1,132 @@
+//! A run by the processes that `mpirun` or `srun` started together, in a program with the feature
+//! `mpi`: rank 0 is the program, the others lend it a hand.
+
+use std::env;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::cli::Cli;
+
+#[cfg(not(feature = "mpi"))]
+pub use alone::{main, share};
+#[cfg(feature = "mpi")]
+pub use together::{main, share};
+
+/// What launchers tell each process they start: Open MPI, and those that speak PMIx or PMI.
+const LAUNCHERS: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE"];
+
+fn is_launched() -> bool {
+    LAUNCHERS.iter().any(|name| env::var_os(name).is_some())
+}
+
+/// Reads the command line and runs the command.
+fn command() -> ExitCode {
+    match Cli::try_parse() {
+        Ok(cli) => crate::ended(cli.command.run()).into(),
+        Err(error) => {
+            // What cannot be printed has no reader; the code is clap's, 2, or 0 for help.
+            let _ = error.print();
+            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+        }
+    }
+}
+
+#[cfg(not(feature = "mpi"))]
+mod alone {
+    use std::env;
+    use std::process::ExitCode;
+
+    use myovib_scene::Scene;
+
+    use super::{command, is_launched};
+    use crate::exit::Exit;
+
+    /// The program.
+    pub fn main() -> ExitCode {
+        let others = env::var("OMPI_COMM_WORLD_SIZE").is_ok_and(|size| size != "1");
+        if is_launched() && others {
+            eprintln!(
+                "error: several processes were started, but this program was built for one: build it \
+                 with `--features mpi`, or start one"
+            );
+            return Exit::Usage.into();
+        }
+        command()
+    }
+
+    /// Nothing: the process is alone.
+    ///
+    /// # Errors
+    /// None.
+    pub fn share(_: &mut Scene) -> anyhow::Result<()> {
+        Ok(())
+    }
+}
+
+#[cfg(feature = "mpi")]
+mod together {
+    use std::process::ExitCode;
+    use std::sync::OnceLock;
+
+    use clap::Parser;
+    use myovib_fem::Solid;
+    use myovib_mpi::{Role, Sharing};
+    use myovib_scene::Scene;
+
+    use super::{command, is_launched};
+    use crate::cli::{Cli, Command};
+    use crate::{error, interrupt};
+
+    static SHARING: OnceLock<Sharing> = OnceLock::new();
+
+    /// The program at rank 0; a follower of it elsewhere.
+    pub fn main() -> ExitCode {
+        if !is_launched() {
+            return command();
+        }
+        match myovib_mpi::begin() {
+            Role::Leads(session) => {
+                SHARING.get_or_init(|| session.sharing());
+                command()
+            }
+            Role::Follows(follower) => {
+                interrupt::flag(); // Rank 0 ends the run, with its output kept.
+                follower.serve(body);
+                ExitCode::SUCCESS
+            }
+        }
+    }
+
+    /// The body of the scene on the command line.
+    fn body() -> Option<Solid> {
+        let Ok(Cli {
+            command: Command::Run(args),
+        }) = Cli::try_parse()
+        else {
+            return None;
+        };
+        match Scene::load(&args.scene, &args.set) {
+            Ok(scene) => scene.body.map(|body| body.muscle.solid),
+            Err(failure) => {
+                eprint!("{}", error::render(&failure.into()));
+                None
+            }
+        }
+    }
+
+    /// Shares out the elements of the scene's body among the processes, if there is one and several
+    /// were started; MUMPS factorises from then on.
+    ///
+    /// # Errors
+    /// A process that cannot read the scene, or reads another.
+    pub fn share(scene: &mut Scene) -> anyhow::Result<()> {
+        let (Some(sharing), Some(body)) = (SHARING.get(), &mut scene.body) else {
+            return Ok(());
+        };
+        let solid = sharing.share(body.muscle.solid.clone());
+        body.muscle.solid = solid.map_err(anyhow::Error::msg)?;
+        eprintln!("note: {}", sharing.description());
+        Ok(())
+    }
+}

@@ -1,0 +1,235 @@
+//! Passes whose elements are shared out, against those of the whole solid.
+
+use std::sync::{Arc, Mutex};
+
+use myovib_fem::material::{ActiveStress, Law};
+use myovib_fem::{
+    AddedMotion, AddedStress, AddedTangents, Barycentric, Crew, DofMap, Fields, Inverted, Pass,
+    Pressure, Solid, Space, Tangents, Vectors, generate,
+};
+
+use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, random};
+
+const RANKS: usize = 3;
+
+/// Two laws, one of them with a stress that is added.
+fn solid() -> Solid {
+    let mesh = generate::block([0.0; 3], [1.0, 0.8, 0.6], [3, 2, 2]).unwrap();
+    let space = Arc::new(Space::taylor_hood(&mesh));
+    let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
+    let n = mesh.n_elements();
+    let laws: Vec<Law> = (0..n)
+        .map(|e| if e % 3 == 0 { SMALL_LAW } else { MUSCLE_LAW })
+        .collect();
+    let stress = AddedStress {
+        active: Some(ActiveStress::PLAIN),
+        viscosity: 70.0,
+    };
+    let members = (0..n).filter(|e| e % 3 == 1).collect();
+    Solid::new(space, dofs, laws, DENSITY)
+        .unwrap()
+        .with_added_stresses(&[(members, stress)])
+        .unwrap()
+}
+
+/// The other shares, in this process; they compute when they are told to begin.
+#[derive(Debug)]
+struct Others {
+    shares: Vec<Solid>,
+    computed: Mutex<Vec<Computed>>,
+}
+
+type Computed = (Vec<Vec<f64>>, Result<(), Inverted>);
+
+impl Crew for Others {
+    fn begin(&self, pass: &Pass<'_>) {
+        let compute = |solid: &Solid| {
+            let mut results = Vec::new();
+            let ended = solid.compute(pass, &mut results);
+            results.retain(|vector| !vector.is_empty());
+            (results, ended)
+        };
+        *self.computed.lock().unwrap() = self.shares.iter().map(compute).collect();
+    }
+
+    fn end(&self, results: &mut [&mut [f64]], own: Result<(), Inverted>) -> Result<(), Inverted> {
+        own?;
+        for (others, ended) in self.computed.lock().unwrap().drain(..) {
+            ended?;
+            assert_eq!(results.len(), others.len());
+            for (sum, other) in results.iter_mut().zip(others) {
+                assert_eq!(sum.len(), other.len());
+                sum.iter_mut().zip(other).for_each(|(sum, x)| *sum += x);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn shared(whole: &Solid) -> Solid {
+    let share = |number| whole.clone().share(number, RANKS);
+    let others = Others {
+        shares: (1..RANKS).map(share).collect(),
+        computed: Mutex::default(),
+    };
+    whole.clone().with_crew(Arc::new(others), RANKS)
+}
+
+/// Sums of a hundred terms in another order: ε for each.
+fn assert_same(a: &[f64], b: &[f64]) {
+    let largest = a.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    assert!(largest > 0.0, "a result that is there");
+    for (a, b) in a.iter().zip(b) {
+        assert!((a - b).abs() <= 100.0 * f64::EPSILON * largest, "{a} {b}");
+    }
+}
+
+#[test]
+fn shares_sum_to_the_passes_of_the_whole() {
+    let whole = solid();
+    let together = shared(&whole);
+    let (n, m) = (whole.space().n_components(), whole.space().n_pressures());
+    let (u, v) = (random(n, 0.01, 1), random(n, 0.3, 2));
+    let (p, p_rate, mu) = (random(m, 1e3, 3), random(m, 1e3, 4), random(m, 1.0, 5));
+    let fields = Fields {
+        v: Some(&v),
+        p_rate: Some(&p_rate),
+        mu: Some(&mu),
+        ..Fields::new(&u, Pressure::Nodal(&p))
+    };
+    let (square, wide) = (
+        whole.displacement_pattern().nnz(),
+        whole.divergence_pattern().nnz(),
+    );
+    let tensions = [3e3];
+    let motion = AddedMotion {
+        u: &u,
+        v: &v,
+        tensions: &tensions,
+    };
+    let all = |solid: &Solid| {
+        let mut results: Vec<Vec<f64>> =
+            [n, n, m, m, n, square, square, square, wide, wide, square]
+                .into_iter()
+                .chain([n, n, square, square])
+                .map(|n| vec![f64::NAN; n])
+                .collect();
+        let mut vectors = results.iter_mut().map(|vector| &mut vector[..]);
+        let mut out = Vectors {
+            force: vectors.next(),
+            force_rate: vectors.next(),
+            defect: vectors.next(),
+            defect_rate: vectors.next(),
+            multiplier_force: vectors.next(),
+        };
+        solid.evaluate(&fields, &mut out).unwrap();
+        let mut out = Tangents {
+            stiffness: vectors.next(),
+            damped_stiffness: vectors.next(),
+            rate_stiffness: vectors.next(),
+            divergence: vectors.next(),
+            divergence_rate: vectors.next(),
+            multiplier_stiffness: vectors.next(),
+        };
+        solid.tangents(&fields, &mut out).unwrap();
+        solid.added_force(&motion, vectors.next().unwrap());
+        solid.active_force(0, &u, &v, vectors.next().unwrap());
+        let out = AddedTangents {
+            by_displacement: vectors.next(),
+            by_velocity: vectors.next(),
+        };
+        solid.added_tangents(&motion, out);
+        drop(vectors);
+        results
+    };
+    for (a, b) in all(&whole).iter().zip(all(&together)) {
+        assert_same(a, &b);
+    }
+    // What is not wanted is neither computed nor summed.
+    let mut defects = [vec![0.0; m], vec![0.0; m]];
+    for (solid, defect) in [&whole, &together].into_iter().zip(&mut defects) {
+        let mut out = Vectors {
+            defect: Some(defect),
+            ..Vectors::default()
+        };
+        solid
+            .evaluate(&Fields::new(&u, Pressure::Penalty { kappa: 1e5 }), &mut out)
+            .unwrap();
+    }
+    assert_same(&defects[0], &defects[1]);
+}
+
+#[test]
+fn no_element_is_in_two_shares_or_in_none() {
+    let whole = solid();
+    let weight = |solid: &Solid| {
+        let mut force = vec![0.0; whole.space().n_components()];
+        let u: Vec<f64> = whole
+            .space()
+            .coordinates()
+            .iter()
+            .map(|x| 0.1 * x)
+            .collect();
+        let mut defect = vec![0.0; whole.space().n_pressures()];
+        let mut out = Vectors {
+            force: Some(&mut force),
+            defect: Some(&mut defect),
+            ..Vectors::default()
+        };
+        solid
+            .evaluate(&Fields::new(&u, Pressure::Penalty { kappa: 0.0 }), &mut out)
+            .unwrap();
+        defect.iter().sum::<f64>()
+    };
+    let all = weight(&whole);
+    for ranks in [1, 2, 5, 100] {
+        let shares: Vec<f64> = (0..ranks)
+            .map(|k| weight(&whole.clone().share(k, ranks)))
+            .collect();
+        let sum: f64 = shares.iter().sum();
+        assert!(
+            (sum - all).abs() <= 1e3 * f64::EPSILON * all.abs(),
+            "{ranks}: {sum} {all}"
+        );
+        let most = shares.iter().fold(0.0_f64, |m, x| m.max(*x));
+        assert!(ranks == 1 || most < 0.75 * all, "{ranks}: {most} of {all}");
+    }
+}
+
+#[test]
+fn an_element_turned_inside_out_in_another_share_is_told() {
+    let whole = solid();
+    let together = shared(&whole);
+    // The last corner, pushed through the body, is in elements of the last share.
+    let mut u = vec![0.0; whole.space().n_components()];
+    let d = whole.space().dimension();
+    let far = |x: &[f64]| x.iter().sum::<f64>();
+    let corner = whole
+        .space()
+        .coordinates()
+        .chunks(d)
+        .map(far)
+        .fold(0.0, f64::max);
+    for (x, u) in whole.space().coordinates().chunks(d).zip(u.chunks_mut(d)) {
+        if far(x) == corner {
+            u.fill(-1.0);
+        }
+    }
+    let p = vec![0.0; whole.space().n_pressures()];
+    let fields = Fields::new(&u, Pressure::Nodal(&p));
+    let of = |solid: &Solid| {
+        let mut force = vec![0.0; u.len()];
+        let mut out = Vectors {
+            force: Some(&mut force),
+            ..Vectors::default()
+        };
+        solid.evaluate(&fields, &mut out).unwrap_err()
+    };
+    let (alone, shared) = (of(&whole), of(&together));
+    assert!(of(&whole.clone().share(RANKS - 1, RANKS)) == shared);
+    assert_eq!(
+        (alone.element, alone.barycentric),
+        (shared.element, shared.barycentric)
+    );
+    let _: Barycentric = shared.barycentric;
+}

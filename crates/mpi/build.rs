@@ -1,0 +1,56 @@
+//! Compiles the boundary to MPI and MUMPS where the feature `mpi` asks for it.
+
+fn main() {
+    #[cfg(feature = "mpi")]
+    mpi::build();
+}
+
+#[cfg(feature = "mpi")]
+mod mpi {
+    use std::env;
+    use std::process::Command;
+
+    /// MPI's compiler, which knows where its headers and libraries are.
+    const COMPILER: &str = "MPICC";
+    const VARIABLES: [&str; 3] = [COMPILER, "MUMPS_INCLUDE_DIR", "MUMPS_LIBRARY_DIR"];
+
+    pub(super) fn build() {
+        println!("cargo::rerun-if-changed=src/ffi/shim.c");
+        for variable in VARIABLES {
+            println!("cargo::rerun-if-env-changed={variable}");
+        }
+        let [mpicc, include, library] = VARIABLES.map(env::var);
+        let mpicc = mpicc.unwrap_or_else(|_| "mpicc".to_owned());
+        let Ok(shown) = Command::new(&mpicc).arg("-show").output() else {
+            println!(
+                "cargo::error=`{mpicc}` was not found: install an MPI (Debian: libopenmpi-dev, and \
+                 libmumps-dev for MUMPS), or name its compiler in {COMPILER}"
+            );
+            return;
+        };
+        let mut shim = cc::Build::new();
+        shim.compiler(&mpicc)
+            .file("src/ffi/shim.c")
+            .includes(include);
+        if let Err(error) = shim.try_compile("myovib_mpi_shim") {
+            println!(
+                "cargo::error=the boundary to MPI and MUMPS does not compile ({error}): install MUMPS \
+                 (Debian: libmumps-dev), or name the folder of dmumps_c.h in MUMPS_INCLUDE_DIR"
+            );
+            return;
+        }
+        if let Ok(folder) = library {
+            println!("cargo::rustc-link-search=native={folder}");
+        }
+        for library in ["dmumps", "zmumps"] {
+            println!("cargo::rustc-link-lib=dylib={library}");
+        }
+        for word in String::from_utf8_lossy(&shown.stdout).split_whitespace() {
+            if let Some(folder) = word.strip_prefix("-L") {
+                println!("cargo::rustc-link-search=native={folder}");
+            } else if let Some(library) = word.strip_prefix("-l") {
+                println!("cargo::rustc-link-lib=dylib={library}");
+            }
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! Shares of passes over the elements.
+
+use myovib_fem::{Barycentric, Crew, Inverted, Pass, Solid};
+
+use crate::call;
+use crate::leader::Leader;
+
+/// How a share of a pass ended, as numbers: element, det F, the place in the element; no element
+/// where all went well.
+pub(crate) type Ending = [f64; 7];
+
+/// The numbers for an ending.
+pub(crate) fn ending(own: Result<(), Inverted>) -> Ending {
+    let mut numbers = [-1.0; 7];
+    if let Err(at) = own {
+        numbers[0] = at.element as f64;
+        numbers[1] = at.jacobian;
+        numbers[2] = at.barycentric.len() as f64;
+        for (number, lambda) in numbers[3..].iter_mut().zip(at.barycentric.iter()) {
+            *number = *lambda;
+        }
+    }
+    numbers
+}
+
+/// The first ending that is a failure.
+fn first_failure(endings: &[Ending]) -> Result<(), Inverted> {
+    match endings.iter().find(|ending| ending[0] >= 0.0) {
+        None => Ok(()),
+        Some([element, jacobian, count, lambda @ ..]) => Err(Inverted {
+            element: *element as usize,
+            barycentric: Barycentric::new(&lambda[..*count as usize]),
+            jacobian: *jacobian,
+        }),
+    }
+}
+
+impl Crew for Leader {
+    fn begin(&self, pass: &Pass<'_>) {
+        self.with_world(|world| call::send_pass(world, pass));
+    }
+
+    fn end(&self, results: &mut [&mut [f64]], own: Result<(), Inverted>) -> Result<(), Inverted> {
+        let endings = self.with_world(|world| {
+            let endings = world.gather(ending(own));
+            results.iter_mut().for_each(|result| world.sum(result));
+            endings
+        });
+        first_failure(&endings)
+    }
+}
+
+/// By which all ranks see that they have the same body: counts, and sums of all coordinates and of
+/// all masses.
+pub(crate) fn fingerprint(solid: &Solid) -> [f64; 6] {
+    let space = solid.space();
+    [
+        space.n_elements() as f64,
+        space.n_components() as f64,
+        space.n_pressures() as f64,
+        solid.dofs().n_free() as f64,
+        space.coordinates().iter().sum(),
+        solid.pressure_weights().iter().sum(),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_failure_comes_back_as_it_was() {
+        let inverted = |element| Inverted {
+            element,
+            barycentric: Barycentric::new(&[0.25, 0.5, 0.25]),
+            jacobian: -0.5,
+        };
+        let endings = [Ok(()), Err(inverted(3)), Err(inverted(1))].map(ending);
+        assert_eq!(first_failure(&endings), Err(inverted(3)));
+        assert_eq!(first_failure(&endings[..1]), Ok(()));
+    }
+}

@@ -1,0 +1,195 @@
+//! One matrix in MUMPS, which all ranks have a part of.
+
+use std::ffi::{c_int, c_longlong};
+use std::ptr;
+use std::thread;
+
+use myovib_sparse::Number;
+use num_complex::Complex64;
+
+/// The functions of `shim.c` for one kind of number.
+#[derive(Debug)]
+pub(crate) struct Functions<T> {
+    size: unsafe extern "C" fn() -> c_longlong,
+    begin: unsafe extern "C" fn(*mut u64, c_int) -> c_int,
+    analyse: unsafe extern "C" fn(*mut u64, c_int, c_longlong, *mut c_int, *mut c_int) -> c_int,
+    factor: unsafe extern "C" fn(*mut u64, *mut T) -> c_int,
+    solve: unsafe extern "C" fn(*mut u64, *mut T, c_int) -> c_int,
+    info: unsafe extern "C" fn(*const u64, c_int) -> c_int,
+    end: unsafe extern "C" fn(*mut u64),
+}
+
+/// A number MUMPS factorises with.
+pub(crate) trait Scalar: Number {
+    const MUMPS: Functions<Self>;
+    const IS_COMPLEX: bool;
+}
+
+macro_rules! functions {
+    ($number:ty, $complex:literal, $size:ident, $begin:ident, $analyse:ident, $factor:ident, $solve:ident, $info:ident, $end:ident) => {
+        unsafe extern "C" {
+            fn $size() -> c_longlong;
+            fn $begin(run: *mut u64, symmetric: c_int) -> c_int;
+            fn $analyse(
+                run: *mut u64,
+                n: c_int,
+                nnz: c_longlong,
+                rows: *mut c_int,
+                columns: *mut c_int,
+            ) -> c_int;
+            fn $factor(run: *mut u64, values: *mut $number) -> c_int;
+            fn $solve(run: *mut u64, rhs: *mut $number, n: c_int) -> c_int;
+            fn $info(run: *const u64, number: c_int) -> c_int;
+            fn $end(run: *mut u64);
+        }
+        impl Scalar for $number {
+            const IS_COMPLEX: bool = $complex;
+            const MUMPS: Functions<Self> = Functions {
+                size: $size,
+                begin: $begin,
+                analyse: $analyse,
+                factor: $factor,
+                solve: $solve,
+                info: $info,
+                end: $end,
+            };
+        }
+    };
+}
+
+functions!(
+    f64,
+    false,
+    dmumps_run_size,
+    dmumps_run_begin,
+    dmumps_run_analyse,
+    dmumps_run_factor,
+    dmumps_run_solve,
+    dmumps_run_info,
+    dmumps_run_end
+);
+functions!(
+    Complex64,
+    true,
+    zmumps_run_size,
+    zmumps_run_begin,
+    zmumps_run_analyse,
+    zmumps_run_factor,
+    zmumps_run_solve,
+    zmumps_run_info,
+    zmumps_run_end
+);
+
+/// The lower triangle or all of a matrix at rank 0, counted from one; empty elsewhere.
+#[derive(Debug)]
+struct Entries<T> {
+    n: c_int,
+    rows: Vec<c_int>,
+    columns: Vec<c_int>,
+    values: Vec<T>,
+}
+
+/// A matrix and its factors. Every method is called by all ranks, in the same order, those with
+/// arrays without them elsewhere than at rank 0.
+#[derive(Debug)]
+pub(crate) struct Matrix<T: Scalar> {
+    /// MUMPS' structure, which stays where it is.
+    run: Vec<u64>,
+    /// MUMPS keeps pointers to these.
+    entries: Entries<T>,
+    status: c_int,
+}
+
+impl<T: Scalar> Matrix<T> {
+    /// Begins. MPI must have begun.
+    pub(crate) fn new(is_symmetric: bool) -> Self {
+        // SAFETY: the function takes nothing and returns a size.
+        let size = unsafe { (T::MUMPS.size)() };
+        let mut run = vec![0u64; (size.unsigned_abs() as usize).div_ceil(8)];
+        // SAFETY: `run` has the size of the structure, which the function fills.
+        let status = unsafe { (T::MUMPS.begin)(run.as_mut_ptr(), c_int::from(is_symmetric)) };
+        Self {
+            run,
+            entries: Entries {
+                n: 0,
+                rows: Vec::new(),
+                columns: Vec::new(),
+                values: Vec::new(),
+            },
+            status,
+        }
+    }
+
+    /// The last status: negative for an error, and what goes with it.
+    pub(crate) fn status(&self) -> [i32; 2] {
+        [self.status, self.info(2)]
+    }
+
+    /// INFOG(`number`).
+    pub(crate) fn info(&self, number: c_int) -> i32 {
+        assert!((1..=80).contains(&number), "INFOG has 80 numbers");
+        // SAFETY: the structure was begun, and the number is in its array.
+        unsafe { (T::MUMPS.info)(self.run.as_ptr(), number) }
+    }
+
+    /// Analyses the pattern: (row, column) of each entry, counted from zero.
+    pub(crate) fn analyse(&mut self, n: usize, places: impl Iterator<Item = (usize, usize)>) {
+        let narrow = |k: usize| c_int::try_from(k).expect("unknowns that an int counts");
+        let (rows, columns) = places
+            .map(|(row, column)| (narrow(row + 1), narrow(column + 1)))
+            .unzip();
+        self.entries.n = narrow(n);
+        self.entries.rows = rows;
+        self.entries.columns = columns;
+        self.entries.values = vec![T::zero(); self.entries.rows.len()];
+        let (n, nnz) = (self.entries.n, self.entries.rows.len() as c_longlong);
+        let [rows, columns] = [&mut self.entries.rows, &mut self.entries.columns].map(|indices| {
+            if indices.is_empty() {
+                ptr::null_mut()
+            } else {
+                indices.as_mut_ptr()
+            }
+        });
+        // SAFETY: the structure was begun; at rank 0 both arrays have nnz indices from 1 to n and live,
+        // unchanged, until the structure is ended; elsewhere MUMPS does not look at them.
+        self.status = unsafe { (T::MUMPS.analyse)(self.run.as_mut_ptr(), n, nnz, rows, columns) };
+    }
+
+    /// The values in the order of the entries analysed, to be filled before
+    /// [`factor`](Self::factor).
+    pub(crate) fn values_mut(&mut self) -> &mut [T] {
+        &mut self.entries.values
+    }
+
+    /// Factorises.
+    pub(crate) fn factor(&mut self) {
+        let values = self.entries.values.as_mut_ptr();
+        // SAFETY: the structure was begun, and MUMPS refuses one without analysis; at rank 0 there are as
+        // many values as entries, which live until the structure is ended; elsewhere MUMPS does not
+        // look at them.
+        self.status = unsafe { (T::MUMPS.factor)(self.run.as_mut_ptr(), values) };
+    }
+
+    /// Solves; `x` is the right-hand side and then the solution at rank 0, empty elsewhere.
+    pub(crate) fn solve(&mut self, x: &mut [T]) {
+        assert_eq!(
+            x.len(),
+            self.entries.n as usize,
+            "length of the right-hand side"
+        );
+        // SAFETY: the structure was begun, and MUMPS refuses one without factors; at rank 0 the vector has
+        // the order of the matrix; elsewhere MUMPS does not look at it.
+        self.status =
+            unsafe { (T::MUMPS.solve)(self.run.as_mut_ptr(), x.as_mut_ptr(), self.entries.n) };
+    }
+}
+
+impl<T: Scalar> Drop for Matrix<T> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            return; // The others are elsewhere, and all processes are about to end.
+        }
+        // SAFETY: the structure was begun and ends once; MPI has not ended, for its owners see to it.
+        unsafe { (T::MUMPS.end)(self.run.as_mut_ptr()) };
+    }
+}

@@ -1,0 +1,78 @@
+//! All ranks but the first: they do what they are told.
+
+use std::collections::BTreeMap;
+
+use myovib_fem::Solid;
+use num_complex::Complex64;
+
+use crate::call::{Call, Command};
+use crate::crew::{ending, fingerprint};
+use crate::ffi::{Matrix, Scalar, World};
+
+/// A process that lends rank 0 a hand.
+#[derive(Debug)]
+pub struct Follower {
+    world: World,
+}
+
+/// This rank's part of a matrix.
+trait Part {
+    fn do_part(&mut self, command: Command);
+}
+
+impl<T: Scalar> Part for Matrix<T> {
+    fn do_part(&mut self, command: Command) {
+        match command {
+            Command::Analyse => self.analyse(0, std::iter::empty()),
+            Command::Factor => self.factor(),
+            _ => self.solve(&mut []),
+        }
+    }
+}
+
+impl Follower {
+    pub(crate) fn new(world: World) -> Self {
+        Self { world }
+    }
+
+    /// Does what rank 0 says, until it ends. When it says so, `load` reads the body, or says on standard
+    /// error why it cannot.
+    pub fn serve(self, load: impl Fn() -> Option<Solid>) {
+        let world = &self.world;
+        let mut share: Option<Solid> = None;
+        let mut results = Vec::new();
+        let mut parts: BTreeMap<u64, Box<dyn Part>> = BTreeMap::new();
+        loop {
+            let call = Call::receive(world);
+            let [number, symmetric, ..] = call.words;
+            let (number, is_symmetric) = (number as u64, symmetric != 0.0);
+            match call.command {
+                Command::End => break,
+                Command::Body => {
+                    let whole = load();
+                    world.gather(whole.as_ref().map_or([-1.0; 6], fingerprint));
+                    share = whole.map(|whole| whole.share(world.rank(), world.size()));
+                }
+                Command::Pass => {
+                    let solid = share.as_ref().expect("rank 0 begins with the body");
+                    let own = solid.compute(&call.pass(), &mut results);
+                    world.gather(ending(own));
+                    results.iter_mut().for_each(|result| world.sum(result));
+                }
+                Command::Real => {
+                    parts.insert(number, Box::new(Matrix::<f64>::new(is_symmetric)));
+                }
+                Command::Complex => {
+                    parts.insert(number, Box::new(Matrix::<Complex64>::new(is_symmetric)));
+                }
+                Command::Forget => drop(parts.remove(&number)),
+                Command::Analyse | Command::Factor | Command::Solve => parts
+                    .get_mut(&number)
+                    .expect("rank 0 begins a matrix before it uses it")
+                    .do_part(call.command),
+            }
+        }
+        // Rank 0 has left them as they are, too.
+        std::mem::forget(parts);
+    }
+}
