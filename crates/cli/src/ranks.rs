@@ -1,7 +1,6 @@
 //! A run by the processes that `mpirun` or `srun` started together, in a program with the feature
 //! `mpi`: rank 0 is the program, the others lend it a hand.
 
-use std::env;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -12,13 +11,6 @@ use crate::cli::Cli;
 pub use alone::{main, share};
 #[cfg(feature = "mpi")]
 pub use together::{main, share};
-
-/// What launchers tell each process they start: Open MPI, and those that speak PMIx or PMI.
-const LAUNCHERS: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE"];
-
-fn is_launched() -> bool {
-    LAUNCHERS.iter().any(|name| env::var_os(name).is_some())
-}
 
 /// Reads the command line and runs the command.
 fn command() -> ExitCode {
@@ -39,13 +31,16 @@ mod alone {
 
     use myovib_scene::Scene;
 
-    use super::{command, is_launched};
+    use super::command;
     use crate::exit::Exit;
+
+    /// Where launchers say how many processes they have started: Open MPI, and those that speak PMI.
+    const SIZES: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
 
     /// The program.
     pub fn main() -> ExitCode {
-        let others = env::var("OMPI_COMM_WORLD_SIZE").is_ok_and(|size| size != "1");
-        if is_launched() && others {
+        let several = |name: &&str| env::var(name).is_ok_and(|size| size != "1");
+        if SIZES.iter().any(several) {
             eprintln!(
                 "error: several processes were started, but this program was built for one: build it \
                  with `--features mpi`, or start one"
@@ -66,6 +61,7 @@ mod alone {
 
 #[cfg(feature = "mpi")]
 mod together {
+    use std::env;
     use std::process::ExitCode;
     use std::sync::OnceLock;
 
@@ -74,15 +70,18 @@ mod together {
     use myovib_mpi::{Role, Sharing};
     use myovib_scene::Scene;
 
-    use super::{command, is_launched};
+    use super::command;
     use crate::cli::{Cli, Command};
     use crate::{error, interrupt};
+
+    /// What launchers tell each process they start: Open MPI, and those that speak PMIx or PMI.
+    const LAUNCHERS: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE"];
 
     static SHARING: OnceLock<Sharing> = OnceLock::new();
 
     /// The program at rank 0; a follower of it elsewhere.
     pub fn main() -> ExitCode {
-        if !is_launched() {
+        if LAUNCHERS.iter().all(|name| env::var_os(name).is_none()) {
             return command();
         }
         match myovib_mpi::begin() {
