@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::{Command, Stdio};
 
-use crate::harness::{document, myovib, myovib_in};
+use crate::harness::{PROGRAM, document, myovib, myovib_in};
 
 #[test]
 fn version_names_the_linked_libraries() {
@@ -22,6 +22,21 @@ fn version_names_the_linked_libraries() {
             "{library} version in {}",
             run.stdout
         );
+    }
+}
+
+/// In a build without the feature `mpi`, several processes would all compute and write the same.
+#[test]
+fn several_processes_need_a_program_that_is_built_for_them() {
+    for (size, code) in [("1", 0), ("4", 2)] {
+        let started = Command::new(PROGRAM)
+            .arg("doctor")
+            .env("OMPI_COMM_WORLD_SIZE", size)
+            .output()
+            .expect("the program starts");
+        let told = String::from_utf8_lossy(&started.stderr);
+        assert_eq!(started.status.code(), Some(code), "{told}");
+        assert_eq!(told.contains("--features mpi"), code == 2, "{told}");
     }
 }
 

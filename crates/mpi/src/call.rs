@@ -181,24 +181,3 @@ fn packed(wanted: &[bool]) -> f64 {
 fn unpacked<const K: usize>(bits: f64) -> [bool; K] {
     std::array::from_fn(|k| bits as u8 >> k & 1 == 1)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_wanted_comes_back_as_it_was() {
-        for k in 0..64 {
-            let wanted: [bool; 6] = unpacked(f64::from(k));
-            assert_eq!(packed(&wanted), f64::from(k));
-        }
-        assert_eq!(packed(&[true, false, true]), 5.0);
-    }
-
-    #[test]
-    fn each_command_has_its_number() {
-        for (number, command) in Command::ALL.into_iter().enumerate() {
-            assert_eq!(command as usize, number);
-        }
-    }
-}

@@ -63,20 +63,3 @@ pub(crate) fn fingerprint(solid: &Solid) -> [f64; 6] {
         solid.pressure_weights().iter().sum(),
     ]
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_first_failure_comes_back_as_it_was() {
-        let inverted = |element| Inverted {
-            element,
-            barycentric: Barycentric::new(&[0.25, 0.5, 0.25]),
-            jacobian: -0.5,
-        };
-        let endings = [Ok(()), Err(inverted(3)), Err(inverted(1))].map(ending);
-        assert_eq!(first_failure(&endings), Err(inverted(3)));
-        assert_eq!(first_failure(&endings[..1]), Ok(()));
-    }
-}
