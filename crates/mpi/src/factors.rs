@@ -175,6 +175,17 @@ impl<T: Scalar> Factorization<T> for Factors<T> {
         self.together(Command::Solve, |matrix| matrix.solve(x))
     }
 
+    fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError> {
+        if self.is_symmetric {
+            return self.solve(x);
+        }
+        let (engine, reason) = (
+            "MUMPS",
+            "transposed systems are left to one process".to_owned(),
+        );
+        Err(SparseError::Engine { engine, reason })
+    }
+
     fn n_entries(&self) -> Option<usize> {
         // Entries of the factors over all ranks; negative: millions.
         match self.matrix.as_ref()?.info(29) {

@@ -40,6 +40,10 @@ impl<T: Number> Factorization<T> for Own<T> {
         Ok(())
     }
 
+    fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError> {
+        Factorization::solve_transposed(&mut self.factors, x)
+    }
+
     fn n_entries(&self) -> Option<usize> {
         Some(5)
     }
