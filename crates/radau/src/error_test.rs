@@ -124,6 +124,53 @@ mod tests {
         }
     }
 
+    /// ẏ = −y
+    struct Decay;
+
+    impl Problem for Decay {
+        fn n_unknowns(&self) -> usize {
+            1
+        }
+
+        fn residual(
+            &mut self,
+            _: f64,
+            y: &[f64],
+            v: &[f64],
+            r: &mut [f64],
+        ) -> Result<(), StepError> {
+            r[0] = v[0] + y[0];
+            Ok(())
+        }
+    }
+
+    /// The estimate of the step of size h from t = 0 and y, with increments z.
+    fn estimate(problem: &mut impl Problem, method: &Method, h: f64, y: f64, z: &[f64]) -> f64 {
+        let pattern = problem.jacobian_pattern();
+        let mut matrices = KluMatrices::new(&pattern, KluOptions::default()).unwrap();
+        let at = Linearization {
+            t: 0.0,
+            y: &[y],
+            y_dot: &[0.0],
+            step: h,
+            weights: &[1e6],
+        };
+        matrices.evaluate(problem, &at).unwrap();
+        let gamma = method.real_mode().lambda;
+        matrices.set_up(problem, gamma / h, &[]).unwrap();
+        let step = Step {
+            method,
+            t: 0.0,
+            h,
+            y: &[y],
+            weights: &[1.0],
+        };
+        let (mut test, mut counters) = (ErrorTest::new(vec![1.0]), Counters::default());
+        let estimated = test.estimate(problem, &mut matrices, &step, z, false, &mut counters);
+        estimated.unwrap();
+        test.error(0)
+    }
+
     /// From t = 0 the embedded method, whose quadrature has the order s, leaves out of ∫ t^s what its
     /// defect at 0 is: −Π(0 − c_i) h^s, times h/γ.
     #[test]
@@ -131,48 +178,59 @@ mod tests {
         for stages in [1, 3, 5, 7] {
             let method = Method::radau_iia(stages).unwrap();
             let s = stages as i32;
-            let mut problem = Power(s);
-            let pattern = problem.jacobian_pattern();
-            let mut matrices = KluMatrices::new(&pattern, KluOptions::default()).unwrap();
             for h in [0.5, 2.0_f64] {
-                let at = Linearization {
-                    t: 0.0,
-                    y: &[0.0],
-                    y_dot: &[0.0],
-                    step: h,
-                    weights: &[1e6],
-                };
-                matrices.evaluate(&mut problem, &at).unwrap();
-                let gamma = method.real_mode().lambda;
-                matrices.set_up(&mut problem, gamma / h, &[]).unwrap();
                 let a = DMatrix::from_fn(stages, stages, |i, j| method.a_inverse(i, j));
                 let rates = method.nodes().iter().map(|c| h * (c * h).powi(s));
                 let rates = DVector::from_iterator(stages, rates);
                 let z = a.lu().solve(&rates).unwrap();
-                let step = Step {
-                    method: &method,
-                    t: 0.0,
-                    h,
-                    y: &[0.0],
-                    weights: &[1.0],
-                };
-                let mut test = ErrorTest::new(vec![1.0]);
-                let mut counters = Counters::default();
-                test.estimate(
-                    &mut problem,
-                    &mut matrices,
-                    &step,
-                    z.as_slice(),
-                    false,
-                    &mut counters,
-                )
-                .unwrap();
+                let estimated = estimate(&mut Power(s), &method, h, 0.0, z.as_slice());
                 let product: f64 = method.nodes().iter().map(|c| -c).product();
-                let exact = h.powi(s + 1) * product / gamma;
+                let exact = h.powi(s + 1) * product / method.real_mode().lambda;
                 // Differences for the Jacobian are right to half the digits.
-                let ratio = test.error(0) / exact;
+                let ratio = estimated / exact;
                 assert!((ratio - 1.0).abs() < 1e-6, "s = {s}, h = {h}: {ratio}");
             }
+        }
+    }
+
+    /// Against what a step of ẏ = −y from 1 really errs by: to leading order s! (s − 1)!/((2s − 1)! (2s)!)
+    /// h^(2s), the error of the Padé approximation with degrees s − 1 and s. The estimate has the order
+    /// s + 1 and is the error of y_1 + err.
+    #[test]
+    fn the_estimate_bounds_the_true_error_of_a_step_by_the_order_it_has() {
+        // The largest step, for which the true error of half of it is beyond rounding.
+        for (stages, largest) in [(3, 0.2_f64), (5, 1.0), (7, 3.0)] {
+            let method = Method::radau_iia(stages).unwrap();
+            let errors = [largest, 0.5 * largest].map(|h| {
+                // h⁻¹ A⁻¹ z = −(1 + z)
+                let matrix = DMatrix::from_fn(stages, stages, |i, j| {
+                    method.a_inverse(i, j) / h + f64::from(u8::from(i == j))
+                });
+                let z = matrix
+                    .lu()
+                    .solve(&DVector::from_element(stages, -1.0))
+                    .unwrap();
+                let end = 1.0 + z[stages - 1];
+                let estimated = estimate(&mut Decay, &method, h, 1.0, z.as_slice());
+                let exact = (-h).exp();
+                [estimated, end - exact, end + estimated - exact].map(f64::abs)
+            });
+            let order = |k: usize| (errors[0][k] / errors[1][k]).log2();
+            let s = stages as f64;
+            // Steps are long, or the true error would be rounding: a fifth for the higher orders.
+            let of_estimate = order(0) / (s + 1.0);
+            assert!((of_estimate - 1.0).abs() < 0.2, "s = {s}: {}", order(0));
+            let of_truth = order(1) / (2.0 * s);
+            assert!((of_truth - 1.0).abs() < 0.2, "s = {s}: {}", order(1));
+            let [estimated, truth, embedded] = errors[1];
+            // They differ by the truth, which is of higher order.
+            assert!((estimated / embedded - 1.0).abs() < 0.01, "{errors:?}");
+            let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
+            let pade = factorial(stages) * factorial(stages - 1)
+                / (factorial(2 * stages - 1) * factorial(2 * stages));
+            // What decays within the step lowers it, 1 − O(h).
+            let ratio = truth / (pade * (0.5 * largest).powi(2 * stages as i32));
+            assert!((0.1..1.0).contains(&ratio), "s = {s}: {ratio}");
         }
     }
 }

@@ -92,6 +92,7 @@ macro_rules! conformance_tests {
             starts_afresh,
             counts_what_it_does,
             gives_dense_output_within_the_last_step_only,
+            says_that_there_are_no_quadratures,
             finds_events_in_their_order,
             recovers_from_recoverable_errors,
             names_the_function_that_failed,

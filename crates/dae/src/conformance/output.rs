@@ -89,3 +89,22 @@ pub fn finds_events_in_their_order<M: Method>(method: &M) {
     again.step(10.0).unwrap();
     assert_eq!(again.y(), unwatched.y());
 }
+
+/// Where no quadratures are set up there are none, and asking for them is misuse that says so.
+pub fn says_that_there_are_no_quadratures<M: Method>(method: &M) {
+    let (y, y_dot) = Circle::start();
+    let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
+    solver.step(1.0).unwrap();
+    assert_eq!(solver.n_quadratures(), 0);
+    let t = solver.t();
+    let asked = solver.quadrature_dense_output(t, 0, &mut []).unwrap_err();
+    let started = solver.reinit(0.0, &y, &y_dot, &[1.0]).unwrap_err();
+    for said in [asked.to_string(), started.to_string()] {
+        assert!(said.contains("quadratures"), "{said}");
+    }
+    // Neither has changed anything.
+    assert_eq!(solver.t(), t);
+    solver.reinit(0.0, &y, &y_dot, &[]).unwrap();
+    let outcome = solver.integrate_to(1.0).unwrap();
+    assert_eq!(outcome, Outcome::Reached { t: 1.0 });
+}
