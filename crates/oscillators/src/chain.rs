@@ -16,7 +16,7 @@ pub enum Ends {
     Open,
 }
 
-/// A chain of N oscillators with nearest-neighbour coupling.
+/// A chain of N oscillators with nearest-neighbour coupling, or as many of them as there are places.
 ///
 /// `ÿ_n + ω_n² y_n − μ (1 − y_n²) ẏ_n + a y_n³ − D_n (y_{n+1} + y_{n−1})/2 + c(u) = 0`,
 /// `D_n = D ω_n`. Paper: eqs. (22), (24).
@@ -59,15 +59,39 @@ impl Chain {
     /// # Errors
     /// [`Error::NoOscillators`], [`Error::Frequency`], [`Error::Coefficient`].
     pub fn network(&self) -> Result<Network, Error> {
-        let n = self.omega.len();
-        let nodes: Vec<Node> = (0..n)
-            .map(|k| Node {
-                omega: self.omega[k],
-                neighbours: line_neighbours(k, n, self.ends).collect(),
-                channel: (self.reach == Reach::All || k == 0 || k + 1 == n).then_some(0),
+        self.network_at(1)
+    }
+
+    /// The equations of chains at so many places, all of the same length: ω is that of the first
+    /// place, then of the second, …; each has its own component of the forcing.
+    ///
+    /// # Errors
+    /// Those of [`network`](Self::network); [`Error::ArrayFrequencies`] when the frequencies are not
+    /// the same number at each place.
+    pub fn network_at(&self, places: usize) -> Result<Network, Error> {
+        let given = self.omega.len();
+        let n = given / places.max(1);
+        if n * places != given {
+            let (columns, rows) = (n, places);
+            return Err(Error::ArrayFrequencies {
+                columns,
+                rows,
+                given,
+            });
+        }
+        let nodes: Vec<Node> = (0..given)
+            .map(|number| {
+                let (place, k) = (number / n, number % n);
+                let reached = self.reach == Reach::All || k == 0 || k + 1 == n;
+                let neighbours = line_neighbours(k, n, self.ends);
+                Node {
+                    omega: self.omega[number],
+                    neighbours: neighbours.map(|k| place * n + k).collect(),
+                    channel: reached.then_some(place),
+                }
             })
             .collect();
-        Network::new(&nodes, self.coefficients, 1)
+        Network::new(&nodes, self.coefficients, places)
     }
 }
 

@@ -33,7 +33,7 @@ mod turning;
 
 pub use array::Array;
 pub use chain::{Chain, Ends};
-pub use coherence::{Coherence, centroid_frequency, phasors};
+pub use coherence::{Coherence, centroid_frequency, coherence_at, phasors};
 pub use detuning::{Detuning, Generator};
 pub use drive::{Drive, Reach};
 pub use error::Error;

@@ -99,7 +99,8 @@ pub struct Network {
     omega: Vec<f64>,
     coefficients: Coefficients,
     channels: Vec<Option<usize>>,
-    n_channels: usize,
+    /// The rows that each component of the forcing reaches.
+    forced: Vec<Vec<usize>>,
     pulls: Vec<Pull>,
     slots: Vec<Slots>,
     pattern: SparsityPattern,
@@ -123,6 +124,12 @@ impl Network {
                     .binary_search(&row)
                     .expect("pattern_of lists every entry asked for")
         };
+        let mut forced = vec![Vec::new(); n_channels];
+        for (k, node) in nodes.iter().enumerate() {
+            if let Some(channel) = node.channel {
+                forced[channel].push(n + k);
+            }
+        }
         let slots = (0..n)
             .map(|k| Slots {
                 kinematic_position: slot(k, k),
@@ -145,7 +152,7 @@ impl Network {
             omega: nodes.iter().map(|node| node.omega).collect(),
             coefficients,
             channels: nodes.iter().map(|node| node.channel).collect(),
-            n_channels,
+            forced,
             pulls,
             slots,
             pattern,
@@ -164,7 +171,7 @@ impl Network {
 
     /// Number of components of the forcing.
     pub fn n_channels(&self) -> usize {
-        self.n_channels
+        self.forced.len()
     }
 
     /// The natural frequencies ω_n, one per scalar oscillator.
@@ -180,10 +187,7 @@ impl Network {
     /// This is the coupling column: ∂F/∂c is 1 in these rows and 0 elsewhere. A model adds
     /// `a · γ · ∂u/∂q` there, with the gain γ of its [`Drive`](crate::Drive).
     pub fn forced_rows(&self, channel: usize) -> impl Iterator<Item = usize> + '_ {
-        let n = self.n_oscillators();
-        (0..n)
-            .filter(move |&k| self.channels[k] == Some(channel))
-            .map(move |k| n + k)
+        self.forced[channel].iter().copied()
     }
 
     /// Evaluates F(s, ṡ; c) into `residual`, overwriting it.
@@ -198,7 +202,11 @@ impl Network {
         let n = self.n_oscillators();
         assert_eq!(s.len(), 2 * n, "states");
         assert_eq!(s_dot.len(), 2 * n, "derivatives");
-        assert_eq!(forcing.len(), self.n_channels, "components of the forcing");
+        assert_eq!(
+            forcing.len(),
+            self.n_channels(),
+            "components of the forcing"
+        );
         assert_eq!(residual.len(), 2 * n, "residual");
         let Coefficients {
             vdp_mu, duffing, ..

@@ -27,6 +27,20 @@ fn cell_type(space: &Space) -> usize {
 /// The name of the list of a series.
 pub const LIST: &str = "fields.pvd";
 
+/// A number for each of some elements.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CellField {
+    /// Name of the field.
+    pub name: String,
+    /// Elements with their values; not a number elsewhere.
+    pub values: Vec<(usize, f64)>,
+}
+
+/// The numbers of a field of the elements in the text of a file, not a number where there is none.
+pub fn cell_field(text: &str, name: &str) -> Option<Vec<f64>> {
+    data::read_floats(text, name)
+}
+
 /// A numbered series of files in a folder.
 #[derive(Debug)]
 pub struct Series {
@@ -58,14 +72,19 @@ impl Series {
         self.entries.iter().map(|(t, _)| *t)
     }
 
-    /// Writes the body at time `t`, then the list of all files; gives the number of states
-    /// (det F, stress) that had to be computed.
+    /// Writes the body at time `t` with numbers of some elements, then the list of all files; gives the
+    /// number of states (det F, stress) that had to be computed.
     ///
     /// # Errors
     /// Those of the file system.
-    pub fn write(&mut self, t: f64, snapshot: &Snapshot<'_>) -> io::Result<u64> {
+    pub fn write(
+        &mut self,
+        t: f64,
+        snapshot: &Snapshot<'_>,
+        cells: &[CellField],
+    ) -> io::Result<u64> {
         let name = name(self.entries.len());
-        let text = vtu(snapshot, &self.grid, &self.quantities);
+        let text = vtu(snapshot, &self.grid, &self.quantities, cells);
         atomic_file::write(&self.folder.join(&name), |file| {
             file.write_all(text.as_bytes())
         })?;
@@ -139,7 +158,12 @@ fn pvd(entries: &[(f64, String)]) -> String {
 }
 
 /// A time's file: points at rest, cells, values at the points, regions and fibres of the cells.
-fn vtu(snapshot: &Snapshot<'_>, grid: &Grid, quantities: &[Quantity]) -> String {
+fn vtu(
+    snapshot: &Snapshot<'_>,
+    grid: &Grid,
+    quantities: &[Quantity],
+    cells: &[CellField],
+) -> String {
     let space = snapshot.solid.space();
     let dimension = space.dimension();
     let (n_points, n_cells) = (grid.n_points(), space.n_elements());
@@ -175,6 +199,13 @@ fn vtu(snapshot: &Snapshot<'_>, grid: &Grid, quantities: &[Quantity]) -> String 
     if !grid.fibres.is_empty() {
         let values = grid.fibres.iter().copied().flatten();
         text += &floats("fibre", &["x", "y", "z"], 3, values);
+    }
+    for CellField { name, values } in cells {
+        let mut all = vec![f64::NAN; n_cells];
+        for &(cell, value) in values {
+            all[cell] = value;
+        }
+        text += &floats(name, &[], 1, all.into_iter());
     }
     text + "</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n"
 }

@@ -30,10 +30,10 @@ struct Part {
     range: Range<usize>,
     forcing: Vec<f64>,
     jacobian: Vec<f64>,
-    couplings: Vec<Coupling>,
+    coupling: Coupling,
 }
 
-/// ∂F_o/∂y of one direction: γ w in each row that the forcing reaches.
+/// ∂F_o/∂y of all directions: γ w in each row that the forcing of one reaches.
 #[derive(Debug, Clone)]
 struct Coupling {
     pattern: SparsityPattern,
@@ -41,16 +41,23 @@ struct Coupling {
 }
 
 impl Coupling {
-    fn new(oscillators: &Oscillators, channel: usize, source: &Source, n_body: usize) -> Self {
+    fn new(oscillators: &Oscillators, n_body: usize) -> Self {
         let network = oscillators.network();
-        let rows: Vec<usize> = network.forced_rows(channel).collect();
-        let (mut offsets, mut minor, mut values) = (vec![0], Vec::new(), Vec::new());
-        for column in 0..n_body {
-            let entry = source.unknowns().iter().find(|(i, _)| *i == column);
-            if let Some((_, weight)) = entry {
-                minor.extend(&rows);
+        let mut columns: Vec<Vec<(usize, f64)>> = vec![Vec::new(); n_body];
+        for (channel, source) in oscillators.sources().iter().enumerate() {
+            for &(column, weight) in source.unknowns() {
                 // ∂c/∂y_i = γ w_i, and c stands with a plus in its rows.
-                values.extend(rows.iter().map(|_| oscillators.drive().forcing(*weight)));
+                let slope = oscillators.drive().forcing(weight);
+                let rows = network.forced_rows(channel);
+                columns[column].extend(rows.map(|row| (row, slope)));
+            }
+        }
+        let (mut offsets, mut minor, mut values) = (vec![0], Vec::new(), Vec::new());
+        for mut column in columns {
+            column.sort_unstable_by_key(|(row, _)| *row);
+            for (row, slope) in column {
+                minor.push(row);
+                values.push(slope);
             }
             offsets.push(minor.len());
         }
@@ -78,20 +85,15 @@ impl<B: Problem> CoupledDae<B> {
             .map(|oscillators| {
                 let start = end;
                 end += oscillators.network().n_states();
-                let sources = oscillators.sources().iter().enumerate();
-                let couplings = sources
-                    .inspect(|(_, source)| {
-                        let known = source.unknowns().iter().all(|(i, _)| *i < n_body);
-                        assert!(known, "the point is one of this body");
-                    })
-                    .map(|(channel, source)| Coupling::new(&oscillators, channel, source, n_body))
-                    .collect();
+                let mut unknowns = oscillators.sources().iter().flat_map(Source::unknowns);
+                let known = unknowns.all(|(i, _)| *i < n_body);
+                assert!(known, "the point is one of this body");
                 Part {
                     forcing: vec![0.0; oscillators.network().n_channels()],
                     jacobian: vec![0.0; oscillators.network().jacobian_pattern().nnz()],
                     range: start..end,
+                    coupling: Coupling::new(&oscillators, n_body),
                     oscillators,
-                    couplings,
                 }
             })
             .collect();
@@ -101,8 +103,7 @@ impl<B: Problem> CoupledDae<B> {
             let start = part.range.start;
             let own = part.oscillators.network().jacobian_pattern();
             placed.push(Block::at(start, start, own));
-            let couplings = part.couplings.iter();
-            placed.extend(couplings.map(|coupling| Block::at(start, 0, &coupling.pattern)));
+            placed.push(Block::at(start, 0, &part.coupling.pattern));
         }
         Self {
             blocks: Blocks::new((end, end), &placed),
@@ -269,15 +270,12 @@ impl<B: Problem> Problem for CoupledDae<B> {
             .jacobian(t, &y[..n], &y_dot[..n], a, b, &mut self.body_values)?;
         values.fill(0.0);
         self.blocks.add(0, 1.0, &self.body_values, values);
-        let mut block = 1;
-        for part in &mut self.parts {
+        for (k, part) in self.parts.iter_mut().enumerate() {
+            let block = 1 + 2 * k;
             let network = part.oscillators.network();
             network.jacobian(&y[part.range.clone()], a, b, &mut part.jacobian);
             self.blocks.add(block, 1.0, &part.jacobian, values);
-            for (i, coupling) in part.couplings.iter().enumerate() {
-                self.blocks.add(block + 1 + i, a, &coupling.values, values);
-            }
-            block += 1 + part.couplings.len();
+            self.blocks.add(block + 1, a, &part.coupling.values, values);
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Values at a point of the body, as linear functionals of the nodal arrays.
 
-use myovib_fem::Space;
+use myovib_fem::{Barycentric, Located, Space};
 
 use super::locate;
 use crate::error::ModelError;
@@ -35,6 +35,29 @@ impl Probe {
             nodes: space.displacement_functional(&located),
             vertices: space.pressure_functional(&located),
         })
+    }
+
+    /// The middle of an element: the mean of its vertices.
+    ///
+    /// # Panics
+    /// If there is no such element.
+    pub fn in_element(space: &Space, element: usize) -> Self {
+        let mesh = space.mesh();
+        let (vertices, dimension) = (mesh.element(element), mesh.dimension());
+        let mean = |axis: usize| {
+            let along = vertices.iter();
+            let along = along.map(|v| mesh.coordinates()[dimension * v + axis]);
+            along.sum::<f64>() / vertices.len() as f64
+        };
+        let located = Located {
+            element,
+            barycentric: Barycentric::new(&vec![1.0 / vertices.len() as f64; vertices.len()]),
+        };
+        Self {
+            point: (0..dimension).map(mean).collect(),
+            nodes: space.displacement_functional(&located),
+            vertices: space.pressure_functional(&located),
+        }
     }
 
     /// The point, m.

@@ -5,5 +5,6 @@ mod common;
 mod condensed;
 mod jacobian;
 mod muscle_chain;
+mod places;
 mod replay;
 mod rod_chain;

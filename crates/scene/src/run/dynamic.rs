@@ -99,6 +99,7 @@ impl Motion<'_> {
         let mut outputs = Outputs {
             recorders,
             fields: fields(scene, &folder, checkpoint),
+            chains: chains_in_elements(scene),
             conditions: self.conditions,
             checkpoints: checkpoint_times(scene, checkpoint),
             checkpointed: None,
@@ -198,6 +199,14 @@ fn fields(
     let series = Series::new(folder.path(), grid, quantities(&fields.quantities), done);
     let times = SampleTimes::new(fields.every, scene.t_end).skip(done.len() as u64);
     Some((series, times))
+}
+
+/// The elements with a chain each, by the number and name of the chains.
+fn chains_in_elements(scene: &Scene) -> Vec<(usize, String, Vec<usize>)> {
+    let chains = scene.chains.iter().enumerate();
+    let own =
+        chains.filter_map(|(k, chain)| Some((k, chain.name.clone(), chain.elements.clone()?)));
+    own.collect()
 }
 
 /// Times `every` apart; those before a checkpoint are over.

@@ -7,6 +7,8 @@ use myovib_model::{
     Integrator, ModelError, Observer, Outcome, SampleTimes, Step, StopReason, first_positive,
 };
 
+use myovib_oscillators::coherence_at;
+
 use super::checkpoint::{Checkpoint, Totals};
 use super::energy::EnergyBalance;
 use super::folder::Folder;
@@ -15,7 +17,7 @@ use super::stop::Condition;
 use super::system::{System, muscle_of};
 use crate::Error;
 use crate::state::State;
-use crate::vtu::{self, Series};
+use crate::vtu::{self, CellField, Series};
 
 /// Counts of what was written or evaluated beside the integration.
 #[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
@@ -31,6 +33,8 @@ pub(super) struct OutputWork {
 pub(super) struct Outputs<'a> {
     pub(super) recorders: Vec<Recorder>,
     pub(super) fields: Option<(Series, SampleTimes)>,
+    /// The elements with a chain each, by the number and name of the chains.
+    pub(super) chains: Vec<(usize, String, Vec<usize>)>,
     pub(super) conditions: Vec<Condition>,
     pub(super) checkpoints: SampleTimes,
     /// When the last one was written in this part of the run, s.
@@ -128,10 +132,11 @@ impl Outputs<'_> {
         };
         while let Some(t) = times.due(to) {
             integrator.dense_output(t.max(from), 0, &mut self.y)?;
+            let coherences = coherences(integrator.problem(), &self.chains, &self.y);
             let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
             let snapshot = dae.snapshot(t, &self.y[range]);
             self.work.stress_evaluations += series
-                .write(t, &snapshot)
+                .write(t, &snapshot, &coherences)
                 .map_err(|error| cannot_write(&self.folder.path().join(vtu::LIST), error))?;
             self.work.field_files += 1;
         }
@@ -231,6 +236,24 @@ impl Outputs<'_> {
                 _ => None,
             })
     }
+}
+
+/// |χ| of the chain in each element by the name of the field, in the order of `chains`.
+fn coherences<P: System>(
+    system: &P,
+    chains: &[(usize, String, Vec<usize>)],
+    y: &[f64],
+) -> Vec<CellField> {
+    let of_chain = |(k, name, elements): &(usize, String, Vec<usize>)| {
+        let (network, range) = system.network(*k)?;
+        let (position, velocity) = y[range].split_at(network.n_oscillators());
+        let values = coherence_at(elements.len(), network.omega(), position, velocity);
+        Some(CellField {
+            name: format!("coherence_{name}"),
+            values: elements.iter().copied().zip(values).collect(),
+        })
+    };
+    chains.iter().filter_map(of_chain).collect()
 }
 
 impl<P: System> Observer<P> for Outputs<'_> {

@@ -97,14 +97,18 @@ fn one_way(
     };
     let options = CoupledOptions::of_muscle(&dae, &body.settings);
     let test = ErrorTest::of_muscle(&dae, &body.settings);
-    let source = |chain: &DrivenChain| match &chain.at {
-        Some(Place::Point(point)) => {
-            let probe = Probe::at(dae.muscle().solid.space(), point)?;
-            Ok(Source::Body(dae.displacement_at(&probe, chain.axis)))
+    let space = dae.muscle().solid.space();
+    let at = |probe: &Probe, axis| Source::Body(dae.displacement_at(probe, axis));
+    let sources = |chain: &DrivenChain| {
+        let (axis, elements) = (chain.axis, chain.elements.iter().flatten());
+        let of_element = |&element: &usize| at(&Probe::in_element(space, element), axis);
+        match &chain.at {
+            Some(Place::Point(point)) => Ok(vec![at(&Probe::at(space, point)?, axis)]),
+            Some(Place::Elements { .. }) => Ok(elements.map(of_element).collect()),
+            _ => Ok(vec![Source::Rest]),
         }
-        _ => Ok(Source::Rest),
     };
-    let oscillators = oscillators(scene, source)?;
+    let oscillators = oscillators(scene, sources)?;
     Ok((CoupledDae::new(dae, oscillators), test, options, start))
 }
 
@@ -124,8 +128,8 @@ pub(super) fn rod(
     checkpoint: Option<&Checkpoint>,
 ) -> Result<Box<dyn Integrator<CoupledDae<RodDae>>>, Error> {
     let source = |chain: &DrivenChain| match &chain.at {
-        Some(Place::Position(x)) => Ok(Source::Body(rod.displacement_at(*x)?)),
-        _ => Ok(Source::Rest),
+        Some(Place::Position(x)) => Ok(vec![Source::Body(rod.displacement_at(*x)?)]),
+        _ => Ok(vec![Source::Rest]),
     };
     let oscillators = oscillators(scene, source)?;
     let test = ErrorTest::of_states(rod.n_unknowns(), tolerances(scene));
@@ -138,7 +142,7 @@ pub(super) fn chains(
     scene: &Scene,
     checkpoint: Option<&Checkpoint>,
 ) -> Result<Box<dyn Integrator<CoupledDae<NoBody>>>, Error> {
-    let dae = CoupledDae::new(NoBody, oscillators(scene, |_| Ok(Source::Rest))?);
+    let dae = CoupledDae::new(NoBody, oscillators(scene, |_| Ok(vec![Source::Rest]))?);
     let test = ErrorTest::of_states(0, tolerances(scene));
     coupled(scene, dae, test, options(scene), checkpoint, &[])
 }
@@ -180,15 +184,16 @@ fn initial_state<B: CoupledBody>(scene: &Scene, dae: &CoupledDae<B>, body: &[f64
 
 fn oscillators(
     scene: &Scene,
-    source: impl Fn(&DrivenChain) -> Result<Source, ModelError>,
+    sources: impl Fn(&DrivenChain) -> Result<Vec<Source>, ModelError>,
 ) -> Result<Vec<Oscillators>, Error> {
     let chains = scene.chains.iter().enumerate();
     chains
         .map(|(i, chain)| {
             let path = format!("chain[{i}]");
-            let network = scene.at(&path, chain.chain.network().map_err(ModelError::from))?;
-            let source = scene.at(&format!("{path}.at"), source(chain))?;
-            Ok(scene.at(&path, Oscillators::new(network, chain.drive, vec![source]))?)
+            let network = chain.chain.network_at(chain.n_places());
+            let network = scene.at(&path, network.map_err(ModelError::from))?;
+            let sources = scene.at(&format!("{path}.at"), sources(chain))?;
+            Ok(scene.at(&path, Oscillators::new(network, chain.drive, sources))?)
         })
         .collect()
 }

@@ -29,6 +29,12 @@ impl Builder<'_> {
                     .next("add a [mesh] with [solid], or remove [[feedback]]");
                 return Err(self.wrong(&path, error));
             };
+            let network = self.chain_number(&wanted.chain, chains, &path)?;
+            if chains[network].elements.is_some() {
+                let error = InputError::new("chains in many elements do not act back on the body")
+                    .next("name a chain at a point, or leave out [[feedback]]");
+                return Err(self.wrong(&format!("{path}.chain"), error));
+            }
             let mesh = body.muscle.solid.space().mesh();
             let weights = match &wanted.group {
                 Some(group) => self.indicator(mesh, group, &path)?,
@@ -36,7 +42,7 @@ impl Builder<'_> {
             };
             let coherence = SmoothCoherence::new(wanted.radius).map_err(ModelError::from);
             feedbacks.push(Feedback {
-                network: self.chain_number(&wanted.chain, chains, &path)?,
+                network,
                 coherence: self.at(&format!("{path}.radius"), coherence)?,
                 unsynchronised: wanted.unsynchronised,
                 coherent: wanted.coherent,

@@ -224,7 +224,7 @@ impl Scene {
             return Err(builder.wrong("rod", error));
         }
         let rod = file.rod.as_ref().map(|rod| builder.rod(rod)).transpose()?;
-        let chains = builder.chains(&file)?;
+        let chains = builder.chains(&file, body.as_ref())?;
         let feedbacks = builder.feedbacks(&file, body.as_ref(), &chains)?;
         let start = builder.start(&file, body.as_ref())?;
         if let Some(body) = &mut body {

@@ -4,6 +4,7 @@ use myovib_fem::rod::{EndLoad, Rod, RodData};
 use myovib_model::{ModelError, RodDae};
 use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Generator};
 
+use super::Body;
 use super::builder::Builder;
 use super::supports::index;
 use crate::InputError;
@@ -22,10 +23,22 @@ pub struct DrivenChain {
     pub drive: Drive,
     /// Where it is driven; nowhere if not given.
     pub at: Option<Place>,
+    /// The elements that have one each, for chains in elements.
+    pub elements: Option<Vec<usize>>,
     /// The muscle's displacement component that drives it: 0, 1, or 2.
     pub axis: usize,
     /// Initial position of all oscillators.
     pub initial: f64,
+}
+
+/// The most oscillators of all places of a chain.
+const MOST: usize = 1_000_000;
+
+impl DrivenChain {
+    /// Number of chains: the places.
+    pub fn n_places(&self) -> usize {
+        self.elements.as_ref().map_or(1, Vec::len)
+    }
 }
 
 impl Builder<'_> {
@@ -54,7 +67,11 @@ impl Builder<'_> {
     }
 
     /// The chains, whose names differ.
-    pub(super) fn chains(&self, file: &SceneFile) -> Result<Vec<DrivenChain>, InputError> {
+    pub(super) fn chains(
+        &self,
+        file: &SceneFile,
+        body: Option<&Body>,
+    ) -> Result<Vec<DrivenChain>, InputError> {
         for (i, chain) in file.chain.iter().enumerate() {
             if file.chain[..i]
                 .iter()
@@ -67,19 +84,20 @@ impl Builder<'_> {
         }
         let chains = file.chain.iter().enumerate();
         chains
-            .map(|(i, chain)| self.chain(file, chain, &format!("chain[{i}]")))
+            .map(|(i, chain)| self.chain(file, body, chain, &format!("chain[{i}]")))
             .collect()
     }
 
     fn chain(
         &self,
         file: &SceneFile,
+        body: Option<&Body>,
         chain: &chain::Chain,
         path: &str,
     ) -> Result<DrivenChain, InputError> {
         let place = format!("{path}.at");
         match (&chain.at, file.mesh.is_some(), file.rod.is_some()) {
-            (Some(Place::Point(_)), false, _) => {
+            (Some(Place::Point(_) | Place::Elements { .. }), false, _) => {
                 let error = InputError::new("a point needs a muscle, and the scene has no mesh")
                     .next("for a rod, give the position as one number");
                 return Err(self.wrong(&place, error));
@@ -91,6 +109,26 @@ impl Builder<'_> {
             }
             _ => {}
         }
+        let elements = match (&chain.at, body) {
+            (Some(Place::Elements { elements }), Some(body)) => {
+                let space = body.muscle.solid.space();
+                let axis = index(chain.component);
+                self.component(axis, space.dimension(), &format!("{path}.component"))?;
+                Some(self.elements(Some(elements), space.mesh(), &place)?)
+            }
+            _ => None,
+        };
+        let n_places = elements.as_ref().map_or(1, Vec::len);
+        let n = chain.oscillators.saturating_mul(n_places);
+        if n > MOST {
+            let error = InputError::new("too many oscillators")
+                .found(format!(
+                    "{} in each of {n_places} elements",
+                    chain.oscillators
+                ))
+                .allowed(format!("{MOST} of all places"));
+            return Err(self.wrong(&format!("{path}.oscillators"), error));
+        }
         let detuning = Detuning {
             centre: std::f64::consts::TAU * chain.frequency,
             half_width: chain.half_width,
@@ -100,9 +138,7 @@ impl Builder<'_> {
             },
             seed: chain.seed,
         };
-        let omega = detuning
-            .frequencies(chain.oscillators)
-            .map_err(ModelError::from);
+        let omega = detuning.frequencies(n).map_err(ModelError::from);
         let reach = chain.reach.into();
         Ok(DrivenChain {
             name: chain.name.clone(),
@@ -121,6 +157,7 @@ impl Builder<'_> {
                 reach,
             },
             at: chain.at.clone(),
+            elements,
             axis: index(chain.component),
             initial: chain.initial,
         })

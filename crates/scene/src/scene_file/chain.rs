@@ -97,8 +97,9 @@ pub struct Chain {
     pub reach: ReachName,
     /// Gain γ of the forcing c(u) = γ u, 1/s² per m (per unit of the rod's displacement).
     pub gain: f64,
-    /// Where the chain lives: a point [x, y] (in space [x, y, z]) of the muscle in m, or a position x of the rod.
-    /// Without it the chain is not driven.
+    /// Where the chain lives: a point [x, y] (in space [x, y, z]) of the muscle in m, or a position x of the rod;
+    /// with `{ elements = "group" }` there is one in the middle of each element of the group, each driven by the
+    /// displacement there, with frequencies of one seed. Without it the chain is not driven.
     pub at: Option<Place>,
     /// The displacement component of the muscle that drives the chain.
     pub component: Axis,
@@ -129,12 +130,17 @@ impl Default for Chain {
     }
 }
 
-/// A point of the muscle or a position on the rod.
+/// A point of the muscle, the elements of a group, or a position on the rod.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Place {
     /// A point of the muscle, m.
     Point(#[schemars(length(min = 2, max = 3))] Vec<f64>),
+    /// A chain in each element of a physical group, whose coherence |χ| becomes a field of the elements.
+    Elements {
+        /// The group.
+        elements: String,
+    },
     /// A position on the rod, from 0 to its length.
     Position(f64),
 }
