@@ -70,6 +70,11 @@ impl State {
                 Field::Tension if block.len() == self.tensions.len() => {
                     block.copy_from_slice(&self.tensions);
                 }
+                // Not kept: its stress has relaxed.
+                Field::InternalStress => {
+                    let settled = dae.muscle().solid.settled_stresses(&self.displacement);
+                    block.copy_from_slice(&settled);
+                }
                 _ => {}
             }
         }

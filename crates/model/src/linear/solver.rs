@@ -39,6 +39,19 @@ impl CondensedSolver {
     }
 }
 
+impl CondensedSolver {
+    /// Refuses a transposed solve where internal stresses are eliminated: the adjoint has none of
+    /// theirs.
+    fn expect_nothing_relaxes(&self) -> Result<(), StepError> {
+        match self.relaxation {
+            None => Ok(()),
+            Some(_) => Err(StepError::Fatal(
+                "no adjoint of a body with Prony terms: leave them out".into(),
+            )),
+        }
+    }
+}
+
 impl LinearSolver<MuscleDae> for CondensedSolver {
     fn evaluate(&mut self, dae: &mut MuscleDae, at: &Linearization<'_>) -> Result<(), StepError> {
         dae.update_matrices(at.t, at.y, at.y_dot)
@@ -137,6 +150,7 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
         dae: &mut MuscleDae,
         rhs: &mut [f64],
     ) -> Result<(), StepError> {
+        self.expect_nothing_relaxes()?;
         Ok(self
             .real
             .solve_transposed(rhs, &mut dae.counters_mut().linear)?)
@@ -148,6 +162,7 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
         k: usize,
         rhs: &mut [Complex64],
     ) -> Result<(), StepError> {
+        self.expect_nothing_relaxes()?;
         Ok(self.complex[k].solve_transposed(rhs, &mut dae.counters_mut().linear)?)
     }
 }

@@ -359,6 +359,9 @@ fn the_whole_matrix_is_refused() {
     let mut values = vec![0.0; dae.jacobian_pattern().nnz()];
     let refused = dae.jacobian(0.0, &zero, &zero, 1.0, 1.0, &mut values);
     let message = refused.unwrap_err().to_string();
+    let mut solver = CondensedSolver::new(&dae, KluOptions::default()).unwrap();
+    let adjoint = solver.solve_real_transposed(&mut dae, &mut vec![0.0; zero.len()]);
+    assert!(adjoint.unwrap_err().to_string().contains("no adjoint"));
     assert!(
         message.contains("take the condensed linear solver"),
         "{message}"
