@@ -122,8 +122,15 @@ fn errors(estimate: &Value) -> String {
             ]);
         }
     }
+    let cut = match estimate["outcome"].as_str() {
+        Some("finished") => String::new(),
+        _ => format!(
+            " It ended at t = {:.3} s: they are those up to then.",
+            estimate["t_reached"].as_f64().unwrap_or(f64::NAN)
+        ),
+    };
     format!(
-        "\nErrors in time, by a second run at rtol = {:.0e}; that of the mesh is not in them.\n{}",
+        "\nErrors in time, by a second run at rtol = {:.0e}; that of the mesh is not in them.{cut}\n{}",
         estimate["rtol"].as_f64().unwrap_or(f64::NAN),
         table.render(coloured_stdout())
     )

@@ -37,6 +37,7 @@ pub(super) fn error_estimate(scene: &Scene, options: &RunOptions<'_>) -> Result<
     Ok(json!({
         "rtol": looser.file.integrator.rtol,
         "outcome": result.document["outcome"],
+        "t_reached": result.document["t_reached"],
         "steps": result.document["steps"],
         "probes": probes.collect::<Result<Map<String, Value>, Error>>()?,
     }))
