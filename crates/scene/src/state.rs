@@ -20,6 +20,8 @@ pub(crate) struct State {
     velocity: Vec<f64>,
     /// Tensions that follow models of activation, Pa.
     tensions: Vec<f64>,
+    /// Internal stresses of Prony terms, Pa.
+    internal_stresses: Vec<f64>,
 }
 
 impl State {
@@ -28,8 +30,13 @@ impl State {
 
     /// The motion in state `y` of `dae` at time `t`.
     pub(crate) fn of(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Self {
-        let own = dae.layout().range(Field::Tension).unwrap_or_default();
-        let tensions = y[own].to_vec();
+        let own = |field| {
+            dae.layout()
+                .range(field)
+                .map_or(Vec::new(), |own| y[own].to_vec())
+        };
+        let tensions = own(Field::Tension);
+        let internal_stresses = own(Field::InternalStress);
         let snapshot = dae.snapshot(t, y);
         Self {
             t,
@@ -37,6 +44,7 @@ impl State {
             displacement: snapshot.displacement.to_vec(),
             velocity: snapshot.velocity.to_vec(),
             tensions,
+            internal_stresses,
         }
     }
 
@@ -48,6 +56,7 @@ impl State {
             displacement: vec![0.0; space.n_nodes() * velocity.len()],
             velocity: velocity.repeat(space.n_nodes()),
             tensions: Vec::new(),
+            internal_stresses: Vec::new(),
         }
     }
 
@@ -57,8 +66,8 @@ impl State {
         self.mesh == key(space) && [self.displacement.len(), self.velocity.len()] == [n, n]
     }
 
-    /// The unknowns of `dae` with these displacements, velocities and tensions (from 0 where there
-    /// are none), the others 0.
+    /// The unknowns of `dae` with these displacements, velocities, tensions (0 where there are none)
+    /// and internal stresses (where there are none, they have settled), the others 0.
     pub(crate) fn unknowns(&self, dae: &MuscleDae) -> Vec<f64> {
         let mut y = vec![0.0; dae.n_unknowns()];
         let free = dae.muscle().solid.dofs().free_to_full();
@@ -70,7 +79,9 @@ impl State {
                 Field::Tension if block.len() == self.tensions.len() => {
                     block.copy_from_slice(&self.tensions);
                 }
-                // Not kept: its stress has relaxed.
+                Field::InternalStress if block.len() == self.internal_stresses.len() => {
+                    block.copy_from_slice(&self.internal_stresses);
+                }
                 Field::InternalStress => {
                     let settled = dae.muscle().solid.settled_stresses(&self.displacement);
                     block.copy_from_slice(&settled);

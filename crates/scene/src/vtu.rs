@@ -72,6 +72,13 @@ impl Series {
         self.entries.iter().map(|(t, _)| *t)
     }
 
+    /// A file of those written so far that is no longer there, or empty.
+    pub fn missing(&self) -> Option<PathBuf> {
+        let files = self.entries.iter().map(|(_, name)| self.folder.join(name));
+        let is_there = |file: &PathBuf| file.metadata().is_ok_and(|there| there.len() > 0);
+        files.into_iter().find(|file| !is_there(file))
+    }
+
     /// Writes the body at time `t` with numbers of some elements, then the list of all files; gives the
     /// number of states (det F, stress) that had to be computed.
     ///

@@ -207,6 +207,131 @@ fn a_run_goes_on_from_where_another_ended() {
     }
 }
 
+/// Prony's stresses are part of the state that another run starts from; after a static scene they have
+/// relaxed.
+#[test]
+fn internal_stresses_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    let prony = "material[0].prony=[{ g = 0.5, tau = 0.02 }]";
+    let (swing, pushed) = (
+        "body_force=[]",
+        "start={ type = \"velocity\", value = [0.0, 0.3] }",
+    );
+    run(BLOCK, &[prony, swing, pushed], &place("whole"));
+    run(
+        BLOCK,
+        &[prony, swing, pushed, "time.end=0.05"],
+        &place("first"),
+    );
+    let from = "start={ type = \"run\", folder = \"first\" }";
+    run(
+        BLOCK,
+        &[prony, swing, from, "time.end=0.05"],
+        &place("second"),
+    );
+    let whole = rows(&place("whole"), "end");
+    let off = apart(&whole[5..], &rows(&place("second"), "end"));
+    // As above.
+    assert!(off < 100.0 * RTOL, "{off:e}");
+    let at_rest = ["analysis=static", "probe=[]"];
+    run(BLOCK, &[&[prony][..], &at_rest].concat(), &place("static"));
+    let from = "start={ type = \"run\", folder = \"static\" }";
+    run(BLOCK, &[prony, from], &place("still"));
+    let still = rows(&place("still"), "end");
+    for row in &still {
+        let off = (row[2] - still[0][2]).abs() / still[0][2].abs();
+        assert!(off < RTOL, "{off:e} at t = {}", row[0]);
+    }
+}
+
+/// A measured motion that is not at rest at t = 0 is refused, and runs once a smooth step begins it.
+#[test]
+fn a_measured_motion_starts_smoothly() {
+    let folder = tempfile::tempdir().unwrap();
+    let row = |i: i32| {
+        let t = 0.005 * f64::from(i);
+        format!("{t},{}\n", 1e-3 * (1.3 + (31.0 * t).cos()))
+    };
+    let table: String = (0..=20).map(row).collect();
+    std::fs::write(
+        folder.path().join("measured.csv"),
+        "t,y\n".to_owned() + &table,
+    )
+    .unwrap();
+    let scene = |y: &str| {
+        let moved = format!("displacement=[{{ group = \"right\", y = {y} }}]");
+        let set = ["body_force=[]", &moved];
+        build(BLOCK, &set, folder.path()).unwrap()
+    };
+    let measured = "{ type = \"table\", file = \"measured.csv\", column = \"y\" }";
+    let sudden = RunOptions::into_folder(folder.path().join("sudden"));
+    let message = compute(&scene(measured), &sudden).unwrap_err().to_string();
+    assert!(message.contains("multiply them by one"), "{message}");
+    let rise = "{ type = \"step\", value = 1.0, rise = 0.05 }";
+    let smooth = format!("{{ type = \"product\", of = [{rise}, {measured}] }}");
+    let out = folder.path().join("smooth");
+    compute(&scene(&smooth), &RunOptions::into_folder(&out)).unwrap();
+    let rows = rows(&out, "end");
+    // Behind the rise the table's own value, through its knot at the end.
+    let (last, own) = (rows.last().unwrap(), 1e-3 * (1.3 + 3.1_f64.cos()));
+    assert!((last[2] - own).abs() < 1e-12, "{last:?} instead of {own}");
+}
+
+/// Conditions are met inside a step: the run ends there, with its rows, as dense rows of an undisturbed
+/// run say.
+#[test]
+fn a_condition_ends_a_run_inside_a_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let set = [
+        "body_force=[]",
+        "start={ type = \"velocity\", value = [0.0, 0.3] }",
+        "probe[0].every=1e-4",
+    ];
+    let free = folder.path().join("free");
+    run(BLOCK, &set, &free);
+    let size = |row: &Vec<f64>| row[1].hypot(row[2]);
+    let rows_of_free = rows(&free, "end");
+    let most = rows_of_free.iter().map(size).fold(0.0, f64::max);
+    for part in [0.6, 0.97] {
+        for method in ["radau", "radau9", "radau13", "bdf"] {
+            let bound = part * most;
+            let stop =
+                format!("stop=[{{ type = \"displacement\", at = [0.1, 0.04], above = {bound} }}]");
+            let method_set = format!("integrator.method={method}");
+            let out = folder.path().join(format!("{part} {method}"));
+            let result = run(BLOCK, &[&set[..], &[&stop, &method_set]].concat(), &out);
+            assert_eq!(result.document["reason"], "event", "{method}");
+            let t = result.document["t_reached"].as_f64().unwrap();
+            let after = rows_of_free
+                .iter()
+                .position(|row| size(row) > bound)
+                .unwrap();
+            let times = rows_of_free[after - 1][0]..rows_of_free[after][0];
+            // BDF's own error moves the crossing by some rows.
+            let slack = if method == "bdf" { 20e-4 } else { 1e-6 };
+            assert!(
+                (times.start - slack..times.end + slack).contains(&t),
+                "{part} {method}: {t} not in {times:?}"
+            );
+            let last = rows(&out, "end").last().unwrap()[0];
+            assert!(
+                (t - 1e-4 - 1e-12..=t).contains(&last),
+                "{method}: {last} of {t}"
+            );
+        }
+    }
+    // det F anywhere: the run ends where a tighter bound would have ended it earlier.
+    let times = [0.999, 0.99].map(|below| {
+        let stop = format!("stop=[{{ type = \"volume\", below = {below} }}]");
+        let out = folder.path().join(format!("volume {below}"));
+        let result = run(BLOCK, &[&set[..], &[&stop]].concat(), &out);
+        assert_eq!(result.document["reason"], "event");
+        result.document["t_reached"].as_f64().unwrap()
+    });
+    assert!(0.0 < times[0] && times[0] < times[1], "{times:?}");
+}
+
 #[test]
 fn starts_that_make_no_sense_are_refused() {
     let folder = tempfile::tempdir().unwrap();

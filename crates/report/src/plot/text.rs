@@ -71,9 +71,10 @@ pub(super) fn spans(label: &str, size: f64) -> String {
     spans
 }
 
-/// Replaces the characters that XML and HTML reserve.
+/// Replaces the characters that XML and HTML reserve, and those that command terminals.
 pub(crate) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
+    myovib_scene::plain(text)
+        .replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")
         .replace('"', "&quot;")

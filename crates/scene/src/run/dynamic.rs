@@ -98,7 +98,7 @@ impl Motion<'_> {
         let n = integrator.problem().n_unknowns();
         let mut outputs = Outputs {
             recorders,
-            fields: fields(scene, &folder, checkpoint),
+            fields: fields(scene, &folder, checkpoint)?,
             chains: chains_in_elements(scene),
             conditions: self.conditions,
             checkpoints: checkpoint_times(scene, checkpoint),
@@ -192,13 +192,21 @@ fn fields(
     scene: &Scene,
     folder: &Folder,
     checkpoint: Option<&Checkpoint>,
-) -> Option<(Series, SampleTimes)> {
-    let (fields, body) = (scene.file.fields.as_ref()?, scene.body.as_ref()?);
+) -> Result<Option<(Series, SampleTimes)>, Error> {
+    let (Some(fields), Some(body)) = (scene.file.fields.as_ref(), scene.body.as_ref()) else {
+        return Ok(None);
+    };
     let done = checkpoint.map_or(&[][..], |c| &c.field_times);
     let grid = Grid::of_body(body);
     let series = Series::new(folder.path(), grid, quantities(&fields.quantities), done);
+    if let Some(file) = series.missing() {
+        let error = InputError::new("a file that the checkpoint counts on is gone")
+            .at(file.display())
+            .next("--overwrite computes the run from its start");
+        return Err(error.into());
+    }
     let times = SampleTimes::new(fields.every, scene.t_end).skip(done.len() as u64);
-    Some((series, times))
+    Ok(Some((series, times)))
 }
 
 /// The elements with a chain each, by the number and name of the chains.
