@@ -205,7 +205,7 @@ fn judged(
     run.into_iter()
         .map(|(cell, run, errors)| {
             let row_1 = error_of.get(&cell.row_1().to_string()).copied();
-            let verdict = Verdict::of(run.measured.ended, &errors, row_1);
+            let verdict = Verdict::of(cell, run.measured.ended, &errors, row_1);
             let explanation = match verdict {
                 Verdict::Wrong => Some(explanation(cell, solutions.mesh())?),
                 _ => None,
