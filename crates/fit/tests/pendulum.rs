@@ -73,7 +73,7 @@ impl Model for Gravity {
 }
 
 /// The issue: the end implies g = 9.8265. The six decimals of the end tell g to 5e-7 over dx/dg,
-/// which is near 0.1: to 1e-5, and the issue's number has four decimals.
+/// which is near 0.1: to 1e-5, and its source gives four decimals.
 #[test]
 fn gravity_is_found_from_the_end_of_a_swing() {
     let start = [Parameter::new("g", 9.5).within(8.0, 12.0)];

@@ -3,7 +3,7 @@
 //! `cargo run --release -p myovib-scene --example sensitivity_cost [T_END [ROW…]]`
 use myovib_scene::sensitivity::{Cost, Parametrised, Watcher, follow, outputs};
 
-/// The parameters of the issue, the first two of which are the two.
+/// Eight parameters of all kinds, the first two of which are the two.
 const KEYS: [(&str, f64); 8] = [
     ("material[0].c10", 1e4),
     ("traction[0].y.amplitude", 100.0),

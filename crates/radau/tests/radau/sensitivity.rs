@@ -55,7 +55,7 @@ fn pendulum() -> Pendulum {
     Pendulum::new(MechanicalForm::Index3).with(PENDULUM, 9.81)
 }
 
-/// The error of sensitivities is not tested; they are as smooth as the solution, and the issue asks
+/// The error of sensitivities is not tested; they are as smooth as the solution, and users are promised
 /// for 10 × the tolerance.
 #[test]
 fn closed_forms_of_index_0_to_3_are_met_at_ten_times_the_tolerance() {
@@ -257,7 +257,7 @@ fn sensitivities_choose_steps_on_wish() {
     for tol in [1e-4, 1e-6, 1e-8] {
         let [alone, both] = [false, true].map(|is_controlling| run(tol, is_controlling));
         println!("{tol:e}: {alone:.1e} {both:.1e}");
-        // The tolerance is that of a number of size 1; the issue asks for ten times it.
+        // The tolerance is that of a number of size 1; ten times it is promised.
         assert!(both < 10.0 * tol, "{tol:e}: {both:e}");
         assert!(alone > 1e-3, "{tol:e}: {alone:e} shows nothing");
     }

@@ -261,7 +261,7 @@ fn six_parameters_are_found_from_starts_half_off() {
 }
 
 /// Of 200 twins each parameter's 95 % interval covers in 89 to 99 %: 0.95 ± 4 standard deviations of a
-/// count of 200, cut off at 0.99 by the issue.
+/// count of 200, cut off at 0.99: more would be intervals that are too wide.
 #[test]
 #[ignore = "slow"]
 fn intervals_of_two_hundred_twins_cover_as_often_as_they_say() {
