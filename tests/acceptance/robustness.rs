@@ -54,6 +54,20 @@ fn rows_that_a_table_has_lost_are_not_invented() {
 }
 
 #[test]
+fn a_field_file_that_is_gone_is_not_passed_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let fields = ["--set", "fields.every=0.05"];
+    let first = [&SHORT[..9], &["--set", "time.end=0.16"], &fields].concat();
+    assert_eq!(myovib_in(folder.path(), &first).code, 0);
+    fs::remove_file(folder.path().join("out/fields_00001.vtu")).unwrap();
+    let run = myovib_in(folder.path(), &[&SHORT[..], &fields].concat());
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    for said in ["fields_00001.vtu", "is gone", "--overwrite"] {
+        assert!(run.stderr.contains(said), "{said}: {}", run.stderr);
+    }
+}
+
+#[test]
 fn a_torn_end_is_cut_with_a_word_and_the_drift_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     let written = killed(folder.path());

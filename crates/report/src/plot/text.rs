@@ -153,6 +153,11 @@ mod tests {
     }
 
     #[test]
+    fn what_commands_a_terminal_is_spelled_out() {
+        assert!(!escape("a\u{1b}[31mb").contains('\u{1b}'));
+    }
+
+    #[test]
     fn shifts_are_undone_and_signs_escaped() {
         assert_eq!(
             spans("a_{b}<", 10.0),

@@ -108,6 +108,11 @@ fn kind(schema: &Value) -> String {
                 _ => format!("list: {entries}"),
             };
         }
+        Some("object") => {
+            let properties = schema["properties"].as_object().into_iter().flatten();
+            let keys = properties.map(|(key, value)| format!("{key} = {}", kind(value)));
+            return format!("`{{ {} }}`", keys.collect::<Vec<_>>().join(", "));
+        }
         Some("integer") => "whole number",
         Some("string") => "text",
         Some("boolean") => "true or false",
