@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use crate::common::{EVERY, chain_alone, from_rest, observe, recorded_rod, start};
 use myovib_dae::Problem;
-use myovib_model::coupling::{LockCriterion, Source, StateTolerances};
+use myovib_model::coupling::{
+    LockCriterion, Recording, Settling, Source, StateTolerances, Synchrony,
+};
 use myovib_model::paper;
 use myovib_oscillators::{Chain, Coefficients};
 
@@ -73,51 +75,57 @@ fn wider_detuning_and_weaker_coupling_cost_coherence() {
     assert!(coherence(0.5, 6.0) > paper && paper > coherence(0.5, 1.5));
 }
 
+/// How the paper's chain of twenty follows the rod's motion under a gain, up to an end time.
+fn judged(rod: &Arc<Recording>, gain: f64, t_end: f64) -> (Synchrony, Settling) {
+    let chain = paper::chain(20, 0.05).unwrap();
+    let dae = chain_alone(&chain, gain, Source::Recorded(Arc::clone(rod)));
+    let n = dae.n_unknowns();
+    let tolerances = StateTolerances {
+        relative: 1e-6,
+        ..StateTolerances::default()
+    };
+    let mut integrator = start(dae, tolerances, t_end, &vec![0.0; n]);
+    let (history, _) = observe(&mut integrator, EVERY, t_end, &mut []);
+    let settled = history.settled(20.0).unwrap();
+    (LockCriterion::default().judge(&settled, 8.0), settled)
+}
+
 /// A free chain locks to itself; a strong drive takes it over, first its frequency alone.
 #[test]
 fn locking_needs_frequency_and_coherence() {
-    let chain = paper::chain(20, 0.05).unwrap();
-    let rod = Arc::new(recorded_rod(200.0).0);
-    let judged = |gain: f64, t_end: f64| {
-        let dae = chain_alone(&chain, gain, Source::Recorded(Arc::clone(&rod)));
-        let n = dae.n_unknowns();
-        let tolerances = StateTolerances {
-            relative: 1e-6,
-            ..StateTolerances::default()
-        };
-        let mut integrator = start(dae, tolerances, t_end, &vec![0.0; n]);
-        let (history, _) = observe(&mut integrator, EVERY, t_end, &mut []);
-        let settled = history.settled(20.0).unwrap();
-        (LockCriterion::default().judge(&settled, 8.0), settled)
-    };
+    let rod = Arc::new(recorded_rod(100.0).0);
+    let judged = |gain| judged(&rod, gain, 100.0);
     let weak = || {
-        let (lock, at_rest) = judged(1.0, 100.0);
+        let (lock, at_rest) = judged(1.0);
         assert!(!lock.follows, "{at_rest:?}");
     };
     let contest = || {
-        let (lock, beats) = judged(3000.0, 100.0);
+        let (lock, beats) = judged(3000.0);
         assert!(!lock.is_locked() && beats.centroid.min < 0.1, "{beats:?}");
     };
-    // At 3500 the centroid beats for 150 s before it gives in, and stays scattered.
-    let late = || {
-        let (lock, scattered) = judged(3500.0, 200.0);
-        assert!(lock.follows && !lock.coherent, "{scattered:?}");
-        assert!(scattered.centroid.min > 0.9, "{scattered:?}");
-    };
     let onset = || {
-        let (lock, scattered) = judged(4000.0, 100.0);
+        let (lock, scattered) = judged(4000.0);
         assert!(lock.follows && !lock.coherent, "{scattered:?}");
     };
     let firm = || {
-        let (lock, locked) = judged(6000.0, 100.0);
+        let (lock, locked) = judged(6000.0);
         assert!(lock.is_locked() && locked.phase.min > 0.98, "{locked:?}");
         // 8.000 Hz to the resolution of the window: a phase ripple of 0.05 rad in 20 s.
         assert!((locked.frequency.mean - 8.0).abs() < 4e-4, "{locked:?}");
     };
     std::thread::scope(|scope| {
-        scope.spawn(late);
         for run in [&weak as &(dyn Fn() + Sync), &contest, &onset, &firm] {
             scope.spawn(run);
         }
     });
+}
+
+/// At 3500 the centroid beats for 150 s before it gives in, and stays scattered.
+#[test]
+#[ignore = "slow"]
+fn a_chain_may_give_in_late() {
+    let rod = Arc::new(recorded_rod(200.0).0);
+    let (lock, scattered) = judged(&rod, 3500.0, 200.0);
+    assert!(lock.follows && !lock.coherent, "{scattered:?}");
+    assert!(scattered.centroid.min > 0.9, "{scattered:?}");
 }
