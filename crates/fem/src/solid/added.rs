@@ -19,8 +19,7 @@ impl Solid {
         mut self,
         regions: &[(Vec<usize>, AddedStress)],
     ) -> Result<Self, FemError> {
-        let mut of_element = vec![None; self.space.n_elements()];
-        for (number, (members, stress)) in regions.iter().enumerate() {
+        for (_, stress) in regions {
             if let Some(active) = &stress.active {
                 active.check()?;
             }
@@ -31,6 +30,22 @@ impl Solid {
                     condition: "zero or positive, and finite",
                 });
             }
+        }
+        let of_element = self.numbered(regions.iter().map(|(members, _)| members))?;
+        for (kind, added) in self.kinds.iter_mut().zip(of_element) {
+            kind.added = added;
+        }
+        self.added = regions.iter().map(|(_, stress)| *stress).collect();
+        Ok(self.regrouped())
+    }
+
+    /// The number of each element's region, if it is in one.
+    pub(super) fn numbered<'r>(
+        &self,
+        regions: impl Iterator<Item = &'r Vec<usize>>,
+    ) -> Result<Vec<Option<usize>>, FemError> {
+        let mut of_element = vec![None; self.space.n_elements()];
+        for (number, members) in regions.enumerate() {
             for &element in members {
                 let count = of_element.len();
                 let Some(own) = of_element.get_mut(element) else {
@@ -45,11 +60,7 @@ impl Solid {
                 }
             }
         }
-        for (kind, added) in self.kinds.iter_mut().zip(of_element) {
-            kind.added = added;
-        }
-        self.added = regions.iter().map(|(_, stress)| *stress).collect();
-        Ok(self.regrouped())
+        Ok(of_element)
     }
 
     /// The solid with its elements in batches of what are now their kinds.

@@ -16,25 +16,10 @@ impl Solid {
     /// that is given two series; [`FemError::AddedToSmallStrain`] for one whose law is of small
     /// strains.
     pub fn with_relaxation(mut self, regions: &[(Vec<usize>, Prony)]) -> Result<Self, FemError> {
-        let mut of_element = vec![None; self.space.n_elements()];
         let given = regions
             .iter()
             .filter(|(_, prony)| !prony.terms().is_empty());
-        for (number, (members, _)) in given.clone().enumerate() {
-            for &element in members {
-                let count = of_element.len();
-                let Some(own) = of_element.get_mut(element) else {
-                    let (what, index) = ("element", element);
-                    return Err(FemError::OutOfRange { what, index, count });
-                };
-                if own.replace(number).is_some() {
-                    return Err(FemError::TwoAdded { element });
-                }
-                if self.laws[element].is_linear() {
-                    return Err(FemError::AddedToSmallStrain { element });
-                }
-            }
-        }
+        let of_element = self.numbered(given.clone().map(|(members, _)| members))?;
         for (kind, relaxing) in self.kinds.iter_mut().zip(of_element) {
             kind.relaxing = relaxing;
         }
