@@ -1,7 +1,7 @@
 //! Runs of samples, and reference numbers from `data/references/`.
 
 use myovib_dae::samples::{Sample, Start};
-use myovib_dae::{Outcome, Problem, StepError, Tolerances, VariableKind};
+use myovib_dae::{Outcome, Problem, StepError, Stop, Tolerances, VariableKind};
 use myovib_radau::{RadauOptions, RadauSolver};
 use nalgebra_sparse::pattern::SparsityPattern;
 use serde_json::Value;
@@ -14,6 +14,15 @@ pub(crate) fn reference(name: &str) -> Value {
     );
     let text = std::fs::read_to_string(&path).expect("the reference file is in the repository");
     serde_json::from_str(&text).expect("the reference file is JSON")
+}
+
+/// The stop that an integration ended in.
+#[track_caller]
+pub(crate) fn stopped(outcome: Outcome) -> Box<Stop> {
+    match outcome {
+        Outcome::Stopped(stop) => stop,
+        other => panic!("not stopped: {other:?}"),
+    }
 }
 
 /// An array of numbers.

@@ -2,15 +2,15 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
 use myovib_dae::{
-    LinearSolver, Linearization, Outcome, Problem, StepError, Stop, StopReason, Tolerances,
-    VariableKind,
+    LinearSolver, Linearization, Outcome, Problem, StepError, StopReason, Tolerances, VariableKind,
 };
 use myovib_radau::{KluMatrices, RadauError, RadauOptions, RadauSolver};
 use myovib_sparse::klu::KluOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
+
+use crate::common::stopped;
 
 /// ẏ = 1 − 2 y² (so y = tanh(√2 t)/√2), with a residual that misbehaves on demand.
 struct Touchy {
@@ -79,14 +79,6 @@ fn solver(problem: Touchy, options: RadauOptions) -> RadauSolver<Touchy> {
         .options(options)
         .build(0.0, &[0.0], &[1.0])
         .unwrap()
-}
-
-#[track_caller]
-fn stopped(outcome: Outcome) -> Box<Stop> {
-    match outcome {
-        Outcome::Stopped(stop) => stop,
-        other => panic!("not stopped: {other:?}"),
-    }
 }
 
 fn recoverable(message: &str) -> Result<f64, StepError> {
@@ -401,38 +393,6 @@ fn a_jump_stops_at_the_smallest_step_allowed() {
     };
     let stop = stopped(solver(touchy(jump), options).integrate_to(1.0).unwrap());
     assert_eq!(stop.reason, StopReason::StepTooSmall);
-}
-
-/// A problem that does not state its indices.
-struct Silent<P>(P);
-
-impl<P: Problem> Problem for Silent<P> {
-    fn n_unknowns(&self) -> usize {
-        self.0.n_unknowns()
-    }
-
-    fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
-        self.0.residual(t, y, v, r)
-    }
-}
-
-/// The pendulum of index 3 does not run where all its variables count alike, and does by the remedy.
-#[test]
-fn indices_that_are_not_stated_are_asked_for() {
-    let pendulum = Pendulum::new(MechanicalForm::Index3);
-    let start = pendulum.start();
-    let options = || RadauOptions {
-        tolerances: Tolerances::scalar(1e-8, 1e-8),
-        ..RadauOptions::default()
-    };
-    let builder = RadauSolver::builder(Silent(pendulum)).options(options());
-    let mut silent = builder.build(start.t, &start.y, &start.y_dot).unwrap();
-    let stop = stopped(silent.integrate_to(2.0).unwrap());
-    assert!(stop.to_string().contains("stating the index"), "{stop}");
-    let builder = RadauSolver::builder(pendulum).options(options());
-    let mut stated = builder.build(start.t, &start.y, &start.y_dot).unwrap();
-    let outcome = stated.integrate_to(2.0).unwrap();
-    assert_eq!(outcome, Outcome::Reached { t: 2.0 });
 }
 
 #[test]

@@ -10,5 +10,6 @@ mod failures;
 mod misuse;
 mod orders;
 mod published;
+mod remedies;
 mod resume;
 mod sensitivity;

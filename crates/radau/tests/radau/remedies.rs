@@ -1,0 +1,39 @@
+//! What a stop says may help, does.
+
+use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
+use myovib_dae::{Outcome, Problem, StepError, Tolerances};
+use myovib_radau::{RadauOptions, RadauSolver};
+
+use crate::common::stopped;
+
+/// A problem that does not state its indices.
+struct Silent<P>(P);
+
+impl<P: Problem> Problem for Silent<P> {
+    fn n_unknowns(&self) -> usize {
+        self.0.n_unknowns()
+    }
+
+    fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        self.0.residual(t, y, v, r)
+    }
+}
+
+/// The pendulum of index 3 does not run where all its variables count alike, and does by the remedy.
+#[test]
+fn indices_that_are_not_stated_are_asked_for() {
+    let pendulum = Pendulum::new(MechanicalForm::Index3);
+    let start = pendulum.start();
+    let options = || RadauOptions {
+        tolerances: Tolerances::scalar(1e-8, 1e-8),
+        ..RadauOptions::default()
+    };
+    let builder = RadauSolver::builder(Silent(pendulum)).options(options());
+    let mut silent = builder.build(start.t, &start.y, &start.y_dot).unwrap();
+    let stop = stopped(silent.integrate_to(2.0).unwrap());
+    assert!(stop.to_string().contains("stating the index"), "{stop}");
+    let builder = RadauSolver::builder(pendulum).options(options());
+    let mut stated = builder.build(start.t, &start.y, &start.y_dot).unwrap();
+    let outcome = stated.integrate_to(2.0).unwrap();
+    assert_eq!(outcome, Outcome::Reached { t: 2.0 });
+}
