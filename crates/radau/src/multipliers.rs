@@ -80,9 +80,6 @@ const MARGIN: f64 = 2.0;
 /// Steps whose sizes differ by less than this factor do not tell rounding from what it hides.
 const TELLING: f64 = 1.2;
 
-/// Where rounding is all that is seen, steps grow by this factor at most.
-const GROWTH_IN_NOISE: f64 = 2.0;
-
 /// Where the last step is so short that a is less than this fraction of ε, the latter follows from
 /// a + ε.
 const SHORT: f64 = 0.1;
@@ -258,13 +255,15 @@ impl Multipliers {
 
     /// The largest error that is left at the end of the step, in units of tolerances, as far as it is
     /// beyond `rounding` in e: of velocities what has been measured, of multipliers the change of that
-    /// since the step `before`.
+    /// since the step `before`. Where rounding is all that is seen, the next step may grow by the factor
+    /// `growth_in_noise`.
     pub(crate) fn largest_left(
         &self,
         step: &Step<'_>,
         before: Option<&Collocation>,
         tolerance: impl Fn(usize) -> f64,
         rounding: impl Fn(usize) -> f64,
+        growth_in_noise: f64,
     ) -> f64 {
         let stages = step.method.stages();
         let left = self.list.iter().map(|multiplier| {
@@ -280,7 +279,7 @@ impl Multipliers {
             let beyond = error.abs() - rounding(i);
             if multiplier.known.noisy || beyond < 0.0 {
                 let order = multiplier.power(stages) + i32::from(multiplier.removable);
-                return GROWTH_IN_NOISE.powi(-order);
+                return growth_in_noise.powi(-order);
             }
             let [of_missed, _] = profile(step.method, index, 1.0);
             margin * of_missed.abs() * beyond / tolerance(i)

@@ -6,6 +6,9 @@ use myovib_sparse::klu::KluOptions;
 use crate::control::Control;
 use crate::error::{RadauError, expect_length};
 
+/// Where rounding is all that is seen of multipliers, steps may grow by this factor at least.
+const GROWTH_IN_NOISE: f64 = 2.0;
+
 /// How the step size is chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -297,6 +300,13 @@ impl RadauOptions {
         let loosened = self.internal_factor(self.tolerances.relative());
         let limit = self.newton_limit();
         Control::new(self.stages, self.safety, limit, loosened, constraint)
+    }
+
+    /// The factor by which a step may grow where only rounding is seen of multipliers: beyond the window
+    /// in which the last step is kept, or short steps, which have the more rounding, would never end.
+    pub(crate) fn growth_in_noise(&self) -> f64 {
+        let (_, kept) = self.step_window;
+        GROWTH_IN_NOISE.max(1.01 * kept / self.safety)
     }
 
     /// Newton iterations allowed.

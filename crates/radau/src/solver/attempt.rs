@@ -89,11 +89,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let multipliers = &mut self.multipliers;
         multipliers.measure(problem, matrices, &step, before, at_start, counters)?;
         let tolerance = |i| self.weights.own_tolerance(i);
-        let mut left = multipliers.largest_left(&step, before, tolerance, |_| 0.0);
+        let growth = self.options.growth_in_noise();
+        let mut left = multipliers.largest_left(&step, before, tolerance, |_| 0.0, growth);
         if left >= 1.0 {
             let rounding = &mut self.rounding;
             rounding.measure(problem, matrices, &step, &self.y_dot, counters)?;
-            left = multipliers.largest_left(&step, before, tolerance, |i| rounding.of(i));
+            let beyond = |i| rounding.of(i);
+            left = multipliers.largest_left(&step, before, tolerance, beyond, growth);
         }
         Ok(self.control.propose_for_multipliers(h, left, order))
     }

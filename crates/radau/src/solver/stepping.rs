@@ -13,6 +13,9 @@ use crate::options::StepSize;
 /// How many of the last steps before a limit share the time that is left.
 const SHARED: f64 = 4.0;
 
+/// A part of a step that is taken for the rounding of t.
+const SLIVER: f64 = 1e-8;
+
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Takes one step of the size the error allows, towards `t_out`.
     ///
@@ -250,9 +253,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     fn fit(&self, wanted: f64, left: f64) -> f64 {
         let fixed = matches!(self.options.step_size, StepSize::Fixed(_));
         match left / wanted {
-            // The rounding of t must not leave a sliver.
-            ratio if ratio <= 1.0 + 1e-8 => left,
-            ratio if ratio < SHARED && !fixed => left / ratio.ceil(),
+            // The rounding of t must not leave a sliver, nor tell among how many steps is shared.
+            ratio if ratio <= 1.0 + SLIVER => left,
+            ratio if ratio < SHARED && !fixed => left / (ratio - SLIVER).ceil(),
             _ => wanted,
         }
     }
