@@ -12,7 +12,7 @@ use serde_json::Value;
 const PROGRAM: &str = env!("CARGO_BIN_EXE_myovib");
 
 /// A spindle that is pulled from the start, of two materials: one contracts and is viscous. Its loads are
-/// smooth to the end: towards a break, steps share what is left, and rounding may tell among how many.
+/// smooth to the end.
 const SCENE: &str = r#"
 [time]
 end = 0.3
