@@ -148,7 +148,8 @@ class RunResult:
     @classmethod
     def _of(cls, folder: Path, notes: list[str], temporary: Any) -> RunResult:
         document = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-        names = [probe["name"] for probe in document["scene"].get("probe", [])]
+        probes_of = document["scene"].get("probe", [])
+        names = [probe["name"] for probe in probes_of if document["analysis"] != "modes"]
         probes = {name: Probe._read(folder / f"{name}.csv") for name in names}
         return cls(folder, document, probes, notes, temporary)
 

@@ -89,7 +89,7 @@ pub(crate) fn run(
                 progress: &progress,
             };
             let result = compute(&scene, &options)?;
-            page::write(&options.out, &scene, &result.document)?;
+            page::write(&options.out, &scene, &result)?;
             let notes = scene.notes().into_iter().map(|note| plain(&note));
             Ok(notes
                 .chain(result.notes.iter().map(|note| plain(note)))
@@ -131,7 +131,7 @@ pub(crate) fn sweep(
             n_threads: threads.unwrap_or_else(all),
             interrupt: Some(flag),
             progress: &progress,
-            finished: &|folder, scene, result| page::write(folder, scene, &result.document),
+            finished: &page::write,
         })
     })?;
     computed.map(drop).map_err(of_scene)

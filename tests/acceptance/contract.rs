@@ -145,3 +145,37 @@ fn help_shows_examples() {
         run.stdout
     );
 }
+
+/// Issue 15, E8: the guide says once how the names of unknowns go together.
+#[test]
+fn the_guide_has_the_names_of_all_blocks() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let sets = [
+        "time.end=0.01",
+        "integrator.method=bdf",
+        "fields=",
+        "integrator.suppress=[\"pressure\", \"multiplier\"]",
+    ];
+    let mut arguments = vec!["run", "init", "--quiet"];
+    arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
+    let run = myovib_in(folder.path(), &arguments);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let text = fs::read_to_string(folder.path().join("out/run.json")).expect("run.json");
+    let found = document(&text, "run");
+    let guide = include_str!("../../docs/src/statistics.md");
+    let of_scene = ["displacement", "velocity", "pressure", "multiplier"];
+    let of_statistics = ["q", "v", "lambda", "mu"];
+    for (scene, statistics) in of_scene.iter().zip(of_statistics) {
+        let row = format!("| `{scene}` | `{statistics}` |");
+        assert!(guide.contains(&row), "{row}");
+        assert!(
+            found["atol"][statistics].is_number(),
+            "{statistics}: {found}"
+        );
+        assert!(found["indices"][statistics].is_number(), "{statistics}");
+    }
+    assert_eq!(found["atol"].as_object().map(|atol| atol.len()), Some(4));
+    assert_eq!(found["suppressed"], serde_json::json!(["lambda", "mu"]));
+    let table = fs::read_to_string(folder.path().join("out/origin.csv")).expect("the table");
+    assert!(table.starts_with("t,u_x,u_y,p\n"), "{table:.40}");
+}

@@ -229,3 +229,66 @@ fn fields_of_a_body_in_space_are_quadratic_tetrahedra_with_stress_and_fibres() {
         assert!((trace - principal.iter().sum::<f64>()).abs() <= 1e-12 * scale);
     }
 }
+
+/// Two layers, the upper twice as stiff in all its constants, stretched along: one homogeneous strain is
+/// exact, and each component of the stress above is twice that below, up to the line between them.
+#[test]
+fn stress_at_the_interface_of_materials_is_that_of_each_and_not_their_mean() {
+    let folder = tempfile::tempdir().unwrap();
+    let material = |group: &str, factor: f64| {
+        let [c10, c01, kappa] = [1e4, 2e2, 5e4].map(|constant| factor * constant);
+        format!(
+            "[[material]]\ngroup = \"{group}\"\nlaw = \"mooney-rivlin\"\ndensity = 1e3\n\
+             c10 = {c10}\nc01 = {c01}\nkappa = {kappa}\n"
+        )
+    };
+    // The upper half is above a very flat ellipse.
+    let scene = format!(
+        "analysis = \"static\"\n\
+         [mesh]\ntype = \"rectangle\"\nwidth = 2.0\nheight = 2.0\ncells = [2, 4]\n\
+         [[region]]\nname = \"upper\"\ncentre = [1.0, 101.0]\nradii = [1e4, 100.0]\n\
+         [solid]\nkappa = 5e4\nformulation = \"displacement\"\n{}{}\
+         [[fixed]]\ngroup = \"left\"\ncomponents = [\"x\"]\n\
+         [[fixed]]\ngroup = \"bottom\"\ncomponents = [\"y\"]\n\
+         [[displacement]]\ngroup = \"right\"\nx = 0.2\n\
+         [fields]\nevery = 1.0\nquantities = [\"stress\", \"strain\", \"principal-strain\"]\n",
+        material("body", 1.0),
+        material("upper", 2.0)
+    );
+    fs::write(folder.path().join("layers.toml"), scene).unwrap();
+    let run = myovib_in(folder.path(), &["run", "layers.toml", "--quiet"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let text = fs::read_to_string(folder.path().join("out/fields_00000.vtu")).unwrap();
+    let document = Document::parse(&text).unwrap();
+    let piece = child(child(document.root_element(), "UnstructuredGrid"), "Piece");
+    let data = child(piece, "PointData");
+    let (stress, strain) = (array(data, "stress"), array(data, "strain"));
+    let principal = array(data, "principal_strain");
+    let points = array(child(piece, "Points"), "points");
+    let cells = whole_numbers(child(piece, "Cells"), "connectivity");
+    let regions = whole_numbers(child(piece, "CellData"), "region");
+
+    let mut at_interface = [0; 2];
+    let soft = stress[0].clone();
+    assert!(soft[0] > 1e3, "{soft:?}");
+    for (nodes, region) in cells.chunks(6).zip(regions) {
+        for &node in nodes {
+            at_interface[region] += usize::from(points[node][1] == 1.0);
+            for (found, expected) in stress[node].iter().zip(&soft) {
+                let expected = (1 + region) as f64 * expected;
+                // Newton's tolerance on stresses of some 1e4 Pa.
+                assert!((found - expected).abs() < 1e-4, "{found} {expected}");
+            }
+        }
+    }
+    // Two cells along, of whose triangles one has three nodes on the line and the other one.
+    assert_eq!(at_interface, [8, 8], "both sides have points on the line");
+    for (strain, principal) in strain.iter().zip(&principal) {
+        // Stretched by 1.1 along, and principal along the axes: the contraction across is the other.
+        let [xx, yy] = [strain[0], strain[1]];
+        assert!((xx - 0.105).abs() < 1e-9 && yy < 0.0, "{strain:?}");
+        for (found, expected) in principal.iter().zip([xx, 0.0, yy]) {
+            assert!((found - expected).abs() < 1e-9, "{principal:?} {strain:?}");
+        }
+    }
+}

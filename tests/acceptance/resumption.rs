@@ -88,6 +88,24 @@ fn fraction(seed: u64) -> f64 {
     (seed as f64 * 0.618_033_988_749_894_9).fract()
 }
 
+/// Starts the program, and kills it once `table` holds `bytes`.
+fn start_and_kill(folder: &Path, arguments: &[&str], table: &Path, bytes: u64) {
+    let mut run = Command::new(PROGRAM)
+        .args(arguments)
+        .current_dir(folder)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let written = || fs::metadata(table).map_or(0, |data| data.len());
+    while written() < bytes && run.try_wait().unwrap().is_none() {
+        std::thread::yield_now();
+    }
+    // SIGKILL
+    run.kill().unwrap();
+    run.wait().unwrap();
+}
+
 /// Runs or resumes `scene.toml` into `out`, and kills it once the table of the origin holds `bytes`.
 fn run_and_kill(folder: &Path, out: &str, bytes: u64) {
     let table = folder.join(out).join("origin.csv");
@@ -95,20 +113,8 @@ fn run_and_kill(folder: &Path, out: &str, bytes: u64) {
         true => "--resume",
         false => "--overwrite",
     };
-    let mut run = Command::new(PROGRAM)
-        .args(["run", "scene.toml", "--quiet", "--out", out, mode])
-        .current_dir(folder)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let written = || fs::metadata(&table).map_or(0, |data| data.len());
-    while written() < bytes && run.try_wait().unwrap().is_none() {
-        std::thread::yield_now();
-    }
-    // SIGKILL
-    run.kill().unwrap();
-    run.wait().unwrap();
+    let arguments = ["run", "scene.toml", "--quiet", "--out", out, mode];
+    start_and_kill(folder, &arguments, &table, bytes);
 }
 
 /// Kills a run so many times, and lets it end.
@@ -229,6 +235,90 @@ fn a_killed_run_of_bdf_is_resumed_within_its_tolerance() {
         assert!(
             (a[1] - b[1]).abs() < 20.0 * 3.0 * 1e-5 * largest,
             "{a:?} {b:?}"
+        );
+    }
+}
+
+/// The rows of a CSV file, without its header.
+fn rows_of(path: &Path) -> Vec<Vec<f64>> {
+    let text = fs::read_to_string(path).unwrap();
+    let numbers = |line: &str| line.split(',').map(|word| word.parse().unwrap()).collect();
+    text.lines().skip(1).map(numbers).collect()
+}
+
+#[test]
+fn a_killed_run_leaves_whole_files_and_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let settings = [
+        "--set",
+        "time.end=6",
+        "--set",
+        "fields.every=0.5",
+        "--set",
+        "checkpoint.every=0.25",
+    ];
+    let arguments = [
+        &["run", "init", "--out", "killed", "--quiet"],
+        &settings[..],
+    ]
+    .concat();
+    let killed = folder.path().join("killed");
+    let csv = killed.join("origin.csv");
+    // Some 200 rows of four numbers: far enough for a checkpoint beyond the ramp. If the machine is so
+    // fast that the run ends first, going on from its last checkpoint is tested all the same.
+    start_and_kill(folder.path(), &arguments, &csv, 18_000);
+
+    let text = fs::read_to_string(&csv).unwrap();
+    assert!(text.ends_with('\n'));
+    assert!(rows_of(&csv).iter().all(|row| row.len() == 4));
+    let pvd = fs::read_to_string(killed.join("fields.pvd")).unwrap();
+    for line in pvd.lines().filter(|line| line.contains("file=")) {
+        let name = line
+            .split("file=\"")
+            .nth(1)
+            .unwrap()
+            .split('"')
+            .next()
+            .unwrap();
+        assert!(
+            fs::read_to_string(killed.join(name))
+                .unwrap()
+                .ends_with("</VTKFile>\n")
+        );
+    }
+
+    let run = |out: &str, more: &[&str]| {
+        let common = ["run", "init", "--quiet", "--out", out];
+        let run = myovib_in(folder.path(), &[&common[..], &settings, more].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        statistics(&folder.path().join(out))
+    };
+    assert_eq!(run("killed", &["--resume"])["resumed"], 1);
+    run("whole", &[]);
+    let (resumed, whole) = (
+        rows_of(&csv),
+        rows_of(&folder.path().join("whole/origin.csv")),
+    );
+    assert_eq!(resumed.len(), whole.len());
+    let largest = |j: usize| whole.iter().map(|row| row[j].abs()).fold(0.0, f64::max);
+    for (a, b) in resumed.iter().zip(&whole) {
+        assert_eq!(a[0], b[0]);
+        // u_y at the origin has an error of 2 to 4 % of its amplitude at these tolerances (its
+        // absolute tolerance is 2 % of it), in either run.
+        assert!(
+            (a[2] - b[2]).abs() < 0.08 * largest(2),
+            "u_y at t = {}: {} {}",
+            a[0],
+            a[2],
+            b[2]
+        );
+        // A restart that disturbed λ would show as a peak.
+        assert!(
+            (a[3] - b[3]).abs() < 0.10 * largest(3),
+            "p at t = {}: {} {}",
+            a[0],
+            a[3],
+            b[3]
         );
     }
 }

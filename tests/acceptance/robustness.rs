@@ -177,59 +177,6 @@ fn overwrite_leaves_nothing_of_the_earlier_run() {
 }
 
 #[test]
-fn a_sweep_sees_changed_files_and_retries_what_failed_by_chance() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("t.csv"), "t,f\n0,0\n1,1\n").unwrap();
-    let scene = include_str!("../../data/scenes/figure3.toml");
-    fs::write(folder.path().join("s.toml"), scene).unwrap();
-    let swept = |more: &[&str]| {
-        let load = "rod.load={ type = \"table\", file = \"t.csv\", time = \"t\", column = \"f\" }";
-        let common = [
-            "sweep",
-            "s.toml",
-            "--quiet",
-            "--set",
-            "time.end=0.01",
-            "--set",
-            load,
-            "--set",
-            "rod.reading=traction",
-            "--vary",
-            "rod.alpha=0.25",
-            "--json",
-        ];
-        myovib_in(folder.path(), &[&common[..], &["-"], more].concat())
-    };
-    let sweep = |more: &[&str]| -> Value {
-        let run = swept(more);
-        assert_eq!(run.code, 0, "{}", run.stderr);
-        serde_json::from_str(&run.stdout).unwrap()
-    };
-    let case = folder.path().join("sweep/case-0001/case.json");
-    let written = || fs::metadata(&case).unwrap().modified().unwrap();
-    let first = sweep(&[]);
-    assert_eq!(first["rows"][0]["outcome"], "finished", "{first}");
-    let at_first = written();
-    sweep(&[]);
-    assert_eq!(written(), at_first, "nothing has changed");
-    fs::write(folder.path().join("t.csv"), "t,f\n0,0\n1,2\n").unwrap();
-    let second = sweep(&[]);
-    assert_ne!(
-        second["rows"][0]["probes"], first["rows"][0]["probes"],
-        "the table has changed"
-    );
-    let at_second = written();
-    sweep(&["--overwrite"]);
-    assert_ne!(written(), at_second);
-    // A file that is missing for a while is no result.
-    fs::remove_file(folder.path().join("t.csv")).unwrap();
-    let missing = swept(&[]);
-    assert_ne!(missing.code, 0, "{}", missing.stdout);
-    fs::write(folder.path().join("t.csv"), "t,f\n0,0\n1,2\n").unwrap();
-    assert_eq!(sweep(&[])["rows"][0]["probes"], second["rows"][0]["probes"]);
-}
-
-#[test]
 fn one_run_at_a_time_writes_into_a_folder_and_signals_keep_its_output() {
     let folder = tempfile::tempdir().unwrap();
     for signal in ["-TERM", "-HUP"] {

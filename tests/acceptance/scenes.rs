@@ -1,11 +1,7 @@
-//! Scenes: every built-in one runs, killed runs go on, sweeps are stable, nothing is computed in
-//! vain.
+//! Scenes: every built-in one runs, runs in parts go on, nothing is computed in vain.
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::thread;
-use std::time::Duration;
 
 use myovib_scene::BUILTIN;
 use serde_json::Value;
@@ -125,94 +121,6 @@ fn a_run_is_not_overwritten_by_accident() {
     assert!(again.stderr.contains("--resume"), "{}", again.stderr);
 }
 
-#[test]
-fn a_killed_run_leaves_whole_files_and_goes_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let settings = [
-        "--set",
-        "time.end=6",
-        "--set",
-        "fields.every=0.5",
-        "--set",
-        "checkpoint.every=0.25",
-    ];
-    let arguments = [
-        &["run", "init", "--out", "killed", "--quiet"],
-        &settings[..],
-    ]
-    .concat();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_myovib"))
-        .args(&arguments)
-        .current_dir(folder.path())
-        .stdout(Stdio::null())
-        .spawn()
-        .unwrap();
-    let killed = folder.path().join("killed");
-    let csv = killed.join("origin.csv");
-    // Far enough for a checkpoint beyond the ramp; if the machine is so fast that the run ends
-    // first, going on from its last checkpoint is tested all the same.
-    for _ in 0..2000 {
-        let enough = fs::read_to_string(&csv).is_ok_and(|text| text.lines().count() > 200);
-        if enough || child.try_wait().unwrap().is_some() {
-            break;
-        }
-        thread::sleep(Duration::from_millis(5));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
-
-    let text = fs::read_to_string(&csv).unwrap();
-    assert!(text.ends_with('\n'));
-    assert!(rows(&csv).iter().all(|row| row.len() == 4));
-    let pvd = fs::read_to_string(killed.join("fields.pvd")).unwrap();
-    for line in pvd.lines().filter(|line| line.contains("file=")) {
-        let name = line
-            .split("file=\"")
-            .nth(1)
-            .unwrap()
-            .split('"')
-            .next()
-            .unwrap();
-        assert!(
-            fs::read_to_string(killed.join(name))
-                .unwrap()
-                .ends_with("</VTKFile>\n")
-        );
-    }
-
-    let document = run(
-        folder.path(),
-        "init",
-        "killed",
-        &[&settings[..], &["--resume"]].concat(),
-    );
-    assert_eq!(document["resumed"], 1);
-    run(folder.path(), "init", "whole", &settings);
-    let (resumed, whole) = (rows(&csv), rows(&folder.path().join("whole/origin.csv")));
-    assert_eq!(resumed.len(), whole.len());
-    let largest = |j: usize| whole.iter().map(|row| row[j].abs()).fold(0.0, f64::max);
-    for (a, b) in resumed.iter().zip(&whole) {
-        assert_eq!(a[0], b[0]);
-        // u_y at the origin has an error of 2 to 4 % of its amplitude at these tolerances (its
-        // absolute tolerance is 2 % of it), in either run.
-        assert!(
-            (a[2] - b[2]).abs() < 0.08 * largest(2),
-            "u_y at t = {}: {} {}",
-            a[0],
-            a[2],
-            b[2]
-        );
-        // A restart that disturbed λ would show as a peak.
-        assert!(
-            (a[3] - b[3]).abs() < 0.10 * largest(3),
-            "p at t = {}: {} {}",
-            a[0],
-            a[3],
-            b[3]
-        );
-    }
-}
-
 /// Runs a scene at once to its end, and in two parts; gives the probe's rows of both.
 fn resumed(scene: &str, probe: &str, sets: &[&str], [part, end]: [&str; 2]) -> [Vec<Vec<f64>>; 2] {
     let folder = tempfile::tempdir().expect("a folder");
@@ -289,70 +197,6 @@ fn a_run_with_two_way_coupling_goes_on_from_its_checkpoint() {
         // them, times what is lost at order 1 after the restart: 1 %.
         assert!(found < 0.01, "chain {chain}: {found}");
     }
-}
-
-#[test]
-fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
-    let folder = tempfile::tempdir().unwrap();
-    let common = [
-        "sweep",
-        "table2-1",
-        "--quiet",
-        "--set",
-        "time.end=0.2",
-        "--vary",
-        "solid.kappa=1e4,1e5,-1",
-        "--vary",
-        "material[0].c10=1e4,2e4",
-        "--out",
-    ];
-    let sweep = |out: &str, more: &[&str]| {
-        let run = myovib_in(folder.path(), &[&common[..], &[out], more].concat());
-        assert_eq!(run.code, 0, "{}", run.stderr);
-        let text = fs::read_to_string(folder.path().join(out).join("sweep.json")).unwrap();
-        let value: Value = serde_json::from_str(&text).unwrap();
-        value["rows"].as_array().unwrap().clone()
-    };
-    let all = sweep("all", &["--threads", "2"]);
-    let alone = sweep("alone", &["--case", "4/6"]);
-    assert_eq!(all.len(), 6);
-    assert_eq!(all[3]["probes"], alone[3]["probes"]);
-    assert_eq!(alone[2]["outcome"], "not computed");
-    // κ = -1 is a failed row, not a failed sweep.
-    assert_eq!(
-        (all[4]["outcome"].as_str(), all[0]["outcome"].as_str()),
-        (Some("failed"), Some("finished"))
-    );
-    assert!(all[4]["message"].as_str().unwrap().contains("out of range"));
-}
-
-#[test]
-fn a_sweep_of_a_scene_that_has_changed_is_computed_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let text = BUILTIN
-        .iter()
-        .find(|(name, _)| *name == "cook-static")
-        .unwrap()
-        .1;
-    let tips = |text: &str| {
-        fs::write(folder.path().join("scene.toml"), text).unwrap();
-        let arguments = [
-            "sweep",
-            "scene.toml",
-            "--quiet",
-            "--vary",
-            "solid.kappa=1e5,-1",
-        ];
-        let run = myovib_in(folder.path(), &arguments);
-        assert_eq!(run.code, 0, "{}", run.stderr);
-        let table = fs::read_to_string(folder.path().join("sweep/sweep.json")).unwrap();
-        let table: Value = serde_json::from_str(&table).unwrap();
-        assert_eq!(table["rows"][1]["probes"], serde_json::json!({}), "failed");
-        table["rows"][0]["probes"]["tip"][2].as_f64().unwrap()
-    };
-    let first = tips(text);
-    assert_eq!(tips(text), first);
-    assert!(tips(&text.replace("y = 6.25 ", "y = 12.5 ")) > 1.2 * first);
 }
 
 #[test]

@@ -143,3 +143,90 @@ fn check_warns_of_row_4() {
         assert!(run.stdout.starts_with("The scene is right."));
     }
 }
+
+/// Regression: `run` refused a scene with `analysis = "modes"`, which the reference offers.
+#[test]
+fn run_finds_the_modes_of_a_scene_as_modes_does() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let set = ["--set", "analysis=modes", "--set", "modes.count=3"];
+    let with_set = |words: &[&str]| myovib_in(folder.path(), &[words, &set].concat());
+    let run = with_set(&["run", "init", "--quiet"]);
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    assert_eq!(run.stdout, with_set(&["modes", "init"]).stdout);
+    let found = document(&with_set(&["modes", "init", "--json"]).stdout, "modes");
+
+    let read = |name: &str| std::fs::read_to_string(folder.path().join("out").join(name));
+    let written = document(&read("run.json").expect("run.json"), "run");
+    assert_eq!(
+        (&written["analysis"], &written["outcome"]),
+        (&"modes".into(), &"finished".into())
+    );
+    for key in ["muscles", "alpha", "beta", "drive", "load"] {
+        assert_eq!(written[key], found[key], "{key}");
+    }
+    let report = read("report.html").expect("the report");
+    assert!(report.contains("mode\u{a0}3:"), "the modes are drawn");
+    assert!(!report.contains("has index"), "nothing is integrated");
+    assert!(read("origin.csv").is_err(), "nothing moves at the probe");
+    let table = read("modes.csv").expect("the table");
+    let mut rows = table.lines();
+    assert_eq!(
+        rows.next(),
+        Some("mode,omega_squared,frequency,damping_ratio")
+    );
+    let frequencies = rows.map(|row| row.split(',').nth(2)?.parse().ok());
+    let modes = found["muscles"][0]["modes"].as_array().expect("modes");
+    let expected = modes.iter().map(|mode| mode["frequency"].as_f64());
+    assert!(frequencies.eq(expected), "{table}");
+
+    let again = with_set(&["run", "init", "--quiet"]);
+    assert_eq!(again.code, 2, "{}", again.stderr);
+    for (option, said) in [
+        ("--resume", "nothing to go on with"),
+        ("--verify", "no error in time"),
+    ] {
+        let refused = with_set(&["run", "init", "--out", "other", option]);
+        assert_eq!(refused.code, 2, "{}", refused.stderr);
+        assert!(refused.stderr.contains(said), "{}", refused.stderr);
+    }
+    let rod = myovib_in(
+        folder.path(),
+        &["run", "figure3", "--out", "rod", set[0], set[1]],
+    );
+    assert_eq!((rod.code, rod.stdout.as_str()), (2, ""));
+    assert!(rod.stderr.contains("no body"), "{}", rod.stderr);
+    assert!(!folder.path().join("rod").exists());
+}
+
+/// Issue 15, E4: `check` named a gross misfit of units, and `run` was silent.
+#[test]
+fn run_warns_once_of_what_check_warns_of() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let in_mm = [
+        "mesh={ type = \"beam\", length = 200.0, height = 40.0, cells = [10, 2] }",
+        "material[0].group=body",
+        "probe[0].at=[100.0, 0.0]",
+        "time.end=1e-3",
+    ];
+    let mut set = vec!["init"];
+    set.extend(in_mm.iter().flat_map(|set| ["--set", set]));
+    let of = |text: &str| -> Vec<String> {
+        let lines = text.lines().filter(|line| line.starts_with("warning: "));
+        lines.map(str::to_owned).collect()
+    };
+    let check = myovib_in(folder.path(), &[&["check"][..], &set].concat());
+    let run = myovib_in(folder.path(), &[&["run"][..], &set, &["--quiet"]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let warned = of(&run.stderr);
+    assert_eq!(warned, of(&check.stdout), "{}", check.stdout);
+    assert_eq!(warned.len(), 1, "{}", run.stderr);
+    assert!(warned[0].contains("take SI units"), "{warned:?}");
+    // Row 4 of Table 2, whose index is the trouble.
+    let end = ["--quiet", "--set", "time.end=1e-3", "--out", "row4"];
+    let run = myovib_in(folder.path(), &[&["run", "table2-4"][..], &end].concat());
+    let check = myovib(&["check", "table2-4"]);
+    assert_eq!(of(&run.stderr), of(&check.stdout));
+    let end = ["--quiet", "--set", "time.end=1e-3", "--out", "right"];
+    let right = myovib_in(folder.path(), &[&["run", "init"][..], &end].concat());
+    assert_eq!((right.code, right.stderr.as_str()), (0, ""));
+}

@@ -3,7 +3,7 @@
 //! Cast: [`scene_file`] reads the text and tells what is wrong with its place; [`Scene`] puts it
 //! together with its mesh into the model; [`run`] integrates it and fills a folder; [`sweep`]
 //! does so over a grid of values; [`sensitivity`] says what its outputs depend on, and [`mod@fit`]
-//! finds its parameters from measurements. [`csv`], [`vtu`], [`json`] and [`atomic_file`] are the files.
+//! finds its parameters from measurements; [`modes`] finds eigenfrequencies. [`csv`], [`vtu`], [`json`] and [`atomic_file`] are the files.
 //! Nothing here prints: a [`watch::Tell`] hears how far a run is.
 //!
 //! # Examples
@@ -27,6 +27,7 @@ pub mod fit;
 mod inputs;
 pub mod json;
 pub mod mesh_file;
+pub mod modes;
 pub mod parallel;
 pub mod run;
 mod scene;

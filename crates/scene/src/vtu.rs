@@ -224,6 +224,7 @@ fn label(quantity: Quantity) -> &'static str {
         Quantity::Pressure => "pressure",
         Quantity::VolumeRatio => "J",
         Quantity::Strain => "strain",
+        Quantity::PrincipalStrain => "principal_strain",
         Quantity::Stress => "stress",
         Quantity::Principal => "principal_stress",
         Quantity::VonMises => "von_mises",
@@ -239,7 +240,8 @@ fn order(quantity: Quantity, dimension: usize) -> &'static [usize] {
             Quantity::Pressure | Quantity::VolumeRatio | Quantity::VonMises | Quantity::Tension,
             _,
         ) => &[0],
-        (Quantity::Displacement | Quantity::Velocity | Quantity::Principal, _) => &[0, 1, 2],
+        (Quantity::Displacement | Quantity::Velocity, _) => &[0, 1, 2],
+        (Quantity::Principal | Quantity::PrincipalStrain, _) => &[0, 1, 2],
         (Quantity::Stress | Quantity::Strain, 2) => &[0, 1, 3, 2, 4, 5],
         (Quantity::Stress | Quantity::Strain, _) => &[0, 1, 2, 3, 4, 5],
     }
@@ -249,7 +251,7 @@ fn component_names(quantity: Quantity) -> &'static [&'static str] {
     match quantity {
         Quantity::Pressure | Quantity::VolumeRatio | Quantity::VonMises | Quantity::Tension => &[],
         Quantity::Displacement | Quantity::Velocity => &["x", "y", "z"],
-        Quantity::Principal => &["1", "2", "3"],
+        Quantity::Principal | Quantity::PrincipalStrain => &["1", "2", "3"],
         Quantity::Stress | Quantity::Strain => &["xx", "yy", "zz", "xy", "yz", "xz"],
     }
 }

@@ -3,9 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use myovib_report::page;
+use myovib_model::advice::Finding;
+use myovib_model::check;
 use myovib_report::table::{Align, Table, coloured_stdout};
+use myovib_report::{modes, page};
 use myovib_scene::run::{Existing, RunOptions, compute};
+use myovib_scene::scene_file::Analysis;
 use myovib_scene::{Scene, plain};
 use serde_json::Value;
 
@@ -64,6 +67,9 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     for note in scene.notes() {
         eprintln!("note: {}", plain(&note));
     }
+    for finding in warnings(&scene) {
+        eprintln!("warning: {}", plain(&finding.to_string()));
+    }
     ranks::share(&mut scene)?;
     let progress = Progress::new(args.common.quiet);
     let result = compute(
@@ -84,10 +90,23 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     for note in &result.notes {
         eprintln!("note: {}", plain(note));
     }
-    page::write(&args.out, &scene, &result.document)?;
-    args.common
-        .give("run", &text(&result.document), &result.document)?;
+    page::write(&args.out, &scene, &result)?;
+    let text = match &result.modes {
+        Some(found) => modes::text(found),
+        None => text(&result.document),
+    };
+    args.common.give("run", &text, &result.document)?;
     Ok(Exit::of(&result.outcome))
+}
+
+/// What `check` warns of, as far as it is cheap to tell.
+fn warnings(scene: &Scene) -> Vec<Finding> {
+    match (&scene.body, scene.file.analysis) {
+        (Some(body), Analysis::Dynamic) => {
+            check::warnings(&body.muscle, body.formulation, &body.settings)
+        }
+        _ => Vec::new(),
+    }
 }
 
 /// As many digits as a person reads.

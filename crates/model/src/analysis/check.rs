@@ -42,6 +42,8 @@ const FAR_ABOVE_MODES: f64 = 200.0;
 /// A load this many times slower than the slowest mode moves nothing that a static analysis would
 /// not: what moduli in a thousandth of their unit and a mesh in km look like.
 const FAR_BELOW_MODES: f64 = 1e-5;
+/// The frequency of a stretch is above the slowest mode's by this factor at most: slender bodies bend.
+const ABOVE_SLOWEST: f64 = 100.0;
 /// Expected steps beyond which a run is taken for an error of typing: weeks at 1 ms each.
 const MOST_STEPS: f64 = 1e9;
 /// A residual beyond this fraction of its terms is not rounding.
@@ -133,7 +135,7 @@ pub fn check(
     findings.extend(unheld(nullity, muscle));
     findings.extend(inconsistent(&residuals));
     findings.extend(resonance(&slow_modes, drive));
-    findings.extend(misfit(muscle, &slow_modes, drive, settings.t_end));
+    findings.extend(misfit(muscle, &slow_modes, settings.t_end));
     let blocks = timed.layout().blocks().iter();
     let unknowns = blocks.map(|(f, r)| (*f, r.len())).collect();
     let cost = cost(
@@ -194,14 +196,16 @@ fn index(dae: &mut MuscleDae, rest: &[f64]) -> Result<(IndexReport, Computed), M
 }
 
 fn modes(muscle: &Muscle) -> Result<(Vec<f64>, f64), ModelError> {
+    Ok((slow_modes(muscle)?, spectrum::fastest(muscle)? / TAU))
+}
+
+/// The lowest eigenfrequencies at rest, Hz.
+fn slow_modes(muscle: &Muscle) -> Result<Vec<f64>, ModelError> {
     let q = vec![0.0; muscle.solid.dofs().n_free()];
     let pressure = vec![0.0; muscle.solid.space().n_pressures()];
     let lowest = spectrum::lowest(muscle, &q, &pressure, SLOW_MODES)?;
-    let slow = lowest
-        .iter()
-        .filter_map(myovib_structure::Mode::frequency)
-        .collect();
-    Ok((slow, spectrum::fastest(muscle)? / TAU))
+    let frequencies = lowest.iter().filter_map(myovib_structure::Mode::frequency);
+    Ok(frequencies.collect())
 }
 
 fn not_held(free: FreeParts) -> Finding {
@@ -254,13 +258,33 @@ fn resonance(slow_modes: &[f64], drive: Option<f64>) -> Option<Finding> {
     })
 }
 
-/// Units that do not go together show as a time of the scene far from the body's own.
-fn misfit(muscle: &Muscle, slow_modes: &[f64], drive: Option<f64>, t_end: f64) -> Option<Finding> {
-    let slowest = slow_modes.iter().copied().find(|mode| *mode > 0.0)?;
-    let (asked, what) = match drive {
+/// What [`check`] warns of, as far as it can be told without work that counts beside a run's.
+pub fn warnings(muscle: &Muscle, formulation: Formulation, settings: &Settings) -> Vec<Finding> {
+    let mut findings = Advice::new(muscle, formulation, settings).findings();
+    findings.extend(free_parts(muscle).map(not_held));
+    // Modes cost factorisations: they are looked for where units seem not to go together. A body whose
+    // modes cannot be found says so when it is run.
+    let stretching = spectrum::stretching_frequency(muscle).unwrap_or(f64::NAN);
+    let ratio = asked(muscle, settings.t_end).0 / stretching;
+    if !(FAR_BELOW_MODES..FAR_ABOVE_MODES / ABOVE_SLOWEST).contains(&ratio) {
+        let slow_modes = slow_modes(muscle).unwrap_or_default();
+        findings.extend(misfit(muscle, &slow_modes, settings.t_end));
+    }
+    findings
+}
+
+/// The frequency that a scene is about, Hz, and what it is.
+fn asked(muscle: &Muscle, t_end: f64) -> (f64, &'static str) {
+    match muscle.drive() {
         Some(drive) => (drive, "frequency of the load"),
         None => (1.0 / t_end, "inverse of the end time"),
-    };
+    }
+}
+
+/// Units that do not go together show as a time of the scene far from the body's own.
+fn misfit(muscle: &Muscle, slow_modes: &[f64], t_end: f64) -> Option<Finding> {
+    let slowest = slow_modes.iter().copied().find(|mode| *mode > 0.0)?;
+    let (asked, what) = asked(muscle, t_end);
     let ratio = asked / slowest;
     (!(FAR_BELOW_MODES..FAR_ABOVE_MODES).contains(&ratio)).then(|| {
         let size = extent(muscle);

@@ -1,5 +1,7 @@
 //! Eigenfrequencies and modes of the muscle, linearised about a state.
 
+use std::f64::consts::TAU;
+
 use myovib_structure::{Constraint, Mode, Vibration, modes};
 use nalgebra::DVector;
 use nalgebra_sparse::CscMatrix;
@@ -69,6 +71,21 @@ pub fn lowest(
         }
     }
     Ok(found)
+}
+
+/// The frequency of a stretch along the first axis without pressures, Hz: of the order of that of the
+/// modes that strain the body, and above the lowest. Costs one look at each element.
+///
+/// # Errors
+/// [`ModelError::Inverted`] for a state without stress.
+pub(crate) fn stretching_frequency(muscle: &Muscle) -> Result<f64, ModelError> {
+    let solid = &muscle.solid;
+    let rest = vec![0.0; solid.dofs().n_free()];
+    let motion = at_rest(muscle, &rest);
+    let no_pressure = operators::no_pressure(solid);
+    let stiffness = operators::stiffness(solid, &motion.displacement, &no_pressure)?;
+    let vibration = Vibration::new(operators::mass(solid), bedded(muscle, stiffness), None)?;
+    Ok(vibration.quotient(&stretching(muscle)).max(0.0).sqrt() / TAU)
 }
 
 /// The free components of a stretch along the first axis that keeps the volume: its quotient of

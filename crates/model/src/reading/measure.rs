@@ -22,6 +22,8 @@ pub enum Quantity {
     VolumeRatio,
     /// Green's strain (F^T F - I)/2.
     Strain,
+    /// Principal values of Green's strain, the largest first.
+    PrincipalStrain,
     /// Cauchy stress, Pa.
     Stress,
     /// Principal values of the Cauchy stress, Pa, the largest first.
@@ -57,6 +59,11 @@ impl Quantity {
                 "stress_xy",
                 "stress_yz",
                 "stress_xz",
+            ],
+            (Self::PrincipalStrain, _) => &[
+                "principal_strain_1",
+                "principal_strain_2",
+                "principal_strain_3",
             ],
             (Self::Principal, _) => &["principal_1", "principal_2", "principal_3"],
             (Self::VonMises, _) => &["von_mises"],
@@ -133,6 +140,7 @@ impl<'a> Snapshot<'a> {
             (Quantity::Pressure, Pressure::Penalty { .. }) => vec![state().pressure],
             (Quantity::VolumeRatio, _) => vec![state().jacobian],
             (Quantity::Strain, _) => symmetric(green(state().gradient), space.dimension()),
+            (Quantity::PrincipalStrain, _) => principal(green(state().gradient)),
             (Quantity::Stress, _) => symmetric(state().cauchy, space.dimension()),
             (Quantity::Principal, _) => principal(state().cauchy),
             (Quantity::VonMises, _) => vec![state().von_mises()],
@@ -159,8 +167,8 @@ fn green(h: Tensor3) -> Tensor3 {
 }
 
 /// The eigenvalues of a symmetric tensor, the largest first.
-fn principal(stress: Tensor3) -> Vec<f64> {
-    let matrix = Matrix3::from_fn(|i, j| 0.5 * (stress[i][j] + stress[j][i]));
+fn principal(tensor: Tensor3) -> Vec<f64> {
+    let matrix = Matrix3::from_fn(|i, j| 0.5 * (tensor[i][j] + tensor[j][i]));
     let mut values: Vec<f64> = matrix.symmetric_eigenvalues().iter().copied().collect();
     values.sort_by(|a, b| b.total_cmp(a));
     values
@@ -293,6 +301,36 @@ mod tests {
             // Rounding of sums of some fifty terms.
             assert!((values[0] - mean).abs() < 1e-13, "{group}: {values:?}");
             assert_eq!(values[1..], [0.0, 0.0]);
+        }
+    }
+
+    /// A simple shear: tr E, tr E² and det E are those of the principal values, which the largest leads.
+    #[test]
+    fn principal_strains_have_the_invariants_of_the_strain() {
+        let solid = solid();
+        let space = solid.space();
+        let points = space.node_points::<2>().iter();
+        let u: Vec<f64> = points.flat_map(|p| [0.5 * p[1], 0.0]).collect();
+        let p = vec![0.0; space.n_pressures()];
+        let quantities = [Quantity::Strain, Quantity::PrincipalStrain];
+        let point = Measurement::at(space, [0.7, 0.4], &quantities).unwrap();
+        let mut values = Vec::new();
+        point.read(&snapshot(&solid, &u, &p), &mut values);
+        let [xx, yy, xy, zz, a, b, c] = values[..] else {
+            panic!("{:?}", point.names())
+        };
+        // γ = 1/2: E_xy = γ/2, E_yy = γ²/2, to rounding of numbers below 1.
+        assert!((xy - 0.25).abs() < 1e-15 && (yy - 0.125).abs() < 1e-15);
+        assert!(a > b && b > c, "{values:?}");
+        for (found, expected) in [
+            (a + b + c, xx + yy + zz),
+            (
+                a * a + b * b + c * c,
+                xx * xx + yy * yy + zz * zz + 2.0 * xy * xy,
+            ),
+            (a * b * c, zz * (xx * yy - xy * xy)),
+        ] {
+            assert!((found - expected).abs() < 1e-15, "{values:?}");
         }
     }
 

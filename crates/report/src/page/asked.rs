@@ -43,6 +43,9 @@ pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
     if document["analysis"] == "static" {
         return text + " Equilibrium under the loads.";
     }
+    if document["analysis"] == "modes" {
+        return text + " The lowest eigenfrequencies and modes about the unloaded state.";
+    }
     if let Some(formulation) = document["formulation"].as_str() {
         let index = &document["index"];
         text += &format!(" Formulation `{formulation}`, index {index}.");

@@ -7,7 +7,7 @@ use crate::plot::text::escape;
 /// The figures one looks for first.
 pub(super) fn cards(document: &Value) -> String {
     let number = |key: &str| document[key].as_f64();
-    let finished = document["outcome"] == "finished" || document["analysis"] == "static";
+    let finished = document["outcome"] == "finished";
     let mut cards = vec![match finished {
         true => card("good", "finished", "outcome"),
         false => card("bad", "stopped", "outcome"),

@@ -1,10 +1,11 @@
 //! `report.html`: the run at a glance, in one file that needs no network.
 //!
-//! From above to below: what was asked (`asked`), key figures (`figures`), the body and the probes
-//! (`pictures`), what the numbers mean (`words`), and folded away all statistics and the scene.
+//! From above to below: what was asked (`asked`), key figures (`figures`), the body
+//! (`pictures`), the probes (`probes`) or the modes (`modes`), what the numbers mean (`words`), and folded away all statistics and the scene.
 
 mod asked;
 mod figures;
+mod modes;
 mod pictures;
 mod probes;
 mod words;
@@ -15,9 +16,9 @@ use serde_json::Value;
 
 use crate::plot::text::escape;
 use myovib_scene::atomic_file;
+use myovib_scene::run::RunResult;
 use myovib_scene::versions::Versions;
 use myovib_scene::{Error, Scene};
-use probes::Record;
 
 const STYLE: &str = include_str!("style.css");
 
@@ -25,14 +26,12 @@ const STYLE: &str = include_str!("style.css");
 ///
 /// # Errors
 /// When a table of the folder cannot be read, or the report not be written.
-pub fn write(folder: &Path, scene: &Scene, document: &Value) -> Result<(), Error> {
+pub fn write(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Error> {
     let title = match scene.file.title.as_str() {
         "" => "A run without a title",
         title => title,
     };
-    let probes = scene.file.probe.iter();
-    let records = probes.map(|probe| Record::read(folder, &probe.name));
-    let records = records.collect::<Result<Vec<Record>, Error>>()?;
+    let document = &result.document;
     let mut html = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width\">\
@@ -44,7 +43,10 @@ pub fn write(folder: &Path, scene: &Scene, document: &Value) -> Result<(), Error
     html += &figures::cards(document);
     html += &figures::outcome(document);
     html += &pictures::body(folder, scene)?;
-    html += &probes::section(&records, document);
+    html += &match &result.modes {
+        Some(found) => modes::section(scene, found),
+        None => probes::section(folder, scene, document)?,
+    };
     html += "<h2>What the run means</h2>\n";
     html += &words::meaning(document);
     html += &folded("All statistics", &figures::statistics(document));

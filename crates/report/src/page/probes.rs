@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use myovib_scene::Error;
 use myovib_scene::csv::Table;
+use myovib_scene::{Error, Scene};
 use serde_json::Value;
 
 use super::is_in_space;
@@ -98,9 +98,15 @@ impl Record {
 }
 
 /// Extremes of all probes, then their curves side by side; nothing without probes.
-pub(super) fn section(records: &[Record], document: &Value) -> String {
+///
+/// # Errors
+/// A table that cannot be read.
+pub(super) fn section(folder: &Path, scene: &Scene, document: &Value) -> Result<String, Error> {
+    let probes = scene.file.probe.iter();
+    let records = probes.map(|probe| Record::read(folder, &probe.name));
+    let records = records.collect::<Result<Vec<Record>, Error>>()?;
     if records.is_empty() {
-        return String::new();
+        return Ok(String::new());
     }
     let (estimate, in_space) = (&document["error_estimate"], is_in_space(document));
     let rows = records.iter();
@@ -115,12 +121,12 @@ pub(super) fn section(records: &[Record], document: &Value) -> String {
         }
         _ => "",
     };
-    format!(
+    Ok(format!(
         "<h2>Probes</h2>\n<div class=\"wide\"><table><tr><th>probe</th><th>column</th><th>unit</th>\
          <th class=\"n\">least</th><th class=\"n\">at</th><th class=\"n\">largest</th>\
          <th class=\"n\">at</th><th class=\"n\">error, about</th></tr>\n{rows}</table></div>\n\
          {unknown}<div class=\"beside\">\n{figures}</div>\n"
-    )
+    ))
 }
 
 /// The unit of a column by its name.
@@ -129,6 +135,7 @@ fn unit(name: &str, in_space: bool) -> &'static str {
         "t" => "s",
         "u" => "m",
         "v" => "m/s",
+        "principal" if name.starts_with("principal_strain") => "",
         "p" | "stress" | "principal" | "von" | "tension" => "Pa",
         "R" if in_space => "N",
         "R" => "N/m",

@@ -12,6 +12,13 @@ pub(super) fn meaning(document: &Value) -> String {
             document["newton_iterations"], document["load_steps"]
         );
     }
+    if document["analysis"] == "modes" {
+        return format!(
+            "<p>Small free vibrations about the unloaded state. The damping ratio is (α/ω + βω)/2 with \
+             α = {} 1/s and β = {} s; 1 is critical.</p>\n",
+            document["alpha"], document["beta"]
+        );
+    }
     let index = document["index"].as_u64().unwrap_or(0);
     let mut text = format!(
         "<p>The system has index {index}: {}.</p>\n",

@@ -175,7 +175,7 @@ fn body(muscle: &Muscle, formulation: Formulation) -> Value {
     })
 }
 
-fn extend(document: &mut Value, more: Value) {
+pub(super) fn extend(document: &mut Value, more: Value) {
     if let (Some(document), Value::Object(more)) = (document.as_object_mut(), more) {
         document.extend(more);
     }

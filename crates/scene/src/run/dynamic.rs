@@ -143,6 +143,7 @@ impl Motion<'_> {
             document,
             outcome: statistics.outcome,
             notes,
+            modes: None,
         })
     }
 }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::{Existing, RunOptions};
+use crate::scene_file::{Analysis, SceneFile};
 use crate::state::State;
 use crate::{Error, Input, InputError, Scene, atomic_file, json, vtu};
 
@@ -38,11 +39,10 @@ impl Record {
 
     /// The record of a scene.
     pub(super) fn of(scene: &Scene) -> Result<Self, Error> {
-        let probes = scene.file.probe.iter();
         Ok(Self {
             scene: serde_json::to_value(&scene.file)?,
             inputs: scene.inputs.clone(),
-            tables: probes.map(|probe| table_of(&probe.name)).collect(),
+            tables: tables_of(&scene.file).map(table_of).collect(),
         })
     }
 
@@ -81,7 +81,18 @@ fn without_end(scene: &Value) -> Value {
     scene
 }
 
-/// The name of a probe's table.
+/// The name of the table of modes, which stands for a probe's.
+pub(super) const MODES: &str = "modes";
+
+/// Names of the tables that a run of the scene writes: those of its probes, or that of the modes.
+pub(crate) fn tables_of(file: &SceneFile) -> impl Iterator<Item = &str> {
+    let of_modes = file.analysis == Analysis::Modes;
+    let probes = file.probe.iter().map(|probe| probe.name.as_str());
+    let modes = of_modes.then_some(MODES).into_iter();
+    modes.chain(probes.filter(move |_| !of_modes))
+}
+
+/// The name of the file of a table.
 pub(super) fn table_of(probe: &str) -> String {
     format!("{probe}.csv")
 }

@@ -9,6 +9,7 @@ mod document;
 mod dynamic;
 mod energy;
 mod folder;
+mod modes;
 mod outputs;
 pub(crate) mod recorder;
 pub(crate) mod start;
@@ -22,6 +23,9 @@ use std::sync::atomic::AtomicBool;
 
 use myovib_model::Outcome;
 
+pub(crate) use folder::tables_of;
+
+use crate::modes::Modes;
 use crate::scene_file::Analysis;
 use crate::watch::Tell;
 use crate::{Error, InputError, Scene};
@@ -74,6 +78,8 @@ pub struct RunResult {
     pub outcome: Outcome,
     /// What was put right on the way.
     pub notes: Vec<String>,
+    /// What an analysis of modes found.
+    pub modes: Option<Modes>,
 }
 
 /// Computes a scene into its folder.
@@ -83,11 +89,28 @@ pub struct RunResult {
 pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     match scene.file.analysis {
         Analysis::Dynamic => dynamic::compute(scene, options),
-        Analysis::Static => statics::compute(scene, options),
-        Analysis::Modes => Err(InputError::new(
-            "the scene asks for modes, which `run` does not do",
-        )
-        .next("myovib modes SCENE")
-        .into()),
+        Analysis::Static => {
+            without_motion(options)?;
+            statics::compute(scene, options)
+        }
+        Analysis::Modes => {
+            without_motion(options)?;
+            modes::compute(scene, options)
+        }
+    }
+}
+
+/// Refuses what has a meaning for motions alone.
+fn without_motion(options: &RunOptions<'_>) -> Result<(), InputError> {
+    let wrong = |option: &str, message: &str| {
+        let error = InputError::new(format!("the scene has no motion: {message}"));
+        Err(error.at(option).next(format!("leave {option} out")))
+    };
+    match options {
+        _ if options.existing == Existing::Resume => {
+            wrong("--resume", "there is nothing to go on with")
+        }
+        _ if options.verify => wrong("--verify", "it has no error in time"),
+        _ => Ok(()),
     }
 }

@@ -44,6 +44,7 @@ pub(super) fn quantities(names: &[output::Quantity]) -> Vec<Quantity> {
         output::Quantity::P => Quantity::Pressure,
         output::Quantity::J => Quantity::VolumeRatio,
         output::Quantity::Strain => Quantity::Strain,
+        output::Quantity::PrincipalStrain => Quantity::PrincipalStrain,
         output::Quantity::Stress => Quantity::Stress,
         output::Quantity::Principal => Quantity::Principal,
         output::Quantity::VonMises => Quantity::VonMises,
@@ -282,10 +283,16 @@ impl Recorder {
         self.csv.written()
     }
 
-    /// Waits until the rows are on the disk.
+    /// Waits until the rows are on the disk, in the file that has the probe's name.
     pub(super) fn sync(&self) -> Result<(), ModelError> {
-        let synced = atomic_file::sync(self.csv.sink());
-        synced.map_err(|error| cannot_write(&self.path, error))
+        // A file that was removed takes rows as long as it is open, and they are lost.
+        let checked = fs::symlink_metadata(&self.path).and_then(|there| {
+            match there.len() == self.written().bytes {
+                true => atomic_file::sync(self.csv.sink()),
+                false => Err(io::Error::other("it was changed while the run went on")),
+            }
+        });
+        checked.map_err(|error| cannot_write(&self.path, error))
     }
 }
 

@@ -81,6 +81,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         document,
         outcome: Outcome::Finished,
         notes: Vec::new(),
+        modes: None,
     })
 }
 

@@ -7,10 +7,24 @@ use crate::statistics::DRIFT_SAMPLES;
 
 /// The most probes: each has a file open, and systems allow a process about a thousand.
 const MAX_PROBES: usize = 500;
+/// Files that a run may have open at a time beside those of its probes: streams, the lock, one under way.
+const OTHER_FILES: usize = 16;
 /// The most rows of a probe: a file of about 1 GB for a point.
 const MAX_ROWS: f64 = 1e7;
 /// The most field files and checkpoints, of which the smallest have some 10 kB.
 const MAX_FILES: f64 = 1e5;
+
+/// How many files the system lets this process have open, if it says so.
+#[cfg(unix)]
+fn open_files() -> Option<usize> {
+    use rustix::process::{Resource, getrlimit};
+    usize::try_from(getrlimit(Resource::Nofile).current?).ok()
+}
+
+#[cfg(not(unix))]
+fn open_files() -> Option<usize> {
+    None
+}
 
 impl Builder<'_> {
     /// Refuses more output than anyone can want, and an end time too small to be divided.
@@ -27,6 +41,23 @@ impl Builder<'_> {
                 .allowed(format!("at most {MAX_PROBES}: each has a file open"))
                 .next("take lines of points, or write fields");
             return Err(self.wrong(&format!("probe[{MAX_PROBES}]"), error));
+        }
+        if let Some(files) = open_files() {
+            let most = files.saturating_sub(OTHER_FILES);
+            if file.probe.len() > most {
+                let n = file.probe.len();
+                let error =
+                    InputError::new("each probe has a file open: more than the system allows")
+                        .found(format!("{n} probes"))
+                        .allowed(format!(
+                            "{most}: a process may have {files} files open here, and needs others"
+                        ))
+                        .next(format!(
+                            "ulimit -n {}, or take lines of points",
+                            n + OTHER_FILES
+                        ));
+                return Err(self.wrong(&format!("probe[{most}]"), error));
+            }
         }
         for (i, probe) in file.probe.iter().enumerate() {
             self.count(&format!("probe[{i}].every"), probe.every, MAX_ROWS, "rows")?;

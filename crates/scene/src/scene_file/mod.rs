@@ -126,7 +126,8 @@ pub enum Analysis {
     /// The motion over the time interval.
     #[default]
     Dynamic,
-    /// The lowest eigenfrequencies and modes about the unloaded state.
+    /// The lowest eigenfrequencies and modes about the unloaded state, in `modes.csv`; probes and fields are
+    /// left aside.
     Modes,
 }
 

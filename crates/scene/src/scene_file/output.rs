@@ -110,6 +110,9 @@ pub enum Quantity {
     /// Green's strain: components as for `stress`.
     #[serde(rename = "strain")]
     Strain,
+    /// Principal values of Green's strain, the largest first.
+    #[serde(rename = "principal-strain")]
+    PrincipalStrain,
     /// Cauchy stress, active and viscous stress included, Pa: xx, yy, xy, zz; in space xx, yy, zz,
     /// xy, yz, xz.
     #[serde(rename = "stress")]

@@ -200,7 +200,9 @@ impl Source {
                 .map(|n| Value::Number(n.into()))
                 .map_err(|_| fail("this whole number is too large", integer.as_str()))?,
             DeValue::Float(float) => match float.as_str().parse::<f64>() {
-                Ok(f64::INFINITY) => Value::String("inf".to_owned()),
+                Ok(f64::INFINITY) if float.as_str().ends_with("inf") => {
+                    Value::String("inf".to_owned())
+                }
                 Ok(x) => Number::from_f64(x)
                     .map(Value::Number)
                     .ok_or_else(|| fail("this is no number to compute with", float.as_str()))?,
@@ -228,9 +230,13 @@ impl Source {
 
 /// Removes the members that have no value.
 fn without_null(value: &mut Value) {
-    if let Value::Object(object) = value {
-        object.retain(|_, member| !member.is_null());
-        object.values_mut().for_each(without_null);
+    match value {
+        Value::Object(object) => {
+            object.retain(|_, member| !member.is_null());
+            object.values_mut().for_each(without_null);
+        }
+        Value::Array(entries) => entries.iter_mut().for_each(without_null),
+        _ => {}
     }
 }
 

@@ -29,6 +29,17 @@ fn infinity_may_be_a_number_or_a_word_and_is_a_word_in_json() {
     }
 }
 
+/// Regression: a number too large for the computer was taken for `inf`, which means incompressible.
+#[test]
+fn a_number_that_is_too_large_is_not_infinity() {
+    for text in ["1e999", "-1e999", "nan"] {
+        let set = [format!("solid.kappa={text}")];
+        let message = read("scene.toml", MINIMAL, &set).unwrap_err().to_string();
+        assert!(message.contains("no number to compute with"), "{message}");
+        assert!(message.contains(text), "{message}");
+    }
+}
+
 #[test]
 fn overrides_replace_add_and_need_no_quotes() {
     let set = [
@@ -59,6 +70,7 @@ fn an_override_without_a_value_brings_the_default_back() {
         "integrator.rtol=1e-7",
         "integrator.rtol=",
         "solid.formulation=",
+        "material[0].group=",
     ]
     .map(str::to_owned);
     let scene = read("scene.toml", MINIMAL, &set).unwrap().scene;
@@ -67,6 +79,7 @@ fn an_override_without_a_value_brings_the_default_back() {
         integrator::Integrator::default().rtol
     );
     assert_eq!(scene.solid.unwrap().formulation, None);
+    assert_eq!(scene.material[0].group, None, "in a list too");
 }
 
 #[test]

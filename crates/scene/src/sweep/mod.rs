@@ -138,13 +138,13 @@ fn columns(texts: &[String], scene: &Scene) -> Result<Vec<ResultColumn>, InputEr
                 column.name
             )));
         }
-        let probes = || scene.file.probe.iter().map(|probe| probe.name.as_str());
+        let tables = || run::tables_of(&scene.file);
         if let Some((probe, _)) = column
             .places()
-            .find(|(name, _)| !probes().any(|p| p == *name))
+            .find(|(name, _)| !tables().any(|table| table == *name))
         {
             let error = wrong(format!("there is no probe `{probe}`"));
-            return Err(error.allowed(probes().collect::<Vec<_>>().join(", ")));
+            return Err(error.allowed(tables().collect::<Vec<_>>().join(", ")));
         }
         columns.push(column);
     }
@@ -310,19 +310,22 @@ impl Sweep<'_> {
             let value = set.split_once('=').map_or("", |(_, value)| value);
             row.insert(axis.key.clone(), json!(value));
         }
+        let folder = self.folder(case);
         let result = match self.record(case) {
             Some(record) => record.result,
             None => json!({ "outcome": "not computed" }),
         };
+        // Tables of another scene, mesh or program may lie in the folder: a result names its scene.
+        let is_of_this = !result["scene"].is_null();
         for column in COLUMNS {
             row.insert(column.to_owned(), result[column].clone());
         }
         for column in &self.results {
-            let value = column.value(&self.folder(case));
+            let value = is_of_this.then(|| column.value(&folder)).flatten();
             row.insert(column.name.clone(), json!(value));
         }
         row.insert("message".to_owned(), result["message"].clone());
-        let probes = last_rows(&self.folder(case), &result["scene"]["probe"]);
+        let probes = last_rows(&folder, &result["scene"]["probe"]);
         row.insert("probes".to_owned(), json!(probes));
         Value::Object(row)
     }

@@ -97,7 +97,7 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
         n_threads: args.common.n_threads(),
         interrupt: Some(interrupt::flag()),
         progress: &progress,
-        finished: &|folder, scene, result| page::write(folder, scene, &result.document),
+        finished: &page::write,
     })?;
     drop(progress);
     args.common.give("sweep", &result.csv, &result.document)?;

@@ -1,5 +1,7 @@
 //! Table 1 for people.
 
+use std::collections::BTreeSet;
+
 use myovib_model::counterexample::Solution;
 use myovib_model::index::IndexReport;
 use myovib_model::table1::Case;
@@ -54,11 +56,10 @@ pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String
         ]);
     }
     let mut text = table.render(coloured);
-    text.push_str(
-        "\nq v λ μ: perturbation index of each block. gap: the narrowest between what was called \
-         zero and what was not;\nthree decades decide. samples: 2 meshes × 2 random states. \
-         (29) with β = 0 is the paper's remark below its table.\n\n",
-    );
+    text.push_str(&notes(rows));
+    if limit.is_empty() {
+        return text;
+    }
     text.push_str(&on_the_way(limit));
     let mut way = Table::new(&[
         ("κ", Left),
@@ -76,6 +77,34 @@ pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String
     }
     text.push_str(&way.render(coloured));
     text
+}
+
+/// What the columns mean, and of how many samples they are.
+fn notes(rows: &[RowResult]) -> String {
+    let samples = || rows.iter().flat_map(|row| &row.samples);
+    let meshes: BTreeSet<usize> = samples().map(|sample| sample.triangles).collect();
+    let states: BTreeSet<u64> = samples().map(|sample| sample.seed).collect();
+    let meshes: Vec<String> = meshes.iter().map(usize::to_string).collect();
+    let is_remark = |row: &RowResult| {
+        let Case {
+            equation,
+            beta,
+            printed,
+            ..
+        } = row.case;
+        equation == Some("29") && beta == 0.0 && printed.is_some()
+    };
+    let remark = match rows.iter().any(is_remark) {
+        true => " (29) with β = 0 is the paper's remark below its table.",
+        false => "",
+    };
+    format!(
+        "\nq v λ μ: perturbation index of each block. gap: the narrowest between what was called \
+         zero and what was not;\nthree decades decide. samples: meshes of {} triangles, random \
+         states: {}.{remark}\n\n",
+        meshes.join(", "),
+        states.len()
+    )
 }
 
 /// What was found for (29) on the way to κ → ∞, β → 0.
@@ -129,4 +158,40 @@ pub(super) fn counterexample(matching: &Solution, richer: &Solution) -> String {
          pressure, on a cantilever\nunder 8 Hz for 0.5 s. M (v - q̇) = B̃ᵀμ should be zero:\n{}",
         table.render(coloured_stdout())
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use myovib_model::table1;
+
+    use super::*;
+
+    /// Issue 15, A9: notes were printed whatever was computed.
+    #[test]
+    fn notes_are_of_the_samples_that_were_computed() {
+        let row = |equation: &str, beta: f64, kappa: f64, n: usize| {
+            let of = |case: &Case| {
+                case.equation == Some(equation) && case.beta == beta && case.kappa == kappa
+            };
+            let case = table1::cases().into_iter().find(of).unwrap();
+            let mut samples = case.samples().unwrap();
+            samples.truncate(n);
+            RowResult { case, samples }
+        };
+        let remark = "the paper's remark";
+        let position = row("28", 0.0, 1e5, 1);
+        let triangles = position.samples[0].triangles;
+        let text = table(&[position], &[]);
+        let said = format!("meshes of {triangles} triangles, random states: 1.");
+        assert!(text.contains(&said), "{text}");
+        assert!(
+            !text.contains(remark) && !text.contains("on the way"),
+            "{text}"
+        );
+        let text = table(&[row("29", 0.0, f64::INFINITY, 4)], &[]);
+        assert!(text.contains("triangles, random states: 2."), "{text}");
+        assert!(text.contains(remark), "{text}");
+        // (29) with β = 0 and a finite κ is in neither the table nor the remark.
+        assert!(!table(&[row("29", 0.0, 1e5, 1)], &[]).contains(remark));
+    }
 }

@@ -1,0 +1,119 @@
+//! Eigenfrequencies and modes of bodies: a table, and drawings.
+
+use myovib_model::Muscle;
+use myovib_scene::modes::{BodyModes, Mode, Modes};
+
+use crate::outline::outline;
+use crate::plot::{Axis, Figure, MeshPlot, Panel, SurfacePlot};
+use crate::spatial;
+use crate::table::{Align, Table, coloured_stdout, exponent, kappa};
+
+/// Largest displacement in a drawing as a fraction of the body's length.
+const DRAWN: f64 = 0.06;
+
+/// A frequency in Hz; the rate of an instability is said to be one.
+pub(crate) fn frequency(mode: &Mode) -> String {
+    mode.frequency
+        .map_or("unstable".into(), |f| format!("{f:.3}"))
+}
+
+/// Headings of a body's columns.
+fn headings(modes: &Modes, body: &BodyModes) -> [String; 3] {
+    let drive = modes.drive.map_or("load".into(), |f| format!("{f} Hz"));
+    [
+        format!("κ = {}: f, Hz", kappa(body.kappa)),
+        format!("f / {drive}"),
+        "damping ratio".to_owned(),
+    ]
+}
+
+/// A body's columns for mode `n`; empty where it has fewer.
+fn columns(modes: &Modes, body: &BodyModes, n: usize) -> [String; 3] {
+    let Some(mode) = body.modes.get(n) else {
+        return Default::default();
+    };
+    let dash = || "–".to_owned();
+    let of_drive = mode.frequency.zip(modes.drive).map(|(f, drive)| f / drive);
+    [
+        frequency(mode),
+        of_drive.map_or_else(dash, |ratio| format!("{ratio:.2}")),
+        mode.damping_ratio
+            .map_or_else(dash, |ratio| format!("{ratio:.4}")),
+    ]
+}
+
+/// The modes of the bodies beside each other.
+pub fn text(modes: &Modes) -> String {
+    let bodies = &modes.muscles;
+    let own = bodies.iter().flat_map(|body| headings(modes, body));
+    let headings: Vec<String> = ["mode".to_owned()].into_iter().chain(own).collect();
+    let names: Vec<_> = headings
+        .iter()
+        .map(|name| (name.as_str(), Align::Right))
+        .collect();
+    let mut table = Table::new(&names);
+    let n_modes = bodies.iter().map(|body| body.modes.len()).max();
+    for n in 0..n_modes.unwrap_or(0) {
+        let cells = bodies.iter().flat_map(|body| columns(modes, body, n));
+        let number = [(n + 1).to_string()];
+        table.row(number.into_iter().chain(cells).map(Into::into));
+    }
+    format!(
+        "{}\ndamping ratio: (α/ω + βω)/2 with α = {} 1/s, β = {} s; 1 is critical.\n",
+        table.render(coloured_stdout()),
+        modes.alpha,
+        exponent(modes.beta)
+    )
+}
+
+/// The modes of a body drawn two beside each other.
+pub fn figure(muscle: &Muscle, body: &BodyModes) -> Figure {
+    let modes = body.modes.iter().enumerate();
+    let panels = modes.map(|(n, mode)| panel(muscle, n, mode)).collect();
+    Figure {
+        n_columns: 2,
+        width_mm: 170.0,
+        ..Figure::column(
+            match muscle.parameters.is_incompressible() {
+                true => "Modes of the incompressible body",
+                false => "Modes of the body",
+            },
+            panels,
+        )
+    }
+}
+
+fn panel(muscle: &Muscle, n: usize, mode: &Mode) -> Box<dyn Panel> {
+    let (solid, space) = (&muscle.solid, muscle.solid.space());
+    let dimension = space.dimension();
+    let mut shape = vec![0.0; solid.dofs().n_full()];
+    solid.dofs().expand(&mode.shape, &mut shape);
+    let length = |u: &[f64]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let largest = shape.chunks(dimension).map(length).fold(0.0, f64::max);
+    let across = |axis: usize| {
+        let x = space.coordinates().iter().skip(axis).step_by(dimension);
+        let (low, high) = x.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
+            (f64::min(low, x), f64::max(high, x))
+        });
+        high - low
+    };
+    // A mode has no size of its own: moved nodes, not a displacement with a scale to print.
+    let scale = DRAWN * (0..dimension).map(across).fold(0.0, f64::max) / largest;
+    shape.iter_mut().for_each(|u| *u *= scale);
+    let title = format!("mode {}: {} Hz", n + 1, frequency(mode));
+    if dimension == 3 {
+        let shape = shape.as_chunks::<3>().0;
+        return Box::new(SurfacePlot {
+            title,
+            field: Some(Axis::new("motion, of any size", "")),
+            ..spatial::displacement_plot(space, shape)
+        });
+    }
+    let moved = space.coordinates().iter().zip(&shape).map(|(x, u)| x + u);
+    let moved: Vec<f64> = moved.collect();
+    Box::new(MeshPlot {
+        title,
+        nodes: moved.as_chunks().0.to_vec(),
+        ..outline(space)
+    })
+}

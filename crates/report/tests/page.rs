@@ -1,0 +1,126 @@
+//! The page of a run as a browser draws it, and what names may not do in it.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use std::fs;
+
+use myovib_report::page;
+use myovib_report::plot::raster::pixels;
+use myovib_scene::Scene;
+use myovib_scene::run::{RunOptions, compute};
+
+/// The report of a built-in scene.
+fn report(scene: &str, set: &[&str]) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let set: Vec<String> = set.iter().map(|&one| one.to_owned()).collect();
+    let scene = Scene::built_in(scene, &set).unwrap();
+    let result = compute(&scene, &RunOptions::into_folder(folder.path())).unwrap();
+    page::write(folder.path(), &scene, &result).unwrap();
+    fs::read_to_string(folder.path().join("report.html")).unwrap()
+}
+
+/// The figures of a page; an SVG within a figure has no name space of its own.
+fn figures(html: &str) -> Vec<&str> {
+    let starts = html.match_indices("<svg xmlns=");
+    let figure = |(start, _)| {
+        let rest: &str = &html[start..];
+        let end = rest.find("</figure>").unwrap();
+        rest[..end].trim_end()
+    };
+    starts.map(figure).collect()
+}
+
+/// Side of the square in which a figure is drawn, px.
+const SIDE: u32 = 700;
+
+/// Which figures look otherwise in one document with the others than alone at the same place.
+fn spoiled(figures: &[&str]) -> Vec<usize> {
+    let document = |shown: &dyn Fn(usize) -> bool| {
+        let placed = figures.iter().enumerate().filter(|(i, _)| shown(*i));
+        let placed = placed.map(|(i, figure)| {
+            let y = SIDE as usize * i;
+            format!("<g transform=\"translate(0 {y})\">{figure}</g>")
+        });
+        let height = SIDE as usize * figures.len();
+        let content: String = placed.collect();
+        let svg = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{SIDE}\" height=\"{height}\">{content}</svg>"
+        );
+        pixels(&svg, SIDE).unwrap()
+    };
+    let together = document(&|_| true);
+    let differs = |i: &usize| {
+        let alone = document(&|k| k == *i);
+        let square = (SIDE * SIDE) as usize;
+        let of = |drawn: &[_]| drawn[i * square..][..square].to_vec();
+        let (there, here) = (of(together.pixels()), of(alone.pixels()));
+        let ink = here.iter().filter(|pixel| pixel.red() < 128).count();
+        assert!(ink > 500, "figure {i} shows something: {ink} dark pixels");
+        there != here
+    };
+    (0..figures.len()).filter(differs).collect()
+}
+
+/// Issue 15, A7: each probe's first panel was cut by another figure's rectangle.
+#[test]
+fn figures_of_a_report_look_as_each_of_them_alone() {
+    let motion = report(
+        "init",
+        &[
+            "time.end=0.05",
+            "integrator.method=radau",
+            "probe[0].every=1e-3",
+        ],
+    );
+    let found = figures(&motion);
+    assert_eq!(found.len(), 4, "the mesh, u_x, u_y and p");
+    assert_eq!(spoiled(&found), [0_usize; 0]);
+    let modes = report("init", &["analysis=modes", "modes.count=2"]);
+    let found = figures(&modes);
+    assert_eq!(found.len(), 2, "the mesh, and the modes beside each other");
+    assert_eq!(spoiled(&found), [0_usize; 0]);
+}
+
+/// The comparison sees what it is for: rectangles that share a name.
+#[test]
+fn figures_that_share_a_name_are_seen() {
+    let figure = |x: u32| {
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"200\" height=\"200\">\
+             <clipPath id=\"c0\"><rect x=\"{x}\" width=\"100\" height=\"200\"/></clipPath>\
+             <path d=\"M0 100H200\" stroke=\"black\" stroke-width=\"20\" clip-path=\"url(#c0)\"/></svg>"
+        )
+    };
+    let (left, right) = (figure(0), figure(100));
+    assert_eq!(spoiled(&[&left, &right]).len(), 1);
+    assert_eq!(spoiled(&[&left, &left]).len(), 0);
+}
+
+/// Issue 15, D5: names from a scene do not command what shows the report.
+#[test]
+fn a_report_has_no_control_characters_from_names() {
+    let name = r#""r\u001b]0;x\u0007\"<b>""#;
+    let law = "law = \"neo-hooke\", density = 1e3, shear_modulus = 2e4";
+    let materials =
+        format!("material=[{{ group = \"muscle\", {law} }}, {{ group = {name}, {law} }}]");
+    let region = format!("region=[{{ name = {name}, centre = [0.0, 0.0], radii = [0.02, 0.02] }}]");
+    let html = report(
+        "init",
+        &[
+            "time.end=0.01",
+            "integrator.method=radau",
+            "title=\"a\\u001b[2Jb\\u0007<script>\\u009b\"",
+            &region,
+            &materials,
+        ],
+    );
+    let is_control = |c: &char| c.is_control() && *c != '\n';
+    let controls: Vec<char> = html.chars().filter(is_control).collect();
+    assert!(controls.is_empty(), "{controls:?}");
+    for shown in [
+        "a\\u{1b}[2Jb\\u{7}&lt;script&gt;\\u{9b}",
+        "<td>r\\u{1b}]0;x\\u{7}&quot;&lt;b&gt;</td>",
+    ] {
+        assert!(html.contains(shown), "{shown}");
+    }
+    assert!(!html.contains("<script>") && !html.contains("\"<b>"));
+}

@@ -1,0 +1,56 @@
+//! The lowest eigenfrequencies and modes.
+
+use std::time::Instant;
+
+use cpu_time::ThreadTime;
+use myovib_model::Outcome;
+use serde_json::json;
+
+use super::document;
+use super::folder::{Folder, MODES, Record, table_of};
+use super::{RunOptions, RunResult};
+use crate::csv::CsvWriter;
+use crate::modes::{self, Modes};
+use crate::{Error, Scene};
+
+/// Finds the modes of a scene's body.
+pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
+    let (started, cpu) = (Instant::now(), ThreadTime::now());
+    let muscle = &modes::body_of(scene)?.muscle;
+    let found = Modes::of_scene(scene, None).map_err(Error::before_any_output)?;
+    let folder = Folder::open(options, &Record::of(scene)?).map_err(Error::before_any_output)?;
+    folder.write(&table_of(MODES), &table(&found))?;
+    let mut document = json!({
+        "scene": scene.file,
+        "analysis": "modes",
+        "outcome": "finished",
+        "unknowns": muscle.solid.dofs().n_free() + muscle.solid.space().n_pressures(),
+        "unknowns_paper": muscle.n_unknowns_paper(),
+        "mesh": document::mesh(muscle),
+        "cpu_seconds": cpu.elapsed().as_secs_f64(),
+        "wall_seconds": started.elapsed().as_secs_f64(),
+    });
+    document::extend(&mut document, serde_json::to_value(&found)?);
+    document::write(&folder, &document)?;
+    Ok(RunResult {
+        document,
+        outcome: Outcome::Finished,
+        notes: modes::note(muscle).into_iter().collect(),
+        modes: Some(found),
+    })
+}
+
+/// A row for each mode; not a number where the state is unstable.
+fn table(found: &Modes) -> String {
+    let names = ["mode", "omega_squared", "frequency", "damping_ratio"];
+    let in_memory = "writing to memory does not fail";
+    let mut csv = CsvWriter::new(Vec::new(), &names).expect(in_memory);
+    let modes = found.muscles.iter().flat_map(|body| &body.modes);
+    for (n, mode) in modes.enumerate() {
+        let or_none = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        let [frequency, ratio] = [mode.frequency, mode.damping_ratio].map(or_none);
+        let row = [(n + 1) as f64, mode.omega_squared, frequency, ratio];
+        csv.row(&row).expect(in_memory);
+    }
+    String::from_utf8_lossy(csv.sink()).into_owned()
+}

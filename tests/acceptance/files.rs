@@ -1,0 +1,95 @@
+//! Files that the system does not give, or takes away while a run goes on: which one is said, and the
+//! exit code tells whether anything was written.
+#![cfg(unix)]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::harness::PROGRAM;
+
+/// The first built-in scene with so many probes more.
+fn write_scene(folder: &Path, probes: usize) {
+    let probe = |i| format!("\n[[probe]]\nname = \"p{i}\"\ntype = \"energy\"\n");
+    let probes: String = (1..probes).map(probe).collect();
+    let scene = include_str!("../../data/scenes/init.toml").to_owned() + "\n" + &probes;
+    fs::write(folder.join("scene.toml"), scene).expect("the scene");
+}
+
+/// Runs the scene after `setting` of a shell.
+fn run_after(folder: &Path, setting: &str) -> (Option<i32>, String) {
+    let run = "exec \"$0\" run scene.toml --quiet --set time.end=0.01 --set fields=";
+    let Output { status, stderr, .. } = Command::new("bash")
+        .args(["-c", &format!("{setting}; {run}"), PROGRAM])
+        .current_dir(folder)
+        .env("NO_COLOR", "1")
+        .output()
+        .expect("a shell");
+    (status.code(), String::from_utf8_lossy(&stderr).into_owned())
+}
+
+#[test]
+fn more_probes_than_the_system_lets_files_be_open_are_refused_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    write_scene(folder.path(), 60);
+    let (code, stderr) = run_after(folder.path(), "ulimit -n 40");
+    assert_eq!(code, Some(2), "{stderr}");
+    for said in ["60 probes", "40 files", "ulimit -n 76", "scene.toml"] {
+        assert!(stderr.contains(said), "{said}: {stderr}");
+    }
+    assert!(!folder.path().join("out").exists());
+    let (code, stderr) = run_after(folder.path(), "ulimit -n 76");
+    assert_eq!(code, Some(0), "the advice holds: {stderr}");
+}
+
+/// Files that others hold open count as well, and nobody can tell them before.
+#[test]
+fn too_many_open_files_are_code_4_and_the_file_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    write_scene(folder.path(), 30);
+    let held = "ulimit -n 64; for i in {10..49}; do eval \"exec $i</dev/null\"; done";
+    let (code, stderr) = run_after(folder.path(), held);
+    assert_eq!(code, Some(4), "{stderr}");
+    assert!(stderr.contains("cannot write `out/p"), "{stderr}");
+    assert!(stderr.contains("Too many open files"), "{stderr}");
+}
+
+#[test]
+fn a_table_that_is_removed_while_the_run_goes_on_is_code_4_and_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut run = Command::new(PROGRAM)
+        .args(["run", "init", "--quiet", "--set", "fields="])
+        .args(["--set", "time.end=1000", "--set", "checkpoint.every=0.05"])
+        .current_dir(folder.path())
+        .env("NO_COLOR", "1")
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let csv = folder.path().join("out/origin.csv");
+    let since = Instant::now();
+    while !fs::read_to_string(&csv).is_ok_and(|text| text.lines().count() > 2) {
+        assert!(since.elapsed() < Duration::from_secs(60), "it starts");
+        std::thread::yield_now();
+    }
+    fs::remove_file(&csv).unwrap();
+    // It would go on for an hour.
+    while run.try_wait().unwrap().is_none() && since.elapsed() < Duration::from_secs(120) {
+        std::thread::yield_now();
+    }
+    let ended = run.try_wait().unwrap().is_some();
+    run.kill().unwrap();
+    let end = run.wait_with_output().unwrap();
+    let stderr = String::from_utf8_lossy(&end.stderr);
+    assert!(
+        ended,
+        "it sees at the next checkpoint that its table has gone"
+    );
+    assert_eq!(end.status.code(), Some(4), "{stderr}");
+    assert!(stderr.contains("out/origin.csv"), "{stderr}");
+    assert!(
+        folder.path().join("out/scene.json").exists(),
+        "the output is kept"
+    );
+}

@@ -1,0 +1,336 @@
+//! Sweeps: cases that are stable, computed once, and again when anything they depend on has changed;
+//! tables of cases computed elsewhere, and job scripts.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use myovib_scene::BUILTIN;
+use serde_json::Value;
+
+use crate::harness::myovib_in;
+
+#[test]
+fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let common = [
+        "sweep",
+        "table2-1",
+        "--quiet",
+        "--set",
+        "time.end=0.2",
+        "--vary",
+        "solid.kappa=1e4,1e5,-1",
+        "--vary",
+        "material[0].c10=1e4,2e4",
+        "--out",
+    ];
+    let sweep = |out: &str, more: &[&str]| {
+        let run = myovib_in(folder.path(), &[&common[..], &[out], more].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let text = fs::read_to_string(folder.path().join(out).join("sweep.json")).unwrap();
+        let value: Value = serde_json::from_str(&text).unwrap();
+        value["rows"].as_array().unwrap().clone()
+    };
+    let all = sweep("all", &["--threads", "2"]);
+    let alone = sweep("alone", &["--case", "4/6"]);
+    assert_eq!(all.len(), 6);
+    assert_eq!(all[3]["probes"], alone[3]["probes"]);
+    assert_eq!(alone[2]["outcome"], "not computed");
+    // κ = -1 is a failed row, not a failed sweep.
+    assert_eq!(
+        (all[4]["outcome"].as_str(), all[0]["outcome"].as_str()),
+        (Some("failed"), Some("finished"))
+    );
+    assert!(all[4]["message"].as_str().unwrap().contains("out of range"));
+}
+
+#[test]
+fn a_sweep_of_a_scene_that_has_changed_is_computed_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = BUILTIN
+        .iter()
+        .find(|(name, _)| *name == "cook-static")
+        .unwrap()
+        .1;
+    let tips = |text: &str| {
+        fs::write(folder.path().join("scene.toml"), text).unwrap();
+        let arguments = [
+            "sweep",
+            "scene.toml",
+            "--quiet",
+            "--vary",
+            "solid.kappa=1e5,-1",
+        ];
+        let run = myovib_in(folder.path(), &arguments);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let table = fs::read_to_string(folder.path().join("sweep/sweep.json")).unwrap();
+        let table: Value = serde_json::from_str(&table).unwrap();
+        assert_eq!(table["rows"][1]["probes"], serde_json::json!({}), "failed");
+        table["rows"][0]["probes"]["tip"][2].as_f64().unwrap()
+    };
+    let first = tips(text);
+    assert_eq!(tips(text), first);
+    assert!(tips(&text.replace("y = 6.25 ", "y = 12.5 ")) > 1.2 * first);
+}
+
+#[test]
+fn a_sweep_sees_changed_files_and_retries_what_failed_by_chance() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("t.csv"), "t,f\n0,0\n1,1\n").unwrap();
+    let scene = include_str!("../../data/scenes/figure3.toml");
+    fs::write(folder.path().join("s.toml"), scene).unwrap();
+    let swept = |more: &[&str]| {
+        let load = "rod.load={ type = \"table\", file = \"t.csv\", time = \"t\", column = \"f\" }";
+        let common = [
+            "sweep",
+            "s.toml",
+            "--quiet",
+            "--set",
+            "time.end=0.01",
+            "--set",
+            load,
+            "--set",
+            "rod.reading=traction",
+            "--vary",
+            "rod.alpha=0.25",
+            "--json",
+        ];
+        myovib_in(folder.path(), &[&common[..], &["-"], more].concat())
+    };
+    let sweep = |more: &[&str]| -> Value {
+        let run = swept(more);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        serde_json::from_str(&run.stdout).unwrap()
+    };
+    let case = folder.path().join("sweep/case-0001/case.json");
+    let written = || fs::metadata(&case).unwrap().modified().unwrap();
+    let first = sweep(&[]);
+    assert_eq!(first["rows"][0]["outcome"], "finished", "{first}");
+    let at_first = written();
+    sweep(&[]);
+    assert_eq!(written(), at_first, "nothing has changed");
+    fs::write(folder.path().join("t.csv"), "t,f\n0,0\n1,2\n").unwrap();
+    let second = sweep(&[]);
+    assert_ne!(
+        second["rows"][0]["probes"], first["rows"][0]["probes"],
+        "the table has changed"
+    );
+    let at_second = written();
+    sweep(&["--overwrite"]);
+    assert_ne!(written(), at_second);
+    // A file that is missing for a while is no result.
+    fs::remove_file(folder.path().join("t.csv")).unwrap();
+    let missing = swept(&[]);
+    assert_ne!(missing.code, 0, "{}", missing.stdout);
+    fs::write(folder.path().join("t.csv"), "t,f\n0,0\n1,2\n").unwrap();
+    assert_eq!(sweep(&[])["rows"][0]["probes"], second["rows"][0]["probes"]);
+}
+
+/// Sweeps `scene.toml` over β and gives the table.
+fn swept(folder: &Path, more: &[&str]) -> Value {
+    let common = [
+        "sweep",
+        "scene.toml",
+        "--quiet",
+        "--vary",
+        "solid.beta=1e-4,2e-4",
+    ];
+    let run = myovib_in(folder, &[&common[..], more, &["--json", "-"]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    serde_json::from_str(&run.stdout).expect("JSON")
+}
+
+/// A short run of the first built-in scene on the mesh `a.msh`.
+fn write_scene(folder: &Path) {
+    let text = include_str!("../../data/scenes/init.toml")
+        .replace("type = \"muscle\"", "type = \"file\"\npath = \"a.msh\"")
+        .replace("end = 2.0", "end = 0.02")
+        .replace("method = \"radau9\"", "method = \"radau\"");
+    fs::write(folder.join("scene.toml"), text).expect("the scene");
+    let mesh = include_str!("../../data/meshes/muscle.msh");
+    fs::write(folder.join("a.msh"), mesh).expect("the mesh");
+}
+
+#[test]
+fn a_sweep_sees_a_changed_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    write_scene(folder.path());
+    let result = ["--result", "top=max(origin.u_y)"];
+    let case = folder.path().join("sweep/case-0001/case.json");
+    let written = || fs::metadata(&case).unwrap().modified().unwrap();
+    let first = swept(folder.path(), &result);
+    assert_eq!(first["rows"][0]["outcome"], "finished", "{first}");
+    let at_first = written();
+    let mesh = fs::read_to_string(folder.path().join("a.msh")).unwrap();
+    // Written anew, with the same content.
+    fs::write(folder.path().join("a.msh"), &mesh).unwrap();
+    assert_eq!(swept(folder.path(), &result), first);
+    assert_eq!(written(), at_first, "the content is the same");
+    let moved = mesh.replacen("\n0.1 0.012 0\n", "\n0.1 0.0125 0\n", 1);
+    assert_ne!(mesh, moved);
+    fs::write(folder.path().join("a.msh"), moved).unwrap();
+    // What was computed on the other mesh is no result of this one, also where nothing is computed.
+    let collected = swept(folder.path(), &[&["--collect"][..], &result].concat());
+    assert_eq!(collected["rows"][0]["outcome"], "not computed");
+    for of_old in [
+        &collected["rows"][0]["probes"]["origin"],
+        &collected["rows"][0]["top"],
+    ] {
+        assert!(of_old.is_null(), "{collected}");
+    }
+    let second = swept(folder.path(), &result);
+    assert_ne!(written(), at_first);
+    assert_ne!(second["rows"][0]["probes"], first["rows"][0]["probes"]);
+}
+
+#[test]
+fn a_sweep_sees_another_program() {
+    let folder = tempfile::tempdir().unwrap();
+    write_scene(folder.path());
+    let first = swept(folder.path(), &[]);
+    let case = folder.path().join("sweep/case-0001/case.json");
+    let text = fs::read_to_string(&case).unwrap();
+    let mut record: Value = serde_json::from_str(&text).unwrap();
+    record["program"] = "0.0.9 of last year".into();
+    record["result"]["steps"] = 1.into();
+    fs::write(&case, record.to_string()).unwrap();
+    let second = swept(folder.path(), &[]);
+    assert_eq!(second["rows"][0]["steps"], first["rows"][0]["steps"]);
+    assert_ne!(fs::read_to_string(&case).unwrap(), record.to_string());
+}
+
+#[test]
+fn collect_computes_nothing_and_gathers_what_was_computed_elsewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    write_scene(folder.path());
+    let result = ["--result", "top=max(origin.u_y)"];
+    let part = swept(folder.path(), &[&["--case", "2/2"][..], &result].concat());
+    let collected = swept(folder.path(), &[&["--collect"][..], &result].concat());
+    assert_eq!(collected["rows"], part["rows"]);
+    assert_eq!(collected["rows"][0]["outcome"], "not computed");
+    assert!(collected["rows"][0]["top"].is_null());
+    assert_eq!(collected["rows"][1]["outcome"], "finished");
+    assert!(
+        collected["rows"][1]["top"]
+            .as_f64()
+            .is_some_and(|top| top > 0.0)
+    );
+    assert!(
+        !folder.path().join("sweep/case-0001").exists(),
+        "nothing is computed"
+    );
+    let table = fs::read_to_string(folder.path().join("sweep/sweep.csv")).unwrap();
+    let lines: Vec<&str> = table.lines().collect();
+    assert!(
+        lines[0].starts_with("case,solid.beta,top,outcome,"),
+        "{table}"
+    );
+    assert!(lines[1].starts_with("1,1e-4,,not computed,"), "{table}");
+    assert!(lines[2].starts_with("2,2e-4,"), "{table}");
+    assert!(lines[2].contains(",finished,"), "{table}");
+}
+
+/// The script is run as Slurm would, one task after the other.
+#[cfg(unix)]
+#[test]
+fn the_job_script_for_slurm_computes_all_cases_and_tells_how_to_collect_them() {
+    let folder = tempfile::tempdir().unwrap();
+    write_scene(folder.path());
+    // Words that a shell would take apart.
+    let words = [
+        "sweep",
+        "scene.toml",
+        "--vary",
+        "solid.beta=1e-4,2e-4,3e-4",
+        "--set",
+        "title=it's $HOME; a title",
+        "--result",
+        "top=max(origin.u_y) * 2",
+        "--out",
+        "my cases",
+        "--slurm",
+        "jobs.sh",
+        "--per-task",
+        "2",
+    ];
+    let run = myovib_in(folder.path(), &words);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(
+        run.stdout,
+        "3 cases in 2 tasks. Submit them: sbatch jobs.sh\n"
+    );
+    assert!(
+        !folder.path().join("my cases").exists(),
+        "nothing is computed"
+    );
+    let script = fs::read_to_string(folder.path().join("jobs.sh")).unwrap();
+    for line in [
+        "#!/bin/bash",
+        "#SBATCH --array=1-2",
+        "#SBATCH --cpus-per-task=1",
+        "first=$(( (SLURM_ARRAY_TASK_ID - 1) * 2 + 1 ))",
+        "if (( last > 3 )); then last=3; fi",
+    ] {
+        assert!(script.lines().any(|l| l == line), "{line}: {script}");
+    }
+    for task in ["1", "2"] {
+        let task = Command::new("bash")
+            .arg("jobs.sh")
+            .current_dir(folder.path())
+            .env("SLURM_ARRAY_TASK_ID", task)
+            .output()
+            .unwrap();
+        let stderr = String::from_utf8_lossy(&task.stderr);
+        assert!(task.status.success(), "{stderr}");
+    }
+    let collect = script.lines().find_map(|line| {
+        let command = line.strip_prefix("#   ")?;
+        command.ends_with("--collect").then_some(command)
+    });
+    let collected = Command::new("bash")
+        .args(["-c", &format!("{} --json -", collect.unwrap())])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let table: Value = serde_json::from_slice(&collected.stdout).unwrap();
+    for row in table["rows"].as_array().unwrap() {
+        assert_eq!(row["outcome"], "finished", "{table}");
+        assert!(row["top"].as_f64().is_some_and(|top| top > 0.0), "{table}");
+    }
+    let case = fs::read_to_string(folder.path().join("my cases/case-0003/run.json")).unwrap();
+    assert!(case.contains("it's $HOME; a title"), "{case}");
+}
+
+#[test]
+fn a_sweep_of_modes_has_columns_of_frequencies() {
+    let folder = tempfile::tempdir().unwrap();
+    let set = ["--set", "analysis=modes", "--set", "modes.count=2"];
+    let sweep = [
+        "sweep",
+        "init",
+        "--quiet",
+        "--vary",
+        "solid.kappa=1e4,1e5",
+        "--result",
+        "first=min(modes.frequency)",
+        "--result",
+        "second=min(modes.frequency, 2)",
+        "--json",
+        "-",
+    ];
+    let run = myovib_in(folder.path(), &[&sweep[..], &set].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let table: Value = serde_json::from_str(&run.stdout).unwrap();
+    for (row, kappa) in [(0, "solid.kappa=1e4"), (1, "solid.kappa=1e5")] {
+        let modes = ["modes", "init", "--json", "--set", kappa];
+        let run = myovib_in(folder.path(), &[&modes[..], &set].concat());
+        let found: Value = serde_json::from_str(&run.stdout).unwrap();
+        let row = &table["rows"][row];
+        assert_eq!(row["outcome"], "finished", "{table}");
+        for (name, n) in [("first", 0), ("second", 1)] {
+            assert_eq!(row[name], found["muscles"][0]["modes"][n]["frequency"]);
+            assert!(row[name].is_number());
+        }
+    }
+}
