@@ -118,7 +118,7 @@ fn a_report_has_no_control_characters_from_names() {
     assert!(controls.is_empty(), "{controls:?}");
     for shown in [
         "a\\u{1b}[2Jb\\u{7}&lt;script&gt;\\u{9b}",
-        "<td>r\\u{1b}]0;x\\u{7}&quot;&lt;b&gt;</td>",
+        "</span>r\\u{1b}]0;x\\u{7}&quot;&lt;b&gt;</td>",
     ] {
         assert!(html.contains(shown), "{shown}");
     }
