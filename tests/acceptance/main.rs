@@ -7,6 +7,7 @@ mod fields;
 mod figures;
 mod files;
 mod harness;
+mod large;
 mod radau;
 mod resumption;
 mod robustness;

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use myovib_model::IntegratorKind;
+use myovib_sparse::resources;
 use serde::Serialize;
 use serde::de::value::StrDeserializer;
 use serde::de::{DeserializeOwned, IntoDeserializer};
@@ -29,12 +30,27 @@ pub struct CommonArgs {
     /// Threads to use [default: all cores].
     #[arg(long, value_name = "N")]
     pub threads: Option<NonZeroUsize>,
+
+    /// Memory to take at most, as in 8GiB or 500MiB [default: what is free]. Factors that will not
+    /// fit are refused before they are computed.
+    #[arg(long, value_name = "SIZE", value_parser = memory)]
+    pub memory: Option<usize>,
 }
 
 impl CommonArgs {
     /// Threads to use: those asked for, or one per core.
     pub fn n_threads(&self) -> NonZeroUsize {
         self.threads.unwrap_or_else(machine::n_cores)
+    }
+
+    /// Lets the factorisations of one large body have the threads and the memory that are asked for.
+    ///
+    /// # Errors
+    /// Threads that the system does not start.
+    pub fn grant_resources(&self) -> anyhow::Result<()> {
+        resources::use_threads(self.n_threads().get())?;
+        self.memory.into_iter().for_each(resources::limit_memory);
+        Ok(())
     }
 
     /// Gives out the results: the text on standard output, or the document of `command` where
@@ -84,6 +100,22 @@ pub fn output_folder(path: &str) -> Result<PathBuf, String> {
     match folder.ancestors().find(|ancestor| ancestor.exists()) {
         Some(there) if !there.is_dir() => Err(format!("`{}` is no folder", there.display())),
         _ => Ok(folder),
+    }
+}
+
+/// A size of memory in bytes, for options.
+///
+/// # Errors
+/// Another text than a number above 0 and one of the units.
+pub fn memory(text: &str) -> Result<usize, String> {
+    let units = [("GiB", 30), ("MiB", 20), ("G", 30), ("M", 20)];
+    let size = units.iter().find_map(|(unit, power)| {
+        let number: f64 = text.strip_suffix(unit)?.trim().parse().ok()?;
+        Some(number * f64::from(1u32 << power))
+    });
+    match size {
+        Some(bytes) if bytes >= 1.0 && bytes < usize::MAX as f64 => Ok(bytes as usize),
+        _ => Err("not a size such as 8GiB or 500MiB".to_owned()),
     }
 }
 
@@ -141,4 +173,21 @@ pub fn by_name<T: Copy>(
         let names: Vec<_> = all.iter().map(|one| name_of(*one)).collect();
         names.join(", ")
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::memory;
+
+    #[test]
+    fn sizes_of_memory_have_a_unit() {
+        assert_eq!(memory("2GiB"), Ok(2 << 30));
+        assert_eq!(memory("1.5 G"), Ok(3 << 29));
+        assert_eq!(memory("500M"), Ok(500 << 20));
+        for wrong in [
+            "", "8", "GiB", "-1GiB", "NaNM", "infG", "0M", "1e30G", "2kB",
+        ] {
+            assert!(memory(wrong).is_err(), "{wrong}");
+        }
+    }
 }

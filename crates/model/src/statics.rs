@@ -190,6 +190,7 @@ impl<'a> Newton<'a> {
             constraints: layout.range(Field::Pressure).unwrap_or(n..n),
         };
         let elimination = Elimination::new(assembly.pattern(), structure, options)?;
+        elimination.expect_room()?;
         let nodal = vec![0.0; solid.space().n_components()];
         let (mut load, displacement) = (nodal.clone(), nodal.clone());
         for part in &muscle.loads {

@@ -83,6 +83,19 @@ pub enum SparseError {
         /// What it says.
         reason: String,
     },
+    /// The factors will not fit.
+    #[error(
+        "the factors need {:.2} GiB of memory beside what is in use, but {:.2} GiB are to be had: take \
+         a coarser mesh or more memory (`--memory` and the limits of a job count too); BDF needs one \
+         real matrix, where Radau IIA needs complex ones beside it",
+        gibibytes(*needed), gibibytes(*available)
+    )]
+    Memory {
+        /// What they need, B.
+        needed: usize,
+        /// What this process may take beside what it has, B.
+        available: usize,
+    },
     /// The pool of threads could not be made.
     #[error("no pool of {threads} threads: {reason}")]
     Threads {
@@ -91,6 +104,10 @@ pub enum SparseError {
         /// What the system says.
         reason: String,
     },
+}
+
+fn gibibytes(bytes: usize) -> f64 {
+    bytes as f64 / (1u64 << 30) as f64
 }
 
 fn at_column(column: Option<usize>) -> String {

@@ -1,5 +1,7 @@
 //! What all factorisations promise.
 
+use std::ops::Add;
+
 use crate::{Number, SparseError};
 
 /// What is known of a matrix beyond its pattern.
@@ -48,4 +50,17 @@ pub struct Prediction {
     pub bytes: usize,
     /// Floating-point operations of one factorisation: a complex one counts as four times as many.
     pub flops: f64,
+}
+
+/// Several factorisations that are kept beside each other.
+impl Add for Prediction {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            entries: self.entries + other.entries,
+            bytes: self.bytes + other.bytes,
+            flops: self.flops + other.flops,
+        }
+    }
 }

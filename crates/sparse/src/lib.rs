@@ -22,6 +22,7 @@ mod ordering;
 mod partial;
 pub mod pivoting;
 mod product;
+pub mod resources;
 pub mod supernodal;
 mod system;
 mod versions;

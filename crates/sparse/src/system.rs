@@ -5,13 +5,14 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra_sparse::pattern::SparsityPattern;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 
 use crate::engine::{self, Engine};
 use crate::klu::KluOptions;
 use crate::number::expect_finite;
 use crate::pivoting::{Factors, Symbolic};
 use crate::product::Product;
+use crate::resources;
 use crate::supernodal::{Analysis, Supernodal};
 use crate::{Factorization, Kind, LinearWork, Number, Prediction, SparseError};
 
@@ -32,6 +33,10 @@ const REFUSE_ABOVE: f64 = 1.490_116_119_384_765_6e-8;
 /// scalar loops and its order, which ignores dissection, take a hundred times the time of dense
 /// blocks there: 8 s instead of 0.1 s for a body of 10⁴ unknowns (1e9), hours beyond.
 const EXCHANGE_UP_TO: f64 = 1e9;
+
+/// Matrices that take more multiplications are factorised in threads, if there are
+/// [some](resources::use_threads): below some milliseconds waking them is not worth it.
+const THREADS_FROM: f64 = 1e8;
 
 /// What is known of a matrix beyond its pattern.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -89,12 +94,12 @@ impl Elimination {
             return Ok(Self::by(engine, pattern, structure.kind));
         }
         let analysis = Analysis::new(pattern, structure.kind, structure.constraints)?;
-        let few = analysis.n_multiplications() <= EXCHANGE_UP_TO;
+        let work = analysis.n_multiplications();
         let blocks = Blocks {
-            pattern: few.then(|| pattern.clone()),
+            pattern: (work <= EXCHANGE_UP_TO).then(|| pattern.clone()),
             options,
             analysis: Arc::new(analysis),
-            threads: None,
+            threads: resources::threads().filter(|_| work > THREADS_FROM),
         };
         Ok(Self::of(pattern, Way::Blocks(Box::new(blocks))))
     }
@@ -123,15 +128,10 @@ impl Elimination {
     /// # Errors
     /// [`SparseError::Threads`].
     pub fn in_threads(mut self, threads: usize) -> Result<Self, SparseError> {
-        let build = || ThreadPoolBuilder::new().num_threads(threads).build();
-        let failed = |error: rayon::ThreadPoolBuildError| SparseError::Threads {
-            threads,
-            reason: error.to_string(),
-        };
         if let Way::Blocks(blocks) = &mut self.way {
             blocks.threads = match threads {
                 0 | 1 => None,
-                _ => Some(Arc::new(build().map_err(failed)?)),
+                _ => Some(resources::pool_of(threads)?),
             };
         }
         Ok(self)
@@ -169,6 +169,15 @@ impl Elimination {
             Way::Blocks(blocks) => Some(&blocks.analysis),
             Way::Engine { .. } => None,
         }
+    }
+
+    /// Refuses a real matrix whose factors will not fit into the memory.
+    ///
+    /// # Errors
+    /// [`SparseError::Memory`].
+    pub fn expect_room(&self) -> Result<(), SparseError> {
+        let needed = self.prediction::<f64>().map_or(0, |needs| needs.bytes);
+        resources::expect_room(needed)
     }
 
     /// What one matrix of numbers `T` and its factors will need; unknown if an engine factorises.

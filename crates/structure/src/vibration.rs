@@ -149,6 +149,7 @@ impl Vibration {
             ..Structure::default()
         };
         let elimination = Elimination::new(matrix.pattern(), structure, options)?;
+        elimination.expect_room()?;
         let mut factors = SparseSystem::new(Arc::new(elimination));
         factors.values_mut().copy_from_slice(matrix.values());
         let mut work = LinearWork::default();

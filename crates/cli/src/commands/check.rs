@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use myovib_model::advice::Finding;
-use myovib_model::check::{self, Computed, Report};
+use myovib_model::check::{self, Computed, Factors, Report};
 use myovib_model::{IntegratorKind, MuscleDae};
 use serde::Serialize;
 
@@ -46,6 +46,7 @@ pub struct CheckArgs {
 /// # Errors
 /// A wrong scene, or an output that cannot be written.
 pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
+    args.common.grant_resources()?;
     let scene = Scene::load(&args.scene, &args.set)?;
     for note in scene.notes() {
         eprintln!("note: {}", myovib_scene::plain(&note));
@@ -234,6 +235,18 @@ fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
             report.advice.max_order()
         ));
     }
+    if let Some(factors) = report.factors {
+        let Factors {
+            matrices, needs, ..
+        } = factors;
+        lines.push(format!(
+            "memory          {} for the factors of {matrices} {} with {:.1e} entries; a set-up takes {:.1e} operations",
+            size(needs.bytes),
+            if matrices == 1 { "matrix" } else { "matrices" },
+            needs.entries as f64,
+            needs.flops,
+        ));
+    }
     let cost = report.cost;
     if (cost.steps * cost.seconds_per_step).is_finite() {
         let total = match cost.steps * cost.seconds_per_step {
@@ -252,6 +265,16 @@ fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
         ));
     }
     lines
+}
+
+/// A size of memory for people.
+fn size(bytes: usize) -> String {
+    let mebibytes = bytes as f64 / f64::from(1 << 20);
+    if mebibytes < 1024.0 {
+        format!("{mebibytes:.0} MiB")
+    } else {
+        format!("{:.1} GiB", mebibytes / 1024.0)
+    }
 }
 
 fn warnings(findings: &[Finding]) -> String {
@@ -292,9 +315,21 @@ struct BodyJson {
     fastest_mode: f64,
     drive: Option<f64>,
     advised_max_order: u8,
+    /// Null where the full matrix is factorised.
+    factors: Option<FactorsJson>,
     expected_steps: f64,
     expected_seconds: f64,
     warnings: Vec<WarningJson>,
+}
+
+#[derive(Serialize)]
+struct FactorsJson {
+    matrices: usize,
+    entries: usize,
+    bytes: usize,
+    /// In use before they are computed; null where the system does not tell.
+    bytes_before: Option<usize>,
+    operations: f64,
 }
 
 #[derive(Serialize)]
@@ -361,6 +396,13 @@ fn document(body: &Body, report: &Report) -> BodyJson {
         fastest_mode: report.fastest_mode,
         drive: report.drive,
         advised_max_order: report.advice.max_order(),
+        factors: report.factors.map(|factors| FactorsJson {
+            matrices: factors.matrices,
+            entries: factors.needs.entries,
+            bytes: factors.needs.bytes,
+            bytes_before: factors.in_use,
+            operations: factors.needs.flops,
+        }),
         expected_steps: report.cost.steps,
         expected_seconds: report.cost.steps * report.cost.seconds_per_step,
         warnings: report.findings.iter().map(warning).collect(),

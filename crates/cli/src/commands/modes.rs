@@ -69,6 +69,7 @@ pub struct ModesArgs {
 /// # Errors
 /// Wrong options, mesh or scene, no equilibrium, or an output that cannot be written.
 pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
+    args.common.grant_resources()?;
     let findings = match &args.scene {
         Some(scene) => {
             let loaded = Scene::load(scene, &args.set)?;

@@ -63,6 +63,7 @@ pub struct RunArgs {
 /// # Errors
 /// A wrong scene (before anything is written), or an output that cannot be written.
 pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
+    args.common.grant_resources()?;
     let mut scene = Scene::load(&args.scene, &args.set)?;
     for note in scene.notes() {
         eprintln!("note: {}", plain(&note));

@@ -46,6 +46,7 @@ pub struct SensitivityArgs {
 /// # Errors
 /// A wrong scene (before anything is written), a run that stops, an output that cannot be written.
 pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
+    args.common.grant_resources()?;
     let scene = Parametrised::load(&args.scene, &args.set)?;
     let progress = Progress::new(args.common.quiet);
     let watcher = Watcher {

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use cpu_time::ThreadTime;
 use myovib_dae::Problem;
+use myovib_sparse::{Prediction, resources};
 
 use crate::advice::{Advice, Finding, Remedy};
 use crate::analysis::index::{IndexReport, LARGEST_SYSTEM};
@@ -17,7 +18,8 @@ use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::integration::integrator::Advance;
 use crate::integration::launch::start_from;
-use crate::integration::settings::Settings;
+use crate::integration::settings::{LinearSolver, Settings};
+use crate::linear::Reduction;
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
 use crate::start::{BlockResidual, residuals};
@@ -68,6 +70,17 @@ pub struct Cost {
     pub seconds_per_step: f64,
 }
 
+/// What the factors of the Newton matrices will take, known before there are any.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Factors {
+    /// Matrices that are kept side by side: one for BDF, one and complex ones for Radau IIA.
+    pub matrices: usize,
+    /// Their entries, the work of one set-up, and the memory for all of it.
+    pub needs: Prediction,
+    /// Memory in use before they are computed, B, where the system tells.
+    pub in_use: Option<usize>,
+}
+
 /// How well displacements hold the pressures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held {
@@ -98,6 +111,8 @@ pub struct Report {
     pub fastest_mode: f64,
     /// The frequency of the load, Hz.
     pub drive: Option<f64>,
+    /// What the factors will take; unknown where the full matrix, or an engine, is factorised.
+    pub factors: Option<Factors>,
     /// The expected cost.
     pub cost: Cost,
     /// What is expected to fail, and what to change.
@@ -115,6 +130,7 @@ pub fn check(
     start: Option<[Vec<f64>; 2]>,
 ) -> Result<Report, ModelError> {
     let timed = MuscleDae::new(muscle.clone(), formulation)?;
+    let factors = factors(&timed, settings)?;
     // Prony terms change neither the index nor what a body at rest misses.
     let mut dae = MuscleDae::new(muscle.relaxed(), formulation)?;
     let advice = Advice::new(muscle, formulation, settings);
@@ -148,6 +164,7 @@ pub fn check(
     findings.extend(endless(&cost));
     Ok(Report {
         unknowns,
+        factors,
         cost,
         held,
         advice,
@@ -159,6 +176,25 @@ pub fn check(
         drive,
         findings,
     })
+}
+
+/// What the condensed matrices will take.
+fn factors(dae: &MuscleDae, settings: &Settings) -> Result<Option<Factors>, ModelError> {
+    if settings.linear_solver != LinearSolver::Condensed {
+        return Ok(None);
+    }
+    // Stages in pairs have a complex matrix for each pair beside the real one of the odd stage.
+    let complex = settings.integrator.stages().unwrap_or(1) / 2;
+    let in_use = resources::in_use();
+    let needs = Reduction::new(dae, settings.klu())?.needs(complex);
+    if let Some(needs) = needs {
+        resources::expect_room(needs.bytes)?;
+    }
+    Ok(needs.map(|needs| Factors {
+        matrices: 1 + complex,
+        needs,
+        in_use,
+    }))
 }
 
 /// The inf–sup constant, where the mesh is not too fine.

@@ -1,9 +1,11 @@
 //! A muscle's Newton matrix for one c, reduced as its formulation allows.
 
+use std::ops::Add;
 use std::sync::Arc;
 
-use myovib_sparse::SparseError;
 use myovib_sparse::klu::KluOptions;
+use myovib_sparse::{Prediction, SparseError};
+use num_complex::Complex64;
 
 use super::tension::{TensionBlock, Tensions};
 use super::{
@@ -51,6 +53,24 @@ impl Reduction {
             body,
             tensions: TensionBlock::new(dae).map(Arc::new),
         })
+    }
+
+    /// What one matrix of numbers `T` and its factors will need; unknown if an engine factorises.
+    pub fn prediction<T: Number>(&self) -> Option<Prediction> {
+        match &self.body {
+            ReductionOfBody::Condensed(_, elimination) => elimination.prediction::<T>(),
+            ReductionOfBody::Split(_, eliminations) => {
+                let [motion, velocity] = eliminations.each_ref().map(|e| e.prediction::<T>());
+                Some(motion? + velocity?)
+            }
+        }
+    }
+
+    /// What a real matrix and `n_complex` complex ones will need together.
+    pub fn needs(&self, n_complex: usize) -> Option<Prediction> {
+        let complex = self.prediction::<Complex64>()?;
+        let complex = std::iter::repeat_n(complex, n_complex);
+        Some(complex.fold(self.prediction::<f64>()?, Add::add))
     }
 
     /// A matrix with room for its factors.

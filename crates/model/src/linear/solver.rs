@@ -1,8 +1,8 @@
 //! The condensed matrices as an integrator asks for them: one real and some complex c at a time.
 
 use myovib_dae::{LinearSolver, Linearization, StepError};
-use myovib_sparse::SparseError;
 use myovib_sparse::klu::KluOptions;
+use myovib_sparse::{SparseError, resources};
 use num_complex::Complex64;
 
 use super::relaxation::Relaxation;
@@ -18,6 +18,8 @@ pub struct CondensedSolver {
     real: Reduced<f64>,
     complex: Vec<Reduced<Complex64>>,
     relaxation: Option<Relaxation>,
+    /// Whether the matrices are known to fit into the memory.
+    has_room: bool,
     /// The c of the matrices.
     shifts: (f64, Vec<Complex64>),
 }
@@ -33,6 +35,7 @@ impl CondensedSolver {
             real: reduction.matrix(),
             complex: Vec::new(),
             relaxation: Relaxation::new(dae),
+            has_room: false,
             shifts: (0.0, Vec::new()),
             reduction,
         })
@@ -40,6 +43,19 @@ impl CondensedSolver {
 }
 
 impl CondensedSolver {
+    /// Makes room for a real and `n_complex` complex matrices, once it is known to be there.
+    fn make_room(&mut self, n_complex: usize) -> Result<(), SparseError> {
+        if !self.has_room || self.complex.len() != n_complex {
+            if let Some(needs) = self.reduction.needs(n_complex) {
+                resources::expect_room(needs.bytes)?;
+            }
+            let fresh = || self.reduction.matrix();
+            self.complex.resize_with(n_complex, fresh);
+            self.has_room = true;
+        }
+        Ok(())
+    }
+
     /// Refuses a transposed solve where internal stresses are eliminated: the adjoint has none of
     /// theirs.
     fn expect_nothing_relaxes(&self) -> Result<(), StepError> {
@@ -63,8 +79,7 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
         real: f64,
         complex: &[Complex64],
     ) -> Result<(), StepError> {
-        let fresh = || self.reduction.matrix();
-        self.complex.resize_with(complex.len(), fresh);
+        self.make_room(complex.len())?;
         self.shifts.0 = real;
         self.shifts.1.clear();
         self.shifts.1.extend(complex);
@@ -102,9 +117,7 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
 
     fn set_history(&mut self, history: &[bool]) -> Result<(), StepError> {
         let of_one = 2 * self.real.systems().len();
-        let fresh = || self.reduction.matrix();
-        self.complex
-            .resize_with((history.len() / of_one).saturating_sub(1), fresh);
+        self.make_room((history.len() / of_one).saturating_sub(1))?;
         let mut pairs = history.chunks_exact(2).map(|pair| [pair[0], pair[1]]);
         for (system, pair) in self.real.systems_mut().into_iter().zip(&mut pairs) {
             system.set_history(pair)?;

@@ -2,6 +2,7 @@
 
 use myovib_model::advice::Advice;
 use myovib_model::{Formulation, Integrator, Muscle, Outcome, Statistics};
+use myovib_sparse::resources;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -55,6 +56,7 @@ pub(super) fn dynamic<P: System>(
         },
         "output_work": outputs.work,
         "wall_seconds_by_part": timing,
+        "peak_memory_bytes": resources::peak(),
     });
     // Counts are those of all parts of a resumed run.
     let whole = Statistics {

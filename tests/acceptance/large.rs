@@ -1,0 +1,71 @@
+//! Large bodies: what they will take is known before, and threads change no bit.
+
+#![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::harness::myovib_in;
+
+/// What the program leaves of the coarse ventricle (28 844 unknowns) after two steps at most.
+struct Left {
+    code: i32,
+    document: Value,
+    state: String,
+    said: String,
+}
+
+fn ventricle(command: &str, more: &[&str]) -> Left {
+    let folder = tempfile::tempdir().unwrap();
+    let start = [command, "ventricle-coarse", "--quiet", "--json", "d.json"];
+    let steps = ["--set", "integrator.max_steps=2"];
+    let run = myovib_in(folder.path(), &[&start[..], &steps, more].concat());
+    let text = |name| fs::read_to_string(folder.path().join(name)).unwrap_or("null".into());
+    Left {
+        code: run.code,
+        document: serde_json::from_str(&text("d.json")).unwrap(),
+        state: text("out/state.json"),
+        said: run.stderr,
+    }
+}
+
+#[test]
+fn a_body_that_does_not_fit_is_refused_before_it_is_factorised() {
+    let left = ventricle("run", &["--memory", "300MiB"]);
+    assert_eq!(left.code, 4, "{}", left.said);
+    assert!(left.document.is_null());
+    for words in [
+        "the factors need 0.",
+        "GiB of memory",
+        "coarser mesh",
+        "BDF",
+    ] {
+        assert!(left.said.contains(words), "{words}: {}", left.said);
+    }
+}
+
+#[test]
+fn the_peak_of_memory_is_predicted_and_threads_change_no_bit() {
+    let states = ["1", "2"].map(|threads| {
+        let check = ventricle("check", &["--threads", threads]);
+        let factors = &check.document["body"]["factors"];
+        let number = |key: &str| {
+            factors[key]
+                .as_f64()
+                .unwrap_or_else(|| panic!("{}", check.said))
+        };
+        let predicted = number("bytes") + number("bytes_before");
+        let run = ventricle("run", &["--threads", threads]);
+        let peak = run.document["peak_memory_bytes"].as_f64();
+        let peak = peak.unwrap_or_else(|| panic!("{}", run.said));
+        // Within a fifth, as is promised for large bodies.
+        assert!(
+            (predicted / peak - 1.0).abs() < 0.2,
+            "{threads} threads: {predicted} B were predicted, {peak} B taken"
+        );
+        run.state
+    });
+    assert_ne!(states[0], "null");
+    assert_eq!(states[0], states[1]);
+}
