@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::harness::myovib_in;
 
-/// What the program leaves of the coarse ventricle (28 844 unknowns) after two steps at most.
+/// What the program leaves of the spindle in space (19 000 unknowns) after two steps at most.
 struct Left {
     code: i32,
     document: Value,
@@ -16,9 +16,9 @@ struct Left {
     said: String,
 }
 
-fn ventricle(command: &str, more: &[&str]) -> Left {
+fn spindle(command: &str, more: &[&str]) -> Left {
     let folder = tempfile::tempdir().unwrap();
-    let start = [command, "ventricle-coarse", "--quiet", "--json", "d.json"];
+    let start = [command, "muscle3d", "--quiet", "--json", "d.json"];
     let steps = ["--set", "integrator.max_steps=2"];
     let run = myovib_in(folder.path(), &[&start[..], &steps, more].concat());
     let text = |name| fs::read_to_string(folder.path().join(name)).unwrap_or("null".into());
@@ -32,7 +32,7 @@ fn ventricle(command: &str, more: &[&str]) -> Left {
 
 #[test]
 fn a_body_that_does_not_fit_is_refused_before_it_is_factorised() {
-    let left = ventricle("run", &["--memory", "300MiB"]);
+    let left = spindle("run", &["--memory", "150MiB"]);
     assert_eq!(left.code, 4, "{}", left.said);
     assert!(left.document.is_null());
     for words in [
@@ -48,7 +48,7 @@ fn a_body_that_does_not_fit_is_refused_before_it_is_factorised() {
 #[test]
 fn the_peak_of_memory_is_predicted_and_threads_change_no_bit() {
     let states = ["1", "2"].map(|threads| {
-        let check = ventricle("check", &["--threads", threads]);
+        let check = spindle("check", &["--threads", threads]);
         let factors = &check.document["body"]["factors"];
         let number = |key: &str| {
             factors[key]
@@ -56,7 +56,7 @@ fn the_peak_of_memory_is_predicted_and_threads_change_no_bit() {
                 .unwrap_or_else(|| panic!("{}", check.said))
         };
         let predicted = number("bytes") + number("bytes_before");
-        let run = ventricle("run", &["--threads", threads]);
+        let run = spindle("run", &["--threads", threads]);
         let peak = run.document["peak_memory_bytes"].as_f64();
         let peak = peak.unwrap_or_else(|| panic!("{}", run.said));
         // Within a fifth, as is promised for large bodies.
