@@ -93,3 +93,38 @@ fn a_table_that_is_removed_while_the_run_goes_on_is_code_4_and_named() {
         "the output is kept"
     );
 }
+
+/// Regression: a mesh or scene that never ends was read for ever.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_never_ends_is_not_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = Command::new("mkfifo")
+        .arg("pipe")
+        .current_dir(folder.path())
+        .status();
+    assert!(made.unwrap().success());
+    for (arguments, said) in [
+        (
+            "run init --set mesh.type=file --set mesh.path=/dev/zero",
+            "no regular file",
+        ),
+        (
+            "run init --set mesh.type=file --set mesh.path=pipe",
+            "no regular file",
+        ),
+        ("modes --mesh /dev/zero", "no regular file"),
+        ("check /dev/zero", "has more than"),
+    ] {
+        // A limit on memory, and one on time: what reads on meets one of them.
+        let limited = format!("ulimit -v 8000000; exec timeout 60 \"$0\" {arguments}");
+        let end = Command::new("bash")
+            .args(["-c", &limited, PROGRAM])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let stderr = String::from_utf8_lossy(&end.stderr);
+        assert_eq!(end.status.code(), Some(2), "{arguments}: {stderr}");
+        assert!(stderr.contains(said), "{arguments}: {stderr}");
+    }
+}

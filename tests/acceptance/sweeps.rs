@@ -334,3 +334,28 @@ fn a_sweep_of_modes_has_columns_of_frequencies() {
         }
     }
 }
+
+/// Regression: a key that varied twice, and a result named as a key, gave columns of other numbers; a
+/// column that no probe has was empty without a word.
+#[test]
+fn columns_of_a_sweep_are_told_apart_and_known() {
+    let folder = tempfile::tempdir().unwrap();
+    for (more, said) in [
+        (&["--vary", "solid.beta=1e-4"][..], "varies already"),
+        (&["--vary", "=1,2"], "a key is missing"),
+        (&["--vary", "time.end=1e-2..inf:3"], "finite numbers"),
+        (&["--result", "solid.beta=max(origin.u_y)"], "is taken"),
+        (&["--result", "case=max(origin.u_y)"], "is taken"),
+        (&["--result", "top=max(origin.u_z)"], "t, u_x, u_y, p"),
+        (
+            &["--result", "top=max(orign.u_y)"],
+            "there is no probe `orign`",
+        ),
+    ] {
+        let common = ["sweep", "init", "--vary", "solid.beta=1e-4,2e-4"];
+        let run = myovib_in(folder.path(), &[&common[..], more].concat());
+        assert_eq!(run.code, 2, "{more:?}: {}", run.stderr);
+        assert!(run.stderr.contains(said), "{more:?}: {}", run.stderr);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "{more:?}");
+    }
+}

@@ -53,7 +53,7 @@ pub enum Command {
     Check(CheckArgs),
     /// Measure the inf–sup constants of P2–P1 and P1–P1 over refined meshes.
     Infsup(InfsupArgs),
-    /// Find the muscle's lowest eigenfrequencies and modes, beside its load's 8 Hz.
+    /// Find the lowest eigenfrequencies and modes of the paper's muscle, or of a scene's body.
     Modes(ModesArgs),
     /// Compute the indices of the paper's Table 1 and print them beside the paper's.
     Table1(Table1Args),
@@ -69,7 +69,7 @@ pub enum Command {
     Synchronization(SynchronizationArgs),
     /// Write a commented scene to start from.
     Init(InitArgs),
-    /// Compute a scene: a motion or an equilibrium.
+    /// Compute a scene: a motion, an equilibrium, or eigenmodes.
     Run(RunArgs),
     /// Print the JSON Schema of scenes, with which editors complete and check.
     Schema(SchemaArgs),
@@ -77,7 +77,7 @@ pub enum Command {
     Completions(CompletionsArgs),
     /// Print the manual page of the program or of a command.
     Man(ManArgs),
-    /// Run a scene over a grid of values, on all cores.
+    /// Run a scene for each of a grid of values, on all cores, and gather a table.
     Sweep(SweepArgs),
     /// Say what a scene's outputs depend on, and how much.
     Sensitivity(SensitivityArgs),

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 use myovib_model::ModelError;
 
+use crate::text::plain;
+
 /// Why a scene was not computed, or not to its end.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -132,17 +134,6 @@ impl fmt::Display for InputError {
 }
 
 impl std::error::Error for InputError {}
-
-/// The text with its control characters spelled out, but for line breaks: what a file quotes must
-/// not command a terminal.
-pub fn plain(text: &str) -> String {
-    let spelled = |c: char| match c {
-        '\n' => vec![c],
-        c if c.is_control() => c.escape_default().collect(),
-        c => vec![c],
-    };
-    text.chars().flat_map(spelled).collect()
-}
 
 #[cfg(test)]
 mod tests {

@@ -41,7 +41,7 @@ impl<'a> Inputs<'a> {
     /// The text of a file, without the mark that some editors put before it. What is no UTF-8 is
     /// left to the reader to stumble over.
     pub(crate) fn read(&self, file: &Path) -> io::Result<String> {
-        let bytes = fs::read(self.resolve(file))?;
+        let bytes = content(&self.resolve(file))?;
         self.read.borrow_mut().push(Input {
             file: file.to_owned(),
             sha256: sha256(&bytes),
@@ -53,6 +53,19 @@ impl<'a> Inputs<'a> {
     /// What was read.
     pub(crate) fn into_read(self) -> Vec<Input> {
         self.read.into_inner()
+    }
+}
+
+/// The content of a file that can be looked at again.
+///
+/// # Errors
+/// Those of the file system, and what is no regular file: a pipe waits for ever, a device gives without
+/// end.
+pub(crate) fn content(path: &Path) -> io::Result<Vec<u8>> {
+    match fs::metadata(path)? {
+        there if there.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+        there if there.is_file() => fs::read(path),
+        _ => Err(io::Error::other("it is no regular file")),
     }
 }
 

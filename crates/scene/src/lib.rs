@@ -36,10 +36,12 @@ pub mod sensitivity;
 mod state;
 pub mod statistics;
 pub mod sweep;
+mod text;
 pub mod versions;
 pub mod vtu;
 pub mod watch;
 
-pub use error::{Error, InputError, plain};
+pub use error::{Error, InputError};
 pub use inputs::Input;
 pub use scene::{BUILTIN, Body, DrivenChain, Scene, builtin_text};
+pub use text::{escape, plain};

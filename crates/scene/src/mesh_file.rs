@@ -4,13 +4,23 @@ use std::path::Path;
 
 use myovib_fem::{FemError, Mesh};
 
+use crate::inputs;
+
 /// The mesh in the file, or the built-in spindle, and what to call it.
 ///
 /// # Errors
 /// When the file cannot be read or is no valid mesh.
 pub fn load(path: Option<&Path>) -> Result<(Mesh, String), FemError> {
     match path {
-        Some(path) => Ok((Mesh::read_msh(path)?, path.display().to_string())),
+        Some(path) => {
+            let bytes = inputs::content(path).map_err(|source| FemError::Io {
+                path: path.to_owned(),
+                source,
+            })?;
+            let name = path.display().to_string();
+            let mesh = Mesh::parse_msh(&String::from_utf8_lossy(&bytes), &name)?;
+            Ok((mesh, name))
+        }
         None => {
             let text = include_str!("../data/meshes/muscle.msh");
             let mesh = Mesh::parse_msh(text, "muscle.msh")?;

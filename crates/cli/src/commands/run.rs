@@ -26,30 +26,37 @@ use crate::ranks;
     myovib run scene.toml --verify\n  \
     myovib run scene.toml --out soft --set 'material[0].c10=5e3' --set time.end=0.5\n  \
     mpirun -n 4 myovib run big.toml   (a program built with `--features mpi`)\n\n\
-    Writes NAME.csv for each probe, fields.pvd with VTU files, run.json and report.html.")]
+    Into the folder go: report.html, all at a glance, for a browser; NAME.csv for each [[probe]] of the scene \
+    (modes.csv with analysis = \"modes\"); fields.pvd for ParaView, if the scene has [fields]; run.json, the scene \
+    with its defaults and all statistics; checkpoint.json for --resume; state.json, from which another scene can \
+    start.\n\n\
+    `myovib init` writes a scene to start from; `myovib check SCENE` says before what a run will be like. A name that \
+    is no file lists the built-in scenes.")]
 pub struct RunArgs {
     /// The scene: a TOML file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// Folder for the results; it must not hold a run already.
+    /// Folder for the results; it is made, and must not hold a run already.
     #[arg(long, value_name = "DIR", default_value = "out", value_parser = args::output_folder)]
     pub out: PathBuf,
 
-    /// Change a value of the scene, as in `solid.kappa=inf` or `material[0].c10=2e4`; may be
-    /// repeated.
+    /// Change a value of the scene, as in `solid.kappa=inf` or `material[0].c10=2e4`; without a
+    /// value the default comes back. May be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Go on from the last checkpoint in the folder.
+    /// Go on with the run in the folder from its last checkpoint; a finished one goes on to a later
+    /// end that `--set time.end=…` gives.
     #[arg(long, conflicts_with = "overwrite")]
     pub resume: bool,
 
-    /// Replace a run that the folder holds already.
+    /// Replace the run that the folder holds: all its files are removed first.
     #[arg(long)]
     pub overwrite: bool,
 
-    /// Compute the scene again at ten times its tolerances, and say how far off each probe is.
+    /// Compute the scene a second time, with ten times its tolerances, and say from both how far off
+    /// each probe is in time.
     #[arg(long)]
     pub verify: bool,
 
@@ -96,6 +103,10 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
         Some(found) => modes::text(found),
         None => text(&result.document),
     };
+    let text = format!(
+        "{text}\nAll of it: {}\n",
+        plain(&args.out.join(page::NAME).display().to_string())
+    );
     args.common.give("run", &text, &result.document)?;
     Ok(Exit::of(&result.outcome))
 }

@@ -49,7 +49,7 @@ const ABOVE_SLOWEST: f64 = 100.0;
 /// Expected steps beyond which a run is taken for an error of typing: weeks at 1 ms each.
 const MOST_STEPS: f64 = 1e9;
 /// A residual beyond this fraction of its terms is not rounding.
-const INCONSISTENT: f64 = 1e-9;
+pub const INCONSISTENT: f64 = 1e-9;
 
 /// Where the computed index comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

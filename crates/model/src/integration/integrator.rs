@@ -87,7 +87,10 @@ impl Advance {
                     .worst_components
                     .iter()
                     .take(3)
-                    .map(|w| format!("{} ({:.1})", w.name, w.weighted_error))
+                    .map(|w| match w.weighted_error {
+                        error if error < 1e6 => format!("{} ({error:.1})", w.name),
+                        error => format!("{} ({error:.1e})", w.name),
+                    })
                     .collect();
                 let mut message = stop.to_string();
                 if !worst.is_empty() {

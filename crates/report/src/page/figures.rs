@@ -1,8 +1,7 @@
 //! Key figures of a run, and all of them.
 
+use myovib_scene::escape;
 use serde_json::Value;
-
-use crate::plot::text::escape;
 
 /// The figures one looks for first.
 pub(super) fn cards(document: &Value) -> String {

@@ -14,11 +14,13 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::plot::text::escape;
 use myovib_scene::atomic_file;
 use myovib_scene::run::RunResult;
 use myovib_scene::versions::Versions;
-use myovib_scene::{Error, Scene};
+use myovib_scene::{Error, Scene, escape};
+
+/// The name of the page in a run's folder.
+pub const NAME: &str = "report.html";
 
 const STYLE: &str = include_str!("style.css");
 
@@ -63,7 +65,7 @@ pub fn write(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Err
     html += &format!(
         "<footer>myovib {myovib} ({git}), SUNDIALS {sundials}, KLU {klu}</footer>\n</body></html>\n"
     );
-    atomic_file::save(&folder.join("report.html"), html)
+    atomic_file::save(&folder.join(NAME), html)
 }
 
 /// Whether the run's body is in space: forces and energies of one in the plane are per metre of depth.

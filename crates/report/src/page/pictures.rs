@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use myovib_fem::Group;
-use myovib_scene::{Body, Error, Scene, vtu};
+use myovib_scene::{Body, Error, Scene, escape, vtu};
 use serde_json::Value;
 
 use crate::outline::outline;
-use crate::plot::text::escape;
 use crate::plot::{Colour, EdgeGroup, Figure, MeshPlot, Region};
 use crate::spatial;
 

@@ -4,11 +4,10 @@ use std::fs;
 use std::path::Path;
 
 use myovib_scene::csv::Table;
-use myovib_scene::{Error, Scene};
+use myovib_scene::{Error, Scene, escape};
 use serde_json::Value;
 
 use super::is_in_space;
-use crate::plot::text::escape;
 use crate::plot::{Axis, Figure, LinePlot, Series};
 
 /// Most columns of a probe that are shown; more than fit a screen are left to the CSV file.

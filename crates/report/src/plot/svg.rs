@@ -167,7 +167,7 @@ impl Svg {
 {body}</svg>
 "#,
             font::FAMILY,
-            text::escape(title),
+            myovib_scene::escape(title),
         )
     }
 

@@ -2,6 +2,8 @@
 //!
 //! `_{…}` lowers, `^{…}` raises, `*…*` slants: `*u*_{y} (10^{−4} m)`.
 
+use myovib_scene::escape;
+
 use super::font;
 
 /// Size of raised and lowered text, relative to the text around it.
@@ -69,15 +71,6 @@ pub(super) fn spans(label: &str, size: f64) -> String {
         }
     }
     spans
-}
-
-/// Replaces the characters that XML and HTML reserve, and those that command terminals.
-pub(crate) fn escape(text: &str) -> String {
-    myovib_scene::plain(text)
-        .replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
 }
 
 fn runs(label: &str) -> Vec<Run<'_>> {

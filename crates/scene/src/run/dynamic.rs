@@ -11,7 +11,7 @@ use super::checkpoint::{Checkpoint, Totals};
 use super::document::{self, Timing};
 use super::folder::{Folder, Record};
 use super::outputs::{OutputWork, Outputs};
-use super::recorder::{Recorder, What, quantities};
+use super::recorder::{Recorder, What, measurements, quantities};
 use super::stop::Condition;
 use super::system::System;
 use super::{Existing, RunOptions, RunResult, start, verify};
@@ -146,14 +146,6 @@ impl Motion<'_> {
             modes: None,
         })
     }
-}
-
-/// What the probes measure, located in the mesh.
-fn measurements(scene: &Scene) -> Result<Vec<What>, InputError> {
-    let probes = scene.file.probe.iter().enumerate();
-    probes
-        .map(|(i, probe)| scene.at(&format!("probe[{i}]"), What::new(&probe.kind, scene)))
-        .collect()
 }
 
 fn conditions(scene: &Scene) -> Result<Vec<Condition>, InputError> {

@@ -85,7 +85,7 @@ fn without_end(scene: &Value) -> Value {
 pub(super) const MODES: &str = "modes";
 
 /// Names of the tables that a run of the scene writes: those of its probes, or that of the modes.
-pub(crate) fn tables_of(file: &SceneFile) -> impl Iterator<Item = &str> {
+fn tables_of(file: &SceneFile) -> impl Iterator<Item = &str> {
     let of_modes = file.analysis == Analysis::Modes;
     let probes = file.probe.iter().map(|probe| probe.name.as_str());
     let modes = of_modes.then_some(MODES).into_iter();

@@ -5,6 +5,7 @@
 //! happened.
 
 mod checkpoint;
+mod cut;
 mod document;
 mod dynamic;
 mod energy;
@@ -22,8 +23,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use myovib_model::Outcome;
-
-pub(crate) use folder::tables_of;
+use recorder::measurements;
 
 use crate::modes::Modes;
 use crate::scene_file::Analysis;
@@ -98,6 +98,21 @@ pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Err
             modes::compute(scene, options)
         }
     }
+}
+
+/// The tables that a run of the scene writes, with their columns.
+///
+/// # Errors
+/// Probes that measure nothing of the scene.
+pub(crate) fn columns_of(scene: &Scene) -> Result<Vec<(String, Vec<String>)>, InputError> {
+    if scene.file.analysis == Analysis::Modes {
+        let columns = modes::COLUMNS.map(str::to_owned).to_vec();
+        return Ok(vec![(folder::MODES.to_owned(), columns)]);
+    }
+    let probes = scene.file.probe.iter().zip(measurements(scene)?);
+    Ok(probes
+        .map(|(probe, what)| (probe.name.clone(), what.columns()))
+        .collect())
 }
 
 /// Refuses what has a meaning for motions alone.

@@ -13,6 +13,9 @@ use crate::csv::CsvWriter;
 use crate::modes::{self, Modes};
 use crate::{Error, Scene};
 
+/// Columns of the table of modes.
+pub(super) const COLUMNS: [&str; 4] = ["mode", "omega_squared", "frequency", "damping_ratio"];
+
 /// Finds the modes of a scene's body.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let (started, cpu) = (Instant::now(), ThreadTime::now());
@@ -42,9 +45,8 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
 
 /// A row for each mode; not a number where the state is unstable.
 fn table(found: &Modes) -> String {
-    let names = ["mode", "omega_squared", "frequency", "damping_ratio"];
     let in_memory = "writing to memory does not fail";
-    let mut csv = CsvWriter::new(Vec::new(), &names).expect(in_memory);
+    let mut csv = CsvWriter::new(Vec::new(), &COLUMNS).expect(in_memory);
     let modes = found.muscles.iter().flat_map(|body| &body.modes);
     for (n, mode) in modes.enumerate() {
         let or_none = |value: Option<f64>| value.unwrap_or(f64::NAN);

@@ -1,13 +1,14 @@
 //! A probe of the scene: what it measures, and the CSV file it fills.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use myovib_fem::rod::PointValue;
 use myovib_model::{Measurement, ModelError, Quantity, SampleTimes};
 use myovib_oscillators::Coherence;
 
+use super::cut::cut;
 use super::energy::EnergyBalance;
 use super::folder::table_of;
 use super::system::{System, muscle_of};
@@ -142,6 +143,13 @@ impl What {
         }
     }
 
+    /// Names of all columns.
+    pub(super) fn columns(&self) -> Vec<String> {
+        std::iter::once("t".to_owned())
+            .chain(self.names())
+            .collect()
+    }
+
     /// Whether ẏ is needed.
     pub(crate) fn needs_rates(&self) -> bool {
         matches!(self, Self::Reaction(..))
@@ -218,6 +226,14 @@ impl What {
     }
 }
 
+/// What the probes measure, located in the mesh.
+pub(super) fn measurements(scene: &Scene) -> Result<Vec<What>, InputError> {
+    let probes = scene.file.probe.iter().enumerate();
+    probes
+        .map(|(i, probe)| scene.at(&format!("probe[{i}]"), What::new(&probe.kind, scene)))
+        .collect()
+}
+
 /// A probe with its file and its times.
 pub(super) struct Recorder {
     pub(super) times: SampleTimes,
@@ -230,10 +246,8 @@ impl Recorder {
     /// Begins the probe's file, of which there is none.
     pub(super) fn new(probe: &Probe, what: What, t_end: f64, folder: &Path) -> Result<Self, Error> {
         let path = folder.join(table_of(&probe.name));
-        let names = what.names();
-        let header: Vec<&str> = std::iter::once("t")
-            .chain(names.iter().map(String::as_str))
-            .collect();
+        let names = what.columns();
+        let header: Vec<&str> = names.iter().map(String::as_str).collect();
         // What lies there was removed; what has come since, a link for one, is not followed.
         let csv = OpenOptions::new()
             .write(true)
@@ -300,104 +314,4 @@ impl Recorder {
 pub(super) fn cannot_write(path: &Path, error: io::Error) -> ModelError {
     let message = format!("cannot write `{}`: {error}", path.display());
     ModelError::Output(io::Error::new(error.kind(), message))
-}
-
-/// Cuts a table after what a checkpoint counts on, which must be there as it was written.
-fn cut(path: &Path, written: &Written) -> Result<(File, Option<String>), Error> {
-    let missing = |found: String| {
-        InputError::new("the table is not as the checkpoint left it: rows would be missing")
-            .at(path.display())
-            .found(found)
-            .allowed(format!(
-                "{} rows, {} bytes at least",
-                written.rows, written.bytes
-            ))
-            .next("--overwrite computes the run from its start")
-    };
-    match fs::symlink_metadata(path) {
-        Err(error) => return Err(missing(error.to_string()).into()),
-        Ok(there) if !there.is_file() => {
-            return Err(missing("it is no regular file".to_owned()).into());
-        }
-        Ok(there) if there.len() < written.bytes => {
-            return Err(missing(format!("{} bytes", there.len())).into());
-        }
-        Ok(_) => {}
-    }
-    let fail = |error| Error::file("go on with", path)(error);
-    let mut file = OpenOptions::new()
-        .read(true)
-        .write(true)
-        .open(path)
-        .map_err(fail)?;
-    let n_last = written.last.len();
-    let last_starts = written.bytes.saturating_sub(n_last as u64);
-    file.seek(SeekFrom::Start(last_starts)).map_err(fail)?;
-    let mut rest = Vec::new();
-    file.read_to_end(&mut rest).map_err(fail)?;
-    let (last, beyond) = rest.split_at(n_last.min(rest.len()));
-    if last != written.last.as_bytes() {
-        return Err(missing(format!("another row {}", written.rows)).into());
-    }
-    let torn = beyond.contains(&0) || beyond.last().is_some_and(|&byte| byte != b'\n');
-    let note = torn.then(|| {
-        let n = beyond.len();
-        format!(
-            "{}: a torn end of {n} bytes is cut and computed again",
-            path.display()
-        )
-    });
-    file.set_len(written.bytes).map_err(fail)?;
-    file.seek(SeekFrom::End(0)).map_err(fail)?;
-    Ok((file, note))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const HEAD: &str = "t,u\n0.0,1\n1.0,2\n";
-
-    fn written() -> Written {
-        Written {
-            rows: 2,
-            bytes: HEAD.len() as u64,
-            last: "1.0,2\n".to_owned(),
-        }
-    }
-
-    #[test]
-    fn rows_after_the_checkpoint_and_torn_ends_are_cut() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("origin.csv");
-        for (beyond, torn) in [
-            ("", false),
-            ("2.0,3\n", false),
-            ("2.0,3\n2.5,", true),
-            ("\0\0\n", true),
-        ] {
-            fs::write(&path, format!("{HEAD}{beyond}")).unwrap();
-            let (_, note) = cut(&path, &written()).unwrap();
-            assert_eq!(fs::read_to_string(&path).unwrap(), HEAD);
-            assert_eq!(note.is_some(), torn, "{beyond:?}");
-        }
-    }
-
-    /// Regression: rows that the checkpoint counted and the table had lost were invented.
-    #[test]
-    fn a_table_shorter_than_its_checkpoint_is_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("origin.csv");
-        let nul = HEAD.replace("1.0,2", "\0\0\0\0\0");
-        for text in ["t,u\n0.0,1\n", "", nul.as_str(), "t,u\n0.0,1\n1.5,2\n"] {
-            fs::write(&path, text).unwrap();
-            let message = cut(&path, &written()).unwrap_err().to_string();
-            assert!(message.contains("rows would be missing"), "{message}");
-            assert_eq!(
-                fs::read_to_string(&path).unwrap(),
-                text,
-                "it is left as it is"
-            );
-        }
-    }
 }

@@ -9,7 +9,7 @@ use serde_json::json;
 
 use super::document;
 use super::folder::{Folder, Record};
-use super::recorder::{Recorder, What, quantities};
+use super::recorder::{Recorder, measurements, quantities};
 use super::{RunOptions, RunResult};
 use crate::scene::Scene;
 use crate::state::State;
@@ -22,10 +22,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let Some(body) = &scene.body else {
         return Err(InputError::new("a static scene needs a [mesh] with [solid]").into());
     };
-    let probes = scene.file.probe.iter().enumerate();
-    let measurements: Vec<What> = probes
-        .map(|(i, probe)| scene.at(&format!("probe[{i}]"), What::new(&probe.kind, scene)))
-        .collect::<Result<_, _>>()?;
+    let measurements = measurements(scene)?;
     let equilibrium = statics::equilibrium(&body.muscle, body.formulation, scene.t_end)?;
 
     let folder = Folder::open(options, &Record::of(scene)?).map_err(Error::before_any_output)?;

@@ -21,6 +21,8 @@ mod settings;
 mod start;
 mod supports;
 
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
 
 use myovib_model::coupling::Feedback;
@@ -75,6 +77,23 @@ pub struct Body {
     pub opposed_fibres: usize,
 }
 
+/// The most bytes of a scene: beyond it what is read is no scene, but a device without end.
+const MOST_BYTES: u64 = 1 << 26;
+
+/// The text of a scene's file, which may be a pipe.
+fn text_of(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    let read = File::open(path)?
+        .take(MOST_BYTES + 1)
+        .read_to_string(&mut text)?;
+    match read as u64 > MOST_BYTES {
+        true => Err(io::Error::other(format!(
+            "it has more than {MOST_BYTES} bytes"
+        ))),
+        false => Ok(text),
+    }
+}
+
 impl Scene {
     /// Reads the scene at `path`, or the built-in scene of that name, with overrides applied.
     ///
@@ -82,7 +101,7 @@ impl Scene {
     /// [`InputError`] for a file that cannot be read, and for what is wrong in it.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, InputError> {
         let name = path.display().to_string();
-        match (std::fs::read_to_string(path), builtin_text(&name)) {
+        match (text_of(path), builtin_text(&name)) {
             (Ok(text), _) => {
                 let folder = path.parent().unwrap_or(Path::new(""));
                 Self::build(&name, &text, overrides, folder)

@@ -34,15 +34,19 @@ impl Axis {
         let (key, values) = text
             .split_once('=')
             .ok_or_else(|| wrong("values are missing"))?;
+        if key.trim().is_empty() {
+            return Err(wrong("a key is missing"));
+        }
         let values = match range(values) {
             None => values
                 .split(',')
                 .map(|value| value.trim().to_owned())
                 .collect(),
             Some((low, high, n)) => {
-                let number = |word: &str| word.trim().parse::<f64>().ok();
+                let finite = |number: &f64| number.is_finite();
+                let number = |word: &str| word.trim().parse::<f64>().ok().filter(finite);
                 let (Some(low), Some(high)) = (number(low), number(high)) else {
-                    return Err(wrong("a range is made of numbers"));
+                    return Err(wrong("a range is made of finite numbers"));
                 };
                 let n = n.ok_or_else(|| wrong("`:n` is missing"))?;
                 let (n, is_log) = match n.trim().strip_suffix(":log") {
@@ -170,6 +174,9 @@ mod tests {
             "a=x..2:3",
             "a=1..x:3",
             "a=1..2:x",
+            "a=1..inf:2",
+            "a=nan..1:2",
+            "=1,2",
         ] {
             assert!(Axis::parse(text).is_err(), "{text}");
         }

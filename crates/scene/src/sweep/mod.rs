@@ -25,7 +25,7 @@ use crate::versions::Versions;
 use crate::watch::Tell;
 use crate::{Error, Input, InputError, Scene, atomic_file, inputs, parallel};
 use grid::{Axis, Case, case_numbers, cases};
-use results::ResultColumn;
+use results::{COLUMNS, ResultColumn, columns};
 
 /// A scene, what varies, and where the cases go.
 pub struct SweepOptions<'a> {
@@ -72,8 +72,17 @@ pub fn n_cases(vary: &[String]) -> Result<usize, InputError> {
     Ok(cases(&axes(vary)?)?.len())
 }
 
+/// The keys with their values; each key once, as it names a column of the table.
 fn axes(vary: &[String]) -> Result<Vec<Axis>, InputError> {
-    vary.iter().map(|text| Axis::parse(text)).collect()
+    let axes = vary.iter().map(|text| Axis::parse(text));
+    let axes = axes.collect::<Result<Vec<Axis>, _>>()?;
+    let twice = (1..axes.len()).find(|&i| axes[..i].iter().any(|axis| axis.key == axes[i].key));
+    match twice {
+        None => Ok(axes),
+        Some(i) => Err(InputError::new("this key varies already")
+            .at(format!("--vary {}", vary[i]))
+            .next("give all its values at once: key=a,b,c")),
+    }
 }
 
 /// The table of a sweep.
@@ -100,7 +109,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     // A scene that is wrong as it is would be wrong in every case.
     let first = [&options.set[..], &all[0].set].concat();
     let scene = Scene::load(&options.scene, &first)?;
-    let results = columns(&options.results, &scene)?;
+    let results = columns(&options.results, &axes, &scene)?;
     let sweep = Sweep {
         options,
         results,
@@ -122,33 +131,6 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         atomic_file::save(&options.out.join(name), text)?;
     }
     Ok(SweepResult { document, csv })
-}
-
-/// The columns that are asked for; their probes are those of the scene.
-fn columns(texts: &[String], scene: &Scene) -> Result<Vec<ResultColumn>, InputError> {
-    let mut columns: Vec<ResultColumn> = Vec::new();
-    for text in texts {
-        let column = ResultColumn::parse(text)?;
-        let wrong = |message: String| InputError::new(message).at(format!("--result {text}"));
-        let is_taken = COLUMNS.contains(&column.name.as_str())
-            || columns.iter().any(|other| other.name == column.name);
-        if is_taken || column.name.is_empty() {
-            return Err(wrong(format!(
-                "the name `{}` is taken, or none",
-                column.name
-            )));
-        }
-        let tables = || run::tables_of(&scene.file);
-        if let Some((probe, _)) = column
-            .places()
-            .find(|(name, _)| !tables().any(|table| table == *name))
-        {
-            let error = wrong(format!("there is no probe `{probe}`"));
-            return Err(error.allowed(tables().collect::<Vec<_>>().join(", ")));
-        }
-        columns.push(column);
-    }
-    Ok(columns)
 }
 
 /// The program that computes: its revision, and where that has local changes or none is known, its
@@ -243,10 +225,9 @@ impl Sweep<'_> {
         let folder = self.options.scene.parent().unwrap_or(Path::new(""));
         let path = folder.join(&input.file);
         let mut hashes = self.hashes.lock().expect("no thread panics with the lock");
-        let hash = hashes.entry(path).or_insert_with_key(|path| {
-            let bytes = fs::read(path).ok()?;
-            Some(inputs::sha256(&bytes))
-        });
+        let hash = hashes
+            .entry(path)
+            .or_insert_with_key(|path| Some(inputs::sha256(&inputs::content(path).ok()?)));
         hash.as_ref() == Some(&input.sha256)
     }
 
@@ -330,19 +311,6 @@ impl Sweep<'_> {
         Value::Object(row)
     }
 }
-
-/// The results that a row of the table shows.
-const COLUMNS: [&str; 9] = [
-    "outcome",
-    "index",
-    "steps",
-    "error_test_failures",
-    "step_solve_failures",
-    "newton_iterations",
-    "t_reached",
-    "constraint_drift",
-    "cpu_seconds",
-];
 
 /// The last row of each probe of the run; none of one that failed.
 fn last_rows(folder: &Path, probes: &Value) -> BTreeMap<String, Vec<f64>> {

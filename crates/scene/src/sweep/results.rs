@@ -5,8 +5,25 @@ use std::path::Path;
 
 use exmex::{Express, FlatEx, FloatOpsFactory, MatchLiteral};
 
-use crate::InputError;
+use super::grid::Axis;
 use crate::csv::Table;
+use crate::{InputError, Scene, run};
+
+/// The results that a row of the table shows.
+pub(super) const COLUMNS: [&str; 9] = [
+    "outcome",
+    "index",
+    "steps",
+    "error_test_failures",
+    "step_solve_failures",
+    "newton_iterations",
+    "t_reached",
+    "constraint_drift",
+    "cpu_seconds",
+];
+
+/// What a row has besides these, the values that vary and the columns that are asked for.
+const OTHER_COLUMNS: [&str; 3] = ["case", "message", "probes"];
 
 /// What is made of a column of numbers.
 type Reduction = fn(&[f64]) -> f64;
@@ -167,6 +184,43 @@ impl ResultColumn {
         let values = values.collect::<Option<Vec<f64>>>()?;
         self.expression.eval(&values).ok()
     }
+}
+
+/// The columns that are asked for; their probes are those of the scene.
+pub(super) fn columns(
+    texts: &[String],
+    axes: &[Axis],
+    scene: &Scene,
+) -> Result<Vec<ResultColumn>, InputError> {
+    let tables = run::columns_of(scene)?;
+    let mut columns: Vec<ResultColumn> = Vec::new();
+    for text in texts {
+        let column = ResultColumn::parse(text)?;
+        let wrong = |message: String| InputError::new(message).at(format!("--result {text}"));
+        let is_taken = COLUMNS.contains(&column.name.as_str())
+            || OTHER_COLUMNS.contains(&column.name.as_str())
+            || axes.iter().any(|axis| axis.key == column.name)
+            || columns.iter().any(|other| other.name == column.name);
+        if is_taken || column.name.is_empty() {
+            return Err(wrong(format!(
+                "the name `{}` is taken, or none",
+                column.name
+            )));
+        }
+        for (probe, name) in column.places() {
+            let Some((_, names)) = tables.iter().find(|(table, _)| table == probe) else {
+                let error = wrong(format!("there is no probe `{probe}`"));
+                let probes: Vec<&str> = tables.iter().map(|(table, _)| table.as_str()).collect();
+                return Err(error.allowed(probes.join(", ")));
+            };
+            if !names.iter().any(|known| known == name) {
+                let error = wrong(format!("the probe `{probe}` has no column `{name}`"));
+                return Err(error.allowed(names.join(", ")));
+            }
+        }
+        columns.push(column);
+    }
+    Ok(columns)
 }
 
 /// A name by which variables are sorted as they are numbered.

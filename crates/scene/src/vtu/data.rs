@@ -3,6 +3,8 @@
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
+use crate::text::escape;
+
 /// An array of 64-bit numbers with names for its components, if there are several.
 pub(super) fn floats(
     name: &str,
@@ -32,7 +34,8 @@ pub(super) fn integers(name: &str, values: impl Iterator<Item = usize>) -> Strin
 
 /// The numbers of the array `name` of a file that was written here.
 pub(super) fn read_floats(text: &str, name: &str) -> Option<Vec<f64>> {
-    let (_, rest) = text.split_once(&format!("<DataArray type=\"Float64\" Name=\"{name}\""))?;
+    let start = format!("<DataArray type=\"Float64\" Name=\"{}\"", escape(name));
+    let (_, rest) = text.split_once(&start)?;
     let (_, rest) = rest.split_once('>')?;
     let (content, _) = rest.split_once('<')?;
     let bytes = STANDARD.decode(content).ok()?;
@@ -47,7 +50,8 @@ fn array(kind: &str, name: &str, attributes: &str, bytes: impl Iterator<Item = u
     let length = (content.len() - 8) as u64;
     content[..8].copy_from_slice(&length.to_le_bytes());
     format!(
-        "<DataArray type=\"{kind}\" Name=\"{name}\" {attributes} format=\"binary\">{}</DataArray>\n",
+        "<DataArray type=\"{kind}\" Name=\"{}\" {attributes} format=\"binary\">{}</DataArray>\n",
+        escape(name),
         STANDARD.encode(content)
     )
 }
@@ -62,5 +66,13 @@ mod tests {
         let text = floats("u", &["x", "y"], 2, values.into_iter());
         assert_eq!(read_floats(&text, "u").unwrap(), values);
         assert!(read_floats(&text, "v").is_none());
+        // Names come from scenes.
+        let name = "coherence_a\"<b>&\u{1b}";
+        let text = floats(name, &[], 1, values.into_iter());
+        assert!(
+            text.contains("Name=\"coherence_a&quot;&lt;b&gt;&amp;\\u{1b}\""),
+            "{text}"
+        );
+        assert_eq!(read_floats(&text, name).unwrap(), values);
     }
 }

@@ -259,7 +259,7 @@ fn draw(numbers: &[u8], point: &[f64], options: &Options, command: &str) -> anyh
         // Before the load has risen there is nothing to see.
         return Err(InputError::new("value out of range")
             .at("--t-end")
-            .found(t_end)
+            .found(format!("{t_end:e}"))
             .allowed("a finite number, 1 at least (s)")
             .into());
     }

@@ -22,27 +22,32 @@ use crate::progress::Progress;
     myovib sweep scene.toml --vary solid.beta=1e-5..1e-2:4:log --result 'gain=amplitude(origin.u_y, 1)/1e-3'\n  \
     myovib sweep scene.toml --vary solid.kappa=1e4,1e5,inf --case 2/3\n  \
     myovib sweep scene.toml --vary solid.kappa=1e4..1e6:12:log --slurm jobs.sh --per-task 2\n\n\
-    A range lo..hi:n has n values, equally spaced; with :log their logarithms are. Finished cases are not computed again, \
-    unless the scene, a file that it reads or the program has changed. Returns 0 when every case was recorded, also those that failed.")]
+    A range lo..hi:n has n values from lo to hi, equally spaced; with :log their logarithms are.\n\n\
+    The table, with a row for each case, goes to standard output and to sweep.csv and sweep.json in the folder. A case \
+    that fails is a row with its message. The same line given again computes only what is missing: cases that failed, and \
+    those whose scene, mesh, tables or program have changed.\n\n\
+    The exit code is 0 when every case was recorded, also those that failed.")]
 pub struct SweepArgs {
     /// The scene: a TOML file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// Values of a key: key=a,b,c, key=lo..hi:n or key=lo..hi:n:log; several make a grid.
+    /// Values that a key of the scene takes: key=a,b,c, or key=lo..hi:n, or key=lo..hi:n:log. Given
+    /// for several keys, all combinations are cases; the last key changes fastest.
     #[arg(long, value_name = "KEY=VALUES", required = true)]
     pub vary: Vec<String>,
 
-    /// Change a value of all cases.
+    /// Change a value of the scene in all cases; may be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// A column of the table: an expression of min, max, mean, last, amplitude of probes' columns,
-    /// of the whole run or from a time on, as in 'gain=amplitude(tip.u_y, 1.5)/1e-3'.
+    /// Add a column to the table, computed from what the probes recorded: an expression of
+    /// min(PROBE.COLUMN), max, mean, last, or amplitude (half the range), of the whole run or from a
+    /// time on, as in 'gain=amplitude(tip.u_y, 1.5)/1e-3'. May be repeated.
     #[arg(long, value_name = "NAME=EXPRESSION")]
     pub result: Vec<String>,
 
-    /// Folder for the cases.
+    /// Folder for the cases, case-0001 and so on, each as `run` writes it, and for the table.
     #[arg(long, value_name = "DIR", default_value = "sweep", value_parser = args::output_folder)]
     pub out: PathBuf,
 

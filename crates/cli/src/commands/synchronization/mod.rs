@@ -175,7 +175,7 @@ impl SynchronizationArgs {
         if !(t_end >= shortest && t_end.is_finite()) {
             let error = InputError::new("value out of range").at("--t-end");
             let allowed = format!("a finite number, {shortest} at least (s)");
-            return Err(error.found(t_end).allowed(allowed));
+            return Err(error.found(format!("{t_end:e}")).allowed(allowed));
         }
         Ok(())
     }

@@ -1,18 +1,19 @@
 //! `myovib check`: what can be said of a scene before it is run.
 
+mod document;
+
 use std::path::PathBuf;
 
 use clap::Args;
 use myovib_model::advice::Finding;
-use myovib_model::check::{self, Computed, Factors, Report};
-use myovib_model::{IntegratorKind, MuscleDae};
+use myovib_model::check::{self, Computed, Factors, Held, Report};
+use myovib_model::{Field, IntegratorKind, MuscleDae};
 use serde::Serialize;
 
-use super::table1::{ReportJson, report_json};
+use self::document::{Document, document};
 use crate::args::CommonArgs;
 use crate::exit::Exit;
 use myovib_report::table::{Align, Table, Tone, coloured_stdout, exponent, kappa, paint};
-use myovib_scene::json;
 use myovib_scene::scene_file::active::Tension;
 use myovib_scene::scene_file::material::PronyTerm;
 use myovib_scene::scene_file::solid::{Bed, Direction};
@@ -25,8 +26,11 @@ use myovib_scene::{Body, Scene, plain};
     myovib check scene.toml\n  \
     myovib check table2-4\n  \
     myovib check scene.toml --set solid.kappa=inf --json\n\n\
-    The first steps are taken, to time them; nothing is written. Warnings do not change the exit \
-    code.")]
+    What is printed: each block of unknowns with its index, and whether the integrator tests its error; the \
+    index of the system; how well pressures are held (inf–sup); the start; eigenfrequencies; steps and time \
+    to expect, from the first steps, which are taken for this; then warnings with what to change. The letters \
+    are those of the table: to leave lambda out of the error test is `--set 'integrator.suppress=[\"pressure\"]'`.\n\n\
+    Nothing is written. Warnings do not change the exit code.")]
 pub struct CheckArgs {
     /// The scene: a TOML file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
@@ -109,7 +113,7 @@ fn text(scene: &Scene, body: &Body, report: &Report) -> String {
         };
         let advised = if tested == "in" { advised } else { "" };
         table.row([
-            field.symbol().into(),
+            in_words(*field).into(),
             number.to_string().into(),
             index.to_string().into(),
             format!("{tested}{advised}").into(),
@@ -140,6 +144,19 @@ fn text(scene: &Scene, body: &Body, report: &Report) -> String {
     text.push('\n');
     text.push_str(&warnings(&report.findings));
     text
+}
+
+/// A block of unknowns: what it is, and the letter that messages and statistics have for it.
+fn in_words(field: Field) -> &'static str {
+    match field {
+        Field::Displacement => "displacement q",
+        Field::Velocity => "velocity v",
+        Field::Pressure => "pressure lambda",
+        Field::PressureRate => "pressure's rate mu",
+        Field::GglMultiplier => "multiplier mu",
+        Field::Tension => "tension",
+        Field::InternalStress => "internal stress",
+    }
 }
 
 /// What is on beside the laws and the loads.
@@ -194,7 +211,8 @@ fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
             "by the rule of the formulation; computed on a coarse beam with the same parameters"
         }
     };
-    let mut lines = vec![
+    let mut lines =
+        vec![
         format!(
             "index           {}, {place}: {}, narrowest gap {:.1} decades",
             report.advice.index(),
@@ -202,10 +220,12 @@ fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
             report.computed.gap
         ),
         match report.held {
-            Some(held) => format!(
-                "inf–sup         {:.3}, {} pressures not held",
-                held.inf_sup, held.nullity
-            ),
+            Some(Held { inf_sup, nullity: 0 }) => {
+                format!("inf–sup         {inf_sup:.3}, all pressures held by displacements")
+            }
+            Some(Held { inf_sup, nullity }) => {
+                format!("inf–sup         {inf_sup:.3}, {nullity} pressures not held")
+            }
             None => {
                 "inf–sup         not computed for so many pressures; `myovib infsup` tells it of a \
                      mesh"
@@ -213,19 +233,26 @@ fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
             }
         },
     ];
-    for block in &report.residuals {
-        lines.push(format!("start           {block}"));
+    let residuals = report.residuals.iter();
+    if residuals
+        .clone()
+        .all(|block| block.relative <= check::INCONSISTENT)
+    {
+        lines.push("start           all equations hold at t = 0".to_owned());
+    } else {
+        lines.extend(residuals.map(|block| format!("start           missed at t = 0: {block}")));
     }
     let slow: Vec<String> = report
         .slow_modes
         .iter()
         .map(|f| format!("{f:.2}"))
         .collect();
-    let drive = report
-        .drive
-        .map_or("none".to_owned(), |f| format!("{f} Hz"));
+    let drive = match report.drive {
+        Some(f) => format!("the load at {f} Hz"),
+        None => "no load that vibrates".to_owned(),
+    };
     lines.push(format!(
-        "modes           {} Hz, …, {:.0} Hz; load {drive}",
+        "modes           the lowest at {} Hz, the highest at {:.0} Hz; {drive}",
         slow.join(", "),
         report.fastest_mode
     ));
@@ -286,125 +313,4 @@ fn warnings(findings: &[Finding]) -> String {
         .iter()
         .map(|finding| format!("{warning}: {finding}\n"))
         .collect()
-}
-
-#[derive(Serialize)]
-struct Document {
-    scene: String,
-    /// Null for a scene without a body, or without motion.
-    body: Option<BodyJson>,
-}
-
-#[derive(Serialize)]
-struct BodyJson {
-    formulation: &'static str,
-    #[serde(serialize_with = "json::kappa")]
-    kappa: f64,
-    beta: f64,
-    unknowns: usize,
-    blocks: Vec<BlockJson>,
-    /// By the rule of the formulation.
-    index: u8,
-    computed: ReportJson,
-    computed_on: &'static str,
-    /// Null for more pressures than can be looked at in seconds, as `nullity`.
-    inf_sup: Option<f64>,
-    nullity: Option<usize>,
-    initial_residual: Vec<ResidualJson>,
-    slow_modes: Vec<f64>,
-    fastest_mode: f64,
-    drive: Option<f64>,
-    advised_max_order: u8,
-    /// Null where the full matrix is factorised.
-    factors: Option<FactorsJson>,
-    expected_steps: f64,
-    expected_seconds: f64,
-    warnings: Vec<WarningJson>,
-}
-
-#[derive(Serialize)]
-struct FactorsJson {
-    matrices: usize,
-    entries: usize,
-    bytes: usize,
-    /// In use before they are computed; null where the system does not tell.
-    bytes_before: Option<usize>,
-    operations: f64,
-}
-
-#[derive(Serialize)]
-struct BlockJson {
-    field: &'static str,
-    unknowns: usize,
-    index: u8,
-    left_out: bool,
-    better_left_out: bool,
-}
-
-#[derive(Serialize)]
-struct ResidualJson {
-    field: &'static str,
-    largest: f64,
-    relative: f64,
-    worst: String,
-}
-
-#[derive(Serialize)]
-struct WarningJson {
-    problem: String,
-    fields: Vec<&'static str>,
-    remedies: Vec<String>,
-}
-
-fn document(body: &Body, report: &Report) -> BodyJson {
-    let leave_out = report.advice.to_leave_out();
-    let blocks = report.unknowns.iter().zip(report.advice.blocks());
-    let blocks = blocks.map(|((field, unknowns), (_, index))| BlockJson {
-        field: field.symbol(),
-        unknowns: *unknowns,
-        index,
-        left_out: body.settings.suppressed.contains(field),
-        better_left_out: leave_out.contains(field),
-    });
-    let residual = |block: &myovib_model::start::BlockResidual| ResidualJson {
-        field: block.field.symbol(),
-        largest: block.largest,
-        relative: block.relative,
-        worst: block.worst.clone(),
-    };
-    let warning = |finding: &Finding| WarningJson {
-        problem: finding.problem.clone(),
-        fields: finding.fields.iter().map(|field| field.symbol()).collect(),
-        remedies: finding.remedies.iter().map(ToString::to_string).collect(),
-    };
-    BodyJson {
-        formulation: body.formulation.name(),
-        kappa: body.muscle.parameters.kappa(),
-        beta: body.muscle.parameters.beta,
-        unknowns: report.unknowns.iter().map(|(_, number)| number).sum(),
-        blocks: blocks.collect(),
-        index: report.advice.index(),
-        computed: report_json(&report.computed),
-        computed_on: match report.computed_on {
-            Computed::Here => "scene",
-            Computed::OnCoarseBeam => "coarse-beam",
-        },
-        inf_sup: report.held.map(|held| held.inf_sup),
-        nullity: report.held.map(|held| held.nullity),
-        initial_residual: report.residuals.iter().map(residual).collect(),
-        slow_modes: report.slow_modes.clone(),
-        fastest_mode: report.fastest_mode,
-        drive: report.drive,
-        advised_max_order: report.advice.max_order(),
-        factors: report.factors.map(|factors| FactorsJson {
-            matrices: factors.matrices,
-            entries: factors.needs.entries,
-            bytes: factors.needs.bytes,
-            bytes_before: factors.in_use,
-            operations: factors.needs.flops,
-        }),
-        expected_steps: report.cost.steps,
-        expected_seconds: report.cost.steps * report.cost.seconds_per_step,
-        warnings: report.findings.iter().map(warning).collect(),
-    }
 }

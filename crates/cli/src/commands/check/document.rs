@@ -1,0 +1,130 @@
+//! What `check` finds, as JSON.
+
+use myovib_model::advice::Finding;
+use myovib_model::check::{Computed, Report};
+use myovib_scene::{Body, json};
+use serde::Serialize;
+
+use crate::commands::table1::{ReportJson, report_json};
+
+#[derive(Serialize)]
+pub(super) struct Document {
+    pub(super) scene: String,
+    /// Null for a scene without a body, or without motion.
+    pub(super) body: Option<BodyJson>,
+}
+
+#[derive(Serialize)]
+pub(super) struct BodyJson {
+    formulation: &'static str,
+    #[serde(serialize_with = "json::kappa")]
+    kappa: f64,
+    beta: f64,
+    unknowns: usize,
+    blocks: Vec<BlockJson>,
+    /// By the rule of the formulation.
+    index: u8,
+    computed: ReportJson,
+    computed_on: &'static str,
+    /// Null for more pressures than can be looked at in seconds, as `nullity`.
+    inf_sup: Option<f64>,
+    nullity: Option<usize>,
+    initial_residual: Vec<ResidualJson>,
+    slow_modes: Vec<f64>,
+    fastest_mode: f64,
+    drive: Option<f64>,
+    advised_max_order: u8,
+    /// Null where the full matrix is factorised.
+    factors: Option<FactorsJson>,
+    expected_steps: f64,
+    expected_seconds: f64,
+    warnings: Vec<WarningJson>,
+}
+
+#[derive(Serialize)]
+struct FactorsJson {
+    matrices: usize,
+    entries: usize,
+    bytes: usize,
+    /// In use before they are computed; null where the system does not tell.
+    bytes_before: Option<usize>,
+    operations: f64,
+}
+
+#[derive(Serialize)]
+struct BlockJson {
+    field: &'static str,
+    unknowns: usize,
+    index: u8,
+    left_out: bool,
+    better_left_out: bool,
+}
+
+#[derive(Serialize)]
+struct ResidualJson {
+    field: &'static str,
+    largest: f64,
+    relative: f64,
+    worst: String,
+}
+
+#[derive(Serialize)]
+struct WarningJson {
+    problem: String,
+    fields: Vec<&'static str>,
+    remedies: Vec<String>,
+}
+
+/// What was found of a body.
+pub(super) fn document(body: &Body, report: &Report) -> BodyJson {
+    let leave_out = report.advice.to_leave_out();
+    let blocks = report.unknowns.iter().zip(report.advice.blocks());
+    let blocks = blocks.map(|((field, unknowns), (_, index))| BlockJson {
+        field: field.symbol(),
+        unknowns: *unknowns,
+        index,
+        left_out: body.settings.suppressed.contains(field),
+        better_left_out: leave_out.contains(field),
+    });
+    let residual = |block: &myovib_model::start::BlockResidual| ResidualJson {
+        field: block.field.symbol(),
+        largest: block.largest,
+        relative: block.relative,
+        worst: block.worst.clone(),
+    };
+    let warning = |finding: &Finding| WarningJson {
+        problem: finding.problem.clone(),
+        fields: finding.fields.iter().map(|field| field.symbol()).collect(),
+        remedies: finding.remedies.iter().map(ToString::to_string).collect(),
+    };
+    BodyJson {
+        formulation: body.formulation.name(),
+        kappa: body.muscle.parameters.kappa(),
+        beta: body.muscle.parameters.beta,
+        unknowns: report.unknowns.iter().map(|(_, number)| number).sum(),
+        blocks: blocks.collect(),
+        index: report.advice.index(),
+        computed: report_json(&report.computed),
+        computed_on: match report.computed_on {
+            Computed::Here => "scene",
+            Computed::OnCoarseBeam => "coarse-beam",
+        },
+        inf_sup: report.held.map(|held| held.inf_sup),
+        nullity: report.held.map(|held| held.nullity),
+        initial_residual: report.residuals.iter().map(residual).collect(),
+        slow_modes: report.slow_modes.clone(),
+        fastest_mode: report.fastest_mode,
+        drive: report.drive,
+        advised_max_order: report.advice.max_order(),
+        factors: report.factors.map(|factors| FactorsJson {
+            matrices: factors.matrices,
+            entries: factors.needs.entries,
+            bytes: factors.needs.bytes,
+            bytes_before: factors.in_use,
+            operations: factors.needs.flops,
+        }),
+        expected_steps: report.cost.steps,
+        expected_seconds: report.cost.steps * report.cost.seconds_per_step,
+        warnings: report.findings.iter().map(warning).collect(),
+    }
+}
