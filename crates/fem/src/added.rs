@@ -41,8 +41,8 @@ impl AddedStress {
 /// At what added stresses are evaluated.
 ///
 /// # Shapes
-/// `u`, `v`: `n_components`. `tensions`: one for each added stress, in Pa; what is not active does
-/// not read its own.
+/// `u`, `v`: `n_components`. `tensions`: one for each element, in Pa, if there are added stresses;
+/// elements without active stress do not read theirs.
 #[derive(Debug, Clone, Copy)]
 pub struct AddedMotion<'a> {
     /// Displacement.
@@ -94,21 +94,22 @@ pub(crate) struct AtPoint<R, const D: usize> {
 struct Local<S: Simd, const D: usize, const N: usize> {
     u: [[Lanes<S>; D]; N],
     v: [[Lanes<S>; D]; N],
+    /// None: zero in all elements.
+    tension: Option<Lanes<S>>,
 }
 
 impl<R: Real, const D: usize> AtPoint<R, D> {
-    /// At a point with fibres along `reference`; only active stress looks at it.
+    /// At a point with fibres along `reference`, which only active stress looks at, under a tension, if
+    /// there is any.
     #[inline(always)]
     pub(crate) fn new(
         stress: &AddedStress,
-        tension: f64,
+        tension: Option<R>,
         reference: [R; D],
         [h, v]: [[[R; D]; D]; 2],
     ) -> Self {
-        let fibre = match &stress.active {
-            Some(active) if tension != 0.0 => {
-                Some(active.at(reference, &h, &v, h[0][0].like(tension)))
-            }
+        let fibre = match (&stress.active, tension) {
+            (Some(active), Some(tension)) => Some(active.at(reference, &h, &v, tension)),
             _ => None,
         };
         let viscous = if stress.viscosity > 0.0 {
@@ -167,10 +168,13 @@ impl<const D: usize, const N: usize, const P: usize> Regions<'_, D, N, P> {
     }
 
     #[inline(always)]
-    fn gather<S: Simd>(&self, part: &Part<'_, S, D, N, P>) -> Local<S, D, N> {
+    fn gather<S: Simd>(&self, number: usize, part: &Part<'_, S, D, N, P>) -> Local<S, D, N> {
         Local {
             u: part.gather_vector(Some(self.motion.u)),
             v: part.gather_vector(Some(self.motion.v)),
+            tension: self.stresses[number]
+                .active
+                .and_then(|_| part.gather_element(self.motion.tensions)),
         }
     }
 
@@ -192,7 +196,7 @@ impl<const D: usize, const N: usize, const P: usize> Regions<'_, D, N, P> {
             part.gradient(&local.u, point),
             part.gradient(&local.v, point),
         ];
-        AtPoint::new(stress, self.motion.tensions[number], fibre, motion)
+        AtPoint::new(stress, local.tension, fibre, motion)
     }
 }
 
@@ -212,7 +216,7 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for Force<'_, '_, 
         for (_, batch, number) in regions.members() {
             for part in 0..batch.n_parts(simd) {
                 let part = &mut batch.part(simd, part);
-                let local = regions.gather(part);
+                let local = regions.gather(number, part);
                 let mut force = [[part.zero(); D]; N];
                 for (place, point) in regions.elements.points.iter().enumerate() {
                     part.move_to(place);
@@ -249,7 +253,7 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for Slopes<'_, '_,
         for (place, batch, number) in regions.members() {
             for part in 0..batch.n_parts(simd) {
                 let part = &mut batch.part(simd, part);
-                let local = regions.gather(part);
+                let local = regions.gather(number, part);
                 let zero = [[[[part.zero(); D]; D]; N]; N];
                 let mut by_u = room(out.by_displacement.is_some(), zero);
                 let by_rate = out.by_velocity.is_some() && regions.stresses[number].is_viscous();

@@ -245,6 +245,18 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         values
     }
 
+    /// Values of the elements; none if all are zero.
+    #[inline(always)]
+    pub(crate) fn gather_element(&self, field: &[f64]) -> Option<Lanes<S>> {
+        let mut values = self.zero();
+        let mut any = false;
+        for (lane, value) in values.as_mut_slice().iter_mut().enumerate() {
+            *value = field[self.element(lane)];
+            any |= *value != 0.0;
+        }
+        any.then_some(values)
+    }
+
     /// Adds element vectors to a displacement-like array.
     #[inline(always)]
     pub(crate) fn scatter_vector(&self, local: &[[Lanes<S>; D]; N], field: &mut [f64]) {

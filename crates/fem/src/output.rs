@@ -94,7 +94,8 @@ impl Solid {
         let stress = &self.added_stresses()[number];
         let fibre = self.axes_at(at).fibre;
         let motion_there = [motion.u, motion.v].map(|field| self.spatial_gradient_at(field, at));
-        let added = AtPoint::new(stress, motion.tensions[number], fibre, motion_there).stress(0.0);
+        let tension = Some(motion.tensions[at.element]).filter(|tension| *tension != 0.0);
+        let added = AtPoint::new(stress, tension, fibre, motion_there).stress(0.0);
         let total = [0, 1, 2].map(|i| [0, 1, 2].map(|j| state.piola[i][j] + added[i][j]));
         state.with_stress(total, false)
     }

@@ -18,8 +18,8 @@ pub enum Pass<'a> {
     Tangents(Fields<'a>, [bool; 6]),
     /// [`Solid::added_force`](crate::Solid::added_force).
     AddedForce(AddedMotion<'a>),
-    /// [`Solid::active_force`](crate::Solid::active_force) of the stress with this number.
-    ActiveForce(usize, AddedMotion<'a>),
+    /// [`Solid::active_force`](crate::Solid::active_force).
+    ActiveForce(AddedMotion<'a>),
     /// [`Solid::added_tangents`](crate::Solid::added_tangents).
     AddedTangents(AddedMotion<'a>, [bool; 2]),
 }

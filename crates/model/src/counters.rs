@@ -25,6 +25,8 @@ pub struct WorkCounters {
     pub relaxing_tangent_passes: u64,
     /// The same for the elimination of internal stresses from Newton's systems.
     pub relaxing_solve_passes: u64,
+    /// Passes over the elements for what oscillators that act back on the body do to its forces.
+    pub coherence_passes: u64,
     /// Factorisations and solves of the condensed path, and how well they were solved.
     pub linear: LinearWork,
     /// Newton matrices summed from the tangents.

@@ -22,6 +22,7 @@
 mod analysis;
 mod assembly;
 mod blocks;
+mod colouring;
 mod counters;
 mod error;
 mod field;

@@ -1,6 +1,6 @@
 //! Storage of the matrices a formulation uses; what it does not use is neither stored nor computed.
 
-use myovib_fem::{AddedTangents, Solid, Tangents};
+use myovib_fem::{AddedMotion, AddedTangents, Solid, Tangents};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::matrix::Matrix;
@@ -39,6 +39,8 @@ pub(crate) struct Matrices {
     tension_decay: Vec<f64>,
     /// Where stress relaxes.
     relaxing: Option<Relaxing>,
+    /// What eliminated oscillators do to the stiffness and the damping.
+    coherence: Option<[Vec<f64>; 2]>,
 }
 
 /// The tangents of stress that relaxes, and the displacement of all nodes that they belong to.
@@ -87,6 +89,7 @@ impl Matrices {
             damped_divergence: None,
             damped_divergence_rate: None,
             relaxing: None,
+            coherence: None,
             damping_mass: Vec::new(),
             divergence: None,
             divergence_rate: None,
@@ -197,6 +200,8 @@ impl Matrices {
                 let stored = self.added_symmetric.as_ref();
                 return &stored.expect("only matrices in use are asked for").values;
             }
+            Matrix::CoherenceStiffness => return &self.coherence()[0],
+            Matrix::CoherenceDamping => return &self.coherence()[1],
             Matrix::RelaxingGeometric => return &self.relaxing().geometric,
             Matrix::RelaxingStiffness(k) => return &self.relaxing().material[k],
             Matrix::AddedStiffness => &self.added_stiffness,
@@ -217,6 +222,19 @@ impl Matrices {
         stored
             .as_deref()
             .expect("only matrices in use are asked for")
+    }
+
+    fn coherence(&self) -> &[Vec<f64>; 2] {
+        let coherence = self.coherence.as_ref();
+        coherence.expect("only matrices in use are asked for")
+    }
+
+    /// What eliminated oscillators do to the stiffness and the damping, to be filled; room is made at
+    /// the first call.
+    pub(crate) fn coherence_mut(&mut self, solid: &Solid) -> &mut [Vec<f64>; 2] {
+        let nnz = solid.displacement_pattern().nnz();
+        self.coherence
+            .get_or_insert_with(|| [vec![0.0; nnz], vec![0.0; nnz]])
     }
 
     fn relaxing(&self) -> &Relaxing {
@@ -294,11 +312,15 @@ impl Matrices {
 
     /// Fills the tensions' own matrices at time `t` and a displacement and velocity of all nodes.
     pub(crate) fn update_tensions(&mut self, muscle: &Muscle, t: f64, u: &[f64], v: &[f64]) {
+        let Muscle { solid, .. } = muscle;
         let mut force = vec![0.0; u.len()];
-        let free = muscle.solid.dofs().free_to_full();
+        let free = solid.dofs().free_to_full();
         for (k, (number, model)) in muscle.models().enumerate() {
             self.tension_decay[k] = -model.rate_slope(t);
-            muscle.solid.active_force(number, u, v, &mut force);
+            let one = |element| f64::from(solid.added_number(element) == Some(number));
+            let tensions: Vec<f64> = (0..solid.n_tensions()).map(one).collect();
+            let tensions = &tensions[..];
+            solid.active_force(&AddedMotion { u, v, tensions }, &mut force);
             let entries = self.tension_pattern.major_offsets();
             let entries = entries[k]..entries[k + 1];
             let rows = &self.tension_pattern.minor_indices()[entries.clone()];

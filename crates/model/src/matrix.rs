@@ -58,6 +58,11 @@ pub enum Matrix {
     TensionIdentity,
     /// −∂Ṫ/∂T of the models of activation, diagonal.
     TensionDecay,
+    /// What oscillators that act back on their own elements do to the stiffness, once they are
+    /// eliminated for one c.
+    CoherenceStiffness,
+    /// The same for the damping.
+    CoherenceDamping,
     /// ∂/∂q ∫F H:∇φ under constant overstress H = Σ g S − Σ Q.
     RelaxingGeometric,
     /// ∂/∂q ∫F S:∇φ under constant F, where the stress relaxes by Prony series of this number; once

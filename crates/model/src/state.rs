@@ -66,7 +66,7 @@ pub(crate) struct Workspace {
     /// The force of added stresses, of what they are beyond relaxed ones, and of the body on its beds;
     /// empty for a body without any.
     pub(crate) added_force: Vec<f64>,
-    /// One for each added stress.
+    /// T of each element, if there are added stresses.
     pub(crate) tensions: Vec<f64>,
     /// Ṫ of each model of activation.
     pub(crate) tension_rates: Vec<f64>,
@@ -95,7 +95,7 @@ impl Workspace {
             multiplier_force: nodal.clone(),
             added_force: if has_added { nodal.clone() } else { Vec::new() },
             load: nodal,
-            tensions: vec![0.0; solid.added_stresses().len()],
+            tensions: vec![0.0; solid.n_tensions()],
             tension_rates: vec![0.0; muscle.models().count()],
             internal_rates: vec![0.0; solid.n_internal()],
             defect: vertex.clone(),

@@ -116,7 +116,7 @@ struct Newton<'a> {
     t: f64,
     /// The loads of fixed direction.
     load: Vec<f64>,
-    /// The tensions of active stresses.
+    /// The tension of each element.
     tensions: Vec<f64>,
     /// The square of all loads, on the undeformed body.
     load_square: f64,
@@ -160,6 +160,7 @@ impl<'a> Newton<'a> {
                 ..Added::of(muscle)
             },
             graded: muscle.solid.is_graded(),
+            coherence: false,
         };
         let place = |(row, equation): (Field, Equation)| {
             let rows = layout.range(row).expect("laid out for these rows");
@@ -196,10 +197,9 @@ impl<'a> Newton<'a> {
         for part in &muscle.loads {
             part.add_at(t, &mut load);
         }
-        let mut tensions = vec![0.0; solid.added_stresses().len()];
-        for (number, activation) in &muscle.activations {
-            tensions[*number] = activation.at(t, 0.0);
-        }
+        let mut tensions = vec![0.0; solid.n_tensions()];
+        let at_start = vec![0.0; muscle.models().count()];
+        muscle.fill_tensions(t, &at_start, None, &mut tensions);
         let prescribed: Vec<_> = muscle
             .prescribed
             .iter()

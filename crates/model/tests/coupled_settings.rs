@@ -4,7 +4,7 @@
 use myovib_dae::Problem;
 use myovib_fem::generate;
 use myovib_model::coupling::{
-    CoupledDae, CoupledOptions, ErrorTest, Feedback, FeedbackDae, Oscillators, Source,
+    CoupledDae, CoupledOptions, Effect, ErrorTest, Feedback, FeedbackDae, Oscillators, Source,
     StateTolerances, start_coupled, start_with_feedback,
 };
 use myovib_model::{
@@ -113,7 +113,8 @@ fn what_the_integrator_or_the_system_does_not_have_is_refused() {
         coherence: SmoothCoherence::new(1e-3).unwrap(),
         unsynchronised: 2.0,
         coherent: 1.0,
-        weights: vec![1.0; 3 * n_elements],
+        effect: Effect::Stiffness,
+        weights: Feedback::of_one_place(&vec![1.0; 3 * n_elements]),
     };
     let dae = FeedbackDae::new(one_way, vec![feedback]);
     let refused = start_with_feedback(dae, test, options, [0.0, T_END], &rest, &rest);

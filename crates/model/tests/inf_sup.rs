@@ -1,8 +1,10 @@
 //! Inf–sup constants over refined meshes: bounded for P2–P1, falling for P1–P1.
 #![allow(clippy::unwrap_used)] // a test may panic
 
-use myovib_fem::generate;
-use myovib_model::inf_sup::{Pair, levels};
+use std::sync::Arc;
+
+use myovib_fem::{DofMap, Law, Solid, Space, generate};
+use myovib_model::inf_sup::{Pair, constants, levels};
 use myovib_structure::Index;
 
 /// Three refinements of a coarse spindle.
@@ -43,6 +45,40 @@ fn the_spindle_under_three_refinements() {
             assert!(pair[1].sigma_min < 0.6 * pair[0].sigma_min, "{pair:?}");
         }
     }
+}
+
+/// Pressures that jump between two halves, where laws change, keep the constant on all meshes.
+#[test]
+fn pressures_of_two_regions_under_three_refinements() {
+    let constants: Vec<f64> = [2, 4, 8]
+        .into_iter()
+        .map(|n| {
+            let mesh = generate::rectangle([0.0, 0.0], [1.0, 1.0], [n, n]).unwrap();
+            let x = |vertex: &usize| mesh.coordinates()[2 * vertex];
+            let half = |element: &[usize]| usize::from(element.iter().map(x).sum::<f64>() > 1.5);
+            let regions: Vec<usize> = mesh.elements().map(half).collect();
+            let space = Arc::new(Space::taylor_hood(&mesh).with_regions(&regions).unwrap());
+            let nodes: Vec<usize> = ["left", "right"]
+                .into_iter()
+                .flat_map(|group| space.nodes_of(group).unwrap())
+                .collect();
+            let dofs = DofMap::clamped(&space, &nodes).unwrap();
+            let law = Law::MooneyRivlin { c10: 0.5, c01: 0.0 };
+            let solid = Solid::uniform(space, dofs, law, 1.0).unwrap();
+            let found = constants(&solid).unwrap();
+            assert_eq!(found.nullity(), 0);
+            found.smallest().unwrap()
+        })
+        .collect();
+    // It has converged from above or below, as with one region (0.57 on the spindle).
+    assert!(
+        constants.iter().all(|constant| *constant > 0.3),
+        "{constants:?}"
+    );
+    assert!(
+        (constants[2] / constants[1] - 1.0).abs() < 0.1,
+        "{constants:?}"
+    );
 }
 
 /// Pressures that nothing holds: three on a square of right diagonals clamped at two sides, so (28)

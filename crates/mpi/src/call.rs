@@ -101,7 +101,7 @@ impl Call {
 
     /// The pass that is to be computed.
     pub(crate) fn pass(&self) -> Pass<'_> {
-        let [kind, wanted, number, kappa] = self.words;
+        let [kind, wanted, kappa, _] = self.words;
         let [u, v, scalar, p_rate, mu, factors] = self.vectors.each_ref().map(|v| v.as_deref());
         let fields = || Fields {
             u: u.unwrap_or_default(),
@@ -120,7 +120,7 @@ impl Call {
             VECTORS_OF => Pass::Vectors(fields(), unpacked(wanted)),
             TANGENTS_OF => Pass::Tangents(fields(), unpacked(wanted)),
             ADDED_FORCE => Pass::AddedForce(motion()),
-            ACTIVE_FORCE => Pass::ActiveForce(number as usize, motion()),
+            ACTIVE_FORCE => Pass::ActiveForce(motion()),
             _ => Pass::AddedTangents(motion(), unpacked(wanted)),
         }
     }
@@ -151,23 +151,23 @@ pub(crate) fn send_pass(world: &World, pass: &Pass<'_>) {
         send(
             world,
             Command::Pass,
-            [kind.into(), wanted, 0.0, kappa],
+            [kind.into(), wanted, kappa, 0.0],
             vectors,
         );
     };
-    let of_motion = |kind: u8, motion: &AddedMotion<'_>, wanted: f64, number: usize| {
+    let of_motion = |kind: u8, motion: &AddedMotion<'_>, wanted: f64| {
         let AddedMotion { u, v, tensions } = *motion;
         let vectors = [Some(u), Some(v), Some(tensions), None, None, None];
-        let words = [kind.into(), wanted, number as f64, 0.0];
+        let words = [kind.into(), wanted, 0.0, 0.0];
         send(world, Command::Pass, words, vectors);
     };
     match pass {
         Pass::Vectors(fields, wanted) => of_fields(VECTORS_OF, fields, packed(wanted)),
         Pass::Tangents(fields, wanted) => of_fields(TANGENTS_OF, fields, packed(wanted)),
-        Pass::AddedForce(motion) => of_motion(ADDED_FORCE, motion, 0.0, 0),
-        Pass::ActiveForce(number, motion) => of_motion(ACTIVE_FORCE, motion, 0.0, *number),
+        Pass::AddedForce(motion) => of_motion(ADDED_FORCE, motion, 0.0),
+        Pass::ActiveForce(motion) => of_motion(ACTIVE_FORCE, motion, 0.0),
         Pass::AddedTangents(motion, wanted) => {
-            of_motion(ADDED_TANGENTS, motion, packed(wanted), 0);
+            of_motion(ADDED_TANGENTS, motion, packed(wanted));
         }
     }
 }

@@ -106,9 +106,101 @@ fn chains_without_elements_are_refused() {
             "oscillators = 900000",
             ["too many oscillators", "of all places"],
         ),
-        ("[fields]", feedback, ["in many elements", "at a point"]),
+        (
+            "[fields]",
+            feedback,
+            ["act on their own elements", "leave out `group`"],
+        ),
     ] {
         let found = refusal(from, to);
+        for message in messages {
+            assert!(found.contains(message), "{to}: {found}");
+        }
+    }
+}
+
+/// The scene, whose chains stiffen their elements and contract them.
+fn two_way() -> String {
+    let feedback = "[[feedback]]\nchain = \"spindles\"\nunsynchronised = 1.5\n[fields]";
+    let active = "c10 = 1e4\nfibre = \"fibre\"\ngroup = \"muscle\"\nactive = { type = \"coherence\", chain = \
+                  \"spindles\", coherent = 2e4 }\n[[material]]\nlaw = \"mooney-rivlin\"\ndensity = 1e3\n\
+                  group = \"tendon\"\nc10 = 1e4";
+    let text = SCENE.replacen("[fields]", feedback, 1);
+    let text = text.replacen("c10 = 1e4", active, 1);
+    text.replacen(
+        "quantities = [\"u\"]",
+        "quantities = [\"u\", \"tension\"]",
+        1,
+    )
+}
+
+#[test]
+fn chains_stiffen_and_contract_the_elements_they_are_in() {
+    let scene = Scene::build("scene.toml", &two_way(), &[], Path::new("")).unwrap();
+    let elements = scene.chains[0].elements.clone().unwrap();
+    // Two feedbacks, each with a place for each element with a chain.
+    assert_eq!(scene.feedbacks.len(), 2);
+    for feedback in &scene.feedbacks {
+        assert_eq!(feedback.weights.len(), elements.len());
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let document = compute(&scene, &RunOptions::into_folder(folder.path()))
+        .unwrap()
+        .document;
+    assert_eq!(document["outcome"], "finished");
+    // The oscillators are eliminated before anything is factorised.
+    assert!(
+        document["work"]["linear"]["factorizations"].as_u64() > Some(0),
+        "{}",
+        document["work"]
+    );
+    assert!(document["work"]["coherence_passes"].as_u64() > Some(0));
+    let text = std::fs::read_to_string(folder.path().join("fields_00001.vtu")).unwrap();
+    let chi = myovib_scene::vtu::cell_field(&text, "coherence_spindles").unwrap();
+    assert!(elements.iter().any(|&element| chi[element] > 0.5));
+}
+
+#[test]
+fn tensions_that_cannot_follow_a_chain_are_refused() {
+    for (from, to, messages) in [
+        ("coherent = 2e4", "coherent = -1.0", ["coherent", "-1"]),
+        (
+            "active = { type = \"coherence\", chain = \"spindles\"",
+            "active = { type = \"coherence\", chain = \"none\"",
+            ["no chain `none`", "spindles"],
+        ),
+        (
+            "oscillators = 4",
+            "oscillators = 4\ninitial = 1.0",
+            ["start in step", "initial"],
+        ),
+        (
+            "elements = \"muscle\"",
+            "elements = \"tendon\"",
+            ["elements of the material have no chain", "all elements"],
+        ),
+        (
+            "quantities = [\"u\", \"tension\"]",
+            "quantities = [\"u\"]\n[start]\ntype = \"velocity\"\nvalue = [0.0, 0.0, 1.0]",
+            ["starts at rest", "[start]"],
+        ),
+        (
+            "fibre = \"fibre\"",
+            "fibre = \"fibre\"\nprony = [{ g = 0.5, tau = 0.1 }]",
+            ["cannot relax", "prony"],
+        ),
+    ] {
+        let text = two_way();
+        assert!(text.contains(from), "{from}");
+        let found = match Scene::build(
+            "scene.toml",
+            &text.replacen(from, to, 1),
+            &[],
+            Path::new(""),
+        ) {
+            Ok(_) => "accepted".to_owned(),
+            Err(error) => error.to_string(),
+        };
         for message in messages {
             assert!(found.contains(message), "{to}: {found}");
         }

@@ -85,6 +85,14 @@ impl Solid {
         &self.added
     }
 
+    /// Number of tensions: one for each element, if there are added stresses.
+    pub fn n_tensions(&self) -> usize {
+        match self.added.is_empty() {
+            true => 0,
+            false => self.space.n_elements(),
+        }
+    }
+
     /// ∫ P : ∇φ of the added stresses.
     ///
     /// # Shapes
@@ -107,25 +115,24 @@ impl Solid {
         self.end_sure([out]);
     }
 
-    /// ∂/∂T of [`added_force`](Self::added_force) for the tension of stress `number`: its force under
-    /// a tension of one, without viscous stress; zero if it is not active.
+    /// The same without viscous stress: linear in the tensions.
     ///
     /// # Panics
-    /// If a length is wrong, or there is no such stress.
-    pub fn active_force(&self, number: usize, u: &[f64], v: &[f64], out: &mut [f64]) {
-        let mut stresses = vec![AddedStress::default(); self.added.len()];
-        stresses[number].active = self.added[number].active;
-        let tensions = vec![1.0; stresses.len()];
-        let (stresses, tensions) = (&stresses[..], &tensions[..]);
-        let motion = AddedMotion { u, v, tensions };
-        self.check_motion(&motion);
+    /// If a length is wrong.
+    pub fn active_force(&self, motion: &AddedMotion<'_>, out: &mut [f64]) {
+        let active = self.added.iter().map(|stress| AddedStress {
+            active: stress.active,
+            viscosity: 0.0,
+        });
+        let stresses: Vec<AddedStress> = active.collect();
+        self.check_motion(motion);
         check_length(self.space.n_components(), Some(out), "active force");
-        self.begin(&Pass::ActiveForce(number, motion));
+        self.begin(&Pass::ActiveForce(*motion));
         with_elements!(self.own_elements(), mapped => self.arch.dispatch(Force {
             regions: Regions {
                 elements: &mapped.batches,
-                stresses,
-                motion,
+                stresses: &stresses,
+                motion: *motion,
             },
             out: &mut *out,
         }));
@@ -158,6 +165,6 @@ impl Solid {
         let n = self.space.n_components();
         check_length(n, Some(motion.u), "u");
         check_length(n, Some(motion.v), "v");
-        check_length(self.added.len(), Some(motion.tensions), "tensions");
+        check_length(self.n_tensions(), Some(motion.tensions), "tensions");
     }
 }

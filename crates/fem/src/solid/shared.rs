@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::added::{AddedMotion, AddedTangents};
+use crate::added::AddedTangents;
 use crate::fields::{Inverted, Tangents, Vectors};
 use crate::shared::{Crew, Pass};
 
@@ -123,10 +123,10 @@ impl Solid {
                     .for_each(|out| self.added_force(motion, out));
                 Ok(())
             }
-            Pass::ActiveForce(number, AddedMotion { u, v, .. }) => {
+            Pass::ActiveForce(motion) => {
                 let [out] = room(results, [nodal], [true]);
                 out.into_iter()
-                    .for_each(|out| self.active_force(*number, u, v, out));
+                    .for_each(|out| self.active_force(motion, out));
                 Ok(())
             }
             Pass::AddedTangents(motion, wanted) => {

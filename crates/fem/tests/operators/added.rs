@@ -74,7 +74,7 @@ fn the_power_of_a_homogeneous_motion_is_stress_times_rate_times_volume() {
         let [u, v] = [H, V].map(|gradient| linear(solid.space(), gradient));
         let power = |force: &[f64]| force.iter().zip(&v).map(|(f, v)| f * v).sum::<f64>();
         let mut force = vec![0.0; u.len()];
-        let tensions = &[TENSION][..];
+        let tensions = &vec![TENSION; solid.space().n_elements()][..];
         solid.added_force(
             &AddedMotion {
                 u: &u,
@@ -91,8 +91,13 @@ fn the_power_of_a_homogeneous_motion_is_stress_times_rate_times_volume() {
             (power(&force) / expected - 1.0).abs() < 1e-12,
             "{dimension}"
         );
-        solid.active_force(0, &u, &v, &mut force);
-        assert!((TENSION * power(&force) / (volume * active) - 1.0).abs() < 1e-12);
+        let motion = AddedMotion {
+            u: &u,
+            v: &v,
+            tensions,
+        };
+        solid.active_force(&motion, &mut force);
+        assert!((power(&force) / (volume * active) - 1.0).abs() < 1e-12);
     }
 }
 
@@ -103,7 +108,7 @@ fn tangents_are_those_of_the_force() {
         let solid = block(dimension);
         let n = solid.space().n_components();
         let (mut u, mut v) = (random(n, 0.02, 1), random(n, 1.0, 2));
-        let tensions = &[TENSION][..];
+        let tensions = &vec![TENSION; solid.space().n_elements()][..];
         let nnz = solid.displacement_pattern().nnz();
         let mut values = [0, 1].map(|_| vec![f64::NAN; nnz]);
         let [by_u, by_v] = &mut values;
@@ -216,7 +221,7 @@ fn the_stress_at_a_point_is_that_of_all_its_parts() {
         let motion = AddedMotion {
             u: &u,
             v: &v,
-            tensions: &[TENSION],
+            tensions: &vec![TENSION; solid.space().n_elements()],
         };
         let n_vertices = dimension + 1;
         let barycentric = Barycentric::new(&vec![1.0 / n_vertices as f64; n_vertices]);

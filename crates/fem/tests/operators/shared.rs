@@ -101,7 +101,7 @@ fn shares_sum_to_the_passes_of_the_whole() {
         whole.displacement_pattern().nnz(),
         whole.divergence_pattern().nnz(),
     );
-    let tensions = [3e3];
+    let tensions = vec![3e3; whole.n_tensions()];
     let motion = AddedMotion {
         u: &u,
         v: &v,
@@ -133,7 +133,7 @@ fn shares_sum_to_the_passes_of_the_whole() {
         };
         solid.tangents(&fields, &mut out).unwrap();
         solid.added_force(&motion, vectors.next().unwrap());
-        solid.active_force(0, &u, &v, vectors.next().unwrap());
+        solid.active_force(&motion, vectors.next().unwrap());
         let out = AddedTangents {
             by_displacement: vectors.next(),
             by_velocity: vectors.next(),

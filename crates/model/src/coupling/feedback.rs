@@ -1,115 +1,165 @@
-//! Two-way coupling: a muscle whose stiffness follows the coherence of its oscillators.
+//! Two-way coupling: a muscle whose stiffness, or tension, follows the coherence of its oscillators.
 //!
 //! The paper sketches it (section 1.3): a tissue is stiffer where its oscillators are out of step
 //! and relaxes where they agree. Here the law's energy W is multiplied, at each point ξ, by
 //!
 //! ```text
-//! 1 + Σ_k w_k(ξ) (g_k − 1),     g_k = g_∞ + (g_0 − g_∞) (1 − S_k),     S_k ≈ |χ|² of chain k,
+//! 1 + Σ_k w_k(ξ) (g_k − 1),     g_k = g_∞ + (g_0 − g_∞) (1 − S_k),     S_k ≈ |χ|² of place k,
 //! ```
 //!
 //! with g_0 for oscillators out of step or at rest, g_∞ for coherent ones. The weights w_k say
-//! where chain k acts: 1 in a region, or shares that sum to 1 everywhere (the paper's E(ξ, t)).
+//! where place k acts: 1 in a region, or shares that sum to 1 everywhere (the paper's E(ξ, t)).
 //! Damping follows the stiffness, β (∂P/∂F : ∇v + …); a change of g by itself gives no damping
-//! stress. The Jacobian has one more block per chain, of rank one: ∂F/∂s = ∂F/∂g_k · (dg_k/dS_k
-//! ∂S_k/∂s).
+//! stress. In the same way the tension along the fibres is T = Σ_k w_k T_k, T_k = T_0 + (T_1 − T_0) S_k.
+//!
+//! A network is a chain at one place, or many chains at as many places. The Jacobian has one more
+//! block per place, of rank one: ∂F/∂s = ∂F/∂g_k · (dg_k/dS_k ∂S_k/∂s). Places that act on what
+//! drives them, as a chain in an element on this element, are eliminated: [`FeedbackSolver`].
+//!
+//! [`FeedbackSolver`]: super::feedback_solver::FeedbackSolver
 
 use myovib_dae::{Problem, StepError, VariableKind};
+use myovib_fem::Solid;
 use myovib_oscillators::SmoothCoherence;
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::dae::CoupledDae;
+use super::reach::{Place, Places, momentum};
 use crate::blocks::{Block, Blocks};
-use crate::field::Field;
 use crate::muscle_dae::MuscleDae;
 
-/// What the coherence of one chain does to the stiffness around it.
+/// What a coherence changes in the body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effect {
+    /// The factor of the law's energy: numbers at the corners of each element.
+    Stiffness,
+    /// The tension of active stresses that [follow a coherence](crate::Activation::Coherence), Pa:
+    /// one number for each element.
+    Tension,
+}
+
+impl Effect {
+    /// How many numbers an element has.
+    pub(super) fn numbers_per_element(self, solid: &Solid) -> usize {
+        match self {
+            Self::Stiffness => solid.space().mesh().shape().n_vertices(),
+            Self::Tension => 1,
+        }
+    }
+
+    /// How many numbers all elements have.
+    pub(super) fn numbers(self, solid: &Solid) -> usize {
+        self.numbers_per_element(solid) * solid.space().n_elements()
+    }
+
+    /// What a number is where no place acts.
+    fn elsewhere(self) -> f64 {
+        match self {
+            Self::Stiffness => 1.0,
+            Self::Tension => 0.0,
+        }
+    }
+}
+
+/// What the coherence of one network does to the body around it.
 #[derive(Debug, Clone)]
 pub struct Feedback {
     /// Number of the network.
     pub network: usize,
     /// The measure of coherence.
     pub coherence: SmoothCoherence,
-    /// g_0: the factor of the stiffness for oscillators out of step, or at rest.
+    /// What it changes.
+    pub effect: Effect,
+    /// g_0 or T_0: the factor of the stiffness, or the tension, for oscillators out of step, or at rest.
     pub unsynchronised: f64,
-    /// g_∞: the factor for oscillators in step.
+    /// g_∞ or T_1: the same for oscillators in step.
     pub coherent: f64,
-    /// w at the corners of each element.
-    pub weights: Vec<f64>,
+    /// For each place of the network, which has as many oscillators as the others, w of the numbers it
+    /// acts on: those of its elements, in the order of the elements.
+    pub weights: Vec<Vec<(usize, f64)>>,
 }
 
 impl Feedback {
-    /// g for the chain's state s = (y, ẏ).
-    fn factor(&self, omega: &[f64], s: &[f64]) -> f64 {
-        let (y, w) = s.split_at(omega.len());
-        let apart = 1.0 - self.coherence.squared(omega, y, w);
-        self.coherent + (self.unsynchronised - self.coherent) * apart
-    }
-
-    /// ∂g/∂s.
-    fn gradient(&self, omega: &[f64], s: &[f64]) -> Vec<f64> {
-        let (y, w) = s.split_at(omega.len());
-        let mut gradient = vec![0.0; s.len()];
-        let (by_position, by_velocity) = gradient.split_at_mut(omega.len());
-        self.coherence
-            .gradient(omega, y, w, by_position, by_velocity);
-        let slope = self.coherent - self.unsynchronised;
-        gradient.iter_mut().for_each(|entry| *entry *= slope);
-        gradient
+    /// The weights of a single place, one for each number.
+    pub fn of_one_place(weights: &[f64]) -> Vec<Vec<(usize, f64)>> {
+        let weights = weights.iter().copied().enumerate();
+        vec![weights.filter(|(_, weight)| *weight != 0.0).collect()]
     }
 }
 
-/// A muscle with oscillators that act back on its stiffness.
+/// A muscle with oscillators that act back on it.
 #[derive(Debug, Clone)]
 pub struct FeedbackDae {
     one_way: CoupledDae<MuscleDae>,
     feedbacks: Vec<Feedback>,
+    places: Places,
     /// The one-way system, then a block for each feedback.
     blocks: Blocks,
     one_way_values: Vec<f64>,
-    factors: Vec<f64>,
-    response: Vec<f64>,
+    /// The body's numbers of each effect; empty where nothing has it.
+    numbers: [(Effect, Vec<f64>); 2],
 }
 
 impl FeedbackDae {
     /// Adds feedbacks to a system.
     ///
     /// # Panics
-    /// When a feedback names a network that is not there, or has not one weight for each vertex of
-    /// each element.
+    /// When a feedback names a network, or weighs a number, that is not there, or when the oscillators
+    /// of a network are not as many at each place.
     pub fn new(one_way: CoupledDae<MuscleDae>, feedbacks: Vec<Feedback>) -> Self {
-        let muscle = one_way.body();
-        let space = muscle.muscle().solid.space();
-        let n_factors = space.n_elements() * space.mesh().shape().n_vertices();
+        let body = one_way.body();
+        let solid = &body.muscle().solid;
         for feedback in &feedbacks {
             assert!(feedback.network < one_way.n_networks(), "a known network");
-            assert_eq!(feedback.weights.len(), n_factors, "weights at vertices");
+            let network = one_way.oscillators(feedback.network).network();
+            let places = feedback.weights.len();
+            assert_eq!(network.n_oscillators() % places, 0, "as many at each place");
+            let mut weighed = feedback.weights.iter().flatten();
+            let count = feedback.effect.numbers(solid);
+            assert!(weighed.all(|(i, _)| *i < count), "a known number");
         }
-        let momentum = muscle
-            .layout()
-            .range(Field::Velocity)
-            .expect("all formulations have v");
-        let own = one_way.jacobian_pattern();
-        let full = |columns: usize| {
-            let offsets = (0..=columns).map(|c| c * momentum.len()).collect();
-            let rows = (0..columns).flat_map(|_| 0..momentum.len()).collect();
-            SparsityPattern::try_from_offsets_and_indices(columns, momentum.len(), offsets, rows)
-                .expect("a full block is a valid pattern")
-        };
-        let patterns: Vec<SparsityPattern> = feedbacks
-            .iter()
-            .map(|feedback| full(one_way.range(feedback.network).len()))
+        let numbers = [Effect::Stiffness, Effect::Tension].map(|effect| {
+            let any = feedbacks.iter().any(|feedback| feedback.effect == effect);
+            let count = if any { effect.numbers(solid) } else { 0 };
+            (effect, vec![0.0; count])
+        });
+        let places = Places::new(&one_way, &feedbacks);
+        let n_rows = momentum(body).len();
+        let patterns: Vec<SparsityPattern> = (0..feedbacks.len())
+            .map(|k| {
+                let columns = one_way.range(feedbacks[k].network).len();
+                let mut rows_of = vec![&[][..]; columns];
+                for place in places.list.iter().filter(|place| place.feedback == k) {
+                    for (state, _) in place.slopes() {
+                        rows_of[state] = &place.rows;
+                    }
+                }
+                let ends = rows_of.iter().scan(0, |end, rows| {
+                    *end += rows.len();
+                    Some(*end)
+                });
+                let offsets = std::iter::once(0).chain(ends).collect();
+                SparsityPattern::try_from_offsets_and_indices(
+                    columns,
+                    n_rows,
+                    offsets,
+                    rows_of.concat(),
+                )
+                .expect("the rows of a place are sorted")
+            })
             .collect();
+        let own = one_way.jacobian_pattern();
         let mut placed = vec![Block::at(0, 0, &own)];
         placed.extend(feedbacks.iter().zip(&patterns).map(|(feedback, pattern)| {
             let columns = one_way.range(feedback.network);
-            Block::at(momentum.start, columns.start, pattern)
+            Block::at(momentum(body).start, columns.start, pattern)
         }));
         let n = one_way.n_unknowns();
         Self {
             blocks: Blocks::new((n, n), &placed),
             one_way_values: vec![0.0; own.nnz()],
-            factors: vec![1.0; n_factors],
-            response: vec![0.0; one_way.body_range().len()],
+            numbers,
+            places,
             one_way,
             feedbacks,
         }
@@ -120,19 +170,25 @@ impl FeedbackDae {
         &self.one_way
     }
 
-    /// The muscle with the stiffness that belongs to the state `y` of the whole system.
+    /// The feedbacks.
+    pub fn feedbacks(&self) -> &[Feedback] {
+        &self.feedbacks
+    }
+
+    /// The muscle as it is in the state `y` of the whole system.
     pub fn muscle_at(&mut self, y: &[f64]) -> &mut MuscleDae {
-        self.stiffen(y);
+        self.adapt(y);
         self.one_way.body_mut()
     }
 
-    /// g of each feedback.
+    /// g of each feedback, the mean over its places.
     pub fn factors(&self, y: &[f64]) -> Vec<f64> {
-        let factor = |feedback: &Feedback| {
-            let network = self.one_way.oscillators(feedback.network).network();
-            feedback.factor(network.omega(), &y[self.one_way.range(feedback.network)])
-        };
-        self.feedbacks.iter().map(factor).collect()
+        let mut means = vec![0.0; self.feedbacks.len()];
+        for (place, gain) in self.places.list.iter().zip(self.gains(y)) {
+            let count = self.feedbacks[place.feedback].weights.len();
+            means[place.feedback] += gain / count as f64;
+        }
+        means
     }
 
     /// As [`CoupledDae::derivatives_at`].
@@ -140,20 +196,59 @@ impl FeedbackDae {
     /// # Errors
     /// Those of the muscle's residual.
     pub fn derivatives_at(&mut self, t: f64, y: &[f64]) -> Result<(Vec<f64>, f64), StepError> {
-        self.stiffen(y);
+        self.adapt(y);
         self.one_way.derivatives_at(t, y)
     }
 
-    /// Gives the muscle the stiffness that belongs to `y`.
-    fn stiffen(&mut self, y: &[f64]) {
-        let gains = self.factors(y);
-        self.factors.fill(1.0);
-        for (feedback, gain) in self.feedbacks.iter().zip(gains) {
-            for (factor, weight) in self.factors.iter_mut().zip(&feedback.weights) {
-                *factor += weight * (gain - 1.0);
+    /// g of each place.
+    fn gains(&self, y: &[f64]) -> impl Iterator<Item = f64> {
+        self.places.list.iter().map(|place| {
+            let feedback = &self.feedbacks[place.feedback];
+            let network = self.one_way.oscillators(feedback.network).network();
+            let states = &y[self.one_way.range(feedback.network)];
+            place.gain(feedback, network.omega(), states)
+        })
+    }
+
+    /// Gives the muscle the stiffness and the tensions that belong to `y`.
+    pub(super) fn adapt(&mut self, y: &[f64]) {
+        let gains: Vec<f64> = self.gains(y).collect();
+        for (effect, numbers) in &mut self.numbers {
+            if numbers.is_empty() {
+                continue;
+            }
+            numbers.fill(effect.elsewhere());
+            for (place, gain) in self.places.list.iter().zip(&gains) {
+                let feedback = &self.feedbacks[place.feedback];
+                if feedback.effect == *effect {
+                    for &(i, weight) in &feedback.weights[place.number] {
+                        numbers[i] += weight * (gain - effect.elsewhere());
+                    }
+                }
+            }
+            let body = self.one_way.body_mut();
+            match effect {
+                Effect::Stiffness => body.set_factors(numbers),
+                Effect::Tension => body.set_tensions(numbers),
             }
         }
-        self.one_way.body_mut().set_factors(&self.factors);
+    }
+
+    /// Evaluates what the coherence does to the forces at the state `y`.
+    pub(super) fn linearise(&mut self, t: f64, y: &[f64]) -> Result<(), StepError> {
+        let places = &mut self.places;
+        places.linearise(&mut self.one_way, &self.feedbacks, t, y)
+    }
+
+    /// The system without the feedback, and the places as of the last
+    /// [`linearise`](Self::linearise).
+    pub(super) fn parts(&mut self) -> (&mut CoupledDae<MuscleDae>, &[Place], &[Feedback]) {
+        (&mut self.one_way, &self.places.list, &self.feedbacks)
+    }
+
+    /// The places.
+    pub(super) fn places(&self) -> &[Place] {
+        &self.places.list
     }
 }
 
@@ -169,7 +264,7 @@ impl Problem for FeedbackDae {
         y_dot: &[f64],
         residual: &mut [f64],
     ) -> Result<(), StepError> {
-        self.stiffen(y);
+        self.adapt(y);
         self.one_way.residual(t, y, y_dot, residual)
     }
 
@@ -186,33 +281,22 @@ impl Problem for FeedbackDae {
         b: f64,
         values: &mut [f64],
     ) -> Result<(), StepError> {
-        self.stiffen(y);
+        self.adapt(y);
         self.one_way
             .jacobian(t, y, y_dot, a, b, &mut self.one_way_values)?;
         values.fill(0.0);
         self.blocks.add(0, 1.0, &self.one_way_values, values);
-        let body = self.one_way.body_range();
-        let momentum = self
-            .one_way
-            .body()
-            .layout()
-            .range(Field::Velocity)
-            .expect("all formulations have v");
+        self.linearise(t, y)?;
         for (k, feedback) in self.feedbacks.iter().enumerate() {
-            self.response.fill(0.0);
-            self.one_way.body_mut().add_factor_response(
-                t,
-                &y[body.clone()],
-                &feedback.weights,
-                &mut self.response,
-            )?;
-            let network = self.one_way.oscillators(feedback.network).network();
-            let states = &y[self.one_way.range(feedback.network)];
-            let by_factor = &self.response[momentum.clone()];
-            let block: Vec<f64> = feedback
-                .gradient(network.omega(), states)
-                .iter()
-                .flat_map(|slope| by_factor.iter().map(move |force| slope * force))
+            let mut columns = vec![(0.0, &[][..]); self.one_way.range(feedback.network).len()];
+            for place in self.places.list.iter().filter(|place| place.feedback == k) {
+                for (state, slope) in place.slopes() {
+                    columns[state] = (slope, &place.force);
+                }
+            }
+            let block: Vec<f64> = columns
+                .into_iter()
+                .flat_map(|(slope, forces)| forces.iter().map(move |force| slope * force))
                 .collect();
             self.blocks.add(1 + k, a, &block, values);
         }

@@ -8,6 +8,7 @@ use super::body::Body;
 use super::dae::CoupledDae;
 use super::error_test::ErrorTest;
 use super::feedback::FeedbackDae;
+use super::feedback_solver::FeedbackSolver;
 use super::solver::CoupledSolver;
 use crate::error::ModelError;
 use crate::integration::ida::{IdaIntegrator, builder};
@@ -70,21 +71,31 @@ impl<B: Body> IdaIntegrator<CoupledDae<B>> {
 
 impl IdaIntegrator<FeedbackDae> {
     /// Starts a muscle with feedback from a state with consistent derivatives, over the times
-    /// `[start, end]`. Its Newton matrices are factorised as a whole.
+    /// `[start, end]`. Its oscillators are eliminated where they act on their own elements alone; else
+    /// its Newton matrices are factorised as a whole.
     ///
     /// # Errors
     /// [`ModelError::Integrator`] for options IDAS does not take.
     pub fn feedback_at(
-        dae: FeedbackDae,
+        mut dae: FeedbackDae,
         error_test: ErrorTest,
         options: IdaOptions,
+        linear_solver: LinearSolver,
         [t, t_end]: [f64; 2],
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let schedule = dae.one_way().schedule();
         let step_size = error_test.step_size();
-        let solver = tested(dae, error_test, options, t_end).build(t, y, y_dot)?;
+        let eliminated = match linear_solver {
+            LinearSolver::Condensed => FeedbackSolver::new(&mut dae, options.klu)?,
+            LinearSolver::Full => None,
+        };
+        let mut builder = tested(dae, error_test, options, t_end);
+        if let Some(solver) = eliminated {
+            builder = builder.linear_solver(solver);
+        }
+        let solver = builder.build(t, y, y_dot)?;
         Ok(Self::of(solver, t_end, schedule, step_size))
     }
 }

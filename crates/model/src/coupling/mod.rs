@@ -16,19 +16,22 @@
 //! afterwards; [`ErrorTest`] gives each part its own tolerances; [`CoupledSolver`]
 //! continues a body's own linear solver to the oscillators; [`start_coupled`]
 //! gives an integrator; [`CoherenceHistory`] is what is observed, and [`LockCriterion`] judges it.
-//! With a [`Feedback`] the coupling is two-way: [`FeedbackDae`].
+//! With a [`Feedback`] the coupling is two-way: [`FeedbackDae`], and [`FeedbackSolver`] for chains that
+//! act on their own elements.
 #![doc = include_str!("../../notes/0003-a-chain-beside-a-muscle.md")]
 
 mod body;
 mod dae;
 mod error_test;
 mod feedback;
+mod feedback_solver;
 mod history;
 mod ida;
 mod locking;
 mod no_body;
 mod oscillators;
 mod radau;
+mod reach;
 mod recording;
 mod solver;
 mod start;
@@ -36,13 +39,14 @@ mod start;
 pub use body::{Body, BodySolver};
 pub use dae::CoupledDae;
 pub use error_test::{ErrorTest, StateTolerances};
-pub use feedback::{Feedback, FeedbackDae};
+pub use feedback::{Effect, Feedback, FeedbackDae};
+pub use feedback_solver::FeedbackSolver;
 pub use history::{CoherenceHistory, Settling};
 pub use locking::{LockCriterion, Synchrony};
 pub use no_body::NoBody;
 pub use oscillators::{Oscillators, Source};
-pub use radau::SystemMatrices;
 pub(crate) use radau::tested;
+pub use radau::{FeedbackMatrices, SystemMatrices};
 pub use recording::{Recorder, Recording};
 pub use solver::CoupledSolver;
 pub use start::{CoupledOptions, start_coupled, start_coupled_from, start_with_feedback};

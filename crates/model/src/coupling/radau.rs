@@ -7,6 +7,7 @@ use super::body::Body;
 use super::dae::CoupledDae;
 use super::error_test::ErrorTest;
 use super::feedback::FeedbackDae;
+use super::feedback_solver::FeedbackSolver;
 use super::solver::CoupledSolver;
 use crate::error::ModelError;
 use crate::integration::radau::RadauIntegrator;
@@ -15,6 +16,9 @@ use crate::start::Consistent;
 
 /// Matrices chosen at run time: by the body's own, or of the whole.
 pub type SystemMatrices<B> = Box<dyn myovib_dae::LinearSolver<CoupledDae<B>>>;
+
+/// The same where the oscillators act back.
+pub type FeedbackMatrices = Box<dyn myovib_dae::LinearSolver<FeedbackDae>>;
 
 impl<B: Body> RadauIntegrator<CoupledDae<B>, SystemMatrices<B>> {
     /// Starts a coupled system at t = 0 from `y`, the body at rest, as
@@ -71,21 +75,29 @@ impl<B: Body> RadauIntegrator<CoupledDae<B>, SystemMatrices<B>> {
     }
 }
 
-impl RadauIntegrator<FeedbackDae, KluMatrices> {
+impl RadauIntegrator<FeedbackDae, FeedbackMatrices> {
     /// Starts a muscle with feedback from a state with consistent derivatives, over the times
     /// `[start, end]`, as IDAS does.
     ///
     /// # Errors
     /// [`ModelError::Radau`] for options Radau IIA does not take.
     pub fn feedback_at(
-        dae: FeedbackDae,
+        mut dae: FeedbackDae,
         error_test: ErrorTest,
         options: RadauOptions,
+        linear_solver: LinearSolver,
         [t, t_end]: [f64; 2],
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
-        let matrices = KluMatrices::new(&dae.jacobian_pattern(), options.klu)?;
+        let eliminated = match linear_solver {
+            LinearSolver::Condensed => FeedbackSolver::new(&mut dae, options.klu)?,
+            LinearSolver::Full => None,
+        };
+        let matrices: FeedbackMatrices = match eliminated {
+            Some(solver) => Box::new(solver),
+            None => Box::new(KluMatrices::new(&dae.jacobian_pattern(), options.klu)?),
+        };
         let schedule = dae.one_way().schedule();
         let (times, state) = ((t, t_end), (y, y_dot));
         let integrator = tested(dae, matrices, error_test, options, times, state)?;

@@ -63,7 +63,7 @@ fn evaluate_networks<B: Problem>(
 
 /// The matrices J_o of all networks for one c, factorised.
 #[derive(Debug)]
-struct NetworkFactors<T: Number> {
+pub(super) struct NetworkFactors<T: Number> {
     networks: Vec<(Vec<T>, Factors<T>)>,
 }
 
@@ -101,6 +101,12 @@ impl<T: Number> NetworkFactors<T> {
         }
     }
 
+    /// Solves with the matrix of network `k` in place.
+    pub(super) fn solve_one(&mut self, k: usize, x: &mut [T]) -> Result<(), StepError> {
+        self.networks[k].1.solve(x)?;
+        Ok(())
+    }
+
     /// Solves for the oscillators in place, the body's part of `x` being solved for.
     fn solve<B: Problem>(&mut self, dae: &CoupledDae<B>, x: &mut [T]) -> Result<(), StepError> {
         let n_body = dae.body_range().len();
@@ -120,11 +126,11 @@ impl<T: Number> NetworkFactors<T> {
 /// Room for complex matrices is made at the first set-up that asks for them.
 #[derive(Debug)]
 pub struct CoupledSolver<S> {
-    body: S,
+    pub(super) body: S,
     jacobians: Vec<NetworkJacobian>,
     analyses: Vec<Symbolic>,
-    real: NetworkFactors<f64>,
-    complex: Vec<NetworkFactors<Complex64>>,
+    pub(super) real: NetworkFactors<f64>,
+    pub(super) complex: Vec<NetworkFactors<Complex64>>,
 }
 
 impl<S> CoupledSolver<S> {
@@ -145,6 +151,21 @@ impl<S> CoupledSolver<S> {
             complex: Vec::new(),
             analyses,
         })
+    }
+}
+
+impl<S> CoupledSolver<S> {
+    /// Factorises the matrices of the networks.
+    pub(super) fn set_up_networks(
+        &mut self,
+        real: f64,
+        complex: &[Complex64],
+    ) -> Result<(), StepError> {
+        self.real.set_up(real, &self.jacobians)?;
+        let fresh = || NetworkFactors::new(&self.analyses);
+        self.complex.resize_with(complex.len(), fresh);
+        let mut matrices = self.complex.iter_mut().zip(complex);
+        matrices.try_for_each(|(factors, &c)| factors.set_up(c, &self.jacobians))
     }
 }
 
@@ -173,11 +194,7 @@ impl<B: Problem, S: LinearSolver<B>> LinearSolver<CoupledDae<B>> for CoupledSolv
         complex: &[Complex64],
     ) -> Result<(), StepError> {
         self.body.set_up(dae.body_mut(), real, complex)?;
-        self.real.set_up(real, &self.jacobians)?;
-        let fresh = || NetworkFactors::new(&self.analyses);
-        self.complex.resize_with(complex.len(), fresh);
-        let mut matrices = self.complex.iter_mut().zip(complex);
-        matrices.try_for_each(|(factors, &c)| factors.set_up(c, &self.jacobians))
+        self.set_up_networks(real, complex)
     }
 
     fn solve_real(&mut self, dae: &mut CoupledDae<B>, rhs: &mut [f64]) -> Result<(), StepError> {

@@ -132,17 +132,22 @@ pub fn start_with_feedback(
     y: &[f64],
     y_dot: &[f64],
 ) -> Result<Box<dyn Integrator<FeedbackDae>>, ModelError> {
-    let CoupledOptions { ida, radau, .. } = options;
+    let CoupledOptions {
+        ida,
+        radau,
+        linear_solver: linear,
+        ..
+    } = options;
     if options.project_every.is_some() {
         let setting = "project_every";
         return Err(ModelError::NotWithFeedback { setting });
     }
     Ok(match options.integrator.stages() {
         None => Box::new(IdaIntegrator::feedback_at(
-            dae, error_test, ida, times, y, y_dot,
+            dae, error_test, ida, linear, times, y, y_dot,
         )?),
         Some(_) => Box::new(RadauIntegrator::feedback_at(
-            dae, error_test, radau, times, y, y_dot,
+            dae, error_test, radau, linear, times, y, y_dot,
         )?),
     })
 }

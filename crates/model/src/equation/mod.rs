@@ -83,6 +83,8 @@ pub struct Context {
     pub added: Added,
     /// Whether κ, α or β differ between elements.
     pub graded: bool,
+    /// Whether oscillators that are eliminated act on the stiffness.
+    pub coherence: bool,
 }
 
 /// What acts on a body beside the stress of its law: where it is not, it costs nothing.

@@ -21,6 +21,7 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
         pressed,
         added,
         graded,
+        coherence,
         ..
     } = *context;
     let mut terms = vec![
@@ -54,6 +55,11 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
         let series = (0..added.relaxing).map(Matrix::RelaxingStiffness);
         let matrices = series.chain([Matrix::RelaxingGeometric]);
         terms.extend(matrices.map(|matrix| Term::value(Field::Displacement, matrix, 1.0)));
+    }
+    if coherence {
+        let column = Field::Displacement;
+        terms.push(Term::value(column, Matrix::CoherenceStiffness, 1.0));
+        terms.push(Term::rate(column, Matrix::CoherenceDamping, 1.0));
     }
     if has_pressure {
         terms.push(Term::value(

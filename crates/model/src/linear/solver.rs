@@ -56,6 +56,35 @@ impl CondensedSolver {
         Ok(())
     }
 
+    /// Sets up all matrices; before each, `prepare` is given its number, the real one being the first.
+    ///
+    /// # Errors
+    /// Those of the factorisations.
+    pub(crate) fn set_up_each(
+        &mut self,
+        dae: &mut MuscleDae,
+        real: f64,
+        complex: &[Complex64],
+        prepare: impl Fn(usize, &mut MuscleDae),
+    ) -> Result<(), StepError> {
+        self.make_room(complex.len())?;
+        self.shifts.0 = real;
+        self.shifts.1.clear();
+        self.shifts.1.extend(complex);
+        let mut work = dae.counters().linear;
+        prepare(0, dae);
+        let mut result = self
+            .real
+            .set_up(real, |matrix| dae.matrix_values(matrix), &mut work);
+        for (k, (matrix, &c)) in self.complex.iter_mut().zip(complex).enumerate() {
+            prepare(1 + k, dae);
+            let values = |matrix| dae.matrix_values(matrix);
+            result = result.and_then(|()| matrix.set_up(c, values, &mut work));
+        }
+        dae.counters_mut().linear = work;
+        Ok(result?)
+    }
+
     /// Refuses a transposed solve where internal stresses are eliminated: the adjoint has none of
     /// theirs.
     fn expect_nothing_relaxes(&self) -> Result<(), StepError> {
@@ -79,19 +108,7 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
         real: f64,
         complex: &[Complex64],
     ) -> Result<(), StepError> {
-        self.make_room(complex.len())?;
-        self.shifts.0 = real;
-        self.shifts.1.clear();
-        self.shifts.1.extend(complex);
-        let mut work = dae.counters().linear;
-        let values = |matrix| dae.matrix_values(matrix);
-        let mut matrices = self.complex.iter_mut().zip(complex);
-        let result = self
-            .real
-            .set_up(real, values, &mut work)
-            .and_then(|()| matrices.try_for_each(|(m, &c)| m.set_up(c, values, &mut work)));
-        dae.counters_mut().linear = work;
-        Ok(result?)
+        self.set_up_each(dae, real, complex, |_, _| ())
     }
 
     fn pivot_choices(&self) -> u64 {

@@ -33,6 +33,8 @@ fn transposed(matrix: Matrix) -> Option<Matrix> {
         | Matrix::DampedDivergenceTransposed
         | Matrix::DampedDivergenceRateTransposed
         | Matrix::PressureStiffness
+        | Matrix::CoherenceStiffness
+        | Matrix::CoherenceDamping
         | Matrix::TensionForce
         | Matrix::TensionIdentity
         | Matrix::TensionDecay => None,

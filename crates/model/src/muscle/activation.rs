@@ -12,6 +12,12 @@ pub enum Activation {
     Given(Signal),
     /// An unknown of its own, zero at the start of a run, that follows Bestel's equation.
     Bestel(Bestel),
+    /// It follows the coherence of oscillators, by a
+    /// [`Feedback`](crate::coupling::Feedback): here what it is while these are out of step, or at rest.
+    Coherence {
+        /// T0, Pa.
+        unsynchronised: f64,
+    },
     /// A straight line in time: what a model gives near a state, for derivatives there.
     Line {
         /// Where it touches, s.
@@ -28,8 +34,13 @@ impl Activation {
     pub fn model(&self) -> Option<&Bestel> {
         match self {
             Self::Bestel(model) => Some(model),
-            Self::Given(_) | Self::Line { .. } => None,
+            Self::Given(_) | Self::Coherence { .. } | Self::Line { .. } => None,
         }
+    }
+
+    /// Whether it follows a coherence.
+    pub fn is_coherent(&self) -> bool {
+        matches!(self, Self::Coherence { .. })
     }
 
     /// The tension at time `t`; `unknown` is that of a model.
@@ -37,6 +48,7 @@ impl Activation {
         match self {
             Self::Given(signal) => signal.at(t).value,
             Self::Bestel(_) => unknown,
+            Self::Coherence { unsynchronised } => *unsynchronised,
             Self::Line {
                 t: touches,
                 tension,

@@ -133,6 +133,9 @@ impl Muscle {
                 Some(true) if self.activations[..k].iter().any(again) => {
                     "its tension is given twice"
                 }
+                Some(true) if activation.is_coherent() && !(activation.at(0.0, 0.0) >= 0.0) => {
+                    "its tension is negative: a muscle pulls"
+                }
                 Some(true) => {
                     if let Some(model) = activation.model() {
                         model.check()?;
@@ -150,6 +153,36 @@ impl Muscle {
     pub fn models(&self) -> impl Iterator<Item = (usize, &Bestel)> {
         let activations = self.activations.iter();
         activations.filter_map(|(number, activation)| Some((*number, activation.model()?)))
+    }
+
+    /// The tension of each element at time `t`; `unknowns` are those of the models, `coherent` those
+    /// of the elements that follow a coherence.
+    pub(crate) fn fill_tensions(
+        &self,
+        t: f64,
+        unknowns: &[f64],
+        coherent: Option<&[f64]>,
+        tensions: &mut [f64],
+    ) {
+        if tensions.is_empty() {
+            return;
+        }
+        let mut unknowns = unknowns.iter();
+        let mut of_stresses = vec![(0.0, None); self.solid.added_stresses().len()];
+        for (number, activation) in &self.activations {
+            let own = activation.model().and_then(|_| unknowns.next());
+            let of_element = coherent.filter(|_| activation.is_coherent());
+            of_stresses[*number] = (activation.at(t, own.copied().unwrap_or(0.0)), of_element);
+        }
+        for (element, tension) in tensions.iter_mut().enumerate() {
+            *tension = match self.solid.added_number(element) {
+                None => 0.0,
+                Some(number) => match of_stresses[number] {
+                    (_, Some(of_element)) => of_element[element],
+                    (of_all, None) => of_all,
+                },
+            };
+        }
     }
 
     /// The body with its stress relaxed at all times, without Prony terms.
@@ -203,7 +236,7 @@ impl Muscle {
             match activation {
                 Activation::Given(signal) => schedule.add(signal.clone(), 0),
                 Activation::Bestel(model) => schedule.add(*model, 0),
-                Activation::Line { .. } => {}
+                Activation::Coherence { .. } | Activation::Line { .. } => {}
             }
         }
         schedule
@@ -218,7 +251,7 @@ impl Muscle {
             .iter()
             .filter_map(|(_, activation)| match activation {
                 Activation::Given(signal) => Some(signal),
-                Activation::Bestel(_) | Activation::Line { .. } => None,
+                _ => None,
             });
         loads.chain(pressures).chain(motions).chain(tensions)
     }

@@ -40,17 +40,15 @@ impl MuscleDae {
         for (rate, ((_, model), &tension)) in work.tension_rates.iter_mut().zip(models) {
             *rate = model.rate(t, tension);
         }
-        let mut unknown = unknown.iter();
-        for (number, activation) in &self.muscle.activations {
-            let own = activation.model().and_then(|_| unknown.next());
-            work.tensions[*number] = activation.at(t, own.copied().unwrap_or(0.0));
-        }
+        let coherent = self.coherent_tensions.as_deref();
+        self.muscle
+            .fill_tensions(t, unknown, coherent, &mut work.tensions);
     }
 
     /// Refuses a muscle that pushes.
     fn expect_tensions(&self, t: f64) -> Result<(), StepError> {
         for (number, activation) in &self.muscle.activations {
-            let tension = self.work.tensions[*number];
+            let tension = activation.at(t, 0.0);
             if matches!(activation, Activation::Given(_)) && tension < 0.0 {
                 let message = format!(
                     "the tension of active stress {number} is {tension} Pa at t = {t} s: \

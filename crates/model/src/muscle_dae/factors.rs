@@ -1,7 +1,7 @@
-//! A stiffness that varies in space and time: factors of the law's energy.
+//! A body that varies in space and time: factors of the law's energy, tensions of the elements.
 
 use myovib_dae::StepError;
-use myovib_fem::{Fields, Pressure, Vectors};
+use myovib_fem::{AddedMotion, Fields, Pressure, Vectors};
 
 use super::MuscleDae;
 use crate::field::Field;
@@ -63,5 +63,38 @@ impl MuscleDae {
             }
         }
         Ok(())
+    }
+
+    /// Gives the elements whose tension follows a coherence theirs, Pa, from now on; those of other
+    /// elements are not read.
+    ///
+    /// # Panics
+    /// At the next evaluation, if there is not one for each element.
+    pub fn set_tensions(&mut self, tensions: &[f64]) {
+        let own = self.coherent_tensions.get_or_insert_default();
+        own.clear();
+        own.extend_from_slice(tensions);
+    }
+
+    /// Adds the force of the active stresses under these tensions of the elements to the rows of the
+    /// momentum balance. This is ∂F/∂T along a direction: the force is linear in the tensions.
+    pub fn add_tension_response(&mut self, t: f64, y: &[f64], tensions: &[f64], rows: &mut [f64]) {
+        self.expand(t, y, None);
+        let Self {
+            work,
+            muscle: Muscle { solid, .. },
+            layout,
+            counters,
+            ..
+        } = self;
+        counters.added_passes += 1;
+        let (u, v) = (&work.displacement, &work.velocity);
+        solid.active_force(&AddedMotion { u, v, tensions }, &mut work.force);
+        let momentum = layout
+            .range(Field::Velocity)
+            .expect("the momentum balance stands in the rows of v");
+        for (row, &i) in rows[momentum].iter_mut().zip(solid.dofs().free_to_full()) {
+            *row += work.force[i];
+        }
     }
 }

@@ -41,6 +41,8 @@ pub struct MuscleDae {
     counters: WorkCounters,
     /// Factors of the law's energy, one at each vertex of each element; none: one everywhere.
     factors: Option<Vec<f64>>,
+    /// The tensions of elements that follow a coherence; none: they are those of oscillators at rest.
+    coherent_tensions: Option<Vec<f64>>,
 }
 
 impl MuscleDae {
@@ -104,6 +106,7 @@ impl MuscleDae {
             has_matrices: false,
             counters: WorkCounters::default(),
             factors: None,
+            coherent_tensions: None,
             muscle,
             formulation,
             rows,
@@ -168,7 +171,14 @@ impl MuscleDae {
 
     /// Whether damping is more than α times the mass matrix in the momentum balance without β.
     pub(crate) fn is_damped_beside_mass(&self) -> bool {
-        self.context.added.is_damped() || self.context.graded
+        self.context.added.is_damped() || self.context.graded || self.context.coherence
+    }
+
+    /// From now on [`blocks`](Self::blocks) have what eliminated oscillators do to stiffness and
+    /// damping, and so have reductions laid out later; its values are to be filled before each set-up.
+    pub(crate) fn coherence_matrices(&mut self) -> &mut [Vec<f64>; 2] {
+        self.context.coherence = true;
+        self.matrices.coherence_mut(&self.muscle.solid)
     }
 
     /// The pattern of a matrix of this formulation, and whether it is the transposed one.
@@ -207,6 +217,7 @@ fn context(muscle: &Muscle, formulation: Formulation) -> Context {
         pressed: !muscle.pressures.is_empty(),
         added: Added::of(muscle),
         graded: muscle.solid.is_graded(),
+        coherence: false,
     }
 }
 

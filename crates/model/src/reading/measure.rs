@@ -96,7 +96,7 @@ pub struct Snapshot<'a> {
     pub pressure: Pressure<'a>,
     /// Factors of the law's energy, if it has any.
     pub factors: Option<&'a [f64]>,
-    /// The tension of each of the solid's added stresses, Pa.
+    /// The tension of each element, Pa; none where the solid has no added stresses.
     pub tensions: &'a [f64],
 }
 
@@ -145,8 +145,8 @@ impl<'a> Snapshot<'a> {
             (Quantity::Principal, _) => principal(state().cauchy),
             (Quantity::VonMises, _) => vec![state().von_mises()],
             (Quantity::Tension, _) => {
-                let number = self.solid.added_number(place.element);
-                vec![number.map_or(0.0, |number| self.tensions[number])]
+                let own = self.tensions.get(place.element);
+                vec![own.copied().unwrap_or(0.0)]
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, StepError};
 
+use crate::colouring::colours;
 use crate::field::Field;
 use crate::muscle_dae::MuscleDae;
 
@@ -52,7 +53,9 @@ impl ElementStiffness {
         let n_corners = dimension + 1;
         Self {
             list: (0..n_elements).map(parameter).collect(),
-            colours: colours(n_elements, |element| space.element_nodes(element)),
+            colours: colours(n_elements, |element| {
+                space.element_nodes(element).iter().copied()
+            }),
             rows: (0..n_elements).map(rows).collect(),
             n_corners,
             weights: vec![0.0; n_corners * n_elements],
@@ -68,25 +71,6 @@ impl ElementStiffness {
             weights[element * n_corners..][..n_corners].fill(1.0);
         }
     }
-}
-
-/// Elements in groups that share no node, each put into the first that it can be.
-fn colours<'n>(n_elements: usize, nodes: impl Fn(usize) -> &'n [usize]) -> Vec<Vec<usize>> {
-    let mut colours: Vec<Vec<usize>> = Vec::new();
-    let mut taken: Vec<std::collections::HashSet<usize>> = Vec::new();
-    for element in 0..n_elements {
-        let own = nodes(element);
-        let is_free =
-            |taken: &std::collections::HashSet<usize>| own.iter().all(|node| !taken.contains(node));
-        let colour = taken.iter().position(is_free).unwrap_or(colours.len());
-        if colour == colours.len() {
-            colours.push(Vec::new());
-            taken.push(Default::default());
-        }
-        colours[colour].push(element);
-        taken[colour].extend(own);
-    }
-    colours
 }
 
 impl Parameters<MuscleDae> for ElementStiffness {

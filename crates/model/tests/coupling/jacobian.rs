@@ -4,7 +4,7 @@ use crate::common::{chain_alone, rod_and_chain};
 use myovib_dae::Problem;
 use myovib_dae::conformance::jacobian_error;
 use myovib_fem::Mesh;
-use myovib_model::coupling::{CoupledDae, Feedback, FeedbackDae, Oscillators, Source};
+use myovib_model::coupling::{CoupledDae, Effect, Feedback, FeedbackDae, Oscillators, Source};
 use myovib_model::{Formulation, MuscleDae, Probe, Signal, paper};
 use myovib_oscillators::{Array, Chain, Coefficients, Drive, Ends, Reach, SmoothCoherence};
 use rand::rngs::StdRng;
@@ -138,7 +138,8 @@ fn with_feedback(formulation: Formulation) -> FeedbackDae {
         coherence: SmoothCoherence::new(0.5).unwrap(),
         unsynchronised: 3.0,
         coherent: 0.8,
-        weights: vec![share; n_elements].into_flattened(),
+        effect: Effect::Stiffness,
+        weights: Feedback::of_one_place(&vec![share; n_elements].into_flattened()),
     };
     let shares = [[0.2, 0.5, 1.0], [0.8, 0.5, 0.0]];
     let feedbacks = vec![feedback(0, shares[0]), feedback(1, shares[1])];

@@ -8,3 +8,4 @@ mod muscle_chain;
 mod places;
 mod replay;
 mod rod_chain;
+mod two_way;

@@ -108,6 +108,7 @@ fn context(beta: f64, inv_kappa: f64) -> Context {
         pressed: false,
         added: Added::default(),
         graded: false,
+        coherence: false,
     }
 }
 

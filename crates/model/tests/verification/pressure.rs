@@ -169,6 +169,7 @@ fn without_pressure_there_is_no_matrix_for_it() {
             pressed,
             added: Added::default(),
             graded: false,
+            coherence: false,
         })
     };
     let of_load = |term: &Term| term.matrix == Matrix::PressureStiffness;

@@ -46,6 +46,7 @@ pub(super) fn dynamic<P: System>(
             "tangent_passes": work.tangent_passes,
             "rate_tangent_passes": work.rate_tangent_passes,
             "added_passes": work.added_passes,
+            "coherence_passes": work.coherence_passes,
             "added_tangent_passes": work.added_tangent_passes,
             "relaxing_passes": work.relaxing_passes,
             "relaxing_tangent_passes": work.relaxing_tangent_passes,

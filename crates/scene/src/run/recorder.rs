@@ -217,7 +217,8 @@ impl What {
                 let (_, range) = system.network(*k).ok_or(no_network)?;
                 Ok(y[range].to_vec())
             }
-            Self::Feedback(_) => Ok(system.stiffness_factors(y)),
+            // Those of tensions come after.
+            Self::Feedback(names) => Ok(system.factors(y)[..names.len()].to_vec()),
             Self::Rod(point) => {
                 let n = system.rod().map_or(0, |rod| rod.rod().n_free());
                 Ok(vec![point.of(&y[..n]), point.of(&y[n..2 * n])])

@@ -22,8 +22,8 @@ pub(crate) trait System: Problem {
         None
     }
 
-    /// The factor that each feedback gives the stiffness in state `y`.
-    fn stiffness_factors(&self, _y: &[f64]) -> Vec<f64> {
+    /// What each feedback gives in state `y`: the factors of the stiffness, then tensions.
+    fn factors(&self, _y: &[f64]) -> Vec<f64> {
         Vec::new()
     }
 
@@ -114,8 +114,8 @@ impl System for FeedbackDae {
         self.one_way().network(k)
     }
 
-    fn stiffness_factors(&self, y: &[f64]) -> Vec<f64> {
-        self.factors(y)
+    fn factors(&self, y: &[f64]) -> Vec<f64> {
+        FeedbackDae::factors(self, y)
     }
 
     fn counters(&self) -> WorkCounters {

@@ -6,9 +6,11 @@ use myovib_fem::{DofMap, FemError, Law, Mesh, Solid, Space};
 use myovib_model::{Formulation, LinearSolver, Muscle, Parameters, Prescribed};
 
 use super::builder::Builder;
+use super::contraction::chains_that_act;
 use super::materials::Materials;
 use super::{Body, Start};
 use crate::InputError;
+use crate::scene_file::chain::Place;
 use crate::scene_file::solid::{self, FormulationName};
 use crate::scene_file::{SceneFile, mesh};
 
@@ -36,7 +38,7 @@ impl Builder<'_> {
         self.check_complete(&laws, formulation)?;
         let own = |region: &usize| parameters[*region];
         let own: Vec<Parameters> = regions.iter().map(own).collect();
-        let space = space(&mesh, &regions, &parameters);
+        let space = space(&mesh, &regions);
         let space = Arc::new(self.at("material", space)?);
         let constrained = self.supports(file, &space)?;
         let components: Vec<(usize, usize)> = constrained.keys().copied().collect();
@@ -72,9 +74,13 @@ impl Builder<'_> {
                 })
             })
             .collect();
-        let linear_solver = match file.feedback.is_empty() {
+        let own_elements = |name: &str| {
+            let mut chains = file.chain.iter().filter(|chain| chain.name == name);
+            chains.all(|chain| matches!(chain.at, Some(Place::Elements { .. })))
+        };
+        let linear_solver = match chains_that_act(file).all(own_elements) {
             true => LinearSolver::Condensed,
-            // The oscillators act on the body: the Newton matrix is no longer block triangular.
+            // The oscillators act on elements that do not drive them: they are not eliminated.
             false => LinearSolver::Full,
         };
         let muscle = Muscle {
@@ -153,20 +159,13 @@ impl Builder<'_> {
     }
 }
 
-/// Taylor–Hood elements, with pressures that jump where κ or β do; `regions`: the material of each
-/// element, `parameters`: those of each material.
-fn space(mesh: &Mesh, regions: &[usize], parameters: &[Parameters]) -> Result<Space, FemError> {
+/// Taylor–Hood elements, with pressures that jump between materials; `regions`: the material of each
+/// element. A stress that jumps has a pressure that jumps, whatever it is that differs.
+fn space(mesh: &Mesh, regions: &[usize]) -> Result<Space, FemError> {
     let space = Space::taylor_hood(mesh);
-    let of_pressure = |own: &Parameters| (own.kappa(), own.beta);
-    let first_like = |own: &Parameters| {
-        let mut all = parameters.iter();
-        all.position(|other| of_pressure(other) == of_pressure(own))
-    };
-    let sorts: Vec<usize> = parameters.iter().filter_map(first_like).collect();
-    let sorts: Vec<usize> = regions.iter().map(|region| sorts[*region]).collect();
-    match sorts.iter().all(|sort| *sort == sorts[0]) {
+    match regions.iter().all(|region| *region == regions[0]) {
         true => Ok(space),
-        false => space.with_regions(&sorts),
+        false => space.with_regions(regions),
     }
 }
 

@@ -7,6 +7,7 @@ use myovib_model::{Activation, Bed, Signal};
 use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::active::{Active, Tension};
+use crate::scene_file::material::Material;
 use crate::scene_file::solid::Direction;
 use crate::scene_file::{Analysis, SceneFile};
 
@@ -16,6 +17,20 @@ const SAMPLES: u32 = 1000;
 /// The stresses that materials add to their laws', each with its elements, and the tensions of
 /// those that are active, by their number.
 pub(super) type Added = (Vec<(Vec<usize>, AddedStress)>, Vec<(usize, Activation)>);
+
+/// The names of the chains that act back on the body.
+pub(super) fn chains_that_act(file: &SceneFile) -> impl Iterator<Item = &str> {
+    let of_stiffness = file.feedback.iter().map(|feedback| feedback.chain.as_str());
+    of_stiffness.chain(file.material.iter().filter_map(chain_of_tension))
+}
+
+/// The chain that the tension of a material follows.
+fn chain_of_tension(material: &Material) -> Option<&str> {
+    match &material.active.as_ref()?.tension {
+        Tension::Coherence { chain, .. } => Some(chain),
+        Tension::Given { .. } | Tension::Bestel { .. } => None,
+    }
+}
 
 impl Builder<'_> {
     /// Active and viscous stresses of the materials; `regions`: the material of each element.
@@ -64,9 +79,9 @@ impl Builder<'_> {
                 continue;
             };
             let path = format!("material[{i}].prony");
-            if !file.feedback.is_empty() {
+            if chains_that_act(file).next().is_some() {
                 let error = InputError::new("stress cannot relax where oscillators act back on it")
-                    .next("leave out `prony`, or the [[feedback]]");
+                    .next("leave out `prony`, or the feedback of the chains");
                 return Err(self.wrong(&path, error));
             }
             for (k, term) in terms.iter().enumerate() {
@@ -105,6 +120,9 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<Activation, InputError> {
         match active.tension {
+            Tension::Coherence { unsynchronised, .. } => {
+                Ok(Activation::Coherence { unsynchronised })
+            }
             Tension::Given { ref tension } => {
                 let path = format!("{path}.tension");
                 let signal = self.signal(tension, &path)?;

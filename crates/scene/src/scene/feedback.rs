@@ -1,18 +1,22 @@
-//! Two-way coupling of a scene: which chain stiffens which part of the body, and how much.
+//! Two-way coupling of a scene: which chain stiffens, or contracts, which part of the body, and how much.
+
+use std::collections::BTreeSet;
 
 use myovib_fem::Mesh;
 use myovib_model::ModelError;
-use myovib_model::coupling::Feedback;
+use myovib_model::coupling::{Effect, Feedback};
 use myovib_oscillators::SmoothCoherence;
 
 use super::builder::Builder;
 use super::{Body, DrivenChain};
 use crate::InputError;
 use crate::scene_file::SceneFile;
+use crate::scene_file::active::Tension;
 use crate::scene_file::chain::Place;
 
 impl Builder<'_> {
-    /// The feedbacks of the scene's chains on its body.
+    /// What the scene's chains do to its body: to the stiffness, in the order of the scene's feedbacks,
+    /// then to the tension.
     pub(super) fn feedbacks(
         &self,
         file: &SceneFile,
@@ -30,26 +34,108 @@ impl Builder<'_> {
                 return Err(self.wrong(&path, error));
             };
             let network = self.chain_number(&wanted.chain, chains, &path)?;
-            if chains[network].elements.is_some() {
-                let error = InputError::new("chains in many elements do not act back on the body")
-                    .next("name a chain at a point, or leave out [[feedback]]");
-                return Err(self.wrong(&format!("{path}.chain"), error));
-            }
             let mesh = body.muscle.solid.space().mesh();
-            let weights = match &wanted.group {
-                Some(group) => self.indicator(mesh, group, &path)?,
-                None => shares(mesh, &places, shared.next().unwrap_or_default()),
+            let weights = match (&chains[network].elements, &wanted.group) {
+                (Some(elements), None) => {
+                    let n = mesh.shape().n_vertices();
+                    let corners = |element: &usize| n * element..n * (element + 1);
+                    let own = |element| corners(element).map(|i| (i, 1.0)).collect();
+                    elements.iter().map(own).collect()
+                }
+                (Some(_), Some(_)) => {
+                    let error = InputError::new("chains in elements act on their own elements")
+                        .next("leave out `group`, or name a chain at a point");
+                    return Err(self.wrong(&format!("{path}.group"), error));
+                }
+                (None, Some(group)) => Feedback::of_one_place(&self.indicator(mesh, group, &path)?),
+                (None, None) => {
+                    let place = shared.next().unwrap_or_default();
+                    Feedback::of_one_place(&shares(mesh, &places, place))
+                }
             };
-            let coherence = SmoothCoherence::new(wanted.radius).map_err(ModelError::from);
             feedbacks.push(Feedback {
                 network,
-                coherence: self.at(&format!("{path}.radius"), coherence)?,
+                coherence: self.coherence(wanted.radius, &path)?,
+                effect: Effect::Stiffness,
                 unsynchronised: wanted.unsynchronised,
                 coherent: wanted.coherent,
                 weights,
             });
         }
+        if let Some(body) = body {
+            self.add_tensions(file, body, chains, &mut feedbacks)?;
+        }
         Ok(feedbacks)
+    }
+
+    /// Adds the feedbacks of the materials whose tension follows a chain.
+    fn add_tensions(
+        &self,
+        file: &SceneFile,
+        body: &Body,
+        chains: &[DrivenChain],
+        feedbacks: &mut Vec<Feedback>,
+    ) -> Result<(), InputError> {
+        let solid = &body.muscle.solid;
+        let materials = file.material.iter().enumerate();
+        let active = materials.filter_map(|(i, material)| Some((i, material.active.as_ref()?)));
+        // Each active material has an activation, in the same order.
+        for ((i, active), (number, _)) in active.zip(&body.muscle.activations) {
+            let Tension::Coherence {
+                chain,
+                unsynchronised,
+                coherent,
+                radius,
+            } = &active.tension
+            else {
+                continue;
+            };
+            let path = format!("material[{i}].active");
+            let network = self.chain_number(chain, chains, &path)?;
+            let driven = &chains[network];
+            if driven.initial != 0.0 && unsynchronised != coherent {
+                let error = InputError::new(format!(
+                    "the oscillators of `{chain}` start in step, and the tension with a jump"
+                ))
+                .found(format!("initial = {}", driven.initial))
+                .next("leave out `initial` of the chain: its oscillators start at rest");
+                return Err(self.wrong(&path, error));
+            }
+            let is_member = |element: &usize| solid.added_number(*element) == Some(*number);
+            let members: Vec<usize> = (0..solid.n_tensions()).filter(is_member).collect();
+            let weights = match &driven.elements {
+                None => vec![members.iter().map(|element| (*element, 1.0)).collect()],
+                Some(elements) => {
+                    let driven: BTreeSet<&usize> = elements.iter().collect();
+                    let has_chain = |element: &&usize| driven.contains(element);
+                    let without = members.len() - members.iter().filter(has_chain).count();
+                    if without > 0 {
+                        let error = InputError::new(format!(
+                            "{without} elements of the material have no chain `{chain}` to follow"
+                        ))
+                        .next("let the chain be in all elements of the material's group");
+                        return Err(self.wrong(&format!("{path}.chain"), error));
+                    }
+                    let own = |element: &usize| is_member(element).then_some((*element, 1.0));
+                    let places = elements.iter().map(own);
+                    places.map(|own| own.into_iter().collect()).collect()
+                }
+            };
+            feedbacks.push(Feedback {
+                network,
+                coherence: self.coherence(*radius, &path)?,
+                effect: Effect::Tension,
+                unsynchronised: *unsynchronised,
+                coherent: *coherent,
+                weights,
+            });
+        }
+        Ok(())
+    }
+
+    fn coherence(&self, radius: f64, path: &str) -> Result<SmoothCoherence, InputError> {
+        let coherence = SmoothCoherence::new(radius).map_err(ModelError::from);
+        self.at(&format!("{path}.radius"), coherence)
     }
 
     /// The places of the chains whose feedbacks share the whole body.
@@ -59,20 +145,20 @@ impl Builder<'_> {
         chains: &[DrivenChain],
     ) -> Result<Vec<Vec<f64>>, InputError> {
         let everywhere = file.feedback.iter().enumerate();
-        everywhere
-            .filter(|(_, feedback)| feedback.group.is_none())
-            .map(|(i, feedback)| {
-                let path = format!("feedback[{i}]");
-                match &chains[self.chain_number(&feedback.chain, chains, &path)?].at {
-                    Some(Place::Point(point)) => Ok(point.clone()),
-                    _ => {
-                        let error = InputError::new("the chain has no place on the body")
-                            .next("give the chain a point `at`, or the feedback a `group`");
-                        Err(self.wrong(&path, error))
-                    }
+        let mut places = Vec::new();
+        for (i, feedback) in everywhere.filter(|(_, feedback)| feedback.group.is_none()) {
+            let path = format!("feedback[{i}]");
+            match &chains[self.chain_number(&feedback.chain, chains, &path)?].at {
+                Some(Place::Point(point)) => places.push(point.clone()),
+                Some(Place::Elements { .. }) => {}
+                _ => {
+                    let error = InputError::new("the chain has no place on the body")
+                        .next("give the chain a point `at`, or the feedback a `group`");
+                    return Err(self.wrong(&path, error));
                 }
-            })
-            .collect()
+            }
+        }
+        Ok(places)
     }
 
     fn chain_number(

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::Body;
 use super::builder::Builder;
+use super::contraction::chains_that_act;
 use crate::InputError;
 use crate::scene_file::{Analysis, SceneFile, start};
 use crate::state::State;
@@ -43,6 +44,13 @@ impl Builder<'_> {
             return wrong(
                 "a body with feedback starts at rest",
                 "remove [start], or the feedback",
+            );
+        }
+        let of_equilibrium = matches!(start, start::Start::Equilibrium);
+        if chains_that_act(file).next().is_some() && !of_equilibrium {
+            return wrong(
+                "a body whose tension follows a coherence starts at rest or in equilibrium",
+                "give [start] type = \"equilibrium\", or remove it",
             );
         }
         if !file.parameter.is_empty() {

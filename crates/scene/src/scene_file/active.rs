@@ -4,6 +4,7 @@ use myovib_fem::material::{self, Bestel};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::feedback::radius;
 use super::function::Function;
 
 /// Active stress along the fibres, beside that of the law: `S = T g(λ) h(λ̇) f0⊗f0`, with the fibre's
@@ -30,6 +31,26 @@ pub enum Tension {
     Given {
         /// T, Pa; never negative. A motion starts at rest, from T = 0.
         tension: Function,
+    },
+    /// The coherence of a chain: `T = unsynchronised + (coherent - unsynchronised) S`, with S the square of
+    /// the phase coherence |χ|, made smooth at rest. A chain at a point sets the tension of all of the
+    /// material, chains in elements that of their own.
+    Coherence {
+        /// Name of the chain.
+        chain: String,
+        /// T while the oscillators are out of step, or at rest, Pa; a motion starts from 0, or in
+        /// equilibrium.
+        #[serde(default)]
+        #[schemars(range(min = 0))]
+        unsynchronised: f64,
+        /// T once they agree, Pa.
+        #[schemars(range(min = 0))]
+        coherent: f64,
+        /// Radius, in the unit of the oscillators' positions, below which an oscillator counts as being
+        /// at rest.
+        #[serde(default = "radius")]
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius: f64,
     },
     /// Bestel's equation `Ṫ = -|a| T + σ0 max(a, 0)` from T = 0, with `a = a_max f + a_min (1 - f)`,
     /// `f = ¼ (1 + tanh((t - t_sys)/γ)) (1 - tanh((t - t_dias)/γ))`.

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// with S the square of the phase coherence |χ|, made smooth at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Feedback {
-    /// Name of the chain.
+    /// Name of the chain; chains in elements act on their own elements.
     pub chain: String,
     /// Group of elements where it acts [default: everywhere; feedbacks without a group share
     /// each point by the inverse squares of its distances from their chains].
@@ -33,6 +33,6 @@ fn one() -> f64 {
 }
 
 /// A tenth of the limit cycle of a van der Pol oscillator, whose radius is 2.
-fn radius() -> f64 {
+pub(super) fn radius() -> f64 {
     0.2
 }

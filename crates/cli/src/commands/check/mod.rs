@@ -182,6 +182,14 @@ fn added(file: &SceneFile) -> Vec<String> {
         }));
         lines.extend(material.active.as_ref().map(|active| match active.tension {
             Tension::Given { .. } => format!("contraction     {place}: by a given tension"),
+            Tension::Coherence {
+                ref chain,
+                unsynchronised,
+                coherent,
+                ..
+            } => format!(
+                "contraction     {place}: by the coherence of `{chain}`, {unsynchronised:e} to {coherent:e} Pa"
+            ),
             Tension::Bestel { contractility, .. } => {
                 format!("contraction     {place}: by Bestel's equation, σ0 = {contractility:e} Pa")
             }

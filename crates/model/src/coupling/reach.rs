@@ -1,0 +1,183 @@
+//! Where the coherence of oscillators acts on a body, and what its forces make of it.
+
+use std::ops::Range;
+
+use myovib_dae::StepError;
+
+use super::dae::CoupledDae;
+use super::feedback::{Effect, Feedback};
+use crate::colouring::colours;
+use crate::field::Field;
+use crate::muscle_dae::MuscleDae;
+
+/// One place of a network, whose coherence sets one number g of the body.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    /// Number of the feedback.
+    pub(super) feedback: usize,
+    /// Number of the place among those of the feedback.
+    pub(super) number: usize,
+    /// Its oscillators among those of the network.
+    oscillators: Range<usize>,
+    /// Number of oscillators of the network.
+    of_network: usize,
+    /// The rows of the momentum balance, from its first, that g acts on.
+    pub(super) rows: Vec<usize>,
+    /// ∂F/∂g in these rows.
+    pub(super) force: Vec<f64>,
+    /// ∂g/∂s: by the positions of its oscillators, then by their velocities.
+    pub(super) slope: Vec<f64>,
+}
+
+impl Place {
+    /// The positions and the velocities of its oscillators among the states of the network.
+    fn states(&self) -> [Range<usize>; 2] {
+        let Range { start, end } = self.oscillators;
+        let n = self.of_network;
+        [start..end, start + n..end + n]
+    }
+
+    /// ∂g/∂s with the numbers of the states in the network.
+    pub(super) fn slopes(&self) -> impl Iterator<Item = (usize, f64)> {
+        let slopes = self.slope.iter().copied();
+        self.states().into_iter().flatten().zip(slopes)
+    }
+
+    /// g for the states of the network.
+    pub(super) fn gain(&self, feedback: &Feedback, omega: &[f64], s: &[f64]) -> f64 {
+        let [y, w] = self.states();
+        let omega = &omega[self.oscillators.clone()];
+        let coherence = feedback.coherence.squared(omega, &s[y], &s[w]);
+        feedback.coherent + (feedback.unsynchronised - feedback.coherent) * (1.0 - coherence)
+    }
+
+    /// Fills ∂g/∂s.
+    fn differentiate(&mut self, feedback: &Feedback, omega: &[f64], s: &[f64]) {
+        let [y, w] = self.states();
+        let omega = &omega[self.oscillators.clone()];
+        let (by_position, by_velocity) = self.slope.split_at_mut(omega.len());
+        let coherence = &feedback.coherence;
+        coherence.gradient(omega, &s[y], &s[w], by_position, by_velocity);
+        let range = feedback.coherent - feedback.unsynchronised;
+        self.slope.iter_mut().for_each(|slope| *slope *= range);
+    }
+}
+
+/// All places of all feedbacks.
+#[derive(Debug, Clone)]
+pub(super) struct Places {
+    pub(super) list: Vec<Place>,
+    /// Places of one effect that reach no row in common: one pass gives the forces of all.
+    colours: Vec<(Effect, Vec<usize>)>,
+    weights: Vec<f64>,
+    response: Vec<f64>,
+}
+
+impl Places {
+    pub(super) fn new(one_way: &CoupledDae<MuscleDae>, feedbacks: &[Feedback]) -> Self {
+        let body = one_way.body();
+        let solid = &body.muscle().solid;
+        let (space, free) = (solid.space(), solid.dofs().free_to_full());
+        let dimension = space.dimension();
+        let rows = |effect: Effect, weights: &[(usize, f64)]| {
+            let per_element = effect.numbers_per_element(solid);
+            let mut elements: Vec<usize> = weights.iter().map(|(i, _)| i / per_element).collect();
+            elements.dedup();
+            let nodes = elements.iter().flat_map(|e| space.element_nodes(*e));
+            let components =
+                nodes.flat_map(|node| (0..dimension).map(move |m| dimension * node + m));
+            let mut rows: Vec<usize> = components
+                .filter_map(|component| free.binary_search(&component).ok())
+                .collect();
+            rows.sort_unstable();
+            rows.dedup();
+            rows
+        };
+        let mut list = Vec::new();
+        for (k, feedback) in feedbacks.iter().enumerate() {
+            let of_network = one_way
+                .oscillators(feedback.network)
+                .network()
+                .n_oscillators();
+            let n = of_network / feedback.weights.len();
+            for (number, weights) in feedback.weights.iter().enumerate() {
+                let rows = rows(feedback.effect, weights);
+                list.push(Place {
+                    feedback: k,
+                    number,
+                    oscillators: number * n..(number + 1) * n,
+                    of_network,
+                    force: vec![0.0; rows.len()],
+                    slope: vec![0.0; 2 * n],
+                    rows,
+                });
+            }
+        }
+        let mut groups = Vec::new();
+        for effect in [Effect::Stiffness, Effect::Tension] {
+            let of_effect = |place: &usize| feedbacks[list[*place].feedback].effect == effect;
+            let own: Vec<usize> = (0..list.len()).filter(of_effect).collect();
+            let alike = colours(own.len(), |k| list[own[k]].rows.iter().copied());
+            let members = |colour: Vec<usize>| colour.into_iter().map(|k| own[k]).collect();
+            groups.extend(alike.into_iter().map(|colour| (effect, members(colour))));
+        }
+        Self {
+            list,
+            colours: groups,
+            weights: Vec::new(),
+            response: vec![0.0; body.layout().n_unknowns()],
+        }
+    }
+
+    /// Evaluates ∂F/∂g and ∂g/∂s of all places at the state `y` of the whole system.
+    pub(super) fn linearise(
+        &mut self,
+        one_way: &mut CoupledDae<MuscleDae>,
+        feedbacks: &[Feedback],
+        t: f64,
+        y: &[f64],
+    ) -> Result<(), StepError> {
+        for place in &mut self.list {
+            let feedback = &feedbacks[place.feedback];
+            let omega = one_way.oscillators(feedback.network).network().omega();
+            place.differentiate(feedback, omega, &y[one_way.range(feedback.network)]);
+        }
+        let own = one_way.body_range();
+        let body = one_way.body_mut();
+        let momentum = momentum(body);
+        for (effect, colour) in &self.colours {
+            let solid = &body.muscle().solid;
+            self.weights.clear();
+            self.weights.resize(effect.numbers(solid), 0.0);
+            for place in colour.iter().map(|k| &self.list[*k]) {
+                for &(i, weight) in &feedbacks[place.feedback].weights[place.number] {
+                    self.weights[i] = weight;
+                }
+            }
+            self.response.fill(0.0);
+            let (weights, response) = (&self.weights, &mut self.response);
+            body.counters_mut().coherence_passes += 1;
+            match effect {
+                Effect::Stiffness => {
+                    body.add_factor_response(t, &y[own.clone()], weights, response)?;
+                }
+                Effect::Tension => {
+                    body.add_tension_response(t, &y[own.clone()], weights, response);
+                }
+            }
+            for &k in colour {
+                let Place { rows, force, .. } = &mut self.list[k];
+                for (force, row) in force.iter_mut().zip(rows) {
+                    *force = self.response[momentum.start + *row];
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The rows of the momentum balance.
+pub(super) fn momentum(body: &MuscleDae) -> Range<usize> {
+    let range = body.layout().range(Field::Velocity);
+    range.expect("the momentum balance stands in the rows of v")
+}

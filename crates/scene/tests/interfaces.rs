@@ -1,0 +1,102 @@
+//! Bodies of two materials: pressures where they meet.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use std::path::Path;
+
+use myovib_model::statics::equilibrium;
+use myovib_scene::Scene;
+
+/// A strip of two materials side by side, pulled along their interface; it may become narrower.
+const STRIP: &str = r#"
+analysis = "static"
+[mesh]
+type = "rectangle"
+width = 2.0
+height = 1.0
+cells = [4, 2]
+[[region]]
+name = "soft"
+centre = [0.0, 0.5]
+radii = [1.0, 1e3]
+[solid]
+kappa = inf
+formulation = "position"
+[[material]]
+group = "body"
+law = "mooney-rivlin"
+density = 1e3
+c10 = 2e5
+c01 = 0.0
+[[material]]
+group = "soft"
+law = "mooney-rivlin"
+density = 1e3
+c10 = 1e4
+c01 = 0.0
+[[fixed]]
+group = "left"
+components = ["x"]
+[[fixed]]
+group = "bottom"
+components = ["y"]
+[[displacement]]
+group = "top"
+y = 0.25
+"#;
+
+/// Each material is under its own pressure, the force per area that keeps its side free:
+/// F = diag(1/λ, λ), σ_x = 2 c10 (1/λ² − I1/3) − p = 0. A continuous pressure cannot be this one.
+#[test]
+fn pressures_jump_where_only_the_law_changes() {
+    let scene = Scene::build("strip.toml", STRIP, &[], Path::new("")).unwrap();
+    let body = scene.body.as_ref().unwrap();
+    let solid = &body.muscle.solid;
+    let space = solid.space();
+    // Three vertices of the interface have two.
+    assert_eq!(
+        space.n_pressures(),
+        space.mesh().coordinates().len() / 2 + 3
+    );
+    let found = equilibrium(&body.muscle, body.formulation, 0.0).unwrap();
+    let stretch: f64 = 1.25;
+    let (narrow, wide) = (stretch.powi(-2), stretch.powi(2));
+    let pressure = |c10: f64| 2.0 * c10 * (narrow - (narrow + wide + 1.0) / 3.0);
+    for element in 0..space.n_elements() {
+        let corners = space.mesh().corners::<2, 3>(element);
+        let x = corners.iter().map(|corner| corner[0]).sum::<f64>() / 3.0;
+        let expected = pressure(if x < 1.0 { 1e4 } else { 2e5 });
+        for &own in space.element_pressures(element) {
+            let error = found.pressure[own] / expected - 1.0;
+            // The exact solution lies in the space: what the equilibrium's tolerance leaves.
+            assert!(error.abs() < 1e-6, "{element}: {error:e}");
+        }
+    }
+    for (&free, u) in solid.dofs().free_to_full().iter().zip(&found.displacement) {
+        let point = space.node_point(free / 2);
+        let expected = match free % 2 {
+            0 => (1.0 / stretch - 1.0) * point[0],
+            _ => (stretch - 1.0) * point[1],
+        };
+        assert!((u - expected).abs() < 1e-7, "{free}: {u} {expected}");
+    }
+}
+
+/// The scenes of Table 2 among them.
+#[test]
+fn one_material_has_one_pressure_at_a_vertex() {
+    for name in [
+        "table2-1",
+        "table2-2",
+        "table2-3",
+        "table2-3m",
+        "table2-4",
+        "table2-31",
+        "land1",
+    ] {
+        let scene = Scene::load(Path::new(name), &[]).unwrap();
+        let solid = scene.body.unwrap().muscle.solid;
+        let mesh = solid.space().mesh();
+        let vertices = mesh.coordinates().len() / mesh.dimension();
+        assert_eq!(solid.space().n_pressures(), vertices, "{name}");
+    }
+}
