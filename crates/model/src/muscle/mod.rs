@@ -124,6 +124,8 @@ impl Muscle {
 
     fn check_activations(&self) -> Result<(), ModelError> {
         let stresses = self.solid.added_stresses();
+        let is_negative =
+            |activation: &Activation| !(0.0..f64::INFINITY).contains(&activation.at(0.0, 0.0));
         for (k, (number, activation)) in self.activations.iter().enumerate() {
             let again = |(other, _): &(usize, Activation)| other == number;
             let is_active = stresses.get(*number).map(|stress| stress.active.is_some());
@@ -133,7 +135,7 @@ impl Muscle {
                 Some(true) if self.activations[..k].iter().any(again) => {
                     "its tension is given twice"
                 }
-                Some(true) if activation.is_coherent() && !(activation.at(0.0, 0.0) >= 0.0) => {
+                Some(true) if activation.is_coherent() && is_negative(activation) => {
                     "its tension is negative: a muscle pulls"
                 }
                 Some(true) => {
