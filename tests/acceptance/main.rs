@@ -3,6 +3,7 @@
 mod chains;
 mod contract;
 mod doctor;
+mod errors;
 mod fields;
 mod figures;
 mod files;

@@ -88,6 +88,11 @@ impl ErrorTest {
         &self.mask
     }
 
+    /// The last estimate for all components, those left out of the test too.
+    pub(crate) fn estimates(&self) -> &[f64] {
+        &self.error
+    }
+
     /// The last estimate for component i, 0 if it is left out.
     pub(crate) fn error(&self, i: usize) -> f64 {
         self.error[i] * self.mask[i]
@@ -228,6 +233,10 @@ mod tests {
             let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
             let pade = factorial(stages) * factorial(stages - 1)
                 / (factorial(2 * stages - 1) * factorial(2 * stages));
+            // The law of a vibration, to an order of magnitude: decay is another argument of it.
+            let [at_end, _] = method.errors_per_estimate(estimated);
+            let told = at_end * estimated / truth;
+            assert!((0.1..10.0).contains(&told), "s = {s}: {told}");
             // What decays within the step lowers it, 1 − O(h).
             let ratio = truth / (pade * (0.5 * largest).powi(2 * stages as i32));
             assert!((0.1..1.0).contains(&ratio), "s = {s}: {ratio}");

@@ -130,6 +130,30 @@ impl Method {
         &self.complex
     }
 
+    /// What a vibration errs by, per what is estimated, where the estimate is `relative` times the size of
+    /// the vibration: what a step adds to the error at its end, and the error of dense output within it.
+    ///
+    /// Of ẏ = iωy and a step h = θ/ω the estimate is a θ^(s+1) to leading order, a = Π c_i/(γ s!), the error
+    /// at the end b θ^(2s), b = s! (s − 1)!/((2s − 1)! (2s)!), that of the Padé approximation, and the
+    /// error within d a θ^(s+2), d = γ/(s + 1) max |∫_0^x τ ℓ_0(τ) dτ|. `relative` tells θ.
+    pub(crate) fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
+        let s = self.stages();
+        let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
+        let a = self.nodes.iter().product::<f64>() / (self.real.lambda * factorial(s));
+        let b = factorial(s) * factorial(s - 1) / (factorial(2 * s - 1) * factorial(2 * s));
+        let integral = |x: f64| {
+            let terms = self.start_basis[0].iter().enumerate();
+            let terms = terms.map(|(k, c)| c * x.powi(k as i32 + 2) / (k as f64 + 2.0));
+            terms.sum::<f64>().abs()
+        };
+        // ℓ_0 changes its sign at the nodes, and the integral has its extremes there.
+        let largest = self.nodes.iter().copied().map(integral).fold(0.0, f64::max);
+        let d = self.real.lambda / (s as f64 + 1.0) * largest;
+        let theta = (relative / a).powf(1.0 / (s as f64 + 1.0));
+        let at_end = theta.powi(s as i32 - 1) * b / a;
+        [at_end.min(1.0), (d * theta).min(1.0)]
+    }
+
     /// λ/h of the complex modes.
     pub(crate) fn shifts(&self, h: f64) -> Vec<Complex64> {
         self.complex.iter().map(|mode| mode.lambda / h).collect()

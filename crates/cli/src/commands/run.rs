@@ -167,6 +167,36 @@ fn errors(estimate: &Value) -> String {
     )
 }
 
+/// One line on how far the integrator's own estimates would have the probes off.
+fn indicator(probes: &Value) -> String {
+    let probes = probes.as_object().into_iter().flatten();
+    let worst = probes.filter_map(|(probe, columns)| {
+        let columns = columns.as_object()?;
+        let number = |column: &str, key: &str| columns[column][key].as_f64();
+        // A component that is next to nothing is held against the others: u_x against u_y.
+        let kind = |column: &str| column.split('_').next().unwrap_or_default().to_owned();
+        let size = |of: &str| {
+            let alike = columns.keys().filter(|column| kind(column) == kind(of));
+            let sizes = alike.filter_map(|column| number(column, "largest"));
+            sizes.fold(0.0, f64::max)
+        };
+        let relative = columns.keys().filter_map(|column| {
+            let relative = number(column, "error")? / size(column);
+            relative.is_finite().then_some((relative, probe, column))
+        });
+        relative.max_by(|a, b| a.0.total_cmp(&b.0))
+    });
+    match worst.max_by(|a, b| a.0.total_cmp(&b.0)) {
+        None => String::new(),
+        Some((relative, probe, column)) => format!(
+            "\nErrors in time, by the estimates of the steps: some {relative:.0e} of the largest value \
+             (`{}` of `{}`); --verify measures them.\n",
+            plain(column),
+            plain(probe)
+        ),
+    }
+}
+
 /// The outcome for people.
 fn text(document: &Value) -> String {
     let mut table = Table::new(&[("run", Align::Left), ("", Align::Left)]);
@@ -194,7 +224,10 @@ fn text(document: &Value) -> String {
         }
     }
     let mut text = table.render(coloured_stdout());
-    text += &errors(&document["error_estimate"]);
+    text += &match &document["error_estimate"] {
+        Value::Null => indicator(&document["error_indicator"]),
+        estimate => errors(estimate),
+    };
     // A paragraph would make the table as wide as it is.
     if let Some(message) = document["message"].as_str() {
         text += &format!("\n{}\n", plain(message));

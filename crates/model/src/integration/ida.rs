@@ -191,6 +191,17 @@ impl<P: Problem> Integrator<P> for IdaIntegrator<P> {
         Ok(self.solver.dense_output(t, derivative as usize, out)?)
     }
 
+    fn local_error(&mut self, out: &mut [f64]) -> Result<(), ModelError> {
+        Ok(self.solver.estimated_local_errors(out)?)
+    }
+
+    /// IDAS gives the difference to its predictor, which at order k and equal steps is k + 1 times the
+    /// error, as its own test has it; dense output has no error of its own beside it.
+    fn errors_per_estimate(&self, _: f64) -> [f64; 2] {
+        let order = self.solver.statistics().last_order as f64;
+        [1.0 / (order + 1.0), 0.0]
+    }
+
     fn counts(&self) -> Counts {
         Counts::from(self.solver.statistics())
     }

@@ -52,6 +52,18 @@ pub trait Integrator<P> {
     /// If `t` is outside the last step or the order is too high.
     fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError>;
 
+    /// Writes the integrator's estimate of the error of the last step to `out`. It costs no evaluation of
+    /// the problem.
+    ///
+    /// # Errors
+    /// If `out` has the wrong length.
+    fn local_error(&mut self, out: &mut [f64]) -> Result<(), ModelError>;
+
+    /// What the last step adds to the error of a quantity that vibrates, and the error of dense output
+    /// within it, both per what [`local_error`](Integrator::local_error) says of the quantity, which is
+    /// `relative` times the size of the vibration.
+    fn errors_per_estimate(&self, relative: f64) -> [f64; 2];
+
     /// The counts so far.
     fn counts(&self) -> Counts;
 

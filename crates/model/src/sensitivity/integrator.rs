@@ -134,6 +134,14 @@ impl Integrator<MuscleDae> for SensitiveIntegrator {
         self.inner.dense_output(t, derivative, out)
     }
 
+    fn local_error(&mut self, out: &mut [f64]) -> Result<(), ModelError> {
+        self.inner.local_error(out)
+    }
+
+    fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
+        self.inner.errors_per_estimate(relative)
+    }
+
     fn counts(&self) -> Counts {
         self.inner.counts()
     }

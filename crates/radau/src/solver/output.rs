@@ -5,6 +5,7 @@ use myovib_dae::{LinearSolver, Problem, Statistics, covers};
 use super::state::RadauSolver;
 use crate::error::{RadauError, expect_finite, expect_length};
 use crate::method::Method;
+use crate::options::StepSize;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Evaluates the solution, or its derivative, at a time within the last step.
@@ -39,6 +40,34 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         self.collocation.evaluate(&self.method, t, derivative, out);
         Ok(())
+    }
+
+    /// Writes the error test's estimate of the last step to `out`, zeros before the first and at fixed
+    /// steps. It costs no evaluation of the problem. Components left out of the test have theirs too.
+    ///
+    /// The estimate has the order s + 1; what the step adds to the error is less, see
+    /// [`errors_per_estimate`](RadauSolver::errors_per_estimate).
+    ///
+    /// # Shapes
+    /// `out`: the number of unknowns.
+    ///
+    /// # Errors
+    /// [`RadauError::WrongLength`].
+    pub fn estimated_local_errors(&self, out: &mut [f64]) -> Result<(), RadauError> {
+        expect_length("local errors", self.y.len(), out.len())?;
+        let tested = matches!(self.options.step_size, StepSize::Adaptive);
+        match tested && self.counters.statistics.steps > 0 {
+            true => out.copy_from_slice(self.error_test.estimates()),
+            false => out.fill(0.0),
+        }
+        Ok(())
+    }
+
+    /// What a quantity that vibrates errs by, per what is estimated of it, where the estimate is
+    /// `relative` times the size of its vibration: what the step adds to the error at its end, and the
+    /// error of dense output within it.
+    pub fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
+        self.method.errors_per_estimate(relative)
     }
 
     /// The ends of the last step accepted, which dense output covers; both are the initial time

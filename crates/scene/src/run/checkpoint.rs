@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::energy::EnergyBalance;
 use super::folder::Folder;
+use super::indicator::Indicator;
 use super::outputs::OutputWork;
 use crate::csv::Written;
 use crate::{Error, InputError};
@@ -38,6 +39,8 @@ pub(super) struct Checkpoint {
     pub(super) field_times: Vec<f64>,
     /// The largest constraint drift, and when.
     pub(super) drift: (f64, f64),
+    /// What the integrator's own estimates add up to at the probes.
+    pub(super) indicator: Indicator,
     /// What was written or evaluated beside the integration.
     pub(super) work: OutputWork,
     /// The statistics of the starts before this one, which go on with a [`Continuation`] as those of

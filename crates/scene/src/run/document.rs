@@ -71,11 +71,13 @@ pub(super) fn dynamic<P: System>(
             None => of_states(scene, &whole)?,
         },
     );
+    let probes: Vec<&str> = scene.file.probe.iter().map(|p| p.name.as_str()).collect();
     extend(
         &mut document,
         json!({
             "seed": seed(scene),
             "energy": outputs.energy(),
+            "error_indicator": outputs.indicator.document(&outputs.recorders, &probes),
             "stop": stop(&whole.outcome),
         }),
     );

@@ -10,6 +10,7 @@ use myovib_model::{
 use super::checkpoint::{Checkpoint, Totals};
 use super::document::{self, Timing};
 use super::folder::{Folder, Record};
+use super::indicator::Indicator;
 use super::outputs::{OutputWork, Outputs};
 use super::recorder::{Recorder, What, measurements, quantities};
 use super::stop::Condition;
@@ -105,6 +106,7 @@ impl Motion<'_> {
             checkpointed: None,
             drift_times: times(scene.t_end / DRIFT_SAMPLES, scene.t_end, checkpoint),
             drift: checkpoint.map_or((0.0, 0.0), |c| c.drift),
+            indicator: checkpoint.map_or(Indicator::default(), |c| c.indicator.clone()),
             folder: &folder,
             before: checkpoint.map_or(Totals::default(), |c| c.counts.resumed()),
             work: checkpoint.map_or(OutputWork::default(), |c| c.work),

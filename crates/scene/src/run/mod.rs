@@ -10,6 +10,7 @@ mod document;
 mod dynamic;
 mod energy;
 mod folder;
+mod indicator;
 mod modes;
 mod outputs;
 pub(crate) mod recorder;

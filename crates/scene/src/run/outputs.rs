@@ -12,6 +12,7 @@ use myovib_oscillators::coherence_at;
 use super::checkpoint::{Checkpoint, Totals};
 use super::energy::EnergyBalance;
 use super::folder::Folder;
+use super::indicator::Indicator;
 use super::recorder::{Recorder, What, cannot_write};
 use super::stop::Condition;
 use super::system::{System, muscle_of};
@@ -43,6 +44,8 @@ pub(super) struct Outputs<'a> {
     pub(super) drift_times: SampleTimes,
     /// The largest drift seen, and when.
     pub(super) drift: (f64, f64),
+    /// What the integrator's own estimates add up to at the probes.
+    pub(super) indicator: Indicator,
     pub(super) folder: &'a Folder,
     /// Statistics of the parts before a resume.
     pub(super) before: Totals,
@@ -59,6 +62,8 @@ impl Outputs<'_> {
     ) -> Result<ControlFlow<Outcome>, ModelError> {
         let from = step.from;
         let integrator = &mut *step.integrator;
+        self.indicator
+            .add(integrator, &self.recorders, &mut self.y, &mut self.y_dot)?;
         let stopped = self.check_conditions(integrator, from, step.to)?;
         // Rows and fields end where the run does.
         let to = stopped.as_ref().map_or(step.to, |(t, _)| *t);
@@ -203,6 +208,7 @@ impl Outputs<'_> {
                 .flat_map(|(series, _)| series.times())
                 .collect(),
             drift: self.drift,
+            indicator: self.indicator.clone(),
             work: self.work,
         };
         checkpoint.write(self.folder).map_err(|error| match error {

@@ -155,6 +155,11 @@ impl What {
         matches!(self, Self::Reaction(..))
     }
 
+    /// Whether the column with this number is an angle, which jumps by a full turn.
+    pub(super) fn is_angle(&self, column: usize) -> bool {
+        matches!(self, Self::Coherence(_)) && column == 1
+    }
+
     /// Whether it is a function of the state, and not of the time before it.
     pub(crate) fn is_of_state(&self) -> bool {
         !matches!(self, Self::Energy(_))

@@ -43,7 +43,7 @@ pub(super) fn error_estimate(scene: &Scene, options: &RunOptions<'_>) -> Result<
     }))
 }
 
-fn of_column(estimate: &ErrorEstimate) -> Value {
+pub(super) fn of_column(estimate: &ErrorEstimate) -> Value {
     json!({
         "largest": estimate.size,
         "error": estimate.difference,

@@ -1,0 +1,132 @@
+//! How far off the probes may be, by the integrator's own estimates: a sign that costs next to nothing.
+//!
+//! Each step has an estimate of its error in each unknown. A probe sees of that what it reads more with
+//! it than without, and how that compares to what it has read so far tells how much of it the method
+//! leaves. The sum of the magnitudes is what the errors come to if none is forgotten and all add up: the
+//! motion may damp them, and may magnify them. To that comes the largest error of dense output.
+
+use std::f64::consts::TAU;
+
+use myovib_model::{ErrorEstimate, Integrator, ModelError};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use super::recorder::{Recorder, What};
+use super::system::{System, muscle_of};
+use super::verify::of_column;
+
+/// What has added up so far.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct Indicator {
+    /// For each probe, and each column that has an estimate.
+    probes: Vec<Vec<Sum>>,
+}
+
+/// One column of a probe.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct Sum {
+    least: f64,
+    most: f64,
+    /// The sum of what the steps add at their ends.
+    at_ends: f64,
+    /// The largest error between them.
+    within: f64,
+}
+
+impl Sum {
+    /// Adds a step at whose end the probe reads `value`, with an estimated error of `estimate`.
+    fn add<P>(&mut self, integrator: &dyn Integrator<P>, value: f64, estimate: f64) {
+        // A system starts from rest, or from where it is at rest: there the probe reads about zero.
+        (self.least, self.most) = (self.least.min(value), self.most.max(value));
+        let amplitude = 0.5 * (self.most - self.least);
+        if estimate > 0.0 && amplitude > 0.0 {
+            let [at_end, within] = integrator.errors_per_estimate(estimate / amplitude);
+            self.at_ends += at_end * estimate;
+            self.within = self.within.max(within * estimate);
+        }
+    }
+}
+
+impl Indicator {
+    /// Adds the step that ends at the time the integrator has reached; `state` and `error` are space.
+    pub(super) fn add<P: System>(
+        &mut self,
+        integrator: &mut dyn Integrator<P>,
+        recorders: &[Recorder],
+        state: &mut [f64],
+        error: &mut [f64],
+    ) -> Result<(), ModelError> {
+        let t = integrator.time();
+        integrator.dense_output(t, 0, state)?;
+        integrator.local_error(error)?;
+        let system = integrator.problem_mut();
+        let found = read(system, recorders, t, state)?;
+        for (y, e) in state.iter_mut().zip(error.iter()) {
+            *y += e;
+        }
+        let shifted = read(system, recorders, t, state)?;
+        self.probes.resize(recorders.len(), Vec::new());
+        for (k, sums) in self.probes.iter_mut().enumerate() {
+            sums.resize(found[k].len(), Sum::default());
+            for (j, sum) in sums.iter_mut().enumerate() {
+                let difference = (shifted[k][j] - found[k][j]).abs();
+                let estimate = match recorders[k].what.is_angle(j) {
+                    true => difference.min(TAU - difference),
+                    false => difference,
+                };
+                sum.add(integrator, found[k][j], estimate);
+            }
+        }
+        Ok(())
+    }
+
+    /// Probe by probe and column by column, as the estimate by a second run is given.
+    pub(super) fn document(&self, recorders: &[Recorder], names: &[&str]) -> Value {
+        let mut probes = Map::new();
+        for ((sums, recorder), name) in self.probes.iter().zip(recorders).zip(names) {
+            let columns = recorder.what.names().into_iter().zip(sums);
+            let columns: Map<String, Value> = columns
+                .map(|(column, sum)| {
+                    let estimate = ErrorEstimate {
+                        size: sum.most.max(-sum.least),
+                        difference: sum.at_ends + sum.within,
+                    };
+                    (column, of_column(&estimate))
+                })
+                .collect();
+            if !columns.is_empty() {
+                probes.insert((*name).to_owned(), Value::Object(columns));
+            }
+        }
+        Value::Object(probes)
+    }
+}
+
+/// What the probes read that are functions of the state alone; nothing for others, whose reading would
+/// cost a residual or needs the past.
+fn read<P: System>(
+    system: &mut P,
+    recorders: &[Recorder],
+    t: f64,
+    y: &[f64],
+) -> Result<Vec<Vec<f64>>, ModelError> {
+    let mut values = vec![Vec::new(); recorders.len()];
+    let at_places = |recorder: &Recorder| matches!(recorder.what, What::Places(_));
+    if recorders.iter().any(at_places) {
+        // One expansion of the state serves all.
+        let (dae, range) = muscle_of(system, y)?;
+        let snapshot = dae.snapshot(t, &y[range]);
+        for (recorder, values) in recorders.iter().zip(&mut values) {
+            if let What::Places(measurements) = &recorder.what {
+                measurements.iter().for_each(|m| m.read(&snapshot, values));
+            }
+        }
+    }
+    for (recorder, values) in recorders.iter().zip(&mut values) {
+        let what = &recorder.what;
+        if !at_places(recorder) && what.is_of_state() && !what.needs_rates() {
+            *values = what.values(system, t, y, &[])?;
+        }
+    }
+    Ok(values)
+}
