@@ -55,6 +55,26 @@ fn too_many_open_files_are_code_4_and_the_file_is_named() {
     assert!(stderr.contains("Too many open files"), "{stderr}");
 }
 
+/// Cases at a time share the system's limit: fewer are computed at once, and none fails by it.
+#[test]
+fn cases_of_a_sweep_wait_for_each_other_where_few_files_may_be_open() {
+    let folder = tempfile::tempdir().unwrap();
+    write_scene(folder.path(), 40);
+    let sweep = "ulimit -n 80; exec \"$0\" sweep scene.toml --quiet --threads 4 --set time.end=0.1 \
+                 --set fields= --vary solid.beta=1e-4..2e-4:8";
+    let Output { stdout, stderr, .. } = Command::new("bash")
+        .args(["-c", sweep, PROGRAM])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let [table, stderr] = [stdout, stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    let finished = table
+        .lines()
+        .filter(|line| line.contains(",finished,"))
+        .count();
+    assert_eq!(finished, 8, "{table}{stderr}");
+}
+
 #[test]
 fn a_table_that_is_removed_while_the_run_goes_on_is_code_4_and_named() {
     let folder = tempfile::tempdir().unwrap();

@@ -222,6 +222,24 @@ fn run_warns_once_of_what_check_warns_of() {
     assert_eq!(warned, of(&check.stdout), "{}", check.stdout);
     assert_eq!(warned.len(), 1, "{}", run.stderr);
     assert!(warned[0].contains("take SI units"), "{warned:?}");
+    assert!(warned[0].contains("it is 200.000 m long"), "{warned:?}");
+    // A load of 1e30 Hz, in as many digits as a person reads.
+    let load = "traction[0].y={ type = \"sine\", amplitude = 1.0, frequency = 1e30 }";
+    let fast = [
+        "run",
+        "init",
+        "--quiet",
+        "--out",
+        "fast",
+        "--set",
+        "integrator.max_steps=1",
+    ];
+    let run = myovib_in(folder.path(), &[&fast[..], &["--set", load]].concat());
+    let warned = of(&run.stderr);
+    assert!(
+        warned[0].contains("frequency of the load, 1.000e30 Hz"),
+        "{warned:?}"
+    );
     // Row 4 of Table 2, whose index is the trouble.
     let end = ["--quiet", "--set", "time.end=1e-3", "--out", "row4"];
     let run = myovib_in(folder.path(), &[&["run", "table2-4"][..], &end].concat());

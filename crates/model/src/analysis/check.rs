@@ -7,11 +7,15 @@ use cpu_time::ThreadTime;
 use myovib_dae::Problem;
 use myovib_sparse::{Prediction, resources};
 
-use crate::advice::{Advice, Finding, Remedy};
+use crate::advice::{Advice, Finding};
 use crate::analysis::index::{IndexReport, LARGEST_SYSTEM};
 use crate::analysis::inf_sup;
+pub use crate::analysis::objections::{INCONSISTENT, warnings};
+use crate::analysis::objections::{
+    endless, inconsistent, misfit, not_held, resonance, slow_modes, unheld,
+};
 use crate::analysis::spectrum;
-use crate::analysis::support::{FreeParts, extent, free_parts};
+use crate::analysis::support::free_parts;
 use crate::analysis::table1::{Case, coarse_beam, coarse_block};
 use crate::error::ModelError;
 use crate::field::Field;
@@ -24,8 +28,6 @@ use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
 use crate::start::{BlockResidual, residuals};
 
-/// Modes looked at beside the drive.
-const SLOW_MODES: usize = 3;
 /// Error of a step of order k: this times (ω h)^(k+1), from the steps of the runs of Table 2.
 const ERROR_CONSTANT: f64 = 1.0 / 5.8;
 /// Pressures beyond which the inf–sup constant would take longer than the rest of the check.
@@ -36,20 +38,6 @@ const START_STEPS: usize = 15;
 const TIMED_STEPS: usize = 15;
 /// How long either may take; a large body is timed by fewer steps.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// A drive this near to an eigenfrequency, as a fraction of it, is a resonance.
-const RESONANCE: f64 = 0.1;
-/// A load this many times faster than the slowest mode is felt next to where it acts only, in a body
-/// many wavelengths long: far beyond what tissue is tried with, and what a mesh in mm looks like.
-const FAR_ABOVE_MODES: f64 = 200.0;
-/// A load this many times slower than the slowest mode moves nothing that a static analysis would
-/// not: what moduli in a thousandth of their unit and a mesh in km look like.
-const FAR_BELOW_MODES: f64 = 1e-5;
-/// The frequency of a stretch is above the slowest mode's by this factor at most: slender bodies bend.
-const ABOVE_SLOWEST: f64 = 100.0;
-/// Expected steps beyond which a run is taken for an error of typing: weeks at 1 ms each.
-const MOST_STEPS: f64 = 1e9;
-/// A residual beyond this fraction of its terms is not rounding.
-pub const INCONSISTENT: f64 = 1e-9;
 
 /// Where the computed index comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -161,7 +149,7 @@ pub fn check(
         drive.or(slow_modes.first().copied()),
         [&y, &y_dot],
     )?;
-    findings.extend(endless(&cost));
+    findings.extend(endless(cost.steps));
     Ok(Report {
         unknowns,
         factors,
@@ -233,120 +221,6 @@ fn index(dae: &mut MuscleDae, rest: &[f64]) -> Result<(IndexReport, Computed), M
 
 fn modes(muscle: &Muscle) -> Result<(Vec<f64>, f64), ModelError> {
     Ok((slow_modes(muscle)?, spectrum::fastest(muscle)? / TAU))
-}
-
-/// The lowest eigenfrequencies at rest, Hz.
-fn slow_modes(muscle: &Muscle) -> Result<Vec<f64>, ModelError> {
-    let q = vec![0.0; muscle.solid.dofs().n_free()];
-    let pressure = vec![0.0; muscle.solid.space().n_pressures()];
-    let lowest = spectrum::lowest(muscle, &q, &pressure, SLOW_MODES)?;
-    let frequencies = lowest.iter().filter_map(myovib_structure::Mode::frequency);
-    Ok(frequencies.collect())
-}
-
-fn not_held(free: FreeParts) -> Finding {
-    Finding {
-        fields: vec![Field::Displacement],
-        problem: format!("{} motions without strain are left: {free}", free.count),
-        remedies: vec![Remedy::Scene(
-            "hold more components or nodes, unless the body is meant to float",
-        )],
-    }
-}
-
-fn unheld(nullity: usize, muscle: &Muscle) -> Option<Finding> {
-    (nullity > 0 && muscle.parameters.is_incompressible()).then(|| Finding {
-        fields: vec![Field::Pressure],
-        problem: format!(
-            "{nullity} independent pressures are held by no displacement: with kappa = inf the \
-             pencil is singular and there is no index"
-        ),
-        remedies: vec![Remedy::Scene(
-            "take a finite kappa, or a mesh without elements that have all nodes fixed",
-        )],
-    })
-}
-
-fn inconsistent(residuals: &[BlockResidual]) -> Option<Finding> {
-    let worst = residuals
-        .iter()
-        .find(|block| block.relative > INCONSISTENT)?;
-    Some(Finding {
-        fields: vec![worst.field],
-        problem: format!("the start does not satisfy the equations at t = 0 ({worst})"),
-        remedies: vec![Remedy::Scene(
-            "let loads and prescribed motions start from zero, or start in equilibrium with them",
-        )],
-    })
-}
-
-fn resonance(slow_modes: &[f64], drive: Option<f64>) -> Option<Finding> {
-    let drive = drive?;
-    let mode = slow_modes
-        .iter()
-        .find(|mode| (drive / **mode - 1.0).abs() < RESONANCE)?;
-    Some(Finding {
-        fields: Vec::new(),
-        problem: format!("the load at {drive:.3} Hz is next to the eigenfrequency {mode:.3} Hz"),
-        remedies: vec![Remedy::Scene(
-            "expect large motions, bounded by damping alone, or change the frequency",
-        )],
-    })
-}
-
-/// What [`check`] warns of, as far as it can be told without work that counts beside a run's.
-pub fn warnings(muscle: &Muscle, formulation: Formulation, settings: &Settings) -> Vec<Finding> {
-    let mut findings = Advice::new(muscle, formulation, settings).findings();
-    findings.extend(free_parts(muscle).map(not_held));
-    // Modes cost factorisations: they are looked for where units seem not to go together. A body whose
-    // modes cannot be found says so when it is run.
-    let stretching = spectrum::stretching_frequency(muscle).unwrap_or(f64::NAN);
-    let ratio = asked(muscle, settings.t_end).0 / stretching;
-    if !(FAR_BELOW_MODES..FAR_ABOVE_MODES / ABOVE_SLOWEST).contains(&ratio) {
-        let slow_modes = slow_modes(muscle).unwrap_or_default();
-        findings.extend(misfit(muscle, &slow_modes, settings.t_end));
-    }
-    findings
-}
-
-/// The frequency that a scene is about, Hz, and what it is.
-fn asked(muscle: &Muscle, t_end: f64) -> (f64, &'static str) {
-    match muscle.drive() {
-        Some(drive) => (drive, "frequency of the load"),
-        None => (1.0 / t_end, "inverse of the end time"),
-    }
-}
-
-/// Units that do not go together show as a time of the scene far from the body's own.
-fn misfit(muscle: &Muscle, slow_modes: &[f64], t_end: f64) -> Option<Finding> {
-    let slowest = slow_modes.iter().copied().find(|mode| *mode > 0.0)?;
-    let (asked, what) = asked(muscle, t_end);
-    let ratio = asked / slowest;
-    (!(FAR_BELOW_MODES..FAR_ABOVE_MODES).contains(&ratio)).then(|| {
-        let size = extent(muscle);
-        Finding {
-            fields: Vec::new(),
-            problem: format!(
-                "the {what}, {asked:.3} Hz, is {ratio:.1e} times the lowest eigenfrequency of \
-                 the body, {slowest:.3e} Hz: it is {size:.3} m long, and waves cross it at about {:.3} m/s",
-                2.0 * size * slowest
-            ),
-            remedies: vec![Remedy::Scene(
-                "take SI units throughout: coordinates in m (a mesh in mm times 1e-3), moduli in \
-                 Pa, density in kg/m³, times in s",
-            )],
-        }
-    })
-}
-
-fn endless(cost: &Cost) -> Option<Finding> {
-    (cost.steps > MOST_STEPS).then(|| Finding {
-        fields: Vec::new(),
-        problem: format!("the run would take about {:.0e} steps", cost.steps),
-        remedies: vec![Remedy::Scene(
-            "look at the end time and the frequencies, which are in s and Hz",
-        )],
-    })
 }
 
 /// Steps that follow a sine of frequency `f` to the tolerance, times the measured time of a step.

@@ -2,12 +2,14 @@
 //!
 //! Cast: [`index`] computes the index of a DAE, [`table1`] those of the paper's Table 1; [`inf_sup`]
 //! says how well pressures are held, [`spectrum`] has eigenfrequencies; [`counterexample`] is the
-//! paper's warning of section 2; [`check`] puts together what can be said of a run before it.
+//! paper's warning of section 2; [`check`] puts together what can be said of a run before it, `objections` what is
+//! likely wrong with it.
 
 pub mod check;
 pub mod counterexample;
 pub mod index;
 pub mod inf_sup;
+mod objections;
 pub mod spectrum;
 pub mod support;
 pub mod table1;

@@ -1,5 +1,7 @@
 //! How much a scene may ask for: a typing error shall be told before hours or a disk are gone.
 
+use std::num::NonZeroUsize;
+
 use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::SceneFile;
@@ -24,6 +26,14 @@ fn open_files() -> Option<usize> {
 #[cfg(not(unix))]
 fn open_files() -> Option<usize> {
     None
+}
+
+/// How many runs of a scene may be under way at once: each has the files of its probes open.
+pub(crate) fn runs_at_once(file: &SceneFile) -> NonZeroUsize {
+    let runs = open_files().map(|files| files / (file.probe.len() + OTHER_FILES));
+    runs.map_or(NonZeroUsize::MAX, |runs| {
+        NonZeroUsize::new(runs).unwrap_or(NonZeroUsize::MIN)
+    })
 }
 
 impl Builder<'_> {

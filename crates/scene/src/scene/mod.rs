@@ -29,6 +29,7 @@ use myovib_model::coupling::Feedback;
 use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings};
 
 pub use builtin::{BUILTIN, builtin_text};
+pub(crate) use limits::runs_at_once;
 pub use oscillators::DrivenChain;
 
 use crate::InputError;

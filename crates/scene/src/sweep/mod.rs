@@ -21,6 +21,7 @@ use serde_json::{Value, json};
 
 use crate::csv::{self, Table};
 use crate::run::{self, Existing, RunOptions, RunResult};
+use crate::scene::runs_at_once;
 use crate::versions::Versions;
 use crate::watch::Tell;
 use crate::{Error, Input, InputError, Scene, atomic_file, inputs, parallel};
@@ -113,6 +114,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     let sweep = Sweep {
         options,
         results,
+        n_threads: options.n_threads.min(runs_at_once(&scene.file)),
         scene: scene.text().to_owned(),
         program: program(),
         hashes: Mutex::default(),
@@ -158,6 +160,8 @@ fn words_of(panic: &(dyn Any + Send)) -> String {
 struct Sweep<'a> {
     options: &'a SweepOptions<'a>,
     results: Vec<ResultColumn>,
+    /// Cases at a time: those asked for, or as many as may have their files open.
+    n_threads: NonZeroUsize,
     /// The scene's text, without overrides.
     scene: String,
     /// The program that computes.
@@ -193,7 +197,7 @@ impl Sweep<'_> {
 
     fn compute_all(&self, cases: &[Case]) -> Result<(), Error> {
         let done = AtomicUsize::new(0);
-        let outcomes = parallel::map(cases, self.options.n_threads, |case| {
+        let outcomes = parallel::map(cases, self.n_threads, |case| {
             if self.is_interrupted() {
                 return Ok(());
             }
