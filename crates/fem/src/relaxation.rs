@@ -85,8 +85,11 @@ pub(crate) enum Wanted<'a> {
         tensors: &'a [f64],
         force: &'a mut [f64],
     },
-    /// Ṡ along a nodal velocity, at the slots.
-    StressRate { v: &'a [f64], out: &'a mut [f64] },
+    /// Ṡ along each of at most two nodal velocities, at the slots.
+    StressRates {
+        v: &'a [Vec<f64>],
+        out: &'a mut [Vec<f64>],
+    },
     /// ∂/∂u of ∫ F H : ∇φ under constant H, and of ∫ F S : ∇φ under constant F for each part.
     Tangents {
         internal: &'a [f64],
@@ -169,20 +172,6 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         out
     }
 
-    /// F T.
-    #[inline(always)]
-    fn pushed(&self, t: &Tensor<Lanes<S>, D>) -> Tensor<Lanes<S>, D> {
-        let mut out = *t;
-        for i in 0..D {
-            for j in 0..D {
-                for k in 0..D {
-                    out[i][j] = self.h[i][k].mul_add(t[k][j], out[i][j]);
-                }
-            }
-        }
-        out
-    }
-
     /// Ṡ = F⁻¹ (Ṗ − V S).
     #[inline(always)]
     fn stress_rate(&self, law: &C, v: &Tensor<Lanes<S>, D>) -> Tensor<Lanes<S>, D> {
@@ -197,6 +186,20 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         }
         self.pulled_back(&rate)
     }
+}
+
+/// F T, F = I + h.
+#[inline(always)]
+fn pushed<R: Real, const D: usize>(h: &Tensor<R, D>, t: &Tensor<R, D>) -> Tensor<R, D> {
+    let mut out = *t;
+    for i in 0..D {
+        for j in 0..D {
+            for k in 0..D {
+                out[i][j] = h[i][k].mul_add(t[k][j], out[i][j]);
+            }
+        }
+    }
+    out
 }
 
 #[inline(always)]
@@ -223,12 +226,16 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Slots<'_, '_, S, D
     #[inline(always)]
     fn load(&self, values: &[f64]) -> Tensor<Lanes<S>, D> {
         let mut tensor = [[self.part.zero(); D]; D];
+        let lanes = self.part.occupied();
         let mut start = self.first;
         for i in 0..D {
             for j in i..D {
                 let mut value = self.part.zero();
-                for (lane, l) in value.as_mut_slice().iter_mut().zip(self.part.occupied()) {
-                    *lane = values[start + l];
+                let own = &values[start + lanes.start..start + lanes.end];
+                match own.len() == S::F64_LANES {
+                    // One instruction.
+                    true => value.as_mut_slice().copy_from_slice(&own[..S::F64_LANES]),
+                    false => value.as_mut_slice()[..own.len()].copy_from_slice(own),
                 }
                 tensor[i][j] = value;
                 tensor[j][i] = value;
@@ -240,11 +247,15 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Slots<'_, '_, S, D
 
     #[inline(always)]
     fn store(&self, tensor: &Tensor<Lanes<S>, D>, values: &mut [f64]) {
+        let lanes = self.part.occupied();
         let mut start = self.first;
         for i in 0..D {
             for j in i..D {
-                for (lane, l) in tensor[i][j].as_slice().iter().zip(self.part.occupied()) {
-                    values[start + l] = *lane;
+                let own = &mut values[start + lanes.start..start + lanes.end];
+                let value = tensor[i][j].as_slice();
+                match own.len() == S::F64_LANES {
+                    true => own[..S::F64_LANES].copy_from_slice(value),
+                    false => own.copy_from_slice(&value[..own.len()]),
                 }
                 start += self.count;
             }
@@ -267,10 +278,14 @@ where
             ..
         } = self;
         let u = part.gather_vector(Some(self.u));
-        let v = match &*self.wanted {
-            Wanted::StressRate { v, .. } => part.gather_vector(Some(v)),
-            _ => [[part.zero(); D]; N],
+        let velocity = |k: usize| match &*self.wanted {
+            Wanted::StressRates { v, .. } => v.get(k).map(|v| &v[..]),
+            _ => None,
         };
+        let v = [
+            part.gather_vector(velocity(0)),
+            part.gather_vector(velocity(1)),
+        ];
         let mut local_force = [[part.zero(); D]; N];
         let wants_matrices = matches!(self.wanted, Wanted::Tangents { .. });
         let zero: Matrix<S, D, N> = [[[[part.zero(); D]; D]; N]; N];
@@ -278,7 +293,6 @@ where
         let width = series.slots.len();
         for (number, point) in points.iter().enumerate() {
             part.move_to(number);
-            let at = At::<S, D, C>::new(law, part, (number, point), &u);
             let slots = Slots {
                 part,
                 first: self.first + number * batch.count * Slots::<S, D, N, P>::COMPONENTS,
@@ -286,7 +300,15 @@ where
             };
             // The states of term k at these slots.
             let states = |k: usize| series.states.start + k * width - series.slots.start;
+            if let Wanted::ForceOf { tensors, .. } = &*self.wanted {
+                // The law has no part in it.
+                let stress = pushed(&part.gradient(&u, point), &slots.load(tensors));
+                accumulate(&mut local_force, part, point, &stress);
+                continue;
+            }
+            let at = At::<S, D, C>::new(law, part, (number, point), &u);
             match self.wanted {
+                Wanted::ForceOf { .. } => {}
                 Wanted::Vectors {
                     internal,
                     force,
@@ -302,16 +324,14 @@ where
                         slots.store(&q, &mut rates[states(k)..]);
                     }
                     if force.is_some() {
-                        accumulate(&mut local_force, part, point, &at.pushed(&over));
+                        accumulate(&mut local_force, part, point, &pushed(&at.h, &over));
                     }
                 }
-                Wanted::ForceOf { tensors, .. } => {
-                    let tensor = slots.load(tensors);
-                    accumulate(&mut local_force, part, point, &at.pushed(&tensor));
-                }
-                Wanted::StressRate { out, .. } => {
-                    let rate = at.stress_rate(law, &part.gradient(&v, point));
-                    slots.store(&rate, out);
+                Wanted::StressRates { out, .. } => {
+                    for (out, v) in out.iter_mut().zip(&v) {
+                        let rate = at.stress_rate(law, &part.gradient(v, point));
+                        slots.store(&rate, out);
+                    }
                 }
                 Wanted::Tangents { internal, .. } => {
                     let Some([material, geometric]) = &mut matrices else {
@@ -341,7 +361,7 @@ where
                 }
             }
             Wanted::ForceOf { force, .. } => part.scatter_vector(&local_force, force),
-            Wanted::StressRate { .. } => {}
+            Wanted::StressRates { .. } => {}
             Wanted::Tangents {
                 geometric,
                 material,

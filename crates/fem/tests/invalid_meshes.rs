@@ -139,3 +139,26 @@ fn groups_without_names_are_listed_with_what_to_write() {
          Physical Curve(\"fixed\", 3) = {…}"
     );
 }
+
+/// Four tetrahedra around a point, which lies within the large one, or beyond a face of it.
+fn around(point: [f64; 3]) -> String {
+    let [x, y, z] = point;
+    format!(
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n\
+         $PhysicalNames\n1\n3 2 \"body\"\n$EndPhysicalNames\n\
+         $Entities\n0 0 0 1\n1 0 0 0 1 1 1 1 2 0\n$EndEntities\n\
+         $Nodes\n1 5 1 5\n3 1 0 5\n1\n2\n3\n4\n5\n\
+         0 0 0\n1 0 0\n0 1 0\n0 0 1\n{x} {y} {z}\n$EndNodes\n\
+         $Elements\n1 4 1 4\n3 1 4 4\n1 1 2 3 5\n2 1 4 2 5\n3 1 3 4 5\n4 2 4 3 5\n$EndElements\n"
+    )
+}
+
+#[test]
+fn an_inverted_tetrahedron_is_refused() {
+    let mesh = Mesh::parse_msh(&around([0.2; 3]), "m.msh").expect("a mesh of a body");
+    assert_eq!(mesh.n_elements(), 4);
+    let refused = Mesh::parse_msh(&around([0.6; 3]), "m.msh");
+    let message = refused.expect_err("no mesh of a body").to_string();
+    assert!(message.contains("is inverted"), "{message}");
+    assert!(message.contains("and 4,"), "{message}");
+}

@@ -91,7 +91,7 @@ impl PronyTerm {
     /// Q̇ = (g S − Q)/τ of one component.
     #[inline(always)]
     pub fn rate<R: Real>(&self, stress: R, state: R) -> R {
-        (stress * self.weight - state) / stress.like(self.time)
+        (stress * self.weight - state) * (1.0 / self.time)
     }
 
     /// δQ of one component from δS and the residual of Q̇ − (g S − Q)/τ under the shift γ.

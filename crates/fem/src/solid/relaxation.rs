@@ -110,17 +110,23 @@ impl Solid {
         self.relax(u, Wanted::ForceOf { tensors, force });
     }
 
-    /// `out` ← Ṡ along the velocity `v`.
+    /// `out` ← Ṡ along each of the velocities `v`, one or two: the parts of a complex one.
     ///
     /// # Shapes
-    /// `out`: [`n_slots`](Self::n_slots).
+    /// Each of `out`: [`n_slots`](Self::n_slots).
     ///
     /// # Panics
-    /// If a length is wrong.
-    pub fn relaxing_stress_rate(&self, u: &[f64], v: &[f64], out: &mut [f64]) {
-        check_length(self.n_slots(), Some(out), "stress rates");
-        check_length(self.space.n_components(), Some(v), "v");
-        self.relax(u, Wanted::StressRate { v, out });
+    /// If a length is wrong, or there are more than two.
+    pub fn relaxing_stress_rates(&self, u: &[f64], v: &[Vec<f64>], out: &mut [Vec<f64>]) {
+        assert!(
+            v.len() <= 2 && v.len() == out.len(),
+            "one or two velocities"
+        );
+        for (v, out) in v.iter().zip(&*out) {
+            check_length(self.n_slots(), Some(out), "stress rates");
+            check_length(self.space.n_components(), Some(v), "v");
+        }
+        self.relax(u, Wanted::StressRates { v, out });
     }
 
     /// `geometric` ← ∂/∂u ∫ F H : ∇φ under constant H; for each relaxing part `material` ←

@@ -9,7 +9,7 @@
 //! So δQ = (g δS + τ b_Q)/(1 + cτ): the material part of the stiffness is multiplied by
 //! φ(c) − 1 ([`Series`]), ∫F τ b_Q/(1 + cτ):∇φ goes to the right-hand side, and once δq is known δS
 //! gives δQ. There is nothing more to factorise or solve; a solve takes two passes over the elements
-//! (four for complex c).
+//! (three for complex c).
 
 use std::ops::Range;
 
@@ -83,8 +83,9 @@ pub(super) struct Relaxation {
     internal: Range<usize>,
     momentum: Range<usize>,
     displacement: Range<usize>,
-    slots: Vec<f64>,
-    nodal: Vec<f64>,
+    /// For the parts of a complex number.
+    slots: [Vec<f64>; 2],
+    nodal: [Vec<f64>; 2],
     free: Vec<f64>,
 }
 
@@ -101,8 +102,8 @@ impl Relaxation {
             internal,
             momentum: range(Field::Velocity),
             displacement: range(Field::Displacement),
-            slots: vec![0.0; solid.n_slots()],
-            nodal: vec![0.0; solid.dofs().n_full()],
+            slots: [(); 2].map(|()| vec![0.0; solid.n_slots()]),
+            nodal: [(); 2].map(|()| vec![0.0; solid.dofs().n_full()]),
             free: vec![0.0; solid.dofs().n_free()],
         })
     }
@@ -111,21 +112,23 @@ impl Relaxation {
     pub(super) fn condense<T: Parts>(&mut self, dae: &mut MuscleDae, c: T, rhs: &mut [T]) {
         dae.counters_mut().relaxing_solve_passes += T::COUNT as u64;
         let solid = &dae.muscle().solid;
-        for k in 0..T::COUNT {
-            let own = &rhs[self.internal.clone()];
-            for part in solid.relaxing_parts() {
-                self.slots[part.slots.clone()].fill(0.0);
-                for (term, b) in part.prony.terms().iter().zip(terms(part, own)) {
-                    let scale = term.lagging(c, T::one());
-                    let slots = self.slots[part.slots.clone()].iter_mut();
-                    for (slot, &b) in slots.zip(b) {
+        let own = &rhs[self.internal.clone()];
+        let slots = &mut self.slots[..T::COUNT];
+        slots.iter_mut().for_each(|slots| slots.fill(0.0));
+        for part in solid.relaxing_parts() {
+            for (term, b) in part.prony.terms().iter().zip(terms(part, own)) {
+                let scale = term.lagging(c, T::one());
+                for (k, slots) in slots.iter_mut().enumerate() {
+                    for (slot, &b) in slots[part.slots.clone()].iter_mut().zip(b) {
                         *slot += (scale * b).part(k);
                     }
                 }
             }
-            self.nodal.fill(0.0);
-            solid.force_of_tensors(dae.relaxing_at(), &self.slots, &mut self.nodal);
-            solid.dofs().restrict(&self.nodal, &mut self.free);
+        }
+        for (k, (slots, nodal)) in slots.iter().zip(&mut self.nodal).enumerate() {
+            nodal.fill(0.0);
+            solid.force_of_tensors(dae.relaxing_at(), slots, nodal);
+            solid.dofs().restrict(nodal, &mut self.free);
             for (row, &force) in rhs[self.momentum.clone()].iter_mut().zip(&self.free) {
                 *row += T::of_part(k, force);
             }
@@ -135,31 +138,30 @@ impl Relaxation {
     /// Replaces the right-hand sides of the internal stresses by the solution, that of the
     /// displacements being known.
     pub(super) fn recover<T: Parts>(&mut self, dae: &mut MuscleDae, c: T, rhs: &mut [T]) {
-        dae.counters_mut().relaxing_solve_passes += T::COUNT as u64;
+        dae.counters_mut().relaxing_solve_passes += 1;
         let solid = &dae.muscle().solid;
         let (before, own) = rhs.split_at_mut(self.internal.start);
         let own = &mut own[..self.internal.len()];
-        for part in solid.relaxing_parts() {
-            for (term, b) in part.prony.terms().iter().zip(terms_mut(part, own)) {
-                let scale = term.lagging(c, T::one());
-                b.iter_mut().for_each(|b| *b *= scale);
-            }
-        }
-        for k in 0..T::COUNT {
+        let (slots, nodal) = (&mut self.slots[..T::COUNT], &mut self.nodal[..T::COUNT]);
+        for (k, nodal) in nodal.iter_mut().enumerate() {
             let moved = &before[self.displacement.clone()];
             for (free, moved) in self.free.iter_mut().zip(moved) {
                 *free = moved.part(k);
             }
-            self.nodal.fill(0.0);
-            solid.dofs().expand(&self.free, &mut self.nodal);
-            solid.relaxing_stress_rate(dae.relaxing_at(), &self.nodal, &mut self.slots);
-            for part in solid.relaxing_parts() {
-                for (term, states) in part.prony.terms().iter().zip(terms_mut(part, own)) {
-                    let scale = term.update(c, T::one(), T::zero());
-                    let slots = self.slots[part.slots.clone()].iter();
-                    for (state, &stress) in states.iter_mut().zip(slots) {
-                        *state += scale * T::of_part(k, stress);
+            nodal.fill(0.0);
+            solid.dofs().expand(&self.free, nodal);
+        }
+        solid.relaxing_stress_rates(dae.relaxing_at(), nodal, slots);
+        for part in solid.relaxing_parts() {
+            for (term, states) in part.prony.terms().iter().zip(terms_mut(part, own)) {
+                let lagging = term.lagging(c, T::one());
+                let driven = term.update(c, T::one(), T::zero());
+                for (state, slot) in states.iter_mut().zip(part.slots.clone()) {
+                    let mut stress = T::zero();
+                    for (k, slots) in slots.iter().enumerate() {
+                        stress += T::of_part(k, slots[slot]);
                     }
+                    *state = lagging * *state + driven * stress;
                 }
             }
         }
