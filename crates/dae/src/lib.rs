@@ -16,6 +16,7 @@
 #![forbid(unsafe_code)]
 
 mod colouring;
+pub mod columns;
 #[cfg(feature = "conformance")]
 pub mod conformance;
 mod consistent;

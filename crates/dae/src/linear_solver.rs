@@ -2,6 +2,7 @@
 
 use num_complex::Complex64;
 
+use crate::columns;
 use crate::linearization::Linearization;
 use crate::problem::StepError;
 
@@ -49,6 +50,40 @@ pub trait LinearSolver<P> {
         k: usize,
         rhs: &mut [Complex64],
     ) -> Result<(), StepError>;
+
+    /// Solves in place with the real matrix for several right-hand sides, the numbers of a row side by
+    /// side. By default for one after the other: to be replaced where one pass over the factors serves
+    /// them all.
+    ///
+    /// # Shapes
+    /// `rhs`: the number of unknowns times `n_columns`.
+    ///
+    /// # Errors
+    /// Those of the solve.
+    fn solve_real_columns(
+        &mut self,
+        problem: &mut P,
+        rhs: &mut [f64],
+        n_columns: usize,
+    ) -> Result<(), StepError> {
+        columns::one_by_one(rhs, n_columns, |column| self.solve_real(problem, column))
+    }
+
+    /// Solves in place with complex matrix `k`, likewise.
+    ///
+    /// # Errors
+    /// Those of the solve.
+    fn solve_complex_columns(
+        &mut self,
+        problem: &mut P,
+        k: usize,
+        rhs: &mut [Complex64],
+        n_columns: usize,
+    ) -> Result<(), StepError> {
+        columns::one_by_one(rhs, n_columns, |column| {
+            self.solve_complex(problem, k, column)
+        })
+    }
 
     /// Solves in place with the transpose of the real matrix, as an adjoint asks for.
     ///
@@ -149,6 +184,25 @@ impl<P, S: LinearSolver<P> + ?Sized> LinearSolver<P> for Box<S> {
         rhs: &mut [Complex64],
     ) -> Result<(), StepError> {
         (**self).solve_complex_transposed(problem, k, rhs)
+    }
+
+    fn solve_real_columns(
+        &mut self,
+        problem: &mut P,
+        rhs: &mut [f64],
+        n_columns: usize,
+    ) -> Result<(), StepError> {
+        (**self).solve_real_columns(problem, rhs, n_columns)
+    }
+
+    fn solve_complex_columns(
+        &mut self,
+        problem: &mut P,
+        k: usize,
+        rhs: &mut [Complex64],
+        n_columns: usize,
+    ) -> Result<(), StepError> {
+        (**self).solve_complex_columns(problem, k, rhs, n_columns)
     }
 
     fn difference_evaluations(&self) -> u64 {

@@ -1,5 +1,6 @@
 //! The parameters of a problem, and how its equations depend on them.
 
+use crate::columns;
 use crate::jacobian::Jacobian;
 use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError};
@@ -55,6 +56,62 @@ pub trait Parameters<P: ?Sized> {
         y_dot: &[f64],
         out: &mut [f64],
     ) -> Result<(), StepError>;
+
+    /// Evaluates ∂F/∂p_j at (t, y, ẏ) for all j into the columns of `out`, the numbers of a row side by
+    /// side. To be replaced where parameters share work.
+    ///
+    /// # Shapes
+    /// `out`: the number of unknowns times that of the parameters.
+    ///
+    /// # Errors
+    /// The number of the parameter that failed, and why, as for [`derivative`](Self::derivative).
+    fn derivatives(
+        &mut self,
+        problem: &mut P,
+        t: f64,
+        [y, y_dot]: [&[f64]; 2],
+        out: &mut [f64],
+    ) -> Result<(), (usize, StepError)> {
+        let mut column = vec![0.0; y.len()];
+        let n_columns = self.list().len();
+        for j in 0..n_columns {
+            self.derivative(problem, j, t, y, y_dot, &mut column)
+                .map_err(|error| (j, error))?;
+            columns::put(&column, out, j, n_columns);
+        }
+        Ok(())
+    }
+
+    /// Keeps ∂F/∂y and ∂F/∂ẏ at a state, for products with them; `false` if matrices are to be evaluated
+    /// instead. To be replaced where the problem multiplies faster than with matrices of the whole.
+    ///
+    /// `place` tells states apart whose tangents are kept at the same time.
+    ///
+    /// # Errors
+    /// Those of the problem.
+    fn keep_tangents(
+        &mut self,
+        _problem: &mut P,
+        _place: usize,
+        _at: &Linearization<'_>,
+    ) -> Result<bool, StepError> {
+        Ok(false)
+    }
+
+    /// Subtracts ∂F/∂y X + ∂F/∂ẏ Ẋ from `out`, with the tangents [kept](Self::keep_tangents) in this
+    /// place; the numbers of a row of X, Ẋ and `out` stand side by side.
+    ///
+    /// # Shapes
+    /// All: the number of unknowns times `n_columns`.
+    fn subtract_tangents(
+        &mut self,
+        _place: usize,
+        _at: [&[f64]; 2],
+        _out: &mut [f64],
+        _n_columns: usize,
+    ) {
+        unreachable!("only where tangents are kept");
+    }
 
     /// Adds the products λᵀ ∂F/∂p_j at (t, y, ẏ) to `products`, with λ in `adjoint`. To be replaced
     /// where one pass gives those of many parameters, as of a field's.

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::error::FitError;
 use crate::loss::Loss;
-use crate::model::Model;
+use crate::model::{Failed, Model};
 use crate::parameter::Parameter;
 use crate::result::{Ended, Fit, Iteration};
 use crate::trust_region::Linearised;
@@ -18,7 +18,7 @@ pub struct Options {
     /// size, or when the residuals are orthogonal to all derivatives to this cosine; 1e-8 by
     /// default.
     pub tolerance: f64,
-    /// Most evaluations of the Jacobian; 100 by default.
+    /// Most iterations, each with one Jacobian; 100 by default.
     pub max_iterations: usize,
     /// How much a residual counts; least squares by default.
     pub loss: Loss,
@@ -94,6 +94,13 @@ pub fn fit_observed(
     Ok(search.into_fit(ended))
 }
 
+/// The residuals at some parameters, their cost, and the derivatives if they came with them.
+struct Evaluation {
+    residuals: Vec<f64>,
+    cost: f64,
+    jacobian: Option<DMatrix<f64>>,
+}
+
 /// Shrinks the trust region below this quality of prediction, grows it above the other (Moré).
 const POOR: f64 = 0.25;
 const GOOD: f64 = 0.75;
@@ -110,6 +117,8 @@ struct Search<'a> {
     residuals: Vec<f64>,
     cost: f64,
     jacobian: DMatrix<f64>,
+    /// Whether that is the one at p.
+    is_linearised: bool,
     /// D: the largest norm each column of the Jacobian has had.
     diagonal: Vec<f64>,
     radius: f64,
@@ -134,6 +143,7 @@ impl<'a> Search<'a> {
             residuals: vec![0.0; m],
             cost: 0.0,
             jacobian: DMatrix::zeros(m, n),
+            is_linearised: false,
             diagonal: vec![0.0; n],
             radius: 0.0,
             last_blind: f64::INFINITY,
@@ -142,36 +152,61 @@ impl<'a> Search<'a> {
             p,
         };
         let start = search.p.clone();
-        let (residuals, cost) = search.evaluate(&start).map_err(FitError::Start)?;
-        (search.residuals, search.cost) = (residuals, cost);
+        let there = search.evaluate(&start, true).map_err(FitError::Start)?;
+        search.go_to(start, there);
         Ok(search)
     }
 
-    /// The residuals at `p` and their cost.
-    fn evaluate(&mut self, p: &[f64]) -> Result<(Vec<f64>, f64), String> {
+    fn scale(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.scale).collect()
+    }
+
+    /// The residuals at `p` and their cost; the derivatives as well, if they are `wanted` and the model
+    /// gives both at once.
+    fn evaluate(&mut self, p: &[f64], wanted: bool) -> Result<Evaluation, String> {
         let mut residuals = vec![0.0; self.residuals.len()];
         self.evaluations += 1;
-        self.model
-            .residuals(p, &mut residuals)
-            .map_err(|failed| failed.0)?;
-        match residuals.iter().position(|r| !r.is_finite()) {
-            Some(i) => Err(format!("residual {i} is {}", residuals[i])),
-            None => {
-                let cost = 0.5
-                    * residuals
-                        .iter()
-                        .map(|&r| self.options.loss.value(r))
-                        .sum::<f64>();
-                Ok((residuals, cost))
-            }
+        let mut jacobian = None;
+        let told = |failed: Failed| failed.0;
+        if wanted {
+            let mut room = self.jacobian.clone();
+            let scale = self.scale();
+            let both = self
+                .model
+                .residuals_with_jacobian(p, &scale, &mut residuals, &mut room)
+                .map_err(told)?;
+            jacobian = both.then_some(room);
+        } else {
+            self.model.residuals(p, &mut residuals).map_err(told)?;
+        }
+        if let Some(i) = residuals.iter().position(|r| !r.is_finite()) {
+            return Err(format!("residual {i} is {}", residuals[i]));
+        }
+        let losses = residuals.iter().map(|&r| self.options.loss.value(r));
+        Ok(Evaluation {
+            cost: 0.5 * losses.sum::<f64>(),
+            residuals,
+            jacobian,
+        })
+    }
+
+    /// Goes on from `p`.
+    fn go_to(&mut self, p: Vec<f64>, there: Evaluation) {
+        (self.p, self.residuals, self.cost) = (p, there.residuals, there.cost);
+        self.is_linearised = there.jacobian.is_some();
+        if let Some(jacobian) = there.jacobian {
+            self.jacobian = jacobian;
         }
     }
 
     fn linearise(&mut self) -> Result<(), String> {
-        let scale: Vec<f64> = self.parameters.iter().map(|p| p.scale).collect();
-        self.model
-            .jacobian(&self.p, &scale, &mut self.jacobian)
-            .map_err(|failed| failed.0)?;
+        if !self.is_linearised {
+            let scale = self.scale();
+            self.model
+                .jacobian(&self.p, &scale, &mut self.jacobian)
+                .map_err(|failed| failed.0)?;
+            self.is_linearised = true;
+        }
         if self.jacobian.iter().any(|entry| !entry.is_finite()) {
             return Err("a derivative is not finite".into());
         }
@@ -212,17 +247,21 @@ impl<'a> Search<'a> {
         if free.is_empty() || orthogonality <= self.options.tolerance * 1e-3 || self.cost == 0.0 {
             return Some(Ended::Converged);
         }
+        // Most first trials are taken, and what follows needs the derivatives there; of a second one
+        // less is expected.
+        let mut is_first = true;
         loop {
             let (x, predicted) = linear.step(self.radius);
             let (trial, moved) = self.trial(&free, &x);
             let small = self.is_small(&trial);
-            let outcome = self.evaluate(&trial);
+            let outcome = self.evaluate(&trial, is_first);
+            is_first = false;
             if predicted <= NOISE * self.cost {
                 return self.blind_step(trial, outcome, moved, small);
             }
             let reduction = outcome
                 .as_ref()
-                .map_or(f64::NAN, |(_, cost)| self.cost - cost);
+                .map_or(f64::NAN, |there| self.cost - there.cost);
             let quality = reduction / predicted;
             // NaN: the model failed; the step is too long.
             if quality < POOR || quality.is_nan() {
@@ -230,10 +269,10 @@ impl<'a> Search<'a> {
             } else if quality >= GOOD {
                 self.radius = self.radius.max(2.0 * moved);
             }
-            if let Ok((residuals, cost)) = outcome
-                && cost < self.cost
+            if let Ok(there) = outcome
+                && there.cost < self.cost
             {
-                (self.p, self.residuals, self.cost) = (trial, residuals, cost);
+                self.go_to(trial, there);
                 return (small && quality > POOR).then_some(Ended::Converged);
             }
             if small {
@@ -247,15 +286,15 @@ impl<'a> Search<'a> {
     fn blind_step(
         &mut self,
         trial: Vec<f64>,
-        outcome: Result<(Vec<f64>, f64), String>,
+        outcome: Result<Evaluation, String>,
         moved: f64,
         small: bool,
     ) -> Option<Ended> {
         let shrinks = moved < 0.9 * self.last_blind;
         match outcome {
-            Ok((residuals, cost)) if shrinks && cost <= (1.0 + NOISE) * self.cost => {
+            Ok(there) if shrinks && there.cost <= (1.0 + NOISE) * self.cost => {
                 self.last_blind = moved;
-                (self.p, self.residuals, self.cost) = (trial, residuals, cost);
+                self.go_to(trial, there);
                 small.then_some(Ended::Converged)
             }
             _ => Some(Ended::Converged),
@@ -338,15 +377,11 @@ impl<'a> Search<'a> {
         })
     }
 
-    fn into_fit(self, ended: Ended) -> Fit {
-        let mut model_jacobian = self.jacobian;
-        let scale: Vec<f64> = self.parameters.iter().map(|p| p.scale).collect();
+    fn into_fit(mut self, ended: Ended) -> Fit {
         // The derivatives at the end, not those of the iteration before; kept if they fail there.
-        let mut last = model_jacobian.clone();
-        if self.model.jacobian(&self.p, &scale, &mut last).is_ok()
-            && last.iter().all(|entry| entry.is_finite())
-        {
-            model_jacobian = last;
+        let before = self.jacobian.clone();
+        if self.linearise().is_err() {
+            self.jacobian = before;
         }
         let held = self
             .parameters
@@ -360,7 +395,7 @@ impl<'a> Search<'a> {
             at_bound: held,
             cost: self.cost,
             residuals: self.residuals,
-            jacobian: model_jacobian,
+            jacobian: self.jacobian,
             ended,
             history: self.history,
             evaluations: self.evaluations,

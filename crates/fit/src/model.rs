@@ -28,4 +28,21 @@ pub trait Model {
     fn jacobian(&mut self, p: &[f64], scale: &[f64], out: &mut DMatrix<f64>) -> Result<(), Failed> {
         differences::central(self, p, scale, out)
     }
+
+    /// Writes the residuals and, where the same evaluation gives them at little more, the derivatives
+    /// too; whether it did. To be replaced where a run with sensitivities is not much longer than one
+    /// without: most trial steps are taken, and need them next.
+    ///
+    /// # Errors
+    /// As for [`residuals`](Model::residuals).
+    fn residuals_with_jacobian(
+        &mut self,
+        p: &[f64],
+        _scale: &[f64],
+        out: &mut [f64],
+        _jacobian: &mut DMatrix<f64>,
+    ) -> Result<bool, Failed> {
+        self.residuals(p, out)?;
+        Ok(false)
+    }
 }

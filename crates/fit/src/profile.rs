@@ -197,6 +197,25 @@ impl Held<'_> {
         all.insert(self.which, held);
         all
     }
+
+    /// The parameters and scales of all, and room for the derivatives by them.
+    fn of_all(
+        &self,
+        p: &[f64],
+        scale: &[f64],
+        of_free: &DMatrix<f64>,
+    ) -> (Vec<f64>, Vec<f64>, DMatrix<f64>) {
+        let size = match self.value {
+            0.0 => 1.0,
+            value => value.abs(),
+        };
+        let all = DMatrix::zeros(of_free.nrows(), of_free.ncols() + 1);
+        (
+            self.with_held(p, self.value),
+            self.with_held(scale, size),
+            all,
+        )
+    }
 }
 
 impl Model for Held<'_> {
@@ -209,18 +228,26 @@ impl Model for Held<'_> {
     }
 
     fn jacobian(&mut self, p: &[f64], scale: &[f64], out: &mut DMatrix<f64>) -> Result<(), Failed> {
-        let size = if self.value == 0.0 {
-            1.0
-        } else {
-            self.value.abs()
-        };
-        let mut all = DMatrix::zeros(out.nrows(), out.ncols() + 1);
-        self.model.jacobian(
-            &self.with_held(p, self.value),
-            &self.with_held(scale, size),
-            &mut all,
-        )?;
+        let (p, scale, mut all) = self.of_all(p, scale, out);
+        self.model.jacobian(&p, &scale, &mut all)?;
         out.copy_from(&all.remove_column(self.which));
         Ok(())
+    }
+
+    fn residuals_with_jacobian(
+        &mut self,
+        p: &[f64],
+        scale: &[f64],
+        out: &mut [f64],
+        jacobian: &mut DMatrix<f64>,
+    ) -> Result<bool, Failed> {
+        let (p, scale, mut all) = self.of_all(p, scale, jacobian);
+        let both = self
+            .model
+            .residuals_with_jacobian(&p, &scale, out, &mut all)?;
+        if both {
+            jacobian.copy_from(&all.remove_column(self.which));
+        }
+        Ok(both)
     }
 }

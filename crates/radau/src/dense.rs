@@ -1,6 +1,7 @@
 //! The collocation polynomial of a step: the next step's starting values and, with one more
 //! condition, dense output.
 
+use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 use crate::method::Method;
@@ -102,6 +103,28 @@ impl Collocation {
         (scale * ramp * self.h, (0..method.stages()).map(of_stage))
     }
 
+    /// The same of one of `n_columns` whose numbers stand side by side.
+    pub(crate) fn evaluate_column(
+        &self,
+        method: &Method,
+        t: f64,
+        derivative: usize,
+        (j, n_columns): (usize, usize),
+        out: &mut [f64],
+    ) {
+        let column = |of: &'_ [f64], i: usize| of[i * n_columns + j];
+        let (of_slope, of_stages) = self.coefficients(method, t, derivative);
+        let of_stages: Vec<f64> = of_stages.collect();
+        for (i, out) in out.iter_mut().enumerate() {
+            let stages = self.increments.chunks_exact(self.y0.len());
+            let terms = stages.zip(&of_stages).map(|(z, b)| b * column(z, i));
+            *out = of_slope * column(&self.y_dot0, i) + terms.sum::<f64>();
+            if derivative == 0 {
+                *out += column(&self.y0, i);
+            }
+        }
+    }
+
     /// Continues the polynomial to a step of size `h` from the end of this one, as stage
     /// increments over the solution `y` there.
     pub(crate) fn extrapolate(&self, method: &Method, t: f64, h: f64, y: &[f64], z: &mut [f64]) {
@@ -111,9 +134,7 @@ impl Collocation {
             for ((z, y0), y) in z_i.iter_mut().zip(&self.y0).zip(y) {
                 *z = y0 - y;
             }
-            for (j, increment) in self.increments.chunks_exact(n).enumerate() {
-                add_scaled(z_i, method.basis(j, theta), increment);
-            }
+            add_combined(z_i, n, |_, j| method.basis(j, theta), &self.increments);
         }
     }
 }
@@ -127,8 +148,93 @@ pub(crate) fn start_slope(method: &Method, h: f64, z: &[f64], out: &mut [f64]) {
 }
 
 /// y ← y + a x
+#[inline(always)]
 pub(crate) fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y += a * x;
+    }
+}
+
+/// y ← a x
+#[inline(always)]
+fn write_scaled(y: &mut [f64], a: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y = a * x;
+    }
+}
+
+/// Numbers of each vector that are combined at a time: those of all vectors stay in the cache.
+const AT_A_TIME: usize = 256;
+
+/// out_i ← out_i + Σ_j `coefficient`(i, j) z_j for vectors of length `n`, one after the other in `z` and
+/// in `out`, with the processor's vector instructions.
+pub(crate) fn add_combined(
+    out: &mut [f64],
+    n: usize,
+    coefficient: impl Fn(usize, usize) -> f64,
+    z: &[f64],
+) {
+    combine::<false>(out, n, coefficient, z);
+}
+
+/// out_i ← Σ_j `coefficient`(i, j) z_j, likewise.
+pub(crate) fn write_combined(
+    out: &mut [f64],
+    n: usize,
+    coefficient: impl Fn(usize, usize) -> f64,
+    z: &[f64],
+) {
+    combine::<true>(out, n, coefficient, z);
+}
+
+fn combine<const OVER: bool>(
+    out: &mut [f64],
+    n: usize,
+    coefficient: impl Fn(usize, usize) -> f64,
+    z: &[f64],
+) {
+    Arch::new().dispatch(Combine::<_, OVER> {
+        out,
+        n,
+        coefficient,
+        z,
+    });
+}
+
+/// The sums, to be run with the processor's vector instructions.
+struct Combine<'a, F, const OVER: bool> {
+    out: &'a mut [f64],
+    n: usize,
+    coefficient: F,
+    z: &'a [f64],
+}
+
+impl<F: Fn(usize, usize) -> f64, const OVER: bool> WithSimd for Combine<'_, F, OVER> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self {
+            out,
+            n,
+            coefficient,
+            z,
+        } = self;
+        let (n_out, n_in) = (out.len() / n, z.len() / n);
+        let mut start = 0;
+        while start < n {
+            let end = n.min(start + AT_A_TIME);
+            for i in 0..n_out {
+                let out = &mut out[i * n + start..i * n + end];
+                for j in 0..n_in {
+                    let z = &z[j * n + start..j * n + end];
+                    match OVER && j == 0 {
+                        true => write_scaled(out, coefficient(i, j), z),
+                        false => add_scaled(out, coefficient(i, j), z),
+                    }
+                }
+            }
+            start = end;
+        }
     }
 }

@@ -3,7 +3,7 @@
 use myovib_dae::{LinearSolver, StepError};
 use num_complex::Complex64;
 
-use crate::dense::add_scaled;
+use crate::dense::{add_scaled, write_combined};
 use crate::method::Method;
 use crate::work::Counters;
 
@@ -12,6 +12,9 @@ use crate::work::Counters;
 pub(crate) struct StageSystem {
     real: Vec<f64>,
     complex: Vec<Vec<Complex64>>,
+    /// The modes of several right-hand sides, and one of them as complex numbers.
+    modes: Vec<f64>,
+    pairs: Vec<Complex64>,
 }
 
 impl StageSystem {
@@ -19,6 +22,8 @@ impl StageSystem {
         Self {
             real: vec![0.0; n],
             complex: vec![vec![Complex64::ZERO; n]; method.complex_modes().len()],
+            modes: Vec::new(),
+            pairs: Vec::new(),
         }
     }
 
@@ -43,6 +48,53 @@ impl StageSystem {
         }
         self.join(right, complex_modes.iter().map(|mode| &mode.right), stages);
         self.count(counters);
+        Ok(())
+    }
+
+    /// The same for several right-hand sides, the numbers of a row side by side.
+    ///
+    /// # Shapes
+    /// `stages`: the stages one after the other, each of `n` × `n_columns` numbers.
+    pub(crate) fn solve_columns<P, M: LinearSolver<P>>(
+        &mut self,
+        problem: &mut P,
+        matrices: &mut M,
+        method: &Method,
+        (stages, n_columns): (&mut [f64], usize),
+        counters: &mut Counters,
+    ) -> Result<(), StepError> {
+        let length = stages.len() / method.stages();
+        let (real_mode, complex_modes) = (method.real_mode(), method.complex_modes());
+        let [left, right] = [&real_mode.left, &real_mode.right];
+        // The real mode, then real and imaginary part of each complex one.
+        let left = |k: usize, i: usize| match k {
+            0 => left[i],
+            _ if k % 2 == 1 => complex_modes[k / 2].left[i].re,
+            _ => complex_modes[k / 2 - 1].left[i].im,
+        };
+        // A conjugate pair of modes adds up to twice the real part.
+        let right = |i: usize, k: usize| match k {
+            0 => right[i],
+            _ if k % 2 == 1 => 2.0 * complex_modes[k / 2].right[i].re,
+            _ => -2.0 * complex_modes[k / 2 - 1].right[i].im,
+        };
+        self.modes.resize(stages.len(), 0.0);
+        write_combined(&mut self.modes, length, left, stages);
+        let (real, complex) = self.modes.split_at_mut(length);
+        matrices.solve_real_columns(problem, real, n_columns)?;
+        for (k, parts) in complex.chunks_exact_mut(2 * length).enumerate() {
+            let (re, im) = parts.split_at_mut(length);
+            self.pairs.clear();
+            let pairs = re.iter().zip(&*im);
+            self.pairs
+                .extend(pairs.map(|(&re, &im)| Complex64 { re, im }));
+            matrices.solve_complex_columns(problem, k, &mut self.pairs, n_columns)?;
+            for ((re, im), w) in re.iter_mut().zip(im).zip(&self.pairs) {
+                (*re, *im) = (w.re, w.im);
+            }
+        }
+        write_combined(stages, length, right, &self.modes);
+        (0..n_columns).for_each(|_| self.count(counters));
         Ok(())
     }
 

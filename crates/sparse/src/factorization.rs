@@ -2,6 +2,8 @@
 
 use std::ops::Add;
 
+use myovib_dae::columns;
+
 use crate::{Number, SparseError};
 
 /// What is known of a matrix beyond its pattern.
@@ -30,6 +32,15 @@ pub trait Factorization<T: Number>: std::fmt::Debug + Send {
     /// # Errors
     /// [`SparseError::NoFactors`] before the first matrix and after one that was refused.
     fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError>;
+
+    /// Solves A X = B in place; the numbers of a row stand side by side. One column after the other
+    /// where there is no better way.
+    ///
+    /// # Errors
+    /// As for [`solve`](Self::solve).
+    fn solve_columns(&mut self, x: &mut [T], n_columns: usize) -> Result<(), SparseError> {
+        columns::one_by_one(x, n_columns, |column| self.solve(column))
+    }
 
     /// Solves Aᵀ x = b in place (transposed, not conjugated).
     ///

@@ -21,6 +21,164 @@ impl Scalar for f64 {}
 #[cfg(not(klu))]
 impl Scalar for Complex64 {}
 
+/// The numbers in one row of some columns, by which an entry of a matrix is multiplied at once: one
+/// number, or [several](Number::Columns).
+pub trait Row<T>: Copy + Send + std::fmt::Debug {
+    /// Zeros.
+    fn none() -> Self;
+
+    /// The first numbers of `row`, which has as many at least.
+    fn load(row: &[T]) -> Self;
+
+    /// Writes them to the front of `row`.
+    fn store(self, row: &mut [T]);
+
+    /// `self` + `other`.
+    fn plus(self, other: Self) -> Self;
+
+    /// a `self`.
+    fn times(self, a: T) -> Self;
+
+    /// `self` − a x, with fused multiply-adds.
+    fn less_product(self, a: T, x: Self) -> Self;
+}
+
+impl<T: Number> Row<T> for T {
+    #[inline(always)]
+    fn none() -> Self {
+        Self::zero()
+    }
+
+    #[inline(always)]
+    fn load(row: &[T]) -> Self {
+        row[0]
+    }
+
+    #[inline(always)]
+    fn store(self, row: &mut [T]) {
+        row[0] = self;
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self + other
+    }
+
+    #[inline(always)]
+    fn times(self, a: T) -> Self {
+        self * a
+    }
+
+    #[inline(always)]
+    fn less_product(self, a: T, x: Self) -> Self {
+        self.plus_product(a, -x)
+    }
+}
+
+/// Real numbers side by side.
+#[derive(Debug, Clone, Copy)]
+pub struct Reals<const C: usize>([f64; C]);
+
+/// Complex numbers side by side: their real and their imaginary parts.
+#[derive(Debug, Clone, Copy)]
+pub struct Complexes<const C: usize> {
+    re: [f64; C],
+    im: [f64; C],
+}
+
+impl<const C: usize> Row<f64> for Reals<C> {
+    #[inline(always)]
+    fn none() -> Self {
+        Self([0.0; C])
+    }
+
+    #[inline(always)]
+    fn load(row: &[f64]) -> Self {
+        let mut own = [0.0; C];
+        own.copy_from_slice(&row[..C]);
+        Self(own)
+    }
+
+    #[inline(always)]
+    fn store(self, row: &mut [f64]) {
+        row[..C].copy_from_slice(&self.0);
+    }
+
+    #[inline(always)]
+    fn plus(mut self, other: Self) -> Self {
+        for c in 0..C {
+            self.0[c] += other.0[c];
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn times(mut self, a: f64) -> Self {
+        for c in 0..C {
+            self.0[c] *= a;
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn less_product(mut self, a: f64, x: Self) -> Self {
+        for c in 0..C {
+            self.0[c] = a.mul_add(-x.0[c], self.0[c]);
+        }
+        self
+    }
+}
+
+impl<const C: usize> Row<Complex64> for Complexes<C> {
+    #[inline(always)]
+    fn none() -> Self {
+        Self {
+            re: [0.0; C],
+            im: [0.0; C],
+        }
+    }
+
+    #[inline(always)]
+    fn load(row: &[Complex64]) -> Self {
+        let (row, mut own) = (&row[..C], Self::none());
+        for c in 0..C {
+            (own.re[c], own.im[c]) = (row[c].re, row[c].im);
+        }
+        own
+    }
+
+    #[inline(always)]
+    fn store(self, row: &mut [Complex64]) {
+        let row = &mut row[..C];
+        for c in 0..C {
+            (row[c].re, row[c].im) = (self.re[c], self.im[c]);
+        }
+    }
+
+    #[inline(always)]
+    fn plus(mut self, other: Self) -> Self {
+        for c in 0..C {
+            self.re[c] += other.re[c];
+            self.im[c] += other.im[c];
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn times(self, a: Complex64) -> Self {
+        Self::none().less_product(-a, self)
+    }
+
+    #[inline(always)]
+    fn less_product(mut self, a: Complex64, x: Self) -> Self {
+        for c in 0..C {
+            self.re[c] = a.im.mul_add(x.im[c], a.re.mul_add(-x.re[c], self.re[c]));
+            self.im[c] = a.im.mul_add(-x.re[c], a.re.mul_add(-x.im[c], self.im[c]));
+        }
+        self
+    }
+}
+
 /// `f64` or `Complex64`.
 pub trait Number:
     Scalar
@@ -34,6 +192,9 @@ pub trait Number:
     + SubAssign
     + std::fmt::Debug
 {
+    /// C of them side by side, in vector registers.
+    type Columns<const C: usize>: Row<Self>;
+
     /// `self` + a b, with fused multiply-adds: one instruction where the processor has it.
     fn plus_product(self, a: Self, b: Self) -> Self;
 
@@ -46,6 +207,8 @@ pub trait Number:
 }
 
 impl Number for f64 {
+    type Columns<const C: usize> = Reals<C>;
+
     #[inline(always)]
     fn plus_product(self, a: Self, b: Self) -> Self {
         a.mul_add(b, self)
@@ -61,6 +224,8 @@ impl Number for f64 {
 }
 
 impl Number for Complex64 {
+    type Columns<const C: usize> = Complexes<C>;
+
     #[inline(always)]
     fn plus_product(self, a: Self, b: Self) -> Self {
         Self {

@@ -1,11 +1,13 @@
 //! Products with sparse matrices whose entries come in blocks, and with their magnitudes.
 
+use std::marker::PhantomData;
 use std::ops::Range;
 
 use nalgebra_sparse::pattern::SparsityPattern;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::Number;
+use crate::number::Row;
 
 /// How to multiply by a compressed-column matrix: columns with the same rows are taken together,
 /// two at a time, and rows that are neighbours are named once for both. The two components of a
@@ -81,6 +83,58 @@ impl Product {
             y,
             add: |y: T, a, x: T| y.plus_product(a, -x),
         });
+    }
+
+    /// Y -= A X, the numbers of a row of X and of Y side by side.
+    pub fn subtract_columns<T: Number>(
+        &self,
+        values: &[T],
+        x: &[T],
+        y: &mut [T],
+        n_columns: usize,
+    ) {
+        match n_columns {
+            1 => self.subtract(values, x, y),
+            _ => self.by_columns::<T, false>(values, x, y, n_columns),
+        }
+    }
+
+    /// Y -= Aᵀ X (transposed, not conjugated), likewise.
+    pub fn subtract_transposed_columns<T: Number>(
+        &self,
+        values: &[T],
+        x: &[T],
+        y: &mut [T],
+        n_columns: usize,
+    ) {
+        self.by_columns::<T, true>(values, x, y, n_columns);
+    }
+
+    /// Eight columns at a time, as far as there are.
+    fn by_columns<T: Number, const TRANSPOSED: bool>(
+        &self,
+        values: &[T],
+        x: &[T],
+        y: &mut [T],
+        n_columns: usize,
+    ) {
+        let mut first = 0;
+        while first < n_columns {
+            let side = Side {
+                product: self,
+                values,
+                x,
+                y: &mut *y,
+                n_columns,
+                first,
+            };
+            first += match n_columns - first {
+                1 => self.arch.dispatch(side.of::<T, TRANSPOSED>()),
+                2 | 3 => self.arch.dispatch(side.of::<T::Columns<2>, TRANSPOSED>()),
+                4..8 => self.arch.dispatch(side.of::<T::Columns<4>, TRANSPOSED>()),
+                _ => self.arch.dispatch(side.of::<T::Columns<8>, TRANSPOSED>()),
+            };
+        }
     }
 
     /// `y` -= Aᵀ `x` (transposed, not conjugated), likewise.
@@ -163,6 +217,131 @@ impl<T: Number, Y: Copy, F: Fn(Y, T, T) -> Y> WithSimd for Accumulate<'_, T, Y, 
     }
 }
 
+/// Y ← Y − A X for the columns from `first` on.
+struct Side<'a, T> {
+    product: &'a Product,
+    values: &'a [T],
+    x: &'a [T],
+    y: &'a mut [T],
+    n_columns: usize,
+    first: usize,
+}
+
+/// The same for as many columns as a row R is wide.
+struct AsWide<'a, T, R, const TRANSPOSED: bool> {
+    side: Side<'a, T>,
+    row: PhantomData<R>,
+}
+
+impl<'a, T> Side<'a, T> {
+    fn of<R, const TRANSPOSED: bool>(self) -> AsWide<'a, T, R, TRANSPOSED> {
+        AsWide {
+            side: self,
+            row: PhantomData,
+        }
+    }
+}
+
+impl<T: Number, R: Row<T>, const TRANSPOSED: bool> WithSimd for AsWide<'_, T, R, TRANSPOSED> {
+    /// How many columns it was.
+    type Output = usize;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> usize {
+        let Side {
+            product,
+            values,
+            x,
+            y,
+            n_columns,
+            first,
+        } = self.side;
+        let place = |row: usize| row * n_columns + first..(row + 1) * n_columns;
+        for group in &product.groups {
+            let n = group.entries.len();
+            let pairs = &product.rows[group.pairs.clone()];
+            let single = &product.rows[group.single.clone()];
+            let own = &values[group.entries.clone()];
+            let (pairs0, single0) = own.split_at(2 * pairs.len());
+            // No closures below: they would be compiled without vector instructions.
+            if !group.is_double {
+                let x0 = R::load(&x[place(group.column)]);
+                let (mut even, mut odd) = (R::none(), R::none());
+                for (&row, a) in pairs.iter().zip(pairs0.chunks_exact(2)) {
+                    let row = row as usize;
+                    if TRANSPOSED {
+                        even = even.less_product(a[0], R::load(&x[place(row)]));
+                        odd = odd.less_product(a[1], R::load(&x[place(row + 1)]));
+                    } else {
+                        update(&mut y[place(row)], [(a[0], x0)]);
+                        update(&mut y[place(row + 1)], [(a[1], x0)]);
+                    }
+                }
+                for (&row, &a) in single.iter().zip(single0) {
+                    let row = row as usize;
+                    if TRANSPOSED {
+                        even = even.less_product(a, R::load(&x[place(row)]));
+                    } else {
+                        update(&mut y[place(row)], [(a, x0)]);
+                    }
+                }
+                if TRANSPOSED {
+                    let y = &mut y[place(group.column)];
+                    R::load(y).plus(even.plus(odd)).store(y);
+                }
+                continue;
+            }
+            let second = &values[group.entries.end..][..n];
+            let (pairs1, single1) = second.split_at(2 * pairs.len());
+            let entries = pairs0.chunks_exact(2).zip(pairs1.chunks_exact(2));
+            let singles = single0.iter().zip(single1);
+            if TRANSPOSED {
+                let mut sums = [R::none(); 4];
+                for (&row, (a, b)) in pairs.iter().zip(entries) {
+                    let row = row as usize;
+                    let (x0, x1) = (R::load(&x[place(row)]), R::load(&x[place(row + 1)]));
+                    sums[0] = sums[0].less_product(a[0], x0);
+                    sums[1] = sums[1].less_product(a[1], x1);
+                    sums[2] = sums[2].less_product(b[0], x0);
+                    sums[3] = sums[3].less_product(b[1], x1);
+                }
+                for (&row, (&a, &b)) in single.iter().zip(singles) {
+                    let x0 = R::load(&x[place(row as usize)]);
+                    sums[0] = sums[0].less_product(a, x0);
+                    sums[2] = sums[2].less_product(b, x0);
+                }
+                for column in 0..2 {
+                    let y = &mut y[place(group.column + column)];
+                    let sum = sums[2 * column].plus(sums[2 * column + 1]);
+                    R::load(y).plus(sum).store(y);
+                }
+            } else {
+                let x0 = R::load(&x[place(group.column)]);
+                let x1 = R::load(&x[place(group.column + 1)]);
+                for (&row, (a, b)) in pairs.iter().zip(entries) {
+                    let row = row as usize;
+                    update(&mut y[place(row)], [(a[0], x0), (b[0], x1)]);
+                    update(&mut y[place(row + 1)], [(a[1], x0), (b[1], x1)]);
+                }
+                for (&row, (&a, &b)) in single.iter().zip(singles) {
+                    update(&mut y[place(row as usize)], [(a, x0), (b, x1)]);
+                }
+            }
+        }
+        size_of::<R>() / size_of::<T>()
+    }
+}
+
+/// y ← y − Σ a x
+#[inline(always)]
+fn update<T: Number, R: Row<T>, const N: usize>(y: &mut [T], products: [(T, R); N]) {
+    let mut sum = R::load(y);
+    for (a, x) in products {
+        sum = sum.less_product(a, x);
+    }
+    sum.store(y);
+}
+
 /// `y` ← `y` − Aᵀ `x`, to be run with the processor's vector instructions.
 struct Transposed<'a, T> {
     product: &'a Product,
@@ -237,6 +416,23 @@ mod tests {
         let mut by_columns = [0.5; 5];
         product.subtract_transposed(&values, &x, &mut by_columns);
         assert_eq!(by_columns, transposed);
+        // Several columns: multiples of the one.
+        for n_columns in [3, 8, 15] {
+            let side_by_side = |of: &[f64], start: f64| -> Vec<f64> {
+                let row = |x: &f64| {
+                    let x = *x - start;
+                    (1..=n_columns).map(move |c| start + c as f64 * x)
+                };
+                of.iter().flat_map(row).collect()
+            };
+            let mut y = vec![0.5; 4 * n_columns];
+            product.subtract_columns(&values, &side_by_side(&x, 0.0), &mut y, n_columns);
+            assert_eq!(y, side_by_side(&expected, 0.5));
+            let mut y = vec![0.5; 5 * n_columns];
+            let x = side_by_side(&x[..4], 0.0);
+            product.subtract_transposed_columns(&values, &x, &mut y, n_columns);
+            assert_eq!(y, side_by_side(&transposed, 0.5));
+        }
         // All are positive: what was subtracted comes back.
         product.add_magnitudes(&values, &x, &mut y);
         assert_eq!(y, [0.5; 4]);

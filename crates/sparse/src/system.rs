@@ -358,6 +358,21 @@ impl<T: Number> SparseSystem<T> {
         Ok(())
     }
 
+    /// Solves in place for several right-hand sides, the numbers of a row side by side. Solutions are not
+    /// checked: they are meant for those who iterate, and see what is left.
+    ///
+    /// # Errors
+    /// Those of the solve.
+    pub fn solve_columns(
+        &mut self,
+        x: &mut [T],
+        n_columns: usize,
+        work: &mut LinearWork,
+    ) -> Result<(), SparseError> {
+        work.solves += n_columns as u64;
+        self.factors().solve_columns(x, n_columns)
+    }
+
     /// Solves with the transpose (not conjugated) in place. The solution is not checked: it is meant
     /// for those who iterate, and see what is left.
     ///

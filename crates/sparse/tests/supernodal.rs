@@ -227,7 +227,32 @@ fn solve<T: Number>(elimination: Elimination, values: &[T], b: &[T]) -> (Vec<T>,
     let mut x = b.to_vec();
     system.solve(&mut x, &mut work).unwrap();
     assert_eq!((work.pivoted, work.refinements), (0, 0));
+    expect_the_same_side_by_side(&mut system, b);
     (x, work.largest_backward_error)
+}
+
+/// Solves for 15 right-hand sides, 8 + 4 + 2 + 1 of them at a time, and one by one.
+fn expect_the_same_side_by_side<T: Number>(system: &mut SparseSystem<T>, b: &[T]) {
+    let (n, n_columns) = (b.len(), 15);
+    let mut work = LinearWork::default();
+    let of = |row: usize, column: usize| b[(row * (column + 1)) % n];
+    let mut all: Vec<T> = (0..n * n_columns)
+        .map(|k| of(k / n_columns, k % n_columns))
+        .collect();
+    system
+        .solve_columns(&mut all, n_columns, &mut work)
+        .unwrap();
+    assert_eq!(work.solves, n_columns as u64);
+    for column in 0..n_columns {
+        let mut x: Vec<T> = (0..n).map(|row| of(row, column)).collect();
+        system.solve(&mut x, &mut work).unwrap();
+        let size = x.iter().fold(0.0, |max: f64, x| max.max(x.abs()));
+        for (row, x) in x.iter().enumerate() {
+            // The same operations, but for what a compiler makes of complex products.
+            let differ = (*x - all[row * n_columns + column]).abs();
+            assert!(differ < 1e-12 * size, "{column}: {differ:e}");
+        }
+    }
 }
 
 /// Componentwise, of the solutions below: a few roundings for each of some hundred operations.

@@ -1,5 +1,6 @@
 //! The condensed Newton matrix for one c: set up, and solved with in the place of the full one.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use myovib_sparse::SparseError;
@@ -85,27 +86,54 @@ impl<T: Number> Condensed<T> {
     /// # Errors
     /// Those of the solve.
     pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
+        self.solve_columns(rhs, 1, work)
+    }
+
+    /// Solves the full system in place for several right-hand sides, the numbers of a row side by side.
+    ///
+    /// # Shapes
+    /// `rhs`: the unknowns of the full system times `n_columns`.
+    ///
+    /// # Errors
+    /// Those of the solve.
+    pub fn solve_columns(
+        &mut self,
+        rhs: &mut [T],
+        n_columns: usize,
+        work: &mut LinearWork,
+    ) -> Result<(), SparseError> {
         let plan = &self.plan;
+        let side_by_side = |rows: &Range<usize>| rows.start * n_columns..rows.end * n_columns;
+        let room = |rows: usize| rows * n_columns;
+        let (n, n_kinematic) = (plan.n_condensed(), plan.coupling.pattern().major_dim());
+        self.unknowns.resize(room(n), T::zero());
+        self.kinematic.resize(room(n_kinematic), T::zero());
         for block in &plan.recovered {
-            self.kinematic[block.place.clone()].copy_from_slice(&rhs[block.rows.clone()]);
+            self.kinematic[side_by_side(&block.place)]
+                .copy_from_slice(&rhs[side_by_side(&block.rows)]);
         }
         for block in &plan.kept {
-            let unknowns = &mut self.unknowns[block.condensed.clone()];
-            for (x, &b) in unknowns.iter_mut().zip(&rhs[block.rows.clone()]) {
+            let unknowns = &mut self.unknowns[side_by_side(&block.condensed)];
+            for (x, &b) in unknowns.iter_mut().zip(&rhs[side_by_side(&block.rows)]) {
                 *x = b * block.sign;
             }
         }
+        let (kinematic, unknowns) = (&self.kinematic, &mut self.unknowns);
         self.product
-            .subtract(&self.coupling, &self.kinematic, &mut self.unknowns);
-        self.system.solve(&mut self.unknowns, work)?;
+            .subtract_columns(&self.coupling, kinematic, unknowns, n_columns);
+        match n_columns {
+            1 => self.system.solve(unknowns, work)?,
+            _ => self.system.solve_columns(unknowns, n_columns, work)?,
+        }
         for block in &plan.kept {
-            rhs[block.unknowns.clone()].copy_from_slice(&self.unknowns[block.condensed.clone()]);
+            rhs[side_by_side(&block.unknowns)]
+                .copy_from_slice(&self.unknowns[side_by_side(&block.condensed)]);
         }
         for block in &plan.recovered {
             let (rate, inverse) = (self.c * block.rate, 1.0 / block.value);
-            let bases = &self.unknowns[block.base.clone()];
-            let kinematic = &self.kinematic[block.place.clone()];
-            for ((x, &base), &b) in rhs[block.unknowns.clone()]
+            let bases = &self.unknowns[side_by_side(&block.base)];
+            let kinematic = &self.kinematic[side_by_side(&block.place)];
+            for ((x, &base), &b) in rhs[side_by_side(&block.unknowns)]
                 .iter_mut()
                 .zip(bases)
                 .zip(kinematic)
@@ -130,6 +158,9 @@ impl<T: Number> Condensed<T> {
         work: &mut LinearWork,
     ) -> Result<(), SparseError> {
         let plan = &self.plan;
+        self.unknowns.resize(plan.n_condensed(), T::zero());
+        let n_kinematic = plan.coupling.pattern().major_dim();
+        self.kinematic.resize(n_kinematic, T::zero());
         for block in &plan.kept {
             self.unknowns[block.condensed.clone()].copy_from_slice(&rhs[block.unknowns.clone()]);
         }

@@ -3,6 +3,7 @@
 use std::ops::Add;
 use std::sync::Arc;
 
+use myovib_dae::columns;
 use myovib_sparse::klu::KluOptions;
 use myovib_sparse::{Prediction, SparseError};
 use num_complex::Complex64;
@@ -169,6 +170,26 @@ impl<T: Number> Reduced<T> {
         match &mut self.body {
             ReducedBody::Condensed(matrix) => matrix.solve(rhs, work),
             ReducedBody::Split(matrix) => matrix.solve(rhs, work),
+        }
+    }
+
+    /// Solves the full system in place for several right-hand sides, the numbers of a row side by side;
+    /// in one pass over the factors where velocities are eliminated and nothing else is.
+    ///
+    /// # Shapes
+    /// `rhs`: the unknowns of the full system times `n_columns`.
+    ///
+    /// # Errors
+    /// Those of the solve.
+    pub fn solve_columns(
+        &mut self,
+        rhs: &mut [T],
+        n_columns: usize,
+        work: &mut LinearWork,
+    ) -> Result<(), SparseError> {
+        match (&mut self.body, &self.tensions) {
+            (ReducedBody::Condensed(matrix), None) => matrix.solve_columns(rhs, n_columns, work),
+            _ => columns::one_by_one(rhs, n_columns, |column| self.solve(column, work)),
         }
     }
 

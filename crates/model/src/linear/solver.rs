@@ -1,6 +1,6 @@
 //! The condensed matrices as an integrator asks for them: one real and some complex c at a time.
 
-use myovib_dae::{LinearSolver, Linearization, StepError};
+use myovib_dae::{LinearSolver, Linearization, StepError, columns};
 use myovib_sparse::klu::KluOptions;
 use myovib_sparse::{SparseError, resources};
 use num_complex::Complex64;
@@ -173,6 +173,35 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
             relaxation.recover(dae, c, rhs);
         }
         Ok(())
+    }
+
+    fn solve_real_columns(
+        &mut self,
+        dae: &mut MuscleDae,
+        rhs: &mut [f64],
+        n_columns: usize,
+    ) -> Result<(), StepError> {
+        if self.relaxation.is_some() {
+            return columns::one_by_one(rhs, n_columns, |column| self.solve_real(dae, column));
+        }
+        let work = &mut dae.counters_mut().linear;
+        Ok(self.real.solve_columns(rhs, n_columns, work)?)
+    }
+
+    fn solve_complex_columns(
+        &mut self,
+        dae: &mut MuscleDae,
+        k: usize,
+        rhs: &mut [Complex64],
+        n_columns: usize,
+    ) -> Result<(), StepError> {
+        if self.relaxation.is_some() {
+            return columns::one_by_one(rhs, n_columns, |column| {
+                self.solve_complex(dae, k, column)
+            });
+        }
+        let work = &mut dae.counters_mut().linear;
+        Ok(self.complex[k].solve_columns(rhs, n_columns, work)?)
     }
 
     fn solve_real_transposed(

@@ -144,6 +144,31 @@ impl MuscleDae {
         Ok(())
     }
 
+    /// Adds `factor` times the load at (t, y) to its rows in `rows`.
+    pub(crate) fn add_load(&mut self, t: f64, y: &[f64], factor: f64, rows: &mut [f64]) {
+        if !self.muscle.pressures.is_empty() {
+            self.expand(t, y, None);
+        }
+        self.sum_loads(t);
+        let balance = self.layout.range(Field::Velocity);
+        let rows = &mut rows[balance.unwrap_or_default()];
+        for (row, &i) in rows.iter_mut().zip(self.muscle.solid.dofs().free_to_full()) {
+            *row += factor * self.work.load[i];
+        }
+    }
+
+    /// All loads at the motion in `work`.
+    fn sum_loads(&mut self, t: f64) {
+        let (muscle, work) = (&self.muscle, &mut self.work);
+        work.load.fill(0.0);
+        for load in &muscle.loads {
+            load.add_at(t, &mut work.load);
+        }
+        for pressure in &muscle.pressures {
+            pressure.add_at(t, 1.0, &work.displacement, &mut work.load);
+        }
+    }
+
     /// The element integrals at the motion in `work`.
     fn integrate(&mut self, y: &[f64], y_dot: &[f64]) -> Result<(), StepError> {
         let Self {
@@ -189,14 +214,8 @@ impl MuscleDae {
 
     /// The rows of all equations from the motion and the integrals in `work`.
     fn sum_rows(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) {
+        self.sum_loads(t);
         let (muscle, work, layout) = (&self.muscle, &mut self.work, &self.layout);
-        work.load.fill(0.0);
-        for load in &muscle.loads {
-            load.add_at(t, &mut work.load);
-        }
-        for pressure in &muscle.pressures {
-            pressure.add_at(t, 1.0, &work.displacement, &mut work.load);
-        }
         let state = State::new(layout, y, y_dot);
         let mut integrals = Integrals {
             solid: &muscle.solid,

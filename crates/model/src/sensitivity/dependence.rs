@@ -2,6 +2,7 @@
 
 use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, Problem, StepError};
 
+use super::tangents::Tangents;
 use crate::error::ModelError;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
@@ -16,8 +17,18 @@ pub struct Dependence {
     parameter: Parameter,
     own_weight: f64,
     twins: Vec<(f64, MuscleDae)>,
-    /// Whether the twins' element integrals are the muscle's own.
-    is_outside_elements: bool,
+    acts: Acts,
+}
+
+/// Where a parameter acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Acts {
+    /// Within elements, or who knows.
+    Anywhere,
+    /// Not within elements: the twins' element integrals are the muscle's own.
+    OutsideElements,
+    /// On the loads alone.
+    OnLoads,
 }
 
 impl Dependence {
@@ -34,7 +45,7 @@ impl Dependence {
             parameter,
             own_weight: -1.0 / distance,
             twins: vec![(1.0 / distance, twin)],
-            is_outside_elements: false,
+            acts: Acts::Anywhere,
         }
     }
 
@@ -52,16 +63,25 @@ impl Dependence {
             parameter,
             own_weight: 0.0,
             twins: weights.into_iter().zip(around.map(twin)).collect(),
-            is_outside_elements: false,
+            acts: Acts::Anywhere,
         }
     }
 
-    /// The same, of a parameter that nothing within elements depends on: a load, damping, or the
+    /// The same, of a parameter that nothing within elements depends on: inertia, damping, or the
     /// compressibility where the pressure is an unknown. No twin passes over them then.
     #[must_use]
     pub fn outside_elements(self) -> Self {
         Self {
-            is_outside_elements: true,
+            acts: Acts::OutsideElements,
+            ..self
+        }
+    }
+
+    /// The same, of a parameter of loads. Nothing but loads is computed for it then.
+    #[must_use]
+    pub fn on_loads(self) -> Self {
+        Self {
+            acts: Acts::OnLoads,
             ..self
         }
     }
@@ -98,10 +118,20 @@ pub struct Dependences {
     /// The muscle itself again, whose matrices are nobody's: those of the integrator's are kept for its next
     /// factorisation.
     again: Option<Box<MuscleDae>>,
+    tangents: Kept,
     /// The muscle's own residual at the last state, for which all parameters ask. The copy's element
     /// integrals are those of it.
     known: Known,
     residual: Vec<f64>,
+}
+
+/// Tangents, once it is known whether they can be kept.
+#[derive(Debug, Default)]
+enum Kept {
+    #[default]
+    Unknown,
+    Not,
+    Are(Box<Tangents>),
 }
 
 /// A residual with its state.
@@ -170,6 +200,37 @@ impl Parameters<MuscleDae> for Dependences {
         jacobian.parts(again(&mut self.again, problem), at, parts)
     }
 
+    fn keep_tangents(
+        &mut self,
+        problem: &mut MuscleDae,
+        place: usize,
+        at: &Linearization<'_>,
+    ) -> Result<bool, StepError> {
+        if matches!(self.tangents, Kept::Unknown) {
+            self.tangents = match Tangents::new(problem) {
+                Some(tangents) => Kept::Are(Box::new(tangents)),
+                None => Kept::Not,
+            };
+        }
+        let Kept::Are(tangents) = &mut self.tangents else {
+            return Ok(false);
+        };
+        tangents.keep(problem, place, (at.t, at.y, at.y_dot))?;
+        Ok(true)
+    }
+
+    fn subtract_tangents(
+        &mut self,
+        place: usize,
+        at: [&[f64]; 2],
+        out: &mut [f64],
+        n_columns: usize,
+    ) {
+        if let Kept::Are(tangents) = &mut self.tangents {
+            tangents.subtract(place, at, out, n_columns);
+        }
+    }
+
     fn list(&self) -> &[Parameter] {
         &self.list
     }
@@ -183,7 +244,21 @@ impl Parameters<MuscleDae> for Dependences {
         y_dot: &[f64],
         out: &mut [f64],
     ) -> Result<(), StepError> {
-        if self.all[j].own_weight != 0.0 || self.all[j].is_outside_elements {
+        let Dependence {
+            own_weight,
+            twins,
+            acts,
+            ..
+        } = &mut self.all[j];
+        if *acts == Acts::OnLoads {
+            out.fill(0.0);
+            problem.add_load(t, y, -*own_weight, out);
+            for (weight, twin) in twins {
+                twin.add_load(t, y, -*weight, out);
+            }
+            return Ok(());
+        }
+        if *own_weight != 0.0 || *acts == Acts::OutsideElements {
             self.know(problem, t, y, y_dot)?;
         }
         let Self {
@@ -196,7 +271,7 @@ impl Parameters<MuscleDae> for Dependences {
         let Dependence {
             own_weight,
             twins,
-            is_outside_elements,
+            acts,
             ..
         } = &mut all[j];
         match *own_weight {
@@ -208,7 +283,7 @@ impl Parameters<MuscleDae> for Dependences {
         }
         residual.resize(out.len(), 0.0);
         for (weight, twin) in twins {
-            match is_outside_elements {
+            match *acts == Acts::OutsideElements {
                 true => twin.residual_beside(again(copy, problem), (t, y, y_dot), residual)?,
                 false => twin.residual(t, y, y_dot, residual)?,
             }

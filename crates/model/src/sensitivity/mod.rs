@@ -2,12 +2,13 @@
 //!
 //! Cast: a [`Dependence`] is a parameter with muscles that differ in it, whose residuals make ∂F/∂p;
 //! [`Dependences`] are all of a muscle's; a [`SensitiveIntegrator`] is Radau IIA that carries
-//! ∂y/∂p along with the motion, from rest. [`ElementStiffness`] is a field of parameters for an
+//! ∂y/∂p along with the motion, from rest; `Tangents` multiply with ∂F/∂y for it. [`ElementStiffness`] is a field of parameters for an
 //! [`Adjoint`](myovib_radau::Adjoint).
 
 mod dependence;
 mod integrator;
 mod stiffness;
+mod tangents;
 
 pub use dependence::{Dependence, Dependences};
 pub use integrator::{Reading, SensitiveIntegrator};

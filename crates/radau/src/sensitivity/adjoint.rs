@@ -236,7 +236,7 @@ impl<Q> Adjoint<Q> {
                 t,
                 message: error.to_string(),
             },
-            Trouble::Stalled(Stalled { norm }) => RadauError::Adjoint {
+            Trouble::Stalled(Stalled { norm, .. }) => RadauError::Adjoint {
                 t,
                 message: format!("the linear solver stays at {norm:.1e} times the tolerance"),
             },
@@ -271,7 +271,13 @@ impl<Q> Adjoint<Q> {
             self.work.factorizations += 1;
         }
         self.operator
-            .linearise((problem, &mut self.parameters), method, &collocation, own)
+            .linearise(
+                (problem, &mut self.parameters),
+                method,
+                &collocation,
+                own,
+                true,
+            )
             .map_err(Trouble::Failed)?;
         self.work.jacobian_evaluations += method.stages() as u64;
         // z̄ · z has the units of J: what is left of z̄ counts as z is allowed to err.

@@ -1,9 +1,10 @@
 //! Forward sensitivities, staggered.
 
-use myovib_dae::{LinearSolver, Outcome, Parameters, Problem, StepError, covers};
+use myovib_dae::{LinearSolver, Outcome, Parameters, Problem, StepError, columns, covers};
 
-use super::curve::Curve;
-use super::krylov::{Krylov, Stalled};
+use super::block::Block;
+use super::curves::Curves;
+use super::krylov::Stalled;
 use super::operator::{Stage, StageOperator};
 use super::trouble::Trouble;
 use super::work::SensitivityWork;
@@ -52,11 +53,12 @@ pub struct ForwardSensitivities<Q> {
     followed: u64,
     operator: StageOperator,
     system: StageSystem,
-    krylov: Krylov,
-    /// One for each parameter.
-    curves: Vec<Curve>,
+    block: Block,
+    curves: Curves,
     image: Vec<f64>,
+    /// Of y, and of all columns.
     weights: Vec<f64>,
+    columns_weights: Vec<f64>,
     counters: Counters,
     work: SensitivityWork,
     tolerance: Option<f64>,
@@ -100,15 +102,15 @@ impl<Q> ForwardSensitivities<Q> {
             return Err(RadauError::AfterTheStart { t: solver.t() });
         }
         let method = solver.method();
-        let stages = vec![0.0; method.stages() * n];
-        let curve = |s| Curve::new(method, solver.t(), s);
+        let columns = vec![0.0; list.len() * n];
         Ok(Self {
             operator: StageOperator::new(solver.problem(), method),
             system: StageSystem::new(method, n),
-            krylov: Krylov::default(),
-            curves: starts.into_iter().map(curve).collect(),
-            image: stages.clone(),
-            weights: stages,
+            block: Block::default(),
+            curves: Curves::new(method, solver.t(), starts),
+            image: Vec::new(),
+            weights: vec![0.0; n],
+            columns_weights: columns,
             parameters,
             followed: 0,
             counters: Counters::default(),
@@ -157,7 +159,7 @@ impl<Q> ForwardSensitivities<Q> {
 
     /// Number of parameters.
     pub fn n_parameters(&self) -> usize {
-        self.curves.len()
+        self.curves.count()
     }
 
     /// ∂y/∂p_j at the end of the last step followed.
@@ -165,7 +167,7 @@ impl<Q> ForwardSensitivities<Q> {
     /// # Panics
     /// If there is no such parameter.
     pub fn of(&self, j: usize) -> &[f64] {
-        &self.curves[j].s
+        self.curves.of(j)
     }
 
     /// Writes ∂y/∂p_j, or its derivative, at a time within the last step.
@@ -186,8 +188,7 @@ impl<Q> ForwardSensitivities<Q> {
         derivative: usize,
         out: &mut [f64],
     ) -> Result<(), RadauError> {
-        let curve = &self.curves[j];
-        expect_length("dense output", curve.s.len(), out.len())?;
+        expect_length("dense output", self.curves.of(j).len(), out.len())?;
         let [from, to] = solver.last_step_interval();
         if derivative > 1 || !covers([from, to], t) {
             return Err(RadauError::NoDenseOutput {
@@ -197,7 +198,9 @@ impl<Q> ForwardSensitivities<Q> {
                 to,
             });
         }
-        curve.step.evaluate(solver.method(), t, derivative, out);
+        let column = (j, self.n_parameters());
+        let step = &self.curves.step;
+        step.evaluate_column(solver.method(), t, derivative, column, out);
         Ok(())
     }
 
@@ -264,7 +267,7 @@ impl<Q> ForwardSensitivities<Q> {
                     t,
                     message: error.to_string(),
                 },
-                Trouble::Stalled(Stalled { norm }) => RadauError::Sensitivity {
+                Trouble::Stalled(Stalled { norm, .. }) => RadauError::Sensitivity {
                     parameter,
                     t,
                     message: format!("the linear solver stays at {norm:.1e} times the tolerance"),
@@ -303,89 +306,98 @@ impl<Q> ForwardSensitivities<Q> {
         let tolerance = self
             .tolerance
             .unwrap_or_else(|| options.newton_tolerance(relative, false));
-        if self.curves.is_empty() {
+        let n_columns = self.curves.count();
+        if n_columns == 0 {
             return Ok(0.0);
         }
-        // All parameters share the directions, and so their inner product: that of y.
-        spread(&mut self.weights, n, |first| {
-            weights.write_at(problem, options, &collocation.y0, h, first)
-        })
-        .map_err(|failure| (0, Trouble::from(failure)))?;
-        let parameters = &mut self.parameters;
-        self.operator
+        let Self {
+            parameters,
+            operator,
+            curves,
+            work,
+            counters,
+            system,
+            image,
+            ..
+        } = self;
+        weights
+            .write_at(problem, options, &collocation.y0, h, &mut self.weights)
+            .map_err(|failure| (0, Trouble::from(failure)))?;
+        operator
             .linearise(
                 (problem, parameters),
                 method,
                 &collocation,
-                &self.weights[..n],
+                &self.weights,
+                false,
             )
             .map_err(|error| (0, Trouble::Failed(error)))?;
-        self.work.jacobian_evaluations += self.operator.stages.len() as u64;
-        let stages = self.operator.stages.iter().take(method.stages());
-        for (i, Stage { t, y, y_dot }) in stages.enumerate() {
-            for (j, curve) in self.curves.iter_mut().enumerate() {
-                let rows = &mut curve.residual[i * n..(i + 1) * n];
-                parameters
-                    .derivative(problem, j, *t, y, y_dot, rows)
-                    .map_err(|error| (j, Trouble::Failed(error)))?;
-                rows.iter_mut().for_each(|r| *r = -*r);
-                self.work.parameter_derivatives += 1;
-            }
+        work.jacobian_evaluations += operator.stages.len() as u64;
+        let stages = operator.stages.iter().take(method.stages());
+        for (Stage { t, y, y_dot }, rows) in
+            stages.zip(curves.residual.chunks_exact_mut(n * n_columns))
+        {
+            parameters
+                .derivatives(problem, *t, [y, y_dot], rows)
+                .map_err(|(j, error)| (j, Trouble::Failed(error)))?;
+            rows.iter_mut().for_each(|r| *r = -*r);
+            work.parameter_derivatives += n_columns as u64;
         }
-        self.krylov.restart(&self.weights);
-        let (operator, system, counters) =
-            (&mut self.operator, &mut self.system, &mut self.counters);
-        let image = &mut self.image;
-        let mut largest = 0.0_f64;
-        for (j, curve) in self.curves.iter_mut().enumerate() {
-            // −∂F/∂p − J_y (S + σ) − h⁻¹ J_ẏ A⁻¹ σ, and the correction of σ that it asks for.
-            curve.begin(method, &collocation);
-            let increments = &curve.step.increments;
-            operator.subtract(method, Some(&curve.s), increments, &mut curve.residual);
-            system
-                .solve(problem, matrices, method, &mut curve.residual, counters)
-                .map_err(|error| (j, Trouble::Failed(error)))?;
-            // p̄ S has the units of y, and is weighed as y is.
+        // −∂F/∂p − J_y (S + σ) − h⁻¹ J_ẏ A⁻¹ σ, and the correction of σ that it asks for.
+        curves.begin(method, &collocation);
+        let at = (Some(&curves.s[..]), &curves.step.increments[..]);
+        operator.subtract(parameters, method, at, &mut curves.residual, n_columns);
+        let residual = (&mut curves.residual[..], n_columns);
+        system
+            .solve_columns(problem, matrices, method, residual, counters)
+            .map_err(|error| (0, Trouble::Failed(error)))?;
+        // p̄ S has the units of y, and is weighed as y is.
+        for j in 0..n_columns {
             let scale = parameters.list()[j].scale;
-            let size = curve.size(scale);
-            spread(&mut self.weights, n, |first| {
-                weights.write_at(problem, options, &size, h, first)?;
-                first.iter_mut().for_each(|w| *w *= scale);
-                Ok(())
-            })
-            .map_err(|failure| (j, Trouble::from(failure)))?;
-            let apply = |v: &mut [f64]| {
-                image.fill(0.0);
-                operator.subtract(method, None, v, image);
-                system
-                    .solve(problem, matrices, method, image, counters)
-                    .map_err(Trouble::Failed)?;
-                v.iter_mut().zip(&*image).for_each(|(v, w)| *v = -w);
-                Ok(())
-            };
-            let (increments, residual) = (&mut curve.step.increments, &mut curve.residual);
-            self.krylov
-                .solve(increments, residual, &self.weights, tolerance, apply)
-                .map_err(|trouble| (j, trouble))?;
-            if self.is_controlling {
-                let error = &mut image[..n];
-                let Stage { t, y, y_dot } = &operator.stages[method.stages()];
-                parameters
-                    .derivative(problem, j, *t, y, y_dot, error)
-                    .map_err(|error| (j, Trouble::Failed(error)))?;
-                self.work.parameter_derivatives += 1;
-                error.iter_mut().for_each(|e| *e = -*e);
-                operator.subtract_at_start(method, &curve.step, error);
-                matrices
-                    .solve_real(problem, error)
-                    .map_err(|error| (j, Trouble::Failed(error)))?;
-                counters.work.real_solves += 1;
-                let counting = error.iter().zip(mask).zip(&self.weights);
-                let errors = counting.map(|((e, mask), w)| e * mask * w);
-                largest = largest.max(norm(errors, n));
-            }
-            curve.end(method, &self.weights[..n], is_first);
+            let mut size = vec![0.0; n];
+            curves.size(j, scale, &mut size);
+            weights
+                .write_at(problem, options, &size, h, &mut self.weights)
+                .map_err(|failure| (j, Trouble::from(failure)))?;
+            self.weights.iter_mut().for_each(|w| *w *= scale);
+            columns::put(&self.weights, &mut self.columns_weights, j, n_columns);
         }
+        let apply = |v: &[f64], image: &mut [f64]| {
+            image.fill(0.0);
+            operator.subtract(parameters, method, (None, v), image, n_columns);
+            system
+                .solve_columns(problem, matrices, method, (image, n_columns), counters)
+                .map_err(Trouble::Failed)
+        };
+        let (increments, residual) = (&mut curves.step.increments, &mut curves.residual);
+        let weighted = (&self.columns_weights[..], n_columns);
+        self.block
+            .solve(increments, residual, weighted, tolerance, apply)
+            .map_err(|trouble| match trouble {
+                Trouble::Stalled(Stalled { column, .. }) => (column, trouble),
+                Trouble::Failed(_) => (0, trouble),
+            })?;
+        let mut largest = 0.0_f64;
+        if self.is_controlling {
+            image.resize(n * n_columns, 0.0);
+            let Stage { t, y, y_dot } = &operator.stages[method.stages()];
+            parameters
+                .derivatives(problem, *t, [y, y_dot], image)
+                .map_err(|(j, error)| (j, Trouble::Failed(error)))?;
+            work.parameter_derivatives += n_columns as u64;
+            image.iter_mut().for_each(|e| *e = -*e);
+            operator.subtract_at_start(parameters, method, &curves.step, image, n_columns);
+            matrices
+                .solve_real_columns(problem, image, n_columns)
+                .map_err(|error| (0, Trouble::Failed(error)))?;
+            counters.work.real_solves += n_columns as u64;
+            for j in 0..n_columns {
+                let column = |of: &'_ [f64], i: usize| of[i * n_columns + j];
+                let error = |i| column(image, i) * mask[i] * column(&self.columns_weights, i);
+                largest = largest.max(norm((0..n).map(error), n));
+            }
+        }
+        curves.end(method, &self.columns_weights, is_first);
         Ok(largest)
     }
 }

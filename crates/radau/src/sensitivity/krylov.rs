@@ -27,6 +27,15 @@ const MOST: usize = 60;
 pub(super) struct Stalled {
     /// The norm of the residual left.
     pub(super) norm: f64,
+    /// The right-hand side, of several that are solved for at once.
+    pub(super) column: usize,
+}
+
+impl Stalled {
+    /// Of the only right-hand side.
+    fn at(norm: f64) -> Self {
+        Self { norm, column: 0 }
+    }
 }
 
 impl Krylov {
@@ -80,7 +89,7 @@ impl Krylov {
                 return Ok(());
             }
             if *used == MOST || !size.is_finite() {
-                return Err(Stalled { norm: size }.into());
+                return Err(Stalled::at(size).into());
             }
             if *used == directions.len() {
                 let zero = vec![0.0; r.len()];
@@ -100,7 +109,7 @@ impl Krylov {
             }
             let length = norm(q, weights);
             if !(length > 0.0 && length.is_finite()) {
-                return Err(Stalled { norm: size }.into());
+                return Err(Stalled::at(size).into());
             }
             p.iter_mut().for_each(|p| *p /= length);
             q.iter_mut().for_each(|q| *q /= length);
@@ -200,6 +209,6 @@ mod tests {
         let mut krylov = Krylov::default();
         krylov.restart(&[1.0]);
         let stalled = krylov.solve(&mut [0.0], &mut [1.0], &[1.0], 1e-3, zero);
-        assert_eq!(stalled, Err(Stalled { norm: 1.0 }));
+        assert_eq!(stalled, Err(Stalled::at(1.0)));
     }
 }

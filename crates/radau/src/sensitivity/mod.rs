@@ -1,15 +1,17 @@
 //! What the computed solution depends on.
 //!
 //! [`ForwardSensitivities`] follow a [`RadauSolver`](crate::RadauSolver) step by step: at the stages
-//! of each accepted step a `StageOperator` linearises the equations, and `Krylov` solves with it, the
-//! step's factors being the preconditioner. The plain integration knows nothing of it.
+//! of each accepted step a `StageOperator` linearises the equations, and `Block` solves with it for all
+//! parameters at once, the step's factors being the preconditioner. The plain integration knows nothing
+//! of it.
 //!
-//! An [`Adjoint`] goes back over the steps of a [`Recording`], with the same operator transposed; a
+//! An [`Adjoint`] goes back over the steps of a [`Recording`], with the same operator transposed and `Krylov`; a
 //! misfit adds to the [`Cotangents`] of each step.
 
 mod adjoint;
+mod block;
 mod cotangents;
-mod curve;
+mod curves;
 mod forward;
 mod krylov;
 mod nonzeros;

@@ -58,9 +58,11 @@ impl Nonzeros {
         }
     }
 
-    /// Subtracts the product of the matrix with these compressed `values` and `x` from `out`.
-    pub(super) fn subtract(&self, values: &[f64], x: &[f64], out: &mut [f64]) {
-        self.product.subtract(&values[..self.places.len()], x, out);
+    /// Subtracts the products of the matrix with these compressed `values` and the columns of `x` from
+    /// those of `out`; the numbers of a row stand side by side.
+    pub(super) fn subtract(&self, values: &[f64], x: &[f64], out: &mut [f64], n_columns: usize) {
+        let values = &values[..self.places.len()];
+        self.product.subtract_columns(values, x, out, n_columns);
     }
 
     /// Subtracts the product of the transposed matrix with these compressed `values` and `x` from
@@ -109,7 +111,7 @@ mod tests {
             nonzeros.learn(&pattern, std::iter::once(&values[..]));
             nonzeros.compress(&mut values);
             let mut out = [0.0; 2];
-            nonzeros.subtract(&values, &[5.0, 7.0], &mut out);
+            nonzeros.subtract(&values, &[5.0, 7.0], &mut out, 1);
             assert_eq!(out, expected);
         }
     }

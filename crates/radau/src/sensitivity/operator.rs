@@ -3,7 +3,7 @@
 use myovib_dae::{Jacobian, Linearization, Parameters, Problem, StepError};
 
 use super::nonzeros::Nonzeros;
-use crate::dense::{Collocation, add_scaled};
+use crate::dense::{Collocation, add_scaled, write_combined};
 use crate::method::Method;
 
 /// The derivative of the stage equations with respect to the stage increments,
@@ -22,8 +22,12 @@ pub(super) struct StageOperator {
     parts: Vec<[Vec<f64>; 2]>,
     /// t, Y_i and Ẏ_i; likewise.
     pub(super) stages: Vec<Stage>,
+    /// How many places there are.
+    stages_and_start: usize,
+    /// Whether the parameters keep the tangents.
+    is_kept: bool,
     value: Vec<f64>,
-    rate: Vec<f64>,
+    rates: Vec<f64>,
     h: f64,
 }
 
@@ -60,14 +64,15 @@ impl StageOperator {
         let (n, s) = (problem.n_unknowns(), method.stages());
         let jacobian = Jacobian::of(problem);
         let pattern = jacobian.pattern();
-        let room = vec![0.0; pattern.nnz()];
         let stage = Stage::new(n);
         Self {
             nonzeros: [Nonzeros::new(pattern), Nonzeros::new(pattern)],
-            parts: vec![[room.clone(), room]; s],
+            parts: Vec::new(),
             stages: vec![stage; s],
-            value: vec![0.0; n],
-            rate: vec![0.0; n],
+            stages_and_start: s,
+            is_kept: false,
+            value: Vec::new(),
+            rates: Vec::new(),
             h: 0.0,
             jacobian,
         }
@@ -75,21 +80,25 @@ impl StageOperator {
 
     /// Makes room for the beginning of the step too.
     pub(super) fn add_start(&mut self, method: &Method) {
-        self.parts
-            .resize(method.stages() + 1, self.parts[0].clone());
+        self.stages_and_start = method.stages() + 1;
         self.stages
-            .resize(method.stages() + 1, self.stages[0].clone());
+            .resize(self.stages_and_start, self.stages[0].clone());
     }
 
     /// Linearises at the stages of a step, and at its beginning if there is room for that.
+    ///
+    /// The `parameters` may keep the tangents themselves, to [multiply](Self::subtract) with them; unless
+    /// they are wanted transposed.
     pub(super) fn linearise<P: Problem>(
         &mut self,
         (problem, parameters): (&mut P, &mut impl Parameters<P>),
         method: &Method,
         step: &Collocation,
         weights: &[f64],
+        is_transposed: bool,
     ) -> Result<(), StepError> {
         self.h = step.h;
+        self.is_kept = false;
         for (i, stage) in self.stages.iter_mut().enumerate() {
             match method.nodes().get(i) {
                 Some(_) => stage.move_to(method, step, i),
@@ -106,9 +115,20 @@ impl StageOperator {
                 step: step.h,
                 weights,
             };
+            if !is_transposed && parameters.keep_tangents(problem, i, &at)? {
+                self.is_kept = true;
+                continue;
+            }
+            if self.parts.is_empty() {
+                let room = vec![0.0; self.jacobian.pattern().nnz()];
+                self.parts = vec![[room.clone(), room]; self.stages_and_start];
+            }
             let [of_value, of_rate] = &mut self.parts[i];
             let jacobian = &mut self.jacobian;
             parameters.linearise(problem, jacobian, &at, [of_value, of_rate])?;
+        }
+        if self.is_kept {
+            return Ok(());
         }
         for (k, nonzeros) in self.nonzeros.iter_mut().enumerate() {
             let matrices = self.parts.iter().map(|parts| &parts[k][..]);
@@ -119,72 +139,93 @@ impl StageOperator {
         Ok(())
     }
 
-    /// Subtracts L x from `out`, and J_y(i) `start` at each stage.
-    pub(super) fn subtract(
+    /// Subtracts L x from `out`, and J_y(i) `start` at each stage, for `n_columns` whose numbers stand
+    /// side by side.
+    pub(super) fn subtract<P>(
         &mut self,
+        parameters: &mut impl Parameters<P>,
         method: &Method,
-        start: Option<&[f64]>,
-        x: &[f64],
+        (start, x): (Option<&[f64]>, &[f64]),
         out: &mut [f64],
+        n_columns: usize,
     ) {
-        let n = self.rate.len();
-        let [by_value, by_rate] = &self.nonzeros;
+        let n = x.len() / method.stages();
+        let h = self.h;
+        self.rates.resize(x.len(), 0.0);
+        write_combined(&mut self.rates, n, |i, j| method.a_inverse(i, j) / h, x);
         for (i, out) in out.chunks_exact_mut(n).enumerate() {
-            let [of_value, of_rate] = &self.parts[i];
             let mut value = &x[i * n..(i + 1) * n];
             if let Some(start) = start {
-                self.value.copy_from_slice(start);
-                add_scaled(&mut self.value, 1.0, value);
+                self.value.clear();
+                self.value
+                    .extend(start.iter().zip(value).map(|(s, x)| s + x));
                 value = &self.value;
             }
-            by_value.subtract(of_value, value, out);
-            combine(method, i, self.h, x, &mut self.rate);
-            by_rate.subtract(of_rate, &self.rate, out);
+            let rate = &self.rates[i * n..(i + 1) * n];
+            self.subtract_at(parameters, i, [value, rate], out, n_columns);
         }
     }
 
     /// Subtracts Lᵀ x from `out`.
     pub(super) fn subtract_transposed(&mut self, method: &Method, x: &[f64], out: &mut [f64]) {
-        let n = self.rate.len();
+        let n = x.len() / method.stages();
         let [by_value, by_rate] = &self.nonzeros;
+        self.rates.clear();
+        self.rates.resize(n, 0.0);
         for (i, (x, [of_value, of_rate])) in x.chunks_exact(n).zip(&self.parts).enumerate() {
             by_value.subtract_transposed(of_value, x, &mut out[i * n..(i + 1) * n]);
-            self.rate.fill(0.0);
-            by_rate.subtract_transposed(of_rate, x, &mut self.rate);
+            self.rates.fill(0.0);
+            by_rate.subtract_transposed(of_rate, x, &mut self.rates);
             for (j, out) in out.chunks_exact_mut(n).enumerate() {
-                add_scaled(out, method.a_inverse(i, j) / self.h, &self.rate);
+                add_scaled(out, method.a_inverse(i, j) / self.h, &self.rates);
             }
         }
     }
 
     /// Subtracts Σ_i J_y(i)ᵀ x_i from `start`.
     pub(super) fn subtract_transposed_from_start(&self, x: &[f64], start: &mut [f64]) {
-        let stages = x.chunks_exact(self.rate.len()).zip(&self.parts);
+        let stages = x.chunks_exact(start.len()).zip(&self.parts);
         for (x, [of_value, _]) in stages {
             self.nonzeros[0].subtract_transposed(of_value, x, start);
         }
     }
 
-    /// Subtracts J_y s + J_ẏ u'(t_n) from `out`, at the beginning of the step of the curve u that
-    /// starts from s.
-    pub(super) fn subtract_at_start(
+    /// Subtracts J_y s + J_ẏ u'(t_n) from `out`, at the beginning of the step of the curves u that
+    /// start from s.
+    pub(super) fn subtract_at_start<P>(
         &mut self,
+        parameters: &mut impl Parameters<P>,
         method: &Method,
-        curve: &Collocation,
+        curves: &Collocation,
         out: &mut [f64],
+        n_columns: usize,
     ) {
+        let mut slope = vec![0.0; out.len()];
+        curves.start_slope(method, &mut slope);
+        let at = [&curves.y0[..], &slope];
+        self.subtract_at(parameters, method.stages(), at, out, n_columns);
+    }
+
+    /// Subtracts J_y x + J_ẏ ẋ of one place from `out`.
+    fn subtract_at<P>(
+        &self,
+        parameters: &mut impl Parameters<P>,
+        place: usize,
+        [value, rate]: [&[f64]; 2],
+        out: &mut [f64],
+        n_columns: usize,
+    ) {
+        if self.is_kept {
+            return parameters.subtract_tangents(place, [value, rate], out, n_columns);
+        }
         let [by_value, by_rate] = &self.nonzeros;
-        let [of_value, of_rate] = &self.parts[method.stages()];
-        by_value.subtract(of_value, &curve.y0, out);
-        curve.start_slope(method, &mut self.rate);
-        by_rate.subtract(of_rate, &self.rate, out);
+        let [of_value, of_rate] = &self.parts[place];
+        by_value.subtract(of_value, value, out, n_columns);
+        by_rate.subtract(of_rate, rate, out, n_columns);
     }
 }
 
 /// h⁻¹ Σ_j (A⁻¹)_ij z_j
 pub(super) fn combine(method: &Method, i: usize, h: f64, z: &[f64], out: &mut [f64]) {
-    out.fill(0.0);
-    for (j, z_j) in z.chunks_exact(out.len()).enumerate() {
-        add_scaled(out, method.a_inverse(i, j) / h, z_j);
-    }
+    write_combined(out, out.len(), |_, j| method.a_inverse(i, j) / h, z);
 }

@@ -140,7 +140,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
             .is_some_and(|flag| flag.load(Ordering::Relaxed))
     };
     let mut number = 0;
-    let fitted = fit_observed(&mut model, &parameters, &wanted, &mut |iteration| {
+    let mut observe = |iteration: &Iteration| {
         history.add(number, iteration);
         number += 1;
         let cost = iteration.cost;
@@ -151,7 +151,8 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }
-    });
+    };
+    let fitted = fit_twice(&mut model, &parameters, &wanted, &mut observe);
     history.end()?;
     let fit = fitted.map_err(|error| explain(error, &model))?;
     let profiles = match options.profile && fit.ended == Ended::Converged {
@@ -176,6 +177,55 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         noise_is_known,
         fit,
     })
+}
+
+/// The first iterations compute the motion to this relative tolerance, where the scene's is smaller,
+const ROUGH: f64 = 1e-3;
+
+/// until no parameter changes by more than this fraction of itself: what a motion of three digits
+/// tells of them.
+const NEAR: f64 = 1e-2;
+
+/// Fits to rough runs, and from there to those that the scene asks for.
+fn fit_twice(
+    model: &mut SceneModel<'_>,
+    parameters: &[Parameter],
+    wanted: &Options,
+    observe: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
+) -> Result<Fit, FitError> {
+    let near = Options {
+        tolerance: wanted.tolerance.max(NEAR),
+        ..wanted.clone()
+    };
+    model.set_least_tolerance(ROUGH);
+    let rough = fit_observed(model, parameters, &near, observe);
+    model.set_least_tolerance(0.0);
+    // Where rough runs fail, those that were asked for may not.
+    let Ok(rough) = rough else {
+        return fit_observed(model, parameters, wanted, observe);
+    };
+    if rough.ended == Ended::Interrupted {
+        return Ok(rough);
+    }
+    let starts = parameters.iter().zip(&rough.values);
+    let starts: Vec<Parameter> = starts
+        .map(|(parameter, &start)| Parameter {
+            start,
+            ..parameter.clone()
+        })
+        .collect();
+    let before = rough.evaluations;
+    let counted = |iteration: &Iteration| Iteration {
+        evaluations: before + iteration.evaluations,
+        ..iteration.clone()
+    };
+    let mut fit = fit_observed(model, &starts, wanted, &mut |iteration| {
+        observe(&counted(iteration))
+    })?;
+    let after = fit.history.iter().map(counted).collect::<Vec<_>>();
+    fit.history = [rough.history, after].concat();
+    fit.evaluations += before;
+    Ok(fit)
 }
 
 /// What went wrong at the start is told by the run, with the place in the scene if it has one.

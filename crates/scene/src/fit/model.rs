@@ -33,13 +33,27 @@ impl Experiment {
         }
     }
 
-    /// The outputs at the times of the measurements.
-    fn run(&self, p: &[f64], with: bool, watcher: Watcher<'_>) -> Result<Vec<Sample>, Error> {
+    /// The outputs at the times of the measurements, computed to a relative tolerance of `least` at
+    /// least.
+    fn run(
+        &self,
+        p: &[f64],
+        with: bool,
+        least: f64,
+        watcher: Watcher<'_>,
+    ) -> Result<Vec<Sample>, Error> {
         let dependences = match with {
             true => self.scene.dependences(p)?,
             false => Dependences::default(),
         };
-        let scene = self.scene.at(p)?;
+        let mut scene = self.scene.at(p)?;
+        if let Some(body) = &mut scene.body {
+            let own = body.settings.relative_tolerance;
+            body.settings = body
+                .settings
+                .clone()
+                .with_relative_tolerance(own.max(least));
+        }
         let (samples, _) = follow(&scene, &self.outputs, &self.times, dependences, watcher)?;
         Ok(samples)
     }
@@ -65,6 +79,7 @@ fn deviation(datum: &Datum) -> f64 {
 pub(super) struct SceneModel<'a> {
     experiments: Vec<Experiment>,
     watcher: Watcher<'a>,
+    least_tolerance: f64,
     runs: [u64; 2],
     failure: Option<String>,
 }
@@ -74,9 +89,15 @@ impl<'a> SceneModel<'a> {
         Self {
             experiments,
             watcher,
+            least_tolerance: 0.0,
             runs: [0, 0],
             failure: None,
         }
+    }
+
+    /// Computes all runs from now on to this relative tolerance at least, whatever the scene says.
+    pub(super) fn set_least_tolerance(&mut self, least: f64) {
+        self.least_tolerance = least;
     }
 
     /// Runs without and with sensitivities so far.
@@ -110,11 +131,38 @@ impl<'a> SceneModel<'a> {
             .collect()
     }
 
+    /// Each measurement with the sample of its time.
+    fn pairs<'s>(
+        &'s self,
+        all: &'s [Vec<Sample>],
+    ) -> impl Iterator<Item = (&'s Datum, &'s Sample)> {
+        let each = self.experiments.iter().zip(all);
+        each.flat_map(|(experiment, samples)| experiment.pairs(samples))
+    }
+
+    fn write_residuals(&self, all: &[Vec<Sample>], out: &mut [f64]) {
+        for (out, (datum, sample)) in out.iter_mut().zip(self.pairs(all)) {
+            *out = (sample.values[datum.output] - datum.value) / deviation(datum);
+        }
+    }
+
+    fn write_jacobian(&self, all: &[Vec<Sample>], out: &mut DMatrix<f64>) {
+        for (mut row, (datum, sample)) in out.row_iter_mut().zip(self.pairs(all)) {
+            for (entry, of_p) in row.iter_mut().zip(&sample.derivatives) {
+                *entry = of_p[datum.output] / deviation(datum);
+            }
+        }
+    }
+
     fn run(&mut self, p: &[f64], with: bool) -> Result<Vec<Vec<Sample>>, Failed> {
+        let interrupt = self.watcher.interrupt;
+        if interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+            return Err(Failed("interrupted".into()));
+        }
         let mut all = Vec::with_capacity(self.experiments.len());
         for experiment in &self.experiments {
             self.runs[usize::from(with)] += 1;
-            match experiment.run(p, with, self.watcher) {
+            match experiment.run(p, with, self.least_tolerance, self.watcher) {
                 Ok(samples) => all.push(samples),
                 Err(error) => {
                     let message = error.to_string();
@@ -133,38 +181,29 @@ impl Model for SceneModel<'_> {
     }
 
     fn residuals(&mut self, p: &[f64], out: &mut [f64]) -> Result<(), Failed> {
-        if self
-            .watcher
-            .interrupt
-            .is_some_and(|flag| flag.load(Ordering::Relaxed))
-        {
-            return Err(Failed("interrupted".into()));
-        }
         let all = self.run(p, false)?;
-        let pairs = self
-            .experiments
-            .iter()
-            .zip(&all)
-            .flat_map(|(e, samples)| e.pairs(samples));
-        for (out, (datum, sample)) in out.iter_mut().zip(pairs) {
-            *out = (sample.values[datum.output] - datum.value) / deviation(datum);
-        }
+        self.write_residuals(&all, out);
         Ok(())
     }
 
     /// By forward sensitivities.
     fn jacobian(&mut self, p: &[f64], _: &[f64], out: &mut DMatrix<f64>) -> Result<(), Failed> {
         let all = self.run(p, true)?;
-        let pairs = self
-            .experiments
-            .iter()
-            .zip(&all)
-            .flat_map(|(e, samples)| e.pairs(samples));
-        for (mut row, (datum, sample)) in out.row_iter_mut().zip(pairs) {
-            for (entry, of_p) in row.iter_mut().zip(&sample.derivatives) {
-                *entry = of_p[datum.output] / deviation(datum);
-            }
-        }
+        self.write_jacobian(&all, out);
         Ok(())
+    }
+
+    /// From one run with sensitivities.
+    fn residuals_with_jacobian(
+        &mut self,
+        p: &[f64],
+        _: &[f64],
+        out: &mut [f64],
+        jacobian: &mut DMatrix<f64>,
+    ) -> Result<bool, Failed> {
+        let all = self.run(p, true)?;
+        self.write_residuals(&all, out);
+        self.write_jacobian(&all, jacobian);
+        Ok(true)
     }
 }

@@ -237,9 +237,10 @@ impl Parametrised {
             let [a, b, c, d] = around;
             Dependence::smooth(parameter, formulation, [a?, b?, c?, d?], delta)
         };
-        Ok(match known.is_outside_elements(formulation) {
-            true => dependence.outside_elements(),
-            false => dependence,
+        Ok(match known {
+            _ if known.is_of_loads() => dependence.on_loads(),
+            _ if known.is_outside_elements(formulation) => dependence.outside_elements(),
+            _ => dependence,
         })
     }
 }
@@ -274,11 +275,16 @@ impl Known {
         match self.influence {
             Influence::Compressibility => formulation != Formulation::Displacement,
             Influence::Alpha | Influence::Beta => true,
-            Influence::Affine | Influence::Smooth => {
-                let table = self.key.split(['.', '[']).next();
-                table.is_some_and(|table| LOADS.contains(&table))
-            }
+            // Inertia, and the loads that it makes.
+            Influence::Affine => self.key.ends_with(".density"),
+            Influence::Smooth => false,
         }
+    }
+
+    /// Whether nothing but loads depends on it.
+    fn is_of_loads(&self) -> bool {
+        let table = self.key.split(['.', '[']).next();
+        table.is_some_and(|table| LOADS.contains(&table))
     }
 
     /// The number as it is called in tables, with κ's inverse told.

@@ -11,6 +11,7 @@ use super::child::Child;
 use super::large::Front;
 use super::schedule::Schedule;
 use super::small::{Block, eliminate_rows, factor_panel, minus_outer, mirror, scale_rows};
+use super::solve::Rooms;
 use crate::number::Number;
 use crate::{Kind, SparseError};
 
@@ -32,8 +33,7 @@ pub struct Supernodal<T: Number> {
     pub(super) factors: Vec<T>,
     /// Updates waiting for their parents, by the schedule.
     stacks: Vec<Stacks<T>>,
-    pub(super) x: Vec<T>,
-    pub(super) gathered: Vec<T>,
+    pub(super) rooms: Rooms<T>,
     pub(super) arch: Arch,
 }
 
@@ -66,8 +66,7 @@ impl<T: Number> Supernodal<T> {
         Self {
             factors: zeros(analysis.n_entries()),
             stacks: stacks.collect(),
-            x: zeros(analysis.n()),
-            gathered: zeros(analysis.largest_front()),
+            rooms: Rooms::new(&analysis),
             arch: Arch::new(),
             threads,
             schedule,

@@ -2,7 +2,7 @@
 
 use std::array::from_fn;
 
-use crate::number::Number;
+use crate::number::{Number, Row};
 
 /// Rows of a tile of [`minus_outer`]: one register of AVX-512.
 const TILE_ROWS: usize = 8;
@@ -13,66 +13,73 @@ const LANES: usize = 8;
 
 /// `y` -= Σ_p x_p a_p for N columns at a time.
 #[inline(always)]
-fn subtract_columns<T: Number, const N: usize>(y: &mut [T], a: [&[T]; N], x: [T; N]) {
+fn subtract_columns<T: Number, R: Row<T>, const N: usize>(y: &mut [R], a: [&[T]; N], x: [R; N]) {
     let n = y.len();
     let a = a.map(|a| &a[..n]);
     for i in 0..n {
         for p in 0..N {
-            y[i] = y[i].plus_product(a[p][i], -x[p]);
+            y[i] = y[i].less_product(a[p][i], x[p]);
         }
     }
 }
 
-/// a · b, summed in eight lanes so that it becomes vector instructions.
+/// −a · b, summed in eight lanes so that it becomes vector instructions.
 #[inline(always)]
-pub(super) fn dot<T: Number>(a: &[T], b: &[T]) -> T {
-    let mut lanes = [T::zero(); LANES];
+pub(super) fn minus_dot<T: Number, R: Row<T>>(a: &[T], b: &[R]) -> R {
+    let mut lanes = [R::none(); LANES];
     let (chunks_a, chunks_b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let tail = chunks_a.remainder().iter().zip(chunks_b.remainder());
-    let tail = tail.fold(T::zero(), |sum, (&a, &b)| sum.plus_product(a, b));
+    let mut tail = R::none();
+    // No fold: its closure would be compiled without vector instructions.
+    for (&a, &b) in chunks_a.remainder().iter().zip(chunks_b.remainder()) {
+        tail = tail.less_product(a, b);
+    }
     for (a, b) in chunks_a.zip(chunks_b) {
         for l in 0..LANES {
-            lanes[l] = lanes[l].plus_product(a[l], b[l]);
+            lanes[l] = lanes[l].less_product(a[l], b[l]);
         }
     }
     for half in [4, 2, 1] {
         for l in 0..half {
-            let other = lanes[l + half];
-            lanes[l] += other;
+            lanes[l] = lanes[l].plus(lanes[l + half]);
         }
     }
-    lanes[0] + tail
+    lanes[0].plus(tail)
 }
 
 /// y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the rest: `panel` holds the columns
 /// of L (unit diagonal), `m` rows each, of which the last `y.len()` count.
 #[inline(always)]
-pub(super) fn solve_lower<T: Number>(y: &mut [T], panel: &[T], m: usize) {
+pub(super) fn solve_lower<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize) {
     let k = panel.len() / m;
     let mut p = 0;
     while p + 4 <= k {
-        solve_lower_columns::<T, 4>(y, panel, m, p);
+        solve_lower_columns::<T, R, 4>(y, panel, m, p);
         p += 4;
     }
     if p + 2 <= k {
-        solve_lower_columns::<T, 2>(y, panel, m, p);
+        solve_lower_columns::<T, R, 2>(y, panel, m, p);
         p += 2;
     }
     if p < k {
-        solve_lower_columns::<T, 1>(y, panel, m, p);
+        solve_lower_columns::<T, R, 1>(y, panel, m, p);
     }
 }
 
 /// The same for N columns from number `p` on: their own triangle, then all rows below in one sweep.
 #[inline(always)]
-fn solve_lower_columns<T: Number, const N: usize>(y: &mut [T], panel: &[T], m: usize, p: usize) {
+fn solve_lower_columns<T: Number, R: Row<T>, const N: usize>(
+    y: &mut [R],
+    panel: &[T],
+    m: usize,
+    p: usize,
+) {
     let first = m - y.len() + p;
     let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m..][first..m]);
     let (pivots, below) = y[p..].split_at_mut(N);
-    let mut x: [T; N] = from_fn(|q| pivots[q]);
+    let mut x: [R; N] = from_fn(|q| pivots[q]);
     for q in 0..N {
         for i in q + 1..N {
-            x[i] = x[i].plus_product(columns[q][i], -x[q]);
+            x[i] = x[i].less_product(columns[q][i], x[q]);
         }
     }
     pivots.copy_from_slice(&x);
@@ -82,31 +89,36 @@ fn solve_lower_columns<T: Number, const N: usize>(y: &mut [T], panel: &[T], m: u
 /// y ← U⁻¹ y: `panel` holds the columns of U, `m` rows each, with the inverses of the pivots on the
 /// diagonal.
 #[inline(always)]
-pub(super) fn solve_upper<T: Number>(y: &mut [T], panel: &[T], m: usize) {
+pub(super) fn solve_upper<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize) {
     let mut p = y.len();
     while p >= 4 {
         p -= 4;
-        solve_upper_columns::<T, 4>(y, panel, m, p);
+        solve_upper_columns::<T, R, 4>(y, panel, m, p);
     }
     if p >= 2 {
         p -= 2;
-        solve_upper_columns::<T, 2>(y, panel, m, p);
+        solve_upper_columns::<T, R, 2>(y, panel, m, p);
     }
     if p == 1 {
-        solve_upper_columns::<T, 1>(y, panel, m, 0);
+        solve_upper_columns::<T, R, 1>(y, panel, m, 0);
     }
 }
 
 /// The same for N columns from number `p` on.
 #[inline(always)]
-fn solve_upper_columns<T: Number, const N: usize>(y: &mut [T], panel: &[T], m: usize, p: usize) {
+fn solve_upper_columns<T: Number, R: Row<T>, const N: usize>(
+    y: &mut [R],
+    panel: &[T],
+    m: usize,
+    p: usize,
+) {
     let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m..][..p + N]);
     let (above, pivots) = y[..p + N].split_at_mut(p);
-    let mut x: [T; N] = from_fn(|q| pivots[q]);
+    let mut x: [R; N] = from_fn(|q| pivots[q]);
     for q in (0..N).rev() {
-        x[q] *= columns[q][p + q];
+        x[q] = x[q].times(columns[q][p + q]);
         for i in 0..q {
-            x[i] = x[i].plus_product(columns[q][p + i], -x[q]);
+            x[i] = x[i].less_product(columns[q][p + i], x[q]);
         }
     }
     pivots.copy_from_slice(&x);
@@ -116,10 +128,10 @@ fn solve_upper_columns<T: Number, const N: usize>(y: &mut [T], panel: &[T], m: u
 /// y ← (Lᵀ)⁻¹ y for the first k entries of `y`, the rest being known: `panel` holds the columns of L
 /// (unit diagonal), `y.len()` rows each.
 #[inline(always)]
-pub(super) fn solve_transposed<T: Number>(y: &mut [T], panel: &[T]) {
+pub(super) fn solve_transposed<T: Number, R: Row<T>>(y: &mut [R], panel: &[T]) {
     for (p, column) in panel.chunks_exact(y.len()).enumerate().rev() {
         let (pivots, below) = y.split_at_mut(p + 1);
-        pivots[p] -= dot(&column[p + 1..], below);
+        pivots[p] = pivots[p].plus(minus_dot(&column[p + 1..], below));
     }
 }
 
@@ -187,7 +199,7 @@ pub(super) fn eliminate_rows<T: Number>(upper: &mut [T], r: usize, panel: &[T], 
         let (factor, u) = (|p: usize| panel[p * m + j], |p: usize| &done[p * r..]);
         let mut p = 0;
         while p + 4 <= j {
-            subtract_columns::<T, 4>(row, from_fn(|q| u(p + q)), from_fn(|q| factor(p + q)));
+            subtract_columns::<T, T, 4>(row, from_fn(|q| u(p + q)), from_fn(|q| factor(p + q)));
             p += 4;
         }
         for p in p..j {

@@ -1,40 +1,157 @@
-//! Solves with supernodal factors.
+//! Solves with supernodal factors, for one right-hand side or for several side by side.
 
 use pulp::{Simd, WithSimd};
 
+use super::analysis::Analysis;
 use super::factors::Supernodal;
-use super::small::{dot, solve_lower, solve_transposed, solve_upper};
+use super::small::{minus_dot, solve_lower, solve_transposed, solve_upper};
+use crate::number::Row;
 use crate::{Factorization, Kind, Number, SparseError};
+
+/// Workspace for rows of one width.
+#[derive(Debug)]
+struct Room<R> {
+    /// Right-hand sides, then solutions, in the order of elimination.
+    x: Vec<R>,
+    /// Those of a front.
+    gathered: Vec<R>,
+}
+
+impl<R> Default for Room<R> {
+    fn default() -> Self {
+        Self {
+            x: Vec::new(),
+            gathered: Vec::new(),
+        }
+    }
+}
+
+impl<R: Copy> Room<R> {
+    fn fit<T: Number>(&mut self, analysis: &Analysis)
+    where
+        R: Row<T>,
+    {
+        self.x.resize(analysis.n(), R::none());
+        self.gathered.resize(analysis.largest_front(), R::none());
+    }
+}
+
+/// Workspace for one right-hand side, and for several once there are any.
+#[derive(Debug)]
+pub(super) struct Rooms<T: Number> {
+    one: Room<T>,
+    two: Room<T::Columns<2>>,
+    four: Room<T::Columns<4>>,
+    eight: Room<T::Columns<8>>,
+}
+
+impl<T: Number> Rooms<T> {
+    /// Room for one.
+    pub(super) fn new(analysis: &Analysis) -> Self {
+        let mut one = Room::default();
+        one.fit::<T>(analysis);
+        Self {
+            one,
+            two: Room::default(),
+            four: Room::default(),
+            eight: Room::default(),
+        }
+    }
+}
 
 impl<T: Number> Supernodal<T> {
     /// Solves A x = b in place with the last factors.
     pub fn solve(&mut self, rhs: &mut [T]) {
-        let arch = self.arch;
-        let is_transposed = false;
-        arch.dispatch(Solve {
-            factors: self,
-            rhs,
-            is_transposed,
-        });
+        self.run(rhs, 1, false);
+    }
+
+    /// Solves A X = B in place with the last factors; the numbers of a row stand side by side.
+    pub fn solve_columns(&mut self, rhs: &mut [T], n_columns: usize) {
+        self.run(rhs, n_columns, false);
     }
 
     /// Solves Aᵀ x = b in place (transposed, not conjugated) with the last factors.
     pub fn solve_transposed(&mut self, rhs: &mut [T]) {
-        let arch = self.arch;
-        let is_transposed = true;
-        arch.dispatch(Solve {
-            factors: self,
-            rhs,
-            is_transposed,
-        });
+        self.run(rhs, 1, true);
     }
 
-    #[inline(always)]
-    fn solve_here(&mut self, rhs: &mut [T], is_transposed: bool) {
-        for (x, &original) in self.x.iter_mut().zip(&self.analysis.order) {
-            *x = rhs[original as usize];
+    /// Up to eight columns at a time, to be run with the processor's vector instructions.
+    fn run(&mut self, rhs: &mut [T], n_columns: usize, is_transposed: bool) {
+        let Self {
+            analysis,
+            factors,
+            rooms,
+            arch,
+            ..
+        } = self;
+        let mut first = 0;
+        while first < n_columns {
+            let side = Side { n_columns, first };
+            let task = (&**analysis, &factors[..], is_transposed);
+            first += match n_columns - first {
+                1 => arch.dispatch(Solve::new(task, &mut rooms.one, rhs, side)),
+                2 | 3 => arch.dispatch(Solve::new(task, &mut rooms.two, rhs, side)),
+                4..8 => arch.dispatch(Solve::new(task, &mut rooms.four, rhs, side)),
+                _ => arch.dispatch(Solve::new(task, &mut rooms.eight, rhs, side)),
+            };
         }
-        match (self.analysis.kind, is_transposed) {
+    }
+}
+
+/// The columns of a solve.
+#[derive(Debug, Clone, Copy)]
+struct Side {
+    n_columns: usize,
+    /// The first that is taken.
+    first: usize,
+}
+
+/// A solve for as many columns as a row is wide.
+struct Solve<'a, T, R> {
+    analysis: &'a Analysis,
+    factors: &'a [T],
+    is_transposed: bool,
+    x: &'a mut [R],
+    gathered: &'a mut [R],
+    rhs: &'a mut [T],
+    side: Side,
+}
+
+impl<'a, T: Number, R: Row<T>> Solve<'a, T, R> {
+    fn new(
+        (analysis, factors, is_transposed): (&'a Analysis, &'a [T], bool),
+        room: &'a mut Room<R>,
+        rhs: &'a mut [T],
+        side: Side,
+    ) -> Self {
+        room.fit::<T>(analysis);
+        Self {
+            analysis,
+            factors,
+            is_transposed,
+            x: &mut room.x,
+            gathered: &mut room.gathered,
+            rhs,
+            side,
+        }
+    }
+}
+
+impl<T: Number, R: Row<T>> WithSimd for Solve<'_, T, R> {
+    /// How many columns it was.
+    type Output = usize;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, _: S) -> usize {
+        let Side { n_columns, first } = self.side;
+        let row = |original: u32| {
+            let start = original as usize * n_columns;
+            start + first..start + n_columns
+        };
+        for (x, &original) in self.x.iter_mut().zip(&self.analysis.order) {
+            *x = R::load(&self.rhs[row(original)]);
+        }
+        match (self.analysis.kind, self.is_transposed) {
             (Kind::Symmetric, _) => {
                 self.forward();
                 self.backward_transposed::<true>();
@@ -48,11 +165,14 @@ impl<T: Number> Supernodal<T> {
                 self.backward_transposed::<false>();
             }
         }
-        for (&x, &original) in self.x.iter().zip(&self.analysis.order) {
-            rhs[original as usize] = x;
+        for (x, &original) in self.x.iter().zip(&self.analysis.order) {
+            x.store(&mut self.rhs[row(original)]);
         }
+        size_of::<R>() / size_of::<T>()
     }
+}
 
+impl<T: Number, R: Row<T>> Solve<'_, T, R> {
     /// x ← L⁻¹ x.
     #[inline(always)]
     fn forward(&mut self) {
@@ -67,11 +187,12 @@ impl<T: Number> Supernodal<T> {
             let (m, k) = (node.size(), node.n_columns());
             let y = &mut gathered[..m];
             y[..k].copy_from_slice(&x[node.shape.columns.clone()]);
-            y[k..].fill(T::zero());
+            y[k..].fill(R::none());
             solve_lower(y, &factors[node.start..][..m * k], m);
             x[node.shape.columns.clone()].copy_from_slice(&y[..k]);
             for (&row, &update) in node.shape.rows.iter().zip(&y[k..]) {
-                x[row as usize] += update;
+                let x = &mut x[row as usize];
+                *x = x.plus(update);
             }
         }
     }
@@ -96,7 +217,7 @@ impl<T: Number> Supernodal<T> {
             let pivots = &mut x[node.shape.columns.clone()];
             if r > 0 {
                 for (pivot, row) in pivots.iter_mut().zip(upper.chunks_exact(r)) {
-                    *pivot -= dot(row, right);
+                    *pivot = pivot.plus(minus_dot(row, right));
                 }
             }
             solve_upper(pivots, panel, m);
@@ -119,11 +240,11 @@ impl<T: Number> Supernodal<T> {
             for p in 0..k {
                 let (done, rest) = x[first..].split_at_mut(p);
                 let column = &panel[p * m..];
-                rest[0] = (rest[0] - dot(&column[..p], done)) * column[p];
+                rest[0] = rest[0].plus(minus_dot(&column[..p], done)).times(column[p]);
                 let pivot = rest[0];
                 for (&row, &entry) in node.shape.rows.iter().zip(&upper[p * r..]) {
                     let x = &mut x[row as usize];
-                    *x = x.plus_product(entry, -pivot);
+                    *x = x.less_product(entry, pivot);
                 }
             }
         }
@@ -145,7 +266,11 @@ impl<T: Number> Supernodal<T> {
             let y = &mut gathered[..m];
             let pivots = &mut x[node.shape.columns.clone()];
             for (p, (y, &x)) in y.iter_mut().zip(&*pivots).enumerate() {
-                *y = if WITH_PIVOTS { x * panel[p * m + p] } else { x };
+                *y = if WITH_PIVOTS {
+                    x.times(panel[p * m + p])
+                } else {
+                    x
+                };
             }
             for (value, &row) in y[k..].iter_mut().zip(&node.shape.rows) {
                 *value = x[row as usize];
@@ -166,6 +291,11 @@ impl<T: Number> Factorization<T> for Supernodal<T> {
         Ok(())
     }
 
+    fn solve_columns(&mut self, x: &mut [T], n_columns: usize) -> Result<(), SparseError> {
+        Self::solve_columns(self, x, n_columns);
+        Ok(())
+    }
+
     fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError> {
         Self::solve_transposed(self, x);
         Ok(())
@@ -173,21 +303,5 @@ impl<T: Number> Factorization<T> for Supernodal<T> {
 
     fn n_entries(&self) -> Option<usize> {
         Some(self.factors.len())
-    }
-}
-
-/// The solve, to be run with the processor's vector instructions.
-struct Solve<'a, T: Number> {
-    factors: &'a mut Supernodal<T>,
-    rhs: &'a mut [T],
-    is_transposed: bool,
-}
-
-impl<T: Number> WithSimd for Solve<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.factors.solve_here(self.rhs, self.is_transposed);
     }
 }

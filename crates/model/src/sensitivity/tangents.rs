@@ -1,0 +1,179 @@
+//! Products with a muscle's tangents, matrix by matrix.
+
+use std::ops::Range;
+
+use myovib_dae::StepError;
+use myovib_sparse::Product;
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use crate::field::Field;
+use crate::matrix::Matrix;
+use crate::muscle_dae::MuscleDae;
+
+/// ∂F/∂y and ∂F/∂ẏ at several states, each a muscle with the matrices of that state.
+///
+/// Products take one matrix after the other from the list of the equations' terms. What is constant
+/// (masses, identities) is never summed into the matrix of the whole, and a matrix that acts on two
+/// blocks of unknowns (K on q and β K on v) is multiplied with once.
+#[derive(Debug)]
+pub(super) struct Tangents {
+    places: Vec<MuscleDae>,
+    /// For each block of rows its matrices.
+    rows: Vec<(Range<usize>, Vec<Placed>)>,
+    products: Vec<Product>,
+    operand: Vec<f64>,
+}
+
+/// A matrix in a block of rows.
+#[derive(Debug)]
+struct Placed {
+    matrix: Matrix,
+    how: How,
+    operands: Vec<Operand>,
+}
+
+/// How to multiply with it.
+#[derive(Debug, Clone, Copy)]
+enum How {
+    Identity,
+    /// By this product.
+    Straight(usize),
+    Transposed(usize),
+}
+
+/// Unknowns that a matrix acts on, with their coefficients in ∂F/∂y and ∂F/∂ẏ.
+#[derive(Debug)]
+struct Operand {
+    unknowns: Range<usize>,
+    of_value: f64,
+    of_rate: f64,
+}
+
+impl Tangents {
+    /// Those of a muscle; none where models of activation or internal stresses are unknowns too.
+    pub(super) fn new(dae: &MuscleDae) -> Option<Self> {
+        let range = |field| dae.layout().range(field);
+        if range(Field::Tension).is_some() || range(Field::InternalStress).is_some() {
+            return None;
+        }
+        let (mut known, mut products) = (Vec::<&SparsityPattern>::new(), Vec::new());
+        let mut rows = Vec::new();
+        for (field, terms) in dae.blocks() {
+            let mut matrices: Vec<Placed> = Vec::new();
+            for term in terms {
+                let operand = Operand {
+                    unknowns: range(term.column)?,
+                    of_value: term.of_value,
+                    of_rate: term.of_rate,
+                };
+                let same = |placed: &&mut Placed| placed.matrix == term.matrix;
+                if let Some(placed) = matrices.iter_mut().find(same) {
+                    placed.operands.push(operand);
+                    continue;
+                }
+                let (pattern, is_transposed) = dae.pattern_of(term.matrix);
+                let found = known.iter().position(|p| std::ptr::eq(*p, pattern));
+                let how = match term.matrix {
+                    Matrix::DisplacementIdentity | Matrix::PressureIdentity => How::Identity,
+                    _ => {
+                        let product = found.unwrap_or_else(|| {
+                            known.push(pattern);
+                            products.push(Product::new(pattern));
+                            products.len() - 1
+                        });
+                        // Sums along a row write once where sums along a column write for each entry.
+                        let is_symmetric = matches!(
+                            term.matrix,
+                            Matrix::Mass | Matrix::Stiffness | Matrix::PressureMass
+                        );
+                        match is_transposed || is_symmetric {
+                            true => How::Transposed(product),
+                            false => How::Straight(product),
+                        }
+                    }
+                };
+                matrices.push(Placed {
+                    matrix: term.matrix,
+                    how,
+                    operands: vec![operand],
+                });
+            }
+            rows.push((range(field)?, matrices));
+        }
+        Some(Self {
+            places: Vec::new(),
+            rows,
+            products,
+            operand: Vec::new(),
+        })
+    }
+
+    /// Evaluates the matrices of a place.
+    ///
+    /// # Errors
+    /// Those of the matrices.
+    pub(super) fn keep(
+        &mut self,
+        dae: &MuscleDae,
+        place: usize,
+        (t, y, y_dot): (f64, &[f64], &[f64]),
+    ) -> Result<(), StepError> {
+        if self.places.len() <= place {
+            self.places.resize(place + 1, dae.clone());
+        }
+        self.places[place].update_matrices(t, y, y_dot)
+    }
+
+    /// Subtracts ∂F/∂y X + ∂F/∂ẏ Ẋ from `out`, all of `n_columns` side by side.
+    pub(super) fn subtract(
+        &mut self,
+        place: usize,
+        [x, x_dot]: [&[f64]; 2],
+        out: &mut [f64],
+        n_columns: usize,
+    ) {
+        let side_by_side = |rows: &Range<usize>| rows.start * n_columns..rows.end * n_columns;
+        for (rows, matrices) in &self.rows {
+            let out = &mut out[side_by_side(rows)];
+            for Placed {
+                matrix,
+                how,
+                operands,
+            } in matrices
+            {
+                let values = self.places[place].matrix_values(*matrix);
+                let operand = match &operands[..] {
+                    [one] if one.of_value == 1.0 && one.of_rate == 0.0 => {
+                        &x[side_by_side(&one.unknowns)]
+                    }
+                    several => {
+                        self.operand.clear();
+                        self.operand
+                            .resize(several[0].unknowns.len() * n_columns, 0.0);
+                        for one in several {
+                            for (factor, of) in [(one.of_value, x), (one.of_rate, x_dot)] {
+                                if factor != 0.0 {
+                                    let of = &of[side_by_side(&one.unknowns)];
+                                    let sum = self.operand.iter_mut().zip(of);
+                                    sum.for_each(|(sum, of)| *sum += factor * of);
+                                }
+                            }
+                        }
+                        &self.operand[..]
+                    }
+                };
+                match *how {
+                    How::Identity => {
+                        let sum = out.iter_mut().zip(operand);
+                        sum.for_each(|(out, x)| *out -= x);
+                    }
+                    How::Straight(k) => {
+                        self.products[k].subtract_columns(values, operand, out, n_columns);
+                    }
+                    How::Transposed(k) => self.products[k]
+                        .subtract_transposed_columns(values, operand, out, n_columns),
+                }
+            }
+        }
+    }
+}

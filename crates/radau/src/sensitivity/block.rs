@@ -1,0 +1,343 @@
+//! Generalised conjugate residuals for several right-hand sides at once.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::krylov::Stalled;
+
+/// Solves K x = r for columns side by side by generalised conjugate residuals (Eisenstat, Elman,
+/// Schultz 1983), each column with directions of its own.
+///
+/// K being near the identity, as preconditioned by the factors of a frozen Jacobian, few directions are
+/// enough, and often none. One application of K serves all columns.
+#[derive(Debug, Default)]
+pub(super) struct Block {
+    /// (p, −K p), and for each column |K p|⁻².
+    directions: Vec<Direction>,
+    /// How much ‖r − K r‖/‖r‖ was in the last solve that measured it; none yet: 1.
+    contraction: Option<f64>,
+}
+
+#[derive(Debug, Default)]
+struct Direction {
+    p: Vec<f64>,
+    /// −K p.
+    q: Vec<f64>,
+    /// 1/|q|² of each column; 0 for a column that is done.
+    inverse: Vec<f64>,
+}
+
+/// Most directions of one solve.
+const MOST: usize = 60;
+
+/// A contraction is not trusted to be better than this in the next solve: it may have changed.
+const LEAST_TRUST: f64 = 1e-3;
+
+impl Block {
+    /// Adds the solutions of K d = `r` to `x`, up to an error with a norm of about `tolerance` in each
+    /// column. `apply` writes −K v into its second argument.
+    ///
+    /// What is left of r is added in the end, which leaves r − K r: as much smaller as K contracts. Of
+    /// that the first solve measures, and the next trusts it a little less, as Newton's method does
+    /// between steps.
+    ///
+    /// # Shapes
+    /// `x`, `r`: some stages of as many numbers as `weights` has, which are of rows of `n_columns`.
+    pub(super) fn solve<E: From<Stalled>>(
+        &mut self,
+        x: &mut [f64],
+        r: &mut [f64],
+        (weights, n_columns): (&[f64], usize),
+        tolerance: f64,
+        mut apply: impl FnMut(&[f64], &mut [f64]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let columns = Columns { weights, n_columns };
+        let trusted = self.contraction.map(|c| c.max(LEAST_TRUST).powf(0.8));
+        let mut contraction = trusted.unwrap_or(1.0);
+        let mut measured: Option<f64> = None;
+        let mut sizes = columns.norms(r);
+        let mut used = 0;
+        loop {
+            let (column, worst) = largest(&sizes);
+            if contraction * worst <= tolerance {
+                x.iter_mut().zip(&*r).for_each(|(x, r)| *x += r);
+                self.contraction = measured.or(trusted);
+                return Ok(());
+            }
+            if used == MOST || !worst.is_finite() {
+                return Err(Stalled {
+                    norm: worst,
+                    column,
+                }
+                .into());
+            }
+            if used == self.directions.len() {
+                self.directions.push(Direction::default());
+            }
+            let (known, rest) = self.directions.split_at_mut(used);
+            let Direction { p, q, inverse } = &mut rest[0];
+            q.resize(r.len(), 0.0);
+            apply(r, q)?;
+            let mut sums = columns.sums(r, q);
+            let unsolved = sums
+                .iter()
+                .zip(&sizes)
+                .filter(|(_, size)| **size > tolerance);
+            let ratio = unsolved.map(|([left, ..], size)| left.sqrt() / size);
+            let ratio = ratio.fold(0.0, f64::max);
+            measured = Some(measured.map_or(ratio, |largest| largest.max(ratio)));
+            contraction = measured.unwrap_or(1.0).min(1.0);
+            p.clear();
+            p.extend_from_slice(r);
+            for other in known.iter() {
+                let shares = columns.products(q, &other.q);
+                let shares = shares.iter().zip(&other.inverse).map(|(s, i)| -s * i);
+                let shares: Vec<f64> = shares.collect();
+                columns.add_scaled(p, &shares, &other.p);
+                columns.add_scaled(q, &shares, &other.q);
+            }
+            if !known.is_empty() {
+                sums = columns.sums(r, q);
+            }
+            let lost =
+                |([_, square, _], size): (&[f64; 3], &f64)| *square == 0.0 && *size > tolerance;
+            if let Some(column) = sums.iter().zip(&sizes).position(lost) {
+                let norm = sizes[column];
+                return Err(Stalled { norm, column }.into());
+            }
+            let invert = |s: f64| if s > 0.0 { 1.0 / s } else { 0.0 };
+            inverse.clear();
+            inverse.extend(sums.iter().map(|[_, square, _]| invert(*square)));
+            let shares = sums.iter().zip(&*inverse).map(|([.., s], i)| -s * i);
+            let shares: Vec<f64> = shares.collect();
+            sizes = columns.step([x, r], [p, q], &shares);
+            used += 1;
+        }
+    }
+}
+
+/// The place and size of the largest number, of one that is none where there is one.
+fn largest(sizes: &[f64]) -> (usize, f64) {
+    let sizes = sizes.iter().copied().enumerate();
+    sizes.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
+}
+
+/// Sums over the columns of stages, each component weighed.
+struct Columns<'w> {
+    weights: &'w [f64],
+    n_columns: usize,
+}
+
+/// Rows taken together, so that they become vector instructions whatever the number of columns.
+const ROWS: usize = 8;
+
+impl Columns<'_> {
+    /// The norm of each column.
+    fn norms(&self, a: &[f64]) -> Vec<f64> {
+        let squares = self.products(a, a);
+        squares.into_iter().map(f64::sqrt).collect()
+    }
+
+    /// The mean of w² a b over each column.
+    fn products(&self, a: &[f64], b: &[f64]) -> Vec<f64> {
+        let sums = self.sums(a, b);
+        sums.into_iter().map(|[.., product]| product).collect()
+    }
+
+    /// The means of w² (a + b)², w² b² and w² a b over each column.
+    fn sums(&self, a: &[f64], b: &[f64]) -> Vec<[f64; 3]> {
+        let room = vec![0.0; ROWS * self.n_columns];
+        let mut lanes = [room.clone(), room.clone(), room];
+        Arch::new().dispatch(Sums {
+            lanes: &mut lanes,
+            weights: self.weights,
+            a,
+            b,
+        });
+        let of = |j: usize| lanes.each_ref().map(|lanes| self.mean(lanes, j, a.len()));
+        (0..self.n_columns).map(of).collect()
+    }
+
+    /// Of sums in lanes over all columns of `length` numbers the mean of column j.
+    fn mean(&self, lanes: &[f64], j: usize, length: usize) -> f64 {
+        let sum: f64 = lanes.iter().skip(j).step_by(self.n_columns).sum();
+        sum / (length / self.n_columns) as f64
+    }
+
+    /// y ← y + x times the share of each column.
+    fn add_scaled(&self, y: &mut [f64], shares: &[f64], x: &[f64]) {
+        let shares = &shares.repeat(ROWS);
+        Arch::new().dispatch(AddScaled { y, shares, x });
+    }
+
+    /// x ← x + p and r ← r + q times the share of each column; the norms of r then.
+    fn step(&self, [x, r]: [&mut [f64]; 2], [p, q]: [&[f64]; 2], shares: &[f64]) -> Vec<f64> {
+        let mut lanes = vec![0.0; ROWS * self.n_columns];
+        let length = r.len();
+        Arch::new().dispatch(Step {
+            lanes: &mut lanes,
+            weights: self.weights,
+            shares: &shares.repeat(ROWS),
+            x,
+            r,
+            p,
+            q,
+        });
+        let squares = (0..self.n_columns).map(|j| self.mean(&lanes, j, length));
+        squares.map(f64::sqrt).collect()
+    }
+}
+
+/// Sums of w² (a + b)², w² b² and w² a b in lanes.
+struct Sums<'a> {
+    lanes: &'a mut [Vec<f64>; 3],
+    weights: &'a [f64],
+    a: &'a [f64],
+    b: &'a [f64],
+}
+
+impl WithSimd for Sums<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let (length, width) = (self.weights.len(), self.lanes[0].len());
+        let stages = self.a.chunks_exact(length).zip(self.b.chunks_exact(length));
+        let [of_sums, squares, products] = self.lanes;
+        for (a, b) in stages {
+            let parts = a.chunks(width).zip(b.chunks(width));
+            for ((a, b), w) in parts.zip(self.weights.chunks(width)) {
+                let n = a.len();
+                let (b, w) = (&b[..n], &w[..n]);
+                let of_sums = &mut of_sums[..n];
+                let (squares, products) = (&mut squares[..n], &mut products[..n]);
+                for k in 0..n {
+                    let (a, b) = (a[k] * w[k], b[k] * w[k]);
+                    of_sums[k] += (a + b) * (a + b);
+                    squares[k] += b * b;
+                    products[k] += a * b;
+                }
+            }
+        }
+    }
+}
+
+/// y ← y + x times shares that repeat.
+struct AddScaled<'a> {
+    y: &'a mut [f64],
+    shares: &'a [f64],
+    x: &'a [f64],
+}
+
+impl WithSimd for AddScaled<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let width = self.shares.len();
+        for (y, x) in self.y.chunks_mut(width).zip(self.x.chunks(width)) {
+            let n = y.len();
+            let (x, shares) = (&x[..n], &self.shares[..n]);
+            for k in 0..n {
+                y[k] += shares[k] * x[k];
+            }
+        }
+    }
+}
+
+/// Both of x ← x + p and r ← r + q times shares that repeat, with sums of w² r² in lanes.
+struct Step<'a> {
+    lanes: &'a mut [f64],
+    weights: &'a [f64],
+    shares: &'a [f64],
+    x: &'a mut [f64],
+    r: &'a mut [f64],
+    p: &'a [f64],
+    q: &'a [f64],
+}
+
+impl WithSimd for Step<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let (length, width) = (self.weights.len(), self.lanes.len());
+        let mut start = 0;
+        while start < self.x.len() {
+            // A stage begins with a row.
+            let within = start % length;
+            let n = width.min(length - within);
+            let (x, r) = (&mut self.x[start..][..n], &mut self.r[start..][..n]);
+            let (p, q) = (&self.p[start..][..n], &self.q[start..][..n]);
+            let (w, shares) = (&self.weights[within..][..n], &self.shares[..n]);
+            let lanes = &mut self.lanes[..n];
+            for k in 0..n {
+                x[k] += shares[k] * p[k];
+                r[k] += shares[k] * q[k];
+                lanes[k] += (r[k] * w[k]) * (r[k] * w[k]);
+            }
+            start += n;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// v ← −K v, K = I + 0.3 × (cyclic shift of rows), which is normal with eigenvalues on a circle about
+    /// 1; in the last of three columns K = I.
+    fn apply(v: &[f64], out: &mut [f64]) -> Result<(), Stalled> {
+        for (k, out) in out.iter_mut().enumerate() {
+            let shifted = if k % 3 == 2 {
+                0.0
+            } else {
+                v[(k + 3) % v.len()]
+            };
+            *out = -(v[k] + 0.3 * shifted);
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn columns_are_solved_together_and_a_second_solve_trusts_the_first() {
+        let n = 40;
+        let weights = vec![1.0; 3 * n / 2];
+        let mut block = Block::default();
+        let b: Vec<f64> = (0..3 * n).map(|k| (k as f64).sin()).collect();
+        for (tolerance, applications) in [(1e-10, 15..25), (0.5, 0..1)] {
+            let (mut x, mut r) = (vec![0.0; 3 * n], b.clone());
+            let mut count = 0;
+            let counted = |v: &[f64], out: &mut [f64]| {
+                count += 1;
+                apply(v, out)
+            };
+            block
+                .solve(&mut x, &mut r, (&weights, 3), tolerance, counted)
+                .unwrap();
+            assert!(applications.contains(&count), "{count}");
+            let mut image = vec![0.0; 3 * n];
+            apply(&x, &mut image).unwrap();
+            let left = image.iter().zip(&b).map(|(q, b)| (q + b).abs());
+            // The error is √n from mean to largest.
+            let left = left.fold(0.0, f64::max);
+            assert!(left < 7.0 * tolerance, "{left:e}");
+        }
+    }
+
+    #[test]
+    fn an_operator_that_loses_its_argument_is_no_endless_loop() {
+        let zero = |_: &[f64], out: &mut [f64]| {
+            out.fill(0.0);
+            Ok::<(), Stalled>(())
+        };
+        let (weights, mut r) = ([1.0], [1.0]);
+        let solved = Block::default().solve(&mut [0.0], &mut r, (&weights, 1), 1e-3, zero);
+        assert_eq!(
+            solved,
+            Err(Stalled {
+                norm: 1.0,
+                column: 0
+            })
+        );
+    }
+}
