@@ -157,6 +157,35 @@ impl MuscleDae {
         }
     }
 
+    /// The element integrals at a state.
+    ///
+    /// # Errors
+    /// As for the residual.
+    pub(crate) fn integrate_at(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<(), StepError> {
+        self.expand(t, y, Some(y_dot));
+        self.expect_tensions(t)?;
+        self.integrate(y, y_dot)
+    }
+
+    /// Adds `factor` times the forces of elements of the last integrals to their rows in `rows`.
+    pub(crate) fn add_forces(&self, factor: f64, rows: &mut [f64]) {
+        let balance = self.layout.range(Field::Velocity);
+        let rows = &mut rows[balance.unwrap_or_default()];
+        let (force, force_rate) = (&self.work.force, &self.work.force_rate);
+        let of_rate = factor * self.context.beta;
+        for (row, &i) in rows.iter_mut().zip(self.muscle.solid.dofs().free_to_full()) {
+            *row += factor * force[i];
+            if of_rate != 0.0 {
+                *row += of_rate * force_rate[i];
+            }
+        }
+    }
+
     /// All loads at the motion in `work`.
     fn sum_loads(&mut self, t: f64) {
         let (muscle, work) = (&self.muscle, &mut self.work);
@@ -213,7 +242,7 @@ impl MuscleDae {
     }
 
     /// The rows of all equations from the motion and the integrals in `work`.
-    fn sum_rows(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) {
+    pub(crate) fn sum_rows(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) {
         self.sum_loads(t);
         let (muscle, work, layout) = (&self.muscle, &mut self.work, &self.layout);
         let state = State::new(layout, y, y_dot);
@@ -304,9 +333,7 @@ impl Problem for MuscleDae {
         y_dot: &[f64],
         residual: &mut [f64],
     ) -> Result<(), StepError> {
-        self.expand(t, y, Some(y_dot));
-        self.expect_tensions(t)?;
-        self.integrate(y, y_dot)?;
+        self.integrate_at(t, y, y_dot)?;
         self.sum_rows(t, y, y_dot, residual);
         Ok(())
     }

@@ -23,8 +23,10 @@ pub struct Dependence {
 /// Where a parameter acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Acts {
-    /// Within elements, or who knows.
+    /// Who knows.
     Anywhere,
+    /// On the forces of elements alone.
+    OnForces,
     /// Not within elements: the twins' element integrals are the muscle's own.
     OutsideElements,
     /// On the loads alone.
@@ -77,6 +79,16 @@ impl Dependence {
         }
     }
 
+    /// The same, of a parameter of the law's stress. Nothing but the forces of elements is computed for it
+    /// then.
+    #[must_use]
+    pub fn on_forces(self) -> Self {
+        Self {
+            acts: Acts::OnForces,
+            ..self
+        }
+    }
+
     /// The same, of a parameter of loads. Nothing but loads is computed for it then.
     #[must_use]
     pub fn on_loads(self) -> Self {
@@ -119,8 +131,7 @@ pub struct Dependences {
     /// factorisation.
     again: Option<Box<MuscleDae>>,
     tangents: Kept,
-    /// The muscle's own residual at the last state, for which all parameters ask. The copy's element
-    /// integrals are those of it.
+    /// The muscle's own residual at the last state, for which all parameters ask.
     known: Known,
     residual: Vec<f64>,
 }
@@ -134,13 +145,14 @@ enum Kept {
     Are(Box<Tangents>),
 }
 
-/// A residual with its state.
+/// What is known at a state, at which the copy's element integrals are.
 #[derive(Debug, Default)]
 struct Known {
     t: f64,
     y: Vec<f64>,
     y_dot: Vec<f64>,
-    residual: Vec<f64>,
+    /// The residual, once asked for.
+    residual: Option<Vec<f64>>,
 }
 
 impl Dependences {
@@ -166,20 +178,31 @@ impl Dependences {
         &mut self.all[j]
     }
 
-    /// Evaluates the muscle's own residual at a state, if it is not known.
-    fn know(&mut self, dae: &MuscleDae, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), StepError> {
+    /// Evaluates the element integrals at a state, if they are not known, and the residual if that is
+    /// `wanted` and not known.
+    fn know(
+        &mut self,
+        dae: &MuscleDae,
+        (t, y, y_dot): (f64, &[f64], &[f64]),
+        wanted: bool,
+    ) -> Result<(), StepError> {
         let known = &mut self.known;
-        if known.t == t && known.y == y && known.y_dot == y_dot {
-            return Ok(());
+        let copy = again(&mut self.again, dae);
+        if !(known.t == t && known.y == y && known.y_dot == y_dot) {
+            // Nothing is known after a failure.
+            known.y.clear();
+            known.residual = None;
+            copy.integrate_at(t, y, y_dot)?;
+            known.t = t;
+            known.y.extend_from_slice(y);
+            known.y_dot.clear();
+            known.y_dot.extend_from_slice(y_dot);
         }
-        // Nothing is known after a failure.
-        known.y.clear();
-        known.residual.resize(y.len(), 0.0);
-        again(&mut self.again, dae).residual(t, y, y_dot, &mut known.residual)?;
-        known.t = t;
-        known.y.extend_from_slice(y);
-        known.y_dot.clear();
-        known.y_dot.extend_from_slice(y_dot);
+        if wanted && known.residual.is_none() {
+            let mut residual = vec![0.0; y.len()];
+            copy.sum_rows(t, y, y_dot, &mut residual);
+            known.residual = Some(residual);
+        }
         Ok(())
     }
 }
@@ -258,8 +281,22 @@ impl Parameters<MuscleDae> for Dependences {
             }
             return Ok(());
         }
-        if *own_weight != 0.0 || *acts == Acts::OutsideElements {
-            self.know(problem, t, y, y_dot)?;
+        if *acts == Acts::OnForces {
+            out.fill(0.0);
+            for (weight, twin) in twins {
+                twin.integrate_at(t, y, y_dot)?;
+                twin.add_forces(*weight, out);
+            }
+            let own_weight = *own_weight;
+            if own_weight != 0.0 {
+                self.know(problem, (t, y, y_dot), false)?;
+                again(&mut self.again, problem).add_forces(own_weight, out);
+            }
+            return Ok(());
+        }
+        let wanted = *own_weight != 0.0;
+        if wanted || *acts == Acts::OutsideElements {
+            self.know(problem, (t, y, y_dot), wanted)?;
         }
         let Self {
             all,
@@ -277,7 +314,7 @@ impl Parameters<MuscleDae> for Dependences {
         match *own_weight {
             0.0 => out.fill(0.0),
             weight => {
-                let own = out.iter_mut().zip(&known.residual);
+                let own = out.iter_mut().zip(known.residual.iter().flatten());
                 own.for_each(|(o, f)| *o = weight * f);
             }
         }

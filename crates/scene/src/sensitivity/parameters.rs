@@ -239,6 +239,7 @@ impl Parametrised {
         };
         Ok(match known {
             _ if known.is_of_loads() => dependence.on_loads(),
+            _ if known.is_of_stress(body) => dependence.on_forces(),
             _ if known.is_outside_elements(formulation) => dependence.outside_elements(),
             _ => dependence,
         })
@@ -279,6 +280,18 @@ impl Known {
             Influence::Affine => self.key.ends_with(".density"),
             Influence::Smooth => false,
         }
+    }
+
+    /// Whether nothing but the law's stress depends on it. Of a body with Prony terms more does: they
+    /// relax a part of it.
+    fn is_of_stress(&self, body: &Body) -> bool {
+        let table = self.key.split(['.', '[']).next();
+        let name = self.key.rsplit('.').next().unwrap_or("");
+        let is_modulus = ["c10", "c01", "shear_modulus", "lambda"].contains(&name);
+        table == Some("material")
+            && is_modulus
+            && self.key.matches('.').count() == 1
+            && body.muscle.solid.n_internal() == 0
     }
 
     /// Whether nothing but loads depends on it.
