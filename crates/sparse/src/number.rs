@@ -140,18 +140,17 @@ impl<const C: usize> Row<Complex64> for Complexes<C> {
 
     #[inline(always)]
     fn load(row: &[Complex64]) -> Self {
-        let (row, mut own) = (&row[..C], Self::none());
-        for c in 0..C {
-            (own.re[c], own.im[c]) = (row[c].re, row[c].im);
+        let mut own = Self::none();
+        for ((re, im), x) in own.re.iter_mut().zip(&mut own.im).zip(&row[..C]) {
+            (*re, *im) = (x.re, x.im);
         }
         own
     }
 
     #[inline(always)]
     fn store(self, row: &mut [Complex64]) {
-        let row = &mut row[..C];
-        for c in 0..C {
-            (row[c].re, row[c].im) = (self.re[c], self.im[c]);
+        for ((re, im), x) in self.re.iter().zip(&self.im).zip(&mut row[..C]) {
+            (x.re, x.im) = (*re, *im);
         }
     }
 

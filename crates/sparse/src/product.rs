@@ -265,7 +265,10 @@ impl<T: Number, R: Row<T>, const TRANSPOSED: bool> WithSimd for AsWide<'_, T, R,
             let (pairs0, single0) = own.split_at(2 * pairs.len());
             // No closures below: they would be compiled without vector instructions.
             if !group.is_double {
-                let x0 = R::load(&x[place(group.column)]);
+                let x0 = match TRANSPOSED {
+                    true => R::none(),
+                    false => R::load(&x[place(group.column)]),
+                };
                 let (mut even, mut odd) = (R::none(), R::none());
                 for (&row, a) in pairs.iter().zip(pairs0.chunks_exact(2)) {
                     let row = row as usize;
