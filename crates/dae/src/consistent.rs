@@ -4,6 +4,7 @@ use crate::integrator::ConsistencyMode;
 use crate::linear_solver::LinearSolver;
 use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError, VariableKind};
+use crate::projection::project_onto_constraints;
 
 /// Why no consistent initial values were found.
 #[derive(Debug, thiserror::Error)]
@@ -14,6 +15,23 @@ pub enum Inconsistent {
     NotFound {
         /// The weighted norm of the last correction.
         norm: f64,
+    },
+    /// The problem states no constraints.
+    #[error(
+        "the problem states no constraints: implement Problem::n_constraints and \
+         Problem::constraints, hidden ones included"
+    )]
+    NoConstraints,
+    /// No values satisfy both F and the constraints stated.
+    #[error(
+        "the constraints stated do not go with the equations: equation {equation} (constraints \
+         count on after the last) is left at {left:.2e}"
+    )]
+    Contradicted {
+        /// The equation, or the number of equations and that of the constraint whose rate it is.
+        equation: usize,
+        /// Its residual.
+        left: f64,
     },
     /// A function of the problem, or its linear algebra, failed.
     #[error(transparent)]
@@ -74,6 +92,10 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
         let c = match mode {
             ConsistencyMode::AlgebraicAndDerivatives => 1.0 / step,
             ConsistencyMode::States => 0.0,
+            ConsistencyMode::Constraints => {
+                let times = (t, t_first);
+                return project_onto_constraints(problem, kinds, times, y, y_dot, weights);
+            }
         };
         let mut state = State { t, y, y_dot };
         match newton(problem, solver, mode, kinds, &mut state, weights, step, c) {
@@ -188,7 +210,7 @@ fn solve_for<P: Problem, S: LinearSolver<P>>(
 }
 
 /// The weighted root mean square.
-fn norm(x: &[f64], weights: &[f64]) -> f64 {
+pub(crate) fn norm(x: &[f64], weights: &[f64]) -> f64 {
     let squares = x.iter().zip(weights).map(|(x, w)| (x * w).powi(2));
     (squares.sum::<f64>() / x.len() as f64).sqrt()
 }

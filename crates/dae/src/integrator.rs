@@ -8,12 +8,16 @@ use crate::statistics::Statistics;
 
 /// Which values are sought by [`Integrator::correct_initial_values`]; the others are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum ConsistencyMode {
     /// The algebraic components of y and the derivatives of the differential ones, for
     /// semi-explicit systems of index 1.
     AlgebraicAndDerivatives,
     /// All of y, ẏ being given, for instance zero for a steady state.
     States,
+    /// All of y and ẏ, by the constraints that the problem states, for systems of index 2 and 3: see
+    /// [`project_onto_constraints`](crate::project_onto_constraints).
+    Constraints,
 }
 
 /// An integration of a [`Problem`], which the integrator owns.

@@ -117,6 +117,25 @@ pub trait Problem {
         None
     }
 
+    /// Number of [`constraints`](Problem::constraints) that the problem states; none by default.
+    fn n_constraints(&self) -> usize {
+        0
+    }
+
+    /// Writes c(t, y), which is zero for every state that a solution can have, to `out`, by differential
+    /// variables: for index 2 the constraints, for index 3 those and their derivatives in time, the hidden
+    /// ones. Consistent initial values are found with it
+    /// ([`ConsistencyMode::Constraints`](crate::ConsistencyMode::Constraints)); integrators ask for nothing.
+    ///
+    /// # Shapes
+    /// `out`: [`n_constraints`](Problem::n_constraints).
+    ///
+    /// # Errors
+    /// As for [`residual`](Problem::residual).
+    fn constraints(&mut self, _t: f64, _y: &[f64], _out: &mut [f64]) -> Result<(), StepError> {
+        Ok(())
+    }
+
     /// A name for component `i` in messages.
     fn component_name(&self, i: usize) -> String {
         format!("y[{i}]")

@@ -100,6 +100,9 @@ pub enum RadauError {
         /// Why.
         source: myovib_dae::Inconsistent,
     },
+    /// Components are to be left out by an index that is not stated.
+    #[error(transparent)]
+    NoIndices(#[from] myovib_dae::NoIndices),
     /// The problem, or its linear algebra, failed for good.
     #[error("the {function} failed at t = {t} with step {h}: {source}")]
     Fatal {

@@ -14,6 +14,7 @@ pub(crate) enum Operation {
     LinearSolve,
     RootFunction,
     ErrorWeights,
+    Quadrature,
 }
 
 impl Operation {
@@ -45,6 +46,7 @@ impl Operation {
             Self::LinearSolve => "linear solve",
             Self::RootFunction => "root function",
             Self::ErrorWeights => "error weight function",
+            Self::Quadrature => "quadrature",
         }
     }
 
@@ -57,6 +59,7 @@ impl Operation {
             Self::LinearSolve => StopReason::LinearSolveFailed,
             Self::RootFunction => StopReason::RootFunctionFailed,
             Self::ErrorWeights => StopReason::ErrorWeightsFailed,
+            Self::Quadrature => StopReason::QuadratureFailed,
         }
     }
 }

@@ -27,8 +27,7 @@ impl<P: Problem, M: LinearSolver<P>> Integrator<P> for RadauSolver<P, M> {
         y_dot0: &[f64],
         q0: &[f64],
     ) -> Result<(), RadauError> {
-        crate::error::expect_length("initial values of the quadratures", 0, q0.len())?;
-        self.reinit(t0, y0, y_dot0)
+        self.reinit_with(t0, y0, y_dot0, q0)
     }
 
     fn correct_initial_values(
@@ -65,16 +64,16 @@ impl<P: Problem, M: LinearSolver<P>> Integrator<P> for RadauSolver<P, M> {
     }
 
     fn n_quadratures(&self) -> usize {
-        0
+        self.n_quadratures()
     }
 
     fn quadrature_dense_output(
         &mut self,
-        _t: f64,
-        _derivative: usize,
-        _out: &mut [f64],
+        t: f64,
+        derivative: usize,
+        out: &mut [f64],
     ) -> Result<(), RadauError> {
-        Err(RadauError::NoQuadrature)
+        (*self).quadrature_dense_output(t, derivative, out)
     }
 
     fn statistics(&self) -> Statistics {

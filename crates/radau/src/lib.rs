@@ -58,6 +58,7 @@ mod multipliers;
 mod newton;
 mod options;
 mod predictor;
+mod quadrature;
 mod roots;
 mod rounding;
 mod sensitivity;

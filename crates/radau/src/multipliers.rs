@@ -298,16 +298,21 @@ impl Multipliers {
                 continue;
             }
             multiplier.known.raw = step.y[i] + increments[last_stage * n + i];
-            let missed = if multiplier.known.noisy {
-                0.0
-            } else {
-                multiplier.missed
-            };
             for (j, &theta) in step.method.nodes().iter().enumerate() {
-                let [of_missed, of_jump] = profile(step.method, multiplier.index, theta);
-                let error = of_missed * missed + of_jump * multiplier.jump;
+                let error = multiplier.removed_at(step.method, theta);
                 increments[j * n + i] += error;
                 self.removed.push(error);
+            }
+        }
+    }
+
+    /// Removes the errors from a copy of the `increments` of a step that is only tried.
+    pub(crate) fn remove_from_copy(&self, step: &Step<'_>, increments: &mut [f64]) {
+        let n = step.y.len();
+        for multiplier in self.list.iter().filter(|multiplier| multiplier.removable) {
+            for (j, &theta) in step.method.nodes().iter().enumerate() {
+                increments[j * n + multiplier.variable] +=
+                    multiplier.removed_at(step.method, theta);
             }
         }
     }
@@ -326,6 +331,13 @@ impl Multipliers {
 }
 
 impl Multiplier {
+    /// What is removed at t_n + θ h.
+    fn removed_at(&self, method: &Method, theta: f64) -> f64 {
+        let [of_missed, of_jump] = profile(method, self.index, theta);
+        let missed = if self.known.noisy { 0.0 } else { self.missed };
+        of_missed * missed + of_jump * self.jump
+    }
+
     /// The power of h that e(ε) goes with.
     fn power(&self, stages: usize) -> i32 {
         stages as i32 + 2 - i32::from(self.index)

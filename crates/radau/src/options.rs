@@ -316,9 +316,14 @@ impl RadauOptions {
     }
 
     /// 1 for a component in the error test, 0 for one left out.
-    pub(crate) fn error_mask(&self, kinds: &[VariableKind]) -> Vec<f64> {
-        let tested = |(i, &kind)| f64::from(u8::from(!self.suppressed.leaves_out(i, kind)));
-        kinds.iter().enumerate().map(tested).collect()
+    pub(crate) fn error_mask(
+        &self,
+        kinds: &[VariableKind],
+        indices: Option<&[u8]>,
+    ) -> Result<Vec<f64>, RadauError> {
+        let left_out = self.suppressed.left_out(kinds, indices)?;
+        let tested = |left_out: &bool| f64::from(u8::from(!left_out));
+        Ok(left_out.iter().map(tested).collect())
     }
 }
 

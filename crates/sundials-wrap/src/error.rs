@@ -100,6 +100,17 @@ pub enum Error {
         /// IDAS' message, or that of the function that failed.
         message: String,
     },
+    /// Components are to be left out by an index that is not stated.
+    #[error(transparent)]
+    NoIndices(#[from] myovib_dae::NoIndices),
+    /// No values were found that satisfy the problem's constraints.
+    #[error("no consistent initial values at t = {t}: {source}")]
+    Unconstrained {
+        /// The initial time.
+        t: f64,
+        /// Why.
+        source: myovib_dae::Inconsistent,
+    },
     /// A user's function failed for good.
     #[error("the {function} failed at t = {t}: {source}")]
     Callback {

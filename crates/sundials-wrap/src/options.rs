@@ -28,13 +28,19 @@ fn validate_tolerances(tolerances: &Tolerances, n: usize) -> Result<(), Error> {
 pub(crate) fn error_test_id(
     suppressed: &Suppressed,
     kinds: &[VariableKind],
+    indices: Option<&[u8]>,
 ) -> Result<Option<Vec<f64>>, Error> {
     if let Suppressed::Components(left_out) = suppressed {
         expect_length("suppressed components", kinds.len(), left_out.len())?;
     }
-    let tested = |(i, &kind)| f64::from(u8::from(!suppressed.leaves_out(i, kind)));
-    let id = || kinds.iter().enumerate().map(tested).collect();
-    Ok((*suppressed != Suppressed::Nothing).then(id))
+    let left_out = suppressed.left_out(kinds, indices)?;
+    let id = || {
+        left_out
+            .iter()
+            .map(|out| f64::from(u8::from(!out)))
+            .collect()
+    };
+    Ok(left_out.contains(&true).then(id))
 }
 
 /// The code of `IDASetRootDirection`.
@@ -367,11 +373,15 @@ mod tests {
     #[test]
     fn what_is_left_out_of_the_error_test_has_a_zero() {
         let kinds = [VariableKind::Differential, VariableKind::Algebraic];
-        let id =
-            |suppressed: Suppressed| error_test_id(&suppressed, &kinds).expect("two components");
+        let id = |suppressed: Suppressed| {
+            error_test_id(&suppressed, &kinds, Some(&[1, 2])).expect("two components")
+        };
         assert_eq!(id(Suppressed::Nothing), None);
         assert_eq!(id(Suppressed::Algebraic), Some(vec![1.0, 0.0]));
         let first = Suppressed::Components(vec![true, false]);
         assert_eq!(id(first), Some(vec![0.0, 1.0]));
+        assert_eq!(id(Suppressed::FromIndex(2)), Some(vec![1.0, 0.0]));
+        assert_eq!(id(Suppressed::FromIndex(3)), None);
+        assert_eq!(id(Suppressed::UntestedFromIndex(2)), None);
     }
 }

@@ -5,19 +5,25 @@
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod accuracy;
+mod constraints;
 mod failures;
 mod jacobian;
 mod output;
 mod problems;
+mod quadratures;
 mod stepping;
 
 pub use accuracy::*;
+pub use constraints::*;
 pub use failures::*;
 pub use jacobian::jacobian_error;
 pub use output::*;
+pub use quadratures::*;
 pub use stepping::*;
 
-use crate::{Direction, Integrator, Outcome, Problem, StepError, Stop, StopReason, Tolerances};
+use crate::{
+    Direction, Integrator, Outcome, Problem, StepError, Stop, StopReason, Suppressed, Tolerances,
+};
 
 /// Functions g(t, y, ẏ), written into the last argument.
 pub type Function<P> =
@@ -48,6 +54,10 @@ pub struct Request<P> {
     pub weights: Option<Weights<P>>,
     /// Root functions, one a direction.
     pub roots: Option<(Vec<Direction>, Function<P>)>,
+    /// Components left out of the error test.
+    pub suppressed: Suppressed,
+    /// Quadratures that are not in the error test: where they start, and what they integrate.
+    pub quadrature: Option<(Vec<f64>, Function<P>)>,
 }
 
 impl<P> Request<P> {
@@ -64,6 +74,8 @@ impl<P> Request<P> {
             max_step: None,
             weights: None,
             roots: None,
+            suppressed: Suppressed::Nothing,
+            quadrature: None,
         }
     }
 }
@@ -93,6 +105,11 @@ macro_rules! conformance_tests {
             counts_what_it_does,
             gives_dense_output_within_the_last_step_only,
             says_that_there_are_no_quadratures,
+            integrates_quadratures_along_with_the_solution,
+            stops_where_a_quadrature_fails,
+            moves_onto_the_constraints_that_a_problem_states,
+            refuses_constraints_that_are_not_there_or_wrong,
+            leaves_components_out_by_their_index,
             finds_events_in_their_order,
             recovers_from_recoverable_errors,
             names_the_function_that_failed,

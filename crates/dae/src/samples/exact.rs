@@ -143,6 +143,15 @@ impl Problem for JayIndex2 {
         Ok(())
     }
 
+    fn n_constraints(&self) -> usize {
+        1
+    }
+
+    fn constraints(&mut self, _: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
+        out[0] = y[0] * y[0] * y[1] - 1.0;
+        Ok(())
+    }
+
     fn kinds(&self) -> Option<Vec<VariableKind>> {
         use VariableKind::{Algebraic, Differential};
         Some(vec![Differential, Differential, Algebraic])

@@ -212,6 +212,17 @@ impl Problem for Pendulum {
         Some(kinds)
     }
 
+    fn n_constraints(&self) -> usize {
+        2
+    }
+
+    /// The length, and that the velocity keeps it; in all forms.
+    fn constraints(&mut self, _: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
+        out[0] = y[0] * y[0] + y[1] * y[1] - self.length * self.length;
+        out[1] = y[0] * y[2] + y[1] * y[3];
+        Ok(())
+    }
+
     fn indices(&self) -> Option<Vec<u8>> {
         Some(self.form.indices(2, 1))
     }

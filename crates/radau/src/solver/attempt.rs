@@ -12,13 +12,35 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// and the Jacobian changes.
     pub(super) fn attempt(&mut self, h: f64, repeated: bool) -> Result<f64, Failure> {
         let iterations = self.solve_stages(h)?;
-        match self.options.step_size {
+        let proposal = match self.options.step_size {
             StepSize::Fixed(proposal) => {
                 self.measure_multipliers(h)?;
-                Ok(proposal)
+                proposal
             }
-            StepSize::Adaptive => self.test_error(h, repeated, iterations),
-        }
+            StepSize::Adaptive => self.test_error(h, repeated, iterations)?,
+        };
+        self.evaluate_quadratures(h)?;
+        Ok(proposal)
+    }
+
+    /// Evaluates the integrands at the stages, less the errors of multipliers that are removed.
+    fn evaluate_quadratures(&mut self, h: f64) -> Result<(), Failure> {
+        let Some(quadrature) = &mut self.quadrature else {
+            return Ok(());
+        };
+        let step = Step {
+            method: &self.method,
+            t: self.t,
+            h,
+            y: &self.y,
+            weights: self.weights.scaled(),
+        };
+        let (multipliers, z) = (&self.multipliers, &self.newton.z);
+        let increments = |out: &mut [f64]| {
+            out.copy_from_slice(z);
+            multipliers.remove_from_copy(&step, out);
+        };
+        quadrature.evaluate(&mut self.problem, &step, increments, &mut self.counters)
     }
 
     /// Tests the estimated error of the step solved for; the proposal if it passes.

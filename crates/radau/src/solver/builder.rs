@@ -13,10 +13,14 @@ use crate::multipliers::Multipliers;
 use crate::newton::NewtonSolver;
 use crate::options::RadauOptions;
 use crate::predictor::Predictor;
+use crate::quadrature::Quadrature;
 use crate::roots::{RootFunctions, Roots};
 use crate::rounding::Rounding;
 use crate::weights::{UserWeights, Weights};
 use crate::work::Counters;
+
+/// What messages call the start of quadratures.
+pub(super) const QUADRATURES: &str = "initial values of the quadratures";
 
 /// A [`RadauSolver`] in the making.
 pub struct RadauBuilder<P> {
@@ -24,6 +28,7 @@ pub struct RadauBuilder<P> {
     options: RadauOptions,
     weights: Option<UserWeights<P>>,
     roots: Option<(Vec<Direction>, Box<RootFunctions<P>>)>,
+    quadrature: Option<(Vec<f64>, Box<RootFunctions<P>>)>,
 }
 
 impl<P: Problem> RadauSolver<P> {
@@ -40,6 +45,7 @@ impl<P: Problem> RadauBuilder<P> {
             options: RadauOptions::default(),
             weights: None,
             roots: None,
+            quadrature: None,
         }
     }
 
@@ -88,6 +94,21 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
+    /// Integrates q̇ = g(t, y, ẏ) from `start` along with the solution, with the weights of the
+    /// collocation: to the order of the method, with g at each stage of each accepted step and no equation
+    /// to solve. It does not change the steps, unless g fails.
+    #[must_use]
+    pub fn quadrature(
+        mut self,
+        start: impl Into<Vec<f64>>,
+        rates: impl FnMut(&mut P, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError>
+        + Send
+        + 'static,
+    ) -> Self {
+        self.quadrature = Some((start.into(), Box::new(rates)));
+        self
+    }
+
     /// Builds a solver at (t0, y0, ẏ0) that solves linear systems with KLU.
     ///
     /// # Shapes
@@ -121,9 +142,10 @@ impl<P: Problem> RadauBuilder<P> {
     ) -> Result<RadauSolver<P, M>, RadauError> {
         let Self {
             mut problem,
-            options,
+            mut options,
             weights,
             roots,
+            quadrature,
         } = self;
         let n = problem.n_unknowns();
         expect_length("initial values y0", n, y0.len())?;
@@ -142,9 +164,13 @@ impl<P: Problem> RadauBuilder<P> {
             source: error.into(),
         })?;
         // Where nothing is known of the indices no error is scaled by them.
-        let indices = problem.indices().unwrap_or_else(|| vec![1; n]);
+        let stated = problem.indices();
+        let indices = stated.clone().unwrap_or_else(|| vec![1; n]);
         expect_length("indices", n, indices.len())?;
         expect_length("kinds", n, kinds.len())?;
+        options.tolerances =
+            (options.suppressed).loosened(options.tolerances, stated.as_deref())?;
+        let mask = options.error_mask(&kinds, stated.as_deref())?;
         if let Some(stop_time) = options.stop_time.filter(|stop_time| *stop_time < t0) {
             return Err(RadauError::TimeBehind {
                 t_out: stop_time,
@@ -152,6 +178,12 @@ impl<P: Problem> RadauBuilder<P> {
             });
         }
         let method = Method::radau_iia(options.stages)?;
+        if let Some((start, _)) = &quadrature {
+            expect_finite(QUADRATURES, start)?;
+        }
+        let quadrature = quadrature
+            .filter(|(start, _)| !start.is_empty())
+            .map(|(start, rates)| Quadrature::new(&method, (t0, &start), rates, n));
         let powers = options.index_scaling.powers(&kinds, &indices);
 
         let mut counters = Counters::default();
@@ -163,7 +195,7 @@ impl<P: Problem> RadauBuilder<P> {
             collocation: Collocation::line(&method, t0, y0, y_dot0),
             predictor: Predictor::new(&method, n),
             newton: NewtonSolver::new(&method, n, tolerance, limit, multipliers.any()),
-            error_test: ErrorTest::new(options.error_mask(&kinds)),
+            error_test: ErrorTest::new(mask),
             rounding: Rounding::new(n),
             control: options.control(multipliers.any()),
             multipliers,
@@ -180,6 +212,7 @@ impl<P: Problem> RadauBuilder<P> {
             kinds,
             weights: Weights::new(weights, powers, options.own_weight(relative)),
             weighed: Ok(()),
+            quadrature,
             roots: roots.map(|(directions, functions)| Roots::new(directions, functions, n)),
             bounds: [t0; 2],
             pause: None,

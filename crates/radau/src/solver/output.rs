@@ -6,6 +6,7 @@ use super::state::RadauSolver;
 use crate::error::{RadauError, expect_finite, expect_length};
 use crate::method::Method;
 use crate::options::StepSize;
+use crate::quadrature::Quadrature;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Evaluates the solution, or its derivative, at a time within the last step.
@@ -29,17 +30,56 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         out: &mut [f64],
     ) -> Result<(), RadauError> {
         expect_length("dense output", self.y.len(), out.len())?;
+        self.expect_within_reach(t, derivative)?;
+        self.collocation.evaluate(&self.method, t, derivative, out);
+        Ok(())
+    }
+
+    /// Number of quadratures.
+    pub fn n_quadratures(&self) -> usize {
+        self.quadrature.as_ref().map_or(0, Quadrature::len)
+    }
+
+    /// Writes the quadratures at [`t`](RadauSolver::t) to `out`.
+    ///
+    /// # Errors
+    /// [`RadauError::NoQuadrature`], [`RadauError::WrongLength`].
+    pub fn quadrature(&self, out: &mut [f64]) -> Result<(), RadauError> {
+        self.quadrature_dense_output(self.t(), 0, out)
+    }
+
+    /// As [`dense_output`](RadauSolver::dense_output), for the quadratures and, as the first derivative,
+    /// for what they integrate.
+    ///
+    /// # Errors
+    /// [`RadauError::NoQuadrature`], and as there.
+    pub fn quadrature_dense_output(
+        &self,
+        t: f64,
+        derivative: usize,
+        out: &mut [f64],
+    ) -> Result<(), RadauError> {
+        let Some(quadrature) = &self.quadrature else {
+            return Err(RadauError::NoQuadrature);
+        };
+        expect_length("quadratures", quadrature.len(), out.len())?;
+        self.expect_within_reach(t, derivative)?;
+        quadrature.last().evaluate(&self.method, t, derivative, out);
+        Ok(())
+    }
+
+    /// That the last step has this derivative at `t`.
+    fn expect_within_reach(&self, t: f64, derivative: usize) -> Result<(), RadauError> {
         let [from, to] = self.last_step_interval();
-        if derivative > 1 || !covers([from, to], t) {
-            return Err(RadauError::NoDenseOutput {
+        match derivative <= 1 && covers([from, to], t) {
+            true => Ok(()),
+            false => Err(RadauError::NoDenseOutput {
                 t,
                 derivative,
                 from,
                 to,
-            });
+            }),
         }
-        self.collocation.evaluate(&self.method, t, derivative, out);
-        Ok(())
     }
 
     /// Writes the error test's estimate of the last step to `out`, zeros before the first and at fixed

@@ -2,6 +2,7 @@
 
 use myovib_dae::{ConsistencyMode, Inconsistent, LinearSolver, Problem, StepError};
 
+use super::builder::QUADRATURES;
 use super::state::{Jacobian, RadauSolver};
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length};
@@ -13,15 +14,40 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Starts afresh at (t0, y0, ẏ0), keeping problem, settings and functions; statistics begin at
     /// zero, and a stop time that is not ahead is forgotten.
     ///
+    /// Quadratures start again from where they are at the time reached.
+    ///
     /// # Errors
     /// [`RadauError::WrongLength`], [`RadauError::NotFinite`].
     pub fn reinit(&mut self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<(), RadauError> {
+        let mut q = vec![0.0; self.n_quadratures()];
+        if !q.is_empty() {
+            self.quadrature(&mut q)?;
+        }
+        self.reinit_with(t0, y0, y_dot0, &q)
+    }
+
+    /// The same, with quadratures from `q0`.
+    ///
+    /// # Errors
+    /// [`RadauError::WrongLength`], [`RadauError::NotFinite`].
+    pub fn reinit_with(
+        &mut self,
+        t0: f64,
+        y0: &[f64],
+        y_dot0: &[f64],
+        q0: &[f64],
+    ) -> Result<(), RadauError> {
         let n = self.y.len();
         expect_length("initial values y0", n, y0.len())?;
         expect_length("initial derivatives y_dot0", n, y_dot0.len())?;
         expect_finite("t0", &[t0])?;
         expect_finite("y0", y0)?;
         expect_finite("y_dot0", y_dot0)?;
+        expect_length(QUADRATURES, self.n_quadratures(), q0.len())?;
+        expect_finite(QUADRATURES, q0)?;
+        if let Some(quadrature) = &mut self.quadrature {
+            quadrature.restart(&self.method, t0, q0);
+        }
         let limit = self.options.newton_limit();
         let tolerance = self
             .options
@@ -59,6 +85,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             self.y.copy_from_slice(&pause.y);
             self.y_dot.copy_from_slice(&pause.y_dot);
             self.multipliers.restart(&self.y);
+            if let Some(quadrature) = &mut self.quadrature {
+                quadrature.cut(&self.method, pause.t);
+            }
             self.weigh();
         }
         self.start_afresh();

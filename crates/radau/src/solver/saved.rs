@@ -8,6 +8,7 @@ use crate::control::Memory;
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_length};
 use crate::multipliers::Known;
+use crate::quadrature::QuadratureState;
 use crate::work::Counters;
 
 /// All that the next steps of a [`RadauSolver`] depend on, beside its problem, its settings and its
@@ -42,6 +43,8 @@ pub struct RadauState {
     linear_solver: Vec<bool>,
     /// Up to where roots were looked for, and the functions there.
     roots: Option<(Option<f64>, Vec<f64>)>,
+    #[serde(default)]
+    quadrature: Option<QuadratureState>,
     pause: Option<Pause>,
     statistics: Statistics,
     work: Work,
@@ -130,6 +133,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             pivots: self.pivots_at.clone().filter(|_| !self.pivots_due),
             linear_solver: self.matrices.history(),
             roots: self.roots.as_ref().map(|roots| roots.memory()),
+            quadrature: self.quadrature.as_ref().map(|q| q.state().clone()),
             pause: self.pause.clone(),
             statistics: self.statistics(),
             work: self.counters.work,
@@ -159,6 +163,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             ),
         ] {
             expect_length(what, expected, got)?;
+        }
+        let of_state = state.quadrature.as_ref().map_or(0, QuadratureState::len);
+        expect_length("quadratures of the state", self.n_quadratures(), of_state)?;
+        if let (Some(quadrature), Some(state)) = (&mut self.quadrature, &state.quadrature) {
+            quadrature.restore(state);
         }
         (self.t, self.h) = (state.t, state.h);
         self.y.copy_from_slice(&state.y);

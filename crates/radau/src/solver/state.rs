@@ -15,6 +15,7 @@ use crate::multipliers::Multipliers;
 use crate::newton::NewtonSolver;
 use crate::options::RadauOptions;
 use crate::predictor::Predictor;
+use crate::quadrature::Quadrature;
 use crate::roots::Roots;
 use crate::rounding::Rounding;
 use crate::weights::Weights;
@@ -75,6 +76,8 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(super) weighed: Result<(), Failure>,
     /// The functions whose roots are looked for.
     pub(super) roots: Option<Roots<P>>,
+    /// What is integrated along with the solution.
+    pub(super) quadrature: Option<Quadrature<P>>,
     /// The `t_out` and the limit that the last accepted step was asked for with.
     pub(super) bounds: [f64; 2],
     /// Where the integration pauses within the last step.

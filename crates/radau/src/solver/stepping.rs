@@ -187,6 +187,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if self.fresh {
             self.collocation.free_start(&self.method, &self.algebraic);
         }
+        if let Some(quadrature) = &mut self.quadrature {
+            quadrature.accept(&self.method, self.t, h, self.fresh);
+        }
 
         let last = self.method.stages() - 1;
         let n = self.y.len();

@@ -16,6 +16,7 @@ impl Method for Radau {
         let mut builder = RadauSolver::builder(request.problem).options(RadauOptions {
             stages: self.stages,
             tolerances: request.tolerances,
+            suppressed: request.suppressed,
             stop_time: request.stop_time,
             max_steps: request.max_steps,
             initial_step: request.initial_step,
@@ -28,6 +29,9 @@ impl Method for Radau {
         }
         if let Some((directions, functions)) = request.roots {
             builder = builder.roots(directions, functions);
+        }
+        if let Some((start, rates)) = request.quadrature {
+            builder = builder.quadrature(start, rates);
         }
         builder.build(t, &y, &y_dot).unwrap()
     }

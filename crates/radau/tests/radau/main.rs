@@ -10,6 +10,7 @@ mod failures;
 mod misuse;
 mod orders;
 mod published;
+mod quadratures;
 mod remedies;
 mod resume;
 mod sensitivity;

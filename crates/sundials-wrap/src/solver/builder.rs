@@ -179,7 +179,13 @@ impl<P: Problem> IdaBuilder<P> {
         expect_shapes(n, &kinds, jacobian.pattern())?;
         self.options.validate(n)?;
         self.quadrature.validate()?;
-        let suppressed = error_test_id(&self.options.suppressed, &kinds)?;
+        let indices = self.problem.indices();
+        if let Some(indices) = &indices {
+            expect_length("indices", n, indices.len())?;
+        }
+        let suppressed = error_test_id(&self.options.suppressed, &kinds, indices.as_deref())?;
+        let tolerances = self.options.tolerances.clone();
+        let tolerances = (self.options.suppressed).loosened(tolerances, indices.as_deref())?;
 
         let sensitivities = match self.sensitivities {
             Some((parameters, options, starts)) if !parameters.list().is_empty() => {
@@ -193,7 +199,7 @@ impl<P: Problem> IdaBuilder<P> {
         };
         let weighing = match self.weights {
             Some(function) => Weighing::Function(function),
-            None => Weighing::Tolerances(self.options.tolerances.clone()),
+            None => Weighing::Tolerances(tolerances),
         };
         let functions = UserFunctions {
             problem: self.problem,

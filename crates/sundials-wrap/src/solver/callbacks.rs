@@ -24,7 +24,12 @@ pub(super) enum Weighing<P> {
 
 impl<P: Problem> Weighing<P> {
     /// Writes the weights at `y`.
-    fn write(&mut self, problem: &mut P, y: &[f64], weights: &mut [f64]) -> Result<(), StepError> {
+    pub(super) fn write(
+        &mut self,
+        problem: &mut P,
+        y: &[f64],
+        weights: &mut [f64],
+    ) -> Result<(), StepError> {
         match self {
             Self::Tolerances(tolerances) => tolerances.write_weights(y, weights),
             Self::Function(function) => function(problem, y, weights)?,

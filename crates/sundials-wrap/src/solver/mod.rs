@@ -17,7 +17,8 @@ use crate::ffi::call::CallFailed;
 use crate::ffi::ida::{Counter, Ida, InitialUnknowns, Task};
 use crate::options::{differential, expect_finite, expect_length, expect_state, finite};
 use myovib_dae::{
-    ConsistencyMode, Outcome, Problem, Statistics, Stop, StopReason, VariableKind, WorstComponent,
+    ConsistencyMode, Inconsistent, Outcome, Problem, Statistics, StepError, Stop, StopReason,
+    VariableKind, WorstComponent, project_onto_constraints,
 };
 
 pub use builder::IdaBuilder;
@@ -257,6 +258,8 @@ impl<P: Problem> IdaSolver<P> {
         let unknowns = match mode {
             ConsistencyMode::AlgebraicAndDerivatives => InitialUnknowns::AlgebraicAndDerivatives,
             ConsistencyMode::States => InitialUnknowns::States,
+            ConsistencyMode::Constraints => return self.project_onto_constraints(t_first),
+            other => unreachable!("{other:?} is no mode of this version"),
         };
         let result = self.ida.set_id(&differential(&self.kinds));
         self.refused(result)?;
@@ -292,6 +295,34 @@ impl<P: Problem> IdaSolver<P> {
             name,
             message,
         })
+    }
+
+    /// Starts where the problem's constraints are satisfied.
+    fn project_onto_constraints(&mut self, t_first: f64) -> Result<(), Error> {
+        let (t, [mut y, mut y_dot]) = (self.t0, self.start.clone());
+        let (kinds, mut weights) = (self.kinds.clone(), vec![0.0; self.n]);
+        let functions = self.functions_mut();
+        let (problem, weighing) = (&mut functions.problem, &mut functions.weighing);
+        let weighed = weighing.write(problem, &y, &mut weights);
+        let found = weighed.map_err(Inconsistent::from).and_then(|()| {
+            let times = (t, t_first);
+            project_onto_constraints(problem, &kinds, times, &mut y, &mut y_dot, &weights)
+        });
+        match found {
+            Ok(()) => {
+                let mut q = vec![0.0; self.n_quadratures()];
+                if !q.is_empty() {
+                    self.quadrature_dense_output(t, 0, &mut q)?;
+                }
+                self.reinit(t, &y, &y_dot, &q)
+            }
+            Err(Inconsistent::Failed(StepError::Fatal(source))) => Err(Error::Callback {
+                function: "residual or constraints",
+                t,
+                source,
+            }),
+            Err(source) => Err(Error::Unconstrained { t, source }),
+        }
     }
 
     /// Starts afresh at (t0, y0, ẏ0), keeping problem and settings; counters begin at zero.

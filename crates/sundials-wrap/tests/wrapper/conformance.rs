@@ -13,6 +13,7 @@ impl Method for Ida {
         let (t, y, y_dot) = request.start;
         let mut builder = IdaSolver::builder(request.problem).options(IdaOptions {
             tolerances: request.tolerances,
+            suppressed: request.suppressed,
             stop_time: request.stop_time,
             max_steps: request.max_steps,
             initial_step: request.initial_step,
@@ -25,6 +26,9 @@ impl Method for Ida {
         }
         if let Some((directions, functions)) = request.roots {
             builder = builder.roots(directions, functions);
+        }
+        if let Some((start, rates)) = request.quadrature {
+            builder = builder.quadrature(start, None, rates);
         }
         builder.build(t, &y, &y_dot).unwrap()
     }

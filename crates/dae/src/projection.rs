@@ -1,0 +1,261 @@
+//! Consistent values of systems of index 2 and 3, by the constraints that a problem states.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::consistent::{Inconsistent, norm};
+use crate::problem::{Problem, StepError, VariableKind};
+
+/// Iterations of each of the two searches.
+const ITERATIONS: usize = 30;
+/// Displacements of central differences, relative: the cube root of rounding.
+const DIFFERENCE: f64 = 6e-6;
+/// Singular values below this part of the largest are of constraints that say the same.
+const RANK: f64 = 1e-9;
+/// What an equation may leave, as a part of its terms; differences are right to some 1e-10.
+const LEFT: f64 = 1e-6;
+
+/// Moves y onto the constraints that the problem states ([`Problem::constraints`]), as little as the
+/// `weights` allow, and corrects then what follows from it: ẏ of differential and y of algebraic variables,
+/// such that F(t, y, ẏ) = 0 and the constraints go on to hold, d/dt c(t, y) = 0.
+///
+/// Both by Gauss–Newton with full matrices of differences, some n evaluations of F for each iteration: meant
+/// for mechanisms and networks, not for bodies of many thousand unknowns. For index 2 and 3 d/dt c = 0 tells
+/// the multipliers, which F alone does not.
+///
+/// # Shapes
+/// `kinds`, `y`, `y_dot`, `weights`: the number of unknowns.
+///
+/// # Errors
+/// [`Inconsistent::NoConstraints`] where the problem states none, [`Inconsistent::NotFound`],
+/// [`Inconsistent::Contradicted`] for constraints that do not go with F, and errors of the problem; y and ẏ
+/// are then the values given.
+pub fn project_onto_constraints<P: Problem>(
+    problem: &mut P,
+    kinds: &[VariableKind],
+    (t, t_first): (f64, f64),
+    y: &mut [f64],
+    y_dot: &mut [f64],
+    weights: &[f64],
+) -> Result<(), Inconsistent> {
+    if problem.n_constraints() == 0 {
+        return Err(Inconsistent::NoConstraints);
+    }
+    let mut state = State {
+        kinds,
+        t,
+        span: (t_first - t).abs(),
+        y: y.to_vec(),
+        y_dot: y_dot.to_vec(),
+    };
+    state.move_onto_constraints(problem, weights)?;
+    state.follow(problem)?;
+    y.copy_from_slice(&state.y);
+    y_dot.copy_from_slice(&state.y_dot);
+    Ok(())
+}
+
+struct State<'a> {
+    kinds: &'a [VariableKind],
+    t: f64,
+    /// The time that is to be integrated first.
+    span: f64,
+    y: Vec<f64>,
+    y_dot: Vec<f64>,
+}
+
+impl State<'_> {
+    /// Newton's method for c(t, y) = 0, each step the shortest in the weighted norm.
+    fn move_onto_constraints<P: Problem>(
+        &mut self,
+        problem: &mut P,
+        weights: &[f64],
+    ) -> Result<(), Inconsistent> {
+        let (n, m) = (self.y.len(), problem.n_constraints());
+        let mut last = f64::INFINITY;
+        for _ in 0..ITERATIONS {
+            let mut c = DVector::zeros(m);
+            problem.constraints(self.t, &self.y, c.as_mut_slice())?;
+            let mut matrix = DMatrix::zeros(m, n);
+            let largest = largest(&self.y);
+            for (j, weight) in weights.iter().enumerate() {
+                let step = DIFFERENCE * scale(self.y[j], largest);
+                let t = self.t;
+                let of = |y: &[f64], out: &mut [f64]| problem.constraints(t, y, out);
+                let mut column = central(of, &mut self.y, j, step, m)?;
+                column /= *weight;
+                matrix.set_column(j, &column);
+            }
+            // Weights may differ by many decades, and with them the rows: what is to be zero is so in any unit.
+            for (mut row, c) in matrix.row_iter_mut().zip(c.iter_mut()) {
+                let size = row.norm();
+                if size > 0.0 {
+                    row /= size;
+                    *c /= size;
+                }
+            }
+            let step = least_squares(matrix, &c)?;
+            let moved: Vec<f64> = step.iter().zip(weights).map(|(s, w)| s / w).collect();
+            self.y.iter_mut().zip(&moved).for_each(|(y, s)| *y -= s);
+            let size = norm(&moved, weights);
+            if !size.is_finite() {
+                return Err(Inconsistent::NotFound { norm: size });
+            }
+            // Newton's method converges quadratically until rounding ends it.
+            if size == 0.0 || (size < 1.0 && size > 0.1 * last) {
+                return Ok(());
+            }
+            last = size;
+        }
+        Err(Inconsistent::NotFound { norm: last })
+    }
+
+    /// Finds ẏ of differential and y of algebraic variables from F = 0 and d/dt c = 0.
+    fn follow<P: Problem>(&mut self, problem: &mut P) -> Result<(), Inconsistent> {
+        let (n, rows) = (self.y.len(), self.y.len() + problem.n_constraints());
+        let mut last = f64::INFINITY;
+        for iteration in 1..=ITERATIONS {
+            let residual = self.equations(problem)?;
+            let mut matrix = DMatrix::zeros(rows, n);
+            let sizes = [largest(&self.y), largest(&self.y_dot)];
+            for j in 0..n {
+                let own = self.sought(j);
+                let step = DIFFERENCE * scale(*own, sizes[usize::from(self.is_rate(j))]);
+                let kept = *self.sought(j);
+                *self.sought(j) = kept + step;
+                let ahead = self.equations(problem)?;
+                *self.sought(j) = kept - step;
+                let behind = self.equations(problem)?;
+                *self.sought(j) = kept;
+                matrix.set_column(j, &((ahead - behind) / (2.0 * step)));
+            }
+            let step = least_squares(matrix.clone(), &residual)?;
+            for j in 0..n {
+                *self.sought(j) -= step[j];
+            }
+            let sizes = [largest(&self.y), largest(&self.y_dot)];
+            let relative = (0..n).map(|j| match step[j].abs() {
+                0.0 => 0.0,
+                moved => moved / moved.max(sizes[usize::from(self.is_rate(j))]),
+            });
+            let size = relative.fold(0.0, f64::max);
+            if !step.iter().all(|step| step.is_finite()) {
+                return Err(Inconsistent::NotFound { norm: f64::NAN });
+            }
+            if size == 0.0 || (size < 1e-6 && size > 0.1 * last) || iteration == ITERATIONS {
+                return self.expect_solved(problem, &matrix);
+            }
+            last = size;
+        }
+        Ok(())
+    }
+
+    /// That no equation is left beyond what its terms allow.
+    fn expect_solved<P: Problem>(
+        &mut self,
+        problem: &mut P,
+        matrix: &DMatrix<f64>,
+    ) -> Result<(), Inconsistent> {
+        let left = self.equations(problem)?;
+        let terms = |i: usize| -> f64 {
+            let row = (0..matrix.ncols()).map(|j| (matrix[(i, j)], self.is_rate(j), j));
+            row.map(|(a, rate, j)| (a * if rate { self.y_dot[j] } else { self.y[j] }).abs())
+                .sum()
+        };
+        let sizes: Vec<f64> = (0..left.len()).map(terms).collect();
+        let most = sizes.iter().copied().fold(0.0, f64::max);
+        // At rest there may be no terms, and rounding of y is left.
+        let rounding = 1e-12 * largest(&self.y);
+        let wrong = |i: &usize| left[*i].abs() > LEFT * (sizes[*i] + 1e-3 * most) + rounding;
+        match (0..left.len()).find(wrong) {
+            None => Ok(()),
+            Some(equation) => Err(Inconsistent::Contradicted {
+                equation,
+                left: left[equation],
+            }),
+        }
+    }
+
+    fn is_rate(&self, j: usize) -> bool {
+        self.kinds[j] == VariableKind::Differential
+    }
+
+    /// ẏ_j of a differential, y_j of an algebraic variable.
+    fn sought(&mut self, j: usize) -> &mut f64 {
+        match self.is_rate(j) {
+            true => &mut self.y_dot[j],
+            false => &mut self.y[j],
+        }
+    }
+
+    /// F(t, y, ẏ), then d/dt c(t, y) along ẏ.
+    fn equations<P: Problem>(&self, problem: &mut P) -> Result<DVector<f64>, StepError> {
+        let (n, m) = (self.y.len(), problem.n_constraints());
+        let mut all = DVector::zeros(n + m);
+        let (f, rates) = all.as_mut_slice().split_at_mut(n);
+        problem.residual(self.t, &self.y, &self.y_dot, f)?;
+        let motion = largest(&self.y_dot);
+        let span = match motion > 0.0 {
+            true => self
+                .span
+                .min((largest(&self.y) / motion).max(f64::MIN_POSITIVE)),
+            false => self.span,
+        };
+        let dt = DIFFERENCE * if span > 0.0 { span } else { 1.0 };
+        let mut at = |dt: f64, out: &mut [f64]| {
+            let moved = (0..n).map(|j| match self.is_rate(j) {
+                true => self.y[j] + dt * self.y_dot[j],
+                false => self.y[j],
+            });
+            problem.constraints(self.t + dt, &moved.collect::<Vec<_>>(), out)
+        };
+        let mut behind = vec![0.0; m];
+        at(dt, rates)?;
+        at(-dt, &mut behind)?;
+        for (rate, behind) in rates.iter_mut().zip(behind) {
+            *rate = (*rate - behind) / (2.0 * dt);
+        }
+        Ok(all)
+    }
+}
+
+/// The derivative of a function of y, with m values, by y_j.
+fn central(
+    mut function: impl FnMut(&[f64], &mut [f64]) -> Result<(), StepError>,
+    y: &mut [f64],
+    j: usize,
+    step: f64,
+    m: usize,
+) -> Result<DVector<f64>, StepError> {
+    let (mut ahead, mut behind) = (DVector::zeros(m), DVector::zeros(m));
+    let kept = y[j];
+    y[j] = kept + step;
+    let first = function(y, ahead.as_mut_slice());
+    y[j] = kept - step;
+    let second = function(y, behind.as_mut_slice());
+    y[j] = kept;
+    first.and(second)?;
+    Ok((ahead - behind) / (2.0 * step))
+}
+
+/// The shortest x with ‖A x − b‖ least.
+fn least_squares(a: DMatrix<f64>, b: &DVector<f64>) -> Result<DVector<f64>, Inconsistent> {
+    if !a.iter().chain(b.iter()).all(|x| x.is_finite()) {
+        return Err(Inconsistent::NotFound { norm: f64::NAN });
+    }
+    let svd = a.svd(true, true);
+    let least = RANK * svd.singular_values.max();
+    svd.solve(b, least)
+        .map_err(|_| Inconsistent::NotFound { norm: f64::NAN })
+}
+
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |m: f64, x| m.max(x.abs()))
+}
+
+/// The size of a variable among others of the size `largest`, 1 where nothing is known.
+fn scale(x: f64, largest: f64) -> f64 {
+    match x.abs().max(1e-3 * largest) {
+        0.0 => 1.0,
+        size => size,
+    }
+}

@@ -1,0 +1,179 @@
+//! Quadratures ∫ g(t, y, ẏ) dt along with the solution.
+
+use std::fmt;
+
+use myovib_dae::{Problem, StepError};
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+use crate::dense::{Collocation, add_scaled};
+use crate::failure::{Failure, Operation};
+use crate::method::Method;
+use crate::newton::Step;
+use crate::roots::RootFunctions;
+use crate::work::Counters;
+
+/// Integrates q̇ = g(t, y, ẏ) with the method's own weights.
+///
+/// q is what the method would give for it among the unknowns: with g at the stages its increments are
+/// h Σ_j a_ij g_j, the last of which is h Σ_j b_j g_j; no equation is to be solved. So q has the order of
+/// the solution, 2s − 1 where that has it, and the dense output of the other variables.
+pub(crate) struct Quadrature<P> {
+    rates: Box<RootFunctions<P>>,
+    /// A, row by row.
+    a: DMatrix<f64>,
+    /// g at the stages of the step tried, one after the other.
+    stages: Vec<f64>,
+    /// The increments of y in it.
+    increments: Vec<f64>,
+    y: Vec<f64>,
+    y_dot: Vec<f64>,
+    state: QuadratureState,
+}
+
+/// What the next steps of a quadrature depend on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct QuadratureState {
+    q: Vec<f64>,
+    /// g there, of the last step.
+    rate: Vec<f64>,
+    last: Collocation,
+}
+
+impl<P> fmt::Debug for Quadrature<P> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Quadrature")
+            .field("state", &self.state)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<P: Problem> Quadrature<P> {
+    /// Quadratures that start at `t0` from `q0`, of `n` unknowns.
+    pub(crate) fn new(
+        method: &Method,
+        (t0, q0): (f64, &[f64]),
+        rates: Box<RootFunctions<P>>,
+        n: usize,
+    ) -> Self {
+        let s = method.stages();
+        let inverse = DMatrix::from_fn(s, s, |i, j| method.a_inverse(i, j));
+        Self {
+            rates,
+            a: inverse.try_inverse().expect("A is the inverse of A⁻¹"),
+            stages: vec![0.0; s * q0.len()],
+            increments: vec![0.0; s * n],
+            y: vec![0.0; n],
+            y_dot: vec![0.0; n],
+            state: QuadratureState::at(method, t0, q0),
+        }
+    }
+
+    /// Starts again at `t0` from `q0`.
+    pub(crate) fn restart(&mut self, method: &Method, t0: f64, q0: &[f64]) {
+        self.state = QuadratureState::at(method, t0, q0);
+    }
+
+    /// Number of quadratures.
+    pub(crate) fn len(&self) -> usize {
+        self.state.q.len()
+    }
+
+    /// Evaluates g at the stages of a step whose increments the function writes. Nothing else changes.
+    pub(crate) fn evaluate(
+        &mut self,
+        problem: &mut P,
+        step: &Step<'_>,
+        increments: impl FnOnce(&mut [f64]),
+        counters: &mut Counters,
+    ) -> Result<(), Failure> {
+        let (n, m) = (step.y.len(), self.len());
+        increments(&mut self.increments);
+        let increments = &self.increments;
+        for (i, (c, rates)) in (step.method.nodes().iter())
+            .zip(self.stages.chunks_exact_mut(m))
+            .enumerate()
+        {
+            self.y.copy_from_slice(step.y);
+            add_scaled(&mut self.y, 1.0, &increments[i * n..(i + 1) * n]);
+            self.y_dot.fill(0.0);
+            for (j, z_j) in increments.chunks_exact(n).enumerate() {
+                add_scaled(&mut self.y_dot, step.method.a_inverse(i, j) / step.h, z_j);
+            }
+            counters.statistics.quadrature_evaluations += 1;
+            let t = step.t + c * step.h;
+            (self.rates)(problem, t, &self.y, &self.y_dot, rates)
+                .and_then(|()| expect_finite(rates, t))
+                .map_err(Operation::Quadrature.failed())?;
+        }
+        Ok(())
+    }
+
+    /// Accepts the step that g was evaluated in, from `t0` and of size `h`; `fresh` if the one before says
+    /// nothing of its beginning.
+    pub(crate) fn accept(&mut self, method: &Method, t0: f64, h: f64, fresh: bool) {
+        let m = self.len();
+        let QuadratureState { q, rate, last } = &mut self.state;
+        (last.t0, last.h) = (t0, h);
+        last.y0.copy_from_slice(q);
+        last.y_dot0.copy_from_slice(rate);
+        for (i, z) in last.increments.chunks_exact_mut(m).enumerate() {
+            z.fill(0.0);
+            for (j, g) in self.stages.chunks_exact(m).enumerate() {
+                add_scaled(z, h * self.a[(i, j)], g);
+            }
+        }
+        if fresh {
+            last.free_start(method, &(0..m).collect::<Vec<_>>());
+        }
+        let end = method.stages() - 1;
+        add_scaled(q, 1.0, &last.increments[end * m..]);
+        rate.copy_from_slice(&self.stages[end * m..]);
+    }
+
+    /// Makes `t`, a time in the last step, the one that the next step begins at.
+    pub(crate) fn cut(&mut self, method: &Method, t: f64) {
+        let QuadratureState { q, rate, last } = &mut self.state;
+        last.evaluate(method, t, 0, q);
+        last.evaluate(method, t, 1, rate);
+    }
+
+    /// The quadratures of the last step.
+    pub(crate) fn last(&self) -> &Collocation {
+        &self.state.last
+    }
+
+    pub(crate) fn state(&self) -> &QuadratureState {
+        &self.state
+    }
+
+    pub(crate) fn restore(&mut self, state: &QuadratureState) {
+        self.state = state.clone();
+    }
+}
+
+impl QuadratureState {
+    fn at(method: &Method, t0: f64, q0: &[f64]) -> Self {
+        let rate = vec![0.0; q0.len()];
+        Self {
+            last: Collocation::line(method, t0, q0, &rate),
+            q: q0.to_vec(),
+            rate,
+        }
+    }
+
+    /// How many quadratures it is of.
+    pub(crate) fn len(&self) -> usize {
+        self.q.len()
+    }
+}
+
+fn expect_finite(rates: &[f64], t: f64) -> Result<(), StepError> {
+    match rates.iter().position(|rate| !rate.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(StepError::Recoverable(format!(
+            "quadrature[{i}] = {} at t = {t}",
+            rates[i]
+        ))),
+    }
+}
