@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::harness::{PROGRAM, myovib_in};
+use crate::harness::{PROGRAM, code_of_interrupted, myovib_in};
 
 /// A run with a checkpoint at 0.16 s, where a step ends, over in a second.
 const SHORT: [&str; 10] = [
@@ -237,6 +237,18 @@ fn a_full_disk_is_code_4_and_named_and_what_was_written_stays() {
     assert!(stderr.contains("origin.csv"), "{stderr}");
     let text = fs::read_to_string(folder.path().join("out/origin.csv")).unwrap();
     assert!(text.lines().count() > 100);
+}
+
+/// Regression: an equilibrium has no steps in time, and went on for minutes after Ctrl-C.
+#[test]
+fn ctrl_c_ends_the_search_for_an_equilibrium() {
+    let folder = tempfile::tempdir().unwrap();
+    // So soft a fibre that a hundred seconds of small load steps are taken.
+    let soft = ["run", "land1", "--quiet", "--set", "material[0].b_f=1e-300"];
+    let since = Instant::now();
+    assert_eq!(code_of_interrupted(folder.path(), &soft), Some(130));
+    assert!(since.elapsed() < Duration::from_secs(60));
+    assert!(!folder.path().join("out").exists());
 }
 
 #[test]

@@ -78,6 +78,9 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     for finding in warnings(&scene) {
         eprintln!("warning: {}", plain(&finding.to_string()));
     }
+    if scene.file.analysis != Analysis::Dynamic {
+        interrupt::at_once();
+    }
     ranks::share(&mut scene)?;
     let progress = Progress::new(args.common.quiet);
     let result = compute(
