@@ -24,6 +24,7 @@ mod assembly;
 mod blocks;
 mod colouring;
 mod counters;
+mod cpu;
 mod error;
 mod field;
 mod integration;
@@ -53,6 +54,7 @@ pub use integration::{ida, radau, step_weights};
 
 pub use assembly::{Assembly, Entry};
 pub use counters::WorkCounters;
+pub use cpu::CpuClock;
 pub use equation::Equation;
 pub use error::ModelError;
 pub use field::{Field, Layout};

@@ -30,6 +30,11 @@ pub fn use_threads(threads: usize) -> Result<(), SparseError> {
     Ok(())
 }
 
+/// Whether large factors are computed in more threads than the calling one.
+pub fn uses_threads() -> bool {
+    THREADS.get().is_some()
+}
+
 /// The threads that large factors are computed in, if there is more than one.
 pub(crate) fn threads() -> Option<Arc<ThreadPool>> {
     THREADS.get().cloned()

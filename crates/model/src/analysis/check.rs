@@ -3,7 +3,6 @@
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-use cpu_time::ThreadTime;
 use myovib_dae::Problem;
 use myovib_sparse::{Prediction, resources};
 
@@ -17,6 +16,7 @@ use crate::analysis::objections::{
 use crate::analysis::spectrum;
 use crate::analysis::support::free_parts;
 use crate::analysis::table1::{Case, coarse_beam, coarse_block};
+use crate::cpu::CpuClock;
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
@@ -247,7 +247,7 @@ fn seconds_per_step(
     [y, y_dot]: [&[f64]; 2],
 ) -> Result<f64, ModelError> {
     let mut integrator = start_from(dae, settings, 0.0, y, y_dot)?;
-    let started = ThreadTime::now();
+    let started = CpuClock::start();
     let mut after = |steps: usize| -> Result<(f64, f64), ModelError> {
         let begun = started.elapsed();
         for _ in 0..steps {

@@ -3,8 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use cpu_time::ThreadTime;
-
+use crate::cpu::CpuClock;
 use crate::error::ModelError;
 use crate::integration::integrator::{Advance, Integrator};
 use crate::integration::statistics::{Outcome, Statistics, StopReason};
@@ -38,7 +37,7 @@ pub fn run<P>(
     integrator: &mut dyn Integrator<P>,
     observers: &mut [&mut dyn Observer<P>],
 ) -> Result<Statistics, ModelError> {
-    let (cpu, wall) = (ThreadTime::now(), Instant::now());
+    let (cpu, wall) = (CpuClock::start(), Instant::now());
     let (t_reached, outcome) = drive(integrator, observers)?;
     Ok(Statistics {
         counts: integrator.counts(),
@@ -92,7 +91,7 @@ pub struct Limits<'a> {
     pub cpu_seconds: f64,
     /// Set from outside to interrupt the run.
     pub interrupted: Option<&'a std::sync::atomic::AtomicBool>,
-    started: ThreadTime,
+    started: CpuClock,
 }
 
 impl<'a> Limits<'a> {
@@ -101,7 +100,7 @@ impl<'a> Limits<'a> {
         Self {
             cpu_seconds,
             interrupted,
-            started: ThreadTime::now(),
+            started: CpuClock::start(),
         }
     }
 }

@@ -2,8 +2,7 @@
 
 use std::time::Instant;
 
-use cpu_time::ThreadTime;
-use myovib_model::Outcome;
+use myovib_model::{CpuClock, Outcome};
 use serde_json::json;
 
 use super::document;
@@ -18,7 +17,7 @@ pub(super) const COLUMNS: [&str; 4] = ["mode", "omega_squared", "frequency", "da
 
 /// Finds the modes of a scene's body.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
-    let (started, cpu) = (Instant::now(), ThreadTime::now());
+    let (started, cpu) = (Instant::now(), CpuClock::start());
     let muscle = &modes::body_of(scene)?.muscle;
     let found = Modes::of_scene(scene, None).map_err(Error::before_any_output)?;
     let folder = Folder::open(options, &Record::of(scene)?).map_err(Error::before_any_output)?;

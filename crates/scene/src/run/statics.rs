@@ -2,9 +2,10 @@
 
 use std::time::Instant;
 
-use cpu_time::ThreadTime;
 use myovib_dae::Problem;
-use myovib_model::{Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters, statics};
+use myovib_model::{
+    CpuClock, Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters, statics,
+};
 use serde_json::json;
 
 use super::document;
@@ -18,7 +19,7 @@ use crate::{Error, InputError};
 
 /// Computes the equilibrium of a scene under its loads at the end time.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
-    let (started, cpu) = (Instant::now(), ThreadTime::now());
+    let (started, cpu) = (Instant::now(), CpuClock::start());
     let Some(body) = &scene.body else {
         return Err(InputError::new("a static scene needs a [mesh] with [solid]").into());
     };
