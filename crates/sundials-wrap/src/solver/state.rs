@@ -1,0 +1,106 @@
+//! What an integration can be asked: where it is, its problem, its counters.
+
+use myovib_dae::{Problem, Statistics};
+
+use super::IdaSolver;
+use crate::ffi::ida::Counter;
+
+impl<P: Problem> IdaSolver<P> {
+    /// The time that [`y`](IdaSolver::y) and [`y_dot`](IdaSolver::y_dot) belong to.
+    pub fn t(&self) -> f64 {
+        self.t
+    }
+
+    /// The solution at [`t`](IdaSolver::t).
+    pub fn y(&self) -> &[f64] {
+        self.ida.y()
+    }
+
+    /// Its derivative at [`t`](IdaSolver::t).
+    pub fn y_dot(&self) -> &[f64] {
+        self.ida.y_dot()
+    }
+
+    /// The problem.
+    pub fn problem(&self) -> &P {
+        &self.functions().problem
+    }
+
+    /// The problem, to change its parameters. Its size and pattern must stay as they are; after a
+    /// change that makes y or ẏ jump, [`reinit`](IdaSolver::reinit) is due.
+    pub fn problem_mut(&mut self) -> &mut P {
+        &mut self.functions_mut().problem
+    }
+
+    /// Ends the integration and hands the problem back.
+    pub fn into_problem(self) -> P {
+        self.ida.into_callbacks().problem
+    }
+
+    /// The coefficient of ∂F/∂ẏ in the Newton matrix of the current step.
+    pub fn c_j(&self) -> f64 {
+        self.ida.c_j()
+    }
+
+    /// All counters.
+    pub fn statistics(&self) -> Statistics {
+        let ida = &self.ida;
+        // Without quadratures IDAS takes these questions for errors.
+        let of_quadratures = |counter| match self.n_quadratures() {
+            0 => 0,
+            _ => ida.counter(counter),
+        };
+        let mut statistics = Statistics::default();
+        statistics.steps = ida.counter(Counter::Steps);
+        statistics.error_test_failures = ida.counter(Counter::ErrorTestFailures);
+        statistics.step_solve_failures = ida.counter(Counter::StepSolveFailures);
+        statistics.newton_failures = ida.counter(Counter::NewtonFailures);
+        statistics.newton_iterations = ida.counter(Counter::NewtonIterations);
+        statistics.residual_evaluations = ida.counter(Counter::ResidualEvaluations);
+        statistics.difference_evaluations = self.difference_evaluations() - self.differences_before;
+        statistics.jacobian_evaluations = ida.counter(Counter::JacobianEvaluations);
+        statistics.linear_setups = ida.counter(Counter::LinearSetups);
+        statistics.backtracks = ida.counter(Counter::Backtracks);
+        statistics.root_evaluations = ida.counter(Counter::RootEvaluations);
+        statistics.quadrature_evaluations = of_quadratures(Counter::QuadratureEvaluations);
+        statistics.quadrature_error_test_failures =
+            of_quadratures(Counter::QuadratureErrorTestFailures);
+        statistics.last_order = ida.last_order();
+        statistics.current_order = ida.current_order();
+        statistics.last_step = ida.last_step();
+        statistics.current_step = ida.current_step();
+        statistics.initial_step = ida.initial_step();
+        statistics.t_reached = ida.internal_time();
+        statistics.tolerance_scale_factor = ida.tolerance_scale_factor();
+        statistics.last_linear_flag = ida.last_linear_flag();
+        statistics.smallest_rcond = self.functions().linear.smallest_rcond();
+        statistics
+    }
+
+    /// The size of the step to be tried next; 0 before the first.
+    pub fn current_step(&self) -> f64 {
+        self.ida.current_step()
+    }
+
+    /// The ends of the last step accepted, which dense output covers; both are the initial time
+    /// before the first step.
+    pub fn last_step_interval(&self) -> [f64; 2] {
+        let to = self.ida.internal_time();
+        [to - self.ida.last_step(), to]
+    }
+
+    /// Number of quadratures.
+    pub fn n_quadratures(&self) -> usize {
+        self.ida.n_quadratures()
+    }
+}
+
+impl<P: Problem> std::fmt::Debug for IdaSolver<P> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("IdaSolver")
+            .field("n", &self.n)
+            .field("t", &self.t)
+            .field("statistics", &self.statistics())
+            .finish_non_exhaustive()
+    }
+}
