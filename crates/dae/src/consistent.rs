@@ -80,6 +80,9 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
     y_dot: &mut [f64],
     weights: &[f64],
 ) -> Result<(), Inconsistent> {
+    if mode == ConsistencyMode::Constraints {
+        return project_onto_constraints(problem, kinds, (t, t_first), y, y_dot, weights);
+    }
     let given = (y.to_vec(), y_dot.to_vec());
     let motion = norm(y_dot, weights);
     let mut h = 1e-3 * (t_first - t).abs();
@@ -89,13 +92,10 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
     let mut last = Inconsistent::NotFound { norm: f64::NAN };
     for scale in 0..SCALES {
         let step = h * 0.1_f64.powi(scale);
-        let c = match mode {
-            ConsistencyMode::AlgebraicAndDerivatives => 1.0 / step,
-            ConsistencyMode::States => 0.0,
-            ConsistencyMode::Constraints => {
-                let times = (t, t_first);
-                return project_onto_constraints(problem, kinds, times, y, y_dot, weights);
-            }
+        let c = if mode == ConsistencyMode::AlgebraicAndDerivatives {
+            1.0 / step
+        } else {
+            0.0
         };
         let mut state = State { t, y, y_dot };
         match newton(problem, solver, mode, kinds, &mut state, weights, step, c) {

@@ -6,6 +6,7 @@ use myovib_model::coupling::{
     Body, CoherenceHistory, CoupledDae, ErrorTest, NoBody, Oscillators, Recorder, Recording,
     Source, StateTolerances,
 };
+use myovib_model::linear::Number;
 use myovib_model::{
     Displacement, Formulation, IdaIntegrator, LinearSolver, MuscleDae, Observer, Outcome, Probe,
     RodDae, SampleTimes, Sampler, Settings, Statistics, ida, paper, run,
@@ -148,4 +149,32 @@ pub(crate) fn from_rest(chain: &Chain, gain: f64, t_end: f64) -> (CoherenceHisto
     let y = vec![0.0; dae.n_unknowns()];
     let mut integrator = start(dae, StateTolerances::default(), t_end, &y);
     observe(&mut integrator, EVERY, t_end, &mut [])
+}
+
+/// max_i |b − (∂F/∂y + c ∂F/∂ẏ) x|_i / (|A||x| + |b|)_i at time t in the full system.
+pub(crate) fn backward_error<P: Problem, T: Number>(
+    dae: &mut P,
+    t: f64,
+    [y, y_dot]: [&[f64]; 2],
+    c: T,
+    b: &[T],
+    x: &[T],
+) -> f64 {
+    let pattern = dae.jacobian_pattern();
+    let mut at = |of_value, of_rate| {
+        let mut values = vec![0.0; pattern.nnz()];
+        dae.jacobian(t, y, y_dot, of_value, of_rate, &mut values)
+            .unwrap();
+        values
+    };
+    let (of_value, of_rate) = (at(1.0, 0.0), at(0.0, 1.0));
+    let (mut residual, mut scale) = (b.to_vec(), vec![0.0; b.len()]);
+    for ((column, row), (&value, &rate)) in pattern.entries().zip(of_value.iter().zip(&of_rate)) {
+        let a = T::one() * value + c * rate;
+        residual[row] -= a * x[column];
+        scale[row] += a.abs() * x[column].abs();
+    }
+    let rows = residual.iter().zip(b).zip(&scale);
+    rows.map(|((r, b), scale)| r.abs() / (scale + b.abs()))
+        .fold(0.0, f64::max)
 }

@@ -1,11 +1,10 @@
 //! A body's own solver with oscillators behind it, against the matrix of the whole system.
 
-use crate::common::{muscle_and_chain, muscle_mesh, start_muscle};
+use crate::common::{backward_error, muscle_and_chain, muscle_mesh, start_muscle};
 use myovib_dae::{LinearSolver as _, Linearization, Problem};
 use myovib_model::coupling::{
     Body, CoupledDae, CoupledSolver, Oscillators, Source, StateTolerances,
 };
-use myovib_model::linear::Number;
 use myovib_model::{
     Field, Formulation, Integrator, LinearSolver, MuscleDae, Outcome, Probe, Settings, paper, run,
 };
@@ -67,33 +66,6 @@ fn random_state(dae: &CoupledDae<MuscleDae>, rng: &mut StdRng) -> (Vec<f64>, Vec
     (draw(1.0), draw(50.0))
 }
 
-/// max_i |b - (∂F/∂y + c ∂F/∂ẏ) x|_i / (|A||x| + |b|)_i in the full system.
-fn backward_error<T: Number>(
-    dae: &mut CoupledDae<MuscleDae>,
-    (y, y_dot): &(Vec<f64>, Vec<f64>),
-    c: T,
-    b: &[T],
-    x: &[T],
-) -> f64 {
-    let pattern = dae.jacobian_pattern();
-    let mut at = |of_value, of_rate| {
-        let mut values = vec![0.0; pattern.nnz()];
-        dae.jacobian(T_NOW, y, y_dot, of_value, of_rate, &mut values)
-            .unwrap();
-        values
-    };
-    let (of_value, of_rate) = (at(1.0, 0.0), at(0.0, 1.0));
-    let (mut residual, mut scale) = (b.to_vec(), vec![0.0; b.len()]);
-    for ((column, row), (&value, &rate)) in pattern.entries().zip(of_value.iter().zip(&of_rate)) {
-        let a = T::one() * value + c * rate;
-        residual[row] -= a * x[column];
-        scale[row] += a.abs() * x[column].abs();
-    }
-    let rows = residual.iter().zip(b).zip(&scale);
-    rows.map(|((r, b), scale)| r.abs() / (scale + b.abs()))
-        .fold(0.0, f64::max)
-}
-
 const T_NOW: f64 = 0.9;
 
 /// A row holds some fifty products, each rounded a few times on its way through the elimination.
@@ -139,7 +111,7 @@ fn solutions_solve_the_full_system_to_rounding() {
             solver.set_up(&mut dae, c, shifts).unwrap();
             let mut x = b.clone();
             solver.solve_real(&mut dae, &mut x).unwrap();
-            let real = backward_error(&mut dae, &state, c, &b, &x);
+            let real = backward_error(&mut dae, T_NOW, [&state.0, &state.1], c, &b, &x);
             assert!(real < ROUNDING, "{formulation}, c = {c}: {real:e}");
         }
 
@@ -147,7 +119,7 @@ fn solutions_solve_the_full_system_to_rounding() {
         let b: Vec<Complex64> = pairs.map(|(&re, im)| Complex64::new(re, im)).collect();
         let mut x = b.clone();
         solver.solve_complex(&mut dae, 0, &mut x).unwrap();
-        let complex = backward_error(&mut dae, &state, shift, &b, &x);
+        let complex = backward_error(&mut dae, T_NOW, [&state.0, &state.1], shift, &b, &x);
         assert!(
             complex < ROUNDING,
             "{formulation}, c = {shift}: {complex:e}"

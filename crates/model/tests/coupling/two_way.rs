@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::common::backward_error;
 use myovib_dae::conformance::jacobian_error;
 use myovib_dae::{LinearSolver as _, Linearization, Problem};
 use myovib_fem::material::{ActiveStress, ForceLength, ForceVelocity, Tension};
@@ -10,7 +11,6 @@ use myovib_model::coupling::{
     CoupledDae, CoupledOptions, Effect, ErrorTest, Feedback, FeedbackDae, FeedbackSolver,
     Oscillators, Source, StateTolerances, start_with_feedback,
 };
-use myovib_model::linear::Number;
 use myovib_model::{
     Activation, Advance, Field, Formulation, IntegratorKind, LinearSolver, Load, Muscle, MuscleDae,
     Parameters, Probe, Settings, Signal, paper,
@@ -206,43 +206,16 @@ fn jacobians_agree_with_differences_and_solutions_solve_the_full_system() {
             // A row holds some hundred products, each rounded a few times on its way through the
             // elimination.
             let rounding = 1e4 * f64::EPSILON;
-            let real = backward_error(&mut dae, [&y, &y_dot], c, &b, &x);
+            let real = backward_error(&mut dae, 0.1, [&y, &y_dot], c, &b, &x);
             assert!(real < rounding, "{case}: {real:e}");
             let pairs = b.iter().zip(draw(&ones, 1.0, &mut rng));
             let b: Vec<Complex64> = pairs.map(|(&re, im)| Complex64::new(re, im)).collect();
             let mut x = b.clone();
             solver.solve_complex(&mut dae, 0, &mut x).unwrap();
-            let complex = backward_error(&mut dae, [&y, &y_dot], shift, &b, &x);
+            let complex = backward_error(&mut dae, 0.1, [&y, &y_dot], shift, &b, &x);
             assert!(complex < rounding, "{case}: {complex:e}");
         }
     }
-}
-
-/// max_i |b − (∂F/∂y + c ∂F/∂ẏ) x|_i / (|A||x| + |b|)_i in the full system.
-fn backward_error<T: Number>(
-    dae: &mut FeedbackDae,
-    [y, y_dot]: [&[f64]; 2],
-    c: T,
-    b: &[T],
-    x: &[T],
-) -> f64 {
-    let pattern = dae.jacobian_pattern();
-    let mut at = |of_value, of_rate| {
-        let mut values = vec![0.0; pattern.nnz()];
-        dae.jacobian(0.1, y, y_dot, of_value, of_rate, &mut values)
-            .unwrap();
-        values
-    };
-    let (of_value, of_rate) = (at(1.0, 0.0), at(0.0, 1.0));
-    let (mut residual, mut scale) = (b.to_vec(), vec![0.0; b.len()]);
-    for ((column, row), (&value, &rate)) in pattern.entries().zip(of_value.iter().zip(&of_rate)) {
-        let a = T::one() * value + c * rate;
-        residual[row] -= a * x[column];
-        scale[row] += a.abs() * x[column].abs();
-    }
-    let rows = residual.iter().zip(b).zip(&scale);
-    rows.map(|((r, b), scale)| r.abs() / (scale + b.abs()))
-        .fold(0.0, f64::max)
 }
 
 /// The state of networks of many places by that of a network for each place.
