@@ -51,7 +51,7 @@ pub use follower::FollowerPressure;
 pub use kind::Ratios;
 pub use material::Law;
 pub use mesh::{Group, Mesh};
-pub use relaxation::RelaxingPart;
+pub use relaxation::{Overstress, RelaxingPart};
 pub use robin::{Along, Robin};
 pub use shared::{Crew, Pass};
 pub use solid::{Fields, Inverted, Pressure, Solid, Tangents, Vectors};

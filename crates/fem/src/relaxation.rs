@@ -72,6 +72,15 @@ impl InternalStresses {
     }
 }
 
+/// H = Σ g S − Σ Q, by what is known of it.
+#[derive(Debug, Clone, Copy)]
+pub enum Overstress<'a> {
+    /// All Q.
+    Internal(&'a [f64]),
+    /// H itself, at the slots.
+    Given(&'a [f64]),
+}
+
 /// What a pass is to compute; vectors of nodes and matrices are added to, the others overwritten.
 pub(crate) enum Wanted<'a> {
     /// ∫ F H : ∇φ, and Q̇.
@@ -80,6 +89,8 @@ pub(crate) enum Wanted<'a> {
         force: Option<&'a mut [f64]>,
         rates: &'a mut [f64],
     },
+    /// S at the slots.
+    Stresses { out: &'a mut [f64] },
     /// ∫ F T : ∇φ of tensors T at the slots.
     ForceOf {
         tensors: &'a [f64],
@@ -92,7 +103,7 @@ pub(crate) enum Wanted<'a> {
     },
     /// ∂/∂u of ∫ F H : ∇φ under constant H, and of ∫ F S : ∇φ under constant F for each part.
     Tangents {
-        internal: &'a [f64],
+        over: Overstress<'a>,
         geometric: &'a mut [f64],
         material: &'a mut [Vec<f64>],
     },
@@ -327,20 +338,28 @@ where
                         accumulate(&mut local_force, part, point, &pushed(&at.h, &over));
                     }
                 }
+                Wanted::Stresses { out } => slots.store(&at.stress, out),
                 Wanted::StressRates { out, .. } => {
                     for (out, v) in out.iter_mut().zip(&v) {
                         let rate = at.stress_rate(law, &part.gradient(v, point));
                         slots.store(&rate, out);
                     }
                 }
-                Wanted::Tangents { internal, .. } => {
+                Wanted::Tangents { over, .. } => {
                     let Some([material, geometric]) = &mut matrices else {
                         continue;
                     };
-                    let mut over = scaled(&at.stress, series.prony.instantaneous() - 1.0);
-                    for k in 0..series.prony.terms().len() {
-                        subtract(&mut over, &slots.load(&internal[states(k)..]));
-                    }
+                    let over = match over {
+                        Overstress::Given(over) => slots.load(over),
+                        Overstress::Internal(internal) => {
+                            let instantaneous = series.prony.instantaneous();
+                            let mut over = scaled(&at.stress, instantaneous - 1.0);
+                            for k in 0..series.prony.terms().len() {
+                                subtract(&mut over, &slots.load(&internal[states(k)..]));
+                            }
+                            over
+                        }
+                    };
                     let mut a = law.tangent(&at.strain, no_pressure(part.zero()));
                     for i in 0..D {
                         for j in 0..D {
@@ -361,7 +380,7 @@ where
                 }
             }
             Wanted::ForceOf { force, .. } => part.scatter_vector(&local_force, force),
-            Wanted::StressRates { .. } => {}
+            Wanted::Stresses { .. } | Wanted::StressRates { .. } => {}
             Wanted::Tangents {
                 geometric,
                 material,

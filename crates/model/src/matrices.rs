@@ -1,6 +1,6 @@
 //! Storage of the matrices a formulation uses; what it does not use is neither stored nor computed.
 
-use myovib_fem::{AddedMotion, AddedTangents, Solid, Tangents};
+use myovib_fem::{AddedMotion, AddedTangents, Overstress, Solid, Tangents};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::matrix::Matrix;
@@ -248,7 +248,7 @@ impl Matrices {
     }
 
     /// Fills the tangents of stress that relaxes, if it does.
-    pub(crate) fn update_relaxing(&mut self, solid: &Solid, u: &[f64], internal: &[f64]) {
+    pub(crate) fn update_relaxing(&mut self, solid: &Solid, u: &[f64], over: Overstress<'_>) {
         if let Some(Relaxing {
             geometric,
             material,
@@ -256,7 +256,7 @@ impl Matrices {
         }) = &mut self.relaxing
         {
             at.copy_from_slice(u);
-            solid.relaxing_tangents(u, internal, geometric, material);
+            solid.relaxing_tangents(u, over, geometric, material);
         }
     }
 

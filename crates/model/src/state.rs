@@ -21,9 +21,9 @@ impl<'a> State<'a> {
         Self { layout, y, y_dot }
     }
 
-    /// The unknowns of `field`, if the formulation has it.
+    /// The unknowns of `field`, if the formulation has it and the vector does not end before.
     pub fn find(&self, field: Field) -> Option<&'a [f64]> {
-        self.layout.range(field).map(|range| &self.y[range])
+        self.y.get(self.layout.range(field)?)
     }
 
     /// The unknowns of `field`.

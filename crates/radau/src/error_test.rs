@@ -4,6 +4,7 @@ use myovib_dae::{LinearSolver, Problem};
 
 use crate::dense::{add_scaled, start_slope};
 use crate::failure::{Failure, Operation};
+use crate::memory::Memory;
 use crate::newton::{Step, evaluate, norm};
 use crate::work::Counters;
 
@@ -47,23 +48,36 @@ impl ErrorTest {
         &mut self,
         problem: &mut P,
         matrices: &mut M,
+        mut memory: Option<&mut Memory<P>>,
         step: &Step<'_>,
         z: &[f64],
         filter_twice: bool,
         counters: &mut Counters,
     ) -> Result<f64, Failure> {
         start_slope(step.method, step.h, z, &mut self.y_dot);
-        let (t, v) = (step.t, &self.y_dot);
+        let (t, v, of_step) = (step.t, &self.y_dot, (step.method, step.h));
+        if let Some(memory) = &mut memory {
+            memory.show_condensed(problem, of_step, None)?;
+        }
         evaluate(problem, t, step.y, v, &mut self.error, counters)?;
-        let norm = self.filter(problem, matrices, step, counters)?;
+        let mut norm = self.filter(problem, matrices, step, counters)?;
+        if let Some(memory) = &mut memory {
+            norm = norm.hypot(memory.estimate(problem, of_step, &self.error, false));
+        }
         if norm < 1.0 || !norm.is_finite() || !filter_twice {
             return Ok(norm);
         }
         self.shifted.copy_from_slice(step.y);
         add_scaled(&mut self.shifted, 1.0, &self.error);
         let (y, v) = (&self.shifted, &self.y_dot);
+        if let Some(memory) = &mut memory {
+            memory.show_condensed(problem, of_step, Some((t, y)))?;
+        }
         evaluate(problem, t, y, v, &mut self.error, counters)?;
-        self.filter(problem, matrices, step, counters)
+        let norm = self.filter(problem, matrices, step, counters)?;
+        Ok(memory.map_or(norm, |memory| {
+            norm.hypot(memory.estimate(problem, of_step, &self.error, true))
+        }))
     }
 
     /// Replaces the defect by the estimate, and returns its norm.
@@ -171,7 +185,7 @@ mod tests {
             weights: &[1.0],
         };
         let (mut test, mut counters) = (ErrorTest::new(vec![1.0]), Counters::default());
-        let estimated = test.estimate(problem, &mut matrices, &step, z, false, &mut counters);
+        let estimated = test.estimate(problem, &mut matrices, None, &step, z, false, &mut counters);
         estimated.unwrap();
         test.error(0)
     }

@@ -53,6 +53,7 @@ mod error_test;
 mod failure;
 mod integrator;
 mod matrices;
+mod memory;
 mod method;
 mod multipliers;
 mod newton;
@@ -69,6 +70,7 @@ mod work;
 
 pub use error::RadauError;
 pub use matrices::KluMatrices;
+pub use memory::{Fading, FadingMemory, MemoryPart, MemoryTerm};
 pub use method::{ComplexMode, Method, RealMode};
 /// The counters of the linear algebra.
 pub use myovib_dae::Work;

@@ -4,6 +4,7 @@ use myovib_dae::{LinearSolver, Problem, StepError};
 
 use crate::dense::add_scaled;
 use crate::failure::{Failure, Operation};
+use crate::memory::Memory;
 use crate::method::Method;
 use crate::stage_system::StageSystem;
 use crate::weights::Weights;
@@ -107,6 +108,7 @@ impl NewtonSolver {
         &mut self,
         problem: &mut P,
         matrices: &mut M,
+        mut memory: Option<&mut Memory<P>>,
         step: &Step<'_>,
         weights: &Weights<P>,
         counters: &mut Counters,
@@ -125,7 +127,10 @@ impl NewtonSolver {
         let mut solved_after = None;
         for iteration in 1..=self.limit {
             counters.statistics.newton_iterations += 1;
-            self.evaluate_residuals(problem, step, counters)?;
+            if let Some(memory) = &mut memory {
+                self.drive(problem, memory, step)?;
+            }
+            self.evaluate_residuals(problem, memory.as_deref(), step, counters)?;
             let norm = self.correct(problem, matrices, step, counters)?;
             if !norm.is_finite() {
                 return Ok(Newton::Failed { step_factor: 0.5 });
@@ -196,16 +201,40 @@ impl NewtonSolver {
         &self.correction
     }
 
+    /// Evaluates the drives of a `memory` at all stages.
+    pub(crate) fn drive<P: Problem>(
+        &mut self,
+        problem: &mut P,
+        memory: &mut Memory<P>,
+        step: &Step<'_>,
+    ) -> Result<(), Failure> {
+        for (i, c) in step.method.nodes().iter().enumerate() {
+            self.move_to(i, step);
+            memory.drive(problem, i, (step.t + c * step.h, &self.stage))?;
+        }
+        Ok(())
+    }
+
+    /// Writes y at stage i.
+    fn move_to(&mut self, i: usize, step: &Step<'_>) {
+        let n = step.y.len();
+        self.stage.copy_from_slice(step.y);
+        add_scaled(&mut self.stage, 1.0, &self.z[i * n..(i + 1) * n]);
+    }
+
     fn evaluate_residuals<P: Problem>(
         &mut self,
         problem: &mut P,
+        memory: Option<&Memory<P>>,
         step: &Step<'_>,
         counters: &mut Counters,
     ) -> Result<(), Failure> {
         let n = step.y.len();
         for (i, c) in step.method.nodes().iter().enumerate() {
-            self.stage.copy_from_slice(step.y);
-            add_scaled(&mut self.stage, 1.0, &self.z[i * n..(i + 1) * n]);
+            self.move_to(i, step);
+            if let Some(memory) = memory {
+                memory.show_stage(problem, i, (step.method, step.h));
+            }
             self.stage_dot.fill(0.0);
             for (j, z_j) in self.z.chunks_exact(n).enumerate() {
                 let slope = step.method.a_inverse(i, j) / step.h;

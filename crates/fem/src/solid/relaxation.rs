@@ -2,7 +2,7 @@
 
 use crate::error::FemError;
 use crate::material::Prony;
-use crate::relaxation::{InternalStresses, Relax, RelaxingPart, Wanted};
+use crate::relaxation::{InternalStresses, Overstress, Relax, RelaxingPart, Wanted};
 
 use super::evaluation::check_length;
 use super::{Elements, Solid, with_elements};
@@ -97,6 +97,18 @@ impl Solid {
         settled
     }
 
+    /// `out` ← S, what drives the internal stresses.
+    ///
+    /// # Shapes
+    /// `out`: [`n_slots`](Self::n_slots).
+    ///
+    /// # Panics
+    /// If a length is wrong.
+    pub fn relaxing_stresses(&self, u: &[f64], out: &mut [f64]) {
+        check_length(self.n_slots(), Some(out), "stresses");
+        self.relax(u, Wanted::Stresses { out });
+    }
+
     /// `force` += ∫ F T : ∇φ of symmetric tensors T.
     ///
     /// # Shapes
@@ -141,11 +153,14 @@ impl Solid {
     pub fn relaxing_tangents(
         &self,
         u: &[f64],
-        internal: &[f64],
+        over: Overstress<'_>,
         geometric: &mut [f64],
         material: &mut [Vec<f64>],
     ) {
-        check_length(self.n_internal(), Some(internal), "internal stresses");
+        match over {
+            Overstress::Internal(own) => check_length(self.n_internal(), Some(own), "internal"),
+            Overstress::Given(own) => check_length(self.n_slots(), Some(own), "overstress"),
+        }
         let n = self.displacement_pattern.nnz();
         check_length(n, Some(geometric), "geometric");
         geometric.fill(0.0);
@@ -156,7 +171,7 @@ impl Solid {
         self.relax(
             u,
             Wanted::Tangents {
-                internal,
+                over,
                 geometric,
                 material,
             },

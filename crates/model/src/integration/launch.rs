@@ -8,7 +8,8 @@ use crate::integration::ida::IdaIntegrator;
 use crate::integration::integrator::Integrator;
 use crate::integration::projected::Projected;
 use crate::integration::radau::RadauIntegrator;
-use crate::integration::settings::Settings;
+use crate::integration::relaxing::RelaxingRadau;
+use crate::integration::settings::{LinearSolver, Settings};
 use crate::muscle_dae::MuscleDae;
 
 /// Starts a muscle at rest at t = 0 with the integrator that `settings` names; when it stops it
@@ -37,6 +38,7 @@ pub fn start_from(
     y_dot: &[f64],
 ) -> Result<Box<dyn Integrator<MuscleDae>>, ModelError> {
     let advice = Advice::new(dae.muscle(), dae.formulation(), settings);
+    let relaxes = dae.muscle().solid.n_internal() > 0;
     let integrator: Box<dyn Integrator<MuscleDae>> = match settings.integrator.stages() {
         None => {
             let ida = IdaIntegrator::starting_at(dae, settings, t, y, y_dot)?;
@@ -44,6 +46,9 @@ pub fn start_from(
                 Some(every) => Box::new(Projected::new(ida, every)?),
                 None => Box::new(ida),
             }
+        }
+        Some(_) if relaxes && settings.linear_solver == LinearSolver::Condensed => {
+            Box::new(RelaxingRadau::starting_at(dae, settings, t, y, y_dot)?)
         }
         Some(_) => Box::new(RadauIntegrator::starting_at(dae, settings, t, y, y_dot)?),
     };

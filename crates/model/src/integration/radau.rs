@@ -1,7 +1,7 @@
 //! Radau IIA as an [`Integrator`] of a model.
 
 use myovib_dae::{Problem, Suppressed};
-use myovib_radau::{KluMatrices, RadauBuilder, RadauOptions, RadauSolver};
+use myovib_radau::{Fading, FadingMemory, KluMatrices, RadauBuilder, RadauOptions, RadauSolver};
 
 use crate::coupling::{ErrorTest, tested};
 use crate::error::ModelError;
@@ -97,6 +97,24 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
                 Ok(())
             })
             .build_with(matrices, t, y, y_dot)?;
+        let pace = Pace::new(Schedule::default(), t_end);
+        Ok(Self { solver, pace })
+    }
+
+    /// The same as [`new`](Self::new), with a fading memory beside the unknowns.
+    pub(crate) fn with_memory(
+        problem: P,
+        matrices: M,
+        options: RadauOptions,
+        (t, t_end): (f64, f64),
+        (y, y_dot): (&[f64], &[f64]),
+        memory: FadingMemory,
+    ) -> Result<Self, ModelError>
+    where
+        P: Fading,
+    {
+        let builder = builder(problem, options, t_end).fading_memory(memory);
+        let solver = builder.build_with(matrices, t, y, y_dot)?;
         let pace = Pace::new(Schedule::default(), t_end);
         Ok(Self { solver, pace })
     }

@@ -43,6 +43,18 @@ impl CondensedSolver {
 }
 
 impl CondensedSolver {
+    /// The same for right-hand sides without the rows of internal stresses, which the integrator
+    /// eliminates.
+    pub(crate) fn without_recovery(
+        dae: &MuscleDae,
+        options: KluOptions,
+    ) -> Result<Self, SparseError> {
+        Ok(Self {
+            relaxation: None,
+            ..Self::new(dae, options)?
+        })
+    }
+
     /// Makes room for a real and `n_complex` complex matrices, once it is known to be there.
     fn make_room(&mut self, n_complex: usize) -> Result<(), SparseError> {
         if !self.has_room || self.complex.len() != n_complex {

@@ -1,7 +1,7 @@
 //! Residual and Jacobian: one pass over the elements each, then sums of blocks.
 
 use myovib_dae::{Problem, StepError, VariableKind};
-use myovib_fem::{AddedMotion, Fields, Tangents, Vectors};
+use myovib_fem::{AddedMotion, Fields, Overstress, Tangents, Vectors};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::MuscleDae;
@@ -114,11 +114,12 @@ impl MuscleDae {
             self.matrices.symmetrise();
             self.matrices.update_tensions(muscle, t, u, v);
         }
-        if let Some(internal) = state.find(Field::InternalStress) {
+        let internal = state.find(Field::InternalStress).map(Overstress::Internal);
+        let given = self.overstress.as_deref().map(Overstress::Given);
+        if let Some(over) = internal.or(given) {
             self.counters.relaxing_tangent_passes += 1;
             let u = &self.work.displacement;
-            self.matrices
-                .update_relaxing(&self.muscle.solid, u, internal);
+            self.matrices.update_relaxing(&self.muscle.solid, u, over);
         }
         self.has_matrices = true;
         Ok(())
@@ -208,6 +209,7 @@ impl MuscleDae {
             muscle,
             counters,
             factors,
+            overstress,
             ..
         } = self;
         let state = State::new(layout, y, y_dot);
@@ -237,6 +239,11 @@ impl MuscleDae {
             } = work;
             let solid = &muscle.solid;
             solid.relaxing_force(u, internal, Some(added_force), rates);
+        } else if let Some(over) = overstress {
+            counters.relaxing_passes += 1;
+            muscle
+                .solid
+                .force_of_tensors(&work.displacement, over, &mut work.added_force);
         }
         Ok(())
     }
@@ -251,7 +258,10 @@ impl MuscleDae {
             work,
         };
         for ((_, equation), (_, rows)) in self.rows.iter().zip(layout.blocks()) {
-            let rows = &mut residual[rows.clone()];
+            // Internal stresses, the last block, are left out where the overstress is given.
+            let Some(rows) = residual.get_mut(rows.clone()) else {
+                break;
+            };
             equation.residual(&self.context, &state, &mut integrals, rows);
         }
     }

@@ -1,11 +1,15 @@
 //! The muscle in one of its formulations as a [`Problem`].
 //!
 //! [`MuscleDae`] is composed here; [`evaluation`] has its residual and Jacobian, [`observation`]
-//! what is read off it at a state, [`factors`] a stiffness that varies in space and time.
+//! what is read off it at a state, [`factors`] a stiffness that varies in space and time,
+//! [`remembering`] internal stresses that an integrator keeps by itself.
 
 mod evaluation;
 mod factors;
 mod observation;
+mod remembering;
+
+pub(crate) use remembering::{Remembering, RememberingSolver};
 
 #[cfg(doc)]
 use myovib_dae::Problem;
@@ -43,6 +47,8 @@ pub struct MuscleDae {
     factors: Option<Vec<f64>>,
     /// The tensions of elements that follow a coherence; none: they are those of oscillators at rest.
     coherent_tensions: Option<Vec<f64>>,
+    /// H at the slots, for vectors that end before the internal stresses; see [`remembering`].
+    overstress: Option<Vec<f64>>,
 }
 
 impl MuscleDae {
@@ -107,6 +113,7 @@ impl MuscleDae {
             counters: WorkCounters::default(),
             factors: None,
             coherent_tensions: None,
+            overstress: None,
             muscle,
             formulation,
             rows,

@@ -4,6 +4,7 @@ use myovib_dae::{LinearSolver, Linearization, Problem, StepError, StopReason};
 
 use super::state::{Jacobian, RadauSolver};
 use crate::failure::{Failure, Operation, Rejection};
+use crate::memory::Memory;
 use crate::newton::{Newton, Step, norm};
 use crate::options::StepSize;
 
@@ -11,6 +12,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// One attempt at a step of size h; the step proposed to follow it. Nothing but Newton's memory
     /// and the Jacobian changes.
     pub(super) fn attempt(&mut self, h: f64, repeated: bool) -> Result<f64, Failure> {
+        if let Some(memory) = &mut self.memory {
+            memory.begin(&mut self.problem, (&self.method, h), self.t, &self.y)?;
+        }
         let iterations = self.solve_stages(h)?;
         let proposal = match self.options.step_size {
             StepSize::Fixed(proposal) => {
@@ -54,10 +58,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         };
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
         let (z, filter_twice) = (&self.newton.z, self.fresh || repeated);
-        let counters = &mut self.counters;
-        let mut error =
-            self.error_test
-                .estimate(problem, matrices, &step, z, filter_twice, counters)?;
+        let (memory, counters) = (self.memory.as_mut(), &mut self.counters);
+        let test = &mut self.error_test;
+        let mut error = test.estimate(problem, matrices, memory, &step, z, filter_twice, counters)?;
+        if let Some(memory) = &self.memory {
+            memory.show_present(problem);
+        }
         // Under a hidden constraint a shorter step has more rounding: it must not follow from that.
         let shortens = |error| self.control.propose(h, error, iterations) < h;
         let questioned = error >= 1.0 || (self.multipliers.any() && shortens(error));
@@ -66,6 +72,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             rounding.measure(problem, matrices, &step, &self.y_dot, counters)?;
             let beyond = |i| rounding.beyond(i, errors.error(i));
             error = norm((0..n).map(|i| beyond(i) * step.weights[i]), n);
+            error = error.hypot(self.memory.as_ref().map_or(0.0, Memory::error));
         }
         let judged = self.control.judge(h, error);
         if judged < 1.0 {
@@ -187,11 +194,16 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             weights: self.weights.scaled(),
         };
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
-        let counters = &mut self.counters;
-        match self
-            .newton
-            .solve(problem, matrices, &step, &self.weights, counters)?
-        {
+        let (newton, counters) = (&mut self.newton, &mut self.counters);
+        let mut memory = self.memory.as_mut();
+        let of_stages = memory.as_deref_mut();
+        let solved =
+            newton.solve(problem, matrices, of_stages, &step, &self.weights, counters)?;
+        if let Some(memory) = memory {
+            newton.drive(problem, memory, &step)?;
+            memory.show_present(problem);
+        }
+        match solved {
             Newton::Converged { iterations } => Ok(iterations),
             Newton::Failed { step_factor } => {
                 let (rounding, newton) = (&mut self.rounding, &self.newton);
@@ -225,7 +237,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             self.matrices
                 .evaluate(&mut self.problem, &at)
                 .map_err(Operation::Jacobian.failed())?;
-            self.linearized.note(&at);
+            let response = self.memory.as_ref().map_or(&[][..], Memory::present);
+            self.linearized.note(&at, response);
             self.jacobian = Jacobian::Current;
         }
         Ok(())

@@ -8,6 +8,7 @@ use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length};
 use crate::error_test::ErrorTest;
 use crate::matrices::KluMatrices;
+use crate::memory::{Fading, FadingMemory, Memory};
 use crate::method::Method;
 use crate::multipliers::Multipliers;
 use crate::newton::NewtonSolver;
@@ -29,7 +30,12 @@ pub struct RadauBuilder<P> {
     weights: Option<UserWeights<P>>,
     roots: Option<(Vec<Direction>, Box<RootFunctions<P>>)>,
     quadrature: Option<(Vec<f64>, Box<RootFunctions<P>>)>,
+    memory: Option<(FadingMemory, MakeMemory<P>)>,
 }
+
+/// How a memory is made of what is given of it, the method, and the relative tolerance with the factor
+/// on tolerances.
+type MakeMemory<P> = fn(FadingMemory, &Method, (f64, f64)) -> Result<Memory<P>, RadauError>;
 
 impl<P: Problem> RadauSolver<P> {
     /// Starts building a solver for `problem`.
@@ -46,6 +52,7 @@ impl<P: Problem> RadauBuilder<P> {
             weights: None,
             roots: None,
             quadrature: None,
+            memory: None,
         }
     }
 
@@ -109,6 +116,17 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
+    /// Integrates these states along with the unknowns, eliminated from Newton's method; see [`Fading`].
+    /// There are no sensitivities with them.
+    #[must_use]
+    pub fn fading_memory(mut self, memory: FadingMemory) -> Self
+    where
+        P: Fading,
+    {
+        self.memory = Some((memory, Memory::new));
+        self
+    }
+
     /// Builds a solver at (t0, y0, ẏ0) that solves linear systems with KLU.
     ///
     /// # Shapes
@@ -146,6 +164,7 @@ impl<P: Problem> RadauBuilder<P> {
             weights,
             roots,
             quadrature,
+            memory,
         } = self;
         let n = problem.n_unknowns();
         expect_length("initial values y0", n, y0.len())?;
@@ -184,6 +203,10 @@ impl<P: Problem> RadauBuilder<P> {
         let quadrature = quadrature
             .filter(|(start, _)| !start.is_empty())
             .map(|(start, rates)| Quadrature::new(&method, (t0, &start), rates, n));
+        let relative = options.tolerances.relative();
+        let tolerance = (relative, options.internal_factor(relative));
+        let memory = memory.map(|(given, make)| make(given, &method, tolerance));
+        let memory = memory.transpose()?;
         let powers = options.index_scaling.powers(&kinds, &indices);
 
         let mut counters = Counters::default();
@@ -213,6 +236,7 @@ impl<P: Problem> RadauBuilder<P> {
             weights: Weights::new(weights, powers, options.own_weight(relative)),
             weighed: Ok(()),
             quadrature,
+            memory,
             roots: roots.map(|(directions, functions)| Roots::new(directions, functions, n)),
             bounds: [t0; 2],
             pause: None,
@@ -230,6 +254,7 @@ impl<P: Problem> RadauBuilder<P> {
             differences_before: 0,
         };
         solver.weigh();
+        solver.restart_memory();
         Ok(solver)
     }
 }

@@ -4,6 +4,7 @@ use myovib_dae::{LinearSolver, Problem, Statistics, covers};
 
 use super::state::RadauSolver;
 use crate::error::{RadauError, expect_finite, expect_length};
+use crate::memory::Memory;
 use crate::method::Method;
 use crate::options::StepSize;
 use crate::quadrature::Quadrature;
@@ -65,6 +66,46 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         expect_length("quadratures", quadrature.len(), out.len())?;
         self.expect_within_reach(t, derivative)?;
         quadrature.last().evaluate(&self.method, t, derivative, out);
+        Ok(())
+    }
+
+    /// Number of states of the fading memory.
+    pub fn n_memory(&self) -> usize {
+        self.memory.as_ref().map_or(0, Memory::n_states)
+    }
+
+    /// As [`dense_output`](RadauSolver::dense_output), for the states of the fading memory.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn memory_dense_output(
+        &self,
+        t: f64,
+        derivative: usize,
+        out: &mut [f64],
+    ) -> Result<(), RadauError> {
+        expect_length("memory", self.n_memory(), out.len())?;
+        self.expect_within_reach(t, derivative)?;
+        if let Some(memory) = &self.memory {
+            memory.evaluate(&self.method, &self.collocation, t, derivative, out);
+        }
+        Ok(())
+    }
+
+    /// As [`estimated_local_errors`](RadauSolver::estimated_local_errors), for the states of the fading
+    /// memory.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn estimated_memory_errors(&self, out: &mut [f64]) -> Result<(), RadauError> {
+        expect_length("memory's errors", self.n_memory(), out.len())?;
+        let tested = matches!(self.options.step_size, StepSize::Adaptive);
+        match &self.memory {
+            Some(memory) if tested && self.counters.statistics.steps > 0 => {
+                memory.write_estimates((&self.method, self.collocation.h), out);
+            }
+            _ => out.fill(0.0),
+        }
         Ok(())
     }
 

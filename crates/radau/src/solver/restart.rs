@@ -73,6 +73,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             roots.restart();
         }
         self.weigh();
+        self.restart_memory();
         Ok(())
     }
 
@@ -88,10 +89,22 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             if let Some(quadrature) = &mut self.quadrature {
                 quadrature.cut(&self.method, pause.t);
             }
+            if let Some(memory) = &mut self.memory {
+                memory.cut(&self.method, &self.collocation, pause.t);
+            }
             self.weigh();
         }
         self.start_afresh();
         self.h = None;
+    }
+
+    /// Lets the memory begin at (t, y) with the states it has; what cannot be evaluated there fails the
+    /// next step.
+    pub(super) fn restart_memory(&mut self) {
+        if let Some(memory) = &mut self.memory {
+            let begun = memory.restart(&mut self.problem, &self.method, self.t, &self.y);
+            self.weighed = std::mem::replace(&mut self.weighed, Ok(())).and(begun);
+        }
     }
 
     /// Lets the next step be this long at most, for what is known to come; those after it are free.

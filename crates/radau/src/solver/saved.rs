@@ -7,6 +7,7 @@ use super::state::{Jacobian, Pause, RadauSolver};
 use crate::control::Memory;
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_length};
+use crate::memory::MemoryState;
 use crate::multipliers::Known;
 use crate::quadrature::QuadratureState;
 use crate::work::Counters;
@@ -45,6 +46,8 @@ pub struct RadauState {
     roots: Option<(Option<f64>, Vec<f64>)>,
     #[serde(default)]
     quadrature: Option<QuadratureState>,
+    #[serde(default)]
+    memory: Option<MemoryState>,
     pause: Option<Pause>,
     statistics: Statistics,
     work: Work,
@@ -58,16 +61,20 @@ pub(super) struct Linearized {
     y_dot: Vec<f64>,
     step: f64,
     weights: Vec<f64>,
+    /// The response of the memory there.
+    #[serde(default)]
+    response: Vec<f64>,
 }
 
 impl Linearized {
-    /// Takes note of `at`, without allocation after the first.
-    pub(super) fn note(&mut self, at: &Linearization<'_>) {
+    /// Takes note of `at` and the `response` there, without allocation after the first.
+    pub(super) fn note(&mut self, at: &Linearization<'_>, response: &[f64]) {
         (self.t, self.step) = (at.t, at.step);
         for (kept, new) in [
             (&mut self.y, at.y),
             (&mut self.y_dot, at.y_dot),
             (&mut self.weights, at.weights),
+            (&mut self.response, response),
         ] {
             kept.clear();
             kept.extend_from_slice(new);
@@ -93,10 +100,13 @@ impl RadauState {
 
     /// Bytes of its vectors.
     pub(crate) fn n_bytes(&self) -> usize {
-        let linearized = |at: &Linearized| at.y.len() + at.y_dot.len() + at.weights.len();
+        let linearized = |at: &Linearized| {
+            at.y.len() + at.y_dot.len() + at.weights.len() + at.response.len()
+        };
         let jacobian = self.jacobian.as_ref().map_or(0, |(at, _)| linearized(at));
         let pivots = self.pivots.as_ref().map_or(0, |(at, _)| linearized(at));
-        let own = self.y.len() + self.y_dot.len() + self.last.n_numbers();
+        let memory = self.memory.as_ref().map_or(0, MemoryState::n_numbers);
+        let own = self.y.len() + self.y_dot.len() + self.last.n_numbers() + memory;
         (own + jacobian + pivots) * size_of::<f64>() + size_of_val(&self.multipliers[..])
     }
 
@@ -134,6 +144,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             linear_solver: self.matrices.history(),
             roots: self.roots.as_ref().map(|roots| roots.memory()),
             quadrature: self.quadrature.as_ref().map(|q| q.state().clone()),
+            memory: self.memory.as_ref().map(|memory| memory.state()),
             pause: self.pause.clone(),
             statistics: self.statistics(),
             work: self.counters.work,
@@ -168,6 +179,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         expect_length("quadratures of the state", self.n_quadratures(), of_state)?;
         if let (Some(quadrature), Some(state)) = (&mut self.quadrature, &state.quadrature) {
             quadrature.restore(state);
+        }
+        let of_state = state.memory.as_ref().map_or(0, MemoryState::n_states);
+        expect_length("memory of the state", self.n_memory(), of_state)?;
+        if let (Some(memory), Some(state)) = (&mut self.memory, &state.memory) {
+            memory.restore(state);
         }
         (self.t, self.h) = (state.t, state.h);
         self.y.copy_from_slice(&state.y);
@@ -205,13 +221,21 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
         matrices.set_history(&state.linear_solver)?;
         matrices.forget_pivots();
+        let memory = &self.memory;
+        let show = |problem: &mut P, at: &Linearized| {
+            if let Some(memory) = memory {
+                memory.show(problem, &at.response);
+            }
+        };
         if let Some((at, h)) = &state.pivots {
+            show(problem, at);
             matrices.evaluate(problem, &at.as_linearization())?;
             let shifts = self.method.shifts(*h);
             matrices.set_up(problem, self.method.real_mode().lambda / h, &shifts)?;
         }
         (self.jacobian, self.set_up_for) = (Jacobian::Due, None);
         if let Some((at, set_up_for)) = &state.jacobian {
+            show(problem, at);
             matrices.evaluate(problem, &at.as_linearization())?;
             if let Some(h) = set_up_for {
                 let shifts = self.method.shifts(*h);

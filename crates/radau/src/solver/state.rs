@@ -10,6 +10,7 @@ use crate::dense::Collocation;
 use crate::error_test::ErrorTest;
 use crate::failure::Failure;
 use crate::matrices::KluMatrices;
+use crate::memory::Memory;
 use crate::method::Method;
 use crate::multipliers::Multipliers;
 use crate::newton::NewtonSolver;
@@ -76,6 +77,8 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(super) weighed: Result<(), Failure>,
     /// The functions whose roots are looked for.
     pub(super) roots: Option<Roots<P>>,
+    /// The states that are not among the unknowns.
+    pub(super) memory: Option<Memory<P>>,
     /// What is integrated along with the solution.
     pub(super) quadrature: Option<Quadrature<P>>,
     /// The `t_out` and the limit that the last accepted step was asked for with.

@@ -190,6 +190,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if let Some(quadrature) = &mut self.quadrature {
             quadrature.accept(&self.method, self.t, h, self.fresh);
         }
+        if let Some(memory) = &mut self.memory {
+            memory.accept((&self.method, h));
+        }
 
         let last = self.method.stages() - 1;
         let n = self.y.len();
@@ -278,6 +281,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 .map(|(v, w)| (v * w).powi(2))
                 .sum();
             let norm = (square / self.y.len() as f64).sqrt();
+            let of_memory = self.memory.as_ref();
+            let norm = norm.hypot(of_memory.map_or(0.0, |memory| memory.rate(&self.method)));
             let (relative, _) = self.options.internal_tolerances();
             let scale = if relative > 0.0 {
                 relative.powf(0.25)

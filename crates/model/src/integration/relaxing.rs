@@ -1,0 +1,97 @@
+//! Radau IIA for a muscle with Prony terms: internal stresses are its memory, not unknowns.
+
+use myovib_dae::{Suppressed, Tolerances};
+use myovib_radau::RadauOptions;
+
+use crate::error::ModelError;
+use crate::field::Field;
+use crate::integration::integrator::{Advance, Continuation, Integrator};
+use crate::integration::radau::{RadauIntegrator, options};
+use crate::integration::settings::Settings;
+use crate::integration::statistics::Counts;
+use crate::muscle_dae::{MuscleDae, Remembering, RememberingSolver};
+
+/// An integrator whose vectors have all unknowns of the muscle, and whose solver has those without
+/// internal stresses.
+pub(crate) struct RelaxingRadau(RadauIntegrator<Remembering, RememberingSolver>);
+
+impl RelaxingRadau {
+    /// Starts a muscle with Prony terms at time `t` from a state with consistent derivatives.
+    ///
+    /// # Errors
+    /// [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for settings Radau IIA does not take.
+    pub(crate) fn starting_at(
+        dae: MuscleDae,
+        settings: &Settings,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Self, ModelError> {
+        settings.expect_no_bdf_settings()?;
+        let schedule = dae.muscle().schedule();
+        let of_all = options(&dae, settings);
+        let absolute = settings.absolute_tolerances.of(Field::InternalStress);
+        let (problem, memory) = Remembering::new(dae, y, absolute);
+        let n = y.len() - memory.start.len();
+        let (dae, relative) = (problem.dae(), settings.relative_tolerance);
+        let absolute = dae.layout().fill(|field| settings.absolute_tolerances.of(field));
+        let options = RadauOptions {
+            tolerances: Tolerances::vector(relative, &absolute[..n]),
+            suppressed: Suppressed::Components(settings.left_out(dae.layout())[..n].to_vec()),
+            ..of_all
+        };
+        let matrices = RememberingSolver::new(&problem, options.klu)?;
+        let (times, start) = ((t, settings.t_end), (&y[..n], &y_dot[..n]));
+        let inner =
+            RadauIntegrator::with_memory(problem, matrices, options, times, start, memory)?;
+        Ok(Self(inner.with_schedule(schedule)))
+    }
+}
+
+impl Integrator<MuscleDae> for RelaxingRadau {
+    fn advance(&mut self) -> Result<Advance, ModelError> {
+        self.0.advance()
+    }
+
+    fn time(&self) -> f64 {
+        self.0.time()
+    }
+
+    fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError> {
+        let solver = self.0.solver();
+        let (body, internal) = out.split_at_mut(out.len() - solver.n_memory());
+        solver.dense_output(t, derivative as usize, body)?;
+        Ok(solver.memory_dense_output(t, derivative as usize, internal)?)
+    }
+
+    fn local_error(&mut self, out: &mut [f64]) -> Result<(), ModelError> {
+        let solver = self.0.solver();
+        let (body, internal) = out.split_at_mut(out.len() - solver.n_memory());
+        solver.estimated_local_errors(body)?;
+        Ok(solver.estimated_memory_errors(internal)?)
+    }
+
+    fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
+        self.0.errors_per_estimate(relative)
+    }
+
+    fn counts(&self) -> Counts {
+        self.0.counts()
+    }
+
+    fn save(&self) -> Option<Continuation> {
+        self.0.save()
+    }
+
+    fn restore(&mut self, continuation: &Continuation) -> Result<(), ModelError> {
+        self.0.restore(continuation)
+    }
+
+    fn problem(&self) -> &MuscleDae {
+        self.0.problem().dae()
+    }
+
+    fn problem_mut(&mut self) -> &mut MuscleDae {
+        self.0.problem_mut().dae_mut()
+    }
+}

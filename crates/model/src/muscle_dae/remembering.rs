@@ -1,0 +1,191 @@
+//! A muscle whose internal stresses are the memory of its integrator, not unknowns.
+
+use std::slice::from_ref;
+
+use myovib_dae::{LinearSolver, Linearization, Problem, StepError, VariableKind};
+use myovib_fem::RelaxingPart;
+use myovib_fem::material::PronyTerm;
+use myovib_radau::{Fading, FadingMemory, MemoryPart, MemoryTerm};
+use myovib_sparse::SparseError;
+use myovib_sparse::klu::KluOptions;
+use nalgebra_sparse::pattern::SparsityPattern;
+use num_complex::Complex64;
+
+use super::MuscleDae;
+use crate::field::Field;
+use crate::linear::CondensedSolver;
+
+/// A [`MuscleDae`] as a problem without the last block of its unknowns, the internal stresses Q of Prony
+/// terms: the law's stress S drives them, and the overstress H = Σ g S − Σ Q is the response.
+pub(crate) struct Remembering {
+    dae: MuscleDae,
+    /// Number of unknowns without internal stresses.
+    n: usize,
+    /// Rates of S at the slots.
+    rates: [Vec<f64>; 1],
+}
+
+impl Remembering {
+    /// The problem of `dae`, and its memory that starts from the internal stresses in `y`, with their
+    /// `absolute` tolerance.
+    ///
+    /// # Panics
+    /// If it has no internal stresses.
+    pub(crate) fn new(mut dae: MuscleDae, y: &[f64], absolute: f64) -> (Self, FadingMemory) {
+        let internal = dae.layout.range(Field::InternalStress);
+        let internal = internal.expect("a body with Prony terms");
+        let solid = &dae.muscle.solid;
+        let term = |term: &PronyTerm| MemoryTerm {
+            weight: term.weight,
+            time: term.time,
+        };
+        let part = |part: &RelaxingPart| MemoryPart {
+            slots: part.slots.clone(),
+            terms: part.prony.terms().iter().map(term).collect(),
+        };
+        let memory = FadingMemory {
+            parts: solid.relaxing_parts().iter().map(part).collect(),
+            start: y[internal.clone()].to_vec(),
+            absolute,
+        };
+        let slots = vec![0.0; solid.n_slots()];
+        dae.overstress = Some(slots.clone());
+        let (n, rates) = (internal.start, [slots]);
+        (Self { dae, n, rates }, memory)
+    }
+
+    /// The muscle with all its unknowns.
+    pub(crate) fn dae(&self) -> &MuscleDae {
+        &self.dae
+    }
+
+    /// The same, for evaluations beside an integration.
+    pub(crate) fn dae_mut(&mut self) -> &mut MuscleDae {
+        &mut self.dae
+    }
+}
+
+impl Problem for Remembering {
+    fn n_unknowns(&self) -> usize {
+        self.n
+    }
+
+    fn residual(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        residual: &mut [f64],
+    ) -> Result<(), StepError> {
+        self.dae.residual(t, y, y_dot, residual)
+    }
+
+    /// Empty: the whole matrix is never formed.
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        SparsityPattern::zeros(self.n, self.n)
+    }
+
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        let kinds = self.dae.kinds()?;
+        Some(kinds[..self.n].to_vec())
+    }
+
+    fn indices(&self) -> Option<Vec<u8>> {
+        let indices = self.dae.indices()?;
+        Some(indices[..self.n].to_vec())
+    }
+
+    fn component_name(&self, i: usize) -> String {
+        self.dae.component_name(i)
+    }
+}
+
+impl Fading for Remembering {
+    fn drive(&mut self, t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
+        self.dae.expand(t, y, None);
+        self.dae.counters.relaxing_passes += 1;
+        let (solid, work) = (&self.dae.muscle.solid, &self.dae.work);
+        solid.relaxing_stresses(&work.displacement, out);
+        Ok(())
+    }
+
+    fn drive_along(&mut self, change: &[f64], out: &mut [f64]) {
+        let dae = &mut self.dae;
+        dae.counters.relaxing_solve_passes += 1;
+        let moved = dae.layout.range(Field::Displacement);
+        let moved = &change[moved.expect("all formulations have q")];
+        let solid = &dae.muscle.solid;
+        dae.work.expanded.fill(0.0);
+        solid.dofs().expand(moved, &mut dae.work.expanded);
+        let (at, moved) = (dae.matrices.relaxing_at(), from_ref(&dae.work.expanded));
+        solid.relaxing_stress_rates(at, moved, &mut self.rates);
+        out.copy_from_slice(&self.rates[0]);
+    }
+
+    fn response(&mut self) -> &mut [f64] {
+        self.dae.overstress.as_deref_mut().unwrap_or_default()
+    }
+}
+
+/// The condensed matrices of a [`Remembering`] muscle: those of one whose internal stresses are
+/// eliminated as unknowns.
+#[derive(Debug)]
+pub(crate) struct RememberingSolver(CondensedSolver);
+
+impl RememberingSolver {
+    /// Lays out the reduction.
+    ///
+    /// # Errors
+    /// Those of the analysis.
+    pub(crate) fn new(problem: &Remembering, options: KluOptions) -> Result<Self, SparseError> {
+        Ok(Self(CondensedSolver::without_recovery(&problem.dae, options)?))
+    }
+}
+
+impl LinearSolver<Remembering> for RememberingSolver {
+    fn evaluate(
+        &mut self,
+        problem: &mut Remembering,
+        at: &Linearization<'_>,
+    ) -> Result<(), StepError> {
+        self.0.evaluate(&mut problem.dae, at)
+    }
+
+    fn set_up(
+        &mut self,
+        problem: &mut Remembering,
+        real: f64,
+        complex: &[Complex64],
+    ) -> Result<(), StepError> {
+        self.0.set_up(&mut problem.dae, real, complex)
+    }
+
+    fn solve_real(&mut self, problem: &mut Remembering, rhs: &mut [f64]) -> Result<(), StepError> {
+        self.0.solve_real(&mut problem.dae, rhs)
+    }
+
+    fn solve_complex(
+        &mut self,
+        problem: &mut Remembering,
+        k: usize,
+        rhs: &mut [Complex64],
+    ) -> Result<(), StepError> {
+        self.0.solve_complex(&mut problem.dae, k, rhs)
+    }
+
+    fn pivot_choices(&self) -> u64 {
+        self.0.pivot_choices()
+    }
+
+    fn forget_pivots(&mut self) {
+        self.0.forget_pivots();
+    }
+
+    fn history(&self) -> Vec<bool> {
+        self.0.history()
+    }
+
+    fn set_history(&mut self, history: &[bool]) -> Result<(), StepError> {
+        self.0.set_history(history)
+    }
+}

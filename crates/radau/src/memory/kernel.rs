@@ -1,0 +1,130 @@
+//! Sums over the slots and terms of a memory, a piece at a time that stays in the cache.
+
+use std::ops::Range;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::form::{DRIVES, Form};
+
+/// Slots at a time.
+const AT_A_TIME: usize = 256;
+
+/// The states of the terms of one part of a memory, and what drives them.
+#[derive(Clone, Copy)]
+pub(super) struct Driven<'a> {
+    /// Where the part lies among all slots.
+    pub(super) slots: &'a Range<usize>,
+    /// Its states, term after term.
+    pub(super) states: &'a [f64],
+    pub(super) drives: &'a [Vec<f64>],
+}
+
+impl Driven<'_> {
+    /// Adds the sums of `forms`, one for each term, to the part's slots of `out`.
+    pub(super) fn add_sum(self, forms: &[Form], out: &mut [f64]) {
+        let out = &mut out[self.slots.clone()];
+        let mut total = [0.0; DRIVES];
+        for form in forms {
+            for (total, own) in total.iter_mut().zip(form.of_drives) {
+                *total += own;
+            }
+        }
+        self.in_pieces(|piece, place| {
+            let out = &mut out[piece.clone()];
+            self.add_drives(&total, &place, out);
+            for (k, form) in forms.iter().enumerate() {
+                add(out, form.of_state, self.state(k, &piece));
+            }
+        });
+    }
+
+    /// Writes each of `forms` to the place in `out` that its term has among the states.
+    pub(super) fn write(self, forms: &[Form], out: &mut [f64]) {
+        let width = self.slots.len();
+        self.in_pieces(|piece, place| {
+            for (k, form) in forms.iter().enumerate() {
+                let out = &mut out[k * width + piece.start..k * width + piece.end];
+                out.fill(0.0);
+                self.add_form(form, k, (&piece, &place), out);
+            }
+        });
+    }
+
+    /// Σ (x/(`relative` |q| + `absolute`))² of `forms` x.
+    pub(super) fn square(self, forms: &[Form], relative: f64, absolute: f64) -> f64 {
+        let (mut sum, mut room) = (0.0, [0.0; AT_A_TIME]);
+        self.in_pieces(|piece, place| {
+            for (k, form) in forms.iter().enumerate() {
+                let errors = &mut room[..piece.len()];
+                errors.fill(0.0);
+                self.add_form(form, k, (&piece, &place), errors);
+                for (error, q) in errors.iter().zip(self.state(k, &piece)) {
+                    sum += (error / (relative * q.abs() + absolute)).powi(2);
+                }
+            }
+        });
+        sum
+    }
+
+    #[inline(always)]
+    fn add_drives(&self, factors: &[f64; DRIVES], place: &Range<usize>, out: &mut [f64]) {
+        for (factor, drive) in factors.iter().zip(self.drives) {
+            if *factor != 0.0 {
+                add(out, *factor, &drive[place.clone()]);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add_form(
+        &self,
+        form: &Form,
+        k: usize,
+        (piece, place): (&Range<usize>, &Range<usize>),
+        out: &mut [f64],
+    ) {
+        add(out, form.of_state, self.state(k, piece));
+        self.add_drives(&form.of_drives, place, out);
+    }
+
+    #[inline(always)]
+    fn state(&self, k: usize, piece: &Range<usize>) -> &[f64] {
+        let first = k * self.slots.len();
+        &self.states[first + piece.start..first + piece.end]
+    }
+
+    /// Gives the function each piece of the part, as slots of the part and of the whole, with the
+    /// processor's vector instructions.
+    fn in_pieces(&self, function: impl FnMut(Range<usize>, Range<usize>)) {
+        Arch::new().dispatch(Pieces {
+            slots: self.slots,
+            function,
+        });
+    }
+}
+
+struct Pieces<'a, F> {
+    slots: &'a Range<usize>,
+    function: F,
+}
+
+impl<F: FnMut(Range<usize>, Range<usize>)> WithSimd for Pieces<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, _: S) {
+        for start in (0..self.slots.len()).step_by(AT_A_TIME) {
+            let end = self.slots.len().min(start + AT_A_TIME);
+            let first = self.slots.start;
+            (self.function)(start..end, first + start..first + end);
+        }
+    }
+}
+
+/// y ← y + a x, and nothing for a = 0.
+#[inline(always)]
+fn add(y: &mut [f64], a: f64, x: &[f64]) {
+    if a != 0.0 {
+        crate::dense::add_scaled(y, a, x);
+    }
+}

@@ -1,0 +1,434 @@
+//! Fading memory: linear states, each with one drive, that need not be among the unknowns.
+
+mod form;
+mod kernel;
+
+use std::ops::Range;
+
+use myovib_dae::{Problem, StepError};
+use serde::{Deserialize, Serialize};
+
+use crate::dense::Collocation;
+use crate::error::{RadauError, expect_finite, expect_length};
+use crate::failure::{Failure, Operation};
+use crate::method::Method;
+use form::{BEGIN, CHANGE, DRIVES, Form, SHIFTED, SHIFTED_CHANGE, TermStep};
+use kernel::Driven;
+
+/// A problem with fading memory: beside its unknowns y there are states q, some for each slot,
+///
+/// ```text
+/// F(t, y, ẏ, x) = 0,    x = Σ_k (g_k s(y) − q_k),    τ_k q̇_k + q_k = g_k s(y),
+/// ```
+///
+/// with the response x, the drive s and each q_k of as many components as there are slots. Residual and
+/// Jacobian take the response as it stands in [`response`](Fading::response); a Newton matrix
+/// ∂F/∂y + c ∂F/∂ẏ has the states eliminated: Σ_k g_k cτ_k/(1 + cτ_k) ∂F/∂x ∂s/∂y is added to it.
+pub trait Fading: Problem {
+    /// Writes s(y) to `out`.
+    ///
+    /// # Errors
+    /// As for a residual.
+    fn drive(&mut self, t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError>;
+
+    /// Writes ∂s/∂y · `change` to `out`, with the derivative where the Jacobian was evaluated last.
+    fn drive_along(&mut self, change: &[f64], out: &mut [f64]);
+
+    /// The response x that residual and Jacobian take.
+    fn response(&mut self) -> &mut [f64];
+}
+
+/// A term of a fading memory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MemoryTerm {
+    /// g.
+    pub weight: f64,
+    /// τ, s.
+    pub time: f64,
+}
+
+/// Slots with the same terms.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MemoryPart {
+    /// Which they are.
+    pub slots: Range<usize>,
+    /// Their terms.
+    pub terms: Vec<MemoryTerm>,
+}
+
+/// What a solver is given of a fading memory: the states are integrated by the method as unknowns would
+/// be, and take part in the error test by their own root mean square, but Newton's method does not see
+/// them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FadingMemory {
+    /// The parts, whose slots follow each other.
+    pub parts: Vec<MemoryPart>,
+    /// The states at the start: those of the first part, all slots of its first term before those of the
+    /// second, and so on.
+    pub start: Vec<f64>,
+    /// Their absolute tolerance; the relative one is that of the unknowns.
+    pub absolute: f64,
+}
+
+/// Initial states, in messages.
+const START: &str = "initial states of the memory";
+
+/// The functions of a problem with memory.
+struct Functions<P> {
+    drive: fn(&mut P, f64, &[f64], &mut [f64]) -> Result<(), StepError>,
+    drive_along: fn(&mut P, &[f64], &mut [f64]),
+    response: fn(&mut P) -> &mut [f64],
+}
+
+/// The memory of a solver, which eliminates it from the stages.
+///
+/// At the stages of a step the states are linear in the q it begins with and in the drives at all stages
+/// ([`TermStep::stage`]). So are the responses: the part of q is summed over the terms once a step, and
+/// Newton's method costs the same for any number of terms.
+pub(crate) struct Memory<P> {
+    functions: Functions<P>,
+    parts: Vec<MemoryPart>,
+    /// Relative and absolute tolerance.
+    tolerances: (f64, f64),
+    /// At the beginning of the step that is tried.
+    states: Vec<f64>,
+    /// The drives in it, as forms number them.
+    drives: Vec<Vec<f64>>,
+    /// The parts of the responses at its stages that the states have.
+    constants: Vec<Vec<f64>>,
+    /// The response at its beginning.
+    present: Vec<f64>,
+    last: LastStep,
+    /// The norm of its last estimated error, and whether that was estimated twice.
+    error: f64,
+    estimated_twice: bool,
+}
+
+/// The last step that was accepted, for dense output.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct LastStep {
+    /// The states at its beginning.
+    states: Vec<f64>,
+    drives: Vec<Vec<f64>>,
+}
+
+/// What the next steps of a memory, and dense output, depend on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct MemoryState {
+    states: Vec<f64>,
+    last: LastStep,
+}
+
+impl MemoryState {
+    pub(crate) fn n_states(&self) -> usize {
+        self.states.len()
+    }
+
+    pub(crate) fn n_numbers(&self) -> usize {
+        let drives = self.last.drives.iter().map(Vec::len);
+        2 * self.states.len() + drives.sum::<usize>()
+    }
+}
+
+impl<P> std::fmt::Debug for Memory<P> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Memory").field("parts", &self.parts).finish_non_exhaustive()
+    }
+}
+
+/// The forms of the terms of a part, in a step of size h.
+fn forms(
+    part: &MemoryPart,
+    (method, h): (&Method, f64),
+    form: impl Fn(TermStep<'_>) -> Form,
+) -> Vec<Form> {
+    let terms = part.terms.iter();
+    terms
+        .map(|&term| form(TermStep { term, method, h }))
+        .collect()
+}
+
+impl<P: Problem> Memory<P> {
+    pub(crate) fn new(
+        given: FadingMemory,
+        method: &Method,
+        (relative, factor): (f64, f64),
+    ) -> Result<Self, RadauError>
+    where
+        P: Fading,
+    {
+        let n_slots = given.parts.last().map_or(0, |part| part.slots.end);
+        let of_part = |part: &MemoryPart| part.slots.len() * part.terms.len();
+        let n_states = given.parts.iter().map(of_part).sum();
+        expect_length(START, n_states, given.start.len())?;
+        expect_finite(START, &given.start)?;
+        let (room, stages) = (vec![0.0; n_slots], method.stages());
+        let is_used = |m: usize| m <= stages || m >= CHANGE;
+        let drives = |m| if is_used(m) { room.clone() } else { Vec::new() };
+        let drives: Vec<_> = (0..DRIVES).map(drives).collect();
+        Ok(Self {
+            functions: Functions {
+                drive: P::drive,
+                drive_along: P::drive_along,
+                response: P::response,
+            },
+            parts: given.parts,
+            tolerances: (factor * relative, factor * given.absolute),
+            constants: vec![room.clone(); stages],
+            present: room,
+            last: LastStep {
+                states: given.start.clone(),
+                drives: drives.clone(),
+            },
+            drives,
+            states: given.start,
+            error: 0.0,
+            estimated_twice: false,
+        })
+    }
+
+    fn driven<'a>(
+        parts: &'a [MemoryPart],
+        states: &'a [f64],
+        drives: &'a [Vec<f64>],
+    ) -> impl Iterator<Item = (&'a MemoryPart, Range<usize>, Driven<'a>)> {
+        let mut end = 0;
+        parts.iter().map(move |part| {
+            let own = end..end + part.slots.len() * part.terms.len();
+            end = own.end;
+            let driven = Driven {
+                slots: &part.slots,
+                states: &states[own.clone()],
+                drives,
+            };
+            (part, own, driven)
+        })
+    }
+
+    /// Σ over the terms of their forms at each slot.
+    fn sum(
+        &self,
+        step: (&Method, f64),
+        form: impl Fn(TermStep<'_>) -> Form,
+        out: &mut [f64],
+    ) {
+        out.fill(0.0);
+        for (part, _, driven) in Self::driven(&self.parts, &self.states, &self.drives) {
+            driven.add_sum(&forms(part, step, &form), out);
+        }
+    }
+
+    /// Begins to try a step of size `h` from (t, y).
+    pub(crate) fn begin(
+        &mut self,
+        problem: &mut P,
+        (method, h): (&Method, f64),
+        t: f64,
+        y: &[f64],
+    ) -> Result<(), Failure> {
+        (self.functions.drive)(problem, t, y, &mut self.drives[BEGIN])
+            .map_err(Operation::Residual.failed())?;
+        let mut constants = std::mem::take(&mut self.constants);
+        for (i, constant) in constants.iter_mut().enumerate() {
+            let of_state = |term: TermStep<'_>| term.response(i).of_state;
+            self.sum((method, h), |term| Form::state() * of_state(term), constant);
+        }
+        self.constants = constants;
+        let mut present = std::mem::take(&mut self.present);
+        let response = |term: TermStep<'_>| {
+            term.response_of(Form::drive(BEGIN), Form::state())
+        };
+        self.sum((method, h), response, &mut present);
+        self.present = present;
+        self.show_present(problem);
+        Ok(())
+    }
+
+    /// Lets the problem take the response at the beginning of the step.
+    pub(crate) fn show_present(&self, problem: &mut P) {
+        (self.functions.response)(problem).copy_from_slice(&self.present);
+    }
+
+    /// That response.
+    pub(crate) fn present(&self) -> &[f64] {
+        &self.present
+    }
+
+    /// Lets the problem take this response.
+    pub(crate) fn show(&self, problem: &mut P, response: &[f64]) {
+        (self.functions.response)(problem).copy_from_slice(response);
+    }
+
+    /// Evaluates the drive at (t, y), which is stage i.
+    pub(crate) fn drive(
+        &mut self,
+        problem: &mut P,
+        i: usize,
+        (t, y): (f64, &[f64]),
+    ) -> Result<(), Failure> {
+        (self.functions.drive)(problem, t, y, &mut self.drives[1 + i])
+            .map_err(Operation::Residual.failed())
+    }
+
+    /// Lets the problem take the response at stage i, by the drives at all of them.
+    pub(crate) fn show_stage(&self, problem: &mut P, i: usize, step: (&Method, f64)) {
+        let response = (self.functions.response)(problem);
+        response.copy_from_slice(&self.constants[i]);
+        for (part, _, driven) in Self::driven(&self.parts, &self.states, &self.drives) {
+            let of_drives = |term: TermStep<'_>| Form {
+                of_state: 0.0,
+                ..term.response(i)
+            };
+            driven.add_sum(&forms(part, step, of_drives), response);
+        }
+    }
+
+    /// Lets the problem take the response that the equations of the estimate have once the states are
+    /// eliminated; `again` for those at (t, y), the beginning less its estimated error.
+    pub(crate) fn show_condensed(
+        &mut self,
+        problem: &mut P,
+        step: (&Method, f64),
+        again: Option<(f64, &[f64])>,
+    ) -> Result<(), Failure> {
+        let response = (self.functions.response)(problem);
+        let Some((t, y)) = again else {
+            let first = |term: TermStep<'_>| term.condensed(Form::drive(BEGIN), Form::state());
+            self.sum(step, first, response);
+            return Ok(());
+        };
+        (self.functions.drive)(problem, t, y, &mut self.drives[SHIFTED])
+            .map_err(Operation::Residual.failed())?;
+        let shifted = |term: TermStep<'_>| {
+            term.condensed(Form::drive(SHIFTED), Form::state() + first_error(term))
+        };
+        self.sum(step, shifted, (self.functions.response)(problem));
+        Ok(())
+    }
+
+    /// The norm of the estimated error of the states, where y errs by `error`.
+    pub(crate) fn estimate(
+        &mut self,
+        problem: &mut P,
+        step: (&Method, f64),
+        error: &[f64],
+        again: bool,
+    ) -> f64 {
+        let change = if again { SHIFTED_CHANGE } else { CHANGE };
+        (self.functions.drive_along)(problem, error, &mut self.drives[change]);
+        self.estimated_twice = again;
+        self.error = self.norm(step, last_error(again));
+        self.error
+    }
+
+    /// Writes the estimates of the last step, which was of `step`.
+    pub(crate) fn write_estimates(&self, step: (&Method, f64), out: &mut [f64]) {
+        let LastStep { states, drives } = &self.last;
+        for (part, own, driven) in Self::driven(&self.parts, states, drives) {
+            driven.write(&forms(part, step, last_error(self.estimated_twice)), &mut out[own]);
+        }
+    }
+
+    /// The norm of the last estimated error.
+    pub(crate) fn error(&self) -> f64 {
+        self.error
+    }
+
+    /// The norm of q̇ at the beginning of the step.
+    pub(crate) fn rate(&self, method: &Method) -> f64 {
+        self.norm((method, 1.0), |term| {
+            term.response_of(Form::drive(BEGIN), Form::state()) * (1.0 / term.term.time)
+        })
+    }
+
+    fn norm(&self, step: (&Method, f64), form: impl Fn(TermStep<'_>) -> Form) -> f64 {
+        let (relative, absolute) = self.tolerances;
+        let absolute = absolute.max(f64::MIN_POSITIVE);
+        let driven = Self::driven(&self.parts, &self.states, &self.drives);
+        let squares = driven.map(|(part, _, driven)| {
+            driven.square(&forms(part, step, &form), relative, absolute)
+        });
+        (squares.sum::<f64>() / self.states.len().max(1) as f64).sqrt()
+    }
+
+    /// Makes the step that was tried the last one.
+    pub(crate) fn accept(&mut self, (method, h): (&Method, f64)) {
+        let end = method.stages() - 1;
+        let Self { parts, states, drives, last, .. } = self;
+        for (part, own, driven) in Self::driven(parts, states, drives) {
+            let at_end = forms(part, (method, h), |term| term.stage(end));
+            driven.write(&at_end, &mut last.states[own]);
+        }
+        std::mem::swap(states, &mut last.states);
+        std::mem::swap(drives, &mut last.drives);
+    }
+
+    /// Makes `t`, a time in the `step` accepted last, the one that the next step begins at.
+    pub(crate) fn cut(&mut self, method: &Method, step: &Collocation, t: f64) {
+        let mut states = std::mem::take(&mut self.states);
+        self.evaluate(method, step, t, 0, &mut states);
+        self.states = states;
+    }
+
+    /// The states (`derivative` 0) or their derivatives (1) at a time in the `step` accepted last.
+    pub(crate) fn evaluate(
+        &self,
+        method: &Method,
+        step: &Collocation,
+        t: f64,
+        derivative: usize,
+        out: &mut [f64],
+    ) {
+        let LastStep { states, drives } = &self.last;
+        for (part, own, driven) in Self::driven(&self.parts, states, drives) {
+            let form = |term: TermStep<'_>| {
+                term.between(derivative, step.coefficients(method, t, derivative))
+            };
+            driven.write(&forms(part, (method, step.h), form), &mut out[own]);
+        }
+    }
+
+    /// Starts afresh at (t, y) with the states as they are.
+    pub(crate) fn restart(&mut self, problem: &mut P, method: &Method, t: f64, y: &[f64]) -> Result<(), Failure> {
+        self.begin(problem, (method, 1.0), t, y)?;
+        self.last.states.copy_from_slice(&self.states);
+        let (begin, stages) = self.drives.split_at_mut(1);
+        for drive in &mut stages[..method.stages()] {
+            drive.copy_from_slice(&begin[0]);
+        }
+        self.last.drives.clone_from(&self.drives);
+        Ok(())
+    }
+
+    pub(crate) fn n_states(&self) -> usize {
+        self.states.len()
+    }
+
+    pub(crate) fn state(&self) -> MemoryState {
+        MemoryState {
+            states: self.states.clone(),
+            last: self.last.clone(),
+        }
+    }
+
+    pub(crate) fn restore(&mut self, state: &MemoryState) {
+        self.states.clone_from(&state.states);
+        self.last = state.last.clone();
+    }
+}
+
+/// The estimated error of a state, which was estimated once or twice.
+fn last_error(twice: bool) -> fn(TermStep<'_>) -> Form {
+    match twice {
+        false => first_error,
+        true => |term| {
+            let state = Form::state() + first_error(term);
+            term.error(Form::drive(SHIFTED), state, Form::drive(SHIFTED_CHANGE))
+        },
+    }
+}
+
+/// The estimated error of a state in the first place.
+fn first_error(term: TermStep<'_>) -> Form {
+    term.error(Form::drive(BEGIN), Form::state(), Form::drive(CHANGE))
+}
