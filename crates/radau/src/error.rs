@@ -115,6 +115,12 @@ pub enum RadauError {
         /// The error as it was raised.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
+    /// Sensitivities or an adjoint were asked for of a problem with fading memory.
+    #[error(
+        "no sensitivities with a fading memory: they would lack those of its states; keep these among \
+         the unknowns"
+    )]
+    Fading,
     /// The equations of a sensitivity cannot be solved.
     #[error("no sensitivity to `{parameter}` over the step from t = {t}: {message}")]
     Sensitivity {

@@ -34,7 +34,9 @@ impl RelaxingRadau {
         let (problem, memory) = Remembering::new(dae, y, absolute);
         let n = y.len() - memory.start.len();
         let (dae, relative) = (problem.dae(), settings.relative_tolerance);
-        let absolute = dae.layout().fill(|field| settings.absolute_tolerances.of(field));
+        let absolute = dae
+            .layout()
+            .fill(|field| settings.absolute_tolerances.of(field));
         let options = RadauOptions {
             tolerances: Tolerances::vector(relative, &absolute[..n]),
             suppressed: Suppressed::Components(settings.left_out(dae.layout())[..n].to_vec()),
@@ -42,8 +44,7 @@ impl RelaxingRadau {
         };
         let matrices = RememberingSolver::new(&problem, options.klu)?;
         let (times, start) = ((t, settings.t_end), (&y[..n], &y_dot[..n]));
-        let inner =
-            RadauIntegrator::with_memory(problem, matrices, options, times, start, memory)?;
+        let inner = RadauIntegrator::with_memory(problem, matrices, options, times, start, memory)?;
         Ok(Self(inner.with_schedule(schedule)))
     }
 }

@@ -138,7 +138,10 @@ impl RememberingSolver {
     /// # Errors
     /// Those of the analysis.
     pub(crate) fn new(problem: &Remembering, options: KluOptions) -> Result<Self, SparseError> {
-        Ok(Self(CondensedSolver::without_recovery(&problem.dae, options)?))
+        Ok(Self(CondensedSolver::without_recovery(
+            &problem.dae,
+            options,
+        )?))
     }
 }
 

@@ -6,5 +6,6 @@ mod energy;
 mod equilibria;
 mod graded;
 mod jacobian;
+mod memory;
 mod refusals;
 mod relaxation;

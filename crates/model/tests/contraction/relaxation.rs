@@ -18,14 +18,14 @@ use rand::{Rng, SeedableRng};
 use crate::common::{INF, block, contracting, elastic, halves, neo_hooke, viscous};
 use crate::energy::{Balance, settings};
 
-fn series(terms: &[(f64, f64)]) -> Prony {
+pub(crate) fn series(terms: &[(f64, f64)]) -> Prony {
     let terms = terms.iter();
     let terms = terms.map(|&(weight, time)| PronyTerm { weight, time });
     Prony::new(terms.collect()).unwrap()
 }
 
 /// The contracting block, whose halves relax by two series.
-fn relaxing(dimension: usize, kappa: f64, beta: f64) -> Muscle {
+pub(crate) fn relaxing(dimension: usize, kappa: f64, beta: f64) -> Muscle {
     let stresses = if beta > 0.0 { viscous() } else { elastic() };
     let mut muscle = contracting(dimension, kappa, beta, stresses);
     let [left, right] = halves(&block(dimension));

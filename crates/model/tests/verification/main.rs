@@ -7,6 +7,7 @@ mod energy;
 mod index3;
 mod jacobian;
 mod large;
+mod orders;
 mod parameters;
 mod pressure;
 mod statics;

@@ -132,7 +132,9 @@ impl MemoryState {
 
 impl<P> std::fmt::Debug for Memory<P> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Memory").field("parts", &self.parts).finish_non_exhaustive()
+        f.debug_struct("Memory")
+            .field("parts", &self.parts)
+            .finish_non_exhaustive()
     }
 }
 
@@ -206,12 +208,7 @@ impl<P: Problem> Memory<P> {
     }
 
     /// Σ over the terms of their forms at each slot.
-    fn sum(
-        &self,
-        step: (&Method, f64),
-        form: impl Fn(TermStep<'_>) -> Form,
-        out: &mut [f64],
-    ) {
+    fn sum(&self, step: (&Method, f64), form: impl Fn(TermStep<'_>) -> Form, out: &mut [f64]) {
         out.fill(0.0);
         for (part, _, driven) in Self::driven(&self.parts, &self.states, &self.drives) {
             driven.add_sum(&forms(part, step, &form), out);
@@ -235,9 +232,7 @@ impl<P: Problem> Memory<P> {
         }
         self.constants = constants;
         let mut present = std::mem::take(&mut self.present);
-        let response = |term: TermStep<'_>| {
-            term.response_of(Form::drive(BEGIN), Form::state())
-        };
+        let response = |term: TermStep<'_>| term.response_of(Form::drive(BEGIN), Form::state());
         self.sum((method, h), response, &mut present);
         self.present = present;
         self.show_present(problem);
@@ -325,7 +320,10 @@ impl<P: Problem> Memory<P> {
     pub(crate) fn write_estimates(&self, step: (&Method, f64), out: &mut [f64]) {
         let LastStep { states, drives } = &self.last;
         for (part, own, driven) in Self::driven(&self.parts, states, drives) {
-            driven.write(&forms(part, step, last_error(self.estimated_twice)), &mut out[own]);
+            driven.write(
+                &forms(part, step, last_error(self.estimated_twice)),
+                &mut out[own],
+            );
         }
     }
 
@@ -345,16 +343,21 @@ impl<P: Problem> Memory<P> {
         let (relative, absolute) = self.tolerances;
         let absolute = absolute.max(f64::MIN_POSITIVE);
         let driven = Self::driven(&self.parts, &self.states, &self.drives);
-        let squares = driven.map(|(part, _, driven)| {
-            driven.square(&forms(part, step, &form), relative, absolute)
-        });
+        let squares = driven
+            .map(|(part, _, driven)| driven.square(&forms(part, step, &form), relative, absolute));
         (squares.sum::<f64>() / self.states.len().max(1) as f64).sqrt()
     }
 
     /// Makes the step that was tried the last one.
     pub(crate) fn accept(&mut self, (method, h): (&Method, f64)) {
         let end = method.stages() - 1;
-        let Self { parts, states, drives, last, .. } = self;
+        let Self {
+            parts,
+            states,
+            drives,
+            last,
+            ..
+        } = self;
         for (part, own, driven) in Self::driven(parts, states, drives) {
             let at_end = forms(part, (method, h), |term| term.stage(end));
             driven.write(&at_end, &mut last.states[own]);
@@ -389,7 +392,13 @@ impl<P: Problem> Memory<P> {
     }
 
     /// Starts afresh at (t, y) with the states as they are.
-    pub(crate) fn restart(&mut self, problem: &mut P, method: &Method, t: f64, y: &[f64]) -> Result<(), Failure> {
+    pub(crate) fn restart(
+        &mut self,
+        problem: &mut P,
+        method: &Method,
+        t: f64,
+        y: &[f64],
+    ) -> Result<(), Failure> {
         self.begin(problem, (method, 1.0), t, y)?;
         self.last.states.copy_from_slice(&self.states);
         let (begin, stages) = self.drives.split_at_mut(1);

@@ -74,7 +74,7 @@ impl<Q> ForwardSensitivities<Q> {
     ///
     /// # Errors
     /// [`RadauError::WrongLength`], [`RadauError::NotFinite`]; [`RadauError::AfterTheStart`] for a
-    /// solver that has begun.
+    /// solver that has begun, [`RadauError::Fading`] for one with a memory.
     pub fn new<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
         parameters: Q,
@@ -101,6 +101,7 @@ impl<Q> ForwardSensitivities<Q> {
         if solver.statistics().steps > 0 {
             return Err(RadauError::AfterTheStart { t: solver.t() });
         }
+        solver.expect_no_memory()?;
         let method = solver.method();
         let columns = vec![0.0; list.len() * n];
         Ok(Self {

@@ -45,7 +45,8 @@ impl Recording {
     /// Keeps the stages of all steps: s + 2 vectors a step.
     ///
     /// # Errors
-    /// [`RadauError::AfterTheStart`] for a solver that has begun.
+    /// [`RadauError::AfterTheStart`] for a solver that has begun, [`RadauError::Fading`] for one with a
+    /// memory.
     pub fn of_stages<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
     ) -> Result<Self, RadauError> {
@@ -58,7 +59,7 @@ impl Recording {
     /// Between steps the solver must be left alone, so that it takes them again.
     ///
     /// # Errors
-    /// [`RadauError::AfterTheStart`] for a solver that has begun.
+    /// As [`of_stages`](Self::of_stages).
     pub fn of_checkpoints<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
     ) -> Result<Self, RadauError> {
@@ -73,6 +74,7 @@ impl Recording {
         if solver.statistics().steps > 0 {
             return Err(RadauError::AfterTheStart { t: solver.t() });
         }
+        solver.expect_no_memory()?;
         Ok(Self {
             kept,
             steps: Vec::new(),

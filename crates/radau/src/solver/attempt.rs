@@ -60,7 +60,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let (z, filter_twice) = (&self.newton.z, self.fresh || repeated);
         let (memory, counters) = (self.memory.as_mut(), &mut self.counters);
         let test = &mut self.error_test;
-        let mut error = test.estimate(problem, matrices, memory, &step, z, filter_twice, counters)?;
+        let mut error =
+            test.estimate(problem, matrices, memory, &step, z, filter_twice, counters)?;
         if let Some(memory) = &self.memory {
             memory.show_present(problem);
         }
@@ -197,8 +198,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let (newton, counters) = (&mut self.newton, &mut self.counters);
         let mut memory = self.memory.as_mut();
         let of_stages = memory.as_deref_mut();
-        let solved =
-            newton.solve(problem, matrices, of_stages, &step, &self.weights, counters)?;
+        let solved = newton.solve(problem, matrices, of_stages, &step, &self.weights, counters)?;
         if let Some(memory) = memory {
             newton.drive(problem, memory, &step)?;
             memory.show_present(problem);

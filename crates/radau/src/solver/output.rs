@@ -74,6 +74,14 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.memory.as_ref().map_or(0, Memory::n_states)
     }
 
+    /// That all states are unknowns.
+    pub(crate) fn expect_no_memory(&self) -> Result<(), RadauError> {
+        match self.memory {
+            None => Ok(()),
+            Some(_) => Err(RadauError::Fading),
+        }
+    }
+
     /// As [`dense_output`](RadauSolver::dense_output), for the states of the fading memory.
     ///
     /// # Errors

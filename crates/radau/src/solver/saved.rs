@@ -100,9 +100,8 @@ impl RadauState {
 
     /// Bytes of its vectors.
     pub(crate) fn n_bytes(&self) -> usize {
-        let linearized = |at: &Linearized| {
-            at.y.len() + at.y_dot.len() + at.weights.len() + at.response.len()
-        };
+        let linearized =
+            |at: &Linearized| at.y.len() + at.y_dot.len() + at.weights.len() + at.response.len();
         let jacobian = self.jacobian.as_ref().map_or(0, |(at, _)| linearized(at));
         let pivots = self.pivots.as_ref().map_or(0, |(at, _)| linearized(at));
         let memory = self.memory.as_ref().map_or(0, MemoryState::n_numbers);
