@@ -50,8 +50,7 @@ impl ErrorTest {
         matrices: &mut M,
         mut memory: Option<&mut Memory<P>>,
         step: &Step<'_>,
-        z: &[f64],
-        filter_twice: bool,
+        (z, filter_twice): (&[f64], bool),
         counters: &mut Counters,
     ) -> Result<f64, Failure> {
         start_slope(step.method, step.h, z, &mut self.y_dot);
@@ -185,7 +184,14 @@ mod tests {
             weights: &[1.0],
         };
         let (mut test, mut counters) = (ErrorTest::new(vec![1.0]), Counters::default());
-        let estimated = test.estimate(problem, &mut matrices, None, &step, z, false, &mut counters);
+        let estimated = test.estimate(
+            problem,
+            &mut matrices,
+            None,
+            &step,
+            (z, false),
+            &mut counters,
+        );
         estimated.unwrap();
         test.error(0)
     }

@@ -73,9 +73,12 @@ pub struct FadingMemory {
 /// Initial states, in messages.
 const START: &str = "initial states of the memory";
 
+/// A function of time and unknowns.
+type Drive<P> = fn(&mut P, f64, &[f64], &mut [f64]) -> Result<(), StepError>;
+
 /// The functions of a problem with memory.
 struct Functions<P> {
-    drive: fn(&mut P, f64, &[f64], &mut [f64]) -> Result<(), StepError>,
+    drive: Drive<P>,
     drive_along: fn(&mut P, &[f64], &mut [f64]),
     response: fn(&mut P) -> &mut [f64],
 }

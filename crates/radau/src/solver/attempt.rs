@@ -60,8 +60,14 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let (z, filter_twice) = (&self.newton.z, self.fresh || repeated);
         let (memory, counters) = (self.memory.as_mut(), &mut self.counters);
         let test = &mut self.error_test;
-        let mut error =
-            test.estimate(problem, matrices, memory, &step, z, filter_twice, counters)?;
+        let mut error = test.estimate(
+            problem,
+            matrices,
+            memory,
+            &step,
+            (z, filter_twice),
+            counters,
+        )?;
         if let Some(memory) = &self.memory {
             memory.show_present(problem);
         }
