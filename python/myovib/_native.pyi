@@ -43,6 +43,8 @@ def fit(
     profile: bool,
     tolerance: float,
     max_iterations: int,
+    starts: int,
+    seed: int,
     progress: Callable[[str], object] | None,
 ) -> str: ...
 def builtins() -> list[str]: ...

@@ -276,6 +276,8 @@ class Scene:
         profile: bool = False,
         tolerance: float = 1e-5,
         max_iterations: int = 50,
+        starts: int = 1,
+        seed: int = 0,
         progress: Progress = False,
     ) -> FitResult:
         """The scene's parameters from measurements, by least squares.
@@ -298,6 +300,8 @@ class Scene:
         tolerance : float
             The fit has converged when no parameter changes by more than this fraction.
         max_iterations : int
+        starts, seed : int
+            From how many starts to fit: the scene's own and others by chance; the best is kept.
         progress : bool or callable
             As for `run`.
 
@@ -324,6 +328,8 @@ class Scene:
                 profile,
                 tolerance,
                 max_iterations,
+                starts,
+                seed,
                 show,
             )
         return FitResult(out, json.loads(document), self.copy(), temporary)

@@ -47,6 +47,8 @@ pub(crate) fn fit(
     profile: bool,
     tolerance: f64,
     max_iterations: usize,
+    starts: usize,
+    seed: u64,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<String> {
     let progress = Progress::new(progress);
@@ -58,6 +60,8 @@ pub(crate) fn fit(
             out: out.clone(),
             tolerance,
             max_iterations,
+            starts,
+            seed,
             loss: Loss::Squares,
             profile,
             interrupt: Some(flag),

@@ -5,55 +5,11 @@ use std::ops::ControlFlow;
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::FitError;
-use crate::loss::Loss;
 use crate::model::{Failed, Model};
+use crate::options::Options;
 use crate::parameter::Parameter;
 use crate::result::{Ended, Fit, Iteration};
 use crate::trust_region::Linearised;
-
-/// Settings of a fit.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Options {
-    /// The fit is converged when a step changes no parameter by more than this fraction of its
-    /// size, or when the residuals are orthogonal to all derivatives to this cosine; 1e-8 by
-    /// default.
-    pub tolerance: f64,
-    /// Most iterations, each with one Jacobian; 100 by default.
-    pub max_iterations: usize,
-    /// How much a residual counts; least squares by default.
-    pub loss: Loss,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            tolerance: 1e-8,
-            max_iterations: 100,
-            loss: Loss::Squares,
-        }
-    }
-}
-
-impl Options {
-    fn check(&self) -> Result<(), FitError> {
-        let refuse = |option, value, expected| {
-            Err(FitError::Option {
-                option,
-                value,
-                expected,
-            })
-        };
-        if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
-            return refuse("tolerance", self.tolerance, "in (0, 1)");
-        }
-        match self.loss.delta() {
-            Some(delta) if !(delta > 0.0 && delta.is_finite()) => {
-                refuse("delta of the loss", delta, "positive and finite")
-            }
-            _ => Ok(()),
-        }
-    }
-}
 
 /// Fits the parameters.
 ///
@@ -80,6 +36,33 @@ pub fn fit_observed(
     options: &Options,
     observe: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
 ) -> Result<Fit, FitError> {
+    search(model, parameters, None, options, observe)
+}
+
+/// Goes on from the `rough` fit of another model that is nearly the same, as of one that is computed to a
+/// rougher tolerance: from its values, and by its derivatives for the first step.
+///
+/// # Errors
+/// As for [`fit`].
+pub fn refine(
+    model: &mut dyn Model,
+    parameters: &[Parameter],
+    rough: &Fit,
+    options: &Options,
+    observe: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
+) -> Result<Fit, FitError> {
+    let starts = parameters.iter().zip(&rough.values);
+    let starts: Vec<_> = starts.map(|(p, &value)| p.starting_from(value)).collect();
+    search(model, &starts, Some(&rough.jacobian), options, observe)
+}
+
+fn search(
+    model: &mut dyn Model,
+    parameters: &[Parameter],
+    known: Option<&DMatrix<f64>>,
+    options: &Options,
+    observe: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
+) -> Result<Fit, FitError> {
     options.check()?;
     parameters.iter().try_for_each(Parameter::check)?;
     let (m, n) = (model.n_residuals(), parameters.len());
@@ -89,7 +72,8 @@ pub fn fit_observed(
             n_parameters: n,
         });
     }
-    let mut search = Search::new(model, parameters, options)?;
+    let mut search = Search::new(model, parameters, options);
+    search.start(known)?;
     let ended = search.run(observe)?;
     Ok(search.into_fit(ended))
 }
@@ -100,6 +84,19 @@ struct Evaluation {
     cost: f64,
     jacobian: Option<DMatrix<f64>>,
 }
+
+/// How far the residuals are from the least of the linearised problem.
+struct Slope {
+    /// The largest cosine between them and a derivative.
+    cosine: f64,
+    /// The way there in units of the parameters' uncertainty.
+    offset: f64,
+}
+
+/// The first step changes parameters by about this fraction of their size at most. Steps measured by the
+/// derivatives, as Moré has them, change most what counts least, far beyond where the linearised problem
+/// tells anything of it.
+const FIRST: f64 = 0.3;
 
 /// Shrinks the trust region below this quality of prediction, grows it above the other (Moré).
 const POOR: f64 = 0.25;
@@ -119,8 +116,7 @@ struct Search<'a> {
     jacobian: DMatrix<f64>,
     /// Whether that is the one at p.
     is_linearised: bool,
-    /// D: the largest norm each column of the Jacobian has had.
-    diagonal: Vec<f64>,
+    /// How far a step may go: by the root of the sum of squares of changes in sizes of the parameters.
     radius: f64,
     /// Length of the last step whose reduction of the cost was below rounding.
     last_blind: f64,
@@ -129,32 +125,41 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(
-        model: &'a mut dyn Model,
-        parameters: &'a [Parameter],
-        options: &'a Options,
-    ) -> Result<Self, FitError> {
+    fn new(model: &'a mut dyn Model, parameters: &'a [Parameter], options: &'a Options) -> Self {
         let (m, n) = (model.n_residuals(), parameters.len());
-        let p: Vec<f64> = parameters.iter().map(|p| p.start).collect();
-        let mut search = Self {
+        Self {
             model,
             parameters,
+            p: parameters.iter().map(|p| p.start).collect(),
             options,
             residuals: vec![0.0; m],
             cost: 0.0,
             jacobian: DMatrix::zeros(m, n),
             is_linearised: false,
-            diagonal: vec![0.0; n],
-            radius: 0.0,
+            radius: FIRST * (n as f64).sqrt(),
             last_blind: f64::INFINITY,
             evaluations: 0,
             history: Vec::new(),
-            p,
-        };
-        let start = search.p.clone();
-        let there = search.evaluate(&start, true).map_err(FitError::Start)?;
-        search.go_to(start, there);
-        Ok(search)
+        }
+    }
+
+    /// Evaluates the model at the start; goes from there by derivatives that are nearly `known`, if that
+    /// lowers the cost.
+    fn start(&mut self, known: Option<&DMatrix<f64>>) -> Result<(), FitError> {
+        let start = self.p.clone();
+        let there = self.evaluate(&start, known.is_none());
+        self.go_to(start, there.map_err(FitError::Start)?);
+        if let Some(known) = known {
+            self.jacobian.copy_from(known);
+            let (linear, free, _) = self.linear_problem();
+            let (trial, _) = self.trial(&free, &linear.step(self.radius).0);
+            if let Ok(there) = self.evaluate(&trial, true)
+                && there.cost < self.cost
+            {
+                self.go_to(trial, there);
+            }
+        }
+        Ok(())
     }
 
     fn scale(&self) -> Vec<f64> {
@@ -243,8 +248,9 @@ impl<'a> Search<'a> {
 
     /// Takes steps with this Jacobian until one lowers the cost.
     fn improve(&mut self) -> Option<Ended> {
-        let (linear, free, orthogonality) = self.linear_problem();
-        if free.is_empty() || orthogonality <= self.options.tolerance * 1e-3 || self.cost == 0.0 {
+        let (linear, free, slope) = self.linear_problem();
+        let is_least = slope.cosine <= self.options.tolerance * 1e-3;
+        if free.is_empty() || is_least || slope.offset < self.options.offset || self.cost == 0.0 {
             return Some(Ended::Converged);
         }
         // Most first trials are taken, and what follows needs the derivatives there; of a second one
@@ -301,9 +307,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The linearised problem in the parameters not held by a bound, which these are, and the
-    /// largest cosine between the residuals and a derivative.
-    fn linear_problem(&mut self) -> (Linearised, Vec<usize>, f64) {
+    /// The linearised problem in the parameters not held by a bound, which these are, and how far it is
+    /// to its least.
+    fn linear_problem(&mut self) -> (Linearised, Vec<usize>, Slope) {
         let weights: Vec<f64> = self
             .residuals
             .iter()
@@ -328,7 +334,6 @@ impl<'a> Search<'a> {
             let slope = column.dot(&residuals);
             let held = (self.p[j] <= parameter.low && slope > 0.0)
                 || (self.p[j] >= parameter.high && slope < 0.0);
-            self.diagonal[j] = self.diagonal[j].max(norm);
             if held || norm == 0.0 {
                 continue;
             }
@@ -336,24 +341,15 @@ impl<'a> Search<'a> {
                 cosine = cosine.max(slope.abs() / (norm * length));
             }
             free.push(j);
-            columns.push(column / self.diagonal[j]);
-        }
-        if self.radius == 0.0 {
-            let size: f64 = free
-                .iter()
-                .map(|&j| (self.diagonal[j] * self.p[j]).powi(2))
-                .sum();
-            self.radius = if size > 0.0 {
-                100.0 * size.sqrt()
-            } else {
-                100.0
-            };
+            columns.push(column * parameter.scale);
         }
         let scaled = match columns.is_empty() {
             true => DMatrix::zeros(residuals.len(), 1),
             false => DMatrix::from_columns(&columns),
         };
-        (Linearised::new(scaled, &residuals), free, cosine)
+        let linear = Linearised::new(scaled, &residuals);
+        let offset = linear.offset(&residuals);
+        (linear, free, Slope { cosine, offset })
     }
 
     /// The parameters after the scaled step `x`, cut at the bounds, and the scaled length moved.
@@ -361,9 +357,11 @@ impl<'a> Search<'a> {
         let mut trial = self.p.clone();
         let mut square = 0.0;
         for (&j, x) in free.iter().zip(x.iter()) {
-            let Parameter { low, high, .. } = self.parameters[j];
-            trial[j] = (self.p[j] + x / self.diagonal[j]).clamp(low, high);
-            square += (self.diagonal[j] * (trial[j] - self.p[j])).powi(2);
+            let Parameter {
+                low, high, scale, ..
+            } = self.parameters[j];
+            trial[j] = (self.p[j] + x * scale).clamp(low, high);
+            square += ((trial[j] - self.p[j]) / scale).powi(2);
         }
         (trial, square.sqrt())
     }

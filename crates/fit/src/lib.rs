@@ -5,11 +5,11 @@
 //!   you have them.
 //! - [`Parameter`]: name, start, scale and bounds.
 //! - [`fit`] takes both with [`Options`] and gives a [`Fit`]: values, cost, history, and
-//!   [how it ended](Ended).
+//!   [how it ended](Ended). [`refine`] goes on from a fit to a rougher model.
 //! - [`Uncertainty`]: standard errors, intervals and correlations, from the Jacobian at the end.
 //! - [`Identifiability`]: the combinations of parameters that the data cannot tell.
 //! - [`profile`](fn@profile): intervals by profile likelihood, where the linear ones do not do.
-//! - [`fit_from_several_starts`]: the best of several fits.
+//! - [`best_fit`]: the best of fits from [`several_starts`].
 //!
 //! # Examples
 //! A decay y = a exp(−k t), measured at four times:
@@ -40,7 +40,9 @@
 //!
 //! # References
 //! - J. J. Moré, The Levenberg–Marquardt algorithm: implementation and theory, Lecture Notes in
-//!   Mathematics 630 (1978) 105–116.
+//!   Mathematics 630 (1978) 105–116 (the trust region; here it is measured by the parameters' sizes).
+//! - D. M. Bates, D. G. Watts, A relative offset orthogonality convergence criterion for nonlinear
+//!   least squares, Technometrics 23 (1981) 179–183.
 //! - D. M. Bates, D. G. Watts, *Nonlinear Regression Analysis and Its Applications*, Wiley 1988
 //!   (intervals, profiles).
 #![forbid(unsafe_code)]
@@ -51,6 +53,7 @@ mod error;
 mod identifiability;
 mod loss;
 mod model;
+mod options;
 mod parameter;
 mod profile;
 mod result;
@@ -58,13 +61,14 @@ mod starts;
 mod trust_region;
 mod uncertainty;
 
-pub use driver::{Options, fit, fit_observed};
+pub use driver::{fit, fit_observed, refine};
 pub use error::FitError;
 pub use identifiability::{Direction, Identifiability};
 pub use loss::Loss;
 pub use model::{Failed, Model};
+pub use options::Options;
 pub use parameter::Parameter;
 pub use profile::{Profile, ProfilePoint, profile};
 pub use result::{Ended, Fit, Iteration};
-pub use starts::fit_from_several_starts;
+pub use starts::{best_fit, several_starts};
 pub use uncertainty::Uncertainty;

@@ -9,7 +9,7 @@ pub struct Parameter {
     pub name: String,
     /// Where the fit starts.
     pub start: f64,
-    /// Its typical size: steps and differences are measured by it. |start| unless told, 1 for 0.
+    /// Its typical size, by which steps and differences are measured. |start| unless told, 1 for 0.
     pub scale: f64,
     /// The least value allowed.
     pub low: f64,
@@ -33,6 +33,15 @@ impl Parameter {
     #[must_use]
     pub fn within(self, low: f64, high: f64) -> Self {
         Self { low, high, ..self }
+    }
+
+    /// The same from another start.
+    #[must_use]
+    pub fn starting_from(&self, start: f64) -> Self {
+        Self {
+            start,
+            ..self.clone()
+        }
     }
 
     pub(crate) fn check(&self) -> Result<(), FitError> {

@@ -2,9 +2,10 @@
 
 use nalgebra::DMatrix;
 
-use crate::driver::{Options, fit};
+use crate::driver::fit;
 use crate::error::FitError;
 use crate::model::{Failed, Model};
+use crate::options::Options;
 use crate::parameter::Parameter;
 use crate::result::Fit;
 use crate::uncertainty::student_quantile;
@@ -152,10 +153,7 @@ fn refit(
         .zip(others.iter())
         .enumerate()
         .filter(|(j, _)| *j != which)
-        .map(|(_, (parameter, &start))| Parameter {
-            start,
-            ..parameter.clone()
-        })
+        .map(|(_, (parameter, &start))| parameter.starting_from(start))
         .collect();
     let mut held = Held {
         model,

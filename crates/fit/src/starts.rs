@@ -1,33 +1,79 @@
-//! The best of several fits.
+//! Several starts, and the best of what comes of them.
 
-use crate::driver::{Options, fit};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{RngCore, SeedableRng};
+
 use crate::error::FitError;
-use crate::model::Model;
 use crate::parameter::Parameter;
 use crate::result::Fit;
 
-/// Fits from the parameters' own starts and from each of the `others`, and keeps the fit of the
-/// least cost. Starts at which the model fails are passed over.
+/// The parameters' own starts, and `count − 1` others by chance: anywhere between bounds if there are two
+/// (by the logarithm if both are positive), else between half and twice the start, for 0 within a scale
+/// of it. The same seed gives the same starts.
+pub fn several_starts(parameters: &[Parameter], count: usize, seed: u64) -> Vec<Vec<Parameter>> {
+    let mut stream = ChaCha8Rng::seed_from_u64(seed);
+    let mut chance = || (stream.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+    let mut moved = |parameter: &Parameter| parameter.starting_from(drawn(parameter, chance()));
+    let others = (1..count).map(|_| parameters.iter().map(&mut moved).collect());
+    std::iter::once(parameters.to_vec()).chain(others).collect()
+}
+
+/// The start at this `share` of the way through those that are considered.
+fn drawn(parameter: &Parameter, share: f64) -> f64 {
+    let Parameter {
+        start,
+        scale,
+        low,
+        high,
+        ..
+    } = *parameter;
+    let drawn = if low > 0.0 && high.is_finite() {
+        low * (high / low).powf(share)
+    } else if low.is_finite() && high.is_finite() {
+        low + share * (high - low)
+    } else if start == 0.0 {
+        scale * (2.0 * share - 1.0)
+    } else {
+        start * 4_f64.powf(share - 0.5)
+    };
+    drawn.clamp(low, high)
+}
+
+/// `fit`s from each of the `starts`, and keeps the fit of the least cost. Starts at which the model fails
+/// are passed over.
+///
+/// # Examples
+/// ```
+/// # use myovib_fit::{Failed, Model, Options, Parameter, best_fit, fit, several_starts};
+/// # struct Wave;
+/// # impl Model for Wave {
+/// #     fn n_residuals(&self) -> usize { 1 }
+/// #     fn residuals(&mut self, p: &[f64], out: &mut [f64]) -> Result<(), Failed> {
+/// #         out[0] = p[0].sin() + 0.1 * p[0];
+/// #         Ok(())
+/// #     }
+/// # }
+/// let wave = [Parameter::new("p", 4.0).within(0.5, 8.0)];
+/// let starts = several_starts(&wave, 5, 1);
+/// let best = best_fit(&starts, &mut |start| fit(&mut Wave, start, &Options::default()))?;
+/// assert!(best.cost < 1e-12);
+/// # Ok::<(), myovib_fit::FitError>(())
+/// ```
 ///
 /// # Errors
-/// As for [`fit`], if no start does.
-pub fn fit_from_several_starts(
-    model: &mut dyn Model,
-    parameters: &[Parameter],
-    others: &[Vec<f64>],
-    options: &Options,
+/// That of the first start, if all fail.
+///
+/// # Panics
+/// Without a start.
+pub fn best_fit(
+    starts: &[Vec<Parameter>],
+    fit: &mut dyn FnMut(&[Parameter]) -> Result<Fit, FitError>,
 ) -> Result<Fit, FitError> {
-    let mut best = fit(model, parameters, options);
-    for start in others {
-        let moved: Vec<_> = parameters
-            .iter()
-            .zip(start)
-            .map(|(parameter, &start)| Parameter {
-                start,
-                ..parameter.clone()
-            })
-            .collect();
-        let next = fit(model, &moved, options);
+    let mut starts = starts.iter();
+    let first = starts.next().expect("a start");
+    let mut best = fit(first);
+    for start in starts {
+        let next = fit(start);
         let better = match (&best, &next) {
             (Ok(best), Ok(next)) => next.cost < best.cost,
             (Err(_), Ok(_)) => true,
@@ -38,4 +84,44 @@ pub fn fit_from_several_starts(
         }
     }
     best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn starts_lie_where_they_are_said_to_and_are_the_same_again() {
+        let parameters = [
+            Parameter::new("positive", 1.0).within(1e-3, 10.0),
+            Parameter::new("between", 1.0).within(-1.0, 2.0),
+            Parameter::new("free", -3.0),
+            Parameter::new("from zero", 0.0),
+            Parameter::new("above", 1.0).within(0.9, f64::INFINITY),
+        ];
+        let starts = several_starts(&parameters, 200, 7);
+        assert_eq!(starts, several_starts(&parameters, 200, 7));
+        assert_ne!(starts, several_starts(&parameters, 200, 8));
+        assert_eq!((starts.len(), &starts[0][..]), (200, &parameters[..]));
+        let ranges = [
+            (1e-3, 10.0),
+            (-1.0, 2.0),
+            (-6.0, -1.5),
+            (-1.0, 1.0),
+            (0.9, 2.0),
+        ];
+        for (j, (low, high)) in ranges.into_iter().enumerate() {
+            let all = || starts.iter().map(|start| start[j].start);
+            assert!(all().all(|start| (low..=high).contains(&start)), "{j}");
+            // Both ends are come near to: of 199 draws none in a tenth has a chance of 1e-9.
+            let tenth = 0.1 * (high - low);
+            assert!(all().any(|start| start < low + tenth), "{j}");
+            let top = if j == 0 {
+                0.63 * high
+            } else {
+                high - 2.0 * tenth
+            };
+            assert!(all().any(|start| start > top), "{j}");
+        }
+    }
 }

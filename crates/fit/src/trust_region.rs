@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SVD};
 
-/// The linearised problem min |r + J D⁻¹ x|, |x| ≤ Δ, with J D⁻¹ by its singular values: one
+/// The linearised problem min |r + J D x|, |x| ≤ Δ, with the parameters' sizes D and J D by its singular values: one
 /// decomposition serves all radii.
 pub(crate) struct Linearised {
     svd: SVD<f64, nalgebra::Dyn, nalgebra::Dyn>,
@@ -11,17 +11,38 @@ pub(crate) struct Linearised {
 }
 
 impl Linearised {
-    /// `scaled` is J D⁻¹.
+    /// `scaled` is J D.
     pub(crate) fn new(scaled: DMatrix<f64>, residuals: &DVector<f64>) -> Self {
         let svd = scaled.svd(true, true);
         let rotated = svd.u.as_ref().expect("asked for").tr_mul(residuals);
         Self { svd, rotated }
     }
 
+    /// Below this a singular value is rounding.
+    fn negligible(&self) -> f64 {
+        self.svd.singular_values.max() * f64::EPSILON * self.rotated.len() as f64
+    }
+
+    /// The part of the residuals `r` that a step can take away, beside the rest, each by its number of
+    /// dimensions: |Uᵀ r|/√n over |r − U Uᵀ r|/√(m − n) (Bates and Watts 1981). That is the length of the
+    /// Gauss–Newton step in units of the parameters' uncertainty; infinite without degrees of freedom.
+    pub(crate) fn offset(&self, r: &DVector<f64>) -> f64 {
+        let negligible = self.negligible();
+        let told = self.rotated.iter().zip(self.svd.singular_values.iter());
+        let told = told.filter(|(_, s)| **s > negligible);
+        let (n, along) = told.fold((0, 0.0), |(n, sum), (g, _)| (n + 1, sum + g * g));
+        let across = (r.norm_squared() - along).max(0.0);
+        match r.len().saturating_sub(n) {
+            0 => f64::INFINITY,
+            _ if along == 0.0 => 0.0,
+            freedom => (along / n as f64 * freedom as f64 / across).sqrt(),
+        }
+    }
+
     /// x(ν) = −V s/(s² + ν) Uᵀ r, in the basis V.
     fn coefficients(&self, nu: f64) -> DVector<f64> {
         let s = &self.svd.singular_values;
-        let negligible = s.max() * f64::EPSILON * self.rotated.len() as f64;
+        let negligible = self.negligible();
         self.rotated.zip_map(s, |g, s| {
             if s <= negligible {
                 0.0

@@ -4,8 +4,8 @@
 use std::ops::ControlFlow;
 
 use myovib_fit::{
-    Ended, Failed, FitError, Loss, Model, Options, Parameter, fit, fit_from_several_starts,
-    fit_observed, profile,
+    Ended, Failed, FitError, Loss, Model, Options, Parameter, best_fit, fit, fit_observed, profile,
+    refine,
 };
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -160,7 +160,8 @@ fn several_starts_find_the_deeper_valley() {
     let start = [Parameter::new("p", 1.5)];
     let options = Options::default();
     let one = fit(&mut model, &start, &options).unwrap();
-    let best = fit_from_several_starts(&mut model, &start, &[vec![-1.5]], &options).unwrap();
+    let starts = [start.to_vec(), vec![Parameter::new("p", -1.5)]];
+    let best = best_fit(&starts, &mut |start| fit(&mut model, start, &options)).unwrap();
     assert!(one.values[0] > 0.0 && best.values[0] < 0.0);
     assert!(best.cost < one.cost);
 }
@@ -185,6 +186,68 @@ fn a_failed_trial_is_a_step_back() {
         "{:?}",
         fitted.values
     );
+}
+
+/// exp(−k t) through points that are off it: a fit that stops at an offset stops sooner, and as near as it
+/// says: a step along which the linearised residuals change by √n s times the offset moves no parameter by
+/// more than so many standard errors.
+#[test]
+fn a_fit_may_stop_where_the_rest_is_within_the_noise() {
+    let y = [1.0, 0.63, 0.35, 0.24, 0.11];
+    let mut decay = Of(y.len(), |p: &[f64], out: &mut [f64]| {
+        for (k, (out, y)) in out.iter_mut().zip(y).enumerate() {
+            *out = p[0] * (-p[1] * k as f64).exp() - y;
+        }
+        Ok(())
+    });
+    let start = parameters([3.0, 2.0]);
+    let least = fit(&mut decay, &start, &Options::default()).unwrap();
+    let errors = least.uncertainty().unwrap().standard_errors;
+    let mut evaluations = vec![least.evaluations];
+    for offset in [1e-3, 1e-1] {
+        let options = Options {
+            offset,
+            ..Options::default()
+        };
+        let near = fit(&mut decay, &start, &options).unwrap();
+        assert!(near.is_converged());
+        evaluations.push(near.evaluations);
+        for ((near, least), error) in near.values.iter().zip(&least.values).zip(&errors) {
+            // The step is that of the linearised problem, nearly: 10 % more.
+            assert!((near - least).abs() < 1.1 * 2_f64.sqrt() * offset * error);
+        }
+    }
+    assert!(evaluations.is_sorted_by(|a, b| a > b), "{evaluations:?}");
+}
+
+/// A fit to a model that is off by a thousandth is refined to one that is not: to the same values as from
+/// the start, with one evaluation of the derivatives where the first step is enough.
+#[test]
+fn a_rough_fit_is_refined() {
+    let y = [1.0, 0.63, 0.35, 0.24, 0.11];
+    let decay = |off: f64| {
+        Of(y.len(), move |p: &[f64], out: &mut [f64]| {
+            for (k, (out, y)) in out.iter_mut().zip(y).enumerate() {
+                *out = (1.0 + off) * p[0] * (-p[1] * k as f64).exp() - y;
+            }
+            Ok(())
+        })
+    };
+    let start = parameters([3.0, 2.0]);
+    let options = Options {
+        offset: 1e-2,
+        ..Options::default()
+    };
+    let rough = fit(&mut decay(1e-3), &start, &options).unwrap();
+    let mut go_on = |_: &_| ControlFlow::Continue(());
+    let refined = refine(&mut decay(0.0), &start, &rough, &options, &mut go_on).unwrap();
+    let direct = fit(&mut decay(0.0), &start, &Options::default()).unwrap();
+    assert!(refined.is_converged());
+    assert_eq!((refined.evaluations, refined.history.len()), (2, 1));
+    let errors = direct.uncertainty().unwrap().standard_errors;
+    for ((refined, direct), error) in refined.values.iter().zip(&direct.values).zip(&errors) {
+        assert!((refined - direct).abs() < 1.1 * 2_f64.sqrt() * options.offset * error);
+    }
 }
 
 #[test]

@@ -42,7 +42,8 @@ fn run(row: &str, method: &str, t_end: &str, count: usize) -> (f64, Cost) {
     };
     let times = [scene.scene.t_end];
     let started = cpu_time::ThreadTime::now();
-    let (_, cost) = follow(&scene.scene, &outputs, &times, dependences, watcher).expect("it runs");
+    let (_, cost) =
+        follow(&scene.scene, &outputs, &times, (dependences, None), watcher).expect("it runs");
     (started.elapsed().as_secs_f64(), cost)
 }
 

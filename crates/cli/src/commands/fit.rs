@@ -1,5 +1,6 @@
 //! `myovib fit`: the parameters of a scene from measurements.
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
@@ -49,7 +50,17 @@ pub struct FitArgs {
     #[arg(long, value_enum, default_value_t)]
     pub loss: LossArg,
 
-    /// Converged when no parameter changes by more than this fraction of itself.
+    /// From how many starts to fit: the scene's own, and others by chance, anywhere between the bounds, or
+    /// from half to twice the start; the best is kept.
+    #[arg(long, value_name = "N", default_value = "1")]
+    pub starts: NonZeroUsize,
+
+    /// Seed of the starts.
+    #[arg(long, value_name = "SEED", default_value = "0")]
+    pub seed: u64,
+
+    /// Converged when no parameter changes by more than this fraction of itself, or when what is left is a
+    /// hundredth of what the noise leaves open.
     #[arg(long, value_name = "FRACTION", default_value = "1e-5", value_parser = args::relative_tolerance)]
     pub tolerance: f64,
 
@@ -103,6 +114,8 @@ pub fn run(args: &FitArgs) -> anyhow::Result<Exit> {
         out: args.out.clone(),
         tolerance: args.tolerance,
         max_iterations: args.max_iterations,
+        starts: args.starts.get(),
+        seed: args.seed,
         loss: args.loss.into(),
         profile: args.profile,
         interrupt: Some(interrupt::flag()),

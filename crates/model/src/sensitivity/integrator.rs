@@ -41,6 +41,15 @@ impl SensitiveIntegrator {
         })
     }
 
+    /// Solves for the sensitivities to this fraction of what an error of theirs may be.
+    #[must_use]
+    pub fn with_tolerance(self, tolerance: f64) -> Self {
+        Self {
+            sensitivities: self.sensitivities.with_tolerance(tolerance),
+            ..self
+        }
+    }
+
     /// Chooses steps by the sensitivities' errors too.
     #[must_use]
     pub fn controlling_steps(self) -> Self {

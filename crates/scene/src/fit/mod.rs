@@ -6,6 +6,7 @@
 
 mod data;
 mod model;
+mod phases;
 mod report;
 
 use std::fs::{self, File};
@@ -16,7 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub use myovib_fit::Loss;
 use myovib_fit::{
     Ended, Fit, FitError, Identifiability, Iteration, Options, Parameter, Profile, Uncertainty,
-    fit_observed, profile,
+    profile, several_starts,
 };
 
 use crate::csv::CsvWriter;
@@ -25,6 +26,7 @@ use crate::watch::Tell;
 use crate::{Error, InputError};
 pub use data::{Datum, read};
 use model::{Experiment, SceneModel};
+use phases::fit_in_phases;
 
 /// A scene, the measurements, and where the history goes.
 pub struct FitOptions<'a> {
@@ -36,10 +38,15 @@ pub struct FitOptions<'a> {
     pub experiments: Vec<(PathBuf, Vec<String>)>,
     /// Folder for `history.csv`, which grows as the fit goes.
     pub out: PathBuf,
-    /// The fit is converged when no parameter changes by more than this fraction of itself.
+    /// The fit is converged when no parameter changes by more than this fraction of itself, or when what
+    /// is left is a hundredth of what the noise leaves open.
     pub tolerance: f64,
     /// Most iterations, each with one run with sensitivities and one or more plain ones.
     pub max_iterations: usize,
+    /// From how many starts it is fitted: that of the scene, and others by chance.
+    pub starts: usize,
+    /// The seed of that chance.
+    pub seed: u64,
     /// How much a residual counts, in units of the noise that is given; without, squares alone make
     /// sense.
     pub loss: Loss,
@@ -53,6 +60,10 @@ pub struct FitOptions<'a> {
 
 /// The probability with which intervals cover.
 pub const LEVEL: f64 = 0.95;
+
+/// The fit ends where the way to the least is this fraction of the parameters' uncertainty: intervals of
+/// 95 % would cover as often as they say if it were a tenth.
+const OFFSET: f64 = 0.01;
 
 /// What a fit came to.
 #[derive(Debug)]
@@ -130,6 +141,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     let mut model = SceneModel::new(experiments, watcher);
     let wanted = Options {
         tolerance: options.tolerance,
+        offset: OFFSET,
         max_iterations: options.max_iterations,
         loss: options.loss,
     };
@@ -152,7 +164,8 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
             false => ControlFlow::Continue(()),
         }
     };
-    let fitted = fit_twice(&mut model, &parameters, &wanted, &mut observe);
+    let starts = several_starts(&parameters, options.starts, options.seed);
+    let fitted = fit_in_phases(&mut model, &starts, &wanted, &mut observe);
     history.end()?;
     let fit = fitted.map_err(|error| explain(error, &model))?;
     let profiles = match options.profile && fit.ended == Ended::Converged {
@@ -177,55 +190,6 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         noise_is_known,
         fit,
     })
-}
-
-/// The first iterations compute the motion to this relative tolerance, where the scene's is smaller,
-const ROUGH: f64 = 1e-3;
-
-/// until no parameter changes by more than this fraction of itself: what a motion of three digits
-/// tells of them.
-const NEAR: f64 = 1e-2;
-
-/// Fits to rough runs, and from there to those that the scene asks for.
-fn fit_twice(
-    model: &mut SceneModel<'_>,
-    parameters: &[Parameter],
-    wanted: &Options,
-    observe: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
-) -> Result<Fit, FitError> {
-    let near = Options {
-        tolerance: wanted.tolerance.max(NEAR),
-        ..wanted.clone()
-    };
-    model.set_least_tolerance(ROUGH);
-    let rough = fit_observed(model, parameters, &near, observe);
-    model.set_least_tolerance(0.0);
-    // Where rough runs fail, those that were asked for may not.
-    let Ok(rough) = rough else {
-        return fit_observed(model, parameters, wanted, observe);
-    };
-    if rough.ended == Ended::Interrupted {
-        return Ok(rough);
-    }
-    let starts = parameters.iter().zip(&rough.values);
-    let starts: Vec<Parameter> = starts
-        .map(|(parameter, &start)| Parameter {
-            start,
-            ..parameter.clone()
-        })
-        .collect();
-    let before = rough.evaluations;
-    let counted = |iteration: &Iteration| Iteration {
-        evaluations: before + iteration.evaluations,
-        ..iteration.clone()
-    };
-    let mut fit = fit_observed(model, &starts, wanted, &mut |iteration| {
-        observe(&counted(iteration))
-    })?;
-    let after = fit.history.iter().map(counted).collect::<Vec<_>>();
-    fit.history = [rough.history, after].concat();
-    fit.evaluations += before;
-    Ok(fit)
 }
 
 /// What went wrong at the start is told by the run, with the place in the scene if it has one.

@@ -11,6 +11,9 @@ use super::data::Datum;
 use crate::Error;
 use crate::sensitivity::{Output, Parametrised, Sample, Watcher, follow};
 
+/// Derivatives are solved for to the tolerance of the motion: of them the fit needs fewer digits.
+const FRACTION: f64 = 1.0;
+
 /// A scene with the measurements of one experiment.
 pub(super) struct Experiment {
     scene: Parametrised,
@@ -42,11 +45,11 @@ impl Experiment {
         least: f64,
         watcher: Watcher<'_>,
     ) -> Result<Vec<Sample>, Error> {
+        let mut scene = self.scene.at(p)?;
         let dependences = match with {
-            true => self.scene.dependences(p)?,
+            true => self.scene.dependences_of(&scene, p)?,
             false => Dependences::default(),
         };
-        let mut scene = self.scene.at(p)?;
         if let Some(body) = &mut scene.body {
             let own = body.settings.relative_tolerance;
             body.settings = body
@@ -54,7 +57,8 @@ impl Experiment {
                 .clone()
                 .with_relative_tolerance(own.max(least));
         }
-        let (samples, _) = follow(&scene, &self.outputs, &self.times, dependences, watcher)?;
+        let asked = (dependences, Some(FRACTION));
+        let (samples, _) = follow(&scene, &self.outputs, &self.times, asked, watcher)?;
         Ok(samples)
     }
 
@@ -98,6 +102,12 @@ impl<'a> SceneModel<'a> {
     /// Computes all runs from now on to this relative tolerance at least, whatever the scene says.
     pub(super) fn set_least_tolerance(&mut self, least: f64) {
         self.least_tolerance = least;
+    }
+
+    /// Whether runs are to end.
+    pub(super) fn is_interrupted(&self) -> bool {
+        let interrupt = self.watcher.interrupt;
+        interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 
     /// Runs without and with sensitivities so far.
@@ -155,8 +165,7 @@ impl<'a> SceneModel<'a> {
     }
 
     fn run(&mut self, p: &[f64], with: bool) -> Result<Vec<Vec<Sample>>, Failed> {
-        let interrupt = self.watcher.interrupt;
-        if interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+        if self.is_interrupted() {
             return Err(Failed("interrupted".into()));
         }
         let mut all = Vec::with_capacity(self.experiments.len());

@@ -155,7 +155,8 @@ pub fn settings(settings: &Settings) -> Settings {
 }
 
 /// Computes the motion of a scene and samples its outputs at `times`, which ascend, with their
-/// derivatives by what the body depends on.
+/// derivatives by what the body depends on: solved for to this fraction of the tolerance of the motion,
+/// or to that of Newton's method.
 ///
 /// # Errors
 /// A body that does not start at rest; an integration that does not reach the last time.
@@ -163,7 +164,7 @@ pub fn follow(
     scene: &Scene,
     outputs: &[Output],
     times: &[f64],
-    dependences: Dependences,
+    (dependences, fraction): (Dependences, Option<f64>),
     watcher: Watcher<'_>,
 ) -> Result<(Vec<Sample>, Cost), Error> {
     let probes = measurements(scene)?;
@@ -173,6 +174,9 @@ pub fn follow(
     let n_parameters = dependences.count();
     let mut integrator =
         SensitiveIntegrator::from_rest(dae, &settings(&body.settings), dependences)?;
+    if let Some(fraction) = fraction {
+        integrator = integrator.with_tolerance(fraction);
+    }
     let mut read = |dae: &mut MuscleDae, t: f64, y: &[f64], y_dot: &[f64]| {
         let mut rows: Vec<Option<Vec<f64>>> = vec![None; probes.len()];
         let mut values = Vec::with_capacity(outputs.len());

@@ -45,7 +45,7 @@ pub fn compute(scene: &Parametrised, watcher: Watcher<'_>) -> Result<Curves, Err
     let n = (t_end / every).floor() as usize;
     let times: Vec<f64> = (0..=n).map(|k| (k as f64 * every).min(t_end)).collect();
     let dependences = scene.dependences(&scene.values())?;
-    let (samples, cost) = follow(&scene.scene, &wanted, &times, dependences, watcher)?;
+    let (samples, cost) = follow(&scene.scene, &wanted, &times, (dependences, None), watcher)?;
     Ok(Curves {
         parameters: scene.parameters.iter().map(Known::label).collect(),
         scales: scene.parameters.iter().map(|p| p.scale).collect(),

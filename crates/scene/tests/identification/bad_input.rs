@@ -78,6 +78,8 @@ fn of_fit(data: &str, more: &[&str], loss: Loss) -> String {
         out: out.clone(),
         tolerance: 1e-5,
         max_iterations: 20,
+        starts: 1,
+        seed: 0,
         loss,
         profile: false,
         interrupt: None,

@@ -210,7 +210,8 @@ fn outputs_have_the_derivatives_of_differences_of_runs() {
     let outputs = outputs(&it.scene).unwrap();
     let at_end = |values: &[f64], dependences: Dependences| {
         let scene = it.at(values).unwrap();
-        let (samples, _) = follow(&scene, &outputs, &[t_end], dependences, watcher).unwrap();
+        let (samples, _) =
+            follow(&scene, &outputs, &[t_end], (dependences, None), watcher).unwrap();
         samples[0].clone()
     };
     let values = it.values();
@@ -265,8 +266,14 @@ fn runs_with_sensitivities_take_the_steps_of_the_plain_run() {
     };
     let outputs = outputs(&it.scene).unwrap();
     let run = |dependences: Dependences| {
-        let (samples, cost) =
-            follow(&it.scene, &outputs, &[0.1, 0.2, 0.3], dependences, watcher).unwrap();
+        let (samples, cost) = follow(
+            &it.scene,
+            &outputs,
+            &[0.1, 0.2, 0.3],
+            (dependences, None),
+            watcher,
+        )
+        .unwrap();
         let values: Vec<_> = samples.into_iter().map(|sample| sample.values).collect();
         (values, cost.steps, cost.factorizations)
     };
