@@ -25,12 +25,11 @@ pub fn write(
 ) -> anyhow::Result<Vec<String>> {
     std::fs::create_dir_all(folder)
         .with_context(|| format!("cannot make the folder `{}`", folder.display()))?;
-    let svg = figure.render();
     let mut files = Vec::new();
     if png {
-        files.push(("png", raster::png(&svg, PNG_WIDTH)?));
+        files.push(("png", raster::png(&figure.outlined(), PNG_WIDTH)?));
     }
-    files.push(("svg", svg.into_bytes()));
+    files.push(("svg", figure.render().into_bytes()));
     files.push(("csv", table(columns, rows)?));
     files
         .into_iter()

@@ -6,7 +6,7 @@ use crate::relaxation::InternalStresses;
 use crate::shared::Pass;
 
 use super::evaluation::check_length;
-use super::{Elements, Solid, with_elements};
+use super::{Elements, Solid, narrow, with_elements};
 
 impl Solid {
     /// The solid with stresses that are added to those of its laws, each in elements of its own.
@@ -104,7 +104,7 @@ impl Solid {
         self.check_motion(motion);
         check_length(self.space.n_components(), Some(out), "added force");
         self.begin(&Pass::AddedForce(*motion));
-        with_elements!(self.own_elements(), mapped => self.arch.dispatch(Force {
+        with_elements!(self.own_elements(), mapped => narrow(self.arch, Force {
             regions: Regions {
                 elements: &mapped.batches,
                 stresses: &self.added,
@@ -128,7 +128,7 @@ impl Solid {
         self.check_motion(motion);
         check_length(self.space.n_components(), Some(out), "active force");
         self.begin(&Pass::ActiveForce(*motion));
-        with_elements!(self.own_elements(), mapped => self.arch.dispatch(Force {
+        with_elements!(self.own_elements(), mapped => narrow(self.arch, Force {
             regions: Regions {
                 elements: &mapped.batches,
                 stresses: &stresses,
@@ -149,7 +149,7 @@ impl Solid {
         check_length(n, out.by_displacement.as_deref(), "by_displacement");
         check_length(n, out.by_velocity.as_deref(), "by_velocity");
         self.begin(&Pass::AddedTangents(*motion, out.wanted()));
-        with_elements!(self.own_elements(), mapped => self.arch.dispatch(Slopes {
+        with_elements!(self.own_elements(), mapped => narrow(self.arch, Slopes {
             regions: Regions {
                 elements: &mapped.batches,
                 stresses: &self.added,

@@ -5,7 +5,7 @@ use crate::residual::Evaluate;
 use crate::shared::Pass;
 use crate::tangent::Linearize;
 
-use super::{Elements, Solid, with_elements};
+use super::{Elements, Solid, narrow, with_elements};
 
 impl Solid {
     /// The vectors asked for, all in one pass over the elements.
@@ -26,7 +26,7 @@ impl Solid {
         let rates = out.force_rate.is_some() || out.defect_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
         self.begin(&Pass::Vectors(*fields, out.wanted()));
-        let own = with_elements!(self.own_elements(), mapped => self.arch.dispatch(Evaluate {
+        let own = with_elements!(self.own_elements(), mapped => mapped.evaluate(self.arch, Evaluate {
             elements: &mapped.batches,
             fields,
             out: &mut *out,
@@ -59,7 +59,7 @@ impl Solid {
         let rates = out.rate_stiffness.is_some() || out.divergence_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
         self.begin(&Pass::Tangents(*fields, out.wanted()));
-        let own = with_elements!(self.own_elements(), mapped => self.arch.dispatch(Linearize {
+        let own = with_elements!(self.own_elements(), mapped => narrow(self.arch, Linearize {
             elements: &mapped.batches,
             maps: &mapped.maps,
             fields,

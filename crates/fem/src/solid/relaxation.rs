@@ -5,7 +5,7 @@ use crate::material::Prony;
 use crate::relaxation::{InternalStresses, Overstress, Relax, RelaxingPart, Wanted};
 
 use super::evaluation::check_length;
-use super::{Elements, Solid, with_elements};
+use super::{Elements, Solid, narrow, with_elements};
 
 impl Solid {
     /// The solid with the stress of its laws relaxing by Prony terms, in elements of their own for
@@ -181,7 +181,7 @@ impl Solid {
     fn relax(&self, u: &[f64], wanted: Wanted<'_>) {
         check_length(self.space.n_components(), Some(u), "u");
         let layout: &InternalStresses = &self.internal;
-        with_elements!(&self.elements, mapped => self.arch.dispatch(Relax {
+        with_elements!(&self.elements, mapped => narrow(self.arch, Relax {
             elements: &mapped.batches,
             maps: &mapped.maps,
             layout,

@@ -1,6 +1,6 @@
 //! A page of panels.
 
-use super::svg::{Rect, Svg};
+use super::svg::{Lettering, Rect, Svg};
 
 /// Points per millimetre.
 const PER_MM: f64 = 72.0 / 25.4;
@@ -82,12 +82,22 @@ impl Figure {
 
     /// The figure as an SVG document.
     pub fn render(&self) -> String {
+        self.lettered(Lettering::Text)
+    }
+
+    /// The figure as an SVG document without text, its labels outlines: for
+    /// [`pixels`](super::raster::pixels).
+    pub fn outlined(&self) -> String {
+        self.lettered(Lettering::Outlines)
+    }
+
+    fn lettered(&self, lettering: Lettering) -> String {
         // Margins depend on the size of the drawing area (legends wrap, ticks thin out), and that
         // on the margins: the second pass settles it.
         let rough = self.layout(&vec![Margins::default(); self.panels.len()]);
         let layout = self.layout(&self.margins(&rough.areas));
         let layout = self.layout(&self.margins(&layout.areas));
-        let mut svg = Svg::new(self.width_mm * PER_MM, layout.height);
+        let mut svg = Svg::new(self.width_mm * PER_MM, layout.height, lettering);
         for (panel, area) in self.panels.iter().zip(layout.areas) {
             panel.draw(&mut svg, area);
         }

@@ -1,13 +1,15 @@
 //! The typeface of the figures, embedded so that they look the same on every machine.
 
+use std::fmt::Write;
 use std::sync::LazyLock;
 
-use skrifa::instance::{LocationRef, Size};
-use skrifa::{FontRef, MetadataProvider};
+use ttf_parser::{Face, GlyphId, OutlineBuilder};
+
+use super::svg::Point;
 
 /// Noto Sans, subset to Latin and Greek, and the signs of mathematics it lacks from Noto Sans Math
 /// (licence beside the files).
-pub(super) const FILES: [&[u8]; 3] = [
+const FILES: [&[u8]; 3] = [
     include_bytes!("../../fonts/NotoSans-Regular.ttf"),
     include_bytes!("../../fonts/NotoSans-Italic.ttf"),
     include_bytes!("../../fonts/NotoSansMath-Regular.ttf"),
@@ -16,29 +18,89 @@ pub(super) const FILES: [&[u8]; 3] = [
 /// Its name, and what to take where it is not installed.
 pub(super) const FAMILY: &str = "Noto Sans, Helvetica, Arial, sans-serif";
 
-/// The regular face, then the one to look in for what it lacks.
-static FACES: LazyLock<[FontRef<'static>; 2]> = LazyLock::new(|| {
-    [FILES[0], FILES[2]]
-        .map(|file| FontRef::new(file).expect("an embedded font is well formed, as a test shows"))
+/// Advance of a character that no font here has: a reader's font draws it, about this wide.
+const UNKNOWN: f64 = 0.5;
+
+static FACES: LazyLock<[Face<'static>; 3]> = LazyLock::new(|| {
+    FILES
+        .map(|file| Face::parse(file, 0).expect("an embedded font is well formed, as a test shows"))
 });
+
+/// A character in the first font that has it: the upright or the slanted one, then that of signs.
+fn glyph(c: char, italic: bool) -> Option<(&'static Face<'static>, GlyphId)> {
+    let [upright, slanted, signs] = &*FACES;
+    let face = if italic { slanted } else { upright };
+    [face, signs]
+        .into_iter()
+        .find_map(|face| Some((face, face.glyph_index(c)?)))
+}
+
+/// Advance of a character at font size 1.
+fn advance(c: char, italic: bool) -> f64 {
+    glyph(c, italic)
+        .and_then(|(face, id)| {
+            let advance = face.glyph_hor_advance(id)?;
+            Some(f64::from(advance) / f64::from(face.units_per_em()))
+        })
+        .unwrap_or(UNKNOWN)
+}
 
 /// Width of a text at font size 1.
 pub(super) fn width(text: &str) -> f64 {
-    // A character in neither is drawn by a font of the reader's, about this wide.
-    const UNKNOWN: f64 = 0.5;
-    text.chars()
-        .map(|c| {
-            FACES
-                .iter()
-                .find_map(|face| advance(face, c))
-                .unwrap_or(UNKNOWN)
-        })
-        .sum()
+    text.chars().map(|c| advance(c, false)).sum()
 }
 
-fn advance(face: &FontRef, c: char) -> Option<f64> {
-    let metrics = face.glyph_metrics(Size::new(1.0), LocationRef::default());
-    metrics.advance_width(face.charmap().map(c)?).map(f64::from)
+/// Appends the outlines of a text to a path in SVG's notation; `pen`, its place on the line, moves
+/// to its end.
+pub(super) fn outline(text: &str, italic: bool, size: f64, pen: &mut Point, path: &mut String) {
+    for c in text.chars() {
+        if let Some((face, id)) = glyph(c, italic) {
+            let scale = size / f64::from(face.units_per_em());
+            let (at, path) = (*pen, &mut *path);
+            face.outline_glyph(id, &mut Outline { at, scale, path });
+        }
+        pen[0] += size * advance(c, italic);
+    }
+}
+
+/// A glyph's outline, on its way into a path: a font's y points upwards.
+struct Outline<'a> {
+    at: Point,
+    scale: f64,
+    path: &'a mut String,
+}
+
+impl Outline<'_> {
+    fn command(&mut self, name: char, points: &[[f32; 2]]) {
+        self.path.push(name);
+        for [x, y] in points {
+            let x = self.at[0] + self.scale * f64::from(*x);
+            let y = self.at[1] - self.scale * f64::from(*y);
+            write!(self.path, "{x:.3} {y:.3} ").expect("a String takes all that is written");
+        }
+    }
+}
+
+impl OutlineBuilder for Outline<'_> {
+    fn move_to(&mut self, x: f32, y: f32) {
+        self.command('M', &[[x, y]]);
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        self.command('L', &[[x, y]]);
+    }
+
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        self.command('Q', &[[x1, y1], [x, y]]);
+    }
+
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        self.command('C', &[[x1, y1], [x2, y2], [x, y]]);
+    }
+
+    fn close(&mut self) {
+        self.command('Z', &[]);
+    }
 }
 
 #[cfg(test)]
@@ -48,11 +110,9 @@ mod tests {
     #[test]
     fn every_character_of_our_labels_is_in_the_fonts() {
         let characters = "0123456789 ABCXYZabcxyz αβγδεζηθκλμνξπρστφχψωΔΨΩ ẏẋ−–×·±∞≤≥≈≠→∂∇√′°²³⁻¹⁰₀₁₂ |[](){}=+/%…µé";
-        let fonts = FILES.map(|file| FontRef::new(file).unwrap());
-        let [styles @ .., signs] = &fonts;
-        for style in styles {
-            let has = |c: char| [style, signs].iter().any(|f| f.charmap().map(c).is_some());
-            let missing: String = characters.chars().filter(|&c| !has(c)).collect();
+        for italic in [false, true] {
+            let has = |c: &char| glyph(*c, italic).is_some();
+            let missing: String = characters.chars().filter(|c| !has(c)).collect();
             assert_eq!(missing, "");
         }
     }
@@ -61,5 +121,15 @@ mod tests {
     fn widths_add_up() {
         assert!((width("mm") - 2.0 * width("m")).abs() < 1e-12);
         assert!(width("m") > width("i") && width("∞") > 0.5);
+    }
+
+    #[test]
+    fn outlines_follow_each_other_and_end_where_the_text_ends() {
+        let (mut pen, mut path) = ([5.0, 20.0], String::new());
+        outline("l l", false, 10.0, &mut pen, &mut path);
+        assert!((pen[0] - 5.0 - 10.0 * width("l l")).abs() < 1e-12 && pen[1] == 20.0);
+        // An l is one closed outline that stands on the line.
+        assert_eq!(path.matches('Z').count(), 2);
+        assert!(path.contains(" 20.000"), "{path}");
     }
 }

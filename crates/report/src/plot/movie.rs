@@ -44,7 +44,7 @@ pub fn write<W: Write>(
 }
 
 fn frame(figure: &Figure, width: u16, hundredths: u16) -> anyhow::Result<Frame<'static>> {
-    let pixmap = raster::pixels(&figure.render(), width.into())?;
+    let pixmap = raster::pixels(&figure.outlined(), width.into())?;
     let height = u16::try_from(pixmap.height()).context("the figure is too high for a movie")?;
     // Pages are opaque, so premultiplied colours are plain ones.
     let mut rgba = pixmap.take();

@@ -1,32 +1,16 @@
-//! Figures as pixels, with the embedded font only: the same on every machine.
-
-use std::sync::{Arc, LazyLock};
+//! Figures as pixels: the same on every machine.
 
 use anyhow::Context;
 use resvg::tiny_skia::{Color, Pixmap, Transform};
-use resvg::usvg::fontdb::Database;
 use resvg::usvg::{Options, Tree};
 
-use super::font;
-
-static FONTS: LazyLock<Arc<Database>> = LazyLock::new(|| {
-    let mut fonts = Database::new();
-    for file in font::FILES {
-        fonts.load_font_data(file.to_vec());
-    }
-    Arc::new(fonts)
-});
-
-/// An SVG document as pixels, `width` of them in a row.
+/// An SVG document as pixels, `width` of them in a row. Text is left out: see
+/// [`Figure::outlined`](super::Figure::outlined).
 ///
 /// # Errors
 /// When the document is not valid or too large.
 pub fn pixels(svg: &str, width: u32) -> anyhow::Result<Pixmap> {
-    let options = Options {
-        fontdb: Arc::clone(&FONTS),
-        ..Options::default()
-    };
-    let tree = Tree::from_str(svg, &options).context("the figure is not valid SVG")?;
+    let tree = Tree::from_str(svg, &Options::default()).context("the figure is not valid SVG")?;
     let scale = width as f32 / tree.size().width();
     let height = (tree.size().height() * scale).round() as u32;
     let mut pixmap = Pixmap::new(width, height).context("the figure has no pixels")?;
@@ -54,12 +38,12 @@ pub fn png(svg: &str, width: u32) -> anyhow::Result<Vec<u8>> {
 mod tests {
     use super::*;
     use crate::plot::Colour;
-    use crate::plot::svg::{Rect, Stroke, Svg, Type};
+    use crate::plot::svg::{Lettering, Rect, Stroke, Svg, Type};
 
     #[test]
-    fn text_leaves_ink_without_system_fonts() {
+    fn labels_leave_ink_without_system_fonts() {
         let ink = |label: &str| {
-            let mut page = Svg::new(60.0, 20.0);
+            let mut page = Svg::new(60.0, 20.0, Lettering::Outlines);
             page.text([2.0, 15.0], label, Type::of(12.0));
             let pixmap = pixels(&page.finish(""), 120).unwrap();
             pixmap
@@ -77,7 +61,7 @@ mod tests {
     #[test]
     fn figures_of_one_document_are_cut_as_each_of_them_alone() {
         let figure = |x: f64| {
-            let mut page = Svg::new(40.0, 40.0);
+            let mut page = Svg::new(40.0, 40.0, Lettering::Outlines);
             let area = Rect {
                 x,
                 y: 5.0,

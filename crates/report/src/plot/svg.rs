@@ -125,20 +125,31 @@ impl Type {
     }
 }
 
+/// How labels are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lettering {
+    /// As text, that a reader can search, in a font of theirs.
+    Text,
+    /// As the outlines of the embedded fonts: what is turned into pixels.
+    Outlines,
+}
+
 /// A page being drawn.
 #[derive(Debug)]
 pub struct Svg {
     width: f64,
     height: f64,
+    lettering: Lettering,
     body: String,
 }
 
 impl Svg {
     /// An empty white page.
-    pub fn new(width: f64, height: f64) -> Self {
+    pub fn new(width: f64, height: f64, lettering: Lettering) -> Self {
         let mut page = Self {
             width,
             height,
+            lettering,
             body: String::new(),
         };
         page.rect(
@@ -160,6 +171,7 @@ impl Svg {
             width,
             height,
             body,
+            ..
         } = self;
         format!(
             r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.2}pt" height="{height:.2}pt" viewBox="0 0 {width:.2} {height:.2}" font-family="{}" role="img">
@@ -229,12 +241,7 @@ impl Svg {
 
     /// A label, see [`text`].
     pub fn text(&mut self, [x, y]: Point, label: &str, style: Type) {
-        let anchor = match style.anchor {
-            Anchor::Start => "start",
-            Anchor::Middle => "middle",
-            Anchor::End => "end",
-        };
-        let mut attributes = format!(r#"font-size="{}" text-anchor="{anchor}""#, style.size);
+        let mut attributes = String::new();
         if style.colour != Colour::BLACK {
             attributes += &format!(r#" fill="{}""#, style.colour);
         }
@@ -244,10 +251,25 @@ impl Svg {
         if style.upwards {
             attributes += &format!(r#" transform="rotate(-90 {x:.2} {y:.2})""#);
         }
-        let spans = text::spans(label, style.size);
-        self.add(format_args!(
-            r#"<text x="{x:.2}" y="{y:.2}" {attributes}>{spans}</text>"#
-        ));
+        let (anchor, share) = match style.anchor {
+            Anchor::Start => ("start", 0.0),
+            Anchor::Middle => ("middle", 0.5),
+            Anchor::End => ("end", 1.0),
+        };
+        let size = style.size;
+        match self.lettering {
+            Lettering::Text => {
+                let spans = text::spans(label, size);
+                self.add(format_args!(
+                    r#"<text x="{x:.2}" y="{y:.2}" font-size="{size}" text-anchor="{anchor}"{attributes}>{spans}</text>"#
+                ));
+            }
+            Lettering::Outlines => {
+                let start = x - share * text::width(label, size);
+                let path = text::outline(label, size, [start, y]);
+                self.add(format_args!(r#"<path d="{path}"{attributes}/>"#));
+            }
+        }
     }
 
     /// What `draw` draws, cut off outside the rectangle.

@@ -5,6 +5,7 @@
 use myovib_scene::escape;
 
 use super::font;
+use super::svg::Point;
 
 /// Size of raised and lowered text, relative to the text around it.
 const SCRIPT: f64 = 0.72;
@@ -38,6 +39,21 @@ pub fn width(label: &str, size: f64) -> f64 {
             }
     };
     runs(label).iter().map(of_run).sum()
+}
+
+/// A label's outlines as a path in SVG's notation; it begins at `at`.
+pub(super) fn outline(label: &str, size: f64, at: Point) -> String {
+    let (mut pen, mut path) = (at, String::new());
+    for run in runs(label) {
+        let (raise, size) = match run.level {
+            Level::Base => (0.0, size),
+            Level::Lowered => (-LOWER * size, SCRIPT * size),
+            Level::Raised => (RAISE * size, SCRIPT * size),
+        };
+        pen[1] = at[1] - raise;
+        font::outline(run.text, run.italic, size, &mut pen, &mut path);
+    }
+    path
 }
 
 /// The content of an SVG `text` element.
