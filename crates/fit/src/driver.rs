@@ -320,11 +320,8 @@ impl<'a> Search<'a> {
             self.residuals.iter().zip(&weights).map(|(r, w)| r * w),
         );
         let weighted = |j: usize| {
-            let column = self.jacobian.column(j);
-            DVector::from_iterator(
-                weights.len(),
-                column.iter().zip(&weights).map(|(d, w)| d * w),
-            )
+            let column = self.jacobian.column(j).into_iter().zip(&weights);
+            DVector::from_iterator(weights.len(), column.map(|(d, w)| d * w))
         };
         let (mut free, mut columns, mut cosine) = (Vec::new(), Vec::new(), 0.0_f64);
         let length = residuals.norm();

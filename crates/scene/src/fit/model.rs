@@ -45,11 +45,11 @@ impl Experiment {
         least: f64,
         watcher: Watcher<'_>,
     ) -> Result<Vec<Sample>, Error> {
-        let mut scene = self.scene.at(p)?;
         let dependences = match with {
-            true => self.scene.dependences_of(&scene, p)?,
+            true => self.scene.dependences(p)?,
             false => Dependences::default(),
         };
+        let mut scene = self.scene.at(p)?;
         if let Some(body) = &mut scene.body {
             let own = body.settings.relative_tolerance;
             body.settings = body

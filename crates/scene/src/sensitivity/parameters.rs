@@ -188,16 +188,8 @@ impl Parametrised {
     /// # Panics
     /// Unless there is a value for each parameter.
     pub fn dependences(&self, values: &[f64]) -> Result<Dependences, Error> {
-        self.dependences_of(&self.at(values)?, values)
-    }
-
-    /// The same, with the scene at these values at hand.
-    pub(crate) fn dependences_of(
-        &self,
-        scene: &Scene,
-        values: &[f64],
-    ) -> Result<Dependences, Error> {
-        let body = body(scene)?;
+        let scene = self.at(values)?;
+        let body = body(&scene)?;
         let one = |j: usize| self.dependence(j, values, body);
         let all = (0..values.len()).map(one);
         Ok(Dependences::new(all.collect::<Result<_, _>>()?))
