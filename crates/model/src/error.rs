@@ -35,6 +35,20 @@ pub enum ModelError {
         /// Why not, and what can be done.
         objection: &'static str,
     },
+    /// A strain at a rod's end that cannot be.
+    #[error("the strain at the rod's end cannot be given: {objection}")]
+    RodStrain {
+        /// Why not, and what can be done.
+        objection: &'static str,
+    },
+    /// A load that jumps where that is not followed.
+    #[error(
+        "the load jumps at t = {t} s, and sensitivities across a jump are not computed: give the          step a rise"
+    )]
+    Jump {
+        /// When, s.
+        t: f64,
+    },
     /// Elements whose equations have different indices.
     #[error(
         "elements {} and {} differ in kind, {what}: the equations would have an index for each; \

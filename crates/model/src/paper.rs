@@ -104,11 +104,7 @@ pub fn rod() -> Result<RodDae, ModelError> {
 /// As [`rod`].
 pub fn rod_driven_at(frequency: f64) -> Result<RodDae, ModelError> {
     let load = Signal::paper_at(ROD_LOAD_AMPLITUDE, frequency);
-    Ok(RodDae::new(
-        Rod::new(RodData::default())?,
-        ROD_END_LOAD,
-        load,
-    ))
+    RodDae::new(Rod::new(RodData::default())?, ROD_END_LOAD, load)
 }
 
 /// Place of the rod's point that drives the chain, L/2.

@@ -24,8 +24,14 @@ pub struct RodDae {
 
 impl RodDae {
     /// The rod, how the signal is read, and the signal τ(t).
-    pub fn new(rod: Rod, load: EndLoad, signal: Signal) -> Self {
-        Self { rod, load, signal }
+    ///
+    /// # Errors
+    /// [`ModelError::RodStrain`] for a strain whose value or slope jumps.
+    pub fn new(rod: Rod, load: EndLoad, signal: Signal) -> Result<Self, ModelError> {
+        match (load, signal.unfit_for_motion()) {
+            (EndLoad::Strain, Some(objection)) => Err(ModelError::RodStrain { objection }),
+            _ => Ok(Self { rod, load, signal }),
+        }
     }
 
     /// The rod.

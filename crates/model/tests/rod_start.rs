@@ -18,7 +18,7 @@ fn rod(load: EndLoad, phase: f64) -> CoupledDae<RodDae> {
         phase,
     };
     let rod = Rod::new(RodData::default()).unwrap();
-    CoupledDae::new(RodDae::new(rod, load, signal), Vec::new())
+    CoupledDae::new(RodDae::new(rod, load, signal).unwrap(), Vec::new())
 }
 
 /// The state at the end.

@@ -97,6 +97,10 @@ impl<P: WithMuscle> Advised<P> {
 }
 
 impl<P: WithMuscle> Integrator<P> for Advised<P> {
+    fn pass_jump(&mut self) -> Result<(), ModelError> {
+        self.inner.pass_jump()
+    }
+
     fn advance(&mut self) -> Result<Advance, ModelError> {
         let inversions = self.inner.problem().work().inversions;
         let advance = self.inner.advance()?;

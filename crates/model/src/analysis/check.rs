@@ -37,7 +37,7 @@ const START_STEPS: usize = 15;
 /// Steps after these whose time is taken.
 const TIMED_STEPS: usize = 15;
 /// How long either may take; a large body is timed by fewer steps.
-const PATIENCE: Duration = Duration::from_secs(2);
+const PATIENCE: Duration = Duration::from_millis(300);
 
 /// Where the computed index comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

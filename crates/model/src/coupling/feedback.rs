@@ -26,7 +26,9 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use super::dae::CoupledDae;
 use super::reach::{Place, Places, momentum};
 use crate::blocks::{Block, Blocks};
+use crate::error::ModelError;
 use crate::muscle_dae::MuscleDae;
+use crate::start::Consistent;
 
 /// What a coherence changes in the body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -249,6 +251,13 @@ impl FeedbackDae {
     /// The places.
     pub(super) fn places(&self) -> &[Place] {
         &self.places.list
+    }
+}
+
+impl Consistent for FeedbackDae {
+    fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
+        self.adapt(y);
+        self.one_way.consistent(t, y)
     }
 }
 

@@ -15,11 +15,14 @@ use crate::integration::step_weights::StepSize;
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 use crate::signal::schedule::Schedule;
+use crate::start::Consistent;
 
 /// IDAS in one-step mode with a stop time at the end.
 pub struct IdaIntegrator<P: Problem> {
     pub(crate) solver: IdaSolver<P>,
     pace: Pace,
+    /// Counts of the starts before the present one.
+    before: Counts,
     /// Where error weights that follow the step read its size.
     step_size: StepSize,
 }
@@ -69,6 +72,7 @@ impl IdaIntegrator<MuscleDae> {
         Ok(Self {
             solver: builder.build(t, y, y_dot)?,
             pace: Pace::new(schedule, settings.t_end),
+            before: Counts::default(),
             step_size: step_size.unwrap_or_default(),
         })
     }
@@ -101,17 +105,9 @@ impl<P: Problem> IdaIntegrator<P> {
         Self {
             solver,
             pace: Pace::new(schedule, t_end),
+            before: Counts::default(),
             step_size: step_size.unwrap_or_default(),
         }
-    }
-
-    /// Starts again, at order 1, at time `t` from a state with consistent derivatives; counts begin
-    /// anew.
-    ///
-    /// # Errors
-    /// [`ModelError::Integrator`] for values that are not finite.
-    pub fn restart(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), ModelError> {
-        Ok(self.solver.reinit(t, y, y_dot, &[])?)
     }
 
     /// Takes a step. Where the error test lets no first one pass, ẏ at the start told too little of
@@ -173,8 +169,30 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
     }
 }
 
-impl<P: Problem> Integrator<P> for IdaIntegrator<P> {
+impl<P: Consistent> IdaIntegrator<P> {
+    /// Starts again, at order 1, at time `t` from the consistent state next to the present one; counts
+    /// go on.
+    ///
+    /// # Errors
+    /// No consistent state.
+    pub(crate) fn start_again(&mut self, t: f64) -> Result<(), ModelError> {
+        let y = self.solver.y().to_vec();
+        let [y, y_dot] = self.solver.problem_mut().consistent(t, &y)?;
+        self.before = self.counts();
+        Ok(self.solver.reinit(t, &y, &y_dot, &[])?)
+    }
+}
+
+impl<P: Consistent> Integrator<P> for IdaIntegrator<P> {
+    fn pass_jump(&mut self) -> Result<(), ModelError> {
+        match self.pace.after_jump(self.solver.t()) {
+            Some(after) => self.start_again(after),
+            None => Ok(()),
+        }
+    }
+
     fn advance(&mut self) -> Result<Advance, ModelError> {
+        self.pass_jump()?;
         self.step_size.set(self.solver.current_step());
         let Bounds { t_out, stop_time } =
             self.pace.bounds(self.solver.t(), &self.solver.statistics());
@@ -203,7 +221,8 @@ impl<P: Problem> Integrator<P> for IdaIntegrator<P> {
     }
 
     fn counts(&self) -> Counts {
-        Counts::from(self.solver.statistics())
+        self.before
+            .followed_by(Counts::from(self.solver.statistics()))
     }
 
     fn problem(&self) -> &P {

@@ -33,10 +33,23 @@ pub struct Continuation {
     pub(crate) radau: RadauState,
     /// Whether its last step was shortened.
     pub(crate) shortened: bool,
+    /// The counts up to the last jump.
+    #[serde(default)]
+    pub(crate) before: Counts,
 }
 
 /// A variable-step integrator that owns its problem.
 pub trait Integrator<P> {
+    /// Goes behind a jump of what drives the system, if the time reached is that of one: the state is
+    /// made consistent with the right values, and the method starts anew. [`advance`] does so first;
+    /// called before, it tells when its step starts.
+    ///
+    /// [`advance`]: Integrator::advance
+    ///
+    /// # Errors
+    /// No consistent state.
+    fn pass_jump(&mut self) -> Result<(), ModelError>;
+
     /// Takes one internal step, at most to the end time.
     ///
     /// # Errors

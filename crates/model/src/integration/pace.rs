@@ -44,6 +44,11 @@ impl Pace {
         self.shortened = shortened;
     }
 
+    /// From when on a run that has reached the time `t` goes on behind a jump there, if there is one.
+    pub(crate) fn after_jump(&self, t: f64) -> Option<f64> {
+        self.schedule.after_jump(t)
+    }
+
     /// The end of the run.
     pub(crate) fn t_end(&self) -> f64 {
         self.t_end
@@ -51,18 +56,21 @@ impl Pace {
 
     /// The bounds of the next step at `t` of an integrator with these counters.
     pub(crate) fn bounds(&mut self, t: f64, statistics: &Statistics) -> Bounds {
-        let t_out = match statistics.steps {
-            0 => self.schedule.look_ahead(t, self.t_end),
-            _ => self.t_end,
+        // What a start behind a jump finds is of the steps before it.
+        let is_first = statistics.steps == 0;
+        let shortened = self.shortened && !is_first;
+        let t_out = match is_first {
+            true => self.schedule.look_ahead(t, self.t_end),
+            false => self.t_end,
         };
         let proposed = match statistics.current_step {
             // The first step is at most a thousandth of the way to t_out.
-            0.0 => 1e-3 * (t_out - t),
-            step if self.shortened => step.min(GROWTH * statistics.last_step),
+            _ if is_first => 1e-3 * (t_out - t),
+            step if shortened => step.min(GROWTH * statistics.last_step),
             step => step,
         };
         let stop_time = self.schedule.limit(t, proposed, self.t_end);
-        let stop_time = match self.shortened {
+        let stop_time = match shortened {
             true => stop_time.min(t + proposed),
             false => stop_time,
         };

@@ -20,8 +20,6 @@ pub struct Projected<P: Consistent> {
     inner: IdaIntegrator<P>,
     every: f64,
     next: f64,
-    /// Counts of the starts before the present one.
-    before: Counts,
 }
 
 impl<P: Consistent> Projected<P> {
@@ -38,21 +36,7 @@ impl<P: Consistent> Projected<P> {
             });
         }
         let next = inner.time() + every;
-        Ok(Self {
-            inner,
-            every,
-            next,
-            before: Counts::default(),
-        })
-    }
-
-    /// Goes on from the consistent state next to the present one.
-    fn project(&mut self) -> Result<(), ModelError> {
-        let t = self.inner.time();
-        let y = self.inner.solver().y().to_vec();
-        let [y, y_dot] = self.inner.problem_mut().consistent(t, &y)?;
-        self.before = self.counts();
-        self.inner.restart(t, &y, &y_dot)
+        Ok(Self { inner, every, next })
     }
 }
 
@@ -64,9 +48,13 @@ fn first_after(t: f64, next: f64, every: f64) -> f64 {
 }
 
 impl<P: Consistent> Integrator<P> for Projected<P> {
+    fn pass_jump(&mut self) -> Result<(), ModelError> {
+        self.inner.pass_jump()
+    }
+
     fn advance(&mut self) -> Result<Advance, ModelError> {
         if self.inner.time() >= self.next {
-            self.project()?;
+            self.inner.start_again(self.inner.time())?;
             self.next = first_after(self.inner.time(), self.next, self.every);
         }
         self.inner.advance()
@@ -89,7 +77,7 @@ impl<P: Consistent> Integrator<P> for Projected<P> {
     }
 
     fn counts(&self) -> Counts {
-        self.before.followed_by(self.inner.counts())
+        self.inner.counts()
     }
 
     fn problem(&self) -> &P {

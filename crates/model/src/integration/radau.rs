@@ -13,11 +13,14 @@ use crate::integration::statistics::Counts;
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 use crate::signal::schedule::Schedule;
+use crate::start::Consistent;
 
 /// Radau IIA with a stop time at the end.
 pub struct RadauIntegrator<P: Problem, M = KluMatrices> {
     solver: RadauSolver<P, M>,
     pace: Pace,
+    /// Counts of the starts before the present one.
+    before: Counts,
 }
 
 /// Matrices chosen at run time: condensed or full.
@@ -75,8 +78,7 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let solver = builder(problem, options, t_end).build_with(matrices, t, y, y_dot)?;
-        let pace = Pace::new(Schedule::default(), t_end);
-        Ok(Self { solver, pace })
+        Ok(Self::of(solver, t_end))
     }
 
     /// The same, with weights in the error test that are a function of y.
@@ -97,8 +99,15 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
                 Ok(())
             })
             .build_with(matrices, t, y, y_dot)?;
-        let pace = Pace::new(Schedule::default(), t_end);
-        Ok(Self { solver, pace })
+        Ok(Self::of(solver, t_end))
+    }
+
+    fn of(solver: RadauSolver<P, M>, t_end: f64) -> Self {
+        Self {
+            solver,
+            pace: Pace::new(Schedule::default(), t_end),
+            before: Counts::default(),
+        }
     }
 
     /// The same as [`new`](Self::new), with a fading memory beside the unknowns.
@@ -180,8 +189,19 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
     }
 }
 
-impl<P: Problem, M: myovib_dae::LinearSolver<P>> Integrator<P> for RadauIntegrator<P, M> {
+impl<P: Consistent, M: myovib_dae::LinearSolver<P>> Integrator<P> for RadauIntegrator<P, M> {
+    fn pass_jump(&mut self) -> Result<(), ModelError> {
+        let Some(after) = self.pace.after_jump(self.solver.t()) else {
+            return Ok(());
+        };
+        let y = self.solver.y().to_vec();
+        let [y, y_dot] = self.solver.problem_mut().consistent(after, &y)?;
+        self.before = self.counts();
+        Ok(self.solver.reinit(after, &y, &y_dot)?)
+    }
+
     fn advance(&mut self) -> Result<Advance, ModelError> {
+        self.pass_jump()?;
         let Bounds { t_out, stop_time } =
             self.pace.bounds(self.solver.t(), &self.solver.statistics());
         self.solver.set_stop_time(stop_time)?;
@@ -205,19 +225,22 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> Integrator<P> for RadauIntegrat
     }
 
     fn counts(&self) -> Counts {
-        Counts::from(self.solver.statistics())
+        self.before
+            .followed_by(Counts::from(self.solver.statistics()))
     }
 
     fn save(&self) -> Option<Continuation> {
         Some(Continuation {
             radau: self.solver.save(),
             shortened: self.pace.shortened(),
+            before: self.before,
         })
     }
 
     fn restore(&mut self, continuation: &Continuation) -> Result<(), ModelError> {
         self.solver.restore(&continuation.radau)?;
         self.pace.restore(continuation.shortened);
+        self.before = continuation.before;
         Ok(())
     }
 

@@ -75,7 +75,9 @@ where
 {
     fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
         while let Some(t) = self.times.due(step.to) {
-            step.integrator.dense_output(t, 0, &mut self.y)?;
+            // Times between a jump and the step after it are the latter's start.
+            step.integrator
+                .dense_output(t.max(step.from), 0, &mut self.y)?;
             (self.sink)(step.integrator.problem_mut(), t, &self.y)?;
         }
         Ok(ControlFlow::Continue(()))

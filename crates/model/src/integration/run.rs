@@ -53,6 +53,7 @@ fn drive<P>(
     observers: &mut [&mut dyn Observer<P>],
 ) -> Result<(f64, Outcome), ModelError> {
     loop {
+        integrator.pass_jump()?;
         let from = integrator.time();
         let advance = integrator.advance()?;
         if let Advance::Stopped {

@@ -102,6 +102,8 @@ pub struct Condensation {
     /// A_w / value for all eliminated unknowns, which acts on the rows of the kinematic equations.
     pub(super) coupling: Assembly<Quadratic>,
     pub(super) n_full: usize,
+    /// The terms of the equations that the above is made of, by their rows.
+    taken: Vec<(Field, Term)>,
     /// Of stress that relaxes.
     pub(super) series: Series,
     structure: Structure,
@@ -116,6 +118,11 @@ impl Condensation {
         Elimination::new(self.condensed.pattern(), self.structure.clone(), options)
     }
 
+    /// The terms of the equations that it is made of, by their rows.
+    pub(super) fn taken(&self) -> Vec<(Field, Term)> {
+        self.taken.clone()
+    }
+
     /// Lays out the elimination for `dae`.
     pub fn new(dae: &MuscleDae) -> Self {
         let blocks = dae.blocks();
@@ -123,6 +130,10 @@ impl Condensation {
             .iter()
             .filter_map(|(rows, terms)| Kinematic::read(*rows, terms))
             .collect();
+        let is_kinematic = |rows: &Field| kinematic.iter().any(|k| k.rows == *rows);
+        let read = blocks.iter().filter(|(rows, _)| is_kinematic(rows));
+        let read = read.flat_map(|(rows, terms)| terms.iter().map(|term| (*rows, *term)));
+        let mut taken: Vec<_> = read.collect();
         let range = |field| {
             dae.layout()
                 .range(field)
@@ -134,9 +145,7 @@ impl Condensation {
 
         let mut kept = Vec::new();
         let mut end = 0;
-        let remaining = blocks
-            .iter()
-            .filter(|(rows, _)| kinematic.iter().all(|k| k.rows != *rows));
+        let remaining = blocks.iter().filter(|(rows, _)| !is_kinematic(rows));
         for (rows, _) in remaining.clone() {
             let unknowns = range(owner(*rows));
             let start = end;
@@ -195,6 +204,7 @@ impl Condensation {
                 coefficient: Quadratic([p0, p1, p2]),
             };
             let (value, rate) = (term.of_value, term.of_rate);
+            taken.push((*rows, *term));
             match eliminating(term.column) {
                 None => condensed.push(entry(condensed_range(term.column), [value, rate, 0.0])),
                 Some(k) => {
@@ -258,6 +268,7 @@ impl Condensation {
             kept: kept.into_iter().map(|(_, block)| block).collect(),
             recovered: recovered.into_iter().map(|(_, block)| block).collect(),
             n_full: dae.n_unknowns(),
+            taken,
             series: Series::of(dae),
         }
     }

@@ -12,7 +12,8 @@ use super::tension::{TensionBlock, Tensions};
 use super::{
     Condensation, Condensed, Elimination, LinearWork, Number, SparseSystem, Split, Splitting,
 };
-use crate::matrix::Matrix;
+use crate::field::Field;
+use crate::matrix::{Matrix, Term};
 use crate::muscle_dae::MuscleDae;
 
 /// What can be done to the Newton matrices of a formulation, laid out and analysed once for all of
@@ -38,21 +39,32 @@ impl Reduction {
     ///
     /// # Errors
     /// Those of the analysis.
+    ///
+    /// # Panics
+    /// If the equations have a term that no part of the reduction takes.
     pub fn new(dae: &MuscleDae, options: KluOptions) -> Result<Self, SparseError> {
+        let mut taken;
         let body = match Splitting::new(dae) {
             Some(plan) => {
+                taken = plan.taken();
                 let eliminations = plan.eliminations(options)?;
                 ReductionOfBody::Split(Arc::new(plan), eliminations.map(Arc::new))
             }
             None => {
                 let plan = Condensation::new(dae);
+                taken = plan.taken();
                 let elimination = plan.elimination(options)?;
                 ReductionOfBody::Condensed(Arc::new(plan), Arc::new(elimination))
             }
         };
+        let tensions = TensionBlock::new(dae);
+        if tensions.is_some() {
+            taken.extend(TensionBlock::taken());
+        }
+        expect_each_taken(dae.terms(), &taken);
         Ok(Self {
             body,
-            tensions: TensionBlock::new(dae).map(Arc::new),
+            tensions: tensions.map(Arc::new),
         })
     }
 
@@ -91,6 +103,22 @@ impl Reduction {
             tensions: self.tensions.clone().map(Tensions::new),
         }
     }
+}
+
+/// Asserts that each term of the equations is in the reduction, once and as it is.
+fn expect_each_taken(terms: Vec<(Field, Term)>, taken: &[(Field, Term)]) {
+    let mut left = terms;
+    for term in taken {
+        let place = left.iter().position(|other| other == term);
+        let place = place.unwrap_or_else(|| {
+            panic!("the reduction takes {term:?}, which is not (again) in the equations")
+        });
+        left.swap_remove(place);
+    }
+    assert!(
+        left.is_empty(),
+        "terms that no part of the reduction takes: {left:?}"
+    );
 }
 
 /// The Newton matrix ∂F/∂y + c ∂F/∂ẏ, by way of a [`Reduction`].
@@ -213,5 +241,45 @@ impl<T: Number> Reduced<T> {
             tensions.solve_transposed(rhs);
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use myovib_fem::generate;
+
+    use super::*;
+    use crate::formulation::Formulation::{Position, Stabilized};
+    use crate::paper;
+
+    /// What Newton's matrix has and its reduction has not would go unseen but for slow convergence.
+    #[test]
+    fn a_term_that_no_part_of_a_reduction_takes_is_an_error() {
+        let mesh = generate::beam(0.1, 0.02, [2, 1]).unwrap();
+        let muscle = paper::muscle(&mesh, f64::INFINITY, 0.0).unwrap();
+        for formulation in [Position, Stabilized] {
+            let dae = MuscleDae::new(muscle.clone(), formulation).unwrap();
+            let taken = match Splitting::new(&dae) {
+                Some(plan) => plan.taken(),
+                None => Condensation::new(&dae).taken(),
+            };
+            expect_each_taken(dae.terms(), &taken);
+            let message = |terms: Vec<(Field, Term)>| {
+                let result = std::panic::catch_unwind(|| expect_each_taken(terms, &taken));
+                *result.unwrap_err().downcast::<String>().unwrap()
+            };
+            for foreign in [
+                Term::value(Field::Displacement, Matrix::BedStiffness, 1.0),
+                Term::rate(Field::Displacement, Matrix::Mass, 1.0),
+            ] {
+                let mut terms = dae.terms();
+                terms.push((Field::Velocity, foreign));
+                assert!(message(terms).contains("no part of the reduction takes"));
+            }
+            // A rate beside a value that is taken.
+            let mut terms = dae.terms();
+            terms[0].1.of_rate += 1.0;
+            assert!(message(terms).contains("not (again) in the equations"));
+        }
     }
 }

@@ -76,6 +76,8 @@ pub struct Splitting {
     /// (K, Ḃ) or (−s (c M + K_μ), Ḃ): less its product with δq is the second right-hand side.
     pub(super) passed_on: Assembly<PassedOn>,
     pub(super) alpha: f64,
+    /// The terms of the equations that the above is made of, by their rows.
+    taken: Vec<(Field, Term)>,
     /// Of stress that relaxes.
     pub(super) series: Series,
     /// Whether each of both is symmetric.
@@ -116,13 +118,22 @@ impl Splitting {
         let (n_q, n) = (places.q.len(), places.q.len() + places.mu.len());
         let alpha = dae.muscle().parameters.alpha;
         let blocks = dae.blocks();
-        expect_other_terms(&blocks, alpha);
+        let mut taken = bordering_terms(alpha);
         let acting_on_q = |rows| {
             let block = blocks.iter().find(|(own, _)| *own == rows);
             let terms = block.map_or(&[][..], |(_, terms)| terms);
             let acting = |term: &&Term| term.column == Field::Displacement;
             terms.iter().filter(acting).copied()
         };
+        // Of what acts on displacements, rates count in the kinematic equation alone.
+        let of_value = |term| Term {
+            of_rate: 0.0,
+            ..term
+        };
+        for rows in [Field::Velocity, Field::Pressure] {
+            taken.extend(acting_on_q(rows).map(|term| (rows, of_value(term))));
+        }
+        taken.extend(acting_on_q(Field::Displacement).map(|term| (Field::Displacement, term)));
         let on_q = |rows: &Range<usize>, term: Term, [p0, p1, p2]: [f64; 3]| Entry {
             rows: rows.clone(),
             columns: 0..n_q,
@@ -191,9 +202,15 @@ impl Splitting {
             motion: Assembly::new((n, n), motion, pattern_of),
             kinds,
             alpha,
+            taken,
             series: Series::of(dae),
             places,
         })
+    }
+
+    /// The terms of the equations that it is made of, by their rows.
+    pub(super) fn taken(&self) -> Vec<(Field, Term)> {
+        self.taken.clone()
     }
 
     /// Analyses the patterns of both problems.
@@ -214,37 +231,21 @@ impl Splitting {
     }
 }
 
-/// Asserts that the terms that do not act on displacements are those of the two problems above.
-fn expect_other_terms(blocks: &[(Field, Vec<Term>)], alpha: f64) {
+/// The terms that the two problems are made of whatever acts on displacements, by their rows.
+fn bordering_terms(alpha: f64) -> Vec<(Field, Term)> {
     use Field::{Displacement, GglMultiplier, Pressure, Velocity};
     let inertia = Term {
         of_rate: 1.0,
         ..Term::value(Velocity, Matrix::Mass, alpha)
     };
     let coupling = |column, sign| Term::value(column, Matrix::DivergenceTransposed, sign);
-    for (rows, terms) in blocks {
-        let expected = match rows {
-            Velocity => vec![inertia, coupling(Pressure, -1.0)],
-            Displacement => vec![
-                Term::value(Velocity, Matrix::Mass, -1.0),
-                coupling(GglMultiplier, 1.0),
-            ],
-            Pressure => vec![Term::value(Velocity, Matrix::Divergence, 1.0)],
-            _ => vec![],
-        };
-        let acts_on_q = |term: &&Term| term.column == Displacement;
-        let others: Vec<Term> = terms.iter().filter(|t| !acts_on_q(t)).copied().collect();
-        assert_eq!(
-            others, expected,
-            "terms of the rows of {rows:?} that the splitting knows"
-        );
-        let of_rate = terms
-            .iter()
-            .filter(acts_on_q)
-            .any(|term| term.of_rate != 0.0);
-        assert!(
-            !of_rate || *rows == Displacement,
-            "no rate of q in the rows of {rows:?}"
-        );
-    }
+    let divergence = |column| Term::value(column, Matrix::Divergence, 1.0);
+    vec![
+        (Velocity, inertia),
+        (Velocity, coupling(Pressure, -1.0)),
+        (Displacement, Term::value(Velocity, Matrix::Mass, -1.0)),
+        (Displacement, coupling(GglMultiplier, 1.0)),
+        (Pressure, divergence(Velocity)),
+        (GglMultiplier, divergence(Displacement)),
+    ]
 }

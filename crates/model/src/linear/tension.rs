@@ -13,7 +13,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::Number;
 use crate::field::Field;
-use crate::matrix::Matrix;
+use crate::matrix::{Matrix, Term};
 use crate::muscle_dae::MuscleDae;
 
 /// Where the block and the forces of its tensions lie.
@@ -34,6 +34,17 @@ impl TensionBlock {
             momentum: momentum.expect("the balance of momentum stands in the rows of v"),
             force: dae.pattern_of(Matrix::TensionForce).0.clone(),
         })
+    }
+
+    /// The terms of the equations that it is made of, by their rows.
+    pub(super) fn taken() -> [(Field, Term); 3] {
+        let on_tensions = |matrix| Term::value(Field::Tension, matrix, 1.0);
+        let rate = Term::rate(Field::Tension, Matrix::TensionIdentity, 1.0);
+        [
+            (Field::Tension, rate),
+            (Field::Tension, on_tensions(Matrix::TensionDecay)),
+            (Field::Velocity, on_tensions(Matrix::TensionForce)),
+        ]
     }
 }
 

@@ -109,10 +109,10 @@ impl Muscle {
                     "it is free: constrain it in the solid's DofMap"
                 }
                 () if self.prescribed[..k].iter().any(again) => "it is prescribed twice",
-                () if prescribed.signal.smoothness() < 1 => {
-                    "its velocity would jump: take a signal without kinks"
-                }
-                () => continue,
+                () => match prescribed.signal.unfit_for_motion() {
+                    Some(objection) => objection,
+                    None => continue,
+                },
             };
             return Err(ModelError::Prescribed {
                 component,

@@ -125,6 +125,16 @@ impl MuscleDae {
         }
     }
 
+    /// The DAE of another body in a formulation, in the state of this: with the factors of its law, and
+    /// the tensions that follow a coherence.
+    pub(crate) fn twin(&self, muscle: &Muscle, formulation: Formulation) -> Self {
+        Self {
+            factors: self.factors.clone(),
+            coherent_tensions: self.coherent_tensions.clone(),
+            ..Self::for_analysis(muscle.clone(), formulation)
+        }
+    }
+
     /// The body.
     pub fn muscle(&self) -> &Muscle {
         &self.muscle
@@ -169,6 +179,14 @@ impl MuscleDae {
             terms.retain(|term| term.column != Field::Tension);
         }
         blocks
+    }
+
+    /// All terms of the Jacobian, by their rows.
+    pub(crate) fn terms(&self) -> Vec<(Field, Term)> {
+        let blocks = blocks(&self.rows, &self.context).into_iter();
+        let terms =
+            blocks.flat_map(|(rows, terms)| terms.into_iter().map(move |term| (rows, term)));
+        terms.collect()
     }
 
     /// Whether the stiffness of added stresses is not symmetric.

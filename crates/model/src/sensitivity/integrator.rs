@@ -26,12 +26,17 @@ impl SensitiveIntegrator {
     /// Starts a muscle at rest at t = 0; without `dependences` it is a plain integration.
     ///
     /// # Errors
-    /// [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for settings Radau IIA does not take.
+    /// [`ModelError::Jump`], [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for settings Radau IIA does not take.
     pub fn from_rest(
         dae: MuscleDae,
         settings: &Settings,
         dependences: Dependences,
     ) -> Result<Self, ModelError> {
+        let jump = dae.muscle().schedule().next_jump(-settings.t_end);
+        let follows = dependences.count() > 0;
+        if let Some(t) = jump.filter(|t| follows && *t < settings.t_end) {
+            return Err(ModelError::Jump { t });
+        }
         let starts = vec![vec![0.0; dae.n_unknowns()]; dependences.count()];
         let inner = RadauIntegrator::from_rest(dae, settings)?;
         let sensitivities = ForwardSensitivities::new(inner.solver(), dependences, starts)?;
@@ -129,6 +134,10 @@ impl SensitiveIntegrator {
 }
 
 impl Integrator<MuscleDae> for SensitiveIntegrator {
+    fn pass_jump(&mut self) -> Result<(), ModelError> {
+        self.inner.pass_jump()
+    }
+
     fn advance(&mut self) -> Result<Advance, ModelError> {
         let advance = self.inner.advance()?;
         self.sensitivities.follow(self.inner.solver_mut())?;

@@ -13,6 +13,7 @@ use std::sync::Arc;
 
 use jet::Jet;
 use spline::Spline;
+use timing::just_after;
 
 /// A function of time, in the units of what it drives.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,13 +42,14 @@ pub enum Signal {
         shift: f64,
     },
     /// 0 before `start`, `value` after `start + rise`, between them `value · s³ (6 s² - 15 s + 10)`
-    /// with `s = (t - start)/rise`: two continuous derivatives.
+    /// with `s = (t - start)/rise`: two continuous derivatives. Without a rise it jumps: it is still
+    /// 0 at `start`, and `value` right after.
     Step {
         /// Value after the step.
         value: f64,
         /// When it begins, s.
         start: f64,
-        /// How long it takes, s; positive.
+        /// How long it takes, s; 0 for a jump.
         rise: f64,
     },
     /// 0 before `start`, `value` after `end`, linear between them.
@@ -101,6 +103,9 @@ impl Signal {
                 let ramp = (time * *steepness + (-shift)).sigmoid() + (-at_rest);
                 ramp * (time * (TAU * frequency)).sin() * *amplitude
             }
+            Self::Step { value, start, rise } if *rise == 0.0 => {
+                Jet::constant(if t < just_after(*start) { 0.0 } else { *value })
+            }
             Self::Step { value, start, rise } => {
                 let s = (time + (-start)) * (1.0 / rise);
                 smooth_step(s) * *value
@@ -123,15 +128,24 @@ impl Signal {
         }
     }
 
-    /// How many derivatives are continuous for all times; 3 stands for all of them.
-    pub fn smoothness(&self) -> u8 {
+    /// The lowest derivative that jumps, 0 being the value itself; 3 stands for no lower one.
+    pub fn lowest_jump(&self) -> u8 {
         match self {
-            Self::Constant(_) | Self::Sine { .. } | Self::RampedSine { .. } => 3,
-            Self::Step { .. } | Self::Table(_) => 2,
-            Self::Ramp { .. } => 0,
+            Self::Step { rise, .. } if *rise == 0.0 => 0,
+            Self::Ramp { .. } => 1,
             Self::Sum(parts) | Self::Product(parts) => {
-                parts.iter().map(Self::smoothness).min().unwrap_or(3)
+                parts.iter().map(Self::lowest_jump).min().unwrap_or(3)
             }
+            _ => 3,
+        }
+    }
+
+    /// Why nothing can move as it says, and what to do; none if its value and slope are continuous.
+    pub fn unfit_for_motion(&self) -> Option<&'static str> {
+        match self.lowest_jump() {
+            0 => Some("it jumps: give the step a rise"),
+            1 => Some("its slope jumps: take a `step`, whose rise is smooth, in place of a `ramp`"),
+            _ => None,
         }
     }
 
@@ -238,7 +252,7 @@ mod tests {
             start: 0.2,
             rise: 0.4,
         };
-        assert_eq!(step.smoothness(), 2);
+        assert_eq!(step.lowest_jump(), 3);
         for end in [0.2, 0.2 + 0.4] {
             let (before, after) = (step.at(end - 1e-9), step.at(end + 1e-9));
             // The third derivative is 60·4/0.4³ = 3750 at the ends.
@@ -254,7 +268,38 @@ mod tests {
                 end: 1.0,
             },
         ]);
-        assert_eq!(kinked.smoothness(), 0);
+        assert_eq!(kinked.lowest_jump(), 1);
+        let sudden = Signal::Step {
+            value: 1.0,
+            start: 0.0,
+            rise: 0.0,
+        };
+        let jumps = Signal::Product(vec![kinked, sudden]);
+        assert_eq!(jumps.lowest_jump(), 0);
+    }
+
+    /// Values on both sides, to the last times that stages can have, and no derivatives.
+    #[test]
+    fn a_step_without_a_rise_has_a_value_on_each_side() {
+        for start in [0.0, 0.3, 7.0, -2.0] {
+            let jump = Signal::Step {
+                value: 4.0,
+                start,
+                rise: 0.0,
+            };
+            let after = just_after(start);
+            assert!(after > start);
+            for (t, value) in [(start, 0.0), (start.next_up(), 0.0), (after, 4.0)] {
+                let expected = if start == 0.0 && t == start.next_up() {
+                    0.0
+                } else {
+                    value
+                };
+                assert_eq!(jump.at(t), Jet::constant(expected));
+            }
+            let breaks: Vec<_> = jump.breaks(start - 1.0, start + 1.0).collect();
+            assert_eq!(breaks, [timing::Break { t: start, order: 0 }]);
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use super::timing::{Break, Timed, shortest};
+use super::timing::{Break, Timed, just_after, shortest};
 
 /// How many of the system's shortest times the t_out of a first step lies ahead: both integrators
 /// begin with `min(0.001 · (t_out − t), 0.5/‖ẏ‖)`. From rest ẏ tells nothing, so the first term
@@ -49,6 +49,23 @@ impl Schedule {
             })
         });
         breaks.reduce(Break::earlier)
+    }
+
+    /// From when on a system that has reached the time `t` is driven by what comes after a jump there,
+    /// or within rounding after it; none where nothing jumps.
+    pub fn after_jump(&self, t: f64) -> Option<f64> {
+        let first = self.next_break(t.next_down());
+        let breaks = std::iter::successors(first, |last| self.next_break(last.t));
+        let here = breaks.take_while(|next| next.t <= t + ROUNDING * t.abs());
+        let jumps = here.filter(|next| next.order == 0);
+        jumps.last().map(|jump| just_after(jump.t))
+    }
+
+    /// The first jump of the equations later than `after`, s.
+    pub fn next_jump(&self, after: f64) -> Option<f64> {
+        let first = self.next_break(after);
+        let mut breaks = std::iter::successors(first, |last| self.next_break(last.t));
+        breaks.find(|next| next.order == 0).map(|jump| jump.t)
     }
 
     /// The shortest time in which something that drives the system changes between two times, s.
@@ -157,5 +174,29 @@ mod tests {
     fn derivatives_of_a_motion_break_earlier() {
         let moved = schedule(step(1.0), 2);
         assert_eq!(moved.next_break(0.0), Some(Break { t: 1.0, order: 1 }));
+    }
+
+    #[test]
+    fn a_jump_is_passed_once() {
+        let jump = |start| Signal::Step {
+            value: 1.0,
+            start,
+            rise: 0.0,
+        };
+        // 0.1 + 0.2 is no 0.3: both are passed at once.
+        let both = Signal::Sum(vec![jump(0.3), jump(0.1 + 0.2), jump(0.0), step(1.0)]);
+        let driven = schedule(both.clone(), 0);
+        for start in [0.0, 0.3] {
+            let after = driven.after_jump(start).unwrap();
+            assert!(after > start && after <= start + 1e-14);
+            assert_eq!(driven.after_jump(after), None);
+        }
+        assert_eq!(both.at(driven.after_jump(0.0).unwrap()).value, 1.0);
+        assert_eq!(both.at(driven.after_jump(0.3).unwrap()).value, 3.0);
+        assert_eq!(driven.next_jump(0.0), Some(0.3));
+        assert_eq!(driven.next_jump(0.5), None);
+        assert_eq!(driven.after_jump(1.0), None);
+        // Steps end at it, as at other breaks.
+        assert_eq!(driven.limit(just_after(0.0), 5.0, 10.0), 0.3);
     }
 }

@@ -27,6 +27,18 @@ impl Break {
     }
 }
 
+/// A jump is passed so many units of rounding after its time: the times of stages of steps that end
+/// there are rounded by less, and no integrator takes a step of that length.
+const PASSED: f64 = 16.0 * f64::EPSILON;
+/// What stands for the size of a time that is zero, s.
+const LEAST_TIME: f64 = 1e-290;
+
+/// The first time after a jump at `t`: up to it a function that jumps has its left value, from it on
+/// its right one.
+pub(crate) fn just_after(t: f64) -> f64 {
+    t + PASSED * t.abs().max(LEAST_TIME)
+}
+
 /// What drives a system, as its steps have to know it.
 pub trait Timed: Send + Sync {
     /// The first break later than `after`.
@@ -60,7 +72,9 @@ impl Timed for Signal {
             Some(Break { t: later, order })
         };
         match self {
-            Self::Step { start, rise, .. } => first([*start, start + rise], 3),
+            Self::Step { start, rise, .. } => {
+                first([*start, start + rise], if *rise == 0.0 { 0 } else { 3 })
+            }
             Self::Ramp { start, end, .. } => first([*start, *end], 1),
             Self::Sum(parts) | Self::Product(parts) => parts
                 .iter()

@@ -7,7 +7,6 @@ use super::motion::{Motion, largest};
 use super::saddle::Saddle;
 use crate::error::ModelError;
 use crate::field::Field;
-use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
 use crate::operators::{compliance, element_size, mass};
@@ -18,7 +17,7 @@ const MAX_ITERATIONS: usize = 50;
 /// Change of λ, as a fraction of its size, at which the iteration ends: far below what differences
 /// in time resolve.
 const SETTLED: f64 = 1e-11;
-/// Strain over the time step of central differences: their relative error is its square, and their
+/// Strain over the time step of differences of second order: their relative error is its square, and their
 /// rounding 1e-16 divided by it.
 const DIFFERENCE: f64 = 1e-5;
 
@@ -43,37 +42,41 @@ pub(super) struct Dynamics {
 impl Dynamics {
     /// The accelerations of a body without pressure field; `internal`: its internal stresses.
     pub(super) fn without_pressure(
-        muscle: &Muscle,
+        mut dae: MuscleDae,
         t: f64,
         [q, v]: [&[f64]; 2],
         internal: Internal<'_>,
     ) -> Result<Self, ModelError> {
         let zero = vec![0.0; q.len()];
-        let mut dae = MuscleDae::for_analysis(muscle.clone(), Formulation::Displacement);
         let y = [q, v, internal.values];
         let force = momentum(&mut dae, t, &y, &[v, &zero, internal.rates])?;
         Ok(Self {
-            acceleration: alone(&mass(&muscle.solid), &negative(&force))?,
+            acceleration: alone(&mass(&dae.muscle().solid), &negative(&force))?,
             ..Self::default()
         })
     }
 
-    /// Accelerations and pressures of a motion that satisfies the constraints.
+    /// Accelerations and pressures of a motion of `muscle` that satisfies the constraints, from the
+    /// balance of momentum of `dae`; of the `pressure` given where it is free, else on the slow
+    /// manifold.
     pub(super) fn new(
+        dae: MuscleDae,
         muscle: &Muscle,
         t: f64,
         motion: [&[f64]; 2],
         internal: Internal<'_>,
+        pressure: Option<&[f64]>,
     ) -> Result<Self, ModelError> {
         if muscle.parameters.is_incompressible() {
-            Incompressible::new(muscle, t, motion, internal)?.solve()
+            Incompressible::new(dae, muscle, t, motion, internal)?.solve(pressure)
         } else {
-            Self::compressible(muscle, t, motion, internal)
+            Self::compressible(dae, muscle, t, motion, internal)
         }
     }
 
     /// κ < ∞: M_p λ/κ = -∫ψ (J - 1), and the same differentiated once and twice.
     fn compressible(
+        mut dae: MuscleDae,
         muscle: &Muscle,
         t: f64,
         [q, v]: [&[f64]; 2],
@@ -89,7 +92,6 @@ impl Dynamics {
         let motion = Motion::new(muscle, t, q, v, &zero);
         let pressure = pressure_of(motion.defect()?)?;
         let pressure_rate = pressure_of(motion.defect_rate()?)?;
-        let mut dae = MuscleDae::for_analysis(muscle.clone(), Formulation::ImplicitRate);
         let y = [q, v, &pressure, internal.values];
         let y_dot = [v, &zero, &pressure_rate, internal.rates];
         let force = momentum(&mut dae, t, &y, &y_dot)?;
@@ -119,6 +121,7 @@ struct Incompressible<'a> {
 
 impl<'a> Incompressible<'a> {
     fn new(
+        dae: MuscleDae,
         muscle: &'a Muscle,
         t: f64,
         [q, v]: [&'a [f64]; 2],
@@ -126,7 +129,7 @@ impl<'a> Incompressible<'a> {
     ) -> Result<Self, ModelError> {
         let b = Motion::new(muscle, t, q, v, v).divergence()?;
         Ok(Self {
-            dae: MuscleDae::for_analysis(muscle.clone(), Formulation::ImplicitRate),
+            dae,
             saddle: Saddle::factor(&mass(&muscle.solid), &b)?,
             muscle,
             t,
@@ -136,7 +139,7 @@ impl<'a> Incompressible<'a> {
         })
     }
 
-    fn solve(mut self) -> Result<Dynamics, ModelError> {
+    fn solve(mut self, given: Option<&[f64]>) -> Result<Dynamics, ModelError> {
         let n_pressures = self.muscle.solid.space().n_pressures();
         let mut beta = vec![self.muscle.parameters.beta; n_pressures];
         if let Some(ratios) = self.muscle.solid.pressure_damping() {
@@ -145,10 +148,11 @@ impl<'a> Incompressible<'a> {
             }
         }
         let is_damped = self.muscle.parameters.is_damped();
-        let mut pressure = vec![0.0; n_pressures];
+        let mut pressure = given.map_or_else(|| vec![0.0; n_pressures], <[f64]>::to_vec);
         let mut pressure_rate = vec![0.0; n_pressures];
         let mut settled = false;
-        for _ in 0..MAX_ITERATIONS {
+        let iterations = if given.is_some() { 0 } else { MAX_ITERATIONS };
+        for _ in 0..iterations {
             let (acceleration, missing) = self.acceleration(&pressure)?;
             pressure_rate = self.pressure_rate(&acceleration, &pressure, &pressure_rate)?;
             // -Bᵀ(λ + β λ̇) is known: what is missing of λ + β λ̇ beyond λ, less β λ̇.
@@ -213,13 +217,14 @@ impl<'a> Incompressible<'a> {
             let motion = Motion::new(self.muscle, t, &q, &v, acceleration);
             Ok((force, motion.defect_acceleration()?))
         };
-        let ((force_after, flux_after), (force_before, flux_before)) = (at(step)?, at(-step)?);
-        let slope = |before: &[f64], after: &[f64]| -> Vec<f64> {
-            let differences = before.iter().zip(after);
-            differences.map(|(b, a)| (b - a) / (2.0 * step)).collect()
+        // Ahead alone, as the load may jump or bend here.
+        let samples = [at(0.0)?, at(step)?, at(2.0 * step)?];
+        let fall = |of: fn(&(Vec<f64>, Vec<f64>)) -> &[f64]| -> Vec<f64> {
+            let [here, next, last] = samples.each_ref().map(of);
+            let of_row = |i: usize| (3.0 * here[i] - 4.0 * next[i] + last[i]) / (2.0 * step);
+            (0..here.len()).map(of_row).collect()
         };
-        let force = slope(&force_before, &force_after);
-        let flux = slope(&flux_before, &flux_after);
+        let [force, flux] = [fall(|(force, _)| force), fall(|(_, flux)| flux)];
         let (_, correction) = self.saddle.solve(&force, &flux)?;
         Ok(sum(rate, &correction))
     }

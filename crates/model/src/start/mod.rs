@@ -12,6 +12,8 @@ mod projection;
 mod residual;
 pub(crate) mod saddle;
 
+use std::ops::Range;
+
 use dynamics::{Dynamics, Internal};
 use motion::{Motion, largest};
 use myovib_dae::Problem;
@@ -42,8 +44,8 @@ pub struct Start {
 
 /// A system that knows the consistent state next to one that is nearly so.
 pub trait Consistent: Problem {
-    /// y and ẏ that satisfy the equations at time `t`, hidden ones included, from the displacements
-    /// and velocities (and the states of oscillators) in `y`.
+    /// y and ẏ that satisfy the equations at time `t`, hidden ones included, next to `y`: from its
+    /// displacements and velocities, and the other unknowns that the equations let start anywhere.
     ///
     /// # Errors
     /// Those of the evaluation, and of the solves it takes.
@@ -52,7 +54,11 @@ pub trait Consistent: Problem {
 
 impl Consistent for MuscleDae {
     fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
-        let start = Start::of(self, t, y)?;
+        // λ + β λ̇ balances the momentum: λ itself goes on as it is.
+        let parameters = &self.muscle().parameters;
+        let is_free = parameters.is_incompressible() && parameters.is_damped();
+        let pressure = self.layout().range(Field::Pressure).filter(|_| is_free);
+        let start = Start::next_to(self, t, y, pressure)?;
         Ok([start.y, start.y_dot])
     }
 }
@@ -89,16 +95,17 @@ impl Start {
     /// If a length is wrong.
     pub fn new(dae: &mut MuscleDae, t: f64, q: &[f64], v: &[f64]) -> Result<Self, ModelError> {
         let tensions = vec![0.0; dae.muscle().models().count()];
-        Self::contracting(dae, t, [q, v, &tensions], None)
+        Self::contracting(dae, t, [q, v, &tensions], None, None)
     }
 
-    /// The same with the tensions that are unknowns, and with internal stresses, if the body's stress
-    /// has not relaxed.
+    /// The same with the tensions that are unknowns, with internal stresses, if the body's stress
+    /// has not relaxed, and with λ where it is free and not to be on the slow manifold.
     fn contracting(
         dae: &mut MuscleDae,
         t: f64,
         [q, v, tensions]: [&[f64]; 3],
         internal: Option<&[f64]>,
+        pressure: Option<&[f64]>,
     ) -> Result<Self, ModelError> {
         let muscle = dae.muscle().with_tangents_of_tensions(t, tensions);
         let models = dae.muscle().models().zip(tensions);
@@ -113,9 +120,11 @@ impl Start {
             rates: &stresses[1],
         };
         let dynamics = if dae.formulation() == Formulation::Displacement {
-            Dynamics::without_pressure(&muscle, t, motion, internal)?
+            let twin = dae.twin(&muscle, Formulation::Displacement);
+            Dynamics::without_pressure(twin, t, motion, internal)?
         } else {
-            Dynamics::new(&muscle, t, motion, internal)?
+            let twin = dae.twin(&muscle, Formulation::ImplicitRate);
+            Dynamics::new(twin, &muscle, t, motion, internal, pressure)?
         };
         let layout = dae.layout();
         let (mut y, mut y_dot) = (
@@ -157,6 +166,16 @@ impl Start {
     /// # Panics
     /// If `y` is not a state of `dae`.
     pub fn of(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Result<Self, ModelError> {
+        Self::next_to(dae, t, y, None)
+    }
+
+    /// The same with the λ that `y` has at a place, if it is to be kept.
+    fn next_to(
+        dae: &mut MuscleDae,
+        t: f64,
+        y: &[f64],
+        pressure: Option<Range<usize>>,
+    ) -> Result<Self, ModelError> {
         let range = |field| {
             dae.layout()
                 .range(field)
@@ -165,7 +184,8 @@ impl Start {
         let (q, v) = (range(Field::Displacement), range(Field::Velocity));
         let tensions = dae.layout().range(Field::Tension).unwrap_or_default();
         let internal = dae.layout().range(Field::InternalStress).map(|own| &y[own]);
-        Self::contracting(dae, t, [&y[q], &y[v], &y[tensions]], internal)
+        let pressure = pressure.map(|own| &y[own]);
+        Self::contracting(dae, t, [&y[q], &y[v], &y[tensions]], internal, pressure)
     }
 
     /// Consistent values at time `t` for the body at rest under its loads as they stand then.

@@ -33,6 +33,8 @@ impl EnergyBalance {
         t: f64,
     ) -> Result<(), ModelError> {
         let start = match self.last {
+            // Behind a jump powers are others.
+            Some(_) if self.t < from => energies_at(integrator, from)?,
             Some(energies) => energies,
             None => {
                 let start = energies_at(integrator, self.t.max(from))?;
@@ -40,6 +42,7 @@ impl EnergyBalance {
                 start
             }
         };
+        self.t = self.t.max(from);
         self.last = Some(start);
         let h = t - self.t;
         if h > 0.0 {

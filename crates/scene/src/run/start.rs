@@ -276,6 +276,7 @@ pub(crate) fn refuse_sudden_loads(dae: &mut MuscleDae) -> Result<(), Error> {
             "let them rise: y = { type = \"step\", value = ..., rise = 0.1 }, or multiply them by one: \
              y = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
         )
+        .next("or let them jump, which leaves t = 0 without load: the same with rise = 0")
         .next("or start in equilibrium with them: [start] with type = \"equilibrium\"")
         .into());
     }

@@ -49,7 +49,8 @@ impl Builder<'_> {
             Shape::Ramp { start, end, .. } => {
                 let error = InputError::new("the ramp ends before it starts")
                     .found(format!("start = {start}, end = {end}"))
-                    .allowed("an end after the start, s");
+                    .allowed("an end after the start, s")
+                    .next("what jumps is a step: { type = \"step\", value = ..., start = ..., rise = 0 }");
                 return Err(self.wrong(&format!("{path}.end"), error));
             }
             Shape::Table { file, time, column } => {

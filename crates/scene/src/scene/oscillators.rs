@@ -57,13 +57,8 @@ impl Builder<'_> {
             RodReading::Traction => EndLoad::Traction,
         };
         let signal = self.signal(&rod.load, "rod.load")?;
-        if load == EndLoad::Strain && signal.smoothness() < 1 {
-            let error = InputError::new("a strain at the rod's end needs a rate without jumps")
-                .next("take `step`, whose rise is smooth, in place of `ramp`");
-            return Err(self.wrong("rod.load", error));
-        }
         let rod = self.at("rod", Rod::new(data))?;
-        Ok(RodDae::new(rod, load, signal))
+        self.at("rod.load", RodDae::new(rod, load, signal))
     }
 
     /// The chains, whose names differ.

@@ -71,12 +71,14 @@ impl Builder<'_> {
     /// A function of time that a displacement can follow from rest.
     fn motion(&self, function: &Function, path: &str) -> Result<Signal, InputError> {
         let signal = self.signal(function, path)?;
-        if signal.smoothness() < 1 {
-            let error = InputError::new("a displacement needs a velocity without jumps")
-                .next("take `step`, whose rise is smooth, in place of `ramp`");
-            return Err(self.wrong(path, error));
+        match signal.unfit_for_motion() {
+            Some(objection) => {
+                let error =
+                    InputError::new(format!("no displacement can follow this: {objection}"));
+                Err(self.wrong(path, error))
+            }
+            None => Ok(signal),
         }
-        Ok(signal)
     }
 
     /// The components that are given, with their axis and path.

@@ -51,15 +51,17 @@ pub enum Shape {
         shift: f64,
     },
     /// From 0 to `value` around `start`, over `rise` seconds, with two continuous derivatives
-    /// (`s³ (6 s² - 15 s + 10)`): an integrator can follow it, a jump it cannot.
+    /// (`s³ (6 s² - 15 s + 10)`). With `rise = 0` it jumps: loads and tensions may, and the integrator
+    /// starts anew right after; displacements may not. At `start` itself the value is still 0, so that
+    /// a body at rest, or in equilibrium, may be hit or released at t = 0.
     Step {
         /// Value after the step, in the unit of what is driven.
         value: f64,
         /// When it begins, s.
         #[serde(default)]
         start: f64,
-        /// Seconds from 0 to `value`.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        /// Seconds from 0 to `value`; 0 for a jump.
+        #[schemars(extend("minimum" = 0))]
         rise: f64,
     },
     /// Linear from 0 at `start` to `value` at `end`, constant before and after. Its slope jumps,

@@ -1,0 +1,186 @@
+//! Loads that jump: hits and releases, at the start of a run and within it.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use std::path::Path;
+
+use myovib_scene::Scene;
+use myovib_scene::csv::Table;
+use myovib_scene::run::{RunOptions, RunResult, compute};
+
+/// A block held on its left.
+const BLOCK: &str = r#"
+[time]
+end = 0.1
+[mesh]
+type = "rectangle"
+width = 0.1
+height = 0.04
+cells = [6, 3]
+[solid]
+kappa = 1e5
+alpha = 2.0
+beta = 1e-4
+[[material]]
+law = "mooney-rivlin"
+density = 1e3
+c10 = 1e4
+c01 = 1e3
+[[fixed]]
+group = "left"
+[integrator]
+rtol = 1e-6
+[[probe]]
+name = "end"
+type = "point"
+at = [0.1, 0.04]
+quantities = ["u", "v"]
+every = 0.005
+[[probe]]
+name = "energy"
+type = "energy"
+every = 0.005
+"#;
+
+const METHODS: [&str; 4] = ["radau13", "radau9", "radau", "bdf"];
+const RTOL: f64 = 1e-6;
+
+fn build(text: &str, set: &[&str], folder: &Path) -> Result<Scene, String> {
+    let set: Vec<String> = set.iter().map(|&s| s.to_owned()).collect();
+    Scene::build("scene.toml", text, &set, folder).map_err(|error| error.to_string())
+}
+
+fn run(text: &str, set: &[&str], out: &Path) -> RunResult {
+    let scene = build(text, set, out.parent().unwrap()).unwrap();
+    let result = compute(&scene, &RunOptions::into_folder(out)).unwrap();
+    assert_eq!(result.document["outcome"], "finished", "{set:?}");
+    result
+}
+
+fn rows(out: &Path, probe: &str) -> Vec<Vec<f64>> {
+    let text = std::fs::read_to_string(out.join(format!("{probe}.csv"))).unwrap();
+    let table = Table::parse(&text).unwrap();
+    let rows = table.rows.iter();
+    rows.map(|row| table.numbers(row).unwrap()).collect()
+}
+
+/// The largest difference in each column, relative to the column's largest value.
+fn apart(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let columns = 0..a[0].len();
+    let apart = columns.map(|k| {
+        let size = a.iter().fold(1e-300, |m: f64, row| m.max(row[k].abs()));
+        let pairs = a.iter().zip(b);
+        pairs.fold(0.0, |m: f64, (a, b)| m.max((a[k] - b[k]).abs())) / size
+    });
+    apart.fold(0.0, f64::max)
+}
+
+/// Weight that acts at once is that of a body whose support is taken away: the body falls from rest.
+/// Weight that ends at once, from equilibrium, releases it. Both have the balance of energy, and hits
+/// within the run are in the same tables.
+#[test]
+fn bodies_are_hit_and_released() {
+    let folder = tempfile::tempdir().unwrap();
+    let sum = |parts: &str| format!("body_force=[{{ y = {{ type = \"sum\", of = [{parts}] }} }}]");
+    let jump = |value: f64, start: f64| {
+        format!("{{ type = \"step\", value = {value}, start = {start}, rise = 0 }}")
+    };
+    let hit = sum(&[jump(-9.81, 0.0), jump(20.0, 0.0325)].join(", "));
+    let released = sum(&["-9.81".to_owned(), jump(9.81, 0.0), jump(5.0, 0.05)].join(", "));
+    for (name, load, start) in [
+        ("hit", &hit, None),
+        (
+            "released",
+            &released,
+            Some("start={ type = \"equilibrium\" }"),
+        ),
+    ] {
+        let mut first: Option<Vec<Vec<f64>>> = None;
+        for method in METHODS {
+            let out = folder.path().join(format!("{name}-{method}"));
+            let method = format!("integrator.method={method}");
+            let set: Vec<&str> = [load, &method[..]].into_iter().chain(start).collect();
+            run(BLOCK, &set, &out);
+            let (motion, energy) = (rows(&out, "end"), rows(&out, "energy"));
+            assert_eq!(motion.len(), 21);
+            let most = energy.iter().fold(0.0, |m: f64, row| m.max(row[1]));
+            let imbalance = energy.iter().fold(0.0, |m: f64, row| m.max(row[5].abs()));
+            // Ten tolerances; powers are summed by Simpson's rule as finely.
+            assert!(
+                imbalance < 10.0 * RTOL * most,
+                "{name} {method}: {imbalance:e}"
+            );
+            if let Some(first) = &first {
+                // Ten tolerances of each by Radau IIA; BDF adds up those of its some hundred steps.
+                let allowed = if method.ends_with("bdf") {
+                    1000.0
+                } else {
+                    20.0
+                };
+                let off = apart(first, &motion);
+                assert!(off < allowed * RTOL, "{name} {method}: {off:e}");
+            }
+            first.get_or_insert(motion);
+        }
+    }
+}
+
+/// Oscillators that act back on a body, and the body on them, start anew with it.
+#[test]
+fn a_body_with_feedback_is_hit() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = include_str!("../../../data/scenes/two-way.toml");
+    let [jump, steep] = ["0", "1e-6"].map(|rise| {
+        let part = |value: f64, start: f64| {
+            format!("{{ type = \"step\", value = {value}, start = {start}, rise = {rise} }}")
+        };
+        let load = format!(
+            "traction[0].y={{ type = \"sum\", of = [{}, {}] }}",
+            part(100.0, 0.01),
+            part(-160.0, 0.05)
+        );
+        let out = folder.path().join(rise);
+        let set = ["time.end=0.1", "integrator.method=radau9", "integrator.max_order=", "integrator.rtol=1e-5"];
+        let more = [
+            &load[..],
+            "probe=[{ name = \"end\", type = \"point\", at = [0.05, 0.0], quantities = [\"u\", \"v\"], every = 0.01 }]",
+        ];
+        run(text, &[&set[..], &more[..]].concat(), &out);
+        rows(&out, "end")
+    });
+    let off = apart(&jump, &steep);
+    // The loads come 0.5 µs later on the average, in which the fastest of the motion, some 1000 rad/s,
+    // goes 5e-4 of its way; and ten tolerances.
+    println!("feedback {off:?}");
+    assert!(off < 5e-4 + 1e-4, "{off:e}");
+}
+
+#[test]
+fn what_cannot_jump_is_refused_at_its_place() {
+    for (key, value, told) in [
+        (
+            "displacement",
+            "[{ group = \"right\", y = { type = \"step\", value = 0.01, rise = 0 } }]",
+            "no displacement can follow this: it jumps: give the step a rise",
+        ),
+        (
+            "displacement",
+            "[{ group = \"right\", y = { type = \"ramp\", value = 0.01, end = 0.1 } }]",
+            "its slope jumps: take a `step`",
+        ),
+        (
+            "traction",
+            "[{ group = \"right\", y = { type = \"ramp\", value = 1.0, start = 0.1, end = 0.1 } }]",
+            "what jumps is a step",
+        ),
+        (
+            "traction",
+            "[{ group = \"right\", y = { type = \"step\", value = 1.0, rise = -0.1 } }]",
+            "rise",
+        ),
+    ] {
+        let refused = build(BLOCK, &[&format!("{key}={value}")], Path::new(""));
+        let message = refused.map(|_| ()).unwrap_err();
+        assert!(message.contains(told), "{message}");
+    }
+}
