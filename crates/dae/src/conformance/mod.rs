@@ -111,6 +111,7 @@ macro_rules! conformance_tests {
             refuses_constraints_that_are_not_there_or_wrong,
             leaves_components_out_by_their_index,
             finds_events_in_their_order,
+            starts_anew_after_an_event,
             recovers_from_recoverable_errors,
             names_the_function_that_failed,
             stops_before_a_wall,

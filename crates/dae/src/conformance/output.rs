@@ -90,6 +90,36 @@ pub fn finds_events_in_their_order<M: Method>(method: &M) {
     assert_eq!(again.y(), unwatched.y());
 }
 
+/// Behind an event the state may be another: thrown back at x = 0, x = |sin t| is there again after half a
+/// turn, and the state thrown back at is no event.
+pub fn starts_anew_after_an_event<M: Method>(method: &M) {
+    let (y, y_dot) = Circle::start();
+    let mut solver = method.build(Request {
+        roots: Some((
+            vec![Direction::Falling],
+            Box::new(|_: &mut Circle, _, y: &[f64], _: &[f64], g: &mut [f64]| {
+                g[0] = y[0];
+                Ok(())
+            }),
+        )),
+        ..Request::new(Circle::new(), 0.0, &y, &y_dot)
+    });
+    for k in 1..4 {
+        let outcome = solver.integrate_to(20.0).unwrap();
+        assert!(matches!(outcome, Outcome::Root { .. }), "{outcome:?}");
+        // As above: the error of the solution times the number of steps.
+        assert!((solver.t() - f64::from(k) * PI).abs() < 1e-3, "{outcome:?}");
+        let back = [0.0, -solver.y()[1], solver.y()[2]];
+        let rates = [back[1], 0.0, 0.0];
+        solver.reinit(solver.t(), &back, &rates, &[]).unwrap();
+        assert_eq!(solver.y(), back);
+        assert_eq!(solver.statistics().steps, 0);
+    }
+    let t = 3.5 * PI;
+    assert_eq!(solver.integrate_to(t).unwrap(), Outcome::Reached { t });
+    assert!((solver.y()[0] - 1.0).abs() < 1e-3, "{:?}", solver.y());
+}
+
 /// Where no quadratures are set up there are none, and asking for them is misuse that says so.
 pub fn says_that_there_are_no_quadratures<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();

@@ -36,7 +36,8 @@ const MOST_PRESSURES: usize = 2000;
 const START_STEPS: usize = 15;
 /// Steps after these whose time is taken.
 const TIMED_STEPS: usize = 15;
-/// How long either may take; a large body is timed by fewer steps.
+/// How long each may take; a large body is timed by fewer steps.
+const START_PATIENCE: Duration = Duration::from_secs(1);
 const PATIENCE: Duration = Duration::from_millis(300);
 
 /// Where the computed index comes from.
@@ -248,10 +249,10 @@ fn seconds_per_step(
 ) -> Result<f64, ModelError> {
     let mut integrator = start_from(dae, settings, 0.0, y, y_dot)?;
     let started = CpuClock::start();
-    let mut after = |steps: usize| -> Result<(f64, f64), ModelError> {
+    let mut after = |steps: usize, patience: Duration| -> Result<(f64, f64), ModelError> {
         let begun = started.elapsed();
         for _ in 0..steps {
-            if integrator.advance()? != Advance::Stepped || started.elapsed() > begun + PATIENCE {
+            if integrator.advance()? != Advance::Stepped || started.elapsed() > begun + patience {
                 break;
             }
         }
@@ -260,8 +261,8 @@ fn seconds_per_step(
             integrator.counts().steps as f64,
         ))
     };
-    let (start_seconds, start_steps) = after(START_STEPS)?;
-    let (seconds, steps) = after(TIMED_STEPS)?;
+    let (start_seconds, start_steps) = after(START_STEPS, START_PATIENCE)?;
+    let (seconds, steps) = after(TIMED_STEPS, PATIENCE)?;
     Ok(if steps > start_steps {
         (seconds - start_seconds) / (steps - start_steps)
     } else if steps > 0.0 {
