@@ -266,6 +266,10 @@ struct Scripted {
 }
 
 impl Integrator<Strained> for Scripted {
+    fn pass_jump(&mut self) -> Result<(), ModelError> {
+        Ok(())
+    }
+
     fn advance(&mut self) -> Result<Advance, ModelError> {
         let met = self.inversions.pop_front().unwrap();
         let work = &mut self.problem.work;

@@ -218,13 +218,12 @@ impl<'a> Incompressible<'a> {
             Ok((force, motion.defect_acceleration()?))
         };
         // Ahead alone, as the load may jump or bend here.
-        let samples = [at(0.0)?, at(step)?, at(2.0 * step)?];
-        let fall = |of: fn(&(Vec<f64>, Vec<f64>)) -> &[f64]| -> Vec<f64> {
-            let [here, next, last] = samples.each_ref().map(of);
+        let [(f0, g0), (f1, g1), (f2, g2)] = [at(0.0)?, at(step)?, at(2.0 * step)?];
+        let fall = |here: &[f64], next: &[f64], last: &[f64]| -> Vec<f64> {
             let of_row = |i: usize| (3.0 * here[i] - 4.0 * next[i] + last[i]) / (2.0 * step);
             (0..here.len()).map(of_row).collect()
         };
-        let [force, flux] = [fall(|(force, _)| force), fall(|(_, flux)| flux)];
+        let (force, flux) = (fall(&f0, &f1, &f2), fall(&g0, &g1, &g2));
         let (_, correction) = self.saddle.solve(&force, &flux)?;
         Ok(sum(rate, &correction))
     }
