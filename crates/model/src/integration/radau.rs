@@ -124,8 +124,12 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
     {
         let builder = builder(problem, options, t_end).fading_memory(memory);
         let solver = builder.build_with(matrices, t, y, y_dot)?;
-        let pace = Pace::new(Schedule::default(), t_end);
-        Ok(Self { solver, pace })
+        Ok(Self::of(solver, t_end))
+    }
+
+    /// From when on it goes on behind a jump at the time reached, if there is one.
+    pub(crate) fn after_jump(&self) -> Option<f64> {
+        self.pace.after_jump(self.solver.t())
     }
 
     /// The same, for a system that is driven by a `schedule`.
@@ -191,7 +195,7 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
 
 impl<P: Consistent, M: myovib_dae::LinearSolver<P>> Integrator<P> for RadauIntegrator<P, M> {
     fn pass_jump(&mut self) -> Result<(), ModelError> {
-        let Some(after) = self.pace.after_jump(self.solver.t()) else {
+        let Some(after) = self.after_jump() else {
             return Ok(());
         };
         let y = self.solver.y().to_vec();

@@ -50,7 +50,18 @@ impl RelaxingRadau {
 }
 
 impl Integrator<MuscleDae> for RelaxingRadau {
+    fn pass_jump(&mut self) -> Result<(), ModelError> {
+        if self.0.after_jump().is_some() {
+            let solver = self.0.solver();
+            let mut internal = vec![0.0; solver.n_memory()];
+            solver.memory_dense_output(solver.t(), 0, &mut internal)?;
+            self.0.problem_mut().keep(internal);
+        }
+        self.0.pass_jump()
+    }
+
     fn advance(&mut self) -> Result<Advance, ModelError> {
+        self.pass_jump()?;
         self.0.advance()
     }
 

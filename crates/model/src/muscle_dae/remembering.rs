@@ -12,8 +12,10 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
 use super::MuscleDae;
+use crate::error::ModelError;
 use crate::field::Field;
 use crate::linear::CondensedSolver;
+use crate::start::Consistent;
 
 /// A [`MuscleDae`] as a problem without the last block of its unknowns, the internal stresses Q of Prony
 /// terms: the law's stress S drives them, and the overstress H = Σ g S − Σ Q is the response.
@@ -23,6 +25,8 @@ pub(crate) struct Remembering {
     n: usize,
     /// Rates of S at the slots.
     rates: [Vec<f64>; 1],
+    /// The internal stresses with which the next start is to be consistent.
+    internal: Vec<f64>,
 }
 
 impl Remembering {
@@ -51,7 +55,19 @@ impl Remembering {
         let slots = vec![0.0; solid.n_slots()];
         dae.overstress = Some(slots.clone());
         let (n, rates) = (internal.start, [slots]);
-        (Self { dae, n, rates }, memory)
+        let internal = memory.start.clone();
+        let problem = Self {
+            dae,
+            n,
+            rates,
+            internal,
+        };
+        (problem, memory)
+    }
+
+    /// From now on what is [consistent](Consistent) is so with these internal stresses.
+    pub(crate) fn keep(&mut self, internal: Vec<f64>) {
+        self.internal = internal;
     }
 
     /// The muscle with all its unknowns.
@@ -62,6 +78,14 @@ impl Remembering {
     /// The same, for evaluations beside an integration.
     pub(crate) fn dae_mut(&mut self) -> &mut MuscleDae {
         &mut self.dae
+    }
+}
+
+impl Consistent for Remembering {
+    fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
+        let mut state = self.dae.consistent(t, &[y, &self.internal].concat())?;
+        state.iter_mut().for_each(|values| values.truncate(self.n));
+        Ok(state)
     }
 }
 
