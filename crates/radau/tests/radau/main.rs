@@ -7,6 +7,7 @@ mod conformance;
 mod control;
 mod events;
 mod failures;
+mod memory;
 mod misuse;
 mod orders;
 mod published;
