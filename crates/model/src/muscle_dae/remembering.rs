@@ -127,7 +127,7 @@ impl Problem for Remembering {
 impl Fading for Remembering {
     fn drive(&mut self, t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
         self.dae.expand(t, y, None);
-        self.dae.counters.relaxing_passes += 1;
+        self.dae.counters.relaxing_solve_passes += 1;
         let (solid, work) = (&self.dae.muscle.solid, &self.dae.work);
         solid.relaxing_stresses(&work.displacement, out);
         Ok(())
