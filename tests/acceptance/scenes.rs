@@ -41,6 +41,7 @@ fn every_built_in_scene_runs_under_its_load() {
             // The scene's own mesh has 184 thousand unknowns.
             "ventricle" => &["--set", "time.end=0.05", "--set", "mesh.resolution=coarse"],
             "muscle3d" => &["--set", "time.end=0.05", "--set", "mesh.cells=[10,2,2]"],
+            "ventricle-coarse" => &["--set", "time.end=0.05"],
             // Many waves per second.
             "hardening" => &["--set", "time.end=0.2"],
             _ if text.contains("[time]") => &["--set", "time.end=0.9"],
