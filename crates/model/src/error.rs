@@ -43,7 +43,7 @@ pub enum ModelError {
     },
     /// A load that jumps where that is not followed.
     #[error(
-        "the load jumps at t = {t} s, and sensitivities across a jump are not computed: give the          step a rise"
+        "the load jumps at t = {t} s, and sensitivities across a jump are not computed: give the step a rise"
     )]
     Jump {
         /// When, s.
