@@ -4,6 +4,7 @@
 mod added;
 mod common;
 mod convergence;
+mod convergence_in_space;
 mod differences;
 mod follower;
 mod identities;

@@ -1,12 +1,9 @@
 //! Where motions start: in equilibrium, with a velocity, as another run ended, and later than at the
 //! end of a finished run.
-#![allow(clippy::unwrap_used)] // a test may panic
 
-use std::path::Path;
+use myovib_scene::run::{Existing, RunOptions, compute};
 
-use myovib_scene::Scene;
-use myovib_scene::csv::Table;
-use myovib_scene::run::{Existing, RunOptions, RunResult, compute};
+use crate::common::{apart, build, rows, run};
 
 /// A block of two materials under its weight, held on its left.
 const BLOCK: &str = r#"
@@ -44,35 +41,6 @@ every = 0.01
 "#;
 
 const RTOL: f64 = 1e-6;
-
-fn build(text: &str, set: &[&str], folder: &Path) -> Result<Scene, String> {
-    let set: Vec<String> = set.iter().map(|&s| s.to_owned()).collect();
-    Scene::build("scene.toml", text, &set, folder).map_err(|error| error.to_string())
-}
-
-fn run(text: &str, set: &[&str], out: &Path) -> RunResult {
-    let scene = build(text, set, out.parent().unwrap()).unwrap();
-    compute(&scene, &RunOptions::into_folder(out)).unwrap()
-}
-
-fn rows(out: &Path, probe: &str) -> Vec<Vec<f64>> {
-    let text = std::fs::read_to_string(out.join(format!("{probe}.csv"))).unwrap();
-    let table = Table::parse(&text).unwrap();
-    let rows = table.rows.iter();
-    rows.map(|row| table.numbers(row).unwrap()).collect()
-}
-
-/// The largest difference in each column but the time's, relative to the column's largest value.
-fn apart(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
-    assert_eq!(a.len(), b.len());
-    let columns = 1..a[0].len();
-    let apart = columns.map(|k| {
-        let size = a.iter().fold(1e-300, |m: f64, row| m.max(row[k].abs()));
-        let pairs = a.iter().zip(b);
-        pairs.fold(0.0, |m: f64, (a, b)| m.max((a[k] - b[k]).abs())) / size
-    });
-    apart.fold(0.0, f64::max)
-}
 
 /// In equilibrium nothing moves, in any formulation, with κ finite and infinite, by both integrators;
 /// and the start is what the static scene computes.
@@ -185,7 +153,7 @@ fn a_run_goes_on_from_where_another_ended() {
         let mut second = rows(&named("second"), "end");
         // Errors of single steps add up over two periods, and pressures follow from accelerations.
         let promised = 100.0 * RTOL;
-        let off = apart(&whole[10..], &second);
+        let off = apart(&whole[10..], &second, 1);
         assert!(off < promised, "{kappa}: {off:e}");
         second.clear();
 
@@ -200,7 +168,7 @@ fn a_run_goes_on_from_where_another_ended() {
             ..RunOptions::into_folder(named("first"))
         };
         compute(&scene, &resume).unwrap();
-        let off = apart(&whole, &rows(&named("first"), "end"));
+        let off = apart(&whole, &rows(&named("first"), "end"), 1);
         assert!(off < promised, "{kappa}: {off:e}");
         let again = compute(&scene, &resume).unwrap_err().to_string();
         assert!(again.contains("nothing to go on with"), "{again}");
@@ -231,7 +199,7 @@ fn internal_stresses_go_on() {
         &place("second"),
     );
     let whole = rows(&place("whole"), "end");
-    let off = apart(&whole[5..], &rows(&place("second"), "end"));
+    let off = apart(&whole[5..], &rows(&place("second"), "end"), 1);
     // As above.
     assert!(off < 100.0 * RTOL, "{off:e}");
     let at_rest = ["analysis=static", "probe=[]"];

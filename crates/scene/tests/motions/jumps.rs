@@ -1,11 +1,8 @@
 //! Loads that jump: hits and releases, at the start of a run and within it.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::path::Path;
 
-use myovib_scene::Scene;
-use myovib_scene::csv::Table;
-use myovib_scene::run::{RunOptions, RunResult, compute};
+use crate::common::{apart, build, rows, run};
 
 /// A block held on its left.
 const BLOCK: &str = r#"
@@ -44,35 +41,9 @@ every = 0.005
 const METHODS: [&str; 4] = ["radau13", "radau9", "radau", "bdf"];
 const RTOL: f64 = 1e-6;
 
-fn build(text: &str, set: &[&str], folder: &Path) -> Result<Scene, String> {
-    let set: Vec<String> = set.iter().map(|&s| s.to_owned()).collect();
-    Scene::build("scene.toml", text, &set, folder).map_err(|error| error.to_string())
-}
-
-fn run(text: &str, set: &[&str], out: &Path) -> RunResult {
-    let scene = build(text, set, out.parent().unwrap()).unwrap();
-    let result = compute(&scene, &RunOptions::into_folder(out)).unwrap();
+fn finish(text: &str, set: &[&str], out: &Path) {
+    let result = run(text, set, out);
     assert_eq!(result.document["outcome"], "finished", "{set:?}");
-    result
-}
-
-fn rows(out: &Path, probe: &str) -> Vec<Vec<f64>> {
-    let text = std::fs::read_to_string(out.join(format!("{probe}.csv"))).unwrap();
-    let table = Table::parse(&text).unwrap();
-    let rows = table.rows.iter();
-    rows.map(|row| table.numbers(row).unwrap()).collect()
-}
-
-/// The largest difference in each column, relative to the column's largest value.
-fn apart(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
-    assert_eq!(a.len(), b.len());
-    let columns = 0..a[0].len();
-    let apart = columns.map(|k| {
-        let size = a.iter().fold(1e-300, |m: f64, row| m.max(row[k].abs()));
-        let pairs = a.iter().zip(b);
-        pairs.fold(0.0, |m: f64, (a, b)| m.max((a[k] - b[k]).abs())) / size
-    });
-    apart.fold(0.0, f64::max)
 }
 
 /// Weight that acts at once is that of a body whose support is taken away: the body falls from rest.
@@ -100,7 +71,7 @@ fn bodies_are_hit_and_released() {
             let out = folder.path().join(format!("{name}-{method}"));
             let method = format!("integrator.method={method}");
             let set: Vec<&str> = [load, &method[..]].into_iter().chain(start).collect();
-            run(BLOCK, &set, &out);
+            finish(BLOCK, &set, &out);
             let (motion, energy) = (rows(&out, "end"), rows(&out, "energy"));
             assert_eq!(motion.len(), 21);
             let most = energy.iter().fold(0.0, |m: f64, row| m.max(row[1]));
@@ -117,7 +88,7 @@ fn bodies_are_hit_and_released() {
                 } else {
                     20.0
                 };
-                let off = apart(first, &motion);
+                let off = apart(first, &motion, 0);
                 assert!(off < allowed * RTOL, "{name} {method}: {off:e}");
             }
             first.get_or_insert(motion);
@@ -129,7 +100,7 @@ fn bodies_are_hit_and_released() {
 #[test]
 fn a_body_with_feedback_is_hit() {
     let folder = tempfile::tempdir().unwrap();
-    let text = include_str!("../../../data/scenes/two-way.toml");
+    let text = include_str!("../../../../data/scenes/two-way.toml");
     let [jump, steep] = ["0", "1e-6"].map(|rise| {
         let part = |value: f64, start: f64| {
             format!("{{ type = \"step\", value = {value}, start = {start}, rise = {rise} }}")
@@ -145,13 +116,12 @@ fn a_body_with_feedback_is_hit() {
             &load[..],
             "probe=[{ name = \"end\", type = \"point\", at = [0.05, 0.0], quantities = [\"u\", \"v\"], every = 0.01 }]",
         ];
-        run(text, &[&set[..], &more[..]].concat(), &out);
+        finish(text, &[&set[..], &more[..]].concat(), &out);
         rows(&out, "end")
     });
-    let off = apart(&jump, &steep);
+    let off = apart(&jump, &steep, 0);
     // The loads come 0.5 µs later on the average, in which the fastest of the motion, some 1000 rad/s,
     // goes 5e-4 of its way; and ten tolerances.
-    println!("feedback {off:?}");
     assert!(off < 5e-4 + 1e-4, "{off:e}");
 }
 
@@ -168,12 +138,12 @@ fn a_body_whose_stress_relaxes_is_hit() {
         format!("body_force=[{{ y = {{ type = \"sum\", of = [{of}] }} }}]")
     };
     let steep = folder.path().join("steep");
-    run(&text, &[&load("1e-7"), "integrator.method=radau9"], &steep);
+    finish(&text, &[&load("1e-7"), "integrator.method=radau9"], &steep);
     for method in METHODS {
         let out = folder.path().join(method);
         let set = format!("integrator.method={method}");
-        run(&text, &[&load("0"), &set], &out);
-        let off = apart(&rows(&steep, "end"), &rows(&out, "end"));
+        finish(&text, &[&load("0"), &set], &out);
+        let off = apart(&rows(&steep, "end"), &rows(&out, "end"), 0);
         // 0.05 µs later on the average, some 1000 rad/s: 5e-5; and what is allowed above.
         let allowed = if method == "bdf" { 1000.0 } else { 20.0 };
         assert!(off < 5e-5 + allowed * RTOL, "{method}: {off:e}");

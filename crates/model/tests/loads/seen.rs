@@ -1,22 +1,18 @@
 //! No load is stepped over, by any method, without a setting of the user.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::sync::Arc;
 
 use myovib_dae::Problem;
-use myovib_fem::generate;
 use myovib_model::{
-    AbsoluteTolerances, ErrorEstimate, Field, Formulation, IntegratorKind, LOOSER, MuscleDae,
-    Outcome, SampleTimes, Sampler, Settings, Signal, Spline, Statistics, paper, run, start_at_rest,
+    ErrorEstimate, Field, Formulation, IntegratorKind, LOOSER, MuscleDae, Outcome, SampleTimes,
+    Sampler, Settings, Signal, Spline, Statistics, run, start_at_rest,
 };
 
-/// A damped beam under a traction that follows `signal`.
-fn beam(signal: Signal) -> MuscleDae {
-    let mesh = generate::beam(0.1, 0.02, [4, 1]).unwrap();
-    let mut muscle = paper::muscle_with_load(&mesh, paper::LAW, 1e5, 1e-3, signal).unwrap();
-    // Motions die out within some tenths of a second, and with them what BDF adds up.
-    muscle.parameters.alpha = 10.0;
-    MuscleDae::new(muscle, Formulation::ImplicitRate).unwrap()
+use crate::common::{beam, tolerances};
+
+/// A beam whose motions die out within some tenths of a second, and with them what BDF adds up.
+fn damped(signal: Signal) -> MuscleDae {
+    beam(Formulation::ImplicitRate, 1e5, signal)
 }
 
 fn settings(integrator: IntegratorKind, rtol: f64) -> Settings {
@@ -24,12 +20,7 @@ fn settings(integrator: IntegratorKind, rtol: f64) -> Settings {
         integrator,
         t_end: 2.0,
         relative_tolerance: rtol,
-        absolute_tolerances: AbsoluteTolerances {
-            displacement: 1e-3 * rtol,
-            velocity: 1e-2 * rtol,
-            pressure: 1e2 * rtol,
-            multiplier: 1e3 * rtol,
-        },
+        absolute_tolerances: tolerances(rtol),
         suppressed: Vec::new(),
         max_order: 5,
         ..Settings::paper(Formulation::ImplicitRate)
@@ -38,7 +29,7 @@ fn settings(integrator: IntegratorKind, rtol: f64) -> Settings {
 
 /// The displacements every 10 ms.
 fn motion(signal: &Signal, settings: &Settings) -> (Vec<Vec<f64>>, Statistics) {
-    let dae = beam(signal.clone());
+    let dae = damped(signal.clone());
     let n = dae.n_unknowns();
     let range = dae.layout().range(Field::Displacement).unwrap();
     let mut integrator = start_at_rest(dae, settings).unwrap();

@@ -1,18 +1,18 @@
 //! What drives a system may jump: integrators stop there, and start anew behind it.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::f64::consts::TAU;
 
 use myovib_dae::Problem;
-use myovib_fem::generate;
 use myovib_fem::rod::{EndLoad, Rod, RodData};
 use myovib_model::coupling::{
     CoupledDae, CoupledOptions, ErrorTest, StateTolerances, start_coupled,
 };
 use myovib_model::{
-    AbsoluteTolerances, Advance, Field, Formulation, Integrator, IntegratorKind, MuscleDae,
-    Outcome, Prescribed, RodDae, SampleTimes, Sampler, Settings, Signal, paper, run, start_at_rest,
+    Advance, Field, Formulation, Integrator, IntegratorKind, MuscleDae, Outcome, Prescribed,
+    RodDae, SampleTimes, Sampler, Settings, Signal, run, start_at_rest,
 };
+
+use crate::common::{beam, tolerances};
 
 fn jump(value: f64, start: f64) -> Signal {
     Signal::Step {
@@ -97,29 +97,12 @@ fn an_oscillator_that_is_hit_moves_as_the_closed_form_says() {
     }
 }
 
-/// A damped beam under a traction that follows `signal`.
-fn beam(formulation: Formulation, kappa: f64, signal: Signal) -> MuscleDae {
-    let mesh = generate::beam(0.1, 0.02, [4, 1]).unwrap();
-    let beta = match formulation {
-        Formulation::Rate | Formulation::ImplicitRate => 1e-3,
-        _ => 0.0,
-    };
-    let mut muscle = paper::muscle_with_load(&mesh, paper::LAW, kappa, beta, signal).unwrap();
-    muscle.parameters.alpha = 10.0;
-    MuscleDae::new(muscle, formulation).unwrap()
-}
-
 fn settings(integrator: IntegratorKind, formulation: Formulation, rtol: f64) -> Settings {
     Settings {
         integrator,
         t_end: 0.25,
         relative_tolerance: rtol,
-        absolute_tolerances: AbsoluteTolerances {
-            displacement: 1e-3 * rtol,
-            velocity: 1e-2 * rtol,
-            pressure: 1e2 * rtol,
-            multiplier: 1e3 * rtol,
-        },
+        absolute_tolerances: tolerances(rtol),
         suppressed: match integrator {
             // What index 2 and 3 ask of BDF.
             IntegratorKind::Ida => Settings::paper(formulation).suppressed,

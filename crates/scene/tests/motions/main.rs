@@ -1,0 +1,6 @@
+//! Scenes that move: where motions start, and loads that jump.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+mod common;
+mod jumps;
+mod start;
