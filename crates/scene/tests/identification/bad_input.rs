@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use myovib_scene::fit::{FitOptions, Loss, compute};
-use myovib_scene::sensitivity::Parametrised;
+use myovib_scene::sensitivity::{Parametrised, Watcher, follow, outputs};
 
 use crate::{scene, set};
 
@@ -62,6 +62,28 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
             keys.is_empty() || told == "accepted" || found.contains("line "),
             "{found}"
         );
+    }
+}
+
+/// Issue 15, A1: a run goes over a jump, its sensitivities do not.
+#[test]
+fn sensitivities_across_a_jump_are_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let step = "[[traction]]\ngroup = \"load\"\n\
+                y = { type = \"step\", value = 1.0, start = 0.01, rise = 0 }";
+    let path = scene(folder.path(), &["material[0].c10"], step);
+    let set = set(&["time.end=0.02", "integrator.method=radau9"]);
+    let it = Parametrised::load(&path, &set).unwrap();
+    let outputs = outputs(&it.scene).unwrap();
+    let watcher = Watcher {
+        interrupt: None,
+        progress: &(),
+    };
+    let dependences = it.dependences(&it.values()).unwrap();
+    let refused = follow(&it.scene, &outputs, &[0.02], (dependences, None), watcher);
+    let message = refused.expect_err("a jump").to_string();
+    for part in ["jumps at t = 0.01 s", "not computed: give the step a rise"] {
+        assert!(message.contains(part), "{message}");
     }
 }
 
