@@ -15,7 +15,7 @@
 //!
 //! The first line names a file of a record and a list in it. Each other line is a
 //! column: its head, a key of the entries (with `/` into objects), and a format: `.2` decimals, `e1`
-//! digits and a power of ten, `%1` per cent; without one the value as it stands. `only` keeps the
+//! digits and a power of ten, `%1` per cent; without one the value as it stands, a list with commas. `only` keeps the
 //! entries with that value, and may be repeated.
 
 use std::fmt::Write as _;
@@ -180,6 +180,7 @@ fn plain(value: &Value) -> String {
     match value {
         Value::Null => "–".into(),
         Value::String(text) => text.clone(),
+        Value::Array(entries) => entries.iter().map(plain).collect::<Vec<_>>().join(", "),
         other => other.to_string(),
     }
 }
@@ -194,21 +195,72 @@ mod tests {
     fn a_table_is_filled_from_its_record_and_stays_then() {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join("2026")).unwrap();
-        let record =
-            r#"{"runs":[{"row":"1","cpu":0.25,"more":0.014,"kind":"a"},{"row":"2","kind":"b"}]}"#;
+        let record = r#"{"runs":[{"row":["1","m"],"cpu":0.25,"more":0.014,"kind":"a"},{"row":"2","kind":"b"}]}"#;
         fs::write(folder.path().join("2026/r.json"), record).unwrap();
         let page = filled(PAGE, folder.path()).unwrap();
         assert!(page.contains(
-            "| row | CPU s | more |\n|---|---|---|\n| 1 | 0.2 | +1 % |\n<!-- end -->\nafter"
+            "| row | CPU s | more |\n|---|---|---|\n| 1, m | 0.2 | +1 % |\n<!-- end -->\nafter"
         ));
         assert!(!page.contains("old") && page.starts_with("before"));
         assert_eq!(filled(&page, folder.path()).unwrap(), page);
     }
 
+    fn root() -> &'static Path {
+        Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
+    }
+
+    /// The places of a page that a link may name: its headings, as GitHub and mdbook write them.
+    fn anchors(page: &str) -> Vec<String> {
+        let headings = page.lines().filter(|line| line.starts_with('#'));
+        let anchor = |line: &str| {
+            let words = line.trim_start_matches('#').trim().to_lowercase();
+            let kept = words
+                .chars()
+                .filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+            kept.collect::<String>().replace(' ', "-")
+        };
+        headings.map(anchor).collect()
+    }
+
+    /// Links of the guide and the README lead to files, and to headings, that are there.
+    #[test]
+    fn links_lead_somewhere() {
+        let guide = fs::read_dir(root().join("docs/src")).unwrap();
+        let mut pages: Vec<_> = guide.map(|entry| entry.unwrap().path()).collect();
+        pages.retain(|page| page.extension().is_some_and(|extension| extension == "md"));
+        pages.push(root().join("README.md"));
+        let mut links = 0;
+        for page in pages {
+            let text = fs::read_to_string(&page).unwrap();
+            for from in text.split("](").skip(1) {
+                let link = from.split_once(')').unwrap().0;
+                if link.starts_with("http") {
+                    continue;
+                }
+                let (file, heading) = link.split_once('#').unwrap_or((link, ""));
+                let target = match file {
+                    "" => page.clone(),
+                    file => page.with_file_name(file),
+                };
+                assert!(target.exists(), "{}: {link}", page.display());
+                if !heading.is_empty() {
+                    let there = anchors(&fs::read_to_string(&target).unwrap());
+                    assert!(
+                        there.iter().any(|a| a == heading),
+                        "{}: {link}",
+                        page.display()
+                    );
+                }
+                links += 1;
+            }
+        }
+        assert!(links > 100, "{links} links");
+    }
+
     /// The pages of the guide are those of the record in the repository.
     #[test]
     fn the_guide_prints_what_was_measured() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+        let root = root();
         let args = PagesArgs {
             record: root.join("data/bench"),
             pages: root.join("docs/src"),

@@ -97,9 +97,9 @@ pub struct Chain {
     pub reach: ReachName,
     /// Gain γ of the forcing c(u) = γ u, 1/s² per m (per unit of the rod's displacement).
     pub gain: f64,
-    /// Where the chain lives: a point [x, y] (in space [x, y, z]) of the muscle in m, or a position x of the rod;
-    /// with `{ elements = "group" }` there is one in the middle of each element of the group, each driven by the
-    /// displacement there, with frequencies of one seed. Without it the chain is not driven.
+    /// Where the displacement drives the chain: at a point of the muscle, m, or at a position of the rod; with
+    /// `{ elements = "group" }` there is a chain in the middle of each element of the group, all with frequencies of
+    /// one seed. Without it the chain is not driven.
     pub at: Option<Place>,
     /// The displacement component of the muscle that drives the chain.
     pub component: Axis,

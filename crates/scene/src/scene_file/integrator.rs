@@ -22,8 +22,8 @@ pub struct Integrator {
     pub suppress: Option<Vec<Block>>,
     /// How the error test weighs multipliers that are in it (BDF, muscle without chains).
     pub multiplier_weights: MultiplierWeightsName,
-    /// Highest order of BDF; undamped modes need 2 (orders 3 to 5 are unstable for them)
-    /// [default: 2 with a muscle, 5 for rod and chain alone].
+    /// Highest order of BDF; undamped modes need 2 [default: 2 with a muscle, 5 for rod and chain
+    /// alone].
     pub max_order: Option<MaxOrder>,
     /// First step, s [default: the integrator's estimate, at most 0.08 of the shortest period or rise
     /// of a load and of the period of an oscillator].

@@ -8,8 +8,8 @@ use super::schema;
 pub fn reference() -> String {
     let schema = schema().to_value();
     let mut text = String::from(
-        "# Scene reference\n\nMade from the types by `myovib schema --markdown`; SI units. A key \
-         without default must be given, unless it says *optional*.\n",
+        "# Scene reference\n\nMade from the types by `myovib schema --markdown`. Units are SI. A key may be \
+         left out unless it says *required*.\n",
     );
     text += &object(&schema);
     let definitions = schema["$defs"].as_object().into_iter().flatten();
@@ -35,19 +35,21 @@ fn object(schema: &Value) -> String {
             .as_array()
             .is_some_and(|all| all.iter().any(|name| name == key))
     };
-    let mut text = String::from("\n| key | value | default | meaning |\n|---|---|---|---|\n");
+    let mut text = String::new();
     for (key, property) in properties {
         if property["const"].is_string() {
             continue;
         }
-        let default = match &property["default"] {
-            Value::Null if required(key) => String::new(),
-            Value::Null => "*optional*".to_owned(),
-            Value::Object(_) => "that of its keys".to_owned(),
-            value => format!("`{value}`"),
+        if text.is_empty() {
+            text += "\n| key | value | meaning |\n|---|---|---|\n";
+        }
+        let presence = match &property["default"] {
+            Value::Null if required(key) => ", *required*".to_owned(),
+            Value::Null | Value::Object(_) => String::new(),
+            value => format!(", default `{value}`"),
         };
         let meaning = cell(description(property));
-        text += &format!("| `{key}` | {} | {default} | {meaning} |\n", kind(property));
+        text += &format!("| `{key}` | {}{presence} | {meaning} |\n", kind(property));
     }
     text
 }

@@ -19,8 +19,8 @@ pub struct Solid {
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub beta: f64,
-    /// The DAE to integrate (default: what suits κ and β: `position` for β = 0 and finite κ,
-    /// `velocity` for β = 0 and κ = inf, `implicit-rate` for β > 0).
+    /// The DAE to integrate [default: `position` for β = 0 and finite κ, `velocity` for β = 0 and
+    /// κ = inf, `implicit-rate` for β > 0].
     pub formulation: Option<FormulationName>,
 }
 
