@@ -127,6 +127,9 @@ fn every_run_says_of_its_probes_about_how_far_off_they_are() {
                 "{said}"
             );
             let indicated = &document["error_indicator"]["off"];
+            let report = fs::read_to_string(folder.join("run/report.html")).unwrap();
+            let of_u_y = indicated["u_y"]["error"].as_f64().unwrap();
+            assert!(report.contains(&format!("<td class=\"n\">{of_u_y:.1e}</td>")));
             let errors = errors(folder, "off", ["run", "tight"]);
             // The worst component of each kind, as the line on the screen has it.
             for kind in ["u_", "p", "stress_"] {

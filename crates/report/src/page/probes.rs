@@ -72,12 +72,12 @@ impl Record {
         figures.collect()
     }
 
-    /// Rows of the table of extremes.
-    fn summary(&self, estimates: &Value, in_space: bool) -> String {
+    /// Rows of the table of extremes, with the errors of each probe's columns.
+    fn summary(&self, errors: &Value, in_space: bool) -> String {
         let columns = self.columns.iter().enumerate().skip(1).take(MOST_PANELS);
         let rows = columns.filter_map(|(j, name)| {
             let [least, largest] = self.extremes(j)?;
-            let error = estimates[&self.name][name]["error"].as_f64();
+            let error = errors[&self.name][name]["error"].as_f64();
             Some(format!(
                 "<tr><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{:.6e}</td>\
                  <td class=\"n\">{:.4} s</td><td class=\"n\">{:.6e}</td><td class=\"n\">{:.4} s</td>\
@@ -96,6 +96,10 @@ impl Record {
     }
 }
 
+/// What is said of errors that were not measured.
+const BY_STEPS: &str = "<p>Errors in time are what the estimates of the steps add up to, which is no bound; \
+     <code>myovib run … --verify</code> measures them.</p>\n";
+
 /// Extremes of all probes, then their curves side by side; nothing without probes.
 ///
 /// # Errors
@@ -107,24 +111,24 @@ pub(super) fn section(folder: &Path, scene: &Scene, document: &Value) -> Result<
     if records.is_empty() {
         return Ok(String::new());
     }
-    let (estimate, in_space) = (&document["error_estimate"], is_in_space(document));
+    let in_space = is_in_space(document);
+    let (errors, note) = match &document["error_estimate"]["probes"] {
+        Value::Null => (&document["error_indicator"], BY_STEPS),
+        measured => (measured, ""),
+    };
+    let any = errors.as_object().is_some_and(|errors| !errors.is_empty());
+    let note = if any { note } else { "" };
     let rows = records.iter();
     let rows: String = rows
-        .map(|record| record.summary(&estimate["probes"], in_space))
+        .map(|record| record.summary(errors, in_space))
         .collect();
     let figures = records.iter().map(|record| record.figures(in_space));
     let figures: String = figures.collect();
-    let unknown = match estimate {
-        Value::Null => {
-            "<p>Errors in time are estimated by <code>myovib run … --verify</code>.</p>\n"
-        }
-        _ => "",
-    };
     Ok(format!(
         "<h2>Probes</h2>\n<div class=\"wide\"><table><tr><th>probe</th><th>column</th><th>unit</th>\
          <th class=\"n\">least</th><th class=\"n\">at</th><th class=\"n\">largest</th>\
          <th class=\"n\">at</th><th class=\"n\">error, about</th></tr>\n{rows}</table></div>\n\
-         {unknown}<div class=\"beside\">\n{figures}</div>\n"
+         {note}<div class=\"beside\">\n{figures}</div>\n"
     ))
 }
 
