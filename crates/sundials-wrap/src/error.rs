@@ -85,6 +85,44 @@ pub enum Error {
         /// How many there are.
         of: usize,
     },
+    /// A backward problem needs the solution to be kept.
+    #[error("this solver keeps no checkpoints: build it with IdaBuilder::checkpoints")]
+    NoCheckpoints,
+    /// Something that is not repeated when a run is repeated from a checkpoint.
+    #[error("{what}: not where checkpoints are kept; integrate up to it, and start afresh there")]
+    NotWithCheckpoints {
+        /// What was asked for.
+        what: &'static str,
+    },
+    /// IDAS has no adjoint of such a problem.
+    #[error(
+        "no adjoint of a problem of index {index}: take a form of index 2 or 1 of it, or the discrete \
+         adjoint of Radau IIA (crate myovib-radau)"
+    )]
+    NoAdjoint {
+        /// The highest index of a variable.
+        index: u8,
+    },
+    /// There is no such backward problem.
+    #[error("there is no backward problem {number}: this solver has {of}")]
+    NoBackward {
+        /// The number asked for, from 0.
+        number: usize,
+        /// How many there are.
+        of: usize,
+    },
+    /// The forward run is over, since parts of it have been repeated for backward problems.
+    #[error("the forward run was left for backward problems: start another by reinit")]
+    ForwardRunLeft,
+    /// A part of the forward run took more steps when it was repeated.
+    #[error(
+        "the forward run took other steps when it was repeated up to t = {t}: its functions must give \
+         the same values again"
+    )]
+    NotRepeated {
+        /// The time reached.
+        t: f64,
+    },
     /// Quadratures were asked for, but none were set up.
     #[error("this solver has no quadratures")]
     NoQuadrature,

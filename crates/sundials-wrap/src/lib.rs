@@ -10,6 +10,7 @@
 //!   ([`IdaSolver::integrate_to`]), answering with an
 //! - [`Outcome`]: reached, stop time, root, or [`Stop`]: gave up, with reason, [`Statistics`] and the
 //!   worst components. [`Error`] is for misuse and for fatal errors of your functions.
+//! - [`adjoint`]: backward problems along the solution, for gradients by many parameters.
 //! - [`klu`]: sparse LU factors of real and complex matrices, for other solvers.
 //! - [`samples`]: test problems with exact solutions.
 //!
@@ -40,6 +41,7 @@
 
 #![deny(unsafe_code)]
 
+pub mod adjoint;
 mod error;
 #[allow(unsafe_code)]
 mod ffi;

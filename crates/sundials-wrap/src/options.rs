@@ -9,7 +9,7 @@ use myovib_sparse::klu::{KluOptions, Ordering};
 use crate::error::Error;
 
 /// Checks the tolerances of a problem with `n` unknowns.
-fn validate_tolerances(tolerances: &Tolerances, n: usize) -> Result<(), Error> {
+pub(crate) fn validate_tolerances(tolerances: &Tolerances, n: usize) -> Result<(), Error> {
     at_least_zero("relative tolerance", tolerances.relative())?;
     if let Tolerances::Vector { absolute, .. } = tolerances {
         expect_length("absolute tolerances", n, absolute.len())?;
@@ -283,7 +283,7 @@ pub(crate) fn invalid<T>(
     })
 }
 
-fn within(
+pub(crate) fn within(
     option: &'static str,
     value: f64,
     low: f64,
@@ -297,7 +297,7 @@ fn within(
     }
 }
 
-fn count(option: &'static str, value: usize) -> Result<(), Error> {
+pub(crate) fn count(option: &'static str, value: usize) -> Result<(), Error> {
     let most = f64::from(i32::MAX);
     within(option, value as f64, 1.0, most, "a positive count")
 }

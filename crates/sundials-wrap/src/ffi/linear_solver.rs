@@ -4,23 +4,26 @@ use std::os::raw::{c_int, c_void};
 use std::ptr::NonNull;
 
 use sundials_sys::{
-    _generic_SUNLinearSolver, SUNLinSolFreeEmpty, SUNLinSolNewEmpty, SUNLinearSolver,
+    _generic_SUNLinearSolver, N_Vector, SUNLinSolFreeEmpty, SUNLinSolNewEmpty, SUNLinearSolver,
     SUNLinearSolver_ID, SUNLinearSolver_ID_SUNLINEARSOLVER_CUSTOM, SUNLinearSolver_Type,
-    SUNLinearSolver_Type_SUNLINEARSOLVER_DIRECT, SUNMatrix,
+    SUNLinearSolver_Type_SUNLINEARSOLVER_DIRECT, SUNMatrix, realtype,
 };
 
 use super::call::{CallFailed, NULL_RESULT};
 use super::context::Context;
-use super::pinned::Pinned;
-use super::trampoline::{self, Boundary, Callbacks};
+
+/// The solve operation: solver, matrix, x, b, tolerance.
+pub(crate) type Solve =
+    unsafe extern "C" fn(SUNLinearSolver, SUNMatrix, N_Vector, N_Vector, realtype) -> c_int;
 
 /// An owned direct solver. IDAS' Jacobian callback is its set-up.
 pub(crate) struct LinearSolver(NonNull<_generic_SUNLinearSolver>);
 
 impl LinearSolver {
-    /// A solver that calls back through the boundary.
-    pub(crate) fn new<C: Callbacks>(
-        boundary: &Pinned<Boundary<C>>,
+    /// A solver whose solves are done by `solve`, which finds `content` in it.
+    pub(crate) fn new(
+        content: *mut c_void,
+        solve: Solve,
         context: &Context,
     ) -> Result<Self, CallFailed> {
         // SAFETY: the context is alive.
@@ -29,14 +32,14 @@ impl LinearSolver {
             NonNull::new(solver).ok_or(CallFailed::new("SUNLinSolNewEmpty", NULL_RESULT))?;
         // SAFETY: just made, and borrowed here only.
         let solver = unsafe { handle.as_mut() };
-        solver.content = boundary.address().as_ptr().cast::<c_void>();
+        solver.content = content;
         // SAFETY: every SUNLinearSolver owns a table of operations.
         let ops = unsafe { &mut *solver.ops };
         ops.gettype = Some(direct_type);
         ops.getid = Some(custom_id);
         ops.initialize = Some(nothing);
         ops.setup = Some(nothing_with_matrix);
-        ops.solve = Some(trampoline::linear_solve::<C>);
+        ops.solve = Some(solve);
         Ok(Self(handle))
     }
 

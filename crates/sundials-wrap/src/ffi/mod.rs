@@ -9,9 +9,11 @@
 //! - [`call`]: how a call in C may fail;
 //! - [`ida`]: the integrator's memory and every call on it;
 //! - [`trampoline`]: what C calls, and the way back to safe Rust;
+//! - [`backward`]: the same for backward problems;
 //! - [`pinned`]: data at an address that does not move, shared with C;
 //! - [`version`]: which SUNDIALS this is, and all that differs between its versions.
 
+pub(crate) mod backward;
 pub(crate) mod call;
 pub(crate) mod context;
 pub(crate) mod ida;

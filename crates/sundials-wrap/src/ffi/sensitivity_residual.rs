@@ -1,4 +1,4 @@
-//! The residuals of sensitivities, called by C.
+//! The residuals of sensitivities and of those of quadratures, called by C.
 
 use std::os::raw::{c_int, c_void};
 use std::slice;
@@ -49,6 +49,50 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
         let out = unsafe { zeroed_mut(residual) };
         let code = guarded(boundary, |callbacks| {
             callbacks.sensitivity_residual(j, (t, y, y_dot), [s, s_dot], out)
+        });
+        if code != success {
+            return code;
+        }
+    }
+    success
+}
+
+/// IDAQuadSensRhsFn.
+///
+/// # Safety
+/// As for [`residual`].
+pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
+    n: c_int,
+    t: realtype,
+    y: N_Vector,
+    y_dot: N_Vector,
+    s: *mut N_Vector,
+    s_dot: *mut N_Vector,
+    _rates: N_Vector,
+    rates_of: *mut N_Vector,
+    user_data: *mut c_void,
+    _scratch1: N_Vector,
+    _scratch2: N_Vector,
+    _scratch3: N_Vector,
+) -> c_int {
+    // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
+    let boundary = unsafe { boundary::<C>(user_data) };
+    // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
+    let (y, y_dot) = unsafe { state(y, y_dot) };
+    // SAFETY: each array holds n vectors, and IDAS does not touch it during the call.
+    let s = unsafe { slice::from_raw_parts(s, n as usize) };
+    // SAFETY: as above.
+    let s_dot = unsafe { slice::from_raw_parts(s_dot, n as usize) };
+    // SAFETY: as above.
+    let rates_of = unsafe { slice::from_raw_parts(rates_of, n as usize) };
+    let success = Answer::Success.code();
+    for (j, &rates) in rates_of.iter().enumerate() {
+        // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
+        let (s, s_dot) = unsafe { state(s[j], s_dot[j]) };
+        // SAFETY: as above, but possibly fresh; distinct from all others.
+        let out = unsafe { zeroed_mut(rates) };
+        let code = guarded(boundary, |callbacks| {
+            callbacks.quadrature_sensitivity(j, (t, y, y_dot), [s, s_dot], out)
         });
         if code != success {
             return code;

@@ -11,6 +11,7 @@ use std::slice;
 
 use sundials_sys::{N_Vector, SUNLS_PACKAGE_FAIL_REC, SUNLinearSolver, SUNMatrix, realtype};
 
+use super::backward::BackwardCallbacks;
 use super::vector_view::{view, view_mut, zeroed_mut};
 use super::version;
 
@@ -36,7 +37,7 @@ impl Answer {
 }
 
 /// The safe side of the boundary: what IDAS may ask.
-pub(crate) trait Callbacks {
+pub(crate) trait Callbacks: BackwardCallbacks {
     fn residual(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) -> Answer;
     /// Evaluates and factorises the Newton matrix ∂F/∂y + c_j ∂F/∂ẏ.
     fn linear_setup(&mut self, t: f64, y: &[f64], y_dot: &[f64], c_j: f64) -> Answer;
@@ -55,6 +56,14 @@ pub(crate) trait Callbacks {
         at: (f64, &[f64], &[f64]),
         s: [&[f64]; 2],
         residual: &mut [f64],
+    ) -> Answer;
+    /// The rates of the sensitivities of the quadratures to parameter j.
+    fn quadrature_sensitivity(
+        &mut self,
+        j: usize,
+        at: (f64, &[f64], &[f64]),
+        s: [&[f64]; 2],
+        rates: &mut [f64],
     ) -> Answer;
     /// Takes a message of IDAS.
     fn message(&mut self, text: &str);
@@ -182,13 +191,28 @@ pub(crate) unsafe extern "C" fn linear_solve<C: Callbacks>(
     let user_data = unsafe { (*solver).content };
     // SAFETY: its content is the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
+    // SAFETY: x and b are what IDAS handed over.
+    unsafe { solved(boundary, x, b, Callbacks::linear_solve) }
+}
+
+/// Solves from b into x by `solve`, which works in place.
+///
+/// # Safety
+/// Both are serial vectors of the same length, b initialised, and C does not touch them during the
+/// call.
+pub(super) unsafe fn solved<C>(
+    boundary: &mut Boundary<C>,
+    x: N_Vector,
+    b: N_Vector,
+    solve: impl FnOnce(&mut C, &mut [f64]) -> Answer,
+) -> c_int {
+    // SAFETY: the caller's promise.
     let b = unsafe { view(b) };
     // SAFETY: as above; IDAS solves from b into an x of its own.
     let x = unsafe { view_mut(x) };
     x.copy_from_slice(b);
     // IDAS takes codes that are not among those of linear solvers for success.
-    match answered(boundary, |callbacks| callbacks.linear_solve(x)) {
+    match answered(boundary, |callbacks| solve(callbacks, x)) {
         Answer::Success => 0,
         Answer::Recoverable => SUNLS_PACKAGE_FAIL_REC as c_int,
         Answer::Fatal => version::SOLVE_FAILED,

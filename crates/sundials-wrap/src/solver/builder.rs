@@ -2,6 +2,7 @@
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
+use crate::adjoint::Checkpoints;
 use crate::error::Error;
 use crate::ffi::ida::Ida;
 use crate::options::{
@@ -14,7 +15,10 @@ use myovib_dae::{
 };
 
 use super::IdaSolver;
-use super::callbacks::{FailureLog, Function, UserFunctions, Weighing, Weights};
+use super::backward::Repeating;
+use super::callbacks::{
+    FailureLog, Function, QuadratureSensitivities, UserFunctions, Weighing, Weights,
+};
 use super::linear::{Linear, SparseLu};
 use super::sensitivity::{Linearised, SensitivityOptions};
 
@@ -30,6 +34,8 @@ pub struct IdaBuilder<P> {
     quadrature_rates: Option<Box<Function<P>>>,
     linear_solver: Option<Box<dyn LinearSolver<P> + Send>>,
     sensitivities: Option<Wanted<P>>,
+    quadrature_sensitivities: Option<Box<QuadratureSensitivities<P>>>,
+    checkpoints: Option<Checkpoints>,
 }
 
 /// Parameters, settings, and S and Ṡ at the start.
@@ -50,17 +56,21 @@ struct Quadrature {
 impl Quadrature {
     fn validate(&self) -> Result<(), Error> {
         expect_finite("initial values of the quadratures", &self.start)?;
-        let Some((relative, absolute)) = self.tolerances else {
-            return Ok(());
-        };
-        at_least_zero("relative tolerance of the quadratures", relative)?;
-        at_least_zero("absolute tolerance of the quadratures", absolute)?;
-        if relative == 0.0 && absolute == 0.0 {
-            let both = "relative and absolute tolerance of the quadratures";
-            return invalid(both, 0.0, "not both zero");
+        match self.tolerances {
+            Some((relative, absolute)) => validate_quadrature_tolerances(relative, absolute),
+            None => Ok(()),
         }
-        Ok(())
     }
+}
+
+pub(super) fn validate_quadrature_tolerances(relative: f64, absolute: f64) -> Result<(), Error> {
+    at_least_zero("relative tolerance of the quadratures", relative)?;
+    at_least_zero("absolute tolerance of the quadratures", absolute)?;
+    if relative == 0.0 && absolute == 0.0 {
+        let both = "relative and absolute tolerance of the quadratures";
+        return invalid(both, 0.0, "not both zero");
+    }
+    Ok(())
 }
 
 impl<P: Problem> IdaBuilder<P> {
@@ -75,6 +85,8 @@ impl<P: Problem> IdaBuilder<P> {
             quadrature_rates: None,
             linear_solver: None,
             sensitivities: None,
+            quadrature_sensitivities: None,
+            checkpoints: None,
         }
     }
 
@@ -158,6 +170,33 @@ impl<P: Problem> IdaBuilder<P> {
         self
     }
 
+    /// Integrates the sensitivities of the quadratures too, from zero: `rates` writes
+    /// ∂r/∂y S + ∂r/∂ẏ Ṡ + ∂r/∂p_j for j, (t, y, ẏ) and (S, Ṡ). They take part in the error test where both
+    /// the quadratures and the sensitivities do.
+    #[must_use]
+    pub fn quadrature_sensitivities(
+        mut self,
+        rates: impl FnMut(
+            &mut P,
+            usize,
+            (f64, &[f64], &[f64]),
+            [&[f64]; 2],
+            &mut [f64],
+        ) -> Result<(), StepError>
+        + Send
+        + 'static,
+    ) -> Self {
+        self.quadrature_sensitivities = Some(Box::new(rates));
+        self
+    }
+
+    /// Keeps the solution for [backward problems](crate::adjoint).
+    #[must_use]
+    pub fn checkpoints(mut self, checkpoints: Checkpoints) -> Self {
+        self.checkpoints = Some(checkpoints);
+        self
+    }
+
     /// Builds a solver at (t0, y0, ẏ0).
     ///
     /// # Shapes
@@ -210,6 +249,9 @@ impl<P: Problem> IdaBuilder<P> {
             quadrature: self.quadrature_rates,
             linear,
             sensitivities,
+            quadrature_sensitivities: self.quadrature_sensitivities,
+            backward: Vec::new(),
+            repeating: Repeating::default(),
             t_called: t0,
             failures: FailureLog::default(),
         };
@@ -229,11 +271,17 @@ impl<P: Problem> IdaBuilder<P> {
             stop_time: self.options.stop_time,
             stop_time_lingers: false,
             differences_before: 0,
+            klu: self.options.klu,
+            kept: None,
         };
         solver.apply(&self.options)?;
         solver.attach_roots(&self.root_directions)?;
         solver.attach_quadrature(&self.quadrature)?;
         solver.attach_sensitivities()?;
+        solver.attach_quadrature_sensitivities(self.quadrature.tolerances.is_some())?;
+        if let Some(checkpoints) = self.checkpoints {
+            solver.attach_checkpoints(checkpoints, &self.options)?;
+        }
         Ok(solver)
     }
 }

@@ -1,5 +1,6 @@
 //! The safe side of the C boundary: the problem and the user's functions, and how they failed.
 
+use super::backward::{Posed, Repeating};
 use super::sensitivity::Linearised;
 use crate::error::Error;
 use crate::ffi::trampoline::{Answer, Callbacks};
@@ -11,6 +12,10 @@ use super::linear::Linear;
 /// g(t, y, ẏ) or a quadrature's integrand, written into the last argument.
 pub(super) type Function<P> =
     dyn FnMut(&mut P, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError> + Send;
+/// ∂r/∂y S + ∂r/∂ẏ Ṡ + ∂r/∂p_j of a quadrature's integrand r, for j, (t, y, ẏ) and (S, Ṡ), written into
+/// the last argument.
+pub(super) type QuadratureSensitivities<P> = dyn FnMut(&mut P, usize, (f64, &[f64], &[f64]), [&[f64]; 2], &mut [f64]) -> Result<(), StepError>
+    + Send;
 /// Error weights for y, written into the last argument.
 pub(super) type Weights<P> = dyn FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send;
 
@@ -61,6 +66,10 @@ pub(super) struct UserFunctions<P> {
     pub(super) quadrature: Option<Box<Function<P>>>,
     pub(super) linear: Linear<P>,
     pub(super) sensitivities: Option<Linearised<P>>,
+    /// The rates of the quadratures' sensitivities.
+    pub(super) quadrature_sensitivities: Option<Box<QuadratureSensitivities<P>>>,
+    pub(super) backward: Vec<Posed<P>>,
+    pub(super) repeating: Repeating,
     /// Time of the last call that had one, for messages of those that have none.
     pub(super) t_called: f64,
     pub(super) failures: FailureLog,
@@ -82,7 +91,7 @@ pub(super) struct FailureLog {
 impl FailureLog {
     /// The answer to IDAS for the `result` of a function, a failure of which is noted. Success takes
     /// finite `values`.
-    fn answer(
+    pub(super) fn answer(
         &mut self,
         function: &'static str,
         t: f64,
@@ -195,6 +204,10 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
     fn error_weights(&mut self, y: &[f64], weights: &mut [f64]) -> Answer {
         let result = self.weighing.write(&mut self.problem, y, weights);
         self.weights.copy_from_slice(weights);
+        if !self.repeating.has_room() {
+            self.failures.fatal = Some(Error::NotRepeated { t: self.t_called });
+            return Answer::Fatal;
+        }
         self.failures
             .answer("error weight function", self.t_called, result, &[])
     }
@@ -235,6 +248,21 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
         let result = linearised.residual(&mut self.problem, j, at, s, residual);
         let function = "residual of a sensitivity";
         self.failures.answer(function, at.0, result, residual)
+    }
+
+    fn quadrature_sensitivity(
+        &mut self,
+        j: usize,
+        at: (f64, &[f64], &[f64]),
+        s: [&[f64]; 2],
+        rates: &mut [f64],
+    ) -> Answer {
+        let Some(function) = &mut self.quadrature_sensitivities else {
+            return Answer::Fatal;
+        };
+        let result = function(&mut self.problem, j, at, s, rates);
+        let function = "sensitivity of a quadrature";
+        self.failures.answer(function, at.0, result, rates)
     }
 
     fn message(&mut self, text: &str) {

@@ -36,6 +36,13 @@ pub(super) fn name(code: i32) -> &'static str {
         sys::IDA_QRHS_FAIL => "IDA_QRHS_FAIL",
         sys::IDA_FIRST_QRHS_ERR => "IDA_FIRST_QRHS_ERR",
         sys::IDA_REP_QRHS_ERR => "IDA_REP_QRHS_ERR",
+        sys::IDA_NO_ADJ => "IDA_NO_ADJ",
+        sys::IDA_NO_FWD => "IDA_NO_FWD",
+        sys::IDA_NO_BCK => "IDA_NO_BCK",
+        sys::IDA_BAD_TB0 => "IDA_BAD_TB0",
+        sys::IDA_REIFWD_FAIL => "IDA_REIFWD_FAIL",
+        sys::IDA_FWD_FAIL => "IDA_FWD_FAIL",
+        sys::IDA_GETY_BADT => "IDA_GETY_BADT",
         _ => "another code of IDAS",
     }
 }

@@ -118,6 +118,7 @@ impl<P: Problem> IdaSolver<P> {
         derivative: usize,
         order: usize,
     ) -> Result<i32, Error> {
+        self.expect_not_left()?;
         let [from, to] = self.last_step_interval();
         if derivative <= order && covers([from, to], t) {
             return Ok(derivative as i32);

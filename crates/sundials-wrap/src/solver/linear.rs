@@ -23,13 +23,7 @@ impl<P: Problem> Linear<P> {
         c_j: f64,
     ) -> (Result<(), StepError>, &[f64]) {
         match self {
-            Self::Sparse(lu) => {
-                lu.values.fill(0.0);
-                let evaluated = lu
-                    .jacobian
-                    .combined(problem, at, (1.0, c_j), &mut lu.values);
-                (evaluated, &lu.values)
-            }
+            Self::Sparse(lu) => lu.evaluate(problem, at, c_j),
             Self::Own(solver) => (solver.evaluate(problem, at), &[]),
         }
     }
@@ -45,7 +39,7 @@ impl<P: Problem> Linear<P> {
     /// Solves in place.
     pub(super) fn solve(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
         match self {
-            Self::Sparse(lu) => Ok(lu.factors.solve(rhs)?),
+            Self::Sparse(lu) => lu.solve(rhs),
             Self::Own(solver) => solver.solve_real(problem, rhs),
         }
     }
@@ -94,7 +88,26 @@ impl SparseLu {
         })
     }
 
-    fn factorise(&mut self) -> Result<(), StepError> {
+    /// Evaluates ∂F/∂y + c_j ∂F/∂ẏ, the entries of which are returned.
+    pub(super) fn evaluate<P: Problem>(
+        &mut self,
+        problem: &mut P,
+        at: &Linearization<'_>,
+        c_j: f64,
+    ) -> (Result<(), StepError>, &[f64]) {
+        self.values.fill(0.0);
+        let evaluated = self
+            .jacobian
+            .combined(problem, at, (1.0, c_j), &mut self.values);
+        (evaluated, &self.values)
+    }
+
+    /// Solves in place.
+    pub(super) fn solve(&self, rhs: &mut [f64]) -> Result<(), StepError> {
+        Ok(self.factors.solve(rhs)?)
+    }
+
+    pub(super) fn factorise(&mut self) -> Result<(), StepError> {
         self.factors.renew(&self.values)?;
         let both = [self.smallest_rcond, self.factors.rcond()];
         self.smallest_rcond = both.into_iter().flatten().reduce(f64::min);

@@ -1,5 +1,6 @@
 //! The integrator: [`IdaSolver`] owns a problem and drives IDAS over it.
 
+mod backward;
 mod builder;
 mod callbacks;
 mod codes;
@@ -21,6 +22,8 @@ use myovib_dae::{
     ConsistencyMode, Inconsistent, Outcome, Problem, StepError, Stop, StopReason, VariableKind,
     WorstComponent, project_onto_constraints,
 };
+
+use myovib_sparse::klu::KluOptions;
 
 pub use builder::IdaBuilder;
 use callbacks::UserFunctions;
@@ -57,6 +60,10 @@ pub struct IdaSolver<P: Problem> {
     stop_time_lingers: bool,
     /// Residual evaluations for differences before the last start.
     differences_before: u64,
+    /// Settings of the linear solvers of backward problems.
+    klu: KluOptions,
+    /// Where checkpoints are kept.
+    kept: Option<backward::Kept>,
 }
 
 impl<P: Problem> IdaSolver<P> {
@@ -89,6 +96,7 @@ impl<P: Problem> IdaSolver<P> {
 
     fn advance(&mut self, t_out: f64, task: Task) -> Result<Outcome, Error> {
         finite("t_out", t_out)?;
+        self.expect_not_left()?;
         // Until the first step the direction is that of t_out; then the step has it.
         let direction = self.ida.last_step();
         if (t_out - self.t) * direction < 0.0 {
@@ -343,6 +351,7 @@ impl<P: Problem> IdaSolver<P> {
         expect_finite("initial values of the quadratures", q0)?;
         let result = self.ida.reinit(t0, y0, y_dot0, q0);
         self.refused(result)?;
+        self.forget_backward_runs()?;
         self.functions_mut().linear.forget_rcond();
         let starts = self.functions().sensitivities.as_ref();
         let starts = starts.map_or(Vec::new(), |linearised| linearised.starts.clone());
@@ -364,6 +373,10 @@ impl<P: Problem> IdaSolver<P> {
     /// [`Error::InvalidOption`], or [`Error::Call`] for a time behind the one reached.
     pub fn set_stop_time(&mut self, t: f64) -> Result<(), Error> {
         finite("stop_time", t)?;
+        if self.kept.is_some() {
+            let what = "a stop time";
+            return Err(Error::NotWithCheckpoints { what });
+        }
         let direction = self.ida.last_step();
         if (t - self.t) * direction < 0.0 {
             return Err(Error::TimeBehind {

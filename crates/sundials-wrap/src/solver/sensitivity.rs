@@ -146,6 +146,44 @@ impl<P: Problem> IdaSolver<P> {
         self.refused(result)
     }
 
+    pub(super) fn attach_quadrature_sensitivities(&mut self, tested: bool) -> Result<(), Error> {
+        let functions = self.functions();
+        if functions.quadrature_sensitivities.is_none() {
+            return Ok(());
+        }
+        let of = functions.sensitivities.as_ref().map(|of| of.options);
+        let Some(options) = of.filter(|_| self.n_quadratures() > 0) else {
+            return Err(Error::NoQuadrature);
+        };
+        let tested = tested && options.in_error_test;
+        let result = self.ida.init_quadrature_sensitivities(tested);
+        self.refused(result)
+    }
+
+    /// Writes the sensitivity of the quadratures to parameter j at [`t`](IdaSolver::t) to `out`.
+    ///
+    /// # Shapes
+    /// `out`: the number of quadratures.
+    ///
+    /// # Errors
+    /// [`Error::NoParameter`], [`Error::NoQuadrature`], [`Error::NoDenseOutput`].
+    pub fn quadrature_sensitivity(&mut self, j: usize, out: &mut [f64]) -> Result<(), Error> {
+        let of = self.n_parameters();
+        if j >= of {
+            return Err(Error::NoParameter { parameter: j, of });
+        }
+        if self.functions().quadrature_sensitivities.is_none() {
+            return Err(Error::NoQuadrature);
+        }
+        expect_length("quadratures", self.n_quadratures(), out.len())?;
+        self.order_within_reach(self.t, 0, self.ida.last_order())?;
+        match self.ida.quadrature_sensitivity(j, self.t) {
+            Ok(values) => out.copy_from_slice(values),
+            Err(failed) => return self.refused(Err(failed)),
+        }
+        Ok(())
+    }
+
     /// Number of parameters.
     pub fn n_parameters(&self) -> usize {
         self.ida.n_parameters()

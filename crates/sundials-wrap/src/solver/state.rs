@@ -42,8 +42,11 @@ impl<P: Problem> IdaSolver<P> {
         self.ida.c_j()
     }
 
-    /// All counters.
+    /// All counters; once backward problems are integrated, those of the forward run as it was left.
     pub fn statistics(&self) -> Statistics {
+        if let Some(left) = self.kept.as_ref().and_then(|kept| kept.left) {
+            return left;
+        }
         let ida = &self.ida;
         // Without quadratures IDAS takes these questions for errors.
         let of_quadratures = |counter| match self.n_quadratures() {

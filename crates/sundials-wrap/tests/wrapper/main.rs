@@ -1,6 +1,7 @@
 //! The wrapper against published runs, exact solutions and misuse.
 #![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
 
+mod adjoint;
 mod answers;
 mod common;
 mod conformance;
@@ -16,5 +17,6 @@ mod own_solver;
 mod published;
 mod robertson;
 mod samples;
+mod second_order;
 mod sensitivity;
 mod states;

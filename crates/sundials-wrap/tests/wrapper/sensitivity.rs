@@ -13,8 +13,8 @@ use sundials_wrap::{Error, IdaOptions, IdaSolver, SensitivityMethod, Sensitivity
 use SensitivityMethod::{Simultaneous, Staggered};
 
 /// Robertson's kinetics with its three rates.
-struct Kinetics {
-    p: [f64; 3],
+pub(crate) struct Kinetics {
+    pub(crate) p: [f64; 3],
 }
 
 impl Problem for Kinetics {
@@ -63,7 +63,7 @@ impl Problem for Kinetics {
 }
 
 /// The rates with their typical sizes, those of the example.
-fn rates(p: [f64; 3]) -> Differenced<Kinetics> {
+pub(crate) fn rates(p: [f64; 3]) -> Differenced<Kinetics> {
     let list = ["p1", "p2", "p3"].into_iter().zip(p);
     let list = list.map(|(name, value)| Parameter::new(name, value));
     Differenced::new(list.collect(), |problem: &mut Kinetics, j, value| {

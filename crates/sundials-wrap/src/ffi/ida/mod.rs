@@ -3,10 +3,12 @@
 //! Life cycle: [`Ida::new`] (create, attach callbacks, vectors, linear solver) → settings → solve
 //! calls, queries and re-initialisations in any order → drop.
 
+mod adjoint;
 mod counter;
 mod sensitivity;
 mod settings;
 
+pub(crate) use adjoint::BackwardSettings;
 pub(crate) use counter::Counter;
 
 use std::os::raw::{c_int, c_void};
@@ -74,6 +76,8 @@ pub(crate) struct Ida<C: Callbacks> {
     scratch: NVector,
     quadrature: Option<NVector>,
     sensitivities: Option<sensitivity::Sensitivities>,
+    /// Where checkpoints are kept, the backward problems.
+    adjoint: Option<Vec<adjoint::Backward<C>>>,
     boundary: Pinned<Boundary<C>>,
     context: Context,
 }
@@ -106,7 +110,11 @@ impl<C: Callbacks> Ida<C> {
         let y_dot = NVector::from_slice(y_dot0, &context)?;
         let scratch = NVector::zeros(y0.len(), &context)?;
         let matrix = Matrix::new(&context)?;
-        let linear_solver = LinearSolver::new(&boundary, &context)?;
+        let linear_solver = LinearSolver::new(
+            boundary.address().as_ptr().cast(),
+            trampoline::linear_solve::<C>,
+            &context,
+        )?;
 
         // SAFETY: the context is alive.
         let memory = unsafe { sys::IDACreate(context.raw()) };
@@ -121,6 +129,7 @@ impl<C: Callbacks> Ida<C> {
             scratch,
             quadrature: None,
             sensitivities: None,
+            adjoint: None,
             boundary,
             context,
         };
@@ -210,6 +219,7 @@ impl<C: Callbacks> Ida<C> {
             scratch,
             quadrature,
             sensitivities,
+            adjoint,
             boundary,
             context,
         } = self;
@@ -222,6 +232,7 @@ impl<C: Callbacks> Ida<C> {
             scratch,
             quadrature,
             sensitivities,
+            adjoint,
         ));
         drop(context);
         boundary.into_inner().callbacks
@@ -229,17 +240,24 @@ impl<C: Callbacks> Ida<C> {
 
     // ---- integration ----
 
-    /// IDASolve: the code, and the time reached, at which y and ẏ are left.
+    /// IDASolve, or IDASolveF where checkpoints are kept: the code, and the time reached, at which y and ẏ are left.
     pub(crate) fn solve(&mut self, t_out: f64, task: Task) -> (i32, f64) {
         let task = match task {
             Task::OneStep => sys::IDA_ONE_STEP,
             Task::Normal => sys::IDA_NORMAL,
         };
         let mut t = f64::NAN;
-        let (y, y_dot) = (self.y.raw(), self.y_dot.raw());
-        // SAFETY: the block is valid and borrowed uniquely, and with it all it points to; no
-        // reference into the boundary lives; y and ẏ are our own vectors of the right length.
-        let code = unsafe { sys::IDASolve(self.memory.raw(), t_out, &mut t, y, y_dot, task) };
+        let (memory, y, y_dot) = (self.memory.raw(), self.y.raw(), self.y_dot.raw());
+        let mut checkpoints = 0;
+        let code = match self.adjoint {
+            // SAFETY: the block is valid and borrowed uniquely, and with it all it points to; no
+            // reference into the boundary lives; y and ẏ are our own vectors of the right length.
+            None => unsafe { sys::IDASolve(memory, t_out, &mut t, y, y_dot, task) },
+            // SAFETY: as above.
+            Some(_) => unsafe {
+                sys::IDASolveF(memory, t_out, &mut t, y, y_dot, task, &mut checkpoints)
+            },
+        };
         (code, t)
     }
 
@@ -276,6 +294,7 @@ impl<C: Callbacks> Ida<C> {
         // SAFETY: the block is valid; the vectors have its length and are copied.
         let code = unsafe { sys::IDAReInit(self.memory.raw(), t0, y, y_dot) };
         check("IDAReInit", code)?;
+        self.forget_checkpoints()?;
         if let Some(vector) = &mut self.quadrature {
             vector.as_mut_slice().copy_from_slice(q0);
             let vector = vector.raw();

@@ -5,7 +5,7 @@ use std::os::raw::c_int;
 use sundials_sys as sys;
 
 use super::super::call::{CallFailed, check};
-use super::super::sensitivity_residual::residual;
+use super::super::sensitivity_residual::{quadrature, residual};
 use super::super::trampoline::Callbacks;
 use super::super::vector::NVector;
 use super::Ida;
@@ -15,10 +15,12 @@ pub(crate) struct Sensitivities {
     s: Vec<NVector>,
     s_dot: Vec<NVector>,
     method: c_int,
+    /// Those of the quadratures, if there are any.
+    quadratures: Vec<NVector>,
 }
 
 /// The vectors as IDAS takes them.
-fn raw(vectors: &[NVector]) -> Vec<sys::N_Vector> {
+pub(super) fn raw(vectors: &[NVector]) -> Vec<sys::N_Vector> {
     vectors.iter().map(NVector::raw).collect()
 }
 
@@ -50,6 +52,7 @@ impl<C: Callbacks> Ida<C> {
         let sensitivities = Sensitivities {
             s: vectors(0)?,
             s_dot: vectors(1)?,
+            quadratures: Vec::new(),
             method: if staggered {
                 sys::IDA_STAGGERED as c_int
             } else {
@@ -92,7 +95,61 @@ impl<C: Callbacks> Ida<C> {
         let (method, s, s_dot) = (sensitivities.method, s.as_mut_ptr(), s_dot.as_mut_ptr());
         // SAFETY: as in `init_sensitivities`.
         let code = unsafe { sys::IDASensReInit(memory, method, s, s_dot) };
-        check("IDASensReInit", code)
+        check("IDASensReInit", code)?;
+        if sensitivities.quadratures.is_empty() {
+            return Ok(());
+        }
+        for vector in &mut sensitivities.quadratures {
+            vector.as_mut_slice().fill(0.0);
+        }
+        let mut zeros = raw(&sensitivities.quadratures);
+        // SAFETY: the block has quadratures of sensitivities; as many vectors are copied.
+        let code = unsafe { sys::IDAQuadSensReInit(memory, zeros.as_mut_ptr()) };
+        check("IDAQuadSensReInit", code)
+    }
+
+    /// Attaches the sensitivities of the quadratures, which start at zero; in the error test by the
+    /// tolerances of these, if they have some.
+    pub(crate) fn init_quadrature_sensitivities(
+        &mut self,
+        in_error_test: bool,
+    ) -> Result<(), CallFailed> {
+        let (memory, n) = (self.memory.raw(), self.n_quadratures());
+        let refused = CallFailed::new("IDAQuadSensInit", sys::IDA_NO_SENS);
+        let sensitivities = self.sensitivities.as_mut().ok_or(refused)?;
+        let zeros = |_: &NVector| NVector::zeros(n, &self.context);
+        let zeros: Vec<NVector> = sensitivities
+            .s
+            .iter()
+            .map(zeros)
+            .collect::<Result<_, _>>()?;
+        let function: sys::IDAQuadSensRhsFn = Some(quadrature::<C>);
+        // SAFETY: the block is valid; the function fits the user data; the array holds a vector for each
+        // parameter, which are copied.
+        let code = unsafe { sys::IDAQuadSensInit(memory, function, raw(&zeros).as_mut_ptr()) };
+        check("IDAQuadSensInit", code)?;
+        sensitivities.quadratures = zeros;
+        let on = c_int::from(in_error_test);
+        self.set("IDASetQuadSensErrCon", sys::IDASetQuadSensErrCon, on)?;
+        // SAFETY: the block is valid and has quadratures of sensitivities.
+        let code = unsafe { sys::IDAQuadSensEEtolerances(memory) };
+        check("IDAQuadSensEEtolerances", code)
+    }
+
+    /// The sensitivity of the quadratures to parameter j at t.
+    pub(crate) fn quadrature_sensitivity(
+        &mut self,
+        j: usize,
+        t: f64,
+    ) -> Result<&[f64], CallFailed> {
+        let memory = self.memory.raw();
+        let refused = CallFailed::new("IDAGetQuadSensDky1", sys::IDA_NO_QUADSENS);
+        let vectors = self.sensitivities.as_ref().map(|all| &all.quadratures);
+        let vector = vectors.and_then(|all| all.get(j)).ok_or(refused)?;
+        // SAFETY: the block is valid; the vector is ours and of the length of the quadratures.
+        let code = unsafe { sys::IDAGetQuadSensDky1(memory, t, 0, j as c_int, vector.raw()) };
+        check("IDAGetQuadSensDky1", code)?;
+        Ok(vector.as_slice())
     }
 
     /// The S and Ṡ that IDACalcIC has made consistent.

@@ -1,0 +1,171 @@
+//! The adjoint of a problem with constant ∂F/∂ẏ.
+
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use super::{BackwardProblem, ForwardState};
+use myovib_dae::{Jacobian, Linearization, Parameters, Problem, StepError};
+
+/// ∂g/∂y and ∂g/∂p of the integrand at a state, written into the last two arguments, which are zeros.
+type Gradient<P> =
+    dyn FnMut(&mut P, &ForwardState, &mut [f64], &mut [f64]) -> Result<(), StepError> + Send;
+
+/// The adjoint of a problem whose ∂F/∂ẏ is constant, of G = ∫ g(t, y, p) dt:
+///
+/// ```text
+/// ∂F/∂ẏᵀ λ̇ − ∂F/∂yᵀ λ + ∂g/∂yᵀ = 0,   q̇_j = λᵀ ∂F/∂p_j − ∂g/∂p_j
+/// ```
+///
+/// so that q(t0) = ∫ (∂g/∂p − λᵀ ∂F/∂p) dt. Its Jacobian is the transposed one of the problem.
+pub struct Adjoint<P> {
+    gradient: Box<Gradient<P>>,
+    parameters: Option<Box<dyn Parameters<P> + Send>>,
+    /// Of the forward problem.
+    jacobian: Jacobian,
+    /// ∂F/∂y and ∂F/∂ẏ at `at`.
+    parts: [Vec<f64>; 2],
+    at: Option<ForwardState>,
+    transposed: SparsityPattern,
+    /// For each entry of the transposed pattern its place in that of the problem.
+    places: Vec<usize>,
+    /// ∂g/∂y and ∂g/∂p.
+    gradients: [Vec<f64>; 2],
+    column: Vec<f64>,
+}
+
+impl<P: Problem> Adjoint<P> {
+    /// The adjoint of `problem` for an integrand with this gradient: ∂g/∂y and ∂g/∂p, to be written into
+    /// zeros.
+    pub fn new(
+        problem: &P,
+        gradient: impl FnMut(&mut P, &ForwardState, &mut [f64], &mut [f64]) -> Result<(), StepError>
+        + Send
+        + 'static,
+    ) -> Self {
+        let jacobian = Jacobian::of(problem);
+        let pattern = jacobian.pattern();
+        let mut entries: Vec<(usize, usize, usize)> = pattern
+            .entries()
+            .enumerate()
+            .map(|(place, (column, row))| (row, column, place))
+            .collect();
+        entries.sort_unstable();
+        let n = problem.n_unknowns();
+        let offsets = (0..=n).map(|row| entries.partition_point(|entry| entry.0 < row));
+        let columns = entries.iter().map(|entry| entry.1).collect();
+        let transposed =
+            SparsityPattern::try_from_offsets_and_indices(n, n, offsets.collect(), columns)
+                .expect("entries sorted by rows and columns");
+        let nnz = entries.len();
+        Self {
+            gradient: Box::new(gradient),
+            parameters: None,
+            parts: [vec![0.0; nnz], vec![0.0; nnz]],
+            at: None,
+            transposed,
+            places: entries.into_iter().map(|entry| entry.2).collect(),
+            gradients: [vec![0.0; n], Vec::new()],
+            column: vec![0.0; n],
+            jacobian,
+        }
+    }
+
+    /// With one quadrature for each of these parameters.
+    #[must_use]
+    pub fn parameters(mut self, parameters: impl Parameters<P> + Send + 'static) -> Self {
+        self.gradients[1] = vec![0.0; parameters.list().len()];
+        self.parameters = Some(Box::new(parameters));
+        self
+    }
+
+    /// Evaluates ∂F/∂y, ∂F/∂ẏ and the gradient, once for each state.
+    fn linearise(&mut self, forward: &mut P, at: &ForwardState) -> Result<(), StepError> {
+        if self.at.as_ref() == Some(at) {
+            return Ok(());
+        }
+        // No step and no tolerances are known: differences, where the problem has no Jacobian of its own,
+        // are taken over a unit of each variable.
+        let weights = vec![f64::EPSILON.sqrt().recip(); at.y.len()];
+        let [of_value, of_rate] = &mut self.parts;
+        let about = Linearization {
+            t: at.t,
+            y: &at.y,
+            y_dot: &at.y_dot,
+            step: 1.0,
+            weights: &weights,
+        };
+        self.jacobian.parts(forward, &about, [of_value, of_rate])?;
+        let [of_y, of_p] = &mut self.gradients;
+        of_y.fill(0.0);
+        of_p.fill(0.0);
+        (self.gradient)(forward, at, of_y, of_p)?;
+        self.at = Some(at.clone());
+        Ok(())
+    }
+}
+
+impl<P: Problem> BackwardProblem<P> for Adjoint<P> {
+    fn n_unknowns(&self) -> usize {
+        self.column.len()
+    }
+
+    fn residual(
+        &mut self,
+        forward: &mut P,
+        at: &ForwardState,
+        values: &[f64],
+        rates: &[f64],
+        residual: &mut [f64],
+    ) -> Result<(), StepError> {
+        self.linearise(forward, at)?;
+        residual.copy_from_slice(&self.gradients[0]);
+        let [of_value, of_rate] = &self.parts;
+        for (place, (column, row)) in self.jacobian.pattern().entries().enumerate() {
+            residual[column] += of_rate[place] * rates[row] - of_value[place] * values[row];
+        }
+        Ok(())
+    }
+
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        self.transposed.clone()
+    }
+
+    fn jacobian(
+        &mut self,
+        forward: &mut P,
+        at: &ForwardState,
+        _lambda: [&[f64]; 2],
+        (a, b): (f64, f64),
+        entries: &mut [f64],
+    ) -> Result<(), StepError> {
+        self.linearise(forward, at)?;
+        let [of_value, of_rate] = &self.parts;
+        for (entry, &place) in entries.iter_mut().zip(&self.places) {
+            *entry = b * of_rate[place] - a * of_value[place];
+        }
+        Ok(())
+    }
+
+    fn n_quadratures(&self) -> usize {
+        self.gradients[1].len()
+    }
+
+    fn quadrature(
+        &mut self,
+        forward: &mut P,
+        at: &ForwardState,
+        values: &[f64],
+        _rates: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StepError> {
+        self.linearise(forward, at)?;
+        let Some(parameters) = &mut self.parameters else {
+            return Ok(());
+        };
+        for (j, (out, of_p)) in out.iter_mut().zip(&self.gradients[1]).enumerate() {
+            parameters.derivative(forward, j, at.t, &at.y, &at.y_dot, &mut self.column)?;
+            let product = values.iter().zip(&self.column).map(|(v, c)| v * c);
+            *out = product.sum::<f64>() - of_p;
+        }
+        Ok(())
+    }
+}

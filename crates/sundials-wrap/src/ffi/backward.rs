@@ -1,0 +1,274 @@
+//! Backward problems: what C calls for them, as in [`trampoline`](super::trampoline) for the forward one.
+//!
+//! While IDAS integrates back it calls the functions of the forward problem too, to repeat its steps
+//! from a checkpoint; the two kinds of calls follow each other and do not nest.
+
+use std::os::raw::{c_int, c_void};
+use std::ptr::NonNull;
+use std::slice;
+
+use sundials_sys::{N_Vector, SUNLinearSolver, SUNMatrix, realtype};
+
+use super::trampoline::{Answer, Boundary, Callbacks, boundary, guarded, solved, state};
+use super::vector_view::zeroed_mut;
+
+/// The forward solution where a backward problem is evaluated: y, ẏ and, for each parameter, S and Ṡ.
+pub(crate) struct ForwardView<'a> {
+    pub(crate) t: f64,
+    pub(crate) y: &'a [f64],
+    pub(crate) y_dot: &'a [f64],
+    pub(crate) s: Vec<[&'a [f64]; 2]>,
+}
+
+/// What IDAS may ask of backward problem `which`, at values `[y, ẏ]` of its own.
+pub(crate) trait BackwardCallbacks {
+    fn backward_residual(
+        &mut self,
+        which: usize,
+        forward: &ForwardView<'_>,
+        values: [&[f64]; 2],
+        residual: &mut [f64],
+    ) -> Answer;
+    /// Evaluates and factorises its Newton matrix.
+    fn backward_setup(
+        &mut self,
+        which: usize,
+        forward: &ForwardView<'_>,
+        values: [&[f64]; 2],
+        c_j: f64,
+    ) -> Answer;
+    /// Solves with the last one, in place.
+    fn backward_solve(&mut self, which: usize, rhs: &mut [f64]) -> Answer;
+    fn backward_quadrature(
+        &mut self,
+        which: usize,
+        forward: &ForwardView<'_>,
+        values: [&[f64]; 2],
+        rates: &mut [f64],
+    ) -> Answer;
+}
+
+/// What C holds for one backward problem.
+pub(crate) struct Link<C> {
+    pub(crate) boundary: NonNull<Boundary<C>>,
+    pub(crate) which: usize,
+    /// Length of the arrays of sensitivities.
+    pub(crate) n_parameters: usize,
+}
+
+/// The number of a backward problem, that of its parameters, and the boundary.
+///
+/// # Safety
+/// `user_data` is the address of a live `Link<C>`; for its boundary as for [`boundary`].
+unsafe fn linked<'a, C>(user_data: *mut c_void) -> (usize, usize, &'a mut Boundary<C>) {
+    // SAFETY: the caller's promise; links are not written to.
+    let link = unsafe { &*user_data.cast::<Link<C>>() };
+    // SAFETY: the caller's promise.
+    let boundary = unsafe { boundary::<C>(link.boundary.as_ptr().cast()) };
+    (link.which, link.n_parameters, boundary)
+}
+
+/// The forward solution as IDAS hands it over.
+///
+/// # Safety
+/// All vectors are serial, initialised and not written to during `'a`; both arrays hold `n` of them,
+/// or are not read for `n` = 0.
+unsafe fn forward<'a>(
+    t: f64,
+    [y, y_dot]: [N_Vector; 2],
+    [s, s_dot]: [*mut N_Vector; 2],
+    n: usize,
+) -> ForwardView<'a> {
+    // SAFETY: the caller's promise.
+    let (y, y_dot) = unsafe { state(y, y_dot) };
+    if n == 0 {
+        let s = Vec::new();
+        return ForwardView { t, y, y_dot, s };
+    }
+    // SAFETY: n vectors, the caller's promise.
+    let s = unsafe { slice::from_raw_parts(s, n) };
+    // SAFETY: as above.
+    let s_dot = unsafe { slice::from_raw_parts(s_dot, n) };
+    let pair = |(&s, &s_dot)| {
+        // SAFETY: the caller's promise.
+        let (s, s_dot) = unsafe { state(s, s_dot) };
+        [s, s_dot]
+    };
+    let s = s.iter().zip(s_dot).map(pair).collect();
+    ForwardView { t, y, y_dot, s }
+}
+
+/// Neither S nor Ṡ.
+const NONE: *mut N_Vector = std::ptr::null_mut();
+
+/// IDAResFnBS.
+///
+/// # Safety
+/// Called by IDAS with serial vectors of its own and the address of our link, in whose number the
+/// arrays of sensitivities are.
+pub(crate) unsafe extern "C" fn residual_with<C: Callbacks>(
+    t: realtype,
+    y: N_Vector,
+    y_dot: N_Vector,
+    s: *mut N_Vector,
+    s_dot: *mut N_Vector,
+    values: N_Vector,
+    rates: N_Vector,
+    residual: N_Vector,
+    user_data: *mut c_void,
+) -> c_int {
+    // SAFETY: IDAS hands back the address of our link, and callbacks do not nest.
+    let (which, n, boundary) = unsafe { linked::<C>(user_data) };
+    // SAFETY: IDAS does not touch its vectors during the call.
+    let forward = unsafe { forward(t, [y, y_dot], [s, s_dot], n) };
+    // SAFETY: as above.
+    let (values, rates) = unsafe { state(values, rates) };
+    // SAFETY: as above, but possibly fresh; distinct from all others.
+    let residual = unsafe { zeroed_mut(residual) };
+    guarded(boundary, |callbacks| {
+        callbacks.backward_residual(which, &forward, [values, rates], residual)
+    })
+}
+
+/// IDAResFnB.
+///
+/// # Safety
+/// As for [`residual_with`], of a link without parameters.
+pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
+    t: realtype,
+    y: N_Vector,
+    y_dot: N_Vector,
+    values: N_Vector,
+    rates: N_Vector,
+    residual: N_Vector,
+    user_data: *mut c_void,
+) -> c_int {
+    // SAFETY: the caller's promise.
+    unsafe { residual_with::<C>(t, y, y_dot, NONE, NONE, values, rates, residual, user_data) }
+}
+
+/// IDALsJacFnBS.
+///
+/// # Safety
+/// As for [`residual_with`]; the matrix is not used.
+pub(crate) unsafe extern "C" fn setup_with<C: Callbacks>(
+    t: realtype,
+    c_j: realtype,
+    y: N_Vector,
+    y_dot: N_Vector,
+    s: *mut N_Vector,
+    s_dot: *mut N_Vector,
+    values: N_Vector,
+    rates: N_Vector,
+    _residual: N_Vector,
+    _matrix: SUNMatrix,
+    user_data: *mut c_void,
+    _scratch1: N_Vector,
+    _scratch2: N_Vector,
+    _scratch3: N_Vector,
+) -> c_int {
+    // SAFETY: IDAS hands back the address of our link, and callbacks do not nest.
+    let (which, n, boundary) = unsafe { linked::<C>(user_data) };
+    // SAFETY: IDAS does not touch its vectors during the call.
+    let forward = unsafe { forward(t, [y, y_dot], [s, s_dot], n) };
+    // SAFETY: as above.
+    let (values, rates) = unsafe { state(values, rates) };
+    guarded(boundary, |callbacks| {
+        callbacks.backward_setup(which, &forward, [values, rates], c_j)
+    })
+}
+
+/// IDALsJacFnB.
+///
+/// # Safety
+/// As for [`setup_with`], of a link without parameters.
+pub(crate) unsafe extern "C" fn setup<C: Callbacks>(
+    t: realtype,
+    c_j: realtype,
+    y: N_Vector,
+    y_dot: N_Vector,
+    values: N_Vector,
+    rates: N_Vector,
+    residual: N_Vector,
+    matrix: SUNMatrix,
+    user_data: *mut c_void,
+    scratch1: N_Vector,
+    scratch2: N_Vector,
+    scratch3: N_Vector,
+) -> c_int {
+    // SAFETY: the caller's promise.
+    unsafe {
+        setup_with::<C>(
+            t, c_j, y, y_dot, NONE, NONE, values, rates, residual, matrix, user_data, scratch1,
+            scratch2, scratch3,
+        )
+    }
+}
+
+/// The solve operation of the linear solver.
+///
+/// # Safety
+/// Called by IDAS with a linear solver whose content is our link, and serial vectors.
+pub(crate) unsafe extern "C" fn solve<C: Callbacks>(
+    solver: SUNLinearSolver,
+    _matrix: SUNMatrix,
+    x: N_Vector,
+    b: N_Vector,
+    _tolerance: realtype,
+) -> c_int {
+    // SAFETY: the solver is ours and alive.
+    let user_data = unsafe { (*solver).content };
+    // SAFETY: its content is the address of our link, and callbacks do not nest.
+    let (which, _, boundary) = unsafe { linked::<C>(user_data) };
+    // SAFETY: x and b are what IDAS handed over.
+    unsafe {
+        solved(boundary, x, b, |callbacks, rhs| {
+            callbacks.backward_solve(which, rhs)
+        })
+    }
+}
+
+/// IDAQuadRhsFnBS.
+///
+/// # Safety
+/// As for [`residual_with`].
+pub(crate) unsafe extern "C" fn quadrature_with<C: Callbacks>(
+    t: realtype,
+    y: N_Vector,
+    y_dot: N_Vector,
+    s: *mut N_Vector,
+    s_dot: *mut N_Vector,
+    values: N_Vector,
+    rates: N_Vector,
+    out: N_Vector,
+    user_data: *mut c_void,
+) -> c_int {
+    // SAFETY: IDAS hands back the address of our link, and callbacks do not nest.
+    let (which, n, boundary) = unsafe { linked::<C>(user_data) };
+    // SAFETY: IDAS does not touch its vectors during the call.
+    let forward = unsafe { forward(t, [y, y_dot], [s, s_dot], n) };
+    // SAFETY: as above.
+    let (values, rates) = unsafe { state(values, rates) };
+    // SAFETY: as above, but possibly fresh; distinct from all others.
+    let out = unsafe { zeroed_mut(out) };
+    guarded(boundary, |callbacks| {
+        callbacks.backward_quadrature(which, &forward, [values, rates], out)
+    })
+}
+
+/// IDAQuadRhsFnB.
+///
+/// # Safety
+/// As for [`quadrature_with`], of a link without parameters.
+pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
+    t: realtype,
+    y: N_Vector,
+    y_dot: N_Vector,
+    values: N_Vector,
+    rates: N_Vector,
+    out: N_Vector,
+    user_data: *mut c_void,
+) -> c_int {
+    // SAFETY: the caller's promise.
+    unsafe { quadrature_with::<C>(t, y, y_dot, NONE, NONE, values, rates, out, user_data) }
+}

@@ -1,0 +1,537 @@
+//! Backward problems of a solver: how they are added, started, corrected and integrated.
+
+use sundials_sys as sys;
+
+use super::builder::validate_quadrature_tolerances;
+use super::callbacks::UserFunctions;
+use super::linear::SparseLu;
+use super::{IdaSolver, call_error, codes};
+use crate::adjoint::{
+    At, Backward, BackwardOptions, BackwardProblem, BackwardRun, Checkpoints, ForwardState,
+    Interpolation,
+};
+use crate::error::Error;
+use crate::ffi::backward::{BackwardCallbacks, ForwardView};
+use crate::ffi::call::CallFailed;
+use crate::ffi::ida::{BackwardSettings, Counter};
+use crate::ffi::trampoline::Answer;
+use crate::options::{
+    IdaOptions, count, differential, expect_finite, expect_length, finite, invalid,
+    validate_tolerances, within,
+};
+use myovib_dae::{
+    Jacobian, Linearization, Outcome, Problem, Statistics, Stop, Tolerances, kinds_at,
+};
+
+/// What a solver that keeps checkpoints knows of its backward problems.
+pub(super) struct Kept {
+    every: usize,
+    /// What is set before a run is repeated, as IDAS forgets it; 0 for an estimate.
+    initial_step: f64,
+    runs: Vec<BackwardRun>,
+    /// The counters of the forward run, once it has been left: IDAS repeats parts of it then.
+    pub(super) left: Option<Statistics>,
+}
+
+/// A backward problem with what its evaluation takes.
+pub(super) struct Posed<P> {
+    problem: Box<dyn BackwardProblem<P> + Send>,
+    lu: SparseLu,
+    tolerances: Tolerances,
+    weights: Vec<f64>,
+    state: ForwardState,
+}
+
+/// How many steps may be repeated from a checkpoint: C has room for no more, and does not look. Each step
+/// begins with the error weights of y and of the sensitivities, one after the other.
+#[derive(Default)]
+pub(super) struct Repeating {
+    /// Error weights of as many steps as lie between two checkpoints; none during the forward run.
+    most: Option<usize>,
+    /// Error weights since a backward problem was evaluated.
+    weights: usize,
+}
+
+impl Repeating {
+    /// Counts the error weights that IDAS asks for; `false` if they are of a step there is no room for.
+    pub(super) fn has_room(&mut self) -> bool {
+        self.weights += 1;
+        self.most.is_none_or(|most| self.weights <= most)
+    }
+}
+
+impl ForwardState {
+    fn set(&mut self, view: &ForwardView<'_>) {
+        self.t = view.t;
+        self.y.copy_from_slice(view.y);
+        self.y_dot.copy_from_slice(view.y_dot);
+        for (pair, values) in self.s.iter_mut().zip(&view.s) {
+            pair[0].copy_from_slice(values[0]);
+            pair[1].copy_from_slice(values[1]);
+        }
+    }
+
+    fn view(&self) -> ForwardView<'_> {
+        let pairs = self
+            .s
+            .iter()
+            .map(|[s, s_dot]| [s.as_slice(), s_dot.as_slice()]);
+        ForwardView {
+            t: self.t,
+            y: &self.y,
+            y_dot: &self.y_dot,
+            s: pairs.collect(),
+        }
+    }
+}
+
+impl<P: Problem> BackwardCallbacks for UserFunctions<P> {
+    fn backward_residual(
+        &mut self,
+        which: usize,
+        forward: &ForwardView<'_>,
+        [values, rates]: [&[f64]; 2],
+        residual: &mut [f64],
+    ) -> Answer {
+        self.t_called = forward.t;
+        self.repeating.weights = 0;
+        let posed = &mut self.backward[which];
+        posed.state.set(forward);
+        let problem = &mut self.problem;
+        let result = (posed.problem).residual(problem, &posed.state, values, rates, residual);
+        self.failures.answer(
+            "residual of a backward problem",
+            forward.t,
+            result,
+            residual,
+        )
+    }
+
+    fn backward_setup(
+        &mut self,
+        which: usize,
+        forward: &ForwardView<'_>,
+        [values, rates]: [&[f64]; 2],
+        c_j: f64,
+    ) -> Answer {
+        let posed = &mut self.backward[which];
+        posed.state.set(forward);
+        posed.tolerances.write_weights(values, &mut posed.weights);
+        let at = Linearization {
+            t: forward.t,
+            y: values,
+            y_dot: rates,
+            step: 1.0 / c_j,
+            weights: &posed.weights,
+        };
+        let mut problem = At {
+            problem: posed.problem.as_mut(),
+            forward: &mut self.problem,
+            state: &posed.state,
+        };
+        let (evaluated, entries) = posed.lu.evaluate(&mut problem, &at, c_j);
+        match self
+            .failures
+            .answer("Jacobian", forward.t, evaluated, entries)
+        {
+            Answer::Success => {}
+            failed => return failed,
+        }
+        let result = posed.lu.factorise();
+        self.failures
+            .answer("linear set-up", forward.t, result, &[])
+    }
+
+    fn backward_solve(&mut self, which: usize, rhs: &mut [f64]) -> Answer {
+        let result = self.backward[which].lu.solve(rhs);
+        self.failures
+            .answer("linear solve", self.t_called, result, rhs)
+    }
+
+    fn backward_quadrature(
+        &mut self,
+        which: usize,
+        forward: &ForwardView<'_>,
+        [values, rates]: [&[f64]; 2],
+        out: &mut [f64],
+    ) -> Answer {
+        let posed = &mut self.backward[which];
+        posed.state.set(forward);
+        let problem = &mut self.problem;
+        let result = (posed.problem).quadrature(problem, &posed.state, values, rates, out);
+        self.failures
+            .answer("quadrature of a backward problem", forward.t, result, out)
+    }
+}
+
+impl BackwardOptions {
+    fn validate(&self, n: usize, n_quadratures: usize) -> Result<(), Error> {
+        validate_tolerances(&self.tolerances, n)?;
+        if let Some((relative, absolute)) = self.quadrature_tolerances {
+            if n_quadratures == 0 {
+                return Err(Error::NoQuadrature);
+            }
+            validate_quadrature_tolerances(relative, absolute)?;
+        }
+        count("max_steps of a backward problem", self.max_steps)?;
+        let order = self.max_order as f64;
+        within("max_order of a backward problem", order, 1.0, 5.0, "1 to 5")
+    }
+}
+
+impl<P: Problem> IdaSolver<P> {
+    /// Lets checkpoints be kept, unless something is asked for that a repeated run would not do again.
+    pub(super) fn attach_checkpoints(
+        &mut self,
+        checkpoints: Checkpoints,
+        options: &IdaOptions,
+    ) -> Result<(), Error> {
+        count("steps between checkpoints", checkpoints.every)?;
+        let index = self.functions().problem.indices();
+        let index = index.into_iter().flatten().max().unwrap_or(0);
+        if index > 2 {
+            return Err(Error::NoAdjoint { index });
+        }
+        if self.functions().n_roots > 0 {
+            return Err(Error::NotWithCheckpoints { what: "roots" });
+        }
+        if options.stop_time.is_some() {
+            return Err(Error::NotWithCheckpoints {
+                what: "a stop time",
+            });
+        }
+        let hermite = checkpoints.interpolation == Interpolation::Hermite;
+        let result = self.ida.init_adjoint(checkpoints.every, hermite);
+        self.refused(result)?;
+        self.kept = Some(Kept {
+            every: checkpoints.every,
+            initial_step: options.initial_step.unwrap_or(0.0),
+            runs: Vec::new(),
+            left: None,
+        });
+        Ok(())
+    }
+
+    /// Whether the forward run may go on.
+    pub(super) fn expect_not_left(&self) -> Result<(), Error> {
+        match &self.kept {
+            Some(Kept { left: Some(_), .. }) => Err(Error::ForwardRunLeft),
+            _ => Ok(()),
+        }
+    }
+
+    /// Lets a forward run start where backward runs have been.
+    pub(super) fn forget_backward_runs(&mut self) -> Result<(), Error> {
+        self.functions_mut().repeating = Repeating::default();
+        let Some(kept) = &mut self.kept else {
+            return Ok(());
+        };
+        kept.left = None;
+        let result = self.ida.set_initial_step(kept.initial_step);
+        self.refused(result)
+    }
+
+    /// The solution at [`t`](IdaSolver::t), with its sensitivities.
+    ///
+    /// # Errors
+    /// [`Error::ForwardRunLeft`], and as for
+    /// [`sensitivity_dense_output`](IdaSolver::sensitivity_dense_output).
+    pub fn forward_state(&mut self) -> Result<ForwardState, Error> {
+        self.expect_not_left()?;
+        let mut state = ForwardState {
+            t: self.t,
+            y: self.y().to_vec(),
+            y_dot: self.y_dot().to_vec(),
+            s: Vec::new(),
+        };
+        for j in 0..self.n_parameters() {
+            let mut pair = [vec![0.0; self.n], vec![0.0; self.n]];
+            for (derivative, values) in pair.iter_mut().enumerate() {
+                self.sensitivity_dense_output(j, state.t, derivative, values)?;
+            }
+            state.s.push(pair);
+        }
+        Ok(state)
+    }
+
+    /// Adds a backward problem that starts at `at`, a [state](Self::forward_state) of the forward run, with λ
+    /// and λ̇ in `start`; its quadratures start at zero. All backward problems are integrated together.
+    ///
+    /// # Errors
+    /// [`Error::NoCheckpoints`]; [`Error::WrongLength`], [`Error::NotFinite`] or [`Error::InvalidOption`] for
+    /// values that make no sense; [`Error::Callback`] when the problem fails at the start.
+    pub fn add_backward(
+        &mut self,
+        problem: impl BackwardProblem<P> + Send + 'static,
+        options: &BackwardOptions,
+        at: &ForwardState,
+        start: [&[f64]; 2],
+    ) -> Result<Backward, Error> {
+        self.expect_state_of_run(at)?;
+        let (n, n_quadratures) = (problem.n_unknowns(), problem.n_quadratures());
+        expect_start(n, start)?;
+        options.validate(n, n_quadratures)?;
+        let pattern = problem.jacobian_pattern();
+        expect_length("rows of a backward Jacobian", n, pattern.minor_dim())?;
+        expect_length("columns of a backward Jacobian", n, pattern.major_dim())?;
+        if pattern.nnz() == 0 {
+            let (n_unknowns, n_entries) = (n, 0);
+            return Err(Error::Empty {
+                n_unknowns,
+                n_entries,
+            });
+        }
+        let mut posed = Posed {
+            problem: Box::new(problem),
+            lu: SparseLu::new(Jacobian::with_pattern(pattern), self.klu)?,
+            tolerances: options.tolerances.clone(),
+            weights: vec![1.0; n],
+            state: at.clone(),
+        };
+        let mut problem = At {
+            problem: posed.problem.as_mut(),
+            forward: &mut self.functions_mut().problem,
+            state: at,
+        };
+        let kinds = kinds_at(&mut problem, at.t, start[0], start[1]);
+        let kinds = kinds.map_err(|error| Error::Callback {
+            function: "Jacobian of a backward problem",
+            t: at.t,
+            source: error.into(),
+        })?;
+        let settings = BackwardSettings {
+            relative: options.tolerances.relative(),
+            absolute: (0..n).map(|i| options.tolerances.absolute(i)).collect(),
+            id: differential(&kinds),
+            suppress: options.suppress_algebraic,
+            n_quadratures,
+            quadrature_tolerances: options.quadrature_tolerances,
+            max_steps: options.max_steps,
+            max_order: options.max_order,
+        };
+        let result = self.ida.add_backward(at.t, start, &settings);
+        self.refused(result)?;
+        self.functions_mut().backward.push(posed);
+        let run = BackwardRun {
+            t: at.t,
+            values: start[0].to_vec(),
+            rates: start[1].to_vec(),
+            quadratures: vec![0.0; n_quadratures],
+            statistics: Statistics::default(),
+        };
+        let runs = self.runs_mut()?;
+        runs.push(run);
+        Ok(Backward(runs.len() - 1))
+    }
+
+    /// Starts a backward problem afresh at `at`, as [`add_backward`](Self::add_backward) does.
+    ///
+    /// # Errors
+    /// As for [`add_backward`](Self::add_backward), and [`Error::NoBackward`].
+    pub fn restart_backward(
+        &mut self,
+        backward: Backward,
+        at: &ForwardState,
+        start: [&[f64]; 2],
+    ) -> Result<(), Error> {
+        self.expect_state_of_run(at)?;
+        expect_start(self.backward(backward)?.values.len(), start)?;
+        let result = self.ida.restart_backward(backward.0, at.t, start);
+        self.refused(result)?;
+        self.functions_mut().backward[backward.0].state = at.clone();
+        let run = &mut self.runs_mut()?[backward.0];
+        run.t = at.t;
+        run.values.copy_from_slice(start[0]);
+        run.rates.copy_from_slice(start[1]);
+        run.quadratures.fill(0.0);
+        run.statistics = Statistics::default();
+        Ok(())
+    }
+
+    /// Corrects the algebraic components of λ and the differential ones of λ̇ where a backward problem
+    /// starts, before it is integrated; `t_first` is a time it will pass, for the scale.
+    ///
+    /// # Errors
+    /// As for [`correct_initial_values`](IdaSolver::correct_initial_values), and [`Error::NoBackward`].
+    pub fn correct_backward(&mut self, backward: Backward, t_first: f64) -> Result<(), Error> {
+        finite("t_first", t_first)?;
+        let run = self.backward(backward)?;
+        let t = run.t;
+        if run.statistics.steps > 0 {
+            return Err(Error::AfterTheStart { t });
+        }
+        let functions = self.functions_mut();
+        functions.failures = Default::default();
+        let state = functions.backward[backward.0].state.clone();
+        let which = backward.0;
+        let result = self.ida.correct_backward(which, t_first, &state.view());
+        self.resume_panic();
+        if let Err(CallFailed { call, code }) = result {
+            let failures = &mut self.functions_mut().failures;
+            if let Some(fatal) = failures.fatal.take() {
+                return Err(fatal);
+            }
+            let message = failures.take_message();
+            if code == sys::IDA_ILL_INPUT {
+                return Err(call_error(CallFailed { call, code }, message));
+            }
+            let name = codes::name(code);
+            return Err(Error::InconsistentInitialValues {
+                t,
+                code,
+                name,
+                message,
+            });
+        }
+        let corrected = self
+            .ida
+            .backward_start(which)
+            .map(|start| start.map(<[f64]>::to_vec));
+        let [values, rates] = self.refused(corrected)?;
+        let run = &mut self.runs_mut()?[which];
+        (run.values, run.rates) = (values, rates);
+        Ok(())
+    }
+
+    /// Integrates all backward problems to `t_out`, before where any of them is. The forward run cannot go
+    /// on then; [`reinit`](IdaSolver::reinit) starts another.
+    ///
+    /// # Errors
+    /// [`Error::NoBackward`], [`Error::TimeBehind`] and other misuse, and as for
+    /// [`step`](IdaSolver::step).
+    pub fn integrate_back_to(&mut self, t_out: f64) -> Result<Outcome, Error> {
+        finite("t_out", t_out)?;
+        let none = Error::NoBackward { number: 0, of: 0 };
+        let kept = self.kept.as_ref().ok_or(Error::NoCheckpoints)?;
+        let (every, n_runs) = (kept.every, kept.runs.len());
+        let t = kept.runs.iter().map(|run| run.t).reduce(f64::min);
+        let t = t.ok_or(none)?;
+        if t_out < self.t0 {
+            return invalid("t_out", t_out, "not before the start of the forward run");
+        }
+        if t_out >= t {
+            return Err(Error::TimeBehind { t_out, t });
+        }
+        let statistics = self.statistics();
+        if let Some(kept) = &mut self.kept {
+            kept.left.get_or_insert(statistics);
+        }
+        let most = Some(every * (1 + self.n_parameters()));
+        let functions = self.functions_mut();
+        functions.failures = Default::default();
+        functions.repeating = Repeating { most, weights: 0 };
+        let result = self.ida.solve_backward(t_out);
+        self.resume_panic();
+        let code = self.refused(result)?;
+        if code < 0 {
+            return self.gave_up_backward(code, t);
+        }
+        for which in 0..n_runs {
+            self.take_backward_values(which, t_out)?;
+        }
+        Ok(Outcome::Reached { t: t_out })
+    }
+
+    fn take_backward_values(&mut self, which: usize, t: f64) -> Result<(), Error> {
+        let values = self.ida.backward_values(which);
+        let values = values.map(|values| values.map(<[f64]>::to_vec));
+        let [values, rates, quadratures] = self.refused(values)?;
+        let statistics = self.backward_statistics(which)?;
+        self.runs_mut()?[which] = BackwardRun {
+            t,
+            values,
+            rates,
+            quadratures,
+            statistics,
+        };
+        Ok(())
+    }
+
+    fn backward_statistics(&mut self, which: usize) -> Result<Statistics, Error> {
+        let mut statistics = Statistics::default();
+        for (counter, place) in [
+            (Counter::Steps, &mut statistics.steps),
+            (
+                Counter::ErrorTestFailures,
+                &mut statistics.error_test_failures,
+            ),
+            (Counter::NewtonFailures, &mut statistics.newton_failures),
+            (Counter::NewtonIterations, &mut statistics.newton_iterations),
+            (
+                Counter::ResidualEvaluations,
+                &mut statistics.residual_evaluations,
+            ),
+            (Counter::LinearSetups, &mut statistics.linear_setups),
+            (
+                Counter::JacobianEvaluations,
+                &mut statistics.jacobian_evaluations,
+            ),
+        ] {
+            let count = self.ida.backward_counter(which, counter);
+            *place = self.refused(count)?;
+        }
+        Ok(statistics)
+    }
+
+    fn gave_up_backward(&mut self, code: i32, t: f64) -> Result<Outcome, Error> {
+        let failures = &mut self.functions_mut().failures;
+        if let Some(fatal) = failures.fatal.take() {
+            return Err(fatal);
+        }
+        let culprit = failures.culprit();
+        let message = failures.take_message();
+        let Some(reason) = codes::stop_reason(code) else {
+            return Err(call_error(CallFailed::new("IDASolveB", code), message));
+        };
+        let message = format!("{message} ({})", codes::name(code));
+        let (reason, statistics) = (culprit.unwrap_or(reason), self.statistics());
+        let stop = Stop::new(reason, message, t, statistics, Vec::new());
+        Ok(Outcome::Stopped(Box::new(stop)))
+    }
+
+    /// Where a backward problem is.
+    ///
+    /// # Errors
+    /// [`Error::NoBackward`] for one of another solver.
+    pub fn backward(&self, backward: Backward) -> Result<&BackwardRun, Error> {
+        let runs = self.kept.as_ref().map_or(&[][..], |kept| &kept.runs);
+        let (number, of) = (backward.0, runs.len());
+        runs.get(number).ok_or(Error::NoBackward { number, of })
+    }
+
+    fn runs_mut(&mut self) -> Result<&mut Vec<BackwardRun>, Error> {
+        let kept = self.kept.as_mut().ok_or(Error::NoCheckpoints)?;
+        Ok(&mut kept.runs)
+    }
+
+    /// A state of this solver's forward run, which has passed it.
+    fn expect_state_of_run(&self, at: &ForwardState) -> Result<(), Error> {
+        if self.kept.is_none() {
+            return Err(Error::NoCheckpoints);
+        }
+        expect_length("y of the forward state", self.n, at.y.len())?;
+        expect_length("y_dot of the forward state", self.n, at.y_dot.len())?;
+        expect_length(
+            "sensitivities of the forward state",
+            self.n_parameters(),
+            at.s.len(),
+        )?;
+        for values in at.s.iter().flatten() {
+            expect_length("a sensitivity of the forward state", self.n, values.len())?;
+            expect_finite("a sensitivity of the forward state", values)?;
+        }
+        expect_finite("y of the forward state", &at.y)?;
+        expect_finite("y_dot of the forward state", &at.y_dot)?;
+        match at.t > self.t0 && at.t <= self.t {
+            true => Ok(()),
+            false => invalid("t of the forward state", at.t, "a time of the forward run"),
+        }
+    }
+}
+
+fn expect_start(n: usize, [values, rates]: [&[f64]; 2]) -> Result<(), Error> {
+    expect_length("start of a backward problem", n, values.len())?;
+    expect_length("slope of a backward problem", n, rates.len())?;
+    expect_finite("start of a backward problem", values)?;
+    expect_finite("slope of a backward problem", rates)
+}
