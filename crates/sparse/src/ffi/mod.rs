@@ -1,8 +1,9 @@
-//! The boundaries to SuiteSparse and to METIS.
+//! The boundaries to SuiteSparse, to METIS and to the system.
 
 #[cfg(klu)]
 pub(crate) mod klu;
 #[cfg(feature = "metis")]
 pub(crate) mod metis;
+pub(crate) mod pages;
 #[cfg(klu)]
 pub(crate) mod version;

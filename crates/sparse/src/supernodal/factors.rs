@@ -12,12 +12,16 @@ use super::large::Front;
 use super::schedule::Schedule;
 use super::small::{Block, eliminate_rows, factor_panel, minus_outer, mirror, scale_rows};
 use super::solve::Rooms;
+use crate::ffi::pages;
 use crate::number::Number;
 use crate::{Kind, SparseError};
 
 /// Fronts of this many rows and columns to be eliminated, or more, are dealt with in blocks.
 /// Measured: below, the kernels in one piece are faster.
 const LARGE: [usize; 2] = [160, 32];
+
+/// Rooms of this many bytes or more, a few large pages, are put into such.
+const LARGE_PAGES_FROM: usize = 1 << 23;
 
 /// LU or LDLᵀ factors in dense blocks. With one thread nothing allocates after construction but the
 /// packing of large fronts.
@@ -53,7 +57,6 @@ impl<T: Number> Supernodal<T> {
 
     /// Room for the factors, computed by `threads`; the numbers are the same for any number.
     pub fn in_threads(analysis: Arc<Analysis>, threads: Option<Arc<ThreadPool>>) -> Self {
-        let zeros = |n: usize| vec![T::zero(); n];
         let n_threads = threads
             .as_ref()
             .map_or(1, |pool| pool.current_num_threads());
@@ -222,6 +225,16 @@ impl<T: Number, N: Iterator<Item = usize>> WithSimd for Eliminate<'_, T, N> {
         }
         Ok(())
     }
+}
+
+/// Room for `n` numbers.
+fn zeros<T: Number>(n: usize) -> Vec<T> {
+    let mut room = Vec::with_capacity(n);
+    if n * size_of::<T>() >= LARGE_PAGES_FROM {
+        pages::prefer_large(room.spare_capacity_mut());
+    }
+    room.resize(n, T::zero());
+    room
 }
 
 /// One supernode and where its numbers go.

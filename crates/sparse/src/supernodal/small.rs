@@ -8,6 +8,8 @@ use crate::number::{Number, Row};
 const TILE_ROWS: usize = 8;
 /// Its columns: with eight accumulators or fewer in registers.
 const TILE_COLUMNS: usize = 4;
+/// Columns of this length or more come from memory, which is faster from four places at once.
+const LONG: usize = 160;
 /// Partial sums of a scalar product: one register of AVX-512.
 const LANES: usize = 8;
 
@@ -129,10 +131,67 @@ fn solve_upper_columns<T: Number, R: Row<T>, const N: usize>(
 /// (unit diagonal), `y.len()` rows each.
 #[inline(always)]
 pub(super) fn solve_transposed<T: Number, R: Row<T>>(y: &mut [R], panel: &[T]) {
-    for (p, column) in panel.chunks_exact(y.len()).enumerate().rev() {
+    let m = y.len();
+    let mut p = panel.len() / m;
+    while p >= 4 && m >= LONG {
+        p -= 4;
+        solve_transposed_columns::<T, R, 4>(y, panel, p);
+    }
+    for (p, column) in panel.chunks_exact(m).enumerate().take(p).rev() {
         let (pivots, below) = y.split_at_mut(p + 1);
         pivots[p] = pivots[p].plus(minus_dot(&column[p + 1..], below));
     }
+}
+
+/// The same for N columns from number `p` on: all rows below in one sweep, then their own triangle.
+#[inline(always)]
+fn solve_transposed_columns<T: Number, R: Row<T>, const N: usize>(
+    y: &mut [R],
+    panel: &[T],
+    p: usize,
+) {
+    let m = y.len();
+    let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m + p..(p + q + 1) * m]);
+    let (pivots, below) = y[p..].split_at_mut(N);
+    let sums = minus_dots(columns.map(|column| &column[N..]), below);
+    let mut x: [R; N] = from_fn(|q| pivots[q].plus(sums[q]));
+    for q in (0..N).rev() {
+        for i in q + 1..N {
+            x[q] = x[q].less_product(columns[q][i], x[i]);
+        }
+    }
+    pivots.copy_from_slice(&x);
+}
+
+/// −a · b for each of N columns, each summed in eight lanes so that it becomes vector instructions.
+#[inline(always)]
+fn minus_dots<T: Number, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -> [R; N] {
+    let mut lanes = [[R::none(); LANES]; N];
+    let whole = b.len() / LANES * LANES;
+    let mut start = 0;
+    while start < whole {
+        let b = &b[start..][..LANES];
+        for q in 0..N {
+            let a = &a[q][start..][..LANES];
+            for l in 0..LANES {
+                lanes[q][l] = lanes[q][l].less_product(a[l], b[l]);
+            }
+        }
+        start += LANES;
+    }
+    let mut sums = [R::none(); N];
+    for q in 0..N {
+        for i in whole..b.len() {
+            sums[q] = sums[q].less_product(a[q][i], b[i]);
+        }
+        for half in [4, 2, 1] {
+            for l in 0..half {
+                lanes[q][l] = lanes[q][l].plus(lanes[q][l + half]);
+            }
+        }
+        sums[q] = lanes[q][0].plus(sums[q]);
+    }
+    sums
 }
 
 /// Eliminates the columns of a `panel` of `m` rows, the first pivot being in row `first`: L (unit
