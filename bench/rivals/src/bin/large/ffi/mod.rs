@@ -2,9 +2,23 @@
 
 use std::ffi::c_int;
 
+use anyhow::{Result, ensure};
+
 use myovib_sparse::{Kind, Number};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
+
+use crate::solver::Solver;
+
+unsafe extern "C" {
+    fn give_back();
+}
+
+/// Gives what was freed back to the system.
+pub fn trim() {
+    // SAFETY: the function takes nothing and may be called at any time.
+    unsafe { give_back() };
+}
 
 /// The functions of `mumps.c` for one kind of number.
 pub struct Functions<T> {
@@ -14,12 +28,12 @@ pub struct Functions<T> {
     factor: unsafe extern "C" fn(*mut u64) -> c_int,
     solve: unsafe extern "C" fn(*mut u64, *mut T) -> c_int,
     memory: unsafe extern "C" fn(*mut u64) -> c_int,
-    delayed: unsafe extern "C" fn(*mut u64) -> c_int,
+    entries: unsafe extern "C" fn(*mut u64) -> c_int,
     end: unsafe extern "C" fn(*mut u64),
 }
 
 macro_rules! functions {
-    ($number:ty, $size:ident, $begin:ident, $factor:ident, $solve:ident, $memory:ident, $delayed:ident, $end:ident) => {
+    ($number:ty, $size:ident, $begin:ident, $factor:ident, $solve:ident, $memory:ident, $entries:ident, $end:ident) => {
         unsafe extern "C" {
             fn $size() -> usize;
             fn $begin(
@@ -34,7 +48,7 @@ macro_rules! functions {
             fn $factor(run: *mut u64) -> c_int;
             fn $solve(run: *mut u64, rhs: *mut $number) -> c_int;
             fn $memory(run: *mut u64) -> c_int;
-            fn $delayed(run: *mut u64) -> c_int;
+            fn $entries(run: *mut u64) -> c_int;
             fn $end(run: *mut u64);
         }
         impl Rival for $number {
@@ -44,7 +58,7 @@ macro_rules! functions {
                 factor: $factor,
                 solve: $solve,
                 memory: $memory,
-                delayed: $delayed,
+                entries: $entries,
                 end: $end,
             };
         }
@@ -58,7 +72,7 @@ functions!(
     dmumps_run_factor,
     dmumps_run_solve,
     dmumps_run_memory,
-    dmumps_run_delayed,
+    dmumps_run_entries,
     dmumps_run_end
 );
 functions!(
@@ -68,7 +82,7 @@ functions!(
     zmumps_run_factor,
     zmumps_run_solve,
     zmumps_run_memory,
-    zmumps_run_delayed,
+    zmumps_run_entries,
     zmumps_run_end
 );
 
@@ -125,30 +139,35 @@ impl<T: Rival> Mumps<T> {
             _values: own,
         }
     }
+}
 
-    pub fn factor(&mut self) {
+impl<T: Rival> Solver<T> for Mumps<T> {
+    fn factor(&mut self) -> Result<()> {
         // SAFETY: the run was begun.
         let status = unsafe { (T::MUMPS.factor)(self.run.as_mut_ptr()) };
-        assert_eq!(status, 0, "MUMPS factorises");
+        ensure!(status == 0, "MUMPS does not factorise: {status}");
+        Ok(())
     }
 
-    pub fn solve(&mut self, x: &mut [T]) {
+    fn solve(&mut self, x: &mut [T]) -> Result<()> {
         assert_eq!(x.len(), self.n);
         // SAFETY: the run has factors, and the vector their order.
         let status = unsafe { (T::MUMPS.solve)(self.run.as_mut_ptr(), x.as_mut_ptr()) };
-        assert_eq!(status, 0, "MUMPS solves");
+        ensure!(status == 0, "MUMPS does not solve: {status}");
+        Ok(())
     }
 
-    /// Bytes used for the factorisation.
-    pub fn n_bytes(&mut self) -> usize {
+    fn n_bytes(&mut self) -> usize {
         // SAFETY: the run has factors.
         unsafe { (T::MUMPS.memory)(self.run.as_mut_ptr()) as usize * 1_000_000 }
     }
 
-    /// Pivots put off.
-    pub fn delayed(&mut self) -> usize {
+    fn n_entries(&mut self) -> usize {
         // SAFETY: the run has factors.
-        unsafe { (T::MUMPS.delayed)(self.run.as_mut_ptr()) as usize }
+        match unsafe { (T::MUMPS.entries)(self.run.as_mut_ptr()) } {
+            count @ 0.. => count as usize,
+            millions => millions.unsigned_abs() as usize * 1_000_000,
+        }
     }
 }
 

@@ -1,7 +1,12 @@
 /* MUMPS, sequential, for one matrix: what its structures and its counters are called. */
 #include <dmumps_c.h>
 #include <zmumps_c.h>
+#include <malloc.h>
 #include <string.h>
+
+void openblas_set_num_threads(int);
+
+void give_back(void) { malloc_trim(0); }
 
 /* job: -1 begin, 1 analyse, 2 factorise, 3 solve, -2 end. */
 #define DEFINE(PREFIX, STRUCT, NUMBER)                                                        \
@@ -10,6 +15,7 @@
     int PREFIX##_run_begin(struct PREFIX##_run *run, int symmetric, int n, long long nnz,     \
                            int *rows, int *columns, NUMBER *values) {                         \
         memset(run, 0, sizeof *run);                                                          \
+        openblas_set_num_threads(1);                                                          \
         run->id.job = -1;                                                                     \
         run->id.par = 1;                                                                      \
         run->id.sym = symmetric;                                                              \
@@ -41,8 +47,8 @@
     }                                                                                         \
     /* Megabytes used. */                                                                     \
     int PREFIX##_run_memory(struct PREFIX##_run *run) { return run->id.infog[21]; }           \
-    /* Pivots put off. */                                                                     \
-    int PREFIX##_run_delayed(struct PREFIX##_run *run) { return run->id.infog[12]; }          \
+    /* Entries of the factors; negative: millions. */                                         \
+    int PREFIX##_run_entries(struct PREFIX##_run *run) { return run->id.infog[28]; }          \
     void PREFIX##_run_end(struct PREFIX##_run *run) {                                         \
         run->id.job = -2;                                                                     \
         PREFIX##_c(&run->id);                                                                 \

@@ -1,0 +1,244 @@
+//! One matrix, factorised by each solver in turn.
+
+use std::fmt;
+use std::time::Instant;
+
+use anyhow::Result;
+use cpu_time::ProcessTime;
+use myovib_sparse::{Kind, Number};
+use serde::Serialize;
+
+#[cfg(feature = "mumps")]
+use crate::ffi::{Mumps, Rival};
+use crate::memory::Count;
+use crate::solid::Solid;
+use crate::solver::{Ours, Solver};
+#[cfg(not(feature = "mumps"))]
+use myovib_sparse::Number as Rival;
+
+/// Solves for each factorisation: as many as a step of Radau IIA may take.
+const SOLVES: usize = 5;
+
+/// A matrix that is to be factorised.
+pub struct Contest<'a> {
+    pub name: &'static str,
+    pub solid: &'a Solid,
+    pub kind: Kind,
+    pub repeats: usize,
+}
+
+/// What was measured of one matrix.
+#[derive(Serialize)]
+pub struct Outcome {
+    case: &'static str,
+    unknowns: usize,
+    matrix: &'static str,
+    ours: Cost,
+    ours_in_two_threads: Cost,
+    /// Wall-clock time of one thread by that of two.
+    speed_up: f64,
+    mumps: Option<Cost>,
+    /// Ours by MUMPS'.
+    ratio: Option<Ratio>,
+}
+
+/// Of one solver; times are the least of several, s.
+#[derive(Serialize)]
+struct Cost {
+    factor: Time,
+    solve: Time,
+    /// Of the process, from before the analysis to after a solve, beside the matrix given, B.
+    peak_bytes: usize,
+    peak_megabytes: f64,
+    /// By its own account, B.
+    own_bytes: usize,
+    /// Of the factors.
+    entries: usize,
+    backward_error: f64,
+}
+
+#[derive(Serialize)]
+struct Ratio {
+    factor: f64,
+    solve: f64,
+    memory: f64,
+}
+
+#[derive(Clone, Copy, Serialize)]
+struct Time {
+    cpu: f64,
+    wall: f64,
+}
+
+impl Time {
+    const NONE: Self = Self {
+        cpu: f64::INFINITY,
+        wall: f64::INFINITY,
+    };
+
+    /// Keeps the least.
+    fn least(&mut self, work: impl FnOnce() -> Result<()>) -> Result<()> {
+        let (wall, cpu) = (Instant::now(), ProcessTime::now());
+        work()?;
+        self.cpu = self.cpu.min(cpu.elapsed().as_secs_f64());
+        self.wall = self.wall.min(wall.elapsed().as_secs_f64());
+        Ok(())
+    }
+}
+
+/// A solver that takes part.
+struct Entrant<'a, T> {
+    solver: Box<dyn Solver<T> + 'a>,
+    cost: Cost,
+}
+
+impl<'a, T: Number> Entrant<'a, T> {
+    /// Counts the memory of a first factorisation and solve, and sees how good the solution is.
+    fn new<S: Solver<T> + 'a>(
+        solid: &Solid,
+        values: &[T],
+        solver: impl FnOnce() -> Result<S>,
+    ) -> Result<Self> {
+        let b = rhs::<T>(solid);
+        let mut x = b.clone();
+        let count = Count::begin()?;
+        let mut solver = solver()?;
+        solver.factor()?;
+        solver.solve(&mut x)?;
+        let peak_bytes = count.peak()?;
+        let cost = Cost {
+            factor: Time::NONE,
+            solve: Time::NONE,
+            peak_bytes,
+            peak_megabytes: peak_bytes as f64 / 1e6,
+            own_bytes: solver.n_bytes(),
+            entries: solver.n_entries(),
+            backward_error: backward_error(solid, values, &b, &x),
+        };
+        let solver = Box::new(solver);
+        Ok(Self { solver, cost })
+    }
+
+    fn factor(&mut self) -> Result<()> {
+        self.cost.factor.least(|| self.solver.factor())
+    }
+
+    fn solve(&mut self, solid: &Solid) -> Result<()> {
+        let mut x = rhs::<T>(solid);
+        self.cost.solve.least(|| self.solver.solve(&mut x))
+    }
+}
+
+impl Contest<'_> {
+    /// Measures c² M + K.
+    pub fn run<T: Rival>(&self, c: T) -> Result<Outcome> {
+        let Self { solid, kind, .. } = *self;
+        let values = &solid.values(c)[..];
+        let ours = |threads| move || Ours::new(solid, values, kind, threads);
+        let mut entrants = vec![
+            Entrant::new(solid, values, ours(1))?,
+            Entrant::new(solid, values, ours(2))?,
+        ];
+        #[cfg(feature = "mumps")]
+        entrants.push(Entrant::new(solid, values, || {
+            Ok(Mumps::new(&solid.pattern, values, kind))
+        })?);
+        for _ in 0..self.repeats {
+            for entrant in &mut entrants {
+                entrant.factor()?;
+            }
+            for _ in 0..SOLVES {
+                for entrant in &mut entrants {
+                    entrant.solve(solid)?;
+                }
+            }
+        }
+        let mut costs = entrants.into_iter().map(|entrant| entrant.cost);
+        let mut next = || costs.next();
+        let (Some(ours), Some(ours_in_two_threads), mumps) = (next(), next(), next()) else {
+            unreachable!("two entrants are ours");
+        };
+        let ratio = mumps.as_ref().map(|mumps| Ratio {
+            factor: ours.factor.cpu / mumps.factor.cpu,
+            solve: ours.solve.cpu / mumps.solve.cpu,
+            memory: ours.peak_bytes as f64 / mumps.peak_bytes as f64,
+        });
+        Ok(Outcome {
+            case: self.name,
+            unknowns: solid.pattern.major_dim(),
+            matrix: match (kind, size_of::<T>() == size_of::<f64>()) {
+                (Kind::Symmetric, true) => "real, symmetric",
+                (Kind::Symmetric, false) => "complex, symmetric",
+                (Kind::General, true) => "real",
+                (Kind::General, false) => "complex",
+            },
+            speed_up: ours.factor.wall / ours_in_two_threads.factor.wall,
+            ours,
+            ours_in_two_threads,
+            mumps,
+            ratio,
+        })
+    }
+}
+
+/// Of size 1 in the units of each equation.
+fn rhs<T: Number>(solid: &Solid) -> Vec<T> {
+    let n = solid.pattern.major_dim();
+    (0..n).map(|i| T::one() * (i as f64).sin()).collect()
+}
+
+/// max_i |b - A x|_i / (|A||x| + |b|)_i.
+fn backward_error<T: Number>(solid: &Solid, values: &[T], b: &[T], x: &[T]) -> f64 {
+    let mut residual = b.to_vec();
+    let mut scale: Vec<f64> = b.iter().map(|b| b.abs()).collect();
+    for ((column, row), &a) in solid.pattern.entries().zip(values) {
+        residual[row] -= a * x[column];
+        scale[row] += a.abs() * x[column].abs();
+    }
+    let ratios = residual.iter().zip(&scale).map(|(r, s)| r.abs() / s);
+    ratios.fold(0.0, |max, ratio| {
+        if ratio.is_nan() {
+            f64::INFINITY
+        } else {
+            f64::max(max, ratio)
+        }
+    })
+}
+
+/// Of the lines that outcomes are printed as.
+pub const HEAD: &str = "case  matrix              who      factor CPU s   wall s  solve CPU s   peak MB    own MB  10⁶ entries  backward error";
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let all = [
+            ("ours", Some(&self.ours)),
+            ("ours x 2", Some(&self.ours_in_two_threads)),
+            ("MUMPS", self.mumps.as_ref()),
+        ];
+        for (who, cost) in all {
+            let Some(cost) = cost else { continue };
+            writeln!(
+                f,
+                "{:5} {:19} {who:8} {:12.3} {:8.3} {:12.4} {:9.0} {:9.0} {:12.2} {:15.1e}",
+                self.case,
+                self.matrix,
+                cost.factor.cpu,
+                cost.factor.wall,
+                cost.solve.cpu,
+                cost.peak_megabytes,
+                cost.own_bytes as f64 / 1e6,
+                cost.entries as f64 / 1e6,
+                cost.backward_error,
+            )?;
+        }
+        write!(f, "      in two threads {:.2} times as fast", self.speed_up)?;
+        match &self.ratio {
+            Some(ratio) => write!(
+                f,
+                "; ours by MUMPS': factor {:.2}, solve {:.2}, memory {:.2}",
+                ratio.factor, ratio.solve, ratio.memory
+            ),
+            None => Ok(()),
+        }
+    }
+}

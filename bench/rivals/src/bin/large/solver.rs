@@ -1,0 +1,64 @@
+//! Who factorises and solves.
+
+use std::sync::Arc;
+
+use anyhow::Result;
+use myovib_sparse::klu::KluOptions;
+use myovib_sparse::{Elimination, Kind, LinearWork, Number, SparseSystem, Structure};
+
+use crate::solid::Solid;
+
+/// One matrix and a way to solve with it.
+pub trait Solver<T> {
+    fn factor(&mut self) -> Result<()>;
+    fn solve(&mut self, x: &mut [T]) -> Result<()>;
+    /// Bytes by its own account.
+    fn n_bytes(&mut self) -> usize;
+    /// Entries of the factors.
+    fn n_entries(&mut self) -> usize;
+}
+
+/// This project's.
+pub struct Ours<T: Number> {
+    system: SparseSystem<T>,
+    work: LinearWork,
+    n_bytes: usize,
+}
+
+impl<T: Number> Ours<T> {
+    /// Analyses; factors are computed in so many `threads`.
+    pub fn new(solid: &Solid, values: &[T], kind: Kind, threads: usize) -> Result<Self> {
+        let structure = Structure {
+            kind,
+            ..Structure::default()
+        };
+        let elimination = Elimination::new(&solid.pattern, structure, KluOptions::default())?;
+        let elimination = Arc::new(elimination.in_threads(threads)?);
+        let prediction = elimination.prediction::<T>();
+        let mut system = SparseSystem::new(elimination);
+        system.values_mut().copy_from_slice(values);
+        Ok(Self {
+            system,
+            work: LinearWork::default(),
+            n_bytes: prediction.map_or(0, |needs| needs.bytes),
+        })
+    }
+}
+
+impl<T: Number> Solver<T> for Ours<T> {
+    fn factor(&mut self) -> Result<()> {
+        Ok(self.system.renew(&mut self.work)?)
+    }
+
+    fn solve(&mut self, x: &mut [T]) -> Result<()> {
+        Ok(self.system.solve(x, &mut self.work)?)
+    }
+
+    fn n_bytes(&mut self) -> usize {
+        self.n_bytes
+    }
+
+    fn n_entries(&mut self) -> usize {
+        self.work.factor_entries as usize
+    }
+}
