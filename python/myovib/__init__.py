@@ -8,7 +8,7 @@ muscles: meshes, materials, loads and chains of oscillators, as the program
 
 from ._dae import DaeSolution, DenseOutput, solve_dae
 from ._identification import FitResult, SensitivityResult
-from ._native import SceneError, StepFailure, versions
+from ._native import SceneError, StepFailure, use_threads, versions
 from ._run import Fields, Probe, RunResult
 from ._scene import Scene, SweepResult
 
@@ -25,6 +25,7 @@ __all__ = [
     "StepFailure",
     "SweepResult",
     "solve_dae",
+    "use_threads",
     "versions",
 ]
 __version__ = versions()[0]

@@ -47,6 +47,13 @@ def fit(
     seed: int,
     progress: Callable[[str], object] | None,
 ) -> str: ...
+def use_threads(threads: int) -> None:
+    """Lets runs factorise large bodies in `threads` threads.
+
+    All runs of this process share them, and results do not depend on their number. The first number
+    above one stays.
+    """
+
 def builtins() -> list[str]: ...
 def builtin_text(name: str) -> str | None: ...
 def versions() -> tuple[str, str, str]: ...

@@ -23,5 +23,7 @@ mod _native {
     #[pymodule_export]
     use crate::identification::{fit, sensitivity};
     #[pymodule_export]
-    use crate::scene::{builtin_text, builtins, check, modes, program, run, sweep, versions};
+    use crate::scene::{
+        builtin_text, builtins, check, modes, program, run, sweep, use_threads, versions,
+    };
 }

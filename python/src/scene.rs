@@ -15,6 +15,7 @@ use myovib_scene::run::{Existing, RunOptions, compute};
 use myovib_scene::sweep::{Cases, SweepOptions, compute as compute_cases};
 use myovib_scene::watch::Tell;
 use myovib_scene::{BUILTIN, Scene, atomic_file, plain};
+use myovib_sparse::resources;
 use pyo3::prelude::*;
 
 use crate::error::{of_argument, of_command, of_scene};
@@ -165,6 +166,15 @@ pub(crate) fn modes(
         commands::modes::document(&name, Scene::load(&scene, &set)?, count)
     })?;
     found.map_err(of_command)
+}
+
+/// Lets runs factorise large bodies in `threads` threads.
+///
+/// All runs of this process share them, and results do not depend on their number. The first number
+/// above one stays.
+#[pyfunction]
+pub(crate) fn use_threads(threads: NonZeroUsize) -> PyResult<()> {
+    resources::use_threads(threads.get()).map_err(|error| of_command(error.into()))
 }
 
 /// The names of the built-in scenes.

@@ -40,6 +40,26 @@ def test_the_bits_are_those_of_the_program(result, tmp_path):
         assert (tmp_path / "out" / name).read_bytes() == (result.folder / name).read_bytes(), name
 
 
+def test_a_large_body_in_threads_has_the_same_bits():
+    shown = """
+import os, myovib
+def threads(): return len(os.listdir("/proc/self/task"))
+alone = threads()
+def bits():
+    scene = myovib.Scene.builtin("muscle3d").set("time.end", 1e-3)
+    return (scene.run().folder / "state.json").read_bytes()
+one = bits()
+myovib.use_threads(2)
+print(threads() - alone, one == bits())
+"""
+    if not Path("/proc/self/task").is_dir():
+        pytest.skip("the system does not list threads")
+    done = subprocess.run([sys.executable, "-c", shown], capture_output=True, text=True)
+    assert done.stdout.split() == ["2", "True"], done.stderr
+    with pytest.raises(ValueError):
+        myovib.use_threads(0)
+
+
 def test_a_result_has_probes_counters_fields_and_a_report(result):
     assert result.outcome == "finished" and result.success
     origin = result.probes["origin"]
