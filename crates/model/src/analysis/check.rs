@@ -118,15 +118,16 @@ pub fn check(
     settings: &Settings,
     start: Option<[Vec<f64>; 2]>,
 ) -> Result<Report, ModelError> {
-    let timed = MuscleDae::new(muscle.clone(), formulation)?;
-    let factors = factors(&timed, settings)?;
-    // Prony terms change neither the index nor what a body at rest misses.
-    let mut dae = MuscleDae::new(muscle.relaxed(), formulation)?;
+    let dae = MuscleDae::new(muscle.clone(), formulation)?;
+    let factors = factors(&dae, settings)?;
     let advice = Advice::new(muscle, formulation, settings);
-    let rest = vec![0.0; dae.n_unknowns()];
-    let [y, y_dot] = start.unwrap_or_else(|| [rest.clone(), rest.clone()]);
-    let residuals = residuals(&mut dae, 0.0, &y, &y_dot)?;
-    let (computed, computed_on) = index(&mut dae, &rest)?;
+    let [y, y_dot] = start.unwrap_or_else(|| [(); 2].map(|()| vec![0.0; dae.n_unknowns()]));
+    // Prony terms change neither the index nor what a body at rest misses. Their internal stresses
+    // are the last unknowns.
+    let mut relaxed = MuscleDae::new(muscle.relaxed(), formulation)?;
+    let n = relaxed.n_unknowns();
+    let residuals = residuals(&mut relaxed, 0.0, &y[..n], &y_dot[..n])?;
+    let (computed, computed_on) = index(&mut relaxed)?;
     let held = held(muscle)?;
     let nullity = held.map_or(0, |held| held.nullity);
     let (slow_modes, fastest_mode) = if nullity == 0 {
@@ -141,10 +142,10 @@ pub fn check(
     findings.extend(inconsistent(&residuals));
     findings.extend(resonance(&slow_modes, drive));
     findings.extend(misfit(muscle, &slow_modes, settings.t_end));
-    let blocks = timed.layout().blocks().iter();
+    let blocks = dae.layout().blocks().iter();
     let unknowns = blocks.map(|(f, r)| (*f, r.len())).collect();
     let cost = cost(
-        timed,
+        dae,
         &advice,
         settings,
         drive.or(slow_modes.first().copied()),
@@ -200,9 +201,10 @@ fn held(muscle: &Muscle) -> Result<Option<Held>, ModelError> {
 
 /// The index of the scene itself where it is small enough, else on a coarse beam: the index does
 /// not depend on the mesh as long as B has full rank.
-fn index(dae: &mut MuscleDae, rest: &[f64]) -> Result<(IndexReport, Computed), ModelError> {
-    if rest.len() <= LARGEST_SYSTEM {
-        return Ok((IndexReport::at(dae, 0.0, rest, rest)?, Computed::Here));
+fn index(dae: &mut MuscleDae) -> Result<(IndexReport, Computed), ModelError> {
+    if dae.n_unknowns() <= LARGEST_SYSTEM {
+        let rest = vec![0.0; dae.n_unknowns()];
+        return Ok((IndexReport::at(dae, 0.0, &rest, &rest)?, Computed::Here));
     }
     let muscle = dae.muscle();
     let case = Case {

@@ -8,7 +8,7 @@ use myovib_fem::{DofMap, Solid, Space, generate};
 use myovib_model::linear::CondensedSolver;
 use myovib_model::{
     Field, Formulation, IntegratorKind, Muscle, MuscleDae, Outcome, Parameters, Prescribed,
-    Settings, Signal, Start, run, start_from,
+    Settings, Signal, Start, check, run, start_from,
 };
 use myovib_sparse::klu::KluOptions;
 use num_complex::Complex64;
@@ -366,4 +366,21 @@ fn the_whole_matrix_is_refused() {
         message.contains("take the condensed linear solver"),
         "{message}"
     );
+}
+
+/// Regression: `check` started the run that it times from a state without internal stresses.
+#[test]
+fn a_check_before_the_run_times_its_steps() {
+    for dimension in [2, 3] {
+        for integrator in [IntegratorKind::Radau9, IntegratorKind::Ida] {
+            let muscle = relaxing(dimension, 1e5, 0.0);
+            let formulation = Formulation::Position;
+            let settings = settings(formulation, 1e-3).with_integrator(integrator);
+            let report = check::check(&muscle, formulation, &settings, None).unwrap();
+            assert!(report.cost.seconds_per_step > 0.0);
+            let (block, size) = report.unknowns[report.unknowns.len() - 1];
+            assert_eq!(block, Field::InternalStress);
+            assert_eq!(size, muscle.solid.n_internal());
+        }
+    }
 }
