@@ -1,101 +1,183 @@
 //! The DAE formulations: which unknowns, which equations, which index.
 //!
-//! A formulation is a short list that pairs each block of unknowns with the equation in its rows.
-//! The equations themselves are in [`crate::equation`].
+//! A formulation is a short list that pairs each block of unknowns with the equation in its rows,
+//! and what is known of it: an entry of [`formulations`]. The equations themselves are in
+//! [`crate::equation`].
 
 use std::fmt;
 use std::str::FromStr;
 
 use myovib_dae::VariableKind;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-use crate::equation::Equation;
+use crate::equation::Equation::{self, *};
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::muscle::parameters::Parameters;
 
-/// A way to write the semi-discretised equations of motion as a first-order DAE.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Formulation {
-    /// (11), (16), (18): no pressure, volumetric energy κ/2 (J-1)². An ODE.
-    Displacement,
-    /// (28): q̇ = v, momentum, constraint; β = 0.
-    Position,
-    /// (29): as (28) with λ̇ = μ and the damping force β f_b(q, λ, v, μ).
-    Rate,
-    /// (31): the constraint differentiated once; β = 0.
-    Velocity,
-    /// (33), Gear–Gupta–Leimkuhler: both constraints, a multiplier in the kinematic equation.
-    Stabilized,
-    /// (26) for the linear law, ours for the nonlinear: λ̇ taken from the integrator, no μ.
-    ImplicitRate,
+/// What is known of a formulation.
+struct Description {
+    /// The name used in options, scenes and output.
+    name: &'static str,
+    /// The number of the paper's equation.
+    equation: &'static str,
+    /// Each block of unknowns with the equation in its rows, in the order of the vector.
+    rows: &'static [(Field, Equation)],
+    /// Perturbation index of each block: for β = 0 with κ < ∞ and κ = ∞, for β > 0 with both.
+    index: &'static [[[u8; 2]; 2]],
+    /// The fields whose derivative does not occur.
+    algebraic: fn(Case) -> &'static [Field],
+    /// What κ and β must be, where they are not.
+    objection: fn(Case) -> Option<&'static str>,
 }
 
-use Formulation::{Displacement, ImplicitRate, Position, Rate, Stabilized, Velocity};
+/// What of κ and β tells formulations apart.
+#[derive(Clone, Copy)]
+struct Case {
+    damped: bool,
+    incompressible: bool,
+}
+
+/// Makes [`Formulation`] of the list of formulations; what a scene says of each stands before it.
+macro_rules! formulations {
+    ($($(#[$about:meta])* $formulation:ident $description:tt)*) => {
+        /// The formulations, by the paper's equation.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+        #[serde(rename_all = "kebab-case")]
+        #[schemars(rename = "FormulationName")]
+        pub enum Formulation {
+            $($(#[$about])* $formulation,)*
+        }
+
+        impl Formulation {
+            /// All formulations.
+            pub const ALL: [Self; [$(stringify!($formulation)),*].len()] =
+                [$(Self::$formulation),*];
+
+            fn description(self) -> &'static Description {
+                match self {
+                    $(Self::$formulation => const { &Description $description },)*
+                }
+            }
+        }
+    };
+}
+
+formulations! {
+    /// (18): no pressure; finite κ.
+    Displacement {
+        name: "displacement",
+        equation: "18",
+        rows: &[(Field::Displacement, Kinematic), (Field::Velocity, Momentum)],
+        index: &[[[0, 0]; 2], [[0, 0]; 2]],
+        algebraic: |_| &[],
+        objection: |case| case.incompressible.then_some("it needs a finite kappa"),
+    }
+    /// (28): β = 0.
+    Position {
+        name: "position",
+        equation: "28",
+        rows: &[
+            (Field::Displacement, Kinematic),
+            (Field::Velocity, Momentum),
+            (Field::Pressure, Constraint),
+        ],
+        index: &[[[0, 1]; 2], [[0, 2]; 2], [[1, 3]; 2]],
+        algebraic: |_| &[Field::Pressure],
+        objection: undamped,
+    }
+    /// (29): β > 0; the pressure's rate is an unknown.
+    Rate {
+        name: "rate",
+        equation: "29",
+        rows: &[
+            (Field::Displacement, Kinematic),
+            (Field::Pressure, Constraint),
+            (Field::Velocity, Momentum),
+            (Field::PressureRate, PressureKinematic),
+        ],
+        index: &[[[0, 1]; 2], [[1, 3], [1, 2]], [[0, 2], [1, 2]], [[2, 4], [2, 3]]],
+        algebraic: |_| &[Field::PressureRate],
+        objection: damped,
+    }
+    /// (31): β = 0; the constraint differentiated once.
+    Velocity {
+        name: "velocity",
+        equation: "31",
+        rows: &[
+            (Field::Displacement, Kinematic),
+            (Field::Velocity, Momentum),
+            (Field::Pressure, ConstraintRate),
+        ],
+        index: &[[[0, 0]; 2], [[0, 1]; 2], [[0, 2]; 2]],
+        algebraic: |case| if case.incompressible { &[Field::Pressure] } else { &[] },
+        objection: undamped,
+    }
+    /// (33), Gear–Gupta–Leimkuhler: β = 0, κ = inf.
+    Stabilized {
+        name: "stabilized",
+        equation: "33",
+        rows: &[
+            (Field::Displacement, StabilizedKinematic),
+            (Field::Velocity, Momentum),
+            (Field::Pressure, ConstraintRate),
+            (Field::GglMultiplier, Constraint),
+        ],
+        index: &[[[1, 1]; 2], [[1, 1]; 2], [[2, 2]; 2], [[2, 2]; 2]],
+        algebraic: |_| &[Field::Pressure, Field::GglMultiplier],
+        objection: |case| (case.damped || !case.incompressible).then_some(
+            "it needs beta = 0 and kappa = inf; else take `position` or `implicit-rate`"
+        ),
+    }
+    /// (26): β > 0; the pressure's rate is taken from the integrator.
+    ImplicitRate {
+        name: "implicit-rate",
+        equation: "26", // for the linear law; ours for the nonlinear
+        rows: &[
+            (Field::Displacement, Kinematic),
+            (Field::Velocity, Momentum),
+            (Field::Pressure, Constraint),
+        ],
+        index: &[[[0, 1]; 2], [[0, 2], [1, 2]], [[1, 3], [1, 2]]],
+        algebraic: |case| if case.damped { &[] } else { &[Field::Pressure] },
+        objection: damped,
+    }
+}
+
+fn undamped(case: Case) -> Option<&'static str> {
+    let allowed = "it needs beta = 0; for beta > 0 take `rate` or `implicit-rate`";
+    case.damped.then_some(allowed)
+}
+
+fn damped(case: Case) -> Option<&'static str> {
+    let allowed = "it needs beta > 0; for beta = 0 take `position`";
+    (!case.damped).then_some(allowed)
+}
+
+impl Case {
+    fn of(parameters: &Parameters) -> Self {
+        Self {
+            damped: parameters.is_damped(),
+            incompressible: parameters.is_incompressible(),
+        }
+    }
+}
 
 impl Formulation {
-    /// All formulations.
-    pub const ALL: [Self; 6] = [
-        Displacement,
-        Position,
-        Rate,
-        Velocity,
-        Stabilized,
-        ImplicitRate,
-    ];
-
     /// The name used in options, scenes and output.
     pub fn name(self) -> &'static str {
-        match self {
-            Displacement => "displacement",
-            Position => "position",
-            Rate => "rate",
-            Velocity => "velocity",
-            Stabilized => "stabilized",
-            ImplicitRate => "implicit-rate",
-        }
+        self.description().name
     }
 
     /// The number of the paper's equation.
     pub fn equation(self) -> &'static str {
-        match self {
-            Displacement => "18",
-            Position => "28",
-            Rate => "29",
-            Velocity => "31",
-            Stabilized => "33",
-            ImplicitRate => "26",
-        }
+        self.description().equation
     }
 
     /// Each block of unknowns with the equation in its rows, in the order of the vector.
     pub fn rows(self) -> &'static [(Field, Equation)] {
-        use Equation::*;
-        use Field as U;
-        match self {
-            Displacement => &[(U::Displacement, Kinematic), (U::Velocity, Momentum)],
-            Position | ImplicitRate => &[
-                (U::Displacement, Kinematic),
-                (U::Velocity, Momentum),
-                (U::Pressure, Constraint),
-            ],
-            Rate => &[
-                (U::Displacement, Kinematic),
-                (U::Pressure, Constraint),
-                (U::Velocity, Momentum),
-                (U::PressureRate, PressureKinematic),
-            ],
-            Velocity => &[
-                (U::Displacement, Kinematic),
-                (U::Velocity, Momentum),
-                (U::Pressure, ConstraintRate),
-            ],
-            Stabilized => &[
-                (U::Displacement, StabilizedKinematic),
-                (U::Velocity, Momentum),
-                (U::Pressure, ConstraintRate),
-                (U::GglMultiplier, Constraint),
-            ],
-        }
+        self.description().rows
     }
 
     /// Whether `field` is among the unknowns.
@@ -117,62 +199,36 @@ impl Formulation {
     /// As the matrices have it (note 0002). With β > 0 and κ < ∞, for instance, the force
     /// β Bᵀλ̇ hands the perturbation of the constraint on to the velocity, which has index 1.
     pub fn variable_index(self, field: Field, parameters: &Parameters) -> u8 {
-        self.index_of(
-            field,
-            parameters.is_damped(),
-            parameters.is_incompressible(),
-        )
+        self.index_of(field, Case::of(parameters))
     }
 
     /// Perturbation index of one block of unknowns in the limit κ → ∞.
     pub fn limit_index(self, field: Field, damped: bool) -> u8 {
-        self.index_of(field, damped, true)
+        let incompressible = true;
+        self.index_of(
+            field,
+            Case {
+                damped,
+                incompressible,
+            },
+        )
     }
 
-    fn index_of(self, field: Field, damped: bool, incompressible: bool) -> u8 {
-        use Field as U;
-        let damped = u8::from(damped);
-        if incompressible {
-            match (self, field) {
-                (Position | ImplicitRate | Rate, U::Displacement) => 1,
-                (Position | ImplicitRate | Rate, U::Velocity) => 2,
-                (Position, U::Pressure) => 3,
-                (ImplicitRate | Rate, U::Pressure) => 3 - damped,
-                (Rate, U::PressureRate) => 4 - damped,
-                (Velocity, U::Velocity) => 1,
-                (Velocity, U::Pressure) => 2,
-                (Stabilized, U::Displacement | U::Velocity) => 1,
-                (Stabilized, U::Pressure | U::GglMultiplier) => 2,
-                _ => 0,
-            }
-        } else {
-            match (self, field) {
-                (ImplicitRate | Rate, U::Velocity) => damped,
-                (Position | ImplicitRate | Rate, U::Pressure) => 1,
-                (Rate, U::PressureRate) => 2,
-                (Stabilized, U::Displacement | U::Velocity) => 1,
-                (Stabilized, U::Pressure | U::GglMultiplier) => 2,
-                _ => 0,
-            }
-        }
+    fn index_of(self, field: Field, case: Case) -> u8 {
+        let mut blocks = self.rows().iter().zip(self.description().index);
+        blocks
+            .find(|((f, _), _)| *f == field)
+            .map_or(0, |(_, index)| {
+                index[usize::from(case.damped)][usize::from(case.incompressible)]
+            })
     }
 
     /// Whether the derivative of `field` occurs in the equations (IDAS' `id`).
     pub fn kind(self, field: Field, parameters: &Parameters) -> VariableKind {
-        let algebraic = match (self, field) {
-            (_, Field::Displacement | Field::Velocity) => false,
-            (_, Field::Tension | Field::InternalStress) => false,
-            (Position, Field::Pressure) => true,
-            (Rate, Field::PressureRate) => true,
-            (Velocity, Field::Pressure) => parameters.is_incompressible(),
-            (Stabilized, _) => true,
-            (ImplicitRate, _) => !parameters.is_damped(),
-            _ => false,
-        };
-        if algebraic {
-            VariableKind::Algebraic
-        } else {
-            VariableKind::Differential
+        let algebraic = (self.description().algebraic)(Case::of(parameters));
+        match algebraic.contains(&field) {
+            true => VariableKind::Algebraic,
+            false => VariableKind::Differential,
         }
     }
 
@@ -181,20 +237,7 @@ impl Formulation {
     /// # Errors
     /// [`ModelError::NotAllowed`], saying what is.
     pub fn check(self, parameters: &Parameters) -> Result<(), ModelError> {
-        let incompressible = parameters.is_incompressible();
-        let damped = parameters.is_damped();
-        let objection = match self {
-            Displacement if incompressible => Some("it needs a finite kappa"),
-            Position | Velocity if damped => {
-                Some("it needs beta = 0; for beta > 0 take `rate` or `implicit-rate`")
-            }
-            Rate if !damped => Some("it needs beta > 0; for beta = 0 take `position`"),
-            Stabilized if damped || !incompressible => {
-                Some("it needs beta = 0 and kappa = inf; else take `position` or `implicit-rate`")
-            }
-            ImplicitRate if !damped => Some("it needs beta > 0; for beta = 0 take `position`"),
-            _ => None,
-        };
+        let objection = (self.description().objection)(Case::of(parameters));
         objection.map_or(Ok(()), |allowed| {
             Err(ModelError::NotAllowed {
                 formulation: self.name(),

@@ -12,6 +12,7 @@ use crate::muscle::load::Load;
 use crate::muscle::parameters::Parameters;
 use crate::rod_dae::RodDae;
 use crate::signal::Signal;
+use crate::signal::formula::RampedSine;
 
 /// Mass density ρ, kg/m³.
 pub const DENSITY: f64 = 1.1e3;
@@ -33,6 +34,10 @@ pub const BETA: f64 = 1e-4;
 pub const LOAD_AMPLITUDE: f64 = 100.0;
 /// Frequency of the load, of the muscle as of the rod, Hz.
 pub const LOAD_FREQUENCY: f64 = 8.0;
+/// Steepness of the sigmoid that introduces it, 1/s.
+pub const LOAD_STEEPNESS: f64 = 10.0;
+/// Shift of that sigmoid.
+pub const LOAD_SHIFT: f64 = 8.0;
 /// Physical group of the nodes that are kept fixed.
 pub const FIXED_GROUP: &str = "fixed";
 /// Physical group of the edges that carry the surface load.
@@ -47,12 +52,13 @@ impl Signal {
 
     /// The same with another frequency, Hz.
     pub fn paper_at(amplitude: f64, frequency: f64) -> Self {
-        Self::RampedSine {
+        RampedSine {
             amplitude,
             frequency,
-            steepness: 10.0,
-            shift: 8.0,
+            steepness: LOAD_STEEPNESS,
+            shift: LOAD_SHIFT,
         }
+        .into()
     }
 }
 

@@ -7,16 +7,16 @@ use myovib_model::coupling::{
     CoupledDae, CoupledOptions, ErrorTest, StateTolerances, start_coupled,
 };
 use myovib_model::start::Consistent;
-use myovib_model::{IntegratorKind, Outcome, RodDae, Signal, run};
+use myovib_model::{IntegratorKind, Outcome, RodDae, Signal, formula, run};
 
 const T_END: f64 = 0.3;
 
 fn rod(load: EndLoad, phase: f64) -> CoupledDae<RodDae> {
-    let signal = Signal::Sine {
+    let signal = Signal::from(formula::Sine {
         amplitude: 1.0,
         frequency: 8.0,
         phase,
-    };
+    });
     let rod = Rod::new(RodData::default()).unwrap();
     CoupledDae::new(RodDae::new(rod, load, signal).unwrap(), Vec::new())
 }

@@ -119,7 +119,7 @@ fn land(cells: [usize; 3]) -> f64 {
         b_fs: 4.0,
     };
     let solid = held(&mesh, "left", law);
-    let pressure = PressureLoad::new(&solid, "bottom", Signal::Constant(4.0)).unwrap();
+    let pressure = PressureLoad::new(&solid, "bottom", Signal::constant(4.0)).unwrap();
     let mut muscle = Muscle::unloaded(solid, Parameters::new(0.0, 0.0, INF).unwrap());
     muscle.pressures.push(pressure);
     let state = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();

@@ -12,7 +12,7 @@ fn cantilever(slenderness: f64, cells: [usize; 2], kappa: f64) -> Muscle {
     let law = Law::SmallStrain {
         shear_modulus: SHEAR,
     };
-    paper::muscle_with_load(&mesh, law, kappa, 0.0, Signal::Constant(0.0)).unwrap()
+    paper::muscle_with_load(&mesh, law, kappa, 0.0, Signal::constant(0.0)).unwrap()
 }
 
 fn modes(muscle: &Muscle, count: usize) -> Vec<Mode> {
@@ -150,11 +150,11 @@ fn a_stretched_beam_is_stiffer() {
     let mesh = generate::beam(1.0, 0.1, [10, 1]).unwrap();
     let pulled = |size: f64| {
         let mut muscle =
-            paper::muscle_with_load(&mesh, paper::LAW, f64::INFINITY, 0.0, Signal::Constant(0.0))
+            paper::muscle_with_load(&mesh, paper::LAW, f64::INFINITY, 0.0, Signal::constant(0.0))
                 .unwrap();
         let traction =
             myovib_fem::load::traction(muscle.solid.space(), "load", [size, 0.0]).unwrap();
-        muscle.loads = vec![myovib_model::Load::new(&traction, Signal::Constant(1.0))];
+        muscle.loads = vec![myovib_model::Load::new(&traction, Signal::constant(1.0))];
         let at = statics::equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
         let found = spectrum::lowest(&muscle, &at.displacement, &at.pressure, 1).unwrap();
         found[0].frequency().unwrap()

@@ -6,7 +6,7 @@ use myovib_fem::generate;
 use myovib_model::start::residuals;
 use myovib_model::{
     Advance, Field, Formulation, IdaIntegrator, Integrator, MuscleDae, Settings, Signal, Start,
-    ida, paper,
+    formula, ida, paper,
 };
 
 /// A cantilever bent by a fifth of its length and moving, as free components.
@@ -31,11 +31,11 @@ const INFINITE: f64 = f64::INFINITY;
 
 fn dae(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
     let mesh = generate::beam(LENGTH, 0.02, [8, 2]).unwrap();
-    let load = Signal::Sine {
+    let load = Signal::from(formula::Sine {
         amplitude: 200.0,
         frequency: 8.0,
         phase: 0.5,
-    };
+    });
     let muscle = paper::muscle_with_load(&mesh, paper::LAW, kappa, beta, load).unwrap();
     MuscleDae::new(muscle, formulation).unwrap()
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use myovib_fem::Space;
 use myovib_fem::space::Degree;
-use myovib_model::{Quantity, Snapshot};
+use myovib_model::{Components, Quantity, Snapshot};
 
 use crate::atomic_file;
 use data::{floats, integers};
@@ -138,7 +138,7 @@ pub fn last_displacement(folder: &Path, grid: &Grid) -> io::Result<Option<(f64, 
         return Ok(None);
     };
     let text = std::fs::read_to_string(folder.join(file))?;
-    let Some(values) = data::read_floats(&text, label(Quantity::Displacement)) else {
+    let Some(values) = data::read_floats(&text, Quantity::Displacement.label()) else {
         return Ok(None);
     };
     let vectors = values.as_chunks::<3>().0;
@@ -194,12 +194,12 @@ fn vtu(
     text += "</Cells>\n<PointData>\n";
     for &quantity in quantities {
         let values = grid.values(snapshot, quantity);
-        let picked = order(quantity, dimension);
-        let names = component_names(quantity);
+        let picked = order(quantity.components(), dimension);
+        let names = component_names(quantity.components());
         let rows = values.iter();
         let values =
             rows.flat_map(|row| picked.iter().map(|&i| row.get(i).copied().unwrap_or(0.0)));
-        text += &floats(label(quantity), names, picked.len(), values);
+        text += &floats(quantity.label(), names, picked.len(), values);
     }
     text += "</PointData>\n<CellData>\n";
     text += &integers("region", grid.regions.iter().copied());
@@ -217,41 +217,22 @@ fn vtu(
     text + "</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n"
 }
 
-fn label(quantity: Quantity) -> &'static str {
-    match quantity {
-        Quantity::Displacement => "displacement",
-        Quantity::Velocity => "velocity",
-        Quantity::Pressure => "pressure",
-        Quantity::VolumeRatio => "J",
-        Quantity::Strain => "strain",
-        Quantity::PrincipalStrain => "principal_strain",
-        Quantity::Stress => "stress",
-        Quantity::Principal => "principal_stress",
-        Quantity::VonMises => "von_mises",
-        Quantity::Tension => "tension",
-    }
-}
-
 /// The places of the file's components among the quantity's; a place beyond them is zero.
 /// Symmetric tensors have six components in the order that ParaView expects, in the plane too.
-fn order(quantity: Quantity, dimension: usize) -> &'static [usize] {
-    match (quantity, dimension) {
-        (
-            Quantity::Pressure | Quantity::VolumeRatio | Quantity::VonMises | Quantity::Tension,
-            _,
-        ) => &[0],
-        (Quantity::Displacement | Quantity::Velocity, _) => &[0, 1, 2],
-        (Quantity::Principal | Quantity::PrincipalStrain, _) => &[0, 1, 2],
-        (Quantity::Stress | Quantity::Strain, 2) => &[0, 1, 3, 2, 4, 5],
-        (Quantity::Stress | Quantity::Strain, _) => &[0, 1, 2, 3, 4, 5],
+fn order(components: Components, dimension: usize) -> &'static [usize] {
+    match (components, dimension) {
+        (Components::Scalar, _) => &[0],
+        (Components::Vector | Components::Principal, _) => &[0, 1, 2],
+        (Components::Symmetric, 2) => &[0, 1, 3, 2, 4, 5],
+        (Components::Symmetric, _) => &[0, 1, 2, 3, 4, 5],
     }
 }
 
-fn component_names(quantity: Quantity) -> &'static [&'static str] {
-    match quantity {
-        Quantity::Pressure | Quantity::VolumeRatio | Quantity::VonMises | Quantity::Tension => &[],
-        Quantity::Displacement | Quantity::Velocity => &["x", "y", "z"],
-        Quantity::Principal | Quantity::PrincipalStrain => &["1", "2", "3"],
-        Quantity::Stress | Quantity::Strain => &["xx", "yy", "zz", "xy", "yz", "xz"],
+fn component_names(components: Components) -> &'static [&'static str] {
+    match components {
+        Components::Scalar => &[],
+        Components::Vector => &["x", "y", "z"],
+        Components::Principal => &["1", "2", "3"],
+        Components::Symmetric => &["xx", "yy", "zz", "xy", "yz", "xz"],
     }
 }

@@ -10,7 +10,7 @@ use myovib_fem::material::{ActiveStress, Bestel, ForceLength, ForceVelocity, Ten
 use myovib_fem::{
     AddedStress, Along, DofMap, Fibres, Group, Law, Mesh, Solid, Space, generate, load,
 };
-use myovib_model::{Activation, Bed, Load, Muscle, MuscleDae, Parameters, Signal};
+use myovib_model::{Activation, Bed, Load, Muscle, MuscleDae, Parameters, Signal, formula};
 use myovib_scene::Scene;
 use myovib_scene::run::{RunOptions, compute};
 use serde_json::Value;
@@ -128,10 +128,12 @@ fn by_hand() -> Muscle {
     ];
     let own: Vec<Parameters> = region.iter().map(|r| own[*r]).collect();
     let body = Muscle::graded(solid, &own).unwrap();
-    let step = |value, rise| Signal::Step {
-        value,
-        start: 0.0,
-        rise,
+    let step = |value, rise| {
+        Signal::from(formula::Step {
+            value,
+            start: 0.0,
+            rise,
+        })
     };
     let model = Bestel {
         rise: 30.0,

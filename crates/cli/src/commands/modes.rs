@@ -147,7 +147,7 @@ fn of_the_paper(args: &ModesArgs) -> anyhow::Result<Findings> {
 }
 
 fn find(mesh: &Mesh, kappa: f64, args: &ModesArgs) -> anyhow::Result<(Muscle, BodyModes)> {
-    let load = Signal::Constant(args.load);
+    let load = Signal::constant(args.load);
     let muscle = paper::muscle_with_load(mesh, paper::LAW, kappa, args.beta, load)?;
     let at = statics::equilibrium(&muscle, Formulation::Position, 0.0)?;
     let count = args.count.map_or(DEFAULT_COUNT, usize::from);

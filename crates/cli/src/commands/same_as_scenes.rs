@@ -6,7 +6,9 @@
 use clap::Parser;
 use myovib_fem::Mesh;
 use myovib_model::coupling::StateTolerances;
-use myovib_model::{Formulation, IntegratorKind, Muscle, Settings, Signal, paper, table1};
+use myovib_model::{
+    Formulation, IntegratorKind, Muscle, Quantity, Settings, Signal, paper, table1,
+};
 
 use super::figure::muscle_run::PERIOD;
 use super::figure::{MUSCLE_END, MuscleRun, PER_PERIOD, ROD_END};
@@ -14,7 +16,7 @@ use crate::experiments::{ChainArgs, EVERY, muscle_chain_settings};
 use myovib_scene::mesh_file;
 use myovib_scene::scene_file::chain::Place;
 use myovib_scene::scene_file::integrator::Method;
-use myovib_scene::scene_file::output::{ProbeKind, Quantity};
+use myovib_scene::scene_file::output::ProbeKind;
 use myovib_scene::{Body, Scene};
 
 /// The commands' options when none is given.
@@ -77,7 +79,7 @@ fn assert_same(
 /// The interval of the probe that looks at the origin's displacement and pressure.
 fn origin_interval(scene: &Scene) -> f64 {
     let probe = &scene.file.probe[0];
-    let quantities = vec![Quantity::U, Quantity::P];
+    let quantities = vec![Quantity::Displacement, Quantity::Pressure];
     let at = vec![0.0, 0.0];
     assert_eq!(probe.kind, ProbeKind::Point { at, quantities });
     probe.every

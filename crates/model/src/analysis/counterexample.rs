@@ -25,7 +25,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::error::ModelError;
 use crate::operators;
 use crate::paper;
-use crate::signal::Signal;
+use crate::signal::{Signal, formula};
 
 /// Time over which the solutions are compared, s: four periods of the load.
 const T_END: f64 = 0.5;
@@ -74,7 +74,7 @@ impl Solution {
 /// # Errors
 /// [`ModelError::Fem`] for a mesh without the groups.
 pub fn solve(mesh: &Mesh, space: MultiplierSpace) -> Result<Solution, ModelError> {
-    let amplitude = Signal::Constant(paper::LOAD_AMPLITUDE);
+    let amplitude = Signal::constant(paper::LOAD_AMPLITUDE);
     let muscle = paper::muscle_with_load(mesh, paper::SMALL_STRAIN, f64::INFINITY, 0.0, amplitude)?;
     let solid = &muscle.solid;
     let mut load = vec![0.0; solid.dofs().n_full()];
@@ -144,11 +144,11 @@ fn integrate(
     rate.view_mut((n, n), (n, n))
         .copy_from(&(keeps_pressure * -paper::ALPHA));
     let push = keeps_pressure * force;
-    let load = Signal::Sine {
+    let load = Signal::from(formula::Sine {
         amplitude: 1.0,
         frequency: paper::LOAD_FREQUENCY,
         phase: 0.0,
-    };
+    });
 
     let step = T_END / STEPS as f64;
     let half = &rate * (0.5 * step);

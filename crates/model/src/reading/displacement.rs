@@ -3,7 +3,7 @@
 use crate::signal::Signal;
 
 /// `u(ξ, t) = Σ w_i y_i + Σ w_k s_k(t)`: a few unknowns, and what is prescribed at the point.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
 pub struct Displacement {
     /// Unknowns (index in y) with their weights.
     pub unknowns: Vec<(usize, f64)>,

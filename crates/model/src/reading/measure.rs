@@ -2,83 +2,12 @@
 //!
 //! Everything here is computed only when asked for.
 
-use myovib_fem::material::three::Tensor3;
+use myovib_fem::output::PointState;
 use myovib_fem::{AddedMotion, Fields, Located, Pressure, Solid, Space};
-use nalgebra::Matrix3;
 
 use super::locate;
+use super::quantity::Quantity;
 use crate::error::ModelError;
-
-/// A quantity of the deformed body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Quantity {
-    /// u, m.
-    Displacement,
-    /// v, m/s.
-    Velocity,
-    /// p, Pa; −κ (J − 1) for the formulation without pressure.
-    Pressure,
-    /// J = det F.
-    VolumeRatio,
-    /// Green's strain (F^T F - I)/2.
-    Strain,
-    /// Principal values of Green's strain, the largest first.
-    PrincipalStrain,
-    /// Cauchy stress, Pa.
-    Stress,
-    /// Principal values of the Cauchy stress, Pa, the largest first.
-    Principal,
-    /// Von Mises' equivalent of the Cauchy stress, Pa.
-    VonMises,
-    /// Tension of the active stress, Pa; 0 where there is none.
-    Tension,
-}
-
-impl Quantity {
-    /// The names of its components in a body of so many dimensions.
-    pub fn components(self, dimension: usize) -> &'static [&'static str] {
-        match (self, dimension) {
-            (Self::Displacement, _) => &["u_x", "u_y", "u_z"][..dimension],
-            (Self::Velocity, _) => &["v_x", "v_y", "v_z"][..dimension],
-            (Self::Pressure, _) => &["p"],
-            (Self::VolumeRatio, _) => &["J"],
-            (Self::Strain, 2) => &["strain_xx", "strain_yy", "strain_xy", "strain_zz"],
-            (Self::Strain, _) => &[
-                "strain_xx",
-                "strain_yy",
-                "strain_zz",
-                "strain_xy",
-                "strain_yz",
-                "strain_xz",
-            ],
-            (Self::Stress, 2) => &["stress_xx", "stress_yy", "stress_xy", "stress_zz"],
-            (Self::Stress, _) => &[
-                "stress_xx",
-                "stress_yy",
-                "stress_zz",
-                "stress_xy",
-                "stress_yz",
-                "stress_xz",
-            ],
-            (Self::PrincipalStrain, _) => &[
-                "principal_strain_1",
-                "principal_strain_2",
-                "principal_strain_3",
-            ],
-            (Self::Principal, _) => &["principal_1", "principal_2", "principal_3"],
-            (Self::VonMises, _) => &["von_mises"],
-            (Self::Tension, _) => &["tension"],
-        }
-    }
-
-    /// Whether det F, a strain or a stress must be computed for it.
-    pub fn needs_state(self) -> bool {
-        !matches!(
-            self,
-            Self::Displacement | Self::Velocity | Self::Pressure | Self::Tension
-        )
-    }
-}
 
 /// A body at one time.
 ///
@@ -119,59 +48,28 @@ impl<'a> Snapshot<'a> {
 
     /// The components of a quantity at a place.
     pub fn at(&self, place: &Located, quantity: Quantity) -> Vec<f64> {
+        quantity.at(self, place)
+    }
+
+    /// A nodal field at a place.
+    pub(super) fn vector_at(&self, field: &[f64], place: &Located) -> Vec<f64> {
         let space = self.solid.space();
-        let vector = |field| match space.dimension() {
+        match space.dimension() {
             2 => space.displacement_at::<2>(field, place).to_vec(),
             _ => space.displacement_at::<3>(field, place).to_vec(),
-        };
+        }
+    }
+
+    /// Strain and stress at a place.
+    pub(super) fn state_at(&self, place: &Located) -> PointState {
         let motion = AddedMotion {
             u: self.displacement,
             v: self.velocity,
             tensions: self.tensions,
         };
-        let state = || {
-            let fields = self.fields();
-            self.solid.state_in_motion_at(&fields, &motion, place)
-        };
-        match (quantity, self.pressure) {
-            (Quantity::Displacement, _) => vector(self.displacement),
-            (Quantity::Velocity, _) => vector(self.velocity),
-            (Quantity::Pressure, Pressure::Nodal(p)) => vec![space.pressure_at(p, place)],
-            (Quantity::Pressure, Pressure::Penalty { .. }) => vec![state().pressure],
-            (Quantity::VolumeRatio, _) => vec![state().jacobian],
-            (Quantity::Strain, _) => symmetric(green(state().gradient), space.dimension()),
-            (Quantity::PrincipalStrain, _) => principal(green(state().gradient)),
-            (Quantity::Stress, _) => symmetric(state().cauchy, space.dimension()),
-            (Quantity::Principal, _) => principal(state().cauchy),
-            (Quantity::VonMises, _) => vec![state().von_mises()],
-            (Quantity::Tension, _) => {
-                let own = self.tensions.get(place.element);
-                vec![own.copied().unwrap_or(0.0)]
-            }
-        }
+        self.solid
+            .state_in_motion_at(&self.fields(), &motion, place)
     }
-}
-
-/// The components of a symmetric tensor: those in the plane first, for a plane body.
-fn symmetric([[xx, xy, xz], [_, yy, yz], [_, _, zz]]: Tensor3, dimension: usize) -> Vec<f64> {
-    match dimension {
-        2 => vec![xx, yy, xy, zz],
-        _ => vec![xx, yy, zz, xy, yz, xz],
-    }
-}
-
-/// (H + Hᵀ + Hᵀ H)/2 of H = ∇u.
-fn green(h: Tensor3) -> Tensor3 {
-    let product = |i: usize, j: usize| (0..3).map(|k| h[k][i] * h[k][j]).sum::<f64>();
-    [0, 1, 2].map(|i| [0, 1, 2].map(|j| 0.5 * (h[i][j] + h[j][i] + product(i, j))))
-}
-
-/// The eigenvalues of a symmetric tensor, the largest first.
-fn principal(tensor: Tensor3) -> Vec<f64> {
-    let matrix = Matrix3::from_fn(|i, j| 0.5 * (tensor[i][j] + tensor[j][i]));
-    let mut values: Vec<f64> = matrix.symmetric_eigenvalues().iter().copied().collect();
-    values.sort_by(|a, b| b.total_cmp(a));
-    values
 }
 
 /// Quantities at a place, or averaged over several.
@@ -227,7 +125,7 @@ impl Measurement {
         let components = self
             .quantities
             .iter()
-            .map(|quantity| quantity.components(self.dimension));
+            .map(|quantity| quantity.columns(self.dimension));
         components.flatten().copied().collect()
     }
 
@@ -243,7 +141,7 @@ impl Measurement {
     /// Appends the values to `out`.
     pub fn read(&self, snapshot: &Snapshot<'_>, out: &mut Vec<f64>) {
         for quantity in &self.quantities {
-            let mut mean = vec![0.0; quantity.components(self.dimension).len()];
+            let mut mean = vec![0.0; quantity.columns(self.dimension).len()];
             for (place, weight) in &self.places {
                 for (mean, value) in mean.iter_mut().zip(snapshot.at(place, *quantity)) {
                     *mean += weight * value;

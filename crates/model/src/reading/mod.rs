@@ -4,6 +4,7 @@ pub(crate) mod displacement;
 pub(crate) mod energy;
 pub(crate) mod measure;
 pub(crate) mod probe;
+pub(crate) mod quantity;
 
 use myovib_fem::{Located, Space};
 

@@ -2,142 +2,144 @@
 //!
 //! Loads need the value, the rod's Rayleigh load its first derivative, prescribed
 //! displacements both: their rates enter the differentiated constraints.
+//!
+//! A function is a [`TimeFunction`], also one written elsewhere. Those that a scene knows by a name
+//! are in the list of [`formula`], a file each.
 
+mod composed;
+pub mod formula;
 pub(crate) mod jet;
 pub(crate) mod schedule;
 pub(crate) mod spline;
 pub(crate) mod timing;
 
-use std::f64::consts::TAU;
+use std::fmt::Debug;
 use std::sync::Arc;
 
+use composed::{Composed, Operation};
 use jet::Jet;
-use spline::Spline;
-use timing::just_after;
+use timing::{Break, FRACTION, Timed};
+
+/// What an integration has to know of a function of time; times in s.
+///
+/// # Examples
+/// ```
+/// use myovib_model::{Jet, Signal, TimeFunction};
+///
+/// #[derive(Debug)]
+/// struct Decay(f64);
+///
+/// impl TimeFunction for Decay {
+///     fn at(&self, t: f64) -> Jet {
+///         let value = (-self.0 * t).exp();
+///         Jet { value, d1: -self.0 * value, d2: self.0 * self.0 * value }
+///     }
+///     fn time_scale(&self, _: f64, _: f64) -> Option<f64> {
+///         Some(1.0 / self.0)
+///     }
+/// }
+/// let load = Signal::product(vec![Signal::constant(3.0), Decay(2.0).into()]);
+/// assert_eq!(load.at(0.0).d1, -6.0);
+/// ```
+pub trait TimeFunction: Debug + Send + Sync {
+    /// Value, first and second derivative at time `t`.
+    fn at(&self, t: f64) -> Jet;
+
+    /// The shortest time in which it changes by what it changes between two times, where it does.
+    fn time_scale(&self, from: f64, to: f64) -> Option<f64>;
+
+    /// The longest step that cannot pass over a change between two times, where there is one.
+    fn longest_step(&self, from: f64, to: f64) -> Option<f64> {
+        Some(FRACTION * self.time_scale(from, to)?)
+    }
+
+    /// The value, if it is the same at all times between two.
+    fn constant_over(&self, _from: f64, _to: f64) -> Option<f64> {
+        None
+    }
+
+    /// The first break later than `after`.
+    fn next_break(&self, _after: f64) -> Option<Break> {
+        None
+    }
+
+    /// The lowest derivative that jumps, 0 being the value itself; 3 stands for no lower one.
+    fn lowest_jump(&self) -> u8 {
+        3
+    }
+
+    /// The highest frequency of its sines, Hz, if it has any.
+    fn frequency(&self) -> Option<f64> {
+        None
+    }
+
+    /// The first and the last time at which it is known.
+    fn range(&self) -> (f64, f64) {
+        ALWAYS
+    }
+
+    /// What is wrong with its numbers taken together.
+    fn objection(&self) -> Option<Objection> {
+        None
+    }
+}
+
+/// What is wrong with the numbers of a function.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Objection {
+    /// The number's name.
+    pub key: &'static str,
+    /// What is wrong.
+    pub problem: &'static str,
+    /// What was found.
+    pub found: String,
+    /// What is allowed.
+    pub allowed: &'static str,
+    /// What to do.
+    pub next: &'static str,
+}
+
+const ALWAYS: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
 /// A function of time, in the units of what it drives.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Signal {
-    /// The same value at all times.
-    Constant(f64),
-    /// `amplitude · sin(2π frequency t + phase)`.
-    Sine {
-        /// Amplitude.
-        amplitude: f64,
-        /// Frequency, Hz.
-        frequency: f64,
-        /// Phase, rad.
-        phase: f64,
-    },
-    /// The paper's load of section 3.2, a sine introduced by a shifted sigmoid that is 0 at t = 0:
-    /// `amplitude · (1/(1+exp(-steepness t + shift)) - 1/(1+exp(shift))) · sin(2π frequency t)`.
-    RampedSine {
-        /// Amplitude once the ramp is over.
-        amplitude: f64,
-        /// Frequency, Hz.
-        frequency: f64,
-        /// Steepness of the sigmoid, 1/s.
-        steepness: f64,
-        /// Shift of the sigmoid; its middle lies at `shift / steepness`.
-        shift: f64,
-    },
-    /// 0 before `start`, `value` after `start + rise`, between them `value · s³ (6 s² - 15 s + 10)`
-    /// with `s = (t - start)/rise`: two continuous derivatives. Without a rise it jumps: it is still
-    /// 0 at `start`, and `value` right after.
-    Step {
-        /// Value after the step.
-        value: f64,
-        /// When it begins, s.
-        start: f64,
-        /// How long it takes, s; 0 for a jump.
-        rise: f64,
-    },
-    /// 0 before `start`, `value` after `end`, linear between them.
-    Ramp {
-        /// Value at the end.
-        value: f64,
-        /// When it begins, s.
-        start: f64,
-        /// When it ends, s; after `start`.
-        end: f64,
-    },
-    /// Values at given times.
-    Table(Arc<Spline>),
-    /// The sum of its terms.
-    Sum(Vec<Signal>),
-    /// The product of its factors.
-    Product(Vec<Signal>),
+#[derive(Debug, Clone)]
+pub struct Signal(Arc<dyn TimeFunction>);
+
+impl<F: TimeFunction + 'static> From<F> for Signal {
+    fn from(function: F) -> Self {
+        Self(Arc::new(function))
+    }
 }
 
 impl Signal {
+    /// The same value at all times.
+    pub fn constant(value: f64) -> Self {
+        value.into()
+    }
+
+    /// The sum of its terms.
+    pub fn sum(terms: Vec<Self>) -> Self {
+        Composed(Operation::Sum, terms).into()
+    }
+
+    /// The product of its factors.
+    pub fn product(factors: Vec<Self>) -> Self {
+        Composed(Operation::Product, factors).into()
+    }
+
     /// The highest frequency of its sines, Hz, if it has any.
     pub fn frequency(&self) -> Option<f64> {
-        match self {
-            Self::Sine { frequency, .. } | Self::RampedSine { frequency, .. } => {
-                (*frequency != 0.0).then_some(frequency.abs())
-            }
-            Self::Sum(parts) | Self::Product(parts) => {
-                parts.iter().filter_map(Self::frequency).reduce(f64::max)
-            }
-            _ => None,
-        }
+        self.0.frequency()
     }
 
     /// Value, first and second derivative at time `t` (s).
     pub fn at(&self, t: f64) -> Jet {
-        let time = Jet::variable(t);
-        match self {
-            Self::Constant(value) => Jet::constant(*value),
-            Self::Sine {
-                amplitude,
-                frequency,
-                phase,
-            } => (time * (TAU * frequency) + *phase).sin() * *amplitude,
-            Self::RampedSine {
-                amplitude,
-                frequency,
-                steepness,
-                shift,
-            } => {
-                let at_rest = 1.0 / (1.0 + shift.exp());
-                let ramp = (time * *steepness + (-shift)).sigmoid() + (-at_rest);
-                ramp * (time * (TAU * frequency)).sin() * *amplitude
-            }
-            Self::Step { value, start, rise } if *rise == 0.0 => {
-                Jet::constant(if t < just_after(*start) { 0.0 } else { *value })
-            }
-            Self::Step { value, start, rise } => {
-                let s = (time + (-start)) * (1.0 / rise);
-                smooth_step(s) * *value
-            }
-            Self::Ramp { value, start, end } => {
-                let s = (time + (-start)) * (1.0 / (end - start));
-                clamp(s) * *value
-            }
-            Self::Table(spline) => spline.at(t),
-            Self::Sum(terms) => {
-                let zero = Jet::constant(0.0);
-                terms.iter().fold(zero, |sum, term| sum + term.at(t))
-            }
-            Self::Product(factors) => {
-                let one = Jet::constant(1.0);
-                factors
-                    .iter()
-                    .fold(one, |product, factor| product * factor.at(t))
-            }
-        }
+        self.0.at(t)
     }
 
     /// The lowest derivative that jumps, 0 being the value itself; 3 stands for no lower one.
     pub fn lowest_jump(&self) -> u8 {
-        match self {
-            Self::Step { rise, .. } if *rise == 0.0 => 0,
-            Self::Ramp { .. } => 1,
-            Self::Sum(parts) | Self::Product(parts) => {
-                parts.iter().map(Self::lowest_jump).min().unwrap_or(3)
-            }
-            _ => 3,
-        }
+        self.0.lowest_jump()
     }
 
     /// Why nothing can move as it says, and what to do; none if its value and slope are continuous.
@@ -151,69 +153,78 @@ impl Signal {
 
     /// The latest start and the earliest end of the tables it is made of, s.
     pub fn range(&self) -> (f64, f64) {
-        match self {
-            Self::Table(spline) => spline.range(),
-            Self::Sum(parts) | Self::Product(parts) => parts
-                .iter()
-                .map(Self::range)
-                .fold(ALWAYS, |(start, end), (s, e)| (start.max(s), end.min(e))),
-            _ => ALWAYS,
-        }
+        self.0.range()
+    }
+
+    /// What is wrong with its numbers taken together.
+    pub fn objection(&self) -> Option<Objection> {
+        self.0.objection()
+    }
+
+    /// The value, if it is the same at all times between two.
+    fn constant_over(&self, from: f64, to: f64) -> Option<f64> {
+        self.0.constant_over(from, to)
+    }
+
+    /// The breaks after the first and up to the second of two times.
+    pub fn breaks(&self, from: f64, to: f64) -> impl Iterator<Item = Break> {
+        std::iter::successors(self.next_break(from), |last| self.next_break(last.t))
+            .take_while(move |next| next.t <= to)
     }
 }
 
-const ALWAYS: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+impl Timed for Signal {
+    fn next_break(&self, after: f64) -> Option<Break> {
+        self.0.next_break(after)
+    }
 
-/// s³ (6 s² - 15 s + 10) between 0 and 1, constant beyond.
-fn smooth_step(s: Jet) -> Jet {
-    let x = s.value.clamp(0.0, 1.0);
-    s.compose(
-        x * x * x * (x * (6.0 * x - 15.0) + 10.0),
-        30.0 * x * x * (x - 1.0) * (x - 1.0),
-        60.0 * x * (x - 1.0) * (2.0 * x - 1.0),
-    )
-}
+    fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
+        let is_constant = self.constant_over(from, to).is_some();
+        (!is_constant).then(|| self.0.time_scale(from, to))?
+    }
 
-/// s between 0 and 1, constant beyond.
-fn clamp(s: Jet) -> Jet {
-    let inside = (0.0..1.0).contains(&s.value);
-    s.compose(s.value.clamp(0.0, 1.0), f64::from(u8::from(inside)), 0.0)
+    fn longest_step(&self, from: f64, to: f64) -> Option<f64> {
+        let is_constant = self.constant_over(from, to).is_some();
+        (!is_constant).then(|| self.0.longest_step(from, to))?
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::spline::Spline;
+    use super::timing::just_after;
     use super::*;
 
     fn signals() -> Vec<Signal> {
         vec![
-            Signal::Constant(3.0),
-            Signal::Sine {
+            Signal::constant(3.0),
+            Signal::from(formula::Sine {
                 amplitude: 2.0,
                 frequency: 0.7,
                 phase: 0.3,
-            },
+            }),
             Signal::paper(100.0),
-            Signal::Step {
+            Signal::from(formula::Step {
                 value: 4.0,
                 start: 0.2,
                 rise: 0.4,
-            },
-            Signal::Ramp {
+            }),
+            Signal::from(formula::Ramp {
                 value: 2.0,
                 start: 0.1,
                 end: 1.3,
-            },
-            Signal::Table(Arc::new(
+            }),
+            Signal::from(
                 Spline::new(vec![-1.0, 0.5, 1.0, 2.0], vec![0.0, 2.0, -1.0, 3.0]).unwrap(),
-            )),
-            Signal::Sum(vec![Signal::Constant(1.0), Signal::paper(2.0)]),
-            Signal::Product(vec![
+            ),
+            Signal::sum(vec![Signal::constant(1.0), Signal::paper(2.0)]),
+            Signal::product(vec![
                 Signal::paper(2.0),
-                Signal::Sine {
+                Signal::from(formula::Sine {
                     amplitude: 3.0,
                     frequency: 1.0,
                     phase: 0.1,
-                },
+                }),
             ]),
         ]
     }
@@ -234,24 +245,26 @@ mod tests {
 
     #[test]
     fn the_frequency_is_that_of_what_oscillates() {
-        let sine = |frequency| Signal::Sine {
-            amplitude: 1.0,
-            frequency,
-            phase: 0.0,
+        let sine = |frequency| {
+            Signal::from(formula::Sine {
+                amplitude: 1.0,
+                frequency,
+                phase: 0.0,
+            })
         };
         assert_eq!(sine(0.0).frequency(), None);
         assert_eq!(sine(-8.0).frequency(), Some(8.0));
-        let sum = Signal::Sum(vec![sine(-8.0), sine(3.0), Signal::Constant(1.0)]);
+        let sum = Signal::sum(vec![sine(-8.0), sine(3.0), Signal::constant(1.0)]);
         assert_eq!(sum.frequency(), Some(8.0));
     }
 
     #[test]
     fn steps_have_the_derivatives_they_claim_at_their_ends() {
-        let step = Signal::Step {
+        let step = Signal::from(formula::Step {
             value: 4.0,
             start: 0.2,
             rise: 0.4,
-        };
+        });
         assert_eq!(step.lowest_jump(), 3);
         for end in [0.2, 0.2 + 0.4] {
             let (before, after) = (step.at(end - 1e-9), step.at(end + 1e-9));
@@ -260,21 +273,21 @@ mod tests {
             assert!(before.d1.abs() < 1e-12 && after.d1.abs() < 1e-12);
         }
         assert_eq!((step.at(0.0).value, step.at(5.0).value), (0.0, 4.0));
-        let kinked = Signal::Sum(vec![
+        let kinked = Signal::sum(vec![
             step,
-            Signal::Ramp {
+            Signal::from(formula::Ramp {
                 value: 1.0,
                 start: 0.0,
                 end: 1.0,
-            },
+            }),
         ]);
         assert_eq!(kinked.lowest_jump(), 1);
-        let sudden = Signal::Step {
+        let sudden = Signal::from(formula::Step {
             value: 1.0,
             start: 0.0,
             rise: 0.0,
-        };
-        let jumps = Signal::Product(vec![kinked, sudden]);
+        });
+        let jumps = Signal::product(vec![kinked, sudden]);
         assert_eq!(jumps.lowest_jump(), 0);
     }
 
@@ -282,11 +295,11 @@ mod tests {
     #[test]
     fn a_step_without_a_rise_has_a_value_on_each_side() {
         for start in [0.0, 0.3, 7.0, -2.0] {
-            let jump = Signal::Step {
+            let jump = Signal::from(formula::Step {
                 value: 4.0,
                 start,
                 rise: 0.0,
-            };
+            });
             let after = just_after(start);
             assert!(after > start);
             for (t, value) in [(start, 0.0), (start.next_up(), 0.0), (after, 4.0)] {

@@ -120,7 +120,7 @@ impl Schedule {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::signal::Signal;
+    use crate::signal::{Signal, formula};
 
     fn schedule(signal: Signal, derivatives: u8) -> Schedule {
         let mut schedule = Schedule::default();
@@ -129,11 +129,11 @@ mod tests {
     }
 
     fn step(start: f64) -> Signal {
-        Signal::Step {
+        Signal::from(formula::Step {
             value: 1.0,
             start,
             rise: 0.02,
-        }
+        })
     }
 
     #[test]
@@ -160,7 +160,7 @@ mod tests {
         let times: Vec<f64> = (0..=2000).map(|i| 1e-3 * f64::from(i)).collect();
         let values = times.iter().map(|t| if *t == 1.5 { 1.0 } else { 0.0 });
         let table = crate::Spline::new(times.clone(), values.collect()).unwrap();
-        let table = schedule(Signal::Table(table.into()), 0);
+        let table = schedule(Signal::from(table), 0);
         let (mut t, mut steps) = (0.0, 0);
         while t < 1.5 {
             t += table.longest_step(t, 1.0);
@@ -178,13 +178,15 @@ mod tests {
 
     #[test]
     fn a_jump_is_passed_once() {
-        let jump = |start| Signal::Step {
-            value: 1.0,
-            start,
-            rise: 0.0,
+        let jump = |start| {
+            Signal::from(formula::Step {
+                value: 1.0,
+                start,
+                rise: 0.0,
+            })
         };
         // 0.1 + 0.2 is no 0.3: both are passed at once.
-        let both = Signal::Sum(vec![jump(0.3), jump(0.1 + 0.2), jump(0.0), step(1.0)]);
+        let both = Signal::sum(vec![jump(0.3), jump(0.1 + 0.2), jump(0.0), step(1.0)]);
         let driven = schedule(both.clone(), 0);
         for start in [0.0, 0.3] {
             let after = driven.after_jump(start).unwrap();

@@ -5,8 +5,6 @@
 //! comes and goes (a rise, the bends of a table) is seen by steps of a fraction of the time it takes.
 //! A sine that goes on is seen by the first step of the run, and error estimates do the rest.
 
-use super::Signal;
-
 /// A time at which a derivative of a function of time jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Break {
@@ -62,156 +60,47 @@ pub(crate) fn shortest(times: impl IntoIterator<Item = f64>) -> Option<f64> {
     times.into_iter().filter(meaningful).reduce(f64::min)
 }
 
-/// A sigmoid is over, to 1e-9 of its height, so many of its units from its middle.
-const SIGMOID_WIDTH: f64 = 20.0;
-
-impl Timed for Signal {
-    fn next_break(&self, after: f64) -> Option<Break> {
-        let first = |times: [f64; 2], order| {
-            let later = times.into_iter().find(|t| *t > after)?;
-            Some(Break { t: later, order })
-        };
-        match self {
-            Self::Step { start, rise, .. } => {
-                first([*start, start + rise], if *rise == 0.0 { 0 } else { 3 })
-            }
-            Self::Ramp { start, end, .. } => first([*start, *end], 1),
-            Self::Sum(parts) | Self::Product(parts) => parts
-                .iter()
-                .filter_map(|part| part.next_break(after))
-                .reduce(Break::earlier),
-            // The joints of a spline are as smooth as steps need: none has to end there.
-            Self::Constant(_) | Self::Sine { .. } | Self::RampedSine { .. } | Self::Table(_) => {
-                None
-            }
-        }
-    }
-
-    /// The period of a sine, the rise of a step or ramp while it rises, the bends of a table.
-    fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
-        if self.constant_over(from, to).is_some() {
-            return None;
-        }
-        match self {
-            Self::Constant(_) => None,
-            Self::Sine { frequency, .. } => shortest([frequency.abs().recip()]),
-            Self::RampedSine {
-                frequency,
-                steepness,
-                shift,
-                ..
-            } => {
-                let rise = sigmoid_rise(*steepness, *shift, from, to);
-                shortest(rise.into_iter().chain([frequency.abs().recip()]))
-            }
-            Self::Step { rise, .. } => shortest([*rise]),
-            Self::Ramp { start, end, .. } => shortest([end - start]),
-            Self::Table(spline) => spline.time_scale(from, to),
-            Self::Sum(parts) | Self::Product(parts) => {
-                shortest(parts.iter().filter_map(|part| part.time_scale(from, to)))
-            }
-        }
-    }
-
-    fn longest_step(&self, from: f64, to: f64) -> Option<f64> {
-        if self.constant_over(from, to).is_some() {
-            return None;
-        }
-        match self {
-            Self::Constant(_) | Self::Sine { .. } => None,
-            // A smooth function without a beginning: error estimates see it come.
-            Self::RampedSine {
-                steepness, shift, ..
-            } => sigmoid_rise(*steepness, *shift, from, to),
-            Self::Step { .. } | Self::Ramp { .. } | Self::Table(_) => {
-                Some(FRACTION * self.time_scale(from, to)?)
-            }
-            Self::Sum(terms) => {
-                shortest(terms.iter().filter_map(|term| term.longest_step(from, to)))
-            }
-            Self::Product(factors) => {
-                let changes = |f: &&Self| f.constant_over(from, to).is_none();
-                match factors.iter().filter(changes).count() {
-                    0 | 1 => shortest(factors.iter().filter_map(|f| f.longest_step(from, to))),
-                    // What goes on may begin with what comes.
-                    _ => Some(FRACTION * self.time_scale(from, to)?),
-                }
-            }
-        }
-    }
+/// The first of two times later than `after`, at which a derivative of this order jumps.
+pub(super) fn first(times: [f64; 2], after: f64, order: u8) -> Option<Break> {
+    let later = times.into_iter().find(|t| *t > after)?;
+    Some(Break { t: later, order })
 }
 
-/// The time in which a sigmoid rises, s, if it does between two times: its slope is a quarter of
-/// its steepness at most.
-fn sigmoid_rise(steepness: f64, shift: f64, from: f64, to: f64) -> Option<f64> {
-    let [first, last] = [from, to].map(|t| steepness * t - shift);
-    let rises = first.min(last) < SIGMOID_WIDTH && first.max(last) > -SIGMOID_WIDTH;
-    shortest(rises.then(|| 4.0 / steepness.abs()))
-}
-
-impl Signal {
-    /// The breaks after the first and up to the second of two times.
-    pub fn breaks(&self, from: f64, to: f64) -> impl Iterator<Item = Break> {
-        std::iter::successors(self.next_break(from), |last| self.next_break(last.t))
-            .take_while(move |next| next.t <= to)
-    }
-
-    /// The value, if it is the same at all times between two.
-    fn constant_over(&self, from: f64, to: f64) -> Option<f64> {
-        let outside = |start: f64, end: f64, value: f64| match () {
-            () if to <= start => Some(0.0),
-            () if from >= end => Some(value),
-            () => None,
-        };
-        match self {
-            Self::Constant(value) => Some(*value),
-            Self::Sine { amplitude, .. } | Self::RampedSine { amplitude, .. } => {
-                (*amplitude == 0.0).then_some(0.0)
-            }
-            Self::Step { value, start, rise } => outside(*start, start + rise, *value),
-            Self::Ramp { value, start, end } => outside(*start, *end, *value),
-            Self::Table(_) => None,
-            Self::Sum(terms) => terms
-                .iter()
-                .try_fold(0.0, |sum, term| Some(sum + term.constant_over(from, to)?)),
-            Self::Product(factors) => {
-                let mut values = factors.iter().map(|f| f.constant_over(from, to));
-                // What is multiplied by zero does not change, whatever it does.
-                if values.clone().any(|value| value == Some(0.0)) {
-                    return Some(0.0);
-                }
-                values.try_fold(1.0, |product, value| Some(product * value?))
-            }
-        }
+/// The value between two times of what is 0 before it rises and `value` after.
+pub(super) fn between([start, end]: [f64; 2], value: f64, from: f64, to: f64) -> Option<f64> {
+    match () {
+        () if to <= start => Some(0.0),
+        () if from >= end => Some(value),
+        () => None,
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
-    use super::super::Spline;
+    use super::super::formula::{Ramp, RampedSine, Sine, Step};
+    use super::super::spline::Spline;
     use super::*;
+    use crate::signal::Signal;
 
     fn step(value: f64, start: f64) -> Signal {
-        Signal::Step {
+        Signal::from(Step {
             value,
             start,
             rise: 0.02,
-        }
+        })
     }
 
     fn sine(frequency: f64) -> Signal {
-        Signal::Sine {
+        Signal::from(Sine {
             amplitude: 1.0,
             frequency,
             phase: 0.0,
-        }
+        })
     }
 
     #[test]
     fn a_pulse_breaks_where_it_rises_and_falls_and_is_constant_elsewhere() {
-        let pulse = Signal::Sum(vec![step(100.0, 1.0), step(-100.0, 1.1)]);
+        let pulse = Signal::sum(vec![step(100.0, 1.0), step(-100.0, 1.1)]);
         let times: Vec<f64> = pulse.breaks(0.0, 10.0).map(|b| b.t).collect();
         assert_eq!(times, [1.0, 1.0 + 0.02, 1.1, 1.1 + 0.02]);
         for ((from, to), scale) in [
@@ -229,12 +118,12 @@ mod tests {
     /// not jump, and that of a kink does.
     #[test]
     fn breaks_are_where_derivatives_jump() {
-        let ramp = Signal::Ramp {
+        let ramp = Signal::from(Ramp {
             value: 2.0,
             start: 0.5,
             end: 1.5,
-        };
-        let both = Signal::Sum(vec![ramp, step(1.0, 0.5)]);
+        });
+        let both = Signal::sum(vec![ramp, step(1.0, 0.5)]);
         let breaks: Vec<_> = both.breaks(0.0, 2.0).map(|b| (b.t, b.order)).collect();
         assert_eq!(breaks, [(0.5, 1), (0.52, 3), (1.5, 1)]);
         for (t, order) in breaks {
@@ -249,8 +138,8 @@ mod tests {
 
     #[test]
     fn a_gate_that_is_shut_hides_what_it_multiplies() {
-        let burst = Signal::Product(vec![
-            Signal::Sum(vec![step(1.0, 1.0), step(-1.0, 2.0)]),
+        let burst = Signal::product(vec![
+            Signal::sum(vec![step(1.0, 1.0), step(-1.0, 2.0)]),
             sine(500.0),
         ]);
         assert_eq!(burst.time_scale(0.0, 1.0), None);
@@ -264,12 +153,12 @@ mod tests {
 
     #[test]
     fn a_sigmoid_is_steep_around_its_middle_only() {
-        let switched = Signal::RampedSine {
+        let switched = Signal::from(RampedSine {
             amplitude: 1.0,
             frequency: 2.0,
             steepness: 1e4,
             shift: 3e4,
-        };
+        });
         assert_eq!(switched.time_scale(0.0, 2.9), Some(0.5));
         assert_eq!(switched.time_scale(0.0, 3.1), Some(4e-4));
         assert_eq!(switched.time_scale(3.1, 9.0), Some(0.5));
@@ -281,7 +170,7 @@ mod tests {
         let times: Vec<f64> = (0..=1000).map(|i| 1e-3 * f64::from(i)).collect();
         let pulse = times.iter().map(|t| if *t == 0.5 { 3.0 } else { 0.0 });
         let table = Spline::new(times.clone(), pulse.collect()).unwrap();
-        let table = Signal::Table(Arc::new(table));
+        let table = Signal::from(table);
         let there = table.time_scale(0.0, 0.6).unwrap();
         assert!(there > 0.5e-3 && there < 1e-3, "{there}");
         // A spline forgets a point by a factor of 3.7 from one row to the next.
@@ -291,7 +180,7 @@ mod tests {
         let slow = times.iter().map(|t| (std::f64::consts::TAU * t).sin());
         let table = Spline::new(times.clone(), slow.collect()).unwrap();
         // √(2 · 2/(2π)²) s for a sine of 1 Hz and range 2.
-        let period = Signal::Table(Arc::new(table)).time_scale(0.1, 0.9).unwrap();
+        let period = Signal::from(table).time_scale(0.1, 0.9).unwrap();
         assert!(
             (period - 1.0 / std::f64::consts::PI).abs() < 1e-3,
             "{period}"

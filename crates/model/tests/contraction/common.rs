@@ -76,7 +76,7 @@ pub(crate) fn on_mesh(mesh: &Mesh, parameters: Parameters, stresses: [AddedStres
     for (number, stress) in stresses.iter().enumerate() {
         if stress.active.is_some() {
             let activation = match number {
-                0 => Activation::Given(Signal::Constant(8e3)),
+                0 => Activation::Given(Signal::constant(8e3)),
                 _ => Activation::Bestel(Bestel {
                     systole: 0.02,
                     diastole: 0.3,

@@ -39,7 +39,7 @@ fn block(active: ActiveStress) -> Muscle {
         .with_added_stresses(&[(all, stress)])
         .unwrap();
     Muscle {
-        activations: vec![(0, Activation::Given(Signal::Constant(TENSION)))],
+        activations: vec![(0, Activation::Given(Signal::constant(TENSION)))],
         ..Muscle::unloaded(solid, Parameters::new(0.0, 0.0, INF).unwrap())
     }
 }
@@ -91,7 +91,7 @@ fn a_loaded_muscle_carries_what_tension_and_elasticity_give() {
     let traction = load::traction(muscle.solid.space(), "right", [pull, 0.0, 0.0]).unwrap();
     muscle
         .loads
-        .push(Load::new(&traction, Signal::Constant(1.0)));
+        .push(Load::new(&traction, Signal::constant(1.0)));
     let found = stretch(&muscle);
     let left = passive(found) + found * TENSION - pull;
     assert!(
@@ -127,7 +127,7 @@ fn beds_hold_a_body() {
     let bed = |along| Bed::new(&solid, "left", along, [stiffness, 0.0]).unwrap();
     let push = load::traction(&space, "right", [force, 0.0, 0.0]).unwrap();
     let mut muscle = Muscle {
-        loads: vec![Load::new(&push, Signal::Constant(1.0))],
+        loads: vec![Load::new(&push, Signal::constant(1.0))],
         beds: vec![bed(Along::All)],
         ..Muscle::unloaded(solid.clone(), Parameters::new(0.0, 0.0, 1e5).unwrap())
     };

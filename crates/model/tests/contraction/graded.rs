@@ -44,7 +44,7 @@ fn two_materials_in_a_row_shorten_as_each_does_alone() {
         let elements = by_half(2, kappa.map(|kappa| parameters(0.0, 0.0, kappa)));
         let traction = load::traction(&space, "right", [-push, 0.0]).unwrap();
         let muscle = Muscle {
-            loads: vec![Load::new(&traction, Signal::Constant(1.0))],
+            loads: vec![Load::new(&traction, Signal::constant(1.0))],
             ..Muscle::graded(solid, &elements).unwrap()
         };
         let state = equilibrium(&muscle, formulation, 0.0).unwrap();

@@ -6,7 +6,7 @@ use myovib_dae::Problem;
 use myovib_fem::{DofMap, Solid, Space, generate};
 use myovib_model::{
     Counts, CpuClock, Formulation, Integrator, IntegratorKind, Muscle, MuscleDae, Parameters,
-    PressureLoad, RadauIntegrator, Settings, Signal, Start, paper, start_from,
+    PressureLoad, RadauIntegrator, Settings, Signal, Start, formula, paper, start_from,
 };
 
 use crate::energy::settings;
@@ -129,11 +129,11 @@ fn cost(terms: &[(f64, f64)]) -> [f64; 2] {
         let all = (0..mesh.n_elements()).collect();
         solid = solid.with_relaxation(&[(all, series(terms))]).unwrap();
     }
-    let signal = Signal::Sine {
+    let signal = Signal::from(formula::Sine {
         amplitude: 50.0,
         frequency: 30.0,
         phase: 0.0,
-    };
+    });
     let load = PressureLoad::new(&solid, "top", signal).unwrap();
     let muscle = Muscle {
         pressures: vec![load],

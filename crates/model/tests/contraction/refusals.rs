@@ -4,7 +4,7 @@ use myovib_dae::{Problem, StepError};
 use myovib_fem::material::{ActiveStress, Bestel};
 use myovib_fem::{AddedStress, Along, generate};
 use myovib_model::index::IndexReport;
-use myovib_model::{Activation, Bed, Formulation, MuscleDae, Parameters, Signal};
+use myovib_model::{Activation, Bed, Formulation, MuscleDae, Parameters, Signal, formula};
 
 use crate::common::{INF, contracting, on_mesh, viscous};
 
@@ -55,7 +55,7 @@ fn tensions_that_cannot_be_are_refused() {
         muscle.activations = activations;
         MuscleDae::new(muscle, Formulation::Position)
     };
-    let tension = || Activation::Given(Signal::Constant(1.0));
+    let tension = || Activation::Given(Signal::constant(1.0));
     for (activations, reason) in [
         (vec![(7, tension())], "no such added stress"),
         (vec![(1, tension())], "not active"),
@@ -68,11 +68,11 @@ fn tensions_that_cannot_be_are_refused() {
         let message = with(activations).unwrap_err().to_string();
         assert!(message.contains(reason), "{message}");
     }
-    let pushing = Activation::Given(Signal::Ramp {
+    let pushing = Activation::Given(Signal::from(formula::Ramp {
         value: -3.0,
         start: 0.0,
         end: 1.0,
-    });
+    }));
     let mut dae = with(vec![(0, pushing)]).unwrap();
     let zero = vec![0.0; dae.n_unknowns()];
     let mut residual = zero.clone();

@@ -8,7 +8,7 @@ use myovib_fem::{DofMap, Solid, Space, generate};
 use myovib_model::linear::CondensedSolver;
 use myovib_model::{
     Field, Formulation, IntegratorKind, Muscle, MuscleDae, Outcome, Parameters, Prescribed,
-    Settings, Signal, Start, check, run, start_from,
+    Settings, Signal, Start, check, formula, run, start_from,
 };
 use myovib_sparse::klu::KluOptions;
 use num_complex::Complex64;
@@ -181,11 +181,11 @@ fn pulled(relaxes: bool) -> Muscle {
     if relaxes {
         solid = solid.with_relaxation(&[(all, series(&TERMS))]).unwrap();
     }
-    let signal = Signal::Step {
+    let signal = Signal::from(formula::Step {
         value: STRETCH - 1.0,
         start: 0.0,
         rise: RISE,
-    };
+    });
     let prescribed = right.into_iter().map(|node| Prescribed {
         component: 2 * node,
         signal: signal.clone(),

@@ -13,7 +13,7 @@ use myovib_model::coupling::{
 };
 use myovib_model::{
     Activation, Advance, Field, Formulation, IntegratorKind, LinearSolver, Load, Muscle, MuscleDae,
-    Parameters, Probe, Settings, Signal, paper,
+    Parameters, Probe, Settings, Signal, formula, paper,
 };
 use myovib_oscillators::{Chain, Coefficients, Drive, Ends, Reach, SmoothCoherence};
 use myovib_sparse::klu::KluOptions;
@@ -284,7 +284,7 @@ fn tensions_are_those_of_the_coherence() {
     assert!((means[1] - mean).abs() < 1e-8 && (means[0] - 3.0).abs() < 1e-8);
     // Without oscillators the body is that of oscillators out of step.
     let given = Muscle {
-        activations: vec![(0, Activation::Given(Signal::Constant(REST)))],
+        activations: vec![(0, Activation::Given(Signal::constant(REST)))],
         ..muscle.clone()
     };
     let [coherent, given] = [muscle, given].map(|muscle| {
@@ -306,11 +306,11 @@ fn run(integrator: IntegratorKind, linear_solver: LinearSolver) -> (Vec<f64>, f6
     let down: Vec<f64> = (0..n)
         .map(|i| if i % 2 == 1 { -2.0 } else { 0.0 })
         .collect();
-    let signal = Signal::Step {
+    let signal = Signal::from(formula::Step {
         value: 1.0,
         start: 0.0,
         rise: 0.05,
-    };
+    });
     muscle.loads.push(Load::new(&down, signal));
     let mut dae = two_way((muscle, active), Formulation::ImplicitRate, false);
     // From rest, without tension.

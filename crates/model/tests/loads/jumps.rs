@@ -9,17 +9,17 @@ use myovib_model::coupling::{
 };
 use myovib_model::{
     Advance, Field, Formulation, Integrator, IntegratorKind, MuscleDae, Outcome, Prescribed,
-    RodDae, SampleTimes, Sampler, Settings, Signal, run, start_at_rest,
+    RodDae, SampleTimes, Sampler, Settings, Signal, formula, run, start_at_rest,
 };
 
 use crate::common::{beam, tolerances};
 
 fn jump(value: f64, start: f64) -> Signal {
-    Signal::Step {
+    Signal::from(formula::Step {
         value,
         start,
         rise: 0.0,
-    }
+    })
 }
 
 /// y at so many times per second, as a run sees it.
@@ -61,7 +61,7 @@ fn an_oscillator_that_is_hit_moves_as_the_closed_form_says() {
         let parts: Vec<_> = hits.iter().map(of_hit).collect();
         [0, 1].map(|k| parts.iter().map(|part| part[k]).sum::<f64>())
     };
-    let load = Signal::Sum(
+    let load = Signal::sum(
         hits.iter()
             .map(|(value, start)| jump(*value, *start))
             .collect(),
@@ -151,12 +151,14 @@ fn apart(a: &[[Vec<f64>; 2]], b: &[[Vec<f64>; 2]]) -> [f64; 2] {
 fn a_jump_is_the_limit_of_a_steep_rise() {
     use Formulation::{Displacement, ImplicitRate, Position, Rate, Stabilized, Velocity};
     let load = |rise| {
-        let step = |value, middle| Signal::Step {
-            value,
-            start: middle - 0.5 * rise,
-            rise,
+        let step = |value, middle| {
+            Signal::from(formula::Step {
+                value,
+                start: middle - 0.5 * rise,
+                rise,
+            })
         };
-        Signal::Sum(vec![
+        Signal::sum(vec![
             step(60.0, 0.0101),
             step(-90.0, 0.0998),
             step(40.0, 0.1503),
@@ -194,7 +196,7 @@ fn a_jump_is_the_limit_of_a_steep_rise() {
 #[test]
 fn a_run_saved_at_a_jump_goes_on_bit_by_bit() {
     let formulation = Formulation::Stabilized;
-    let load = Signal::Sum(vec![jump(60.0, 0.02), jump(-90.0, 0.1)]);
+    let load = Signal::sum(vec![jump(60.0, 0.02), jump(-90.0, 0.1)]);
     let settings = settings(IntegratorKind::Radau9, formulation, 1e-5);
     let start =
         || start_at_rest(beam(formulation, f64::INFINITY, load.clone()), &settings).unwrap();

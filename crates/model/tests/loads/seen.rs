@@ -1,11 +1,9 @@
 //! No load is stepped over, by any method, without a setting of the user.
 
-use std::sync::Arc;
-
 use myovib_dae::Problem;
 use myovib_model::{
     ErrorEstimate, Field, Formulation, IntegratorKind, LOOSER, MuscleDae, Outcome, SampleTimes,
-    Sampler, Settings, Signal, Spline, Statistics, run, start_at_rest,
+    Sampler, Settings, Signal, Spline, Statistics, formula, run, start_at_rest,
 };
 
 use crate::common::{beam, tolerances};
@@ -65,11 +63,11 @@ fn compare(a: &[Vec<f64>], b: &[Vec<f64>]) -> (f64, f64) {
 }
 
 fn step(value: f64, start: f64, rise: f64) -> Signal {
-    Signal::Step { value, start, rise }
+    Signal::from(formula::Step { value, start, rise })
 }
 
 fn pulse(value: f64, start: f64, length: f64, rise: f64) -> Signal {
-    Signal::Sum(vec![
+    Signal::sum(vec![
         step(value, start, rise),
         step(-value, start + length, rise),
     ])
@@ -77,7 +75,7 @@ fn pulse(value: f64, start: f64, length: f64, rise: f64) -> Signal {
 
 fn table(rows: impl Iterator<Item = (f64, f64)>) -> Signal {
     let (times, values) = rows.unzip();
-    Signal::Table(Arc::new(Spline::new(times, values).unwrap()))
+    Signal::from(Spline::new(times, values).unwrap())
 }
 
 fn every_millisecond(value: impl Fn(usize) -> f64) -> Signal {
@@ -104,11 +102,11 @@ fn check(name: &str, signal: &Signal) {
 fn pulses_ramps_and_tables_after_a_rest_are_seen() {
     check("a pulse of 100 ms", &pulse(100.0, 1.0, 0.1, 0.02));
     check("a pulse of 2 ms", &pulse(1000.0, 1.3, 2e-3, 5e-4));
-    let steep = Signal::Ramp {
+    let steep = Signal::from(formula::Ramp {
         value: 20.0,
         start: 1.1,
         end: 1.1 + 1e-4,
-    };
+    });
     check("a steep ramp", &steep);
     let tapped = every_millisecond(|i| {
         if (1500..1502).contains(&i) {
@@ -118,13 +116,13 @@ fn pulses_ramps_and_tables_after_a_rest_are_seen() {
         }
     });
     check("a table with a pulse of 2 ms", &tapped);
-    let burst = Signal::Product(vec![
+    let burst = Signal::product(vec![
         pulse(1.0, 1.2, 0.2, 1e-2),
-        Signal::Sine {
+        Signal::from(formula::Sine {
             amplitude: 300.0,
             frequency: 100.0,
             phase: 0.0,
-        },
+        }),
     ]);
     check("a burst of 100 Hz", &burst);
 }
@@ -138,18 +136,18 @@ fn random_load(draw: &mut impl FnMut() -> f64) -> Signal {
         match (duration(), duration()) {
             (long, rise) if long > 3.0 * rise => pulse(value, start, long, 0.0),
             (long, rise) if long > rise => pulse(value, start, long, rise),
-            (long, _) if value > 0.0 => Signal::Ramp {
+            (long, _) if value > 0.0 => Signal::from(formula::Ramp {
                 value,
                 start,
                 end: start + long,
-            },
+            }),
             (long, rise) => {
                 let shape = |t: f64| value * (-((t - start) / (long + rise)).powi(2)).exp();
                 every_millisecond(|i| shape(1e-3 * i as f64))
             }
         }
     });
-    Signal::Sum(parts.collect())
+    Signal::sum(parts.collect())
 }
 
 /// Property: whatever the load, each method sees what one with small steps sees.
@@ -199,7 +197,7 @@ fn a_second_run_bounds_the_error_of_the_first() {
 fn a_measured_motion_under_way_is_introduced_smoothly() {
     let measured = every_millisecond(|i| 1e-3 * (50.0 * 1e-3 * i as f64 + 1.0).cos());
     assert!(measured.at(0.0).value.abs() > 1e-4 && measured.at(0.0).d1.abs() > 1e-2);
-    let introduced = Signal::Product(vec![step(1.0, 0.0, 0.1), measured.clone()]);
+    let introduced = Signal::product(vec![step(1.0, 0.0, 0.1), measured.clone()]);
     let start = introduced.at(0.0);
     assert_eq!([start.value, start.d1, start.d2], [0.0; 3]);
     assert_eq!(introduced.lowest_jump(), 3);

@@ -1,6 +1,6 @@
 //! Formulations of the same body agree as tolerances tighten and meshes are refined.
 
-use myovib_model::{Formulation, Signal, paper};
+use myovib_model::{Formulation, Signal, formula, paper};
 
 use crate::common::{accurate, history, loaded_block, relative_difference};
 
@@ -10,11 +10,11 @@ const EVERY: f64 = 0.02;
 
 /// Slow beside the body's first mode (about 1 Hz for the metre-sized block): bends it by 10 %.
 fn load() -> Signal {
-    Signal::Sine {
+    Signal::from(formula::Sine {
         amplitude: 400.0,
         frequency: 1.0,
         phase: 0.0,
-    }
+    })
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use myovib_dae::Problem;
 use myovib_model::{
-    Formulation, IdaIntegrator, MuscleDae, SampleTimes, Sampler, Signal, paper, run,
+    Formulation, IdaIntegrator, MuscleDae, SampleTimes, Sampler, Signal, formula, paper, run,
 };
 
 use crate::common::{accurate, loaded_block};
@@ -10,11 +10,11 @@ use crate::common::{accurate, loaded_block};
 /// The largest gap between energy and work done, beside the largest energy.
 fn imbalance(rtol: f64) -> f64 {
     const EVERY: f64 = 1e-3;
-    let load = Signal::Sine {
+    let load = Signal::from(formula::Sine {
         amplitude: 400.0,
         frequency: 1.0,
         phase: 0.0,
-    };
+    });
     let mut block = loaded_block(1, paper::LAW, 1e5, 0.0, load);
     block.parameters.alpha = 0.0;
     let settings = accurate(Formulation::Position, rtol, 0.4);

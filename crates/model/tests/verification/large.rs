@@ -9,7 +9,7 @@ use myovib_model::advice::Advice;
 use myovib_model::statics::equilibrium;
 use myovib_model::{
     Formulation, Load, ModelError, Muscle, MuscleDae, Observer, Outcome, Parameters, Prescribed,
-    PressureLoad, Probe, Settings, Signal, Statistics, Step, paper, run, start_at_rest,
+    PressureLoad, Probe, Settings, Signal, Statistics, Step, formula, paper, run, start_at_rest,
 };
 
 const KAPPA: f64 = 1e5;
@@ -144,18 +144,18 @@ fn loose(t_end: f64) -> Settings {
 fn a_block_is_squeezed_to_a_tenth_of_its_volume() {
     let pressure = 4.0 * KAPPA;
     let rest = equilibrium(
-        &squeezed(Signal::Constant(pressure)),
+        &squeezed(Signal::constant(pressure)),
         Formulation::Position,
         0.0,
     )
     .unwrap();
     let volume = 1.0 - rest.pressure[0] / KAPPA;
     assert!((0.0..0.1).contains(&volume), "J = {volume}");
-    let step = Signal::Step {
+    let step = Signal::from(formula::Step {
         value: pressure,
         start: 0.0,
         rise: 0.2,
-    };
+    });
     for formulation in [
         Formulation::Displacement,
         Formulation::Position,
@@ -176,11 +176,11 @@ fn a_block_is_squeezed_to_a_tenth_of_its_volume() {
 
 #[test]
 fn steps_that_turn_elements_inside_out_shrink_and_grow_again() {
-    let push = Signal::Step {
+    let push = Signal::from(formula::Step {
         value: -0.5,
         start: 0.0,
         rise: 0.2,
-    };
+    });
     let run = integrate(compressed(push), Formulation::Position, &loose(0.5));
     assert_eq!(run.statistics.outcome, Outcome::Finished);
     assert!(run.dae.counters().inversions > 0, "no element was inverted");
@@ -198,10 +198,12 @@ fn steps_that_turn_elements_inside_out_shrink_and_grow_again() {
 /// tightened, or the load applied more slowly.
 #[test]
 fn a_run_stopped_by_an_inverted_element_names_it() {
-    let push = |rise| Signal::Step {
-        value: -0.95,
-        start: 0.0,
-        rise,
+    let push = |rise| {
+        Signal::from(formula::Step {
+            value: -0.95,
+            start: 0.0,
+            rise,
+        })
     };
     let (mut formulation, mut settings) = (Formulation::Position, loose(0.5));
     let run = integrate(compressed(push(0.02)), formulation, &settings);
@@ -236,7 +238,7 @@ fn a_run_stopped_by_an_inverted_element_names_it() {
 #[test]
 fn a_static_body_is_compressed_in_steps() {
     let solution = equilibrium(
-        &compressed(Signal::Constant(-0.3)),
+        &compressed(Signal::constant(-0.3)),
         Formulation::Position,
         0.0,
     )
@@ -252,7 +254,7 @@ fn a_static_body_is_compressed_in_steps() {
 #[test]
 fn a_static_body_is_pulled_at_once() {
     let solution = equilibrium(
-        &compressed(Signal::Constant(0.1)),
+        &compressed(Signal::constant(0.1)),
         Formulation::Position,
         0.0,
     )
@@ -267,7 +269,7 @@ fn an_arch_snaps_through() {
     for kappa in [KAPPA, f64::INFINITY] {
         let limits = [50.0, 100.0].map(|load| {
             match equilibrium(
-                &arch(Signal::Constant(load), kappa),
+                &arch(Signal::constant(load), kappa),
                 Formulation::Position,
                 0.0,
             ) {
@@ -281,11 +283,11 @@ fn an_arch_snaps_through() {
             "{limits:?}"
         );
 
-        let step = Signal::Step {
+        let step = Signal::from(formula::Step {
             value: 2.0 * limits[0],
             start: 0.0,
             rise: 0.2,
-        };
+        });
         let settings = Settings {
             t_end: 1.0,
             ..Settings::paper(Formulation::Position)

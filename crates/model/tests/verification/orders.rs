@@ -5,7 +5,9 @@ use std::sync::Arc;
 use myovib_dae::{Outcome, Problem, Tolerances};
 use myovib_fem::{DofMap, Law, Solid, Space, generate};
 use myovib_model::linear::CondensedSolver;
-use myovib_model::{Field, Formulation, Muscle, MuscleDae, Parameters, PressureLoad, Signal};
+use myovib_model::{
+    Field, Formulation, Muscle, MuscleDae, Parameters, PressureLoad, Signal, formula,
+};
 use myovib_radau::{IndexScaling, RadauOptions, RadauSolver, StepSize};
 
 const T_END: f64 = 2.0;
@@ -25,11 +27,11 @@ fn block(dimension: usize) -> MuscleDae {
         c01: 10.0,
     };
     let solid = Solid::uniform(space, dofs, law, 1e3).unwrap();
-    let signal = Signal::Sine {
+    let signal = Signal::from(formula::Sine {
         amplitude: 20.0,
         frequency: 0.1,
         phase: 0.0,
-    };
+    });
     let pressure = PressureLoad::new(&solid, "right", signal).unwrap();
     let parameters = Parameters::new(0.1, 0.0, 300.0).unwrap();
     let muscle = Muscle {

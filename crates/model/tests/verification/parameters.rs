@@ -39,7 +39,7 @@ fn formulations_that_do_not_go_with_kappa_and_beta_say_what_does() {
         (Stabilized, INF, 1e-4, "beta = 0"),
         (ImplicitRate, INF, 0.0, "beta > 0"),
     ] {
-        let muscle = loaded_block(0, paper::LAW, kappa, beta, Signal::Constant(0.0));
+        let muscle = loaded_block(0, paper::LAW, kappa, beta, Signal::constant(0.0));
         let message = MuscleDae::new(muscle, formulation).unwrap_err().to_string();
         assert!(
             message.contains(formulation.name()) && message.contains(words),
@@ -50,7 +50,7 @@ fn formulations_that_do_not_go_with_kappa_and_beta_say_what_does() {
 
 #[test]
 fn a_point_outside_the_mesh_is_named() {
-    let muscle = loaded_block(0, paper::LAW, 1e5, 0.0, Signal::Constant(0.0));
+    let muscle = loaded_block(0, paper::LAW, 1e5, 0.0, Signal::constant(0.0));
     let message = Probe::at(muscle.solid.space(), [3.0, 0.5])
         .unwrap_err()
         .to_string();

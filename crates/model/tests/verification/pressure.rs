@@ -26,7 +26,7 @@ fn squeezed(c10: f64, c01: f64, kappa: f64, pressure: f64) -> Muscle {
     let dofs = DofMap::new(&space, &held).unwrap();
     let solid = Solid::uniform(space, dofs, Law::MooneyRivlin { c10, c01 }, 1e3).unwrap();
     let pressures = ["right", "top"]
-        .map(|group| PressureLoad::new(&solid, group, Signal::Constant(pressure)).unwrap());
+        .map(|group| PressureLoad::new(&solid, group, Signal::constant(pressure)).unwrap());
     Muscle {
         pressures: pressures.into(),
         ..Muscle::unloaded(solid, Parameters::new(0.0, 0.0, kappa).unwrap())

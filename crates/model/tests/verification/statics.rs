@@ -16,7 +16,7 @@ fn the_muscle_under_its_constant_load() {
         (1e5, 6.5395e-4, -19.769),
         (f64::INFINITY, 5.7108e-4, -22.170),
     ] {
-        let load = Signal::Constant(paper::LOAD_AMPLITUDE);
+        let load = Signal::constant(paper::LOAD_AMPLITUDE);
         let muscle = paper::muscle_with_load(&mesh, paper::LAW, kappa, 0.0, load).unwrap();
         let solution = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
         let mut full = vec![0.0; muscle.solid.space().n_components()];
@@ -41,7 +41,7 @@ fn the_muscle_under_its_constant_load() {
 fn an_equilibrium_is_one_in_every_formulation() {
     for law in LAWS {
         for kappa in [1e5, f64::INFINITY] {
-            let muscle = loaded_block(1, law, kappa, 1e-3, Signal::Constant(300.0));
+            let muscle = loaded_block(1, law, kappa, 1e-3, Signal::constant(300.0));
             let solution = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
             for formulation in Formulation::ALL {
                 if formulation == Formulation::Displacement {
@@ -68,7 +68,7 @@ fn an_equilibrium_is_one_in_every_formulation() {
 #[test]
 fn without_a_pressure_the_penalty_holds_the_load() {
     for law in LAWS {
-        let muscle = loaded_block(1, law, 1e5, 1e-3, Signal::Constant(300.0));
+        let muscle = loaded_block(1, law, 1e5, 1e-3, Signal::constant(300.0));
         let solution = equilibrium(&muscle, Formulation::Displacement, 0.0).unwrap();
         assert!(solution.pressure.is_empty());
         let mut dae = MuscleDae::for_analysis(muscle.clone(), Formulation::Displacement);
@@ -80,13 +80,13 @@ fn without_a_pressure_the_penalty_holds_the_load() {
         // As above.
         assert!(largest < 1e-9, "{law:?}: {largest:e}");
     }
-    let incompressible = loaded_block(1, paper::LAW, f64::INFINITY, 0.0, Signal::Constant(1.0));
+    let incompressible = loaded_block(1, paper::LAW, f64::INFINITY, 0.0, Signal::constant(1.0));
     assert!(equilibrium(&incompressible, Formulation::Displacement, 0.0).is_err());
 }
 
 #[test]
 fn a_load_too_great_for_one_step_is_applied_in_steps() {
-    let muscle = loaded_block(1, paper::LAW, f64::INFINITY, 0.0, Signal::Constant(1.0e6));
+    let muscle = loaded_block(1, paper::LAW, f64::INFINITY, 0.0, Signal::constant(1.0e6));
     let solution = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
     assert!(
         solution.load_steps > 1,

@@ -6,8 +6,8 @@ use myovib_dae::Problem;
 use myovib_fem::{DofMap, Solid, Space, generate};
 use myovib_model::{
     AbsoluteTolerances, Energies, Field, Formulation, IntegratorKind, ModelError, Muscle,
-    MuscleDae, Outcome, Parameters, Prescribed, SampleTimes, Sampler, Settings, Signal, paper, run,
-    start_at_rest,
+    MuscleDae, Outcome, Parameters, Prescribed, SampleTimes, Sampler, Settings, Signal, formula,
+    paper, run, start_at_rest,
 };
 
 const ALPHA: f64 = 3.0;
@@ -34,8 +34,8 @@ fn shaken(signal: &Signal) -> Muscle {
 /// u = 0.1 t², so that u, u̇ and ü differ from zero and from each other.
 fn accelerated() -> Signal {
     let table = myovib_model::Spline::new(vec![0.0, 1.0], vec![0.0, 1.0]).unwrap();
-    let t = Signal::Table(Arc::new(table));
-    Signal::Product(vec![Signal::Constant(0.1), t.clone(), t])
+    let t = Signal::from(table);
+    Signal::product(vec![Signal::constant(0.1), t.clone(), t])
 }
 
 /// The state at `t` whose free components have the displacement, velocity and acceleration given by
@@ -94,7 +94,7 @@ fn a_body_that_moves_as_a_whole_takes_its_inertia_and_alpha_from_the_supports() 
 /// A body that is sheared at a constant rate, u = s(t) x e_y with s̈ = 0: β takes β ∫Ṗ:∇v = β d²W/dt².
 #[test]
 fn beta_takes_the_second_derivative_of_the_energy() {
-    let mut muscle = shaken(&Signal::Constant(0.0));
+    let mut muscle = shaken(&Signal::constant(0.0));
     muscle.parameters = Parameters::new(0.0, BETA, KAPPA).unwrap();
     let mut dae = MuscleDae::new(muscle, Formulation::Displacement).unwrap();
     let rate = 2.0;
@@ -117,17 +117,17 @@ fn beta_takes_the_second_derivative_of_the_energy() {
 /// The balance over a run with both dampings and a moving support, by Simpson's rule over 1 ms.
 #[test]
 fn work_of_a_moving_support_is_stored_or_dissipated() {
-    let shake = Signal::Product(vec![
-        Signal::Step {
+    let shake = Signal::product(vec![
+        Signal::from(formula::Step {
             value: 1.0,
             start: 0.0,
             rise: 0.1,
-        },
-        Signal::Sine {
+        }),
+        Signal::from(formula::Sine {
             amplitude: 2e-3,
             frequency: 8.0,
             phase: 0.0,
-        },
+        }),
     ]);
     let dae = MuscleDae::new(shaken(&shake), Formulation::ImplicitRate).unwrap();
     let rtol = 1e-7;
@@ -177,11 +177,11 @@ fn work_of_a_moving_support_is_stored_or_dissipated() {
 #[test]
 fn only_constrained_components_that_move_smoothly_are_prescribed() {
     let smooth = accelerated();
-    let kinked = Signal::Ramp {
+    let kinked = Signal::from(formula::Ramp {
         value: 1.0,
         start: 0.1,
         end: 0.2,
-    };
+    });
     let refused = |change: fn(&mut Muscle, &Signal), signal: &Signal| {
         let mut muscle = shaken(&smooth);
         change(&mut muscle, signal);

@@ -12,7 +12,7 @@ use super::document::{self, Timing};
 use super::folder::{Folder, Record};
 use super::indicator::Indicator;
 use super::outputs::{OutputWork, Outputs};
-use super::recorder::{Recorder, What, measurements, quantities};
+use super::recorder::{Recorder, What, measurements};
 use super::stop::Condition;
 use super::system::System;
 use super::{Existing, RunOptions, RunResult, start, verify};
@@ -193,7 +193,7 @@ fn fields(
     };
     let done = checkpoint.map_or(&[][..], |c| &c.field_times);
     let grid = Grid::of_body(body);
-    let series = Series::new(folder.path(), grid, quantities(&fields.quantities), done);
+    let series = Series::new(folder.path(), grid, fields.quantities.clone(), done);
     if let Some(file) = series.missing() {
         let error = InputError::new("a file that the checkpoint counts on is gone")
             .at(file.display())

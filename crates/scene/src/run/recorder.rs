@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use myovib_fem::rod::PointValue;
-use myovib_model::{Measurement, ModelError, Quantity, SampleTimes};
+use myovib_model::{Measurement, ModelError, SampleTimes};
 use myovib_oscillators::Coherence;
 
 use super::cut::cut;
@@ -16,7 +16,7 @@ use crate::atomic_file;
 use crate::csv::{CsvWriter, Written};
 use crate::scene::Scene;
 use crate::scene_file::feedback::Feedback;
-use crate::scene_file::output::{self, Probe, ProbeKind};
+use crate::scene_file::output::{Probe, ProbeKind};
 use crate::{Error, InputError};
 
 /// What a probe measures.
@@ -37,23 +37,6 @@ pub(crate) enum What {
     Rod(PointValue),
 }
 
-/// The quantities of the model that a scene names.
-pub(super) fn quantities(names: &[output::Quantity]) -> Vec<Quantity> {
-    let quantity = |name: &output::Quantity| match name {
-        output::Quantity::U => Quantity::Displacement,
-        output::Quantity::V => Quantity::Velocity,
-        output::Quantity::P => Quantity::Pressure,
-        output::Quantity::J => Quantity::VolumeRatio,
-        output::Quantity::Strain => Quantity::Strain,
-        output::Quantity::PrincipalStrain => Quantity::PrincipalStrain,
-        output::Quantity::Stress => Quantity::Stress,
-        output::Quantity::Principal => Quantity::Principal,
-        output::Quantity::VonMises => Quantity::VonMises,
-        output::Quantity::Tension => Quantity::Tension,
-    };
-    names.iter().map(quantity).collect()
-}
-
 impl What {
     /// What `kind` means in this scene, whose parts have been checked to be there.
     pub(crate) fn new(kind: &ProbeKind, scene: &Scene) -> Result<Self, ModelError> {
@@ -69,28 +52,24 @@ impl What {
         };
         let one = |measurement| Ok(Self::Places(vec![measurement]));
         match kind {
-            ProbeKind::Point {
-                at,
-                quantities: names,
-            } => one(Measurement::at(space()?, at, &quantities(names))?),
-            ProbeKind::Average {
-                group,
-                quantities: names,
-            } => one(Measurement::average(space()?, group, &quantities(names))?),
+            ProbeKind::Point { at, quantities } => one(Measurement::at(space()?, at, quantities)?),
+            ProbeKind::Average { group, quantities } => {
+                one(Measurement::average(space()?, group, quantities)?)
+            }
             ProbeKind::Line {
                 from,
                 to,
                 points,
-                quantities: names,
+                quantities,
             } => {
-                let (space, quantities) = (space()?, quantities(names));
+                let space = space()?;
                 let place = |i: usize| {
                     let s = i as f64 / (points - 1) as f64;
                     let ends = from.iter().zip(to);
                     ends.map(|(a, b)| (1.0 - s) * a + s * b)
                         .collect::<Vec<f64>>()
                 };
-                let measure = |i| Measurement::at(space, place(i), &quantities);
+                let measure = |i| Measurement::at(space, place(i), quantities);
                 Ok(Self::Places(
                     (0..*points).map(measure).collect::<Result<_, _>>()?,
                 ))

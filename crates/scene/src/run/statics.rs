@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::document;
 use super::folder::{Folder, Record};
-use super::recorder::{Recorder, measurements, quantities};
+use super::recorder::{Recorder, measurements};
 use super::{RunOptions, RunResult};
 use crate::scene::Scene;
 use crate::state::State;
@@ -50,7 +50,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         let mut series = Series::new(
             folder.path(),
             Grid::of_body(body),
-            quantities(&fields.quantities),
+            fields.quantities.clone(),
             &[],
         );
         series

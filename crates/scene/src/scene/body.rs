@@ -11,7 +11,7 @@ use super::materials::Materials;
 use super::{Body, Start};
 use crate::InputError;
 use crate::scene_file::chain::Place;
-use crate::scene_file::solid::{self, FormulationName};
+use crate::scene_file::solid;
 use crate::scene_file::{SceneFile, mesh};
 
 impl Builder<'_> {
@@ -25,9 +25,7 @@ impl Builder<'_> {
         let mesh = self.mesh(mesh, &file.region)?;
         let parameters = self.parameters(file, solid)?;
         // All are of the sort of the first.
-        let formulation = solid
-            .formulation
-            .map_or_else(|| suited(&parameters[0]), formulation);
+        let formulation = solid.formulation.unwrap_or_else(|| suited(&parameters[0]));
         self.at("solid.formulation", formulation.check(&parameters[0]))?;
         let Materials {
             laws,
@@ -166,17 +164,6 @@ fn space(mesh: &Mesh, regions: &[usize]) -> Result<Space, FemError> {
     match regions.iter().all(|region| *region == regions[0]) {
         true => Ok(space),
         false => space.with_regions(regions),
-    }
-}
-
-fn formulation(name: FormulationName) -> Formulation {
-    match name {
-        FormulationName::Displacement => Formulation::Displacement,
-        FormulationName::Position => Formulation::Position,
-        FormulationName::Rate => Formulation::Rate,
-        FormulationName::Velocity => Formulation::Velocity,
-        FormulationName::Stabilized => Formulation::Stabilized,
-        FormulationName::ImplicitRate => Formulation::ImplicitRate,
     }
 }
 

@@ -1,63 +1,43 @@
 //! Functions of time from their text.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use myovib_model::{Signal, Spline};
 
 use super::builder::Builder;
 use crate::InputError;
 use crate::csv::Table;
-use crate::scene_file::function::{Function, Shape};
+use crate::scene_file::function::{Composed, Function, Shape};
 
 impl Builder<'_> {
     /// The function of time at `path`.
     pub(super) fn signal(&self, function: &Function, path: &str) -> Result<Signal, InputError> {
-        let shape = match function {
-            Function::Constant(value) => return Ok(Signal::Constant(*value)),
-            Function::Shape(shape) => shape,
-        };
         let parts = |of: &[Function]| {
-            of.iter()
-                .enumerate()
+            let parts = of.iter().enumerate();
+            parts
                 .map(|(i, part)| self.signal(part, &format!("{path}.of[{i}]")))
                 .collect::<Result<Vec<_>, _>>()
         };
-        Ok(match shape {
-            &Shape::Sine {
-                amplitude,
-                frequency,
-                phase,
-            } => Signal::Sine {
-                amplitude,
-                frequency,
-                phase,
-            },
-            &Shape::RampedSine {
-                amplitude,
-                frequency,
-                steepness,
-                shift,
-            } => Signal::RampedSine {
-                amplitude,
-                frequency,
-                steepness,
-                shift,
-            },
-            &Shape::Step { value, start, rise } => Signal::Step { value, start, rise },
-            &Shape::Ramp { value, start, end } if end > start => Signal::Ramp { value, start, end },
-            Shape::Ramp { start, end, .. } => {
-                let error = InputError::new("the ramp ends before it starts")
-                    .found(format!("start = {start}, end = {end}"))
-                    .allowed("an end after the start, s")
-                    .next("what jumps is a step: { type = \"step\", value = ..., start = ..., rise = 0 }");
-                return Err(self.wrong(&format!("{path}.end"), error));
+        Ok(match function {
+            Function::Constant(value) => Signal::constant(*value),
+            Function::Shape(Shape::Formula(formula)) => {
+                let signal = formula.signal();
+                if let Some(objection) = signal.objection() {
+                    let error = InputError::new(objection.problem)
+                        .found(objection.found)
+                        .allowed(objection.allowed)
+                        .next(objection.next);
+                    return Err(self.wrong(&format!("{path}.{}", objection.key), error));
+                }
+                signal
             }
-            Shape::Table { file, time, column } => {
-                Signal::Table(Arc::new(self.table(file, time, column, path)?))
-            }
-            Shape::Sum { of } => Signal::Sum(parts(of)?),
-            Shape::Product { of } => Signal::Product(parts(of)?),
+            Function::Shape(Shape::Composed(composed)) => match composed {
+                Composed::Table { file, time, column } => {
+                    self.table(file, time, column, path)?.into()
+                }
+                Composed::Sum { of } => Signal::sum(parts(of)?),
+                Composed::Product { of } => Signal::product(parts(of)?),
+            },
         })
     }
 

@@ -1,10 +1,11 @@
 //! Rod and oscillators of a scene.
 
+use myovib_model::formula::{Formula, RampedSine};
 use myovib_oscillators::{Ends, Reach};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::function::Function;
+use super::function::{Function, Shape};
 use super::solid::Axis;
 
 /// The damped elastic rod of the paper's section 3.1, in its dimensionless units.
@@ -56,12 +57,12 @@ impl Default for Rod {
             beta: 1e-3,
             elements: 10,
             reading: RodReading::Strain,
-            load: Function::Shape(super::function::Shape::RampedSine {
+            load: Function::Shape(Shape::Formula(Formula::RampedSine(RampedSine {
                 amplitude: 1.0,
                 frequency: 8.0,
                 steepness: 10.0,
                 shift: 8.0,
-            }),
+            }))),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What a scene asks to see, and when it stops early.
 
+use myovib_model::Quantity;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -90,42 +91,7 @@ pub enum ProbeKind {
 }
 
 fn displacement_and_pressure() -> Vec<Quantity> {
-    vec![Quantity::U, Quantity::P]
-}
-
-/// A quantity of the deformed body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Quantity {
-    /// Displacement, m.
-    #[serde(rename = "u")]
-    U,
-    /// Velocity, m/s.
-    #[serde(rename = "v")]
-    V,
-    /// Pressure, Pa.
-    #[serde(rename = "p")]
-    P,
-    /// Volume ratio det F.
-    J,
-    /// Green's strain: components as for `stress`.
-    #[serde(rename = "strain")]
-    Strain,
-    /// Principal values of Green's strain, the largest first.
-    #[serde(rename = "principal-strain")]
-    PrincipalStrain,
-    /// Cauchy stress, active and viscous stress included, Pa: xx, yy, xy, zz; in space xx, yy, zz,
-    /// xy, yz, xz.
-    #[serde(rename = "stress")]
-    Stress,
-    /// Principal values of the Cauchy stress, Pa, the largest first.
-    #[serde(rename = "principal-stress")]
-    Principal,
-    /// Von Mises' equivalent of the Cauchy stress, Pa.
-    #[serde(rename = "von-mises")]
-    VonMises,
-    /// Tension T of the active stress, Pa; 0 in materials that have none.
-    #[serde(rename = "tension")]
-    Tension,
+    vec![Quantity::Displacement, Quantity::Pressure]
 }
 
 /// Fields written for ParaView (VTU files and a PVD collection).
@@ -142,10 +108,10 @@ pub struct Fields {
 
 fn all_fields() -> Vec<Quantity> {
     vec![
-        Quantity::U,
-        Quantity::V,
-        Quantity::P,
-        Quantity::J,
+        Quantity::Displacement,
+        Quantity::Velocity,
+        Quantity::Pressure,
+        Quantity::VolumeRatio,
         Quantity::VonMises,
     ]
 }

@@ -1,5 +1,6 @@
 //! The elastic body of a scene: compressibility, supports, loads.
 
+use myovib_model::Formulation;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +22,7 @@ pub struct Solid {
     pub beta: f64,
     /// The DAE to integrate [default: `position` for β = 0 and finite κ, `velocity` for β = 0 and
     /// κ = inf, `implicit-rate` for β > 0].
-    pub formulation: Option<FormulationName>,
+    pub formulation: Option<Formulation>,
 }
 
 /// A bulk modulus: a number in Pa, or `inf`.
@@ -55,24 +56,6 @@ impl JsonSchema for Kappa {
             ],
         })
     }
-}
-
-/// The formulations, by the paper's equation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum FormulationName {
-    /// (18): no pressure; finite κ.
-    Displacement,
-    /// (28): β = 0.
-    Position,
-    /// (29): β > 0; the pressure's rate is an unknown.
-    Rate,
-    /// (31): β = 0; the constraint differentiated once.
-    Velocity,
-    /// (33), Gear–Gupta–Leimkuhler: β = 0, κ = inf.
-    Stabilized,
-    /// (26): β > 0; the pressure's rate is taken from the integrator.
-    ImplicitRate,
 }
 
 /// A coordinate direction.

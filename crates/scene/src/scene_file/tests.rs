@@ -1,3 +1,4 @@
+use super::function::{Composed, Function, Shape};
 use super::*;
 
 const MINIMAL: &str = include_str!("../../data/scenes/init.toml");
@@ -52,7 +53,7 @@ fn overrides_replace_add_and_need_no_quotes() {
     let scene = read("scene.toml", MINIMAL, &set).unwrap().scene;
     assert_eq!(
         scene.solid.unwrap().formulation,
-        Some(solid::FormulationName::Rate)
+        Some(myovib_model::Formulation::Rate)
     );
     assert_eq!(
         scene.material[0].law,
@@ -93,10 +94,10 @@ fn functions_of_time_nest() {
         y = { type = "product", of = [2.0, { type = "sum", of = [{ type = "sine", amplitude = 1, frequency = 8 }, 1] }] }
     "#;
     let scene = read("s.toml", text, &[]).unwrap().scene;
-    assert_eq!(scene.traction[0].x, Some(function::Function::Constant(3.0)));
+    assert_eq!(scene.traction[0].x, Some(Function::Constant(3.0)));
     assert!(matches!(
         scene.traction[0].y,
-        Some(function::Function::Shape(function::Shape::Product { ref of })) if of.len() == 2
+        Some(Function::Shape(Shape::Composed(Composed::Product { ref of }))) if of.len() == 2
     ));
 }
 

@@ -78,7 +78,7 @@ impl Grid {
             Quantity::Velocity => return of_nodes(snapshot.velocity),
             _ => {}
         }
-        let width = quantity.components(dimension).len();
+        let width = quantity.columns(dimension).len();
         let mut sums = vec![vec![0.0; width]; self.n_points()];
         let mut counts = vec![0.0_f64; self.n_points()];
         let places = space.mesh().shape().nodes(space.degree());

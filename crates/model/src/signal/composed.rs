@@ -1,0 +1,105 @@
+//! Constants, tables, sums and products of functions of time.
+
+use super::jet::Jet;
+use super::spline::Spline;
+use super::timing::{Break, FRACTION, Timed, shortest};
+use super::{ALWAYS, Signal, TimeFunction};
+
+impl TimeFunction for f64 {
+    fn at(&self, _: f64) -> Jet {
+        Jet::constant(*self)
+    }
+
+    fn time_scale(&self, _: f64, _: f64) -> Option<f64> {
+        None
+    }
+
+    fn constant_over(&self, _: f64, _: f64) -> Option<f64> {
+        Some(*self)
+    }
+}
+
+/// The bends of a table; its joints are as smooth as steps need: none has to end there.
+impl TimeFunction for Spline {
+    fn at(&self, t: f64) -> Jet {
+        self.at(t)
+    }
+
+    fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
+        self.time_scale(from, to)
+    }
+
+    fn range(&self) -> (f64, f64) {
+        self.range()
+    }
+}
+
+/// How functions are put together.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Operation {
+    Sum,
+    Product,
+}
+
+#[derive(Debug)]
+pub(super) struct Composed(pub(super) Operation, pub(super) Vec<Signal>);
+
+impl Composed {
+    fn shortest(&self, time: impl Fn(&Signal) -> Option<f64>) -> Option<f64> {
+        shortest(self.1.iter().filter_map(time))
+    }
+}
+
+impl TimeFunction for Composed {
+    fn at(&self, t: f64) -> Jet {
+        let (start, put): (f64, fn(Jet, Jet) -> Jet) = match self.0 {
+            Operation::Sum => (0.0, |sum, term| sum + term),
+            Operation::Product => (1.0, |product, factor| product * factor),
+        };
+        let parts = self.1.iter().map(|part| part.at(t));
+        parts.fold(Jet::constant(start), put)
+    }
+
+    fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
+        self.shortest(|part| part.time_scale(from, to))
+    }
+
+    fn longest_step(&self, from: f64, to: f64) -> Option<f64> {
+        let changes = |part: &&Signal| part.constant_over(from, to).is_none();
+        match self.0 {
+            // What goes on may begin with what comes.
+            Operation::Product if self.1.iter().filter(changes).count() > 1 => {
+                Some(FRACTION * self.time_scale(from, to)?)
+            }
+            _ => self.shortest(|part| part.longest_step(from, to)),
+        }
+    }
+
+    fn constant_over(&self, from: f64, to: f64) -> Option<f64> {
+        let mut values = self.1.iter().map(|part| part.constant_over(from, to));
+        match self.0 {
+            Operation::Sum => values.try_fold(0.0, |sum, value| Some(sum + value?)),
+            // What is multiplied by zero does not change, whatever it does.
+            Operation::Product if values.clone().any(|value| value == Some(0.0)) => Some(0.0),
+            Operation::Product => values.try_fold(1.0, |product, value| Some(product * value?)),
+        }
+    }
+
+    fn next_break(&self, after: f64) -> Option<Break> {
+        let breaks = self.1.iter().filter_map(|part| part.next_break(after));
+        breaks.reduce(Break::earlier)
+    }
+
+    fn lowest_jump(&self) -> u8 {
+        self.1.iter().map(Signal::lowest_jump).min().unwrap_or(3)
+    }
+
+    fn frequency(&self) -> Option<f64> {
+        self.1.iter().filter_map(Signal::frequency).reduce(f64::max)
+    }
+
+    fn range(&self) -> (f64, f64) {
+        let ranges = self.1.iter().map(Signal::range);
+        ranges.fold(ALWAYS, |(start, end), (s, e)| (start.max(s), end.min(e)))
+    }
+}

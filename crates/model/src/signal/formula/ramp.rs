@@ -1,0 +1,56 @@
+//! A linear rise.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::signal::timing::{Break, between, first, shortest};
+use crate::signal::{Jet, Objection, TimeFunction};
+
+/// Linear from 0 at `start` to `value` at `end`, constant before and after. Its slope jumps,
+/// so that it is good for loads but not for displacements.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(inline)]
+pub struct Ramp {
+    /// Value at and after `end`, in the unit of what is driven.
+    pub value: f64,
+    /// When it begins, s.
+    #[serde(default)]
+    pub start: f64,
+    /// When it has reached `value`, s; after `start`.
+    pub end: f64,
+}
+
+impl TimeFunction for Ramp {
+    fn at(&self, t: f64) -> Jet {
+        let s = (Jet::variable(t) + (-self.start)) * (1.0 / (self.end - self.start));
+        let inside = (0.0..1.0).contains(&s.value);
+        s.compose(s.value.clamp(0.0, 1.0), f64::from(u8::from(inside)), 0.0) * self.value
+    }
+
+    fn time_scale(&self, _: f64, _: f64) -> Option<f64> {
+        shortest([self.end - self.start])
+    }
+
+    fn constant_over(&self, from: f64, to: f64) -> Option<f64> {
+        between([self.start, self.end], self.value, from, to)
+    }
+
+    fn next_break(&self, after: f64) -> Option<Break> {
+        first([self.start, self.end], after, self.lowest_jump())
+    }
+
+    fn lowest_jump(&self) -> u8 {
+        1
+    }
+
+    fn objection(&self) -> Option<Objection> {
+        let Self { start, end, .. } = self;
+        (end <= start).then(|| Objection {
+            key: "end",
+            problem: "the ramp ends before it starts",
+            found: format!("start = {start}, end = {end}"),
+            allowed: "an end after the start, s",
+            next: "what jumps is a step: { type = \"step\", value = ..., start = ..., rise = 0 }",
+        })
+    }
+}

@@ -1,0 +1,46 @@
+//! A sine.
+
+use std::f64::consts::TAU;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::signal::timing::shortest;
+use crate::signal::{Jet, TimeFunction};
+
+/// `amplitude · sin(2π frequency t + phase)`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(inline)]
+pub struct Sine {
+    /// Amplitude, in the unit of what is driven.
+    pub amplitude: f64,
+    /// Frequency, Hz.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub frequency: f64,
+    /// Phase, rad.
+    #[serde(default)]
+    pub phase: f64,
+}
+
+impl TimeFunction for Sine {
+    fn at(&self, t: f64) -> Jet {
+        (Jet::variable(t) * (TAU * self.frequency) + self.phase).sin() * self.amplitude
+    }
+
+    fn time_scale(&self, _: f64, _: f64) -> Option<f64> {
+        shortest([self.frequency.abs().recip()])
+    }
+
+    /// Error estimates see what goes on.
+    fn longest_step(&self, _: f64, _: f64) -> Option<f64> {
+        None
+    }
+
+    fn constant_over(&self, _: f64, _: f64) -> Option<f64> {
+        (self.amplitude == 0.0).then_some(0.0)
+    }
+
+    fn frequency(&self) -> Option<f64> {
+        (self.frequency != 0.0).then_some(self.frequency.abs())
+    }
+}

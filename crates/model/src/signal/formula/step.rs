@@ -1,0 +1,65 @@
+//! A step, smooth or sudden.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::signal::timing::{Break, between, first, just_after, shortest};
+use crate::signal::{Jet, TimeFunction};
+
+/// From 0 to `value` around `start`, over `rise` seconds, with two continuous derivatives
+/// (`s³ (6 s² - 15 s + 10)`). With `rise = 0` it jumps: loads and tensions may, and the integrator
+/// starts anew right after; displacements may not. At `start` itself the value is still 0, so that
+/// a body at rest, or in equilibrium, may be hit or released at t = 0.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(inline)]
+pub struct Step {
+    /// Value after the step, in the unit of what is driven.
+    pub value: f64,
+    /// When it begins, s.
+    #[serde(default)]
+    pub start: f64,
+    /// Seconds from 0 to `value`; 0 for a jump.
+    #[schemars(extend("minimum" = 0))]
+    pub rise: f64,
+}
+
+impl TimeFunction for Step {
+    fn at(&self, t: f64) -> Jet {
+        let &Self { value, start, rise } = self;
+        if rise == 0.0 {
+            return Jet::constant(if t < just_after(start) { 0.0 } else { value });
+        }
+        let s = (Jet::variable(t) + (-start)) * (1.0 / rise);
+        smooth_step(s) * value
+    }
+
+    fn time_scale(&self, _: f64, _: f64) -> Option<f64> {
+        shortest([self.rise])
+    }
+
+    fn constant_over(&self, from: f64, to: f64) -> Option<f64> {
+        between([self.start, self.start + self.rise], self.value, from, to)
+    }
+
+    fn next_break(&self, after: f64) -> Option<Break> {
+        first(
+            [self.start, self.start + self.rise],
+            after,
+            self.lowest_jump(),
+        )
+    }
+
+    fn lowest_jump(&self) -> u8 {
+        if self.rise == 0.0 { 0 } else { 3 }
+    }
+}
+
+/// s³ (6 s² - 15 s + 10) between 0 and 1, constant beyond.
+fn smooth_step(s: Jet) -> Jet {
+    let x = s.value.clamp(0.0, 1.0);
+    s.compose(
+        x * x * x * (x * (6.0 * x - 15.0) + 10.0),
+        30.0 * x * x * (x - 1.0) * (x - 1.0),
+        60.0 * x * (x - 1.0) * (2.0 * x - 1.0),
+    )
+}
