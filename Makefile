@@ -6,14 +6,10 @@ help: ## print this menu
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 fmt: ## format all sources
-	cargo fmt --all
-	cargo fmt --manifest-path bench/rivals/Cargo.toml
-	cargo fmt --manifest-path fuzz/Cargo.toml
+	./scripts/format
 
 lint: ## format and lints, warnings as errors
-	cargo fmt --all -- --check
-	cargo fmt --manifest-path bench/rivals/Cargo.toml -- --check
-	cargo fmt --manifest-path fuzz/Cargo.toml -- --check
+	./scripts/format --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 
 test: ## set up the machine if needed, then all quick tests
