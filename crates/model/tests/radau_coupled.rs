@@ -46,7 +46,7 @@ fn settings(rtol: f64, t_end: f64, linear_solver: LinearSolver) -> Settings {
     }
 }
 
-type CoupledMuscle = RadauIntegrator<CoupledDae<MuscleDae>, SystemMatrices<MuscleDae>>;
+type CoupledMuscle = RadauIntegrator<CoupledDae<MuscleDae>, SystemMatrices<CoupledDae<MuscleDae>>>;
 
 fn start_muscle(settings: &Settings) -> CoupledMuscle {
     let dae = muscle_and_chain();

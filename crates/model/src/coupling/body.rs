@@ -4,7 +4,11 @@ use myovib_dae::LinearSolver;
 use myovib_sparse::SparseError;
 use myovib_sparse::klu::KluOptions;
 
+use super::dae::CoupledDae;
+use super::feedback::FeedbackDae;
+use super::feedback_solver::FeedbackSolver;
 use super::no_body::NoBody;
+use super::solver::CoupledSolver;
 use crate::error::ModelError;
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
@@ -12,25 +16,25 @@ use crate::rod_dae::RodDae;
 use crate::signal::schedule::Schedule;
 use crate::start::Consistent;
 
-/// A body's own linear solver.
-pub type BodySolver<B> = Box<dyn LinearSolver<B> + Send>;
+/// A system's own linear solver.
+pub type SystemMatrices<B> = Box<dyn LinearSolver<B> + Send>;
 
-/// A body that oscillators can be coupled to.
+/// A body that oscillators can be coupled to, or such a body with its oscillators.
 pub trait Body: Consistent + Send + Sized + 'static {
-    /// What drives the body.
+    /// What drives it.
     fn schedule(&self) -> Schedule {
         Schedule::default()
     }
 
-    /// A shorter way to solve the body's Newton systems than KLU on the whole matrix, if there is
+    /// A shorter way to solve its Newton systems than KLU on the whole matrix, if there is
     /// one.
     ///
     /// # Errors
     /// Those of the analysis.
     fn condensed_solver(
-        &self,
+        &mut self,
         _options: KluOptions,
-    ) -> Result<Option<BodySolver<Self>>, SparseError> {
+    ) -> Result<Option<SystemMatrices<Self>>, SparseError> {
         Ok(None)
     }
 }
@@ -41,9 +45,9 @@ impl Body for MuscleDae {
     }
 
     fn condensed_solver(
-        &self,
+        &mut self,
         options: KluOptions,
-    ) -> Result<Option<BodySolver<Self>>, SparseError> {
+    ) -> Result<Option<SystemMatrices<Self>>, SparseError> {
         Ok(Some(Box::new(CondensedSolver::new(self, options)?)))
     }
 }
@@ -57,6 +61,44 @@ impl Body for RodDae {
 impl Consistent for RodDae {
     fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
         Ok([y.to_vec(), self.rates(t, y)?])
+    }
+}
+
+impl<B: Body> Body for CoupledDae<B> {
+    /// What drives the body and the oscillators, and the periods of these.
+    fn schedule(&self) -> Schedule {
+        let mut schedule = self.body().schedule();
+        for k in 0..self.n_networks() {
+            self.oscillators(k).add_to(&mut schedule);
+        }
+        schedule
+    }
+
+    fn condensed_solver(
+        &mut self,
+        options: KluOptions,
+    ) -> Result<Option<SystemMatrices<Self>>, SparseError> {
+        let Some(body) = self.body_mut().condensed_solver(options)? else {
+            return Ok(None);
+        };
+        Ok(Some(Box::new(CoupledSolver::new(body, self, options)?)))
+    }
+}
+
+/// Its oscillators are eliminated where they act on their own elements alone.
+impl Body for FeedbackDae {
+    fn schedule(&self) -> Schedule {
+        self.one_way().schedule()
+    }
+
+    fn condensed_solver(
+        &mut self,
+        options: KluOptions,
+    ) -> Result<Option<SystemMatrices<Self>>, SparseError> {
+        Ok(match FeedbackSolver::new(self, options)? {
+            Some(solver) => Some(Box::new(solver)),
+            None => None,
+        })
     }
 }
 

@@ -9,7 +9,6 @@ use super::body::Body;
 use super::oscillators::{Oscillators, Source};
 use crate::blocks::{Block, Blocks};
 use crate::error::ModelError;
-use crate::signal::schedule::Schedule;
 use crate::start::Consistent;
 
 /// F(t, Y, Ẏ) = 0 for a body and the oscillators it drives, Y = (y, s_1, s_2, …).
@@ -178,17 +177,6 @@ impl<B: Problem> CoupledDae<B> {
         body.fill(0.0);
         oscillators.iter_mut().for_each(|r| *r = -*r);
         Ok((y_dot, imbalance))
-    }
-}
-
-impl<B: Body> CoupledDae<B> {
-    /// What drives the body and the oscillators, and the periods of these.
-    pub fn schedule(&self) -> Schedule {
-        let mut schedule = self.body.schedule();
-        for part in &self.parts {
-            part.oscillators.add_to(&mut schedule);
-        }
-        schedule
     }
 }
 

@@ -36,7 +36,7 @@ mod recording;
 mod solver;
 mod start;
 
-pub use body::{Body, BodySolver};
+pub use body::{Body, SystemMatrices};
 pub use dae::CoupledDae;
 pub use error_test::{ErrorTest, StateTolerances};
 pub use feedback::{Effect, Feedback, FeedbackDae};
@@ -46,7 +46,6 @@ pub use locking::{LockCriterion, Synchrony};
 pub use no_body::NoBody;
 pub use oscillators::{Oscillators, Source};
 pub(crate) use radau::tested;
-pub use radau::{FeedbackMatrices, SystemMatrices};
 pub use recording::{Recorder, Recording};
 pub use solver::CoupledSolver;
 pub use start::{CoupledOptions, start_coupled, start_coupled_from, start_with_feedback};

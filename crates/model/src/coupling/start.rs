@@ -4,7 +4,6 @@ use myovib_radau::RadauOptions;
 use sundials_wrap::IdaOptions;
 
 use super::body::Body;
-use super::dae::CoupledDae;
 use super::error_test::ErrorTest;
 use super::feedback::FeedbackDae;
 use crate::error::ModelError;
@@ -14,7 +13,6 @@ use crate::integration::projected::Projected;
 use crate::integration::radau::{self, RadauIntegrator};
 use crate::integration::settings::{IntegratorKind, LinearSolver, Settings};
 use crate::muscle_dae::MuscleDae;
-use crate::start::Consistent;
 
 /// What the integrators of a coupled system can be told; the error test has the tolerances.
 #[derive(Debug, Clone)]
@@ -70,14 +68,14 @@ impl CoupledOptions {
 /// zero is met by consistent initial derivatives.
 ///
 /// # Errors
-/// Those of [`Consistent::consistent`] and of [`start_coupled_from`].
-pub fn start_coupled<B: Body>(
-    mut dae: CoupledDae<B>,
+/// Those of [`Consistent::consistent`](crate::start::Consistent::consistent) and of [`start_coupled_from`].
+pub fn start_coupled<P: Body>(
+    mut dae: P,
     error_test: ErrorTest,
     options: CoupledOptions,
     t_end: f64,
     y: &[f64],
-) -> Result<Box<dyn Integrator<CoupledDae<B>>>, ModelError> {
+) -> Result<Box<dyn Integrator<P>>, ModelError> {
     let [y, y_dot] = dae.consistent(0.0, y)?;
     start_coupled_from(dae, error_test, options, [0.0, t_end], &y, &y_dot)
 }
@@ -87,14 +85,14 @@ pub fn start_coupled<B: Body>(
 ///
 /// # Errors
 /// As [`IdaIntegrator::coupled_at`] and [`RadauIntegrator::coupled_at`]; [`ModelError::OnlyBdf`].
-pub fn start_coupled_from<B: Body>(
-    dae: CoupledDae<B>,
+pub fn start_coupled_from<P: Body>(
+    dae: P,
     error_test: ErrorTest,
     options: CoupledOptions,
     times: [f64; 2],
     y: &[f64],
     y_dot: &[f64],
-) -> Result<Box<dyn Integrator<CoupledDae<B>>>, ModelError> {
+) -> Result<Box<dyn Integrator<P>>, ModelError> {
     let CoupledOptions {
         integrator,
         ida,
@@ -122,8 +120,7 @@ pub fn start_coupled_from<B: Body>(
 /// `[start, end]`.
 ///
 /// # Errors
-/// As [`IdaIntegrator::feedback_at`] and [`RadauIntegrator::feedback_at`];
-/// [`ModelError::NotWithFeedback`].
+/// As [`start_coupled_from`]; [`ModelError::NotWithFeedback`].
 pub fn start_with_feedback(
     dae: FeedbackDae,
     error_test: ErrorTest,
@@ -132,22 +129,9 @@ pub fn start_with_feedback(
     y: &[f64],
     y_dot: &[f64],
 ) -> Result<Box<dyn Integrator<FeedbackDae>>, ModelError> {
-    let CoupledOptions {
-        ida,
-        radau,
-        linear_solver: linear,
-        ..
-    } = options;
     if options.project_every.is_some() {
         let setting = "project_every";
         return Err(ModelError::NotWithFeedback { setting });
     }
-    Ok(match options.integrator.stages() {
-        None => Box::new(IdaIntegrator::feedback_at(
-            dae, error_test, ida, linear, times, y, y_dot,
-        )?),
-        Some(_) => Box::new(RadauIntegrator::feedback_at(
-            dae, error_test, radau, linear, times, y, y_dot,
-        )?),
-    })
+    start_coupled_from(dae, error_test, options, times, y, y_dot)
 }

@@ -121,12 +121,11 @@ impl Measurement {
     }
 
     /// The names of the values, in their order.
-    pub fn names(&self) -> Vec<&'static str> {
-        let components = self
-            .quantities
-            .iter()
-            .map(|quantity| quantity.columns(self.dimension));
-        components.flatten().copied().collect()
+    pub fn names(&self) -> Vec<String> {
+        let quantities = self.quantities.iter();
+        quantities
+            .flat_map(|quantity| quantity.columns(self.dimension))
+            .collect()
     }
 
     /// The number of states (det F, stress) computed for one reading.
@@ -141,9 +140,11 @@ impl Measurement {
     /// Appends the values to `out`.
     pub fn read(&self, snapshot: &Snapshot<'_>, out: &mut Vec<f64>) {
         for quantity in &self.quantities {
-            let mut mean = vec![0.0; quantity.columns(self.dimension).len()];
+            let mut mean = Vec::new();
             for (place, weight) in &self.places {
-                for (mean, value) in mean.iter_mut().zip(snapshot.at(place, *quantity)) {
+                let values = snapshot.at(place, *quantity);
+                mean.resize(values.len(), 0.0);
+                for (mean, value) in mean.iter_mut().zip(values) {
                     *mean += weight * value;
                 }
             }

@@ -1,6 +1,7 @@
 //! The quantities of a body that can be read off it: an entry each of [`quantities`].
 
 use myovib_fem::material::three::Tensor3;
+use myovib_fem::output::PointState;
 use myovib_fem::{Located, Pressure};
 use nalgebra::Matrix3;
 use schemars::JsonSchema;
@@ -23,15 +24,18 @@ pub enum Components {
 
 /// What is known of a quantity.
 struct Description {
-    /// Its name in field files.
-    label: &'static str,
+    /// Its name in field files, and what the names of its columns begin with.
+    names: [&'static str; 2],
     components: Components,
-    /// The names of the components, in the plane and in space.
-    columns: [&'static [&'static str]; 2],
-    /// Whether det F, a strain or a stress must be computed for it.
-    needs_state: bool,
-    /// The components at a place.
-    at: fn(&Snapshot<'_>, &Located) -> Vec<f64>,
+    reading: Reading,
+}
+
+/// How the components at a place are found; those of a symmetric tensor in their order in space.
+enum Reading {
+    /// From the fields.
+    Fields(fn(&Snapshot<'_>, &Located) -> Vec<f64>),
+    /// From det F, a strain or a stress.
+    State(fn(&PointState) -> Vec<f64>),
 }
 
 /// Makes [`Quantity`] of the list of quantities: what a scene says of each stands before it, its name
@@ -54,151 +58,84 @@ macro_rules! quantities {
     };
 }
 
-macro_rules! scalar {
-    ($name:literal) => {
-        [&[$name], &[$name]]
-    };
-}
-
-macro_rules! vector {
-    ($name:literal) => {
-        [
-            &[concat!($name, "_x"), concat!($name, "_y")],
-            &[
-                concat!($name, "_x"),
-                concat!($name, "_y"),
-                concat!($name, "_z"),
-            ],
-        ]
-    };
-}
-
-macro_rules! principal {
-    ($name:literal) => {
-        [&[
-            concat!($name, "_1"),
-            concat!($name, "_2"),
-            concat!($name, "_3"),
-        ]; 2]
-    };
-}
-
-macro_rules! symmetric {
-    ($name:literal) => {
-        [
-            &[
-                concat!($name, "_xx"),
-                concat!($name, "_yy"),
-                concat!($name, "_xy"),
-                concat!($name, "_zz"),
-            ],
-            &[
-                concat!($name, "_xx"),
-                concat!($name, "_yy"),
-                concat!($name, "_zz"),
-                concat!($name, "_xy"),
-                concat!($name, "_yz"),
-                concat!($name, "_xz"),
-            ],
-        ]
-    };
-}
-
 quantities! {
     /// Displacement, m.
     Displacement "u" {
-        label: "displacement",
+        names: ["displacement", "u"],
         components: Components::Vector,
-        columns: vector!("u"),
-        needs_state: false,
-        at: |snapshot, place| snapshot.vector_at(snapshot.displacement, place),
+        reading: Reading::Fields(|body, place| body.vector_at(body.displacement, place)),
     }
     /// Velocity, m/s.
     Velocity "v" {
-        label: "velocity",
+        names: ["velocity", "v"],
         components: Components::Vector,
-        columns: vector!("v"),
-        needs_state: false,
-        at: |snapshot, place| snapshot.vector_at(snapshot.velocity, place),
+        reading: Reading::Fields(|body, place| body.vector_at(body.velocity, place)),
     }
     /// Pressure, Pa.
     Pressure "p" {
-        label: "pressure",
+        names: ["pressure", "p"],
         components: Components::Scalar,
-        columns: scalar!("p"),
-        needs_state: false,
-        at: |snapshot, place| vec![match snapshot.pressure {
-            Pressure::Nodal(p) => snapshot.solid.space().pressure_at(p, place),
+        reading: Reading::Fields(|body, place| vec![match body.pressure {
+            Pressure::Nodal(p) => body.solid.space().pressure_at(p, place),
             // −κ (J − 1) for the formulation without pressure.
-            Pressure::Penalty { .. } => snapshot.state_at(place).pressure,
-        }],
+            Pressure::Penalty { .. } => body.state_at(place).pressure,
+        }]),
     }
     /// Volume ratio det F.
     VolumeRatio "J" {
-        label: "J",
+        names: ["J", "J"],
         components: Components::Scalar,
-        columns: scalar!("J"),
-        needs_state: true,
-        at: |snapshot, place| vec![snapshot.state_at(place).jacobian],
+        reading: Reading::State(|state| vec![state.jacobian]),
     }
     /// Green's strain: components as for `stress`.
     Strain "strain" {
-        label: "strain",
+        names: ["strain", "strain"],
         components: Components::Symmetric,
-        columns: symmetric!("strain"),
-        needs_state: true,
-        at: |snapshot, place| symmetric(snapshot, green(snapshot.state_at(place).gradient)),
+        reading: Reading::State(|state| symmetric(green(state.gradient))),
     }
     /// Principal values of Green's strain, the largest first.
     PrincipalStrain "principal-strain" {
-        label: "principal_strain",
+        names: ["principal_strain", "principal_strain"],
         components: Components::Principal,
-        columns: principal!("principal_strain"),
-        needs_state: true,
-        at: |snapshot, place| principal(green(snapshot.state_at(place).gradient)),
+        reading: Reading::State(|state| principal(green(state.gradient))),
     }
     /// Cauchy stress, active and viscous stress included, Pa: xx, yy, xy, zz; in space xx, yy, zz,
     /// xy, yz, xz.
     Stress "stress" {
-        label: "stress",
+        names: ["stress", "stress"],
         components: Components::Symmetric,
-        columns: symmetric!("stress"),
-        needs_state: true,
-        at: |snapshot, place| symmetric(snapshot, snapshot.state_at(place).cauchy),
+        reading: Reading::State(|state| symmetric(state.cauchy)),
     }
     /// Principal values of the Cauchy stress, Pa, the largest first.
     Principal "principal-stress" {
-        label: "principal_stress",
+        names: ["principal_stress", "principal"],
         components: Components::Principal,
-        columns: principal!("principal"),
-        needs_state: true,
-        at: |snapshot, place| principal(snapshot.state_at(place).cauchy),
+        reading: Reading::State(|state| principal(state.cauchy)),
     }
     /// Von Mises' equivalent of the Cauchy stress, Pa.
     VonMises "von-mises" {
-        label: "von_mises",
+        names: ["von_mises", "von_mises"],
         components: Components::Scalar,
-        columns: scalar!("von_mises"),
-        needs_state: true,
-        at: |snapshot, place| vec![snapshot.state_at(place).von_mises()],
+        reading: Reading::State(|state| vec![state.von_mises()]),
     }
     /// Tension T of the active stress, Pa; 0 in materials that have none.
     Tension "tension" {
-        label: "tension",
+        names: ["tension", "tension"],
         components: Components::Scalar,
-        columns: scalar!("tension"),
-        needs_state: false,
-        at: |snapshot, place| {
-            let own = snapshot.tensions.get(place.element);
+        reading: Reading::Fields(|body, place| {
+            let own = body.tensions.get(place.element);
             vec![own.copied().unwrap_or(0.0)]
-        },
+        }),
     }
 }
+
+/// The places of a plane body's components of a symmetric tensor among those in space.
+const IN_THE_PLANE: [usize; 4] = [0, 1, 3, 2];
 
 impl Quantity {
     /// Its name in field files.
     pub fn label(self) -> &'static str {
-        self.description().label
+        self.description().names[0]
     }
 
     /// What its components are.
@@ -207,29 +144,38 @@ impl Quantity {
     }
 
     /// The names of its components in a body of so many dimensions.
-    pub fn columns(self, dimension: usize) -> &'static [&'static str] {
-        self.description().columns[dimension - 2]
+    pub fn columns(self, dimension: usize) -> Vec<String> {
+        let six = ["xx", "yy", "zz", "xy", "yz", "xz"];
+        let ends = match self.components() {
+            Components::Scalar => return vec![self.description().names[1].to_owned()],
+            Components::Vector => ["x", "y", "z"][..dimension].to_vec(),
+            Components::Principal => vec!["1", "2", "3"],
+            Components::Symmetric if dimension == 2 => IN_THE_PLANE.map(|i| six[i]).to_vec(),
+            Components::Symmetric => six.to_vec(),
+        };
+        let name = self.description().names[1];
+        ends.iter().map(|end| format!("{name}_{end}")).collect()
     }
 
     /// Whether det F, a strain or a stress must be computed for it.
     pub fn needs_state(self) -> bool {
-        self.description().needs_state
+        matches!(self.description().reading, Reading::State(_))
     }
 
-    pub(super) fn at(self, snapshot: &Snapshot<'_>, place: &Located) -> Vec<f64> {
-        (self.description().at)(snapshot, place)
+    pub(super) fn at(self, body: &Snapshot<'_>, place: &Located) -> Vec<f64> {
+        let values = match self.description().reading {
+            Reading::Fields(read) => read(body, place),
+            Reading::State(read) => read(&body.state_at(place)),
+        };
+        match (self.components(), body.solid.space().dimension()) {
+            (Components::Symmetric, 2) => IN_THE_PLANE.map(|i| values[i]).to_vec(),
+            _ => values,
+        }
     }
 }
 
-/// The components of a symmetric tensor: those in the plane first, for a plane body.
-fn symmetric(
-    snapshot: &Snapshot<'_>,
-    [[xx, xy, xz], [_, yy, yz], [_, _, zz]]: Tensor3,
-) -> Vec<f64> {
-    match snapshot.solid.space().dimension() {
-        2 => vec![xx, yy, xy, zz],
-        _ => vec![xx, yy, zz, xy, yz, xz],
-    }
+fn symmetric([[xx, xy, xz], [_, yy, yz], [_, _, zz]]: Tensor3) -> Vec<f64> {
+    vec![xx, yy, zz, xy, yz, xz]
 }
 
 /// (H + Hᵀ + Hᵀ H)/2 of H = ∇u.

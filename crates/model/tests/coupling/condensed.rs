@@ -95,7 +95,7 @@ fn solutions_solve_the_full_system_to_rounding() {
         let mut draw = || -> Vec<f64> { (0..n).map(|_| rng.random_range(-1.0..1.0)).collect() };
         let b = draw();
 
-        let body = dae.body().condensed_solver(klu()).unwrap().unwrap();
+        let body = dae.body_mut().condensed_solver(klu()).unwrap().unwrap();
         let mut solver = CoupledSolver::new(body, &dae, klu()).unwrap();
         let weights = vec![1.0; n];
         let at = Linearization {

@@ -99,9 +99,7 @@ impl What {
     /// Names of the columns after the time.
     pub(crate) fn names(&self) -> Vec<String> {
         match self {
-            Self::Places(one) if one.len() == 1 => {
-                one[0].names().into_iter().map(str::to_owned).collect()
-            }
+            Self::Places(one) if one.len() == 1 => one[0].names(),
             Self::Places(several) => several
                 .iter()
                 .enumerate()
