@@ -48,8 +48,16 @@ impl Tolerances {
     /// tolerance is zero.
     pub fn write_weights(&self, y: &[f64], weights: &mut [f64]) {
         let relative = self.relative();
-        for (i, (weight, y)) in weights.iter_mut().zip(y).enumerate() {
-            *weight = 1.0 / (relative * y.abs() + self.absolute(i));
+        let pairs = weights.iter_mut().zip(y);
+        match self {
+            Self::Scalar { absolute, .. } => {
+                pairs.for_each(|(weight, y)| *weight = 1.0 / (relative * y.abs() + absolute));
+            }
+            Self::Vector { absolute, .. } => {
+                for ((weight, y), absolute) in pairs.zip(absolute) {
+                    *weight = 1.0 / (relative * y.abs() + absolute);
+                }
+            }
         }
     }
 

@@ -39,7 +39,12 @@ impl<P: Problem> Weighing<P> {
             Self::Tolerances(tolerances) => tolerances.write_weights(y, weights),
             Self::Function(function) => function(problem, y, weights)?,
         }
-        match weights.iter().position(|&w| !(w > 0.0 && w.is_finite())) {
+        let fits = |w: f64| (w > 0.0) & (w < f64::INFINITY);
+        // Without a way out of the loop it is one of vectors.
+        if weights.iter().fold(true, |all, &w| all & fits(w)) {
+            return Ok(());
+        }
+        match weights.iter().position(|&w| !fits(w)) {
             None => Ok(()),
             Some(i) => {
                 let (weight, value, name) = (weights[i], y[i], problem.component_name(i));
