@@ -58,6 +58,7 @@ pub(crate) fn fit(
             set,
             experiments,
             out: out.clone(),
+            resume: false,
             tolerance,
             max_iterations,
             starts,

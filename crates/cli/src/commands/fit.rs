@@ -42,6 +42,10 @@ pub struct FitArgs {
     #[arg(long, value_name = "DIR", default_value = "fit", value_parser = args::output_folder)]
     pub out: PathBuf,
 
+    /// Go on with the history in the folder for the results, from the iteration that fits best there.
+    #[arg(long, conflicts_with = "starts")]
+    pub resume: bool,
+
     /// Compute intervals by profile likelihood too: some ten fits for each parameter.
     #[arg(long)]
     pub profile: bool,
@@ -112,6 +116,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<Exit> {
         set: args.set.clone(),
         experiments: experiments.collect(),
         out: args.out.clone(),
+        resume: args.resume,
         tolerance: args.tolerance,
         max_iterations: args.max_iterations,
         starts: args.starts.get(),

@@ -5,13 +5,14 @@
 //! [`FitResult`], of which `report` makes documents and words.
 
 mod data;
+mod history;
 mod model;
 mod phases;
 mod report;
 
-use std::fs::{self, File};
+use std::fs;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use myovib_fit::Loss;
@@ -20,11 +21,11 @@ use myovib_fit::{
     profile, several_starts,
 };
 
-use crate::csv::CsvWriter;
 use crate::sensitivity::{Known, Parametrised, Watcher, outputs};
 use crate::watch::Tell;
 use crate::{Error, InputError};
 pub use data::{Datum, read};
+use history::History;
 use model::{Experiment, SceneModel};
 use phases::fit_in_phases;
 
@@ -38,6 +39,8 @@ pub struct FitOptions<'a> {
     pub experiments: Vec<(PathBuf, Vec<String>)>,
     /// Folder for `history.csv`, which grows as the fit goes.
     pub out: PathBuf,
+    /// Whether to go on with the `history.csv` that is there, from its least cost.
+    pub resume: bool,
     /// The fit is converged when no parameter changes by more than this fraction of itself, or when what
     /// is left is a hundredth of what the noise leaves open.
     pub tolerance: f64,
@@ -110,7 +113,7 @@ pub struct Point {
 /// a history that cannot be written. A fit that does not converge is a result that says so.
 pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     let scene = Parametrised::load(&options.scene, &options.set)?;
-    let parameters = parameters(&scene)?;
+    let mut parameters = parameters(&scene)?;
     let experiments = experiments(options, &scene)?;
     let n_data = experiments.iter().map(|e| e.data.len()).sum::<usize>();
     if n_data <= parameters.len() {
@@ -145,7 +148,10 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         max_iterations: options.max_iterations,
         loss: options.loss,
     };
-    let mut history = History::begin(&options.out, &parameters)?;
+    let mut history = match options.resume {
+        true => History::resume(&options.out, &mut parameters)?,
+        false => History::begin(&options.out, &parameters)?,
+    };
     let interrupted = || {
         options
             .interrupt
@@ -260,50 +266,4 @@ fn experiments(
         Ok(Experiment::new(scene, outputs, data))
     });
     experiments.collect()
-}
-
-/// The iterations in a file, each of which is on the disk when the next begins.
-struct History {
-    csv: CsvWriter<File>,
-    path: PathBuf,
-    failed: Option<std::io::Error>,
-}
-
-impl History {
-    fn begin(folder: &Path, parameters: &[Parameter]) -> Result<Self, Error> {
-        fs::create_dir_all(folder).map_err(Error::file("make", folder))?;
-        let path = folder.join("history.csv");
-        let names = parameters.iter().map(|p| p.name.as_str());
-        let columns: Vec<&str> = ["iteration", "runs", "cost"]
-            .into_iter()
-            .chain(names)
-            .collect();
-        let csv = File::create(&path)
-            .and_then(|file| CsvWriter::new(file, &columns))
-            .map_err(Error::file("write", &path))?;
-        Ok(Self {
-            csv,
-            path,
-            failed: None,
-        })
-    }
-
-    fn add(&mut self, number: usize, iteration: &Iteration) {
-        let mut row = vec![number as f64, iteration.evaluations as f64, iteration.cost];
-        row.extend(&iteration.values);
-        let written = self
-            .csv
-            .row(&row)
-            .and_then(|()| self.csv.sink().sync_data());
-        if let Err(error) = written {
-            self.failed = Some(error);
-        }
-    }
-
-    fn end(self) -> Result<(), Error> {
-        match self.failed {
-            Some(error) => Err(Error::file("write", &self.path)(error)),
-            None => Ok(()),
-        }
-    }
 }

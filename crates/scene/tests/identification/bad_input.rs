@@ -98,6 +98,7 @@ fn of_fit(data: &str, more: &[&str], loss: Loss) -> String {
         set: set(&[&["time.end=0.02"], more].concat()),
         experiments: vec![(file, Vec::new())],
         out: out.clone(),
+        resume: false,
         tolerance: 1e-5,
         max_iterations: 20,
         starts: 1,

@@ -60,22 +60,86 @@ fn fit(path: PathBuf, data: PathBuf, more: &[&str], loss: Loss) -> FitResult {
 }
 
 fn fit_from(starts: usize, path: PathBuf, data: PathBuf, more: &[&str], loss: Loss) -> FitResult {
+    fitted(path, data, more, |options| FitOptions {
+        starts,
+        loss,
+        ..options
+    })
+    .unwrap()
+}
+
+fn fitted(
+    path: PathBuf,
+    data: PathBuf,
+    more: &[&str],
+    change: impl FnOnce(FitOptions<'_>) -> FitOptions<'_>,
+) -> Result<FitResult, myovib_scene::Error> {
     let out = path.with_file_name("fit");
-    compute(&FitOptions {
+    compute(&change(FitOptions {
         scene: path,
         set: set(&[&COMMON[..], more].concat()),
         experiments: vec![(data, Vec::new())],
         out,
+        resume: false,
         tolerance: 1e-5,
         max_iterations: 30,
-        starts,
+        starts: 1,
         seed: 0,
-        loss,
+        loss: Loss::Squares,
         profile: false,
         interrupt: None,
         progress: &(),
-    })
-    .unwrap()
+    }))
+}
+
+/// A fit that ends too early and is resumed comes to what the fit in one piece does, within the hundredth of
+/// the uncertainty at which a fit ends; it goes on with the history.
+#[test]
+fn a_fit_goes_on_from_its_history() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["material[0].c10", "solid.alpha"], "");
+    let data = folder.path().join("measured.csv");
+    let more = [&["material[0].c10=1.3e4"], &SMALL[..]].concat();
+    measure(&path, &more, 1.0, &data);
+    let run = |resume, max_iterations| {
+        fitted(path.clone(), data.clone(), &more[1..], |options| {
+            FitOptions {
+                resume,
+                max_iterations,
+                ..options
+            }
+        })
+    };
+    let none = run(true, 30).unwrap_err().to_string();
+    assert!(none.contains("there is no history to go on from"), "{none}");
+    let whole = run(false, 30).unwrap();
+    assert!(whole.fit.is_converged(), "{}", whole.ending());
+    let early = run(false, 1).unwrap();
+    assert!(!early.fit.is_converged(), "{}", early.ending());
+    let file = folder.path().join("fit/history.csv");
+    let before = std::fs::read_to_string(&file).unwrap();
+    let resumed = run(true, 30).unwrap();
+    assert!(resumed.fit.is_converged(), "{}", resumed.ending());
+    assert!(resumed.fit.history[0].cost < 0.5 * early.fit.history[0].cost);
+    for j in 0..2 {
+        let off = resumed.fit.values[j] - whole.fit.values[j];
+        let error = whole.uncertainty.standard_errors[j];
+        println!("{j}: {:e} of the standard error", off / error);
+        assert!(off.abs() < 0.02 * error, "{j}: {off:e} {error:e}");
+    }
+    let after = std::fs::read_to_string(&file).unwrap();
+    assert!(after.starts_with(&before) && after.len() > before.len());
+    let numbers = after.lines().skip(1).map(|line| {
+        let number: f64 = line.split(',').next().unwrap().parse().unwrap();
+        number as usize
+    });
+    assert!(numbers.eq(0..after.lines().count() - 1), "{after}");
+    std::fs::write(&file, "iteration,runs,cost,other\n0,1,2,3\n").unwrap();
+    let other = run(true, 30).unwrap_err().to_string();
+    assert!(
+        other.contains("the history is of other parameters"),
+        "{other}"
+    );
 }
 
 #[test]

@@ -1,0 +1,120 @@
+//! The iterations of a fit in a file, to look at and to go on from.
+
+use std::fs::{self, File, OpenOptions};
+use std::path::{Path, PathBuf};
+
+use myovib_fit::{Iteration, Parameter};
+
+use crate::csv::{CsvWriter, Table, Written};
+use crate::{Error, InputError};
+
+/// What stands before the parameters in a row.
+const COLUMNS: [&str; 3] = ["iteration", "runs", "cost"];
+
+/// The iterations in a file, each of which is on the disk when the next begins.
+pub(super) struct History {
+    csv: CsvWriter<File>,
+    path: PathBuf,
+    /// Iterations and runs before the next.
+    before: [usize; 2],
+    failed: Option<std::io::Error>,
+}
+
+fn columns(parameters: &[Parameter]) -> Vec<&str> {
+    let names = parameters.iter().map(|p| p.name.as_str());
+    COLUMNS.into_iter().chain(names).collect()
+}
+
+impl History {
+    /// A new file in `folder`, which is made.
+    pub(super) fn begin(folder: &Path, parameters: &[Parameter]) -> Result<Self, Error> {
+        fs::create_dir_all(folder).map_err(Error::file("make", folder))?;
+        let path = folder.join("history.csv");
+        let csv = File::create(&path)
+            .and_then(|file| CsvWriter::new(file, &columns(parameters)))
+            .map_err(Error::file("write", &path))?;
+        Ok(Self {
+            csv,
+            path,
+            before: [0, 0],
+            failed: None,
+        })
+    }
+
+    /// Goes on with the file in `folder`, and lets the parameters start where its cost is least.
+    pub(super) fn resume(folder: &Path, parameters: &mut [Parameter]) -> Result<Self, Error> {
+        let path = folder.join("history.csv");
+        let wrong = |what: String| InputError::new(what).at(path.display());
+        let text = fs::read_to_string(&path).map_err(|error| {
+            wrong(format!("there is no history to go on from: {error}"))
+                .next("fit without --resume, or name the folder of that fit by --out")
+        })?;
+        let table = Table::parse(&text).map_err(|error| wrong(format!("no table: {error}")))?;
+        let expected = columns(parameters);
+        if table.names != expected {
+            let error = wrong("the history is of other parameters".to_owned());
+            return Err(error
+                .found(table.names.join(", "))
+                .allowed(expected.join(", "))
+                .into());
+        }
+        let number = |word: &String| word.parse::<f64>().ok().filter(|value| value.is_finite());
+        let rows = table.rows.iter().map(|row| {
+            let numbers: Option<Vec<f64>> = row.iter().map(number).collect();
+            numbers
+                .filter(|numbers| numbers.len() == expected.len())
+                .ok_or_else(|| {
+                    wrong("a row is not one of finite numbers".to_owned()).found(row.join(","))
+                })
+        });
+        let rows: Vec<Vec<f64>> = rows.collect::<Result<_, _>>()?;
+        let n_columns = expected.len();
+        let best = rows.iter().min_by(|a, b| a[2].total_cmp(&b[2]));
+        let (Some(best), Some(last)) = (best, rows.last()) else {
+            let error = wrong("the history has no iteration to go on from".to_owned());
+            return Err(error.next("fit without --resume").into());
+        };
+        for (parameter, &value) in parameters.iter_mut().zip(&best[3..]) {
+            if !(parameter.low..=parameter.high).contains(&value) {
+                let error = wrong(format!("{} lies outside of its bounds", parameter.name));
+                let bounds = format!("{:e} to {:e}", parameter.low, parameter.high);
+                return Err(error.found(format!("{value:e}")).allowed(bounds).into());
+            }
+            parameter.start = value;
+        }
+        let file = OpenOptions::new()
+            .append(true)
+            .open(&path)
+            .map_err(Error::file("write", &path))?;
+        Ok(Self {
+            csv: CsvWriter::continued(file, n_columns, Written::default()),
+            before: [last[0] as usize + 1, last[1] as usize],
+            failed: None,
+            path,
+        })
+    }
+
+    /// Adds an iteration of this fit, in which they are counted from 0.
+    pub(super) fn add(&mut self, number: usize, iteration: &Iteration) {
+        let [iterations, runs] = self.before;
+        let counted = [iterations + number, runs + iteration.evaluations];
+        let mut row = counted.map(|count| count as f64).to_vec();
+        row.push(iteration.cost);
+        row.extend(&iteration.values);
+        let written = self
+            .csv
+            .row(&row)
+            .and_then(|()| self.csv.sink().sync_data());
+        if let Err(error) = written {
+            self.failed = Some(error);
+        }
+    }
+
+    /// Whether all was written.
+    pub(super) fn end(self) -> Result<(), Error> {
+        match self.failed {
+            Some(error) => Err(Error::file("write", &self.path)(error)),
+            None => Ok(()),
+        }
+    }
+}
