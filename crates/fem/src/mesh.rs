@@ -12,6 +12,7 @@
 mod attributes;
 mod boxes;
 mod conforming;
+mod curved;
 mod defect;
 mod facets;
 mod note;

@@ -162,3 +162,95 @@ fn an_inverted_tetrahedron_is_refused() {
     assert!(message.contains("is inverted"), "{message}");
     assert!(message.contains("and 4,"), "{message}");
 }
+
+/// A file with one element of second order, number 7: Gmsh's type, its dimension and its nodes.
+fn quadratic(kind: usize, dimension: usize, nodes: &[[f64; 3]]) -> String {
+    let n = nodes.len();
+    let (surfaces, volumes) = (usize::from(dimension == 2), usize::from(dimension == 3));
+    let tags = 1..=n;
+    let lines: String = tags.clone().map(|tag| format!("{tag}\n")).collect();
+    let places = nodes.iter().map(|[x, y, z]| format!("{x} {y} {z}\n"));
+    let places: String = places.collect();
+    let element: String = tags.map(|tag| format!(" {tag}")).collect();
+    format!(
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n\
+         $PhysicalNames\n1\n{dimension} 2 \"body\"\n$EndPhysicalNames\n\
+         $Entities\n0 0 {surfaces} {volumes}\n1 0 0 0 1 1 1 1 2 0\n$EndEntities\n\
+         $Nodes\n1 {n} 1 {n}\n{dimension} 1 0 {n}\n{lines}{places}$EndNodes\n\
+         $Elements\n1 1 7 7\n{dimension} 1 {kind} 1\n7{element}\n$EndElements\n"
+    )
+}
+
+/// A triangle of six nodes, the one between the first two at `place`.
+fn six_nodes(place: [f64; 2]) -> Result<Mesh, myovib_fem::FemError> {
+    let nodes = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [place[0], place[1], 0.0],
+        [0.5, 0.5, 0.0],
+        [0.0, 0.5, 0.0],
+    ];
+    Mesh::parse_msh(&quadratic(9, 2, &nodes), "m.msh")
+}
+
+/// A tetrahedron of ten nodes, the one between the first and the last vertex at `place`; with its
+/// second and third vertex exchanged if `mirrored`.
+fn ten_nodes(place: [f64; 3], mirrored: bool) -> Result<Mesh, myovib_fem::FemError> {
+    let mut nodes = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [0.5, 0.0, 0.0],
+        [0.5, 0.5, 0.0],
+        [0.0, 0.5, 0.0],
+        place,
+        [0.0, 0.5, 0.5],
+        [0.5, 0.0, 0.5],
+    ];
+    if mirrored {
+        for (a, b) in [(1, 2), (4, 6), (8, 9)] {
+            nodes.swap(a, b);
+        }
+    }
+    Mesh::parse_msh(&quadratic(11, 3, &nodes), "m.msh")
+}
+
+/// A node that slides along its straight edge, s in 0 to 1, makes the map's derivative there
+/// 3 - 4 s at the end: it folds from s = 3/4 on.
+#[test]
+fn curved_elements_turned_inside_out_are_refused() {
+    for s in [0.5, 0.26, 0.74] {
+        assert_eq!(six_nodes([s, 0.0]).expect("a triangle").n_elements(), 1);
+        let mesh = ten_nodes([0.0, 0.0, s], false).expect("a tetrahedron");
+        assert!(mesh.notes().is_empty());
+    }
+    let why = "is turned inside out there by the nodes on its curved edges";
+    for s in [0.75, 0.76, 1.4] {
+        let flat = six_nodes([s, 0.0]).unwrap_err().to_string();
+        let start = "element 7, near (1.000000, 0.000000), ";
+        assert!(flat.starts_with(&format!("{start}{why}")), "{flat}");
+        let spatial = ten_nodes([0.0, 0.0, s], false).unwrap_err().to_string();
+        let start = "element 7, near (0.000000, 0.000000, 1.000000), ";
+        assert!(spatial.starts_with(&format!("{start}{why}")), "{spatial}");
+    }
+    let flat = six_nodes([0.2, 0.9]).unwrap_err().to_string();
+    assert!(flat.contains(why), "{flat}");
+    let spatial = ten_nodes([9.0; 3], false).unwrap_err().to_string();
+    assert!(spatial.contains(why), "{spatial}");
+}
+
+/// The sign of a curved element's map counts once it is turned round.
+#[test]
+fn mirrored_curved_elements_are_turned_with_a_word() {
+    let mesh = ten_nodes([-0.1, -0.1, 0.5], true).expect("a tetrahedron");
+    assert_eq!(
+        mesh.notes()[0].to_string(),
+        "1 elements of the mesh were inside out and were turned round"
+    );
+    let space = Space::taylor_hood(&mesh);
+    let straight = Space::taylor_hood(&ten_nodes([0.0, 0.0, 0.5], true).unwrap());
+    assert!(space.is_curved(0) && space.measure() > straight.measure());
+    assert!(ten_nodes([9.0; 3], true).is_err());
+}

@@ -66,7 +66,8 @@ impl Mesh {
     /// lie. Those in the middle of their edge leave it straight.
     ///
     /// # Errors
-    /// [`FemError::LooseFacet`] for edges that are none of an element.
+    /// [`FemError::LooseFacet`] for edges that are none of an element, [`FemError::Defect`] for
+    /// elements that the nodes turn inside out.
     ///
     /// # Panics
     /// Unless `D` is the dimension.
@@ -94,6 +95,9 @@ impl Mesh {
                 spatial[..D].copy_from_slice(&place);
                 self.bent.insert(ends, spatial);
             }
+        }
+        if !self.bent.is_empty() {
+            self.check_curved::<D>()?;
         }
         Ok(self)
     }

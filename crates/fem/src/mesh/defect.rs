@@ -20,9 +20,9 @@ impl fmt::Display for ElementName {
     }
 }
 
-/// Elements that do not fit together.
+/// Elements that do not fit together, or one that its curved edges turn inside out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("elements {}, near ({}), {}", names(elements), place(near), self.complaint())]
+#[error("{}, near ({}), {}", names(elements), place(near), self.complaint())]
 pub struct MeshDefect {
     /// How.
     pub kind: DefectKind,
@@ -32,7 +32,7 @@ pub struct MeshDefect {
     pub near: Vec<f64>,
 }
 
-/// How elements can fail to fit together.
+/// How elements can fail to be parts of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DefectKind {
     /// Two have the same vertices.
@@ -51,6 +51,8 @@ pub enum DefectKind {
     Hanging,
     /// They cover the same place.
     Overlap,
+    /// The map of a curved one has no positive determinant at that place.
+    Folded,
 }
 
 impl MeshDefect {
@@ -80,6 +82,9 @@ impl MeshDefect {
                  whole {facet}s (Gmsh: BooleanFragments before meshing), or leave a gap"
             ),
             DefectKind::Overlap => "overlap".to_owned(),
+            DefectKind::Folded => "is turned inside out there by the nodes on its curved edges: \
+                 move them towards the middles (Gmsh: Mesh.HighOrderOptimize = 2), or refine the mesh"
+                .to_owned(),
         }
     }
 }
@@ -87,8 +92,10 @@ impl MeshDefect {
 fn names(elements: &[ElementName]) -> String {
     let names: Vec<String> = elements.iter().map(ToString::to_string).collect();
     match names.split_last() {
-        Some((last, rest)) if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
-        _ => names.concat(),
+        Some((last, rest)) if !rest.is_empty() => {
+            format!("elements {} and {last}", rest.join(", "))
+        }
+        _ => format!("element {}", names.concat()),
     }
 }
 

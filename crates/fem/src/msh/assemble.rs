@@ -47,9 +47,9 @@ impl File {
         let fields = self.fields(&parts);
         let bent = self.bent(&parts);
         let mesh = Mesh::new(parts.points, parts.elements, groups);
+        let mesh = mesh.and_then(|mesh| mesh.with_fields(fields)?.bent(bent));
         let mesh = mesh.map_err(|error| error.with_tags(&parts.tags))?;
-        let mesh = mesh.with_fields(fields)?;
-        Ok(mesh.bent(bent)?.after(notes))
+        Ok(mesh.after(notes))
     }
 
     /// The body: its elements and their vertices, in the file's order.
