@@ -43,6 +43,39 @@ pub fn traction_field<const D: usize>(
     group: &str,
     traction: impl Fn([f64; D]) -> [f64; D],
 ) -> Result<Vec<f64>, FemError> {
+    integrate_on(space, group, |_, _, place| traction(place))
+}
+
+/// ∫_group τ · φ ds for a traction given at the vertices of the group and linear between them:
+/// nodal data of a mesh.
+///
+/// # Errors
+/// As for [`traction`].
+///
+/// # Panics
+/// As [`traction`].
+pub fn nodal_traction<const D: usize>(
+    space: &Space,
+    group: &str,
+    traction: impl Fn(usize) -> [f64; D],
+) -> Result<Vec<f64>, FemError> {
+    integrate_on(space, group, |facet, barycentric, _| {
+        let mut between = [0.0; D];
+        for (lambda, &vertex) in barycentric.iter().zip(facet) {
+            for (between, at_vertex) in between.iter_mut().zip(traction(vertex)) {
+                *between += lambda * at_vertex;
+            }
+        }
+        between
+    })
+}
+
+/// ∫_group τ · φ ds for a traction by the facet's vertices, barycentric coordinates and place.
+fn integrate_on<const D: usize>(
+    space: &Space,
+    group: &str,
+    traction: impl Fn(&[usize], &[f64], [f64; D]) -> [f64; D],
+) -> Result<Vec<f64>, FemError> {
     let mut load = vec![0.0; space.n_components()];
     let points = space.node_points::<D>();
     let rule = facet_points(space.mesh().shape(), space.degree());
@@ -62,7 +95,7 @@ pub fn traction_field<const D: usize>(
                     .map(|(l, x)| l * x[j])
                     .sum(),
             });
-            let tau = traction(at);
+            let tau = traction(facet, &q.barycentric, at);
             for (&node, shape) in nodes.iter().zip(&q.values) {
                 for component in 0..D {
                     load[D * node + component] += measure * q.weight * shape * tau[component];

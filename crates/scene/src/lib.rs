@@ -23,6 +23,7 @@ pub mod atomic_file;
 pub mod csv;
 pub mod energy;
 mod error;
+mod expression;
 pub mod fit;
 mod inputs;
 pub mod json;

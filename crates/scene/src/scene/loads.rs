@@ -1,6 +1,6 @@
 //! The loads on a body: tractions, body forces, pressures.
 
-use myovib_fem::{FemError, Solid, Space, load};
+use myovib_fem::{Solid, Space, load};
 use myovib_model::{Load, PressureLoad};
 
 use super::builder::Builder;
@@ -21,8 +21,10 @@ impl Builder<'_> {
             let path = format!("traction[{i}]");
             let given = [&traction.x, &traction.y, &traction.z];
             for (axis, path_of_component, function) in self.components(given, dimension, &path)? {
-                let unit = unit_traction(space, &traction.group, axis);
-                let unit = self.at(&format!("{path}.group"), unit)?;
+                let unit = match dimension {
+                    2 => self.unit_traction::<2>(traction, space, axis, &path),
+                    _ => self.unit_traction::<3>(traction, space, axis, &path),
+                }?;
                 loads.push(Load::new(&unit, self.signal(function, &path_of_component)?));
             }
         }
@@ -60,14 +62,6 @@ impl Builder<'_> {
     }
 }
 
-/// The load of a traction of 1 Pa along an axis.
-fn unit_traction(space: &Space, group: &str, axis: usize) -> Result<Vec<f64>, FemError> {
-    match space.dimension() {
-        2 => load::traction(space, group, unit::<2>(axis)),
-        _ => load::traction(space, group, unit::<3>(axis)),
-    }
-}
-
 /// The load of an acceleration of 1 m/s² along an axis.
 fn unit_weight(space: &Space, densities: &[f64], axis: usize) -> Vec<f64> {
     match space.dimension() {
@@ -76,6 +70,7 @@ fn unit_weight(space: &Space, densities: &[f64], axis: usize) -> Vec<f64> {
     }
 }
 
-fn unit<const D: usize>(axis: usize) -> [f64; D] {
+/// The unit vector along an axis.
+pub(super) fn unit<const D: usize>(axis: usize) -> [f64; D] {
     std::array::from_fn(|i| f64::from(u8::from(i == axis)))
 }

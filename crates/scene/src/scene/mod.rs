@@ -20,6 +20,7 @@ mod places;
 mod settings;
 mod start;
 mod supports;
+mod tractions;
 
 use std::fs::File;
 use std::io::{self, Read};

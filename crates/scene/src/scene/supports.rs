@@ -12,7 +12,7 @@ use crate::scene_file::function::Function;
 use crate::scene_file::solid::Axis;
 
 /// The names of the components.
-const NAMES: [&str; 3] = ["x", "y", "z"];
+pub(super) const NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// The constrained components (node, axis); those that move have their function of time.
 pub(super) type Supports = BTreeMap<(usize, usize), Option<Signal>>;

@@ -104,6 +104,28 @@ pub struct Traction {
     pub y: Option<Function>,
     /// Along z, Pa; in space.
     pub z: Option<Function>,
+    /// How it varies along the group: a factor of the components [default: 1].
+    pub distribution: Option<Distribution>,
+}
+
+/// How a traction varies along its group: an expression of the coordinates `x`, `y` and (in space)
+/// `z` of the undeformed body in m, as `"1 - (y/0.02)^2"`, or nodal data of the mesh file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Distribution {
+    /// An expression of the coordinates.
+    Expression(String),
+    /// Nodal data.
+    Nodal(NodalFactor),
+}
+
+/// A factor from nodal data of the mesh file, linear between the vertices.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NodalFactor {
+    /// Name of the field (`$NodeData`): of one value at each node, the factor of all components, or
+    /// of three, a factor of each. A traction in Pa goes with components of 1.
+    pub field: String,
 }
 
 /// A pressure on a boundary that stays normal to it as the body deforms (follower load), per

@@ -3,10 +3,11 @@
 use std::fs;
 use std::path::Path;
 
-use exmex::{Express, FlatEx, FloatOpsFactory, MatchLiteral};
+use exmex::Express;
 
 use super::grid::Axis;
 use crate::csv::Table;
+use crate::expression::Expression;
 use crate::{InputError, Scene, run};
 
 /// The results that a row of the table shows.
@@ -48,32 +49,6 @@ fn least(values: &[f64]) -> f64 {
 fn largest(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
-
-/// Numbers as in `1.5` and `1e-3`.
-#[derive(Clone, Eq, PartialEq, Ord, PartialOrd, Debug, Default)]
-struct Number;
-
-impl MatchLiteral for Number {
-    /// The longest start of `text` that is a number without sign.
-    fn is_literal(text: &str) -> Option<&str> {
-        let has_digit = |c: char| c.is_ascii_digit() || c == '.';
-        let part = |from: usize| -> usize {
-            let rest = text[from..].find(|c| !has_digit(c));
-            rest.map_or(text.len(), |end| from + end)
-        };
-        let mantissa = part(0);
-        let exponent = text[mantissa..].strip_prefix(['e', 'E']).map(|exponent| {
-            let sign = usize::from(exponent.starts_with(['+', '-']));
-            part(mantissa + 1 + sign)
-        });
-        let is_number = |end: &usize| text[..*end].parse::<f64>().is_ok();
-        let end = exponent.filter(is_number).unwrap_or(mantissa);
-        is_number(&end).then(|| &text[..end])
-    }
-}
-
-/// An expression of numbers.
-type Expression = FlatEx<f64, FloatOpsFactory<f64>, Number>;
 
 /// `reduction(probe.column)` or `reduction(probe.column, from)`: of the values from a time on.
 #[derive(Debug)]
