@@ -1,10 +1,21 @@
 //! Quantities for output: energies, and the state at a point. Computed only when called.
 
-use crate::added::{AddedMotion, AtPoint};
+use crate::added::AtPoint;
 use crate::material::Law;
-use crate::material::three::Tensor3;
+use crate::material::three::{Tensor3, add_scaled3, contract3, product3, scaled3};
 use crate::solid::{Fields, Pressure, Solid};
 use crate::space::Located;
+
+/// What the stress depends on beside the displacement, the pressure and their rates.
+#[derive(Debug, Clone, Copy)]
+pub struct Beside<'a> {
+    /// The tension of each element, Pa; none needed without added stresses.
+    pub tensions: &'a [f64],
+    /// β of stiffness-proportional damping, s.
+    pub beta: f64,
+    /// The internal stresses, Pa; none needed where no stress relaxes.
+    pub internal: &'a [f64],
+}
 
 /// Deformation and stress at a point; in plane strain with the components normal to the plane.
 ///
@@ -77,27 +88,72 @@ impl Solid {
         state.with_stress(piola, law.is_linear())
     }
 
-    /// The same with the stresses that are added to the law's.
+    /// The same with all stress that the balance of momentum has: what is added to the law's, what
+    /// relaxes, and what damps in proportion to the stiffness.
     ///
     /// # Panics
-    /// If a length is wrong.
+    /// If a length is wrong, or there is no velocity.
     pub fn state_in_motion_at(
         &self,
         fields: &Fields<'_>,
-        motion: &AddedMotion<'_>,
+        beside: &Beside<'_>,
         at: &Located,
     ) -> PointState {
         let state = self.state_at(fields, at);
-        let Some(number) = self.added_number(at.element) else {
-            return state;
+        let velocity = || {
+            let v = fields.v.expect("the velocity of a body in motion");
+            self.spatial_gradient_at(v, at)
         };
-        let stress = &self.added_stresses()[number];
-        let fibre = self.axes_at(at).fibre;
-        let motion_there = [motion.u, motion.v].map(|field| self.spatial_gradient_at(field, at));
-        let tension = Some(motion.tensions[at.element]).filter(|tension| *tension != 0.0);
-        let added = AtPoint::new(stress, tension, fibre, motion_there).stress(0.0);
-        let total = [0, 1, 2].map(|i| [0, 1, 2].map(|j| state.piola[i][j] + added[i][j]));
-        state.with_stress(total, false)
+        let added = self.added_number(at.element).map(|number| {
+            let stress = &self.added_stresses()[number];
+            let tension = Some(beside.tensions[at.element]).filter(|tension| *tension != 0.0);
+            let motion = [state.gradient, velocity()];
+            AtPoint::new(stress, tension, self.axes_at(at).fibre, motion).stress(0.0)
+        });
+        let beta = beside.beta * self.ratios(at.element).beta;
+        let damping = (beta > 0.0).then(|| {
+            let rate = self.stress_rate_at(fields, &state, velocity(), at);
+            scaled3(beta, &rate)
+        });
+        let relaxing = self.overstress_at(&state, beside.internal, at);
+        let mut total = state.piola;
+        for part in [added, damping, relaxing].iter().flatten() {
+            add_scaled3(&mut total, 1.0, part);
+        }
+        state.with_stress(total, self.laws()[at.element].is_linear())
+    }
+
+    /// Ṗ of the law and the pressure along ∇v.
+    fn stress_rate_at(
+        &self,
+        fields: &Fields<'_>,
+        state: &PointState,
+        v: Tensor3,
+        at: &Located,
+    ) -> Tensor3 {
+        let (law, h) = (self.law_at(fields, at), state.gradient);
+        let p_rate = match fields.pressure {
+            Pressure::Nodal(_) => fields
+                .p_rate
+                .map_or(0.0, |p| self.space().pressure_at(p, at)),
+            Pressure::Penalty { kappa } => {
+                let kappa = law.penalty(kappa * self.ratios(at.element).kappa);
+                -kappa * contract3(&law.volume_gradient3(h), &v)
+            }
+        };
+        law.stress_rate3(h, v, [state.pressure, p_rate], self.axes_at(at))
+    }
+
+    /// F (Σ g S − Σ Q), where stress relaxes.
+    fn overstress_at(&self, state: &PointState, internal: &[f64], at: &Located) -> Option<Tensor3> {
+        let (instantaneous, sum) = self.internal_stress_at(internal, at)?;
+        let law = self.laws()[at.element];
+        let own = law.stress3(state.gradient, 0.0, self.axes_at(at));
+        let mut over = scaled3(instantaneous - 1.0, &own);
+        for part in [sum, product3(&state.gradient, &sum)] {
+            add_scaled3(&mut over, -1.0, &part);
+        }
+        Some(over)
     }
 
     /// The law at a place in the mesh, its factor included.

@@ -7,25 +7,27 @@
 //! ```
 //!
 //! is added in the regions that have terms; see [`Prony`] for what becomes of it in Newton's method.
-//! Only components in the dimensions of the body are kept. A body without terms has no pass.
+//! A plane body keeps the component across its plane too: no force depends on it, but whoever reads the
+//! stress does. A body without terms has no pass.
 
 use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
 
 use crate::batch::{Batch, Batches, Part, Point};
-use crate::constitutive::{Constitutive, Tensor, with_plane_law, with_spatial_law};
+use crate::constitutive::{Constitutive, Spatial, Tensor, with_plane_law, with_spatial_law};
 use crate::lanes::{Lanes, outlined};
 use crate::material::tensor::Volumetric;
-use crate::material::three::Axes;
-use crate::material::{Prony, Real};
+use crate::material::three::{Axes, Tensor3};
+use crate::material::{Law, Prony, Real};
 use crate::residual::accumulate;
 use crate::sparsity::ScatterMap;
 use crate::tangent::{Matrix, add, scatter};
 
 /// The elements with the same Prony terms, and where their internal stresses lie.
 ///
-/// A slot is one component of a symmetric tensor at one quadrature point of one element.
+/// A slot is one component of a symmetric tensor at one quadrature point of one element; those that are
+/// zero in plane strain have none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RelaxingPart {
     /// The terms.
@@ -42,6 +44,16 @@ pub(crate) struct InternalStresses {
     pub(crate) parts: Vec<RelaxingPart>,
     /// The first slot of each batch that has some.
     first: Vec<usize>,
+    /// For each element up to the last that has some: its first slot, and how far the next is.
+    strips: Vec<Option<[usize; 2]>>,
+}
+
+/// The places of the components of a symmetric tensor among the slots of a point, by row and column.
+const fn places(dimension: usize) -> &'static [[usize; 2]] {
+    match dimension {
+        2 => &[[0, 0], [0, 1], [1, 1], [2, 2]],
+        _ => &[[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]],
+    }
 }
 
 impl InternalStresses {
@@ -51,13 +63,18 @@ impl InternalStresses {
         prony: &[Prony],
     ) -> Self {
         let mut first = vec![0; elements.batches.len()];
+        let mut strips = Vec::new();
         let (mut slot, mut state) = (0, 0);
         let mut part = |(number, prony): (usize, &Prony)| {
             let start = slot;
             let batches = elements.batches.iter().zip(&mut first);
             for (batch, first) in batches.filter(|(b, _)| b.kind.relaxing == Some(number)) {
                 *first = slot;
-                slot += elements.points.len() * batch.count * D * (D + 1) / 2;
+                for (lane, &element) in batch.elements[..batch.count].iter().enumerate() {
+                    strips.resize(strips.len().max(element + 1), None);
+                    strips[element] = Some([slot + lane, batch.count]);
+                }
+                slot += elements.points.len() * batch.count * places(D).len();
             }
             let states = state..state + prony.terms().len() * (slot - start);
             state = states.end;
@@ -68,7 +85,36 @@ impl InternalStresses {
             }
         };
         let parts = prony.iter().enumerate().map(&mut part).collect();
-        Self { parts, first }
+        Self {
+            parts,
+            first,
+            strips,
+        }
+    }
+
+    /// Σ Q at the quadrature points of an element, those of the first before the others; nothing for an
+    /// element without terms.
+    pub(crate) fn sums<'a>(
+        &'a self,
+        (dimension, element): (usize, usize),
+        internal: &'a [f64],
+    ) -> Option<(&'a Prony, impl Fn(usize) -> Tensor3 + 'a)> {
+        let [first, stride] = (*self.strips.get(element)?)?;
+        let mut parts = self.parts.iter();
+        let part = parts.find(|part| part.slots.contains(&first))?;
+        let of_part = &internal[part.states.clone()];
+        let sum = move |point: usize| {
+            let mut tensor = [[0.0; 3]; 3];
+            let components = places(dimension);
+            for (number, &[i, j]) in components.iter().enumerate() {
+                let slot = first + (point * components.len() + number) * stride;
+                let terms = of_part.chunks(part.slots.len());
+                tensor[i][j] = terms.map(|term| term[slot - part.slots.start]).sum();
+                tensor[j][i] = tensor[i][j];
+            }
+            tensor
+        };
+        Some((&part.prony, sum))
     }
 }
 
@@ -138,6 +184,7 @@ struct At<S: Simd, const D: usize, C: Constitutive<D>> {
     normal: Tensor<Lanes<S>, D>,
     inverse_jacobian: Lanes<S>,
     stress: Tensor<Lanes<S>, D>,
+    axes: Axes<Lanes<S>>,
 }
 
 impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
@@ -161,10 +208,35 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
             inverse_jacobian: d.like(1.0) / (d + d.like(1.0)),
             stress: h,
             strain,
+            axes,
         };
         let piola = law.stress(&at.strain, no_pressure(d.like(0.0)));
         at.stress = at.pulled_back(&piola);
         at
+    }
+
+    /// The component of S across the plane of a plane body, or its rate along V: F33 = 1 there, so that
+    /// it is that of P.
+    #[inline(always)]
+    fn across(&self, law: Law, v: Option<&Tensor<Lanes<S>, D>>) -> Option<Lanes<S>> {
+        if D != 2 {
+            return None;
+        }
+        let zero = self.inverse_jacobian.like(0.0);
+        let deep = |t: &Tensor<Lanes<S>, D>| {
+            let mut out = [[zero; 3]; 3];
+            for (out, row) in out.iter_mut().zip(t) {
+                out[..D].copy_from_slice(row);
+            }
+            out
+        };
+        let law = Spatial(law);
+        let strain = law.strain(deep(&self.h), self.axes, None);
+        let piola = match v {
+            None => law.stress(&strain, no_pressure(zero)),
+            Some(v) => law.stress_rate(&strain, deep(v), no_pressure(zero)),
+        };
+        Some(piola[2][2])
     }
 
     /// F⁻¹ T = Nᵀ T/J.
@@ -230,46 +302,72 @@ struct Slots<'a, 'p, S: Simd, const D: usize, const N: usize, const P: usize> {
 }
 
 impl<S: Simd, const D: usize, const N: usize, const P: usize> Slots<'_, '_, S, D, N, P> {
-    /// Number of components i ≤ j.
-    const COMPONENTS: usize = D * (D + 1) / 2;
+    /// Number of components.
+    const COMPONENTS: usize = places(D).len();
+    /// The place of the one across a plane.
+    const ACROSS: usize = Self::COMPONENTS - 1;
 
-    /// The symmetric tensor `offset` before these slots in `values`.
+    /// Where a component lies.
+    #[inline(always)]
+    fn range(&self, component: usize) -> Range<usize> {
+        let (start, lanes) = (self.first + component * self.count, self.part.occupied());
+        start + lanes.start..start + lanes.end
+    }
+
+    #[inline(always)]
+    fn load_one(&self, component: usize, values: &[f64]) -> Lanes<S> {
+        let mut value = self.part.zero();
+        let own = &values[self.range(component)];
+        match own.len() == S::F64_LANES {
+            // One instruction.
+            true => value.as_mut_slice().copy_from_slice(&own[..S::F64_LANES]),
+            false => value.as_mut_slice()[..own.len()].copy_from_slice(own),
+        }
+        value
+    }
+
+    #[inline(always)]
+    fn store_one(&self, component: usize, value: Lanes<S>, values: &mut [f64]) {
+        let own = &mut values[self.range(component)];
+        let value = value.as_slice();
+        match own.len() == S::F64_LANES {
+            true => own[..S::F64_LANES].copy_from_slice(value),
+            false => own.copy_from_slice(&value[..own.len()]),
+        }
+    }
+
+    /// The symmetric tensor at these slots, in the dimensions of the body.
     #[inline(always)]
     fn load(&self, values: &[f64]) -> Tensor<Lanes<S>, D> {
         let mut tensor = [[self.part.zero(); D]; D];
-        let lanes = self.part.occupied();
-        let mut start = self.first;
+        let mut component = 0;
         for i in 0..D {
             for j in i..D {
-                let mut value = self.part.zero();
-                let own = &values[start + lanes.start..start + lanes.end];
-                match own.len() == S::F64_LANES {
-                    // One instruction.
-                    true => value.as_mut_slice().copy_from_slice(&own[..S::F64_LANES]),
-                    false => value.as_mut_slice()[..own.len()].copy_from_slice(own),
-                }
+                let value = self.load_one(component, values);
                 tensor[i][j] = value;
                 tensor[j][i] = value;
-                start += self.count;
+                component += 1;
             }
         }
         tensor
     }
 
+    /// The same, with the component across the plane of a plane body.
     #[inline(always)]
-    fn store(&self, tensor: &Tensor<Lanes<S>, D>, values: &mut [f64]) {
-        let lanes = self.part.occupied();
-        let mut start = self.first;
-        for i in 0..D {
-            for j in i..D {
-                let own = &mut values[start + lanes.start..start + lanes.end];
-                let value = tensor[i][j].as_slice();
-                match own.len() == S::F64_LANES {
-                    true => own[..S::F64_LANES].copy_from_slice(value),
-                    false => own.copy_from_slice(&value[..own.len()]),
-                }
-                start += self.count;
+    fn store(
+        &self,
+        (tensor, across): (&Tensor<Lanes<S>, D>, Option<Lanes<S>>),
+        values: &mut [f64],
+    ) {
+        let mut component = 0;
+        for (i, row) in tensor.iter().enumerate() {
+            for value in &row[i..] {
+                self.store_one(component, *value, values);
+                component += 1;
             }
+        }
+        if let Some(across) = across {
+            self.store_one(Self::ACROSS, across, values);
         }
     }
 }
@@ -288,6 +386,7 @@ where
             series,
             ..
         } = self;
+        let any = batch.kind.law;
         let u = part.gather_vector(Some(self.u));
         let velocity = |k: usize| match &*self.wanted {
             Wanted::StressRates { v, .. } => v.get(k).map(|v| &v[..]),
@@ -326,23 +425,33 @@ where
                     rates,
                 } => {
                     let mut over = scaled(&at.stress, series.prony.instantaneous() - 1.0);
+                    let across = at.across(any, None);
                     for (k, term) in series.prony.terms().iter().enumerate() {
-                        let mut q = slots.load(&internal[states(k)..]);
+                        let own = &internal[states(k)..];
+                        let mut q = slots.load(own);
                         subtract(&mut over, &q);
                         for (q, s) in q.iter_mut().flatten().zip(at.stress.iter().flatten()) {
                             *q = term.rate(*s, *q);
                         }
-                        slots.store(&q, &mut rates[states(k)..]);
+                        let q_across = match across {
+                            Some(s) => {
+                                let place = Slots::<S, D, N, P>::ACROSS;
+                                Some(term.rate(s, slots.load_one(place, own)))
+                            }
+                            None => None,
+                        };
+                        slots.store((&q, q_across), &mut rates[states(k)..]);
                     }
                     if force.is_some() {
                         accumulate(&mut local_force, part, point, &pushed(&at.h, &over));
                     }
                 }
-                Wanted::Stresses { out } => slots.store(&at.stress, out),
+                Wanted::Stresses { out } => slots.store((&at.stress, at.across(any, None)), out),
                 Wanted::StressRates { out, .. } => {
                     for (out, v) in out.iter_mut().zip(&v) {
-                        let rate = at.stress_rate(law, &part.gradient(v, point));
-                        slots.store(&rate, out);
+                        let v = part.gradient(v, point);
+                        let rate = at.stress_rate(law, &v);
+                        slots.store((&rate, at.across(any, Some(&v))), out);
                     }
                 }
                 Wanted::Tangents { over, .. } => {

@@ -37,7 +37,7 @@ impl State {
         };
         let tensions = own(Field::Tension);
         let internal_stresses = own(Field::InternalStress);
-        let snapshot = dae.snapshot(t, y);
+        let snapshot = dae.snapshot(t, y, &[]);
         Self {
             t,
             mesh: key(snapshot.solid.space()),
@@ -95,7 +95,7 @@ impl State {
     /// The largest distance, by component, between its displacement and that in state `y` of `dae` at
     /// t = 0, where supports have their say; m.
     pub(crate) fn moved_by_supports(&self, dae: &mut MuscleDae, y: &[f64]) -> f64 {
-        let now = dae.snapshot(0.0, y).displacement.iter();
+        let now = dae.snapshot(0.0, y, &[]).displacement.iter();
         let distances = now
             .zip(&self.displacement)
             .map(|(now, own)| (now - own).abs());

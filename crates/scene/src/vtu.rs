@@ -72,6 +72,11 @@ impl Series {
         self.entries.iter().map(|(t, _)| *t)
     }
 
+    /// Whether a stress is among the fields.
+    pub fn has_stress(&self) -> bool {
+        self.quantities.iter().any(|own| own.is_of_stress())
+    }
+
     /// A file of those written so far that is no longer there, or empty.
     pub fn missing(&self) -> Option<PathBuf> {
         let files = self.entries.iter().map(|(_, name)| self.folder.join(name));

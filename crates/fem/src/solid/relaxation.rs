@@ -2,7 +2,10 @@
 
 use crate::error::FemError;
 use crate::material::Prony;
+use crate::material::three::Tensor3;
 use crate::relaxation::{InternalStresses, Overstress, Relax, RelaxingPart, Wanted};
+
+use crate::space::Located;
 
 use super::evaluation::check_length;
 use super::{Elements, Solid, narrow, with_elements};
@@ -47,6 +50,32 @@ impl Solid {
         self.relaxing_parts()
             .last()
             .map_or(0, |part| part.states.end)
+    }
+
+    /// At a place in the mesh 1 + Σ g, and Σ Q: of its values at the quadrature points of the element the
+    /// linear function that fits best by least squares, exact for one that is linear. Nothing where no
+    /// stress relaxes.
+    ///
+    /// # Panics
+    /// If there are fewer than [`n_internal`](Self::n_internal) internal stresses.
+    pub fn internal_stress_at(&self, internal: &[f64], at: &Located) -> Option<(f64, Tensor3)> {
+        let mesh = self.space.mesh();
+        let of = (mesh.dimension(), at.element);
+        let (prony, sum_at) = self.internal.sums(of, internal)?;
+        let n = at.barycentric.len() as f64;
+        let mut fit = [[0.0; 3]; 3];
+        for (number, point) in self.rule.points(mesh.shape()).iter().enumerate() {
+            // With ∫λa λb = (1 + δab)/(n (n + 1)) of the n vertices, per measure, the projection is
+            // Σ w_q n ((n + 1) λ·λ_q − 1) s_q: the rule is exact for products of linear functions.
+            let coordinates = at.barycentric.iter().zip(point.barycentric.iter());
+            let product: f64 = coordinates.map(|(a, b)| a * b).sum();
+            let weight = point.weight * n * ((n + 1.0) * product - 1.0);
+            let sum = sum_at(number);
+            for (fit, sum) in fit.iter_mut().flatten().zip(sum.iter().flatten()) {
+                *fit += weight * sum;
+            }
+        }
+        Some((prony.instantaneous(), fit))
     }
 
     /// Number of slots: components at quadrature points.

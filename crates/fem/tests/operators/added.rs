@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use myovib_fem::material::{ActiveStress, ForceVelocity, Viscous};
+use myovib_fem::output::Beside;
 use myovib_fem::{
     AddedMotion, AddedStress, AddedTangents, Along, Barycentric, DofMap, FemError, Fibres, Fields,
     Located, Mesh, Pressure, Robin, Solid, Space, generate,
@@ -217,11 +218,14 @@ fn the_stress_at_a_point_is_that_of_all_its_parts() {
     for dimension in [2, 3] {
         let solid = block(dimension);
         let [u, v] = [H, V].map(|gradient| linear(solid.space(), gradient));
-        let fields = Fields::new(&u, Pressure::Penalty { kappa: 1e4 });
-        let motion = AddedMotion {
-            u: &u,
-            v: &v,
+        let fields = Fields {
+            v: Some(&v),
+            ..Fields::new(&u, Pressure::Penalty { kappa: 1e4 })
+        };
+        let beside = Beside {
             tensions: &vec![TENSION; solid.space().n_elements()],
+            beta: 0.0,
+            internal: &[],
         };
         let n_vertices = dimension + 1;
         let barycentric = Barycentric::new(&vec![1.0 / n_vertices as f64; n_vertices]);
@@ -231,7 +235,7 @@ fn the_stress_at_a_point_is_that_of_all_its_parts() {
                 barycentric,
             };
             let law = solid.state_at(&fields, &at);
-            let all = solid.state_in_motion_at(&fields, &motion, &at);
+            let all = solid.state_in_motion_at(&fields, &beside, &at);
             for i in 0..3 {
                 for j in 0..3 {
                     let piola = law.piola[i][j] + has_more * (active[i][j] + viscous[i][j]);

@@ -1,9 +1,11 @@
 //! What is read off the muscle at a state, beside the integration.
 
 use myovib_dae::{Problem, StepError};
+use myovib_fem::output::Beside;
 use myovib_fem::{AddedMotion, Fields, Inverted, Pressure, Vectors};
 
 use super::MuscleDae;
+use crate::equation::PressureRateSource;
 use crate::field::Field;
 use crate::muscle::Muscle;
 use crate::reading::displacement::Displacement;
@@ -19,18 +21,41 @@ impl MuscleDae {
         (&self.work.displacement, &self.work.velocity)
     }
 
-    /// The body at time `t`, for measurements.
-    pub fn snapshot<'a>(&'a mut self, t: f64, y: &'a [f64]) -> Snapshot<'a> {
+    /// Whether the stress depends on ẏ: that of damping on the rate of the pressure, where the
+    /// formulation has it from the integrator.
+    pub fn stress_needs_rates(&self) -> bool {
+        self.context.beta > 0.0 && self.context.pressure_rate == PressureRateSource::Derivative
+    }
+
+    /// The body at time `t`, for measurements. `y_dot` may be empty unless a stress is read that
+    /// [needs it](Self::stress_needs_rates).
+    pub fn snapshot<'a>(&'a mut self, t: f64, y: &'a [f64], y_dot: &'a [f64]) -> Snapshot<'a> {
         self.expand(t, y, None);
         let pressure = self.muscle.parameters.pressure(self.pressure(y));
+        let p_rate = match self.context.pressure_rate {
+            PressureRateSource::None => None,
+            PressureRateSource::Unknown => self.range_in(Field::PressureRate, y),
+            PressureRateSource::Derivative => self.range_in(Field::Pressure, y_dot),
+        };
+        let internal = self.range_in(Field::InternalStress, y);
         Snapshot {
             solid: &self.muscle.solid,
             displacement: &self.work.displacement,
             velocity: &self.work.velocity,
             pressure,
             factors: self.factors.as_deref(),
-            tensions: &self.work.tensions,
+            p_rate,
+            beside: Beside {
+                tensions: &self.work.tensions,
+                beta: self.context.beta,
+                internal: internal.unwrap_or_default(),
+            },
         }
+    }
+
+    /// What `values` has of a field.
+    fn range_in<'v>(&self, field: Field, values: &'v [f64]) -> Option<&'v [f64]> {
+        values.get(self.layout.range(field)?)
     }
 
     /// Inertia, stress and damping less the loads at all nodal components: zero where the body

@@ -36,7 +36,7 @@ impl MuscleDae {
         let (load, force_rate) = self.nodal_forces();
         let (load, force_rate) = (load.to_vec(), force_rate.to_vec());
         let added = self.added_energies(y);
-        let snapshot = self.snapshot(t, y);
+        let snapshot = self.snapshot(t, y, y_dot);
         let velocity = snapshot.velocity;
         let solid = snapshot.solid;
         // With p = -κ (J - 1) the mixed energy counts the stored one and pᵀM_p p/(2κ) on top.

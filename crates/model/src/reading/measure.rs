@@ -2,8 +2,8 @@
 //!
 //! Everything here is computed only when asked for.
 
-use myovib_fem::output::PointState;
-use myovib_fem::{AddedMotion, Fields, Located, Pressure, Solid, Space};
+use myovib_fem::output::{Beside, PointState};
+use myovib_fem::{Fields, Located, Pressure, Solid, Space};
 
 use super::locate;
 use super::quantity::Quantity;
@@ -25,14 +25,18 @@ pub struct Snapshot<'a> {
     pub pressure: Pressure<'a>,
     /// Factors of the law's energy, if it has any.
     pub factors: Option<&'a [f64]>,
-    /// The tension of each element, Pa; none where the solid has no added stresses.
-    pub tensions: &'a [f64],
+    /// Its rate, where it is a field and β > 0.
+    pub p_rate: Option<&'a [f64]>,
+    /// What the stress depends on beside.
+    pub beside: Beside<'a>,
 }
 
 impl<'a> Snapshot<'a> {
-    /// Displacement and pressure for the operators of the solid.
+    /// Displacement, pressure and their rates for the operators of the solid.
     pub fn fields(&self) -> Fields<'a> {
         Fields {
+            v: Some(self.velocity),
+            p_rate: self.p_rate,
             factors: self.factors,
             ..Fields::new(self.displacement, self.pressure)
         }
@@ -60,15 +64,15 @@ impl<'a> Snapshot<'a> {
         }
     }
 
-    /// Strain and stress at a place.
+    /// Strain at a place, and the stress of the law.
     pub(super) fn state_at(&self, place: &Located) -> PointState {
-        let motion = AddedMotion {
-            u: self.displacement,
-            v: self.velocity,
-            tensions: self.tensions,
-        };
-        self.solid
-            .state_in_motion_at(&self.fields(), &motion, place)
+        self.solid.state_at(&self.fields(), place)
+    }
+
+    /// Strain and all stress at a place.
+    pub(super) fn state_in_motion_at(&self, place: &Located) -> PointState {
+        let fields = self.fields();
+        self.solid.state_in_motion_at(&fields, &self.beside, place)
     }
 }
 
@@ -128,6 +132,11 @@ impl Measurement {
             .collect()
     }
 
+    /// Whether a stress is among its values.
+    pub fn has_stress(&self) -> bool {
+        self.quantities.iter().any(|own| own.is_of_stress())
+    }
+
     /// The number of states (det F, stress) computed for one reading.
     pub fn stress_evaluations(&self) -> usize {
         let states = self
@@ -175,7 +184,12 @@ mod tests {
             velocity: u,
             pressure: Pressure::Nodal(p),
             factors: None,
-            tensions: &[],
+            p_rate: None,
+            beside: Beside {
+                tensions: &[],
+                beta: 0.0,
+                internal: &[],
+            },
         }
     }
 

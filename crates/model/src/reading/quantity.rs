@@ -34,8 +34,10 @@ struct Description {
 enum Reading {
     /// From the fields.
     Fields(fn(&Snapshot<'_>, &Located) -> Vec<f64>),
-    /// From det F, a strain or a stress.
+    /// From det F or a strain.
     State(fn(&PointState) -> Vec<f64>),
+    /// From the stress.
+    Stress(fn(&PointState) -> Vec<f64>),
 }
 
 /// Makes [`Quantity`] of the list of quantities: what a scene says of each stands before it, its name
@@ -99,31 +101,31 @@ quantities! {
         components: Components::Principal,
         reading: Reading::State(|state| principal(green(state.gradient))),
     }
-    /// Cauchy stress, active and viscous stress included, Pa: xx, yy, xy, zz; in space xx, yy, zz,
-    /// xy, yz, xz.
+    /// Cauchy stress, whatever it is made of: of the law, the pressure, fibres, η, β, Prony terms; Pa:
+    /// xx, yy, xy, zz; in space xx, yy, zz, xy, yz, xz.
     Stress "stress" {
         names: ["stress", "stress"],
         components: Components::Symmetric,
-        reading: Reading::State(|state| symmetric(state.cauchy)),
+        reading: Reading::Stress(|state| symmetric(state.cauchy)),
     }
     /// Principal values of the Cauchy stress, Pa, the largest first.
     Principal "principal-stress" {
         names: ["principal_stress", "principal"],
         components: Components::Principal,
-        reading: Reading::State(|state| principal(state.cauchy)),
+        reading: Reading::Stress(|state| principal(state.cauchy)),
     }
     /// Von Mises' equivalent of the Cauchy stress, Pa.
     VonMises "von-mises" {
         names: ["von_mises", "von_mises"],
         components: Components::Scalar,
-        reading: Reading::State(|state| vec![state.von_mises()]),
+        reading: Reading::Stress(|state| vec![state.von_mises()]),
     }
     /// Tension T of the active stress, Pa; 0 in materials that have none.
     Tension "tension" {
         names: ["tension", "tension"],
         components: Components::Scalar,
         reading: Reading::Fields(|body, place| {
-            let own = body.tensions.get(place.element);
+            let own = body.beside.tensions.get(place.element);
             vec![own.copied().unwrap_or(0.0)]
         }),
     }
@@ -157,15 +159,21 @@ impl Quantity {
         ends.iter().map(|end| format!("{name}_{end}")).collect()
     }
 
+    /// Whether it is of the stress.
+    pub fn is_of_stress(self) -> bool {
+        matches!(self.description().reading, Reading::Stress(_))
+    }
+
     /// Whether det F, a strain or a stress must be computed for it.
     pub fn needs_state(self) -> bool {
-        matches!(self.description().reading, Reading::State(_))
+        !matches!(self.description().reading, Reading::Fields(_))
     }
 
     pub(super) fn at(self, body: &Snapshot<'_>, place: &Located) -> Vec<f64> {
         let values = match self.description().reading {
             Reading::Fields(read) => read(body, place),
             Reading::State(read) => read(&body.state_at(place)),
+            Reading::Stress(read) => read(&body.state_in_motion_at(place)),
         };
         match (self.components(), body.solid.space().dimension()) {
             (Components::Symmetric, 2) => IN_THE_PLANE.map(|i| values[i]).to_vec(),

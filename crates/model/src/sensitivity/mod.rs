@@ -7,6 +7,7 @@
 
 mod dependence;
 mod integrator;
+mod relaxation;
 mod stiffness;
 mod tangents;
 

@@ -6,6 +6,7 @@ use myovib_dae::StepError;
 use myovib_sparse::Product;
 use nalgebra_sparse::pattern::SparsityPattern;
 
+use super::relaxation::RelaxationProduct;
 use crate::field::Field;
 use crate::matrix::Matrix;
 use crate::muscle_dae::MuscleDae;
@@ -14,7 +15,8 @@ use crate::muscle_dae::MuscleDae;
 ///
 /// Products take one matrix after the other from the list of the equations' terms. What is constant
 /// (masses, identities) is never summed into the matrix of the whole, and a matrix that acts on two
-/// blocks of unknowns (K on q and β K on v) is multiplied with once.
+/// blocks of unknowns (K on q and β K on v) is multiplied with once. For internal stresses there is no
+/// matrix at all, but passes over the elements.
 #[derive(Debug)]
 pub(super) struct Tangents {
     places: Vec<MuscleDae>,
@@ -22,6 +24,7 @@ pub(super) struct Tangents {
     rows: Vec<(Range<usize>, Vec<Placed>)>,
     products: Vec<Product>,
     operand: Vec<f64>,
+    relaxation: Option<RelaxationProduct>,
 }
 
 /// A matrix in a block of rows.
@@ -50,20 +53,26 @@ struct Operand {
 }
 
 impl Tangents {
-    /// Those of a muscle; none where models of activation or internal stresses are unknowns too.
+    /// Those of a muscle; none where models of activation are unknowns too.
     pub(super) fn new(dae: &MuscleDae) -> Option<Self> {
         let range = |field| dae.layout().range(field);
-        if range(Field::Tension).is_some() || range(Field::InternalStress).is_some() {
+        if range(Field::Tension).is_some() {
             return None;
         }
+        let parts = dae.muscle().solid.relaxing_parts();
         let (mut known, mut products) = (Vec::<&SparsityPattern>::new(), Vec::new());
         let mut rows = Vec::new();
         for (field, terms) in dae.blocks() {
             let mut matrices: Vec<Placed> = Vec::new();
             for term in terms {
+                // Under constant internal stresses; reductions put other factors in the place of Σ g.
+                let factor = match term.matrix {
+                    Matrix::RelaxingStiffness(k) => parts[k].prony.instantaneous() - 1.0,
+                    _ => 1.0,
+                };
                 let operand = Operand {
                     unknowns: range(term.column)?,
-                    of_value: term.of_value,
+                    of_value: factor * term.of_value,
                     of_rate: term.of_rate,
                 };
                 let same = |placed: &&mut Placed| placed.matrix == term.matrix;
@@ -105,6 +114,7 @@ impl Tangents {
             rows,
             products,
             operand: Vec::new(),
+            relaxation: RelaxationProduct::new(dae),
         })
     }
 
@@ -174,6 +184,9 @@ impl Tangents {
                         .subtract_transposed_columns(values, operand, out, n_columns),
                 }
             }
+        }
+        if let Some(relaxation) = &mut self.relaxation {
+            relaxation.subtract(&self.places[place], [x, x_dot], out, n_columns);
         }
     }
 }

@@ -9,3 +9,4 @@ mod jacobian;
 mod memory;
 mod refusals;
 mod relaxation;
+mod stress;

@@ -266,13 +266,13 @@ fn tensions_are_those_of_the_coherence() {
     // All oscillators of one place far out in one direction: coherent but for ε²/r².
     let network = dae.one_way().range(1);
     y[network.start + N..][..N].fill(1e6);
-    let snapshot = dae.muscle_at(&y).snapshot(0.0, &y);
+    let snapshot = dae.muscle_at(&y).snapshot(0.0, &y, &[]);
     let expected = |element: &usize| match active.iter().position(|own| own == element) {
         Some(1) => COHERENT,
         Some(_) => REST,
         None => 0.0,
     };
-    for (element, tension) in snapshot.tensions.iter().enumerate() {
+    for (element, tension) in snapshot.beside.tensions.iter().enumerate() {
         // (ε/r)² = 2.5e-13 of the difference.
         assert!(
             (tension - expected(&element)).abs() < 1e-8,

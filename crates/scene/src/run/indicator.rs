@@ -59,12 +59,24 @@ impl Indicator {
         let t = integrator.time();
         integrator.dense_output(t, 0, state)?;
         integrator.local_error(error)?;
+        // The estimates are of the state: what its derivative errs by is left out.
+        let mut rates = Vec::new();
+        let places = |recorder: &Recorder| matches!(recorder.what, What::Places(_));
+        let stresses = recorders.iter().filter(|recorder| places(recorder));
         let system = integrator.problem_mut();
-        let found = read(system, recorders, t, state)?;
+        if stresses
+            .map(|r| &r.what)
+            .any(|what| what.needs_rates(system, state))
+        {
+            rates.resize(state.len(), 0.0);
+            integrator.dense_output(t, 1, &mut rates)?;
+        }
+        let system = integrator.problem_mut();
+        let found = read(system, recorders, t, [state, &rates])?;
         for (y, e) in state.iter_mut().zip(error.iter()) {
             *y += e;
         }
-        let shifted = read(system, recorders, t, state)?;
+        let shifted = read(system, recorders, t, [state, &rates])?;
         self.probes.resize(recorders.len(), Vec::new());
         for (k, sums) in self.probes.iter_mut().enumerate() {
             sums.resize(found[k].len(), Sum::default());
@@ -108,14 +120,15 @@ fn read<P: System>(
     system: &mut P,
     recorders: &[Recorder],
     t: f64,
-    y: &[f64],
+    [y, y_dot]: [&[f64]; 2],
 ) -> Result<Vec<Vec<f64>>, ModelError> {
     let mut values = vec![Vec::new(); recorders.len()];
     let at_places = |recorder: &Recorder| matches!(recorder.what, What::Places(_));
     if recorders.iter().any(at_places) {
         // One expansion of the state serves all.
         let (dae, range) = muscle_of(system, y)?;
-        let snapshot = dae.snapshot(t, &y[range]);
+        let rates = y_dot.get(range.clone()).unwrap_or_default();
+        let snapshot = dae.snapshot(t, &y[range], rates);
         for (recorder, values) in recorders.iter().zip(&mut values) {
             if let What::Places(measurements) = &recorder.what {
                 measurements.iter().for_each(|m| m.read(&snapshot, values));
@@ -124,7 +137,7 @@ fn read<P: System>(
     }
     for (recorder, values) in recorders.iter().zip(&mut values) {
         let what = &recorder.what;
-        if !at_places(recorder) && what.is_of_state() && !what.needs_rates() {
+        if !at_places(recorder) && what.is_of_state() && !what.needs_rates(system, y) {
             *values = what.values(system, t, y, &[])?;
         }
     }

@@ -15,7 +15,7 @@ use super::folder::Folder;
 use super::indicator::Indicator;
 use super::recorder::{Recorder, What, cannot_write};
 use super::stop::Condition;
-use super::system::{System, muscle_of};
+use super::system::{System, muscle_of, stress_needs_rates};
 use crate::Error;
 use crate::state::State;
 use crate::vtu::{self, CellField, Series};
@@ -110,7 +110,7 @@ impl Outputs<'_> {
                 balance.advance(integrator, from, inside)?;
             }
             integrator.dense_output(inside, 0, &mut self.y)?;
-            if recorder.what.needs_rates() {
+            if recorder.what.needs_rates(integrator.problem_mut(), &self.y) {
                 integrator.dense_output(inside, 1, &mut self.y_dot)?;
             }
             let system = integrator.problem_mut();
@@ -136,10 +136,14 @@ impl Outputs<'_> {
             return Ok(());
         };
         while let Some(t) = times.due(to) {
-            integrator.dense_output(t.max(from), 0, &mut self.y)?;
+            let inside = t.max(from);
+            integrator.dense_output(inside, 0, &mut self.y)?;
+            if series.has_stress() && stress_needs_rates(integrator.problem_mut(), &self.y) {
+                integrator.dense_output(inside, 1, &mut self.y_dot)?;
+            }
             let coherences = coherences(integrator.problem(), &self.chains, &self.y);
             let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
-            let snapshot = dae.snapshot(t, &self.y[range]);
+            let snapshot = dae.snapshot(t, &self.y[range.clone()], &self.y_dot[range]);
             self.work.stress_evaluations += series
                 .write(t, &snapshot, &coherences)
                 .map_err(|error| cannot_write(&self.folder.path().join(vtu::LIST), error))?;
@@ -160,7 +164,7 @@ impl Outputs<'_> {
             let end = first.as_ref().map_or(to, |(t, _)| *t);
             let met = first_positive(integrator, [from, end], &mut self.y, |system, t, y| {
                 let (dae, range) = muscle_of(system, y)?;
-                Ok(condition.excess(&dae.snapshot(t, &y[range])))
+                Ok(condition.excess(&dae.snapshot(t, &y[range], &[])))
             })?;
             if let Some(t) = met {
                 let message = format!("at t = {t:.9} s, {}", condition.describe());

@@ -11,7 +11,7 @@ use myovib_oscillators::Coherence;
 use super::cut::cut;
 use super::energy::EnergyBalance;
 use super::folder::table_of;
-use super::system::{System, muscle_of};
+use super::system::{System, muscle_of, stress_needs_rates};
 use crate::atomic_file;
 use crate::csv::{CsvWriter, Written};
 use crate::scene::Scene;
@@ -128,8 +128,14 @@ impl What {
     }
 
     /// Whether ẏ is needed.
-    pub(crate) fn needs_rates(&self) -> bool {
-        matches!(self, Self::Reaction(..))
+    pub(crate) fn needs_rates<P: System + ?Sized>(&self, system: &mut P, y: &[f64]) -> bool {
+        match self {
+            Self::Reaction(..) => true,
+            Self::Places(measurements) => {
+                measurements.iter().any(Measurement::has_stress) && stress_needs_rates(system, y)
+            }
+            _ => false,
+        }
     }
 
     /// Whether the column with this number is an angle, which jumps by a full turn.
@@ -165,7 +171,8 @@ impl What {
         match self {
             Self::Places(measurements) => {
                 let (dae, range) = muscle_of(system, y)?;
-                let snapshot = dae.snapshot(t, &y[range]);
+                let rates = y_dot.get(range.clone()).unwrap_or_default();
+                let snapshot = dae.snapshot(t, &y[range], rates);
                 let mut values = Vec::new();
                 for measurement in measurements {
                     measurement.read(&snapshot, &mut values);

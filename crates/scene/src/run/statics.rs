@@ -54,7 +54,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             &[],
         );
         series
-            .write(scene.t_end, &dae.snapshot(scene.t_end, &y), &[])
+            .write(scene.t_end, &dae.snapshot(scene.t_end, &y, &rest), &[])
             .map_err(Error::file("write", &folder.path().join(vtu::LIST)))?;
     }
     let state = serde_json::to_string(&State::of(&mut dae, scene.t_end, &y))?;

@@ -41,6 +41,12 @@ pub(super) fn muscle_of<'s, P: System + ?Sized>(
         .ok_or(ModelError::NoSuchPart { part: "muscle" })
 }
 
+/// Whether the stress of its muscle, if it has one, depends on ẏ.
+pub(super) fn stress_needs_rates<P: System + ?Sized>(system: &mut P, y: &[f64]) -> bool {
+    let muscle = system.muscle_at(y);
+    muscle.is_some_and(|(dae, _)| dae.stress_needs_rates())
+}
+
 impl System for MuscleDae {
     fn muscle_at(&mut self, _: &[f64]) -> Option<(&mut MuscleDae, Range<usize>)> {
         let n = self.n_unknowns();

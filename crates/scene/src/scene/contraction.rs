@@ -81,7 +81,10 @@ impl Builder<'_> {
             let path = format!("material[{i}].prony");
             if chains_that_act(file).next().is_some() {
                 let error = InputError::new("stress cannot relax where oscillators act back on it")
-                    .next("leave out `prony`, or the feedback of the chains");
+                    .next(
+                        "leave out `prony`; or leave out the feedback, so that the chains follow the \
+                         body and do not act on it; `eta` or `beta` damp with feedback too",
+                    );
                 return Err(self.wrong(&path, error));
             }
             for (k, term) in terms.iter().enumerate() {

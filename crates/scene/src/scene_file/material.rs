@@ -44,7 +44,7 @@ pub struct Material {
     pub eta: Option<f64>,
     /// Relaxation of the law's stress S without the pressure's part: Prony terms with
     /// `Ḣ + H/τ = g Ṡ`, whose sum is added to S; the law's constants are those of the long term
-    /// [default: none]. Forces and energies have this part, printed stresses are those of the law.
+    /// [default: none].
     pub prony: Option<Vec<PronyTerm>>,
     /// Bulk modulus κ of this material [default: that of `solid`]; `inf` in all materials or in none.
     pub kappa: Option<Kappa>,

@@ -96,7 +96,7 @@ fn compute(body: &Body, t_end: f64, quiet: bool) -> anyhow::Result<(Vec<Shot>, E
 }
 
 fn shot(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Shot {
-    let snapshot = dae.snapshot(t, y);
+    let snapshot = dae.snapshot(t, y, &[]);
     let space = snapshot.solid.space();
     let grid = Grid::new(space, &vec![0; space.n_elements()]);
     let stress = grid.values(&snapshot, Quantity::VonMises);

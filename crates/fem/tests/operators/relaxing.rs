@@ -1,0 +1,82 @@
+//! Internal stresses of Prony terms as they are read at points.
+
+use std::sync::Arc;
+
+use myovib_fem::material::{Prony, PronyTerm};
+use myovib_fem::{DofMap, Fields, Located, Pressure, Solid, Space, generate};
+
+use crate::common::{DENSITY, MUSCLE_LAW};
+
+/// The size of the strains, so small that the stress is linear in them but for this fraction.
+const SIZE: f64 = 1e-5;
+
+/// The displacement at a point: all strains are linear in space, and none of their slopes is zero.
+fn displacement(x: &[f64]) -> Vec<f64> {
+    let z = x.get(2).copied().unwrap_or(0.3);
+    let all = [
+        x[0] * x[0] + 0.7 * x[0] * x[1] - z * x[1],
+        0.4 * x[0] * x[0] - 0.5 * x[1] * x[1] + 0.3 * z * z,
+        0.2 * z * z + x[0] * x[1] - 0.6 * x[0] * z,
+    ];
+    all[..x.len()].iter().map(|u| SIZE * u).collect()
+}
+
+#[test]
+fn internal_stresses_that_are_linear_in_space_are_read_exactly() {
+    for dimension in [2, 3] {
+        let mesh = match dimension {
+            2 => generate::rectangle([0.0; 2], [1.0, 0.8], [3, 2]).unwrap(),
+            _ => generate::block([0.0; 3], [1.0, 0.8, 0.6], [2, 1, 1]).unwrap(),
+        };
+        let space = Arc::new(Space::taylor_hood(&mesh));
+        let u: Vec<f64> = match dimension {
+            2 => space
+                .node_points::<2>()
+                .iter()
+                .flat_map(|x| displacement(x))
+                .collect(),
+            _ => space
+                .node_points::<3>()
+                .iter()
+                .flat_map(|x| displacement(x))
+                .collect(),
+        };
+        let dofs = DofMap::new(&space, &[]).unwrap();
+        let term = |weight, time| PronyTerm { weight, time };
+        // Every third element has two terms, the next one, and the last none.
+        let series = [vec![term(0.5, 0.1), term(0.3, 0.2)], vec![term(0.7, 0.1)]];
+        let every = |first| (first..mesh.n_elements()).step_by(3).collect();
+        let regions = [0, 1].map(|k| (every(k), Prony::new(series[k].clone()).unwrap()));
+        let solid = Solid::uniform(space, dofs, MUSCLE_LAW, DENSITY).unwrap();
+        let solid = solid.with_relaxation(&regions).unwrap();
+        let internal = solid.settled_stresses(&u);
+        // Without pressure and at strains so small P is S.
+        let fields = Fields::new(&u, Pressure::Penalty { kappa: 0.0 });
+        let scale = internal.iter().fold(0.0, |max: f64, q| max.max(q.abs()));
+        for element in 0..mesh.n_elements() {
+            for barycentric in mesh.shape().nodes(solid.space().degree()) {
+                let at = Located {
+                    element,
+                    barycentric,
+                };
+                let read = solid.internal_stress_at(&internal, &at);
+                let Some(weight) = [0.8, 0.7].get(element % 3) else {
+                    assert!(read.is_none(), "{element}");
+                    continue;
+                };
+                let (instantaneous, sum) = read.unwrap();
+                assert!((instantaneous - 1.0 - weight).abs() < 1e-15);
+                let law = solid.state_at(&fields, &at).piola;
+                let entries = sum.iter().flatten().zip(law.iter().flatten());
+                for (found, law) in entries {
+                    // What is not linear in the strains, some of which are three times `SIZE`.
+                    let error = (found - weight * law).abs();
+                    assert!(
+                        error < 20.0 * SIZE * scale,
+                        "{dimension} {element}: {error:e}"
+                    );
+                }
+            }
+        }
+    }
+}
