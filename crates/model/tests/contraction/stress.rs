@@ -6,7 +6,7 @@ use std::sync::Arc;
 use myovib_fem::{AddedStress, DofMap, Solid, Space, generate};
 use myovib_model::{
     Formulation, IntegratorKind, Measurement, Muscle, MuscleDae, Outcome, Parameters, Prescribed,
-    Quantity, Signal, Start, run, start_from,
+    Quantity, Signal, Start, formula, run, start_from,
 };
 
 use crate::common::{INF, neo_hooke};
@@ -49,11 +49,11 @@ fn pulled(block: Block, kappa: f64, (terms, beta, eta): Parts) -> Muscle {
     };
     let space = Arc::new(Space::taylor_hood(&mesh));
     let (mut held, mut prescribed) = (Vec::new(), Vec::new());
-    let signal = Signal::Step {
+    let signal = Signal::from(formula::Step {
         value: STRETCH - 1.0,
         start: 0.0,
         rise: RISE,
-    };
+    });
     for node in 0..space.n_nodes() {
         let place = space.node_point(node);
         for axis in 0..dimension {
