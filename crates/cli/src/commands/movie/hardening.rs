@@ -96,6 +96,7 @@ fn compute(body: &Body, t_end: f64, quiet: bool) -> anyhow::Result<(Vec<Shot>, E
 }
 
 fn shot(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Shot {
+    // Von Mises' equivalent does not see the rate of the pressure, the only part of ẏ in a stress.
     let snapshot = dae.snapshot(t, y, &[]);
     let space = snapshot.solid.space();
     let grid = Grid::new(space, &vec![0; space.n_elements()]);
