@@ -156,11 +156,11 @@ const CASES: [(Formulation, f64, Parts); 7] = [
     (Formulation::Displacement, 1e5, (PRONY, 0.01, 50.0)),
 ];
 
-/// Radau IIA in all cases; BDF where its order 5 meets no undamped waves and its error test no multiplier
-/// of index 2, on which it takes steps beyond count.
+/// Radau IIA in all cases; BDF where its order 5 meets no undamped waves and its error test no rate of a
+/// pressure, on which it takes a quarter of a million steps.
 fn cases() -> impl Iterator<Item = (IntegratorKind, (Formulation, f64, Parts))> {
-    let [relaxing, _, damped, _, _, both, all] = CASES;
-    let by_bdf = [relaxing, damped, both, all].map(|case| (IntegratorKind::Ida, case));
+    let [relaxing, _, damped, _, _, _, all] = CASES;
+    let by_bdf = [relaxing, damped, all].map(|case| (IntegratorKind::Ida, case));
     CASES
         .map(|case| (IntegratorKind::Radau9, case))
         .into_iter()
