@@ -1,7 +1,7 @@
 //! The DAE formulations: which unknowns, which equations, which index.
 //!
 //! A formulation is a short list that pairs each block of unknowns with the equation in its rows,
-//! and what is known of it: an entry of [`formulations`]. The equations themselves are in
+//! and what is known of it: an entry of the list `formulations!`. The equations themselves are in
 //! [`crate::equation`].
 
 use std::fmt;

@@ -20,8 +20,8 @@ pub struct Solid {
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub beta: f64,
-    /// The DAE to integrate [default: `position` for β = 0 and finite κ, `velocity` for β = 0 and
-    /// κ = inf, `implicit-rate` for β > 0].
+    /// The DAE to integrate [default: position for β = 0 (velocity where κ = inf too),
+    /// implicit-rate for β > 0].
     pub formulation: Option<Formulation>,
 }
 
