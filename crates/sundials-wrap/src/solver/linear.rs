@@ -103,7 +103,7 @@ impl SparseLu {
     }
 
     /// Solves in place.
-    pub(super) fn solve(&self, rhs: &mut [f64]) -> Result<(), StepError> {
+    pub(super) fn solve(&mut self, rhs: &mut [f64]) -> Result<(), StepError> {
         Ok(self.factors.solve(rhs)?)
     }
 

@@ -79,7 +79,8 @@ fn reproduces_the_published_gradient_of_akzo_nobel() {
             assert!(printed(-ours, theirs), "{ours} {theirs}");
         }
         assert!(steps[0].abs_diff(457) <= 5, "{steps:?}");
-        assert!(steps[1].abs_diff(277) <= 14, "{steps:?}");
+        // SUNDIALS 6.4.1 with KLU takes 280, 7.1.1 with faer's factors 294: rounding, as for Robertson.
+        assert!(steps[1].abs_diff(277) <= 27, "{steps:?}");
     }
 }
 
