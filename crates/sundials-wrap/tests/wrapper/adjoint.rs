@@ -79,8 +79,13 @@ fn reproduces_the_published_gradient_of_akzo_nobel() {
             assert!(printed(-ours, theirs), "{ours} {theirs}");
         }
         assert!(steps[0].abs_diff(457) <= 5, "{steps:?}");
-        // SUNDIALS 6.4.1 with KLU takes 280, 7.1.1 with faer's factors 294: rounding, as for Robertson.
-        assert!(steps[1].abs_diff(277) <= 27, "{steps:?}");
+        // SUNDIALS 7.1.1 without KLU takes 294 and 310: recorded, the values are the same.
+        let back = match (crate::common::HAS_KLU, interpolation) {
+            (true, _) => 277,
+            (false, Hermite) => 294,
+            (false, _) => 310,
+        };
+        assert!(steps[1].abs_diff(back) <= 14, "{steps:?}");
     }
 }
 
