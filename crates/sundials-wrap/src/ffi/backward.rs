@@ -98,6 +98,30 @@ unsafe fn forward<'a>(
     ForwardView { t, y, y_dot, s }
 }
 
+/// What a callback works with: the number of the backward problem, the boundary, the forward solution,
+/// and λ with λ̇.
+type Handed<'a, C> = (usize, &'a mut Boundary<C>, ForwardView<'a>, [&'a [f64]; 2]);
+
+/// Takes over what IDAS hands to a callback.
+///
+/// # Safety
+/// As for [`linked`] and [`forward`], with as many sensitivities as the link says.
+unsafe fn handed<'a, C>(
+    user_data: *mut c_void,
+    t: f64,
+    solution: [N_Vector; 2],
+    sensitivities: [*mut N_Vector; 2],
+    [values, rates]: [N_Vector; 2],
+) -> Handed<'a, C> {
+    // SAFETY: the caller's promise.
+    let (which, n, boundary) = unsafe { linked::<C>(user_data) };
+    // SAFETY: the caller's promise.
+    let forward = unsafe { forward(t, solution, sensitivities, n) };
+    // SAFETY: the caller's promise.
+    let (values, rates) = unsafe { state(values, rates) };
+    (which, boundary, forward, [values, rates])
+}
+
 /// Neither S nor Ṡ.
 const NONE: *mut N_Vector = std::ptr::null_mut();
 
@@ -117,16 +141,14 @@ pub(crate) unsafe extern "C" fn residual_with<C: Callbacks>(
     residual: N_Vector,
     user_data: *mut c_void,
 ) -> c_int {
-    // SAFETY: IDAS hands back the address of our link, and callbacks do not nest.
-    let (which, n, boundary) = unsafe { linked::<C>(user_data) };
-    // SAFETY: IDAS does not touch its vectors during the call.
-    let forward = unsafe { forward(t, [y, y_dot], [s, s_dot], n) };
-    // SAFETY: as above.
-    let (values, rates) = unsafe { state(values, rates) };
+    // SAFETY: IDAS hands back the address of our link and does not touch its vectors during the call;
+    // callbacks do not nest.
+    let (which, boundary, forward, values) =
+        unsafe { handed::<C>(user_data, t, [y, y_dot], [s, s_dot], [values, rates]) };
     // SAFETY: as above, but possibly fresh; distinct from all others.
     let residual = unsafe { zeroed_mut(residual) };
     guarded(boundary, |callbacks| {
-        callbacks.backward_residual(which, &forward, [values, rates], residual)
+        callbacks.backward_residual(which, &forward, values, residual)
     })
 }
 
@@ -167,14 +189,12 @@ pub(crate) unsafe extern "C" fn setup_with<C: Callbacks>(
     _scratch2: N_Vector,
     _scratch3: N_Vector,
 ) -> c_int {
-    // SAFETY: IDAS hands back the address of our link, and callbacks do not nest.
-    let (which, n, boundary) = unsafe { linked::<C>(user_data) };
-    // SAFETY: IDAS does not touch its vectors during the call.
-    let forward = unsafe { forward(t, [y, y_dot], [s, s_dot], n) };
-    // SAFETY: as above.
-    let (values, rates) = unsafe { state(values, rates) };
+    // SAFETY: IDAS hands back the address of our link and does not touch its vectors during the call;
+    // callbacks do not nest.
+    let (which, boundary, forward, values) =
+        unsafe { handed::<C>(user_data, t, [y, y_dot], [s, s_dot], [values, rates]) };
     guarded(boundary, |callbacks| {
-        callbacks.backward_setup(which, &forward, [values, rates], c_j)
+        callbacks.backward_setup(which, &forward, values, c_j)
     })
 }
 
@@ -243,16 +263,14 @@ pub(crate) unsafe extern "C" fn quadrature_with<C: Callbacks>(
     out: N_Vector,
     user_data: *mut c_void,
 ) -> c_int {
-    // SAFETY: IDAS hands back the address of our link, and callbacks do not nest.
-    let (which, n, boundary) = unsafe { linked::<C>(user_data) };
-    // SAFETY: IDAS does not touch its vectors during the call.
-    let forward = unsafe { forward(t, [y, y_dot], [s, s_dot], n) };
-    // SAFETY: as above.
-    let (values, rates) = unsafe { state(values, rates) };
+    // SAFETY: IDAS hands back the address of our link and does not touch its vectors during the call;
+    // callbacks do not nest.
+    let (which, boundary, forward, values) =
+        unsafe { handed::<C>(user_data, t, [y, y_dot], [s, s_dot], [values, rates]) };
     // SAFETY: as above, but possibly fresh; distinct from all others.
     let out = unsafe { zeroed_mut(out) };
     guarded(boundary, |callbacks| {
-        callbacks.backward_quadrature(which, &forward, [values, rates], out)
+        callbacks.backward_quadrature(which, &forward, values, out)
     })
 }
 

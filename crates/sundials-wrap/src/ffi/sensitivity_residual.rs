@@ -5,8 +5,36 @@ use std::slice;
 
 use sundials_sys::{N_Vector, realtype};
 
-use super::trampoline::{Answer, Callbacks, boundary, guarded, state};
+use super::trampoline::{Answer, Boundary, Callbacks, boundary, guarded, state};
 use super::vector_view::zeroed_mut;
+
+/// Lets callbacks fill one vector for each sensitivity, until one fails.
+///
+/// # Safety
+/// Called within a callback of IDAS with its own serial vectors, `n` of them in each array, which it does
+/// not touch meanwhile.
+unsafe fn each<C>(
+    boundary: &mut Boundary<C>,
+    n: c_int,
+    [s, s_dot, outs]: [*mut N_Vector; 3],
+    mut fill: impl FnMut(&mut C, usize, [&[f64]; 2], &mut [f64]) -> Answer,
+) -> c_int {
+    // SAFETY: n vectors, the caller's promise.
+    let [s, s_dot, outs] =
+        [s, s_dot, outs].map(|v| unsafe { slice::from_raw_parts(v, n as usize) });
+    let success = Answer::Success.code();
+    for (j, &out) in outs.iter().enumerate() {
+        // SAFETY: the caller's promise.
+        let (s, s_dot) = unsafe { state(s[j], s_dot[j]) };
+        // SAFETY: as above, but possibly fresh; distinct from all others.
+        let out = unsafe { zeroed_mut(out) };
+        let code = guarded(boundary, |callbacks| fill(callbacks, j, [s, s_dot], out));
+        if code != success {
+            return code;
+        }
+    }
+    success
+}
 
 /// IDASensResFn.
 ///
@@ -36,25 +64,15 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     if code != success {
         return code;
     }
-    // SAFETY: each array holds n vectors, and IDAS does not touch it during the call.
-    let s = unsafe { slice::from_raw_parts(s, n as usize) };
-    // SAFETY: as above.
-    let s_dot = unsafe { slice::from_raw_parts(s_dot, n as usize) };
-    // SAFETY: as above.
-    let residuals = unsafe { slice::from_raw_parts(residuals, n as usize) };
-    for (j, &residual) in residuals.iter().enumerate() {
-        // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
-        let (s, s_dot) = unsafe { state(s[j], s_dot[j]) };
-        // SAFETY: as above, but possibly fresh; distinct from all others.
-        let out = unsafe { zeroed_mut(residual) };
-        let code = guarded(boundary, |callbacks| {
-            callbacks.sensitivity_residual(j, (t, y, y_dot), [s, s_dot], out)
-        });
-        if code != success {
-            return code;
-        }
+    // SAFETY: each array holds n vectors of IDAS' own.
+    unsafe {
+        each(
+            boundary,
+            n,
+            [s, s_dot, residuals],
+            |callbacks, j, of_j, out| callbacks.sensitivity_residual(j, (t, y, y_dot), of_j, out),
+        )
     }
-    success
 }
 
 /// IDAQuadSensRhsFn.
@@ -79,24 +97,13 @@ pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
     let boundary = unsafe { boundary::<C>(user_data) };
     // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
-    // SAFETY: each array holds n vectors, and IDAS does not touch it during the call.
-    let s = unsafe { slice::from_raw_parts(s, n as usize) };
-    // SAFETY: as above.
-    let s_dot = unsafe { slice::from_raw_parts(s_dot, n as usize) };
-    // SAFETY: as above.
-    let rates_of = unsafe { slice::from_raw_parts(rates_of, n as usize) };
-    let success = Answer::Success.code();
-    for (j, &rates) in rates_of.iter().enumerate() {
-        // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
-        let (s, s_dot) = unsafe { state(s[j], s_dot[j]) };
-        // SAFETY: as above, but possibly fresh; distinct from all others.
-        let out = unsafe { zeroed_mut(rates) };
-        let code = guarded(boundary, |callbacks| {
-            callbacks.quadrature_sensitivity(j, (t, y, y_dot), [s, s_dot], out)
-        });
-        if code != success {
-            return code;
-        }
+    // SAFETY: each array holds n vectors of IDAS' own.
+    unsafe {
+        each(
+            boundary,
+            n,
+            [s, s_dot, rates_of],
+            |callbacks, j, of_j, out| callbacks.quadrature_sensitivity(j, (t, y, y_dot), of_j, out),
+        )
     }
-    success
 }
