@@ -1,9 +1,11 @@
-//! Backward problems of a solver: how they are added, started, corrected and integrated.
+//! Backward problems of a solver: how they are added, started, corrected and integrated. What is
+//! evaluated meanwhile: [`evaluation`].
+
+mod evaluation;
 
 use sundials_sys as sys;
 
 use super::builder::validate_quadrature_tolerances;
-use super::callbacks::UserFunctions;
 use super::linear::SparseLu;
 use super::{IdaSolver, call_error, codes};
 use crate::adjoint::{
@@ -11,17 +13,14 @@ use crate::adjoint::{
     Interpolation,
 };
 use crate::error::Error;
-use crate::ffi::backward::{BackwardCallbacks, ForwardView};
 use crate::ffi::call::CallFailed;
 use crate::ffi::ida::{BackwardSettings, Counter};
-use crate::ffi::trampoline::Answer;
 use crate::options::{
     IdaOptions, count, differential, expect_finite, expect_length, finite, invalid,
     validate_tolerances, within,
 };
-use myovib_dae::{
-    Jacobian, Linearization, Outcome, Problem, Statistics, Stop, Tolerances, kinds_at,
-};
+pub(super) use evaluation::{Posed, Repeating};
+use myovib_dae::{Jacobian, Outcome, Problem, Statistics, Stop, kinds_at};
 
 /// What a solver that keeps checkpoints knows of its backward problems.
 pub(super) struct Kept {
@@ -31,137 +30,6 @@ pub(super) struct Kept {
     runs: Vec<BackwardRun>,
     /// The counters of the forward run, once it has been left: IDAS repeats parts of it then.
     pub(super) left: Option<Statistics>,
-}
-
-/// A backward problem with what its evaluation takes.
-pub(super) struct Posed<P> {
-    problem: Box<dyn BackwardProblem<P> + Send>,
-    lu: SparseLu,
-    tolerances: Tolerances,
-    weights: Vec<f64>,
-    state: ForwardState,
-}
-
-/// How many steps may be repeated from a checkpoint: C has room for no more, and does not look. Each step
-/// begins with the error weights of y and of the sensitivities, one after the other.
-#[derive(Default)]
-pub(super) struct Repeating {
-    /// Error weights of as many steps as lie between two checkpoints; none during the forward run.
-    most: Option<usize>,
-    /// Error weights since a backward problem was evaluated.
-    weights: usize,
-}
-
-impl Repeating {
-    /// Counts the error weights that IDAS asks for; `false` if they are of a step there is no room for.
-    pub(super) fn has_room(&mut self) -> bool {
-        self.weights += 1;
-        self.most.is_none_or(|most| self.weights <= most)
-    }
-}
-
-impl ForwardState {
-    fn set(&mut self, view: &ForwardView<'_>) {
-        self.t = view.t;
-        self.y.copy_from_slice(view.y);
-        self.y_dot.copy_from_slice(view.y_dot);
-        for (pair, values) in self.s.iter_mut().zip(&view.s) {
-            pair[0].copy_from_slice(values[0]);
-            pair[1].copy_from_slice(values[1]);
-        }
-    }
-
-    fn view(&self) -> ForwardView<'_> {
-        let pairs = self
-            .s
-            .iter()
-            .map(|[s, s_dot]| [s.as_slice(), s_dot.as_slice()]);
-        ForwardView {
-            t: self.t,
-            y: &self.y,
-            y_dot: &self.y_dot,
-            s: pairs.collect(),
-        }
-    }
-}
-
-impl<P: Problem> BackwardCallbacks for UserFunctions<P> {
-    fn backward_residual(
-        &mut self,
-        which: usize,
-        forward: &ForwardView<'_>,
-        [values, rates]: [&[f64]; 2],
-        residual: &mut [f64],
-    ) -> Answer {
-        self.t_called = forward.t;
-        self.repeating.weights = 0;
-        let posed = &mut self.backward[which];
-        posed.state.set(forward);
-        let problem = &mut self.problem;
-        let result = (posed.problem).residual(problem, &posed.state, values, rates, residual);
-        self.failures.answer(
-            "residual of a backward problem",
-            forward.t,
-            result,
-            residual,
-        )
-    }
-
-    fn backward_setup(
-        &mut self,
-        which: usize,
-        forward: &ForwardView<'_>,
-        [values, rates]: [&[f64]; 2],
-        c_j: f64,
-    ) -> Answer {
-        let posed = &mut self.backward[which];
-        posed.state.set(forward);
-        posed.tolerances.write_weights(values, &mut posed.weights);
-        let at = Linearization {
-            t: forward.t,
-            y: values,
-            y_dot: rates,
-            step: 1.0 / c_j,
-            weights: &posed.weights,
-        };
-        let mut problem = At {
-            problem: posed.problem.as_mut(),
-            forward: &mut self.problem,
-            state: &posed.state,
-        };
-        let (evaluated, entries) = posed.lu.evaluate(&mut problem, &at, c_j);
-        match self
-            .failures
-            .answer("Jacobian", forward.t, evaluated, entries)
-        {
-            Answer::Success => {}
-            failed => return failed,
-        }
-        let result = posed.lu.factorise();
-        self.failures
-            .answer("linear set-up", forward.t, result, &[])
-    }
-
-    fn backward_solve(&mut self, which: usize, rhs: &mut [f64]) -> Answer {
-        let result = self.backward[which].lu.solve(rhs);
-        self.failures
-            .answer("linear solve", self.t_called, result, rhs)
-    }
-
-    fn backward_quadrature(
-        &mut self,
-        which: usize,
-        forward: &ForwardView<'_>,
-        [values, rates]: [&[f64]; 2],
-        out: &mut [f64],
-    ) -> Answer {
-        let posed = &mut self.backward[which];
-        posed.state.set(forward);
-        let problem = &mut self.problem;
-        let result = (posed.problem).quadrature(problem, &posed.state, values, rates, out);
-        self.failures
-            .answer("quadrature of a backward problem", forward.t, result, out)
-    }
 }
 
 impl BackwardOptions {

@@ -1,0 +1,139 @@
+//! What IDAS asks of backward problems while it integrates them.
+
+use super::super::callbacks::UserFunctions;
+use super::super::linear::SparseLu;
+use crate::adjoint::{At, BackwardProblem, ForwardState};
+use crate::ffi::backward::{BackwardCallbacks, ForwardView};
+use crate::ffi::trampoline::Answer;
+use myovib_dae::{Linearization, Problem, Tolerances};
+
+/// A backward problem with what its evaluation takes.
+pub(in crate::solver) struct Posed<P> {
+    pub(super) problem: Box<dyn BackwardProblem<P> + Send>,
+    pub(super) lu: SparseLu,
+    pub(super) tolerances: Tolerances,
+    pub(super) weights: Vec<f64>,
+    pub(super) state: ForwardState,
+}
+
+/// How many steps may be repeated from a checkpoint: C has room for no more, and does not look. Each step
+/// begins with the error weights of y and of the sensitivities, one after the other.
+#[derive(Default)]
+pub(in crate::solver) struct Repeating {
+    /// Error weights of as many steps as lie between two checkpoints; none during the forward run.
+    pub(super) most: Option<usize>,
+    /// Error weights since a backward problem was evaluated.
+    pub(super) weights: usize,
+}
+
+impl Repeating {
+    /// Counts the error weights that IDAS asks for; `false` if they are of a step there is no room for.
+    pub(in crate::solver) fn has_room(&mut self) -> bool {
+        self.weights += 1;
+        self.most.is_none_or(|most| self.weights <= most)
+    }
+}
+
+impl ForwardState {
+    fn set(&mut self, view: &ForwardView<'_>) {
+        self.t = view.t;
+        self.y.copy_from_slice(view.y);
+        self.y_dot.copy_from_slice(view.y_dot);
+        for (pair, values) in self.s.iter_mut().zip(&view.s) {
+            pair[0].copy_from_slice(values[0]);
+            pair[1].copy_from_slice(values[1]);
+        }
+    }
+
+    pub(super) fn view(&self) -> ForwardView<'_> {
+        let pairs = self
+            .s
+            .iter()
+            .map(|[s, s_dot]| [s.as_slice(), s_dot.as_slice()]);
+        ForwardView {
+            t: self.t,
+            y: &self.y,
+            y_dot: &self.y_dot,
+            s: pairs.collect(),
+        }
+    }
+}
+
+impl<P: Problem> BackwardCallbacks for UserFunctions<P> {
+    fn backward_residual(
+        &mut self,
+        which: usize,
+        forward: &ForwardView<'_>,
+        [values, rates]: [&[f64]; 2],
+        residual: &mut [f64],
+    ) -> Answer {
+        self.t_called = forward.t;
+        self.repeating.weights = 0;
+        let posed = &mut self.backward[which];
+        posed.state.set(forward);
+        let problem = &mut self.problem;
+        let result = (posed.problem).residual(problem, &posed.state, values, rates, residual);
+        self.failures.answer(
+            "residual of a backward problem",
+            forward.t,
+            result,
+            residual,
+        )
+    }
+
+    fn backward_setup(
+        &mut self,
+        which: usize,
+        forward: &ForwardView<'_>,
+        [values, rates]: [&[f64]; 2],
+        c_j: f64,
+    ) -> Answer {
+        let posed = &mut self.backward[which];
+        posed.state.set(forward);
+        posed.tolerances.write_weights(values, &mut posed.weights);
+        let at = Linearization {
+            t: forward.t,
+            y: values,
+            y_dot: rates,
+            step: 1.0 / c_j,
+            weights: &posed.weights,
+        };
+        let mut problem = At {
+            problem: posed.problem.as_mut(),
+            forward: &mut self.problem,
+            state: &posed.state,
+        };
+        let (evaluated, entries) = posed.lu.evaluate(&mut problem, &at, c_j);
+        match self
+            .failures
+            .answer("Jacobian", forward.t, evaluated, entries)
+        {
+            Answer::Success => {}
+            failed => return failed,
+        }
+        let result = posed.lu.factorise();
+        self.failures
+            .answer("linear set-up", forward.t, result, &[])
+    }
+
+    fn backward_solve(&mut self, which: usize, rhs: &mut [f64]) -> Answer {
+        let result = self.backward[which].lu.solve(rhs);
+        self.failures
+            .answer("linear solve", self.t_called, result, rhs)
+    }
+
+    fn backward_quadrature(
+        &mut self,
+        which: usize,
+        forward: &ForwardView<'_>,
+        [values, rates]: [&[f64]; 2],
+        out: &mut [f64],
+    ) -> Answer {
+        let posed = &mut self.backward[which];
+        posed.state.set(forward);
+        let problem = &mut self.problem;
+        let result = (posed.problem).quadrature(problem, &posed.state, values, rates, out);
+        self.failures
+            .answer("quadrature of a backward problem", forward.t, result, out)
+    }
+}
