@@ -46,8 +46,8 @@ import os, myovib
 def threads(): return len(os.listdir("/proc/self/task"))
 alone = threads()
 def bits():
-    scene = myovib.Scene.builtin("muscle3d").set("time.end", 1e-3)
-    return (scene.run().folder / "state.json").read_bytes()
+    result = myovib.Scene.builtin("muscle3d").set("time.end", 1e-3).run()
+    return (result.folder / "state.json").read_bytes()
 one = bits()
 myovib.use_threads(2)
 print(threads() - alone, one == bits())
