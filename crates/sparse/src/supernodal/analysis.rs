@@ -179,15 +179,6 @@ impl Analysis {
             .unwrap_or(0)
     }
 
-    /// The most entries of rows of U that are not kept with the factors.
-    pub(super) fn n_upper(&self) -> usize {
-        let of_node = |node: &Supernode| node.n_columns() * node.n_rows();
-        match self.kind {
-            Kind::General => 0,
-            Kind::Symmetric => self.supernodes.iter().map(of_node).max().unwrap_or(0),
-        }
-    }
-
     /// Multiplications of one factorisation.
     pub fn n_multiplications(&self) -> f64 {
         let nodes = self.supernodes.iter();

@@ -1,5 +1,7 @@
 //! Where the update of a supernode goes in the front of its parent.
 
+use std::ops::Range;
+
 use super::update::Layout;
 use crate::{Kind, Number};
 
@@ -54,36 +56,57 @@ impl Child {
         size_of_val(&self.places[..]) + n_runs * size_of::<Run>()
     }
 
-    /// Adds the `update` of this child to the `k` pivots of its parent: to the columns, whose `panel`
-    /// has `m` rows, and, unless it is symmetric, to the rows, which `upper` holds transposed.
+    /// Which of its columns are among those of the parent from number `start` to `end`, of `k`.
     #[inline(always)]
-    pub(super) fn add_to_pivots<T: Number>(
+    fn columns(&self, start: usize, end: usize, k: usize) -> Range<usize> {
+        let place = |column: usize| match column {
+            0 => 0,
+            column if column == k => self.n_columns,
+            column => self.places.partition_point(|&p| (p as usize) < column),
+        };
+        place(start)..place(end)
+    }
+
+    /// Adds the `update` of this child to columns of its parent, which has `m` rows and `k` pivots: to
+    /// those that `chunk` holds, from number `start` on.
+    #[inline(always)]
+    pub(super) fn add_to_columns<T: Number>(
         &self,
         update: &[T],
-        panel: &mut [T],
+        chunk: &mut [T],
+        start: usize,
         [m, k]: [usize; 2],
-        upper: Option<&mut [T]>,
+        kind: Kind,
     ) {
-        let kind = match upper {
-            Some(_) => Kind::General,
-            None => Kind::Symmetric,
-        };
         let layout = self.layout(kind);
-        let (own, beyond) = self.places.split_at(self.n_columns);
-        for (j, &column) in own.iter().enumerate() {
+        for j in self.columns(start, start + chunk.len() / m, k) {
             let update = layout.column(update, j);
-            let (pivots, rows) = panel[column as usize * m..][..m].split_at_mut(k);
+            let column = self.places[j] as usize - start;
+            let (pivots, rows) = chunk[column * m..][..m].split_at_mut(k);
             let first = if kind == Kind::Symmetric { j } else { 0 };
             add_runs(&self.column_runs, update, pivots, first);
             add_runs(&self.row_runs, update, rows, 0);
         }
-        let Some(upper) = upper else { return };
-        let r = m - k;
+    }
+
+    /// Adds it to the `r` columns beyond the `k` pivots, in the rows that `chunk` holds transposed, from
+    /// number `start` on. Not for symmetric matrices.
+    #[inline(always)]
+    pub(super) fn add_to_rows<T: Number>(
+        &self,
+        update: &[T],
+        chunk: &mut [T],
+        start: usize,
+        [r, k]: [usize; 2],
+    ) {
+        let layout = self.layout(Kind::General);
+        let own = self.columns(start, start + chunk.len() / r, k);
+        let beyond = &self.places[self.n_columns..];
         for (j, &column) in (self.n_columns..).zip(beyond) {
             let (update, _) = layout.column(update, j);
             let column = column as usize - k;
-            for (&row, &update) in own.iter().zip(update) {
-                upper[row as usize * r + column] += update;
+            for (&row, &update) in self.places[own.clone()].iter().zip(&update[own.clone()]) {
+                chunk[(row as usize - start) * r + column] += update;
             }
         }
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pulp::{Arch, Simd, WithSimd};
 use rayon::ThreadPool;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use rayon::iter::{ParallelBridge, ParallelIterator};
 
 use super::analysis::{Analysis, Supernode};
 use super::child::Child;
@@ -61,10 +61,9 @@ impl<T: Number> Supernodal<T> {
             .as_ref()
             .map_or(1, |pool| pool.current_num_threads());
         let schedule = Schedule::new(&analysis, n_threads);
-        let n_upper = analysis.n_upper();
-        let stacks = schedule.heights.iter().map(|heights| Stacks {
-            sides: heights.map(zeros),
-            upper: zeros(n_upper),
+        let stacks = schedule.rooms.iter().map(|room| Stacks {
+            sides: room.heights.map(zeros),
+            upper: zeros(room.upper),
         });
         Self {
             factors: zeros(analysis.n_entries()),
@@ -102,8 +101,8 @@ impl<T: Number> Supernodal<T> {
         } = self;
         let (mut rest, mut done) = (&mut factors[..], 0);
         let mut tasks = Vec::with_capacity(schedule.subtrees.len());
-        for (range, stacks) in schedule.subtrees.iter().zip(stacks) {
-            let nodes = &analysis.supernodes[range.clone()];
+        for (subtree, stacks) in schedule.subtrees.iter().zip(stacks) {
+            let nodes = &analysis.supernodes[subtree.nodes.clone()];
             let start = nodes[0].start;
             let end = nodes
                 .last()
@@ -111,15 +110,18 @@ impl<T: Number> Supernodal<T> {
             let (_, from_start) = rest.split_at_mut(start - done);
             let (own, beyond) = from_start.split_at_mut(end - start);
             (rest, done) = (beyond, end);
-            tasks.push((range.clone(), start, own, stacks));
+            tasks.push((subtree, start, own, stacks));
         }
+        // The largest first, so that threads end at nearly the same time.
+        tasks.sort_by(|(a, ..), (b, ..)| b.work.total_cmp(&a.work));
         tasks
-            .into_par_iter()
-            .try_for_each(|(range, start, factors, stacks)| {
+            .into_iter()
+            .par_bridge()
+            .try_for_each(|(subtree, start, factors, stacks)| {
                 arch.dispatch(Eliminate {
                     analysis,
                     schedule,
-                    nodes: range,
+                    nodes: subtree.nodes.clone(),
                     values,
                     factors,
                     start,
@@ -153,8 +155,7 @@ impl<T: Number> Supernodal<T> {
     pub(crate) fn n_kept(analysis: &Analysis, n_threads: usize) -> usize {
         let schedule = Schedule::new(analysis, n_threads);
         let vectors = analysis.n() + analysis.largest_front();
-        let waiting = schedule.n_entries() + schedule.heights.len() * analysis.n_upper();
-        analysis.n_entries() + waiting + vectors
+        analysis.n_entries() + schedule.n_entries() + vectors
     }
 }
 
@@ -264,21 +265,6 @@ impl<T: Number> Work<'_, T> {
         } = self;
         let (m, k, r) = (node.size(), node.n_columns(), node.n_rows());
         let is_symmetric = kind == Kind::Symmetric;
-        block.fill(T::zero());
-        for &(index, position) in &node.entries {
-            block[position as usize] = values[index as usize];
-        }
-        let (panel, upper) = block.split_at_mut(m * k);
-        for child in &node.children {
-            let of_child = of_child(child);
-            let upper = (!is_symmetric).then_some(&mut *upper);
-            child.add_to_pivots(of_child, panel, [m, k], upper);
-        }
-        let upper = if is_symmetric {
-            &mut scaled[..r * k]
-        } else {
-            upper
-        };
         let layout = node.layout(kind);
         let add = |start: usize, chunk: &mut [T]| {
             for child in &node.children {
@@ -294,8 +280,31 @@ impl<T: Number> Work<'_, T> {
                 in_threads,
                 arch,
             };
+            let (panel, upper) = front.assemble(node, block, values, &of_child);
+            let upper = if is_symmetric {
+                &mut scaled[..r * k]
+            } else {
+                upper
+            };
             return front.eliminate_all(panel, upper, update, &add);
         }
+        block.fill(T::zero());
+        for &(index, position) in &node.entries {
+            block[position as usize] = values[index as usize];
+        }
+        let (panel, upper) = block.split_at_mut(m * k);
+        for child in &node.children {
+            let of_child = of_child(child);
+            child.add_to_columns(of_child, panel, 0, [m, k], kind);
+            if !upper.is_empty() {
+                child.add_to_rows(of_child, upper, 0, [r, k]);
+            }
+        }
+        let upper = if is_symmetric {
+            &mut scaled[..r * k]
+        } else {
+            upper
+        };
         if is_symmetric {
             mirror(panel, m, 0);
         }
@@ -305,7 +314,7 @@ impl<T: Number> Work<'_, T> {
         if r > 0 {
             match kind {
                 Kind::General => eliminate_rows(upper, r, panel, m),
-                Kind::Symmetric => scale_rows(upper, r, panel, m, k),
+                Kind::Symmetric => scale_rows(upper, r, panel, m, [0, k]),
             }
             for (first, chunk) in layout.chunks(update) {
                 let row = layout.first_row(first);

@@ -11,12 +11,20 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
-use super::small::{factor_panel, mirror, scale_rows};
+use super::analysis::Supernode;
+use super::child::Child;
+use super::small::{factor_panel, mirror, scale_rows, subtract_first};
 use super::update::{CHUNK, Layout};
 use crate::{Kind, Number};
 
-/// Panels of this width are eliminated column by column.
+/// Panels of this width are eliminated column by column,
 const NARROW: usize = 32;
+/// and so many rows of them together, which stay in the nearest cache.
+const SHORT: usize = 128;
+/// Rows of a product that is shared among threads,
+const LONG: usize = 512;
+/// and the rows of which products are made.
+const STRIPE: usize = 48;
 
 /// The sizes of a front and how it is dealt with.
 #[derive(Debug, Clone, Copy)]
@@ -32,6 +40,37 @@ pub(super) struct Front {
 }
 
 impl Front {
+    /// Fills the `block` of `node` with its entries of the matrix and what its children add to its
+    /// pivots. Returns the columns, and the rows unless the matrix is symmetric.
+    #[inline(never)]
+    pub(super) fn assemble<'b, 'c, T: Number>(
+        &self,
+        node: &Supernode,
+        block: &'b mut [T],
+        values: &[T],
+        of_child: &(impl Fn(&Child) -> &'c [T] + Sync),
+    ) -> (&'b mut [T], &'b mut [T]) {
+        let Self { m, k, kind, .. } = *self;
+        self.chunks(block, m, |_, chunk| chunk.fill(T::zero()));
+        for &(index, position) in &node.entries {
+            block[position as usize] = values[index as usize];
+        }
+        let (panel, upper) = block.split_at_mut(m * k);
+        self.chunks(panel, m, |start, chunk| {
+            for child in &node.children {
+                child.add_to_columns(of_child(child), chunk, start, [m, k], kind);
+            }
+        });
+        if !upper.is_empty() {
+            self.chunks(upper, m - k, |start, chunk| {
+                for child in &node.children {
+                    child.add_to_rows(of_child(child), chunk, start, [m - k, k]);
+                }
+            });
+        }
+        (panel, upper)
+    }
+
     /// Eliminates an assembled front: L and U take the place of `panel` and `upper`, `update` becomes
     /// -L U, with what `add` adds to its columns. `false` for a pivot that is zero or not finite.
     #[inline(never)]
@@ -57,13 +96,7 @@ impl Front {
     fn factor<T: Number>(&self, panel: &mut [T], first: usize) -> bool {
         let (m, width) = (self.m, panel.len() / self.m);
         if width <= NARROW {
-            let is_symmetric = self.kind == Kind::Symmetric;
-            return self.arch.dispatch(Narrow {
-                panel,
-                m,
-                first,
-                is_symmetric,
-            });
+            return self.factor_narrow(panel, first);
         }
         let multiple = if width > 2 * CHUNK { CHUNK } else { NARROW };
         let half = (width / 2).next_multiple_of(multiple);
@@ -78,6 +111,33 @@ impl Front {
         self.factor(right, middle)
     }
 
+    /// The same for a few columns: the square of their pivots, then the rows below.
+    fn factor_narrow<T: Number>(&self, panel: &mut [T], first: usize) -> bool {
+        let (m, width) = (self.m, panel.len() / self.m);
+        let mut room = [T::zero(); NARROW * NARROW];
+        let pivots = &mut room[..width * width];
+        for (own, column) in pivots.chunks_exact_mut(width).zip(panel.chunks_exact(m)) {
+            own.copy_from_slice(&column[first..][..width]);
+        }
+        let is_symmetric = self.kind == Kind::Symmetric;
+        if !self.arch.dispatch(Square {
+            pivots,
+            width,
+            is_symmetric,
+        }) {
+            return false;
+        }
+        for (own, column) in pivots.chunks_exact(width).zip(panel.chunks_exact_mut(m)) {
+            column[first..][..width].copy_from_slice(own);
+        }
+        let below = MatMut::from_column_major_slice_mut(panel, m, width);
+        let below = below.get_mut(first + width.., ..);
+        self.rows(below, SHORT, &|_, rows| {
+            self.arch.dispatch(Below { rows, pivots });
+        });
+        true
+    }
+
     /// Eliminates the columns `left`, the first of which is number `first`, from those of `chunk`,
     /// the first of which is number `column`.
     fn eliminate<T: Number>(&self, left: &[T], first: usize, chunk: &mut [T], column: usize) {
@@ -85,7 +145,7 @@ impl Front {
         let (half, width) = (left.len() / m, chunk.len() / m);
         let left = MatRef::from_column_major_slice(left, m, half);
         let chunk = MatMut::from_column_major_slice_mut(chunk, m, width);
-        let (mut upper, mut lower) = chunk.get_mut(first.., ..).split_at_row_mut(half);
+        let (mut upper, lower) = chunk.get_mut(first.., ..).split_at_row_mut(half);
         let start = match self.kind {
             Kind::General => {
                 let triangle = left.get(first..first + half, ..);
@@ -102,8 +162,11 @@ impl Front {
                 column
             }
         };
-        let target = lower.rb_mut().get_mut(start - first - half.., ..);
-        subtract_product(target, left.get(start.., ..), upper.rb());
+        let target = lower.get_mut(start - first - half.., ..);
+        self.rows(target, LONG, &|above, target| {
+            let lower = left.get(start + above..start + above + target.nrows(), ..);
+            matmul(target, Accum::Add, lower, upper.rb(), -T::one(), Par::Seq);
+        });
     }
 
     /// U right of the pivots from the rows of the matrix, or of the `panel` if it is symmetric; both are
@@ -112,30 +175,15 @@ impl Front {
         let (m, k) = (self.m, self.k);
         let r = m - k;
         if self.kind == Kind::Symmetric {
-            return scale_rows(upper, r, panel, m, k);
+            return self.chunks(upper, r, |first, chunk| {
+                scale_rows(chunk, r, &panel[first * m..], m, [first, k]);
+            });
         }
         let triangle = MatRef::from_column_major_slice(panel, m, k).get(..k, ..);
         let rows = MatMut::from_column_major_slice_mut(upper, r, k);
-        self.solve_rows(triangle, rows);
-    }
-
-    fn solve_rows<T: Number>(&self, triangle: MatRef<'_, T>, rows: MatMut<'_, T>) {
-        let r = rows.nrows();
-        if r <= CHUNK {
+        self.rows(rows, CHUNK, &|_, rows| {
             solve_unit_lower_triangular_in_place(triangle, rows.transpose_mut(), Par::Seq);
-            return;
-        }
-        let (above, below) = rows.split_at_row_mut((r / 2).next_multiple_of(CHUNK / 2));
-        let halves = (
-            || self.solve_rows(triangle, above),
-            || self.solve_rows(triangle, below),
-        );
-        if self.in_threads {
-            rayon::join(halves.0, halves.1);
-        } else {
-            (halves.0)();
-            (halves.1)();
-        }
+        });
     }
 
     /// `update` ← -L U for the rows and columns beyond the pivots, column by column followed by
@@ -158,19 +206,17 @@ impl Front {
         let work = |(first, chunk): (usize, &mut [T])| {
             let row = layout.first_row(first);
             let width = chunk.len() / (r - row);
-            matmul(
-                MatMut::from_column_major_slice_mut(&mut *chunk, r - row, width),
-                Accum::Replace,
-                lower.get(row.., ..),
-                upper.get(first..first + width, ..).transpose(),
-                -T::one(),
-                Par::Seq,
-            );
+            let upper = upper.get(first..first + width, ..).transpose();
+            let target = MatMut::from_column_major_slice_mut(&mut *chunk, r - row, width);
+            self.rows(target, LONG, &|above, target| {
+                let lower = lower.get(row + above..row + above + target.nrows(), ..);
+                matmul(target, Accum::Replace, lower, upper, -T::one(), Par::Seq);
+            });
             add(first, chunk);
         };
         if self.in_threads {
             let chunks: Vec<_> = layout.chunks(update).collect();
-            chunks.into_par_iter().for_each(work);
+            chunks.into_par_iter().with_max_len(1).for_each(work);
         } else {
             layout.chunks(update).for_each(work);
         }
@@ -185,36 +231,95 @@ impl Front {
     ) {
         let size = CHUNK * rows;
         if self.in_threads {
-            let chunks = block.par_chunks_mut(size).enumerate();
+            let chunks = block.par_chunks_mut(size).enumerate().with_max_len(1);
             chunks.for_each(|(i, chunk)| work(i * CHUNK, chunk));
         } else {
             let chunks = block.chunks_mut(size).enumerate();
             chunks.for_each(|(i, chunk)| work(i * CHUNK, chunk));
         }
     }
+
+    /// Cuts `block` into `size` rows at most, each worked on with the number of rows above it.
+    fn rows<'m, T: Number>(
+        &self,
+        block: MatMut<'m, T>,
+        size: usize,
+        work: &(impl Fn(usize, MatMut<'m, T>) + Sync),
+    ) {
+        self.rows_from(0, block, size, work);
+    }
+
+    fn rows_from<'m, T: Number>(
+        &self,
+        above: usize,
+        block: MatMut<'m, T>,
+        size: usize,
+        work: &(impl Fn(usize, MatMut<'m, T>) + Sync),
+    ) {
+        let n = block.nrows();
+        if n <= size {
+            return work(above, block);
+        }
+        let half = (n / 2).next_multiple_of(STRIPE);
+        let (upper, lower) = block.split_at_row_mut(half);
+        let halves = (
+            || self.rows_from(above, upper, size, work),
+            || self.rows_from(above + half, lower, size, work),
+        );
+        if self.in_threads {
+            rayon::join(halves.0, halves.1);
+        } else {
+            (halves.0)();
+            (halves.1)();
+        }
+    }
 }
 
-/// `target` -= A B.
-fn subtract_product<T: Number>(target: MatMut<'_, T>, a: MatRef<'_, T>, b: MatRef<'_, T>) {
-    matmul(target, Accum::Add, a, b, -T::one(), Par::Seq);
-}
-
-/// The elimination of a narrow panel, to be run with the processor's vector instructions.
-struct Narrow<'a, T> {
-    panel: &'a mut [T],
-    m: usize,
-    first: usize,
+/// The elimination of the pivots of a narrow panel, to be run with the processor's vector instructions.
+struct Square<'a, T> {
+    pivots: &'a mut [T],
+    width: usize,
     is_symmetric: bool,
 }
 
-impl<T: Number> WithSimd for Narrow<'_, T> {
+impl<T: Number> WithSimd for Square<'_, T> {
     type Output = bool;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> bool {
         if self.is_symmetric {
-            mirror(self.panel, self.m, self.first);
+            mirror(self.pivots, self.width, 0);
         }
-        factor_panel(self.panel, self.m, self.first)
+        factor_panel(self.pivots, self.width, 0)
+    }
+}
+
+/// The elimination of rows below such pivots, likewise.
+struct Below<'a, T> {
+    rows: MatMut<'a, T>,
+    pivots: &'a [T],
+}
+
+impl<T: Number> WithSimd for Below<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let width = self.rows.ncols();
+        let columns = self.rows.col_iter_mut().map(|column| {
+            let column = column.try_as_col_major_mut();
+            column
+                .expect("fronts are kept column by column")
+                .as_slice_mut()
+        });
+        let mut columns: Vec<&mut [T]> = columns.collect();
+        for (j, pivots) in self.pivots.chunks_exact(width).enumerate() {
+            let (done, rest) = columns.split_at_mut(j);
+            let column = &mut *rest[0];
+            subtract_first(column, j, |p| (&*done[p], pivots[p]));
+            for entry in column {
+                *entry *= pivots[j];
+            }
+        }
     }
 }

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::analysis::{Analysis, Supernode};
+use crate::Kind;
 
 /// Subtrees are cut until the largest has at most this part of one thread's share of the work, so
 /// that threads end at nearly the same time.
@@ -18,17 +19,34 @@ pub(super) struct Place {
     pub(super) offset: usize,
 }
 
+/// Supernodes that one thread works on, the last of which is their root.
+#[derive(Debug, Clone)]
+pub(super) struct Subtree {
+    pub(super) nodes: Range<usize>,
+    /// Multiplications.
+    pub(super) work: f64,
+}
+
+/// Room for the updates of a subtree or of the rest.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Room {
+    /// The heights of the stacks, even and odd.
+    pub(super) heights: [usize; 2],
+    /// The most entries of rows of U that are not kept with the factors.
+    pub(super) upper: usize,
+}
+
 /// The order of work for some number of threads; what is computed does not depend on it.
 #[derive(Debug, Clone)]
 pub(super) struct Schedule {
-    /// Subtrees, worked on side by side: ranges of supernodes.
-    pub(super) subtrees: Vec<Range<usize>>,
+    /// Subtrees, worked on side by side.
+    pub(super) subtrees: Vec<Subtree>,
     /// All others, after the subtrees, one after the other.
     pub(super) rest: Vec<u32>,
     /// By supernode.
     pub(super) places: Vec<Place>,
-    /// The heights of the stacks, even and odd, of each subtree and last of the rest.
-    pub(super) heights: Vec<[usize; 2]>,
+    /// Room for each subtree and last for the rest.
+    pub(super) rooms: Vec<Room>,
 }
 
 impl Schedule {
@@ -40,20 +58,19 @@ impl Schedule {
             _ => subtrees(analysis, n_threads),
         };
         let mut owner = vec![subtrees.len(); n];
-        for (s, range) in subtrees.iter().enumerate() {
-            owner[range.clone()].fill(s);
+        for (s, subtree) in subtrees.iter().enumerate() {
+            owner[subtree.nodes.clone()].fill(s);
         }
         let rest: Vec<u32> = (0..n as u32)
             .filter(|&k| owner[k as usize] == subtrees.len())
             .collect();
         let mut places = vec![Place::default(); n];
         let mut tops = vec![[0; 2]; subtrees.len() + 1];
-        let mut heights = tops.clone();
+        let mut rooms = vec![Room::default(); tops.len()];
         // Subtrees are complete before the rest begins.
         let in_time = subtrees
             .iter()
-            .cloned()
-            .flatten()
+            .flat_map(|subtree| subtree.nodes.clone())
             .chain(rest.iter().map(|&k| k as usize));
         for k in in_time {
             let node = &analysis.supernodes[k];
@@ -64,7 +81,11 @@ impl Schedule {
                 offset: *top,
             };
             *top += node.layout(analysis.kind).n_entries();
-            heights[stacks][side] = heights[stacks][side].max(*top);
+            let room = &mut rooms[stacks];
+            room.heights[side] = room.heights[side].max(*top);
+            if analysis.kind == Kind::Symmetric {
+                room.upper = room.upper.max(node.n_columns() * node.n_rows());
+            }
             for child in &node.children {
                 tops[owner[child.node as usize]][1 - side] -=
                     child.layout(analysis.kind).n_entries();
@@ -74,18 +95,21 @@ impl Schedule {
             subtrees,
             rest,
             places,
-            heights,
+            rooms,
         }
     }
 
-    /// Entries of all stacks.
+    /// Entries of all rooms.
     pub(super) fn n_entries(&self) -> usize {
-        self.heights.iter().flatten().sum()
+        let rooms = self.rooms.iter();
+        rooms
+            .map(|room| room.heights[0] + room.heights[1] + room.upper)
+            .sum()
     }
 }
 
 /// The largest subtrees that are small enough to be shared evenly.
-fn subtrees(analysis: &Analysis, n_threads: usize) -> Vec<Range<usize>> {
+fn subtrees(analysis: &Analysis, n_threads: usize) -> Vec<Subtree> {
     let supernodes = &analysis.supernodes;
     let mut first: Vec<usize> = (0..supernodes.len()).collect();
     let mut work: Vec<f64> = Vec::with_capacity(supernodes.len());
@@ -102,7 +126,10 @@ fn subtrees(analysis: &Analysis, n_threads: usize) -> Vec<Range<usize>> {
     let mut found = Vec::new();
     while let Some(k) = pending.pop() {
         if work[k] <= PART_OF_SHARE * share {
-            found.push(first[k]..k + 1);
+            found.push(Subtree {
+                nodes: first[k]..k + 1,
+                work: work[k],
+            });
         } else {
             pending.extend(
                 supernodes[k]
@@ -112,6 +139,6 @@ fn subtrees(analysis: &Analysis, n_threads: usize) -> Vec<Range<usize>> {
             );
         }
     }
-    found.sort_unstable_by_key(|range| range.start);
+    found.sort_unstable_by_key(|subtree| subtree.nodes.start);
     found
 }

@@ -229,19 +229,19 @@ pub(super) fn mirror<T: Number>(panel: &mut [T], m: usize, first: usize) {
     }
 }
 
-/// U right of the pivots of a symmetric front, transposed: the rows of L below the `k` pivots times
-/// D, from row `start` of these on; `r` rows for each pivot.
+/// U right of the pivots of a symmetric front, transposed: the rows of L from row `start` on times D,
+/// `r` rows for each pivot. The first column of `panel` has its pivot in row `first`.
 #[inline(always)]
 pub(super) fn scale_rows<T: Number>(
     upper: &mut [T],
     r: usize,
     panel: &[T],
     m: usize,
-    start: usize,
+    [first, start]: [usize; 2],
 ) {
     for (p, scaled) in upper.chunks_exact_mut(r).enumerate() {
         let column = &panel[p * m..][..m];
-        let pivot = T::one() / column[p];
+        let pivot = T::one() / column[first + p];
         for (scaled, &entry) in scaled.iter_mut().zip(&column[start..]) {
             *scaled = entry * pivot;
         }
@@ -255,15 +255,26 @@ pub(super) fn eliminate_rows<T: Number>(upper: &mut [T], r: usize, panel: &[T], 
     for j in 1..upper.len() / r {
         let (done, row) = upper[..(j + 1) * r].split_at_mut(j * r);
         let row = &mut row[..r];
-        let (factor, u) = (|p: usize| panel[p * m + j], |p: usize| &done[p * r..]);
-        let mut p = 0;
-        while p + 4 <= j {
-            subtract_columns::<T, T, 4>(row, from_fn(|q| u(p + q)), from_fn(|q| factor(p + q)));
-            p += 4;
-        }
-        for p in p..j {
-            subtract_columns(row, [u(p)], [factor(p)]);
-        }
+        subtract_first(row, j, |p| (&done[p * r..], panel[p * m + j]));
+    }
+}
+
+/// `y` -= Σ_p x_p a_p for p < n, with `column` giving a_p and x_p.
+#[inline(always)]
+pub(super) fn subtract_first<'a, T: Number>(
+    y: &mut [T],
+    n: usize,
+    column: impl Fn(usize) -> (&'a [T], T),
+) {
+    let mut p = 0;
+    while p + 4 <= n {
+        let four: [_; 4] = from_fn(|q| column(p + q));
+        subtract_columns::<T, T, 4>(y, four.map(|(a, _)| a), four.map(|(_, x)| x));
+        p += 4;
+    }
+    for p in p..n {
+        let (a, x) = column(p);
+        subtract_columns(y, [a], [x]);
     }
 }
 
