@@ -61,22 +61,19 @@ impl Coherence {
     }
 }
 
-/// |χ| of each of the chains at `places` that make up a network: see
+/// Ψ and χ of each of the chains at `places` that make up a network: see
 /// [`Chain::network_at`](crate::Chain::network_at).
 ///
 /// # Panics
 /// When there is no place, or the lengths are no multiple of their number.
-pub fn coherence_at(places: usize, omega: &[f64], y: &[f64], w: &[f64]) -> Vec<f64> {
+pub fn coherence_at(places: usize, omega: &[f64], y: &[f64], w: &[f64]) -> Vec<Coherence> {
     let n = omega.len() / places;
     assert_eq!(n * places, omega.len(), "oscillators at each place");
     let own = |place: usize| place * n..(place + 1) * n;
     let chains = (0..places).map(own);
-    let modulus = |own: std::ops::Range<usize>| {
-        Coherence::new(&omega[own.clone()], &y[own.clone()], &w[own])
-            .phase
-            .norm()
-    };
-    chains.map(modulus).collect()
+    chains
+        .map(|own| Coherence::new(&omega[own.clone()], &y[own.clone()], &w[own]))
+        .collect()
 }
 
 /// The instantaneous frequency of the centroid in Hz, positive in the oscillators' natural

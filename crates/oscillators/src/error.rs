@@ -55,6 +55,12 @@ pub enum Error {
         /// Number of samples inside.
         found: usize,
     },
+    /// The radius of a neighbourhood is not a positive number.
+    #[error("the radius of a neighbourhood must be positive and finite, got {value}")]
+    Radius {
+        /// The refused radius.
+        value: f64,
+    },
     /// The smoothing radius would not smooth.
     #[error("the smoothing radius must be positive and finite, got {value}")]
     SmoothingRadius {

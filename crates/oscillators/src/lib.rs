@@ -13,6 +13,7 @@
 //! - [`Detuning`]: frequencies ω_n = ω + ξ_n drawn by a named, seeded [`Generator`].
 //! - [`Coherence`], [`Settled`], [`SmoothCoherence`]: Ψ and χ of eq. (23) at one time, over a
 //!   trailing window, and as a differentiable function of the states.
+//! - [`Neighbourhood`]: the coherence of places that are near each other.
 //! - [`samples`]: systems with a known solution.
 //!
 //! # References
@@ -25,6 +26,7 @@ mod coherence;
 mod detuning;
 mod drive;
 mod error;
+mod neighbourhood;
 mod network;
 pub mod samples;
 mod settled;
@@ -37,6 +39,7 @@ pub use coherence::{Coherence, centroid_frequency, coherence_at, phasors};
 pub use detuning::{Detuning, Generator};
 pub use drive::{Drive, Reach};
 pub use error::Error;
+pub use neighbourhood::Neighbourhood;
 pub use network::{Coefficients, Network};
 pub use settled::Settled;
 pub use smooth::SmoothCoherence;

@@ -1,7 +1,9 @@
 //! Fields on the mesh as VTK files for ParaView: one VTU per time and a PVD that lists them.
 
+mod cloud;
 mod data;
 mod grid;
+mod listing;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -10,9 +12,11 @@ use myovib_fem::Space;
 use myovib_fem::space::Degree;
 use myovib_model::{Components, Quantity, Snapshot};
 
-use crate::atomic_file;
+pub use cloud::Cloud;
 use data::{floats, integers};
 pub use grid::Grid;
+use listing::Listing;
+pub use listing::is_of_a_series;
 
 /// VTK's number for the elements; their nodes are ordered as ours.
 fn cell_type(space: &Space) -> usize {
@@ -24,8 +28,10 @@ fn cell_type(space: &Space) -> usize {
     }
 }
 
-/// The name of the list of a series.
+/// The name of the list of the fields on the mesh.
 pub const LIST: &str = "fields.pvd";
+/// The name of the list of the numbers at places of chains.
+pub const PLACES_LIST: &str = "places.pvd";
 
 /// A number for each of some elements.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,40 +42,32 @@ pub struct CellField {
     pub values: Vec<(usize, f64)>,
 }
 
-/// The numbers of a field of the elements in the text of a file, not a number where there is none.
-pub fn cell_field(text: &str, name: &str) -> Option<Vec<f64>> {
+/// The numbers of a field in the text of a file, not a number where there is none.
+pub fn field_of(text: &str, name: &str) -> Option<Vec<f64>> {
     data::read_floats(text, name)
 }
 
 /// A numbered series of files in a folder.
 #[derive(Debug)]
 pub struct Series {
-    folder: PathBuf,
+    listing: Listing,
     grid: Grid,
     quantities: Vec<Quantity>,
-    /// Times and names of the files written so far.
-    entries: Vec<(f64, String)>,
 }
 
 impl Series {
     /// A series of `quantities` in `folder`, which exists. `done` are the times already there.
     pub fn new(folder: &Path, grid: Grid, quantities: Vec<Quantity>, done: &[f64]) -> Self {
-        let entries = done
-            .iter()
-            .enumerate()
-            .map(|(i, &t)| (t, name(i)))
-            .collect();
         Self {
-            folder: folder.to_owned(),
+            listing: Listing::new(folder, listing::FIELDS, done),
             grid,
             quantities,
-            entries,
         }
     }
 
     /// Times of the files written so far, s.
     pub fn times(&self) -> impl Iterator<Item = f64> + '_ {
-        self.entries.iter().map(|(t, _)| *t)
+        self.listing.times()
     }
 
     /// Whether a stress is among the fields.
@@ -79,9 +77,7 @@ impl Series {
 
     /// A file of those written so far that is no longer there, or empty.
     pub fn missing(&self) -> Option<PathBuf> {
-        let files = self.entries.iter().map(|(_, name)| self.folder.join(name));
-        let is_there = |file: &PathBuf| file.metadata().is_ok_and(|there| there.len() > 0);
-        files.into_iter().find(|file| !is_there(file))
+        self.listing.missing()
     }
 
     /// Writes the body at time `t` with numbers of some elements, then the list of all files; gives the
@@ -95,30 +91,11 @@ impl Series {
         snapshot: &Snapshot<'_>,
         cells: &[CellField],
     ) -> io::Result<u64> {
-        let name = name(self.entries.len());
         let text = vtu(snapshot, &self.grid, &self.quantities, cells);
-        atomic_file::write(&self.folder.join(&name), |file| {
-            file.write_all(text.as_bytes())
-        })?;
-        self.entries.push((t, name));
-        let text = pvd(&self.entries);
-        let path = self.folder.join(LIST);
-        atomic_file::write(&path, |file| file.write_all(text.as_bytes()))?;
+        self.listing.add(t, &text)?;
         let states = self.quantities.iter().filter(|q| q.needs_state()).count();
         Ok((states * self.grid.n_evaluations()) as u64)
     }
-}
-
-fn name(i: usize) -> String {
-    format!("fields_{i:05}.vtu")
-}
-
-/// Whether a file of this name is of a series.
-pub fn is_of_a_series(name: &str) -> bool {
-    let number = name
-        .strip_prefix("fields_")
-        .and_then(|rest| rest.strip_suffix(".vtu"));
-    number.is_some_and(|number| number.len() >= 5 && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
 /// Time and nodal displacement (three components each, by node) of the last file of a folder;
@@ -159,16 +136,6 @@ pub fn last_displacement(folder: &Path, grid: &Grid) -> io::Result<Option<(f64, 
     Ok(Some((t, displacement)))
 }
 
-fn pvd(entries: &[(f64, String)]) -> String {
-    let mut text = String::from(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
-    );
-    for (t, name) in entries {
-        text += &format!("<DataSet timestep=\"{t}\" part=\"0\" file=\"{name}\"/>\n");
-    }
-    text + "</Collection>\n</VTKFile>\n"
-}
-
 /// A time's file: points at rest, cells, values at the points, regions and fibres of the cells.
 fn vtu(
     snapshot: &Snapshot<'_>,
@@ -180,13 +147,7 @@ fn vtu(
     let dimension = space.dimension();
     let (n_points, n_cells) = (grid.n_points(), space.n_elements());
     let n_cell_nodes = space.mesh().shape().n_nodes(space.degree());
-    let mut text = format!(
-        "<?xml version=\"1.0\"?>\n\
-         <VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
-         header_type=\"UInt64\">\n\
-         <UnstructuredGrid>\n\
-         <Piece NumberOfPoints=\"{n_points}\" NumberOfCells=\"{n_cells}\">\n<Points>\n"
-    );
+    let mut text = data::head(n_points, n_cells);
     let point = |&node: &usize| {
         let place = space.node_point(node);
         [0, 1, 2].map(|axis| place.get(axis).copied().unwrap_or_default())
@@ -219,7 +180,7 @@ fn vtu(
         }
         text += &floats(name, &[], 1, all.into_iter());
     }
-    text + "</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n"
+    text + "</CellData>\n" + data::END
 }
 
 /// The places of the file's components among the quantity's; a place beyond them is zero.

@@ -55,7 +55,7 @@ fn each_element_of_a_group_has_a_chain_with_its_own_frequencies() {
     let scene = Scene::build("scene.toml", SCENE, &[], Path::new("")).unwrap();
     let body = scene.body.as_ref().unwrap();
     let space = body.muscle.solid.space();
-    let elements = scene.chains[0].elements.clone().unwrap();
+    let elements = scene.chains[0].elements().unwrap();
     let (places, omega) = (elements.len(), &scene.chains[0].chain.omega);
     assert!(places > 10 && places < space.n_elements(), "{places}");
     assert_eq!(omega.len(), 4 * places);
@@ -74,7 +74,7 @@ fn each_element_of_a_group_has_a_chain_with_its_own_frequencies() {
         .n_unknowns();
     assert_eq!(document["unknowns"], n + 2 * 4 * places);
     let text = std::fs::read_to_string(folder.path().join("fields_00001.vtu")).unwrap();
-    let field = myovib_scene::vtu::cell_field(&text, "coherence_spindles").unwrap();
+    let field = myovib_scene::vtu::field_of(&text, "coherence_spindles").unwrap();
     assert_eq!(field.len(), space.n_elements());
     let inside: Vec<f64> = elements.iter().map(|&e| field[e]).collect();
     assert!(
@@ -137,7 +137,7 @@ fn two_way() -> String {
 #[test]
 fn chains_stiffen_and_contract_the_elements_they_are_in() {
     let scene = Scene::build("scene.toml", &two_way(), &[], Path::new("")).unwrap();
-    let elements = scene.chains[0].elements.clone().unwrap();
+    let elements = scene.chains[0].elements().unwrap();
     // Two feedbacks, each with a place for each element with a chain.
     assert_eq!(scene.feedbacks.len(), 2);
     for feedback in &scene.feedbacks {
@@ -156,7 +156,7 @@ fn chains_stiffen_and_contract_the_elements_they_are_in() {
     );
     assert!(document["work"]["coherence_passes"].as_u64() > Some(0));
     let text = std::fs::read_to_string(folder.path().join("fields_00001.vtu")).unwrap();
-    let chi = myovib_scene::vtu::cell_field(&text, "coherence_spindles").unwrap();
+    let chi = myovib_scene::vtu::field_of(&text, "coherence_spindles").unwrap();
     assert!(elements.iter().any(|&element| chi[element] > 0.5));
 }
 

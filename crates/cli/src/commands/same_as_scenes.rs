@@ -207,6 +207,6 @@ fn figure_7() {
         &settings,
     );
     assert_same_chain(&scene, 5, 0.5, Place::Point(vec![0.0, 0.0]));
-    assert_eq!(scene.chains[0].axis, 1);
+    assert_eq!(scene.chains[0].places[0].direction, [0.0, 1.0, 0.0]);
     assert_eq!(scene.file.probe[0].every, EVERY);
 }

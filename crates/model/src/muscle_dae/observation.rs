@@ -145,24 +145,37 @@ impl MuscleDae {
     /// The displacement at a probe in the direction `axis` (0: x, 1: y, 2: z), prescribed components
     /// included.
     pub fn displacement_at(&self, probe: &Probe, axis: usize) -> Displacement {
+        let mut direction = [0.0; 3];
+        direction[axis] = 1.0;
+        self.displacement_along(probe, direction)
+    }
+
+    /// The displacement at a probe along a vector d, d·u, prescribed components included; of d as many
+    /// components count as the body has dimensions.
+    pub fn displacement_along(&self, probe: &Probe, direction: [f64; 3]) -> Displacement {
         let start = self
             .layout
             .range(Field::Displacement)
             .expect("all formulations have q")
             .start;
         let free = self.muscle.solid.dofs().free_to_full();
+        let dimension = self.muscle.solid.space().dimension();
         let mut displacement = Displacement::default();
         for &(node, weight) in probe.node_weights() {
-            let component = self.muscle.solid.space().dimension() * node + axis;
-            if let Ok(k) = free.binary_search(&component) {
-                displacement.unknowns.push((start + k, weight));
+            let along = direction[..dimension].iter().enumerate();
+            for (axis, part) in along.filter(|(_, part)| **part != 0.0) {
+                let (component, weight) = (dimension * node + axis, part * weight);
+                if let Ok(k) = free.binary_search(&component) {
+                    displacement.unknowns.push((start + k, weight));
+                    continue;
+                }
+                let at_node = self.muscle.prescribed.iter();
+                displacement.prescribed.extend(
+                    at_node
+                        .filter(|prescribed| prescribed.component == component)
+                        .map(|prescribed| (prescribed.signal.clone(), weight)),
+                );
             }
-            let at_node = self.muscle.prescribed.iter();
-            displacement.prescribed.extend(
-                at_node
-                    .filter(|prescribed| prescribed.component == component)
-                    .map(|prescribed| (prescribed.signal.clone(), weight)),
-            );
         }
         displacement
     }

@@ -9,6 +9,7 @@ use crate::error::ModelError;
 #[derive(Debug, Clone)]
 pub struct Probe {
     point: Vec<f64>,
+    located: Located,
     nodes: Vec<(usize, f64)>,
     vertices: Vec<(usize, f64)>,
 }
@@ -29,40 +30,52 @@ impl Probe {
     /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].
     pub fn at(space: &Space, point: impl AsRef<[f64]>) -> Result<Self, ModelError> {
         let point = point.as_ref();
-        let located = locate(space, point)?;
-        Ok(Self {
-            point: point.to_vec(),
-            nodes: space.displacement_functional(&located),
-            vertices: space.pressure_functional(&located),
-        })
+        Ok(Self::new(space, locate(space, point)?, point.to_vec()))
     }
 
-    /// The middle of an element: the mean of its vertices.
+    /// A place that is known in its element.
+    ///
+    /// # Panics
+    /// If there is no such element.
+    pub fn located_at(space: &Space, at: Located) -> Self {
+        let point = match space.dimension() {
+            2 => space.place::<2>(&at).to_vec(),
+            _ => space.place::<3>(&at).to_vec(),
+        };
+        Self::new(space, at, point)
+    }
+
+    /// The middle of an element, where all barycentric coordinates are the same.
     ///
     /// # Panics
     /// If there is no such element.
     pub fn in_element(space: &Space, element: usize) -> Self {
-        let mesh = space.mesh();
-        let (vertices, dimension) = (mesh.element(element), mesh.dimension());
-        let mean = |axis: usize| {
-            let along = vertices.iter();
-            let along = along.map(|v| mesh.coordinates()[dimension * v + axis]);
-            along.sum::<f64>() / vertices.len() as f64
-        };
-        let located = Located {
+        let n = space.mesh().shape().n_vertices();
+        let barycentric = Barycentric::new(&vec![1.0 / n as f64; n]);
+        let at = Located {
             element,
-            barycentric: Barycentric::new(&vec![1.0 / vertices.len() as f64; vertices.len()]),
+            barycentric,
         };
+        Self::located_at(space, at)
+    }
+
+    fn new(space: &Space, located: Located, point: Vec<f64>) -> Self {
         Self {
-            point: (0..dimension).map(mean).collect(),
             nodes: space.displacement_functional(&located),
             vertices: space.pressure_functional(&located),
+            point,
+            located,
         }
     }
 
     /// The point, m.
     pub fn point(&self) -> &[f64] {
         &self.point
+    }
+
+    /// The place in the mesh.
+    pub fn located(&self) -> Located {
+        self.located
     }
 
     /// The nodes whose values enter, with their weights.

@@ -3,7 +3,9 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::common::random;
-use myovib_oscillators::{Coherence, Error, Settled, SmoothCoherence, centroid_frequency};
+use myovib_oscillators::{
+    Coherence, Error, Neighbourhood, Settled, SmoothCoherence, centroid_frequency, coherence_at,
+};
 use num_complex::Complex64;
 
 #[test]
@@ -185,5 +187,48 @@ fn the_gradient_is_the_derivative_of_the_smooth_coherence() {
                 "w {k}"
             );
         }
+    }
+}
+
+/// Places of a grid and others: the neighbours that are found by cubes are those of a look at all.
+#[test]
+fn neighbourhoods_are_of_all_places_within_the_radius() {
+    let n = 300;
+    let coordinates = random(7, 3 * n);
+    let places: Vec<[f64; 3]> = coordinates.as_chunks().0.to_vec();
+    let omega: Vec<f64> = random(8, 2 * n).iter().map(|x| 50.0 + x).collect();
+    let (y, w) = (random(9, 2 * n), random(10, 2 * n));
+    let w: Vec<f64> = w.iter().map(|w| 50.0 * w).collect();
+    let single = coherence_at(n, &omega, &y, &w);
+    for radius in [0.05, 0.3, 1.0, 10.0] {
+        let found = Neighbourhood::new(places.clone(), radius).unwrap();
+        for (place, found) in places.iter().zip(found.coherence(&single)) {
+            let distance = |other: &[f64; 3]| -> f64 {
+                let squares = place.iter().zip(other).map(|(a, b)| (a - b).powi(2));
+                squares.sum::<f64>().sqrt()
+            };
+            let near: Vec<usize> = (0..n).filter(|&j| distance(&places[j]) <= radius).collect();
+            // Of all oscillators at these places.
+            let own = |all: &[f64]| -> Vec<f64> {
+                near.iter()
+                    .flat_map(|j| [all[2 * j], all[2 * j + 1]])
+                    .collect()
+            };
+            let all = Coherence::new(&own(&omega), &own(&y), &own(&w))
+                .phase
+                .norm();
+            // Sums of at most 600 numbers of size 1, in another order.
+            assert!(
+                (found - all).abs() < 600.0 * f64::EPSILON,
+                "{radius}: {found} {all}"
+            );
+        }
+    }
+    let alone = Neighbourhood::new(places.clone(), 1e-300).unwrap();
+    let own: Vec<f64> = single.iter().map(|place| place.phase.norm()).collect();
+    assert_eq!(alone.coherence(&single), own);
+    for radius in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let refused = Neighbourhood::new(places.clone(), radius);
+        assert!(matches!(refused, Err(Error::Radius { .. })), "{radius}");
     }
 }

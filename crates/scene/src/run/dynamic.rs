@@ -11,6 +11,7 @@ use super::checkpoint::{Checkpoint, Totals};
 use super::document::{self, Timing};
 use super::folder::{Folder, Record};
 use super::indicator::Indicator;
+use super::oscillations::Oscillations;
 use super::outputs::{OutputWork, Outputs};
 use super::recorder::{Recorder, What, measurements};
 use super::stop::Condition;
@@ -100,7 +101,6 @@ impl Motion<'_> {
         let mut outputs = Outputs {
             recorders,
             fields: fields(scene, &folder, checkpoint)?,
-            chains: chains_in_elements(scene),
             conditions: self.conditions,
             checkpoints: checkpoint_times(scene, checkpoint),
             checkpointed: None,
@@ -187,29 +187,22 @@ fn fields(
     scene: &Scene,
     folder: &Folder,
     checkpoint: Option<&Checkpoint>,
-) -> Result<Option<(Series, SampleTimes)>, Error> {
+) -> Result<Option<(Series, Oscillations, SampleTimes)>, Error> {
     let (Some(fields), Some(body)) = (scene.file.fields.as_ref(), scene.body.as_ref()) else {
         return Ok(None);
     };
     let done = checkpoint.map_or(&[][..], |c| &c.field_times);
     let grid = Grid::of_body(body);
     let series = Series::new(folder.path(), grid, fields.quantities.clone(), done);
-    if let Some(file) = series.missing() {
+    let oscillations = Oscillations::new(scene, folder.path(), done);
+    if let Some(file) = series.missing().or(oscillations.missing()) {
         let error = InputError::new("a file that the checkpoint counts on is gone")
             .at(file.display())
             .next("--overwrite computes the run from its start");
         return Err(error.into());
     }
     let times = SampleTimes::new(fields.every, scene.t_end).skip(done.len() as u64);
-    Ok(Some((series, times)))
-}
-
-/// The elements with a chain each, by the number and name of the chains.
-fn chains_in_elements(scene: &Scene) -> Vec<(usize, String, Vec<usize>)> {
-    let chains = scene.chains.iter().enumerate();
-    let own =
-        chains.filter_map(|(k, chain)| Some((k, chain.name.clone(), chain.elements.clone()?)));
-    own.collect()
+    Ok(Some((series, oscillations, times)))
 }
 
 /// Times `every` apart; those before a checkpoint are over.

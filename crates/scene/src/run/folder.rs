@@ -13,13 +13,14 @@ use crate::state::State;
 use crate::{Error, Input, InputError, Scene, atomic_file, json, vtu};
 
 /// What runs write besides the tables of their probes.
-const OURS: [&str; 7] = [
+const OURS: [&str; 8] = [
     Record::NAME,
     State::NAME,
     "run.json",
     "checkpoint.json",
     "report.html",
     vtu::LIST,
+    vtu::PLACES_LIST,
     LOCK,
 ];
 /// Held while a run writes.
@@ -233,6 +234,8 @@ mod tests {
             "report.html",
             "fields.pvd",
             "fields_00003.vtu",
+            "places.pvd",
+            "places_00003.vtu",
         ];
         for name in left.iter().chain(&["mine.csv", "fields_of_mine.vtu"]) {
             fs::write(path.join(name), "").unwrap();

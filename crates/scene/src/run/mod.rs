@@ -12,6 +12,7 @@ mod energy;
 mod folder;
 mod indicator;
 mod modes;
+mod oscillations;
 mod outputs;
 pub(crate) mod recorder;
 pub(crate) mod start;

@@ -7,18 +7,17 @@ use myovib_model::{
     Integrator, ModelError, Observer, Outcome, SampleTimes, Step, StopReason, first_positive,
 };
 
-use myovib_oscillators::coherence_at;
-
 use super::checkpoint::{Checkpoint, Totals};
 use super::energy::EnergyBalance;
 use super::folder::Folder;
 use super::indicator::Indicator;
+use super::oscillations::Oscillations;
 use super::recorder::{Recorder, What, cannot_write};
 use super::stop::Condition;
 use super::system::{System, muscle_of, stress_needs_rates};
 use crate::Error;
 use crate::state::State;
-use crate::vtu::{self, CellField, Series};
+use crate::vtu::{self, Series};
 
 /// Counts of what was written or evaluated beside the integration.
 #[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
@@ -33,9 +32,7 @@ pub(super) struct OutputWork {
 /// All outputs of a run.
 pub(super) struct Outputs<'a> {
     pub(super) recorders: Vec<Recorder>,
-    pub(super) fields: Option<(Series, SampleTimes)>,
-    /// The elements with a chain each, by the number and name of the chains.
-    pub(super) chains: Vec<(usize, String, Vec<usize>)>,
+    pub(super) fields: Option<(Series, Oscillations, SampleTimes)>,
     pub(super) conditions: Vec<Condition>,
     pub(super) checkpoints: SampleTimes,
     /// When the last one was written in this part of the run, s.
@@ -132,7 +129,7 @@ impl Outputs<'_> {
         from: f64,
         to: f64,
     ) -> Result<(), ModelError> {
-        let Some((series, times)) = &mut self.fields else {
+        let Some((series, oscillations, times)) = &mut self.fields else {
             return Ok(());
         };
         while let Some(t) = times.due(to) {
@@ -141,12 +138,15 @@ impl Outputs<'_> {
             if series.has_stress() && stress_needs_rates(integrator.problem_mut(), &self.y) {
                 integrator.dense_output(inside, 1, &mut self.y_dot)?;
             }
-            let coherences = coherences(integrator.problem(), &self.chains, &self.y);
+            let measured = oscillations.measure(integrator.problem(), &self.y)?;
             let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
             let snapshot = dae.snapshot(t, &self.y[range.clone()], &self.y_dot[range]);
             self.work.stress_evaluations += series
-                .write(t, &snapshot, &coherences)
+                .write(t, &snapshot, &oscillations.cell_fields(&measured))
                 .map_err(|error| cannot_write(&self.folder.path().join(vtu::LIST), error))?;
+            let written = oscillations.write(t, &snapshot, &measured);
+            let list = || self.folder.path().join(vtu::PLACES_LIST);
+            written.map_err(|error| cannot_write(&list(), error))?;
             self.work.field_files += 1;
         }
         Ok(())
@@ -209,7 +209,7 @@ impl Outputs<'_> {
             field_times: self
                 .fields
                 .iter()
-                .flat_map(|(series, _)| series.times())
+                .flat_map(|(series, ..)| series.times())
                 .collect(),
             drift: self.drift,
             indicator: self.indicator.clone(),
@@ -246,24 +246,6 @@ impl Outputs<'_> {
                 _ => None,
             })
     }
-}
-
-/// |χ| of the chain in each element by the name of the field, in the order of `chains`.
-fn coherences<P: System>(
-    system: &P,
-    chains: &[(usize, String, Vec<usize>)],
-    y: &[f64],
-) -> Vec<CellField> {
-    let of_chain = |(k, name, elements): &(usize, String, Vec<usize>)| {
-        let (network, range) = system.network(*k)?;
-        let (position, velocity) = y[range].split_at(network.n_oscillators());
-        let values = coherence_at(elements.len(), network.omega(), position, velocity);
-        Some(CellField {
-            name: format!("coherence_{name}"),
-            values: elements.iter().copied().zip(values).collect(),
-        })
-    };
-    chains.iter().filter_map(of_chain).collect()
 }
 
 impl<P: System> Observer<P> for Outputs<'_> {

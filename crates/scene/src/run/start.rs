@@ -12,7 +12,7 @@ use myovib_model::{
 
 use super::checkpoint::Checkpoint;
 use super::system::Body as CoupledBody;
-use crate::scene::{Body, DrivenChain, Scene, Start};
+use crate::scene::{Body, DrivenChain, DrivenPlace, Scene, Start};
 use crate::scene_file::chain::Place;
 use crate::scene_file::integrator::MaxOrder;
 use crate::{Error, InputError};
@@ -98,15 +98,13 @@ fn one_way(
     let options = CoupledOptions::of_muscle(&dae, &body.settings);
     let test = ErrorTest::of_muscle(&dae, &body.settings);
     let space = dae.muscle().solid.space();
-    let at = |probe: &Probe, axis| Source::Body(dae.displacement_at(probe, axis));
-    let sources = |chain: &DrivenChain| {
-        let (axis, elements) = (chain.axis, chain.elements.iter().flatten());
-        let of_element = |&element: &usize| at(&Probe::in_element(space, element), axis);
-        match &chain.at {
-            Some(Place::Point(point)) => Ok(vec![at(&Probe::at(space, point)?, axis)]),
-            Some(Place::Elements { .. }) => Ok(elements.map(of_element).collect()),
-            _ => Ok(vec![Source::Rest]),
-        }
+    let source = |place: &DrivenPlace| {
+        let probe = Probe::located_at(space, place.at);
+        Source::Body(dae.displacement_along(&probe, place.direction))
+    };
+    let sources = |chain: &DrivenChain| match &chain.places[..] {
+        [] => Ok(vec![Source::Rest]),
+        places => Ok(places.iter().map(source).collect()),
     };
     let oscillators = oscillators(scene, sources)?;
     Ok((CoupledDae::new(dae, oscillators), test, options, start))

@@ -33,9 +33,9 @@ impl Builder<'_> {
                     .next("add a [mesh] with [solid], or remove [[feedback]]");
                 return Err(self.wrong(&path, error));
             };
-            let network = self.chain_number(&wanted.chain, chains, &path)?;
+            let network = self.acting_chain(&wanted.chain, chains, &path)?;
             let mesh = body.muscle.solid.space().mesh();
-            let weights = match (&chains[network].elements, &wanted.group) {
+            let weights = match (chains[network].elements(), &wanted.group) {
                 (Some(elements), None) => {
                     let n = mesh.shape().n_vertices();
                     let corners = |element: &usize| n * element..n * (element + 1);
@@ -91,7 +91,7 @@ impl Builder<'_> {
                 continue;
             };
             let path = format!("material[{i}].active");
-            let network = self.chain_number(chain, chains, &path)?;
+            let network = self.acting_chain(chain, chains, &path)?;
             let driven = &chains[network];
             if driven.initial != 0.0 && unsynchronised != coherent {
                 let error = InputError::new(format!(
@@ -103,7 +103,7 @@ impl Builder<'_> {
             }
             let is_member = |element: &usize| solid.added_number(*element) == Some(*number);
             let members: Vec<usize> = (0..solid.n_tensions()).filter(is_member).collect();
-            let weights = match &driven.elements {
+            let weights = match &driven.elements() {
                 None => vec![members.iter().map(|element| (*element, 1.0)).collect()],
                 Some(elements) => {
                     let driven: BTreeSet<&usize> = elements.iter().collect();
@@ -148,7 +148,7 @@ impl Builder<'_> {
         let mut places = Vec::new();
         for (i, feedback) in everywhere.filter(|(_, feedback)| feedback.group.is_none()) {
             let path = format!("feedback[{i}]");
-            match &chains[self.chain_number(&feedback.chain, chains, &path)?].at {
+            match &chains[self.acting_chain(&feedback.chain, chains, &path)?].at {
                 Some(Place::Point(point)) => places.push(point.clone()),
                 Some(Place::Elements { .. }) => {}
                 _ => {
@@ -161,19 +161,29 @@ impl Builder<'_> {
         Ok(places)
     }
 
-    fn chain_number(
+    /// The number of a chain that acts on the body.
+    fn acting_chain(
         &self,
         name: &str,
         chains: &[DrivenChain],
         path: &str,
     ) -> Result<usize, InputError> {
-        let found = chains.iter().position(|chain| chain.name == name);
-        found.ok_or_else(|| {
+        let wrong = |error| Err(self.wrong(&format!("{path}.chain"), error));
+        let Some(number) = chains.iter().position(|chain| chain.name == name) else {
             let names: Vec<&str> = chains.iter().map(|chain| chain.name.as_str()).collect();
-            let error =
-                InputError::new(format!("there is no chain `{name}`")).allowed(names.join(", "));
-            self.wrong(&format!("{path}.chain"), error)
-        })
+            let error = InputError::new(format!("there is no chain `{name}`"));
+            return wrong(error.allowed(names.join(", ")));
+        };
+        let chain = &chains[number];
+        if chain.is_in_many_places() && chain.elements().is_none() {
+            let error = InputError::new(format!(
+                "the chains `{name}` at several points have no part of the body to act on"
+            ));
+            return wrong(error.next(
+                "put one into each element, `at = { elements = \"group\" }`, or take one chain at a point",
+            ));
+        }
+        Ok(number)
     }
 
     /// 1 in the elements of a group, 0 elsewhere.

@@ -173,7 +173,12 @@ impl Builder<'_> {
     }
 
     /// A direction by its components; the third may be left out in the plane.
-    fn vector(&self, given: &[f64], mesh: &Mesh, path: &str) -> Result<[f64; 3], InputError> {
+    pub(super) fn vector(
+        &self,
+        given: &[f64],
+        mesh: &Mesh,
+        path: &str,
+    ) -> Result<[f64; 3], InputError> {
         let wrong = |problem: String| Err(self.wrong(path, InputError::new(problem)));
         let vector = match (given, mesh.dimension()) {
             (&[x, y], 2) => [x, y, 0.0],
@@ -184,7 +189,7 @@ impl Builder<'_> {
             return wrong("a direction cannot be zero".to_owned());
         }
         if mesh.dimension() == 2 && vector[2] != 0.0 {
-            return wrong("fibres of a plane body lie in its plane: z must be 0".to_owned());
+            return wrong("directions of a plane body lie in its plane: z must be 0".to_owned());
         }
         Ok(vector)
     }

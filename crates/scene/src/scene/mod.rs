@@ -8,6 +8,7 @@
 mod body;
 mod builder;
 mod builtin;
+mod chain_places;
 mod contraction;
 mod feedback;
 mod function;
@@ -30,6 +31,7 @@ use myovib_model::coupling::Feedback;
 use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings};
 
 pub use builtin::{BUILTIN, builtin_text};
+pub use chain_places::DrivenPlace;
 pub(crate) use limits::runs_at_once;
 pub use oscillators::DrivenChain;
 
@@ -153,13 +155,14 @@ impl Scene {
         scene
     }
 
-    /// What was put right in the mesh, or left aside, and where fibres have no clear direction.
+    /// What was put right in the mesh, or left aside, points of grids too, and where fibres have no clear direction.
     pub fn notes(&self) -> Vec<String> {
         let Some(body) = &self.body else {
             return Vec::new();
         };
         let mesh = body.muscle.solid.space().mesh();
         let mut notes: Vec<String> = mesh.notes().iter().map(ToString::to_string).collect();
+        notes.extend(self.chains.iter().filter_map(DrivenChain::note));
         if body.opposed_fibres > 0 {
             notes.push(format!(
                 "at {} quadrature points the fibres of the vertices oppose each other: the nearest \

@@ -2,11 +2,11 @@
 
 use myovib_fem::rod::{EndLoad, Rod, RodData};
 use myovib_model::{ModelError, RodDae};
-use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Generator};
+use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Generator, Neighbourhood};
 
 use super::Body;
 use super::builder::Builder;
-use super::supports::index;
+use super::chain_places::{DrivenPlace, Found};
 use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::chain::{self, GeneratorName, Place, RodReading};
@@ -23,21 +23,45 @@ pub struct DrivenChain {
     pub drive: Drive,
     /// Where it is driven; nowhere if not given.
     pub at: Option<Place>,
-    /// The elements that have one each, for chains in elements.
-    pub elements: Option<Vec<usize>>,
-    /// The muscle's displacement component that drives it: 0, 1, or 2.
-    pub axis: usize,
+    /// The places of the body that have a chain each.
+    pub places: Vec<DrivenPlace>,
+    /// How many points of its grid lie outside of the body.
+    pub outside: usize,
+    /// The neighbourhoods of the places, if they are wanted.
+    pub neighbourhood: Option<Neighbourhood>,
     /// Initial position of all oscillators.
     pub initial: f64,
 }
 
 /// The most oscillators of all places of a chain.
-const MOST: usize = 1_000_000;
+pub(super) const MOST: usize = 1_000_000;
 
 impl DrivenChain {
     /// Number of chains: the places.
     pub fn n_places(&self) -> usize {
-        self.elements.as_ref().map_or(1, Vec::len)
+        self.places.len().max(1)
+    }
+
+    /// The elements that have a chain each, for chains in elements.
+    pub fn elements(&self) -> Option<Vec<usize>> {
+        let elements = self.places.iter().map(|place| place.at.element);
+        matches!(self.at, Some(Place::Elements { .. })).then(|| elements.collect())
+    }
+
+    /// Whether there are chains in many places, each with a coherence of its own.
+    pub fn is_in_many_places(&self) -> bool {
+        !matches!(self.at, None | Some(Place::Point(_) | Place::Position(_)))
+    }
+
+    /// What is to be said of its places.
+    pub(super) fn note(&self) -> Option<String> {
+        let (kept, all) = (self.places.len(), self.places.len() + self.outside);
+        (self.outside > 0).then(|| {
+            format!(
+                "chain `{}`: {kept} of the {all} points of its grid lie in the body",
+                self.name
+            )
+        })
     }
 }
 
@@ -91,34 +115,31 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<DrivenChain, InputError> {
         let place = format!("{path}.at");
-        match (&chain.at, file.mesh.is_some(), file.rod.is_some()) {
-            (Some(Place::Point(_) | Place::Elements { .. }), false, _) => {
-                let error = InputError::new("a point needs a muscle, and the scene has no mesh")
-                    .next("for a rod, give the position as one number");
-                return Err(self.wrong(&place, error));
-            }
+        match (&chain.at, body, file.rod.is_some()) {
+            (Some(Place::Position(_)), _, true) | (None, ..) => {}
             (Some(Place::Position(_)), _, false) => {
                 let error = InputError::new("a position needs a rod, and the scene has none")
                     .next("for a muscle, give the point as a list of its coordinates");
                 return Err(self.wrong(&place, error));
             }
-            _ => {}
-        }
-        let elements = match (&chain.at, body) {
-            (Some(Place::Elements { elements }), Some(body)) => {
-                let space = body.muscle.solid.space();
-                let axis = index(chain.component);
-                self.component(axis, space.dimension(), &format!("{path}.component"))?;
-                Some(self.elements(Some(elements), space.mesh(), &place)?)
+            (Some(_), None, _) => {
+                let error = InputError::new("a point needs a muscle, and the scene has no mesh")
+                    .next("for a rod, give the position as one number");
+                return Err(self.wrong(&place, error));
             }
-            _ => None,
+            (Some(_), Some(_), _) => {}
+        }
+        let Found { places, outside } = match body {
+            Some(body) => self.places_of(file, body, chain, path)?,
+            None => Found::default(),
         };
-        let n_places = elements.as_ref().map_or(1, Vec::len);
+        let neighbourhood = self.neighbourhood(file, body, chain, &places, path)?;
+        let n_places = places.len().max(1);
         let n = chain.oscillators.saturating_mul(n_places);
         if n > MOST {
             let error = InputError::new("too many oscillators")
                 .found(format!(
-                    "{} in each of {n_places} elements",
+                    "{} at each of {n_places} places",
                     chain.oscillators
                 ))
                 .allowed(format!("{MOST} of all places"));
@@ -152,10 +173,39 @@ impl Builder<'_> {
                 reach,
             },
             at: chain.at.clone(),
-            elements,
-            axis: index(chain.component),
+            places,
+            outside,
+            neighbourhood,
             initial: chain.initial,
         })
+    }
+
+    /// The neighbourhoods of the places of a chain, of which fields are written.
+    fn neighbourhood(
+        &self,
+        file: &SceneFile,
+        body: Option<&Body>,
+        chain: &chain::Chain,
+        places: &[DrivenPlace],
+        path: &str,
+    ) -> Result<Option<Neighbourhood>, InputError> {
+        let Some(radius) = chain.neighbourhood else {
+            return Ok(None);
+        };
+        let path = format!("{path}.neighbourhood");
+        let (Some(body), 2.., Some(_)) = (body, places.len(), &file.fields) else {
+            let error = InputError::new(
+                "a neighbourhood is of places of the body, and is written with the fields",
+            )
+            .next("let the chain be in many places, and add [fields]; or leave it out");
+            return Err(self.wrong(&path, error));
+        };
+        let space = body.muscle.solid.space();
+        let points = places.iter().map(|place| place.point(space));
+        let neighbourhood = Neighbourhood::new(points.collect(), radius);
+        Ok(Some(
+            self.at(&path, neighbourhood.map_err(ModelError::from))?,
+        ))
     }
 
     /// Refuses in a static scene what only a motion has: it would do nothing.

@@ -1,17 +1,15 @@
-//! Whether probes, stops and chains lie where there is something to measure.
+//! Whether probes and stops lie where there is something to measure.
 
 use myovib_model::Probe;
 
 use super::Body;
 use super::builder::Builder;
-use super::supports::index;
 use crate::error::InputError;
 use crate::scene_file::SceneFile;
-use crate::scene_file::chain::Place;
 use crate::scene_file::output::{ProbeKind, Stop};
 
 impl Builder<'_> {
-    /// Refuses probes, stops and chains at points outside the mesh, probes of groups that it does
+    /// Refuses probes and stops at points outside the mesh, probes of groups that it does
     /// not have, and of reactions where nothing is held.
     pub(super) fn places(&self, file: &SceneFile, body: &Body) -> Result<(), InputError> {
         for (i, probe) in file.probe.iter().enumerate() {
@@ -21,14 +19,6 @@ impl Builder<'_> {
         for (i, stop) in file.stop.iter().enumerate() {
             if let Stop::Displacement { at, .. } = stop {
                 self.at(&format!("stop[{i}].at"), Probe::at(space, at))?;
-            }
-        }
-        for (i, chain) in file.chain.iter().enumerate() {
-            if let Some(Place::Point(at)) = &chain.at {
-                let path = format!("chain[{i}]");
-                self.at(&format!("{path}.at"), Probe::at(space, at))?;
-                let axis = index(chain.component);
-                self.component(axis, space.dimension(), &format!("{path}.component"))?;
             }
         }
         Ok(())

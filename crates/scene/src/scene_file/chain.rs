@@ -6,7 +6,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::function::{Function, Shape};
-use super::solid::Axis;
 
 /// The damped elastic rod of the paper's section 3.1, in its dimensionless units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -96,14 +95,18 @@ pub struct Chain {
     pub ends: EndsName,
     /// The oscillators that the forcing reaches.
     pub reach: ReachName,
-    /// Gain γ of the forcing c(u) = γ u, 1/s² per m (per unit of the rod's displacement).
+    /// Gain γ of the forcing c(u) = γ d·u, 1/s² per m (per unit of the rod's displacement).
     pub gain: f64,
-    /// Where the displacement drives the chain: at a point of the muscle, m, or at a position of the rod; with
-    /// `{ elements = "group" }` there is a chain in the middle of each element of the group, all with frequencies of
-    /// one seed. Without it the chain is not driven.
+    /// Where the displacement drives the chain: at a point of the muscle, m, or at a position of the rod. For a list
+    /// of points, a grid, or the elements or vertices of a group there is a chain at each of these places, all with
+    /// frequencies of one seed. Without it the chain is not driven.
     pub at: Option<Place>,
-    /// The displacement component of the muscle that drives the chain.
-    pub component: Axis,
+    /// The displacement component of the muscle that drives the chain, d·u.
+    pub component: Component,
+    /// Radius of a neighbourhood, m [default: none]: for each place of the chain, |χ| of all
+    /// oscillators at places within this distance, all of the same weight, becomes a field.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub neighbourhood: Option<f64>,
     /// Initial position of all oscillators; they start without velocity.
     pub initial: f64,
 }
@@ -125,25 +128,69 @@ impl Default for Chain {
             reach: ReachName::All,
             gain: 1.0,
             at: None,
-            component: Axis::Y,
+            component: Component::Named(ComponentName::Y),
+            neighbourhood: None,
             initial: 0.0,
         }
     }
 }
 
-/// A point of the muscle, the elements of a group, or a position on the rod.
+/// A place in the muscle or on the rod, or many places in the muscle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Place {
     /// A point of the muscle, m.
     Point(#[schemars(length(min = 2, max = 3))] Vec<f64>),
+    /// A chain at each of these points, m.
+    Points(#[schemars(length(min = 1))] Vec<Vec<f64>>),
     /// A chain in each element of a physical group, whose coherence |χ| becomes a field of the elements.
     Elements {
         /// The group.
         elements: String,
     },
+    /// A chain at each vertex of a physical group: of points, of the boundary, or of elements.
+    Vertices {
+        /// The group.
+        vertices: String,
+    },
+    /// A chain at each point of a grid that lies in the muscle.
+    Grid {
+        /// First corner of the grid, m.
+        #[schemars(length(min = 2, max = 3))]
+        from: Vec<f64>,
+        /// Last corner, m.
+        #[schemars(length(min = 2, max = 3))]
+        to: Vec<f64>,
+        /// Number of points along each axis; a single one lies in the middle.
+        #[schemars(length(min = 2, max = 3), inner(range(min = 1, max = 1_000_000)))]
+        points: Vec<usize>,
+    },
     /// A position on the rod, from 0 to its length.
     Position(f64),
+}
+
+/// The direction d of the displacement d·u that drives a chain.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Component {
+    /// A coordinate, or along the fibre.
+    Named(ComponentName),
+    /// A vector of any length but zero; d has length 1.
+    Along(#[schemars(length(min = 2, max = 3))] Vec<f64>),
+}
+
+/// Directions with a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ComponentName {
+    /// Along the muscle.
+    X,
+    /// Across.
+    Y,
+    /// The third one, in space.
+    Z,
+    /// Along the fibre at the place.
+    Fibre,
 }
 
 /// Generators of random numbers.

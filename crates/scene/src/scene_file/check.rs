@@ -125,12 +125,29 @@ impl<'s> Checker<'s> {
                 .collect();
             return one_name(value, &names, path);
         }
-        match alternatives
+        let fitting: Vec<&Value> = alternatives
             .iter()
-            .find(|one| self.accepts_kind(one, value))
+            .copied()
+            .filter(|one| self.accepts_kind(one, value))
+            .collect();
+        // Several tables are told apart by a key, several lists by their first entry.
+        let alike = fitting.iter().find(|one| self.resembles(one, value));
+        if let (None, [_, _, ..], Some(object)) = (alike, &fitting[..], value.as_object())
+            && let Some(key) = object.keys().next()
         {
+            let known = fitting
+                .iter()
+                .filter_map(|one| one["properties"].as_object());
+            let known: Vec<&str> = known.flat_map(Map::keys).map(String::as_str).collect();
+            return Err(unknown_key(key, &known, member(path, key), path));
+        }
+        match alike.or(fitting.first()) {
             Some(one) => self.value(value, one, path),
             None => {
+                let choice = alternatives.iter().find(|one| self.is_choice(one));
+                if let (true, Some(choice)) = (value.is_string(), choice) {
+                    return self.value(value, choice, path);
+                }
                 let kinds: Vec<_> = alternatives.iter().map(|one| self.kind_name(one)).collect();
                 Err(wrong_kind(value, &kinds.join(" or "), base, path))
             }
@@ -145,6 +162,25 @@ impl<'s> Checker<'s> {
                 Some(constant) => value == constant,
                 None => kinds(schema).any(|kind| is_kind(value, kind)),
             },
+        }
+    }
+
+    /// Whether the schema is a choice of names.
+    fn is_choice(&self, schema: &'s Value) -> bool {
+        let names = self.alternatives(schema);
+        names.is_some_and(|names| names.iter().all(|one| one["const"].is_string()))
+    }
+
+    /// Whether a table has a key of those that the schema describes, a list a first entry of its kind.
+    fn resembles(&self, schema: &'s Value, value: &Value) -> bool {
+        match value {
+            Value::Object(object) => object
+                .keys()
+                .any(|key| schema["properties"].get(key).is_some()),
+            Value::Array(entries) => entries
+                .first()
+                .is_none_or(|first| self.accepts_kind(self.resolve(&schema["items"]), first)),
+            _ => true,
         }
     }
 

@@ -5,6 +5,20 @@ use base64::engine::general_purpose::STANDARD;
 
 use crate::text::escape;
 
+/// The beginning of a file, up to its points.
+pub(super) fn head(n_points: usize, n_cells: usize) -> String {
+    format!(
+        "<?xml version=\"1.0\"?>\n\
+         <VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
+         header_type=\"UInt64\">\n\
+         <UnstructuredGrid>\n\
+         <Piece NumberOfPoints=\"{n_points}\" NumberOfCells=\"{n_cells}\">\n<Points>\n"
+    )
+}
+
+/// The end of a file, after its last data.
+pub(super) const END: &str = "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+
 /// An array of 64-bit numbers with names for its components, if there are several.
 pub(super) fn floats(
     name: &str,

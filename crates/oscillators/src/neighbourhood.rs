@@ -1,0 +1,89 @@
+//! Coherence over the places within a radius of each other.
+
+use std::collections::HashMap;
+
+use crate::coherence::{Coherence, mean};
+use crate::error::Error;
+
+/// Rounding of coordinates: a place at the radius counts as within it.
+const SLACK: f64 = 1e-9;
+
+/// Places, and for each those within a radius of it.
+///
+/// The coherence of the neighbourhood of place i is `|1/n Σ χ_j|` over the n places j, itself among
+/// them, whose distance from it is at most the radius; all weigh the same. With as many oscillators
+/// at each place it is |χ| of all oscillators of these places. A single oscillator has |χ| = 1 by
+/// definition: among several places it is this measure that tells.
+///
+/// # Units
+/// The radius in the unit of the places.
+///
+/// # Examples
+/// ```
+/// use myovib_oscillators::{Neighbourhood, coherence_at};
+/// # fn main() -> Result<(), myovib_oscillators::Error> {
+/// let places = [[0.0; 3], [1.0, 0.0, 0.0], [5.0, 0.0, 0.0]];
+/// let near = Neighbourhood::new(places.to_vec(), 1.5)?;
+/// let single = coherence_at(3, &[50.0; 3], &[1.0, -2.0, 1.0], &[0.0; 3]);
+/// assert_eq!(near.coherence(&single), [0.0, 0.0, 1.0]);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone)]
+pub struct Neighbourhood {
+    places: Vec<[f64; 3]>,
+    radius: f64,
+    /// The places in each cube of a grid whose sides are the radius.
+    cubes: HashMap<[i64; 3], Vec<usize>>,
+}
+
+impl Neighbourhood {
+    /// The neighbourhoods of `places`.
+    ///
+    /// # Errors
+    /// [`Error::Radius`].
+    pub fn new(places: Vec<[f64; 3]>, radius: f64) -> Result<Self, Error> {
+        if !(radius > 0.0 && radius.is_finite()) {
+            return Err(Error::Radius { value: radius });
+        }
+        let radius = radius * (1.0 + SLACK);
+        let mut cubes: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
+        for (number, place) in places.iter().enumerate() {
+            cubes.entry(cube(*place, radius)).or_default().push(number);
+        }
+        Ok(Self {
+            places,
+            radius,
+            cubes,
+        })
+    }
+
+    /// The coherence of each neighbourhood, for Ψ and χ of each place.
+    ///
+    /// # Panics
+    /// When there are not as many as places.
+    pub fn coherence(&self, of_places: &[Coherence]) -> Vec<f64> {
+        assert_eq!(of_places.len(), self.places.len(), "a χ for each place");
+        let own = |place: &[f64; 3]| mean(self.near(*place).map(|j| of_places[j].phase)).norm();
+        self.places.iter().map(own).collect()
+    }
+
+    /// The places within the radius of a point.
+    fn near(&self, point: [f64; 3]) -> impl Iterator<Item = usize> {
+        let [i, j, k] = cube(point, self.radius);
+        let around = |i: i64| i.saturating_sub(1)..=i.saturating_add(1);
+        let cubes = around(i)
+            .flat_map(move |i| around(j).flat_map(move |j| around(k).map(move |k| [i, j, k])));
+        let candidates = cubes.filter_map(|cube| self.cubes.get(&cube)).flatten();
+        candidates.copied().filter(move |&other| {
+            let both = point.iter().zip(self.places[other]);
+            let squared: f64 = both.map(|(x, y)| (x - y).powi(2)).sum();
+            squared <= self.radius.powi(2)
+        })
+    }
+}
+
+/// The cube that holds a point.
+fn cube(point: [f64; 3], side: f64) -> [i64; 3] {
+    point.map(|x| (x / side).floor() as i64)
+}

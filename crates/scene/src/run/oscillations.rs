@@ -1,0 +1,157 @@
+//! What chains in many places do, for the field files.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use myovib_model::{ModelError, Probe, Snapshot};
+use myovib_oscillators::{Neighbourhood, coherence_at};
+
+use super::system::System;
+use crate::scene::{DrivenPlace, Scene};
+use crate::vtu::{CellField, Cloud};
+
+/// The chains of a scene that are in many places. What they do is shown where they are: on the
+/// elements that have one each, else at points of their own.
+#[derive(Default)]
+pub(super) struct Oscillations {
+    chains: Vec<Shown>,
+    /// The points of all chains that are not in elements.
+    cloud: Option<Cloud>,
+}
+
+/// A chain in many places.
+struct Shown {
+    /// The number of the network.
+    network: usize,
+    name: String,
+    in_elements: bool,
+    places: Vec<DrivenPlace>,
+    neighbourhood: Option<Neighbourhood>,
+}
+
+/// What the oscillators of a chain do at a time: numbers of each place.
+pub(super) struct Measured {
+    /// |χ|.
+    coherence: Vec<f64>,
+    /// |Ψ|.
+    amplitude: Vec<f64>,
+    /// |χ| of the neighbourhoods; not numbers where none are wanted.
+    neighbourhood: Vec<f64>,
+}
+
+/// The names of the fields.
+const NAMES: [&str; 3] = ["coherence", "amplitude", "neighbourhood"];
+
+impl Measured {
+    /// The numbers in the order of their names.
+    fn fields(&self) -> [&[f64]; 3] {
+        [&self.coherence, &self.amplitude, &self.neighbourhood]
+    }
+}
+
+impl Shown {
+    fn measure<P: System>(&self, system: &P, y: &[f64]) -> Result<Measured, ModelError> {
+        let network = system.network(self.network);
+        let (network, range) = network.ok_or(ModelError::NoSuchPart { part: "chain" })?;
+        let (position, velocity) = y[range].split_at(network.n_oscillators());
+        let n = self.places.len();
+        let found = coherence_at(n, network.omega(), position, velocity);
+        Ok(Measured {
+            coherence: found.iter().map(|place| place.phase.norm()).collect(),
+            amplitude: found.iter().map(|place| place.centroid.norm()).collect(),
+            neighbourhood: match &self.neighbourhood {
+                Some(neighbourhood) => neighbourhood.coherence(&found),
+                None => vec![f64::NAN; n],
+            },
+        })
+    }
+}
+
+impl Oscillations {
+    /// Those of a scene with fields; `done` are the times in the folder.
+    pub(super) fn new(scene: &Scene, folder: &Path, done: &[f64]) -> Self {
+        let Some(body) = &scene.body else {
+            return Self::default();
+        };
+        let chains = scene.chains.iter().enumerate();
+        let in_many = chains.filter(|(_, chain)| chain.is_in_many_places());
+        let shown = in_many.map(|(network, chain)| Shown {
+            network,
+            name: chain.name.clone(),
+            in_elements: chain.elements().is_some(),
+            places: chain.places.clone(),
+            neighbourhood: chain.neighbourhood.clone(),
+        });
+        let chains: Vec<Shown> = shown.collect();
+        let space = body.muscle.solid.space();
+        let at_points = chains.iter().filter(|chain| !chain.in_elements);
+        let points = at_points.flat_map(|chain| {
+            let points = chain.places.iter().map(|place| place.point(space));
+            points.map(|point| (chain.network, point))
+        });
+        let points: Vec<_> = points.collect();
+        let cloud = (!points.is_empty()).then(|| Cloud::new(folder, points, done));
+        Self { chains, cloud }
+    }
+
+    /// A file of those written so far that is no longer there, or empty.
+    pub(super) fn missing(&self) -> Option<PathBuf> {
+        self.cloud.as_ref().and_then(Cloud::missing)
+    }
+
+    /// What the oscillators do in state `y`, by chains.
+    pub(super) fn measure<P: System>(
+        &self,
+        system: &P,
+        y: &[f64],
+    ) -> Result<Vec<Measured>, ModelError> {
+        let chains = self.chains.iter();
+        chains.map(|chain| chain.measure(system, y)).collect()
+    }
+
+    /// The fields of the elements that have a chain each.
+    pub(super) fn cell_fields(&self, measured: &[Measured]) -> Vec<CellField> {
+        let of_chain = |(chain, measured): (&Shown, &Measured)| {
+            let wanted = if chain.neighbourhood.is_some() { 3 } else { 2 };
+            let fields = NAMES.iter().zip(measured.fields()).take(wanted);
+            let named = fields.map(|(name, values)| CellField {
+                name: format!("{name}_{}", chain.name),
+                values: chain
+                    .places
+                    .iter()
+                    .map(|place| place.at.element)
+                    .zip(values.iter().copied())
+                    .collect(),
+            });
+            named.collect::<Vec<_>>()
+        };
+        let all = self.chains.iter().zip(measured);
+        let in_elements = all.filter(|(chain, _)| chain.in_elements);
+        in_elements.flat_map(of_chain).collect()
+    }
+
+    /// Writes the points of the chains that are not in elements.
+    pub(super) fn write(
+        &mut self,
+        t: f64,
+        snapshot: &Snapshot<'_>,
+        measured: &[Measured],
+    ) -> io::Result<()> {
+        let Some(cloud) = &mut self.cloud else {
+            return Ok(());
+        };
+        let space = snapshot.solid.space();
+        let at_points = || {
+            let all = self.chains.iter().zip(measured);
+            all.filter(|(chain, _)| !chain.in_elements)
+        };
+        let places = at_points().flat_map(|(chain, _)| &chain.places);
+        let moved =
+            places.map(|place| Probe::located_at(space, place.at).vector(snapshot.displacement));
+        let fields = NAMES.iter().enumerate().map(|(i, name)| {
+            let values = at_points().flat_map(|(_, measured)| measured.fields()[i]);
+            (*name, values.copied().collect())
+        });
+        cloud.write(t, moved, fields.collect())
+    }
+}

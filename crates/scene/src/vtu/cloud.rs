@@ -1,0 +1,61 @@
+//! Numbers at places of the body that are no nodes: a series of files with a point for each.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::data::{self, floats, integers};
+use super::listing::{Listing, PLACES};
+
+/// VTK's number for a single point as a cell.
+const VERTEX: usize = 1;
+
+/// Places of the body at rest, of several chains, with a file for each time.
+#[derive(Debug)]
+pub struct Cloud {
+    listing: Listing,
+    /// The number of the chain of each place, and the place.
+    places: Vec<(usize, [f64; 3])>,
+}
+
+impl Cloud {
+    /// A series in `folder`, which exists. `done` are the times already there.
+    pub fn new(folder: &Path, places: Vec<(usize, [f64; 3])>, done: &[f64]) -> Self {
+        Self {
+            listing: Listing::new(folder, PLACES, done),
+            places,
+        }
+    }
+
+    /// A file of those written so far that is no longer there, or empty.
+    pub fn missing(&self) -> Option<PathBuf> {
+        self.listing.missing()
+    }
+
+    /// Writes the displacement and some fields, by their names, of all places at time `t`.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn write(
+        &mut self,
+        t: f64,
+        displacement: impl Iterator<Item = [f64; 3]>,
+        fields: Vec<(&str, Vec<f64>)>,
+    ) -> io::Result<()> {
+        let n = self.places.len();
+        let mut text = data::head(n, n);
+        let points = self.places.iter().flat_map(|(_, point)| *point);
+        text += &floats("points", &[], 3, points);
+        text += "</Points>\n<Cells>\n";
+        text += &integers("connectivity", 0..n);
+        text += &integers("offsets", 1..=n);
+        text += &integers("types", (0..n).map(|_| VERTEX));
+        text += "</Cells>\n<PointData>\n";
+        text += &integers("chain", self.places.iter().map(|(chain, _)| *chain));
+        text += &floats("u", &["x", "y", "z"], 3, displacement.flatten());
+        for (name, values) in fields {
+            text += &floats(name, &[], 1, values.into_iter());
+        }
+        text += "</PointData>\n";
+        self.listing.add(t, &(text + data::END))
+    }
+}

@@ -1,0 +1,85 @@
+//! A numbered series of files in a folder, with a list of their times.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::atomic_file;
+
+/// The first word of the names of all series.
+pub(super) const STEMS: [&str; 2] = [FIELDS, PLACES];
+/// Of the fields on the mesh.
+pub(super) const FIELDS: &str = "fields";
+/// Of the numbers at the places of chains.
+pub(super) const PLACES: &str = "places";
+
+/// The files of a series, one for each time.
+#[derive(Debug)]
+pub(super) struct Listing {
+    folder: PathBuf,
+    stem: &'static str,
+    /// Times and names of the files written so far.
+    entries: Vec<(f64, String)>,
+}
+
+impl Listing {
+    /// A series in `folder`, which exists. `done` are the times already there.
+    pub(super) fn new(folder: &Path, stem: &'static str, done: &[f64]) -> Self {
+        let entries = done.iter().enumerate();
+        Self {
+            folder: folder.to_owned(),
+            stem,
+            entries: entries.map(|(i, &t)| (t, name(stem, i))).collect(),
+        }
+    }
+
+    /// Times of the files written so far, s.
+    pub(super) fn times(&self) -> impl Iterator<Item = f64> + '_ {
+        self.entries.iter().map(|(t, _)| *t)
+    }
+
+    /// A file of those written so far that is no longer there, or empty.
+    pub(super) fn missing(&self) -> Option<PathBuf> {
+        let files = self.entries.iter().map(|(_, name)| self.folder.join(name));
+        let is_there = |file: &PathBuf| file.metadata().is_ok_and(|there| there.len() > 0);
+        files.into_iter().find(|file| !is_there(file))
+    }
+
+    /// Writes the file of a time, then the list of all files.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub(super) fn add(&mut self, t: f64, text: &str) -> io::Result<()> {
+        let name = name(self.stem, self.entries.len());
+        atomic_file::write(&self.folder.join(&name), |file| {
+            file.write_all(text.as_bytes())
+        })?;
+        self.entries.push((t, name));
+        let text = pvd(&self.entries);
+        let path = self.folder.join(format!("{}.pvd", self.stem));
+        atomic_file::write(&path, |file| file.write_all(text.as_bytes()))
+    }
+}
+
+fn name(stem: &str, i: usize) -> String {
+    format!("{stem}_{i:05}.vtu")
+}
+
+/// Whether a file of this name is of a series.
+pub fn is_of_a_series(name: &str) -> bool {
+    let number = |stem: &&str| {
+        let rest = name.strip_prefix(*stem)?.strip_prefix('_')?;
+        rest.strip_suffix(".vtu")
+    };
+    let mut numbers = STEMS.iter().filter_map(number);
+    numbers.any(|number| number.len() >= 5 && number.bytes().all(|b| b.is_ascii_digit()))
+}
+
+fn pvd(entries: &[(f64, String)]) -> String {
+    let mut text = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
+    );
+    for (t, name) in entries {
+        text += &format!("<DataSet timestep=\"{t}\" part=\"0\" file=\"{name}\"/>\n");
+    }
+    text + "</Collection>\n</VTKFile>\n"
+}
