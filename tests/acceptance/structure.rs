@@ -52,7 +52,10 @@ fn infsup_tells_the_spaces_apart_and_draws() {
         folder.path(),
         &["infsup", "--levels", "2", "--plot", "i.svg", "--json"],
     );
-    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let told: Vec<&str> = run.stderr.lines().collect();
+    assert_eq!(told.len(), 4, "{}", run.stderr);
+    assert_eq!(told[1], "P2–P1, level 2 of 2: 1244 triangles");
     let found = document(&run.stdout, "infsup");
     let constant = |pair: usize, level: usize| {
         found["pairs"][pair]["levels"][level]["inf_sup"]
@@ -73,6 +76,52 @@ fn infsup_tells_the_spaces_apart_and_draws() {
     let unknown = myovib(&["infsup", "--fixed", "nowhere"]);
     assert_eq!(unknown.code, 2);
     assert!(unknown.stderr.contains("nowhere"), "{}", unknown.stderr);
+}
+
+/// A built-in body in space by the name of its scene, held as the scene holds it.
+#[test]
+fn infsup_measures_the_mesh_of_a_scene() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = |fixed: &str| {
+        format!(
+            "analysis = \"static\"\n[mesh]\ntype = \"box\"\nsize = [2.0, 1.0, 1.0]\ncells = [4, 2, 2]\n\
+             [solid]\nkappa = 1e5\n[[material]]\nlaw = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\n\
+             [[fixed]]\ngroup = \"left\"\n[[fixed]]\ngroup = \"right\"\n{fixed}"
+        )
+    };
+    let infsup = |fixed: &str, more: &[&str]| {
+        std::fs::write(folder.path().join("box.toml"), scene(fixed)).expect("the scene");
+        let words = [
+            &["infsup", "box.toml", "--levels", "1", "--quiet", "--json"],
+            more,
+        ]
+        .concat();
+        myovib_in(folder.path(), &words)
+    };
+    let run = infsup("", &[]);
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    let found = document(&run.stdout, "infsup");
+    assert_eq!(found["fixed"], serde_json::json!(["left", "right"]));
+    let level = |pair: usize| &found["pairs"][pair]["levels"][0];
+    assert_eq!(level(0)["tetrahedra"], 6 * 4 * 2 * 2);
+    assert!(level(0)["inf_sup"].as_f64() > Some(0.3), "{}", level(0));
+    assert!(
+        level(0)["nullity"] == 0 && level(1)["inf_sup"].as_f64() < level(0)["inf_sup"].as_f64()
+    );
+
+    let partly = infsup("components = [\"x\"]\n", &[]);
+    assert_eq!((partly.code, partly.stdout.as_str()), (2, ""));
+    assert!(
+        partly.stderr.contains("some components of `right`"),
+        "{}",
+        partly.stderr
+    );
+    let named = infsup("components = [\"x\"]\n", &["--fixed", "left"]);
+    assert_eq!(named.code, 0, "{}", named.stderr);
+    assert_eq!(
+        document(&named.stdout, "infsup")["fixed"],
+        serde_json::json!(["left"])
+    );
 }
 
 #[test]
@@ -137,10 +186,47 @@ fn check_warns_of_row_4() {
 
     let text = myovib(&["check", "table2-4-suppressed"]);
     assert!(text.stdout.contains("No objections"), "{}", text.stdout);
-    for without_report in ["figure2", "cook-static"] {
-        let run = myovib(&["check", without_report]);
-        assert_eq!(run.code, 0, "{}", run.stderr);
-        assert!(run.stdout.starts_with("The scene is right."));
+    let rod = myovib(&["check", "figure2"]);
+    assert_eq!(rod.code, 0, "{}", rod.stderr);
+    assert!(rod.stdout.starts_with("The scene is right."));
+}
+
+/// Of an equilibrium it says how large it is, what memory it takes and what is written, as the run has it.
+#[test]
+fn check_says_what_an_equilibrium_takes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let fields = ["--set", "fields={every = 1.0, quantities = [\"u\", \"p\"]}"];
+    let scene = |command: &str, more: &[&str]| {
+        myovib_in(
+            folder.path(),
+            &[&[command, "cook-static"], &fields[..], more].concat(),
+        )
+    };
+    let run = scene("check", &["--json"]);
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    let found = &document(&run.stdout, "check")["equilibrium"];
+    let computed = scene("run", &["--out", "out", "--json"]);
+    let computed = document(&computed.stdout, "run");
+    assert_eq!(found["unknowns"], computed["unknowns"]);
+    let blocks = [0, 1].map(|i| found["blocks"][i]["unknowns"].as_u64().expect("a number"));
+    assert_eq!(Some(blocks.iter().sum()), computed["unknowns"].as_u64());
+    assert!(found["factors"]["bytes"].as_u64() > Some(0), "{found}");
+    assert_eq!(found["warnings"].as_array().map(Vec::len), Some(0));
+
+    let text = scene("check", &[]).stdout;
+    let unknowns = format!("{} unknowns", computed["unknowns"]);
+    for words in [
+        &unknowns,
+        "memory ",
+        "fields.pvd: displacement, pressure in 1 file",
+        "inf–sup",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    for line in text.lines().filter(|line| line.starts_with("writes")) {
+        let name = line.split_whitespace().nth(1).expect("a name");
+        let file = folder.path().join("out").join(name.trim_end_matches(':'));
+        assert!(file.is_file(), "{line}");
     }
 }
 

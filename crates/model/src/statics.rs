@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use myovib_fem::{AddedMotion, Fields, Inverted, Vectors};
 use myovib_sparse::klu::{KluOptions, Ordering};
-use myovib_sparse::{Elimination, Kind, LinearWork, SparseSystem, Structure};
+use myovib_sparse::{Elimination, Kind, LinearWork, Prediction, SparseSystem, Structure};
 
 use crate::analysis::support::expect_held;
 use crate::assembly::{Assembly, Entry};
@@ -104,12 +104,32 @@ pub fn equilibrium(
     })
 }
 
+/// The blocks of unknowns of an equilibrium with their sizes, and what the factors of Newton's matrix
+/// will need, if that is known before there are any.
+///
+/// # Errors
+/// Those of [`equilibrium`] that do not depend on the loads.
+pub(crate) fn size(
+    muscle: &Muscle,
+    formulation: Formulation,
+) -> Result<(Vec<(Field, usize)>, Option<Prediction>), ModelError> {
+    muscle.check()?;
+    let newton = Newton::new(muscle, formulation, 0.0)?;
+    let blocks = newton.layout.blocks().iter();
+    Ok((
+        blocks.map(|(field, range)| (*field, range.len())).collect(),
+        newton.needs,
+    ))
+}
+
 struct Newton<'a> {
     muscle: &'a Muscle,
     layout: Layout,
     /// Coefficients: those of ∂F/∂y.
     assembly: Assembly<f64>,
     matrices: Matrices,
+    /// What its factors need, where that is known.
+    needs: Option<Prediction>,
     system: SparseSystem<f64>,
     work: LinearWork,
     /// When the loads are taken, s.
@@ -220,6 +240,7 @@ impl<'a> Newton<'a> {
         }
         Ok(Self {
             t,
+            needs: elimination.prediction::<f64>(),
             load_square: square(&whole),
             force_square: 0.0,
             system: SparseSystem::new(Arc::new(elimination)),

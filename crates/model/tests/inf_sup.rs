@@ -11,7 +11,7 @@ use myovib_structure::Index;
 #[test]
 fn the_spindle_under_three_refinements() {
     let mesh = generate::spindle([10, 2]).unwrap();
-    let stable = levels(Pair::TaylorHood, &mesh, &["fixed"], 4).unwrap();
+    let stable = levels(Pair::TaylorHood, &mesh, &["fixed"], 4, |_, _| ()).unwrap();
     assert!(
         stable
             .iter()
@@ -26,7 +26,7 @@ fn the_spindle_under_three_refinements() {
 
     // Two pressures are not held on any level, and the others less and less (0.0267, 0.0230, 0.0171
     // after the first refinement), at under a twentieth of the constant of P2-P1.
-    let unstable = levels(Pair::EqualOrder, &mesh, &["fixed"], 4).unwrap();
+    let unstable = levels(Pair::EqualOrder, &mesh, &["fixed"], 4, |_, _| ()).unwrap();
     assert!(
         unstable.iter().all(|level| level.nullity == 2),
         "{unstable:?}"
@@ -87,14 +87,14 @@ fn pressures_of_two_regions_under_three_refinements() {
 fn pressures_without_hold_leave_no_index() {
     let mesh = generate::rectangle([0.0, 0.0], [1.0, 1.0], [4, 4]).unwrap();
     let fixed = ["left", "right"];
-    let unstable = &levels(Pair::EqualOrder, &mesh, &fixed, 1).unwrap()[0];
+    let unstable = &levels(Pair::EqualOrder, &mesh, &fixed, 1, |_, _| ()).unwrap()[0];
     assert_eq!(unstable.nullity, 3);
     let found = unstable.index.as_ref().unwrap();
     assert_eq!(found.index, Index::Singular { nullity: 3 });
     assert!(found.blocks.is_empty());
 
     let coarse = generate::rectangle([0.0, 0.0], [1.0, 1.0], [3, 3]).unwrap();
-    let stable = &levels(Pair::TaylorHood, &coarse, &fixed, 1).unwrap()[0];
+    let stable = &levels(Pair::TaylorHood, &coarse, &fixed, 1, |_, _| ()).unwrap()[0];
     assert_eq!(stable.nullity, 0);
     assert_eq!(stable.index.as_ref().unwrap().decided(), Some(3));
 }

@@ -95,14 +95,14 @@ fn the_index_is_that_of_the_plane() {
 #[test]
 fn inf_sup_constants_in_space() {
     let mesh = generate::block([0.0; 3], [1.0; 3], [1, 1, 1]).unwrap();
-    let stable = levels(Pair::TaylorHood, &mesh, &["left", "right"], 3).unwrap();
+    let stable = levels(Pair::TaylorHood, &mesh, &["left", "right"], 3, |_, _| ()).unwrap();
     let constants: Vec<f64> = stable.iter().map(|level| level.constant).collect();
     assert!(
         stable.iter().all(|level| level.nullity == 0),
         "{constants:?}"
     );
     assert!(constants[2] > 0.8 * constants[1], "{constants:?}");
-    let unstable = levels(Pair::EqualOrder, &mesh, &["left", "right"], 3).unwrap();
+    let unstable = levels(Pair::EqualOrder, &mesh, &["left", "right"], 3, |_, _| ()).unwrap();
     let held = |level: &myovib_model::inf_sup::Level| {
         level.nullity == 0 && level.constant > 0.5 * constants[2]
     };

@@ -1,7 +1,7 @@
 //! `myovib infsup`: how well pressures are held by displacements, over refined meshes.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
@@ -16,26 +16,25 @@ use myovib_report::plot::{Axis, Figure, LinePlot, Series};
 use myovib_report::table::{Align, Table, coloured_stdout};
 use myovib_scene::atomic_file;
 use myovib_scene::mesh_file;
+use myovib_scene::{InputError, Scene, builtin_text};
 
 /// Options of `myovib infsup`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     myovib infsup\n  \
     myovib infsup --levels 4 --plot infsup.svg\n  \
-    myovib infsup leg.msh --fixed hip,foot --json")]
+    myovib infsup leg.msh --fixed hip,foot --json\n  \
+    myovib infsup land1 --levels 1")]
 pub struct InfsupArgs {
-    /// Mesh (Gmsh 4.1 ASCII) [default: the built-in spindle].
+    /// Mesh (Gmsh 4.1 ASCII), or a scene (TOML file or built-in) for its mesh [default: the built-in
+    /// spindle].
     #[arg(value_name = "MESH")]
     pub mesh: Option<PathBuf>,
 
-    /// The groups whose nodes are held.
-    #[arg(
-        long,
-        value_name = "GROUPS",
-        value_delimiter = ',',
-        default_value = "fixed"
-    )]
-    pub fixed: Vec<String>,
+    /// The groups whose nodes are held [default: fixed; of a scene those that it holds
+    /// or moves].
+    #[arg(long, value_name = "GROUPS", value_delimiter = ',')]
+    pub fixed: Option<Vec<String>>,
 
     /// Meshes to measure on: the mesh itself, and its uniform refinements.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=6))]
@@ -61,20 +60,20 @@ struct Family {
 /// # Errors
 /// Wrong mesh or group, or an output that cannot be written.
 pub fn run(args: &InfsupArgs) -> anyhow::Result<Exit> {
-    let (mesh, mesh_name) = mesh_file::load(args.mesh.as_deref())?;
+    let subject = Subject::of(args)?;
     let families = Pair::ALL
         .into_iter()
-        .map(|pair| measure(pair, &mesh, args))
+        .map(|pair| measure(pair, &subject, args))
         .collect::<anyhow::Result<Vec<_>>>()
-        .with_context(|| format!("the mesh `{mesh_name}`"))?;
+        .with_context(|| format!("the mesh `{}`", subject.name))?;
     if let Some(path) = &args.plot {
         let drawing = figure(&families).render();
         atomic_file::save(path, drawing)?;
     }
-    let elements = mesh.shape().plural;
+    let elements = subject.mesh.shape().plural;
     let document = Document {
-        mesh: &mesh_name,
-        fixed: &args.fixed,
+        mesh: &subject.name,
+        fixed: &subject.fixed,
         pairs: families
             .iter()
             .map(|family| family_json(family, elements))
@@ -85,9 +84,75 @@ pub fn run(args: &InfsupArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn measure(pair: Pair, mesh: &Mesh, args: &InfsupArgs) -> anyhow::Result<Family> {
-    let fixed: Vec<&str> = args.fixed.iter().map(String::as_str).collect();
-    let levels = levels(pair, mesh, &fixed, usize::from(args.levels))?;
+/// What is measured.
+struct Subject {
+    mesh: Mesh,
+    name: String,
+    fixed: Vec<String>,
+}
+
+impl Subject {
+    fn of(args: &InfsupArgs) -> anyhow::Result<Self> {
+        let path = args.mesh.as_deref();
+        let fixed = args.fixed.clone();
+        if let Some(path) = path.filter(|path| is_scene(path)) {
+            return of_scene(path, fixed);
+        }
+        let (mesh, name) = mesh_file::load(path)?;
+        let fixed = fixed.unwrap_or_else(|| vec!["fixed".to_owned()]);
+        Ok(Self { mesh, name, fixed })
+    }
+}
+
+/// A file of text in TOML, or the name of a built-in scene.
+fn is_scene(path: &Path) -> bool {
+    let is_toml = path.extension().is_some_and(|end| end == "toml");
+    is_toml || (!path.exists() && path.to_str().and_then(builtin_text).is_some())
+}
+
+/// The mesh of a scene with the groups to hold, or those that it holds or moves whole.
+fn of_scene(path: &Path, fixed: Option<Vec<String>>) -> anyhow::Result<Subject> {
+    let scene = Scene::load(path, &[])?;
+    let Some(body) = &scene.body else {
+        return Err(InputError::new("the scene has no body, whose pressures could be held").into());
+    };
+    let mesh = body.muscle.solid.space().mesh().clone();
+    let file = &scene.file;
+    let held = file.fixed.iter();
+    let held = held.map(|fixed| (&fixed.group, fixed.components.is_none()));
+    let moved = file.displacement.iter().map(|moved| {
+        let given = [&moved.x, &moved.y, &moved.z];
+        let count = given.into_iter().flatten().count();
+        (&moved.group, count == mesh.dimension())
+    });
+    let all: Vec<_> = held.chain(moved).collect();
+    if let (None, Some((group, _))) = (&fixed, all.iter().find(|(_, whole)| !whole)) {
+        let error = InputError::new(format!(
+            "the scene holds some components of `{group}` only, and groups are held whole here"
+        ));
+        return Err(error
+            .next("name the groups to hold by --fixed; `myovib check` measures the scene itself")
+            .into());
+    }
+    let groups = || all.iter().map(|(group, _)| (*group).clone()).collect();
+    Ok(Subject {
+        name: path.display().to_string(),
+        fixed: fixed.unwrap_or_else(groups),
+        mesh,
+    })
+}
+
+/// One level after the other, with a line on standard error before each: a fine one takes minutes.
+fn measure(pair: Pair, subject: &Subject, args: &InfsupArgs) -> anyhow::Result<Family> {
+    let fixed: Vec<&str> = subject.fixed.iter().map(String::as_str).collect();
+    let tell = |level: usize, mesh: &Mesh| {
+        if !args.common.quiet {
+            let (n, plural) = (mesh.n_elements(), mesh.shape().plural);
+            eprintln!("{pair}, level {level} of {}: {n} {plural}", args.levels);
+        }
+    };
+    let n_levels = usize::from(args.levels);
+    let levels = levels(pair, &subject.mesh, &fixed, n_levels, tell)?;
     Ok(Family { pair, levels })
 }
 

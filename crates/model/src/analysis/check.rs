@@ -27,6 +27,7 @@ use crate::linear::Reduction;
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
 use crate::start::{BlockResidual, residuals};
+use crate::statics;
 
 /// Error of a step of order k: this times (ω h)^(k+1), from the steps of the runs of Table 2.
 const ERROR_CONSTANT: f64 = 1.0 / 5.8;
@@ -62,7 +63,8 @@ pub struct Cost {
 /// What the factors of the Newton matrices will take, known before there are any.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Factors {
-    /// Matrices that are kept side by side: one for BDF, one and complex ones for Radau IIA.
+    /// Matrices that are kept side by side: one for BDF and for an equilibrium, one and complex ones for
+    /// Radau IIA.
     pub matrices: usize,
     /// Their entries, the work of one set-up, and the memory for all of it.
     pub needs: Prediction,
@@ -164,6 +166,45 @@ pub fn check(
         slow_modes,
         fastest_mode,
         drive,
+        findings,
+    })
+}
+
+/// What is found before an equilibrium is looked for.
+#[derive(Debug, Clone)]
+pub struct StaticReport {
+    /// The blocks of unknowns with their sizes.
+    pub unknowns: Vec<(Field, usize)>,
+    /// How well the pressures are held; nothing where there are none, or too many to tell in seconds.
+    pub held: Option<Held>,
+    /// What the factors of Newton's matrix will take, where that is known.
+    pub factors: Option<Factors>,
+    /// What is expected to fail, and what to change.
+    pub findings: Vec<Finding>,
+}
+
+/// Looks at the equilibrium of a muscle.
+///
+/// # Errors
+/// Those of [`equilibrium`](crate::statics::equilibrium) that do not depend on the loads.
+pub fn check_static(muscle: &Muscle, formulation: Formulation) -> Result<StaticReport, ModelError> {
+    let in_use = resources::in_use();
+    let (unknowns, needs) = statics::size(muscle, formulation)?;
+    let held = match formulation.has(Field::Pressure) {
+        true => held(muscle)?,
+        false => None,
+    };
+    let nullity = held.map_or(0, |held| held.nullity);
+    let mut findings: Vec<Finding> = free_parts(muscle).map(not_held).into_iter().collect();
+    findings.extend(unheld(nullity, muscle));
+    Ok(StaticReport {
+        unknowns,
+        held,
+        factors: needs.map(|needs| Factors {
+            matrices: 1,
+            needs,
+            in_use,
+        }),
         findings,
     })
 }

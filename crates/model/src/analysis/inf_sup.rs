@@ -105,7 +105,8 @@ fn regular_edge(dimension: usize, measure: f64) -> f64 {
     }
 }
 
-/// `pair` on `mesh` and on `n_levels - 1` uniform refinements of it.
+/// `pair` on `mesh` and on `n_levels - 1` uniform refinements of it; before each `tell` has its number,
+/// from 1, and its mesh.
 ///
 /// # Errors
 /// Those of [`Level::measure`].
@@ -114,12 +115,18 @@ pub fn levels(
     mesh: &Mesh,
     fixed: &[&str],
     n_levels: usize,
+    tell: impl Fn(usize, &Mesh),
 ) -> Result<Vec<Level>, ModelError> {
-    let meshes = std::iter::successors(Some(mesh.clone()), |mesh| Some(mesh.refined()));
-    meshes
-        .take(n_levels)
-        .map(|mesh| Level::measure(pair, &mesh, fixed))
-        .collect()
+    let mut mesh = mesh.clone();
+    let mut levels = Vec::new();
+    for number in 1..=n_levels {
+        if number > 1 {
+            mesh = mesh.refined();
+        }
+        tell(number, &mesh);
+        levels.push(Level::measure(pair, &mesh, fixed)?);
+    }
+    Ok(levels)
 }
 
 /// The smallest inf–sup constants of a body at rest: pressures in the L2 norm, displacements in the

@@ -1,7 +1,7 @@
 //! What `check` finds, as JSON.
 
 use myovib_model::advice::Finding;
-use myovib_model::check::{Computed, Report};
+use myovib_model::check::{Computed, Factors, Report};
 use myovib_scene::{Body, json};
 use serde::Serialize;
 
@@ -12,6 +12,26 @@ pub(super) struct Document {
     pub(super) scene: String,
     /// Null for a scene without a body, or without motion.
     pub(super) body: Option<BodyJson>,
+    /// Null for a scene that is not static.
+    pub(super) equilibrium: Option<EquilibriumJson>,
+}
+
+#[derive(Serialize)]
+pub(super) struct EquilibriumJson {
+    pub(super) unknowns: usize,
+    pub(super) blocks: Vec<SizeJson>,
+    /// Null for more pressures than can be looked at in seconds, as `nullity`.
+    pub(super) inf_sup: Option<f64>,
+    pub(super) nullity: Option<usize>,
+    /// Null where it is not known before.
+    pub(super) factors: Option<FactorsJson>,
+    pub(super) warnings: Vec<WarningJson>,
+}
+
+#[derive(Serialize)]
+pub(super) struct SizeJson {
+    pub(super) field: &'static str,
+    pub(super) unknowns: usize,
 }
 
 #[derive(Serialize)]
@@ -42,7 +62,7 @@ pub(super) struct BodyJson {
 }
 
 #[derive(Serialize)]
-struct FactorsJson {
+pub(super) struct FactorsJson {
     matrices: usize,
     entries: usize,
     bytes: usize,
@@ -69,10 +89,32 @@ struct ResidualJson {
 }
 
 #[derive(Serialize)]
-struct WarningJson {
+pub(super) struct WarningJson {
     problem: String,
     fields: Vec<&'static str>,
     remedies: Vec<String>,
+}
+
+impl From<Factors> for FactorsJson {
+    fn from(factors: Factors) -> Self {
+        Self {
+            matrices: factors.matrices,
+            entries: factors.needs.entries,
+            bytes: factors.needs.bytes,
+            bytes_before: factors.in_use,
+            operations: factors.needs.flops,
+        }
+    }
+}
+
+impl From<&Finding> for WarningJson {
+    fn from(finding: &Finding) -> Self {
+        Self {
+            problem: finding.problem.clone(),
+            fields: finding.fields.iter().map(|field| field.symbol()).collect(),
+            remedies: finding.remedies.iter().map(ToString::to_string).collect(),
+        }
+    }
 }
 
 /// What was found of a body.
@@ -91,11 +133,6 @@ pub(super) fn document(body: &Body, report: &Report) -> BodyJson {
         largest: block.largest,
         relative: block.relative,
         worst: block.worst.clone(),
-    };
-    let warning = |finding: &Finding| WarningJson {
-        problem: finding.problem.clone(),
-        fields: finding.fields.iter().map(|field| field.symbol()).collect(),
-        remedies: finding.remedies.iter().map(ToString::to_string).collect(),
     };
     BodyJson {
         formulation: body.formulation.name(),
@@ -116,15 +153,9 @@ pub(super) fn document(body: &Body, report: &Report) -> BodyJson {
         fastest_mode: report.fastest_mode,
         drive: report.drive,
         advised_max_order: report.advice.max_order(),
-        factors: report.factors.map(|factors| FactorsJson {
-            matrices: factors.matrices,
-            entries: factors.needs.entries,
-            bytes: factors.needs.bytes,
-            bytes_before: factors.in_use,
-            operations: factors.needs.flops,
-        }),
+        factors: report.factors.map(FactorsJson::from),
         expected_steps: report.cost.steps,
         expected_seconds: report.cost.steps * report.cost.seconds_per_step,
-        warnings: report.findings.iter().map(warning).collect(),
+        warnings: report.findings.iter().map(WarningJson::from).collect(),
     }
 }

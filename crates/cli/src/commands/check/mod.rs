@@ -1,6 +1,8 @@
 //! `myovib check`: what can be said of a scene before it is run.
 
 mod document;
+mod statics;
+mod writes;
 
 use std::path::PathBuf;
 
@@ -65,7 +67,13 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
 /// # Errors
 /// What the model cannot do with the scene.
 pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serialize + use<>)> {
+    let mut equilibrium = None;
     let (text, body) = match (scene.file.analysis, &scene.body) {
+        (Analysis::Static, Some(body)) => {
+            let report = check::check_static(&body.muscle, body.formulation)?;
+            equilibrium = Some(statics::document(&report));
+            (statics::text(scene, body, &report), None)
+        }
         (Analysis::Dynamic, Some(body)) => {
             let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
             let start = body.initial_values(&mut dae)?;
@@ -87,7 +95,12 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
         ),
     };
     let scene = name.to_owned();
-    Ok((text, Document { scene, body }))
+    let document = Document {
+        scene,
+        body,
+        equilibrium,
+    };
+    Ok((text, document))
 }
 
 fn text(scene: &Scene, body: &Body, report: &Report) -> String {
@@ -137,6 +150,7 @@ fn text(scene: &Scene, body: &Body, report: &Report) -> String {
     for line in added(&scene.file)
         .into_iter()
         .chain(lines(body, report, has_chains))
+        .chain(writes::lines(&scene.file))
     {
         text.push_str(&line);
         text.push('\n');
@@ -219,27 +233,14 @@ fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
             "by the rule of the formulation; computed on a coarse beam with the same parameters"
         }
     };
-    let mut lines =
-        vec![
+    let mut lines = vec![
         format!(
             "index           {}, {place}: {}, narrowest gap {:.1} decades",
             report.advice.index(),
             report.computed.index,
             report.computed.gap
         ),
-        match report.held {
-            Some(Held { inf_sup, nullity: 0 }) => {
-                format!("inf–sup         {inf_sup:.3}, all pressures held by displacements")
-            }
-            Some(Held { inf_sup, nullity }) => {
-                format!("inf–sup         {inf_sup:.3}, {nullity} pressures not held")
-            }
-            None => {
-                "inf–sup         not computed for so many pressures; `myovib infsup` tells it of a \
-                     mesh"
-                    .to_owned()
-            }
-        },
+        held(report.held),
     ];
     let residuals = report.residuals.iter();
     if residuals
@@ -270,18 +271,7 @@ fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
             report.advice.max_order()
         ));
     }
-    if let Some(factors) = report.factors {
-        let Factors {
-            matrices, needs, ..
-        } = factors;
-        lines.push(format!(
-            "memory          {} for the factors of {matrices} {} with {:.1e} entries; a set-up takes {:.1e} operations",
-            size(needs.bytes),
-            if matrices == 1 { "matrix" } else { "matrices" },
-            needs.entries as f64,
-            needs.flops,
-        ));
-    }
+    lines.extend(report.factors.map(memory));
     let cost = report.cost;
     if (cost.steps * cost.seconds_per_step).is_finite() {
         let total = match cost.steps * cost.seconds_per_step {
@@ -300,6 +290,39 @@ fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
         ));
     }
     lines
+}
+
+/// How well the pressures are held.
+fn held(held: Option<Held>) -> String {
+    match held {
+        Some(Held {
+            inf_sup,
+            nullity: 0,
+        }) => {
+            format!("inf–sup         {inf_sup:.3}, all pressures held by displacements")
+        }
+        Some(Held { inf_sup, nullity }) => {
+            format!("inf–sup         {inf_sup:.3}, {nullity} pressures not held")
+        }
+        None => {
+            "inf–sup         not computed for so many pressures; `myovib infsup` tells it of a mesh"
+                .to_owned()
+        }
+    }
+}
+
+/// What the factors will take.
+fn memory(factors: Factors) -> String {
+    let Factors {
+        matrices, needs, ..
+    } = factors;
+    format!(
+        "memory          {} for the factors of {matrices} {} with {:.1e} entries; a set-up takes {:.1e} operations",
+        size(needs.bytes),
+        if matrices == 1 { "matrix" } else { "matrices" },
+        needs.entries as f64,
+        needs.flops,
+    )
 }
 
 /// A size of memory for people.

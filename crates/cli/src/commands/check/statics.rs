@@ -1,0 +1,50 @@
+//! What can be said of an equilibrium before it is looked for.
+
+use myovib_model::check::StaticReport;
+use myovib_report::table::kappa;
+use myovib_scene::{Body, Scene};
+
+use super::document::{EquilibriumJson, SizeJson};
+use super::{added, held, in_words, memory, warnings, writes};
+
+/// For people.
+pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String {
+    let total: usize = report.unknowns.iter().map(|(_, number)| number).sum();
+    let blocks = report.unknowns.iter();
+    let blocks: Vec<String> = blocks
+        .map(|(field, number)| format!("{number} of {}", in_words(*field)))
+        .collect();
+    let mut lines = added(&scene.file);
+    let has_pressure = report.unknowns.len() > 1;
+    lines.extend(has_pressure.then(|| held(report.held)));
+    lines.extend(report.factors.map(memory));
+    lines.extend(writes::lines(&scene.file));
+    format!(
+        "equilibrium, κ {} {}: {total} unknowns, {}\n\n{}\n\n{}",
+        if body.muscle.solid.is_graded() {
+            "≤"
+        } else {
+            "="
+        },
+        kappa(body.muscle.parameters.kappa()),
+        blocks.join(" and "),
+        lines.join("\n"),
+        warnings(&report.findings)
+    )
+}
+
+/// The same as JSON.
+pub(super) fn document(report: &StaticReport) -> EquilibriumJson {
+    let size = |(field, unknowns): &(myovib_model::Field, usize)| SizeJson {
+        field: field.symbol(),
+        unknowns: *unknowns,
+    };
+    EquilibriumJson {
+        unknowns: report.unknowns.iter().map(|(_, number)| number).sum(),
+        blocks: report.unknowns.iter().map(size).collect(),
+        inf_sup: report.held.map(|held| held.inf_sup),
+        nullity: report.held.map(|held| held.nullity),
+        factors: report.factors.map(Into::into),
+        warnings: report.findings.iter().map(Into::into).collect(),
+    }
+}

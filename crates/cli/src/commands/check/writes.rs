@@ -1,0 +1,40 @@
+//! What a run of a scene will write.
+
+use myovib_model::SampleTimes;
+use myovib_scene::scene_file::{Analysis, SceneFile};
+
+/// Lines on the tables and the fields of a run.
+pub(super) fn lines(file: &SceneFile) -> Vec<String> {
+    let mut lines = Vec::new();
+    let probes = file.probe.iter();
+    let rows = |every: f64| match (file.analysis, &file.time) {
+        (Analysis::Dynamic, Some(time)) => times(every, time.end),
+        _ => 1,
+    };
+    lines.extend(probes.map(|probe| {
+        let rows = counted(rows(probe.every), "row");
+        format!("writes          {}.csv: {rows}", probe.name)
+    }));
+    lines.extend(file.fields.as_ref().map(|fields| {
+        let names: Vec<&str> = fields.quantities.iter().map(|q| q.label()).collect();
+        let files = counted(rows(fields.every), "file");
+        format!(
+            "writes          fields.pvd: {} in {files}",
+            names.join(", ")
+        )
+    }));
+    lines
+}
+
+/// Number of times from 0 to the end.
+fn times(every: f64, end: f64) -> usize {
+    let mut times = SampleTimes::new(every, end);
+    std::iter::from_fn(|| times.due(end)).count()
+}
+
+fn counted(n: usize, word: &str) -> String {
+    match n {
+        1 => format!("1 {word}"),
+        n => format!("{n} {word}s"),
+    }
+}
