@@ -26,6 +26,7 @@ use std::sync::atomic::AtomicBool;
 
 use myovib_model::Outcome;
 use recorder::measurements;
+pub use start::with_chains;
 
 use crate::modes::Modes;
 use crate::scene_file::Analysis;

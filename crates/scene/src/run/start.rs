@@ -41,6 +41,17 @@ pub(super) fn muscle(
     Ok(start_from(dae, &settings, *t, y, y_dot)?)
 }
 
+/// The muscle of a scene and the chains that it drives as one system, from its start.
+///
+/// # Errors
+/// A scene without a body, or that cannot start; those of the integrator.
+pub fn with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>, Error> {
+    match &scene.body {
+        Some(body) => muscle_and_chains(scene, body, None),
+        None => Err(ModelError::NoSuchPart { part: "muscle" }.into()),
+    }
+}
+
 /// A muscle with chains.
 pub(super) fn muscle_and_chains(
     scene: &Scene,
