@@ -104,7 +104,7 @@ pub fn equilibrium(
     })
 }
 
-/// The blocks of unknowns of an equilibrium with their sizes, and what the factors of Newton's matrix
+/// The blocks of unknowns of an equilibrium, and what the factors of Newton's matrix
 /// will need, if that is known before there are any.
 ///
 /// # Errors
@@ -112,14 +112,10 @@ pub fn equilibrium(
 pub(crate) fn size(
     muscle: &Muscle,
     formulation: Formulation,
-) -> Result<(Vec<(Field, usize)>, Option<Prediction>), ModelError> {
+) -> Result<(Layout, Option<Prediction>), ModelError> {
     muscle.check()?;
-    let newton = Newton::new(muscle, formulation, 0.0)?;
-    let blocks = newton.layout.blocks().iter();
-    Ok((
-        blocks.map(|(field, range)| (*field, range.len())).collect(),
-        newton.needs,
-    ))
+    let Newton { layout, needs, .. } = Newton::new(muscle, formulation, 0.0)?;
+    Ok((layout, needs))
 }
 
 struct Newton<'a> {

@@ -189,7 +189,8 @@ pub struct StaticReport {
 /// Those of [`equilibrium`](crate::statics::equilibrium) that do not depend on the loads.
 pub fn check_static(muscle: &Muscle, formulation: Formulation) -> Result<StaticReport, ModelError> {
     let in_use = resources::in_use();
-    let (unknowns, needs) = statics::size(muscle, formulation)?;
+    let (layout, needs) = statics::size(muscle, formulation)?;
+    let blocks = layout.blocks().iter();
     let held = match formulation.has(Field::Pressure) {
         true => held(muscle)?,
         false => None,
@@ -198,7 +199,7 @@ pub fn check_static(muscle: &Muscle, formulation: Formulation) -> Result<StaticR
     let mut findings: Vec<Finding> = free_parts(muscle).map(not_held).into_iter().collect();
     findings.extend(unheld(nullity, muscle));
     Ok(StaticReport {
-        unknowns,
+        unknowns: blocks.map(|(f, range)| (*f, range.len())).collect(),
         held,
         factors: needs.map(|needs| Factors {
             matrices: 1,
