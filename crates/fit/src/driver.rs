@@ -102,6 +102,10 @@ const FIRST: f64 = 0.3;
 const POOR: f64 = 0.25;
 const GOOD: f64 = 0.75;
 
+/// Derivatives are kept after steps shorter than this fraction of the parameters' uncertainty, where such
+/// a fraction is all that is asked for: what they change by is less than what is known of them.
+const KEPT: f64 = 0.1;
+
 /// Changes of the cost below this fraction of it may be rounding: residuals are differences of
 /// larger numbers, how much larger is not known here. To the statistics they are nothing.
 const NOISE: f64 = 1e-10;
@@ -253,9 +257,10 @@ impl<'a> Search<'a> {
         if free.is_empty() || is_least || slope.offset < self.options.offset || self.cost == 0.0 {
             return Some(Ended::Converged);
         }
+        let is_near = slope.offset < KEPT && self.options.offset > 0.0;
         // Most first trials are taken, and what follows needs the derivatives there; of a second one
         // less is expected.
-        let mut is_first = true;
+        let mut is_first = !is_near;
         loop {
             let (x, predicted) = linear.step(self.radius);
             let (trial, moved) = self.trial(&free, &x);
@@ -279,6 +284,7 @@ impl<'a> Search<'a> {
                 && there.cost < self.cost
             {
                 self.go_to(trial, there);
+                self.is_linearised |= is_near && quality > POOR;
                 return (small && quality > POOR).then_some(Ended::Converged);
             }
             if small {

@@ -43,8 +43,8 @@ impl Options {
         if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
             return refuse("tolerance", self.tolerance, "in (0, 1)");
         }
-        if !(0.0..1.0).contains(&self.offset) {
-            return refuse("offset", self.offset, "in [0, 1)");
+        if !(self.offset >= 0.0 && self.offset.is_finite()) {
+            return refuse("offset", self.offset, "nonnegative and finite");
         }
         match self.loss.delta() {
             Some(delta) if !(delta > 0.0 && delta.is_finite()) => {

@@ -8,8 +8,8 @@ use myovib_fit::{Iteration, Parameter};
 use crate::csv::{CsvWriter, Table, Written};
 use crate::{Error, InputError};
 
-/// What stands before the parameters in a row.
-const COLUMNS: [&str; 3] = ["iteration", "runs", "cost"];
+/// What stands before the parameters in a row; the cost is that of this first part of the measurements' time.
+const COLUMNS: [&str; 4] = ["iteration", "runs", "part", "cost"];
 
 /// The iterations in a file, each of which is on the disk when the next begins.
 pub(super) struct History {
@@ -41,7 +41,8 @@ impl History {
         })
     }
 
-    /// Goes on with the file in `folder`, and lets the parameters start where its cost is least.
+    /// Goes on with the file in `folder`, and lets the parameters start where its
+    /// cost of most measurements is least.
     pub(super) fn resume(folder: &Path, parameters: &mut [Parameter]) -> Result<Self, Error> {
         let path = folder.join("history.csv");
         let wrong = |what: String| InputError::new(what).at(path.display());
@@ -69,12 +70,14 @@ impl History {
         });
         let rows: Vec<Vec<f64>> = rows.collect::<Result<_, _>>()?;
         let n_columns = expected.len();
-        let best = rows.iter().min_by(|a, b| a[2].total_cmp(&b[2]));
+        let best = rows
+            .iter()
+            .min_by(|a, b| b[2].total_cmp(&a[2]).then(a[3].total_cmp(&b[3])));
         let (Some(best), Some(last)) = (best, rows.last()) else {
             let error = wrong("the history has no iteration to go on from".to_owned());
             return Err(error.next("fit without --resume").into());
         };
-        for (parameter, &value) in parameters.iter_mut().zip(&best[3..]) {
+        for (parameter, &value) in parameters.iter_mut().zip(&best[4..]) {
             if !(parameter.low..=parameter.high).contains(&value) {
                 let error = wrong(format!("{} lies outside of its bounds", parameter.name));
                 let bounds = format!("{:e} to {:e}", parameter.low, parameter.high);
@@ -95,11 +98,11 @@ impl History {
     }
 
     /// Adds an iteration of this fit, in which they are counted from 0.
-    pub(super) fn add(&mut self, number: usize, iteration: &Iteration) {
+    pub(super) fn add(&mut self, number: usize, part: f64, iteration: &Iteration) {
         let [iterations, runs] = self.before;
         let counted = [iterations + number, runs + iteration.evaluations];
         let mut row = counted.map(|count| count as f64).to_vec();
-        row.push(iteration.cost);
+        row.extend([part, iteration.cost]);
         row.extend(&iteration.values);
         let written = self
             .csv

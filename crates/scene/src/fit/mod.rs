@@ -158,13 +158,17 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
             .is_some_and(|flag| flag.load(Ordering::Relaxed))
     };
     let mut number = 0;
-    let mut observe = |iteration: &Iteration| {
-        history.add(number, iteration);
+    let mut observe = |part: f64, iteration: &Iteration| {
+        history.add(number, part, iteration);
         number += 1;
         let cost = iteration.cost;
+        let of = match part < 1.0 {
+            true => " of the beginning",
+            false => "",
+        };
         options
             .progress
-            .tell(&|| format!("iteration {number}: half the sum of squares {cost:.6e}"));
+            .tell(&|| format!("iteration {number}: half the sum of squares {cost:.6e}{of}"));
         match interrupted() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),

@@ -36,13 +36,18 @@ impl Experiment {
         }
     }
 
-    /// The outputs at the times of the measurements, computed to a relative tolerance of `least` at
-    /// least.
+    /// The measurements of this first part of their time.
+    fn data_within(&self, part: f64) -> &[Datum] {
+        let end = self.times.last().map_or(0.0, |last| part * last);
+        &self.data[..self.data.partition_point(|datum| datum.t <= end)]
+    }
+
+    /// The outputs at the times of the measurements, as far and as well as `effort` says.
     fn run(
         &self,
         p: &[f64],
         with: bool,
-        least: f64,
+        effort: Effort,
         watcher: Watcher<'_>,
     ) -> Result<Vec<Sample>, Error> {
         let dependences = match with {
@@ -55,23 +60,46 @@ impl Experiment {
             body.settings = body
                 .settings
                 .clone()
-                .with_relative_tolerance(own.max(least));
+                .with_relative_tolerance(own.max(effort.least_tolerance));
         }
         let asked = (dependences, Some(FRACTION));
-        let (samples, _) = follow(&scene, &self.outputs, &self.times, asked, watcher)?;
+        let end = self.times.last().map_or(0.0, |last| effort.part * last);
+        let times = &self.times[..self.times.partition_point(|t| *t <= end)];
+        let (samples, _) = follow(&scene, &self.outputs, times, asked, watcher)?;
         Ok(samples)
     }
 
     /// Each measurement with the sample of its time.
-    fn pairs<'a>(&'a self, samples: &'a [Sample]) -> impl Iterator<Item = (&'a Datum, &'a Sample)> {
+    fn pairs<'a>(
+        &'a self,
+        samples: &'a [Sample],
+        part: f64,
+    ) -> impl Iterator<Item = (&'a Datum, &'a Sample)> {
         let mut k = 0;
-        self.data.iter().map(move |datum| {
+        self.data_within(part).iter().map(move |datum| {
             while samples[k].t < datum.t {
                 k += 1;
             }
             (datum, &samples[k])
         })
     }
+}
+
+/// How far and how well motions are computed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Effort {
+    /// To this relative tolerance at least, whatever the scene says.
+    pub(super) least_tolerance: f64,
+    /// This first part of the time of the measurements.
+    pub(super) part: f64,
+}
+
+impl Effort {
+    /// As the scene says, to the last measurement.
+    pub(super) const FULL: Self = Self {
+        least_tolerance: 0.0,
+        part: 1.0,
+    };
 }
 
 /// σ, or 1 where it is not known.
@@ -83,7 +111,7 @@ fn deviation(datum: &Datum) -> f64 {
 pub(super) struct SceneModel<'a> {
     experiments: Vec<Experiment>,
     watcher: Watcher<'a>,
-    least_tolerance: f64,
+    effort: Effort,
     runs: [u64; 2],
     failure: Option<String>,
 }
@@ -93,15 +121,15 @@ impl<'a> SceneModel<'a> {
         Self {
             experiments,
             watcher,
-            least_tolerance: 0.0,
+            effort: Effort::FULL,
             runs: [0, 0],
             failure: None,
         }
     }
 
-    /// Computes all runs from now on to this relative tolerance at least, whatever the scene says.
-    pub(super) fn set_least_tolerance(&mut self, least: f64) {
-        self.least_tolerance = least;
+    /// How all runs are computed from now on, and how they were before; residuals are those of what runs reach.
+    pub(super) fn set_effort(&mut self, effort: Effort) -> Effort {
+        std::mem::replace(&mut self.effort, effort)
     }
 
     /// Whether runs are to end.
@@ -124,10 +152,8 @@ impl<'a> SceneModel<'a> {
     pub(super) fn points(&self, residuals: &[f64]) -> Vec<Point> {
         let numbered = self.experiments.iter().enumerate();
         let data = numbered.flat_map(|(i, experiment)| {
-            experiment
-                .data
-                .iter()
-                .map(move |datum| (i, experiment, datum))
+            let data = experiment.data_within(self.effort.part);
+            data.iter().map(move |datum| (i, experiment, datum))
         });
         data.zip(residuals)
             .map(|((i, experiment, datum), &residual)| Point {
@@ -147,7 +173,7 @@ impl<'a> SceneModel<'a> {
         all: &'s [Vec<Sample>],
     ) -> impl Iterator<Item = (&'s Datum, &'s Sample)> {
         let each = self.experiments.iter().zip(all);
-        each.flat_map(|(experiment, samples)| experiment.pairs(samples))
+        each.flat_map(|(experiment, samples)| experiment.pairs(samples, self.effort.part))
     }
 
     fn write_residuals(&self, all: &[Vec<Sample>], out: &mut [f64]) {
@@ -171,7 +197,7 @@ impl<'a> SceneModel<'a> {
         let mut all = Vec::with_capacity(self.experiments.len());
         for experiment in &self.experiments {
             self.runs[usize::from(with)] += 1;
-            match experiment.run(p, with, self.least_tolerance, self.watcher) {
+            match experiment.run(p, with, self.effort, self.watcher) {
                 Ok(samples) => all.push(samples),
                 Err(error) => {
                     let message = error.to_string();
@@ -186,7 +212,8 @@ impl<'a> SceneModel<'a> {
 
 impl Model for SceneModel<'_> {
     fn n_residuals(&self) -> usize {
-        self.experiments.iter().map(|e| e.data.len()).sum()
+        let all = self.experiments.iter();
+        all.map(|e| e.data_within(self.effort.part).len()).sum()
     }
 
     fn residuals(&mut self, p: &[f64], out: &mut [f64]) -> Result<(), Failed> {

@@ -1,4 +1,4 @@
-//! A fit to rough runs first, then to those that are asked for.
+//! A fit to short and rough runs first, then to those that are asked for.
 
 use std::ops::ControlFlow;
 
@@ -6,64 +6,143 @@ use myovib_fit::{
     Ended, Fit, FitError, Iteration, Options, Parameter, best_fit, fit_observed, refine,
 };
 
-use super::model::SceneModel;
+use super::model::{Effort, SceneModel};
 
-/// The first iterations compute the motion to this relative tolerance, where the scene's is smaller,
-const ROUGH: f64 = 1e-3;
+/// What comes before the runs that are asked for: how runs are computed, and the way to the least, in units
+/// of the parameters' uncertainty, at which that is near enough. The beginning of a motion costs a part of
+/// it, and its phases are not yet so far from those measured that the linearised problem tells nothing of
+/// them; to be better known than what the beginning tells is in vain. What rough runs err may be a third of
+/// the uncertainty.
+const BEFORE: [(Effort, f64); 2] = [
+    (
+        Effort {
+            part: 0.5,
+            least_tolerance: 1e-2,
+        },
+        1.0,
+    ),
+    (
+        Effort {
+            part: 1.0,
+            least_tolerance: 1e-3,
+        },
+        0.3,
+    ),
+];
 
-/// until no parameter changes by more than this fraction of itself: what a motion of three digits tells of
-/// them,
+/// Or it is near enough where no parameter changes by more than this fraction of itself.
 const NEAR: f64 = 1e-2;
 
-/// or until the way to the least is this fraction of the parameters' uncertainty: what rough runs err may be
-/// as much of it.
-const NEAR_OFFSET: f64 = 0.3;
+/// Shown each iteration with the part of the measurements' time whose residuals its cost is of.
+pub(super) type Observe<'a> = dyn FnMut(f64, &Iteration) -> ControlFlow<()> + 'a;
 
-/// Fits to rough runs from all `starts`, and from the best of what comes of them to the runs that the scene
-/// asks for.
+/// Fits to short and rough runs from all `starts`, and from the best of what comes of them to the runs that
+/// the scene asks for.
 pub(super) fn fit_in_phases(
     model: &mut SceneModel<'_>,
     starts: &[Vec<Parameter>],
     wanted: &Options,
-    observe: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
+    observe: &mut Observe<'_>,
 ) -> Result<Fit, FitError> {
-    let near = Options {
-        tolerance: wanted.tolerance.max(NEAR),
-        offset: wanted.offset.max(NEAR_OFFSET),
-        ..wanted.clone()
+    let mut phases = Phases {
+        observe,
+        history: Vec::new(),
+        evaluations: 0,
     };
-    let mut before = 0;
-    let mut phase = |fit: &mut Phase<'_>| {
-        let counted = |iteration: &Iteration| Iteration {
-            evaluations: before + iteration.evaluations,
-            ..iteration.clone()
-        };
-        let mut fit = fit(&mut |iteration| observe(&counted(iteration)))?;
-        fit.history = fit.history.iter().map(counted).collect();
-        before += fit.evaluations;
-        fit.evaluations = before;
-        Ok(fit)
+    let rough = best_fit(starts, &mut |start| phases.before(model, start, wanted));
+    let fit = if model.is_interrupted() {
+        rough
+    } else {
+        phases.last(model, starts, rough, wanted)
     };
-    model.set_least_tolerance(ROUGH);
-    let rough = best_fit(starts, &mut |start| {
-        phase(&mut |observe| fit_observed(model, start, &near, observe))
-    });
-    model.set_least_tolerance(0.0);
-    // Where rough runs fail, those that were asked for may not.
-    let Ok(mut rough) = rough else {
-        return best_fit(starts, &mut |start| {
-            phase(&mut |observe| fit_observed(model, start, wanted, observe))
-        });
-    };
-    if rough.ended == Ended::Interrupted || model.is_interrupted() {
-        rough.ended = Ended::Interrupted;
-        return Ok(rough);
+    let mut fit = fit?;
+    (fit.history, fit.evaluations) = (phases.history, phases.evaluations);
+    if model.is_interrupted() {
+        fit.ended = Ended::Interrupted;
     }
-    let mut fit = phase(&mut |observe| refine(model, &starts[0], &rough, wanted, observe))?;
-    fit.history = [rough.history, fit.history].concat();
     Ok(fit)
 }
 
 /// A fit that shows its iterations to whom it is given.
-type Phase<'a> =
+type OnePhase<'a> =
     dyn FnMut(&mut dyn FnMut(&Iteration) -> ControlFlow<()>) -> Result<Fit, FitError> + 'a;
+
+struct Phases<'a, 'o> {
+    observe: &'a mut Observe<'o>,
+    /// The iterations of all phases, with evaluations counted through.
+    history: Vec<Iteration>,
+    evaluations: usize,
+}
+
+impl Phases<'_, '_> {
+    /// The phases before the last, from one start.
+    fn before(
+        &mut self,
+        model: &mut SceneModel<'_>,
+        start: &[Parameter],
+        wanted: &Options,
+    ) -> Result<Fit, FitError> {
+        let mut start = start.to_vec();
+        let mut last = Err(FitError::Start("no phase".into()));
+        for (effort, offset) in BEFORE {
+            let before = model.set_effort(effort);
+            let near = Options {
+                tolerance: wanted.tolerance.max(NEAR),
+                offset: wanted.offset.max(offset),
+                ..wanted.clone()
+            };
+            let next = self.one(effort.part, &mut |observe| {
+                fit_observed(model, &start, &near, observe)
+            });
+            if next.is_err() && last.is_ok() && model.is_interrupted() {
+                model.set_effort(before);
+                break;
+            }
+            // What the beginning does not tell, the whole may.
+            if let Ok(fit) = &next {
+                for (parameter, &value) in start.iter_mut().zip(&fit.values) {
+                    parameter.start = value;
+                }
+            }
+            last = next;
+        }
+        last
+    }
+
+    /// The runs that are asked for, from what is known of their least.
+    fn last(
+        &mut self,
+        model: &mut SceneModel<'_>,
+        starts: &[Vec<Parameter>],
+        rough: Result<Fit, FitError>,
+        wanted: &Options,
+    ) -> Result<Fit, FitError> {
+        model.set_effort(Effort::FULL);
+        match rough {
+            Ok(rough) => self.one(1.0, &mut |observe| {
+                refine(model, &starts[0], &rough, wanted, observe)
+            }),
+            // Where rough runs fail, these may not.
+            Err(_) => best_fit(starts, &mut |start| {
+                self.one(1.0, &mut |observe| {
+                    fit_observed(model, start, wanted, observe)
+                })
+            }),
+        }
+    }
+
+    fn one(&mut self, part: f64, fit: &mut OnePhase<'_>) -> Result<Fit, FitError> {
+        let before = self.evaluations;
+        let fit = fit(&mut |iteration| {
+            let counted = Iteration {
+                evaluations: before + iteration.evaluations,
+                ..iteration.clone()
+            };
+            let go_on = (self.observe)(part, &counted);
+            self.history.push(counted);
+            go_on
+        })?;
+        self.evaluations += fit.evaluations;
+        Ok(fit)
+    }
+}
