@@ -1,18 +1,19 @@
-//! The list of laws: a line for each.
+//! The list of laws: a line for each file, which holds all else.
 
-use super::{
-    Described, Description, DeviatoricStVenantKirchhoff, Guccione, HolzapfelOgden, MooneyRivlin,
-    SmallStrain, StVenantKirchhoff, TransverseMooneyRivlin,
-};
+use super::{Described, Description};
 
-/// Makes [`Law`] and what goes through all laws. Isotropic laws have a potential of two invariants
-/// in plane strain; the others are evaluated in three dimensions there too.
+/// Makes modules of the files, [`Law`], and what goes through all laws. Isotropic laws have a
+/// potential of two invariants in plane strain; the others are evaluated in three dimensions there
+/// too.
 macro_rules! laws {
     (
-        isotropic { $($plane:ident { $($plane_field:ident),* })* }
-        others { $($other:ident { $($other_field:ident),* })* }
+        isotropic { $($plane_file:ident { $($plane:ident { $($plane_field:ident),* })* })* }
+        others { $($other_file:ident { $($other:ident { $($other_field:ident),* })* })* }
         $d:tt
     ) => {
+        $(mod $plane_file; $(pub use $plane_file::$plane;)*)*
+        $(mod $other_file; $(pub use $other_file::$other;)*)*
+
         /// A material law: the part of the energy that does not hold the pressure.
         ///
         /// The pressure adds `−p (J − 1)` to the energy and `−p cof F` to the stress (for small
@@ -33,32 +34,32 @@ macro_rules! laws {
         #[derive(Debug, Clone, Copy, PartialEq)]
         #[allow(missing_docs)] // the types of the same name have them
         pub enum Law {
-            $(#[doc = concat!("See [`", stringify!($plane), "`].")]
-            $plane { $($plane_field: f64),* },)*
-            $(#[doc = concat!("See [`", stringify!($other), "`].")]
-            $other { $($other_field: f64),* },)*
+            $($(#[doc = concat!("See [`", stringify!($plane), "`].")]
+            $plane { $($plane_field: f64),* },)*)*
+            $($(#[doc = concat!("See [`", stringify!($other), "`].")]
+            $other { $($other_field: f64),* },)*)*
         }
 
         impl Law {
             /// The descriptions of all laws.
             pub const CATALOGUE: &[Description] = &[
-                $($plane::DESCRIPTION,)*
-                $($other::DESCRIPTION,)*
+                $($($plane::DESCRIPTION,)*)*
+                $($($other::DESCRIPTION,)*)*
             ];
 
             /// The description of the law.
             pub fn description(self) -> Description {
                 match self {
-                    $(Law::$plane { .. } => $plane::DESCRIPTION,)*
-                    $(Law::$other { .. } => $other::DESCRIPTION,)*
+                    $($(Law::$plane { .. } => $plane::DESCRIPTION,)*)*
+                    $($(Law::$other { .. } => $other::DESCRIPTION,)*)*
                 }
             }
 
             /// The constants, in the order of the description.
             pub fn values(self) -> Vec<f64> {
                 match self {
-                    $(Law::$plane { $($plane_field),* } => vec![$($plane_field),*],)*
-                    $(Law::$other { $($other_field),* } => vec![$($other_field),*],)*
+                    $($(Law::$plane { $($plane_field),* } => vec![$($plane_field),*],)*)*
+                    $($(Law::$other { $($other_field),* } => vec![$($other_field),*],)*)*
                 }
             }
 
@@ -66,12 +67,12 @@ macro_rules! laws {
             pub(super) fn from_values(name: &str, values: &[f64]) -> Self {
                 let mut values = values.iter().copied();
                 let mut next = || values.next().expect("a value for each constant");
-                $(if name == $plane::DESCRIPTION.name {
+                $($(if name == $plane::DESCRIPTION.name {
                     return Law::$plane { $($plane_field: next()),* };
-                })*
-                $(if name == $other::DESCRIPTION.name {
+                })*)*
+                $($(if name == $other::DESCRIPTION.name {
                     return Law::$other { $($other_field: next()),* };
-                })*
+                })*)*
                 unreachable!("the name is from the list of laws")
             }
         }
@@ -80,14 +81,14 @@ macro_rules! laws {
         macro_rules! with_law {
             ($d law:expr, $d w:ident => $d body:expr) => {
                 match $d law {
-                    $($crate::material::Law::$plane { $($plane_field),* } => {
+                    $($($crate::material::Law::$plane { $($plane_field),* } => {
                         let $d w = $crate::material::$plane { $($plane_field),* };
                         $d body
-                    })*
-                    $($crate::material::Law::$other { $($other_field),* } => {
+                    })*)*
+                    $($($crate::material::Law::$other { $($other_field),* } => {
                         let $d w = $crate::material::$other { $($other_field),* };
                         $d body
-                    })*
+                    })*)*
                 }
             };
         }
@@ -97,10 +98,10 @@ macro_rules! laws {
         macro_rules! with_potential {
             ($d law:expr, $d w:ident => $d body:expr, else => $d other:expr) => {
                 match $d law {
-                    $($crate::material::Law::$plane { $($plane_field),* } => {
+                    $($($crate::material::Law::$plane { $($plane_field),* } => {
                         let $d w = $crate::material::$plane { $($plane_field),* };
                         $d body
-                    })*
+                    })*)*
                     _ => $d other,
                 }
             };
@@ -110,15 +111,19 @@ macro_rules! laws {
 
 laws! {
     isotropic {
-        MooneyRivlin { c10, c01 }
-        SmallStrain { shear_modulus }
-        DeviatoricStVenantKirchhoff { shear_modulus }
-        StVenantKirchhoff { lambda, shear_modulus }
+        mooney_rivlin { MooneyRivlin { c10, c01 } }
+        small_strain { SmallStrain { shear_modulus } }
+        st_venant_kirchhoff {
+            DeviatoricStVenantKirchhoff { shear_modulus }
+            StVenantKirchhoff { lambda, shear_modulus }
+        }
     }
     others {
-        Guccione { c, b_f, b_t, b_fs }
-        HolzapfelOgden { a, b, a_f, b_f, a_s, b_s, a_fs, b_fs, k }
-        TransverseMooneyRivlin { c10, c01, c3, c4, c5, stretch_max }
+        guccione { Guccione { c, b_f, b_t, b_fs } }
+        holzapfel_ogden { HolzapfelOgden { a, b, a_f, b_f, a_s, b_s, a_fs, b_fs, k } }
+        transverse_mooney_rivlin {
+            TransverseMooneyRivlin { c10, c01, c3, c4, c5, stretch_max }
+        }
     }
     $
 }

@@ -28,4 +28,4 @@ pub type Tensor3 = Tensor3Of<f64>;
 #[cfg(test)]
 mod closed_forms;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -1,8 +1,10 @@
 //! Mooney–Rivlin with fibres that uncrimp and stretch.
 
-use super::parameters::{Described, Description, Parameter, Range};
-use super::three::{FibreStrain, Law3, Strain3, Symmetric3, Tensor3Of, add_scaled3, scaled3};
-use super::{Dual, MooneyRivlin, Real};
+use crate::material::parameters::{Described, Description, Parameter, Range};
+use crate::material::three::{
+    FibreStrain, Law3, Strain3, Symmetric3, Tensor3Of, add_scaled3, scaled3,
+};
+use crate::material::{Dual, MooneyRivlin, Real};
 
 /// Mooney–Rivlin and F2(λ) of the fibre's stretch: `T = λ F2'` is given,
 /// `T = 0` (λ < 1), `c3 (e^{c4 (λ−1)} − 1)` (λ < λ_m), `c5 λ + c6` beyond, c6 by continuity.
@@ -166,5 +168,17 @@ impl Law3 for TransverseMooneyRivlin {
         out.add_square(dd.rate, &strain.normal);
         out.add_pair(&fibre.gradient, &scaled3(ed.rate, &strain.normal));
         out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    mod space {
+        use crate::material::three::tests::*;
+
+        law_tests! {
+            // Differences must not straddle the kinks.
+            transverse_mooney_rivlin: TRANSVERSE, STATES[1..];
+        }
     }
 }

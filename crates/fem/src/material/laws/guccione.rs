@@ -1,8 +1,8 @@
 //! Guccione's law: an exponential of Green's strain along fibre, sheet and normal.
 
-use super::Real;
-use super::parameters::{Described, Description, Parameter, Range};
-use super::three::{FibreStrains, Law3, Strain3, Symmetric3, Tensor3Of, scaled3};
+use crate::material::Real;
+use crate::material::parameters::{Described, Description, Parameter, Range};
+use crate::material::three::{FibreStrains, Law3, Strain3, Symmetric3, Tensor3Of, scaled3};
 
 /// `W = C/2 (e^Q − 1)`, `Q = b_f E_ff² + b_t (E_ss² + E_nn² + 2 E_sn²) + b_fs (2 E_fs² + 2 E_fn²)`.
 ///
@@ -94,5 +94,16 @@ impl Law3 for Guccione {
         strains.add_slopes(&mut out, &slopes);
         strains.add_curvatures(&mut out, &curvatures);
         out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    mod space {
+        use crate::material::three::tests::*;
+
+        law_tests! {
+            guccione: Law::Guccione { c: 2e3, b_f: 8.0, b_t: 2.0, b_fs: 4.0 }, STATES;
+        }
     }
 }

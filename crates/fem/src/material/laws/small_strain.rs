@@ -1,9 +1,9 @@
 //! Linear isochoric elasticity: W = ζ |dev ε|² = ζ (e/2 + d²/6).
 
-use super::Real;
-use super::parameters::{Described, Description, Parameter, Range};
-use super::potential::{PlaneCurvature, PlaneSlope, Potential};
-use super::three::{Law3, Strain3, Symmetric3, Tensor3Of, contract3, scaled3, trace3};
+use crate::material::Real;
+use crate::material::parameters::{Described, Description, Parameter, Range};
+use crate::material::potential::{PlaneCurvature, PlaneSlope, Potential};
+use crate::material::three::{Law3, Strain3, Symmetric3, Tensor3Of, contract3, scaled3, trace3};
 
 /// `W = ζ |dev ε|²`, the deviator taken in three dimensions.
 ///
@@ -93,4 +93,23 @@ fn deviator<R: Real>(mut t: Tensor3Of<R>) -> Tensor3Of<R> {
         row[i] = row[i] - third;
     }
     t
+}
+
+#[cfg(test)]
+mod tests {
+    mod plane {
+        use crate::material::tests::*;
+
+        law_tests! {
+            small_strain: Law::SmallStrain { shear_modulus: 2.04e4 };
+        }
+    }
+
+    mod space {
+        use crate::material::three::tests::*;
+
+        law_tests! {
+            small_strain: Law::SmallStrain { shear_modulus: 2.04e4 }, STATES;
+        }
+    }
 }

@@ -3,9 +3,9 @@
 //!
 //! With s = 2 tr E = a + 2 d and 4 E:E = s² + 4 a − 2 b: W = (λ + 2 μ) s²/8 + μ (a − b/2).
 
-use super::Real;
-use super::parameters::{Described, Description, Parameter, Range};
-use super::three::{Curvature, Invariants, Isotropic, Slope};
+use crate::material::Real;
+use crate::material::parameters::{Described, Description, Parameter, Range};
+use crate::material::three::{Curvature, Invariants, Isotropic, Slope};
 
 /// `W = λ/2 (tr E)² + μ E:E` with Green's strain E = (FᵀF − I)/2.
 ///
@@ -127,5 +127,26 @@ impl Isotropic for DeviatoricStVenantKirchhoff {
     #[inline(always)]
     fn curvature<R: Real>(&self, at: Invariants<R>) -> Curvature<R> {
         self.with_trace().curvature(at)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    mod plane {
+        use crate::material::tests::*;
+
+        law_tests! {
+            deviatoric: Law::DeviatoricStVenantKirchhoff { shear_modulus: 2.04e4 };
+            complete: Law::StVenantKirchhoff { lambda: 3e4, shear_modulus: 2.04e4 };
+        }
+    }
+
+    mod space {
+        use crate::material::three::tests::*;
+
+        law_tests! {
+            deviatoric: Law::DeviatoricStVenantKirchhoff { shear_modulus: 2.04e4 }, STATES;
+            complete: Law::StVenantKirchhoff { lambda: 3e4, shear_modulus: 2.04e4 }, STATES;
+        }
     }
 }

@@ -1,10 +1,11 @@
 //! Holzapfel and Ogden's law: a matrix, fibres and sheets that resist tension, and their shear.
 
-use super::parameters::{Described, Description, Parameter, Range};
-use super::three::{
+use super::mooney_rivlin;
+use crate::material::parameters::{Described, Description, Parameter, Range};
+use crate::material::three::{
     FibreStrain, Invariants, Isotropic, Law3, Slope, Strain3, Symmetric3, Tensor3Of, add_scaled3,
 };
-use super::{Dual, Real, mooney_rivlin};
+use crate::material::{Dual, Real};
 
 /// `W = a/2b (e^{b(Ī1−3)} − 1) + Σ_f,s a_i/2b_i H(I4i) (e^{b_i (I4i−1)²} − 1) + a_fs/2b_fs (e^{b_fs I8²} − 1)`.
 ///
@@ -201,5 +202,18 @@ impl Law3 for HolzapfelOgden {
             out.add_square(family.curvature(strain.value), &strain.gradient);
         }
         out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    mod space {
+        use crate::material::three::tests::*;
+
+        law_tests! {
+            holzapfel_ogden: holzapfel_ogden(100.0), MODERATE;
+            // Differences must not straddle the kinks.
+            with_a_step: holzapfel_ogden(f64::INFINITY), MODERATE[1..];
+        }
     }
 }

@@ -6,9 +6,9 @@
 //!
 //! both written without the terms that cancel; in plane strain note 0001 has W = g(J) e + k(J).
 
-use super::parameters::{Described, Description, Parameter, Range};
-use super::three::{Curvature, Invariants, Isotropic, Slope};
-use super::{PlaneCurvature, PlaneSlope, Real};
+use crate::material::parameters::{Described, Description, Parameter, Range};
+use crate::material::three::{Curvature, Invariants, Isotropic, Slope};
+use crate::material::{PlaneCurvature, PlaneSlope, Real};
 
 /// `W = c10 (I1 J^(−2/3) − 3) + c01 (I2 J^(−4/3) − 3)`; neo-Hooke's law for c01 = 0.
 ///
@@ -139,6 +139,27 @@ impl Isotropic for MooneyRivlin {
                 x8 * (d.like(3.0) - d * 2.0 + e * 5.0),
                 x7 * (d.like(3.0) - d) + x10 * e * 14.0,
             ) * (2.0 / 9.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    mod plane {
+        use crate::material::tests::*;
+
+        law_tests! {
+            mooney_rivlin: Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
+            second_invariant_only: Law::MooneyRivlin { c10: 0.0, c01: 5e3 };
+        }
+    }
+
+    mod space {
+        use crate::material::three::tests::*;
+
+        law_tests! {
+            mooney_rivlin: Law::MooneyRivlin { c10: 1e4, c01: 2e2 }, STATES;
+            second_invariant_only: Law::MooneyRivlin { c10: 0.0, c01: 5e3 }, STATES;
         }
     }
 }
