@@ -2,16 +2,14 @@
 
 use nalgebra::DMatrix;
 
-use crate::model::{Failed, Model};
-
-/// Central differences with the step ∛ε · max(|p|, scale): truncation and rounding, both about
-/// ε^(2/3), in balance.
-pub(crate) fn central<M: Model + ?Sized>(
-    model: &mut M,
+/// Central differences of `function` with the step ∛ε · max(|p|, scale): truncation and rounding,
+/// both about ε^(2/3), in balance.
+pub(crate) fn central<E>(
+    mut function: impl FnMut(&[f64], &mut [f64]) -> Result<(), E>,
     p: &[f64],
     scale: &[f64],
     out: &mut DMatrix<f64>,
-) -> Result<(), Failed> {
+) -> Result<(), E> {
     let mut at = p.to_vec();
     let mut sides = [vec![0.0; out.nrows()], vec![0.0; out.nrows()]];
     for j in 0..p.len() {
@@ -19,7 +17,7 @@ pub(crate) fn central<M: Model + ?Sized>(
         let (above, below) = (p[j] + wanted, p[j] - wanted);
         for (side, value) in sides.iter_mut().zip([above, below]) {
             at[j] = value;
-            model.residuals(&at, side)?;
+            function(&at, side)?;
         }
         at[j] = p[j];
         for (entry, (plus, minus)) in out

@@ -21,10 +21,11 @@ pub struct Identifiability {
     pub names: Vec<String>,
 }
 
-impl Identifiability {
-    pub(crate) fn new(fit: &Fit) -> Self {
-        let mut jacobian = fit.weighted_jacobian();
-        for (mut column, value) in jacobian.column_iter_mut().zip(&fit.values) {
+impl Fit {
+    /// The combinations of parameters that the measurements do not tell.
+    pub fn identifiability(&self) -> Identifiability {
+        let mut jacobian = self.weighted_jacobian();
+        for (mut column, value) in jacobian.column_iter_mut().zip(&self.values) {
             column *= if *value == 0.0 { 1.0 } else { value.abs() };
         }
         let svd = jacobian.svd(false, true);
@@ -39,12 +40,14 @@ impl Identifiability {
             })
             .collect();
         directions.sort_by(|a, b| b.sensitivity.total_cmp(&a.sensitivity));
-        Self {
+        Identifiability {
             directions,
-            names: fit.names.clone(),
+            names: self.names.clone(),
         }
     }
+}
 
+impl Identifiability {
     /// The directions along which a change of all parameters by their own size moves the weighted
     /// residuals by less than `noise` in all: what the measurements cannot tell. With residuals in
     /// units of their standard deviation `noise` = 1 is one standard deviation of the estimate.

@@ -26,7 +26,7 @@ pub trait Model {
     /// # Errors
     /// As for [`residuals`](Model::residuals).
     fn jacobian(&mut self, p: &[f64], scale: &[f64], out: &mut DMatrix<f64>) -> Result<(), Failed> {
-        differences::central(self, p, scale, out)
+        differences::central(|p, out| self.residuals(p, out), p, scale, out)
     }
 
     /// Writes the residuals and, where the same evaluation gives them at little more, the derivatives

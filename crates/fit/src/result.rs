@@ -2,10 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::error::FitError;
-use crate::identifiability::Identifiability;
 use crate::loss::Loss;
-use crate::uncertainty::Uncertainty;
 
 /// How a fit ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,19 +62,6 @@ impl Fit {
     /// Measurements less parameters.
     pub fn degrees_of_freedom(&self) -> usize {
         self.residuals.len() - self.values.len()
-    }
-
-    /// Standard errors, intervals and correlations by the linearisation at the end.
-    ///
-    /// # Errors
-    /// [`FitError::NoFreedom`] with as many parameters as measurements.
-    pub fn uncertainty(&self) -> Result<Uncertainty, FitError> {
-        Uncertainty::new(self)
-    }
-
-    /// The combinations of parameters that the measurements do not tell.
-    pub fn identifiability(&self) -> Identifiability {
-        Identifiability::new(self)
     }
 
     /// The derivatives and residuals as they count under the loss.

@@ -19,15 +19,19 @@ pub struct Uncertainty {
     freedom: usize,
 }
 
-impl Uncertainty {
-    pub(crate) fn new(fit: &Fit) -> Result<Self, FitError> {
-        let freedom = fit.degrees_of_freedom();
+impl Fit {
+    /// Standard errors, intervals and correlations by the linearisation at the end.
+    ///
+    /// # Errors
+    /// [`FitError::NoFreedom`] with as many parameters as measurements.
+    pub fn uncertainty(&self) -> Result<Uncertainty, FitError> {
+        let freedom = self.degrees_of_freedom();
         if freedom == 0 {
-            return Err(FitError::NoFreedom(fit.residuals.len()));
+            return Err(FitError::NoFreedom(self.residuals.len()));
         }
-        let variance = 2.0 * fit.cost / freedom as f64;
-        let inverse = inverse_normal_matrix(fit.weighted_jacobian());
-        let n = fit.values.len();
+        let variance = 2.0 * self.cost / freedom as f64;
+        let inverse = inverse_normal_matrix(self.weighted_jacobian());
+        let n = self.values.len();
         let standard_errors: Vec<f64> = (0..n)
             .map(|j| (variance * inverse[(j, j)]).sqrt())
             .collect();
@@ -38,15 +42,17 @@ impl Uncertainty {
                 inverse[(i, j)] / (inverse[(i, i)] * inverse[(j, j)]).sqrt()
             }
         });
-        Ok(Self {
+        Ok(Uncertainty {
             variance,
             standard_errors,
             correlation,
-            values: fit.values.clone(),
+            values: self.values.clone(),
             freedom,
         })
     }
+}
 
+impl Uncertainty {
     /// Two-sided intervals that cover the true values with probability `level`, by Student's t.
     ///
     /// # Panics
