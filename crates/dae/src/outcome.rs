@@ -5,6 +5,7 @@ use std::fmt;
 use crate::problem::{Problem, VariableKind};
 use crate::remedy::Standing;
 use crate::statistics::Statistics;
+use crate::stop_reason::StopReason;
 
 /// How a call of the integrator ended. y and ẏ of the solver are those at the time named.
 #[derive(Debug, Clone, PartialEq)]
@@ -155,107 +156,5 @@ impl WorstComponent {
             weighted_error,
         };
         ranked.into_iter().map(named).collect()
-    }
-}
-
-/// Why an integration gave up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum StopReason {
-    /// The error test failed too often in one step.
-    ErrorTestFailures,
-    /// Newton failed too often in one step.
-    ConvergenceFailures,
-    /// A failure with the step at its lower limit, or so small that t + h = t.
-    StepTooSmall,
-    /// The linear system could not be factorised.
-    LinearSetupFailed,
-    /// The linear system could not be solved.
-    LinearSolveFailed,
-    /// The residual could not be evaluated, with any step tried.
-    ResidualFailed,
-    /// The Jacobian could not be evaluated, with any step tried.
-    JacobianFailed,
-    /// The inequality constraints could not be met.
-    ConstraintsViolated,
-    /// The limit on the steps of one call.
-    MaxSteps,
-    /// The tolerances ask for more digits than the machine has.
-    ToleranceTooTight,
-    /// The error weights could not be computed, or a tolerance has become zero.
-    ErrorWeightsFailed,
-    /// A root function could not be evaluated.
-    RootFunctionFailed,
-    /// A quadrature's integrand could not be evaluated.
-    QuadratureFailed,
-    /// Something else; see the message.
-    Other,
-}
-
-impl StopReason {
-    /// The name in reports: lower case, with underscores.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::ErrorTestFailures => "error_test_failures",
-            Self::ConvergenceFailures => "convergence_failures",
-            Self::StepTooSmall => "step_too_small",
-            Self::LinearSetupFailed => "linear_setup_failed",
-            Self::LinearSolveFailed => "linear_solve_failed",
-            Self::ResidualFailed => "residual_failed",
-            Self::JacobianFailed => "jacobian_failed",
-            Self::ConstraintsViolated => "constraints_violated",
-            Self::MaxSteps => "max_steps",
-            Self::ToleranceTooTight => "tolerance_too_tight",
-            Self::ErrorWeightsFailed => "error_weights_failed",
-            Self::RootFunctionFailed => "root_function_failed",
-            Self::QuadratureFailed => "quadrature_failed",
-            Self::Other => "other",
-        }
-    }
-}
-
-impl fmt::Display for StopReason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::StopReason::{self, *};
-
-    #[test]
-    fn every_reason_has_a_name_of_its_own() {
-        let reasons: [StopReason; 14] = [
-            ErrorTestFailures,
-            ConvergenceFailures,
-            StepTooSmall,
-            LinearSetupFailed,
-            LinearSolveFailed,
-            ResidualFailed,
-            JacobianFailed,
-            ConstraintsViolated,
-            MaxSteps,
-            ToleranceTooTight,
-            ErrorWeightsFailed,
-            RootFunctionFailed,
-            QuadratureFailed,
-            Other,
-        ];
-        for reason in reasons {
-            // The variant's name in snake case.
-            let words = format!("{reason:?}");
-            let snake: String = words
-                .char_indices()
-                .flat_map(|(i, c)| {
-                    let underscore = (i > 0 && c.is_uppercase()).then_some('_');
-                    underscore.into_iter().chain(c.to_lowercase())
-                })
-                .collect();
-            assert_eq!(
-                (reason.name(), reason.to_string()),
-                (snake.as_str(), snake.clone())
-            );
-        }
     }
 }

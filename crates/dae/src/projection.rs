@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::consistent::{Inconsistent, norm};
+use crate::inconsistent::{Inconsistent, norm};
 use crate::problem::{Problem, StepError, VariableKind};
 
 /// Iterations of each of the two searches.

@@ -1,7 +1,7 @@
 //! What may help an integration that gave up.
 
-use crate::outcome::StopReason;
 use crate::problem::{Problem, VariableKind};
+use crate::stop_reason::StopReason;
 
 /// The highest index that Radau IIA takes.
 const RADAU: u8 = 3;
