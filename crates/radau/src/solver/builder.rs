@@ -2,7 +2,7 @@
 
 use myovib_dae::{Direction, LinearSolver, Problem, StepError, Tolerances, VariableKind, kinds_at};
 
-use super::saved::Linearized;
+use super::linearized::Linearized;
 use super::state::{Jacobian, RadauSolver};
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length};

@@ -8,6 +8,7 @@ mod attempt;
 mod builder;
 mod events;
 mod last_step;
+mod linearized;
 mod output;
 mod restart;
 mod saved;

@@ -1,8 +1,9 @@
 //! The state of an integration, from which another one goes on bit by bit.
 
-use myovib_dae::{LinearSolver, Linearization, Problem, Statistics, StepError, Work};
+use myovib_dae::{LinearSolver, Problem, Statistics, StepError, Work};
 use serde::{Deserialize, Serialize};
 
+use super::linearized::Linearized;
 use super::state::{Jacobian, Pause, RadauSolver};
 use crate::control::Memory;
 use crate::dense::Collocation;
@@ -53,45 +54,6 @@ pub struct RadauState {
     work: Work,
 }
 
-/// Where a Jacobian was evaluated.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Linearized {
-    t: f64,
-    y: Vec<f64>,
-    y_dot: Vec<f64>,
-    step: f64,
-    weights: Vec<f64>,
-    /// The response of the memory there.
-    #[serde(default)]
-    response: Vec<f64>,
-}
-
-impl Linearized {
-    /// Takes note of `at` and the `response` there, without allocation after the first.
-    pub(super) fn note(&mut self, at: &Linearization<'_>, response: &[f64]) {
-        (self.t, self.step) = (at.t, at.step);
-        for (kept, new) in [
-            (&mut self.y, at.y),
-            (&mut self.y_dot, at.y_dot),
-            (&mut self.weights, at.weights),
-            (&mut self.response, response),
-        ] {
-            kept.clear();
-            kept.extend_from_slice(new);
-        }
-    }
-
-    fn as_linearization(&self) -> Linearization<'_> {
-        Linearization {
-            t: self.t,
-            y: &self.y,
-            y_dot: &self.y_dot,
-            step: self.step,
-            weights: &self.weights,
-        }
-    }
-}
-
 impl RadauState {
     /// The time reached.
     pub fn t(&self) -> f64 {
@@ -100,10 +62,8 @@ impl RadauState {
 
     /// Bytes of its vectors.
     pub(crate) fn n_bytes(&self) -> usize {
-        let linearized =
-            |at: &Linearized| at.y.len() + at.y_dot.len() + at.weights.len() + at.response.len();
-        let jacobian = self.jacobian.as_ref().map_or(0, |(at, _)| linearized(at));
-        let pivots = self.pivots.as_ref().map_or(0, |(at, _)| linearized(at));
+        let jacobian = self.jacobian.as_ref().map_or(0, |(at, _)| at.n_numbers());
+        let pivots = self.pivots.as_ref().map_or(0, |(at, _)| at.n_numbers());
         let memory = self.memory.as_ref().map_or(0, MemoryState::n_numbers);
         let own = self.y.len() + self.y_dot.len() + self.last.n_numbers() + memory;
         (own + jacobian + pivots) * size_of::<f64>() + size_of_val(&self.multipliers[..])
@@ -223,7 +183,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let memory = &self.memory;
         let show = |problem: &mut P, at: &Linearized| {
             if let Some(memory) = memory {
-                memory.show(problem, &at.response);
+                memory.show(problem, at.response());
             }
         };
         if let Some((at, h)) = &state.pivots {

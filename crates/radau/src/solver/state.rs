@@ -4,7 +4,7 @@ use myovib_dae::VariableKind;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use super::saved::Linearized;
+use super::linearized::Linearized;
 use crate::control::Control;
 use crate::dense::Collocation;
 use crate::error_test::ErrorTest;

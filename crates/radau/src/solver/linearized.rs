@@ -1,0 +1,53 @@
+//! Where a Jacobian was evaluated.
+
+use myovib_dae::Linearization;
+use serde::{Deserialize, Serialize};
+
+/// Where a Jacobian was evaluated.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Linearized {
+    t: f64,
+    y: Vec<f64>,
+    y_dot: Vec<f64>,
+    step: f64,
+    weights: Vec<f64>,
+    /// The response of the memory there.
+    #[serde(default)]
+    response: Vec<f64>,
+}
+
+impl Linearized {
+    /// Takes note of `at` and the `response` there, without allocation after the first.
+    pub(super) fn note(&mut self, at: &Linearization<'_>, response: &[f64]) {
+        (self.t, self.step) = (at.t, at.step);
+        for (kept, new) in [
+            (&mut self.y, at.y),
+            (&mut self.y_dot, at.y_dot),
+            (&mut self.weights, at.weights),
+            (&mut self.response, response),
+        ] {
+            kept.clear();
+            kept.extend_from_slice(new);
+        }
+    }
+
+    pub(super) fn as_linearization(&self) -> Linearization<'_> {
+        Linearization {
+            t: self.t,
+            y: &self.y,
+            y_dot: &self.y_dot,
+            step: self.step,
+            weights: &self.weights,
+        }
+    }
+
+    /// The response of the memory there.
+    pub(super) fn response(&self) -> &[f64] {
+        &self.response
+    }
+
+    /// How many numbers its vectors hold.
+    pub(super) fn n_numbers(&self) -> usize {
+        self.y.len() + self.y_dot.len() + self.weights.len() + self.response.len()
+    }
+}
