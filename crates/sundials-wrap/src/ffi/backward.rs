@@ -9,44 +9,9 @@ use std::slice;
 
 use sundials_sys::{N_Vector, SUNLinearSolver, SUNMatrix, realtype};
 
-use super::trampoline::{Answer, Boundary, Callbacks, boundary, guarded, solved, state};
+use super::callbacks::{Callbacks, ForwardView};
+use super::trampoline::{Boundary, boundary, guarded, solved, state};
 use super::vector_view::zeroed_mut;
-
-/// The forward solution where a backward problem is evaluated: y, ẏ and, for each parameter, S and Ṡ.
-pub(crate) struct ForwardView<'a> {
-    pub(crate) t: f64,
-    pub(crate) y: &'a [f64],
-    pub(crate) y_dot: &'a [f64],
-    pub(crate) s: Vec<[&'a [f64]; 2]>,
-}
-
-/// What IDAS may ask of backward problem `which`, at values `[y, ẏ]` of its own.
-pub(crate) trait BackwardCallbacks {
-    fn backward_residual(
-        &mut self,
-        which: usize,
-        forward: &ForwardView<'_>,
-        values: [&[f64]; 2],
-        residual: &mut [f64],
-    ) -> Answer;
-    /// Evaluates and factorises its Newton matrix.
-    fn backward_setup(
-        &mut self,
-        which: usize,
-        forward: &ForwardView<'_>,
-        values: [&[f64]; 2],
-        c_j: f64,
-    ) -> Answer;
-    /// Solves with the last one, in place.
-    fn backward_solve(&mut self, which: usize, rhs: &mut [f64]) -> Answer;
-    fn backward_quadrature(
-        &mut self,
-        which: usize,
-        forward: &ForwardView<'_>,
-        values: [&[f64]; 2],
-        rates: &mut [f64],
-    ) -> Answer;
-}
 
 /// What C holds for one backward problem.
 pub(crate) struct Link<C> {

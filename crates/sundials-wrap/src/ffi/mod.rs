@@ -8,17 +8,20 @@
 //!   makes its own; [`vector_view`]: theirs as slices;
 //! - [`call`]: how a call in C may fail;
 //! - [`ida`]: the integrator's memory and every call on it;
-//! - [`trampoline`]: what C calls, and the way back to safe Rust;
+//! - [`callbacks`]: what IDAS may ask; [`trampoline`]: what C calls for it;
 //! - [`backward`]: the same for backward problems;
 //! - [`pinned`]: data at an address that does not move, shared with C;
-//! - [`version`]: which SUNDIALS this is, and all that differs between its versions.
+//! - [`messages`]: where IDAS' messages go;
+//! - [`version`]: which SUNDIALS this is, and what its versions call differently.
 
 pub(crate) mod backward;
 pub(crate) mod call;
+pub(crate) mod callbacks;
 pub(crate) mod context;
 pub(crate) mod ida;
 pub(crate) mod linear_solver;
 pub(crate) mod matrix;
+mod messages;
 pub(crate) mod pinned;
 mod sensitivity_residual;
 pub(crate) mod trampoline;

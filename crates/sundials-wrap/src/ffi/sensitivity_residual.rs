@@ -5,7 +5,8 @@ use std::slice;
 
 use sundials_sys::{N_Vector, realtype};
 
-use super::trampoline::{Answer, Boundary, Callbacks, boundary, guarded, state};
+use super::callbacks::{Answer, Callbacks};
+use super::trampoline::{Boundary, boundary, guarded, state};
 use super::vector_view::zeroed_mut;
 
 /// Lets callbacks fill one vector for each sensitivity, until one fails.

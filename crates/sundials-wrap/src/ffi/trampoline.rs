@@ -1,73 +1,16 @@
 //! What C calls: each function turns pointers into slices, calls one method of [`Callbacks`],
 //! catches its panic, and turns the answer into IDAS' code.
-//!
-//! Codes: 0 success, +1 recoverable (IDAS may try a smaller step), −1 unrecoverable.
 
 use std::any::Any;
-use std::ffi::CStr;
-use std::os::raw::{c_char, c_int, c_void};
+use std::os::raw::{c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::slice;
 
 use sundials_sys::{N_Vector, SUNLS_PACKAGE_FAIL_REC, SUNLinearSolver, SUNMatrix, realtype};
 
-use super::backward::BackwardCallbacks;
+use super::callbacks::{Answer, Callbacks};
 use super::vector_view::{view, view_mut, zeroed_mut};
 use super::version;
-
-/// What a callback answers to IDAS.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Answer {
-    /// Go on.
-    Success,
-    /// Try again with a smaller step.
-    Recoverable,
-    /// Stop.
-    Fatal,
-}
-
-impl Answer {
-    pub(super) fn code(self) -> c_int {
-        match self {
-            Self::Success => 0,
-            Self::Recoverable => 1,
-            Self::Fatal => -1,
-        }
-    }
-}
-
-/// The safe side of the boundary: what IDAS may ask.
-pub(crate) trait Callbacks: BackwardCallbacks {
-    fn residual(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) -> Answer;
-    /// Evaluates and factorises the Newton matrix ∂F/∂y + c_j ∂F/∂ẏ.
-    fn linear_setup(&mut self, t: f64, y: &[f64], y_dot: &[f64], c_j: f64) -> Answer;
-    /// Solves with the last one, in place.
-    fn linear_solve(&mut self, rhs: &mut [f64]) -> Answer;
-    fn n_roots(&self) -> usize;
-    fn roots(&mut self, t: f64, y: &[f64], y_dot: &[f64], values: &mut [f64]) -> Answer;
-    fn error_weights(&mut self, y: &[f64], weights: &mut [f64]) -> Answer;
-    fn quadrature(&mut self, t: f64, y: &[f64], y_dot: &[f64], rates: &mut [f64]) -> Answer;
-    /// Evaluates ∂F/∂y and ∂F/∂ẏ, for the residuals of sensitivities.
-    fn linearise(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Answer;
-    /// The residual of the sensitivity to parameter j where it was linearised.
-    fn sensitivity_residual(
-        &mut self,
-        j: usize,
-        at: (f64, &[f64], &[f64]),
-        s: [&[f64]; 2],
-        residual: &mut [f64],
-    ) -> Answer;
-    /// The rates of the sensitivities of the quadratures to parameter j.
-    fn quadrature_sensitivity(
-        &mut self,
-        j: usize,
-        at: (f64, &[f64], &[f64]),
-        s: [&[f64]; 2],
-        rates: &mut [f64],
-    ) -> Answer;
-    /// Takes a message of IDAS.
-    fn message(&mut self, text: &str);
-}
 
 /// What C holds a pointer to: the callbacks, and what must be remembered across the boundary.
 pub(crate) struct Boundary<C> {
@@ -280,17 +223,4 @@ pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
     guarded(boundary, |callbacks| {
         callbacks.quadrature(t, y, y_dot, rates)
     })
-}
-
-/// Keeps a message of IDAS instead of printing it.
-///
-/// # Safety
-/// Called by IDAS with a zero-terminated string and the address given with the handler, while no
-/// callback runs.
-pub(super) unsafe fn take_message<C: Callbacks>(text: *const c_char, user_data: *mut c_void) {
-    // SAFETY: IDAS hands back the address of our boundary, and reports between callbacks.
-    let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS passes a zero-terminated string that lives during the call.
-    let text = unsafe { CStr::from_ptr(text) }.to_string_lossy();
-    boundary.callbacks.message(&text);
 }

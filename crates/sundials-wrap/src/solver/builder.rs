@@ -15,11 +15,11 @@ use myovib_dae::{
 };
 
 use super::IdaSolver;
-use super::backward::Repeating;
 use super::callbacks::{
     FailureLog, Function, QuadratureSensitivities, UserFunctions, Weighing, Weights,
 };
 use super::linear::{Linear, SparseLu};
+use super::posed::Repeating;
 use super::sensitivity::{Linearised, SensitivityOptions};
 
 /// Gathers a problem, [`IdaOptions`] and the user's functions; see

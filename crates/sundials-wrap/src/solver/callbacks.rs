@@ -1,9 +1,9 @@
 //! The safe side of the C boundary: the problem and the user's functions, and how they failed.
 
-use super::backward::{Posed, Repeating};
+use super::posed::{Posed, Repeating};
 use super::sensitivity::Linearised;
 use crate::error::Error;
-use crate::ffi::trampoline::{Answer, Callbacks};
+use crate::ffi::callbacks::{Answer, Callbacks};
 use crate::vector_kernels::is_finite;
 use myovib_dae::{Linearization, Problem, StepError, StopReason, Tolerances};
 

@@ -7,6 +7,7 @@ mod codes;
 mod dense;
 mod integrator;
 mod linear;
+mod posed;
 mod sensitivity;
 mod state;
 

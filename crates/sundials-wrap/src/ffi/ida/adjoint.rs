@@ -4,15 +4,15 @@ use std::os::raw::{c_int, c_long, c_void};
 
 use sundials_sys as sys;
 
-use super::super::backward::{self, ForwardView, Link};
+use super::super::backward::{self, Link};
 use super::super::call::{CallFailed, NULL_RESULT, check};
+use super::super::callbacks::{Callbacks, ForwardView};
 use super::super::linear_solver::LinearSolver;
 use super::super::matrix::Matrix;
+use super::super::messages;
 use super::super::pinned::Pinned;
-use super::super::trampoline::Callbacks;
 use super::super::vector::NVector;
 use super::super::vector_clone::zero_clones_of;
-use super::super::version;
 use super::sensitivity::raw;
 use super::{Counter, Ida};
 
@@ -161,7 +161,7 @@ impl<C: Callbacks> Ida<C> {
         let data = self.boundary.address().as_ptr().cast::<c_void>();
         let of_its_own = self.backward_memory(which)?;
         // SAFETY: the block was made with this context; the data outlive it (field order of `Ida`).
-        unsafe { version::redirect_messages::<C>(&self.context, of_its_own, data) }?;
+        unsafe { messages::redirect_messages::<C>(&self.context, of_its_own, data) }?;
         let absolute = NVector::from_slice(&settings.absolute, &self.context)?;
         let id = NVector::from_slice(&settings.id, &self.context)?;
         let with = self.n_parameters() > 0;

@@ -17,14 +17,15 @@ use std::ptr::NonNull;
 use sundials_sys as sys;
 
 use super::call::{CallFailed, NULL_RESULT, check};
+use super::callbacks::Callbacks;
 use super::context::Context;
 use super::linear_solver::LinearSolver;
 use super::matrix::Matrix;
+use super::messages;
 use super::pinned::Pinned;
-use super::trampoline::{self, Boundary, Callbacks};
+use super::trampoline::{self, Boundary};
 use super::vector::NVector;
 use super::vector_clone::zero_clones_of;
-use super::version;
 use crate::options::VectorArithmetic;
 
 /// How far one solve call goes.
@@ -141,7 +142,7 @@ impl<C: Callbacks> Ida<C> {
         let memory = self.memory.raw();
         let data = self.boundary.address().as_ptr().cast::<c_void>();
         // SAFETY: the block was made with this context; the data outlive it (field order of `Ida`).
-        unsafe { version::redirect_messages::<C>(&self.context, memory, data) }?;
+        unsafe { messages::redirect_messages::<C>(&self.context, memory, data) }?;
         self.set("IDASetUserData", sys::IDASetUserData, data)?;
         let (y, y_dot) = (self.y.raw(), self.y_dot.raw());
         // SAFETY: the residual function fits the user data; both vectors have the same length and

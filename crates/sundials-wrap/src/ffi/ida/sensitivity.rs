@@ -5,8 +5,8 @@ use std::os::raw::c_int;
 use sundials_sys as sys;
 
 use super::super::call::{CallFailed, check};
+use super::super::callbacks::Callbacks;
 use super::super::sensitivity_residual::{quadrature, residual};
-use super::super::trampoline::Callbacks;
 use super::super::vector::NVector;
 use super::Ida;
 

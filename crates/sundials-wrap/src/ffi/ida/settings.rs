@@ -5,7 +5,8 @@ use std::os::raw::{c_int, c_void};
 use sundials_sys as sys;
 
 use super::super::call::{CallFailed, check};
-use super::super::trampoline::{self, Callbacks};
+use super::super::callbacks::Callbacks;
+use super::super::trampoline;
 use super::super::vector::NVector;
 use super::Ida;
 use crate::options::InitialValueOptions;

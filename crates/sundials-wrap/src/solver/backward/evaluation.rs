@@ -1,38 +1,9 @@
 //! What IDAS asks of backward problems while it integrates them.
 
 use super::super::callbacks::UserFunctions;
-use super::super::linear::SparseLu;
-use crate::adjoint::{At, BackwardProblem, ForwardState};
-use crate::ffi::backward::{BackwardCallbacks, ForwardView};
-use crate::ffi::trampoline::Answer;
-use myovib_dae::{Linearization, Problem, Tolerances};
-
-/// A backward problem with what its evaluation takes.
-pub(in crate::solver) struct Posed<P> {
-    pub(super) problem: Box<dyn BackwardProblem<P> + Send>,
-    pub(super) lu: SparseLu,
-    pub(super) tolerances: Tolerances,
-    pub(super) weights: Vec<f64>,
-    pub(super) state: ForwardState,
-}
-
-/// How many steps may be repeated from a checkpoint: C has room for no more, and does not look. Each step
-/// begins with the error weights of y and of the sensitivities, one after the other.
-#[derive(Default)]
-pub(in crate::solver) struct Repeating {
-    /// Error weights of as many steps as lie between two checkpoints; none during the forward run.
-    pub(super) most: Option<usize>,
-    /// Error weights since a backward problem was evaluated.
-    pub(super) weights: usize,
-}
-
-impl Repeating {
-    /// Counts the error weights that IDAS asks for; `false` if they are of a step there is no room for.
-    pub(in crate::solver) fn has_room(&mut self) -> bool {
-        self.weights += 1;
-        self.most.is_none_or(|most| self.weights <= most)
-    }
-}
+use crate::adjoint::{At, ForwardState};
+use crate::ffi::callbacks::{Answer, BackwardCallbacks, ForwardView};
+use myovib_dae::{Linearization, Problem};
 
 impl ForwardState {
     fn set(&mut self, view: &ForwardView<'_>) {

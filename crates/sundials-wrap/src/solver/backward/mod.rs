@@ -7,6 +7,7 @@ use sundials_sys as sys;
 
 use super::builder::validate_quadrature_tolerances;
 use super::linear::SparseLu;
+use super::posed::{Posed, Repeating};
 use super::{IdaSolver, call_error, codes};
 use crate::adjoint::{
     At, Backward, BackwardOptions, BackwardProblem, BackwardRun, Checkpoints, ForwardState,
@@ -19,7 +20,6 @@ use crate::options::{
     IdaOptions, count, differential, expect_finite, expect_length, finite, invalid,
     validate_tolerances, within,
 };
-pub(super) use evaluation::{Posed, Repeating};
 use myovib_dae::{Jacobian, Outcome, Problem, Statistics, Stop, kinds_at};
 
 /// What a solver that keeps checkpoints knows of its backward problems.

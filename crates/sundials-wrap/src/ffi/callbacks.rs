@@ -1,0 +1,95 @@
+//! The safe side of the boundary: what IDAS may ask, and what it is answered.
+//!
+//! Codes: 0 success, +1 recoverable (IDAS may try a smaller step), −1 unrecoverable.
+
+use std::os::raw::c_int;
+
+/// What a callback answers to IDAS.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Answer {
+    /// Go on.
+    Success,
+    /// Try again with a smaller step.
+    Recoverable,
+    /// Stop.
+    Fatal,
+}
+
+impl Answer {
+    pub(super) fn code(self) -> c_int {
+        match self {
+            Self::Success => 0,
+            Self::Recoverable => 1,
+            Self::Fatal => -1,
+        }
+    }
+}
+
+/// What IDAS may ask.
+pub(crate) trait Callbacks: BackwardCallbacks {
+    fn residual(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) -> Answer;
+    /// Evaluates and factorises the Newton matrix ∂F/∂y + c_j ∂F/∂ẏ.
+    fn linear_setup(&mut self, t: f64, y: &[f64], y_dot: &[f64], c_j: f64) -> Answer;
+    /// Solves with the last one, in place.
+    fn linear_solve(&mut self, rhs: &mut [f64]) -> Answer;
+    fn n_roots(&self) -> usize;
+    fn roots(&mut self, t: f64, y: &[f64], y_dot: &[f64], values: &mut [f64]) -> Answer;
+    fn error_weights(&mut self, y: &[f64], weights: &mut [f64]) -> Answer;
+    fn quadrature(&mut self, t: f64, y: &[f64], y_dot: &[f64], rates: &mut [f64]) -> Answer;
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ, for the residuals of sensitivities.
+    fn linearise(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Answer;
+    /// The residual of the sensitivity to parameter j where it was linearised.
+    fn sensitivity_residual(
+        &mut self,
+        j: usize,
+        at: (f64, &[f64], &[f64]),
+        s: [&[f64]; 2],
+        residual: &mut [f64],
+    ) -> Answer;
+    /// The rates of the sensitivities of the quadratures to parameter j.
+    fn quadrature_sensitivity(
+        &mut self,
+        j: usize,
+        at: (f64, &[f64], &[f64]),
+        s: [&[f64]; 2],
+        rates: &mut [f64],
+    ) -> Answer;
+    /// Takes a message of IDAS.
+    fn message(&mut self, text: &str);
+}
+
+/// The forward solution where a backward problem is evaluated: y, ẏ and, for each parameter, S and Ṡ.
+pub(crate) struct ForwardView<'a> {
+    pub(crate) t: f64,
+    pub(crate) y: &'a [f64],
+    pub(crate) y_dot: &'a [f64],
+    pub(crate) s: Vec<[&'a [f64]; 2]>,
+}
+
+/// What IDAS may ask of backward problem `which`, at values `[y, ẏ]` of its own.
+pub(crate) trait BackwardCallbacks {
+    fn backward_residual(
+        &mut self,
+        which: usize,
+        forward: &ForwardView<'_>,
+        values: [&[f64]; 2],
+        residual: &mut [f64],
+    ) -> Answer;
+    /// Evaluates and factorises its Newton matrix.
+    fn backward_setup(
+        &mut self,
+        which: usize,
+        forward: &ForwardView<'_>,
+        values: [&[f64]; 2],
+        c_j: f64,
+    ) -> Answer;
+    /// Solves with the last one, in place.
+    fn backward_solve(&mut self, which: usize, rhs: &mut [f64]) -> Answer;
+    fn backward_quadrature(
+        &mut self,
+        which: usize,
+        forward: &ForwardView<'_>,
+        values: [&[f64]; 2],
+        rates: &mut [f64],
+    ) -> Answer;
+}
