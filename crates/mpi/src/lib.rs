@@ -31,8 +31,10 @@ mod ffi;
 mod follower;
 #[cfg(feature = "mpi")]
 mod leader;
+#[cfg(feature = "mpi")]
+mod session;
 
 #[cfg(feature = "mpi")]
 pub use follower::Follower;
 #[cfg(feature = "mpi")]
-pub use leader::{Role, Session, Sharing, begin};
+pub use session::{Role, Session, Sharing, begin};
