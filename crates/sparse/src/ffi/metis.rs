@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use metis_sys::{METIS_NOPTIONS, moptions_et_METIS_OPTION_SEED, rstatus_et_METIS_OK};
 use metis_sys::{METIS_NodeND, METIS_SetDefaultOptions, idx_t, moptions_et_METIS_OPTION_NUMBERING};
 
-use crate::ordering::Lanes;
+use crate::ordering::lanes::Lanes;
 
 /// METIS keeps the state of its random numbers and of its error handler in globals.
 static METIS: Mutex<()> = Mutex::new(());

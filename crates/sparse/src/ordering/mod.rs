@@ -8,7 +8,7 @@
 
 mod amd;
 mod graph;
-mod lanes;
+pub(crate) mod lanes;
 mod tree;
 
 pub(crate) use graph::Graph;

@@ -25,6 +25,7 @@ mod child;
 mod factors;
 mod large;
 mod partition;
+mod rooms;
 mod schedule;
 mod small;
 mod solve;

@@ -4,60 +4,10 @@ use pulp::{Simd, WithSimd};
 
 use super::analysis::Analysis;
 use super::factors::Supernodal;
+use super::rooms::Room;
 use super::small::{minus_dot, solve_lower, solve_transposed, solve_upper};
 use crate::number::Row;
 use crate::{Factorization, Kind, Number, SparseError};
-
-/// Workspace for rows of one width.
-#[derive(Debug)]
-struct Room<R> {
-    /// Right-hand sides, then solutions, in the order of elimination.
-    x: Vec<R>,
-    /// Those of a front.
-    gathered: Vec<R>,
-}
-
-impl<R> Default for Room<R> {
-    fn default() -> Self {
-        Self {
-            x: Vec::new(),
-            gathered: Vec::new(),
-        }
-    }
-}
-
-impl<R: Copy> Room<R> {
-    fn fit<T: Number>(&mut self, analysis: &Analysis)
-    where
-        R: Row<T>,
-    {
-        self.x.resize(analysis.n(), R::none());
-        self.gathered.resize(analysis.largest_front(), R::none());
-    }
-}
-
-/// Workspace for one right-hand side, and for several once there are any.
-#[derive(Debug)]
-pub(super) struct Rooms<T: Number> {
-    one: Room<T>,
-    two: Room<T::Columns<2>>,
-    four: Room<T::Columns<4>>,
-    eight: Room<T::Columns<8>>,
-}
-
-impl<T: Number> Rooms<T> {
-    /// Room for one.
-    pub(super) fn new(analysis: &Analysis) -> Self {
-        let mut one = Room::default();
-        one.fit::<T>(analysis);
-        Self {
-            one,
-            two: Room::default(),
-            four: Room::default(),
-            eight: Room::default(),
-        }
-    }
-}
 
 impl<T: Number> Supernodal<T> {
     /// Solves A x = b in place with the last factors.
