@@ -15,9 +15,10 @@ use std::sync::atomic::Ordering;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use myovib_cli::args::{self, CommonArgs};
+use myovib_cli::args::CommonArgs;
 use myovib_cli::exit::Exit;
 use myovib_cli::interrupt;
+use myovib_cli::values;
 use myovib_scene::InputError;
 use myovib_scene::mesh_file;
 
@@ -45,12 +46,12 @@ pub(crate) struct BenchArgs {
     pub cases: Vec<String>,
 
     /// Relative tolerances; the absolute ones follow in proportion to the paper's.
-    #[arg(long, value_name = "X", value_delimiter = ',', value_parser = args::relative_tolerance,
+    #[arg(long, value_name = "X", value_delimiter = ',', value_parser = values::relative_tolerance,
           default_values_t = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])]
     pub tolerances: Vec<f64>,
 
     /// End time in s, at most that of the references.
-    #[arg(long, value_name = "T", value_parser = args::positive)]
+    #[arg(long, value_name = "T", value_parser = values::positive)]
     pub t_end: Option<f64>,
 
     /// Runs of each point; the fastest counts.
@@ -58,7 +59,7 @@ pub(crate) struct BenchArgs {
     pub repeats: u32,
 
     /// CPU seconds a run may take before it counts as failed.
-    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = args::positive)]
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = values::positive)]
     pub cap: f64,
 
     /// Uniform refinements of the mesh in `growth`.
@@ -78,7 +79,7 @@ pub(crate) struct BenchArgs {
     pub rival: Option<PathBuf>,
 
     /// Draw the diagram of work and precision.
-    #[arg(long, value_name = "FILE", value_parser = args::output_file)]
+    #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub svg: Option<PathBuf>,
 
     /// Options of every command.

@@ -28,11 +28,12 @@ use serde::Serialize;
 
 use cell::{Cell, T_END};
 use measure::{Ended, Measured, Run};
-use myovib_cli::args::{self, CommonArgs};
+use myovib_cli::args::CommonArgs;
 use myovib_cli::exit::Exit;
 use myovib_cli::interrupt;
 use myovib_cli::machine::Machine;
 use myovib_cli::progress::Progress;
+use myovib_cli::values;
 use myovib_scene::atomic_file;
 use myovib_scene::mesh_file;
 use myovib_scene::parallel;
@@ -56,11 +57,11 @@ pub(crate) struct StressArgs {
     pub full: bool,
 
     /// Folder for results (`cells.jsonl`, `trusted.jsonl`, `stress.json`) and maps (SVG).
-    #[arg(long, value_name = "DIR", default_value = "stress", value_parser = args::output_folder)]
+    #[arg(long, value_name = "DIR", default_value = "stress", value_parser = values::output_folder)]
     pub out: PathBuf,
 
     /// CPU seconds after which a run is stopped.
-    #[arg(long, value_name = "S", default_value_t = 20.0, value_parser = args::positive)]
+    #[arg(long, value_name = "S", default_value_t = 20.0, value_parser = values::positive)]
     pub cap: f64,
 
     /// Options of every command.

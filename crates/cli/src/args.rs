@@ -1,19 +1,15 @@
 //! The options every command has.
 
-use std::fs;
 use std::io::{self, Write};
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
 
 use clap::Args;
-use myovib_model::IntegratorKind;
 use myovib_sparse::resources;
 use serde::Serialize;
-use serde::de::value::StrDeserializer;
-use serde::de::{DeserializeOwned, IntoDeserializer};
 
 use crate::json::{self, JsonTarget};
 use crate::machine;
+use crate::values;
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
@@ -33,7 +29,7 @@ pub struct CommonArgs {
 
     /// Memory to take at most, as in 8GiB or 500MiB [default: what is free]. Factors that will not
     /// fit are refused before they are computed.
-    #[arg(long, value_name = "SIZE", value_parser = memory)]
+    #[arg(long, value_name = "SIZE", value_parser = values::memory)]
     pub memory: Option<usize>,
 }
 
@@ -66,128 +62,5 @@ impl CommonArgs {
             io::stdout().write_all(text.as_bytes())?;
         }
         Ok(())
-    }
-}
-
-/// The file an output goes to, for options: what cannot be written is told before a long
-/// computation, not after it.
-///
-/// # Errors
-/// A folder that is not there, or a path that is a folder.
-pub fn output_file(path: &str) -> Result<PathBuf, String> {
-    let file = PathBuf::from(path);
-    let folder = file.parent().filter(|folder| *folder != Path::new(""));
-    match folder {
-        _ if file.is_dir() => Err("it is a folder".to_owned()),
-        // A link or a pipe is not followed, nor a device replaced.
-        _ if fs::symlink_metadata(&file).is_ok_and(|there| !there.is_file()) => {
-            Err("it is no regular file".to_owned())
-        }
-        Some(folder) if !folder.is_dir() => {
-            let folder = folder.display();
-            Err(format!("there is no folder `{folder}`: mkdir -p {folder}"))
-        }
-        _ => Ok(file),
-    }
-}
-
-/// The folder that results go to, for options; it may be made later.
-///
-/// # Errors
-/// A path that is a file, or lies in one.
-pub fn output_folder(path: &str) -> Result<PathBuf, String> {
-    let folder = PathBuf::from(path);
-    match folder.ancestors().find(|ancestor| ancestor.exists()) {
-        Some(there) if !there.is_dir() => Err(format!("`{}` is no folder", there.display())),
-        _ => Ok(folder),
-    }
-}
-
-/// A size of memory in bytes, for options.
-///
-/// # Errors
-/// Another text than a number above 0 and one of the units.
-pub fn memory(text: &str) -> Result<usize, String> {
-    let units = [("GiB", 30), ("MiB", 20), ("G", 30), ("M", 20)];
-    let size = units.iter().find_map(|(unit, power)| {
-        let number: f64 = text.strip_suffix(unit)?.trim().parse().ok()?;
-        Some(number * f64::from(1u32 << power))
-    });
-    match size {
-        Some(bytes) if bytes >= 1.0 && bytes < usize::MAX as f64 => Ok(bytes as usize),
-        _ => Err("not a size such as 8GiB or 500MiB".to_owned()),
-    }
-}
-
-/// A finite number above 0, for options.
-///
-/// # Errors
-/// Another number, or none.
-pub fn positive(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
-        _ => Err("not a finite number above 0".to_owned()),
-    }
-}
-
-/// A relative tolerance, for options.
-///
-/// # Errors
-/// A number that is none, or no number.
-pub fn relative_tolerance(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
-        _ => Err("not a number above 0 and below 1".to_owned()),
-    }
-}
-
-/// An integrator by its name, for options.
-///
-/// # Errors
-/// The names there are.
-pub fn integrator(name: &str) -> Result<IntegratorKind, String> {
-    by_name(&IntegratorKind::ALL, IntegratorKind::name, name)
-        .map_err(|names| format!("`{name}` is no integrator: {names}"))
-}
-
-/// A value by its name in scenes, for options.
-///
-/// # Errors
-/// The names there are.
-pub fn named<T: DeserializeOwned>(name: &str) -> Result<T, String> {
-    let name: StrDeserializer<'_, serde::de::value::Error> = name.into_deserializer();
-    T::deserialize(name).map_err(|error| error.to_string())
-}
-
-/// The one of `all` with this name.
-///
-/// # Errors
-/// The names there are.
-pub fn by_name<T: Copy>(
-    all: &[T],
-    name_of: fn(T) -> &'static str,
-    name: &str,
-) -> Result<T, String> {
-    let named = all.iter().copied().find(|one| name_of(*one) == name);
-    named.ok_or_else(|| {
-        let names: Vec<_> = all.iter().map(|one| name_of(*one)).collect();
-        names.join(", ")
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::memory;
-
-    #[test]
-    fn sizes_of_memory_have_a_unit() {
-        assert_eq!(memory("2GiB"), Ok(2 << 30));
-        assert_eq!(memory("1.5 G"), Ok(3 << 29));
-        assert_eq!(memory("500M"), Ok(500 << 20));
-        for wrong in [
-            "", "8", "GiB", "-1GiB", "NaNM", "infG", "0M", "1e30G", "2kB",
-        ] {
-            assert!(memory(wrong).is_err(), "{wrong}");
-        }
     }
 }

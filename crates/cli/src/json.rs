@@ -8,7 +8,7 @@ use myovib_scene::atomic_file;
 use myovib_scene::json::document;
 use serde::Serialize;
 
-use crate::args::output_file;
+use crate::values::output_file;
 
 /// Where a JSON document goes.
 #[derive(Debug, Clone, PartialEq, Eq)]

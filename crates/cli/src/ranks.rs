@@ -1,28 +1,10 @@
 //! A run by the processes that `mpirun` or `srun` started together, in a program with the feature
 //! `mpi`: rank 0 is the program, the others lend it a hand.
 
-use std::process::ExitCode;
-
-use clap::Parser;
-
-use crate::cli::Cli;
-
 #[cfg(not(feature = "mpi"))]
 pub use alone::{main, share};
 #[cfg(feature = "mpi")]
 pub use together::{main, share};
-
-/// Reads the command line and runs the command.
-fn command() -> ExitCode {
-    match Cli::try_parse() {
-        Ok(cli) => crate::ended(cli.command.run()).into(),
-        Err(error) => {
-            // What cannot be printed has no reader; the code is clap's, 2, or 0 for help.
-            let _ = error.print();
-            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
-        }
-    }
-}
 
 #[cfg(not(feature = "mpi"))]
 mod alone {
@@ -31,14 +13,13 @@ mod alone {
 
     use myovib_scene::Scene;
 
-    use super::command;
     use crate::exit::Exit;
 
     /// Where launchers say how many processes they have started: Open MPI, and those that speak PMI.
     const SIZES: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
 
-    /// The program.
-    pub fn main() -> ExitCode {
+    /// The program, which is `command`.
+    pub fn main(command: impl FnOnce() -> ExitCode, _: impl Fn() -> Option<Scene>) -> ExitCode {
         let several = |name: &&str| env::var(name).is_ok_and(|size| size != "1");
         if SIZES.iter().any(several) {
             eprintln!(
@@ -65,22 +46,19 @@ mod together {
     use std::process::ExitCode;
     use std::sync::OnceLock;
 
-    use clap::Parser;
-    use myovib_fem::Solid;
     use myovib_mpi::{Role, Sharing};
     use myovib_scene::Scene;
 
-    use super::command;
-    use crate::cli::{Cli, Command};
-    use crate::{error, interrupt};
+    use crate::interrupt;
 
     /// What launchers tell each process they start: Open MPI, and those that speak PMIx or PMI.
     const LAUNCHERS: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE"];
 
     static SHARING: OnceLock<Sharing> = OnceLock::new();
 
-    /// The program at rank 0; a follower of it elsewhere.
-    pub fn main() -> ExitCode {
+    /// The program, which is `command`, at rank 0; a follower of it elsewhere, which reads the same
+    /// `scene`, or says on standard error why it cannot.
+    pub fn main(command: impl FnOnce() -> ExitCode, scene: impl Fn() -> Option<Scene>) -> ExitCode {
         if LAUNCHERS.iter().all(|name| env::var_os(name).is_none()) {
             return command();
         }
@@ -91,25 +69,8 @@ mod together {
             }
             Role::Follows(follower) => {
                 interrupt::flag(); // Rank 0 ends the run, with its output kept.
-                follower.serve(body);
+                follower.serve(|| Some(scene()?.body?.muscle.solid));
                 ExitCode::SUCCESS
-            }
-        }
-    }
-
-    /// The body of the scene on the command line.
-    fn body() -> Option<Solid> {
-        let Ok(Cli {
-            command: Command::Run(args),
-        }) = Cli::try_parse()
-        else {
-            return None;
-        };
-        match Scene::load(&args.scene, &args.set) {
-            Ok(scene) => scene.body.map(|body| body.muscle.solid),
-            Err(failure) => {
-                eprint!("{}", error::render(&failure.into()));
-                None
             }
         }
     }

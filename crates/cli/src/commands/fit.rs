@@ -11,10 +11,11 @@ use myovib_scene::fit::{FitOptions, FitResult, LEVEL, Loss, Point, compute};
 use myovib_scene::{atomic_file, json};
 use serde_json::Value;
 
-use crate::args::{self, CommonArgs};
+use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::interrupt;
 use crate::progress::Progress;
+use crate::values;
 
 /// Options of `myovib fit`.
 #[derive(Debug, Args)]
@@ -39,7 +40,7 @@ pub struct FitArgs {
     pub set: Vec<String>,
 
     /// Folder for the results.
-    #[arg(long, value_name = "DIR", default_value = "fit", value_parser = args::output_folder)]
+    #[arg(long, value_name = "DIR", default_value = "fit", value_parser = values::output_folder)]
     pub out: PathBuf,
 
     /// Go on with the history in the folder for the results, from the iteration that fits best there.
@@ -65,7 +66,7 @@ pub struct FitArgs {
 
     /// Converged when no parameter changes by more than this fraction of itself, or when what is left is a
     /// hundredth of what the noise leaves open.
-    #[arg(long, value_name = "FRACTION", default_value = "1e-5", value_parser = args::relative_tolerance)]
+    #[arg(long, value_name = "FRACTION", default_value = "1e-5", value_parser = values::relative_tolerance)]
     pub tolerance: f64,
 
     /// Most iterations.

@@ -10,8 +10,9 @@ use myovib_model::inf_sup::{Level, Pair, levels};
 use serde::Serialize;
 
 use super::table1::{ReportJson, report_json};
-use crate::args::{self, CommonArgs};
+use crate::args::CommonArgs;
 use crate::exit::Exit;
+use crate::values;
 use myovib_report::plot::{Axis, Figure, LinePlot, Series};
 use myovib_report::table::{Align, Table, coloured_stdout};
 use myovib_scene::atomic_file;
@@ -41,7 +42,7 @@ pub struct InfsupArgs {
     pub levels: u8,
 
     /// Draw the constants over the mesh size as SVG.
-    #[arg(long, value_name = "FILE", value_parser = args::output_file)]
+    #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub plot: Option<PathBuf>,
 
     /// Options of every command.

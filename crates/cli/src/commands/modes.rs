@@ -11,8 +11,9 @@ use myovib_scene::modes::{BodyModes, DEFAULT_COUNT, Modes, note};
 use myovib_scene::{Error, InputError, Scene, atomic_file, mesh_file, plain};
 use serde::Serialize;
 
-use crate::args::{self, CommonArgs};
+use crate::args::CommonArgs;
 use crate::exit::Exit;
+use crate::values;
 
 /// Options of `myovib modes`.
 #[derive(Debug, Args)]
@@ -56,7 +57,7 @@ pub struct ModesArgs {
     pub beta: f64,
 
     /// Draw the modes, those of the incompressible muscle, as SVG.
-    #[arg(long, value_name = "FILE", value_parser = args::output_file)]
+    #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub svg: Option<PathBuf>,
 
     /// Options of every command.

@@ -12,11 +12,12 @@ use myovib_scene::scene_file::Analysis;
 use myovib_scene::{Scene, plain};
 use serde_json::Value;
 
-use crate::args::{self, CommonArgs};
+use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::interrupt;
 use crate::progress::Progress;
 use crate::ranks;
+use crate::values;
 
 /// Options of `myovib run`.
 #[derive(Debug, Args)]
@@ -38,7 +39,7 @@ pub struct RunArgs {
     pub scene: PathBuf,
 
     /// Folder for the results; it is made, and must not hold a run already.
-    #[arg(long, value_name = "DIR", default_value = "out", value_parser = args::output_folder)]
+    #[arg(long, value_name = "DIR", default_value = "out", value_parser = values::output_folder)]
     pub out: PathBuf,
 
     /// Change a value of the scene, as in `solid.kappa=inf` or `material[0].c10=2e4`; without a

@@ -10,10 +10,11 @@ use myovib_scene::sensitivity::{Curves, Parametrised, Watcher, compute};
 use myovib_scene::{atomic_file, json};
 use serde_json::Value;
 
-use crate::args::{self, CommonArgs};
+use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::interrupt;
 use crate::progress::Progress;
+use crate::values;
 
 /// Options of `myovib sensitivity`.
 #[derive(Debug, Args)]
@@ -33,7 +34,7 @@ pub struct SensitivityArgs {
     pub set: Vec<String>,
 
     /// Folder for the results.
-    #[arg(long, value_name = "DIR", default_value = "sensitivity", value_parser = args::output_folder)]
+    #[arg(long, value_name = "DIR", default_value = "sensitivity", value_parser = values::output_folder)]
     pub out: PathBuf,
 
     /// Options of every command.

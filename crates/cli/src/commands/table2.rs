@@ -12,10 +12,11 @@ use myovib_scene::run::{Existing, RunOptions, compute};
 use myovib_scene::{InputError, Scene, atomic_file, parallel};
 use serde_json::json;
 
-use crate::args::{self, CommonArgs};
+use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::interrupt;
 use crate::progress::Progress;
+use crate::values;
 
 /// Options of `myovib table2`.
 #[derive(Debug, Args)]
@@ -40,11 +41,11 @@ pub struct Table2Args {
     pub mesh: Option<PathBuf>,
 
     /// Integrator: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`, `radau9`, `radau13`.
-    #[arg(long, value_name = "NAME", default_value = "ida", value_parser = args::integrator)]
+    #[arg(long, value_name = "NAME", default_value = "ida", value_parser = values::integrator)]
     pub integrator: IntegratorKind,
 
     /// End time in s [default: 10].
-    #[arg(long, value_name = "T", value_parser = args::positive)]
+    #[arg(long, value_name = "T", value_parser = values::positive)]
     pub t_end: Option<f64>,
 
     /// Maximum BDF order of all rows, 1 to 5, or `auto`: what the damping of the fast modes allows
@@ -58,15 +59,15 @@ pub struct Table2Args {
     pub suppress: Suppress,
 
     /// Relative tolerance; Radau IIA takes the absolute ones in proportion [default: 1e-3].
-    #[arg(long, value_name = "X", value_parser = args::relative_tolerance)]
+    #[arg(long, value_name = "X", value_parser = values::relative_tolerance)]
     pub rtol: Option<f64>,
 
     /// Absolute tolerance of the velocity in m/s [default: 1e-5, with Radau IIA in proportion].
-    #[arg(long, value_name = "X", value_parser = args::positive)]
+    #[arg(long, value_name = "X", value_parser = values::positive)]
     pub atol_velocity: Option<f64>,
 
     /// Write the table as CSV; with --probe, the probe's values instead.
-    #[arg(long, value_name = "FILE", value_parser = args::output_file)]
+    #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub csv: Option<PathBuf>,
 
     /// Record u and p at this point (`origin`) into the CSV file; takes a single row.
@@ -78,7 +79,7 @@ pub struct Table2Args {
         long,
         value_name = "T",
         default_value_t = 0.01,
-        value_parser = args::positive,
+        value_parser = values::positive,
         requires = "probe"
     )]
     pub every: f64,
@@ -88,7 +89,7 @@ pub struct Table2Args {
     pub set: Vec<String>,
 
     /// Keep the folders of the runs here, `table2-KEY` for each row.
-    #[arg(long, value_name = "DIR", value_parser = args::output_folder)]
+    #[arg(long, value_name = "DIR", value_parser = values::output_folder)]
     pub out: Option<PathBuf>,
 
     /// Options of every command.

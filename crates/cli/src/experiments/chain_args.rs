@@ -4,7 +4,7 @@ use clap::Args;
 use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Generator, Network};
 use serde::Serialize;
 
-use crate::args;
+use crate::values;
 
 use myovib_scene::InputError;
 use myovib_scene::scene_file::chain::{EndsName, ReachName};
@@ -47,11 +47,11 @@ pub struct ChainArgs {
     pub duffing: Option<f64>,
 
     /// Ends of the chain: periodic, open [default: periodic].
-    #[arg(long, value_name = "NAME", value_parser = args::named::<EndsName>)]
+    #[arg(long, value_name = "NAME", value_parser = values::named::<EndsName>)]
     pub ends: Option<EndsName>,
 
     /// Oscillators that the forcing reaches: all, boundary [default: all].
-    #[arg(long, value_name = "NAME", value_parser = args::named::<ReachName>)]
+    #[arg(long, value_name = "NAME", value_parser = values::named::<ReachName>)]
     pub reach: Option<ReachName>,
 }
 

@@ -22,10 +22,11 @@ use myovib_model::{IntegratorKind, paper};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use crate::args::{self, CommonArgs};
+use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::experiments::{ChainArgs, Course, muscle_chain, rod_chain};
 use crate::progress::Progress;
+use crate::values;
 use chain_plots::Chained;
 pub(super) use chain_plots::{complex_plane, largest_radius};
 pub(super) use deformation::frames;
@@ -84,7 +85,7 @@ pub struct FiguresArgs {
 #[derive(Debug, Args)]
 pub struct Options {
     /// Folder to write to; made if there is none.
-    #[arg(long, value_name = "DIR", default_value = "out", value_parser = args::output_folder)]
+    #[arg(long, value_name = "DIR", default_value = "out", value_parser = values::output_folder)]
     pub out: PathBuf,
 
     /// Mesh (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the built-in spindle].
@@ -97,7 +98,7 @@ pub struct Options {
 
     /// Integrator: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`, `radau9`, `radau13`
     /// [default: ida].
-    #[arg(long, value_name = "NAME", value_parser = args::integrator)]
+    #[arg(long, value_name = "NAME", value_parser = values::integrator)]
     pub integrator: Option<IntegratorKind>,
 
     /// Write each picture as PNG too.

@@ -10,10 +10,11 @@ use myovib_model::{IntegratorKind, paper};
 use serde::Serialize;
 
 use super::figure::{MuscleRun, complex_plane, frames, largest_radius};
-use crate::args::{self, CommonArgs};
+use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::experiments::{ChainArgs, Course, EVERY, rod_chain};
 use crate::progress::Progress;
+use crate::values;
 use myovib_report::plot::{Figure, movie};
 use myovib_scene::InputError;
 use myovib_scene::atomic_file;
@@ -33,7 +34,7 @@ pub struct MovieArgs {
     pub subject: Subject,
 
     /// File to write [default: SUBJECT.gif].
-    #[arg(long, value_name = "FILE", value_parser = args::output_file)]
+    #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub out: Option<PathBuf>,
 
     /// Width of the picture.
@@ -56,7 +57,7 @@ pub struct MovieArgs {
 
     /// Integrator of chain and muscle: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`,
     /// `radau9`, `radau13` [default: ida].
-    #[arg(long, value_name = "NAME", value_parser = args::integrator)]
+    #[arg(long, value_name = "NAME", value_parser = values::integrator)]
     pub integrator: Option<IntegratorKind>,
 
     /// Options of every command.

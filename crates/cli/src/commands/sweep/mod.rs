@@ -9,10 +9,11 @@ use clap::Args;
 use myovib_report::page;
 use myovib_scene::sweep::{Cases, SweepOptions, compute};
 
-use crate::args::{self, CommonArgs};
+use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::interrupt;
 use crate::progress::Progress;
+use crate::values;
 
 /// Options of `myovib sweep`.
 #[derive(Debug, Args)]
@@ -48,7 +49,7 @@ pub struct SweepArgs {
     pub result: Vec<String>,
 
     /// Folder for the cases, case-0001 and so on, each as `run` writes it, and for the table.
-    #[arg(long, value_name = "DIR", default_value = "sweep", value_parser = args::output_folder)]
+    #[arg(long, value_name = "DIR", default_value = "sweep", value_parser = values::output_folder)]
     pub out: PathBuf,
 
     /// Compute all cases again, also those that were computed.

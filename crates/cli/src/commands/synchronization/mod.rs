@@ -16,10 +16,11 @@ use myovib_model::IntegratorKind;
 use myovib_model::coupling::{LockCriterion, Recording, Settling, Synchrony};
 use serde_json::Value;
 
-use crate::args::{self, CommonArgs};
+use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::experiments::{ChainArgs, ChainSetup, Course, EVERY, GeneratorName, replay};
 use crate::progress::Progress;
+use crate::values;
 use driver::{BodyName, Driver};
 use myovib_scene::InputError;
 use myovib_scene::parallel;
@@ -69,7 +70,7 @@ pub struct SynchronizationArgs {
 
     /// Frequencies of the drive, Hz.
     #[arg(long, value_name = "F,…", value_delimiter = ',', default_values_t = [8.0],
-          value_parser = args::positive)]
+          value_parser = values::positive)]
     pub frequency: Vec<f64>,
 
     /// Number of oscillators [default: 20 on the rod, 5 on the muscle].
@@ -85,7 +86,7 @@ pub struct SynchronizationArgs {
     pub seed: u32,
 
     /// Oscillators that the forcing reaches: all, boundary.
-    #[arg(long, value_name = "NAME", default_value = "all", value_parser = args::named::<ReachName>)]
+    #[arg(long, value_name = "NAME", default_value = "all", value_parser = values::named::<ReachName>)]
     pub reach: ReachName,
 
     /// Where the chain is driven: X on the rod [default: 0.05], X,Y in the muscle [default: 0,0].
@@ -99,21 +100,21 @@ pub struct SynchronizationArgs {
 
     /// Integrator of body and chains: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`,
     /// `radau9`, `radau13`.
-    #[arg(long, value_name = "NAME", default_value = "ida", value_parser = args::integrator)]
+    #[arg(long, value_name = "NAME", default_value = "ida", value_parser = values::integrator)]
     pub integrator: IntegratorKind,
 
     /// Turns by which a locked centroid may slip against the drive in the window.
     #[arg(long, value_name = "TURNS", default_value_t = LockCriterion::default().slip,
-          value_parser = args::positive)]
+          value_parser = values::positive)]
     pub slip: f64,
 
     /// Least |χ| of a locked chain in the window.
     #[arg(long, value_name = "CHI", default_value_t = LockCriterion::default().coherence,
-          value_parser = args::positive)]
+          value_parser = values::positive)]
     pub coherence: f64,
 
     /// Folder for picture and table; made if it is not there.
-    #[arg(long, value_name = "DIR", default_value = "out", value_parser = args::output_folder)]
+    #[arg(long, value_name = "DIR", default_value = "out", value_parser = values::output_folder)]
     pub out: PathBuf,
 
     /// Write the picture as PNG too.

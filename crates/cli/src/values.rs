@@ -1,0 +1,131 @@
+//! The values of options: text to what it stands for, or what is wrong with it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use myovib_model::IntegratorKind;
+use serde::de::value::StrDeserializer;
+use serde::de::{DeserializeOwned, IntoDeserializer};
+
+/// The file an output goes to: what cannot be written is told before a long
+/// computation, not after it.
+///
+/// # Errors
+/// A folder that is not there, or a path that is a folder.
+pub fn output_file(path: &str) -> Result<PathBuf, String> {
+    let file = PathBuf::from(path);
+    let folder = file.parent().filter(|folder| *folder != Path::new(""));
+    match folder {
+        _ if file.is_dir() => Err("it is a folder".to_owned()),
+        // A link or a pipe is not followed, nor a device replaced.
+        _ if fs::symlink_metadata(&file).is_ok_and(|there| !there.is_file()) => {
+            Err("it is no regular file".to_owned())
+        }
+        Some(folder) if !folder.is_dir() => {
+            let folder = folder.display();
+            Err(format!("there is no folder `{folder}`: mkdir -p {folder}"))
+        }
+        _ => Ok(file),
+    }
+}
+
+/// The folder that results go to; it may be made later.
+///
+/// # Errors
+/// A path that is a file, or lies in one.
+pub fn output_folder(path: &str) -> Result<PathBuf, String> {
+    let folder = PathBuf::from(path);
+    match folder.ancestors().find(|ancestor| ancestor.exists()) {
+        Some(there) if !there.is_dir() => Err(format!("`{}` is no folder", there.display())),
+        _ => Ok(folder),
+    }
+}
+
+/// A size of memory in bytes.
+///
+/// # Errors
+/// Another text than a number above 0 and one of the units.
+pub fn memory(text: &str) -> Result<usize, String> {
+    let units = [("GiB", 30), ("MiB", 20), ("G", 30), ("M", 20)];
+    let size = units.iter().find_map(|(unit, power)| {
+        let number: f64 = text.strip_suffix(unit)?.trim().parse().ok()?;
+        Some(number * f64::from(1u32 << power))
+    });
+    match size {
+        Some(bytes) if bytes >= 1.0 && bytes < usize::MAX as f64 => Ok(bytes as usize),
+        _ => Err("not a size such as 8GiB or 500MiB".to_owned()),
+    }
+}
+
+/// A finite number above 0.
+///
+/// # Errors
+/// Another number, or none.
+pub fn positive(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
+        _ => Err("not a finite number above 0".to_owned()),
+    }
+}
+
+/// A relative tolerance.
+///
+/// # Errors
+/// A number that is none, or no number.
+pub fn relative_tolerance(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
+        _ => Err("not a number above 0 and below 1".to_owned()),
+    }
+}
+
+/// An integrator by its name.
+///
+/// # Errors
+/// The names there are.
+pub fn integrator(name: &str) -> Result<IntegratorKind, String> {
+    by_name(&IntegratorKind::ALL, IntegratorKind::name, name)
+        .map_err(|names| format!("`{name}` is no integrator: {names}"))
+}
+
+/// A value by its name in scenes.
+///
+/// # Errors
+/// The names there are.
+pub fn named<T: DeserializeOwned>(name: &str) -> Result<T, String> {
+    let name: StrDeserializer<'_, serde::de::value::Error> = name.into_deserializer();
+    T::deserialize(name).map_err(|error| error.to_string())
+}
+
+/// The one of `all` with this name.
+///
+/// # Errors
+/// The names there are.
+pub fn by_name<T: Copy>(
+    all: &[T],
+    name_of: fn(T) -> &'static str,
+    name: &str,
+) -> Result<T, String> {
+    let named = all.iter().copied().find(|one| name_of(*one) == name);
+    named.ok_or_else(|| {
+        let names: Vec<_> = all.iter().map(|one| name_of(*one)).collect();
+        names.join(", ")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::memory;
+
+    #[test]
+    fn sizes_of_memory_have_a_unit() {
+        assert_eq!(memory("2GiB"), Ok(2 << 30));
+        assert_eq!(memory("1.5 G"), Ok(3 << 29));
+        assert_eq!(memory("500M"), Ok(500 << 20));
+        for wrong in [
+            "", "8", "GiB", "-1GiB", "NaNM", "infG", "0M", "1e30G", "2kB",
+        ] {
+            assert!(memory(wrong).is_err(), "{wrong}");
+        }
+    }
+}
