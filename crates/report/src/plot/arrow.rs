@@ -1,6 +1,7 @@
 //! Arrows.
 
-use super::svg::{self, Point, Stroke, Svg};
+use super::place::Point;
+use super::svg::{self, Stroke, Svg};
 
 /// Length of the head, in line widths; on a short arrow, half of it.
 const HEAD: f64 = 4.5;

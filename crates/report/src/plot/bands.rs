@@ -1,6 +1,6 @@
 //! Filled contours of a function that is linear on triangles.
 
-use super::svg::Point;
+use super::place::Point;
 
 /// A polygon whose corners carry a value.
 type Valued = Vec<(Point, f64)>;

@@ -3,7 +3,8 @@
 use super::axis::{Axis, steps};
 use super::colour::Colour;
 use super::figure::{LABEL_SIZE, TICK_SIZE};
-use super::svg::{Anchor, Rect, Stroke, Svg, Type};
+use super::place::Rect;
+use super::svg::{Anchor, Stroke, Svg, Type};
 use super::text;
 
 const WIDTH: f64 = 7.0;

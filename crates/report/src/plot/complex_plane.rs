@@ -6,7 +6,8 @@ use super::colour::Colour;
 use super::figure::{Margins, Panel, TICK_SIZE};
 use super::frame::Frame;
 use super::legend::{self, Entry, Key};
-use super::svg::{Point, Rect, Stroke, Svg, Type};
+use super::place::{Point, Rect};
+use super::svg::{Stroke, Svg, Type};
 
 /// Radius of a point.
 const POINT: f64 = 1.9;

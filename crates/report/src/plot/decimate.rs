@@ -1,6 +1,6 @@
 //! Long series thinned to what a page can show.
 
-use super::svg::Point;
+use super::place::Point;
 
 /// Columns per point of the page: finer than any printer.
 const COLUMNS_PER_POINT: f64 = 8.0;

@@ -1,6 +1,7 @@
 //! A page of panels.
 
-use super::svg::{Lettering, Rect, Svg};
+use super::place::Rect;
+use super::svg::{Lettering, Svg};
 
 /// Points per millimetre.
 const PER_MM: f64 = 72.0 / 25.4;

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
-use super::svg::Point;
+use super::place::Point;
 
 /// Noto Sans, subset to Latin and Greek, and the signs of mathematics it lacks from Noto Sans Math
 /// (licence beside the files).

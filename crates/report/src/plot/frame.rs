@@ -3,7 +3,8 @@
 use super::axis::{Axis, Division};
 use super::colour::Colour;
 use super::figure::{LABEL_SIZE, Margins, TICK_SIZE};
-use super::svg::{Anchor, Point, Rect, Stroke, Svg, Type};
+use super::place::{Point, Rect};
+use super::svg::{Anchor, Stroke, Svg, Type};
 use super::text;
 
 const TICK: f64 = 2.5;

@@ -3,7 +3,8 @@
 use super::colour::Colour;
 use super::figure::{LABEL_SIZE, Margins, Panel, TICK_SIZE};
 use super::legend::{self, Entry, Key};
-use super::svg::{Anchor, Rect, Stroke, Svg, Type};
+use super::place::Rect;
+use super::svg::{Anchor, Stroke, Svg, Type};
 use super::text;
 
 /// What one cell says.

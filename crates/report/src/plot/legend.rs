@@ -4,7 +4,8 @@
 
 use super::colour::Colour;
 use super::figure::{LABEL_SIZE, TICK_SIZE};
-use super::svg::{Point, Rect, Stroke, Svg, Type};
+use super::place::{Point, Rect};
+use super::svg::{Stroke, Svg, Type};
 use super::{arrow, text};
 
 /// Width of keys that are lines, and of those that are not.

@@ -6,7 +6,8 @@ use super::decimate::decimate;
 use super::figure::{Margins, Panel};
 use super::frame::Frame;
 use super::legend::{self, Entry, Key};
-use super::svg::{Point, Rect, Stroke, Svg};
+use super::place::{Point, Rect};
+use super::svg::{Stroke, Svg};
 
 /// Dashes by series, so that curves stay apart in grey print.
 const DASHES: [&[f64]; 4] = [&[], &[4.0, 1.5], &[1.2, 1.2], &[6.0, 1.5, 1.2, 1.5]];

@@ -8,7 +8,8 @@ use super::colour::Colour;
 use super::figure::{Margins, Panel, TICK_SIZE};
 use super::frame::Frame;
 use super::legend::{self, Entry, Key};
-use super::svg::{self, Point, Rect, Stroke, Svg, Type};
+use super::place::{Point, Rect};
+use super::svg::{self, Stroke, Svg, Type};
 
 /// Named edges: a part of the boundary, or between two materials.
 #[derive(Debug, Clone)]

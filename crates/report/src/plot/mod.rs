@@ -20,6 +20,7 @@ mod legend;
 pub mod line_plot;
 pub mod mesh_plot;
 pub mod movie;
+pub mod place;
 pub mod raster;
 pub mod surface_plot;
 pub mod svg;

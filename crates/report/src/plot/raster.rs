@@ -38,7 +38,8 @@ pub fn png(svg: &str, width: u32) -> anyhow::Result<Vec<u8>> {
 mod tests {
     use super::*;
     use crate::plot::Colour;
-    use crate::plot::svg::{Lettering, Rect, Stroke, Svg, Type};
+    use crate::plot::place::Rect;
+    use crate::plot::svg::{Lettering, Stroke, Svg, Type};
 
     #[test]
     fn labels_leave_ink_without_system_fonts() {

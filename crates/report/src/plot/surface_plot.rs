@@ -6,7 +6,8 @@ use super::bar::Bar;
 use super::colour::Colour;
 use super::figure::{Margins, Panel, TICK_SIZE};
 use super::legend::{self, Entry, Key};
-use super::svg::{self, Point, Rect, Stroke, Svg, Type};
+use super::place::{Point, Rect};
+use super::svg::{self, Stroke, Svg, Type};
 
 /// A place in space.
 pub type Place = [f64; 3];

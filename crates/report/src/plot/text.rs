@@ -5,7 +5,7 @@
 use myovib_scene::escape;
 
 use super::font;
-use super::svg::Point;
+use super::place::Point;
 
 /// Size of raised and lowered text, relative to the text around it.
 const SCRIPT: f64 = 0.72;
