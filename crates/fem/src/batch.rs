@@ -13,7 +13,6 @@ use std::ops::Range;
 
 use pulp::Simd;
 
-use crate::added::AddedStress;
 use crate::element::Barycentric;
 use crate::fibres::Fibres;
 use crate::kind::{Kind, Ratios};
@@ -398,13 +397,12 @@ pub(crate) struct Batches<const D: usize, const N: usize, const P: usize> {
 }
 
 impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
-    /// Gives the batches with a law or an added stress that asks for them the axes of fibres at each
-    /// point.
-    pub(crate) fn set_fibres(&mut self, fibres: &Fibres, added: &[AddedStress]) {
+    /// Gives the axes of fibres at each point to the batches whose law asks for them, or whose added
+    /// stress, by its number, `is_active`.
+    pub(crate) fn set_fibres(&mut self, fibres: &Fibres, is_active: impl Fn(usize) -> bool) {
         let Self { points, batches } = self;
-        let is_active = |stress: usize| added[stress].active.is_some();
         let asks = |batch: &&mut Batch<D, N, P>| {
-            batch.kind.law.has_fibres() || batch.kind.added.is_some_and(is_active)
+            batch.kind.law.has_fibres() || batch.kind.added.is_some_and(&is_active)
         };
         for batch in batches.iter_mut().filter(asks) {
             let axes = |point: &Point<D, N, P>| {

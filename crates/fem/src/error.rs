@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use crate::element::Shape;
-use crate::mesh::{ElementName, MeshDefect, UnnamedGroup};
+use crate::mesh::defect::{ElementName, MeshDefect};
+use crate::mesh::note::UnnamedGroup;
 
 /// An error of this crate's set-up routines.
 ///

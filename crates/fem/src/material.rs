@@ -23,6 +23,7 @@ mod parameters;
 mod potential;
 mod prony;
 mod real;
+mod single;
 pub(crate) mod tensor;
 pub mod three;
 mod viscous;

@@ -13,9 +13,9 @@ mod attributes;
 mod boxes;
 mod conforming;
 mod curved;
-mod defect;
+pub(crate) mod defect;
 mod facets;
-mod note;
+pub(crate) mod note;
 mod parts;
 mod simplices;
 

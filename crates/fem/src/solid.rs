@@ -329,7 +329,8 @@ impl Solid {
     #[must_use]
     pub fn with_fibres(mut self, fibres: Fibres) -> Self {
         let added = &self.added;
-        with_elements!(&mut self.elements, mapped => mapped.batches.set_fibres(&fibres, added));
+        let is_active = |stress: usize| added[stress].active.is_some();
+        with_elements!(&mut self.elements, mapped => mapped.batches.set_fibres(&fibres, is_active));
         self.fibres = Some(fibres);
         self
     }

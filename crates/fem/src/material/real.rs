@@ -3,8 +3,6 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::elementary;
-
 /// `f64`, a register with one number for each of some elements, or a [`Dual`](super::Dual) of these.
 ///
 /// A law is written once for all of them. What it calls is inlined, so that on registers every
@@ -48,53 +46,4 @@ pub trait Real:
 pub(crate) trait Plain: Real {
     /// Applies `f` to each `f64`.
     fn map(self, f: impl Fn(f64) -> f64) -> Self;
-}
-
-impl Real for f64 {
-    #[inline(always)]
-    fn like(self, value: f64) -> Self {
-        value
-    }
-
-    #[inline(always)]
-    fn mul_add(self, a: Self, b: Self) -> Self {
-        f64::mul_add(self, a, b)
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        f64::sqrt(self)
-    }
-
-    #[inline(always)]
-    fn inverse_cube_root(self) -> Self {
-        elementary::inverse_cube_root(self)
-    }
-
-    #[inline(always)]
-    fn exp(self) -> Self {
-        elementary::exp(self)
-    }
-
-    #[inline(always)]
-    fn exp_m1(self) -> Self {
-        f64::exp_m1(self)
-    }
-
-    #[inline(always)]
-    fn ln_1p(self) -> Self {
-        f64::ln_1p(self)
-    }
-
-    #[inline(always)]
-    fn choose(self, then: Self, otherwise: Self) -> Self {
-        if self >= 0.0 { then } else { otherwise }
-    }
-}
-
-impl Plain for f64 {
-    #[inline(always)]
-    fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        f(self)
-    }
 }

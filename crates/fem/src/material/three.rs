@@ -10,6 +10,7 @@ mod fibres;
 mod isotropic;
 mod law;
 mod point;
+mod response;
 mod strain;
 mod tensor;
 

@@ -7,12 +7,8 @@
 //! with H = ∇u: sums of small terms near rest. For small strains `F = I`, `d = tr H`, `N = I`,
 //! `E = sym H`, so that formulas in F, E, d and N hold for both.
 
-use super::super::tensor::Volumetric;
 use super::super::{Dual, Real};
-use super::law::Law3;
-use super::tensor::{
-    Symmetric3, Tensor3Of, add_scaled3, cofactor3, contract3, gram3, scaled3, trace3,
-};
+use super::tensor::{Tensor3Of, cofactor3, contract3, gram3, trace3};
 
 /// Fibre and sheet of the reference: orthogonal unit vectors. The third axis is their product.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,7 +63,7 @@ impl<R: Real> Axes<R> {
 /// The deformation at a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Strain3<R> {
-    h: Tensor3Of<R>,
+    pub(super) h: Tensor3Of<R>,
     /// F, or I for small strains.
     pub f: Tensor3Of<R>,
     /// Green's strain E, or sym ∇u for small strains.
@@ -87,16 +83,16 @@ pub struct Strain3<R> {
 }
 
 impl<R: Real> Strain3<R> {
-    /// The strain at `h` = ∇u as the law `w` sees it.
+    /// The strain at `h` = ∇u, finite or small.
     #[inline(always)]
-    pub fn new<W: Law3>(_: &W, h: Tensor3Of<R>, axes: Axes<R>) -> Self {
+    pub(super) fn at(h: Tensor3Of<R>, axes: Axes<R>, is_finite: bool) -> Self {
         let trace = trace3(&h);
         let (zero, one) = (trace.like(0.0), trace.like(1.0));
         let mut f = [[zero; 3]; 3];
         let mut green = f;
         let mut normal_change = f;
         let (mut a, mut d) = (zero, trace);
-        if W::FINITE {
+        if is_finite {
             let (gram, cofactor) = (gram3(&h), cofactor3(&h));
             let det = h[0][2].mul_add(
                 cofactor[0][2],
@@ -171,132 +167,9 @@ impl<R: Real> Strain3<R> {
         sum
     }
 
-    /// The strain that changes with `v` = ∇v.
-    #[inline(always)]
-    pub(crate) fn moving<W: Law3>(&self, w: &W, v: &Tensor3Of<R>) -> Strain3<Dual<R>> {
-        let zero = Dual::constant(self.d.like(0.0));
-        let mut h = [[zero; 3]; 3];
-        for ((row, value), rate) in h.iter_mut().zip(&self.h).zip(v) {
-            for ((entry, value), rate) in row.iter_mut().zip(value).zip(rate) {
-                *entry = Dual {
-                    value: *value,
-                    rate: *rate,
-                };
-            }
-        }
-        let mut moving = Strain3::new(w, h, self.axes.constant());
-        if let Some(factor) = self.factor {
-            moving.factor = Some(Dual::constant(factor));
-        }
-        moving
-    }
-
-    /// W, times the factor, without the pressure's part.
-    #[inline(always)]
-    pub(crate) fn energy<W: Law3>(&self, w: &W) -> R {
-        match self.factor {
-            Some(factor) => factor * w.energy(self),
-            None => w.energy(self),
-        }
-    }
-
-    /// P = ∂W/∂F + (κ d − p) N.
-    #[inline(always)]
-    pub(crate) fn stress<W: Law3>(&self, w: &W, volumetric: Volumetric<R>) -> Tensor3Of<R> {
-        let mut stress = w.stress(self);
-        if let Some(factor) = self.factor {
-            stress = scaled3(factor, &stress);
-        }
-        add_scaled3(&mut stress, self.volume_slope(w, volumetric), &self.normal);
-        stress
-    }
-
-    /// A = ∂P/∂F.
-    #[inline(always)]
-    pub(crate) fn tangent<W: Law3>(&self, w: &W, volumetric: Volumetric<R>) -> Symmetric3<R> {
-        let mut a = w.tangent(self);
-        if let Some(factor) = self.factor {
-            a.scale(factor);
-        }
-        if !W::COMPLETE {
-            a.add_square(self.d.like(volumetric.kappa), &self.normal);
-        }
-        if W::FINITE {
-            a.add_cofactor_slope(self.volume_slope(w, volumetric), &self.f);
-        }
-        a
-    }
-
-    /// κ d − p.
-    #[inline(always)]
-    fn volume_slope<W: Law3>(&self, _: &W, volumetric: Volumetric<R>) -> R {
-        if W::COMPLETE {
-            -volumetric.p
-        } else {
-            self.d * volumetric.kappa - volumetric.p
-        }
-    }
-
-    /// Ṗ along `v` = ∇v and ṗ.
-    #[inline(always)]
-    pub(crate) fn stress_rate<W: Law3>(
-        &self,
-        w: &W,
-        v: &Tensor3Of<R>,
-        volumetric: Volumetric<R>,
-    ) -> Tensor3Of<R> {
-        let moving = self.moving(w, v).stress(w, volumetric.moving());
-        let mut out = *v;
-        for (row, moving) in out.iter_mut().zip(&moving) {
-            for (entry, moving) in row.iter_mut().zip(moving) {
-                *entry = moving.rate;
-            }
-        }
-        out
-    }
-
-    /// Ȧ, the derivative of A along `v` = ∇v and ṗ; equals ∂Ṗ/∂F.
-    #[inline(always)]
-    pub(crate) fn tangent_rate<W: Law3>(
-        &self,
-        w: &W,
-        v: &Tensor3Of<R>,
-        volumetric: Volumetric<R>,
-    ) -> Symmetric3<R> {
-        let moving = self.moving(w, v).tangent(w, volumetric.moving());
-        let mut out = Symmetric3::zero(self.d);
-        for (entry, moving) in out.0.iter_mut().zip(&moving.0) {
-            *entry = moving.rate;
-        }
-        out
-    }
-
     /// ḋ = N : V.
     #[inline(always)]
     pub(crate) fn dilation_rate(&self, v: &Tensor3Of<R>) -> R {
         contract3(&self.normal, v)
-    }
-
-    /// Ṅ: the derivative of N along `v` = ∇v, symmetric in H and V; zero for small strains.
-    #[inline(always)]
-    pub(crate) fn volume_gradient_rate<W: Law3>(&self, w: &W, v: &Tensor3Of<R>) -> Tensor3Of<R> {
-        let moving = self.moving(w, v).normal;
-        let mut out = *v;
-        for (row, moving) in out.iter_mut().zip(&moving) {
-            for (entry, moving) in row.iter_mut().zip(moving) {
-                *entry = moving.rate;
-            }
-        }
-        out
-    }
-
-    /// m ∂N/∂F: the derivative of m N for constant m; zero for small strains.
-    #[inline(always)]
-    pub(crate) fn volume_tangent<W: Law3>(&self, _: &W, m: R) -> Symmetric3<R> {
-        let mut a = Symmetric3::zero(m);
-        if W::FINITE {
-            a.add_cofactor_slope(m, &self.f);
-        }
-        a
     }
 }

@@ -1,0 +1,138 @@
+//! What a law gives at a strain, with the volume's part and the factor: P, A and their rates.
+
+use super::super::tensor::Volumetric;
+use super::super::{Dual, Real};
+use super::law::Law3;
+use super::strain::{Axes, Strain3};
+use super::tensor::{Symmetric3, Tensor3Of, add_scaled3, scaled3};
+
+impl<R: Real> Strain3<R> {
+    /// The strain at `h` = ∇u as the law `w` sees it.
+    #[inline(always)]
+    pub fn new<W: Law3>(_: &W, h: Tensor3Of<R>, axes: Axes<R>) -> Self {
+        Self::at(h, axes, W::FINITE)
+    }
+
+    /// The strain that changes with `v` = ∇v.
+    #[inline(always)]
+    pub(crate) fn moving<W: Law3>(&self, w: &W, v: &Tensor3Of<R>) -> Strain3<Dual<R>> {
+        let zero = Dual::constant(self.d.like(0.0));
+        let mut h = [[zero; 3]; 3];
+        for ((row, value), rate) in h.iter_mut().zip(&self.h).zip(v) {
+            for ((entry, value), rate) in row.iter_mut().zip(value).zip(rate) {
+                *entry = Dual {
+                    value: *value,
+                    rate: *rate,
+                };
+            }
+        }
+        let mut moving = Strain3::new(w, h, self.axes.constant());
+        if let Some(factor) = self.factor {
+            moving.factor = Some(Dual::constant(factor));
+        }
+        moving
+    }
+
+    /// W, times the factor, without the pressure's part.
+    #[inline(always)]
+    pub(crate) fn energy<W: Law3>(&self, w: &W) -> R {
+        match self.factor {
+            Some(factor) => factor * w.energy(self),
+            None => w.energy(self),
+        }
+    }
+
+    /// P = ∂W/∂F + (κ d − p) N.
+    #[inline(always)]
+    pub(crate) fn stress<W: Law3>(&self, w: &W, volumetric: Volumetric<R>) -> Tensor3Of<R> {
+        let mut stress = w.stress(self);
+        if let Some(factor) = self.factor {
+            stress = scaled3(factor, &stress);
+        }
+        add_scaled3(&mut stress, self.volume_slope(w, volumetric), &self.normal);
+        stress
+    }
+
+    /// A = ∂P/∂F.
+    #[inline(always)]
+    pub(crate) fn tangent<W: Law3>(&self, w: &W, volumetric: Volumetric<R>) -> Symmetric3<R> {
+        let mut a = w.tangent(self);
+        if let Some(factor) = self.factor {
+            a.scale(factor);
+        }
+        if !W::COMPLETE {
+            a.add_square(self.d.like(volumetric.kappa), &self.normal);
+        }
+        if W::FINITE {
+            a.add_cofactor_slope(self.volume_slope(w, volumetric), &self.f);
+        }
+        a
+    }
+
+    /// κ d − p.
+    #[inline(always)]
+    fn volume_slope<W: Law3>(&self, _: &W, volumetric: Volumetric<R>) -> R {
+        if W::COMPLETE {
+            -volumetric.p
+        } else {
+            self.d * volumetric.kappa - volumetric.p
+        }
+    }
+
+    /// Ṗ along `v` = ∇v and ṗ.
+    #[inline(always)]
+    pub(crate) fn stress_rate<W: Law3>(
+        &self,
+        w: &W,
+        v: &Tensor3Of<R>,
+        volumetric: Volumetric<R>,
+    ) -> Tensor3Of<R> {
+        let moving = self.moving(w, v).stress(w, volumetric.moving());
+        let mut out = *v;
+        for (row, moving) in out.iter_mut().zip(&moving) {
+            for (entry, moving) in row.iter_mut().zip(moving) {
+                *entry = moving.rate;
+            }
+        }
+        out
+    }
+
+    /// Ȧ, the derivative of A along `v` = ∇v and ṗ; equals ∂Ṗ/∂F.
+    #[inline(always)]
+    pub(crate) fn tangent_rate<W: Law3>(
+        &self,
+        w: &W,
+        v: &Tensor3Of<R>,
+        volumetric: Volumetric<R>,
+    ) -> Symmetric3<R> {
+        let moving = self.moving(w, v).tangent(w, volumetric.moving());
+        let mut out = Symmetric3::zero(self.d);
+        for (entry, moving) in out.0.iter_mut().zip(&moving.0) {
+            *entry = moving.rate;
+        }
+        out
+    }
+
+    /// Ṅ: the derivative of N along `v` = ∇v, symmetric in H and V; zero for small strains.
+    #[inline(always)]
+    pub(crate) fn volume_gradient_rate<W: Law3>(&self, w: &W, v: &Tensor3Of<R>) -> Tensor3Of<R> {
+        let moving = self.moving(w, v).normal;
+        let mut out = *v;
+        for (row, moving) in out.iter_mut().zip(&moving) {
+            for (entry, moving) in row.iter_mut().zip(moving) {
+                *entry = moving.rate;
+            }
+        }
+        out
+    }
+
+    /// m ∂N/∂F: the derivative of m N for constant m; zero for small strains.
+    #[inline(always)]
+    pub(crate) fn volume_tangent<W: Law3>(&self, _: &W, m: R) -> Symmetric3<R> {
+        let mut a = Symmetric3::zero(m);
+        if W::FINITE {
+            a.add_cofactor_slope(m, &self.f);
+        }
+        a
+    }
+}
