@@ -120,7 +120,7 @@ pub enum ModelError {
     #[error(
         "the supports do not hold the body: {0}; hold more components, or more nodes of each part"
     )]
-    NotHeld(crate::analysis::support::FreeParts),
+    NotHeld(crate::analysis::free_parts::FreeParts),
     /// A factorisation or solve with KLU.
     #[error(transparent)]
     Klu(#[from] myovib_sparse::SparseError),

@@ -49,6 +49,7 @@ pub mod sensitivity;
 pub mod start;
 pub mod statics;
 
+pub use analysis::free_parts::{FreePart, FreeParts};
 pub use analysis::{check, counterexample, index, inf_sup, spectrum, support, table1};
 pub use integration::{ida, radau, step_weights};
 
@@ -81,9 +82,10 @@ pub use muscle::parameters::Parameters;
 pub use muscle_dae::MuscleDae;
 pub use reading::displacement::Displacement;
 pub use reading::energy::Energies;
-pub use reading::measure::{Measurement, Snapshot};
+pub use reading::measure::Measurement;
 pub use reading::probe::{Probe, ProbeValue};
 pub use reading::quantity::{Components, Quantity};
+pub use reading::snapshot::Snapshot;
 pub use rod_dae::RodDae;
 pub use signal::formula;
 pub use signal::jet::Jet;

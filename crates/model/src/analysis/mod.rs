@@ -7,6 +7,7 @@
 
 pub mod check;
 pub mod counterexample;
+pub(crate) mod free_parts;
 pub mod index;
 pub mod inf_sup;
 mod objections;

@@ -1,8 +1,9 @@
 //! What is likely wrong with a scene, each with what to change.
 
 use crate::advice::{Advice, Finding, Remedy};
+use crate::analysis::free_parts::FreeParts;
 use crate::analysis::spectrum;
-use crate::analysis::support::{FreeParts, extent, free_parts};
+use crate::analysis::support::{extent, free_parts};
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;

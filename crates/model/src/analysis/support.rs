@@ -1,38 +1,16 @@
 //! Whether the supports of a body hold it, part by part.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use myovib_structure::{MovingBody, RigidBodies};
 
+use crate::analysis::free_parts::{FreePart, FreeParts};
 use crate::error::ModelError;
 use crate::muscle::Muscle;
 
 /// Parts that hang together at single nodes are told apart up to this number; beyond it a mesh is
 /// taken as one body, and hinges in it are not seen.
 const MOST_PARTS: usize = 100;
-
-/// Parts of a body that can move without strain.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FreeParts {
-    /// The number of independent motions.
-    pub count: usize,
-    /// The parts.
-    pub parts: Vec<FreePart>,
-}
-
-/// A part that can move.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FreePart {
-    /// How many elements it has.
-    pub elements: usize,
-    /// Whether that is the whole mesh.
-    pub is_all: bool,
-    /// The middle of it, m.
-    pub near: Vec<f64>,
-    /// How it can move.
-    pub motions: MovingBody,
-}
 
 /// The parts of the body that its supports do not hold, if there are any: rank of the supports' and
 /// joints' conditions on the rigid motions of each part.
@@ -135,43 +113,4 @@ pub(crate) fn extent(muscle: &Muscle) -> f64 {
         along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
     };
     (0..space.dimension()).map(side).fold(0.0, f64::max)
-}
-
-impl fmt::Display for FreePart {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            elements,
-            is_all,
-            near,
-            motions,
-        } = self;
-        let near: Vec<String> = near.iter().map(|x| format!("{x:.3}")).collect();
-        match is_all {
-            true => write!(f, "the body {motions}"),
-            false => write!(
-                f,
-                "a part of {elements} elements near ({}) {motions}",
-                near.join(", ")
-            ),
-        }
-    }
-}
-
-/// The parts named in a message; what is beyond is counted.
-const NAMED: usize = 5;
-
-impl fmt::Display for FreeParts {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let named: Vec<String> = self
-            .parts
-            .iter()
-            .take(NAMED)
-            .map(ToString::to_string)
-            .collect();
-        f.write_str(&named.join("; "))?;
-        match self.parts.len().saturating_sub(NAMED) {
-            0 => Ok(()),
-            more => write!(f, "; and {more} further parts"),
-        }
-    }
 }

@@ -5,7 +5,6 @@ use std::ops::Range;
 use myovib_dae::{Problem, StepError, VariableKind};
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use super::body::Body;
 use super::oscillators::{Oscillators, Source};
 use crate::blocks::{Block, Blocks};
 use crate::error::ModelError;
@@ -180,7 +179,7 @@ impl<B: Problem> CoupledDae<B> {
     }
 }
 
-impl<B: Body> Consistent for CoupledDae<B> {
+impl<B: Consistent> Consistent for CoupledDae<B> {
     fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
         let mut y = y.to_vec();
         let (mut y_dot, imbalance) = self.derivatives_at(t, &y)?;

@@ -19,7 +19,8 @@ use myovib_sparse::{Number, SparseError};
 use num_complex::Complex64;
 
 use super::dae::CoupledDae;
-use super::feedback::{Feedback, FeedbackDae};
+use super::effect::Feedback;
+use super::feedback::FeedbackDae;
 use super::reach::{Place, momentum};
 use super::solver::{CoupledSolver, NetworkFactors};
 use crate::field::Field;

@@ -22,6 +22,7 @@
 
 mod body;
 mod dae;
+mod effect;
 mod error_test;
 mod feedback;
 mod feedback_solver;
@@ -38,8 +39,9 @@ mod start;
 
 pub use body::{Body, SystemMatrices};
 pub use dae::CoupledDae;
+pub use effect::{Effect, Feedback};
 pub use error_test::{ErrorTest, StateTolerances};
-pub use feedback::{Effect, Feedback, FeedbackDae};
+pub use feedback::FeedbackDae;
 pub use feedback_solver::FeedbackSolver;
 pub use history::{CoherenceHistory, Settling};
 pub use locking::{LockCriterion, Synchrony};

@@ -5,7 +5,7 @@ use std::ops::Range;
 use myovib_dae::StepError;
 
 use super::dae::CoupledDae;
-use super::feedback::{Effect, Feedback};
+use super::effect::{Effect, Feedback};
 use crate::colouring::colours;
 use crate::field::Field;
 use crate::muscle_dae::MuscleDae;

@@ -10,8 +10,8 @@ use crate::field::Field;
 use crate::muscle::Muscle;
 use crate::reading::displacement::Displacement;
 use crate::reading::energy::Energies;
-use crate::reading::measure::Snapshot;
 use crate::reading::probe::{Probe, ProbeValue};
+use crate::reading::snapshot::Snapshot;
 use crate::state::Workspace;
 
 impl MuscleDae {

@@ -5,6 +5,7 @@ pub(crate) mod energy;
 pub(crate) mod measure;
 pub(crate) mod probe;
 pub(crate) mod quantity;
+pub(crate) mod snapshot;
 
 use myovib_fem::{Located, Space};
 

@@ -7,7 +7,7 @@ use nalgebra::Matrix3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::measure::Snapshot;
+use super::snapshot::Snapshot;
 
 /// What the components of a quantity are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -168,14 +168,25 @@ impl Quantity {
     pub fn needs_state(self) -> bool {
         !matches!(self.description().reading, Reading::Fields(_))
     }
+}
 
-    pub(super) fn at(self, body: &Snapshot<'_>, place: &Located) -> Vec<f64> {
-        let values = match self.description().reading {
-            Reading::Fields(read) => read(body, place),
-            Reading::State(read) => read(&body.state_at(place)),
-            Reading::Stress(read) => read(&body.state_in_motion_at(place)),
+impl Snapshot<'_> {
+    /// Whether a quantity is the same from all elements (of a region) at a point.
+    pub fn is_continuous(&self, quantity: Quantity) -> bool {
+        match quantity {
+            Quantity::Pressure => matches!(self.pressure, Pressure::Nodal(_)),
+            _ => !quantity.needs_state(),
+        }
+    }
+
+    /// The components of a quantity at a place.
+    pub fn at(&self, place: &Located, quantity: Quantity) -> Vec<f64> {
+        let values = match quantity.description().reading {
+            Reading::Fields(read) => read(self, place),
+            Reading::State(read) => read(&self.state_at(place)),
+            Reading::Stress(read) => read(&self.state_in_motion_at(place)),
         };
-        match (self.components(), body.solid.space().dimension()) {
+        match (quantity.components(), self.solid.space().dimension()) {
             (Components::Symmetric, 2) => IN_THE_PLANE.map(|i| values[i]).to_vec(),
             _ => values,
         }
