@@ -12,7 +12,6 @@ use serde::{Deserialize, Serialize};
 use super::energy::EnergyBalance;
 use super::folder::Folder;
 use super::indicator::Indicator;
-use super::outputs::OutputWork;
 use crate::csv::Written;
 use crate::{Error, InputError};
 
@@ -46,6 +45,16 @@ pub(super) struct Checkpoint {
     /// The statistics of the starts before this one, which go on with a [`Continuation`] as those of
     /// one start.
     pub(super) counts: Totals,
+}
+
+/// Counts of what was written or evaluated beside the integration.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub(super) struct OutputWork {
+    pub(super) probe_rows: u64,
+    pub(super) field_files: u64,
+    pub(super) stress_evaluations: u64,
+    pub(super) energy_evaluations: u64,
+    pub(super) checkpoints: u64,
 }
 
 /// What adds up over the parts of a resumed run.

@@ -7,27 +7,35 @@ use myovib_model::{
     Integrator, Limits, ModelError, Observer, Outcome, SampleTimes, Step, StopReason, run,
 };
 
-use super::checkpoint::{Checkpoint, Totals};
+use super::checkpoint::{Checkpoint, OutputWork, Totals};
 use super::document::{self, Timing};
 use super::folder::{Folder, Record};
 use super::indicator::Indicator;
 use super::oscillations::Oscillations;
-use super::outputs::{OutputWork, Outputs};
+use super::outputs::Outputs;
 use super::recorder::{Recorder, What, measurements};
 use super::stop::Condition;
 use super::system::System;
-use super::{Existing, RunOptions, RunResult, start, verify};
+use super::{Existing, RunOptions, RunResult, start};
 use crate::scene::Scene;
 use crate::statistics::DRIFT_SAMPLES;
 use crate::vtu::{Grid, Series};
 use crate::watch::Watch;
 use crate::{Error, InputError};
+use serde_json::Value;
 
 /// Checkpoints over a run that does not say how many.
 const CHECKPOINTS: f64 = 10.0;
 
-/// Computes the motion of a scene.
-pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
+/// What tells how far off the probes of a run that is finished are.
+pub(super) type Verify = fn(&Scene, &RunOptions<'_>) -> Result<Value, Error>;
+
+/// Computes the motion of a scene, and `verify`s it in the end where that is wanted.
+pub(super) fn compute(
+    scene: &Scene,
+    options: &RunOptions<'_>,
+    verify: Option<Verify>,
+) -> Result<RunResult, Error> {
     let started = Instant::now();
     // What could be wrong with the outputs is seen before the folder is touched.
     let measurements = measurements(scene)?;
@@ -46,6 +54,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let run = Motion {
         scene,
         options,
+        verify,
         record,
         folder,
         checkpoint: from,
@@ -71,6 +80,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
 struct Motion<'a> {
     scene: &'a Scene,
     options: &'a RunOptions<'a>,
+    verify: Option<Verify>,
     record: Record,
     folder: Option<Folder>,
     checkpoint: Option<&'a Checkpoint>,
@@ -137,8 +147,8 @@ impl Motion<'_> {
         };
         let mut document = document::dynamic(scene, &*integrator, &statistics, &outputs, &timing)?;
         document::write(&folder, &document)?;
-        if options.verify && statistics.outcome == Outcome::Finished {
-            document["error_estimate"] = verify::error_estimate(scene, options)?;
+        if let Some(verify) = self.verify.filter(|_| ended) {
+            document["error_estimate"] = verify(scene, options)?;
             document::write(&folder, &document)?;
         }
         Ok(RunResult {

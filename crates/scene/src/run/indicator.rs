@@ -9,11 +9,10 @@ use std::f64::consts::TAU;
 
 use myovib_model::{ErrorEstimate, Integrator, ModelError};
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 use super::recorder::{Recorder, What};
 use super::system::{System, muscle_of};
-use super::verify::of_column;
 
 /// What has added up so far.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -112,6 +111,15 @@ impl Indicator {
         }
         Value::Object(probes)
     }
+}
+
+/// What is told of the error of a column.
+pub(super) fn of_column(estimate: &ErrorEstimate) -> Value {
+    json!({
+        "largest": estimate.size,
+        "error": estimate.difference,
+        "relative": estimate.relative(),
+    })
 }
 
 /// What the probes read that are functions of the state alone; nothing for others, whose reading would

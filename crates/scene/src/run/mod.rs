@@ -91,7 +91,10 @@ pub struct RunResult {
 /// A wrong scene (before anything is written), or an output that cannot be written.
 pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     match scene.file.analysis {
-        Analysis::Dynamic => dynamic::compute(scene, options),
+        Analysis::Dynamic => {
+            let verify: dynamic::Verify = verify::error_estimate;
+            dynamic::compute(scene, options, options.verify.then_some(verify))
+        }
         Analysis::Static => {
             without_motion(options)?;
             statics::compute(scene, options)

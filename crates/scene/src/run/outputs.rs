@@ -7,7 +7,7 @@ use myovib_model::{
     Integrator, ModelError, Observer, Outcome, SampleTimes, Step, StopReason, first_positive,
 };
 
-use super::checkpoint::{Checkpoint, Totals};
+use super::checkpoint::{Checkpoint, OutputWork, Totals};
 use super::energy::EnergyBalance;
 use super::folder::Folder;
 use super::indicator::Indicator;
@@ -18,16 +18,6 @@ use super::system::{System, muscle_of, stress_needs_rates};
 use crate::Error;
 use crate::state::State;
 use crate::vtu::{self, Series};
-
-/// Counts of what was written or evaluated beside the integration.
-#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
-pub(super) struct OutputWork {
-    pub(super) probe_rows: u64,
-    pub(super) field_files: u64,
-    pub(super) stress_evaluations: u64,
-    pub(super) energy_evaluations: u64,
-    pub(super) checkpoints: u64,
-}
 
 /// All outputs of a run.
 pub(super) struct Outputs<'a> {

@@ -6,6 +6,7 @@ use std::path::Path;
 use myovib_model::{ErrorEstimate, LOOSER};
 use serde_json::{Map, Value, json};
 
+use super::indicator::of_column;
 use super::{RunOptions, dynamic};
 use crate::atomic_file;
 use crate::csv::Table;
@@ -21,7 +22,7 @@ pub(super) fn error_estimate(scene: &Scene, options: &RunOptions<'_>) -> Result<
         progress: options.progress,
         ..RunOptions::into_folder(folder.path())
     };
-    let result = atomic_file::passing(|| dynamic::compute(&looser, &again))?;
+    let result = atomic_file::passing(|| dynamic::compute(&looser, &again, None))?;
     let probes = scene.file.probe.iter().map(|probe| {
         let name = format!("{}.csv", probe.name);
         let tables = [&options.out, folder.path()].map(|folder| read(&folder.join(&name)));
@@ -41,14 +42,6 @@ pub(super) fn error_estimate(scene: &Scene, options: &RunOptions<'_>) -> Result<
         "steps": result.document["steps"],
         "probes": probes.collect::<Result<Map<String, Value>, Error>>()?,
     }))
-}
-
-pub(super) fn of_column(estimate: &ErrorEstimate) -> Value {
-    json!({
-        "largest": estimate.size,
-        "error": estimate.difference,
-        "relative": estimate.relative(),
-    })
 }
 
 /// Names and rows of a table.
