@@ -30,6 +30,7 @@ pub mod json;
 pub mod mesh_file;
 pub mod modes;
 pub mod parallel;
+pub mod probe;
 pub mod run;
 mod scene;
 pub mod scene_file;

@@ -14,9 +14,9 @@ use super::figure::muscle_run::PERIOD;
 use super::figure::{MUSCLE_END, MuscleRun, PER_PERIOD, ROD_END};
 use crate::experiments::{ChainArgs, EVERY, muscle_chain_settings};
 use myovib_scene::mesh_file;
+use myovib_scene::probe::{Point, ProbeKind};
 use myovib_scene::scene_file::chain::Place;
 use myovib_scene::scene_file::integrator::Method;
-use myovib_scene::scene_file::output::ProbeKind;
 use myovib_scene::{Body, Scene};
 
 /// The commands' options when none is given.
@@ -81,7 +81,7 @@ fn origin_interval(scene: &Scene) -> f64 {
     let probe = &scene.file.probe[0];
     let quantities = vec![Quantity::Displacement, Quantity::Pressure];
     let at = vec![0.0, 0.0];
-    assert_eq!(probe.kind, ProbeKind::Point { at, quantities });
+    assert_eq!(probe.kind, ProbeKind::Point(Point { at, quantities }));
     probe.every
 }
 

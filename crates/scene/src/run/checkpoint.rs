@@ -9,10 +9,10 @@ use std::fs;
 use myovib_model::{Continuation, Counts};
 use serde::{Deserialize, Serialize};
 
-use super::energy::EnergyBalance;
 use super::folder::Folder;
 use super::indicator::Indicator;
 use crate::csv::Written;
+use crate::probe::EnergyBalance;
 use crate::{Error, InputError};
 
 const NAME: &str = "checkpoint.json";

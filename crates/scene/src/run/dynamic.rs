@@ -13,10 +13,11 @@ use super::folder::{Folder, Record};
 use super::indicator::Indicator;
 use super::oscillations::Oscillations;
 use super::outputs::Outputs;
-use super::recorder::{Recorder, What, measurements};
+use super::recorder::Recorder;
 use super::stop::Condition;
 use super::system::System;
 use super::{Existing, RunOptions, RunResult, start};
+use crate::probe::Reading;
 use crate::scene::Scene;
 use crate::statistics::DRIFT_SAMPLES;
 use crate::vtu::{Grid, Series};
@@ -38,7 +39,7 @@ pub(super) fn compute(
 ) -> Result<RunResult, Error> {
     let started = Instant::now();
     // What could be wrong with the outputs is seen before the folder is touched.
-    let measurements = measurements(scene)?;
+    let readings = scene.readings()?;
     let conditions = conditions(scene)?;
     let record = Record::of(scene)?;
     // A run that goes on has its folder already; a new one is started before its folder is made.
@@ -58,7 +59,7 @@ pub(super) fn compute(
         record,
         folder,
         checkpoint: from,
-        measurements,
+        readings,
         conditions,
         started,
     };
@@ -84,7 +85,7 @@ struct Motion<'a> {
     record: Record,
     folder: Option<Folder>,
     checkpoint: Option<&'a Checkpoint>,
-    measurements: Vec<What>,
+    readings: Vec<Box<dyn Reading>>,
     conditions: Vec<Condition>,
     started: Instant,
 }
@@ -106,7 +107,7 @@ impl Motion<'_> {
             Some(folder) => folder,
             None => Folder::open(options, &self.record).map_err(Error::before_any_output)?,
         };
-        let (recorders, notes) = open(scene, self.measurements, &folder, checkpoint)?;
+        let (recorders, notes) = open(scene, self.readings, &folder, checkpoint)?;
         let n = integrator.problem().n_unknowns();
         let mut outputs = Outputs {
             recorders,
@@ -170,12 +171,12 @@ fn conditions(scene: &Scene) -> Result<Vec<Condition>, InputError> {
 /// The tables of the probes, with notes on what was cut from those of a run that goes on.
 fn open(
     scene: &Scene,
-    measurements: Vec<What>,
+    readings: Vec<Box<dyn Reading>>,
     folder: &Folder,
     checkpoint: Option<&Checkpoint>,
 ) -> Result<(Vec<Recorder>, Vec<String>), Error> {
     let (path, t_end) = (folder.path(), scene.t_end);
-    let probes = scene.file.probe.iter().zip(measurements);
+    let probes = scene.file.probe.iter().zip(readings);
     let Some(checkpoint) = checkpoint else {
         let recorders = probes.map(|(probe, what)| Recorder::new(probe, what, t_end, path));
         return Ok((recorders.collect::<Result<_, _>>()?, Vec::new()));
@@ -183,7 +184,7 @@ fn open(
     let (mut recorders, mut notes) = (Vec::new(), Vec::new());
     let mut energies = checkpoint.energies.iter();
     for ((probe, mut what), written) in probes.zip(&checkpoint.tables) {
-        if let What::Energy(balance) = &mut what {
+        if let Some(balance) = what.balance_mut() {
             *balance = energies.next().cloned().unwrap_or_default();
         }
         let (recorder, note) = Recorder::resumed(probe, what, t_end, path, written)?;

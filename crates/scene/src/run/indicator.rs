@@ -11,7 +11,7 @@ use myovib_model::{ErrorEstimate, Integrator, ModelError};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
-use super::recorder::{Recorder, What};
+use super::recorder::Recorder;
 use super::system::{System, muscle_of};
 
 /// What has added up so far.
@@ -60,8 +60,7 @@ impl Indicator {
         integrator.local_error(error)?;
         // The estimates are of the state: what its derivative errs by is left out.
         let mut rates = Vec::new();
-        let places = |recorder: &Recorder| matches!(recorder.what, What::Places(_));
-        let stresses = recorders.iter().filter(|recorder| places(recorder));
+        let stresses = recorders.iter().filter(|recorder| at_places(recorder));
         let system = integrator.problem_mut();
         if stresses
             .map(|r| &r.what)
@@ -122,6 +121,10 @@ pub(super) fn of_column(estimate: &ErrorEstimate) -> Value {
     })
 }
 
+fn at_places(recorder: &Recorder) -> bool {
+    !recorder.what.measurements().is_empty()
+}
+
 /// What the probes read that are functions of the state alone; nothing for others, whose reading would
 /// cost a residual or needs the past.
 fn read<P: System>(
@@ -131,21 +134,19 @@ fn read<P: System>(
     [y, y_dot]: [&[f64]; 2],
 ) -> Result<Vec<Vec<f64>>, ModelError> {
     let mut values = vec![Vec::new(); recorders.len()];
-    let at_places = |recorder: &Recorder| matches!(recorder.what, What::Places(_));
     if recorders.iter().any(at_places) {
         // One expansion of the state serves all.
         let (dae, range) = muscle_of(system, y)?;
         let rates = y_dot.get(range.clone()).unwrap_or_default();
         let snapshot = dae.snapshot(t, &y[range], rates);
         for (recorder, values) in recorders.iter().zip(&mut values) {
-            if let What::Places(measurements) = &recorder.what {
-                measurements.iter().for_each(|m| m.read(&snapshot, values));
-            }
+            let measurements = recorder.what.measurements().iter();
+            measurements.for_each(|m| m.read(&snapshot, values));
         }
     }
     for (recorder, values) in recorders.iter().zip(&mut values) {
         let what = &recorder.what;
-        if !at_places(recorder) && what.is_of_state() && !what.needs_rates(system, y) {
+        if !at_places(recorder) && what.balance().is_none() && !what.needs_rates(system, y) {
             *values = what.values(system, t, y, &[])?;
         }
     }

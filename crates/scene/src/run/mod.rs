@@ -8,24 +8,22 @@ mod checkpoint;
 mod cut;
 mod document;
 mod dynamic;
-mod energy;
 mod folder;
 mod indicator;
 mod modes;
 mod oscillations;
 mod outputs;
-pub(crate) mod recorder;
+mod recorder;
 pub(crate) mod start;
 mod statics;
 mod stop;
-mod system;
+pub(crate) mod system;
 mod verify;
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use myovib_model::Outcome;
-use recorder::measurements;
 pub use start::with_chains;
 
 use crate::modes::Modes;
@@ -115,7 +113,7 @@ pub(crate) fn columns_of(scene: &Scene) -> Result<Vec<(String, Vec<String>)>, In
         let columns = modes::COLUMNS.map(str::to_owned).to_vec();
         return Ok(vec![(folder::MODES.to_owned(), columns)]);
     }
-    let probes = scene.file.probe.iter().zip(measurements(scene)?);
+    let probes = scene.file.probe.iter().zip(scene.readings()?);
     Ok(probes
         .map(|(probe, what)| (probe.name.clone(), what.columns()))
         .collect())

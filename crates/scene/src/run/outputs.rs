@@ -8,14 +8,14 @@ use myovib_model::{
 };
 
 use super::checkpoint::{Checkpoint, OutputWork, Totals};
-use super::energy::EnergyBalance;
 use super::folder::Folder;
 use super::indicator::Indicator;
 use super::oscillations::Oscillations;
-use super::recorder::{Recorder, What, cannot_write};
+use super::recorder::{Recorder, cannot_write};
 use super::stop::Condition;
 use super::system::{System, muscle_of, stress_needs_rates};
 use crate::Error;
+use crate::probe::EnergyBalance;
 use crate::state::State;
 use crate::vtu::{self, Series};
 
@@ -93,7 +93,7 @@ impl Outputs<'_> {
         while let Some(t) = self.recorders[k].times.due(to) {
             let recorder = &mut self.recorders[k];
             let inside = t.max(from);
-            if let What::Energy(balance) = &mut recorder.what {
+            if let Some(balance) = recorder.what.balance_mut() {
                 balance.advance(integrator, from, inside)?;
             }
             integrator.dense_output(inside, 0, &mut self.y)?;
@@ -106,7 +106,7 @@ impl Outputs<'_> {
             self.work.probe_rows += 1;
             self.work.stress_evaluations += recorder.what.stress_evaluations();
         }
-        if let What::Energy(balance) = &mut self.recorders[k].what {
+        if let Some(balance) = self.recorders[k].what.balance_mut() {
             balance.advance(integrator, from, to)?;
             self.work.energy_evaluations += 1;
         }
@@ -231,10 +231,7 @@ impl Outputs<'_> {
     fn energy_balances(&self) -> impl Iterator<Item = &EnergyBalance> {
         self.recorders
             .iter()
-            .filter_map(|recorder| match &recorder.what {
-                What::Energy(balance) => Some(balance),
-                _ => None,
-            })
+            .filter_map(|recorder| recorder.what.balance())
     }
 }
 

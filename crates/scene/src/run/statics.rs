@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::document;
 use super::folder::{Folder, Record};
-use super::recorder::{Recorder, measurements};
+use super::recorder::Recorder;
 use super::{RunOptions, RunResult};
 use crate::scene::Scene;
 use crate::state::State;
@@ -23,7 +23,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let Some(body) = &scene.body else {
         return Err(InputError::new("a static scene needs a [mesh] with [solid]").into());
     };
-    let measurements = measurements(scene)?;
+    let readings = scene.readings()?;
     let equilibrium = statics::equilibrium(&body.muscle, body.formulation, scene.t_end)?;
 
     let folder = Folder::open(options, &Record::of(scene)?).map_err(Error::before_any_output)?;
@@ -33,7 +33,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     y.extend(&equilibrium.pressure);
     let rest = vec![0.0; dae.n_unknowns()];
     let mut results = serde_json::Map::new();
-    for (probe, what) in scene.file.probe.iter().zip(measurements) {
+    for (probe, what) in scene.file.probe.iter().zip(readings) {
         let values = what.values(&mut dae, scene.t_end, &y, &rest)?;
         let named = what
             .names()

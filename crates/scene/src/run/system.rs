@@ -32,7 +32,7 @@ pub(crate) trait System: Problem {
 }
 
 /// The muscle of a system that is asked for one.
-pub(super) fn muscle_of<'s, P: System + ?Sized>(
+pub(crate) fn muscle_of<'s, P: System + ?Sized>(
     system: &'s mut P,
     y: &[f64],
 ) -> Result<(&'s mut MuscleDae, Range<usize>), ModelError> {
@@ -41,8 +41,17 @@ pub(super) fn muscle_of<'s, P: System + ?Sized>(
         .ok_or(ModelError::NoSuchPart { part: "muscle" })
 }
 
+/// A network of a system that is asked for one, and where its states lie.
+pub(crate) fn network_of(
+    system: &dyn System,
+    k: usize,
+) -> Result<(&Network, Range<usize>), ModelError> {
+    let part = "chain";
+    system.network(k).ok_or(ModelError::NoSuchPart { part })
+}
+
 /// Whether the stress of its muscle, if it has one, depends on ẏ.
-pub(super) fn stress_needs_rates<P: System + ?Sized>(system: &mut P, y: &[f64]) -> bool {
+pub(crate) fn stress_needs_rates<P: System + ?Sized>(system: &mut P, y: &[f64]) -> bool {
     let muscle = system.muscle_at(y);
     muscle.is_some_and(|(dae, _)| dae.stress_needs_rates())
 }

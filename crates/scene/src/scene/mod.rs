@@ -37,6 +37,8 @@ pub use oscillators::DrivenChain;
 
 use crate::InputError;
 use crate::inputs::{Input, Inputs};
+use crate::probe::{Reading, Systems};
+use crate::scene_file::output::Probe;
 use crate::scene_file::{self, Analysis, SceneFile, Source};
 use builder::Builder;
 pub(crate) use start::Start;
@@ -185,6 +187,25 @@ impl Scene {
     pub fn at<T>(&self, path: &str, result: Result<T, ModelError>) -> Result<T, InputError> {
         let inputs = Inputs::new(Path::new(""));
         Builder::new(&self.source, &inputs, self.t_end).at(path, result)
+    }
+
+    /// What the probes read.
+    pub(crate) fn readings(&self) -> Result<Vec<Box<dyn Reading>>, InputError> {
+        let feedbacks = self.file.feedback.iter();
+        let chains = self.chains.iter();
+        let systems = Systems {
+            muscle: self.body.as_ref().map(|body| &body.muscle),
+            rod: self.rod.as_ref(),
+            chains: chains
+                .map(|chain| (&*chain.name, chain.chain.omega.len()))
+                .collect(),
+            feedbacks: feedbacks.map(|feedback| &*feedback.chain).collect(),
+        };
+        let probes = self.file.probe.iter().enumerate();
+        let reading = |(i, probe): (usize, &Probe)| {
+            self.at(&format!("probe[{i}]"), probe.kind.kind().reading(&systems))
+        };
+        probes.map(reading).collect()
     }
 
     /// The error with the place of the value at `path`.

@@ -8,9 +8,10 @@ use super::Body;
 use super::builder::Builder;
 use super::chain_places::{DrivenPlace, Found};
 use crate::InputError;
+use crate::probe::Parts;
 use crate::scene_file::SceneFile;
 use crate::scene_file::chain::{self, GeneratorName, Place, RodReading};
-use crate::scene_file::output::{Probe, ProbeKind};
+use crate::scene_file::output::Probe;
 
 /// A chain with what drives it.
 #[derive(Debug, Clone)]
@@ -217,12 +218,7 @@ impl Builder<'_> {
             ("stop[0]", !file.stop.is_empty()),
         ];
         let part = parts.into_iter().find(|(_, given)| *given);
-        let of_motion = |probe: &Probe| match probe.kind {
-            ProbeKind::Point { .. } | ProbeKind::Line { .. } => false,
-            ProbeKind::Average { .. } | ProbeKind::Reaction { .. } => false,
-            ProbeKind::Energy | ProbeKind::Feedback | ProbeKind::Rod { .. } => true,
-            ProbeKind::Coherence { .. } | ProbeKind::Oscillators { .. } => true,
-        };
+        let of_motion = |probe: &Probe| probe.kind.kind().is_of_motion();
         let probe = file.probe.iter().position(of_motion);
         let place = part.map(|(path, _)| path.to_owned());
         match place.or(probe.map(|i| format!("probe[{i}].type"))) {
@@ -237,6 +233,12 @@ impl Builder<'_> {
 
     /// Checks that probes are of parts the scene has, under names of their own.
     pub(super) fn probes(&self, file: &SceneFile) -> Result<(), InputError> {
+        let parts = Parts {
+            body: file.mesh.is_some(),
+            rod: file.rod.is_some(),
+            chains: file.chain.iter().map(|chain| &*chain.name).collect(),
+            feedback: !file.feedback.is_empty(),
+        };
         for (i, probe) in file.probe.iter().enumerate() {
             let path = format!("probe[{i}]");
             let fails = |key: &str, error| Err(self.wrong(&format!("{path}{key}"), error));
@@ -254,31 +256,8 @@ impl Builder<'_> {
                 let error = InputError::new(format!("two probes have the name `{}`", probe.name));
                 return fails(".name", error);
             }
-            match &probe.kind {
-                ProbeKind::Coherence { chain } | ProbeKind::Oscillators { chain }
-                    if !file.chain.iter().any(|known| known.name == *chain) =>
-                {
-                    let names: Vec<&str> = file.chain.iter().map(|c| c.name.as_str()).collect();
-                    let error = InputError::new(format!("there is no chain `{chain}`"))
-                        .allowed(names.join(", "));
-                    return fails(".chain", error);
-                }
-                ProbeKind::Coherence { .. } | ProbeKind::Oscillators { .. } => {}
-                ProbeKind::Feedback if file.feedback.is_empty() => {
-                    return fails(".type", InputError::new("the scene has no [[feedback]]"));
-                }
-                ProbeKind::Feedback => {}
-                ProbeKind::Rod { .. } if file.rod.is_none() => {
-                    return fails(".type", InputError::new("the scene has no [rod]"));
-                }
-                ProbeKind::Rod { .. } => {}
-                _ if file.mesh.is_none() => {
-                    let error = InputError::new("this probe needs a [mesh] with [solid]")
-                        .next("for a rod or chains: coherence, oscillators, rod");
-                    return fails(".type", error);
-                }
-                _ => {}
-            }
+            let checked = probe.kind.kind().check_part(&parts);
+            checked.or_else(|(key, error)| fails(key, error))?;
         }
         Ok(())
     }

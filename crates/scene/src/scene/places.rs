@@ -3,59 +3,31 @@
 use myovib_model::Probe;
 
 use super::Body;
-use super::builder::Builder;
+use super::builder::{Builder, Explain};
 use crate::error::InputError;
+use crate::probe::Objection;
 use crate::scene_file::SceneFile;
-use crate::scene_file::output::{ProbeKind, Stop};
+use crate::scene_file::output::Stop;
 
 impl Builder<'_> {
     /// Refuses probes and stops at points outside the mesh, probes of groups that it does
     /// not have, and of reactions where nothing is held.
     pub(super) fn places(&self, file: &SceneFile, body: &Body) -> Result<(), InputError> {
         for (i, probe) in file.probe.iter().enumerate() {
-            self.place(&probe.kind, body, &format!("probe[{i}]"))?;
+            let checked = probe.kind.kind().check_place(&body.muscle.solid);
+            checked.map_err(|(key, objection)| {
+                let error = match objection {
+                    Objection::Model(error) => error.explain(),
+                    Objection::Input(error) => error,
+                };
+                self.wrong(&format!("probe[{i}]{key}"), error)
+            })?;
         }
         let space = body.muscle.solid.space();
         for (i, stop) in file.stop.iter().enumerate() {
             if let Stop::Displacement { at, .. } = stop {
                 self.at(&format!("stop[{i}].at"), Probe::at(space, at))?;
             }
-        }
-        Ok(())
-    }
-
-    fn place(&self, probe: &ProbeKind, body: &Body, path: &str) -> Result<(), InputError> {
-        let solid = &body.muscle.solid;
-        let space = solid.space();
-        match probe {
-            ProbeKind::Point { at, .. } => {
-                self.at(&format!("{path}.at"), Probe::at(space, at))?;
-            }
-            ProbeKind::Line { from, to, .. } => {
-                self.at(&format!("{path}.from"), Probe::at(space, from))?;
-                self.at(&format!("{path}.to"), Probe::at(space, to))?;
-            }
-            ProbeKind::Average { group, .. } => {
-                self.at(&format!("{path}.group"), space.mesh().group(group))?;
-            }
-            ProbeKind::Reaction { group } => {
-                let place = format!("{path}.group");
-                let nodes = self.at(&place, space.nodes_of(group))?;
-                let dimension = space.dimension();
-                let free = solid.dofs().free_to_full();
-                let is_held = |node: usize| {
-                    (0..dimension)
-                        .any(|axis| free.binary_search(&(dimension * node + axis)).is_err())
-                };
-                if !nodes.into_iter().any(is_held) {
-                    let error = InputError::new(format!(
-                        "no node of the group `{group}` is held, so that it has no reaction"
-                    ))
-                    .next("name the group of a [[fixed]] or [[displacement]]");
-                    return Err(self.wrong(&place, error));
-                }
-            }
-            _ => {}
         }
         Ok(())
     }

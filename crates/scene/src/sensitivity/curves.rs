@@ -6,7 +6,6 @@ use myovib_model::sensitivity::{Dependences, SensitiveIntegrator};
 use myovib_model::{Advance, Integrator, IntegratorKind, MuscleDae, Settings};
 
 use super::parameters::body;
-use crate::run::recorder::What;
 use crate::run::start::refuse_sudden_loads;
 use crate::scene::Scene;
 use crate::watch::Tell;
@@ -43,12 +42,12 @@ impl Output {
 /// # Errors
 /// An output of a probe or column that there is not; a probe that is no function of the state.
 pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
-    let probes: Vec<What> = measurements(scene)?;
+    let probes = scene.readings()?;
     let file = &scene.file;
     if file.output.is_empty() {
         let columns = file.probe.iter().zip(&probes).enumerate();
         let all: Vec<Output> = columns
-            .filter(|(_, (_, what))| what.is_of_state())
+            .filter(|(_, (_, what))| what.balance().is_none())
             .flat_map(|(k, (probe, what))| {
                 let names = what.names().into_iter().enumerate();
                 names.map(move |(column, name)| Output {
@@ -76,7 +75,7 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
             let error = InputError::new(format!("there is no probe `{}`", wanted.probe));
             return Err(scene.wrong(&format!("{path}.probe"), error.allowed(names.join(", "))));
         };
-        if !probes[k].is_of_state() {
+        if probes[k].balance().is_some() {
             let error = InputError::new(format!("the probe `{}` adds up over time", wanted.probe));
             return Err(scene.wrong(
                 &format!("{path}.probe"),
@@ -106,13 +105,6 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
         })
     });
     named.collect()
-}
-
-fn measurements(scene: &Scene) -> Result<Vec<What>, InputError> {
-    let probes = scene.file.probe.iter().enumerate();
-    probes
-        .map(|(i, probe)| scene.at(&format!("probe[{i}]"), What::new(&probe.kind, scene)))
-        .collect()
 }
 
 /// The outputs at one time.
@@ -167,7 +159,7 @@ pub fn follow(
     (dependences, fraction): (Dependences, Option<f64>),
     watcher: Watcher<'_>,
 ) -> Result<(Vec<Sample>, Cost), Error> {
-    let probes = measurements(scene)?;
+    let probes = scene.readings()?;
     let body = body(scene)?;
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
     refuse_sudden_loads(&mut dae)?;

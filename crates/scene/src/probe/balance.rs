@@ -3,8 +3,8 @@
 use myovib_model::{Energies, Integrator, ModelError};
 use serde::{Deserialize, Serialize};
 
-use super::system::{System, muscle_of};
 use crate::energy::Exchanged;
+use crate::run::system::{System, muscle_of};
 
 /// Energies, and the work done and dissipated since the start.
 ///
@@ -22,11 +22,11 @@ pub(crate) struct EnergyBalance {
 
 impl EnergyBalance {
     /// Names of the columns.
-    pub(super) const NAMES: [&'static str; 5] =
+    pub(crate) const NAMES: [&'static str; 5] =
         ["kinetic", "elastic", "work", "dissipated", "imbalance"];
 
     /// Integrates up to time `t`, which lies in the last step; that step began at `from`.
-    pub(super) fn advance<P: System>(
+    pub(crate) fn advance<P: System>(
         &mut self,
         integrator: &mut dyn Integrator<P>,
         from: f64,
@@ -55,7 +55,7 @@ impl EnergyBalance {
     }
 
     /// The values at the time reached.
-    pub(super) fn row(&self) -> [f64; 5] {
+    pub(crate) fn row(&self) -> [f64; 5] {
         let now = self.last.unwrap_or_default();
         let Exchanged { work, dissipated } = self.exchanged;
         let imbalance = self.exchanged.imbalance(&now) - self.initial;

@@ -1,0 +1,33 @@
+//! Averages over a group.
+
+use myovib_fem::Solid;
+use myovib_model::{Measurement, ModelError, Quantity};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
+use super::places::{Places, displacement_and_pressure};
+
+/// Averages over a group, by its measure at rest: length, area or volume.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(inline)]
+pub struct Average {
+    /// Physical group of the boundary, or of elements.
+    pub group: String,
+    /// The quantities.
+    #[serde(default = "displacement_and_pressure")]
+    #[schemars(length(min = 1))]
+    pub quantities: Vec<Quantity>,
+}
+
+impl Kind for Average {
+    fn check_place(&self, solid: &Solid) -> Result<(), Wrong<Objection>> {
+        at(".group", solid.space().mesh().group(&self.group)).map(drop)
+    }
+
+    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
+        let space = of.solid()?.space();
+        let measurement = Measurement::average(space, &self.group, &self.quantities)?;
+        Ok(Box::new(Places(vec![measurement])))
+    }
+}

@@ -1,0 +1,62 @@
+//! Order parameters of a chain.
+
+use myovib_model::ModelError;
+use myovib_oscillators::Coherence as OrderParameters;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::kind::{Kind, Parts, Reading, Systems, Wrong};
+use crate::InputError;
+use crate::run::system::{System, network_of};
+
+/// Order parameters of a chain: |Ψ|, arg Ψ, |χ|.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(inline)]
+pub struct Coherence {
+    /// Name of the chain.
+    pub chain: String,
+}
+
+impl Kind for Coherence {
+    fn is_of_motion(&self) -> bool {
+        true
+    }
+
+    fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
+        parts.expect_chain(&self.chain)
+    }
+
+    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
+        let (network, _) = of.chain(&self.chain)?;
+        Ok(Box::new(Parameters { network }))
+    }
+}
+
+/// Of a network, by its number.
+struct Parameters {
+    network: usize,
+}
+
+impl Reading for Parameters {
+    fn names(&self) -> Vec<String> {
+        ["Psi_abs", "Psi_arg", "chi_abs"].map(str::to_owned).into()
+    }
+
+    fn values(
+        &self,
+        system: &mut dyn System,
+        _: f64,
+        y: &[f64],
+        _: &[f64],
+    ) -> Result<Vec<f64>, ModelError> {
+        let (network, range) = network_of(system, self.network)?;
+        let (position, velocity) = y[range].split_at(network.n_oscillators());
+        let found = OrderParameters::new(network.omega(), position, velocity);
+        let centroid = found.centroid;
+        Ok(vec![centroid.norm(), centroid.arg(), found.phase.norm()])
+    }
+
+    fn is_angle(&self, column: usize) -> bool {
+        column == 1
+    }
+}

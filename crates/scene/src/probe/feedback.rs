@@ -1,0 +1,50 @@
+//! What feedbacks give.
+
+use myovib_model::ModelError;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::kind::{Kind, Parts, Reading, Systems, Wrong};
+use crate::InputError;
+use crate::run::system::System;
+
+/// The factor of the stiffness that each feedback gives at the time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(inline)]
+pub struct Feedback {}
+
+impl Kind for Feedback {
+    fn is_of_motion(&self) -> bool {
+        true
+    }
+
+    fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
+        let error = || InputError::new("the scene has no [[feedback]]");
+        parts.feedback.then_some(()).ok_or_else(|| (".type", error()))
+    }
+
+    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
+        let names = of.feedbacks.iter().map(|chain| format!("factor_{chain}"));
+        Ok(Box::new(Factors(names.collect())))
+    }
+}
+
+/// By these names.
+struct Factors(Vec<String>);
+
+impl Reading for Factors {
+    fn names(&self) -> Vec<String> {
+        self.0.clone()
+    }
+
+    fn values(
+        &self,
+        system: &mut dyn System,
+        _: f64,
+        y: &[f64],
+        _: &[f64],
+    ) -> Result<Vec<f64>, ModelError> {
+        // Those of tensions come after.
+        Ok(system.factors(y)[..self.0.len()].to_vec())
+    }
+}

@@ -1,0 +1,47 @@
+//! The kinds of probes, a file each: what a scene says of one, and what it reads off a system.
+
+mod balance;
+mod kind;
+mod places;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub(crate) use balance::EnergyBalance;
+pub(crate) use kind::{Kind, Objection, Parts, Reading, Systems};
+
+/// Makes [`ProbeKind`] of a list of files, each with the type of the same name.
+macro_rules! probes {
+    ($($file:ident $name:ident)*) => {
+        $(mod $file; pub use $file::$name;)*
+
+        /// What a probe measures.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(tag = "type", rename_all = "kebab-case")]
+        #[allow(missing_docs)] // the types of the same name have them
+        pub enum ProbeKind {
+            $($name($name),)*
+        }
+
+        impl ProbeKind {
+            /// The kind, whatever it is.
+            pub(crate) fn kind(&self) -> &dyn Kind {
+                match self {
+                    $(Self::$name(kind) => kind,)*
+                }
+            }
+        }
+    };
+}
+
+probes! {
+    point Point
+    line Line
+    average Average
+    reaction Reaction
+    energy Energy
+    coherence Coherence
+    oscillators Oscillators
+    feedback Feedback
+    rod Rod
+}

@@ -1,0 +1,56 @@
+//! States of a chain.
+
+use myovib_model::ModelError;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::kind::{Kind, Parts, Reading, Systems, Wrong};
+use crate::InputError;
+use crate::run::system::{System, network_of};
+
+/// Positions and velocities of a chain's oscillators.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(inline)]
+pub struct Oscillators {
+    /// Name of the chain.
+    pub chain: String,
+}
+
+impl Kind for Oscillators {
+    fn is_of_motion(&self) -> bool {
+        true
+    }
+
+    fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
+        parts.expect_chain(&self.chain)
+    }
+
+    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
+        let (network, count) = of.chain(&self.chain)?;
+        Ok(Box::new(States { network, count }))
+    }
+}
+
+/// Of a network of so many oscillators, by its number.
+struct States {
+    network: usize,
+    count: usize,
+}
+
+impl Reading for States {
+    fn names(&self) -> Vec<String> {
+        let numbered = |letter| (1..=self.count).map(move |i| format!("{letter}_{i}"));
+        numbered("y").chain(numbered("w")).collect()
+    }
+
+    fn values(
+        &self,
+        system: &mut dyn System,
+        _: f64,
+        y: &[f64],
+        _: &[f64],
+    ) -> Result<Vec<f64>, ModelError> {
+        let (_, range) = network_of(system, self.network)?;
+        Ok(y[range].to_vec())
+    }
+}

@@ -1,0 +1,56 @@
+//! Quantities at places, of which points, lines and averages are made.
+
+use myovib_model::{Measurement, ModelError, Quantity};
+
+use super::kind::Reading;
+use crate::run::system::{System, muscle_of, stress_needs_rates};
+
+/// The quantities that are read where a scene names none.
+pub(super) fn displacement_and_pressure() -> Vec<Quantity> {
+    vec![Quantity::Displacement, Quantity::Pressure]
+}
+
+/// Quantities at one place, or at several that are numbered.
+pub(super) struct Places(pub(super) Vec<Measurement>);
+
+impl Reading for Places {
+    fn names(&self) -> Vec<String> {
+        match &self.0[..] {
+            [one] => one.names(),
+            several => several
+                .iter()
+                .enumerate()
+                .flat_map(|(i, m)| m.names().into_iter().map(move |name| format!("{name}_{i}")))
+                .collect(),
+        }
+    }
+
+    fn values(
+        &self,
+        system: &mut dyn System,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Vec<f64>, ModelError> {
+        let (dae, range) = muscle_of(system, y)?;
+        let rates = y_dot.get(range.clone()).unwrap_or_default();
+        let snapshot = dae.snapshot(t, &y[range], rates);
+        let mut values = Vec::new();
+        for measurement in &self.0 {
+            measurement.read(&snapshot, &mut values);
+        }
+        Ok(values)
+    }
+
+    fn needs_rates(&self, system: &mut dyn System, y: &[f64]) -> bool {
+        self.0.iter().any(Measurement::has_stress) && stress_needs_rates(system, y)
+    }
+
+    fn stress_evaluations(&self) -> u64 {
+        self.0.iter().map(|m| m.stress_evaluations() as u64).sum()
+    }
+
+    fn measurements(&self) -> &[Measurement] {
+        &self.0
+    }
+}

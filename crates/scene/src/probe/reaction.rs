@@ -1,0 +1,78 @@
+//! The force of the supports at a group.
+
+use myovib_fem::Solid;
+use myovib_model::ModelError;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
+use crate::InputError;
+use crate::run::system::{System, muscle_of};
+
+/// The force that the supports exert on the body at a fixed group: N, in the plane N/m of
+/// depth.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(inline)]
+pub struct Reaction {
+    /// Physical group of fixed nodes.
+    pub group: String,
+}
+
+impl Kind for Reaction {
+    fn check_place(&self, solid: &Solid) -> Result<(), Wrong<Objection>> {
+        let nodes = at(".group", solid.space().nodes_of(&self.group))?;
+        let dimension = solid.space().dimension();
+        let free = solid.dofs().free_to_full();
+        let is_held = |node: usize| {
+            (0..dimension).any(|axis| free.binary_search(&(dimension * node + axis)).is_err())
+        };
+        if nodes.into_iter().any(is_held) {
+            return Ok(());
+        }
+        let group = &self.group;
+        let error = InputError::new(format!(
+            "no node of the group `{group}` is held, so that it has no reaction"
+        ));
+        let error = error.next("name the group of a [[fixed]] or [[displacement]]");
+        Err((".group", Objection::Input(error)))
+    }
+
+    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
+        let space = of.solid()?.space();
+        Ok(Box::new(Forces {
+            nodes: space.nodes_of(&self.group)?,
+            dimension: space.dimension(),
+        }))
+    }
+}
+
+/// The sum of support forces over these nodes, in so many dimensions.
+struct Forces {
+    nodes: Vec<usize>,
+    dimension: usize,
+}
+
+impl Reading for Forces {
+    fn names(&self) -> Vec<String> {
+        let names = ["R_x", "R_y", "R_z"].into_iter().take(self.dimension);
+        names.map(str::to_owned).collect()
+    }
+
+    fn values(
+        &self,
+        system: &mut dyn System,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Vec<f64>, ModelError> {
+        let (dae, range) = muscle_of(system, y)?;
+        let force = dae.unbalanced_force(t, &y[range.clone()], &y_dot[range])?;
+        let of_node = |node: &usize, axis| force[self.dimension * node + axis];
+        let sum = |axis| self.nodes.iter().map(|node| of_node(node, axis)).sum();
+        Ok((0..self.dimension).map(sum).collect())
+    }
+
+    fn needs_rates(&self, _: &mut dyn System, _: &[f64]) -> bool {
+        true
+    }
+}

@@ -1,0 +1,53 @@
+//! The motion of a rod.
+
+use myovib_fem::rod::PointValue;
+use myovib_model::ModelError;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::kind::{Kind, Parts, Reading, Systems, Wrong};
+use crate::InputError;
+use crate::run::system::System;
+
+/// Displacement and velocity of the rod at a position.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(inline)]
+pub struct Rod {
+    /// Position, from 0 to the rod's length.
+    pub at: f64,
+}
+
+impl Kind for Rod {
+    fn is_of_motion(&self) -> bool {
+        true
+    }
+
+    fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
+        let error = || InputError::new("the scene has no [rod]");
+        parts.rod.then_some(()).ok_or_else(|| (".type", error()))
+    }
+
+    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
+        match of.rod {
+            Some(rod) => Ok(Box::new(rod.rod().displacement_at(self.at)?)),
+            None => Err(ModelError::NoSuchPart { part: "rod" }),
+        }
+    }
+}
+
+impl Reading for PointValue {
+    fn names(&self) -> Vec<String> {
+        ["u", "v"].map(str::to_owned).into()
+    }
+
+    fn values(
+        &self,
+        system: &mut dyn System,
+        _: f64,
+        y: &[f64],
+        _: &[f64],
+    ) -> Result<Vec<f64>, ModelError> {
+        let n = system.rod().map_or(0, |rod| rod.rod().n_free());
+        Ok(vec![self.of(&y[..n]), self.of(&y[n..2 * n])])
+    }
+}
