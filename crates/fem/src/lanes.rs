@@ -9,7 +9,8 @@ use std::slice::{from_mut, from_ref};
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
 
-use crate::material::{Plain, Real, elementary};
+use crate::material::elementary;
+use crate::material::real::{Plain, Real};
 
 /// Runs `op` with the instructions of `simd` as a function of its own: what is called from many
 /// loops is compiled once, and what is long does not become part of what is longer still.
@@ -55,6 +56,13 @@ impl<S: Simd> Lanes<S> {
     pub(crate) fn load(simd: S, array: &Array, part: usize) -> Self {
         let value = S::as_simd_f64s(&array.0).0[part];
         Self { simd, value }
+    }
+
+    /// Writes register number `part` of an array.
+    #[inline(always)]
+    pub(crate) fn store(&self, array: &mut Array, part: usize) {
+        let own = self.as_slice();
+        array.0[part * own.len()..][..own.len()].copy_from_slice(own);
     }
 
     /// The numbers as a slice.

@@ -22,7 +22,7 @@ mod laws;
 mod parameters;
 mod potential;
 mod prony;
-mod real;
+pub(crate) mod real;
 mod single;
 pub(crate) mod tensor;
 pub mod three;
@@ -38,12 +38,11 @@ pub use parameters::{Described, Description, Parameter, Range};
 pub(crate) use potential::Potential;
 pub use potential::{PlaneCurvature, PlaneSlope};
 pub use prony::{Prony, PronyTerm};
-pub(crate) use real::Plain;
 pub use real::Real;
 pub use viscous::{Spread, Viscous, ViscousSlopes};
 
 use tensor::{Strain, Volumetric};
-use three::{Axes, Tangent3, Tensor3};
+use three::{Axes, Law3, OwnLaw, Tangent3, Tensor3};
 
 /// A 2 × 2 tensor: ∇u, a stress, a velocity gradient.
 pub type Tensor = [[f64; 2]; 2];
@@ -55,9 +54,29 @@ pub type Tangent = [[f64; 4]; 4];
 ///
 /// Laws with fibres have them along x here; in three dimensions the axes are given.
 impl Law {
+    /// A law written outside the crate, for bodies: in the plane, too, it is evaluated in space.
+    ///
+    /// It computes the numbers of a law of the crate, somewhat slower. `name` is for messages.
+    ///
+    /// # Examples
+    /// ```
+    /// use myovib_fem::Law;
+    /// use myovib_fem::material::MooneyRivlin;
+    /// static RUBBER: MooneyRivlin = MooneyRivlin { c10: 1e4, c01: 2e2 };
+    /// let shear = [[0.0, 0.3], [0.0, 0.0]];
+    /// // Simple shear: P01 = 2 (c10 + c01) γ.
+    /// assert!((Law::own("rubber", &RUBBER).stress(shear, 0.0)[0][1] - 6120.0).abs() < 1e-9);
+    /// ```
+    pub fn own<W: Law3 + Send + Sync>(name: &'static str, law: &'static W) -> Self {
+        Law::Own(OwnLaw::new(name, law))
+    }
+
     /// The law with its energy multiplied by `factor`: all its constants in Pa.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
+        if let Law::Own(own) = self {
+            return Law::Own(own.scaled(factor));
+        }
         let Description {
             name, parameters, ..
         } = self.description();
@@ -147,10 +166,10 @@ impl Law {
     #[inline(always)]
     pub fn has_fibres(self) -> bool {
         #[inline(always)]
-        fn has_fibres<W: three::Law3>(_: &W) -> bool {
+        fn has_fibres<W: Law3>(_: &W) -> bool {
             W::FIBRES
         }
-        with_law!(self, w => has_fibres(&w))
+        with_law!(self, w => has_fibres(&w), own => own.has_fibres())
     }
 
     /// κ of the penalty energy κ/2 (J − 1)² in place of a pressure: zero for a law whose energy
@@ -165,10 +184,10 @@ impl Law {
 
     /// Whether the force is linear in displacement and pressure.
     pub fn is_linear(self) -> bool {
-        fn is_small<W: three::Law3>(_: &W) -> bool {
+        fn is_small<W: Law3>(_: &W) -> bool {
             !W::FINITE
         }
-        with_law!(self, w => is_small(&w))
+        with_law!(self, w => is_small(&w), own => !own.is_finite())
     }
 }
 

@@ -1,9 +1,10 @@
 //! Laws written outside the crate, with what it makes public.
 
+use myovib_fem::Law;
 use myovib_fem::material::three::{
     Axes, FibreStrain, Invariants, Isotropic, Law3, Strain3, Symmetric3, Tensor3Of, add_scaled3,
 };
-use myovib_fem::material::{MooneyRivlin, Real};
+use myovib_fem::material::{Guccione, MooneyRivlin, Real, SmallStrain, StVenantKirchhoff};
 
 /// Gent's law of rubber that locks: W = −μ J_m/2 ln(1 − (Ī1 − 3)/J_m). Its energy is all of it.
 struct Gent {
@@ -99,4 +100,74 @@ fn a_law_may_be_its_energy_alone() {
 fn a_law_may_have_fibres() {
     let matrix = MooneyRivlin { c10: 1e4, c01: 0.0 };
     check(&Reinforced { matrix, k: 4e4 }, 1e5);
+}
+
+static MOONEY: MooneyRivlin = MooneyRivlin { c10: 1e4, c01: 2e2 };
+static LINEAR: SmallStrain = SmallStrain { shear_modulus: 2e4 };
+static WHOLE: StVenantKirchhoff = StVenantKirchhoff {
+    lambda: 3e4,
+    shear_modulus: 2e4,
+};
+static HEART: Guccione = Guccione {
+    c: 2e3,
+    b_f: 8.0,
+    b_t: 2.0,
+    b_fs: 4.0,
+};
+
+/// A law by reference is the same numbers as one of the list.
+#[test]
+fn a_law_by_reference_is_that_of_the_list_bit_by_bit() {
+    let axes = Axes {
+        fibre: [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0],
+        sheet: [-2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0],
+    };
+    let v = [[0.3, -0.8, 0.4], [0.5, 0.9, -0.2], [-0.6, 0.1, -0.7]];
+    let Guccione { c, b_f, b_t, b_fs } = HEART;
+    for (law, own) in [
+        (
+            Law::MooneyRivlin { c10: 1e4, c01: 2e2 },
+            Law::own("mooney", &MOONEY),
+        ),
+        (
+            Law::SmallStrain { shear_modulus: 2e4 },
+            Law::own("linear", &LINEAR),
+        ),
+        (
+            Law::StVenantKirchhoff {
+                lambda: 3e4,
+                shear_modulus: 2e4,
+            },
+            Law::own("whole", &WHOLE),
+        ),
+        (
+            Law::Guccione { c, b_f, b_t, b_fs },
+            Law::own("heart", &HEART),
+        ),
+    ] {
+        assert_eq!(law.energy3(H, axes), own.energy3(H, axes));
+        assert_eq!(law.stress3(H, 700.0, axes), own.stress3(H, 700.0, axes));
+        assert_eq!(law.tangent3(H, 700.0, axes), own.tangent3(H, 700.0, axes));
+        let rates = [law, own].map(|law| law.stress_rate3(H, v, [700.0, 30.0], axes));
+        assert_eq!(rates[0], rates[1]);
+        let rates = [law, own].map(|law| law.tangent_rate3(H, v, [700.0, 30.0], axes));
+        assert_eq!(rates[0], rates[1]);
+        assert_eq!(law.volume_change3(H), own.volume_change3(H));
+        assert_eq!(law.volume_gradient3(H), own.volume_gradient3(H));
+        let traits = |law: Law| {
+            (
+                law.is_linear(),
+                law.has_fibres(),
+                law.description().complete,
+            )
+        };
+        assert_eq!(traits(law), traits(own));
+        // One factor on the stress, the other in the constants: a rounding or two apart.
+        let [twice, own_twice] = [law, own].map(|law| law.scaled(1.7).stress3(H, 0.0, axes));
+        for (a, b) in twice.iter().flatten().zip(own_twice.iter().flatten()) {
+            assert!((a - b).abs() < 1e-14 * 1e5);
+        }
+    }
+    assert_ne!(Law::own("heart", &HEART), Law::own("whole", &WHOLE));
+    assert_eq!(Law::own("heart", &HEART), Law::own("heart", &HEART));
 }

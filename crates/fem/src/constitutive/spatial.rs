@@ -107,7 +107,7 @@ impl Spatial {
             strain,
             volumetric,
             along,
-        })))
+        })), own => own.stress(strain, volumetric, along))
     }
 
     #[inline(always)]
@@ -123,7 +123,7 @@ impl Spatial {
             strain,
             volumetric,
             along,
-        })))
+        })), own => own.tangent(strain, volumetric, along))
     }
 }
 
@@ -137,7 +137,7 @@ impl Constitutive<3> for Spatial {
 
     #[inline(always)]
     fn is_finite(&self) -> bool {
-        with_law!(self.0, w => is_finite(&w))
+        with_law!(self.0, w => is_finite(&w), own => own.is_finite())
     }
 
     #[inline(always)]

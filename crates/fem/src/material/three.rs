@@ -9,6 +9,7 @@
 mod fibres;
 mod isotropic;
 mod law;
+mod own;
 mod point;
 mod response;
 mod strain;
@@ -17,6 +18,7 @@ mod tensor;
 pub use fibres::{FibreStrain, FibreStrains};
 pub use isotropic::{Curvature, Invariants, Isotropic, Slope};
 pub use law::Law3;
+pub use own::OwnLaw;
 pub use point::Tangent3;
 pub use strain::{Axes, Strain3};
 #[allow(unused_imports)] // the element loops

@@ -13,13 +13,21 @@ pub type Tangent3 = [[f64; 9]; 9];
 impl Law {
     /// W at `h` = ∇u, without the pressure's part.
     pub fn energy3(self, h: Tensor3, axes: Axes<f64>) -> f64 {
-        with_law!(self, w => Strain3::new(&w, h, axes).energy(&w))
+        with_law!(
+            self,
+            w => Strain3::new(&w, h, axes).energy(&w),
+            own => own.energy(&Strain3::at(h, axes, own.is_finite()))
+        )
     }
 
     /// First Piola–Kirchhoff stress P = ∂W/∂F − p cof F.
     pub fn stress3(self, h: Tensor3, p: f64, axes: Axes<f64>) -> Tensor3 {
         let volumetric = Volumetric::pressure(p);
-        with_law!(self, w => Strain3::new(&w, h, axes).stress(&w, volumetric))
+        with_law!(
+            self,
+            w => Strain3::new(&w, h, axes).stress(&w, volumetric),
+            own => own.stress(&Strain3::at(h, axes, own.is_finite()), &volumetric, None)
+        )
     }
 
     /// Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ, with `v` = ∇v.
@@ -35,13 +43,21 @@ impl Law {
             p_rate,
             kappa: 0.0,
         };
-        with_law!(self, w => Strain3::new(&w, h, axes).stress_rate(&w, &v, volumetric))
+        with_law!(
+            self,
+            w => Strain3::new(&w, h, axes).stress_rate(&w, &v, volumetric),
+            own => own.stress(&Strain3::at(h, axes, own.is_finite()), &volumetric, Some(&v))
+        )
     }
 
     /// ∂P/∂F at fixed p.
     pub fn tangent3(self, h: Tensor3, p: f64, axes: Axes<f64>) -> Tangent3 {
         let volumetric = Volumetric::pressure(p);
-        let a = with_law!(self, w => Strain3::new(&w, h, axes).tangent(&w, volumetric));
+        let a = with_law!(
+            self,
+            w => Strain3::new(&w, h, axes).tangent(&w, volumetric),
+            own => own.tangent(&Strain3::at(h, axes, own.is_finite()), &volumetric, None)
+        );
         UPPER3.map(|row| row.map(|place| a.0[place]))
     }
 
@@ -60,18 +76,19 @@ impl Law {
         };
         let a = with_law!(
             self,
-            w => Strain3::new(&w, h, axes).tangent_rate(&w, &v, volumetric)
+            w => Strain3::new(&w, h, axes).tangent_rate(&w, &v, volumetric),
+            own => own.tangent(&Strain3::at(h, axes, own.is_finite()), &volumetric, Some(&v))
         );
         UPPER3.map(|row| row.map(|place| a.0[place]))
     }
 
     /// J − 1, or div u for small strains.
     pub fn volume_change3(self, h: Tensor3) -> f64 {
-        with_law!(self, w => Strain3::new(&w, h, Axes::cartesian(0.0)).d)
+        Strain3::at(h, Axes::cartesian(0.0), !self.is_linear()).d
     }
 
     /// ∂(J − 1)/∂F = cof F, or I for small strains.
     pub fn volume_gradient3(self, h: Tensor3) -> Tensor3Of<f64> {
-        with_law!(self, w => Strain3::new(&w, h, Axes::cartesian(0.0)).normal)
+        Strain3::at(h, Axes::cartesian(0.0), !self.is_linear()).normal
     }
 }
