@@ -6,10 +6,12 @@ use myovib_model::{ModelError, Probe};
 use super::Body;
 use super::builder::Builder;
 use super::materials::GIVE_FIBRE;
-use super::oscillators::MOST;
 use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::chain::{Chain, Component, ComponentName, Place};
+
+/// The most oscillators of all places of a chain, and the most points of a grid.
+pub(super) const MOST: usize = 1_000_000;
 
 /// A place of the body that drives a chain.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,7 +6,7 @@ use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Generator, Neighb
 
 use super::Body;
 use super::builder::Builder;
-use super::chain_places::{DrivenPlace, Found};
+use super::chain_places::{DrivenPlace, Found, MOST};
 use crate::InputError;
 use crate::probe::Parts;
 use crate::scene_file::SceneFile;
@@ -33,9 +33,6 @@ pub struct DrivenChain {
     /// Initial position of all oscillators.
     pub initial: f64,
 }
-
-/// The most oscillators of all places of a chain.
-pub(super) const MOST: usize = 1_000_000;
 
 impl DrivenChain {
     /// Number of chains: the places.
