@@ -245,6 +245,7 @@ impl Block {
         if let Some(factor) = &self.factor {
             strain.factor = Some(Lanes::load(simd, factor, part));
         }
+        #[allow(clippy::manual_map)] // a closure is compiled without the instructions it calls
         let along = match &self.along {
             Some(along) => Some(loaded(simd, along, part)),
             None => None,
