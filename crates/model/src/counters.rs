@@ -19,6 +19,8 @@ pub struct WorkCounters {
     pub added_passes: u64,
     /// The same for tangents.
     pub added_tangent_passes: u64,
+    /// Passes over the beds of the boundary, for residuals.
+    pub bed_passes: u64,
     /// Passes over elements whose stress relaxes, for residuals.
     pub relaxing_passes: u64,
     /// The same for tangents.

@@ -84,6 +84,39 @@ fn figures_of_a_report_look_as_each_of_them_alone() {
     assert_eq!(spoiled(&found), [0_usize; 0]);
 }
 
+/// In space: the body with its groups, its deformed surface, and a section, which need the fields.
+#[test]
+fn a_report_of_a_body_in_space_shows_surface_and_section() {
+    let small = [
+        "time.end=0.05",
+        "mesh.cells=[10,2,2]",
+        "probe=[]",
+        "chain=[]",
+    ];
+    let with_fields = report("muscle3d", &[&small[..], &["fields.every=0.05"]].concat());
+    for caption in ["Deformed surface at t = 0.05 s", "Section at t = 0.05 s"] {
+        assert!(with_fields.contains(caption), "{caption}");
+    }
+    let found = figures(&with_fields);
+    assert_eq!(
+        found.len(),
+        3,
+        "the body, its deformed surface, the section"
+    );
+    assert_eq!(spoiled(&found), [0_usize; 0]);
+    let other = "fields.quantities=[\"p\"]";
+    let without = report(
+        "muscle3d",
+        &[&small[..], &["fields.every=0.05", other]].concat(),
+    );
+    assert_eq!(
+        figures(&without).len(),
+        1,
+        "no displacement, no picture of it"
+    );
+    assert!(!without.contains("Deformed surface"));
+}
+
 /// The comparison sees what it is for: rectangles that share a name.
 #[test]
 fn figures_that_share_a_name_are_seen() {

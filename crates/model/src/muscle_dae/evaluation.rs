@@ -300,6 +300,7 @@ fn evaluate_added(
     } else {
         added_force.fill(0.0);
     }
+    counters.bed_passes += u64::from(!muscle.beds.is_empty());
     for bed in &muscle.beds {
         bed.add_force(u, v, added_force);
     }

@@ -83,6 +83,7 @@ fn balance(rtol: f64) -> Balance {
     let counters = integrator.problem().counters();
     assert!(counters.added_passes == counters.residual_passes && counters.added_passes > 0);
     assert_eq!(counters.added_tangent_passes, counters.tangent_passes);
+    assert_eq!(counters.bed_passes, counters.residual_passes);
     balance
 }
 
@@ -103,20 +104,28 @@ fn the_work_of_active_stress_is_stored_or_dissipated() {
 
 #[test]
 fn a_body_without_active_or_viscous_stress_does_none_of_their_work() {
-    let mut muscle = contracting(2, 1e5, 0.0, [AddedStress::default(); 2]);
-    muscle.solid = muscle.solid.clone().with_added_stresses(&[]).unwrap();
-    muscle.beds.clear();
-    let formulation = Formulation::Position;
-    let dae = MuscleDae::new(muscle, formulation).unwrap();
-    let zero = vec![0.0; dae.n_unknowns()];
-    let mut integrator = start_from(dae, &settings(formulation, 1e-3), 0.0, &zero, &zero).unwrap();
-    run(&mut *integrator, &mut []).unwrap();
-    let counters = integrator.problem().counters();
-    assert!(counters.residual_passes > 0 && counters.tangent_passes > 0);
-    assert_eq!(
-        [counters.added_passes, counters.added_tangent_passes],
-        [0; 2]
-    );
+    for (dimension, in_bed) in [(2, false), (2, true), (3, false), (3, true)] {
+        let mut muscle = contracting(dimension, 1e5, 0.0, [AddedStress::default(); 2]);
+        muscle.solid = muscle.solid.clone().with_added_stresses(&[]).unwrap();
+        if !in_bed {
+            muscle.beds.clear();
+        }
+        let formulation = Formulation::Position;
+        let dae = MuscleDae::new(muscle, formulation).unwrap();
+        let zero = vec![0.0; dae.n_unknowns()];
+        let settings = settings(formulation, 1e-3);
+        let mut integrator = start_from(dae, &settings, 0.0, &zero, &zero).unwrap();
+        run(&mut *integrator, &mut []).unwrap();
+        let counters = integrator.problem().counters();
+        assert!(counters.residual_passes > 0 && counters.tangent_passes > 0);
+        assert_eq!(
+            [counters.added_passes, counters.added_tangent_passes],
+            [0; 2]
+        );
+        let expected = if in_bed { counters.residual_passes } else { 0 };
+        assert_eq!(counters.bed_passes, expected);
+        assert_eq!(counters.relaxing_passes, 0);
+    }
 }
 
 /// Newton's method with the symmetric part of the viscous stiffness, and with the whole.

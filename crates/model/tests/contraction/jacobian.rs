@@ -122,7 +122,7 @@ const ROUNDING: f64 = 1e4 * f64::EPSILON;
 #[test]
 fn reduced_systems_solve_the_full_ones() {
     let mut rng = StdRng::seed_from_u64(18);
-    for mut dae in daes(2) {
+    for mut dae in daes(2).into_iter().chain(daes(3)) {
         let name = dae.formulation();
         let of_viscous = |stress: &AddedStress| stress.viscosity > 0.0;
         let viscous = dae.muscle().solid.added_stresses().iter().any(of_viscous);

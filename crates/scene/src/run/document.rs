@@ -48,6 +48,7 @@ pub(super) fn dynamic<P: System>(
             "added_passes": work.added_passes,
             "coherence_passes": work.coherence_passes,
             "added_tangent_passes": work.added_tangent_passes,
+            "bed_passes": work.bed_passes,
             "relaxing_passes": work.relaxing_passes,
             "relaxing_tangent_passes": work.relaxing_tangent_passes,
             "relaxing_solve_passes": work.relaxing_solve_passes,
