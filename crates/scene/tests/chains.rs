@@ -160,6 +160,45 @@ fn chains_stiffen_and_contract_the_elements_they_are_in() {
     assert!(elements.iter().any(|&element| chi[element] > 0.5));
 }
 
+/// Internal stresses are unknowns of the body, whose oscillators are eliminated all the same: two
+/// methods agree.
+#[test]
+fn chains_contract_a_body_whose_stress_relaxes() {
+    let relaxing = "fibre = \"fibre\"\nprony = [{ g = 0.5, tau = 0.02 }]";
+    let text = two_way().replacen("fibre = \"fibre\"", relaxing, 1);
+    let feedback = "[[feedback]]\nchain = \"spindles\"\nunsynchronised = 1.5\n";
+    assert!(text.contains(relaxing) && text.contains(feedback));
+    let probe = "[[probe]]\nname = \"middle\"\ntype = \"point\"\nat = [0.0, 0.0, 0.0]\n\
+                 quantities = [\"u\", \"tension\"]\nevery = 0.06\n";
+    let text = text.replacen(feedback, "", 1) + probe;
+    let last = |text: &str, method: &str| -> Vec<f64> {
+        let method = format!("integrator.method={method}");
+        let set = [method, "integrator.rtol=1e-6".to_owned()];
+        let scene = Scene::build("scene.toml", text, &set, Path::new("")).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let document = compute(&scene, &RunOptions::into_folder(folder.path()));
+        assert_eq!(document.unwrap().document["outcome"], "finished");
+        let table = std::fs::read_to_string(folder.path().join("middle.csv")).unwrap();
+        let last = table.lines().last().unwrap().split(',').skip(1);
+        last.map(|word| word.parse().unwrap()).collect()
+    };
+    let length = |of: &[f64]| of[..3].iter().map(|u| u * u).sum::<f64>().sqrt();
+    let (radau, bdf) = (last(&text, "radau"), last(&text, "bdf"));
+    let elastic = last(&text.replacen(relaxing, "fibre = \"fibre\"", 1), "radau");
+    for (i, (radau, bdf)) in radau.iter().zip(&bdf).enumerate() {
+        // A thousand times the tolerance: the errors of BDF's many steps add up.
+        let size = if i < 3 { length(&elastic) } else { 2e4 };
+        assert!((radau - bdf).abs() < 1e-3 * size, "{i}: {radau} {bdf}");
+    }
+    // The stress that relaxes is there, and so is the tension.
+    let moved: Vec<f64> = radau.iter().zip(&elastic).map(|(a, b)| a - b).collect();
+    assert!(
+        length(&moved) > 0.01 * length(&elastic),
+        "{radau:?} {elastic:?}"
+    );
+    assert!(radau[3] > 1.0, "{radau:?}");
+}
+
 #[test]
 fn tensions_that_cannot_follow_a_chain_are_refused() {
     for (from, to, messages) in [

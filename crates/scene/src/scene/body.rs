@@ -6,11 +6,10 @@ use myovib_fem::{DofMap, FemError, Law, Mesh, Solid, Space};
 use myovib_model::{Formulation, LinearSolver, Muscle, Parameters, Prescribed};
 
 use super::builder::Builder;
-use super::contraction::chains_that_act;
+use super::contraction::act_on_own_elements;
 use super::materials::Materials;
 use super::{Body, Start};
 use crate::InputError;
-use crate::scene_file::chain::Place;
 use crate::scene_file::solid;
 use crate::scene_file::{SceneFile, mesh};
 
@@ -72,11 +71,7 @@ impl Builder<'_> {
                 })
             })
             .collect();
-        let own_elements = |name: &str| {
-            let mut chains = file.chain.iter().filter(|chain| chain.name == name);
-            chains.all(|chain| matches!(chain.at, Some(Place::Elements { .. })))
-        };
-        let linear_solver = match chains_that_act(file).all(own_elements) {
+        let linear_solver = match act_on_own_elements(file) {
             true => LinearSolver::Condensed,
             // The oscillators act on elements that do not drive them: they are not eliminated.
             false => LinearSolver::Full,

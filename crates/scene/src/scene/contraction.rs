@@ -7,6 +7,7 @@ use myovib_model::{Activation, Bed, Signal};
 use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::active::{Active, Tension};
+use crate::scene_file::chain::Place;
 use crate::scene_file::material::Material;
 use crate::scene_file::solid::Direction;
 use crate::scene_file::{Analysis, SceneFile};
@@ -22,6 +23,14 @@ pub(super) type Added = (Vec<(Vec<usize>, AddedStress)>, Vec<(usize, Activation)
 pub(super) fn chains_that_act(file: &SceneFile) -> impl Iterator<Item = &str> {
     let of_stiffness = file.feedback.iter().map(|feedback| feedback.chain.as_str());
     of_stiffness.chain(file.material.iter().filter_map(chain_of_tension))
+}
+
+/// Whether chains that act back do so on the elements that drive them alone.
+pub(super) fn act_on_own_elements(file: &SceneFile) -> bool {
+    chains_that_act(file).all(|name| {
+        let mut chains = file.chain.iter().filter(|chain| chain.name == name);
+        chains.all(|chain| matches!(chain.at, Some(Place::Elements { .. })))
+    })
 }
 
 /// The chain that the tension of a material follows.
@@ -79,12 +88,14 @@ impl Builder<'_> {
                 continue;
             };
             let path = format!("material[{i}].prony");
-            if chains_that_act(file).next().is_some() {
-                let error = InputError::new("stress cannot relax where oscillators act back on it")
-                    .next(
-                        "leave out `prony`; or leave out the feedback, so that the chains follow the \
-                         body and do not act on it; `eta` or `beta` damp with feedback too",
-                    );
+            if !file.feedback.is_empty() || !act_on_own_elements(file) {
+                let error = InputError::new(
+                    "stress cannot relax where oscillators act on the stiffness, or beyond their elements",
+                )
+                .next(
+                    "leave out `prony`; or leave out [[feedback]], and let the tension follow chains in \
+                     elements; `eta` or `beta` damp with feedback too",
+                );
                 return Err(self.wrong(&path, error));
             }
             for (k, term) in terms.iter().enumerate() {
