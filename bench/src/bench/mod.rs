@@ -4,6 +4,7 @@ mod accuracy;
 mod cases;
 mod features;
 mod growth;
+mod large;
 mod reference;
 mod rival;
 mod rows;
@@ -32,6 +33,7 @@ use myovib_scene::mesh_file;
     myovib-bench bench accuracy --repeats 3\n  \
     myovib-bench bench features\n  \
     myovib-bench bench growth --refinements 3\n  \
+    myovib-bench bench large --cases spindle-bdf,growth\n  \
     myovib-bench bench rows --repeats 3\n\n\
     CPU times are those of one thread; compare them within one run. After Ctrl-C the run that is being \
     timed ends, and what was measured is given."
@@ -41,7 +43,8 @@ pub(crate) struct BenchArgs {
     #[arg(value_enum, default_value = "work")]
     pub what: What,
 
-    /// Cases to run: undamped, damped, incompressible, damped-incompressible, displacement.
+    /// Cases to run: undamped, damped, incompressible, damped-incompressible, displacement; of `large`:
+    /// ventricle-bdf, ventricle-radau, spindle-bdf, spindle-radau, growth.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub cases: Vec<String>,
 
@@ -98,6 +101,8 @@ pub(crate) enum What {
     Features,
     /// Time, memory and fill on refined meshes.
     Growth,
+    /// Twenty steps of bodies of 100 000 unknowns, and costs from 10 000 to 200 000.
+    Large,
     /// Rows of Table 2 with the condensed, the full and SUNDIALS' own linear solver.
     Rows,
 }
@@ -107,7 +112,7 @@ impl BenchArgs {
     fn check(&self) -> Result<(), InputError> {
         let (work, cases) = match self.what {
             What::Work => (true, true),
-            What::Accuracy => (false, true),
+            What::Accuracy | What::Large => (false, true),
             What::Features | What::Growth | What::Rows => (false, false),
         };
         let options = [
@@ -119,7 +124,7 @@ impl BenchArgs {
         if let Some((option, ..)) = options.into_iter().find(|(_, given, has)| *given && !has) {
             let error = InputError::new("the option has no meaning for this measurement");
             return Err(error.at(option).allowed(match option {
-                "--cases" => "bench work, bench accuracy",
+                "--cases" => "bench work, bench accuracy, bench large",
                 _ => "bench work",
             }));
         }
@@ -185,6 +190,7 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
         What::Accuracy => accuracy::run(args, &mesh),
         What::Features => features::run(args, &mesh),
         What::Growth => growth::run(args, &mesh),
+        What::Large => large::run(args),
         What::Rows => rows::run(args),
     }
 }

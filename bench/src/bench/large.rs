@@ -1,0 +1,413 @@
+//! Large bodies: where the time of twenty steps in motion goes, what memory they take, and how costs
+//! grow with the body.
+
+use std::fmt::Write as _;
+use std::fs;
+
+use anyhow::{Context, ensure};
+use cpu_time::ThreadTime;
+use myovib_cli::exit::Exit;
+use myovib_cli::machine::Machine;
+use myovib_dae::Problem;
+use myovib_model::linear::{LinearWork, Number, Reduction};
+use myovib_model::{Advance, MuscleDae, start_at_rest};
+use myovib_scene::{Body, InputError, Scene};
+use myovib_sparse::klu::KluOptions;
+use myovib_sparse::resources;
+use num_complex::Complex64;
+use serde::Serialize;
+
+use super::growth::fastest_call;
+use super::{BenchArgs, give, goes_on};
+
+/// Steps that are looked at.
+const STEPS: usize = 20;
+/// Calls of which the fastest counts.
+const REPEATS: u32 = 2;
+/// 1.5/ms: what multiplies ∂F/∂ẏ in steps of about a millisecond.
+const C: f64 = 1.5e3;
+
+/// A body in motion: its name, method, scene, what is set there, and the time from which steps count, s.
+type Motion = (
+    &'static str,
+    &'static str,
+    &'static str,
+    &'static [&'static str],
+    f64,
+);
+
+/// The ventricle begins to contract at 0.16 s; the spindle is shaken from 0.4 s on.
+const MOTIONS: [Motion; 4] = [
+    ("ventricle", "bdf", "ventricle", &[], 0.17),
+    ("ventricle", "radau", "ventricle", &[], 0.17),
+    ("spindle", "bdf", "muscle3d", SPINDLE, 0.4),
+    ("spindle", "radau", "muscle3d", SPINDLE, 0.4),
+];
+const SPINDLE: &[&str] = &["mesh.cells=[40, 10, 10]"];
+/// What else there is to measure.
+const GROWTH: &str = "growth";
+/// Cells along and across the spindle whose costs grow.
+const CELLS: [[usize; 2]; 4] = [[20, 4], [30, 6], [40, 10], [50, 12]];
+
+/// Twenty steps.
+#[derive(Serialize)]
+struct Run {
+    body: &'static str,
+    method: &'static str,
+    unknowns_paper: usize,
+    /// From when to when, s.
+    t: [f64; 2],
+    cpu_seconds: f64,
+    parts: Vec<Part>,
+    memory: Memory,
+}
+
+/// A part of a run: how often, and what one takes at the end of the run.
+#[derive(Serialize)]
+struct Part {
+    what: &'static str,
+    number: u64,
+    milliseconds: f64,
+    /// Of the CPU time of the run.
+    share: f64,
+}
+
+/// Of the process, MiB.
+#[derive(Serialize)]
+struct Memory {
+    /// In use before the analysis, and what is predicted for the factors.
+    predicted: f64,
+    /// At its largest.
+    peak: f64,
+    /// Peak by prediction, less one.
+    off: f64,
+}
+
+/// One size of the spindle.
+#[derive(Serialize)]
+struct Level {
+    cells: [usize; 2],
+    unknowns_paper: usize,
+    residual_ms: f64,
+    tangents_ms: f64,
+    analysis_ms: f64,
+    factor_ms: f64,
+    solve_ms: f64,
+    factor_entries: u64,
+    flops: f64,
+    factors_mib: f64,
+}
+
+#[derive(Serialize)]
+struct Document {
+    machine: Machine,
+    steps: usize,
+    runs: Vec<Run>,
+    levels: Vec<Level>,
+    /// Of growth with the unknowns, from the first level to the last.
+    exponents: Vec<(&'static str, f64)>,
+}
+
+pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
+    let motions = MOTIONS.map(|motion| (format!("{}-{}", motion.0, motion.1), motion));
+    let names = motions.iter().map(|(name, _)| name.as_str());
+    let names: Vec<_> = names.chain([GROWTH]).collect();
+    if let Some(unknown) = args.cases.iter().find(|case| !names.contains(&&***case)) {
+        let error = InputError::new("no such case").at("--cases").found(unknown);
+        return Err(error.allowed(names.join(", ")).into());
+    }
+    let wanted = |name: &str| args.cases.is_empty() || args.cases.iter().any(|case| case == name);
+    let (mut runs, mut levels) = (Vec::new(), Vec::new());
+    for (name, (body, method, scene, set, from)) in &motions {
+        if wanted(name) && goes_on() {
+            runs.push(twenty_steps([body, method, scene], set, *from)?);
+        }
+    }
+    if wanted(GROWTH) {
+        for cells in CELLS.into_iter().take_while(|_| goes_on()) {
+            levels.push(level(cells)?);
+        }
+    }
+    let document = Document {
+        machine: Machine::found(),
+        steps: STEPS,
+        exponents: exponents(&levels),
+        runs,
+        levels,
+    };
+    give(args, &text(&document)?, &document)
+}
+
+fn body(scene: &str, set: &[String]) -> anyhow::Result<Body> {
+    let scene = Scene::built_in(scene, set)?;
+    scene.body.context("the scene has a body")
+}
+
+fn mib(bytes: Option<usize>) -> anyhow::Result<f64> {
+    let bytes = bytes.context("this system does not tell what memory is in use")?;
+    Ok(bytes as f64 / f64::from(1 << 20))
+}
+
+fn twenty_steps(
+    [name, method, scene]: [&'static str; 3],
+    set: &[&str],
+    from: f64,
+) -> anyhow::Result<Run> {
+    let method_set = format!("integrator.method=\"{method}\"");
+    let set: Vec<String> = set
+        .iter()
+        .map(|&s| s.to_owned())
+        .chain([method_set])
+        .collect();
+    let Body {
+        muscle,
+        formulation,
+        settings,
+        ..
+    } = body(scene, &set)?;
+    // The peak so far is another run's.
+    fs::write("/proc/self/clear_refs", "5").context("/proc/self/clear_refs")?;
+    let n_complex = settings.integrator.stages().unwrap_or(1) / 2;
+    let mut dae = MuscleDae::new(muscle.clone(), formulation)?;
+    let unknowns_paper = muscle.n_unknowns_paper();
+    // Room that was not written to yet is not in use.
+    let at_rest = vec![0.0; dae.n_unknowns()];
+    dae.update_matrices(0.0, &at_rest, &at_rest)?;
+    let before = mib(resources::in_use())?;
+    let needs = Reduction::new(&dae, KluOptions::default())?.needs(n_complex);
+    let predicted = before + mib(needs.map(|needs| needs.bytes))?;
+
+    let mut integrator = start_at_rest(dae, &settings)?;
+    let mut step = || -> anyhow::Result<_> {
+        let advance = integrator.advance()?;
+        ensure!(advance == Advance::Stepped, "the run ends: {advance:?}");
+        let (counts, work) = (integrator.counts(), *integrator.problem().counters());
+        Ok((integrator.time(), counts, work))
+    };
+    let mut before_steps = step()?;
+    while before_steps.0 < from {
+        before_steps = step()?;
+    }
+    let started = ThreadTime::now();
+    let mut after_steps = step()?;
+    for _ in 1..STEPS {
+        after_steps = step()?;
+    }
+    let cpu_seconds = started.elapsed().as_secs_f64();
+    let peak = mib(resources::peak())?;
+    let ((begin, counts, work), (t, later, done)) = (before_steps, after_steps);
+    let n = integrator.problem().n_unknowns();
+    let (mut y, mut y_dot) = (vec![0.0; n], vec![0.0; n]);
+    integrator.dense_output(t, 0, &mut y)?;
+    integrator.dense_output(t, 1, &mut y_dot)?;
+    drop(integrator);
+
+    let one = One::measure(
+        &mut MuscleDae::new(muscle, formulation)?,
+        t,
+        &y,
+        &y_dot,
+        n_complex > 0,
+    )?;
+    let linear = match (counts.radau_work, later.radau_work) {
+        (before, Some(after)) => {
+            let before = before.unwrap_or_default();
+            [
+                after.real_factorizations - before.real_factorizations,
+                after.complex_factorizations - before.complex_factorizations,
+                after.real_solves - before.real_solves,
+                after.complex_solves - before.complex_solves,
+            ]
+        }
+        _ => [
+            later.linear_setups - counts.linear_setups,
+            0,
+            done.linear.solves - work.linear.solves,
+            0,
+        ],
+    };
+    let parts = [
+        (
+            "residuals",
+            done.residual_passes - work.residual_passes,
+            one.residual,
+        ),
+        (
+            "tangents",
+            done.tangent_passes - work.tangent_passes,
+            one.tangents,
+        ),
+        ("real factors", linear[0], one.real.factor),
+        ("complex factors", linear[1], one.complex.factor),
+        ("real solves", linear[2], one.real.solve),
+        ("complex solves", linear[3], one.complex.solve),
+    ];
+    let part = |(what, number, seconds): (_, u64, f64)| Part {
+        what,
+        number,
+        milliseconds: 1e3 * seconds,
+        share: number as f64 * seconds / cpu_seconds,
+    };
+    Ok(Run {
+        body: name,
+        method,
+        unknowns_paper,
+        t: [begin, t],
+        cpu_seconds,
+        parts: parts.into_iter().map(part).collect(),
+        memory: Memory {
+            predicted,
+            peak,
+            off: peak / predicted - 1.0,
+        },
+    })
+}
+
+/// CPU seconds of one of each.
+struct One {
+    residual: f64,
+    tangents: f64,
+    real: Linear,
+    complex: Linear,
+}
+
+#[derive(Default)]
+struct Linear {
+    factor: f64,
+    solve: f64,
+    entries: u64,
+}
+
+impl One {
+    fn measure(
+        dae: &mut MuscleDae,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        has_complex: bool,
+    ) -> anyhow::Result<Self> {
+        let mut out = vec![0.0; y.len()];
+        let residual = fastest_call(REPEATS, || dae.residual(t, y, y_dot, &mut out))?;
+        let tangents = fastest_call(REPEATS, || dae.update_matrices(t, y, y_dot))?;
+        let reduction = Reduction::new(dae, KluOptions::default())?;
+        let complex = match has_complex {
+            true => Linear::measure(dae, &reduction, Complex64::new(C, 0.7 * C))?,
+            false => Linear::default(),
+        };
+        Ok(Self {
+            residual,
+            tangents,
+            real: Linear::measure(dae, &reduction, C)?,
+            complex,
+        })
+    }
+}
+
+impl Linear {
+    fn measure<T: Number>(dae: &MuscleDae, reduction: &Reduction, c: T) -> anyhow::Result<Self> {
+        let mut matrix = reduction.matrix::<T>();
+        let mut work = LinearWork::default();
+        let factor = fastest_call(REPEATS, || {
+            matrix.set_up(c, |m| dae.matrix_values(m), &mut work)
+        })?;
+        let mut x = vec![T::one(); dae.n_unknowns()];
+        matrix.solve(&mut x, &mut work)?; // and checked, which is once for a factorisation
+        let solve = fastest_call(REPEATS, || {
+            x.fill(T::one());
+            matrix.solve(&mut x, &mut work)
+        })?;
+        Ok(Self {
+            factor,
+            solve,
+            entries: work.factor_entries,
+        })
+    }
+}
+
+fn level([along, across]: [usize; 2]) -> anyhow::Result<Level> {
+    let cells = format!("mesh.cells=[{along}, {across}, {across}]");
+    let Body {
+        muscle,
+        formulation,
+        ..
+    } = body("muscle3d", &[cells])?;
+    let unknowns_paper = muscle.n_unknowns_paper();
+    let mut dae = MuscleDae::new(muscle, formulation)?;
+    let n = dae.n_unknowns();
+    let (y, y_dot) = (vec![1e-7; n], vec![1e-6; n]);
+    let started = ThreadTime::now();
+    let reduction = Reduction::new(&dae, KluOptions::default())?;
+    let analysis = started.elapsed().as_secs_f64();
+    let needs = reduction.needs(0).context("no engine is installed")?;
+    let one = One::measure(&mut dae, 0.5, &y, &y_dot, false)?;
+    Ok(Level {
+        cells: [along, across],
+        unknowns_paper,
+        residual_ms: 1e3 * one.residual,
+        tangents_ms: 1e3 * one.tangents,
+        analysis_ms: 1e3 * analysis,
+        factor_ms: 1e3 * one.real.factor,
+        solve_ms: 1e3 * one.real.solve,
+        factor_entries: one.real.entries,
+        flops: needs.flops,
+        factors_mib: mib(Some(needs.bytes))?,
+    })
+}
+
+fn exponents(levels: &[Level]) -> Vec<(&'static str, f64)> {
+    let [first, .., last] = levels else {
+        return Vec::new();
+    };
+    let growth = |value: fn(&Level) -> f64| (value(last) / value(first)).ln();
+    let unknowns = growth(|l| l.unknowns_paper as f64);
+    let of = |name, value: fn(&Level) -> f64| (name, growth(value) / unknowns);
+    vec![
+        of("residual", |l| l.residual_ms),
+        of("tangents", |l| l.tangents_ms),
+        of("analysis", |l| l.analysis_ms),
+        of("factor", |l| l.factor_ms),
+        of("solve", |l| l.solve_ms),
+        of("entries", |l| l.factor_entries as f64),
+        of("operations", |l| l.flops),
+        of("memory", |l| l.factors_mib),
+    ]
+}
+
+fn text(document: &Document) -> anyhow::Result<String> {
+    let mut text = String::new();
+    for run in &document.runs {
+        let Memory {
+            predicted, peak, ..
+        } = run.memory;
+        writeln!(
+            text,
+            "{} by {}: {} unknowns, {STEPS} steps to t = {:.4} s in {:.1} CPU s, {peak:.0} MiB (predicted {predicted:.0})",
+            run.body, run.method, run.unknowns_paper, run.t[1], run.cpu_seconds
+        )?;
+        for part in run.parts.iter().filter(|part| part.number > 0) {
+            let (number, share) = (part.number, 100.0 * part.share);
+            writeln!(
+                text,
+                "{share:5.1} % {:15} {number:5} × {:.1} ms",
+                part.what, part.milliseconds
+            )?;
+        }
+    }
+    for level in &document.levels {
+        writeln!(
+            text,
+            "{} unknowns: residual {:.1} ms, tangents {:.1} ms, analysis {:.0} ms, factor {:.0} ms, solve {:.1} ms, {:.0} MiB",
+            level.unknowns_paper,
+            level.residual_ms,
+            level.tangents_ms,
+            level.analysis_ms,
+            level.factor_ms,
+            level.solve_ms,
+            level.factors_mib,
+        )?;
+    }
+    for (what, exponent) in &document.exponents {
+        writeln!(text, "{what} ∝ unknowns^{exponent:.2}")?;
+    }
+    Ok(text)
+}
