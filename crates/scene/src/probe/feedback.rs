@@ -20,7 +20,10 @@ impl Kind for Feedback {
 
     fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
         let error = || InputError::new("the scene has no [[feedback]]");
-        parts.feedback.then_some(()).ok_or_else(|| (".type", error()))
+        parts
+            .feedback
+            .then_some(())
+            .ok_or_else(|| (".type", error()))
     }
 
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
