@@ -10,6 +10,7 @@
 //! elimination.
 #![deny(unsafe_code)]
 
+mod compiled;
 pub mod engine;
 mod error;
 mod factorization;

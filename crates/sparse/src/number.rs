@@ -7,6 +7,7 @@ use faer::traits::ComplexField;
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::{Complex64, ComplexFloat};
 
+use crate::compiled::Compiled;
 use crate::engine::Engine;
 use crate::{Factorization, Kind, SparseError};
 
@@ -181,6 +182,7 @@ impl<const C: usize> Row<Complex64> for Complexes<C> {
 /// `f64` or `Complex64`.
 pub trait Number:
     Scalar
+    + Compiled
     + ComplexFloat<Real = f64>
     + ComplexField
     + Send

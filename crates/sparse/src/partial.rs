@@ -75,20 +75,23 @@ pub struct Factors<T: Number> {
 impl<T: Number> Factors<T> {
     /// No factors yet, of matrices with the pattern analysed.
     pub fn new(symbolic: Symbolic) -> Self {
-        let factor = symbolic
-            .lu
-            .factorize_numeric_lu_scratch::<T>(Par::Seq, Default::default());
-        let solve = symbolic.lu.solve_in_place_scratch::<T>(1, Par::Seq);
-        let transposed = symbolic
-            .lu
-            .solve_transpose_in_place_scratch::<T>(1, Par::Seq);
         Self {
-            buffer: MemBuffer::new(StackReq::any_of(&[factor, solve, transposed])),
+            buffer: T::room_for_lu(&symbolic),
             numeric: NumericLu::new(),
             probe: vec![T::zero(); symbolic.n()],
             current: false,
             symbolic,
         }
+    }
+
+    /// Room for all that the factors of such matrices are asked for.
+    pub(crate) fn room(symbolic: &Symbolic) -> MemBuffer {
+        let lu = &symbolic.lu;
+        MemBuffer::new(StackReq::any_of(&[
+            lu.factorize_numeric_lu_scratch::<T>(Par::Seq, Default::default()),
+            lu.solve_in_place_scratch::<T>(1, Par::Seq),
+            lu.solve_transpose_in_place_scratch::<T>(1, Par::Seq),
+        ]))
     }
 
     /// How often pivots were chosen that later matrices keep: never.
@@ -115,12 +118,8 @@ impl<T: Number> Factors<T> {
             });
         }
         expect_finite(values, "matrix")?;
-        let matrix = SparseColMatRef::new(view(&self.symbolic.pattern), values);
-        let stack = MemStack::new(&mut self.buffer);
         let singular = SparseError::Singular { n, column: None };
-        let (lu, numeric) = (&self.symbolic.lu, &mut self.numeric);
-        lu.factorize_numeric_lu(numeric, matrix, Par::Seq, stack, Default::default())
-            .map_err(|_| singular.clone())?;
+        T::factor_lu(self, values).ok_or(singular.clone())?;
         // A pivot of zero is not said: it leaves infinities.
         self.current = true;
         let mut probe = std::mem::take(&mut self.probe);
@@ -142,13 +141,7 @@ impl<T: Number> Factors<T> {
     /// [`SparseError::NoFactors`], [`SparseError::WrongLength`].
     pub fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError> {
         self.check(x)?;
-        let x = MatMut::from_column_major_slice_mut(x, self.symbolic.n(), 1);
-        LuRef::new_unchecked(&self.symbolic.lu, &self.numeric).solve_in_place_with_conj(
-            Conj::No,
-            x,
-            Par::Seq,
-            MemStack::new(&mut self.buffer),
-        );
+        T::solve_lu(self, x, false);
         Ok(())
     }
 
@@ -158,14 +151,29 @@ impl<T: Number> Factors<T> {
     /// As for [`solve`](Self::solve).
     pub fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError> {
         self.check(x)?;
-        let x = MatMut::from_column_major_slice_mut(x, self.symbolic.n(), 1);
-        LuRef::new_unchecked(&self.symbolic.lu, &self.numeric).solve_transpose_in_place_with_conj(
-            Conj::No,
-            x,
-            Par::Seq,
-            MemStack::new(&mut self.buffer),
-        );
+        T::solve_lu(self, x, true);
         Ok(())
+    }
+
+    /// The factors of the matrix with these `values`, if it is not seen to be singular.
+    pub(crate) fn factor(&mut self, values: &[T]) -> Option<()> {
+        let matrix = SparseColMatRef::new(view(&self.symbolic.pattern), values);
+        let stack = MemStack::new(&mut self.buffer);
+        let (lu, numeric) = (&self.symbolic.lu, &mut self.numeric);
+        lu.factorize_numeric_lu(numeric, matrix, Par::Seq, stack, Default::default())
+            .ok()
+            .map(drop)
+    }
+
+    /// Solves in place with the last factors.
+    pub(crate) fn solve_with(&mut self, x: &mut [T], is_transposed: bool) {
+        let x = MatMut::from_column_major_slice_mut(x, self.symbolic.n(), 1);
+        let lu = LuRef::new_unchecked(&self.symbolic.lu, &self.numeric);
+        let stack = MemStack::new(&mut self.buffer);
+        match is_transposed {
+            false => lu.solve_in_place_with_conj(Conj::No, x, Par::Seq, stack),
+            true => lu.solve_transpose_in_place_with_conj(Conj::No, x, Par::Seq, stack),
+        }
     }
 
     /// Whether there is something to solve `x` with.

@@ -76,6 +76,11 @@ impl Product {
 
     /// `y` -= A `x`, A given by its `values` in the order of the pattern.
     pub fn subtract<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
+        T::subtract(self, values, x, y);
+    }
+
+    /// The loop of [`subtract`](Self::subtract).
+    pub(crate) fn accumulate<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
         self.arch.dispatch(Accumulate {
             product: self,
             values,
@@ -95,7 +100,7 @@ impl Product {
     ) {
         match n_columns {
             1 => self.subtract(values, x, y),
-            _ => self.by_columns::<T, false>(values, x, y, n_columns),
+            _ => T::subtract_columns(self, values, x, y, n_columns),
         }
     }
 
@@ -107,11 +112,11 @@ impl Product {
         y: &mut [T],
         n_columns: usize,
     ) {
-        self.by_columns::<T, true>(values, x, y, n_columns);
+        T::subtract_transposed_columns(self, values, x, y, n_columns);
     }
 
-    /// Eight columns at a time, as far as there are.
-    fn by_columns<T: Number, const TRANSPOSED: bool>(
+    /// The loops over columns: eight at a time, as far as there are.
+    pub(crate) fn by_columns<T: Number, const TRANSPOSED: bool>(
         &self,
         values: &[T],
         x: &[T],
@@ -139,6 +144,11 @@ impl Product {
 
     /// `y` -= Aᵀ `x` (transposed, not conjugated), likewise.
     pub fn subtract_transposed<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
+        T::subtract_transposed(self, values, x, y);
+    }
+
+    /// The loop of [`subtract_transposed`](Self::subtract_transposed).
+    pub(crate) fn transposed<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
         self.arch.dispatch(Transposed {
             product: self,
             values,
@@ -149,6 +159,11 @@ impl Product {
 
     /// `y` += |A| |`x`|, likewise.
     pub fn add_magnitudes<T: Number>(&self, values: &[T], x: &[T], y: &mut [f64]) {
+        T::add_magnitudes(self, values, x, y);
+    }
+
+    /// The loop of [`add_magnitudes`](Self::add_magnitudes).
+    pub(crate) fn magnitudes<T: Number>(&self, values: &[T], x: &[T], y: &mut [f64]) {
         self.arch.dispatch(Accumulate {
             product: self,
             values,

@@ -61,9 +61,9 @@ impl<T: Number> Supernodal<T> {
             .as_ref()
             .map_or(1, |pool| pool.current_num_threads());
         let schedule = Schedule::new(&analysis, n_threads);
-        let stacks = schedule.rooms.iter().map(|room| Stacks {
-            sides: room.heights.map(zeros),
-            upper: zeros(room.upper),
+        let stacks = schedule.stacks.iter().map(|size| Stacks {
+            sides: size.heights.map(zeros),
+            upper: zeros(size.upper),
         });
         Self {
             factors: zeros(analysis.n_entries()),
@@ -81,6 +81,11 @@ impl<T: Number> Supernodal<T> {
     /// # Errors
     /// [`SparseError::ZeroPivot`]; there are no factors then.
     pub fn factor(&mut self, values: &[T]) -> Result<(), SparseError> {
+        T::factor(self, values)
+    }
+
+    /// The loops of [`factor`](Self::factor).
+    pub(crate) fn factor_by_blocks(&mut self, values: &[T]) -> Result<(), SparseError> {
         match self.threads.clone() {
             None => self.factor_rest(values, false),
             Some(pool) => pool.install(|| {

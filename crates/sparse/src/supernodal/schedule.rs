@@ -27,9 +27,9 @@ pub(super) struct Subtree {
     pub(super) work: f64,
 }
 
-/// Room for the updates of a subtree or of the rest.
+/// How large the stacks are for the updates of a subtree or of the rest.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Room {
+pub(super) struct StackSizes {
     /// The heights of the stacks, even and odd.
     pub(super) heights: [usize; 2],
     /// The most entries of rows of U that are not kept with the factors.
@@ -45,8 +45,8 @@ pub(super) struct Schedule {
     pub(super) rest: Vec<u32>,
     /// By supernode.
     pub(super) places: Vec<Place>,
-    /// Room for each subtree and last for the rest.
-    pub(super) rooms: Vec<Room>,
+    /// For each subtree and last for the rest.
+    pub(super) stacks: Vec<StackSizes>,
 }
 
 impl Schedule {
@@ -66,7 +66,7 @@ impl Schedule {
             .collect();
         let mut places = vec![Place::default(); n];
         let mut tops = vec![[0; 2]; subtrees.len() + 1];
-        let mut rooms = vec![Room::default(); tops.len()];
+        let mut sizes = vec![StackSizes::default(); tops.len()];
         // Subtrees are complete before the rest begins.
         let in_time = subtrees
             .iter()
@@ -81,10 +81,10 @@ impl Schedule {
                 offset: *top,
             };
             *top += node.layout(analysis.kind).n_entries();
-            let room = &mut rooms[stacks];
-            room.heights[side] = room.heights[side].max(*top);
+            let size = &mut sizes[stacks];
+            size.heights[side] = size.heights[side].max(*top);
             if analysis.kind == Kind::Symmetric {
-                room.upper = room.upper.max(node.n_columns() * node.n_rows());
+                size.upper = size.upper.max(node.n_columns() * node.n_rows());
             }
             for child in &node.children {
                 tops[owner[child.node as usize]][1 - side] -=
@@ -95,15 +95,15 @@ impl Schedule {
             subtrees,
             rest,
             places,
-            rooms,
+            stacks: sizes,
         }
     }
 
-    /// Entries of all rooms.
+    /// Entries of all stacks.
     pub(super) fn n_entries(&self) -> usize {
-        let rooms = self.rooms.iter();
-        rooms
-            .map(|room| room.heights[0] + room.heights[1] + room.upper)
+        let stacks = self.stacks.iter();
+        stacks
+            .map(|size| size.heights[0] + size.heights[1] + size.upper)
             .sum()
     }
 }

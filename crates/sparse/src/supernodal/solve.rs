@@ -12,21 +12,21 @@ use crate::{Factorization, Kind, Number, SparseError};
 impl<T: Number> Supernodal<T> {
     /// Solves A x = b in place with the last factors.
     pub fn solve(&mut self, rhs: &mut [T]) {
-        self.run(rhs, 1, false);
+        T::solve_by_blocks(self, rhs, 1, false);
     }
 
     /// Solves A X = B in place with the last factors; the numbers of a row stand side by side.
     pub fn solve_columns(&mut self, rhs: &mut [T], n_columns: usize) {
-        self.run(rhs, n_columns, false);
+        T::solve_by_blocks(self, rhs, n_columns, false);
     }
 
     /// Solves Aᵀ x = b in place (transposed, not conjugated) with the last factors.
     pub fn solve_transposed(&mut self, rhs: &mut [T]) {
-        self.run(rhs, 1, true);
+        T::solve_by_blocks(self, rhs, 1, true);
     }
 
-    /// Up to eight columns at a time, to be run with the processor's vector instructions.
-    fn run(&mut self, rhs: &mut [T], n_columns: usize, is_transposed: bool) {
+    /// The loops of all solves: up to eight columns at a time, to be run with the processor's vector instructions.
+    pub(crate) fn run(&mut self, rhs: &mut [T], n_columns: usize, is_transposed: bool) {
         let Self {
             analysis,
             factors,
