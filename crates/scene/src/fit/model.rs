@@ -127,9 +127,9 @@ impl<'a> SceneModel<'a> {
         }
     }
 
-    /// How all runs are computed from now on, and how they were before; residuals are those of what runs reach.
-    pub(super) fn set_effort(&mut self, effort: Effort) -> Effort {
-        std::mem::replace(&mut self.effort, effort)
+    /// How all runs are computed from now on; residuals are those of what runs reach.
+    pub(super) fn set_effort(&mut self, effort: Effort) {
+        self.effort = effort;
     }
 
     /// Whether runs are to end.

@@ -49,8 +49,18 @@ pub(super) fn fit_in_phases(
         history: Vec::new(),
         evaluations: 0,
     };
-    let rough = best_fit(starts, &mut |start| phases.before(model, start, wanted));
+    let mut reached: Option<Effort> = None;
+    let rough = best_fit(starts, &mut |start| {
+        let (fit, effort) = phases.before(model, start, wanted)?;
+        // Less of the measurements costs less, and is no better for it.
+        if reached.is_some_and(|reached| effort.part < reached.part) {
+            return Err(FitError::Start("interrupted".into()));
+        }
+        reached = Some(effort);
+        Ok(fit)
+    });
     let fit = if model.is_interrupted() {
+        model.set_effort(reached.unwrap_or(Effort::FULL));
         rough
     } else {
         phases.last(model, starts, rough, wanted)
@@ -75,17 +85,17 @@ struct Phases<'a, 'o> {
 }
 
 impl Phases<'_, '_> {
-    /// The phases before the last, from one start.
+    /// The phases before the last, from one start: the fit of the last that came to an end, and its effort.
     fn before(
         &mut self,
         model: &mut SceneModel<'_>,
         start: &[Parameter],
         wanted: &Options,
-    ) -> Result<Fit, FitError> {
+    ) -> Result<(Fit, Effort), FitError> {
         let mut start = start.to_vec();
-        let mut last = Err(FitError::Start("no phase".into()));
+        let mut last = None;
         for (effort, offset) in BEFORE {
-            let before = model.set_effort(effort);
+            model.set_effort(effort);
             let near = Options {
                 tolerance: wanted.tolerance.max(NEAR),
                 offset: wanted.offset.max(offset),
@@ -94,8 +104,7 @@ impl Phases<'_, '_> {
             let next = self.one(effort.part, &mut |observe| {
                 fit_observed(model, &start, &near, observe)
             });
-            if next.is_err() && last.is_ok() && model.is_interrupted() {
-                model.set_effort(before);
+            if next.is_err() && last.is_some() && model.is_interrupted() {
                 break;
             }
             // What the beginning does not tell, the whole may.
@@ -104,9 +113,9 @@ impl Phases<'_, '_> {
                     parameter.start = value;
                 }
             }
-            last = next;
+            last = Some(next.map(|fit| (fit, effort)));
         }
-        last
+        last.expect("there is a phase before the last")
     }
 
     /// The runs that are asked for, from what is known of their least.

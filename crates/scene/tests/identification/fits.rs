@@ -2,12 +2,14 @@
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use myovib_model::sensitivity::Dependences;
 use myovib_scene::fit::{FitOptions, FitResult, Loss, compute};
 use myovib_scene::sensitivity::{
     Curves, Parametrised, Watcher, compute as follow, follow as steps, outputs,
 };
+use myovib_scene::watch::Tell;
 use rand::{Rng, SeedableRng};
 
 use crate::{SMALL, scene, set};
@@ -140,6 +142,65 @@ fn a_fit_goes_on_from_its_history() {
         other.contains("the history is of other parameters"),
         "{other}"
     );
+}
+
+/// Interrupts a fit after some iterations.
+struct Patience {
+    left: AtomicUsize,
+    interrupt: AtomicBool,
+}
+
+impl Tell for Patience {
+    fn tell(&self, _: &dyn Fn() -> String) {
+        if self.left.fetch_sub(1, Ordering::Relaxed) == 1 {
+            self.interrupt.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+/// Wherever a fit from two starts is interrupted, what it gives is of as many measurements as the best that it
+/// came to, and its residuals are those of its points. The beginning is fitted to half of them first.
+#[test]
+fn an_interrupted_fit_keeps_what_it_has() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["material[0].c10", "solid.alpha"], "");
+    let data = folder.path().join("measured.csv");
+    let more = [&["material[0].c10=1.3e4"], &SMALL[..]].concat();
+    measure(&path, &more, 1.0, &data);
+    let interrupted_after = |iterations| {
+        let patience: &'static Patience = Box::leak(Box::new(Patience {
+            left: AtomicUsize::new(iterations),
+            interrupt: AtomicBool::new(false),
+        }));
+        fitted(path.clone(), data.clone(), &more[1..], |options| {
+            FitOptions {
+                starts: 2,
+                interrupt: Some(&patience.interrupt),
+                progress: patience,
+                ..options
+            }
+        })
+        .unwrap()
+    };
+    let mut reached = 0;
+    for iterations in 1.. {
+        let result = interrupted_after(iterations);
+        let n = result.points.len();
+        println!("{iterations}: {n} measurements, {}", result.ending());
+        assert_eq!(result.fit.residuals.len(), n);
+        assert!(n >= reached, "{n} measurements after {reached}");
+        reached = n;
+        let residuals = result.points.iter().map(|point| point.residual);
+        assert!(residuals.eq(result.fit.residuals.iter().copied()));
+        let half: f64 = result.fit.residuals.iter().map(|r| 0.5 * r * r).sum();
+        // The sum of the same squares, but for rounding.
+        assert!((half - result.fit.cost).abs() < 1e-12 * half);
+        if result.fit.is_converged() {
+            break;
+        }
+    }
+    let all = std::fs::read_to_string(&data).unwrap().lines().count() - 1;
+    assert!(reached >= all, "{reached} of {all}");
 }
 
 #[test]
