@@ -150,7 +150,7 @@ fn text(scene: &Scene, body: &Body, report: &Report) -> String {
     for line in added(&scene.file)
         .into_iter()
         .chain(lines(body, report, has_chains))
-        .chain(writes::lines(&scene.file))
+        .chain(writes::lines(scene))
     {
         text.push_str(&line);
         text.push('\n');

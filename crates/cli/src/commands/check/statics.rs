@@ -18,7 +18,7 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
     let has_pressure = report.unknowns.len() > 1;
     lines.extend(has_pressure.then(|| held(report.held)));
     lines.extend(report.factors.map(memory));
-    lines.extend(writes::lines(&scene.file));
+    lines.extend(writes::lines(scene));
     format!(
         "equilibrium, κ {} {}: {total} unknowns, {}\n\n{}\n\n{}",
         if body.muscle.solid.is_graded() {

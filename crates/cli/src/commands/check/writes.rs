@@ -1,10 +1,12 @@
 //! What a run of a scene will write.
 
 use myovib_model::SampleTimes;
-use myovib_scene::scene_file::{Analysis, SceneFile};
+use myovib_scene::Scene;
+use myovib_scene::scene_file::Analysis;
 
 /// Lines on the tables and the fields of a run.
-pub(super) fn lines(file: &SceneFile) -> Vec<String> {
+pub(super) fn lines(scene: &Scene) -> Vec<String> {
+    let file = &scene.file;
     let mut lines = Vec::new();
     let probes = file.probe.iter();
     let rows = |every: f64| match (file.analysis, &file.time) {
@@ -23,6 +25,16 @@ pub(super) fn lines(file: &SceneFile) -> Vec<String> {
             names.join(", ")
         )
     }));
+    if scene
+        .chains
+        .iter()
+        .any(|chain| chain.elements().is_none() && chain.is_in_many_places())
+    {
+        lines.extend(file.fields.as_ref().map(|fields| {
+            let files = counted(rows(fields.every), "file");
+            format!("writes          places.pvd: oscillators in {files}")
+        }));
+    }
     lines
 }
 
