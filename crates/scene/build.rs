@@ -25,7 +25,9 @@ fn revision() -> Option<String> {
         return None;
     }
     let head = git(&["rev-parse", "--short=12", "HEAD"])?;
+    // Without the lock, or the index would be written anew, and this run again.
     let changes = git(&[
+        "--no-optional-locks",
         "status",
         "--porcelain",
         "--",

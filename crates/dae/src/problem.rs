@@ -142,6 +142,69 @@ pub trait Problem {
     }
 }
 
+/// Problems of different types as one: what solves them is compiled once for all.
+impl<P: Problem + ?Sized> Problem for Box<P> {
+    fn n_unknowns(&self) -> usize {
+        (**self).n_unknowns()
+    }
+
+    fn residual(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        residual: &mut [f64],
+    ) -> Result<(), StepError> {
+        (**self).residual(t, y, y_dot, residual)
+    }
+
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        (**self).jacobian_pattern()
+    }
+
+    fn jacobian(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        a: f64,
+        b: f64,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        (**self).jacobian(t, y, y_dot, a, b, values)
+    }
+
+    fn jacobian_parts(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        parts: [&mut [f64]; 2],
+    ) -> Result<(), StepError> {
+        (**self).jacobian_parts(t, y, y_dot, parts)
+    }
+
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        (**self).kinds()
+    }
+
+    fn indices(&self) -> Option<Vec<u8>> {
+        (**self).indices()
+    }
+
+    fn n_constraints(&self) -> usize {
+        (**self).n_constraints()
+    }
+
+    fn constraints(&mut self, t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
+        (**self).constraints(t, y, out)
+    }
+
+    fn component_name(&self, i: usize) -> String {
+        (**self).component_name(i)
+    }
+}
+
 /// The pattern of a full n × n matrix.
 pub(crate) fn full_pattern(n: usize) -> SparsityPattern {
     let offsets = (0..=n).map(|j| j * n).collect();

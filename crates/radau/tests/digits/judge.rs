@@ -25,18 +25,46 @@ const REFERENCES: [(usize, f64); 2] = [(7, 1e-12), (5, 1e-11)];
 /// They agree to a tenth of the tightest promise.
 const AGREEMENT: f64 = 0.1 * PROMISED * TOLERANCES[2];
 
+/// Makes a problem. The integrators are compiled once for all of them.
+pub(crate) type Make<'a> = &'a dyn Fn() -> Box<dyn Sample>;
+
+/// Makes copies of this one.
+pub(crate) fn copies<S: Sample + Clone + 'static>(sample: &S) -> impl Fn() -> Box<dyn Sample> {
+    || Box::new(sample.clone())
+}
+
 /// A problem with its end, what is known there, and the times not to step over.
-pub(crate) struct Case<'a, S> {
+pub(crate) struct Case<'a> {
     pub(crate) name: &'a str,
-    pub(crate) sample: S,
+    pub(crate) sample: Make<'a>,
     pub(crate) t_end: f64,
     pub(crate) reference: Vec<f64>,
     pub(crate) breaks: &'a [f64],
 }
 
 /// Judges runs by the exact solution.
-pub(crate) fn exact<S: Sample + Clone>(name: &str, sample: S, t_end: f64, breaks: &[f64]) {
+pub(crate) fn exact<S>(name: &str, sample: S, t_end: f64, breaks: &[f64])
+where
+    S: Sample + Clone + 'static,
+{
     let reference = sample.exact(t_end).unwrap();
+    Case {
+        name,
+        sample: &copies(&sample),
+        t_end,
+        reference,
+        breaks,
+    }
+    .judge();
+}
+
+/// Judges runs by a converged solution.
+pub(crate) fn converged<S>(name: &str, sample: &S, t_end: f64, breaks: &[f64])
+where
+    S: Sample + Clone + 'static,
+{
+    let sample = &copies(sample);
+    let reference = reference(sample, t_end, breaks);
     Case {
         name,
         sample,
@@ -47,21 +75,8 @@ pub(crate) fn exact<S: Sample + Clone>(name: &str, sample: S, t_end: f64, breaks
     .judge();
 }
 
-/// Judges runs by a converged solution.
-pub(crate) fn converged<S: Sample + Clone>(name: &str, sample: &S, t_end: f64, breaks: &[f64]) {
-    let reference = reference(sample, t_end, breaks);
-    Case {
-        name,
-        sample: sample.clone(),
-        t_end,
-        reference,
-        breaks,
-    }
-    .judge();
-}
-
 /// What two methods agree on.
-pub(crate) fn reference<S: Sample + Clone>(sample: &S, t_end: f64, breaks: &[f64]) -> Vec<f64> {
+pub(crate) fn reference(sample: Make<'_>, t_end: f64, breaks: &[f64]) -> Vec<f64> {
     let [first, second] = REFERENCES.map(|(stages, tolerance)| {
         let mut solver = radau(sample, stages, tolerance);
         run(&mut solver, t_end, breaks).unwrap();
@@ -82,35 +97,37 @@ fn largest(y: &[f64], reference: &[f64], range: Range<usize>) -> f64 {
     range.map(error).fold(0.0, worse)
 }
 
-fn radau<S: Sample + Clone>(sample: &S, stages: usize, tolerance: f64) -> RadauSolver<S> {
+fn radau(sample: Make<'_>, stages: usize, tolerance: f64) -> RadauSolver<Box<dyn Sample>> {
+    let sample = sample();
     let start = sample.start();
     let options = RadauOptions {
         stages,
         tolerances: Tolerances::scalar(tolerance, tolerance),
         ..RadauOptions::default()
     };
-    let builder = RadauSolver::builder(sample.clone()).options(options);
+    let builder = RadauSolver::builder(sample).options(options);
     builder.build(start.t, &start.y, &start.y_dot).unwrap()
 }
 
 /// As one uses BDF: without the multipliers in the error test, where there are some.
-fn idas<S: Sample + Clone>(sample: &S, tolerance: f64) -> IdaSolver<S> {
+fn idas(sample: Make<'_>, tolerance: f64) -> IdaSolver<Box<dyn Sample>> {
+    let sample = sample();
     let start = sample.start();
     let options = IdaOptions {
         tolerances: Tolerances::scalar(tolerance, tolerance),
-        suppressed: match multipliers(sample).contains(&true) {
+        suppressed: match multipliers(&*sample).contains(&true) {
             true => Suppressed::Algebraic,
             false => Suppressed::Nothing,
         },
         max_steps: Some(MAX_STEPS),
         ..IdaOptions::default()
     };
-    let builder = IdaSolver::builder(sample.clone()).options(options);
+    let builder = IdaSolver::builder(sample).options(options);
     builder.build(start.t, &start.y, &start.y_dot).unwrap()
 }
 
 /// Which variables are algebraic, of index 2 or 3.
-fn multipliers<S: Sample>(sample: &S) -> Vec<bool> {
+fn multipliers(sample: &dyn Sample) -> Vec<bool> {
     let indices = sample.indices().unwrap();
     let differential = || vec![VariableKind::Differential; indices.len()];
     let kinds = sample.kinds().unwrap_or_else(differential);
@@ -121,7 +138,7 @@ fn multipliers<S: Sample>(sample: &S) -> Vec<bool> {
 }
 
 /// Runs to the end by way of the breaks.
-fn run<S: Sample, I: Integrator<S>>(
+fn run<I: Integrator<Box<dyn Sample>>>(
     solver: &mut I,
     t_end: f64,
     breaks: &[f64],
@@ -136,7 +153,7 @@ fn run<S: Sample, I: Integrator<S>>(
     Ok(())
 }
 
-impl<S: Sample + Clone> Case<'_, S> {
+impl Case<'_> {
     /// Prints the rows of the table, and panics where the promise is not kept.
     pub(crate) fn judge(&self) {
         let mut broken = Vec::new();
@@ -144,7 +161,7 @@ impl<S: Sample + Clone> Case<'_, S> {
         for tolerance in TOLERANCES {
             rows += &format!("| {} | {tolerance:.0e} |", self.name);
             for stages in STAGES {
-                let mut solver = radau(&self.sample, stages, tolerance);
+                let mut solver = radau(self.sample, stages, tolerance);
                 let ended = run(&mut solver, self.t_end, self.breaks);
                 let entry = self.entry(&solver, &ended, tolerance);
                 if ended.is_err() || self.error(solver.y(), false) > PROMISED * tolerance {
@@ -155,7 +172,7 @@ impl<S: Sample + Clone> Case<'_, S> {
                 rows += &entry;
             }
             for part in [1.0, PART_FOR_BDF] {
-                let mut solver = idas(&self.sample, part * tolerance);
+                let mut solver = idas(self.sample, part * tolerance);
                 let ended = run(&mut solver, self.t_end, self.breaks);
                 let entry = self.entry(&solver, &ended, tolerance);
                 let kept = match &ended {
@@ -177,7 +194,7 @@ impl<S: Sample + Clone> Case<'_, S> {
 
     /// The largest error of all variables, or of those but multipliers.
     fn error(&self, y: &[f64], tested: bool) -> f64 {
-        let left_out = multipliers(&self.sample);
+        let left_out = multipliers(&*(self.sample)());
         let counts = |i: &usize| !(tested && left_out[*i]);
         let errors = (0..y.len()).filter(counts);
         errors
@@ -185,7 +202,7 @@ impl<S: Sample + Clone> Case<'_, S> {
             .fold(0.0, f64::max)
     }
 
-    fn entry<I: Integrator<S>>(
+    fn entry<I: Integrator<Box<dyn Sample>>>(
         &self,
         solver: &I,
         ended: &Result<(), Box<Stop>>,
@@ -194,7 +211,7 @@ impl<S: Sample + Clone> Case<'_, S> {
         if let Err(stop) = ended {
             return format!(" – {} at {:.1e} |", stop.reason, stop.t);
         }
-        let indices = self.sample.indices().unwrap();
+        let indices = (self.sample)().indices().unwrap();
         let of_index = |index: u8| {
             let of_it = (0..indices.len()).filter(|&i| indices[i].clamp(1, 3) == index);
             of_it

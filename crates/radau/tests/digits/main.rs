@@ -17,7 +17,7 @@
 
 mod judge;
 
-use judge::{Case, converged, exact};
+use judge::{Case, converged, copies, exact};
 use myovib_dae::samples::{
     Akzo, Amplifier, Bridge, CapacitorLoop, CarAxis, Charges, Constrained, Differentiated, Doubler,
     FourBar, Heat2d, Inverters, JayIndex2, LinearIndex1, MechanicalForm, Mechanism, Oscillator,
@@ -32,9 +32,9 @@ const CONSTRAINED: [(&str, MechanicalForm); 3] = [
 ];
 
 /// A mechanism in all forms; references are those of its equations of index 1.
-fn mechanism<M: Mechanism + Copy>(name: &str, mechanism: M, t_end: f64) {
+fn mechanism<M: Mechanism + Copy + 'static>(name: &str, mechanism: M, t_end: f64) {
     let of = |form| Differentiated::new(Constrained::new(mechanism, form));
-    let reference = judge::reference(&of(MechanicalForm::Index1), t_end, &[]);
+    let reference = judge::reference(&copies(&of(MechanicalForm::Index1)), t_end, &[]);
     let forms = [("index 1", MechanicalForm::Index1)];
     for (form_name, form) in forms.into_iter().chain(CONSTRAINED) {
         let sample = of(form);
@@ -43,7 +43,7 @@ fn mechanism<M: Mechanism + Copy>(name: &str, mechanism: M, t_end: f64) {
         reference.resize(myovib_dae::Problem::n_unknowns(&sample), 0.0);
         Case {
             name: &format!("{name}, {form_name}"),
-            sample,
+            sample: &copies(&sample),
             t_end,
             reference,
             breaks: &[],
@@ -73,14 +73,15 @@ fn pendulum() {
 
 #[test]
 fn car_axis() {
-    let reference = judge::reference(&CarAxis::new(MechanicalForm::Stabilized), 3.0, &[]);
+    let stabilized = CarAxis::new(MechanicalForm::Stabilized);
+    let reference = judge::reference(&copies(&stabilized), 3.0, &[]);
     for (name, form) in CONSTRAINED {
         let sample = CarAxis::new(form);
         let mut reference = reference.clone();
         reference.truncate(myovib_dae::Problem::n_unknowns(&sample));
         Case {
             name: &format!("car axis, {name}"),
-            sample,
+            sample: &copies(&sample),
             t_end: 3.0,
             reference,
             breaks: &[],

@@ -126,7 +126,7 @@ impl<T: Number> Supernodal<T> {
                 arch.dispatch(Eliminate {
                     analysis,
                     schedule,
-                    nodes: subtree.nodes.clone(),
+                    nodes: &mut subtree.nodes.clone(),
                     values,
                     factors,
                     start,
@@ -145,7 +145,7 @@ impl<T: Number> Supernodal<T> {
         self.arch.dispatch(Eliminate {
             analysis: &self.analysis,
             schedule: &self.schedule,
-            nodes: self.schedule.rest.iter().map(|&k| k as usize),
+            nodes: &mut self.schedule.rest.iter().map(|&k| k as usize),
             values,
             factors: &mut self.factors,
             start: 0,
@@ -166,10 +166,11 @@ impl<T: Number> Supernodal<T> {
 
 /// The elimination of some supernodes, to be run with the processor's vector instructions. A type and not
 /// a closure: a closure's call is not inlined into the function that has the instructions.
-struct Eliminate<'a, T: Number, N> {
+struct Eliminate<'a, T: Number> {
     analysis: &'a Analysis,
     schedule: &'a Schedule,
-    nodes: N,
+    /// As a trait object, so that the loop is compiled once for subtrees and for the rest.
+    nodes: &'a mut dyn Iterator<Item = usize>,
     values: &'a [T],
     /// The factors from number `start` on.
     factors: &'a mut [T],
@@ -182,7 +183,7 @@ struct Eliminate<'a, T: Number, N> {
     arch: Arch,
 }
 
-impl<T: Number, N: Iterator<Item = usize>> WithSimd for Eliminate<'_, T, N> {
+impl<T: Number> WithSimd for Eliminate<'_, T> {
     type Output = Result<(), SparseError>;
 
     #[inline(always)]
