@@ -45,15 +45,24 @@ pub(crate) fn tolerance(tol: f64) -> RadauOptions {
 /// A solver at the start of a sample.
 pub(crate) fn solver<S: Sample>(sample: S, options: RadauOptions) -> RadauSolver<S> {
     let start = sample.start();
-    RadauSolver::builder(sample)
+    started(sample, &start, options)
+}
+
+fn started<P: Problem>(problem: P, start: &Start, options: RadauOptions) -> RadauSolver<P> {
+    RadauSolver::builder(problem)
         .options(options)
         .build(start.t, &start.y, &start.y_dot)
         .expect("the options are good")
 }
 
-/// The solver after a run to `t_end`.
-pub(crate) fn run<S: Sample>(sample: S, t_end: f64, options: RadauOptions) -> RadauSolver<S> {
-    let mut solver = solver(sample, options);
+/// The solver after a run to `t_end`; it is compiled once for all samples.
+pub(crate) fn run<S>(sample: S, t_end: f64, options: RadauOptions) -> RadauSolver<Box<dyn Sample>>
+where
+    S: Sample + 'static,
+{
+    let start = sample.start();
+    let boxed: Box<dyn Sample> = Box::new(sample);
+    let mut solver = started(boxed, &start, options);
     let outcome = solver
         .integrate_to(t_end)
         .expect("the problem raises no errors");

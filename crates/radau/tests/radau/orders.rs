@@ -21,7 +21,7 @@ fn fixed(h: f64) -> RadauOptions {
 }
 
 /// The errors at `t_end` after n steps.
-fn errors<S: Sample>(sample: S, t_end: f64, options: RadauOptions) -> Vec<f64> {
+fn errors<S: Sample + 'static>(sample: S, t_end: f64, options: RadauOptions) -> Vec<f64> {
     let exact = sample
         .exact(t_end)
         .expect("the sample has an exact solution");

@@ -32,7 +32,7 @@ fn assert_run(tol: f64, (steps, digits): (u64, f64), (most, least): (f64, f64)) 
 }
 
 /// Steps and mixed digits of components `range` at `t_end`.
-fn digits<S: Sample>(
+fn digits<S: Sample + 'static>(
     sample: S,
     t_end: f64,
     exact: &[f64],
