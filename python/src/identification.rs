@@ -68,7 +68,7 @@ pub(crate) fn fit(
             interrupt: Some(flag),
             progress: &progress,
         })?;
-        Ok(commands::fit::write(&out, &result)?.to_string())
+        Ok(myovib_report::fit::write(&out, &result)?.to_string())
     })?;
     computed.map_err(of_command)
 }

@@ -7,6 +7,7 @@ mod errors;
 mod fields;
 mod figures;
 mod files;
+mod fitting;
 mod harness;
 mod large;
 mod radau;

@@ -230,6 +230,34 @@ fn check_says_what_an_equilibrium_takes() {
     }
 }
 
+/// Of oscillators at points it names the file that the run has.
+#[test]
+fn check_names_the_files_of_oscillators() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let chain = "\n[[chain]]\nname = \"here\"\nat = [[0.0, 0.0], [0.0, 0.005]]\noscillators = 2\n";
+    let init = myovib_in(folder.path(), &["init", "-"]);
+    assert_eq!(init.code, 0, "{}", init.stderr);
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, init.stdout + chain).expect("the scene");
+    let with = |words: &[&str]| {
+        let end = [
+            "scene.toml",
+            "--set",
+            "time.end=0.1",
+            "--set",
+            "fields.every=0.05",
+        ];
+        myovib_in(folder.path(), &[words, &end[..]].concat())
+    };
+    let text = with(&["check"]).stdout;
+    let line = "writes          places.pvd: oscillators in 3 files\n";
+    assert!(text.contains(line), "{text}");
+    let run = with(&["run", "--quiet", "--out", "out"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let list = std::fs::read_to_string(folder.path().join("out/places.pvd")).expect("the list");
+    assert_eq!(list.matches("<DataSet").count(), 3);
+}
+
 /// Regression: `run` refused a scene with `analysis = "modes"`, which the reference offers.
 #[test]
 fn run_finds_the_modes_of_a_scene_as_modes_does() {

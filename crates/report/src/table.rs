@@ -3,7 +3,7 @@
 use std::env;
 use std::io::{self, IsTerminal};
 
-use myovib_scene::plain;
+use myovib_scene::{escape, plain};
 
 /// How a cell looks on a terminal with colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -123,6 +123,27 @@ impl Table {
         text
     }
 
+    /// The table for a page.
+    pub fn html(&self) -> String {
+        let class = |align: Align| match align {
+            Align::Left => "",
+            Align::Right => " class=\"n\"",
+        };
+        let row = |tag: &str, texts: &mut dyn Iterator<Item = &str>| {
+            let cells = texts.zip(&self.columns).map(|(text, (_, align))| {
+                format!("<{tag}{}>{}</{tag}>", class(*align), escape(text))
+            });
+            format!("<tr>{}</tr>\n", cells.collect::<String>())
+        };
+        let heading = row(
+            "th",
+            &mut self.columns.iter().map(|(name, _)| name.as_str()),
+        );
+        let rows = self.rows.iter();
+        let rows = rows.map(|cells| row("td", &mut cells.iter().map(|cell| cell.text.as_str())));
+        format!("<table>\n{heading}{}</table>\n", rows.collect::<String>())
+    }
+
     fn line(&self, cells: &[Cell], widths: &[usize], coloured: bool) -> String {
         let padded = cells
             .iter()
@@ -204,6 +225,14 @@ mod tests {
         table.row(["∞".into(), "1".into()]);
         table.row(["1e5".into(), "12".into()]);
         assert_eq!(table.render(false), "κ     n\n───  ──\n∞     1\n1e5  12\n");
+    }
+
+    #[test]
+    fn names_are_no_tags_on_a_page() {
+        let mut table = Table::new(&[("a<b", Align::Left), ("n", Align::Right)]);
+        table.row(["<i>".into(), "1".into()]);
+        let rows = "<tr><th>a&lt;b</th><th class=\"n\">n</th></tr>\n<tr><td>&lt;i&gt;</td><td class=\"n\">1</td></tr>\n";
+        assert_eq!(table.html(), format!("<table>\n{rows}</table>\n"));
     }
 
     #[test]

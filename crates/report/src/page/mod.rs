@@ -34,15 +34,7 @@ pub fn write(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Err
         title => title,
     };
     let document = &result.document;
-    let mut html = format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width\">\
-         <title>{0}</title><style>\n{STYLE}</style></head><body>\n<h1>{0}</h1>\n\
-         <p class=\"asked\">{1}</p>\n",
-        escape(title),
-        escape(&asked::sentence(scene, document)),
-    );
-    html += &figures::cards(document);
+    let mut html = figures::cards(document);
     html += &figures::outcome(document);
     html += &pictures::body(folder, scene)?;
     html += &match &result.modes {
@@ -54,6 +46,13 @@ pub fn write(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Err
     html += &folded("All statistics", &figures::statistics(document));
     let text = format!("<pre>{}</pre>\n", escape(scene.text()));
     html += &folded("The scene", &text);
+    let page = framed(title, &asked::sentence(scene, document), &html);
+    atomic_file::save(&folder.join(NAME), page)
+}
+
+/// A page with a title, what was `asked`, a `body` of HTML, and the versions below.
+pub(crate) fn framed(title: &str, asked: &str, body: &str) -> String {
+    let (title, asked) = (escape(title), escape(asked));
     let versions = Versions::found();
     let klu = versions.klu_text();
     let Versions {
@@ -62,10 +61,13 @@ pub fn write(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Err
         sundials,
         ..
     } = &versions;
-    html += &format!(
-        "<footer>myovib {myovib} ({git}), SUNDIALS {sundials}, KLU {klu}</footer>\n</body></html>\n"
-    );
-    atomic_file::save(&folder.join(NAME), html)
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width\">\
+         <title>{title}</title><style>\n{STYLE}</style></head><body>\n<h1>{title}</h1>\n\
+         <p class=\"asked\">{asked}</p>\n{body}\
+         <footer>myovib {myovib} ({git}), SUNDIALS {sundials}, KLU {klu}</footer>\n</body></html>\n"
+    )
 }
 
 /// Whether the run's body is in space: forces and energies of one in the plane are per metre of depth.

@@ -71,6 +71,8 @@ const OFFSET: f64 = 0.01;
 /// What a fit came to.
 #[derive(Debug)]
 pub struct FitResult {
+    /// The scene's title, which may be empty.
+    pub title: String,
     /// The parameters as the scene has them.
     pub known: Vec<Known>,
     /// The fit itself.
@@ -191,6 +193,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     };
     let uncertainty = fit.uncertainty().map_err(InputError::new)?;
     Ok(FitResult {
+        title: scene.scene.file.title.clone(),
         known: scene.parameters,
         identifiability: fit.identifiability(),
         uncertainty,

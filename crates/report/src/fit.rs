@@ -1,0 +1,239 @@
+//! What a fit came to: for a terminal, as `report.html`, and as the files of its numbers.
+
+use std::path::Path;
+
+use myovib_scene::fit::{FitResult, LEVEL, Point};
+use myovib_scene::{atomic_file, escape, json};
+use serde_json::Value;
+
+use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
+use crate::table::{Align, Table};
+use crate::{page, picture};
+
+/// Writes a fit's residuals, their figure, `report.html` and `fit.json`; gives the body of the latter.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write(out: &Path, result: &FitResult) -> anyhow::Result<Value> {
+    let rows: Vec<Vec<f64>> = result.points.iter().map(row).collect();
+    let columns = ["experiment", "t", "measured", "fitted", "residual"].map(str::to_owned);
+    let table = (&columns[..], &rows[..]);
+    let figure = figure(result);
+    picture::write(out, "residuals", &figure, table, false)?;
+    atomic_file::save(&out.join(page::NAME), html(result, &figure))?;
+    let document = result.document();
+    atomic_file::save(&out.join("fit.json"), json::document("fit", &document)?)?;
+    Ok(document)
+}
+
+fn row(point: &Point) -> Vec<f64> {
+    let Point {
+        experiment,
+        t,
+        measured,
+        fitted,
+        residual,
+        ..
+    } = point;
+    vec![*experiment as f64, *t, *measured, *fitted, *residual]
+}
+
+/// The result for people, in the colours of a terminal if `coloured`.
+pub fn words(result: &FitResult, coloured: bool) -> String {
+    let mut text = format!(
+        "{}\n{}",
+        ending(result),
+        parameters(result).render(coloured)
+    );
+    for line in findings(result) {
+        text += &line;
+        text.push('\n');
+    }
+    text
+}
+
+fn ending(result: &FitResult) -> String {
+    format!(
+        "{} after {} iterations: {} runs, {} with sensitivities",
+        result.ending(),
+        result.fit.history.len(),
+        result.runs[0],
+        result.runs[1],
+    )
+}
+
+/// The parameters with what is known of them.
+fn parameters(result: &FitResult) -> Table {
+    let percent = 100.0 * LEVEL;
+    let interval = format!("{percent} % interval");
+    let mut columns = vec![
+        ("parameter", Align::Left),
+        ("value", Align::Right),
+        ("standard error", Align::Right),
+        (interval.as_str(), Align::Right),
+    ];
+    let by_profile = !result.profiles.is_empty();
+    if by_profile {
+        columns.push(("by profile", Align::Right));
+    }
+    let mut table = Table::new(&columns);
+    let intervals = result.uncertainty.intervals(LEVEL);
+    for (j, name) in result.fit.names.iter().enumerate() {
+        let held = if result.fit.at_bound[j] {
+            " (at its bound)"
+        } else {
+            ""
+        };
+        let mut cells = vec![
+            format!("{name}{held}"),
+            format!("{:.6e}", result.fit.values[j]),
+            format!("{:.2e}", result.uncertainty.standard_errors[j]),
+            between(intervals[j].map(Some)),
+        ];
+        if by_profile {
+            cells.push(between(result.profiles[j].interval));
+        }
+        table.row(cells.into_iter().map(Into::into));
+    }
+    table
+}
+
+/// How well the model fits, and what the measurements do not tell.
+fn findings(result: &FitResult) -> Vec<String> {
+    let of = match result.noise_is_known {
+        true => " of the noise given; 1 if the model fits",
+        false => "",
+    };
+    let deviation = result.deviation();
+    let mut lines = vec![format!("residuals: standard deviation {deviation:.3}{of}")];
+    let unknown = result.unknown();
+    lines.extend(unknown.iter().map(|direction| {
+        format!(
+            "not told by the data (a change this way, by the parameters' own size, is within the \
+             noise): {}",
+            result.in_words(direction)
+        )
+    }));
+    if !unknown.is_empty() {
+        let remedy = "keep one of these parameters fixed, or measure what tells them apart: another load, \
+                      larger strains, another place";
+        lines.push(remedy.to_owned());
+    }
+    lines
+}
+
+/// The correlation of each two parameters.
+fn correlations(result: &FitResult) -> Table {
+    let names = || result.fit.names.iter();
+    let columns = names().map(|name| (name.as_str(), Align::Right));
+    let columns: Vec<_> = std::iter::once(("", Align::Left)).chain(columns).collect();
+    let mut table = Table::new(&columns);
+    for (i, name) in names().enumerate() {
+        let row = result.uncertainty.correlation.row(i);
+        let cells = row.iter().map(|c| format!("{c:.2}"));
+        let cells = std::iter::once(name.clone()).chain(cells);
+        table.row(cells.map(Into::into));
+    }
+    table
+}
+
+/// The cost of each iteration, of those whose residuals are all that were measured and of those before.
+fn iterations(result: &FitResult) -> Figure {
+    let costs: Vec<f64> = result.fit.history.iter().map(|it| it.cost).collect();
+    let numbers: Vec<f64> = (0..costs.len()).map(|k| k as f64).collect();
+    let plot = LinePlot {
+        x: Axis::new("iteration", ""),
+        y: Axis::new("half the sum of squares", "").logarithmic(),
+        series: vec![Series::curve("", &numbers, &costs).marked()],
+        ..LinePlot::default()
+    };
+    Figure::of("Iterations", plot)
+}
+
+/// `report.html`.
+fn html(result: &FitResult, figure: &Figure) -> String {
+    let title = match result.title.as_str() {
+        "" => "A fit",
+        title => title,
+    };
+    let findings = findings(result);
+    let findings = findings
+        .iter()
+        .map(|line| format!("<p>{}</p>\n", escape(line)));
+    let n = result.points.len();
+    let asked = format!(
+        "{} parameters from {n} measurements.",
+        result.fit.names.len()
+    );
+    let body = format!(
+        "<p{}>{}</p>\n<div class=\"wide\">{}</div>\n{}<h2>Measurements, fit and residuals</h2>\n\
+         <figure>\n{}</figure>\n<h2>Correlation of the parameters</h2>\n<div class=\"wide\">{}</div>\n\
+         <p>Near 1 or -1, two parameters act alike on what was measured.</p>\n\
+         <h2>Iterations</h2>\n<p>Those at the beginning may be of a part of the measurements, and of rough \
+         runs: `history.csv` says which.</p>\n<figure>\n{}</figure>\n",
+        match result.fit.is_converged() {
+            true => "",
+            false => " class=\"bad\"",
+        },
+        escape(&ending(result)),
+        parameters(result).html(),
+        findings.collect::<String>(),
+        figure.render(),
+        correlations(result).html(),
+        iterations(result).render(),
+    );
+    page::framed(title, &asked, &body)
+}
+
+/// An interval; a side that the data leave open is a dash.
+fn between(interval: [Option<f64>; 2]) -> String {
+    let [low, high] = interval.map(|end| match end {
+        Some(end) if end.is_finite() => format!("{end:.4e}"),
+        _ => "–".to_owned(),
+    });
+    format!("{low} … {high}")
+}
+
+/// Measurements with the fit, and below them the residuals.
+fn figure(result: &FitResult) -> Figure {
+    let mut names: Vec<(usize, &str)> = Vec::new();
+    for point in &result.points {
+        let name = (point.experiment, point.output.as_str());
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let several = names.iter().any(|(experiment, _)| *experiment > 1);
+    let panels = names.iter().map(|&(experiment, output)| {
+        let of = || {
+            let points = result.points.iter();
+            points.filter(move |p| p.experiment == experiment && p.output == output)
+        };
+        let t: Vec<f64> = of().map(|p| p.t).collect();
+        let measured: Vec<f64> = of().map(|p| p.measured).collect();
+        let fitted: Vec<f64> = of().map(|p| p.fitted).collect();
+        let plot = LinePlot {
+            title: match several {
+                true => format!("{output}, experiment {experiment}"),
+                false => output.to_owned(),
+            },
+            x: Axis::new("t", "s"),
+            series: vec![
+                Series::curve("measured", &t, &measured).unjoined(),
+                Series::curve("fitted", &t, &fitted),
+            ],
+            ..LinePlot::default()
+        };
+        Box::new(plot) as Box<dyn Panel>
+    });
+    let mut panels: Vec<Box<dyn Panel>> = panels.collect();
+    let t: Vec<f64> = result.points.iter().map(|p| p.t).collect();
+    let residuals: Vec<f64> = result.points.iter().map(|p| p.residual).collect();
+    panels.push(Box::new(LinePlot {
+        title: "residuals".to_owned(),
+        x: Axis::new("t", "s"),
+        series: vec![Series::curve("", &t, &residuals).unjoined()],
+        ..LinePlot::default()
+    }));
+    Figure::column("Measurements and fit", panels)
+}
