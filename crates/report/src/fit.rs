@@ -10,7 +10,7 @@ use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
 use crate::table::{Align, Table};
 use crate::{page, picture};
 
-/// Writes a fit's residuals, their figure, `report.html` and `fit.json`; gives the body of the latter.
+/// Writes a fit's residuals, their figure, `fit.json` and `report.html`; gives the body of `fit.json`.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -20,9 +20,9 @@ pub fn write(out: &Path, result: &FitResult) -> anyhow::Result<Value> {
     let table = (&columns[..], &rows[..]);
     let figure = figure(result);
     picture::write(out, "residuals", &figure, table, false)?;
-    atomic_file::save(&out.join(page::NAME), html(result, &figure))?;
     let document = result.document();
     atomic_file::save(&out.join("fit.json"), json::document("fit", &document)?)?;
+    atomic_file::save(&out.join(page::NAME), html(result, &figure))?;
     Ok(document)
 }
 
@@ -137,13 +137,13 @@ fn correlations(result: &FitResult) -> Table {
     table
 }
 
-/// The cost of each iteration, of those whose residuals are all that were measured and of those before.
+/// The cost of each iteration, in the order of the history.
 fn iterations(result: &FitResult) -> Figure {
     let costs: Vec<f64> = result.fit.history.iter().map(|it| it.cost).collect();
     let numbers: Vec<f64> = (0..costs.len()).map(|k| k as f64).collect();
     let plot = LinePlot {
         x: Axis::new("iteration", ""),
-        y: Axis::new("half the sum of squares", "").logarithmic(),
+        y: Axis::new("cost", "").logarithmic(),
         series: vec![Series::curve("", &numbers, &costs).marked()],
         ..LinePlot::default()
     };
@@ -169,8 +169,8 @@ fn html(result: &FitResult, figure: &Figure) -> String {
         "<p{}>{}</p>\n<div class=\"wide\">{}</div>\n{}<h2>Measurements, fit and residuals</h2>\n\
          <figure>\n{}</figure>\n<h2>Correlation of the parameters</h2>\n<div class=\"wide\">{}</div>\n\
          <p>Near 1 or -1, two parameters act alike on what was measured.</p>\n\
-         <h2>Iterations</h2>\n<p>Those at the beginning may be of a part of the measurements, and of rough \
-         runs: `history.csv` says which.</p>\n<figure>\n{}</figure>\n",
+         <h2>Iterations</h2>\n<p>The cost is half the sum of the squares, or of the losses. At the beginning it \
+         may be of a part of the measurements and of rough runs: <code>history.csv</code> says which.</p>\n<figure>\n{}</figure>\n",
         match result.fit.is_converged() {
             true => "",
             false => " class=\"bad\"",

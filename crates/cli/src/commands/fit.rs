@@ -22,8 +22,7 @@ use crate::values;
     The scene names its parameters in [[parameter]] and what was measured in [[output]]. Data are a \
     table with a column `t` and one for each output, or PEtab's columns observableId, time, \
     measurement and noiseParameters. Writes report.html, fit.json, residuals.csv, residuals.svg and \
-    history.csv. \
-    Returns 3 when the fit does not converge.")]
+    history.csv. Returns 3 when the fit does not converge.")]
 pub struct FitArgs {
     /// The scene: a TOML file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
