@@ -167,6 +167,34 @@ impl WithSimd for IsFinite<'_> {
     }
 }
 
+/// Whether all entries are positive and none is infinite or not a number.
+pub(crate) fn is_positive(x: &[f64]) -> bool {
+    ARCH.dispatch(IsPositive { x })
+}
+
+struct IsPositive<'a> {
+    x: &'a [f64],
+}
+
+impl WithSimd for IsPositive<'_> {
+    type Output = bool;
+
+    /// By a sum that is 0 of such entries only: the compiler makes two comparisons of an entry one
+    /// of its bits, which is scalar.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        let nothing = |x: f64| if x > 0.0 { x * 0.0 } else { f64::NAN };
+        let mut sums = [0.0; LANES];
+        let (x, rest) = self.x.as_chunks::<LANES>();
+        for x in x {
+            for l in 0..LANES {
+                sums[l] += nothing(x[l]);
+            }
+        }
+        sums.iter().sum::<f64>() + rest.iter().map(|&x| nothing(x)).sum::<f64>() == 0.0
+    }
+}
+
 /// √(Σ (x w)² / n), over all n entries.
 pub(crate) fn weighted_rms(x: &[f64], w: &[f64]) -> f64 {
     root_mean(ARCH.dispatch(WeightedSquares { x, w }), x.len())
@@ -239,4 +267,25 @@ impl WithSimd for MaskedSquares<'_> {
 
 fn root_mean(sum: f64, n: usize) -> f64 {
     (sum / n as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At every place, in whole chunks and behind them.
+    #[test]
+    fn one_entry_that_is_not_positive_and_finite_is_seen() {
+        let mut x = [f64::MIN_POSITIVE; 2 * LANES + 7];
+        x[3] = f64::MAX;
+        assert!(is_positive(&x) && is_finite(&x) && is_positive(&[]));
+        for i in 0..x.len() {
+            for wrong in [0.0, -0.0, -1.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let right = std::mem::replace(&mut x[i], wrong);
+                assert!(!is_positive(&x), "{wrong} at {i}");
+                assert_eq!(is_finite(&x), wrong.is_finite(), "{wrong} at {i}");
+                x[i] = right;
+            }
+        }
+    }
 }

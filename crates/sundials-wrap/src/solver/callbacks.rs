@@ -4,7 +4,7 @@ use super::posed::{Posed, Repeating};
 use super::sensitivity::Linearised;
 use crate::error::Error;
 use crate::ffi::callbacks::{Answer, Callbacks};
-use crate::vector_kernels::is_finite;
+use crate::vector_kernels::{is_finite, is_positive};
 use myovib_dae::{Linearization, Problem, StepError, StopReason, Tolerances};
 
 use super::linear::Linear;
@@ -39,12 +39,10 @@ impl<P: Problem> Weighing<P> {
             Self::Tolerances(tolerances) => tolerances.write_weights(y, weights),
             Self::Function(function) => function(problem, y, weights)?,
         }
-        let fits = |w: f64| (w > 0.0) & (w < f64::INFINITY);
-        // Without a way out of the loop it is one of vectors.
-        if weights.iter().fold(true, |all, &w| all & fits(w)) {
+        if is_positive(weights) {
             return Ok(());
         }
-        match weights.iter().position(|&w| !fits(w)) {
+        match weights.iter().position(|&w| !(w > 0.0 && w.is_finite())) {
             None => Ok(()),
             Some(i) => {
                 let (weight, value, name) = (weights[i], y[i], problem.component_name(i));
