@@ -298,7 +298,7 @@ fn the_film_of_the_muscle_in_space_is_made_of_its_scene() {
     assert_eq!(run.code, 0, "{}", run.stderr);
     // 64 frames per second; the vibration has only begun.
     assert_eq!(document(&run.stdout, "movie")["frames"], 9);
-    assert!(folder.path().join("muscle3d.gif").exists());
+    assert_moves(&folder.path().join("muscle3d.gif"), 9);
 }
 
 #[test]

@@ -1,13 +1,16 @@
-//! A step of IDAS allocates nothing once the first steps are behind.
+//! A step allocates nothing once the first steps are behind, by IDAS or by Radau IIA, in the plane or
+//! in space.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use std::sync::Arc;
 
+use myovib_dae::Problem;
 use myovib_fem::{DofMap, Mesh, Solid, Space, generate};
 use myovib_model::{
-    Advance, Formulation, IdaIntegrator, Integrator, Load, Muscle, MuscleDae, Parameters, Settings,
-    Signal, paper,
+    Advance, Formulation, IdaIntegrator, Integrator, IntegratorKind, Load, Muscle, MuscleDae,
+    Parameters, RadauIntegrator, Settings, Signal, paper, radau,
 };
+use myovib_radau::RadauOptions;
 
 /// A block in space, held on its left, under the paper's load along z in all of it.
 fn block(kappa: f64, beta: f64) -> Muscle {
@@ -26,17 +29,22 @@ fn block(kappa: f64, beta: f64) -> Muscle {
     }
 }
 
-#[test]
-fn steps_with_condensed_set_ups_allocate_nothing() {
+/// Bodies of both dimensions, compressible and not.
+fn bodies() -> [(Formulation, Muscle); 4] {
     let mesh = include_str!("../../../data/meshes/muscle.msh");
     let mesh = Mesh::parse_msh(mesh, "muscle.msh").unwrap();
     let plane = |kappa, beta| paper::muscle(&mesh, kappa, beta).unwrap();
-    for (formulation, muscle) in [
+    [
         (Formulation::Position, plane(1e5, 0.0)),
         (Formulation::Rate, plane(f64::INFINITY, 1e-4)),
         (Formulation::Position, block(1e5, 0.0)),
         (Formulation::Rate, block(f64::INFINITY, 1e-4)),
-    ] {
+    ]
+}
+
+#[test]
+fn steps_of_idas_allocate_nothing() {
+    for (formulation, muscle) in bodies() {
         let dimension = muscle.solid.space().dimension();
         let dae = MuscleDae::new(muscle, formulation).unwrap();
         let mut integrator = IdaIntegrator::from_rest(dae, &Settings::paper(formulation)).unwrap();
@@ -50,6 +58,49 @@ fn steps_with_condensed_set_ups_allocate_nothing() {
         // The steps measured must hold residuals, Jacobians, factorisations and solves.
         let after = integrator.counts();
         assert!(after.jacobian_evaluations > before.jacobian_evaluations);
+        assert_eq!(allocations.count_total, 0, "{formulation}, {dimension}");
+    }
+}
+
+#[test]
+fn steps_of_radau_allocate_nothing() {
+    for (formulation, muscle) in bodies() {
+        let dimension = muscle.solid.space().dimension();
+        let dae = MuscleDae::new(muscle, formulation).unwrap();
+        let settings = Settings {
+            integrator: IntegratorKind::Radau,
+            suppressed: Vec::new(),
+            ..Settings::paper(formulation)
+        };
+        let options = RadauOptions {
+            // A new Jacobian wherever Newton takes two iterations; messages of rejected steps,
+            // which allocate, are avoided by small ones.
+            jacobian_reuse: 0.0,
+            newton_tolerance: Some(1e-6),
+            max_step: Some(4e-3),
+            ..radau::options(&dae, &settings)
+        };
+        let matrices = radau::matrices(&dae, &options, settings.linear_solver).unwrap();
+        let zero = vec![0.0; dae.n_unknowns()];
+        let mut integrator =
+            RadauIntegrator::new(dae, matrices, options, (0.0, 1.0), &zero, &zero).unwrap();
+        // The load must have set in: at rest one iteration is enough, and no new Jacobian is due.
+        while integrator.time() < 0.7 {
+            integrator.advance().unwrap();
+        }
+        let before = integrator.counts();
+        let mut out = zero;
+        let allocations = allocation_counter::measure(|| {
+            for _ in 0..50 {
+                assert_eq!(integrator.advance().unwrap(), Advance::Stepped);
+                let t = integrator.time();
+                integrator.dense_output(t, 0, &mut out).unwrap();
+            }
+        });
+        let after = integrator.counts();
+        assert!(after.jacobian_evaluations > before.jacobian_evaluations + 10);
+        assert!(after.linear_setups > before.linear_setups + 10);
+        assert_eq!(after.error_test_failures, 0);
         assert_eq!(allocations.count_total, 0, "{formulation}, {dimension}");
     }
 }
