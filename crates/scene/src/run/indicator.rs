@@ -48,6 +48,7 @@ impl Sum {
 
 impl Indicator {
     /// Adds the step that ends at the time the integrator has reached; `state` and `error` are space.
+    /// Without probes nothing is asked of the integrator.
     pub(super) fn add<P: System>(
         &mut self,
         integrator: &mut dyn Integrator<P>,
@@ -55,6 +56,9 @@ impl Indicator {
         state: &mut [f64],
         error: &mut [f64],
     ) -> Result<(), ModelError> {
+        if recorders.is_empty() {
+            return Ok(());
+        }
         let t = integrator.time();
         integrator.dense_output(t, 0, state)?;
         integrator.local_error(error)?;
