@@ -220,6 +220,20 @@ fn fields_of_a_body_in_space_are_quadratic_tetrahedra_with_stress_and_fibres() {
     let fibres = array(child(piece, "CellData"), "fibre");
     assert!(fibres.iter().all(|fibre| fibre[..] == [1.0, 0.0, 0.0]));
     let data = child(piece, "PointData");
+    let names = ["xx", "yy", "zz", "xy", "yz", "xz"].iter().enumerate();
+    let names: String = names
+        .map(|(i, name)| format!(" ComponentName{i}=\"{name}\""))
+        .collect();
+    for array in ["stress", "strain"] {
+        let of_points = data
+            .children()
+            .filter(|child| child.attribute("Name") == Some(array));
+        let range = of_points.map(|child| child.range()).next().unwrap();
+        assert!(
+            text[range].contains(&names),
+            "the components of {array} have names"
+        );
+    }
     let (stress, principal) = (array(data, "stress"), array(data, "principal_stress"));
     for (stress, principal) in stress.iter().zip(&principal) {
         assert!(principal[0] >= principal[1] && principal[1] >= principal[2]);
@@ -228,6 +242,36 @@ fn fields_of_a_body_in_space_are_quadratic_tetrahedra_with_stress_and_fibres() {
         let scale: f64 = stress.iter().map(|s| s.abs()).sum();
         assert!((trace - principal.iter().sum::<f64>()).abs() <= 1e-12 * scale);
     }
+}
+
+/// The spindle in motion: its velocity is written, and fibres that are not the same everywhere.
+#[test]
+fn fields_of_a_moving_body_in_space_have_its_velocity_and_its_own_fibres() {
+    let folder = tempfile::tempdir().unwrap();
+    let sets = [
+        "mesh.cells=[10,2,2]",
+        "time.end=0.5",
+        "fields={every=0.25, quantities=[\"u\", \"v\"]}",
+    ];
+    let mut arguments = vec!["run", "muscle3d", "--out", "out", "--quiet"];
+    arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
+    let run = myovib_in(folder.path(), &arguments);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let text = fs::read_to_string(folder.path().join("out/fields_00002.vtu")).unwrap();
+    let document = Document::parse(&text).unwrap();
+    let piece = child(child(document.root_element(), "UnstructuredGrid"), "Piece");
+    let velocity = array(child(piece, "PointData"), "velocity");
+    assert!(velocity.iter().flatten().any(|v| v.abs() > 1e-4));
+    let fibres = array(child(piece, "CellData"), "fibre");
+    let length = |fibre: &Vec<f64>| fibre.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let fibres: Vec<_> = fibres.iter().filter(|fibre| length(fibre) > 0.0).collect();
+    // The rounding of a vector that is divided by its length.
+    assert!(
+        fibres
+            .iter()
+            .all(|fibre| (length(fibre) - 1.0).abs() < 1e-15)
+    );
+    assert!(fibres.iter().any(|fibre| fibre[..] != fibres[0][..]));
 }
 
 /// Two layers, the upper twice as stiff in all its constants, stretched along: one homogeneous strain is

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use myovib_dae::Problem;
 use myovib_dae::conformance::jacobian_error;
 use myovib_fem::{DofMap, Law, Mesh, Solid, Space, generate};
 use myovib_model::inf_sup::{Pair, levels};
@@ -101,9 +102,11 @@ fn inf_sup_constants_in_space() {
         stable.iter().all(|level| level.nullity == 0),
         "{constants:?}"
     );
+    // A pair that is not stable loses a factor two to four with each halving of h.
     assert!(constants[2] > 0.8 * constants[1], "{constants:?}");
     let unstable = levels(Pair::EqualOrder, &mesh, &["left", "right"], 3, |_, _| ()).unwrap();
     let held = |level: &myovib_model::inf_sup::Level| {
+        // Half of what the stable pair has left: bounded would be both or neither.
         level.nullity == 0 && level.constant > 0.5 * constants[2]
     };
     assert!(!unstable[1..].iter().any(held), "{unstable:?}");
@@ -136,4 +139,27 @@ fn land(cells: [usize; 3]) -> f64 {
 fn a_beam_of_fibres_bends_as_published() {
     let found = land([10, 1, 1]);
     assert!((found - 3.068e-3).abs() < 0.5e-6, "{found}");
+}
+
+/// A body in space is loaded in steps where Newton's method does not come to its load at once, and ends
+/// in equilibrium.
+#[test]
+fn a_body_in_space_is_loaded_in_steps() {
+    let mesh = generate::block([0.0; 3], [1.0, 0.8, 0.6], [1, 1, 1]).unwrap();
+    let solid = held(&mesh, "left", paper::LAW);
+    let pull = PressureLoad::new(&solid, "right", Signal::constant(-2e4)).unwrap();
+    let mut muscle = Muscle::unloaded(solid, Parameters::new(0.0, 0.0, INF).unwrap());
+    muscle.pressures.push(pull);
+    let found = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
+    assert!(found.load_steps > 1, "{} load steps", found.load_steps);
+    let mut dae = MuscleDae::for_analysis(muscle, Formulation::Position);
+    let mut y = found.displacement.clone();
+    y.resize(2 * y.len(), 0.0);
+    y.extend(&found.pressure);
+    let zero = vec![0.0; y.len()];
+    let mut residual = zero.clone();
+    dae.residual(0.0, &y, &zero, &mut residual).unwrap();
+    let largest = residual.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
+    // The rounding of forces of some 1e4 N.
+    assert!(largest < 1e-9, "{largest:e}");
 }

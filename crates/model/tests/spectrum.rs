@@ -1,18 +1,20 @@
 //! Modes of beams against the slender limit and under refinement.
 #![allow(clippy::unwrap_used)] // a test may panic
 
-use myovib_fem::{Law, Mesh, generate};
-use myovib_model::{Formulation, Muscle, Signal, paper, spectrum, statics};
+use std::sync::Arc;
+
+use myovib_fem::{DofMap, Law, Mesh, Solid, Space, generate};
+use myovib_model::{Formulation, Muscle, Parameters, Signal, paper, spectrum, statics};
 use myovib_structure::Mode;
 
 const SHEAR: f64 = 2.04e4;
+const LAW: Law = Law::SmallStrain {
+    shear_modulus: SHEAR,
+};
 
 fn cantilever(slenderness: f64, cells: [usize; 2], kappa: f64) -> Muscle {
     let mesh = generate::beam(1.0, 1.0 / slenderness, cells).unwrap();
-    let law = Law::SmallStrain {
-        shear_modulus: SHEAR,
-    };
-    paper::muscle_with_load(&mesh, law, kappa, 0.0, Signal::constant(0.0)).unwrap()
+    paper::muscle_with_load(&mesh, LAW, kappa, 0.0, Signal::constant(0.0)).unwrap()
 }
 
 fn modes(muscle: &Muscle, count: usize) -> Vec<Mode> {
@@ -21,14 +23,8 @@ fn modes(muscle: &Muscle, count: usize) -> Vec<Mode> {
     spectrum::lowest(muscle, &q, &pressure, count).unwrap()
 }
 
-/// ω of the n-th bending mode of a slender cantilever in plane strain, with 4 G (3κ + G)/(3κ + 4G)
-/// for E/(1 - ν²), which is 4 G for κ = ∞.
-fn slender(n: usize, slenderness: f64, kappa: f64) -> f64 {
-    let modulus = if kappa.is_infinite() {
-        4.0 * SHEAR
-    } else {
-        4.0 * SHEAR * (3.0 * kappa + SHEAR) / (3.0 * kappa + 4.0 * SHEAR)
-    };
+/// ω of the n-th bending mode of a slender cantilever, of length 1 and of this modulus.
+fn bending(n: usize, slenderness: f64, modulus: f64) -> f64 {
     // Roots of 1 + cos x cosh x.
     let root: f64 = [
         1.875_104_068_711_961,
@@ -36,6 +32,16 @@ fn slender(n: usize, slenderness: f64, kappa: f64) -> f64 {
         7.854_757_438_237_613,
     ][n];
     root * root * (modulus / (12.0 * paper::DENSITY)).sqrt() / slenderness
+}
+
+/// That in plane strain, with 4 G (3κ + G)/(3κ + 4G) for E/(1 - ν²), which is 4 G for κ = ∞.
+fn slender(n: usize, slenderness: f64, kappa: f64) -> f64 {
+    let modulus = if kappa.is_infinite() {
+        4.0 * SHEAR
+    } else {
+        4.0 * SHEAR * (3.0 * kappa + SHEAR) / (3.0 * kappa + 4.0 * SHEAR)
+    };
+    bending(n, slenderness, modulus)
 }
 
 /// ω over that of the slender limit, for the first three modes.
@@ -61,6 +67,43 @@ fn slender_beams() {
         assert!(
             stout[2] < stout[1] && stout[1] < stout[0] && stout[2] < 0.9,
             "{stout:?}"
+        );
+    }
+}
+
+/// A beam of square section in space bends both ways with one frequency: that of the plane with
+/// Young's modulus 9 κ G/(3κ + G) for E/(1 - ν²). It is half as slender as the beam of the plane.
+#[test]
+fn a_slender_beam_in_space_bends_both_ways() {
+    let slenderness = 20.0;
+    for kappa in [1e5, f64::INFINITY] {
+        let young = match kappa.is_infinite() {
+            true => 3.0 * SHEAR,
+            false => 9.0 * kappa * SHEAR / (3.0 * kappa + SHEAR),
+        };
+        let ratios = |cells| {
+            let side = 1.0 / slenderness;
+            let mesh = generate::block([0.0; 3], [1.0, side, side], cells).unwrap();
+            let space = Arc::new(Space::taylor_hood(&mesh));
+            let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
+            let solid = Solid::uniform(space, dofs, LAW, paper::DENSITY).unwrap();
+            let muscle = Muscle::unloaded(solid, Parameters::new(0.0, 0.0, kappa).unwrap());
+            let found = modes(&muscle, 2);
+            [0, 1].map(|n| found[n].angular_frequency().unwrap() / bending(0, slenderness, young))
+        };
+        let [coarse, fine] = [ratios([20, 1, 1]), ratios([40, 2, 2])];
+        for (coarse, fine) in coarse.iter().zip(&fine) {
+            // Twice that of the plane, as the clamped end is twice as much of the length.
+            assert!((fine - 1.0).abs() < 1e-2, "{kappa}: {fine}");
+            assert!(
+                (fine - 1.0).abs() < 0.5 * (coarse - 1.0).abs(),
+                "{kappa}: {coarse} {fine}"
+            );
+        }
+        // The diagonals of the cells tell the two ways apart, by less than what refining changes.
+        assert!(
+            (fine[0] - fine[1]).abs() < 0.2 * (coarse[0] - fine[0]).abs(),
+            "{kappa}: {coarse:?} {fine:?}"
         );
     }
 }

@@ -39,6 +39,14 @@ fn deviation(curve: &[[f64; 3]], other: &[[f64; 3]], from: usize) -> f64 {
     distances.iter().sum::<f64>() / distances.len() as f64 / largest
 }
 
+/// The benchmark's own measure (its eq. 21): the mean over all times of |u - ū|/|ū|. Of the first 0.16 s,
+/// in which the body rests and ū is noise of 5e-6 m, a code at rest has 0.17.
+fn relative_deviation(curve: &[[f64; 3]], mean: &[[f64; 3]]) -> f64 {
+    let each = curve.iter().zip(mean);
+    let each = each.map(|(u, mean)| distance(u, mean) / distance(mean, &[0.0; 3]));
+    each.sum::<f64>() / curve.len() as f64
+}
+
 /// Our run at tolerances a hundred times tighter and another order; its key `provenance` has the
 /// command.
 fn reference() -> Value {
@@ -89,13 +97,11 @@ fn the_beat_is_that_of_other_programs() {
     let (document, curves) = run("ventricle-coarse", "1.0");
     assert!(document["steps"].as_u64().unwrap() <= 200);
     let codes = codes();
-    // Generalised-α with dt = 2 ms, P2–P1, in mm at 0.48 s; and the mean deviation from the ten codes'
-    // mean that it has on this coarse mesh.
+    // Generalised-α with dt = 2 ms, P2–P1, in mm at 0.48 s; and the mean and the relative deviation from
+    // the ten codes' mean that it has on this coarse mesh.
     let other = [[-27.56, 1.26, 3.59], [-19.66, -2.47, 0.86]];
-    let found = POINTS
-        .iter()
-        .zip(&curves)
-        .zip(other.into_iter().zip([0.066, 0.065]));
+    let from_codes = [[0.066, 0.31], [0.065, 0.40]];
+    let found = POINTS.iter().zip(&curves).zip(other.iter().zip(from_codes));
     for ((point, ours), (other, from_codes)) in found {
         // rtol of the scene.
         let error = error(ours, &curve(&reference(), point));
@@ -104,10 +110,12 @@ fn the_beat_is_that_of_other_programs() {
         let apart = distance(&ours[48], &other.map(|x| 1e-3 * x));
         assert!(apart < 6e-5, "{point}: {apart}");
         // Given with two digits, of which the error of a thousandth takes little.
-        let deviation = deviation(ours, &curve(&codes["mean"], point), 17);
+        let mean = curve(&codes["mean"], point);
+        let [deviation, relative] = [deviation(ours, &mean, 17), relative_deviation(ours, &mean)];
+        println!("{point}: mean deviation {deviation:.4}, RED {relative:.4}");
         assert!(
-            (deviation - from_codes).abs() < 1e-3,
-            "{point}: {deviation}"
+            (deviation - from_codes[0]).abs() < 1e-3 && (relative - from_codes[1]).abs() < 1e-2,
+            "{point}: {deviation} {relative}"
         );
     }
 }
@@ -118,9 +126,13 @@ fn the_beat_is_that_of_other_programs() {
 fn the_beat_on_the_fine_mesh_is_that_of_ten_codes() {
     let (document, curves) = run("ventricle", "1.0");
     assert!(document["steps"].as_u64().unwrap() <= 200);
-    for (point, ours) in POINTS.iter().zip(&curves) {
+    // The largest of the ten codes but one.
+    for ((point, ours), largest) in POINTS.iter().zip(&curves).zip([0.30, 0.38]) {
+        let mean = curve(&codes()["mean"], point);
+        let [deviation, relative] = [deviation(ours, &mean, 17), relative_deviation(ours, &mean)];
+        println!("{point}: mean deviation {deviation:.4}, RED {relative:.4}");
         // Below what the coarse mesh misses by, 0.065.
-        let deviation = deviation(ours, &curve(&codes()["mean"], point), 17);
         assert!(deviation < 0.05, "{point}: {deviation}");
+        assert!(relative < largest, "{point}: {relative}");
     }
 }

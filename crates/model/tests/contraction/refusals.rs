@@ -8,15 +8,22 @@ use myovib_model::{Activation, Bed, Formulation, MuscleDae, Parameters, Signal, 
 
 use crate::common::{INF, contracting, on_mesh, viscous};
 
-/// Beds, viscosity and activation leave the index what κ, β and the formulation say.
+/// Beds, viscosity and activation leave the index what κ, β and the formulation say, in the plane and in
+/// space.
 #[test]
 fn no_index_changes() {
     let cases = [(1e5, 0.0), (1e5, 1e-2), (INF, 0.0), (INF, 1e-2)];
-    for formulation in Formulation::ALL {
+    let meshes = [
+        generate::rectangle([0.0; 2], [1.0, 0.8], [2, 1]).unwrap(),
+        generate::block([0.0; 3], [1.0, 0.8, 0.6], [1, 1, 1]).unwrap(),
+    ];
+    for (mesh, formulation) in meshes
+        .iter()
+        .flat_map(|mesh| Formulation::ALL.map(|formulation| (mesh, formulation)))
+    {
         for (kappa, beta) in cases {
-            let mesh = generate::rectangle([0.0; 2], [1.0, 0.8], [2, 1]).unwrap();
             let parameters = Parameters::new(1.0, beta, kappa).unwrap();
-            let muscle = on_mesh(&mesh, parameters, viscous());
+            let muscle = on_mesh(mesh, parameters, viscous());
             let Ok(mut dae) = MuscleDae::new(muscle, formulation) else {
                 continue;
             };
@@ -28,7 +35,8 @@ fn no_index_changes() {
             assert_eq!(
                 report.decided(),
                 Some(rule),
-                "{formulation} {kappa} {beta}: {report:?}"
+                "{}D {formulation} {kappa} {beta}: {report:?}",
+                mesh.dimension()
             );
         }
     }

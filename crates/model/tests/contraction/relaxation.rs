@@ -323,9 +323,10 @@ fn what_relaxes_closes_the_balance_of_energy() {
         assert_eq!(statistics.outcome, Outcome::Finished);
         balance.gap / balance.largest
     };
-    // As without terms: the error follows the tolerance.
+    // The balance is closed to the tolerance, and better with a tighter one.
     let [loose, tight] = [1e-3, 1e-5].map(relative);
-    assert!(loose < 1e-2 && tight < 1e-4, "{loose:e} {tight:e}");
+    assert!(loose < 1e-3 && tight < 1e-5, "{loose:e} {tight:e}");
+    assert!(tight < 0.1 * loose, "{loose:e} {tight:e}");
 }
 
 #[test]

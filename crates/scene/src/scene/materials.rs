@@ -218,9 +218,12 @@ fn about_field(error: FemError, mesh: &Mesh) -> InputError {
             let place =
                 place.and_then(|n| mesh.coordinates().get(dimension * n..dimension * (n + 1)));
             let missing = vector.iter().any(|x| x.is_nan());
-            let problem = if missing { "missing" } else { problem };
+            let problem = match missing {
+                true => "missing or no number",
+                false => problem,
+            };
             InputError::new(format!(
-                "the nodal field `{field}` is {problem} at vertex {node} at {place:?}",
+                "the nodal field `{field}` is {problem} at the vertex {place:?}",
                 place = place.unwrap_or_default()
             ))
             .found(format!("{vector:?}"))

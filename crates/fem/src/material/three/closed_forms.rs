@@ -30,9 +30,7 @@ fn uniaxial(law: Law, stretch: f64) -> f64 {
 fn uniaxial_and_equibiaxial_mooney_rivlin() {
     let (c10, c01) = (2.5, 2.5);
     let law = Law::MooneyRivlin { c10, c01 };
-    // Nominal stress 13.125 gives stretch 2 and the lateral displacement -0.292893.
     assert!((uniaxial(law, 2.0) - 13.125).abs() < 1e-13 * 13.125 * 4.0);
-    assert!((2.0_f64.powf(-0.5) - 1.0 + 0.292_893).abs() < 1e-6);
     for l in [0.6_f64, 0.9, 1.3, 2.5] {
         let exact = 2.0 * (l - l.powi(-2)) * (c10 + c01 / l);
         assert!((uniaxial(law, l) - exact).abs() < 1e-13 * 100.0, "{l}");
