@@ -17,8 +17,8 @@ use crate::element::Barycentric;
 use crate::fibres::Fibres;
 use crate::kind::{Kind, Ratios};
 use crate::lanes::{Array, LANES, Lanes};
-use crate::material::Real;
 use crate::material::three::Axes;
+use crate::material::{Law, Real};
 use crate::quadrature::Rule;
 use crate::space::Space;
 
@@ -175,6 +175,12 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
             }
         }
         axes
+    }
+
+    /// The law of the elements.
+    #[inline(always)]
+    pub(crate) fn law(&self) -> Law {
+        self.batch.kind.law
     }
 
     /// Constants of the elements by those of the body.

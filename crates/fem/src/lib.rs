@@ -16,6 +16,7 @@ mod batch;
 mod constitutive;
 pub mod dofs;
 pub mod element;
+mod energy;
 mod error;
 mod facet;
 mod fibres;

@@ -220,45 +220,6 @@ impl Solid {
         h
     }
 
-    /// The energy whose derivative by u is the force: ∫ W(F) − p (J − 1), or ∫ W(F) + κ/2 (J − 1)².
-    ///
-    /// With a pressure that satisfies the constraint the stored energy is this less
-    /// pᵀ M_p p / (2κ). Paper: eqs. (16), (20).
-    ///
-    /// # Units
-    /// J, in plane strain J/m.
-    pub fn strain_energy(&self, fields: &Fields<'_>) -> f64 {
-        let rule = self.rule().points(self.space().mesh().shape());
-        let density = |at: &Located| {
-            let law = self.law_at(fields, at);
-            let h = self.spatial_gradient_at(fields.u, at);
-            let d = law.volume_change3(h);
-            let volumetric = match fields.pressure {
-                Pressure::Nodal(p) => -self.space().pressure_at(p, at) * d,
-                Pressure::Penalty { kappa } => {
-                    0.5 * law.penalty(kappa * self.ratios(at.element).kappa) * d * d
-                }
-            };
-            law.energy3(h, self.axes_at(at)) + volumetric
-        };
-        (0..self.space().n_elements())
-            .map(|element| {
-                let sum: f64 = rule
-                    .iter()
-                    .map(|q| {
-                        let at = Located {
-                            element,
-                            barycentric: q.barycentric,
-                        };
-                        let measure = self.space().measure_at(element, &q.barycentric);
-                        q.weight * measure * density(&at)
-                    })
-                    .sum();
-                sum
-            })
-            .sum()
-    }
-
     /// ½ vᵀ M v.
     ///
     /// # Units

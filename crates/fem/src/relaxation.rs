@@ -19,12 +19,13 @@ use crate::batch::{Batch, Batches, Part, Point};
 use crate::constitutive::{Constitutive, Tensor, with_plane_law, with_spatial_law};
 use crate::lanes::{Lanes, outlined};
 use crate::material::Real;
+use crate::material::tensor::Volumetric;
 use crate::residual::accumulate;
 use crate::sparsity::ScatterMap;
 use crate::tangent::{Matrix, add, scatter};
 pub(crate) use layout::InternalStresses;
 pub use layout::RelaxingPart;
-use point::{At, Slots, no_pressure, pushed};
+use point::{At, Slots, pushed};
 
 /// H = Σ g S − Σ Q, by what is known of it.
 #[derive(Debug, Clone, Copy)]
@@ -182,7 +183,7 @@ where
                             over
                         }
                     };
-                    let mut a = law.tangent(&at.strain, no_pressure(part.zero()));
+                    let mut a = law.tangent(&at.strain, Volumetric::pressure(part.zero()));
                     for i in 0..D {
                         for j in 0..D {
                             for l in 0..D {

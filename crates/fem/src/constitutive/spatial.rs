@@ -93,7 +93,32 @@ impl<T: Simd, W: Law3> WithSimd for Slope<'_, T, W> {
     }
 }
 
+/// W, times the factor.
+struct Energy<'a, S: Simd, W> {
+    law: W,
+    strain: &'a Strain3<Lanes<S>>,
+}
+
+impl<T: Simd, W: Law3> WithSimd for Energy<'_, T, W> {
+    type Output = Lanes<T>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        self.strain.energy(&self.law)
+    }
+}
+
 impl Spatial {
+    /// W, times the factor, without the pressure's part.
+    #[inline(always)]
+    pub(crate) fn energy<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Lanes<S> {
+        with_law!(
+            self.0,
+            law => outlined(strain.d.simd(), Energy { law, strain }),
+            own => own.energy(strain)
+        )
+    }
+
     #[inline(always)]
     fn stress_along<S: Simd>(
         &self,

@@ -27,6 +27,16 @@ pub(crate) struct Volumetric<R> {
 }
 
 impl<R: Real> Volumetric<R> {
+    /// A pressure that does not change.
+    #[inline(always)]
+    pub(crate) fn pressure(p: R) -> Self {
+        Self {
+            p,
+            p_rate: p.like(0.0),
+            kappa: 0.0,
+        }
+    }
+
     /// With the rate of p as a derivative.
     #[inline(always)]
     pub(crate) fn moving(self) -> Volumetric<Dual<R>> {
@@ -37,16 +47,6 @@ impl<R: Real> Volumetric<R> {
             },
             p_rate: Dual::constant(self.p_rate.like(0.0)),
             kappa: self.kappa,
-        }
-    }
-}
-
-impl Volumetric<f64> {
-    pub(crate) fn pressure(p: f64) -> Self {
-        Self {
-            p,
-            p_rate: 0.0,
-            kappa: 0.0,
         }
     }
 }

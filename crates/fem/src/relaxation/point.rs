@@ -45,7 +45,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
             strain,
             axes,
         };
-        let piola = law.stress(&at.strain, no_pressure(d.like(0.0)));
+        let piola = law.stress(&at.strain, Volumetric::pressure(d.like(0.0)));
         at.stress = at.pulled_back(&piola);
         at
     }
@@ -68,8 +68,8 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         let law = Spatial(law);
         let strain = law.strain(deep(&self.h), self.axes, None);
         let piola = match v {
-            None => law.stress(&strain, no_pressure(zero)),
-            Some(v) => law.stress_rate(&strain, deep(v), no_pressure(zero)),
+            None => law.stress(&strain, Volumetric::pressure(zero)),
+            Some(v) => law.stress_rate(&strain, deep(v), Volumetric::pressure(zero)),
         };
         Some(piola[2][2])
     }
@@ -94,7 +94,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
     #[inline(always)]
     pub(super) fn stress_rate(&self, law: &C, v: &Tensor<Lanes<S>, D>) -> Tensor<Lanes<S>, D> {
         let zero = self.inverse_jacobian.like(0.0);
-        let mut rate = law.stress_rate(&self.strain, *v, no_pressure(zero));
+        let mut rate = law.stress_rate(&self.strain, *v, Volumetric::pressure(zero));
         for i in 0..D {
             for j in 0..D {
                 for k in 0..D {
@@ -118,15 +118,6 @@ pub(super) fn pushed<R: Real, const D: usize>(h: &Tensor<R, D>, t: &Tensor<R, D>
         }
     }
     out
-}
-
-#[inline(always)]
-pub(super) fn no_pressure<R: Real>(zero: R) -> Volumetric<R> {
-    Volumetric {
-        p: zero,
-        p_rate: zero,
-        kappa: 0.0,
-    }
 }
 
 /// The slots of one part of a batch at one point.

@@ -1,5 +1,6 @@
-//! The element loops: vectors and tangents at given fields.
+//! The element loops: vectors, tangents and the strain energy at given fields.
 
+use crate::energy::StrainEnergy;
 use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
 use crate::residual::Evaluate;
 use crate::shared::Pass;
@@ -66,6 +67,24 @@ impl Solid {
             out: &mut *out,
         }));
         self.end(out.all_mut(), own)
+    }
+
+    /// The energy whose derivative by u is the force: ∫ W(F) − p (J − 1), or ∫ W(F) + κ/2 (J − 1)².
+    ///
+    /// With a pressure that satisfies the constraint the stored energy is this less
+    /// pᵀ M_p p / (2κ). Paper: eqs. (16), (20).
+    ///
+    /// # Units
+    /// J, in plane strain J/m.
+    ///
+    /// # Panics
+    /// If a length is wrong.
+    pub fn strain_energy(&self, fields: &Fields<'_>) -> f64 {
+        self.check_fields(fields);
+        with_elements!(&self.elements, mapped => narrow(self.arch, StrainEnergy {
+            elements: &mapped.batches,
+            fields,
+        }))
     }
 
     fn check_fields(&self, fields: &Fields<'_>) {

@@ -1,7 +1,11 @@
 //! What must hold on any mesh: rigid motions, masses, loads, energies, patterns of equal meaning.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use myovib_fem::material::MooneyRivlin;
 use myovib_fem::solid::{Fields, Inverted, Pressure, Solid, Tangents, Vectors};
-use myovib_fem::{DofMap, FemError, Space, generate, load};
+use myovib_fem::{DofMap, FemError, Fibres, Law, Ratios, Space, generate, load};
 
 use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, clamped, dense, muscle_mesh, random};
 
@@ -156,28 +160,75 @@ fn force_is_the_derivative_of_the_strain_energy() {
     ] {
         let mesh = generate::spindle([10, 2]).unwrap();
         let solid = clamped(Space::taylor_hood(&mesh), "fixed", law);
-        let n = solid.space().n_components();
-        let p = random(solid.space().n_pressures(), 3e3, 1);
-        let pressure = kappa.map_or(Pressure::Nodal(&p), |kappa| Pressure::Penalty { kappa });
-        let u = random(n, 2e-4, 2);
-        let direction = random(n, 1e-4, 3);
-        let mut force = vec![0.0; n];
-        let mut out = Vectors {
-            force: Some(&mut force),
-            ..Vectors::default()
-        };
-        solid
-            .evaluate(&Fields::new(&u, pressure), &mut out)
-            .unwrap();
-        let power: f64 = force.iter().zip(&direction).map(|(f, d)| f * d).sum();
-        let energy = |s: f64| {
-            let u: Vec<f64> = u.iter().zip(&direction).map(|(u, d)| u + s * d).collect();
-            solid.strain_energy(&Fields::new(&u, pressure))
-        };
-        // Central differences with step 1e-4 of a step that is itself 5 % strain.
-        let slope = (energy(1e-4) - energy(-1e-4)) / 2e-4;
-        assert!((slope / power - 1.0).abs() < 1e-6, "{slope} {power}");
+        // A step of the size 1e-4 is 5 % strain.
+        check_energy(&solid, kappa, None, [2e-4, 1e-4]);
     }
+}
+
+/// Curved elements beside straight ones, three laws, one of them with fibres and one from outside the
+/// crate, a bulk modulus that is not the body's, and a factor that differs between elements.
+#[test]
+fn force_is_the_derivative_of_the_strain_energy_in_space() {
+    const HEART: Law = Law::Guccione {
+        c: 2e3,
+        b_f: 8.0,
+        b_t: 2.0,
+        b_fs: 4.0,
+    };
+    static OWN: MooneyRivlin = MooneyRivlin { c10: 1e4, c01: 2e2 };
+    let mesh = generate::block([0.0; 3], [1.5, 1.0, 0.8], [2, 1, 1]).unwrap();
+    let bent = mesh.bent(BTreeMap::from([([0, 4], [0.41, 0.53, -0.05])]));
+    let mesh = bent.unwrap();
+    let n = mesh.n_elements();
+    let mut fibres = Fibres::new(&mesh);
+    let all: Vec<usize> = (0..n).collect();
+    fibres
+        .set_constant(&mesh, &all, [0.6, 0.0, 0.8], Some([0.0, 1.0, 0.0]))
+        .unwrap();
+    let space = Arc::new(Space::taylor_hood(&mesh));
+    assert!((0..n).any(|e| space.is_curved(e)) && !(0..n).all(|e| space.is_curved(e)));
+    let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
+    let laws = [HEART, SMALL_LAW, Law::own("own", &OWN)];
+    let laws: Vec<Law> = (0..n).map(|e| laws[e % 3]).collect();
+    let ratio = Ratios {
+        kappa: 2.0,
+        ..Ratios::ONE
+    };
+    let solid = Solid::new(space, dofs, laws, 1e3).unwrap();
+    let solid = solid.with_ratios(&vec![ratio; n]).unwrap();
+    let solid = solid.with_fibres(fibres);
+    let factors = random(4 * n, 0.4, 9);
+    let factors: Vec<f64> = factors.iter().map(|change| 1.0 + change).collect();
+    for kappa in [None, Some(1e5)] {
+        for factors in [None, Some(&factors[..])] {
+            check_energy(&solid, kappa, factors, [4e-2, 2e-2]);
+        }
+    }
+}
+
+/// The power of the force along a motion, by central differences of the energy; `sizes` of the
+/// displacement and of the motion, m.
+fn check_energy(solid: &Solid, kappa: Option<f64>, factors: Option<&[f64]>, sizes: [f64; 2]) {
+    let n = solid.space().n_components();
+    let p = random(solid.space().n_pressures(), 3e3, 1);
+    let pressure = kappa.map_or(Pressure::Nodal(&p), |kappa| Pressure::Penalty { kappa });
+    let (u, direction) = (random(n, sizes[0], 2), random(n, sizes[1], 3));
+    let mut force = vec![0.0; n];
+    let mut out = Vectors {
+        force: Some(&mut force),
+        ..Vectors::default()
+    };
+    let mut fields = Fields::new(&u, pressure);
+    fields.factors = factors;
+    solid.evaluate(&fields, &mut out).unwrap();
+    let power: f64 = force.iter().zip(&direction).map(|(f, d)| f * d).sum();
+    let energy = |s: f64| {
+        let u: Vec<f64> = u.iter().zip(&direction).map(|(u, d)| u + s * d).collect();
+        solid.strain_energy(&Fields { u: &u, ..fields })
+    };
+    // The square of the step 1e-4 times the change of slopes over a motion that is some per cent strain.
+    let slope = (energy(1e-4) - energy(-1e-4)) / 2e-4;
+    assert!((slope / power - 1.0).abs() < 1e-6, "{slope} {power}");
 }
 
 #[test]

@@ -61,8 +61,11 @@ impl OwnLaw {
     }
 
     /// W, times the factor.
-    pub(crate) fn energy(self, strain: &Strain3<f64>) -> f64 {
-        self.factor * self.law.energy(strain)
+    #[inline(never)]
+    pub(crate) fn energy<R: Few>(self, strain: &Strain3<R>) -> R {
+        let none = Volumetric::pressure(strain.d.like(0.0));
+        let found = self.law.energy(&self.block(strain, &none, None));
+        strain.d.first_of(&found)
     }
 
     /// P, or Ṗ `along` a motion.
@@ -190,7 +193,7 @@ trait Blockwise: Send + Sync {
     fn is_finite(&self) -> bool;
     fn is_complete(&self) -> bool;
     fn has_fibres(&self) -> bool;
-    fn energy(&self, strain: &Strain3<f64>) -> f64;
+    fn energy(&self, block: &Block) -> Array;
     fn stress(&self, block: &Block) -> Tensor3Of<Array>;
     fn tangent(&self, block: &Block) -> Symmetric3<Array>;
 }
@@ -208,8 +211,8 @@ impl<W: Law3 + Send + Sync> Blockwise for W {
         W::FIBRES
     }
 
-    fn energy(&self, strain: &Strain3<f64>) -> f64 {
-        strain.energy(self)
+    fn energy(&self, block: &Block) -> Array {
+        Arch::new().dispatch(Energy { law: self, block })
     }
 
     fn stress(&self, block: &Block) -> Tensor3Of<Array> {
@@ -271,6 +274,27 @@ fn loaded<S: Simd>(simd: S, arrays: &Tensor3Of<Array>, part: usize) -> Tensor3Of
         }
     }
     out
+}
+
+/// W of a block.
+struct Energy<'a, W> {
+    law: &'a W,
+    block: &'a Block,
+}
+
+impl<W: Law3> WithSimd for Energy<'_, W> {
+    type Output = Array;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { law, block } = self;
+        let mut out = Array::ZERO;
+        for number in 0..block.n_parts(simd) {
+            let part = block.part(simd, law, number);
+            part.strain.energy(law).store(&mut out, number);
+        }
+        out
+    }
 }
 
 /// P or Ṗ of a block.
