@@ -151,7 +151,7 @@ fn figure_3_by_radau_is_figure_3_by_bdf() {
 #[test]
 fn synchronization_judges_every_combination() {
     let (folder, run) = run(
-        "synchronization --gamma 1,6000 --frequency 8,7.5 --oscillators 3 --t-end 4 --json --quiet",
+        "synchronization --gamma 1,6000 --frequency 8,7.5 --set chain[0].oscillators=3 --t-end 4 --json --quiet",
     );
     assert_eq!(run.code, 0, "{}", run.stderr);
     let json = document(&run.stdout, "synchronization");
@@ -304,21 +304,24 @@ fn the_film_of_the_muscle_in_space_is_made_of_its_scene() {
 #[test]
 fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
     for (arguments, reason) in [
-        ("figure 3 --oscillators 0", "at least one oscillator"),
-        ("figure 3 --width -0.1", "at least 0 and finite, got -0.1"),
         (
-            "figure 3 --generator rand48",
-            "unknown random generator \"rand48\"",
+            "figure 3 --set chain[0].oscillators=0",
+            "chain[0].oscillators",
         ),
-        ("figure 3 --point 0.2", "x = 0.2 must be on the rod"),
-        ("figure 3 --point 0.01,0.02", "wrong number of coordinates"),
+        ("figure 3 --set chain[0].half_width=-0.1", "half_width"),
+        ("figure 3 --set chain[0].generator=rand48", "`matlab`"),
         (
-            "figure 7 --point 1,1",
+            "figure 3 --set chain[0].at=0.2",
+            "x = 0.2 must be on the rod",
+        ),
+        ("figure 3 --set chain[0].at=[0.01,0.02]", "chain[0].at"),
+        (
+            "figure 7 --set chain[0].at=[1.0,1.0]",
             "the point (1, 1) lies outside the mesh",
         ),
-        ("figure 3 --gamma inf", "--gamma"),
-        ("figure 3 --seed -1", "-1"),
-        ("figure 3 --ends closed", "`periodic` or `open`"),
+        ("figure 3 --set chain[0].gain=inf", "gain"),
+        ("figure 3 --set chain[0].seed=-1", "-1"),
+        ("figure 3 --set chain[0].ends=closed", "`periodic`"),
         ("figure 3 --t-end 0", "--t-end"),
         ("figure 8", "2..=7"),
         ("figure 4 --mesh no-such.msh", "no-such.msh"),
@@ -326,20 +329,23 @@ fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
         ("movie hardening --mesh muscle.msh", "--mesh"),
         ("movie muscle3d --from 1", "--from"),
         ("movie muscle --from 1", "--from"),
-        ("movie muscle --gamma 2", "--gamma"),
         ("movie chain --mesh muscle.msh", "--mesh"),
-        ("figure 4 --gamma 10", "--gamma"),
+        ("movie muscle --set chain[0].gain=2", "chain"),
+        ("figure 5 --set chain[0].gain=2", "chain"),
         ("figure 4 --integrator radau", "--integrator"),
-        ("figure 5 --point 0,0", "--point"),
         ("figure 3 --mesh muscle.msh", "--mesh"),
         ("figure 3 --integrator rk4", "`rk4` is no integrator"),
-        ("figure 3 --mu inf", "--mu"),
         ("synchronization --t-end 0.01", "--t-end"),
         ("synchronization --mesh muscle.msh", "--body muscle"),
-        ("synchronization --body muscle --point 0.05", "--point"),
+        (
+            "synchronization --body muscle --set chain[0].at=0.05",
+            "chain[0].at",
+        ),
         ("synchronization --frequency 0", "--frequency"),
-        ("synchronization --oscillators 0", "at least one oscillator"),
-        ("synchronization --point 2", "must be on the rod"),
+        (
+            "synchronization --set chain[0].oscillators=0",
+            "chain[0].oscillators",
+        ),
     ] {
         let (folder, run) = run(arguments);
         assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{arguments}");

@@ -3,7 +3,7 @@
 //! Cast: [`cli`] names the commands and runs them; [`commands`] has one file per command, [`args`]
 //! the options they share and [`values`] what options take; [`exit`] and [`error`] say how a command ends; [`json`] and [`progress`]
 //! are the ways out; [`versions`] and [`machine`] are what a reader of results must know.
-//! [`ranks`] is a run by several processes. [`experiments`] runs what is behind figures of chains. Only this crate prints.
+//! [`ranks`] is a run by several processes. [`chains`] runs what is behind figures of chains. Only this crate prints.
 #![forbid(unsafe_code)]
 // `println!` panics when the reader has gone; what cannot be written is an error of the command.
 #![deny(clippy::print_stdout)]
@@ -18,19 +18,21 @@ mod pages {
 }
 
 pub mod args;
+pub mod chains;
 pub mod cli;
 pub mod commands;
 pub mod error;
 pub mod exit;
-pub mod experiments;
 pub mod interrupt;
 pub mod json;
 pub mod machine;
+mod overrides;
 pub mod progress;
 pub mod ranks;
 pub mod requirements;
 pub mod values;
 pub mod versions;
+mod watched;
 
 use std::process::ExitCode;
 

@@ -47,14 +47,9 @@ impl Signal {
     /// The load of the paper, 8 Hz: `τ_y` of section 3.2 at `amplitude` = 100 Pa, `τ` of the rod
     /// at `amplitude` = 1.
     pub fn paper(amplitude: f64) -> Self {
-        Self::paper_at(amplitude, LOAD_FREQUENCY)
-    }
-
-    /// The same with another frequency, Hz.
-    pub fn paper_at(amplitude: f64, frequency: f64) -> Self {
         RampedSine {
             amplitude,
-            frequency,
+            frequency: LOAD_FREQUENCY,
             steepness: LOAD_STEEPNESS,
             shift: LOAD_SHIFT,
         }
@@ -92,24 +87,16 @@ pub fn muscle(mesh: &Mesh, kappa: f64, beta: f64) -> Result<Muscle, ModelError> 
 }
 
 /// How the rod's load is read.
-pub const ROD_END_LOAD: EndLoad = EndLoad::Strain;
+const ROD_END_LOAD: EndLoad = EndLoad::Strain;
 /// Amplitude of the rod's load, a strain.
-pub const ROD_LOAD_AMPLITUDE: f64 = 1.0;
+const ROD_LOAD_AMPLITUDE: f64 = 1.0;
 
 /// The rod of section 3.1: ten elements, with its load.
 ///
 /// # Errors
 /// None with these data; the rod's constructor checks any.
 pub fn rod() -> Result<RodDae, ModelError> {
-    rod_driven_at(LOAD_FREQUENCY)
-}
-
-/// The rod of section 3.1 under its load with another frequency, Hz.
-///
-/// # Errors
-/// As [`rod`].
-pub fn rod_driven_at(frequency: f64) -> Result<RodDae, ModelError> {
-    let load = Signal::paper_at(ROD_LOAD_AMPLITUDE, frequency);
+    let load = Signal::paper(ROD_LOAD_AMPLITUDE);
     RodDae::new(Rod::new(RodData::default())?, ROD_END_LOAD, load)
 }
 

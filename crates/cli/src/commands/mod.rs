@@ -11,8 +11,6 @@ pub mod man;
 pub mod modes;
 pub mod movie;
 pub mod run;
-#[cfg(test)]
-mod same_as_scenes;
 pub mod schema;
 pub mod sensitivity;
 pub mod sweep;

@@ -15,6 +15,7 @@ use serde_json::json;
 use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::interrupt;
+use crate::overrides::{self, change};
 use crate::progress::Progress;
 use crate::values;
 
@@ -153,33 +154,23 @@ impl Table2Args {
 
     /// What the options change in the rows' scenes.
     fn overrides(&self) -> Vec<String> {
-        let mut set = Vec::new();
-        let mut change = |key: &str, value: String| set.push(format!("{key}={value}"));
-        if !self.is_bdf() {
-            // The rows' orders, absolute tolerances and what they leave out are those of BDF.
-            change("integrator.method", self.integrator.name().to_owned());
-            for of_bdf in ["max_order", "atol", "suppress"] {
-                change(&format!("integrator.{of_bdf}"), String::new());
-            }
-        }
-        if let Some(mesh) = &self.mesh {
-            let path = json!(mesh.display().to_string());
-            change("mesh", format!("{{ type = \"file\", path = {path} }}"));
-        }
+        let mut set = match self.integrator {
+            IntegratorKind::Ida => Vec::new(),
+            kind => overrides::integrator(kind),
+        };
+        set.extend(self.mesh.as_deref().map(overrides::mesh));
+        set.extend(self.t_end.map(overrides::end));
         for (key, value) in [
-            ("time.end", self.t_end),
             ("integrator.rtol", self.rtol),
             ("integrator.atol.velocity", self.atol_velocity),
         ] {
-            if let Some(value) = value {
-                change(key, format!("{value:e}"));
-            }
+            set.extend(value.map(|value| change(key, format!("{value:e}"))));
         }
         if let Some(order) = &self.max_order {
-            change("integrator.max_order", order.clone());
+            set.push(change("integrator.max_order", order));
         }
         if let Suppress::Blocks(blocks) = &self.suppress {
-            change("integrator.suppress", json!(blocks).to_string());
+            set.push(change("integrator.suppress", json!(blocks)));
         }
         set.extend(self.set.iter().cloned());
         set

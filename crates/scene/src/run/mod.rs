@@ -24,7 +24,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use myovib_model::Outcome;
-pub use start::with_chains;
+pub use start::{muscle_alone, replayed, rod_with_chains, with_chains};
 
 use crate::modes::Modes;
 use crate::scene_file::Analysis;

@@ -1,13 +1,16 @@
 //! Integrators for the systems a scene can be, from rest or from a checkpoint.
 
+use std::sync::Arc;
+
 use myovib_dae::Problem;
 use myovib_model::advice::{Advice, Advised, WithMuscle};
 use myovib_model::coupling::{
-    CoupledDae, CoupledOptions, ErrorTest, FeedbackDae, NoBody, Oscillators, Source,
+    CoupledDae, CoupledOptions, ErrorTest, FeedbackDae, NoBody, Oscillators, Recording, Source,
     StateTolerances, start_coupled, start_coupled_from, start_with_feedback,
 };
 use myovib_model::{
-    Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, Start as Consistent, start_from,
+    Displacement, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, Start as Consistent,
+    start_from,
 };
 
 use super::checkpoint::Checkpoint;
@@ -20,6 +23,39 @@ use crate::{Error, InputError};
 /// By how much supports may be elsewhere than a state to start from has them, relative to its largest
 /// displacement: rounding, of a signal at another time.
 const SUPPORTS_AGREE: f64 = 1e-9;
+
+/// The muscle of a scene by itself, from its start.
+///
+/// # Errors
+/// A scene without a body, or that cannot start; those of the integrator.
+pub fn muscle_alone(scene: &Scene) -> Result<Box<dyn Integrator<MuscleDae>>, Error> {
+    match &scene.body {
+        Some(body) => muscle(body, None),
+        None => Err(ModelError::NoSuchPart { part: "muscle" }.into()),
+    }
+}
+
+/// The rod of a scene and the chains that it drives as one system, from rest.
+///
+/// # Errors
+/// A scene without a rod; those of the integrator.
+pub fn rod_with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<RodDae>>>, Error> {
+    match &scene.rod {
+        Some(body) => rod(scene, body, None),
+        None => Err(ModelError::NoSuchPart { part: "rod" }.into()),
+    }
+}
+
+/// The chains of a scene, driven by a motion that was recorded.
+///
+/// # Errors
+/// Those of the integrator.
+pub fn replayed(
+    scene: &Scene,
+    motion: &Arc<Recording>,
+) -> Result<Box<dyn Integrator<CoupledDae<NoBody>>>, Error> {
+    chains_on(scene, None, || Source::Recorded(Arc::clone(motion)))
+}
 
 /// A muscle by itself.
 pub(super) fn muscle(
@@ -108,11 +144,7 @@ fn one_way(
     };
     let options = CoupledOptions::of_muscle(&dae, &body.settings);
     let test = ErrorTest::of_muscle(&dae, &body.settings);
-    let space = dae.muscle().solid.space();
-    let source = |place: &DrivenPlace| {
-        let probe = Probe::located_at(space, place.at);
-        Source::Body(dae.displacement_along(&probe, place.direction))
-    };
+    let source = |place: &DrivenPlace| Source::Body(place.displacement(&dae));
     let sources = |chain: &DrivenChain| match &chain.places[..] {
         [] => Ok(vec![Source::Rest]),
         places => Ok(places.iter().map(source).collect()),
@@ -151,9 +183,25 @@ pub(super) fn chains(
     scene: &Scene,
     checkpoint: Option<&Checkpoint>,
 ) -> Result<Box<dyn Integrator<CoupledDae<NoBody>>>, Error> {
-    let dae = CoupledDae::new(NoBody, oscillators(scene, |_| Ok(vec![Source::Rest]))?);
+    chains_on(scene, checkpoint, || Source::Rest)
+}
+
+fn chains_on(
+    scene: &Scene,
+    checkpoint: Option<&Checkpoint>,
+    source: impl Fn() -> Source,
+) -> Result<Box<dyn Integrator<CoupledDae<NoBody>>>, Error> {
+    let dae = CoupledDae::new(NoBody, oscillators(scene, |_| Ok(vec![source()]))?);
     let test = ErrorTest::of_states(0, tolerances(scene));
     coupled(scene, dae, test, options(scene), checkpoint, &[])
+}
+
+impl DrivenPlace {
+    /// The displacement of the muscle that drives the chain at this place.
+    pub fn displacement(&self, dae: &MuscleDae) -> Displacement {
+        let probe = Probe::located_at(dae.muscle().solid.space(), self.at);
+        dae.displacement_along(&probe, self.direction)
+    }
 }
 
 fn coupled<B: CoupledBody>(

@@ -2,9 +2,9 @@
 
 use myovib_model::coupling::CoherenceHistory;
 use num_complex::Complex64;
-use serde_json::{Map, Value};
+use serde_json::Value;
 
-use crate::experiments::{ChainRun, ChainSetup, SettledJson};
+use crate::chains::{ChainRun, SettledJson};
 use myovib_report::plot::ComplexPlane;
 
 /// Columns of a chain's history.
@@ -71,30 +71,10 @@ pub(in crate::commands) fn complex_plane(
     }
 }
 
-/// A run of a chain with what was run.
-pub(super) struct Chained {
-    pub(super) setup: ChainSetup,
-    pub(super) run: ChainRun,
-}
-
-impl Chained {
+impl ChainRun {
     /// The settled values, for the text and for JSON.
     pub(super) fn findings(&self) -> anyhow::Result<Vec<(&'static str, Value)>> {
-        let settled = self.run.settled().map(SettledJson::from);
+        let settled = self.settled().map(SettledJson::from);
         Ok(vec![("settled", serde_json::to_value(settled)?)])
-    }
-
-    /// The chain, statistics and settings, for JSON.
-    pub(super) fn document(&self) -> anyhow::Result<Map<String, Value>> {
-        let mut document = Map::new();
-        for part in [
-            serde_json::to_value(&self.setup)?,
-            serde_json::to_value(self.run.json())?,
-        ] {
-            if let Value::Object(entries) = part {
-                document.extend(entries);
-            }
-        }
-        Ok(document)
     }
 }

@@ -1,5 +1,6 @@
 //! Figure 4: the finite element mesh and its boundary conditions.
 
+use anyhow::Context;
 use myovib_fem::{Mesh, Space};
 use myovib_model::paper::{FIXED_GROUP, LOAD_GROUP};
 use serde_json::{Map, json};
@@ -8,13 +9,15 @@ use super::product::Product;
 use crate::exit::Exit;
 use myovib_report::outline::outline;
 use myovib_report::plot::{Colour, EdgeGroup, Figure, MeshPlot};
+use myovib_scene::Scene;
 
-pub(super) fn draw(mesh: &Mesh) -> anyhow::Result<Product> {
-    let space = Space::taylor_hood(mesh);
+pub(super) fn draw(scene: &Scene) -> anyhow::Result<Product> {
+    let body = scene.body.as_ref().context("the scene has no body")?;
+    let space = body.muscle.solid.space();
     let plot = MeshPlot {
-        groups: vec![fixed(&space)?, loaded(&space)?],
-        marks: origin_of(mesh).into_iter().collect(),
-        ..outline(&space)
+        groups: vec![fixed(space)?, loaded(space)?],
+        marks: origin_of(space.mesh()).into_iter().collect(),
+        ..outline(space)
     };
     let findings = vec![
         ("vertices", json!(space.n_pressures())),
@@ -27,7 +30,7 @@ pub(super) fn draw(mesh: &Mesh) -> anyhow::Result<Product> {
     ];
     Ok(Product {
         number: 4,
-        rows: edge_rows(&space, &plot),
+        rows: edge_rows(space, &plot),
         figure: Figure::of("Finite element mesh and boundary conditions", plot),
         columns: ["x_1", "y_1", "x_2", "y_2", "fixed", "load"]
             .map(String::from)

@@ -17,40 +17,34 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use myovib_fem::Mesh;
-use myovib_model::{IntegratorKind, paper};
+use myovib_model::IntegratorKind;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::args::CommonArgs;
+use crate::chains::{ChainRun, on_its_body};
 use crate::exit::Exit;
-use crate::experiments::{ChainArgs, Course, muscle_chain, rod_chain};
+use crate::overrides;
 use crate::progress::Progress;
 use crate::values;
-use chain_plots::Chained;
 pub(super) use chain_plots::{complex_plane, largest_radius};
 pub(super) use deformation::frames;
 pub(super) use deformed::Drawing;
 pub(super) use last_period::{LastPeriod, PER_PERIOD};
 pub(super) use mesh::fixed;
 pub(super) use muscle_run::MuscleRun;
-use myovib_scene::InputError;
-use myovib_scene::mesh_file;
-
-/// End time of the runs with the rod, s.
-pub(super) const ROD_END: f64 = 200.0;
-/// End time of the runs with the muscle, s.
-pub(super) const MUSCLE_END: f64 = 50.0;
+use myovib_scene::{InputError, Scene};
 
 /// Options of `myovib figure`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     myovib figure 4\n  \
     myovib figure 3 --json\n  \
-    myovib figure 3 --gamma 4000 --width 0.2 --seed 7\n  \
-    myovib figure 7 --point 0.03,0.01 --png\n  \
+    myovib figure 3 --set chain[0].gain=4000 --set chain[0].half_width=0.2 --set chain[0].seed=7\n  \
+    myovib figure 7 --set 'chain[0].at=[0.03, 0.01]' --png\n  \
     myovib figure 6 --out figures --json figure6.json\n\n\
-    Writes figureN.svg, and figureN.csv with the numbers behind it.")]
+    The figure shows a run of the built-in scene `figureN`. Writes figureN.svg, and figureN.csv\n\
+    with the numbers behind it.")]
 pub struct FigureArgs {
     /// Number in the paper: 2 oscillators in the complex plane; 3 their radii over time; 4 mesh and
     /// boundary conditions; 5 the deformed muscle; 6 displacement and pressure in the origin;
@@ -58,14 +52,9 @@ pub struct FigureArgs {
     #[arg(value_parser = clap::value_parser!(u8).range(2..=7))]
     pub number: u8,
 
-    /// Where the chain is driven: X on the rod [default: 0.05], X,Y in the muscle [default: 0,0].
-    #[arg(
-        long,
-        value_name = "POINT",
-        value_delimiter = ',',
-        allow_negative_numbers = true
-    )]
-    pub point: Vec<f64>,
+    /// Change a value of the scene, as in `chain[0].gain=10`; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
 
     /// What all figures can be told.
     #[command(flatten)]
@@ -108,11 +97,6 @@ pub struct Options {
     /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
-
-    /// The chain of Figures 2, 3 and 7.
-    // Last, as its heading holds for all that follow.
-    #[command(flatten)]
-    pub chain: ChainArgs,
 }
 
 /// Draws one figure.
@@ -121,7 +105,7 @@ pub struct Options {
 /// Wrong options or mesh, or an output that cannot be written.
 pub fn run(args: &FigureArgs) -> anyhow::Result<Exit> {
     args.check()?;
-    draw(&[args.number], &args.point, &args.options, "figure")
+    draw(&[args.number], &args.set, &args.options, "figure")
 }
 
 /// Draws all figures.
@@ -136,15 +120,12 @@ impl FigureArgs {
     /// Options that have nothing to say to this figure are refused.
     fn check(&self) -> Result<(), InputError> {
         let (number, options) = (self.number, &self.options);
-        let chain = options.chain.given();
-        let point = (!self.point.is_empty()).then_some("--point");
         let mesh = options.mesh.as_ref().map(|_| "--mesh");
         let t_end = options.t_end.map(|_| "--t-end");
         let integrator = options.integrator.map(|_| "--integrator");
         let (shows, beside) = match number {
             2 | 3 => ("a chain on a rod, which has no mesh", vec![mesh]),
-            4 => ("the mesh", vec![chain, point, t_end, integrator]),
-            5 | 6 => ("the muscle by itself", vec![chain, point]),
+            4 => ("the mesh", vec![t_end, integrator]),
             _ => return Ok(()),
         };
         match beside.into_iter().flatten().next() {
@@ -152,92 +133,70 @@ impl FigureArgs {
             Some(option) => Err(InputError::new(format!(
                 "the option has no meaning for Figure {number}, which shows {shows}"
             ))
-            .at(option)
-            .next("Figures 2 and 3 take chain and --point, 4 to 6 a mesh, 7 all of them")),
+            .at(option)),
         }
     }
 }
 
-/// The runs behind the figures asked for, each made once.
+/// Figure 2 is drawn from the run of Figure 3, and 6 from that of 5, where both are wanted: their
+/// scenes differ in what they record.
 struct Runs {
     /// Figures 2 and 3.
-    rod: Option<Chained>,
+    rod: Option<ChainRun>,
+    /// Figure 4.
+    mesh: Option<Scene>,
     /// Figures 5 and 6.
     muscle: Option<MuscleRun>,
     /// Figure 7.
-    muscle_chain: Option<Chained>,
+    muscle_chain: Option<ChainRun>,
 }
 
 impl Runs {
     /// Wrong options of any run are found before the first.
-    fn compute(
-        numbers: &[u8],
-        point: &[f64],
-        mesh: &Mesh,
-        options: &Options,
-    ) -> anyhow::Result<Self> {
-        let wanted = |figures: &[u8]| figures.iter().any(|number| numbers.contains(number));
-        let progress = Progress::new(options.common.quiet);
-        let on_muscle = wanted(&[7])
-            .then(|| anyhow::Ok((options.chain.setup(5, 0.5)?, muscle_point(point)?)))
-            .transpose()?;
-        let on_rod = wanted(&[2, 3])
-            .then(|| anyhow::Ok((options.chain.setup(20, 0.05)?, rod_point(point)?)))
-            .transpose()?;
-        if wanted(&[5, 6, 7]) {
-            // The mesh may lack a group.
-            paper::muscle(mesh, paper::KAPPA, paper::BETA)?;
-        }
-        let course = |t_end: f64| Course {
-            t_end: options.t_end.unwrap_or(t_end),
-            integrator: options.integrator.unwrap_or_default(),
-            progress: &progress,
+    fn compute(numbers: &[u8], set: &[String], options: &Options) -> anyhow::Result<Self> {
+        let scene = |figures: &[u8]| {
+            let number = figures.iter().find(|number| numbers.contains(number));
+            number.map(|number| options.scene(*number, set)).transpose()
         };
-        let rod = on_rod.map(|(setup, x)| {
-            let run = rod_chain(&setup, x, course(ROD_END))?;
-            anyhow::Ok(Chained { setup, run })
-        });
-        let rod = rod.transpose()?;
-        let muscle = wanted(&[5, 6])
-            .then(|| MuscleRun::compute(mesh, course(MUSCLE_END)))
-            .transpose()?;
-        let muscle_chain = on_muscle.map(|(setup, point)| {
-            let run = muscle_chain(mesh, &setup, point, course(MUSCLE_END))?;
-            anyhow::Ok(Chained { setup, run })
-        });
+        let (rod, mesh, muscle) = (scene(&[3, 2])?, scene(&[4])?, scene(&[5, 6])?);
+        let muscle_chain = scene(&[7])?;
+        let progress = Progress::new(options.common.quiet);
+        let chained = |scene: Option<Scene>| {
+            let run = scene.map(|scene| on_its_body(scene, &progress));
+            run.transpose()
+        };
         Ok(Self {
-            rod,
-            muscle,
-            muscle_chain: muscle_chain.transpose()?,
+            rod: chained(rod)?,
+            mesh,
+            muscle: muscle
+                .map(|scene| MuscleRun::compute(scene, &progress))
+                .transpose()?,
+            muscle_chain: chained(muscle_chain)?,
         })
+    }
+}
+
+impl Options {
+    /// The scene of a figure. What the options ask for is nothing to a figure of the mesh alone, nor
+    /// a mesh to the rod.
+    fn scene(&self, number: u8, set: &[String]) -> Result<Scene, InputError> {
+        let (has_mesh, has_run) = (number > 3, number != 4);
+        let mut changes = Vec::new();
+        if has_run {
+            changes.extend(self.t_end.map(overrides::end));
+            changes.extend(self.integrator.into_iter().flat_map(overrides::integrator));
+        }
+        if has_mesh {
+            changes.extend(self.mesh.as_deref().map(overrides::mesh));
+        }
+        changes.extend(set.iter().cloned());
+        Scene::built_in(&format!("figure{number}"), &changes)
     }
 }
 
 fn needed<T>(run: &Option<T>) -> anyhow::Result<&T> {
     run.as_ref()
         .context("the run behind this figure was not made")
-}
-
-pub(super) fn rod_point(point: &[f64]) -> Result<f64, InputError> {
-    match point {
-        [] => Ok(paper::ROD_POINT),
-        [x] => Ok(*x),
-        _ => Err(wrong_point("one coordinate on the rod, 0 ≤ x ≤ 0.1")),
-    }
-}
-
-pub(super) fn muscle_point(point: &[f64]) -> Result<[f64; 2], InputError> {
-    match point {
-        [] => Ok([0.0, 0.0]),
-        [x, y] => Ok([*x, *y]),
-        _ => Err(wrong_point("two coordinates in the muscle, X,Y")),
-    }
-}
-
-fn wrong_point(allowed: &str) -> InputError {
-    InputError::new("wrong number of coordinates")
-        .at("--point")
-        .allowed(allowed)
 }
 
 #[derive(Serialize)]
@@ -255,7 +214,7 @@ struct Entry<'a> {
     run: &'a Map<String, Value>,
 }
 
-fn draw(numbers: &[u8], point: &[f64], options: &Options, command: &str) -> anyhow::Result<Exit> {
+fn draw(numbers: &[u8], set: &[String], options: &Options, command: &str) -> anyhow::Result<Exit> {
     if let Some(t_end) = options.t_end.filter(|t| !(*t >= 1.0 && t.is_finite())) {
         // Before the load has risen there is nothing to see.
         return Err(InputError::new("value out of range")
@@ -264,8 +223,7 @@ fn draw(numbers: &[u8], point: &[f64], options: &Options, command: &str) -> anyh
             .allowed("a finite number, 1 at least (s)")
             .into());
     }
-    let (mesh, _) = mesh_file::load_plane(options.mesh.as_deref())?;
-    let runs = Runs::compute(numbers, point, &mesh, options)?;
+    let runs = Runs::compute(numbers, set, options)?;
     let products = numbers
         .iter()
         .map(|&number| match number {
@@ -274,7 +232,7 @@ fn draw(numbers: &[u8], point: &[f64], options: &Options, command: &str) -> anyh
             5 => deformation::draw(needed(&runs.muscle)?),
             6 => origin::draw(needed(&runs.muscle)?),
             7 => muscle_coherence::draw(needed(&runs.muscle_chain)?),
-            _ => mesh::draw(&mesh),
+            _ => mesh::draw(needed(&runs.mesh)?),
         })
         .collect::<anyhow::Result<Vec<_>>>()?;
 
@@ -298,4 +256,21 @@ fn draw(numbers: &[u8], point: &[f64], options: &Options, command: &str) -> anyh
         .map(|product| product.exit)
         .find(|exit| *exit != Exit::Done)
         .unwrap_or(Exit::Done))
+}
+
+#[cfg(test)]
+mod tests {
+    use myovib_scene::Scene;
+
+    /// What is run, without what is recorded of it.
+    fn run(figure: &str) -> String {
+        let unseen = ["title=", "probe=[]"].map(String::from);
+        format!("{:?}", Scene::built_in(figure, &unseen).unwrap().file)
+    }
+
+    #[test]
+    fn figures_of_one_run_have_scenes_of_one_run() {
+        assert_eq!(run("figure2"), run("figure3"));
+        assert_eq!(run("figure5"), run("figure6"));
+    }
 }

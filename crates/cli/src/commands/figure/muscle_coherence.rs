@@ -1,14 +1,15 @@
 //! Figure 7: coherence of the chain in the muscle.
 
-use super::chain_plots::{COLUMNS, Chained, chain_rows, defined_coherence};
+use super::chain_plots::{COLUMNS, chain_rows, defined_coherence};
 use super::product::Product;
+use crate::chains::{ChainRun, chain_document};
 use myovib_report::plot::{Axis, Colour, Figure, LinePlot, Series};
 
-pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
-    let history = &chained.run.history;
+pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
+    let history = &run.history;
     let plot = |axis: Axis, values: &[f64], colour| {
         Box::new(LinePlot {
-            x: Axis::new("*t*", "s").between(0.0, chained.run.t_end),
+            x: Axis::new("*t*", "s").between(0.0, run.scene.t_end),
             y: axis,
             series: vec![Series::curve("", &history.t, values).coloured(colour)],
             ..LinePlot::default()
@@ -27,8 +28,8 @@ pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
         figure,
         columns: COLUMNS.map(String::from).into(),
         rows: chain_rows(history).map(|(_, row)| row).collect(),
-        findings: chained.findings()?,
-        run: chained.document()?,
-        exit: chained.run.exit(),
+        findings: run.findings()?,
+        run: chain_document(run)?,
+        exit: run.exit(),
     })
 }

@@ -1,26 +1,22 @@
-//! The run behind Figures 5 and 6: the muscle of section 3.2 in formulation (29).
+//! The run behind Figures 5 and 6 and a film: the muscle of their scenes.
 
+use anyhow::Context;
 use myovib_dae::Problem;
-use myovib_fem::{Mesh, Space};
-use myovib_model::paper::{BETA, KAPPA};
-use myovib_model::{
-    Formulation, IntegratorKind, MuscleDae, Probe, SampleTimes, Sampler, Settings, Statistics,
-    paper, start_at_rest,
-};
+use myovib_fem::Space;
+use myovib_model::{MuscleDae, Probe, SampleTimes, Sampler, Statistics};
+use myovib_scene::statistics::StatisticsJson;
+use myovib_scene::{Scene, run};
 use serde_json::{Map, Value, json};
 
 use super::last_period::{LastPeriod, PER_PERIOD};
 use crate::exit::Exit;
-use crate::experiments::{Course, run_watched};
-use myovib_scene::statistics::StatisticsJson;
-
-/// Period of the load, s.
-pub(in crate::commands) const PERIOD: f64 = 1.0 / 8.0;
+use crate::progress::Progress;
+use crate::watched::run_watched;
 
 /// What was recorded of the run.
 pub(in crate::commands) struct MuscleRun {
+    scene: Scene,
     pub(super) space: Space,
-    pub(super) settings: Settings,
     pub(super) statistics: Statistics,
     /// t, u_x, u_y, p in the origin.
     pub(super) origin: Vec<[f64; 4]>,
@@ -29,27 +25,17 @@ pub(in crate::commands) struct MuscleRun {
 }
 
 impl MuscleRun {
-    /// The settings of a run to `t_end` (s).
-    pub(in crate::commands) fn settings(t_end: f64, integrator: IntegratorKind) -> Settings {
-        Settings {
-            t_end,
-            ..Settings::paper(Formulation::Rate).with_integrator(integrator)
-        }
-    }
-
-    /// Integrates from rest.
-    pub(in crate::commands) fn compute(mesh: &Mesh, course: Course) -> anyhow::Result<Self> {
-        let t_end = course.t_end;
-        let muscle = paper::muscle(mesh, KAPPA, BETA)?;
+    /// Integrates the scene's muscle.
+    pub(in crate::commands) fn compute(scene: Scene, progress: &Progress) -> anyhow::Result<Self> {
+        let mut integrator = run::muscle_alone(&scene)?;
+        let muscle = integrator.problem().muscle();
+        let period = 1.0 / muscle.drive().context("the load has no period")?;
         let space = Space::clone(muscle.solid.space());
         let origin = Probe::at(&space, [0.0, 0.0])?;
-        let settings = Self::settings(t_end, course.integrator);
-        let dae = MuscleDae::new(muscle, Formulation::Rate)?;
-        let unknowns = dae.n_unknowns();
-        let mut integrator = start_at_rest(dae, &settings)?;
+        let unknowns = integrator.problem().n_unknowns();
 
-        let (mut values, mut last_period) = (Vec::new(), LastPeriod::new(PERIOD));
-        let times = SampleTimes::new(PERIOD / PER_PERIOD, t_end);
+        let (mut values, mut last_period) = (Vec::new(), LastPeriod::new(period));
+        let times = SampleTimes::new(period / PER_PERIOD, scene.t_end);
         let mut sampler = Sampler::new(times, unknowns, |dae: &mut MuscleDae, t, y: &[f64]| {
             let value = dae.read(&origin, t, y);
             let [u_x, u_y, _] = value.displacement;
@@ -59,12 +45,12 @@ impl MuscleRun {
             last_period.push(t, nodal);
             Ok(())
         });
-        let end = ("muscle", t_end);
-        let statistics = run_watched(&mut *integrator, &mut sampler, end, course.progress)?;
+        let end = ("muscle", scene.t_end);
+        let statistics = run_watched(&mut *integrator, &mut sampler, end, progress)?;
         drop(sampler);
         Ok(Self {
             space,
-            settings,
+            scene,
             statistics,
             origin: values,
             last_period,
@@ -73,12 +59,15 @@ impl MuscleRun {
 
     /// Parameters, settings and statistics, for the document of a figure.
     pub(super) fn document(&self) -> anyhow::Result<Map<String, Value>> {
-        let statistics = StatisticsJson::new(&self.statistics, &self.settings, Formulation::Rate);
+        let body = self.scene.body.as_ref().context("the scene has no body")?;
         let mut document = Map::from_iter([
-            ("formulation".to_owned(), json!(Formulation::Rate.name())),
-            ("kappa".to_owned(), json!(KAPPA)),
-            ("beta".to_owned(), json!(BETA)),
+            ("formulation".to_owned(), json!(body.formulation.name())),
+            ("beta".to_owned(), json!(body.muscle.parameters.beta)),
         ]);
+        if let Some(solid) = &self.scene.file.solid {
+            document.insert("kappa".to_owned(), json!(solid.kappa));
+        }
+        let statistics = StatisticsJson::new(&self.statistics, &body.settings, body.formulation);
         if let Value::Object(statistics) = serde_json::to_value(statistics)? {
             document.extend(statistics);
         }

@@ -1,11 +1,12 @@
 //! Figure 3: radii of the oscillators and of their centroid over time.
 
-use super::chain_plots::{COLUMNS, Chained, chain_rows, defined_coherence};
+use super::chain_plots::{COLUMNS, chain_rows, defined_coherence};
 use super::product::Product;
+use crate::chains::{ChainRun, chain_document};
 use myovib_report::plot::{Axis, Colour, Figure, LinePlot, Series};
 
-pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
-    let (history, n) = (&chained.run.history, chained.setup.oscillators);
+pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
+    let (history, n) = (&run.history, run.n_oscillators());
     let radius = |n: usize| -> Vec<f64> { history.phasors.iter().map(|z| z[n].norm()).collect() };
     // One entry in the legend for all radii.
     let radii = (0..n).map(|n| {
@@ -15,7 +16,7 @@ pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
     let strength = Series::curve("|Ψ|", &history.t, &history.strength());
     let coherence = Series::curve("|χ|", &history.t, &defined_coherence(history));
     let plot = LinePlot {
-        x: Axis::new("*t*", "s").between(0.0, chained.run.t_end),
+        x: Axis::new("*t*", "s").between(0.0, run.scene.t_end),
         y: Axis::new("*r*_{*n*}, |Ψ|, |χ|", ""),
         series: radii
             .chain([
@@ -39,8 +40,8 @@ pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
             .chain(columns)
             .collect(),
         rows: rows.collect(),
-        findings: chained.findings()?,
-        run: chained.document()?,
-        exit: chained.run.exit(),
+        findings: run.findings()?,
+        run: chain_document(run)?,
+        exit: run.exit(),
     })
 }

@@ -1,14 +1,15 @@
 //! Figure 2: the oscillators in the complex plane at four times.
 
-use super::chain_plots::{Chained, complex_plane, largest_radius};
+use super::chain_plots::{complex_plane, largest_radius};
 use super::product::Product;
+use crate::chains::{ChainRun, chain_document};
 use myovib_report::plot::{Figure, Panel};
 
 /// When, as fractions of the run: near the crest of |Ψ|, while phases scatter, and settled.
 const TIMES: [f64; 4] = [0.065, 0.15, 0.3, 1.0];
 
-pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
-    let (history, n) = (&chained.run.history, chained.setup.oscillators);
+pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
+    let (history, n) = (&run.history, run.n_oscillators());
     let radius = largest_radius(history);
     let last = history.t.len() - 1;
     let samples = TIMES.map(|fraction| (fraction * last as f64).round() as usize);
@@ -45,8 +46,8 @@ pub(super) fn draw(chained: &Chained) -> anyhow::Result<Product> {
             .chain(columns)
             .collect(),
         rows: samples.iter().map(row).collect(),
-        findings: chained.findings()?,
-        run: chained.document()?,
-        exit: chained.run.exit(),
+        findings: run.findings()?,
+        run: chain_document(run)?,
+        exit: run.exit(),
     })
 }

@@ -4,18 +4,18 @@
 use anyhow::Context;
 use myovib_dae::Problem;
 use myovib_fem::{Group, Space};
-use myovib_model::{MuscleDae, Quantity, SampleTimes, Sampler, start_at_rest};
+use myovib_model::{MuscleDae, Quantity, SampleTimes, Sampler};
 
-use super::Movie;
+use super::{Movie, MovieArgs};
 use crate::commands::figure::{Drawing, LastPeriod, PER_PERIOD, fixed};
 use crate::exit::Exit;
-use crate::experiments::run_watched;
 use crate::progress::Progress;
+use crate::watched::run_watched;
 use myovib_report::outline::outline;
 use myovib_report::plot::mesh_plot::boundary;
 use myovib_report::plot::{Axis, Colour, EdgeGroup, Field, Figure};
 use myovib_scene::vtu::Grid;
-use myovib_scene::{Body, Scene};
+use myovib_scene::{Scene, run};
 
 /// Name of the scene.
 const SCENE: &str = "hardening";
@@ -31,14 +31,13 @@ struct Shot {
 }
 
 /// The last cycle of the load before `to` (s), or before the scene's own end.
-pub(super) fn film(to: Option<f64>, quiet: bool) -> anyhow::Result<Movie> {
-    let end = to.map(|to| format!("time.end={to:?}"));
-    let scene = Scene::built_in(SCENE, end.as_slice())?;
+pub(super) fn film(args: &MovieArgs) -> anyhow::Result<Movie> {
+    let scene = args.scene(SCENE, args.to)?;
     let body = scene.body.as_ref().context("the scene has no body")?;
     let space = body.muscle.solid.space();
     let inclusion = inclusion(space)?;
 
-    let (shots, exit) = compute(body, scene.t_end, quiet)?;
+    let (shots, exit) = compute(&scene, &Progress::new(args.common.quiet))?;
     // The colours end at the inclusion's stress; only the supports' corners have more.
     let inside = |shot: &Shot| {
         let values = inclusion.iter().flatten().map(|&node| shot.stress[node]);
@@ -74,21 +73,20 @@ fn inclusion(space: &Space) -> anyhow::Result<Vec<[usize; 6]>> {
 }
 
 /// Runs the body and gives the last period of its load.
-fn compute(body: &Body, t_end: f64, quiet: bool) -> anyhow::Result<(Vec<Shot>, Exit)> {
-    let frequency = body.muscle.drive().context("the load has no period")?;
-    let dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-    let unknowns = dae.n_unknowns();
-    let mut integrator = start_at_rest(dae, &body.settings)?;
+fn compute(scene: &Scene, progress: &Progress) -> anyhow::Result<(Vec<Shot>, Exit)> {
+    let mut integrator = run::muscle_alone(scene)?;
+    let unknowns = integrator.problem().n_unknowns();
+    let frequency = integrator.problem().muscle().drive();
+    let frequency = frequency.context("the load has no period")?;
 
     let mut states = LastPeriod::new(1.0 / frequency);
-    let times = SampleTimes::new(1.0 / frequency / PER_PERIOD, t_end);
+    let times = SampleTimes::new(1.0 / frequency / PER_PERIOD, scene.t_end);
     let mut sampler = Sampler::new(times, unknowns, |_: &mut MuscleDae, t, y: &[f64]| {
         states.push(t, y.to_vec());
         Ok(())
     });
-    let progress = Progress::new(quiet);
-    let end = (SCENE, t_end);
-    let statistics = run_watched(&mut *integrator, &mut sampler, end, &progress)?;
+    let end = (SCENE, scene.t_end);
+    let statistics = run_watched(&mut *integrator, &mut sampler, end, progress)?;
     drop(sampler);
     let dae = integrator.problem_mut();
     let shots = states.iter().map(|(t, y)| shot(dae, *t, y)).collect();

@@ -6,19 +6,18 @@ mod muscle3d;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use myovib_model::{IntegratorKind, paper};
+use myovib_model::IntegratorKind;
 use serde::Serialize;
 
 use super::figure::{MuscleRun, complex_plane, frames, largest_radius};
 use crate::args::CommonArgs;
+use crate::chains::{EVERY, on_its_body};
 use crate::exit::Exit;
-use crate::experiments::{ChainArgs, Course, EVERY, rod_chain};
+use crate::overrides;
 use crate::progress::Progress;
 use crate::values;
 use myovib_report::plot::{Figure, movie};
-use myovib_scene::InputError;
-use myovib_scene::atomic_file;
-use myovib_scene::mesh_file;
+use myovib_scene::{InputError, Scene, atomic_file};
 
 /// Time between frames as shown, in hundredths of a second: 25 frames per second.
 const DELAY: u16 = 4;
@@ -27,7 +26,9 @@ const DELAY: u16 = 4;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     myovib movie chain\n  \
-    myovib movie muscle --out muscle.gif --width-pixels 480")]
+    myovib movie chain --set chain[0].gain=6000\n  \
+    myovib movie muscle --out muscle.gif --width-pixels 480\n\n\
+    The films show runs of the built-in scenes figure3, figure5, hardening and muscle3d.")]
 pub struct MovieArgs {
     /// What to show.
     #[arg(value_enum)]
@@ -55,27 +56,26 @@ pub struct MovieArgs {
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
 
-    /// Integrator of chain and muscle: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`,
-    /// `radau9`, `radau13` [default: ida].
+    /// Integrator: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`, `radau9`, `radau13`
+    /// [default: the scene's].
     #[arg(long, value_name = "NAME", value_parser = values::integrator)]
     pub integrator: Option<IntegratorKind>,
+
+    /// Change a value of the scene, as in `chain[0].gain=10`; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
 
     /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
-
-    /// The options of the chain.
-    // Last, as its heading holds for all that follow.
-    #[command(flatten)]
-    pub chain: ChainArgs,
 }
 
 /// Subject of a movie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Subject {
-    /// The chain on the rod, in the complex plane.
+    /// The chain on the rod, in the complex plane: the scene `figure3`.
     Chain,
-    /// The deformation of the muscle, enlarged.
+    /// The deformation of the muscle, enlarged: the scene `figure5`.
     Muscle,
     /// Waves at a stiff inclusion in the muscle: the scene `hardening`, enlarged.
     Hardening,
@@ -94,13 +94,11 @@ impl MovieArgs {
     fn check(&self) -> Result<(), InputError> {
         let mesh = self.mesh.as_ref().map(|_| "--mesh");
         let from = self.from.map(|_| "--from");
-        let integrator = self.integrator.map(|_| "--integrator");
-        let chain = self.chain.given();
         let (beside, next) = match self.subject {
             Subject::Chain => (vec![mesh], "the chain moves on a rod, which has no mesh"),
-            Subject::Muscle => (vec![from, chain], "it shows the last cycle of the load"),
+            Subject::Muscle => (vec![from], "it shows the last cycle of the load"),
             Subject::Hardening | Subject::Muscle3d => (
-                vec![mesh, from, chain, integrator],
+                vec![mesh, from],
                 "it shows the scene of its name; for another write your own, and `myovib run` it \
                  with [fields]",
             ),
@@ -113,12 +111,14 @@ impl MovieArgs {
         }
     }
 
-    fn course<'a>(&self, t_end: f64, progress: &'a Progress) -> Course<'a> {
-        Course {
-            t_end,
-            integrator: self.integrator.unwrap_or_default(),
-            progress,
-        }
+    /// The scene behind the film, up to `to` (s), or to its own end.
+    fn scene(&self, name: &str, to: Option<f64>) -> Result<Scene, InputError> {
+        let mut changes = Vec::new();
+        changes.extend(to.map(overrides::end));
+        changes.extend(self.mesh.as_deref().map(overrides::mesh));
+        changes.extend(self.integrator.into_iter().flat_map(overrides::integrator));
+        changes.extend(self.set.iter().cloned());
+        Scene::built_in(name, &changes)
     }
 }
 
@@ -150,8 +150,8 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
     let movie = match args.subject {
         Subject::Chain => chain(args, from, to)?,
         Subject::Muscle => deformation(args, to)?,
-        Subject::Hardening => hardening::film(args.to, args.common.quiet)?,
-        Subject::Muscle3d => muscle3d::film(args.to, args.common.quiet)?,
+        Subject::Hardening => hardening::film(args)?,
+        Subject::Muscle3d => muscle3d::film(args)?,
     };
     if movie.frames.is_empty() && movie.exit != Exit::Done {
         eprintln!("no film: the run ended before the first moment to be shown");
@@ -192,9 +192,8 @@ impl Movie {
 
 /// Every sample of 0.01 s, shown for 0.04 s: a quarter of the speed, 12.5 frames per cycle.
 fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
-    let setup = args.chain.setup(20, 0.05)?;
-    let progress = Progress::new(args.common.quiet);
-    let run = rod_chain(&setup, paper::ROD_POINT, args.course(to, &progress))?;
+    let scene = args.scene("figure3", Some(to))?;
+    let run = on_its_body(scene, &Progress::new(args.common.quiet))?;
     let history = &run.history;
     let radius = largest_radius(history);
     let first = (from / EVERY).ceil() as usize;
@@ -205,8 +204,7 @@ fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
 
 /// The last cycle of the load, 50 frames: one sixteenth of the speed.
 fn deformation(args: &MovieArgs, to: f64) -> anyhow::Result<Movie> {
-    let (mesh, _) = mesh_file::load_plane(args.mesh.as_deref())?;
-    let progress = Progress::new(args.common.quiet);
-    let run = MuscleRun::compute(&mesh, args.course(to, &progress))?;
+    let scene = args.scene("figure5", Some(to))?;
+    let run = MuscleRun::compute(scene, &Progress::new(args.common.quiet))?;
     Ok(Movie::new(frames(&run)?, run.exit()))
 }

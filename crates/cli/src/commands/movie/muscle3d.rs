@@ -6,14 +6,13 @@ use myovib_dae::Problem;
 use myovib_model::coupling::{CoherenceHistory, CoupledDae};
 use myovib_model::{MuscleDae, SampleTimes, Sampler};
 
-use super::Movie;
+use super::{Movie, MovieArgs};
 use crate::commands::figure::{complex_plane, largest_radius};
 use crate::exit::Exit;
-use crate::experiments::run_watched;
 use crate::progress::Progress;
+use crate::watched::run_watched;
 use myovib_report::plot::{Axis, Figure};
 use myovib_report::spatial::{displacement_plot, surroundings};
-use myovib_scene::Scene;
 use myovib_scene::run::with_chains;
 
 /// Name of the scene.
@@ -23,10 +22,9 @@ const EVERY: f64 = 1.0 / 64.0;
 /// Width of the page with both panels, mm.
 const WIDTH: f64 = 120.0;
 
-/// The motion up to `to` (s), or to the scene's own end.
-pub(super) fn film(to: Option<f64>, quiet: bool) -> anyhow::Result<Movie> {
-    let end = to.map(|to| format!("time.end={to:?}"));
-    let scene = Scene::built_in(SCENE, end.as_slice())?;
+/// The motion, frame by frame.
+pub(super) fn film(args: &MovieArgs) -> anyhow::Result<Movie> {
+    let scene = args.scene(SCENE, args.to)?;
     let body = scene.body.as_ref().context("the scene has no body")?;
     let mut integrator = with_chains(&scene)?;
     let unknowns = integrator.problem().n_unknowns();
@@ -43,7 +41,7 @@ pub(super) fn film(to: Option<f64>, quiet: bool) -> anyhow::Result<Movie> {
             Ok(history.record(dae, 0, t, y)?)
         },
     );
-    let progress = Progress::new(quiet);
+    let progress = Progress::new(args.common.quiet);
     let end = (SCENE, scene.t_end);
     let statistics = run_watched(&mut *integrator, &mut sampler, end, &progress)?;
     drop(sampler);

@@ -5,26 +5,22 @@
 //! chain is locked to the drive. The body moves the same whatever the chain does, so it is
 //! integrated once per drive frequency, and its motion replayed to the chains.
 
-mod driver;
 mod report;
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use myovib_model::IntegratorKind;
 use myovib_model::coupling::{LockCriterion, Recording, Settling, Synchrony};
-use serde_json::Value;
+use myovib_scene::{InputError, Scene, parallel};
 
 use crate::args::CommonArgs;
+use crate::chains::{ChainRun, EVERY, record, replay};
 use crate::exit::Exit;
-use crate::experiments::{ChainArgs, ChainSetup, Course, EVERY, GeneratorName, replay};
+use crate::overrides::{self, change};
 use crate::progress::Progress;
 use crate::values;
-use driver::{BodyName, Driver};
-use myovib_scene::InputError;
-use myovib_scene::parallel;
-use myovib_scene::scene_file::chain::ReachName;
 
 /// Options of `myovib synchronization`.
 #[derive(Debug, Args)]
@@ -35,7 +31,8 @@ use myovib_scene::scene_file::chain::ReachName;
     myovib synchronization --gamma 1,6000 --t-end 60\n  \
     myovib synchronization --gamma 1000,4000,6000 --width 0.05,0.5 --coupling 1,3\n  \
     myovib synchronization --gamma 250,1000,4000 --frequency 7,7.5,8,8.5 --json\n  \
-    myovib synchronization --body muscle --point 0.02,0 --gamma 1,1000,10000 --integrator radau9\n\n\
+    myovib synchronization --body muscle --set 'chain[0].at=[0.02, 0]' --gamma 1,1000,10000\n\n\
+    Rod and chain are those of the built-in scene `figure3`, muscle and chain those of `figure7`.\n\
     The body is integrated once per frequency, and its motion replayed to each chain.\n\
     Locked: over the trailing window the centroid's mean frequency differs from the drive's by\n\
     less than `--slip` turns per window, and |χ| never falls below `--coherence`."
@@ -59,13 +56,13 @@ pub struct SynchronizationArgs {
     )]
     pub gamma: Vec<f64>,
 
-    /// Half widths of the interval of natural frequencies, rad/s [default: 0.05 on the rod, 0.5 on
-    /// the muscle].
+    /// Half widths of the interval of natural frequencies, rad/s [default: the scene's, 0.05 on the
+    /// rod, 0.5 on the muscle].
     #[arg(long, value_name = "W,…", value_delimiter = ',')]
     pub width: Vec<f64>,
 
-    /// Couplings D of neighbours.
-    #[arg(long, value_name = "D,…", value_delimiter = ',', default_values_t = [3.0])]
+    /// Couplings D of neighbours [default: the scene's, 3].
+    #[arg(long, value_name = "D,…", value_delimiter = ',')]
     pub coupling: Vec<f64>,
 
     /// Frequencies of the drive, Hz.
@@ -73,35 +70,19 @@ pub struct SynchronizationArgs {
           value_parser = values::positive)]
     pub frequency: Vec<f64>,
 
-    /// Number of oscillators [default: 20 on the rod, 5 on the muscle].
-    #[arg(long, value_name = "N")]
-    pub oscillators: Option<usize>,
-
-    /// Generator of the natural frequencies: matlab, chacha8.
-    #[arg(long, value_name = "NAME", default_value_t)]
-    pub generator: GeneratorName,
-
-    /// Seed of the generator.
-    #[arg(long, value_name = "S", default_value_t = myovib_oscillators::Detuning::DEFAULT_SEED)]
-    pub seed: u32,
-
-    /// Oscillators that the forcing reaches: all, boundary.
-    #[arg(long, value_name = "NAME", default_value = "all", value_parser = values::named::<ReachName>)]
-    pub reach: ReachName,
-
-    /// Where the chain is driven: X on the rod [default: 0.05], X,Y in the muscle [default: 0,0].
-    #[arg(long, value_name = "POINT", value_delimiter = ',')]
-    pub point: Vec<f64>,
-
     /// End time of each run, s; near the onset of entrainment transients last 150 s [default: 200
     /// with the rod, 50 with the muscle].
     #[arg(long, value_name = "T")]
     pub t_end: Option<f64>,
 
     /// Integrator of body and chains: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`,
-    /// `radau9`, `radau13`.
-    #[arg(long, value_name = "NAME", default_value = "ida", value_parser = values::integrator)]
-    pub integrator: IntegratorKind,
+    /// `radau9`, `radau13` [default: ida].
+    #[arg(long, value_name = "NAME", value_parser = values::integrator)]
+    pub integrator: Option<IntegratorKind>,
+
+    /// Change a value of the scene, as in `chain[0].seed=7`; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
 
     /// Turns by which a locked centroid may slip against the drive in the window.
     #[arg(long, value_name = "TURNS", default_value_t = LockCriterion::default().slip,
@@ -126,10 +107,29 @@ pub struct SynchronizationArgs {
     pub common: CommonArgs,
 }
 
+/// What drives the chain, as typed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BodyName {
+    /// The rod of section 3.1.
+    Rod,
+    /// The muscle of section 3.2, by its u_y.
+    Muscle,
+}
+
+impl BodyName {
+    /// The scene of body and chain, and in it the key of the load's frequency.
+    fn scene(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Rod => ("figure3", "rod.load.frequency"),
+            Self::Muscle => ("figure7", "traction[0].y.frequency"),
+        }
+    }
+}
+
 /// One point of the sweep.
 struct Case {
     frequency: f64,
-    setup: ChainSetup,
+    scene: Scene,
     /// Index of the drive among the recordings.
     drive: usize,
 }
@@ -137,11 +137,9 @@ struct Case {
 /// What a case came to.
 struct Outcome {
     frequency: f64,
-    setup: ChainSetup,
+    run: ChainRun,
     /// None for a run that did not reach its end: it has not settled.
     verdict: Option<Verdict>,
-    /// Statistics and settings of the run, for JSON.
-    run: Value,
 }
 
 /// What a chain settled to.
@@ -152,53 +150,64 @@ struct Verdict {
 }
 
 impl SynchronizationArgs {
-    fn t_end(&self) -> f64 {
-        let (_, _, default) = self.body.defaults();
-        self.t_end.unwrap_or(default)
-    }
-
-    fn oscillators(&self) -> usize {
-        let (default, _, _) = self.body.defaults();
-        self.oscillators.unwrap_or(default)
-    }
-
-    fn widths(&self) -> Vec<f64> {
-        let (_, default, _) = self.body.defaults();
-        match &self.width[..] {
-            [] => vec![default],
-            given => given.to_vec(),
-        }
+    /// The scene of body and chain with more changes than those of the options.
+    fn scene(&self, more: &[String]) -> Result<Scene, InputError> {
+        let mut changes = Vec::new();
+        changes.extend(self.t_end.map(overrides::end));
+        changes.extend(self.mesh.as_deref().map(overrides::mesh));
+        changes.extend(self.integrator.into_iter().flat_map(overrides::integrator));
+        changes.extend(self.set.iter().cloned());
+        changes.extend(more.iter().cloned());
+        let (name, _) = self.body.scene();
+        Scene::built_in(name, &changes)
     }
 
     fn check(&self) -> Result<(), InputError> {
         // Two samples make a frequency, in half of the run.
-        let (shortest, t_end) = (4.0 * EVERY, self.t_end());
-        if !(t_end >= shortest && t_end.is_finite()) {
+        let shortest = 4.0 * EVERY;
+        let too_short = |t_end: &f64| !(*t_end >= shortest && t_end.is_finite());
+        if let Some(t_end) = self.t_end.filter(too_short) {
             let error = InputError::new("value out of range").at("--t-end");
             let allowed = format!("a finite number, {shortest} at least (s)");
             return Err(error.found(format!("{t_end:e}")).allowed(allowed));
         }
+        if self.body == BodyName::Rod && self.mesh.is_some() {
+            let error = InputError::new("a rod has no mesh").at("--mesh");
+            return Err(error.next("--body muscle takes one"));
+        }
         Ok(())
+    }
+
+    /// A scene for each frequency of the drive.
+    fn drives(&self) -> Result<Vec<Scene>, InputError> {
+        let (_, key) = self.body.scene();
+        let frequencies = self.frequency.iter();
+        let drive = |frequency: &f64| self.scene(&[change(key, format!("{frequency:e}"))]);
+        frequencies.map(drive).collect()
     }
 
     /// All combinations, γ fastest.
     fn cases(&self) -> Result<Vec<Case>, InputError> {
+        // The scene's own value, where none is given.
+        let values = |given: &[f64], key: &str| match given {
+            [] => vec![Vec::new()],
+            given => given
+                .iter()
+                .map(|value| vec![change(key, format!("{value:e}"))])
+                .collect(),
+        };
         let mut cases = Vec::new();
         for (drive, &frequency) in self.frequency.iter().enumerate() {
-            for width in self.widths() {
-                for &coupling in &self.coupling {
-                    for &gamma in &self.gamma {
-                        let chain = ChainArgs {
-                            generator: Some(self.generator),
-                            seed: Some(self.seed),
-                            gamma: Some(gamma),
-                            coupling: Some(coupling),
-                            reach: Some(self.reach),
-                            ..ChainArgs::default()
-                        };
+            let (_, key) = self.body.scene();
+            for width in values(&self.width, "chain[0].half_width") {
+                for coupling in values(&self.coupling, "chain[0].coupling") {
+                    for gamma in values(&self.gamma, "chain[0].gain") {
+                        let load = change(key, format!("{frequency:e}"));
+                        let changes = [&[load][..], &width, &coupling, &gamma].concat();
+                        let scene = self.scene(&changes)?;
                         cases.push(Case {
                             frequency,
-                            setup: chain.setup(self.oscillators(), width)?,
+                            scene,
                             drive,
                         });
                     }
@@ -215,27 +224,19 @@ impl SynchronizationArgs {
 /// Wrong options, or an output that cannot be written.
 pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
     args.check()?;
-    let driver = Driver::new(args)?;
-    let cases = args.cases()?;
+    let (drives, cases) = (args.drives()?, args.cases()?);
     let progress = Progress::new(args.common.quiet);
-    let course = Course {
-        t_end: args.t_end(),
-        integrator: args.integrator,
-        progress: &progress,
-    };
     let threads = args.common.n_threads();
-    let recordings: Vec<Arc<Recording>> = parallel::map(&args.frequency, threads, |frequency| {
-        driver.record(*frequency, course)
-    })
-    .into_iter()
-    .collect::<anyhow::Result<_>>()?;
+    let recordings = parallel::map(&drives, threads, |scene| record(scene, &progress));
+    let recordings = recordings
+        .into_iter()
+        .collect::<anyhow::Result<Vec<Arc<Recording>>>>()?;
     let criterion = LockCriterion {
         slip: args.slip,
         coherence: args.coherence,
     };
     let runs = parallel::map(&cases, threads, |case| {
-        let recording = Arc::clone(&recordings[case.drive]);
-        replay(&case.setup, recording, course)
+        replay(case.scene.clone(), &recordings[case.drive], &progress)
     });
     let (mut results, mut exit) = (Vec::new(), Exit::Done);
     for (case, run) in cases.iter().zip(runs) {
@@ -246,14 +247,13 @@ pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
         let settled = run.settled().filter(|_| run.exit() == Exit::Done);
         results.push(Outcome {
             frequency: case.frequency,
-            setup: case.setup.clone(),
             verdict: settled.map(|settled| Verdict {
                 settled,
                 synchrony: criterion.judge(&settled, case.frequency),
             }),
-            run: serde_json::to_value(run.json())?,
+            run,
         });
     }
-    report::give(args, &driver, &results)?;
+    report::give(args, &results)?;
     Ok(exit)
 }

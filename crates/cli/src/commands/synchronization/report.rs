@@ -1,17 +1,18 @@
 //! The sweep as text, CSV, JSON and picture.
 
+use anyhow::Context;
 use myovib_model::coupling::{Settling, Synchrony};
 use myovib_oscillators::Settled;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::driver::Driver;
 use super::{Outcome, SynchronizationArgs, Verdict};
-use crate::experiments::{ChainSetup, SettledJson};
+use crate::chains::{SettledJson, chain_document};
 use myovib_report::picture;
 use myovib_report::plot::heat_map::Cell as MapCell;
 use myovib_report::plot::{Axis, Colour, Figure, HeatMap, LinePlot, Panel, Series};
 use myovib_report::table::{Align, Cell, Table, Tone, coloured_stdout};
+use myovib_scene::scene_file::chain::{Chain, GeneratorName, Place};
 
 /// All states, with their colours, the dearest last.
 const STATES: [(&str, Colour); 4] = [
@@ -22,14 +23,10 @@ const STATES: [(&str, Colour); 4] = [
 ];
 
 #[derive(Serialize)]
-struct CaseJson<'a> {
+struct CaseJson {
     frequency: f64,
     #[serde(flatten)]
-    chain: &'a ChainSetup,
-    #[serde(flatten)]
-    body: Map<String, Value>,
-    #[serde(flatten)]
-    run: &'a Value,
+    run: Map<String, Value>,
     /// These four are null for a run that stopped.
     settled: Option<SettledJson>,
     follows: Option<bool>,
@@ -38,14 +35,14 @@ struct CaseJson<'a> {
 }
 
 #[derive(Serialize)]
-struct Document<'a> {
+struct Document {
     oscillators: usize,
-    generator: &'a str,
+    generator: GeneratorName,
     seed: u32,
-    point: Value,
+    point: Option<Place>,
     t_end: f64,
     criterion: CriterionJson,
-    cases: Vec<CaseJson<'a>>,
+    cases: Vec<CaseJson>,
 }
 
 #[derive(Serialize)]
@@ -55,12 +52,8 @@ struct CriterionJson {
 }
 
 /// Writes the files and gives out the table.
-pub(super) fn give(
-    args: &SynchronizationArgs,
-    driver: &Driver,
-    results: &[Outcome],
-) -> anyhow::Result<()> {
-    let document = document(args, driver, results);
+pub(super) fn give(args: &SynchronizationArgs, results: &[Outcome]) -> anyhow::Result<()> {
+    let document = document(args, results)?;
     let columns = [
         "frequency",
         "width",
@@ -106,8 +99,7 @@ fn flag(value: bool) -> f64 {
 
 /// The case, and what it settled to; NaN where it stopped.
 fn row(result: &Outcome) -> Vec<f64> {
-    let setup = &result.setup;
-    let case = [result.frequency, setup.width, setup.coupling, setup.gamma];
+    let case = result.case();
     let settled = result.verdict.map_or([f64::NAN; 10], values);
     case.into_iter().chain(settled).collect()
 }
@@ -147,8 +139,7 @@ fn table(results: &[Outcome]) -> Table {
         ("state", Align::Left),
     ]);
     for result in results {
-        let setup = &result.setup;
-        let case = [result.frequency, setup.width, setup.coupling, setup.gamma];
+        let case = result.case();
         let case = case.map(|value| Cell::from(value.to_string()));
         let state = match result.verdict {
             None => [(); 5]
@@ -177,35 +168,44 @@ fn table(results: &[Outcome]) -> Table {
     table
 }
 
-fn document<'a>(
-    args: &'a SynchronizationArgs,
-    driver: &Driver,
-    results: &'a [Outcome],
-) -> Document<'a> {
-    let case = |result: &'a Outcome| {
+fn document(args: &SynchronizationArgs, results: &[Outcome]) -> anyhow::Result<Document> {
+    let case = |result: &Outcome| {
         let state = result.verdict.map(|verdict| verdict.synchrony);
-        CaseJson {
+        anyhow::Ok(CaseJson {
             frequency: result.frequency,
-            chain: &result.setup,
-            body: driver.json(result.frequency, args.integrator),
-            run: &result.run,
+            run: chain_document(&result.run)?,
             settled: result.verdict.map(|verdict| verdict.settled.into()),
             follows: state.map(|state| state.follows),
             coherent: state.map(|state| state.coherent),
             locked: state.map(|state| state.is_locked()),
-        }
+        })
     };
-    Document {
-        oscillators: args.oscillators(),
-        generator: args.generator.0.name(),
-        seed: args.seed,
-        point: driver.point(),
-        t_end: args.t_end(),
+    // What all cases share.
+    let scene = &results.first().context("there are no cases")?.run.scene;
+    let chain = &scene.file.chain[0];
+    Ok(Document {
+        oscillators: chain.oscillators,
+        generator: chain.generator,
+        seed: chain.seed,
+        point: chain.at.clone(),
+        t_end: scene.t_end,
         criterion: CriterionJson {
             slip: args.slip,
             coherence: args.coherence,
         },
-        cases: results.iter().map(case).collect(),
+        cases: results.iter().map(case).collect::<Result<_, _>>()?,
+    })
+}
+
+impl Outcome {
+    fn chain(&self) -> &Chain {
+        &self.run.scene.file.chain[0]
+    }
+
+    /// Frequency of the drive, width, D, γ.
+    fn case(&self) -> [f64; 4] {
+        let chain = self.chain();
+        [self.frequency, chain.half_width, chain.coupling, chain.gain]
     }
 }
 
@@ -228,7 +228,7 @@ fn figure(args: &SynchronizationArgs, results: &[Outcome]) -> Figure {
             // What stopped has no point on its curve.
             let settled = |result: &Outcome| {
                 let verdict = result.verdict?;
-                Some((result.setup.gamma, value(&verdict.settled)))
+                Some((result.chain().gain, value(&verdict.settled)))
             };
             let (gamma, settled): (Vec<f64>, Vec<Settled>) =
                 chunk.iter().filter_map(settled).unzip();
@@ -267,7 +267,7 @@ fn figure(args: &SynchronizationArgs, results: &[Outcome]) -> Figure {
 
 /// The runs of one curve: they differ in γ alone.
 fn chunks(results: &[Outcome]) -> impl Iterator<Item = &[Outcome]> {
-    let key = |o: &Outcome| (o.frequency, o.setup.width, o.setup.coupling);
+    let key = |o: &Outcome| (o.frequency, o.chain().half_width, o.chain().coupling);
     results.chunk_by(move |a, b| key(a) == key(b))
 }
 
@@ -277,11 +277,11 @@ fn curve_name(args: &SynchronizationArgs, result: &Outcome) -> String {
     if args.frequency.len() > 1 {
         parts.push(format!("{} Hz", result.frequency));
     }
-    if args.widths().len() > 1 {
-        parts.push(format!("±{} rad/s", result.setup.width));
+    if args.width.len() > 1 {
+        parts.push(format!("±{} rad/s", result.chain().half_width));
     }
     if args.coupling.len() > 1 {
-        parts.push(format!("*D* = {}", result.setup.coupling));
+        parts.push(format!("*D* = {}", result.chain().coupling));
     }
     parts.join(", ")
 }

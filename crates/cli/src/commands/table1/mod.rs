@@ -110,3 +110,54 @@ fn law_name(law: Law) -> &'static str {
         "Mooney–Rivlin"
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use myovib_model::{Muscle, Signal, paper, table1};
+    use myovib_scene::{Scene, mesh_file};
+
+    /// All that a muscle is made of, every number to its last digit.
+    fn data(muscle: &Muscle) -> String {
+        let solid = &muscle.solid;
+        let body = (
+            solid.space().mesh(),
+            solid.dofs(),
+            solid.laws(),
+            solid.mass_values(),
+        );
+        format!("{body:?} {:?} {:?}", muscle.parameters, muscle.loads)
+    }
+
+    #[test]
+    fn the_linear_rows_are_those_of_their_scenes() {
+        let (mesh, _) = mesh_file::load(None).unwrap();
+        let cases = table1::cases();
+        let linear: Vec<_> = cases.iter().filter(|c| c.equation == Some("26")).collect();
+        assert_eq!(linear.len(), 4);
+        for case in linear {
+            let kappa = if case.kappa.is_finite() {
+                "finite"
+            } else {
+                "inf"
+            };
+            let beta = if case.beta > 0.0 {
+                "damped"
+            } else {
+                "undamped"
+            };
+            let name = format!("table1-26-{kappa}-{beta}");
+            let body = Scene::built_in(&name, &[]).unwrap().body.unwrap();
+            let load = Signal::paper(paper::LOAD_AMPLITUDE);
+            let ours =
+                paper::muscle_with_load(&mesh, case.law, case.kappa, case.beta, load).unwrap();
+            // Too long to be shown.
+            assert!(
+                data(&body.muscle) == data(&ours),
+                "{name}: the bodies differ"
+            );
+            // Without damping (26) is (28) with the linear law.
+            let index = body.formulation.index(&body.muscle.parameters);
+            assert_eq!(Some(usize::from(index)), case.printed, "{name}");
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! A run of a chain as JSON: the chain, its body, statistics and settings.
+
+use std::collections::BTreeMap;
+
+use myovib_model::Signal;
+use myovib_model::coupling::{CoupledOptions, Settling};
+use myovib_oscillators::Settled;
+use myovib_scene::scene_file::integrator::MaxOrder;
+use myovib_scene::statistics::{CountsJson, MethodJson, StatisticsJson};
+use myovib_scene::{Body, Scene};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use super::ChainRun;
+
+/// The chain of a run, the body that drives it, statistics and settings.
+///
+/// # Errors
+/// None: all of it can be written.
+pub fn chain_document(run: &ChainRun) -> anyhow::Result<Map<String, Value>> {
+    let mut document = Map::new();
+    let settings = match (&run.scene.body, run.has_body) {
+        (Some(body), true) => with_a_muscle(run, body)?,
+        _ => of_states(run)?,
+    };
+    for part in [settings, body(&run.scene), chain(&run.scene)] {
+        if let Value::Object(part) = part {
+            document.extend(part);
+        }
+    }
+    document.insert("unknowns".to_owned(), json!(run.unknowns));
+    Ok(document)
+}
+
+fn chain(scene: &Scene) -> Value {
+    let chain = &scene.file.chain[0];
+    json!({
+        "oscillators": chain.oscillators,
+        "width": chain.half_width,
+        "generator": chain.generator,
+        "seed": chain.seed,
+        "gamma": chain.gain,
+        "coupling": chain.coupling,
+        "van_der_pol": chain.van_der_pol,
+        "duffing": chain.duffing,
+        "ends": chain.ends,
+        "reach": chain.reach,
+        "frequencies": scene.chains[0].chain.omega,
+    })
+}
+
+/// The body with its load, whether it moved with the chain or before.
+fn body(scene: &Scene) -> Value {
+    let chain = &scene.file.chain[0];
+    match (&scene.body, &scene.file.rod) {
+        (Some(Body { muscle, .. }), _) => json!({
+            "body": "muscle",
+            "kappa": scene.file.solid.as_ref().map(|solid| &solid.kappa),
+            "beta": muscle.parameters.beta,
+            "point": chain.at,
+            "component": chain.component,
+            "load": "traction",
+            "load_frequency": muscle.drive(),
+        }),
+        (None, rod) => json!({
+            "body": "rod",
+            "point": [&chain.at],
+            "load": rod.as_ref().map(|rod| rod.reading),
+            "load_frequency": scene.rod.as_ref().map(|rod| rod.signal()).and_then(Signal::frequency),
+        }),
+    }
+}
+
+fn with_a_muscle(run: &ChainRun, body: &Body) -> anyhow::Result<Value> {
+    let of_chain = &run.scene.file.integrator.oscillators;
+    let numbers = StatisticsJson::new(&run.statistics, &body.settings, body.formulation);
+    let blocks = numbers.atol.keys().map(|block| (*block, numbers.rtol));
+    let rtol: BTreeMap<_, _> = blocks.chain([("chain", of_chain.rtol)]).collect();
+    let mut atol = numbers.atol.clone();
+    atol.insert("chain", of_chain.atol);
+    let mut document = serde_json::to_value(numbers)?;
+    document["rtol"] = json!(rtol);
+    document["atol"] = json!(atol);
+    document["formulation"] = json!(body.formulation.name());
+    Ok(document)
+}
+
+/// Of a run all of whose states are those of a rod and oscillators.
+fn of_states(run: &ChainRun) -> anyhow::Result<Value> {
+    let wanted = &run.scene.file.integrator;
+    let integrator = wanted.method.kind();
+    let blocks: &[&str] = if run.has_body {
+        &["rod", "chain"]
+    } else {
+        &["chain"]
+    };
+    let each = |value: f64| {
+        blocks
+            .iter()
+            .map(|block| (*block, value))
+            .collect::<BTreeMap<_, _>>()
+    };
+    let mut document = serde_json::to_value(CountsJson::new(&run.statistics))?;
+    document["integrator"] = json!(integrator.name());
+    document["suppressed"] = json!([]);
+    document["rtol"] = json!(each(wanted.oscillators.rtol));
+    document["atol"] = json!(each(wanted.oscillators.atol));
+    document["initial_step"] = json!(wanted.initial_step);
+    document["max_step"] = json!(wanted.max_step);
+    document["t_end"] = json!(run.scene.t_end);
+    document["linear_solver"] = json!(CoupledOptions::of_states(integrator).linear_solver.name());
+    if MethodJson::radau_iia(integrator).is_none() {
+        document["max_order"] = json!(wanted.max_order.unwrap_or(MaxOrder::Fixed(5)));
+    }
+    Ok(document)
+}
+
+/// Settled values for a JSON document.
+#[derive(Debug, Serialize)]
+pub struct SettledJson {
+    /// Length of the trailing window, s.
+    window: f64,
+    /// |Ψ|.
+    psi: Settled,
+    /// |χ|.
+    chi: Settled,
+    /// Frequency of the centroid, Hz.
+    frequency: Settled,
+}
+
+impl From<Settling> for SettledJson {
+    fn from(settling: Settling) -> Self {
+        Self {
+            window: settling.window,
+            psi: settling.centroid,
+            chi: settling.phase,
+            frequency: settling.frequency,
+        }
+    }
+}
