@@ -1,11 +1,12 @@
 //! What the element loops ask of a law at a point, in either dimension.
 
 mod plane;
+mod point;
 mod sheet;
 mod spatial;
 
 pub(crate) use plane::{Plane, with_plane_law};
-pub(crate) use sheet::Sheet;
+pub(crate) use sheet::{Sheet, with_sheet_law};
 pub(crate) use spatial::{Spatial, with_spatial_law};
 
 use pulp::Simd;

@@ -41,7 +41,13 @@ pub(crate) struct Lanes<S: Simd> {
 impl<S: Simd> Lanes<S> {
     #[inline(always)]
     pub(crate) fn zero(simd: S) -> Self {
-        let value = simd.splat_f64s(0.0);
+        Self::splat(simd, 0.0)
+    }
+
+    /// The same number for all.
+    #[inline(always)]
+    pub(crate) fn splat(simd: S, value: f64) -> Self {
+        let value = simd.splat_f64s(value);
         Self { simd, value }
     }
 

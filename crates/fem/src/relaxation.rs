@@ -16,7 +16,7 @@ mod point;
 use pulp::{Simd, WithSimd};
 
 use crate::batch::{Batch, Batches, Part, Point};
-use crate::constitutive::{Constitutive, Tensor, with_plane_law, with_spatial_law};
+use crate::constitutive::{Constitutive, Tensor, with_plane_law, with_sheet_law, with_spatial_law};
 use crate::lanes::{Lanes, outlined};
 use crate::material::Real;
 use crate::material::tensor::Volumetric;
@@ -280,10 +280,10 @@ where
     }
 }
 
-/// The pass in one dimension; `$with_law` binds the laws of that dimension.
+/// The pass over one kind of element; `$with_law` binds its laws.
 macro_rules! pass {
-    ($dimension:literal, $with_law:ident) => {
-        impl<const N: usize, const P: usize> WithSimd for Relax<'_, '_, $dimension, N, P> {
+    ($dimension:literal, $nodes:literal, $pressures:literal, $with_law:ident) => {
+        impl WithSimd for Relax<'_, '_, $dimension, $nodes, $pressures> {
             type Output = ();
 
             #[inline(always)]
@@ -301,7 +301,7 @@ macro_rules! pass {
                     };
                     $with_law!(batch.kind.law, law => outlined(
                         simd,
-                        Run::<_, $dimension, N, P> {
+                        Run::<_, $dimension, $nodes, $pressures> {
                             law,
                             batch,
                             map: &maps[place],
@@ -319,5 +319,7 @@ macro_rules! pass {
     };
 }
 
-pass!(2, with_plane_law);
-pass!(3, with_spatial_law);
+pass!(2, 3, 3, with_sheet_law);
+pass!(2, 6, 3, with_plane_law);
+pass!(3, 4, 4, with_spatial_law);
+pass!(3, 10, 4, with_spatial_law);

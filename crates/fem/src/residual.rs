@@ -3,7 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use crate::batch::{Batch, Batches, Part, Point, add_dot};
-use crate::constitutive::{Constitutive, Tensor, with_plane_law, with_spatial_law};
+use crate::constitutive::{Constitutive, Tensor, with_plane_law, with_sheet_law, with_spatial_law};
 use crate::fields::{Fields, Inverted, Pressure, Vectors};
 use crate::lanes::{Lanes, outlined};
 use crate::material::Real;
@@ -268,10 +268,10 @@ where
     }
 }
 
-/// The pass in one dimension; `$with_law` binds the laws of that dimension.
+/// The pass over one kind of element; `$with_law` binds its laws.
 macro_rules! pass {
-    ($dimension:literal, $with_law:ident) => {
-        impl<const N: usize, const P: usize> WithSimd for Evaluate<'_, '_, $dimension, N, P> {
+    ($dimension:literal, $nodes:literal, $pressures:literal, $with_law:ident) => {
+        impl WithSimd for Evaluate<'_, '_, $dimension, $nodes, $pressures> {
             type Output = Result<(), Inverted>;
 
             #[inline(always)]
@@ -285,7 +285,7 @@ macro_rules! pass {
             }
         }
 
-        impl<const N: usize, const P: usize> Evaluate<'_, '_, $dimension, N, P> {
+        impl Evaluate<'_, '_, $dimension, $nodes, $pressures> {
             #[inline(always)]
             fn pass<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
                 let Self {
@@ -299,7 +299,7 @@ macro_rules! pass {
                 for batches in batches.chunk_by(|a, b| a.kind.law == b.kind.law) {
                     $with_law!(batches[0].kind.law, law => outlined(
                         simd,
-                        Run::<_, $dimension, N, P, RATES> {
+                        Run::<_, $dimension, $nodes, $pressures, RATES> {
                             law,
                             batches,
                             points,
@@ -314,5 +314,7 @@ macro_rules! pass {
     };
 }
 
-pass!(2, with_plane_law);
-pass!(3, with_spatial_law);
+pass!(2, 3, 3, with_sheet_law);
+pass!(2, 6, 3, with_plane_law);
+pass!(3, 4, 4, with_spatial_law);
+pass!(3, 10, 4, with_spatial_law);

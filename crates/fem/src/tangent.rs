@@ -3,7 +3,9 @@
 use pulp::{Simd, WithSimd};
 
 use crate::batch::{Batch, Batches, Part, Point, add_dot, dot};
-use crate::constitutive::{Constitutive, Tangent, Tensor, with_plane_law, with_spatial_law};
+use crate::constitutive::{
+    Constitutive, Tangent, Tensor, with_plane_law, with_sheet_law, with_spatial_law,
+};
 use crate::fields::{Fields, Inverted, Tangents};
 use crate::lanes::{Lanes, outlined};
 use crate::material::Real;
@@ -348,10 +350,10 @@ where
     }
 }
 
-/// The pass in one dimension; `$with_law` binds the laws of that dimension.
+/// The pass over one kind of element; `$with_law` binds its laws.
 macro_rules! pass {
-    ($dimension:literal, $with_law:ident) => {
-        impl<const N: usize, const P: usize> WithSimd for Linearize<'_, '_, $dimension, N, P> {
+    ($dimension:literal, $nodes:literal, $pressures:literal, $with_law:ident) => {
+        impl WithSimd for Linearize<'_, '_, $dimension, $nodes, $pressures> {
             type Output = Result<(), Inverted>;
 
             #[inline(always)]
@@ -365,7 +367,7 @@ macro_rules! pass {
             }
         }
 
-        impl<const N: usize, const P: usize> Linearize<'_, '_, $dimension, N, P> {
+        impl Linearize<'_, '_, $dimension, $nodes, $pressures> {
             #[inline(always)]
             fn pass<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
                 let Self {
@@ -383,7 +385,7 @@ macro_rules! pass {
                     rest = after;
                     $with_law!(batches[0].kind.law, law => outlined(
                         simd,
-                        Run::<_, $dimension, N, P, RATES> {
+                        Run::<_, $dimension, $nodes, $pressures, RATES> {
                             law,
                             batches,
                             maps,
@@ -399,5 +401,7 @@ macro_rules! pass {
     };
 }
 
-pass!(2, with_plane_law);
-pass!(3, with_spatial_law);
+pass!(2, 3, 3, with_sheet_law);
+pass!(2, 6, 3, with_plane_law);
+pass!(3, 4, 4, with_spatial_law);
+pass!(3, 10, 4, with_spatial_law);

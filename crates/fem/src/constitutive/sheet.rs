@@ -44,6 +44,16 @@ fn flat_tangent<R: Real>(a: &Tangent<R, 3>) -> Tangent<R, 2> {
     out
 }
 
+/// Evaluates an expression with `$law` bound to a law of linear triangles. They serve as the counterexample
+/// of inf–sup constants, and need no loop of their own for each law.
+macro_rules! with_sheet_law {
+    ($any:expr, $law:ident => $body:expr) => {{
+        let $law = $crate::constitutive::Sheet($any);
+        $body
+    }};
+}
+pub(crate) use with_sheet_law;
+
 impl Sheet {
     #[inline(always)]
     fn spatial(&self) -> Spatial {

@@ -119,8 +119,9 @@ impl Spatial {
         )
     }
 
+    /// P, or Ṗ along a motion.
     #[inline(always)]
-    fn stress_along<S: Simd>(
+    pub(super) fn stress_along<S: Simd>(
         &self,
         strain: &Strain3<Lanes<S>>,
         volumetric: Volumetric<Lanes<S>>,
@@ -135,8 +136,9 @@ impl Spatial {
         })), own => own.stress(strain, volumetric, along))
     }
 
+    /// A, or Ȧ along a motion.
     #[inline(always)]
-    fn slope_along<S: Simd>(
+    pub(super) fn slope_along<S: Simd>(
         &self,
         strain: &Strain3<Lanes<S>>,
         volumetric: Volumetric<Lanes<S>>,

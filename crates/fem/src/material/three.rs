@@ -10,7 +10,6 @@ mod fibres;
 mod isotropic;
 mod law;
 mod own;
-mod point;
 mod response;
 mod strain;
 mod tensor;
@@ -19,14 +18,15 @@ pub use fibres::{FibreStrain, FibreStrains};
 pub use isotropic::{Curvature, Invariants, Isotropic, Slope};
 pub use law::Law3;
 pub use own::OwnLaw;
-pub use point::Tangent3;
 pub use strain::{Axes, Strain3};
-#[allow(unused_imports)] // the element loops
 pub(crate) use tensor::UPPER3;
 pub use tensor::{Symmetric3, Tensor3Of, add_scaled3, contract3, product3, scaled3, trace3};
 
 /// A 3 × 3 tensor: ∇u, a stress, a velocity gradient.
 pub type Tensor3 = Tensor3Of<f64>;
+
+/// A derivative of a tensor by a tensor; entry (i, J) has row and column 3 i + J.
+pub type Tangent3 = [[f64; 9]; 9];
 
 #[cfg(test)]
 mod closed_forms;
