@@ -4,8 +4,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use myovib_model::IntegratorKind;
-use serde::de::value::StrDeserializer;
-use serde::de::{DeserializeOwned, IntoDeserializer};
 
 /// The file an output goes to: what cannot be written is told before a long
 /// computation, not after it.
@@ -86,15 +84,6 @@ pub fn relative_tolerance(text: &str) -> Result<f64, String> {
 pub fn integrator(name: &str) -> Result<IntegratorKind, String> {
     by_name(&IntegratorKind::ALL, IntegratorKind::name, name)
         .map_err(|names| format!("`{name}` is no integrator: {names}"))
-}
-
-/// A value by its name in scenes.
-///
-/// # Errors
-/// The names there are.
-pub fn named<T: DeserializeOwned>(name: &str) -> Result<T, String> {
-    let name: StrDeserializer<'_, serde::de::value::Error> = name.into_deserializer();
-    T::deserialize(name).map_err(|error| error.to_string())
 }
 
 /// The one of `all` with this name.

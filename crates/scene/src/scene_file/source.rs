@@ -240,13 +240,14 @@ fn without_null(value: &mut Value) {
     }
 }
 
-/// The member or entry `key` of `value` with its path; a missing member is made.
+/// The member or entry `key` of `value` with its path; a missing member is made, and no list.
 fn descend<'v>(value: &'v mut Value, key: &str, path: &str) -> Option<(&'v mut Value, String)> {
     match value {
         Value::Array(entries) => {
             let index: usize = key.parse().ok()?;
             Some((entries.get_mut(index)?, entry(path, index)))
         }
+        Value::Object(_) if key.parse::<usize>().is_ok() => None,
         Value::Object(object) => {
             let made = object
                 .entry(key)

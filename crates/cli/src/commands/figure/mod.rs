@@ -261,11 +261,16 @@ fn draw(numbers: &[u8], set: &[String], options: &Options, command: &str) -> any
 #[cfg(test)]
 mod tests {
     use myovib_scene::Scene;
+    use myovib_scene::scene_file::SceneFile;
 
     /// What is run, without what is recorded of it.
-    fn run(figure: &str) -> String {
-        let unseen = ["title=", "probe=[]"].map(String::from);
-        format!("{:?}", Scene::built_in(figure, &unseen).unwrap().file)
+    fn run(figure: &str) -> SceneFile {
+        SceneFile {
+            title: String::new(),
+            probe: Vec::new(),
+            fields: None,
+            ..Scene::built_in(figure, &[]).unwrap().file
+        }
     }
 
     #[test]
