@@ -309,7 +309,10 @@ fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
             "chain[0].oscillators",
         ),
         ("figure 3 --set chain[0].half_width=-0.1", "half_width"),
-        ("figure 3 --set chain[0].generator=rand48", "matlab, chacha8"),
+        (
+            "figure 3 --set chain[0].generator=rand48",
+            "matlab, chacha8",
+        ),
         (
             "figure 3 --set chain[0].at=0.2",
             "x = 0.2 must be on the rod",
@@ -330,7 +333,10 @@ fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
         ("movie muscle3d --from 1", "--from"),
         ("movie muscle --from 1", "--from"),
         ("movie chain --mesh muscle.msh", "--mesh"),
-        ("movie muscle --set chain[0].gain=2", "`chain` has no entry `0`"),
+        (
+            "movie muscle --set chain[0].gain=2",
+            "`chain` has no entry `0`",
+        ),
         ("figure 4 --integrator radau", "--integrator"),
         ("figure 3 --mesh muscle.msh", "--mesh"),
         ("figure 3 --integrator rk4", "`rk4` is no integrator"),
