@@ -167,6 +167,11 @@ fn what_does_not_fit_the_dimension_is_refused() {
             "width = -1 must be positive and finite\n   where: scene.toml, line 5, column 8",
         ),
         (
+            "c10 = 1e4\nc01 = 2e2",
+            "c10 = 0.0",
+            "the material has no stiffness: all its moduli are 0\n   where: scene.toml, line 9, column 1",
+        ),
+        (
             "z = 100.0",
             "",
             "none of its components is given\n   where: scene.toml, line 16, column 1",
