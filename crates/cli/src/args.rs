@@ -24,7 +24,7 @@ pub struct CommonArgs {
     pub quiet: bool,
 
     /// Threads to use [default: all cores].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = values::one_or_more)]
     pub threads: Option<NonZeroUsize>,
 
     /// Memory to take at most, as in 8GiB or 500MiB [default: what is free]. Factors that will not

@@ -1,6 +1,7 @@
 //! The values of options: text to what it stands for, or what is wrong with it.
 
 use std::fs;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use myovib_model::IntegratorKind;
@@ -53,6 +54,15 @@ pub fn memory(text: &str) -> Result<usize, String> {
         Some(bytes) if bytes >= 1.0 && bytes < usize::MAX as f64 => Ok(bytes as usize),
         _ => Err("not a size such as 8GiB or 500MiB".to_owned()),
     }
+}
+
+/// How many of something, one at least.
+///
+/// # Errors
+/// Another number, or none.
+pub fn one_or_more(text: &str) -> Result<NonZeroUsize, String> {
+    text.parse()
+        .map_err(|_| "not a whole number of 1 or more".to_owned())
 }
 
 /// A finite number above 0.

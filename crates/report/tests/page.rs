@@ -161,3 +161,14 @@ fn a_report_has_no_control_characters_from_names() {
     }
     assert!(!html.contains("<script>") && !html.contains("\"<b>"));
 }
+
+/// Regression: columns beyond the sixth of a probe were left out without a word.
+#[test]
+fn columns_that_are_not_shown_are_counted() {
+    let quantities = "probe[0].quantities=[\"u\",\"v\",\"p\",\"stress\"]"; // 2 + 2 + 1 + 4 columns
+    let html = report("init", &["time.end=0.05", quantities]);
+    assert!(
+        html.contains("3 more columns are in <code>origin.csv</code>"),
+        "{html}"
+    );
+}

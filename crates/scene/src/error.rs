@@ -123,11 +123,11 @@ impl fmt::Display for InputError {
         write!(f, "{}", plain(&self.message))?;
         for (label, text) in &self.details {
             // Continued lines stay under the first one.
-            write!(
-                f,
-                "\n{label:>8}: {}",
-                plain(text).replace('\n', "\n          ")
-            )?;
+            let text = match text.as_str() {
+                "" => "nothing".to_owned(),
+                text => plain(text).replace('\n', "\n          "),
+            };
+            write!(f, "\n{label:>8}: {text}")?;
         }
         Ok(())
     }
@@ -146,6 +146,16 @@ mod tests {
             .allowed("fixed,\nload");
         let expected = "unknown group\n   found: `lod`\n allowed: fixed,\n          load";
         assert_eq!(error.to_string(), expected);
+    }
+
+    /// Regression: of a scene without chains the names allowed ended in a colon.
+    #[test]
+    fn an_empty_detail_is_called_nothing() {
+        let error = InputError::new("there is no chain `x`").allowed("");
+        assert_eq!(
+            error.to_string(),
+            "there is no chain `x`\n allowed: nothing"
+        );
     }
 
     /// Regression: escape sequences of a scene's names reached the terminal.

@@ -164,11 +164,54 @@ fn what_does_not_fit_the_dimension_is_refused() {
         (
             "size = [2.0, 1.0, 1.0]",
             "size = [2.0, -1.0, 1.0]",
-            "width = -1 must be positive and finite",
+            "width = -1 must be positive and finite\n   where: scene.toml, line 5, column 8",
+        ),
+        (
+            "c10 = 1e4\nc01 = 2e2",
+            "c10 = 0.0",
+            "the material has no stiffness: all its moduli are 0\n   where: scene.toml, line 9, column 1",
+        ),
+        (
+            "z = 100.0",
+            "",
+            "none of its components is given\n   where: scene.toml, line 16, column 1",
         ),
     ] {
         let found = refusal(from, to);
         assert!(found.contains(message), "{to}: {found}");
+    }
+}
+
+/// Regression: it was refused by the pattern of its matrix, with the number of an unknown.
+#[test]
+fn an_incompressible_body_that_is_held_everywhere_is_refused() {
+    let text = BLOCK
+        .replace("kappa = 1e5", "kappa = inf")
+        .replace("[[fixed]]\ngroup = \"left\"", "[[fixed]]\ngroup = \"body\"");
+    let found = refusal_of(&text, Path::new(""));
+    let expected =
+        "every node is held: no displacement answers the pressures\n   where: scene.toml";
+    assert!(found.contains(expected), "{found}");
+}
+
+#[test]
+fn a_table_is_refused_with_the_number_of_its_row() {
+    let folder = tempfile::tempdir().unwrap();
+    let load = "z = { type = \"table\", file = \"load.csv\", column = \"force\" }";
+    let text = BLOCK.replace("z = 100.0", load);
+    for (rows, message) in [
+        (
+            "0,1\n0.5,nan\n1,2\n",
+            "row 2 under the header is not made of finite numbers",
+        ),
+        (
+            "0,1\n0.5,2\n0.5,3\n",
+            "row 3 under the header is not later than the one before it",
+        ),
+    ] {
+        std::fs::write(folder.path().join("load.csv"), format!("t,force\n{rows}")).unwrap();
+        let found = refusal_of(&text, folder.path());
+        assert!(found.starts_with(message), "{found}");
     }
 }
 

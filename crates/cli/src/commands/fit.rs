@@ -54,7 +54,7 @@ pub struct FitArgs {
 
     /// From how many starts to fit: the scene's own, and others by chance, anywhere between the bounds, or
     /// from half to twice the start; the best is kept.
-    #[arg(long, value_name = "N", default_value = "1")]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = values::one_or_more)]
     pub starts: NonZeroUsize,
 
     /// Seed of the starts.

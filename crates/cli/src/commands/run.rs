@@ -193,7 +193,7 @@ fn indicator(probes: &Value) -> String {
     match worst.max_by(|a, b| a.0.total_cmp(&b.0)) {
         None => String::new(),
         Some((relative, probe, column)) => format!(
-            "\nErrors in time, by the estimates of the steps: some {relative:.0e} of the largest value \
+            "\nErrors in time, by the estimates of the steps: about {relative:.0e} of the largest value \
              (`{}` of `{}`); --verify measures them.\n",
             plain(column),
             plain(probe)

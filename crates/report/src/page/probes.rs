@@ -92,7 +92,19 @@ impl Record {
                 error.map_or("–".to_owned(), |error| format!("{error:.1e}")),
             ))
         });
-        rows.collect()
+        rows.chain(self.left_out()).collect()
+    }
+
+    /// A row of the table that says how many columns are not shown, if there are any.
+    fn left_out(&self) -> Option<String> {
+        let number = self.columns.len().saturating_sub(1 + MOST_PANELS);
+        (number > 0).then(|| {
+            let name = escape(&self.name);
+            format!(
+                "<tr><td>{name}</td><td colspan=\"7\">{number} more columns are in \
+                 <code>{name}.csv</code></td></tr>\n"
+            )
+        })
     }
 }
 

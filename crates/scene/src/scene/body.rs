@@ -40,6 +40,12 @@ impl Builder<'_> {
         let constrained = self.supports(file, &space)?;
         let components: Vec<(usize, usize)> = constrained.keys().copied().collect();
         let dofs = self.at("fixed", DofMap::new(&space, &components))?;
+        if dofs.n_free() == 0 && parameters[0].is_incompressible() {
+            let error =
+                InputError::new("every node is held: no displacement answers the pressures")
+                    .next("hold or move fewer groups, or take a finite kappa");
+            return Err(self.wrong("fixed", error));
+        }
         let dimension = space.dimension();
         let loads = self.loads(file, &space, &densities)?;
         let (stresses, activations) = self.added(file, &regions)?;

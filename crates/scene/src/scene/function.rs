@@ -61,14 +61,22 @@ impl Builder<'_> {
             })
         };
         let columns = [position(time, "time")?, position(column, "column")?];
-        let (mut times, mut values) = (Vec::new(), Vec::new());
+        let (mut times, mut values) = (Vec::<f64>::new(), Vec::new());
         for (i, row) in table.rows.iter().enumerate() {
-            let numbers = columns.map(|j| row.get(j).and_then(|word| word.parse::<f64>().ok()));
-            let [Some(t), Some(value)] = numbers else {
-                let error = InputError::new(format!("row {} is not made of numbers", i + 1))
-                    .found(row.join(","));
-                return Err(self.wrong(&place, error));
+            let wrong = |problem: &str| {
+                let message = format!("row {} under the header {problem}", i + 1);
+                self.wrong(&place, InputError::new(message).found(row.join(",")))
             };
+            let number = |j: usize| {
+                let number = row.get(j)?.parse::<f64>();
+                number.ok().filter(|x| x.is_finite())
+            };
+            let [Some(t), Some(value)] = columns.map(number) else {
+                return Err(wrong("is not made of finite numbers"));
+            };
+            if times.last().is_some_and(|last| t <= *last) {
+                return Err(wrong("is not later than the one before it"));
+            }
             times.push(t);
             values.push(value);
         }

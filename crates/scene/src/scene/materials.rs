@@ -45,6 +45,7 @@ impl Builder<'_> {
                 }
                 given[element] = Some(i);
             }
+            self.stiffness(material, &path)?;
             self.directions(material, &path)?;
             if let Some(fibre) = &material.fibre {
                 let all = fibres.get_or_insert_with(|| Fibres::new(mesh));
@@ -95,6 +96,22 @@ impl Builder<'_> {
                 Err(self.wrong(&place, error))
             }
         }
+    }
+
+    /// Refuses a law whose moduli are all zero: each may be, but not all.
+    fn stiffness(&self, material: &Material, path: &str) -> Result<(), InputError> {
+        let law = material.law.0;
+        let constants = law.description().parameters.iter().zip(law.values());
+        let (names, moduli): (Vec<&str>, Vec<f64>) = constants
+            .filter(|(constant, _)| constant.unit == "Pa")
+            .map(|(constant, modulus)| (constant.name, modulus))
+            .unzip();
+        if moduli.is_empty() || moduli.iter().any(|modulus| *modulus != 0.0) {
+            return Ok(());
+        }
+        let error = InputError::new("the material has no stiffness: all its moduli are 0")
+            .next(format!("give one above 0: {}", names.join(", ")));
+        Err(self.wrong(path, error))
     }
 
     /// Refuses a law of fibres without them, and sheets that are missing or stand alone.

@@ -57,7 +57,9 @@ impl Builder<'_> {
                 cells,
             } => ("mesh", generate::beam(length, height, cells)),
             MeshSource::Cook { cells } => ("mesh", generate::cook(cells)),
-            MeshSource::Box { size, cells } => ("mesh", generate::block([0.0; 3], size, cells)),
+            MeshSource::Box { size, cells } => {
+                ("mesh.size", generate::block([0.0; 3], size, cells))
+            }
         };
         let coarse = self.at(place, coarse)?;
         let parts = if coarse.dimension() == 2 { 4 } else { 8 };

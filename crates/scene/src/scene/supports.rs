@@ -81,13 +81,20 @@ impl Builder<'_> {
         }
     }
 
-    /// The components that are given, with their axis and path.
+    /// The components that are given, one at least, with their axis and path.
     pub(super) fn components<'f>(
         &self,
         given: [&'f Option<Function>; 3],
         dimension: usize,
         path: &str,
     ) -> Result<Vec<(usize, String, &'f Function)>, InputError> {
+        if given.iter().all(|function| function.is_none()) {
+            let error = InputError::new("none of its components is given").next(format!(
+                "give one at least: {}",
+                NAMES[..dimension].join(", ")
+            ));
+            return Err(self.wrong(path, error));
+        }
         let given = given.into_iter().enumerate();
         let given = given.filter_map(|(axis, function)| Some((axis, function.as_ref()?)));
         given

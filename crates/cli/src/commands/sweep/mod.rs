@@ -69,7 +69,7 @@ pub struct SweepArgs {
     pub slurm: Option<PathBuf>,
 
     /// Cases that a task of the job script computes, one after the other.
-    #[arg(long, value_name = "N", default_value = "1", requires = "slurm")]
+    #[arg(long, value_name = "N", default_value = "1", requires = "slurm", value_parser = values::one_or_more)]
     pub per_task: NonZeroUsize,
 
     /// Options of every command.
