@@ -35,12 +35,7 @@ fn a_body_that_does_not_fit_is_refused_before_it_is_factorised() {
     let left = spindle("run", &["--memory", "150MiB"]);
     assert_eq!(left.code, 4, "{}", left.said);
     assert!(left.document.is_null());
-    for words in [
-        "the factors need 0.",
-        "GiB of memory",
-        "coarser mesh",
-        "BDF",
-    ] {
+    for words in ["the factors need ", "MiB of memory", "coarser mesh", "BDF"] {
         assert!(left.said.contains(words), "{words}: {}", left.said);
     }
 }

@@ -85,10 +85,10 @@ pub enum SparseError {
     },
     /// The factors will not fit.
     #[error(
-        "the factors need {:.2} GiB of memory beside what is in use, but {:.2} GiB are to be had: take \
+        "the factors need {} of memory beside what is in use, but {} are to be had: take \
          a coarser mesh or more memory (`--memory` and the limits of a job count too); BDF needs one \
          real matrix, where Radau IIA needs complex ones beside it",
-        gibibytes(*needed), gibibytes(*available)
+        size(*needed), size(*available)
     )]
     Memory {
         /// What they need, B.
@@ -106,8 +106,13 @@ pub enum SparseError {
     },
 }
 
-fn gibibytes(bytes: usize) -> f64 {
-    bytes as f64 / (1u64 << 30) as f64
+/// A size for people, from 1 GiB on in GiB.
+fn size(bytes: usize) -> String {
+    let mebibytes = bytes as f64 / f64::from(1 << 20);
+    match mebibytes {
+        small if small < 1024.0 => format!("{small:.1} MiB"),
+        large => format!("{:.2} GiB", large / 1024.0),
+    }
 }
 
 fn at_column(column: Option<usize>) -> String {

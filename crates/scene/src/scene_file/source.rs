@@ -72,11 +72,14 @@ impl Source {
     /// [`InputError`] without `=`, or for a path through something that is no table or list.
     pub fn assign(&mut self, assignment: &str) -> Result<(), InputError> {
         let place = format!("--set {assignment}");
-        let (path, text) = assignment.split_once('=').ok_or_else(|| {
-            InputError::new("an override needs `=`")
-                .at(&place)
-                .allowed("key=value, as in solid.kappa=inf")
-        })?;
+        let parts = assignment.split_once('=');
+        let (path, text) = parts
+            .filter(|(path, _)| !path.trim().is_empty())
+            .ok_or_else(|| {
+                InputError::new("an override needs a key and `=`")
+                    .at(&place)
+                    .allowed("key=value, as in solid.kappa=inf")
+            })?;
         let value = match (text.trim(), DeValue::parse(text.trim())) {
             ("", _) => Value::Null,
             (_, Ok(value)) => self.convert(value.get_ref(), &|| place.clone())?,
