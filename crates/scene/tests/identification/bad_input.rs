@@ -16,6 +16,11 @@ fn of_scene(parameters: &[&str], more: &str) -> String {
     }
 }
 
+/// A round region that contracts.
+const ACTIVE: &str = "[[region]]\nname = \"r\"\ncentre = [0, 0]\nradii = [0.02, 0.02]\n[[material]]\n\
+                      group = \"r\"\nlaw = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\n\
+                      fibre = [1, 0]\nactive = { type = \"bestel\", contractility = 1e4 }";
+
 #[test]
 fn keys_that_are_no_parameters_are_told_with_their_place() {
     for (keys, more, told) in [
@@ -43,16 +48,50 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
             "move the time at which the run stops",
         ),
         (
+            &["traction[1].y.end"],
+            "[[traction]]\ngroup = \"load\"\ny = { type = \"ramp\", value = 1.0, start = 0.1, end = 0.2 }",
+            "moves a break of the load\n    next: write the load as a step with a `rise` above 0",
+        ),
+        (
             &["traction[1].y.start"],
-            "[[traction]]\ngroup = \"load\"\ny = { type = \"step\", value = 1.0, rise = 0.1 }",
+            "[[traction]]\ngroup = \"load\"\ny = { type = \"step\", value = 1.0, start = 0.1, rise = 0 }",
             "moves a break of the load",
         ),
         (
-            &["material[1].active.diastole"],
-            "[[region]]\nname = \"r\"\ncentre = [0, 0]\nradii = [0.02, 0.02]\n[[material]]\n\
-             group = \"r\"\nlaw = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nfibre = [1, 0]\n\
-             active = { type = \"bestel\", contractility = 1e4 }",
+            &["displacement[0].y.rise"],
+            "[[displacement]]\ngroup = \"load\"\ny = { type = \"step\", value = 1e-3, rise = 0.1 }",
+            "moves a break of the support's acceleration\n    next: keep it fixed",
+        ),
+        (
+            &["traction[1].y.rise", "traction[1].y.start"],
+            "[[traction]]\ngroup = \"load\"\ny = { type = \"step\", value = 1.0, rise = 0.1 }",
+            "accepted",
+        ),
+        (
+            &["material[1].active.systole"],
+            ACTIVE,
+            "moves a break of the tension\n    next: keep it fixed; `contractility`",
+        ),
+        (
+            &["material[1].active.width"],
+            ACTIVE,
             "cannot be differentiated",
+        ),
+        (
+            &["solid.beta2"],
+            "",
+            "the scene has no number `solid.beta2`",
+        ),
+        (&["time.end"], "", "numbers of solid, material"),
+        (
+            &["start.value"],
+            "[start]\ntype = \"velocity\"\nvalue = [0.1, 0.0]",
+            "name one of it, as `start.value[0]`",
+        ),
+        (
+            &["start.value[1]"],
+            "[start]\ntype = \"velocity\"\nvalue = [0.1, 0.0]",
+            "add `scale`, a typical size",
         ),
         (&["material[0].c10"], "", "accepted"),
     ] {
@@ -63,6 +102,25 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
             "{found}"
         );
     }
+}
+
+/// For every finite κ the velocity starts as it is given, for κ = inf without a change of volume.
+#[test]
+fn starts_without_a_derivative_are_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let moving = "[start]\ntype = \"velocity\"\nvalue = [0.1, 0.0]";
+    let path = scene(folder.path(), &["solid.kappa"], moving);
+    let of_scene = ["solid.kappa=inf", "parameter[0].scale=1e-5"];
+    let it = Parametrised::load(&path, &set(&of_scene)).unwrap();
+    let message = it.dependences(&it.values()).unwrap_err().to_string();
+    for part in [
+        "has no derivative by 1/kappa",
+        "key = \"solid.kappa\"",
+        "a large kappa: 1e7",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
+    assert!(it.dependences(&[1e-7]).is_ok());
 }
 
 /// Issue 15, A1: a run goes over a jump, its sensitivities do not.
