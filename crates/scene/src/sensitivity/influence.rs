@@ -102,7 +102,18 @@ pub(super) fn known(
                 Some(Value::Array(_)) => error
                     .found("a list")
                     .next(format!("name one of it, as `{key}[0]`")),
-                _ => error.next("name it as --set does: material[0].c10, traction[0].y.amplitude"),
+                _ => match values.pointer(parent) {
+                    Some(Value::Object(members)) if !parent.is_empty() => {
+                        let numbers = members.iter().filter(|(_, value)| value.is_number());
+                        let names: Vec<&str> = numbers.map(|(name, _)| name.as_str()).collect();
+                        error.allowed(names.join(", "))
+                    }
+                    _ if table == "start" => {
+                        error.next("give [start] type = \"velocity\" with a `value`")
+                    }
+                    _ => error
+                        .next("name it as --set does: material[0].c10, traction[0].y.amplitude"),
+                },
             });
         }
     };
@@ -157,6 +168,28 @@ fn refused(key: &str, table: &str, last: &str) -> InputError {
 fn rise(function: Option<&Value>) -> Option<f64> {
     let step = function.filter(|it| it["type"] == "step")?;
     step["rise"].as_f64().filter(|rise| *rise > 0.0)
+}
+
+/// Where a tree under `path` has the first step that jumps before `t_end`.
+pub(super) fn first_jump(tree: &Value, path: &str, t_end: f64) -> Option<String> {
+    match tree {
+        Value::Object(members) => {
+            let start = tree["start"].as_f64().unwrap_or(0.0);
+            if tree["type"] == "step" && rise(Some(tree)).is_none() && start < t_end {
+                return Some(path.to_owned());
+            }
+            let mut members = members.iter();
+            members.find_map(|(key, value)| {
+                let dot = if path.is_empty() { "" } else { "." };
+                first_jump(value, &format!("{path}{dot}{key}"), t_end)
+            })
+        }
+        Value::Array(list) => {
+            let mut list = list.iter().enumerate();
+            list.find_map(|(i, value)| first_jump(value, &format!("{path}[{i}]"), t_end))
+        }
+        _ => None,
+    }
 }
 
 /// How the equations depend on the number `last` of a table, whose value is `found` in `parent`.

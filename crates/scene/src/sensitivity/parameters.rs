@@ -6,7 +6,7 @@ use myovib_dae as dae;
 use myovib_model::sensitivity::{Dependence, Dependences, Stencil};
 use myovib_model::{Formulation, Parameters};
 
-use super::influence::{Influence, LOADS, known};
+use super::influence::{Influence, LOADS, first_jump, known};
 use crate::scene::{Body, Scene};
 use crate::scene_file::Analysis;
 use crate::scene_file::identification::Parameter;
@@ -91,6 +91,11 @@ impl Parametrised {
         if !file.stop.is_empty() {
             let message = "a parameter would move the time at which the run stops";
             return refuse("stop", message, "remove [[stop]]");
+        }
+        let values = serde_json::to_value(file).map_err(InputError::new)?;
+        if let Some(jump) = first_jump(&values, "", scene.t_end) {
+            let message = "sensitivities across a jump are not computed";
+            return refuse(&jump, message, "give the step a `rise` above 0");
         }
         if self.parameters.is_empty() {
             let message = "the scene names no parameter";
@@ -290,7 +295,7 @@ impl Known {
     }
 
     /// Whether nothing but loads depends on it.
-    fn is_of_loads(&self) -> bool {
+    pub(super) fn is_of_loads(&self) -> bool {
         let table = self.key.split(['.', '[']).next();
         table.is_some_and(|table| LOADS.contains(&table))
     }

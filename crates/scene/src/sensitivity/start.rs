@@ -5,6 +5,7 @@ use myovib_model::{MuscleDae, Start as Consistent, statics};
 
 use super::influence::Influence;
 use super::parameters::{Parametrised, around};
+use crate::run::start::initial;
 use crate::scene::{Body, Start};
 use crate::{Error, InputError};
 
@@ -14,6 +15,23 @@ use crate::{Error, InputError};
 const STEP: f64 = 1e-3;
 
 impl Parametrised {
+    /// Refuses parameters that would load a body at rest at once.
+    fn expect_rest(&self, values: &[f64], body: &Body) -> Result<(), Error> {
+        for (j, (known, &value)) in self.parameters.iter().zip(values).enumerate() {
+            if known.is_of_loads() {
+                let near = self.neighbour(j, values, body, value + known.step(STEP, value))?;
+                let mut dae = MuscleDae::for_analysis(near.muscle.clone(), near.formulation);
+                initial(&near, &mut dae).map_err(|cause| {
+                    let message = format!("another `{}` loads the body at t = 0", known.key);
+                    let place = format!("parameter[{j}].key");
+                    self.scene
+                        .wrong(&place, InputError::new(message).found(cause))
+                })?;
+            }
+        }
+        Ok(())
+    }
+
     /// ∂y_0/∂p for each parameter of the scene's `body` at these values; none at rest, where it is zero.
     ///
     /// An equilibrium moves as its tangent says. What the equations ask for beyond displacements and
@@ -29,7 +47,10 @@ impl Parametrised {
     ) -> Result<Option<Vec<Vec<f64>>>, Error> {
         let muscle = &body.muscle;
         let equilibrium = match &body.start {
-            Start::Rest => return Ok(None),
+            Start::Rest => {
+                self.expect_rest(values, body)?;
+                return Ok(None);
+            }
             Start::State(_) => None,
             Start::Equilibrium => {
                 let it = statics::equilibrium(muscle, body.formulation, 0.0)?;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use myovib_scene::fit::{FitOptions, Loss, compute};
-use myovib_scene::sensitivity::{Parametrised, Watcher, follow, outputs};
+use myovib_scene::sensitivity::Parametrised;
 
 use crate::{scene, set};
 
@@ -27,7 +27,7 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
         (
             &["material[0].c20"][..],
             "",
-            "the scene has no number `material[0].c20`",
+            "allowed: c01, c10, density, stiffness",
         ),
         (
             &["material[7].c10"],
@@ -123,26 +123,47 @@ fn starts_without_a_derivative_are_refused_with_what_to_do() {
     assert!(it.dependences(&[1e-7]).is_ok());
 }
 
+/// Other phases of a sine load the body at t = 0: at rest, no run would start.
+#[test]
+fn parameters_that_end_the_rest_at_the_start_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let sine = "traction[0].y={ type = \"sine\", amplitude = 9.0, frequency = 8.0 }";
+    let path = scene(folder.path(), &["traction[0].y.phase"], "");
+    let more = set(&[sine, "parameter[0].scale=1.0"]);
+    let it = Parametrised::load(&path, &more).unwrap();
+    let message = it.dependences(&it.values()).unwrap_err().to_string();
+    for part in [
+        "another `traction[0].y.phase` loads the body at t = 0",
+        "key = \"traction[0].y.phase\"",
+        "or start in equilibrium with them",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
+    let from_equilibrium = set(&["start={ type = \"equilibrium\" }"]);
+    let it = Parametrised::load(&path, &[more, from_equilibrium].concat()).unwrap();
+    assert!(it.dependences(&it.values()).is_ok());
+}
+
 /// Issue 15, A1: a run goes over a jump, its sensitivities do not.
 #[test]
 fn sensitivities_across_a_jump_are_refused_with_what_to_do() {
-    let folder = tempfile::tempdir().unwrap();
-    let step = "[[traction]]\ngroup = \"load\"\n\
-                y = { type = \"step\", value = 1.0, start = 0.01, rise = 0 }";
-    let path = scene(folder.path(), &["material[0].c10"], step);
-    let set = set(&["time.end=0.02", "integrator.method=radau9"]);
-    let it = Parametrised::load(&path, &set).unwrap();
-    let outputs = outputs(&it.scene).unwrap();
-    let watcher = Watcher {
-        interrupt: None,
-        progress: &(),
+    let jumping = |start: &str| {
+        let step = format!(
+            "[[traction]]\ngroup = \"load\"\n\
+             y = {{ type = \"product\", of = [2.0, {{ type = \"step\", value = 1.0, start = {start}, rise = 0 }}] }}"
+        );
+        of_scene(&["material[0].c10"], &step)
     };
-    let dependences = it.dependences(&it.values()).unwrap();
-    let refused = follow(&it.scene, &outputs, &[0.02], (dependences, None), watcher);
-    let message = refused.expect_err("a jump").to_string();
-    for part in ["jumps at t = 0.01 s", "not computed: give the step a rise"] {
+    let message = jumping("0.01");
+    for part in [
+        "across a jump are not computed",
+        "line ",
+        "give the step a `rise`",
+    ] {
         assert!(message.contains(part), "{message}");
     }
+    // Beyond the end of the run.
+    assert_eq!(jumping("99.0"), "accepted");
 }
 
 fn of_fit(data: &str, more: &[&str], loss: Loss) -> String {
@@ -203,6 +224,11 @@ fn data_and_bounds_that_make_no_sense_are_told() {
             good,
             &["parameter[0].low=2e4"],
             "a bound of `material[0].c10` excludes its start",
+        ),
+        (
+            good,
+            &["parameter[0].low=-2e4", "parameter[0].start=-1e4"],
+            "the scene cannot be computed where the fit starts",
         ),
         (
             good,

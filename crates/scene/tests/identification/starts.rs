@@ -45,20 +45,19 @@ fn starts_agree(it: &Parametrised, case: &str) -> Vec<f64> {
             });
             let off = largest(&off.collect::<Vec<_>>());
             // Truncation of the difference is (δ/p)² = 1e-8 of the derivative with factors to 6; rounding is
-            // that of the block over δ: 1e-13 where equations are solved; for rates of pressures, which
-            // are differences in time over 1e-4 s, 1e-12 of the pressure over it; and β times that for
-            // pressures that follow from them.
+            // that of the block over δ: 1e-13 where equations are solved, and of λ and β λ̇ where damping
+            // leaves their sum alone the 1e-11 of λ at which the iteration for them ends.
             let size = |field| {
                 dae.layout()
                     .range(field)
                     .map_or(0.0, |own| largest(&y[own]))
             };
-            let of_rates = match field {
-                Field::PressureRate => 1e-8 * size(Field::Pressure),
-                Field::Pressure => 1e-8 * beta * size(Field::Pressure),
+            let of_iteration = match field {
+                Field::PressureRate => 1e-11 / beta * size(Field::Pressure),
+                Field::Pressure if beta > 0.0 => 1e-11 * size(Field::Pressure),
                 _ => 0.0,
             };
-            let rounding = 1e-13 * size(*field) + of_rates;
+            let rounding = 1e-13 * size(*field) + of_iteration;
             let allowed = 1e-7 * largest(&ours[range.clone()]) + rounding / delta;
             let key = &it.parameters[j].key;
             assert!(
