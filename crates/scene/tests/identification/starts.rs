@@ -1,5 +1,6 @@
 //! ∂y_0/∂p against differences of consistent starts, and what follows from it.
 
+use myovib_model::sensitivity::Stencil;
 use myovib_model::{Field, MuscleDae};
 use myovib_scene::sensitivity::Parametrised;
 
@@ -28,37 +29,40 @@ fn starts_agree(it: &Parametrised, case: &str) -> Vec<f64> {
     };
     let y = start(&values);
     let mut dependences = it.dependences(&values).unwrap();
-    let beta = body.muscle.parameters.beta;
+    let (beta, kappa) = (body.muscle.parameters.beta, body.muscle.parameters.kappa());
     let largest = |of: &[f64]| of.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
     let of_parameter = |j: usize| {
         let ours = dependences.get_mut(j).start();
-        let delta = 1e-4 * values[j].abs();
-        let [above, below] = [delta, -delta].map(|by| {
+        let delta = 2e-3 * values[j].abs();
+        let terms = Stencil::Central.points().iter().map(|(k, weight)| {
             let mut moved = values.clone();
-            moved[j] += by;
-            start(&moved)
+            moved[j] += k * delta;
+            (weight / delta, start(&moved))
         });
+        let terms: Vec<_> = terms.collect();
         for (field, range) in dae.layout().blocks() {
             let off = range.clone().map(|i| {
-                let difference = (above[i] - below[i]) / (2.0 * delta);
-                ours[i] - difference
+                let difference = terms.iter().map(|(weight, start)| weight * start[i]);
+                ours[i] - difference.sum::<f64>()
             });
             let off = largest(&off.collect::<Vec<_>>());
-            // Truncation of the difference is (δ/p)² = 1e-8 of the derivative with factors to 6; rounding is
-            // that of the block over δ: 1e-13 where equations are solved, and of λ and β λ̇ where damping
-            // leaves their sum alone the 1e-11 of λ at which the iteration for them ends.
+            // Truncation of the difference is (δ/p)⁴ = 2e-11 of the derivative with factors to 5!. Rounding is
+            // that of the block: 1e-13 where equations are solved; κ times the 1e-15 of J − 1; where damping leaves the sum of λ and
+            // β λ̇ alone, the 1e-11 of λ at which the iteration for them ends, and as much of its
+            // differences in time. It is amplified by the weights, 1.5 in sum, over δ here and δ/2 in ours.
             let size = |field| {
                 dae.layout()
                     .range(field)
                     .map_or(0.0, |own| largest(&y[own]))
             };
-            let of_iteration = match field {
-                Field::PressureRate => 1e-11 / beta * size(Field::Pressure),
-                Field::Pressure if beta > 0.0 => 1e-11 * size(Field::Pressure),
+            let of_pressure = match field {
+                Field::PressureRate => 2e-11 / beta * size(Field::Pressure),
+                Field::Pressure if kappa.is_finite() => 1e-15 * kappa,
+                Field::Pressure if beta > 0.0 => 2e-11 * size(Field::Pressure),
                 _ => 0.0,
             };
-            let rounding = 1e-13 * size(*field) + of_iteration;
-            let allowed = 1e-7 * largest(&ours[range.clone()]) + rounding / delta;
+            let rounding = 4.5 * (1e-13 * size(*field) + of_pressure) / delta;
+            let allowed = 1e-8 * largest(&ours[range.clone()]) + rounding;
             let key = &it.parameters[j].key;
             assert!(
                 off <= allowed,
