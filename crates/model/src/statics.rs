@@ -1,5 +1,7 @@
 //! Static equilibrium: Newton's method with line search and load steps.
 
+mod response;
+
 use std::sync::Arc;
 
 use myovib_fem::{AddedMotion, Fields, Inverted, Vectors};

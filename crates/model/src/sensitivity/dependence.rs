@@ -2,6 +2,7 @@
 
 use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, Problem, StepError};
 
+use super::stencil::Stencil;
 use super::tangents::Tangents;
 use crate::error::ModelError;
 use crate::formulation::Formulation;
@@ -18,6 +19,8 @@ pub struct Dependence {
     own_weight: f64,
     twins: Vec<(f64, MuscleDae)>,
     acts: Acts,
+    /// ∂y_0/∂p; empty where it is zero.
+    start: Vec<f64>,
 }
 
 /// Where a parameter acts.
@@ -48,25 +51,58 @@ impl Dependence {
             own_weight: -1.0 / distance,
             twins: vec![(1.0 / distance, twin)],
             acts: Acts::Anywhere,
+            start: Vec::new(),
         }
     }
 
-    /// A parameter that the equations depend on smoothly: the central difference of order 4 of the
-    /// muscles in which it differs by −2, −1, 1 and 2 times `delta`.
+    /// A parameter that the equations depend on smoothly: the difference of order 4 of the muscles that
+    /// `stencil` asks for, in steps of `delta`.
     pub fn smooth(
         parameter: Parameter,
         formulation: Formulation,
-        around: [Muscle; 4],
-        delta: f64,
+        muscles: Vec<Muscle>,
+        (stencil, delta): (Stencil, f64),
     ) -> Self {
-        let weights = [1.0, -8.0, 8.0, -1.0].map(|w| w / (12.0 * delta));
+        let weights = stencil.points().iter().map(|(_, weight)| weight / delta);
         let twin = |muscle| MuscleDae::for_analysis(muscle, formulation);
         Self {
             parameter,
             own_weight: 0.0,
-            twins: weights.into_iter().zip(around.map(twin)).collect(),
+            twins: weights.zip(muscles.into_iter().map(twin)).collect(),
             acts: Acts::Anywhere,
+            start: Vec::new(),
         }
+    }
+
+    /// A parameter that the start alone depends on.
+    pub fn of_start(parameter: Parameter) -> Self {
+        Self {
+            parameter,
+            own_weight: 0.0,
+            twins: Vec::new(),
+            acts: Acts::Anywhere,
+            start: Vec::new(),
+        }
+    }
+
+    /// The same, with the derivative of the state in which the motion starts.
+    #[must_use]
+    pub fn starting(self, start: Vec<f64>) -> Self {
+        Self { start, ..self }
+    }
+
+    /// ∂y_0/∂p; empty where it is zero.
+    pub fn start(&self) -> &[f64] {
+        &self.start
+    }
+
+    /// The muscles that differ in the parameter, `own` among them, with their weights in a derivative.
+    pub fn stencil<'a>(&'a self, own: &'a Muscle) -> Vec<(f64, &'a Muscle)> {
+        let twins = self.twins.iter();
+        let twins = twins.map(|(weight, twin)| (*weight, twin.muscle()));
+        std::iter::once((self.own_weight, own))
+            .chain(twins)
+            .collect()
     }
 
     /// The same, of a parameter that nothing within elements depends on: inertia, damping, or the
@@ -168,6 +204,15 @@ impl Dependences {
     /// Their number.
     pub fn count(&self) -> usize {
         self.all.len()
+    }
+
+    /// ∂y_0/∂p for each, of `n` unknowns.
+    pub(super) fn starts(&self, n: usize) -> Vec<Vec<f64>> {
+        let of = |one: &Dependence| match one.start.is_empty() {
+            true => vec![0.0; n],
+            false => one.start.clone(),
+        };
+        self.all.iter().map(of).collect()
     }
 
     /// The one on parameter j.

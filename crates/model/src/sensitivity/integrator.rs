@@ -1,4 +1,4 @@
-//! Radau IIA with forward sensitivities, for a muscle that starts at rest.
+//! Radau IIA with forward sensitivities, for a muscle.
 
 use myovib_dae::Problem;
 use myovib_radau::{ForwardSensitivities, SensitivityWork};
@@ -15,21 +15,22 @@ use crate::muscle_dae::MuscleDae;
 pub type Reading<'a> =
     dyn FnMut(&mut MuscleDae, f64, &[f64], &[f64]) -> Result<Vec<f64>, ModelError> + 'a;
 
-/// A muscle at rest at t = 0, integrated by Radau IIA together with ∂y/∂p, which is 0 there for all
-/// parameters: the body is at rest whatever they are.
+/// A muscle, integrated by Radau IIA from t = 0 on together with ∂y/∂p.
 pub struct SensitiveIntegrator {
     inner: RadauIntegrator<MuscleDae, MuscleMatrices>,
     sensitivities: ForwardSensitivities<Dependences>,
 }
 
 impl SensitiveIntegrator {
-    /// Starts a muscle at rest at t = 0; without `dependences` it is a plain integration.
+    /// Starts a muscle at t = 0 from a state with consistent derivatives, which the `dependences` know
+    /// how it moves with their parameters; without any it is a plain integration.
     ///
     /// # Errors
     /// [`ModelError::Jump`], [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for settings Radau IIA does not take.
-    pub fn from_rest(
+    pub fn starting_at(
         dae: MuscleDae,
         settings: &Settings,
+        [y, y_dot]: [&[f64]; 2],
         dependences: Dependences,
     ) -> Result<Self, ModelError> {
         let jump = dae.muscle().schedule().next_jump(-settings.t_end);
@@ -37,8 +38,8 @@ impl SensitiveIntegrator {
         if let Some(t) = jump.filter(|t| follows && *t < settings.t_end) {
             return Err(ModelError::Jump { t });
         }
-        let starts = vec![vec![0.0; dae.n_unknowns()]; dependences.count()];
-        let inner = RadauIntegrator::from_rest(dae, settings)?;
+        let starts = dependences.starts(dae.n_unknowns());
+        let inner = RadauIntegrator::starting_at(dae, settings, 0.0, y, y_dot)?;
         let sensitivities = ForwardSensitivities::new(inner.solver(), dependences, starts)?;
         Ok(Self {
             inner,

@@ -45,6 +45,10 @@ pub fn read(
         outputs,
         t_end,
     };
+    let nothing = || InputError::new("the data hold no measurement").at(name.display());
+    if text.trim().is_empty() {
+        return Err(nothing());
+    }
     let table = Table::parse(text).map_err(|error| {
         InputError::new(format!("the data are no table: {error}")).at(&reader.name)
     })?;
@@ -54,7 +58,7 @@ pub fn read(
         false => reader.plain(&table)?,
     };
     if data.is_empty() {
-        return Err(InputError::new("the data hold no measurement").at(&reader.name));
+        return Err(nothing());
     }
     let known = data.iter().filter(|datum| datum.noise.is_some()).count();
     if known != 0 && known != data.len() {
@@ -259,6 +263,7 @@ mod tests {
             ("t,tap\n0,1\n", "the scene has no output `tap`"),
             ("x,tip\n0,1\n", "no column `t` or `time`"),
             ("t,tip\n", "the data hold no measurement"),
+            ("\n", "the data hold no measurement"),
             (
                 "t,tip,tip.noise\n0,1,0\n",
                 "a standard deviation is positive",

@@ -10,6 +10,7 @@ mod model;
 mod phases;
 mod report;
 
+use std::fmt::Display;
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -139,6 +140,10 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
             InputError::new("a robust loss needs the noise: what is far off is so in units of it");
         return Err(error.next("give `noise` to each [[output]]").into());
     }
+    let start: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    for experiment in &experiments {
+        experiment.expect_computable(&start).map_err(not_computed)?;
+    }
     let watcher = Watcher {
         interrupt: options.interrupt,
         progress: &(),
@@ -208,14 +213,15 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
 /// What went wrong at the start is told by the run, with the place in the scene if it has one.
 fn explain(error: FitError, model: &SceneModel<'_>) -> Error {
     match (&error, model.last_failure()) {
-        (FitError::Start(_), Some(message)) => {
-            InputError::new("the scene cannot be computed where the fit starts")
-                .found(message)
-                .next("give the [[parameter]] a `start` at which `myovib run` comes to its end")
-                .into()
-        }
+        (FitError::Start(_), Some(message)) => not_computed(message).into(),
         _ => InputError::new(error).into(),
     }
+}
+
+fn not_computed(message: impl Display) -> InputError {
+    InputError::new("the scene cannot be computed where the fit starts")
+        .found(message)
+        .next("give the [[parameter]] a `start` at which `myovib run` comes to its end")
 }
 
 /// The parameters as the fit sees them.

@@ -36,6 +36,11 @@ impl Experiment {
         }
     }
 
+    /// Whether the scene, and how it depends on its parameters, can be had at these values.
+    pub(super) fn expect_computable(&self, values: &[f64]) -> Result<(), Error> {
+        self.scene.dependences(values).map(|_| ())
+    }
+
     /// The measurements of this first part of their time.
     fn data_within(&self, part: f64) -> &[Datum] {
         let end = self.times.last().map_or(0.0, |last| part * last);

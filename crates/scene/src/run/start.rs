@@ -276,7 +276,10 @@ fn options(scene: &Scene) -> CoupledOptions {
 }
 
 /// y and ẏ with which the motion of a body starts.
-fn initial(body: &Body, dae: &mut MuscleDae) -> Result<[Vec<f64>; 2], Error> {
+///
+/// # Errors
+/// As for [`Body::initial_values`]; loads on a body at rest.
+pub(crate) fn initial(body: &Body, dae: &mut MuscleDae) -> Result<[Vec<f64>; 2], Error> {
     if let Some(start) = body.initial_values(dae)? {
         return Ok(start);
     }
@@ -317,7 +320,7 @@ impl Body {
 }
 
 /// A run starts from rest without load, so that all values and derivatives are zero.
-pub(crate) fn refuse_sudden_loads(dae: &mut MuscleDae) -> Result<(), Error> {
+fn refuse_sudden_loads(dae: &mut MuscleDae) -> Result<(), Error> {
     let rest = vec![0.0; dae.n_unknowns()];
     let force = dae
         .unbalanced_force(0.0, &rest, &rest)

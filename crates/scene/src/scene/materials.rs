@@ -62,8 +62,13 @@ impl Builder<'_> {
             self.wrong("material", error)
         })?;
         let of = |region: &usize| &file.material[*region];
+        let stiffened = |(i, material): (usize, &Material)| {
+            self.at(&format!("material[{i}].stiffness"), material.stiffened())
+        };
+        let laws = file.material.iter().enumerate().map(stiffened);
+        let laws = laws.collect::<Result<Vec<Law>, _>>()?;
         Ok(Materials {
-            laws: regions.iter().map(|region| of(region).law.0).collect(),
+            laws: regions.iter().map(|region| laws[*region]).collect(),
             densities: regions.iter().map(|region| of(region).density).collect(),
             regions,
             fibres,

@@ -53,12 +53,6 @@ impl Builder<'_> {
                 "give [start] type = \"equilibrium\", or remove it",
             );
         }
-        if !file.parameter.is_empty() {
-            return wrong(
-                "a scene with parameters starts at rest: how its start depends on them is not computed",
-                "remove [start], or the parameters",
-            );
-        }
         match start {
             start::Start::Equilibrium => Ok(Start::Equilibrium),
             start::Start::Velocity { value } => {

@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+use myovib_fem::FemError;
 use myovib_fem::material::{Description, Parameter, Range};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error as _;
@@ -32,6 +33,11 @@ pub struct Material {
     /// Mass density ρ, kg/m³.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub density: f64,
+    /// Factor of the law's stress, beside its constants in Pa: how much stiffer a region is than the law
+    /// says.
+    #[serde(default = "one")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub stiffness: f64,
     /// Where the fibres run, for laws that have some.
     pub fibre: Option<Direction>,
     /// Where the sheets run; the part across the fibres counts [default: any direction across, for
@@ -58,6 +64,28 @@ pub struct Material {
     /// The material law.
     #[serde(flatten)]
     pub law: Law,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+impl Material {
+    /// The law with its stress multiplied by `stiffness`: it is linear in the constants in Pa.
+    ///
+    /// # Errors
+    /// A constant that is no longer finite.
+    pub(crate) fn stiffened(&self) -> Result<myovib_fem::Law, FemError> {
+        let Description {
+            name, parameters, ..
+        } = self.law.0.description();
+        let constants = parameters.iter().zip(self.law.0.values());
+        let constants = constants.map(|(parameter, value)| match parameter.unit {
+            "Pa" => (parameter.name, self.stiffness * value),
+            _ => (parameter.name, value),
+        });
+        myovib_fem::Law::named(name, &constants.collect::<Vec<_>>())
+    }
 }
 
 /// A term of a Prony series.
@@ -194,4 +222,42 @@ fn constant(parameter: &Parameter) -> Value {
         schema["default"] = json!(value);
     }
     schema
+}
+
+#[cfg(test)]
+mod tests {
+    use myovib_fem::material::three::Axes;
+
+    use super::*;
+
+    /// Constants that are no stresses stay as they are: exponents and stretches.
+    #[test]
+    fn a_stiffened_law_has_its_energy_that_many_times() {
+        let strain = [[0.11, 0.05, -0.03], [0.02, 0.07, 0.04], [0.01, -0.06, 0.09]];
+        let axes = Axes {
+            fibre: [1.0, 0.0, 0.0],
+            sheet: [0.0, 1.0, 0.0],
+        };
+        for law in myovib_fem::Law::CATALOGUE {
+            let constants: Map<String, Value> = law
+                .parameters
+                .iter()
+                .map(|parameter| (parameter.name.to_owned(), json!(1.25)))
+                .collect();
+            let energy = |stiffness: f64| {
+                let mut table = json!({ "law": law.name, "density": 1e3, "stiffness": stiffness });
+                let table = table.as_object_mut().unwrap();
+                table.extend(constants.clone());
+                let material: Material = serde_json::from_value(json!(table)).unwrap();
+                material.stiffened().unwrap().energy3(strain, axes)
+            };
+            let (plain, stiff) = (energy(1.0), energy(3.0));
+            // Some terms with a rounding each.
+            assert!(
+                plain > 0.0 && (stiff - 3.0 * plain).abs() < 1e-14 * stiff,
+                "{}: {plain:e} {stiff:e}",
+                law.name
+            );
+        }
+    }
 }

@@ -6,7 +6,7 @@ use myovib_model::sensitivity::{Dependences, SensitiveIntegrator};
 use myovib_model::{Advance, Integrator, IntegratorKind, MuscleDae, Settings};
 
 use super::parameters::body;
-use crate::run::start::refuse_sudden_loads;
+use crate::run::start::initial;
 use crate::scene::Scene;
 use crate::watch::Tell;
 use crate::{Error, InputError};
@@ -151,7 +151,7 @@ pub fn settings(settings: &Settings) -> Settings {
 /// or to that of Newton's method.
 ///
 /// # Errors
-/// A body that does not start at rest; an integration that does not reach the last time.
+/// A body that cannot start; an integration that does not reach the last time.
 pub fn follow(
     scene: &Scene,
     outputs: &[Output],
@@ -162,10 +162,11 @@ pub fn follow(
     let probes = scene.readings()?;
     let body = body(scene)?;
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-    refuse_sudden_loads(&mut dae)?;
+    let [y, y_dot] = initial(body, &mut dae)?;
     let n_parameters = dependences.count();
+    let settings = settings(&body.settings);
     let mut integrator =
-        SensitiveIntegrator::from_rest(dae, &settings(&body.settings), dependences)?;
+        SensitiveIntegrator::starting_at(dae, &settings, [&y, &y_dot], dependences)?;
     if let Some(fraction) = fraction {
         integrator = integrator.with_tolerance(fraction);
     }

@@ -5,7 +5,9 @@
 //! equal distances and says which parameter matters how much.
 
 mod curves;
+mod influence;
 mod parameters;
+mod start;
 
 pub use curves::{Cost, Output, Sample, Watcher, follow, outputs, settings};
 pub use parameters::{Known, Parametrised};

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use myovib_dae as dae;
-use myovib_model::sensitivity::{Dependence, Dependences};
-use myovib_model::{Formulation, Muscle, Parameters};
-use serde_json::Value;
+use myovib_model::sensitivity::{Dependence, Dependences, Stencil};
+use myovib_model::{Formulation, Parameters};
 
+use super::influence::{Influence, LOADS, first_jump, known};
 use crate::scene::{Body, Scene};
 use crate::scene_file::Analysis;
 use crate::scene_file::identification::Parameter;
@@ -34,53 +34,8 @@ pub struct Known {
     pub scale: f64,
     /// What the scene says of it.
     pub wanted: Parameter,
-    influence: Influence,
+    pub(super) influence: Influence,
 }
-
-/// How the equations depend on a parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Influence {
-    /// 1/κ.
-    Compressibility,
-    /// α.
-    Alpha,
-    /// β.
-    Beta,
-    /// The equations are affine in it.
-    Affine,
-    /// They are not.
-    Smooth,
-}
-
-/// Numbers that the equations are affine in: moduli, densities, the sizes of loads.
-const AFFINE: [&str; 10] = [
-    "c10",
-    "c01",
-    "shear_modulus",
-    "lambda",
-    "density",
-    "stiffness",
-    "damping",
-    "amplitude",
-    "value",
-    "of",
-];
-/// Numbers that they depend on smoothly.
-const SMOOTH: [&str; 4] = ["frequency", "phase", "steepness", "shift"];
-/// Numbers that move a break of a load.
-const BREAKS: [&str; 3] = ["start", "rise", "end"];
-/// Tables of loads, which act outside of the elements.
-const LOADS: [&str; 3] = ["traction", "pressure", "body_force"];
-/// Tables whose numbers may be parameters.
-const TABLES: [&str; 7] = [
-    "solid",
-    "material",
-    "bed",
-    "traction",
-    "pressure",
-    "body_force",
-    "displacement",
-];
 
 /// The step of differences of order 4, relative: truncation (some 2π f t of it)⁴/30 and rounding ε
 /// over it are about 1e-11 for a hundred periods.
@@ -137,6 +92,11 @@ impl Parametrised {
             let message = "a parameter would move the time at which the run stops";
             return refuse("stop", message, "remove [[stop]]");
         }
+        let values = serde_json::to_value(file).map_err(InputError::new)?;
+        if let Some(jump) = first_jump(&values, "", scene.t_end) {
+            let message = "sensitivities across a jump are not computed";
+            return refuse(&jump, message, "give the step a `rise` above 0");
+        }
         if self.parameters.is_empty() {
             let message = "the scene names no parameter";
             return refuse(
@@ -180,7 +140,7 @@ impl Parametrised {
         self.parameters.iter().map(|p| p.value).collect()
     }
 
-    /// How the body of the scene at these values depends on its parameters.
+    /// How the body of the scene at these values, and its start, depend on its parameters.
     ///
     /// # Errors
     /// Values that the scene does not allow.
@@ -191,51 +151,67 @@ impl Parametrised {
         let scene = self.at(values)?;
         let body = body(&scene)?;
         let one = |j: usize| self.dependence(j, values, body);
-        let all = (0..values.len()).map(one);
-        Ok(Dependences::new(all.collect::<Result<_, _>>()?))
+        let mut all = (0..values.len()).map(one).collect::<Result<Vec<_>, _>>()?;
+        if let Some(starts) = self.starts(values, body, &all)? {
+            let both = all.into_iter().zip(starts);
+            all = both.map(|(one, start)| one.starting(start)).collect();
+        }
+        Ok(Dependences::new(all))
     }
 
-    /// The body of the scene with another value of parameter j.
-    fn muscle_at(&self, values: &[f64], j: usize, value: f64) -> Result<Muscle, Error> {
-        let mut values = values.to_vec();
-        values[j] = value;
-        Ok(body(&self.at(&values)?)?.muscle.clone())
+    /// The body of the scene at these values, `body`, with another value of parameter j.
+    pub(super) fn neighbour(
+        &self,
+        j: usize,
+        values: &[f64],
+        body: &Body,
+        value: f64,
+    ) -> Result<Body, Error> {
+        let Parameters { alpha, beta, .. } = body.muscle.parameters;
+        let kappa = body.muscle.parameters.kappa();
+        // What a formulation asks of κ and β it asks of the scene, not of its neighbours. Where
+        // materials have their own, only the scene knows which of them move.
+        let parameters = match self.parameters[j].influence {
+            Influence::Compressibility if !body.muscle.solid.is_graded() => {
+                Parameters::new(alpha, beta, 1.0 / value)?
+            }
+            Influence::Alpha if !body.muscle.solid.is_graded() => {
+                Parameters::new(value, beta, kappa)?
+            }
+            Influence::Beta if !body.muscle.solid.is_graded() => {
+                Parameters::new(alpha, value, kappa)?
+            }
+            _ => {
+                let mut values = values.to_vec();
+                values[j] = value;
+                return Ok(self::body(&self.at(&values)?)?.clone());
+            }
+        };
+        let mut near = body.clone();
+        near.muscle.parameters = parameters;
+        Ok(near)
     }
 
     fn dependence(&self, j: usize, values: &[f64], body: &Body) -> Result<Dependence, Error> {
         let known = &self.parameters[j];
         let formulation = body.formulation;
+        let value = values[j];
         let parameter = dae::Parameter {
             name: known.key.clone(),
-            value: values[j],
+            value,
             scale: known.scale,
         };
-        let other = |value: f64| -> Result<Muscle, Error> {
-            let mut muscle = body.muscle.clone();
-            let Parameters { alpha, beta, .. } = muscle.parameters;
-            let kappa = muscle.parameters.kappa();
-            // What a formulation asks of κ and β it asks of the scene, not of its neighbours. Where
-            // materials have their own, only the scene knows which of them move.
-            muscle.parameters = match known.influence {
-                _ if muscle.solid.is_graded() => return self.muscle_at(values, j, value),
-                Influence::Compressibility => Parameters::new(alpha, beta, 1.0 / value)?,
-                Influence::Alpha => Parameters::new(value, beta, kappa)?,
-                Influence::Beta => Parameters::new(alpha, value, kappa)?,
-                Influence::Affine | Influence::Smooth => {
-                    return self.muscle_at(values, j, value);
-                }
-            };
-            Ok(muscle)
-        };
-        let value = values[j];
+        if known.influence == Influence::Start {
+            return Ok(Dependence::of_start(parameter));
+        }
+        let other = |value| Ok(self.neighbour(j, values, body, value)?.muscle);
         let dependence = if known.is_affine(formulation) {
             let next = value + known.scale;
             Dependence::affine(parameter, formulation, other(next)?, next - value)
         } else {
-            let delta = STEP * value.abs().max(known.scale);
-            let around = [-2.0, -1.0, 1.0, 2.0].map(|k| other(value + k * delta));
-            let [a, b, c, d] = around;
-            Dependence::smooth(parameter, formulation, [a?, b?, c?, d?], delta)
+            let delta = known.step(STEP, value);
+            let (stencil, muscles) = around(value, delta, other)?;
+            Dependence::smooth(parameter, formulation, muscles, (stencil, delta))
         };
         Ok(match known {
             _ if known.is_of_loads() => dependence.on_loads(),
@@ -244,6 +220,20 @@ impl Parametrised {
             _ => dependence,
         })
     }
+}
+
+/// What `of` gives around a value, in steps of `delta`: from it on, if a value below is refused.
+pub(super) fn around<T>(
+    value: f64,
+    delta: f64,
+    of: impl Fn(f64) -> Result<T, Error>,
+) -> Result<(Stencil, Vec<T>), Error> {
+    let all = |stencil: Stencil| {
+        let points = stencil.points().iter();
+        let all = points.map(|(k, _)| of(value + k * delta));
+        Ok((stencil, all.collect::<Result<_, Error>>()?))
+    };
+    all(Stencil::Central).or_else(|_: Error| all(Stencil::Ahead))
 }
 
 /// The body of a scene that was checked to have one.
@@ -267,8 +257,18 @@ impl Known {
         match self.influence {
             Influence::Compressibility => formulation != Formulation::Displacement,
             Influence::Alpha | Influence::Beta | Influence::Affine => true,
-            Influence::Smooth => false,
+            Influence::Smooth | Influence::Break | Influence::Start => false,
         }
+    }
+
+    /// The step of a difference that is `relative` to its size.
+    pub(super) fn step(&self, relative: f64, value: f64) -> f64 {
+        let size = match self.influence {
+            // A shift of a break is small beside the rise there, wherever it is.
+            Influence::Break => self.scale,
+            _ => value.abs().max(self.scale),
+        };
+        relative * size
     }
 
     /// Whether nothing within elements depends on it.
@@ -278,7 +278,7 @@ impl Known {
             Influence::Alpha | Influence::Beta => true,
             // Inertia, and the loads that it makes.
             Influence::Affine => self.key.ends_with(".density"),
-            Influence::Smooth => false,
+            Influence::Smooth | Influence::Break | Influence::Start => false,
         }
     }
 
@@ -287,7 +287,7 @@ impl Known {
     fn is_of_stress(&self, body: &Body) -> bool {
         let table = self.key.split(['.', '[']).next();
         let name = self.key.rsplit('.').next().unwrap_or("");
-        let is_modulus = ["c10", "c01", "shear_modulus", "lambda"].contains(&name);
+        let is_modulus = ["c10", "c01", "shear_modulus", "lambda", "stiffness"].contains(&name);
         table == Some("material")
             && is_modulus
             && self.key.matches('.').count() == 1
@@ -295,7 +295,7 @@ impl Known {
     }
 
     /// Whether nothing but loads depends on it.
-    fn is_of_loads(&self) -> bool {
+    pub(super) fn is_of_loads(&self) -> bool {
         let table = self.key.split(['.', '[']).next();
         table.is_some_and(|table| LOADS.contains(&table))
     }
@@ -306,95 +306,5 @@ impl Known {
             Influence::Compressibility => format!("1/{}", self.key),
             _ => self.key.clone(),
         }
-    }
-}
-
-fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<Known, InputError> {
-    let key = wanted.key.trim();
-    let parts: Vec<&str> = key
-        .split(['.', '[', ']'])
-        .filter(|p| !p.is_empty())
-        .collect();
-    let (table, last) = (parts.first().copied().unwrap_or(""), last_name(&parts));
-    if !TABLES.contains(&table) {
-        let error = InputError::new(format!("`{key}` cannot be a parameter"))
-            .allowed(format!("numbers of {}", TABLES.join(", ")));
-        return Err(error);
-    }
-    let pointer: String = parts.iter().map(|part| format!("/{part}")).collect();
-    let found = values.pointer(&pointer);
-    let place = match parts.contains(&"active") {
-        true => "active",
-        false => table,
-    };
-    let influence = influence(place, last, found);
-    let value = match (influence, found) {
-        (Some(Influence::Compressibility), _) => scene
-            .file
-            .solid
-            .as_ref()
-            .map_or(0.0, |solid| 1.0 / solid.kappa.0),
-        (_, Some(Value::Number(number))) => number.as_f64().unwrap_or(f64::NAN),
-        (_, found) => {
-            let error = InputError::new(format!("the scene has no number `{key}`"));
-            return Err(match found {
-                Some(Value::Object(members)) => {
-                    let names: Vec<&str> = members.keys().map(String::as_str).collect();
-                    error.found(format!("a table with {}", names.join(", ")))
-                }
-                _ => error.next("name it as --set does: material[0].c10, traction[0].y.amplitude"),
-            });
-        }
-    };
-    let influence = influence.ok_or_else(|| {
-        let error = InputError::new(format!("`{key}` cannot be differentiated"));
-        match BREAKS.contains(&last) {
-            true => error.found("a number that moves a break of the load").next(
-                "keep it fixed; `amplitude`, `value`, `frequency` and `phase` can be parameters",
-            ),
-            false => error.allowed("moduli, densities, damping, kappa, sizes and times of loads"),
-        }
-    })?;
-    let size = if value == 0.0 {
-        None
-    } else {
-        Some(value.abs())
-    };
-    let scale = wanted.scale.or(size).ok_or_else(|| {
-        InputError::new(format!("`{key}` is 0 here: its size is not known"))
-            .next("add `scale`, a typical size, to the [[parameter]]")
-    })?;
-    Ok(Known {
-        key: key.to_owned(),
-        value,
-        scale,
-        wanted: wanted.clone(),
-        influence,
-    })
-}
-
-/// The last name of a key: that of a list for an entry of it.
-fn last_name<'k>(parts: &[&'k str]) -> &'k str {
-    let named = |part: &&&str| part.parse::<usize>().is_err();
-    parts.iter().rev().find(named).copied().unwrap_or("")
-}
-
-fn influence(table: &str, last: &str, found: Option<&Value>) -> Option<Influence> {
-    // A load that is written as a number.
-    let is_constant = ["x", "y"].contains(&last) && found.is_some_and(Value::is_number);
-    match (table, last) {
-        ("solid", "kappa") => Some(Influence::Compressibility),
-        ("solid", "alpha") => Some(Influence::Alpha),
-        ("solid", "beta") => Some(Influence::Beta),
-        ("solid", _) => None,
-        // Tensions: their sizes; times move breaks.
-        ("active", "contractility" | "value" | "amplitude") => Some(Influence::Smooth),
-        ("active", _) => None,
-        // Where nodes are moved, the law makes forces of it that are not affine.
-        ("displacement", last) if AFFINE.contains(&last) || is_constant => Some(Influence::Smooth),
-        (_, last) if AFFINE.contains(&last) || is_constant => Some(Influence::Affine),
-        (_, last) if SMOOTH.contains(&last) => Some(Influence::Smooth),
-        ("material", last) if !["law", "group"].contains(&last) => Some(Influence::Smooth),
-        _ => None,
     }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use myovib_scene::fit::{FitOptions, Loss, compute};
-use myovib_scene::sensitivity::{Parametrised, Watcher, follow, outputs};
+use myovib_scene::sensitivity::Parametrised;
 
 use crate::{scene, set};
 
@@ -16,13 +16,18 @@ fn of_scene(parameters: &[&str], more: &str) -> String {
     }
 }
 
+/// A round region that contracts.
+const ACTIVE: &str = "[[region]]\nname = \"r\"\ncentre = [0, 0]\nradii = [0.02, 0.02]\n[[material]]\n\
+                      group = \"r\"\nlaw = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\n\
+                      fibre = [1, 0]\nactive = { type = \"bestel\", contractility = 1e4 }";
+
 #[test]
 fn keys_that_are_no_parameters_are_told_with_their_place() {
     for (keys, more, told) in [
         (
             &["material[0].c20"][..],
             "",
-            "the scene has no number `material[0].c20`",
+            "allowed: c01, c10, density, stiffness",
         ),
         (
             &["material[7].c10"],
@@ -43,16 +48,50 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
             "move the time at which the run stops",
         ),
         (
+            &["traction[1].y.end"],
+            "[[traction]]\ngroup = \"load\"\ny = { type = \"ramp\", value = 1.0, start = 0.1, end = 0.2 }",
+            "moves a break of the load\n    next: write the load as a step with a `rise` above 0",
+        ),
+        (
             &["traction[1].y.start"],
-            "[[traction]]\ngroup = \"load\"\ny = { type = \"step\", value = 1.0, rise = 0.1 }",
+            "[[traction]]\ngroup = \"load\"\ny = { type = \"step\", value = 1.0, start = 0.1, rise = 0 }",
             "moves a break of the load",
         ),
         (
-            &["material[1].active.diastole"],
-            "[[region]]\nname = \"r\"\ncentre = [0, 0]\nradii = [0.02, 0.02]\n[[material]]\n\
-             group = \"r\"\nlaw = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nfibre = [1, 0]\n\
-             active = { type = \"bestel\", contractility = 1e4 }",
+            &["displacement[0].y.rise"],
+            "[[displacement]]\ngroup = \"load\"\ny = { type = \"step\", value = 1e-3, rise = 0.1 }",
+            "moves a break of the support's acceleration\n    next: keep it fixed",
+        ),
+        (
+            &["traction[1].y.rise", "traction[1].y.start"],
+            "[[traction]]\ngroup = \"load\"\ny = { type = \"step\", value = 1.0, rise = 0.1 }",
+            "accepted",
+        ),
+        (
+            &["material[1].active.systole"],
+            ACTIVE,
+            "moves a break of the tension\n    next: keep it fixed; `contractility`",
+        ),
+        (
+            &["material[1].active.width"],
+            ACTIVE,
             "cannot be differentiated",
+        ),
+        (
+            &["solid.beta2"],
+            "",
+            "the scene has no number `solid.beta2`",
+        ),
+        (&["time.end"], "", "numbers of solid, material"),
+        (
+            &["start.value"],
+            "[start]\ntype = \"velocity\"\nvalue = [0.1, 0.0]",
+            "name one of it, as `start.value[0]`",
+        ),
+        (
+            &["start.value[1]"],
+            "[start]\ntype = \"velocity\"\nvalue = [0.1, 0.0]",
+            "add `scale`, a typical size",
         ),
         (&["material[0].c10"], "", "accepted"),
     ] {
@@ -65,26 +104,66 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
     }
 }
 
+/// For every finite κ the velocity starts as it is given, for κ = inf without a change of volume.
+#[test]
+fn starts_without_a_derivative_are_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let moving = "[start]\ntype = \"velocity\"\nvalue = [0.1, 0.0]";
+    let path = scene(folder.path(), &["solid.kappa"], moving);
+    let of_scene = ["solid.kappa=inf", "parameter[0].scale=1e-5"];
+    let it = Parametrised::load(&path, &set(&of_scene)).unwrap();
+    let message = it.dependences(&it.values()).unwrap_err().to_string();
+    for part in [
+        "has no derivative by 1/kappa",
+        "key = \"solid.kappa\"",
+        "a large kappa: 1e7",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
+    assert!(it.dependences(&[1e-7]).is_ok());
+}
+
+/// Other phases of a sine load the body at t = 0: at rest, no run would start.
+#[test]
+fn parameters_that_end_the_rest_at_the_start_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let sine = "traction[0].y={ type = \"sine\", amplitude = 9.0, frequency = 8.0 }";
+    let path = scene(folder.path(), &["traction[0].y.phase"], "");
+    let more = set(&[sine, "parameter[0].scale=1.0"]);
+    let it = Parametrised::load(&path, &more).unwrap();
+    let message = it.dependences(&it.values()).unwrap_err().to_string();
+    for part in [
+        "another `traction[0].y.phase` loads the body at t = 0",
+        "key = \"traction[0].y.phase\"",
+        "or start in equilibrium with them",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
+    let from_equilibrium = set(&["start={ type = \"equilibrium\" }"]);
+    let it = Parametrised::load(&path, &[more, from_equilibrium].concat()).unwrap();
+    assert!(it.dependences(&it.values()).is_ok());
+}
+
 /// Issue 15, A1: a run goes over a jump, its sensitivities do not.
 #[test]
 fn sensitivities_across_a_jump_are_refused_with_what_to_do() {
-    let folder = tempfile::tempdir().unwrap();
-    let step = "[[traction]]\ngroup = \"load\"\n\
-                y = { type = \"step\", value = 1.0, start = 0.01, rise = 0 }";
-    let path = scene(folder.path(), &["material[0].c10"], step);
-    let set = set(&["time.end=0.02", "integrator.method=radau9"]);
-    let it = Parametrised::load(&path, &set).unwrap();
-    let outputs = outputs(&it.scene).unwrap();
-    let watcher = Watcher {
-        interrupt: None,
-        progress: &(),
+    let jumping = |start: &str| {
+        let step = format!(
+            "[[traction]]\ngroup = \"load\"\n\
+             y = {{ type = \"product\", of = [2.0, {{ type = \"step\", value = 1.0, start = {start}, rise = 0 }}] }}"
+        );
+        of_scene(&["material[0].c10"], &step)
     };
-    let dependences = it.dependences(&it.values()).unwrap();
-    let refused = follow(&it.scene, &outputs, &[0.02], (dependences, None), watcher);
-    let message = refused.expect_err("a jump").to_string();
-    for part in ["jumps at t = 0.01 s", "not computed: give the step a rise"] {
+    let message = jumping("0.01");
+    for part in [
+        "across a jump are not computed",
+        "line ",
+        "give the step a `rise`",
+    ] {
         assert!(message.contains(part), "{message}");
     }
+    // Beyond the end of the run.
+    assert_eq!(jumping("99.0"), "accepted");
 }
 
 fn of_fit(data: &str, more: &[&str], loss: Loss) -> String {
@@ -145,6 +224,11 @@ fn data_and_bounds_that_make_no_sense_are_told() {
             good,
             &["parameter[0].low=2e4"],
             "a bound of `material[0].c10` excludes its start",
+        ),
+        (
+            good,
+            &["parameter[0].low=-2e4", "parameter[0].start=-1e4"],
+            "the scene cannot be computed where the fit starts",
         ),
         (
             good,

@@ -4,6 +4,7 @@
 mod bad_input;
 mod derivatives;
 mod fits;
+mod starts;
 
 use std::path::{Path, PathBuf};
 

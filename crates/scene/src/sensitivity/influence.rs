@@ -1,0 +1,225 @@
+//! Which numbers of a scene can be parameters, and how the equations depend on them.
+
+use serde_json::Value;
+
+use super::parameters::Known;
+use crate::InputError;
+use crate::scene::Scene;
+use crate::scene_file::identification::Parameter;
+
+/// How the equations depend on a parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Influence {
+    /// 1/κ.
+    Compressibility,
+    /// α.
+    Alpha,
+    /// β.
+    Beta,
+    /// The equations are affine in it.
+    Affine,
+    /// They are not.
+    Smooth,
+    /// It moves a break of a load that has two continuous derivatives there.
+    Break,
+    /// They do not depend on it, but the start does.
+    Start,
+}
+
+/// Numbers that the equations are affine in: moduli, densities, the sizes of loads.
+const AFFINE: [&str; 10] = [
+    "c10",
+    "c01",
+    "shear_modulus",
+    "lambda",
+    "density",
+    "stiffness",
+    "damping",
+    "amplitude",
+    "value",
+    "of",
+];
+/// Numbers that they depend on smoothly.
+const SMOOTH: [&str; 4] = ["frequency", "phase", "steepness", "shift"];
+/// Numbers that move a break of a function of time.
+const BREAKS: [&str; 5] = ["start", "rise", "end", "systole", "diastole"];
+/// Tables of loads, which act outside of the elements.
+pub(super) const LOADS: [&str; 3] = ["traction", "pressure", "body_force"];
+/// Tables whose numbers may be parameters.
+const TABLES: [&str; 8] = [
+    "solid",
+    "material",
+    "bed",
+    "traction",
+    "pressure",
+    "body_force",
+    "displacement",
+    "start",
+];
+
+/// The number of a scene that a parameter names; `values` is the scene's file as a tree.
+///
+/// # Errors
+/// A key that is no number of it, or none that can be differentiated.
+pub(super) fn known(
+    scene: &Scene,
+    values: &Value,
+    wanted: &Parameter,
+) -> Result<Known, InputError> {
+    let key = wanted.key.trim();
+    let parts: Vec<&str> = key
+        .split(['.', '[', ']'])
+        .filter(|p| !p.is_empty())
+        .collect();
+    let (table, last) = (parts.first().copied().unwrap_or(""), last_name(&parts));
+    if !TABLES.contains(&table) {
+        let error = InputError::new(format!("`{key}` cannot be a parameter"))
+            .allowed(format!("numbers of {}", TABLES.join(", ")));
+        return Err(error);
+    }
+    let pointer: String = parts.iter().map(|part| format!("/{part}")).collect();
+    let found = values.pointer(&pointer);
+    let place = match parts.contains(&"active") {
+        true => "active",
+        false => table,
+    };
+    let (parent, _) = pointer.rsplit_once('/').unwrap_or_default();
+    let influence = influence(place, last, found, values.pointer(parent));
+    let value = match (influence, found) {
+        (Some(Influence::Compressibility), _) => scene
+            .file
+            .solid
+            .as_ref()
+            .map_or(0.0, |solid| 1.0 / solid.kappa.0),
+        (_, Some(Value::Number(number))) => number.as_f64().unwrap_or(f64::NAN),
+        (_, found) => {
+            let error = InputError::new(format!("the scene has no number `{key}`"));
+            return Err(match found {
+                Some(Value::Object(members)) => {
+                    let names: Vec<&str> = members.keys().map(String::as_str).collect();
+                    error.found(format!("a table with {}", names.join(", ")))
+                }
+                Some(Value::Array(_)) => error
+                    .found("a list")
+                    .next(format!("name one of it, as `{key}[0]`")),
+                _ => match values.pointer(parent) {
+                    Some(Value::Object(members)) if !parent.is_empty() => {
+                        let numbers = members.iter().filter(|(_, value)| value.is_number());
+                        let names: Vec<&str> = numbers.map(|(name, _)| name.as_str()).collect();
+                        error.allowed(names.join(", "))
+                    }
+                    _ if table == "start" => {
+                        error.next("give [start] type = \"velocity\" with a `value`")
+                    }
+                    _ => error
+                        .next("name it as --set does: material[0].c10, traction[0].y.amplitude"),
+                },
+            });
+        }
+    };
+    let influence = influence.ok_or_else(|| refused(key, place, last))?;
+    let size = match influence {
+        Influence::Break => rise(values.pointer(parent)),
+        _ => Some(value.abs()).filter(|size| *size > 0.0),
+    };
+    let scale = wanted.scale.or(size).ok_or_else(|| {
+        InputError::new(format!("`{key}` is 0 here: its size is not known"))
+            .next("add `scale`, a typical size, to the [[parameter]]")
+    })?;
+    Ok(Known {
+        key: key.to_owned(),
+        value,
+        scale,
+        wanted: wanted.clone(),
+        influence,
+    })
+}
+
+/// The last name of a key: that of a list for an entry of it.
+fn last_name<'k>(parts: &[&'k str]) -> &'k str {
+    let named = |part: &&&str| part.parse::<usize>().is_err();
+    parts.iter().rev().find(named).copied().unwrap_or("")
+}
+
+/// Why a number of a table cannot be a parameter, and what can.
+fn refused(key: &str, table: &str, last: &str) -> InputError {
+    let error = InputError::new(format!("`{key}` cannot be differentiated"));
+    match (table, BREAKS.contains(&last)) {
+        ("active", true) => error.found("a number that moves a break of the tension").next(
+            "keep it fixed; `contractility`, `value` and `amplitude` of a tension can be parameters",
+        ),
+        ("displacement", true) => error
+            .found("a number that moves a break of the support's acceleration")
+            .next("keep it fixed; `amplitude`, `value`, `frequency` and `phase` can be parameters"),
+        (_, true) => error
+            .found("a number that moves a break of the load")
+            .next(
+                "write the load as a step with a `rise` above 0, whose `start` and `rise` can be parameters",
+            )
+            .next("or keep it fixed; `amplitude`, `value`, `frequency` and `phase` can be parameters"),
+        (_, false) => error.allowed(
+            "constants of materials and beds, damping, kappa, sizes of loads and what is smooth of their \
+             times, the velocity of the start",
+        ),
+    }
+}
+
+/// The rise of a step, if it has one.
+fn rise(function: Option<&Value>) -> Option<f64> {
+    let step = function.filter(|it| it["type"] == "step")?;
+    step["rise"].as_f64().filter(|rise| *rise > 0.0)
+}
+
+/// Where a tree under `path` has the first step that jumps before `t_end`.
+pub(super) fn first_jump(tree: &Value, path: &str, t_end: f64) -> Option<String> {
+    match tree {
+        Value::Object(members) => {
+            let start = tree["start"].as_f64().unwrap_or(0.0);
+            if tree["type"] == "step" && rise(Some(tree)).is_none() && start < t_end {
+                return Some(path.to_owned());
+            }
+            let mut members = members.iter();
+            members.find_map(|(key, value)| {
+                let dot = if path.is_empty() { "" } else { "." };
+                first_jump(value, &format!("{path}{dot}{key}"), t_end)
+            })
+        }
+        Value::Array(list) => {
+            let mut list = list.iter().enumerate();
+            list.find_map(|(i, value)| first_jump(value, &format!("{path}[{i}]"), t_end))
+        }
+        _ => None,
+    }
+}
+
+/// How the equations depend on the number `last` of a table, whose value is `found` in `parent`.
+fn influence(
+    table: &str,
+    last: &str,
+    found: Option<&Value>,
+    parent: Option<&Value>,
+) -> Option<Influence> {
+    // A load that is written as a number.
+    let is_constant = ["x", "y", "z"].contains(&last) && found.is_some_and(Value::is_number);
+    match (table, last) {
+        ("solid", "kappa") => Some(Influence::Compressibility),
+        ("solid", "alpha") => Some(Influence::Alpha),
+        ("solid", "beta") => Some(Influence::Beta),
+        ("solid", _) => None,
+        ("start", "value") => Some(Influence::Start),
+        ("start", _) => None,
+        // Tensions: their sizes; times move breaks.
+        ("active", "contractility" | "value" | "amplitude") => Some(Influence::Smooth),
+        ("active", _) => None,
+        // Of a step of a load, the slope is smooth at its breaks.
+        (table, "start" | "rise") if LOADS.contains(&table) && rise(parent).is_some() => {
+            Some(Influence::Break)
+        }
+        // Where nodes are moved, the law makes forces of it that are not affine.
+        ("displacement", last) if AFFINE.contains(&last) || is_constant => Some(Influence::Smooth),
+        (_, last) if AFFINE.contains(&last) || is_constant => Some(Influence::Affine),
+        (_, last) if SMOOTH.contains(&last) => Some(Influence::Smooth),
+        ("material", last) if !["law", "group"].contains(&last) => Some(Influence::Smooth),
+        _ => None,
+    }
+}

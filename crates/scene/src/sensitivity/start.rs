@@ -1,0 +1,103 @@
+//! How the start of a scene's motion depends on its parameters.
+
+use myovib_model::sensitivity::Dependence;
+use myovib_model::{MuscleDae, Start as Consistent, statics};
+
+use super::influence::Influence;
+use super::parameters::{Parametrised, around};
+use crate::run::start::initial;
+use crate::scene::{Body, Start};
+use crate::{Error, InputError};
+
+/// The step of differences of order 4 of consistent starts, relative: truncation is about its fourth
+/// power, rounding (some 1e-16 of a start, 1e-11 of a pressure that is found by differences in time) over
+/// it.
+const STEP: f64 = 1e-3;
+
+impl Parametrised {
+    /// Refuses parameters that would load a body at rest at once.
+    fn expect_rest(&self, values: &[f64], body: &Body) -> Result<(), Error> {
+        for (j, (known, &value)) in self.parameters.iter().zip(values).enumerate() {
+            if known.is_of_loads() {
+                let near = self.neighbour(j, values, body, value + known.step(STEP, value))?;
+                let mut dae = MuscleDae::for_analysis(near.muscle.clone(), near.formulation);
+                initial(&near, &mut dae).map_err(|cause| {
+                    let message = format!("another `{}` loads the body at t = 0", known.key);
+                    let place = format!("parameter[{j}].key");
+                    self.scene
+                        .wrong(&place, InputError::new(message).found(cause))
+                })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// ∂y_0/∂p for each parameter of the scene's `body` at these values; none at rest, where it is zero.
+    ///
+    /// An equilibrium moves as its tangent says. What the equations ask for beyond displacements and
+    /// velocities is computed as the start itself is, of the scene's neighbours.
+    ///
+    /// # Errors
+    /// A start that cannot be differentiated.
+    pub(super) fn starts(
+        &self,
+        values: &[f64],
+        body: &Body,
+        dependences: &[Dependence],
+    ) -> Result<Option<Vec<Vec<f64>>>, Error> {
+        let muscle = &body.muscle;
+        let equilibrium = match &body.start {
+            Start::Rest => {
+                self.expect_rest(values, body)?;
+                return Ok(None);
+            }
+            Start::State(_) => None,
+            Start::Equilibrium => {
+                let it = statics::equilibrium(muscle, body.formulation, 0.0)?;
+                let stencils: Vec<_> = dependences.iter().map(|one| one.stencil(muscle)).collect();
+                let moves = it.derivatives(muscle, body.formulation, 0.0, &stencils)?;
+                Some((it.displacement, moves))
+            }
+        };
+        let one = |j: usize| {
+            let (known, value) = (&self.parameters[j], values[j]);
+            let place = format!("parameter[{j}].key");
+            if known.influence == Influence::Compressibility && value == 0.0 {
+                let error = InputError::new(
+                    "the start of an incompressible body has no derivative by 1/kappa",
+                );
+                let error =
+                    error.next("give the scene, or the `start` of a fit, a large kappa: 1e7");
+                return Err(self.scene.wrong(&place, error).into());
+            }
+            let of = |value_near: f64| -> Result<Vec<f64>, Error> {
+                let near = self.neighbour(j, values, body, value_near)?;
+                let mut dae = MuscleDae::for_analysis(near.muscle.clone(), near.formulation);
+                let Some((displacement, moves)) = &equilibrium else {
+                    let start = near.initial_values(&mut dae)?;
+                    return Ok(start.map_or_else(Vec::new, |[y, _]| y));
+                };
+                let by = value_near - value;
+                let both = displacement.iter().zip(&moves[j]);
+                let moved: Vec<f64> = both.map(|(q, of_p)| q + by * of_p).collect();
+                let rest = vec![0.0; moved.len()];
+                Ok(Consistent::new(&mut dae, 0.0, &moved, &rest)?.y)
+            };
+            let delta = known.step(STEP, value);
+            let (stencil, starts) = around(value, delta, of).map_err(|cause| {
+                let message = format!("the start has no derivative by `{}`", known.key);
+                let error = InputError::new(message).found(cause);
+                Error::from(self.scene.wrong(&place, error.next("keep it fixed")))
+            })?;
+            let mut derivative = vec![0.0; starts[0].len()];
+            for ((_, weight), start) in stencil.points().iter().zip(starts) {
+                let sum = derivative.iter_mut().zip(start);
+                sum.for_each(|(sum, y)| *sum += weight / delta * y);
+            }
+            Ok(derivative)
+        };
+        Ok(Some(
+            (0..values.len()).map(one).collect::<Result<_, Error>>()?,
+        ))
+    }
+}

@@ -1,0 +1,148 @@
+//! ∂y_0/∂p against differences of consistent starts, and what follows from it.
+
+use myovib_model::sensitivity::Stencil;
+use myovib_model::{Field, MuscleDae};
+use myovib_scene::sensitivity::Parametrised;
+
+use crate::derivatives::{CASES, case, outputs_agree};
+use crate::{SMALL, scene, set};
+
+/// A weight, a force that is there at the start and has a rate then, and an equilibrium with them.
+const LOADED: [&str; 2] = [
+    "traction[0].y={ type = \"sum\", of = [20.0, { type = \"sine\", amplitude = 10.0, frequency = 3.0 }] }",
+    "start={ type = \"equilibrium\" }",
+];
+const WEIGHT: &str = "[[body_force]]\ny = -9.81\n";
+const RELAXING: &str = "material[0].prony=[{ g = 0.5, tau = 0.02 }]";
+const MOVING: &str = "start={ type = \"velocity\", value = [0.2, 0.1] }";
+
+/// Compares ∂y_0/∂p, block by block, with central differences of starts computed anew; returns the largest
+/// entry for each parameter.
+fn starts_agree(it: &Parametrised, case: &str) -> Vec<f64> {
+    let values = it.values();
+    let body = it.scene.body.as_ref().unwrap();
+    let dae = MuscleDae::new(body.muscle.clone(), body.formulation).unwrap();
+    let start = |values: &[f64]| {
+        let body = it.at(values).unwrap().body.unwrap();
+        let mut dae = MuscleDae::for_analysis(body.muscle.clone(), body.formulation);
+        body.initial_values(&mut dae).unwrap().unwrap()[0].clone()
+    };
+    let y = start(&values);
+    let mut dependences = it.dependences(&values).unwrap();
+    let (beta, kappa) = (body.muscle.parameters.beta, body.muscle.parameters.kappa());
+    let largest = |of: &[f64]| of.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+    let of_parameter = |j: usize| {
+        let ours = dependences.get_mut(j).start();
+        let delta = 2e-3 * values[j].abs();
+        let terms = Stencil::Central.points().iter().map(|(k, weight)| {
+            let mut moved = values.clone();
+            moved[j] += k * delta;
+            (weight / delta, start(&moved))
+        });
+        let terms: Vec<_> = terms.collect();
+        for (field, range) in dae.layout().blocks() {
+            let off = range.clone().map(|i| {
+                let difference = terms.iter().map(|(weight, start)| weight * start[i]);
+                ours[i] - difference.sum::<f64>()
+            });
+            let off = largest(&off.collect::<Vec<_>>());
+            // Truncation of the difference is (δ/p)⁴ = 2e-11 of the derivative with factors to 5!. Rounding is
+            // that of the block: 1e-13 where equations are solved; κ times the 1e-15 of J − 1; where damping leaves the sum of λ and
+            // β λ̇ alone, the 1e-11 of λ at which the iteration for them ends, and as much of its
+            // differences in time. It is amplified by the weights, 1.5 in sum, over δ here and δ/2 in ours.
+            let size = |field| {
+                dae.layout()
+                    .range(field)
+                    .map_or(0.0, |own| largest(&y[own]))
+            };
+            let of_pressure = match field {
+                Field::PressureRate => 2e-11 / beta * size(Field::Pressure),
+                Field::Pressure if kappa.is_finite() => 1e-15 * kappa,
+                Field::Pressure if beta > 0.0 => 2e-11 * size(Field::Pressure),
+                _ => 0.0,
+            };
+            let rounding = 4.5 * (1e-13 * size(*field) + of_pressure) / delta;
+            let allowed = 1e-8 * largest(&ours[range.clone()]) + rounding;
+            let key = &it.parameters[j].key;
+            assert!(
+                off <= allowed,
+                "{case}, {key}, {field}: {off:e} {allowed:e}"
+            );
+        }
+        largest(ours)
+    };
+    (0..values.len()).map(of_parameter).collect()
+}
+
+/// The parameters of a list but κ where it is infinite.
+fn keys<'k>(all: &[&'k str], kappa: &str) -> Vec<&'k str> {
+    let keys = all.iter().copied();
+    keys.filter(|key| kappa != "inf" || *key != "solid.kappa")
+        .collect()
+}
+
+#[test]
+fn equilibria_have_the_derivatives_of_their_differences() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = [
+        "material[0].c10",
+        "material[0].density",
+        "material[0].stiffness",
+        "material[0].prony[0].g",
+        "solid.kappa",
+        "traction[0].y.of[0]",
+        "traction[0].y.of[1].amplitude",
+        "body_force[0].y",
+    ];
+    for one in CASES {
+        let keys = keys(&all, one.1);
+        let path = scene(folder.path(), &keys, WEIGHT);
+        let more = set(&[&LOADED[..], &[RELAXING]].concat());
+        let it = Parametrised::load(&path, &[case(one), more].concat()).unwrap();
+        let sizes = starts_agree(&it, &format!("{one:?}"));
+        for (key, size) in keys.iter().zip(sizes) {
+            // A sine is zero at t = 0; its rate moves pressures of an incompressible, damped body alone.
+            let is_at_rest = key.ends_with("amplitude") && !(one.1 == "inf" && one.2 != "0");
+            assert!(size > 0.0 || is_at_rest, "{one:?}, {key}");
+        }
+    }
+}
+
+#[test]
+fn velocities_of_the_start_have_the_derivatives_of_their_differences() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = ["start.value[0]", "start.value[1]", "material[0].c10"];
+    for one in CASES {
+        let path = scene(folder.path(), &all, "");
+        let it =
+            Parametrised::load(&path, &[case(one), set(&[RELAXING, MOVING])].concat()).unwrap();
+        let sizes = starts_agree(&it, &format!("{one:?}"));
+        assert!(sizes[0] > 0.0 && sizes[1] > 0.0, "{one:?}: {sizes:?}");
+    }
+}
+
+#[test]
+fn motions_from_an_equilibrium_have_the_derivatives_of_differences_of_runs() {
+    let keys = [
+        "material[0].c10",
+        "material[0].prony[0].tau",
+        "solid.kappa",
+        "traction[0].y.of[0]",
+        "traction[0].y.of[1].frequency",
+        "body_force[0].y",
+    ];
+    for of_kappa in ["1e5", "inf"] {
+        let kappa = format!("solid.kappa={of_kappa}");
+        let more = [&LOADED[..], &SMALL, &[RELAXING, &kappa]].concat();
+        outputs_agree(&self::keys(&keys, of_kappa), WEIGHT, &more);
+    }
+}
+
+#[test]
+fn motions_from_a_velocity_have_the_derivatives_of_differences_of_runs() {
+    let keys = ["start.value[1]", "start.value[0]", "material[0].c10"];
+    for of_kappa in ["1e5", "inf"] {
+        let kappa = format!("solid.kappa={of_kappa}");
+        outputs_agree(&keys, "", &[&SMALL[..], &[MOVING, &kappa]].concat());
+    }
+}
