@@ -2,6 +2,7 @@
 
 use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, StepError};
 
+use super::tangents::Tangents;
 use crate::colouring::colours;
 use crate::field::Field;
 use crate::muscle_dae::MuscleDae;
@@ -22,6 +23,8 @@ pub struct ElementStiffness {
     n_corners: usize,
     weights: Vec<f64>,
     response: Vec<f64>,
+    /// Where products with them can be transposed.
+    tangents: Option<Tangents>,
     /// The muscle again: the matrices of the integrator's are kept for its next factorisation.
     again: Box<MuscleDae>,
 }
@@ -60,6 +63,7 @@ impl ElementStiffness {
             n_corners,
             weights: vec![0.0; n_corners * n_elements],
             response: vec![0.0; dae.layout().n_unknowns()],
+            tangents: Tangents::new(dae).filter(Tangents::can_transpose),
             again: Box::new(dae.clone()),
         }
     }
@@ -112,6 +116,41 @@ impl Parameters<MuscleDae> for ElementStiffness {
             }
         }
         Ok(())
+    }
+
+    fn keep_tangents(
+        &mut self,
+        problem: &mut MuscleDae,
+        place: usize,
+        at: &Linearization<'_>,
+    ) -> Result<bool, StepError> {
+        let Some(tangents) = &mut self.tangents else {
+            return Ok(false);
+        };
+        tangents.keep(problem, place, (at.t, at.y, at.y_dot))?;
+        Ok(true)
+    }
+
+    fn subtract_tangents(
+        &mut self,
+        place: usize,
+        at: [&[f64]; 2],
+        out: &mut [f64],
+        n_columns: usize,
+    ) {
+        if let Some(tangents) = &mut self.tangents {
+            tangents.subtract(place, at, out, n_columns);
+        }
+    }
+
+    fn transposes_tangents(&self) -> bool {
+        self.tangents.is_some()
+    }
+
+    fn subtract_transposed_tangents(&mut self, place: usize, x: &[f64], out: [&mut [f64]; 2]) {
+        if let Some(tangents) = &mut self.tangents {
+            tangents.subtract_transposed(place, x, out);
+        }
     }
 
     fn linearise(

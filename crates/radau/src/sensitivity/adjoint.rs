@@ -60,10 +60,7 @@ pub struct Adjoint<Q> {
     system: StageSystem,
     krylov: Krylov,
     tolerance: f64,
-    /// The step the matrices are set up for, on this way back.
-    set_up_for: Option<f64>,
-    /// Directions that the first step with these matrices took.
-    directions: usize,
+    factors: Option<Factors>,
     /// z̄, then what of it is left.
     residual: Vec<f64>,
     /// The right-hand side of the preconditioner; λ in the end.
@@ -95,8 +92,32 @@ struct Carried {
 /// are held to agree.
 const TOLERANCE: f64 = 1e-10;
 
-/// So many directions more than with fresh factors are as dear as these.
-const STALE: usize = 3;
+/// The factors of an earlier step on this way back.
+#[derive(Debug, Clone, Copy)]
+struct Factors {
+    /// The size of the step they were made for.
+    h: f64,
+    /// Directions that it took.
+    directions: usize,
+    /// Directions that later steps took beyond those.
+    excess: usize,
+}
+
+/// So many directions are as dear as factors: a set-up costs ten solves, a direction a solve and a product
+/// with the tangents, which cost about the same.
+const SET_UP: usize = 5;
+
+/// Factors serve steps longer or shorter by this factor r at most. Where inertia counts they are wrong by
+/// r², which leaves residuals by (r − 1)/(r + 1) a direction: for ten digits, `SET_UP` directions more than
+/// the five or so of fresh factors.
+const WINDOW: f64 = 1.25;
+
+impl Factors {
+    fn serve(&self, h: f64) -> bool {
+        let ratio = (h / self.h).max(self.h / h);
+        ratio <= WINDOW && self.excess < SET_UP
+    }
+}
 
 impl<Q> Adjoint<Q> {
     /// The adjoint for the `parameters` of a solver's problem.
@@ -112,8 +133,7 @@ impl<Q> Adjoint<Q> {
             system: StageSystem::new(method, n),
             krylov: Krylov::default(),
             tolerance: TOLERANCE,
-            set_up_for: None,
-            directions: 0,
+            factors: None,
             residual: stages.clone(),
             adjoint: stages.clone(),
             image: stages.clone(),
@@ -164,7 +184,7 @@ impl<Q> Adjoint<Q> {
         let end = solver.save();
         let repeated = recording.go_back(solver, &mut |solver, first, steps| {
             // Steps that were repeated left other matrices behind.
-            self.set_up_for = None;
+            self.factors = None;
             for (number, step) in steps.iter().enumerate().rev() {
                 let number = first + number;
                 let step = solver.at_step(step.clone(), number as u64 + 1);
@@ -266,7 +286,8 @@ impl<Q> Adjoint<Q> {
             weights.write_at(problem, options, &collocation.y0, h, first)
         })?;
         let own = &self.weights[..n];
-        if self.set_up_for != Some(h) {
+        let factors = self.factors.take().filter(|factors| factors.serve(h));
+        if factors.is_none() {
             set_up(problem, matrices, method, &collocation, own).map_err(Trouble::Failed)?;
             self.work.factorizations += 1;
         }
@@ -287,13 +308,13 @@ impl<Q> Adjoint<Q> {
         self.adjoint.fill(0.0);
         let (operator, system, counters) =
             (&mut self.operator, &mut self.system, &mut self.counters);
-        let image = &mut self.image;
+        let (image, parameters) = (&mut self.image, &mut self.parameters);
         let apply = |v: &mut [f64]| -> Result<(), Trouble> {
             system
                 .solve_transposed(problem, matrices, method, v, counters)
                 .map_err(Trouble::Failed)?;
             image.fill(0.0);
-            operator.subtract_transposed(method, v, image);
+            operator.subtract_transposed(parameters, method, v, image);
             v.iter_mut().zip(&*image).for_each(|(v, w)| *v = -w);
             Ok(())
         };
@@ -305,13 +326,19 @@ impl<Q> Adjoint<Q> {
             .solve_transposed(problem, matrices, method, adjoint, counters)
             .map_err(Trouble::Failed)?;
         let directions = self.krylov.directions();
-        if self.set_up_for != Some(h) {
-            (self.set_up_for, self.directions) = (Some(h), directions);
-        } else if directions > self.directions + STALE {
-            self.set_up_for = None;
-        }
+        self.factors = Some(match factors {
+            Some(factors) => Factors {
+                excess: factors.excess + directions.saturating_sub(factors.directions),
+                ..factors
+            },
+            None => Factors {
+                h,
+                directions,
+                excess: 0,
+            },
+        });
         self.operator
-            .subtract_transposed_from_start(adjoint, &mut carried.y);
+            .subtract_transposed_from_start(&mut self.parameters, adjoint, &mut carried.y);
         for (stage, adjoint) in self.operator.stages.iter().zip(adjoint.chunks_exact(n)) {
             let state = [&stage.y[..], &stage.y_dot];
             self.parameters
