@@ -3,6 +3,7 @@
 use myovib_dae::{LinearSolver, Linearization, Parameters, Problem, StepError};
 
 use super::cotangents::Cotangents;
+use super::factors::Factors;
 use super::forward::spread;
 use super::krylov::{Krylov, Stalled};
 use super::operator::{Stage, StageOperator};
@@ -91,33 +92,6 @@ struct Carried {
 /// What is left of z̄ may be this much smaller: the digits to which forward sensitivities and the adjoint
 /// are held to agree.
 const TOLERANCE: f64 = 1e-10;
-
-/// The factors of an earlier step on this way back.
-#[derive(Debug, Clone, Copy)]
-struct Factors {
-    /// The size of the step they were made for.
-    h: f64,
-    /// Directions that it took.
-    directions: usize,
-    /// Directions that later steps took beyond those.
-    excess: usize,
-}
-
-/// So many directions are as dear as factors: a set-up costs ten solves, a direction a solve and a product
-/// with the tangents, which cost about the same.
-const SET_UP: usize = 5;
-
-/// Factors serve steps longer or shorter by this factor r at most. Where inertia counts they are wrong by
-/// r², which leaves residuals by (r − 1)/(r + 1) a direction: for ten digits, `SET_UP` directions more than
-/// the five or so of fresh factors.
-const WINDOW: f64 = 1.25;
-
-impl Factors {
-    fn serve(&self, h: f64) -> bool {
-        let ratio = (h / self.h).max(self.h / h);
-        ratio <= WINDOW && self.excess < SET_UP
-    }
-}
 
 impl<Q> Adjoint<Q> {
     /// The adjoint for the `parameters` of a solver's problem.
@@ -286,8 +260,8 @@ impl<Q> Adjoint<Q> {
             weights.write_at(problem, options, &collocation.y0, h, first)
         })?;
         let own = &self.weights[..n];
-        let factors = self.factors.take().filter(|factors| factors.serve(h));
-        if factors.is_none() {
+        let old = self.factors.take().filter(|factors| factors.serve(h));
+        if old.is_none() {
             set_up(problem, matrices, method, &collocation, own).map_err(Trouble::Failed)?;
             self.work.factorizations += 1;
         }
@@ -326,17 +300,9 @@ impl<Q> Adjoint<Q> {
             .solve_transposed(problem, matrices, method, adjoint, counters)
             .map_err(Trouble::Failed)?;
         let directions = self.krylov.directions();
-        self.factors = Some(match factors {
-            Some(factors) => Factors {
-                excess: factors.excess + directions.saturating_sub(factors.directions),
-                ..factors
-            },
-            None => Factors {
-                h,
-                directions,
-                excess: 0,
-            },
-        });
+        let mut factors = old.unwrap_or_else(|| Factors::new(h));
+        factors.note(directions);
+        self.factors = Some(factors);
         self.operator
             .subtract_transposed_from_start(&mut self.parameters, adjoint, &mut carried.y);
         for (stage, adjoint) in self.operator.stages.iter().zip(adjoint.chunks_exact(n)) {

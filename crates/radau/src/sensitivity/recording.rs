@@ -106,7 +106,9 @@ impl Recording {
             } => {
                 let of_states: usize = states.iter().map(RadauState::n_bytes).sum();
                 // Between two states all `spacing` steps, unless the run is shorter.
-                let of_one = recent.first().map_or(0, |step| of_stages(std::slice::from_ref(step)));
+                let of_one = recent
+                    .first()
+                    .map_or(0, |step| of_stages(std::slice::from_ref(step)));
                 of_states + of_one * self.steps.len().min(*spacing)
             }
         };
