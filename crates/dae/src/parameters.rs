@@ -113,6 +113,20 @@ pub trait Parameters<P: ?Sized> {
         unreachable!("only where tangents are kept");
     }
 
+    /// Whether tangents that are [kept](Self::keep_tangents) can be multiplied with transposed too.
+    fn transposes_tangents(&self) -> bool {
+        false
+    }
+
+    /// Subtracts (∂F/∂y)ᵀ x and (∂F/∂ẏ)ᵀ x from the two `out`, with the tangents
+    /// [kept](Self::keep_tangents) in this place.
+    ///
+    /// # Shapes
+    /// All: the number of unknowns.
+    fn subtract_transposed_tangents(&mut self, _place: usize, _x: &[f64], _out: [&mut [f64]; 2]) {
+        unreachable!("only where tangents are transposed");
+    }
+
     /// Adds the products λᵀ ∂F/∂p_j at (t, y, ẏ) to `products`, with λ in `adjoint`. To be replaced
     /// where one pass gives those of many parameters, as of a field's.
     ///

@@ -31,6 +31,7 @@ pub mod material;
 pub mod mesh;
 mod msh;
 pub mod output;
+mod power;
 pub mod quadrature;
 mod refine;
 mod relaxation;

@@ -2,6 +2,7 @@
 
 use crate::energy::StrainEnergy;
 use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
+use crate::power::Powers;
 use crate::residual::Evaluate;
 use crate::shared::Pass;
 use crate::tangent::Linearize;
@@ -84,6 +85,37 @@ impl Solid {
         with_elements!(&self.elements, mapped => narrow(self.arch, StrainEnergy {
             elements: &mapped.batches,
             fields,
+        }))
+    }
+
+    /// Adds ∫ (P + β Ṗ) : ∇w of each element, without the terms of the pressure or the penalty, to `out`: the
+    /// power of its own stresses along the field w.
+    ///
+    /// # Shapes
+    /// `along`: as of the displacement; `out`: the number of elements.
+    ///
+    /// # Errors
+    /// [`Inverted`] where det F ≤ 0 or is not a number; `out` then holds nothing of use.
+    ///
+    /// # Panics
+    /// If a length is wrong, or with `beta` > 0 without `v`.
+    pub fn add_powers(
+        &self,
+        fields: &Fields<'_>,
+        beta: f64,
+        along: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), Inverted> {
+        self.check_fields(fields);
+        check_length(self.space.n_components(), Some(along), "along");
+        check_length(self.space.n_elements(), Some(&*out), "powers");
+        assert!(fields.v.is_some() || beta == 0.0, "rates need a velocity");
+        with_elements!(&self.elements, mapped => narrow(self.arch, Powers {
+            elements: &mapped.batches,
+            fields,
+            beta,
+            along,
+            out,
         }))
     }
 

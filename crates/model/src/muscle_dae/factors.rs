@@ -65,6 +65,44 @@ impl MuscleDae {
         Ok(())
     }
 
+    /// Adds λᵀ ∂F/∂g_e to `products` for a factor 1 + g_e of the law's energy in each element e, with λ in
+    /// `adjoint`: all in one pass.
+    ///
+    /// # Errors
+    /// [`StepError::Recoverable`] for an element with det F ≤ 0.
+    pub fn add_factor_products(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        adjoint: &[f64],
+        products: &mut [f64],
+    ) -> Result<(), StepError> {
+        self.expand(t, y, None);
+        let Self {
+            work,
+            muscle: Muscle { solid, .. },
+            context,
+            layout,
+            counters,
+            ..
+        } = self;
+        let momentum = layout
+            .range(Field::Velocity)
+            .expect("the momentum balance stands in the rows of v");
+        // λ at all nodes.
+        let along = &mut work.force;
+        along.fill(0.0);
+        for (row, &i) in adjoint[momentum].iter().zip(solid.dofs().free_to_full()) {
+            along[i] = *row;
+        }
+        let fields = Fields {
+            v: Some(&work.velocity),
+            ..Fields::new(&work.displacement, Pressure::Penalty { kappa: 0.0 })
+        };
+        counters.passed(solid.add_powers(&fields, context.beta, along, products))?;
+        Ok(())
+    }
+
     /// Gives the elements whose tension follows a coherence theirs, Pa, from now on; those of other
     /// elements are not read.
     ///

@@ -189,4 +189,46 @@ impl Tangents {
             relaxation.subtract(&self.places[place], [x, x_dot], out, n_columns);
         }
     }
+
+    /// Whether [`subtract_transposed`](Self::subtract_transposed) knows all of them: not where stress relaxes.
+    pub(super) fn can_transpose(&self) -> bool {
+        self.relaxation.is_none()
+    }
+
+    /// Subtracts (∂F/∂y)ᵀ x and (∂F/∂ẏ)ᵀ x from the two `out`.
+    pub(super) fn subtract_transposed(
+        &mut self,
+        place: usize,
+        x: &[f64],
+        [out, out_rate]: [&mut [f64]; 2],
+    ) {
+        for (rows, matrices) in &self.rows {
+            let x = &x[rows.clone()];
+            for Placed {
+                matrix,
+                how,
+                operands,
+            } in matrices
+            {
+                let values = self.places[place].matrix_values(*matrix);
+                self.operand.clear();
+                self.operand.resize(operands[0].unknowns.len(), 0.0);
+                let product = &mut self.operand[..];
+                match *how {
+                    How::Identity => product.iter_mut().zip(x).for_each(|(p, x)| *p -= x),
+                    How::Straight(k) => self.products[k].subtract_transposed(values, x, product),
+                    How::Transposed(k) => self.products[k].subtract(values, x, product),
+                }
+                for one in operands {
+                    for (factor, out) in [(one.of_value, &mut *out), (one.of_rate, &mut *out_rate)]
+                    {
+                        if factor != 0.0 {
+                            let sum = out[one.unknowns.clone()].iter_mut().zip(&*product);
+                            sum.for_each(|(sum, p)| *sum += factor * p);
+                        }
+                    }
+                }
+            }
+        }
+    }
 }

@@ -3,6 +3,7 @@
 use myovib_dae::{LinearSolver, Linearization, Parameters, Problem, StepError};
 
 use super::cotangents::Cotangents;
+use super::factors::Factors;
 use super::forward::spread;
 use super::krylov::{Krylov, Stalled};
 use super::operator::{Stage, StageOperator};
@@ -60,10 +61,7 @@ pub struct Adjoint<Q> {
     system: StageSystem,
     krylov: Krylov,
     tolerance: f64,
-    /// The step the matrices are set up for, on this way back.
-    set_up_for: Option<f64>,
-    /// Directions that the first step with these matrices took.
-    directions: usize,
+    factors: Option<Factors>,
     /// z̄, then what of it is left.
     residual: Vec<f64>,
     /// The right-hand side of the preconditioner; λ in the end.
@@ -95,9 +93,6 @@ struct Carried {
 /// are held to agree.
 const TOLERANCE: f64 = 1e-10;
 
-/// So many directions more than with fresh factors are as dear as these.
-const STALE: usize = 3;
-
 impl<Q> Adjoint<Q> {
     /// The adjoint for the `parameters` of a solver's problem.
     pub fn new<P: Problem, M: LinearSolver<P>>(solver: &RadauSolver<P, M>, parameters: Q) -> Self
@@ -112,8 +107,7 @@ impl<Q> Adjoint<Q> {
             system: StageSystem::new(method, n),
             krylov: Krylov::default(),
             tolerance: TOLERANCE,
-            set_up_for: None,
-            directions: 0,
+            factors: None,
             residual: stages.clone(),
             adjoint: stages.clone(),
             image: stages.clone(),
@@ -164,7 +158,7 @@ impl<Q> Adjoint<Q> {
         let end = solver.save();
         let repeated = recording.go_back(solver, &mut |solver, first, steps| {
             // Steps that were repeated left other matrices behind.
-            self.set_up_for = None;
+            self.factors = None;
             for (number, step) in steps.iter().enumerate().rev() {
                 let number = first + number;
                 let step = solver.at_step(step.clone(), number as u64 + 1);
@@ -266,7 +260,8 @@ impl<Q> Adjoint<Q> {
             weights.write_at(problem, options, &collocation.y0, h, first)
         })?;
         let own = &self.weights[..n];
-        if self.set_up_for != Some(h) {
+        let old = self.factors.take().filter(|factors| factors.serve(h));
+        if old.is_none() {
             set_up(problem, matrices, method, &collocation, own).map_err(Trouble::Failed)?;
             self.work.factorizations += 1;
         }
@@ -287,13 +282,13 @@ impl<Q> Adjoint<Q> {
         self.adjoint.fill(0.0);
         let (operator, system, counters) =
             (&mut self.operator, &mut self.system, &mut self.counters);
-        let image = &mut self.image;
+        let (image, parameters) = (&mut self.image, &mut self.parameters);
         let apply = |v: &mut [f64]| -> Result<(), Trouble> {
             system
                 .solve_transposed(problem, matrices, method, v, counters)
                 .map_err(Trouble::Failed)?;
             image.fill(0.0);
-            operator.subtract_transposed(method, v, image);
+            operator.subtract_transposed(parameters, method, v, image);
             v.iter_mut().zip(&*image).for_each(|(v, w)| *v = -w);
             Ok(())
         };
@@ -305,13 +300,11 @@ impl<Q> Adjoint<Q> {
             .solve_transposed(problem, matrices, method, adjoint, counters)
             .map_err(Trouble::Failed)?;
         let directions = self.krylov.directions();
-        if self.set_up_for != Some(h) {
-            (self.set_up_for, self.directions) = (Some(h), directions);
-        } else if directions > self.directions + STALE {
-            self.set_up_for = None;
-        }
+        let mut factors = old.unwrap_or_else(|| Factors::new(h));
+        factors.note(directions);
+        self.factors = Some(factors);
         self.operator
-            .subtract_transposed_from_start(adjoint, &mut carried.y);
+            .subtract_transposed_from_start(&mut self.parameters, adjoint, &mut carried.y);
         for (stage, adjoint) in self.operator.stages.iter().zip(adjoint.chunks_exact(n)) {
             let state = [&stage.y[..], &stage.y_dot];
             self.parameters

@@ -12,6 +12,7 @@ mod adjoint;
 mod block;
 mod cotangents;
 mod curves;
+mod factors;
 mod forward;
 mod krylov;
 mod nonzeros;

@@ -3,7 +3,7 @@
 use myovib_dae::{Jacobian, Linearization, Parameters, Problem, StepError};
 
 use super::nonzeros::Nonzeros;
-use crate::dense::{Collocation, add_scaled, write_combined};
+use crate::dense::{Collocation, add_combined, add_scaled, write_combined};
 use crate::method::Method;
 
 /// The derivative of the stage equations with respect to the stage increments,
@@ -87,8 +87,8 @@ impl StageOperator {
 
     /// Linearises at the stages of a step, and at its beginning if there is room for that.
     ///
-    /// The `parameters` may keep the tangents themselves, to [multiply](Self::subtract) with them; unless
-    /// they are wanted transposed.
+    /// The `parameters` may keep the tangents themselves, to [multiply](Self::subtract) with them; where
+    /// they are wanted transposed, if they can do that.
     pub(super) fn linearise<P: Problem>(
         &mut self,
         (problem, parameters): (&mut P, &mut impl Parameters<P>),
@@ -99,6 +99,7 @@ impl StageOperator {
     ) -> Result<(), StepError> {
         self.h = step.h;
         self.is_kept = false;
+        let may_keep = !is_transposed || parameters.transposes_tangents();
         for (i, stage) in self.stages.iter_mut().enumerate() {
             match method.nodes().get(i) {
                 Some(_) => stage.move_to(method, step, i),
@@ -115,7 +116,7 @@ impl StageOperator {
                 step: step.h,
                 weights,
             };
-            if !is_transposed && parameters.keep_tangents(problem, i, &at)? {
+            if may_keep && parameters.keep_tangents(problem, i, &at)? {
                 self.is_kept = true;
                 continue;
             }
@@ -167,27 +168,57 @@ impl StageOperator {
     }
 
     /// Subtracts Lᵀ x from `out`.
-    pub(super) fn subtract_transposed(&mut self, method: &Method, x: &[f64], out: &mut [f64]) {
+    pub(super) fn subtract_transposed<P>(
+        &mut self,
+        parameters: &mut impl Parameters<P>,
+        method: &Method,
+        x: &[f64],
+        out: &mut [f64],
+    ) {
         let n = x.len() / method.stages();
-        let [by_value, by_rate] = &self.nonzeros;
-        self.rates.clear();
-        self.rates.resize(n, 0.0);
-        for (i, (x, [of_value, of_rate])) in x.chunks_exact(n).zip(&self.parts).enumerate() {
-            by_value.subtract_transposed(of_value, x, &mut out[i * n..(i + 1) * n]);
-            self.rates.fill(0.0);
-            by_rate.subtract_transposed(of_rate, x, &mut self.rates);
-            for (j, out) in out.chunks_exact_mut(n).enumerate() {
-                add_scaled(out, method.a_inverse(i, j) / self.h, &self.rates);
-            }
+        let mut rates = std::mem::take(&mut self.rates);
+        rates.clear();
+        rates.resize(x.len(), 0.0);
+        let both = out.chunks_exact_mut(n).zip(rates.chunks_exact_mut(n));
+        for (i, (x, (value, rate))) in x.chunks_exact(n).zip(both).enumerate() {
+            self.subtract_transposed_at(parameters, i, x, [value, rate]);
         }
+        let h = self.h;
+        add_combined(out, n, |j, i| method.a_inverse(i, j) / h, &rates);
+        self.rates = rates;
     }
 
     /// Subtracts Σ_i J_y(i)ᵀ x_i from `start`.
-    pub(super) fn subtract_transposed_from_start(&self, x: &[f64], start: &mut [f64]) {
-        let stages = x.chunks_exact(start.len()).zip(&self.parts);
-        for (x, [of_value, _]) in stages {
-            self.nonzeros[0].subtract_transposed(of_value, x, start);
+    pub(super) fn subtract_transposed_from_start<P>(
+        &mut self,
+        parameters: &mut impl Parameters<P>,
+        x: &[f64],
+        start: &mut [f64],
+    ) {
+        let n = start.len();
+        let mut unused = std::mem::take(&mut self.rates);
+        unused.resize(n.max(unused.len()), 0.0);
+        for (i, x) in x.chunks_exact(n).enumerate() {
+            self.subtract_transposed_at(parameters, i, x, [&mut *start, &mut unused[..n]]);
         }
+        self.rates = unused;
+    }
+
+    /// Subtracts J_yᵀ x and J_ẏᵀ x of one place from both `out`.
+    fn subtract_transposed_at<P>(
+        &self,
+        parameters: &mut impl Parameters<P>,
+        place: usize,
+        x: &[f64],
+        [value, rate]: [&mut [f64]; 2],
+    ) {
+        if self.is_kept {
+            return parameters.subtract_transposed_tangents(place, x, [value, rate]);
+        }
+        let [by_value, by_rate] = &self.nonzeros;
+        let [of_value, of_rate] = &self.parts[place];
+        by_value.subtract_transposed(of_value, x, value);
+        by_rate.subtract_transposed(of_rate, x, rate);
     }
 
     /// Subtracts J_y s + J_ẏ u'(t_n) from `out`, at the beginning of the step of the curves u that

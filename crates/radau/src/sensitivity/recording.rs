@@ -29,10 +29,11 @@ struct Asked {
 #[derive(Debug)]
 enum Kept {
     Stages(Vec<Collocation>),
-    /// States before every `spacing`-th step.
+    /// States before every `spacing`-th step, and the stages of the steps since the last of them.
     Checkpoints {
         states: Vec<RadauState>,
         spacing: usize,
+        recent: Vec<Collocation>,
     },
 }
 
@@ -53,8 +54,8 @@ impl Recording {
         Self::new(solver, Kept::Stages(Vec::new()))
     }
 
-    /// Keeps states in two levels: of N steps about √N states, and on the way back the stages of the
-    /// √N steps between two of them. Each step is taken twice then.
+    /// Keeps states in two levels: of N steps √N states or fewer, and the stages of the √N to 2 √N steps
+    /// between two of them. Each step is taken twice then, but for the last ones.
     ///
     /// Between steps the solver must be left alone, so that it takes them again.
     ///
@@ -63,8 +64,12 @@ impl Recording {
     pub fn of_checkpoints<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
     ) -> Result<Self, RadauError> {
-        let states = vec![solver.save()];
-        Self::new(solver, Kept::Checkpoints { states, spacing: 1 })
+        let kept = Kept::Checkpoints {
+            states: vec![solver.save()],
+            spacing: 2,
+            recent: Vec::new(),
+        };
+        Self::new(solver, kept)
     }
 
     fn new<P: Problem, M: LinearSolver<P>>(
@@ -86,15 +91,26 @@ impl Recording {
         self.steps.len()
     }
 
-    /// Bytes that are kept. Going back over checkpoints needs the stages of the steps between two
-    /// beside them.
+    /// Bytes that are kept, at most, on the way and on the way back.
     pub fn n_bytes(&self) -> usize {
-        let kept: usize = match &self.kept {
-            Kept::Stages(steps) => {
-                let numbers: usize = steps.iter().map(Collocation::n_numbers).sum();
-                numbers * size_of::<f64>()
+        let of_stages = |steps: &[Collocation]| {
+            let numbers: usize = steps.iter().map(Collocation::n_numbers).sum();
+            numbers * size_of::<f64>()
+        };
+        let kept = match &self.kept {
+            Kept::Stages(steps) => of_stages(steps),
+            Kept::Checkpoints {
+                states,
+                spacing,
+                recent,
+            } => {
+                let of_states: usize = states.iter().map(RadauState::n_bytes).sum();
+                // Between two states all `spacing` steps, unless the run is shorter.
+                let of_one = recent
+                    .first()
+                    .map_or(0, |step| of_stages(std::slice::from_ref(step)));
+                of_states + of_one * self.steps.len().min(*spacing)
             }
-            Kept::Checkpoints { states, .. } => states.iter().map(RadauState::n_bytes).sum(),
         };
         kept + size_of_val(&self.steps[..])
     }
@@ -132,14 +148,23 @@ impl Recording {
         let bounds = solver.bounds();
         let (h, end) = (solver.last_step_size(), solver.step_end());
         self.steps.push(Asked { bounds, h, end });
+        let step = solver.accepted().collocation;
         match &mut self.kept {
-            Kept::Stages(steps) => steps.push(solver.accepted().collocation),
-            Kept::Checkpoints { states, spacing } => {
+            Kept::Stages(steps) => steps.push(step),
+            Kept::Checkpoints {
+                states,
+                spacing,
+                recent,
+            } => {
+                if (self.steps.len() - 1).is_multiple_of(*spacing) {
+                    recent.clear();
+                }
+                recent.push(step);
                 if self.steps.len().is_multiple_of(*spacing) {
                     states.push(solver.save());
                 }
                 // As many states as steps between two of them: every other one is left out.
-                if states.len() > 2 * *spacing {
+                if states.len() > *spacing {
                     let mut number = 0;
                     states.retain(|_| {
                         number += 1;
@@ -165,18 +190,28 @@ impl Recording {
     ) -> Result<u64, RadauError> {
         match &self.kept {
             Kept::Stages(steps) => visit(solver, 0, steps).map(|()| 0),
-            Kept::Checkpoints { states, spacing } => {
+            Kept::Checkpoints {
+                states,
+                spacing,
+                recent,
+            } => {
+                let (n_steps, mut n_repeated) = (self.steps.len(), 0);
                 for (k, state) in states.iter().enumerate().rev() {
                     let first = k * spacing;
-                    let last = (first + spacing).min(self.steps.len());
+                    let last = (first + spacing).min(n_steps);
+                    if last == n_steps && last - first <= recent.len() {
+                        visit(solver, first, &recent[recent.len() - (last - first)..])?;
+                        continue;
+                    }
                     let steps = self.repeat(solver, state, first..last)?;
                     let is_same = |next: &RadauState| next.y() == solver.y_unpaused();
                     if !states.get(k + 1).is_none_or(is_same) {
                         return Err(RadauError::NotRepeated { t: state.t() });
                     }
                     visit(solver, first, &steps)?;
+                    n_repeated += steps.len() as u64;
                 }
-                Ok(self.steps.len() as u64)
+                Ok(n_repeated)
             }
         }
     }
@@ -188,9 +223,6 @@ impl Recording {
         state: &RadauState,
         numbers: std::ops::Range<usize>,
     ) -> Result<Vec<Collocation>, RadauError> {
-        if numbers.is_empty() {
-            return Ok(Vec::new());
-        }
         solver.restore(state)?;
         let mut steps = Vec::with_capacity(numbers.len());
         for asked in &self.steps[numbers] {

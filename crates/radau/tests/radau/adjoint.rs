@@ -328,7 +328,7 @@ fn checkpoints_need_the_memory_of_the_root_of_the_steps() {
         });
         gradient.unwrap();
         let steps = recording.n_steps();
-        assert_eq!(adjoint.work().repeated_steps, steps as u64);
+        assert!(adjoint.work().repeated_steps <= steps as u64);
         // Beside the states there are 32 bytes a step, for how it was asked for.
         recording.n_bytes() - 32 * steps
     };
