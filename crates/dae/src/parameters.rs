@@ -103,13 +103,16 @@ pub trait Parameters<P: ?Sized> {
     ///
     /// # Shapes
     /// All: the number of unknowns times `n_columns`.
+    ///
+    /// # Errors
+    /// Those of the problem.
     fn subtract_tangents(
         &mut self,
         _place: usize,
         _at: [&[f64]; 2],
         _out: &mut [f64],
         _n_columns: usize,
-    ) {
+    ) -> Result<(), StepError> {
         unreachable!("only where tangents are kept");
     }
 

@@ -161,6 +161,42 @@ impl Tangents<'_> {
     }
 }
 
+/// What [`Solid::multiply`](crate::solid::Solid::multiply) linearises.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Linearized {
+    /// β of force + β force_rate; 0: the force alone.
+    pub beta: f64,
+    /// Whether the constraint is defect_rate, not the defect.
+    pub constraint_rate: bool,
+}
+
+impl Linearized {
+    /// Whether anything depends on v or ṗ.
+    pub(crate) fn has_rates(self) -> bool {
+        self.beta > 0.0 || self.constraint_rate
+    }
+}
+
+/// A direction in which the fields change, and what it changes: both are overwritten.
+///
+/// # Shapes
+/// As of [`Fields`]. What is not given counts as zero.
+#[derive(Debug)]
+pub struct Change<'a> {
+    /// Of the displacement.
+    pub u: &'a [f64],
+    /// Of the velocity.
+    pub v: Option<&'a [f64]>,
+    /// Of the pressure.
+    pub p: Option<&'a [f64]>,
+    /// Of its rate.
+    pub p_rate: Option<&'a [f64]>,
+    /// The change of force + β force_rate; `n_components`.
+    pub force: &'a mut [f64],
+    /// The change of the constraint; `n_pressures`.
+    pub defect: Option<&'a mut [f64]>,
+}
+
 /// The deformation turns an element inside out (or is not a number): no stress is defined there.
 ///
 /// An integrator recovers from it with a smaller step.

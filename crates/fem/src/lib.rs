@@ -32,6 +32,7 @@ pub mod mesh;
 mod msh;
 pub mod output;
 mod power;
+mod product;
 pub mod quadrature;
 mod refine;
 mod relaxation;
@@ -56,7 +57,7 @@ pub use mesh::{Group, Mesh};
 pub use relaxation::{Overstress, RelaxingPart};
 pub use robin::{Along, Robin};
 pub use shared::{Crew, Pass};
-pub use solid::{Fields, Inverted, Pressure, Solid, Tangents, Vectors};
+pub use solid::{Change, Fields, Inverted, Linearized, Pressure, Solid, Tangents, Vectors};
 pub use space::{Located, Space};
 
 /// Design notes.

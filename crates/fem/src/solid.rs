@@ -29,7 +29,7 @@ use crate::batch::Batches;
 use crate::dofs::DofMap;
 use crate::error::FemError;
 use crate::fibres::Fibres;
-pub use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
+pub use crate::fields::{Change, Fields, Inverted, Linearized, Pressure, Tangents, Vectors};
 use crate::kind::{Kind, Ratios};
 use crate::mass::Symmetric;
 use crate::material::three::Axes;

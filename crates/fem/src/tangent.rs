@@ -21,7 +21,7 @@ type Divergence<S, const D: usize, const N: usize, const P: usize> = [[[Lanes<S>
 /// w J⁻¹ A J⁻ᵀ: both gradient directions pulled back to the reference element, times the quadrature
 /// weight, for i ≤ k.
 #[inline(always)]
-fn pull_back<S: Simd, const D: usize, const N: usize, const P: usize>(
+pub(crate) fn pull_back<S: Simd, const D: usize, const N: usize, const P: usize>(
     part: &Part<'_, S, D, N, P>,
     point: &Point<D, N, P>,
     a: &Tangent<Lanes<S>, D>,

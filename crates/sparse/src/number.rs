@@ -80,12 +80,9 @@ impl<T: Number> Row<T> for T {
 #[derive(Debug, Clone, Copy)]
 pub struct Reals<const C: usize>([f64; C]);
 
-/// Complex numbers side by side: their real and their imaginary parts.
+/// Complex numbers side by side: their real parts, then their imaginary parts.
 #[derive(Debug, Clone, Copy)]
-pub struct Complexes<const C: usize> {
-    re: [f64; C],
-    im: [f64; C],
-}
+pub struct Complexes<const C: usize>([[f64; C]; 2]);
 
 impl<const C: usize> Row<f64> for Reals<C> {
     #[inline(always)]
@@ -133,16 +130,14 @@ impl<const C: usize> Row<f64> for Reals<C> {
 impl<const C: usize> Row<Complex64> for Complexes<C> {
     #[inline(always)]
     fn none() -> Self {
-        Self {
-            re: [0.0; C],
-            im: [0.0; C],
-        }
+        Self([[0.0; C]; 2])
     }
 
     #[inline(always)]
     fn load(row: &[Complex64]) -> Self {
         let mut own = Self::none();
-        for ((re, im), x) in own.re.iter_mut().zip(&mut own.im).zip(&row[..C]) {
+        let [re, im] = &mut own.0;
+        for ((re, im), x) in re.iter_mut().zip(im).zip(&row[..C]) {
             (*re, *im) = (x.re, x.im);
         }
         own
@@ -150,16 +145,17 @@ impl<const C: usize> Row<Complex64> for Complexes<C> {
 
     #[inline(always)]
     fn store(self, row: &mut [Complex64]) {
-        for ((re, im), x) in self.re.iter().zip(&self.im).zip(&mut row[..C]) {
+        let [re, im] = self.0;
+        for ((re, im), x) in re.iter().zip(&im).zip(&mut row[..C]) {
             (x.re, x.im) = (*re, *im);
         }
     }
 
     #[inline(always)]
     fn plus(mut self, other: Self) -> Self {
-        for c in 0..C {
-            self.re[c] += other.re[c];
-            self.im[c] += other.im[c];
+        let parts = self.0.as_flattened_mut();
+        for (own, other) in parts.iter_mut().zip(other.0.as_flattened()) {
+            *own += other;
         }
         self
     }
@@ -171,9 +167,23 @@ impl<const C: usize> Row<Complex64> for Complexes<C> {
 
     #[inline(always)]
     fn less_product(mut self, a: Complex64, x: Self) -> Self {
+        // Two columns fill no vector that could hold both parts.
+        if C < 4 {
+            let ([re, im], [x_re, x_im]) = (&mut self.0, x.0);
+            for c in 0..C {
+                re[c] = a.im.mul_add(x_im[c], a.re.mul_add(-x_re[c], re[c]));
+                im[c] = a.im.mul_add(-x_re[c], a.re.mul_add(-x_im[c], im[c]));
+            }
+            return self;
+        }
+        let mut turned = x.0;
         for c in 0..C {
-            self.re[c] = a.im.mul_add(x.im[c], a.re.mul_add(-x.re[c], self.re[c]));
-            self.im[c] = a.im.mul_add(-x.re[c], a.re.mul_add(-x.im[c], self.im[c]));
+            (turned[0][c], turned[1][c]) = (x.0[1][c], -x.0[0][c]);
+        }
+        let parts = self.0.as_flattened_mut();
+        let (x, turned) = (x.0.as_flattened(), turned.as_flattened());
+        for k in 0..2 * C {
+            parts[k] = a.im.mul_add(turned[k], a.re.mul_add(-x[k], parts[k]));
         }
         self
     }

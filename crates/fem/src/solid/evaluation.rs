@@ -1,8 +1,9 @@
 //! The element loops: vectors, tangents and the strain energy at given fields.
 
 use crate::energy::StrainEnergy;
-use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
+use crate::fields::{Change, Fields, Inverted, Linearized, Pressure, Tangents, Vectors};
 use crate::power::Powers;
+use crate::product::Multiply;
 use crate::residual::Evaluate;
 use crate::shared::Pass;
 use crate::tangent::Linearize;
@@ -68,6 +69,42 @@ impl Solid {
             out: &mut *out,
         }));
         self.end(out.all_mut(), own)
+    }
+
+    /// What directions change, all in one pass over the elements: the products with the tangents, of which no
+    /// matrix is formed.
+    ///
+    /// # Errors
+    /// [`Inverted`] where det F ≤ 0 or is not a number; the changes then hold nothing of use.
+    ///
+    /// # Panics
+    /// If a length is wrong, or a rate is wanted without `v`.
+    pub fn multiply(
+        &self,
+        fields: &Fields<'_>,
+        at: Linearized,
+        changes: &mut [Change<'_>],
+    ) -> Result<(), Inverted> {
+        self.check_fields(fields);
+        let (n, m) = (self.space.n_components(), self.space.n_pressures());
+        for change in changes.iter() {
+            check_length(n, Some(change.u), "u along a direction");
+            check_length(n, change.v, "v along a direction");
+            check_length(m, change.p, "p along a direction");
+            check_length(m, change.p_rate, "p_rate along a direction");
+            check_length(n, Some(&*change.force), "change of force");
+            check_length(m, change.defect.as_deref(), "change of defect");
+        }
+        assert!(
+            fields.v.is_some() || !at.has_rates(),
+            "rates need a velocity"
+        );
+        with_elements!(&self.elements, mapped => narrow(self.arch, Multiply {
+            elements: &mapped.batches,
+            fields,
+            at,
+            changes,
+        }))
     }
 
     /// The energy whose derivative by u is the force: ∫ W(F) − p (J − 1), or ∫ W(F) + κ/2 (J − 1)².

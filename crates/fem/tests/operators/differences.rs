@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use crate::common::{MUSCLE_LAW, SMALL_LAW, clamped, dense, random};
 use myovib_fem::material::Law;
-use myovib_fem::solid::{Fields, Pressure, Solid, Tangents, Vectors};
+use myovib_fem::solid::{Change, Fields, Linearized, Pressure, Solid, Tangents, Vectors};
 use myovib_fem::{Space, generate};
+use nalgebra::{DMatrix, DVector};
 
 /// Displacements are some 1 % of the element size; ε^(1/3) of that.
 const STEP: f64 = 1e-7;
@@ -97,6 +98,78 @@ fn check(what: &str, found: impl Iterator<Item = f64>, slope: &[f64], scale: f64
     }
 }
 
+/// Products along two directions at once against those with the matrices.
+fn check_products(
+    solid: &Solid,
+    state: &State,
+    [k, k_rate]: [&DMatrix<f64>; 2],
+    [b, b_rate]: [&DMatrix<f64>; 2],
+) {
+    let (n, m) = (state.u.len(), state.p.len());
+    let dofs = solid.dofs();
+    let (n_free, has_pressure) = (dofs.n_free(), state.kappa.is_none());
+    for at in [(0.0, false), (0.3, false), (0.0, true), (0.3, true)] {
+        let (beta, constraint_rate) = at;
+        let directions = [10, 20].map(|seed| {
+            let nodal = |seed| {
+                let mut full = vec![0.0; n];
+                dofs.expand(&random(n_free, 1.0, seed), &mut full);
+                full
+            };
+            let [u, v] = [nodal(seed), nodal(seed + 1)];
+            // Pressures of such a size that all terms count.
+            let [p, p_rate] = [2, 3].map(|k| random(m, 1e3, seed + k));
+            (u, v, p, p_rate)
+        });
+        let mut forces = [vec![f64::NAN; n], vec![f64::NAN; n]];
+        let mut defects = [vec![f64::NAN; m], vec![f64::NAN; m]];
+        let out = forces.iter_mut().zip(&mut defects);
+        let mut changes: Vec<_> = out
+            .zip(&directions)
+            .map(|((force, defect), (u, v, p, p_rate))| Change {
+                u,
+                v: Some(v),
+                p: has_pressure.then_some(p),
+                p_rate: has_pressure.then_some(p_rate),
+                force,
+                defect: Some(defect),
+            })
+            .collect();
+        let linearized = Linearized {
+            beta,
+            constraint_rate,
+        };
+        let fields = state.fields();
+        solid.multiply(&fields, linearized, &mut changes).unwrap();
+        for (((u, v, p, p_rate), force), defect) in directions.iter().zip(&forces).zip(&defects) {
+            let free = |full: &[f64]| {
+                let mut free = DVector::zeros(n_free);
+                dofs.restrict(full, free.as_mut_slice());
+                free
+            };
+            let (u, v) = (free(u), free(v));
+            let size = f64::from(u8::from(has_pressure));
+            let [p, p_rate] = [p, p_rate].map(|p| size * DVector::from_column_slice(p));
+            let expected = k * &u + beta * (k_rate * &u + k * &v)
+                - b.tr_mul(&p)
+                - beta * (b_rate.tr_mul(&p) + b.tr_mul(&p_rate));
+            let of_constraint = match constraint_rate {
+                true => b * &v + b_rate * &u,
+                false => b * &u,
+            };
+            for (found, expected) in [
+                (&free(force), &expected),
+                (&DVector::from_column_slice(defect), &of_constraint),
+            ] {
+                // Sums of some hundred products, which cancel by two or three digits.
+                let error = (found - expected).amax();
+                let scale = expected.amax();
+                assert!(error <= 1e-11 * scale, "{at:?}: {error:e} of {scale:e}");
+            }
+        }
+    }
+}
+
 fn check_all(law: Law, space: Space, kappa: Option<f64>) {
     check_graded(law, space, kappa, None);
 }
@@ -131,6 +204,7 @@ fn check_graded(law: Law, space: Space, kappa: Option<f64>, factors: Option<Vec<
     let [b, b_rate] = b.map(|values| dense(solid.divergence_pattern(), &values));
     let scale = k.amax();
     let rate_scale = scale.max(k_rate.amax());
+    check_products(&solid, &state, [&k, &k_rate], [&b, &b_rate]);
 
     for (column, &full) in solid.dofs().free_to_full().to_vec().iter().enumerate() {
         let by_u = slopes(&solid, &mut state, STEP, |s| &mut s.u[full]);

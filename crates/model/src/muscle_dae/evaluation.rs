@@ -1,7 +1,7 @@
 //! Residual and Jacobian: one pass over the elements each, then sums of blocks.
 
 use myovib_dae::{Problem, StepError, VariableKind};
-use myovib_fem::{AddedMotion, Fields, Overstress, Tangents, Vectors};
+use myovib_fem::{AddedMotion, Change, Fields, Linearized, Overstress, Tangents, Vectors};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::MuscleDae;
@@ -172,6 +172,25 @@ impl MuscleDae {
         self.expand(t, y, Some(y_dot));
         self.expect_tensions(t)?;
         self.integrate(y, y_dot)
+    }
+
+    /// What changes of the motion and the pressure change in the integrals over elements at a state.
+    ///
+    /// # Errors
+    /// [`StepError::Recoverable`] for an element with det F ≤ 0.
+    pub(crate) fn change_integrals(
+        &mut self,
+        (t, y, y_dot): (f64, &[f64], &[f64]),
+        at: Linearized,
+        changes: &mut [Change<'_>],
+    ) -> Result<(), StepError> {
+        self.expand(t, y, None);
+        let state = State::new(&self.layout, y, y_dot);
+        let motion = [&self.work.displacement[..], &self.work.velocity];
+        let (parameters, factors) = (&self.muscle.parameters, self.factors.as_deref());
+        let fields = fields(parameters, &self.context, &state, motion, factors);
+        let pass = self.muscle.solid.multiply(&fields, at, changes);
+        self.counters.passed(pass)
     }
 
     /// Adds `factor` times the forces of elements of the last integrals to their rows in `rows`.

@@ -189,6 +189,11 @@ impl MuscleDae {
         terms.collect()
     }
 
+    /// What the coefficients of the equations depend on.
+    pub(crate) fn context(&self) -> &Context {
+        &self.context
+    }
+
     /// Whether the stiffness of added stresses is not symmetric.
     pub(crate) fn has_viscous_stress(&self) -> bool {
         self.context.added.stress[1]

@@ -293,9 +293,10 @@ impl Parameters<MuscleDae> for Dependences {
         at: [&[f64]; 2],
         out: &mut [f64],
         n_columns: usize,
-    ) {
-        if let Kept::Are(tangents) = &mut self.tangents {
-            tangents.subtract(place, at, out, n_columns);
+    ) -> Result<(), StepError> {
+        match &mut self.tangents {
+            Kept::Are(tangents) => tangents.subtract(place, at, out, n_columns),
+            _ => Ok(()),
         }
     }
 

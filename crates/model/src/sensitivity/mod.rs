@@ -2,10 +2,12 @@
 //!
 //! Cast: a [`Dependence`] is a parameter with muscles that differ in it, whose residuals make ∂F/∂p by a
 //! [`Stencil`]; [`Dependences`] are all of a muscle's; a [`SensitiveIntegrator`] is Radau IIA that carries
-//! ∂y/∂p along with the motion; `Tangents` multiply with ∂F/∂y for it. [`ElementStiffness`] is a field of
-//! parameters for an [`Adjoint`](myovib_radau::Adjoint).
+//! ∂y/∂p along with the motion; `Tangents` multiply with ∂F/∂y for it, by passes over the elements where an
+//! `ElementProduct` can. [`ElementStiffness`] is a field of parameters for an
+//! [`Adjoint`](myovib_radau::Adjoint).
 
 mod dependence;
+mod elements;
 mod integrator;
 mod relaxation;
 mod stencil;

@@ -32,7 +32,7 @@ impl ElementStiffness {
             list: (0..n_elements).map(parameter).collect(),
             n_corners,
             weights: vec![0.0; n_corners * n_elements],
-            tangents: Tangents::new(dae).filter(Tangents::can_transpose),
+            tangents: Tangents::transposable(dae),
             again: Box::new(dae.clone()),
         }
     }
@@ -89,9 +89,10 @@ impl Parameters<MuscleDae> for ElementStiffness {
         at: [&[f64]; 2],
         out: &mut [f64],
         n_columns: usize,
-    ) {
-        if let Some(tangents) = &mut self.tangents {
-            tangents.subtract(place, at, out, n_columns);
+    ) -> Result<(), StepError> {
+        match &mut self.tangents {
+            Some(tangents) => tangents.subtract(place, at, out, n_columns),
+            None => Ok(()),
         }
     }
 

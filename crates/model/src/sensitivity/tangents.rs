@@ -6,25 +6,35 @@ use myovib_dae::StepError;
 use myovib_sparse::Product;
 use nalgebra_sparse::pattern::SparsityPattern;
 
+use super::elements::ElementProduct;
 use super::relaxation::RelaxationProduct;
 use crate::field::Field;
 use crate::matrix::Matrix;
 use crate::muscle_dae::MuscleDae;
 
-/// ∂F/∂y and ∂F/∂ẏ at several states, each a muscle with the matrices of that state.
+/// ∂F/∂y and ∂F/∂ẏ at several states.
 ///
 /// Products take one matrix after the other from the list of the equations' terms. What is constant
 /// (masses, identities) is never summed into the matrix of the whole, and a matrix that acts on two
 /// blocks of unknowns (K on q and β K on v) is multiplied with once. For internal stresses there is no
-/// matrix at all, but passes over the elements.
+/// matrix at all, but passes over the elements; nor is there one of what an [`ElementProduct`] takes.
 #[derive(Debug)]
 pub(super) struct Tangents {
-    places: Vec<MuscleDae>,
+    places: Places,
     /// For each block of rows its matrices.
     rows: Vec<(Range<usize>, Vec<Placed>)>,
     products: Vec<Product>,
     operand: Vec<f64>,
     relaxation: Option<RelaxationProduct>,
+}
+
+/// What is kept of the states.
+#[derive(Debug)]
+enum Places {
+    /// Muscles with the matrices of each.
+    Matrices(Vec<MuscleDae>),
+    /// The states (t, y, ẏ) alone, and a muscle.
+    States(Box<MuscleDae>, ElementProduct, Vec<(f64, [Vec<f64>; 2])>),
 }
 
 /// A matrix in a block of rows.
@@ -55,6 +65,15 @@ struct Operand {
 impl Tangents {
     /// Those of a muscle; none where models of activation are unknowns too.
     pub(super) fn new(dae: &MuscleDae) -> Option<Self> {
+        Self::with(dae, ElementProduct::new(dae))
+    }
+
+    /// Those that can be multiplied with transposed too; none where stress relaxes, moreover.
+    pub(super) fn transposable(dae: &MuscleDae) -> Option<Self> {
+        Self::with(dae, None).filter(|tangents| tangents.relaxation.is_none())
+    }
+
+    fn with(dae: &MuscleDae, elements: Option<ElementProduct>) -> Option<Self> {
         let range = |field| dae.layout().range(field);
         if range(Field::Tension).is_some() {
             return None;
@@ -65,6 +84,9 @@ impl Tangents {
         for (field, terms) in dae.blocks() {
             let mut matrices: Vec<Placed> = Vec::new();
             for term in terms {
+                if elements.is_some() && ElementProduct::takes(term.matrix) {
+                    continue;
+                }
                 // Under constant internal stresses; reductions put other factors in the place of Σ g.
                 let factor = match term.matrix {
                     Matrix::RelaxingStiffness(k) => parts[k].prony.instantaneous() - 1.0,
@@ -110,7 +132,10 @@ impl Tangents {
             rows.push((range(field)?, matrices));
         }
         Some(Self {
-            places: Vec::new(),
+            places: match elements {
+                Some(product) => Places::States(Box::new(dae.clone()), product, Vec::new()),
+                None => Places::Matrices(Vec::new()),
+            },
             rows,
             products,
             operand: Vec::new(),
@@ -118,7 +143,7 @@ impl Tangents {
         })
     }
 
-    /// Evaluates the matrices of a place.
+    /// Keeps the state of a place, and evaluates its matrices.
     ///
     /// # Errors
     /// Those of the matrices.
@@ -128,20 +153,45 @@ impl Tangents {
         place: usize,
         (t, y, y_dot): (f64, &[f64], &[f64]),
     ) -> Result<(), StepError> {
-        if self.places.len() <= place {
-            self.places.resize(place + 1, dae.clone());
+        match &mut self.places {
+            Places::Matrices(places) => {
+                if places.len() <= place {
+                    places.resize(place + 1, dae.clone());
+                }
+                places[place].update_matrices(t, y, y_dot)
+            }
+            Places::States(_, _, places) => {
+                if places.len() <= place {
+                    places.resize(place + 1, (t, [y.to_vec(), y_dot.to_vec()]));
+                }
+                let (at, [own_y, own_y_dot]) = &mut places[place];
+                *at = t;
+                own_y.copy_from_slice(y);
+                own_y_dot.copy_from_slice(y_dot);
+                Ok(())
+            }
         }
-        self.places[place].update_matrices(t, y, y_dot)
     }
 
     /// Subtracts ∂F/∂y X + ∂F/∂ẏ Ẋ from `out`, all of `n_columns` side by side.
+    ///
+    /// # Errors
+    /// Those of passes over the elements.
     pub(super) fn subtract(
         &mut self,
         place: usize,
         [x, x_dot]: [&[f64]; 2],
         out: &mut [f64],
         n_columns: usize,
-    ) {
+    ) -> Result<(), StepError> {
+        let dae = match &mut self.places {
+            Places::Matrices(places) => &places[place],
+            Places::States(dae, product, places) => {
+                let (t, [y, y_dot]) = &places[place];
+                product.subtract(dae, (*t, y, y_dot), [x, x_dot], out, n_columns)?;
+                &**dae
+            }
+        };
         let side_by_side = |rows: &Range<usize>| rows.start * n_columns..rows.end * n_columns;
         for (rows, matrices) in &self.rows {
             let out = &mut out[side_by_side(rows)];
@@ -151,7 +201,7 @@ impl Tangents {
                 operands,
             } in matrices
             {
-                let values = self.places[place].matrix_values(*matrix);
+                let values = dae.matrix_values(*matrix);
                 let operand = match &operands[..] {
                     [one] if one.of_value == 1.0 && one.of_rate == 0.0 => {
                         &x[side_by_side(&one.unknowns)]
@@ -186,22 +236,22 @@ impl Tangents {
             }
         }
         if let Some(relaxation) = &mut self.relaxation {
-            relaxation.subtract(&self.places[place], [x, x_dot], out, n_columns);
+            relaxation.subtract(dae, [x, x_dot], out, n_columns);
         }
+        Ok(())
     }
 
-    /// Whether [`subtract_transposed`](Self::subtract_transposed) knows all of them: not where stress relaxes.
-    pub(super) fn can_transpose(&self) -> bool {
-        self.relaxation.is_none()
-    }
-
-    /// Subtracts (∂F/∂y)ᵀ x and (∂F/∂ẏ)ᵀ x from the two `out`.
+    /// Subtracts (∂F/∂y)ᵀ x and (∂F/∂ẏ)ᵀ x from the two `out`, with tangents that are
+    /// [transposable](Self::transposable).
     pub(super) fn subtract_transposed(
         &mut self,
         place: usize,
         x: &[f64],
         [out, out_rate]: [&mut [f64]; 2],
     ) {
+        let Places::Matrices(places) = &self.places else {
+            unreachable!("passes over the elements are not transposed");
+        };
         for (rows, matrices) in &self.rows {
             let x = &x[rows.clone()];
             for Placed {
@@ -210,7 +260,7 @@ impl Tangents {
                 operands,
             } in matrices
             {
-                let values = self.places[place].matrix_values(*matrix);
+                let values = places[place].matrix_values(*matrix);
                 self.operand.clear();
                 self.operand.resize(operands[0].unknowns.len(), 0.0);
                 let product = &mut self.operand[..];

@@ -347,7 +347,9 @@ impl<Q> ForwardSensitivities<Q> {
         // −∂F/∂p − J_y (S + σ) − h⁻¹ J_ẏ A⁻¹ σ, and the correction of σ that it asks for.
         curves.begin(method, &collocation);
         let at = (Some(&curves.s[..]), &curves.step.increments[..]);
-        operator.subtract(parameters, method, at, &mut curves.residual, n_columns);
+        operator
+            .subtract(parameters, method, at, &mut curves.residual, n_columns)
+            .map_err(|error| (0, Trouble::Failed(error)))?;
         let residual = (&mut curves.residual[..], n_columns);
         system
             .solve_columns(problem, matrices, method, residual, counters)
@@ -363,11 +365,14 @@ impl<Q> ForwardSensitivities<Q> {
             self.weights.iter_mut().for_each(|w| *w *= scale);
             columns::put(&self.weights, &mut self.columns_weights, j, n_columns);
         }
-        let apply = |v: &[f64], image: &mut [f64]| {
+        let apply = |v: &[f64], image: &mut [f64], n_columns: usize| {
             image.fill(0.0);
-            operator.subtract(parameters, method, (None, v), image, n_columns);
-            system
-                .solve_columns(problem, matrices, method, (image, n_columns), counters)
+            operator
+                .subtract(parameters, method, (None, v), image, n_columns)
+                .and_then(|()| {
+                    let stages = (&mut *image, n_columns);
+                    system.solve_columns(problem, matrices, method, stages, counters)
+                })
                 .map_err(Trouble::Failed)
         };
         let (increments, residual) = (&mut curves.step.increments, &mut curves.residual);
@@ -387,9 +392,9 @@ impl<Q> ForwardSensitivities<Q> {
                 .map_err(|(j, error)| (j, Trouble::Failed(error)))?;
             work.parameter_derivatives += n_columns as u64;
             image.iter_mut().for_each(|e| *e = -*e);
-            operator.subtract_at_start(parameters, method, &curves.step, image, n_columns);
-            matrices
-                .solve_real_columns(problem, image, n_columns)
+            operator
+                .subtract_at_start(parameters, method, &curves.step, image, n_columns)
+                .and_then(|()| matrices.solve_real_columns(problem, image, n_columns))
                 .map_err(|error| (0, Trouble::Failed(error)))?;
             counters.work.real_solves += n_columns as u64;
             for j in 0..n_columns {

@@ -149,7 +149,7 @@ impl StageOperator {
         (start, x): (Option<&[f64]>, &[f64]),
         out: &mut [f64],
         n_columns: usize,
-    ) {
+    ) -> Result<(), StepError> {
         let n = x.len() / method.stages();
         let h = self.h;
         self.rates.resize(x.len(), 0.0);
@@ -163,8 +163,9 @@ impl StageOperator {
                 value = &self.value;
             }
             let rate = &self.rates[i * n..(i + 1) * n];
-            self.subtract_at(parameters, i, [value, rate], out, n_columns);
+            self.subtract_at(parameters, i, [value, rate], out, n_columns)?;
         }
+        Ok(())
     }
 
     /// Subtracts Lᵀ x from `out`.
@@ -230,11 +231,11 @@ impl StageOperator {
         curves: &Collocation,
         out: &mut [f64],
         n_columns: usize,
-    ) {
+    ) -> Result<(), StepError> {
         let mut slope = vec![0.0; out.len()];
         curves.start_slope(method, &mut slope);
         let at = [&curves.y0[..], &slope];
-        self.subtract_at(parameters, method.stages(), at, out, n_columns);
+        self.subtract_at(parameters, method.stages(), at, out, n_columns)
     }
 
     /// Subtracts J_y x + J_ẏ ẋ of one place from `out`.
@@ -245,7 +246,7 @@ impl StageOperator {
         [value, rate]: [&[f64]; 2],
         out: &mut [f64],
         n_columns: usize,
-    ) {
+    ) -> Result<(), StepError> {
         if self.is_kept {
             return parameters.subtract_tangents(place, [value, rate], out, n_columns);
         }
@@ -253,6 +254,7 @@ impl StageOperator {
         let [of_value, of_rate] = &self.parts[place];
         by_value.subtract(of_value, value, out, n_columns);
         by_rate.subtract(of_rate, rate, out, n_columns);
+        Ok(())
     }
 }
 

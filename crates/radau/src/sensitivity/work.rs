@@ -6,13 +6,14 @@
 pub struct SensitivityWork {
     /// Steps followed.
     pub steps: u64,
-    /// Evaluations of the Jacobian: one a stage of each step, whatever the number of parameters.
+    /// Linearisations: one a stage of each step, whatever the number of parameters.
     pub jacobian_evaluations: u64,
     /// Evaluations of ∂F/∂p: one a stage and parameter.
     pub parameter_derivatives: u64,
-    /// Solves with the real matrix: one an iteration and parameter.
+    /// Solves with the real matrix: one an iteration and parameter that
+    /// is not solved for yet.
     pub real_solves: u64,
-    /// Solves with a complex matrix: (s − 1)/2 an iteration and parameter.
+    /// Solves with a complex matrix: (s − 1)/2 where there is one with the real matrix.
     pub complex_solves: u64,
 }
 

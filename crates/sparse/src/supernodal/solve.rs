@@ -34,11 +34,16 @@ impl<T: Number> Supernodal<T> {
             arch,
             ..
         } = self;
+        // Eight real columns take longer than four twice.
+        let most = match size_of::<T>() == size_of::<f64>() {
+            true => 4,
+            false => 8,
+        };
         let mut first = 0;
         while first < n_columns {
             let side = Side { n_columns, first };
             let task = (&**analysis, &factors[..], is_transposed);
-            first += match n_columns - first {
+            first += match most.min(n_columns - first) {
                 1 => arch.dispatch(Solve::new(task, &mut rooms.one, rhs, side)),
                 2 | 3 => arch.dispatch(Solve::new(task, &mut rooms.two, rhs, side)),
                 4..8 => arch.dispatch(Solve::new(task, &mut rooms.four, rhs, side)),
