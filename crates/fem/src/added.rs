@@ -11,7 +11,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::batch::{Batch, Batches, Part, Point};
+use crate::batch::{Batch, Part, Point, Stretch};
 use crate::lanes::{Lanes, outlined};
 use crate::material::{ActiveFibre, ActiveStress, Real, Viscous};
 use crate::residual::accumulate;
@@ -69,17 +69,17 @@ impl AddedTangents<'_> {
         [&self.by_displacement, &self.by_velocity].map(|values| values.is_some())
     }
 
-    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
-        [&mut self.by_displacement, &mut self.by_velocity]
-            .into_iter()
-            .filter_map(|values| values.as_deref_mut())
+    /// All of them, lent, in the order of their declaration.
+    pub(crate) fn slots(&mut self) -> [Option<&mut [f64]>; 2] {
+        [&mut self.by_displacement, &mut self.by_velocity].map(|values| values.as_deref_mut())
     }
+}
 
-    /// The same tangents, lent.
-    pub(crate) fn lent(&mut self) -> AddedTangents<'_> {
-        AddedTangents {
-            by_displacement: self.by_displacement.as_deref_mut(),
-            by_velocity: self.by_velocity.as_deref_mut(),
+impl<'a> From<[Option<&'a mut [f64]>; 2]> for AddedTangents<'a> {
+    fn from([by_displacement, by_velocity]: [Option<&'a mut [f64]>; 2]) -> Self {
+        Self {
+            by_displacement,
+            by_velocity,
         }
     }
 }
@@ -150,8 +150,9 @@ fn add<R: Real, const D: usize>(sum: &mut [[R; D]; D], tensor: &[[R; D]; D]) {
 }
 
 /// Which of the batches, and at what.
+#[derive(Clone, Copy)]
 pub(crate) struct Regions<'a, const D: usize, const N: usize, const P: usize> {
-    pub(crate) elements: &'a Batches<D, N, P>,
+    pub(crate) elements: Stretch<'a, D, N, P>,
     pub(crate) stresses: &'a [AddedStress],
     pub(crate) motion: AddedMotion<'a>,
 }
@@ -215,7 +216,7 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for Force<'_, '_, 
         out.fill(0.0);
         for (_, batch, number) in regions.members() {
             for part in 0..batch.n_parts(simd) {
-                let part = &mut batch.part(simd, part);
+                let part = &mut batch.part(simd, part).apart(regions.elements.apart);
                 let local = regions.gather(number, part);
                 let mut force = [[part.zero(); D]; N];
                 for (place, point) in regions.elements.points.iter().enumerate() {

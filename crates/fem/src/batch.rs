@@ -124,6 +124,8 @@ pub(crate) struct Part<'a, S: Simd, const D: usize, const N: usize, const P: usi
     number: usize,
     /// The lanes of the batch, those without element included.
     lanes: Range<usize>,
+    /// Whether vectors go element by element, see [`Stretch`].
+    apart: bool,
     inverse: [[Lanes<S>; D]; D],
     measure: Lanes<S>,
 }
@@ -144,6 +146,7 @@ impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
             batch: self,
             number: part,
             lanes: part * S::F64_LANES..(part + 1) * S::F64_LANES,
+            apart: false,
             inverse,
             measure,
         }
@@ -151,6 +154,13 @@ impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
 }
 
 impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, P> {
+    /// The part, with vectors that go element by element or not.
+    #[inline(always)]
+    pub(crate) fn apart(mut self, apart: bool) -> Self {
+        self.apart = apart;
+        self
+    }
+
     /// Takes the map of curved elements at a quadrature point; straight ones have it everywhere.
     #[inline(always)]
     pub(crate) fn move_to(&mut self, point: usize) {
@@ -266,8 +276,13 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
     #[inline(always)]
     pub(crate) fn scatter_vector(&self, local: &[[Lanes<S>; D]; N], field: &mut [f64]) {
         for (lane, l) in self.occupied().enumerate() {
-            for (nodes, values) in self.batch.nodes.iter().zip(local) {
-                let entries = &mut field[D * nodes[l]..][..D];
+            for (a, (nodes, values)) in self.batch.nodes.iter().zip(local).enumerate() {
+                // Asked in space only, where the loops of large bodies are shared out.
+                let node = match D == 3 && self.apart {
+                    true => l * N + a,
+                    false => nodes[l],
+                };
+                let entries = &mut field[D * node..][..D];
                 for (entry, value) in entries.iter_mut().zip(values) {
                     *entry += value.as_slice()[lane];
                 }
@@ -279,8 +294,12 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
     #[inline(always)]
     pub(crate) fn scatter_scalar(&self, local: &[Lanes<S>; P], field: &mut [f64]) {
         for (lane, l) in self.occupied().enumerate() {
-            for (pressures, values) in self.batch.pressures.iter().zip(local) {
-                field[pressures[l]] += values.as_slice()[lane];
+            for (v, (pressures, values)) in self.batch.pressures.iter().zip(local).enumerate() {
+                let vertex = match D == 3 && self.apart {
+                    true => l * P + v,
+                    false => pressures[l],
+                };
+                field[vertex] += values.as_slice()[lane];
             }
         }
     }
@@ -395,6 +414,16 @@ pub(crate) fn add_dot<R: Real, const D: usize>(a: &[R; D], g: &[f64; D], mut sum
     sum
 }
 
+/// The batches that a loop goes over.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stretch<'a, const D: usize, const N: usize, const P: usize> {
+    pub(crate) points: &'a [Point<D, N, P>],
+    pub(crate) batches: &'a [Batch<D, N, P>],
+    /// Whether it is one batch whose vectors go element by element, without sums at nodes: element l
+    /// of the batch has its nodes from number `l N` on, its pressures from `l P` on.
+    pub(crate) apart: bool,
+}
+
 /// The element loop's data: batches and the table of quadrature points.
 #[derive(Debug, Clone)]
 pub(crate) struct Batches<const D: usize, const N: usize, const P: usize> {
@@ -403,6 +432,24 @@ pub(crate) struct Batches<const D: usize, const N: usize, const P: usize> {
 }
 
 impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
+    /// All batches.
+    pub(crate) fn all(&self) -> Stretch<'_, D, N, P> {
+        Stretch {
+            points: &self.points,
+            batches: &self.batches,
+            apart: false,
+        }
+    }
+
+    /// One batch, with its vectors element by element.
+    pub(crate) fn apart<'a>(&'a self, batch: &'a Batch<D, N, P>) -> Stretch<'a, D, N, P> {
+        Stretch {
+            points: &self.points,
+            batches: std::slice::from_ref(batch),
+            apart: true,
+        }
+    }
+
     /// Gives the axes of fibres at each point to the batches whose law asks for them, or whose added
     /// stress, by its number, `is_active`.
     pub(crate) fn set_fibres(&mut self, fibres: &Fibres, is_active: impl Fn(usize) -> bool) {

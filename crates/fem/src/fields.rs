@@ -86,7 +86,8 @@ impl Vectors<'_> {
         self.force_rate.is_some() || self.defect_rate.is_some() || self.multiplier_force.is_some()
     }
 
-    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+    /// All of them, lent, in the order of their declaration.
+    pub(crate) fn slots(&mut self) -> [Option<&mut [f64]>; 5] {
         [
             &mut self.force,
             &mut self.force_rate,
@@ -94,8 +95,24 @@ impl Vectors<'_> {
             &mut self.defect_rate,
             &mut self.multiplier_force,
         ]
-        .into_iter()
-        .filter_map(|vector| vector.as_deref_mut())
+        .map(|vector| vector.as_deref_mut())
+    }
+
+    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+        self.slots().into_iter().flatten()
+    }
+}
+
+impl<'a> From<[Option<&'a mut [f64]>; 5]> for Vectors<'a> {
+    fn from(slots: [Option<&'a mut [f64]>; 5]) -> Self {
+        let [force, force_rate, defect, defect_rate, multiplier_force] = slots;
+        Self {
+            force,
+            force_rate,
+            defect,
+            defect_rate,
+            multiplier_force,
+        }
     }
 }
 
@@ -147,7 +164,8 @@ impl Tangents<'_> {
             || self.multiplier_stiffness.is_some()
     }
 
-    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+    /// All of them, lent, in the order of their declaration.
+    pub(crate) fn slots(&mut self) -> [Option<&mut [f64]>; 6] {
         [
             &mut self.stiffness,
             &mut self.damped_stiffness,
@@ -156,8 +174,32 @@ impl Tangents<'_> {
             &mut self.divergence_rate,
             &mut self.multiplier_stiffness,
         ]
-        .into_iter()
-        .filter_map(|values| values.as_deref_mut())
+        .map(|values| values.as_deref_mut())
+    }
+
+    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+        self.slots().into_iter().flatten()
+    }
+}
+
+impl<'a> From<[Option<&'a mut [f64]>; 6]> for Tangents<'a> {
+    fn from(slots: [Option<&'a mut [f64]>; 6]) -> Self {
+        let [
+            stiffness,
+            damped_stiffness,
+            rate_stiffness,
+            divergence,
+            divergence_rate,
+            multiplier_stiffness,
+        ] = slots;
+        Self {
+            stiffness,
+            damped_stiffness,
+            rate_stiffness,
+            divergence,
+            divergence_rate,
+            multiplier_stiffness,
+        }
     }
 }
 

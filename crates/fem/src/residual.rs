@@ -2,7 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::batch::{Batch, Batches, Part, Point, add_dot};
+use crate::batch::{Batch, Part, Point, Stretch, add_dot};
 use crate::constitutive::{Constitutive, Tensor, with_plane_law, with_sheet_law, with_spatial_law};
 use crate::fields::{Fields, Inverted, Pressure, Vectors};
 use crate::lanes::{Lanes, outlined};
@@ -229,7 +229,7 @@ fn evaluate_part<
 
 /// The pass over all batches, to be run with the processor's vector instructions.
 pub(crate) struct Evaluate<'a, 'b, const D: usize, const N: usize, const P: usize> {
-    pub(crate) elements: &'a Batches<D, N, P>,
+    pub(crate) elements: Stretch<'a, D, N, P>,
     pub(crate) fields: &'a Fields<'a>,
     pub(crate) out: &'a mut Vectors<'b>,
 }
@@ -239,6 +239,7 @@ struct Run<'a, 'b, C, const D: usize, const N: usize, const P: usize, const RATE
     law: C,
     batches: &'a [Batch<D, N, P>],
     points: &'a [Point<D, N, P>],
+    apart: bool,
     fields: &'a Fields<'a>,
     out: &'a mut Vectors<'b>,
 }
@@ -254,7 +255,7 @@ where
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         for batch in self.batches {
             for part in 0..batch.n_parts(simd) {
-                let part = &mut batch.part(simd, part);
+                let part = &mut batch.part(simd, part).apart(self.apart);
                 evaluate_part::<_, _, _, _, RATES, _>(
                     &self.law,
                     part,
@@ -289,7 +290,7 @@ macro_rules! pass {
             #[inline(always)]
             fn pass<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
                 let Self {
-                    elements: Batches { points, batches },
+                    elements: Stretch { points, batches, apart },
                     fields,
                     out,
                 } = self;
@@ -303,6 +304,7 @@ macro_rules! pass {
                             law,
                             batches,
                             points,
+                            apart,
                             fields,
                             out,
                         },

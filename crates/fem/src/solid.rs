@@ -18,11 +18,13 @@ mod relaxation;
 mod shared;
 #[cfg(test)]
 mod tests;
+mod threads;
 
 use std::sync::Arc;
 
 use nalgebra_sparse::pattern::SparsityPattern;
 use pulp::{Arch, WithSimd};
+use rayon::ThreadPool;
 
 use crate::added::AddedStress;
 use crate::batch::Batches;
@@ -202,6 +204,8 @@ pub struct Solid {
     pressure_weights: Vec<f64>,
     /// The share of the elements that passes go over, and who computes the others.
     shared: Option<Box<Shared>>,
+    /// In which passes run if the body is large.
+    threads: Option<Arc<ThreadPool>>,
     /// The vector instructions this processor has; all give the same bits.
     arch: Arch,
 }
@@ -321,6 +325,7 @@ impl Solid {
             displacement_pattern,
             divergence_pattern,
             shared: None,
+            threads: None,
             arch: Arch::new(),
         })
     }

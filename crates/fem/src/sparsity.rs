@@ -123,6 +123,24 @@ pub(crate) struct ScatterMap<const D: usize, const N: usize, const P: usize> {
 }
 
 impl<const D: usize, const N: usize, const P: usize> ScatterMap<D, N, P> {
+    /// Places in room where the matrices of a batch stand element by element.
+    pub(crate) fn apart() -> Self {
+        use std::array::from_fn;
+        let place = |l: usize, column: usize, rows: usize, row: usize| {
+            u32::try_from((l * N * D + column) * rows + row).expect("element matrices are small")
+        };
+        Self {
+            displacement: Box::new(from_fn(|b| {
+                from_fn(|k| {
+                    from_fn(|a| from_fn(|i| from_fn(|l| place(l, b * D + k, N * D, a * D + i))))
+                })
+            })),
+            divergence: Box::new(from_fn(|b| {
+                from_fn(|k| from_fn(|v| from_fn(|l| place(l, b * D + k, P, v))))
+            })),
+        }
+    }
+
     pub(crate) fn new(
         batch: &Batch<D, N, P>,
         dofs: &DofMap,

@@ -2,7 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::batch::{Batch, Batches, Part, Point, add_dot, dot};
+use crate::batch::{Batch, Part, Point, Stretch, add_dot, dot};
 use crate::constitutive::{
     Constitutive, Tangent, Tensor, with_plane_law, with_sheet_law, with_spatial_law,
 };
@@ -308,7 +308,7 @@ fn tangents_part<
 
 /// The pass over all batches, to be run with the processor's vector instructions.
 pub(crate) struct Linearize<'a, 'b, const D: usize, const N: usize, const P: usize> {
-    pub(crate) elements: &'a Batches<D, N, P>,
+    pub(crate) elements: Stretch<'a, D, N, P>,
     pub(crate) maps: &'a [ScatterMap<D, N, P>],
     pub(crate) fields: &'a Fields<'a>,
     pub(crate) out: &'a mut Tangents<'b>,
@@ -371,7 +371,7 @@ macro_rules! pass {
             #[inline(always)]
             fn pass<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
                 let Self {
-                    elements: Batches { points, batches },
+                    elements: Stretch { points, batches, .. },
                     maps,
                     fields,
                     out,

@@ -1,4 +1,4 @@
-//! The threads and the memory that this process may take for factors.
+//! The threads and the memory that this process may take for large bodies.
 //!
 //! Large factors are known from the pattern long before they are computed. Who asks here first stops
 //! with the number, instead of being killed by the system in the middle of a run.
@@ -16,7 +16,8 @@ static THREADS: OnceLock<Arc<ThreadPool>> = OnceLock::new();
 /// What this process may take in all, B.
 static LIMIT: OnceLock<usize> = OnceLock::new();
 
-/// Computes large factors in this many threads from now on; results do not depend on the number.
+/// Computes large factors, and passes over the elements of large bodies, in this many threads from
+/// now on; results do not depend on the number.
 /// The first number stays. Without one it is the calling thread alone, which is right where many
 /// runs go side by side.
 ///
@@ -35,8 +36,8 @@ pub fn uses_threads() -> bool {
     THREADS.get().is_some()
 }
 
-/// The threads that large factors are computed in, if there is more than one.
-pub(crate) fn threads() -> Option<Arc<ThreadPool>> {
+/// The threads that large bodies are worked on in, if there is more than one.
+pub fn threads() -> Option<Arc<ThreadPool>> {
     THREADS.get().cloned()
 }
 

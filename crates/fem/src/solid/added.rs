@@ -6,6 +6,8 @@ use crate::relaxation::InternalStresses;
 use crate::shared::Pass;
 
 use super::evaluation::check_length;
+use super::shared::sure;
+use super::threads::{self, Entries};
 use super::{Elements, Solid, narrow, with_elements};
 
 impl Solid {
@@ -104,14 +106,7 @@ impl Solid {
         self.check_motion(motion);
         check_length(self.space.n_components(), Some(out), "added force");
         self.begin(&Pass::AddedForce(*motion));
-        with_elements!(self.own_elements(), mapped => narrow(self.arch, Force {
-            regions: Regions {
-                elements: &mapped.batches,
-                stresses: &self.added,
-                motion: *motion,
-            },
-            out: &mut *out,
-        }));
+        self.force_of(&self.added, motion, out);
         self.end_sure([out]);
     }
 
@@ -128,15 +123,22 @@ impl Solid {
         self.check_motion(motion);
         check_length(self.space.n_components(), Some(out), "active force");
         self.begin(&Pass::ActiveForce(*motion));
-        with_elements!(self.own_elements(), mapped => narrow(self.arch, Force {
-            regions: Regions {
-                elements: &mapped.batches,
-                stresses: &stresses,
-                motion: *motion,
-            },
-            out: &mut *out,
-        }));
+        self.force_of(&stresses, motion, out);
         self.end_sure([out]);
+    }
+
+    /// ∫ P : ∇φ of these stresses in one's own elements.
+    fn force_of(&self, stresses: &[AddedStress], motion: &AddedMotion<'_>, out: &mut [f64]) {
+        sure(with_elements!(self.own_elements(), mapped => mapped.pass(
+            self.threads.as_ref(),
+            [Entries::Vector],
+            [Some(out)],
+            |elements, _, [out]| {
+                let regions = Regions { elements, stresses, motion: *motion };
+                out.into_iter().for_each(|out| narrow(self.arch, Force { regions, out }));
+                Ok(())
+            },
+        )));
     }
 
     /// The tangents asked for of [`added_force`](Self::added_force), in one pass.
@@ -149,16 +151,17 @@ impl Solid {
         check_length(n, out.by_displacement.as_deref(), "by_displacement");
         check_length(n, out.by_velocity.as_deref(), "by_velocity");
         self.begin(&Pass::AddedTangents(*motion, out.wanted()));
-        with_elements!(self.own_elements(), mapped => narrow(self.arch, Slopes {
-            regions: Regions {
-                elements: &mapped.batches,
-                stresses: &self.added,
-                motion: *motion,
+        sure(with_elements!(self.own_elements(), mapped => mapped.pass(
+            self.threads.as_ref(),
+            threads::ADDED_TANGENTS,
+            out.slots(),
+            |elements, maps, slots| {
+                let regions = Regions { elements, stresses: &self.added, motion: *motion };
+                narrow(self.arch, Slopes { regions, maps, out: AddedTangents::from(slots) });
+                Ok(())
             },
-            maps: &mapped.maps,
-            out: out.lent(),
-        }));
-        self.end_sure(out.all_mut());
+        )));
+        self.end_sure(out.slots().into_iter().flatten());
     }
 
     fn check_motion(&self, motion: &AddedMotion<'_>) {

@@ -8,7 +8,7 @@ use crate::residual::Evaluate;
 use crate::shared::Pass;
 use crate::tangent::Linearize;
 
-use super::{Elements, Solid, narrow, with_elements};
+use super::{Elements, Solid, narrow, threads, with_elements};
 
 impl Solid {
     /// The vectors asked for, all in one pass over the elements.
@@ -29,11 +29,16 @@ impl Solid {
         let rates = out.force_rate.is_some() || out.defect_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
         self.begin(&Pass::Vectors(*fields, out.wanted()));
-        let own = with_elements!(self.own_elements(), mapped => mapped.evaluate(self.arch, Evaluate {
-            elements: &mapped.batches,
-            fields,
-            out: &mut *out,
-        }));
+        let own = with_elements!(self.own_elements(), mapped => mapped.pass(
+            self.threads.as_ref(),
+            threads::VECTORS,
+            out.slots(),
+            |elements, _, slots| mapped.evaluate(self.arch, Evaluate {
+                elements,
+                fields,
+                out: &mut Vectors::from(slots),
+            }),
+        ));
         self.end(out.all_mut(), own)
     }
 
@@ -62,12 +67,17 @@ impl Solid {
         let rates = out.rate_stiffness.is_some() || out.divergence_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
         self.begin(&Pass::Tangents(*fields, out.wanted()));
-        let own = with_elements!(self.own_elements(), mapped => narrow(self.arch, Linearize {
-            elements: &mapped.batches,
-            maps: &mapped.maps,
-            fields,
-            out: &mut *out,
-        }));
+        let own = with_elements!(self.own_elements(), mapped => mapped.pass(
+            self.threads.as_ref(),
+            threads::TANGENTS,
+            out.slots(),
+            |elements, maps, slots| narrow(self.arch, Linearize {
+                elements,
+                maps,
+                fields,
+                out: &mut Tangents::from(slots),
+            }),
+        ));
         self.end(out.all_mut(), own)
     }
 

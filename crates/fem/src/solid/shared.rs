@@ -86,36 +86,11 @@ impl Solid {
         match pass {
             Pass::Vectors(fields, wanted) => {
                 let lengths = [nodal, nodal, scalar, scalar, nodal];
-                let [force, force_rate, defect, defect_rate, multiplier_force] =
-                    room(results, lengths, *wanted);
-                let mut out = Vectors {
-                    force,
-                    force_rate,
-                    defect,
-                    defect_rate,
-                    multiplier_force,
-                };
-                self.evaluate(fields, &mut out)
+                self.evaluate(fields, &mut Vectors::from(room(results, lengths, *wanted)))
             }
             Pass::Tangents(fields, wanted) => {
                 let lengths = [square, square, square, wide, wide, square];
-                let [
-                    stiffness,
-                    damped_stiffness,
-                    rate_stiffness,
-                    divergence,
-                    divergence_rate,
-                    multiplier_stiffness,
-                ] = room(results, lengths, *wanted);
-                let mut out = Tangents {
-                    stiffness,
-                    damped_stiffness,
-                    rate_stiffness,
-                    divergence,
-                    divergence_rate,
-                    multiplier_stiffness,
-                };
-                self.tangents(fields, &mut out)
+                self.tangents(fields, &mut Tangents::from(room(results, lengths, *wanted)))
             }
             Pass::AddedForce(motion) => {
                 let [out] = room(results, [nodal], [true]);
@@ -130,11 +105,7 @@ impl Solid {
                 Ok(())
             }
             Pass::AddedTangents(motion, wanted) => {
-                let [by_displacement, by_velocity] = room(results, [square; 2], *wanted);
-                let out = AddedTangents {
-                    by_displacement,
-                    by_velocity,
-                };
+                let out = AddedTangents::from(room(results, [square; 2], *wanted));
                 self.added_tangents(motion, out);
                 Ok(())
             }
@@ -162,9 +133,13 @@ impl Solid {
 
     /// The same for a pass that cannot fail.
     pub(super) fn end_sure<'a>(&self, results: impl IntoIterator<Item = &'a mut [f64]>) {
-        let ended = self.end(results, Ok(()));
-        debug_assert!(ended.is_ok(), "added stresses are defined everywhere");
+        sure(self.end(results, Ok(())));
     }
+}
+
+/// Of a pass that cannot fail.
+pub(super) fn sure(ended: Result<(), Inverted>) {
+    debug_assert!(ended.is_ok(), "added stresses are defined everywhere");
 }
 
 /// Vectors of these lengths where they are wanted.

@@ -1,4 +1,4 @@
-//! Passes whose elements are shared out, against those of the whole solid.
+//! Passes whose elements are shared out, among processes or threads, against those of the whole solid.
 
 use std::sync::{Arc, Mutex};
 
@@ -8,13 +8,15 @@ use myovib_fem::{
     Pressure, Solid, Space, Tangents, Vectors, generate,
 };
 
+use rayon::ThreadPoolBuilder;
+
 use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, random};
 
 const RANKS: usize = 3;
 
 /// Two laws, one of them with a stress that is added.
-fn solid() -> Solid {
-    let mesh = generate::block([0.0; 3], [1.0, 0.8, 0.6], [3, 2, 2]).unwrap();
+fn solid(cells: [usize; 3]) -> Solid {
+    let mesh = generate::block([0.0; 3], [1.0, 0.8, 0.6], cells).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
     let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
     let n = mesh.n_elements();
@@ -84,11 +86,9 @@ fn assert_same(a: &[f64], b: &[f64]) {
     }
 }
 
-#[test]
-fn shares_sum_to_the_passes_of_the_whole() {
-    let whole = solid();
-    let together = shared(&whole);
-    let (n, m) = (whole.space().n_components(), whole.space().n_pressures());
+/// Every result of every pass at a state drawn at random.
+fn everything(solid: &Solid) -> Vec<Vec<f64>> {
+    let (n, m) = (solid.space().n_components(), solid.space().n_pressures());
     let (u, v) = (random(n, 0.01, 1), random(n, 0.3, 2));
     let (p, p_rate, mu) = (random(m, 1e3, 3), random(m, 1e3, 4), random(m, 1.0, 5));
     let fields = Fields {
@@ -98,51 +98,86 @@ fn shares_sum_to_the_passes_of_the_whole() {
         ..Fields::new(&u, Pressure::Nodal(&p))
     };
     let (square, wide) = (
-        whole.displacement_pattern().nnz(),
-        whole.divergence_pattern().nnz(),
+        solid.displacement_pattern().nnz(),
+        solid.divergence_pattern().nnz(),
     );
-    let tensions = vec![3e3; whole.n_tensions()];
+    let tensions = vec![3e3; solid.n_tensions()];
     let motion = AddedMotion {
         u: &u,
         v: &v,
         tensions: &tensions,
     };
-    let all = |solid: &Solid| {
-        let mut results: Vec<Vec<f64>> =
-            [n, n, m, m, n, square, square, square, wide, wide, square]
-                .into_iter()
-                .chain([n, n, square, square])
-                .map(|n| vec![f64::NAN; n])
-                .collect();
-        let mut vectors = results.iter_mut().map(|vector| &mut vector[..]);
-        let mut out = Vectors {
-            force: vectors.next(),
-            force_rate: vectors.next(),
-            defect: vectors.next(),
-            defect_rate: vectors.next(),
-            multiplier_force: vectors.next(),
-        };
-        solid.evaluate(&fields, &mut out).unwrap();
-        let mut out = Tangents {
-            stiffness: vectors.next(),
-            damped_stiffness: vectors.next(),
-            rate_stiffness: vectors.next(),
-            divergence: vectors.next(),
-            divergence_rate: vectors.next(),
-            multiplier_stiffness: vectors.next(),
-        };
-        solid.tangents(&fields, &mut out).unwrap();
-        solid.added_force(&motion, vectors.next().unwrap());
-        solid.active_force(&motion, vectors.next().unwrap());
-        let out = AddedTangents {
-            by_displacement: vectors.next(),
-            by_velocity: vectors.next(),
-        };
-        solid.added_tangents(&motion, out);
-        drop(vectors);
-        results
+    let mut results: Vec<Vec<f64>> = [n, n, m, m, n, square, square, square, wide, wide, square]
+        .into_iter()
+        .chain([n, n, square, square])
+        .map(|n| vec![f64::NAN; n])
+        .collect();
+    let mut vectors = results.iter_mut().map(|vector| &mut vector[..]);
+    let mut out = Vectors {
+        force: vectors.next(),
+        force_rate: vectors.next(),
+        defect: vectors.next(),
+        defect_rate: vectors.next(),
+        multiplier_force: vectors.next(),
     };
-    for (a, b) in all(&whole).iter().zip(all(&together)) {
+    solid.evaluate(&fields, &mut out).unwrap();
+    let mut out = Tangents {
+        stiffness: vectors.next(),
+        damped_stiffness: vectors.next(),
+        rate_stiffness: vectors.next(),
+        divergence: vectors.next(),
+        divergence_rate: vectors.next(),
+        multiplier_stiffness: vectors.next(),
+    };
+    solid.tangents(&fields, &mut out).unwrap();
+    solid.added_force(&motion, vectors.next().unwrap());
+    solid.active_force(&motion, vectors.next().unwrap());
+    let out = AddedTangents {
+        by_displacement: vectors.next(),
+        by_velocity: vectors.next(),
+    };
+    solid.added_tangents(&motion, out);
+    drop(vectors);
+    results
+}
+
+#[test]
+fn threads_change_no_bit() {
+    // 960 elements: 120 batches, more than are computed before they are added.
+    let alone = solid([10, 4, 4]);
+    assert_eq!(alone.space().n_elements(), 960);
+    let expected = everything(&alone);
+    for threads in [1, 2, 3] {
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+        let together = alone.clone().in_threads(Some(Arc::new(pool.unwrap())));
+        for (number, (a, b)) in expected.iter().zip(everything(&together)).enumerate() {
+            let same = a.iter().zip(&b).all(|(a, b)| a.to_bits() == b.to_bits());
+            assert!(same, "result {number} with {threads} threads");
+        }
+        // Of many elements turned inside out, the first is named.
+        let u = random(alone.space().n_components(), 1.0, 6);
+        let p = vec![0.0; alone.space().n_pressures()];
+        let [first, named] = [&alone, &together].map(|solid| {
+            let mut force = vec![0.0; u.len()];
+            let mut out = Vectors {
+                force: Some(&mut force),
+                ..Vectors::default()
+            };
+            solid
+                .evaluate(&Fields::new(&u, Pressure::Nodal(&p)), &mut out)
+                .unwrap_err()
+        });
+        assert_eq!(first, named);
+    }
+}
+
+#[test]
+fn shares_sum_to_the_passes_of_the_whole() {
+    let whole = solid([3, 2, 2]);
+    let together = shared(&whole);
+    let (n, m) = (whole.space().n_components(), whole.space().n_pressures());
+    let u = random(n, 0.01, 1);
+    for (a, b) in everything(&whole).iter().zip(everything(&together)) {
         assert_same(a, &b);
     }
     // What is not wanted is neither computed nor summed.
@@ -161,7 +196,7 @@ fn shares_sum_to_the_passes_of_the_whole() {
 
 #[test]
 fn no_element_is_in_two_shares_or_in_none() {
-    let whole = solid();
+    let whole = solid([3, 2, 2]);
     let weight = |solid: &Solid| {
         let mut force = vec![0.0; whole.space().n_components()];
         let u: Vec<f64> = whole
@@ -198,7 +233,7 @@ fn no_element_is_in_two_shares_or_in_none() {
 
 #[test]
 fn an_element_turned_inside_out_in_another_share_is_told() {
-    let whole = solid();
+    let whole = solid([3, 2, 2]);
     let together = shared(&whole);
     // The last corner, pushed through the body, is in elements of the last share.
     let mut u = vec![0.0; whole.space().n_components()];

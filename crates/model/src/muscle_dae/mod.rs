@@ -13,6 +13,7 @@ pub(crate) use remembering::{Remembering, RememberingSolver};
 
 #[cfg(doc)]
 use myovib_dae::Problem;
+use myovib_sparse::resources;
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::assembly::{Assembly, Entry};
@@ -65,7 +66,8 @@ impl MuscleDae {
 
     /// Composes the DAE whether or not it can be run: `rate` with β = 0 is of interest for its
     /// index alone.
-    pub fn for_analysis(muscle: Muscle, formulation: Formulation) -> Self {
+    pub fn for_analysis(mut muscle: Muscle, formulation: Formulation) -> Self {
+        muscle.solid = muscle.solid.in_threads(resources::threads());
         let solid = &muscle.solid;
         let mut rows = formulation.rows().to_vec();
         let n_tensions = muscle.models().count();
