@@ -29,6 +29,7 @@ mod rooms;
 mod schedule;
 mod small;
 mod solve;
+mod sweeps;
 mod update;
 
 pub use analysis::Analysis;

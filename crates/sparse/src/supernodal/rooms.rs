@@ -1,6 +1,7 @@
 //! Where solves work.
 
 use super::analysis::Analysis;
+use super::sweeps::BEYOND;
 use crate::number::{Number, Row};
 
 /// Workspace for rows of one width.
@@ -27,7 +28,8 @@ impl<R: Copy> Room<R> {
         R: Row<T>,
     {
         self.x.resize(analysis.n(), R::none());
-        self.gathered.resize(analysis.largest_front(), R::none());
+        let largest = analysis.largest_front() + BEYOND;
+        self.gathered.resize(largest, R::none());
     }
 }
 
