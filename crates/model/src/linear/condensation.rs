@@ -86,7 +86,7 @@ impl Kept {
     pub(super) fn scale_rows<T: Number>(&self, c: T, rows: &mut [T]) {
         if let Some(scale) = &self.scale {
             let scale: T = scale.at(c);
-            rows.iter_mut().for_each(|row| *row = *row * scale);
+            rows.iter_mut().for_each(|row| *row *= scale);
         }
     }
 }
@@ -239,14 +239,16 @@ impl Condensation {
             "each unknown of the body is kept or eliminated"
         );
         let mut signs = symmetric_signs(&condensed);
-        if signs.is_none() && dae.muscle().solid.space().dimension() == 3 {
-            if let Some(nearly) = NearlySymmetric::of(&condensed) {
-                condensed = nearly.entries;
-                for (_, block) in &mut kept {
-                    block.scale = (block.condensed.start != nearly.balance).then_some(nearly.scale);
-                }
-                signs = Some(nearly.signs);
+        if signs.is_none()
+            && dae.muscle().solid.space().dimension() == 3
+            && let Some(nearly) = NearlySymmetric::of(&condensed)
+        {
+            condensed = nearly.entries;
+            for (_, block) in &mut kept {
+                let is_constraint = block.condensed.start != nearly.balance;
+                block.scale = is_constraint.then_some(nearly.scale);
             }
+            signs = Some(nearly.signs);
         }
         if signs.is_some() && dae.has_viscous_stress() {
             // All else is symmetric: what the skew part of this stiffness saves of Newton's
