@@ -19,6 +19,7 @@ pub(crate) struct Matrices {
     mass: Vec<f64>,
     stiffness: Option<Vec<f64>>,
     pressure_stiffness: Option<Vec<f64>>,
+    pressure_symmetric: Option<Symmetrised>,
     rate_stiffness: Option<Vec<f64>>,
     damped_stiffness: Option<Vec<f64>>,
     damped_divergence: Option<Vec<f64>>,
@@ -84,6 +85,7 @@ impl Matrices {
             mass,
             stiffness: None,
             pressure_stiffness: None,
+            pressure_symmetric: None,
             rate_stiffness: None,
             damped_stiffness: None,
             damped_divergence: None,
@@ -122,6 +124,11 @@ impl Matrices {
                         geometric: room,
                         at: vec![0.0; solid.dofs().n_full()],
                     });
+                    continue;
+                }
+                Matrix::PressureSymmetricStiffness => {
+                    let pattern = solid.displacement_pattern();
+                    matrices.pressure_symmetric = Some(Symmetrised::new(pattern));
                     continue;
                 }
                 Matrix::AddedSymmetricStiffness => {
@@ -196,8 +203,11 @@ impl Matrices {
             Matrix::BedDamping => return &self.beds[1].1,
             Matrix::TensionForce => return &self.tension_force,
             Matrix::TensionDecay => return &self.tension_decay,
-            Matrix::AddedSymmetricStiffness => {
-                let stored = self.added_symmetric.as_ref();
+            Matrix::AddedSymmetricStiffness | Matrix::PressureSymmetricStiffness => {
+                let stored = match matrix {
+                    Matrix::AddedSymmetricStiffness => self.added_symmetric.as_ref(),
+                    _ => self.pressure_symmetric.as_ref(),
+                };
                 return &stored.expect("only matrices in use are asked for").values;
             }
             Matrix::CoherenceStiffness => return &self.coherence()[0],
@@ -260,7 +270,7 @@ impl Matrices {
         }
     }
 
-    /// Fills the pressures' stiffness, if it is used, by `factor` times that of `loads` at time `t`
+    /// Fills the pressures' stiffness and its symmetric part, if they are used, by `factor` times that of `loads` at time `t`
     /// and the displacement `u` of all nodes.
     pub(crate) fn update_pressures(
         &mut self,
@@ -273,6 +283,9 @@ impl Matrices {
             values.fill(0.0);
             for load in loads {
                 load.add_stiffness_at(t, factor, u, values);
+            }
+            if let Some(part) = &mut self.pressure_symmetric {
+                part.take(values);
             }
         }
     }

@@ -32,6 +32,8 @@ pub enum Matrix {
     DampedDivergenceRateTransposed,
     /// ∂/∂q of the load by pressures on the deformed boundary.
     PressureStiffness,
+    /// Its symmetric part, what Newton's method takes for it in space.
+    PressureSymmetricStiffness,
     /// B(q), `n_vertices × n_free`.
     Divergence,
     /// B(q)ᵀ.

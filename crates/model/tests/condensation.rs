@@ -1,12 +1,14 @@
 //! The reduced Newton systems against the full ones, real and complex.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+use std::sync::Arc;
+
 use myovib_dae::Problem;
-use myovib_fem::{Law, Mesh};
+use myovib_fem::{DofMap, Law, Mesh, Solid, Space, generate};
 use myovib_model::linear::{LinearWork, Number, Reduction};
 use myovib_model::{
-    Field, Formulation, IdaIntegrator, Integrator, LinearSolver, MuscleDae, Outcome, Settings,
-    Signal, default_ordering, paper, run,
+    Field, Formulation, IdaIntegrator, Integrator, LinearSolver, Muscle, MuscleDae, Outcome,
+    Parameters, PressureLoad, Settings, Signal, default_ordering, paper, run,
 };
 use myovib_sparse::klu::KluOptions;
 use num_complex::Complex64;
@@ -89,16 +91,16 @@ fn backward_error<T: Number>(
         .fold(0.0, f64::max)
 }
 
-/// Solves with the reduced matrix for `c`, and with its transpose, and measures the solutions in the
-/// full system.
+/// Solves with the reduced matrix for `c` at a state, and with its transpose, and measures the
+/// solutions in the full system. Gives the entries of the factors too.
 fn solve_and_measure<T: Number>(
     dae: &mut MuscleDae,
+    (y, y_dot): (Vec<f64>, Vec<f64>),
     c: T,
     right_hand_side: impl Fn(&mut StdRng) -> T,
     rng: &mut StdRng,
-) -> [f64; 2] {
+) -> ([f64; 2], u64) {
     let pattern = dae.jacobian_pattern();
-    let (y, y_dot) = random_state(dae, rng);
     let mut at = |a, b| {
         let mut values = vec![0.0; pattern.nnz()];
         dae.jacobian(0.9, &y, &y_dot, a, b, &mut values).unwrap();
@@ -127,7 +129,8 @@ fn solve_and_measure<T: Number>(
     x.copy_from_slice(&b);
     reduced.solve_transposed(&mut x, &mut work).unwrap();
     let transposed = pattern.entries().map(|(column, row)| (row, column));
-    [error, backward_error(transposed, &values, &b, &x)]
+    let errors = [error, backward_error(transposed, &values, &b, &x)];
+    (errors, work.factor_entries)
 }
 
 /// A row holds some fifty products, each rounded a few times on its way through the elimination.
@@ -152,15 +155,15 @@ fn reduced_solution_solves_the_full_system_to_rounding() {
     {
         let c = 10f64.powf(rng.random_range(decades));
         let case = format!("{} {:?}", dae.formulation(), dae.muscle().parameters);
-        let real = solve_and_measure(&mut dae, c, |rng| rng.random_range(-1.0..1.0), &mut rng);
+        let draw = |rng: &mut StdRng| rng.random_range(-1.0..1.0);
+        let state = random_state(&dae, &mut rng);
+        let (real, _) = solve_and_measure(&mut dae, state, c, draw, &mut rng);
         assert!(real[0] < ROUNDING, "{case}, c = {c}: {real:?}");
         assert!(real[1] < UNCHECKED, "{case}, c = {c}: {real:?}");
-        let complex = solve_and_measure(
-            &mut dae,
-            Complex64::new(c, 0.7 * c),
-            |rng| Complex64::new(rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0)),
-            &mut rng,
-        );
+        let shift = Complex64::new(c, 0.7 * c);
+        let draw = |rng: &mut StdRng| Complex64::new(draw(rng), draw(rng));
+        let state = random_state(&dae, &mut rng);
+        let (complex, _) = solve_and_measure(&mut dae, state, shift, draw, &mut rng);
         assert!(
             complex[0] < ROUNDING,
             "{case}, c = {c}(1 + 0.7i): {complex:?}"
@@ -170,6 +173,69 @@ fn reduced_solution_solves_the_full_system_to_rounding() {
             "{case}, c = {c}(1 + 0.7i): {complex:?}"
         );
     }
+}
+
+/// A block in space, damped by β, under a pressure that follows it if `pressed`.
+fn block(formulation: Formulation, beta: f64, pressed: bool) -> MuscleDae {
+    let mesh = generate::block([0.0; 3], [0.05, 0.04, 0.04], [2, 1, 1]).unwrap();
+    let space = Arc::new(Space::taylor_hood(&mesh));
+    let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
+    let solid = Solid::uniform(space, dofs, paper::LAW, paper::DENSITY).unwrap();
+    let load = PressureLoad::new(&solid, "right", Signal::constant(1e3)).unwrap();
+    let mut muscle = Muscle::unloaded(solid, Parameters::new(1.0, beta, 1e5).unwrap());
+    muscle.pressures.extend(pressed.then_some(load));
+    MuscleDae::new(muscle, formulation).unwrap()
+}
+
+const SHIFT: Complex64 = Complex64::new(300.0, 200.0);
+
+fn draw_complex(rng: &mut StdRng) -> Complex64 {
+    Complex64::new(rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0))
+}
+
+/// In space a matrix that β makes unsymmetric is solved with as a symmetric one: for a body that does
+/// not move it is the matrix itself, for one that moves as near to it as it moves slowly.
+#[test]
+fn in_space_damped_matrices_are_nearly_those_of_the_full_system() {
+    for formulation in [Formulation::Rate, Formulation::ImplicitRate] {
+        let mut dae = block(formulation, 1e-3, false);
+        let (y, y_dot) = random_state(&dae, &mut StdRng::seed_from_u64(31));
+        let mut measure = |speed: f64| {
+            let slow = dae.layout().fill(|field| match field {
+                Field::Displacement | Field::Pressure => 1.0,
+                _ => speed,
+            });
+            let y: Vec<f64> = y.iter().zip(slow).map(|(y, slow)| y * slow).collect();
+            let y_dot: Vec<f64> = y_dot.iter().map(|y_dot| y_dot * speed).collect();
+            // The same right-hand side each time.
+            let rng = &mut StdRng::seed_from_u64(32);
+            solve_and_measure(&mut dae, (y, y_dot), SHIFT, draw_complex, rng).0
+        };
+        let [still, transposed] = measure(0.0);
+        assert!(still < ROUNDING, "{formulation}: {still:e}");
+        assert!(transposed < UNCHECKED, "{formulation}: {transposed:e}");
+        let [slow, fast] = [1e-2, 2e-2].map(|speed| measure(speed)[0]);
+        // In proportion to the velocity, but for its second order of some per cent.
+        let is_near = slow > ROUNDING && (fast / slow - 2.0).abs() < 0.1;
+        assert!(is_near, "{formulation}: {slow:e} {fast:e}");
+    }
+}
+
+#[test]
+fn in_space_damping_and_pressures_leave_factors_of_symmetric_matrices() {
+    let entries = |formulation, beta, pressed| {
+        let mut dae = block(formulation, beta, pressed);
+        let at_rest = vec![0.0; dae.n_unknowns()];
+        let state = (at_rest.clone(), at_rest);
+        let rng = &mut StdRng::seed_from_u64(33);
+        solve_and_measure(&mut dae, state, SHIFT, draw_complex, rng).1
+    };
+    // Symmetric without help.
+    let symmetric = entries(Formulation::Position, 0.0, false);
+    assert_eq!(entries(Formulation::Position, 0.0, true), symmetric);
+    assert_eq!(entries(Formulation::ImplicitRate, 1e-3, true), symmetric);
+    // The constraint differentiated is not symmetric.
+    assert!(entries(Formulation::Velocity, 0.0, false) > symmetric);
 }
 
 #[test]

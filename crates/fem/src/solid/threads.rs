@@ -3,7 +3,7 @@
 //! Threads compute vectors and matrices of elements, a batch at a time, into room of its own; one of
 //! them adds these to those of the body, in the order of the batches, while the others compute the
 //! next. So the sums are those of one thread, to the last bit. How far threads help is limited by
-//! the adding, about a tenth of a pass.
+//! the adding, about a quarter of a pass.
 
 use std::array::from_fn;
 use std::ops::Range;
@@ -50,11 +50,11 @@ pub(super) const TANGENTS: [Entries; 6] = [Matrix, Matrix, Matrix, Divergence, D
 pub(super) const ADDED_TANGENTS: [Entries; 2] = [Matrix; 2];
 
 impl Solid {
-    /// The solid whose passes run in these threads, if it is a large body in space. Results do not
-    /// depend on their number, to the last bit.
+    /// The solid whose passes run in these threads, if it is a large body in space and its elements are
+    /// not shared out among processes. Results do not depend on their number, to the last bit.
     #[must_use]
     pub fn in_threads(mut self, threads: Option<Arc<ThreadPool>>) -> Self {
-        self.threads = threads;
+        self.threads = threads.filter(|_| self.shared.is_none());
         self
     }
 }

@@ -11,7 +11,8 @@
 //! What is left for the muscle is the system in (q, λ), of half the size and symmetric but for the
 //! damping: the dynamic stiffness c² M + c D + K bordered by B. It is a sum of the same matrices
 //! with coefficients that are polynomials in c, so all places are found once. Where a change of sign
-//! of some rows (those of B) makes it symmetric, they are changed.
+//! of some rows (those of B) makes it symmetric, they are changed. In space, where factors cost most,
+//! a matrix that is nearly symmetric is [made so](super::symmetry::NearlySymmetric).
 //!
 //! The first line of (33) is not of this kind; its system is [split](super::Splitting) instead, or
 //! kept whole where damping beside Rayleigh's forbids that.
@@ -20,7 +21,7 @@ use std::ops::Range;
 
 use myovib_dae::Problem;
 use myovib_sparse::klu::KluOptions;
-use myovib_sparse::{Kind, SparseError, Structure};
+use myovib_sparse::{Kind, Number, SparseError, Structure};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::assembly::{Assembly, Entry};
@@ -29,6 +30,7 @@ use crate::matrix::{Matrix, Term};
 use crate::muscle_dae::MuscleDae;
 
 use super::relaxation::Series;
+use super::symmetry::NearlySymmetric;
 use super::{Elimination, Quadratic, symmetric_signs};
 
 /// One kinematic equation, `rate · c δbase + value · δeliminated = b`.
@@ -75,6 +77,18 @@ pub(super) struct Kept {
     pub(super) condensed: Range<usize>,
     /// What its rows are multiplied by there: 1 or -1.
     pub(super) sign: f64,
+    /// What they are multiplied by besides, once what is eliminated is subtracted.
+    pub(super) scale: Option<Quadratic>,
+}
+
+impl Kept {
+    /// Multiplies numbers of its rows by their scale, if they have one, for `c`.
+    pub(super) fn scale_rows<T: Number>(&self, c: T, rows: &mut [T]) {
+        if let Some(scale) = &self.scale {
+            let scale: T = scale.at(c);
+            rows.iter_mut().for_each(|row| *row *= scale);
+        }
+    }
 }
 
 /// A block of unknowns recovered from its base: δw = (b − rate · c δx) / value.
@@ -157,6 +171,7 @@ impl Condensation {
                     unknowns,
                     condensed: start..end,
                     sign: 1.0,
+                    scale: None,
                 },
             ));
         }
@@ -223,7 +238,18 @@ impl Condensation {
             dae.n_unknowns(),
             "each unknown of the body is kept or eliminated"
         );
-        let signs = symmetric_signs(&condensed);
+        let mut signs = symmetric_signs(&condensed);
+        if signs.is_none()
+            && dae.muscle().solid.space().dimension() == 3
+            && let Some(nearly) = NearlySymmetric::of(&condensed)
+        {
+            condensed = nearly.entries;
+            for (_, block) in &mut kept {
+                let is_constraint = block.condensed.start != nearly.balance;
+                block.scale = is_constraint.then_some(nearly.scale);
+            }
+            signs = Some(nearly.signs);
+        }
         if signs.is_some() && dae.has_viscous_stress() {
             // All else is symmetric: what the skew part of this stiffness saves of Newton's
             // iterations is less than the other half of the factorisation costs.

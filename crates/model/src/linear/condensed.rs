@@ -121,6 +121,9 @@ impl<T: Number> Condensed<T> {
         let (kinematic, unknowns) = (&self.kinematic, &mut self.unknowns);
         self.product
             .subtract_columns(&self.coupling, kinematic, unknowns, n_columns);
+        for block in &plan.kept {
+            block.scale_rows(self.c, &mut unknowns[side_by_side(&block.condensed)]);
+        }
         match n_columns {
             1 => self.system.solve(unknowns, work)?,
             _ => self.system.solve_columns(unknowns, n_columns, work)?,
@@ -175,6 +178,9 @@ impl<T: Number> Condensed<T> {
             }
         }
         self.system.solve_transposed(&mut self.unknowns, work)?;
+        for block in &plan.kept {
+            block.scale_rows(self.c, &mut self.unknowns[block.condensed.clone()]);
+        }
         self.product
             .subtract_transposed(&self.coupling, &self.unknowns, &mut self.kinematic);
         for block in &plan.kept {

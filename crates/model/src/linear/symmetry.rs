@@ -16,6 +16,7 @@ fn transposed(matrix: Matrix) -> Option<Matrix> {
         | Matrix::DampingMass
         | Matrix::PressureMass
         | Matrix::Stiffness
+        | Matrix::PressureSymmetricStiffness
         | Matrix::MultiplierStiffness
         | Matrix::BedStiffness
         | Matrix::BedDamping
@@ -44,6 +45,11 @@ fn transposed(matrix: Matrix) -> Option<Matrix> {
 /// The signs, by the first row of each block, that make the matrix of these `entries` symmetric for
 /// each c, the first block keeping its own; `None` if no signs do.
 pub(super) fn symmetric_signs(entries: &[Entry<Quadratic>]) -> Option<HashMap<usize, f64>> {
+    signs_of(&sums(entries), transposed)
+}
+
+/// The coefficients by row, column and matrix, those that vanish left out.
+fn sums(entries: &[Entry<Quadratic>]) -> HashMap<(usize, usize, Matrix), [f64; 3]> {
     let mut sums: HashMap<(usize, usize, Matrix), [f64; 3]> = HashMap::new();
     for entry in entries {
         let at = (entry.rows.start, entry.columns.start, entry.matrix);
@@ -53,6 +59,14 @@ pub(super) fn symmetric_signs(entries: &[Entry<Quadratic>]) -> Option<HashMap<us
         }
     }
     sums.retain(|_, sum| *sum != [0.0; 3]);
+    sums
+}
+
+/// The signs that make a matrix of these `sums` symmetric.
+fn signs_of(
+    sums: &HashMap<(usize, usize, Matrix), [f64; 3]>,
+    transposed: impl Fn(Matrix) -> Option<Matrix>,
+) -> Option<HashMap<usize, f64>> {
     let mut known = HashMap::from([(0, 1.0)]);
     let mut pending = vec![0];
     while let Some(row) = pending.pop() {
@@ -74,4 +88,65 @@ pub(super) fn symmetric_signs(entries: &[Entry<Quadratic>]) -> Option<HashMap<us
         }
     }
     Some(known)
+}
+
+/// A symmetric matrix near that of a body with damping by β or under pressures that follow it.
+///
+/// With the rows of the constraint multiplied by −(1 + βc), what is not symmetric is D = ∂(B v)/∂q,
+/// which has no transpose there, and the stiffness of pressures and of stresses that depend on the
+/// velocity (which the caller exchanges). Of each the symmetric part is taken. What remains of Newton's method is a small part of
+/// a small term, and a factorisation costs half.
+pub(super) struct NearlySymmetric {
+    pub(super) entries: Vec<Entry<Quadratic>>,
+    /// The first row of the balance of momentum.
+    pub(super) balance: usize,
+    /// What the rows of the constraint are multiplied by.
+    pub(super) scale: Quadratic,
+    pub(super) signs: HashMap<usize, f64>,
+}
+
+impl NearlySymmetric {
+    /// The matrix near that of `entries`; `None` where there is none of this kind.
+    pub(super) fn of(entries: &[Entry<Quadratic>]) -> Option<Self> {
+        let is_mass = |entry: &&Entry<Quadratic>| entry.matrix == Matrix::Mass;
+        let balance = entries.iter().find(is_mass)?.rows.start;
+        let minus_b = sums(entries).into_iter().find(|((row, _, matrix), _)| {
+            *row == balance && *matrix == Matrix::DivergenceTransposed
+        });
+        let scale = minus_b.map_or([1.0, 0.0, 0.0], |(_, sum)| sum);
+        let mut near = Vec::new();
+        for entry in entries {
+            let mut entry = entry.clone();
+            if entry.matrix == Matrix::PressureStiffness {
+                entry.matrix = Matrix::PressureSymmetricStiffness;
+            }
+            if entry.rows.start != balance {
+                let [p, 0.0, 0.0] = entry.coefficient.0 else {
+                    return None;
+                };
+                entry.coefficient = Quadratic(scale.map(|s| p * s));
+            } else if entry.matrix == Matrix::DivergenceRateTransposed {
+                let half = Quadratic(entry.coefficient.0.map(|p| 0.5 * p));
+                entry.coefficient = half;
+                near.push(Entry {
+                    rows: entry.columns.clone(),
+                    columns: entry.rows.clone(),
+                    matrix: Matrix::DivergenceRate,
+                    coefficient: half,
+                });
+            }
+            near.push(entry);
+        }
+        let signs = signs_of(&sums(&near), |matrix| match matrix {
+            // Third derivatives of an energy along a velocity, and parts of the stiffness.
+            Matrix::RateStiffness | Matrix::DampedStiffness => Some(matrix),
+            _ => transposed(matrix),
+        });
+        Some(Self {
+            entries: near,
+            balance,
+            scale: Quadratic(scale),
+            signs: signs?,
+        })
+    }
 }

@@ -88,15 +88,25 @@ impl MuscleDae {
             needs.or(equation.needs(&context))
         });
         let blocks = blocks(&rows, &context);
-        let symmetric_part = (context.added.stress[1] && context.beta == 0.0)
-            .then_some(Matrix::AddedSymmetricStiffness);
+        let in_space = solid.space().dimension() == 3;
+        let symmetric_parts = [
+            (
+                context.added.stress[1] && (in_space || context.beta == 0.0),
+                Matrix::AddedSymmetricStiffness,
+            ),
+            (
+                context.pressed && in_space,
+                Matrix::PressureSymmetricStiffness,
+            ),
+        ];
+        let symmetric_parts = symmetric_parts.iter().filter(|(used, _)| *used);
         let matrices = Matrices::new(
             &muscle,
             blocks
                 .iter()
                 .flat_map(|(_, terms)| terms)
                 .map(|term| term.matrix)
-                .chain(symmetric_part),
+                .chain(symmetric_parts.map(|(_, matrix)| *matrix)),
         );
         let range = |field| layout.range(field).expect("terms act on fields there are");
         let entries = blocks.iter().flat_map(|(rows, terms)| {
