@@ -176,9 +176,10 @@ impl<const C: usize> Row<Complex64> for Complexes<C> {
             }
             return self;
         }
-        let mut turned = x.0;
-        for c in 0..C {
-            (turned[0][c], turned[1][c]) = (x.0[1][c], -x.0[0][c]);
+        // −i x.
+        let mut turned = [x.0[1]; 2];
+        for (turned, re) in turned[1].iter_mut().zip(&x.0[0]) {
+            *turned = -re;
         }
         let parts = self.0.as_flattened_mut();
         let (x, turned) = (x.0.as_flattened(), turned.as_flattened());
