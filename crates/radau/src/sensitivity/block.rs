@@ -73,8 +73,9 @@ impl Block {
         let mut sizes = Columns { weights, n_columns }.norms(r);
         let (mut used, mut applied) = (0, 0);
         loop {
-            let is_open = |&k: &usize| !(contraction * sizes[k] <= tolerance);
-            let open: Vec<usize> = (0..left.len()).filter(is_open).collect();
+            // What is no number is not solved.
+            let is_solved = |k: usize| contraction * sizes[k] <= tolerance;
+            let open: Vec<usize> = (0..left.len()).filter(|k| !is_solved(*k)).collect();
             if open.len() < left.len() {
                 for k in (0..left.len()).filter(|k| !open.contains(k)) {
                     let own = x.iter_mut().skip(left[k]).step_by(n_columns);
