@@ -12,7 +12,6 @@ use super::large::Front;
 use super::rooms::Rooms;
 use super::schedule::Schedule;
 use super::small::{Block, eliminate_rows, factor_panel, minus_outer, mirror, scale_rows};
-use super::sweeps::BEYOND;
 use crate::ffi::pages;
 use crate::number::Number;
 use crate::{Kind, SparseError};
@@ -29,8 +28,7 @@ const LARGE_PAGES_FROM: usize = 1 << 23;
 ///
 /// For a supernode of k columns and r rows below them: L and U of its columns, (k + r) × k, and
 /// then, unless the matrix is symmetric, its rows of U, transposed, r × k; all column-major, one
-/// supernode after the other. In the place of the pivots are their inverses. A few zeros follow, which
-/// solves read.
+/// supernode after the other. In the place of the pivots are their inverses.
 #[derive(Debug)]
 pub struct Supernodal<T: Number> {
     pub(super) analysis: Arc<Analysis>,
@@ -68,7 +66,7 @@ impl<T: Number> Supernodal<T> {
             upper: zeros(size.upper),
         });
         Self {
-            factors: zeros(analysis.n_entries() + BEYOND),
+            factors: zeros(analysis.n_entries()),
             stacks: stacks.collect(),
             rooms: Rooms::new(&analysis),
             arch: Arch::new(),
@@ -161,7 +159,7 @@ impl<T: Number> Supernodal<T> {
     /// Numbers kept for factors, updates and vectors by `n_threads`.
     pub(crate) fn n_kept(analysis: &Analysis, n_threads: usize) -> usize {
         let schedule = Schedule::new(analysis, n_threads);
-        let vectors = analysis.n() + analysis.largest_front() + 2 * BEYOND;
+        let vectors = analysis.n() + analysis.largest_front();
         analysis.n_entries() + schedule.n_entries() + vectors
     }
 }
@@ -274,6 +272,11 @@ impl<T: Number> Work<'_, T> {
         let (m, k, r) = (node.size(), node.n_columns(), node.n_rows());
         let is_symmetric = kind == Kind::Symmetric;
         let layout = node.layout(kind);
+        let add = |start: usize, chunk: &mut [T]| {
+            for child in &node.children {
+                child.add_to_update(of_child(child), chunk, start, layout, k);
+            }
+        };
         if m >= LARGE[0] && k >= LARGE[1] {
             let (in_threads, arch) = (self.in_threads, self.arch);
             let front = Front {
@@ -288,11 +291,6 @@ impl<T: Number> Work<'_, T> {
                 &mut scaled[..r * k]
             } else {
                 upper
-            };
-            let add = |start: usize, chunk: &mut [T]| {
-                for child in &node.children {
-                    child.add_to_update(of_child(child), chunk, start, layout, k);
-                }
             };
             return front.eliminate_all(panel, upper, update, &add);
         }
@@ -335,10 +333,7 @@ impl<T: Number> Work<'_, T> {
                     is_symmetric,
                 };
                 minus_outer(chunk, block, &panel[k + row..], &upper[first..], k);
-                // No closure: it would be compiled without vector instructions.
-                for child in &node.children {
-                    child.add_to_update(of_child(child), chunk, first, layout, k);
-                }
+                add(first, chunk);
             }
         }
         true

@@ -29,7 +29,6 @@ mod rooms;
 mod schedule;
 mod small;
 mod solve;
-mod sweeps;
 mod update;
 
 pub use analysis::Analysis;

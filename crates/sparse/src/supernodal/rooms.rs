@@ -1,7 +1,6 @@
 //! Where solves work.
 
 use super::analysis::Analysis;
-use super::sweeps::BEYOND;
 use crate::number::{Number, Row};
 
 /// Workspace for rows of one width.
@@ -28,8 +27,7 @@ impl<R: Copy> Room<R> {
         R: Row<T>,
     {
         self.x.resize(analysis.n(), R::none());
-        let largest = analysis.largest_front() + BEYOND;
-        self.gathered.resize(largest, R::none());
+        self.gathered.resize(analysis.largest_front(), R::none());
     }
 }
 

@@ -1,20 +1,23 @@
 //! Dense kernels on column-major blocks: for small fronts, and for the narrow panels of large ones.
 
+use std::array::from_fn;
+
 use crate::number::{Number, Row};
 
 /// Rows of a tile of [`minus_outer`]: one register of AVX-512.
 const TILE_ROWS: usize = 8;
 /// Its columns: with eight accumulators or fewer in registers.
 const TILE_COLUMNS: usize = 4;
+/// Columns of this length or more come from memory, which is faster from four places at once.
+const LONG: usize = 160;
+/// Partial sums of a scalar product: one register of AVX-512.
+const LANES: usize = 8;
+
 /// `y` -= Σ_p x_p a_p for N columns at a time.
 #[inline(always)]
-pub(super) fn subtract_columns<T: Number, R: Row<T>, const N: usize>(
-    y: &mut [R],
-    a: [&[T]; N],
-    x: [R; N],
-) {
+fn subtract_columns<T: Number, R: Row<T>, const N: usize>(y: &mut [R], a: [&[T]; N], x: [R; N]) {
     let n = y.len();
-    let a = from_row(a, 0, n);
+    let a = a.map(|a| &a[..n]);
     for i in 0..n {
         for p in 0..N {
             y[i] = y[i].less_product(a[p][i], x[p]);
@@ -22,36 +25,27 @@ pub(super) fn subtract_columns<T: Number, R: Row<T>, const N: usize>(
     }
 }
 
-/// `n` rows of `columns` from row `first` on. Here and below a loop, as the functions of arrays are calls that
-/// are not inlined.
+/// −a · b, summed in eight lanes so that it becomes vector instructions.
 #[inline(always)]
-pub(super) fn from_row<T, const N: usize>(columns: [&[T]; N], first: usize, n: usize) -> [&[T]; N] {
-    let mut rows: [&[T]; N] = [&[]; N];
-    for q in 0..N {
-        rows[q] = &columns[q][first..][..n];
+pub(super) fn minus_dot<T: Number, R: Row<T>>(a: &[T], b: &[R]) -> R {
+    let mut lanes = [R::none(); LANES];
+    let (chunks_a, chunks_b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let mut tail = R::none();
+    // No fold: its closure would be compiled without vector instructions.
+    for (&a, &b) in chunks_a.remainder().iter().zip(chunks_b.remainder()) {
+        tail = tail.less_product(a, b);
     }
-    rows
-}
-
-/// Rows `first` to `end` of N columns of a `panel` of `m` rows, from number `p` on.
-#[inline(always)]
-pub(super) fn columns_of<T, const N: usize>(
-    panel: &[T],
-    m: usize,
-    p: usize,
-    [first, end]: [usize; 2],
-) -> [&[T]; N] {
-    let mut columns: [&[T]; N] = [&[]; N];
-    for q in 0..N {
-        columns[q] = &panel[(p + q) * m..][first..end];
+    for (a, b) in chunks_a.zip(chunks_b) {
+        for l in 0..LANES {
+            lanes[l] = lanes[l].less_product(a[l], b[l]);
+        }
     }
-    columns
-}
-
-/// The N numbers of `y`.
-#[inline(always)]
-pub(super) fn numbers<R: Copy, const N: usize>(y: &[R]) -> [R; N] {
-    *y.first_chunk().expect("as many numbers as columns")
+    for half in [4, 2, 1] {
+        for l in 0..half {
+            lanes[l] = lanes[l].plus(lanes[l + half]);
+        }
+    }
+    lanes[0].plus(tail)
 }
 
 /// y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the rest: `panel` holds the columns
@@ -82,26 +76,122 @@ fn solve_lower_columns<T: Number, R: Row<T>, const N: usize>(
     p: usize,
 ) {
     let first = m - y.len() + p;
-    let columns = columns_of::<T, N>(panel, m, p, [first, m]);
+    let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m..][first..m]);
     let (pivots, below) = y[p..].split_at_mut(N);
-    let x = solve_triangle(pivots, columns);
-    subtract_columns(below, from_row(columns, N, below.len()), x);
-}
-
-/// x = L⁻¹ `y` for the N columns of L, the diagonal first, in the place of `y`.
-#[inline(always)]
-pub(super) fn solve_triangle<T: Number, R: Row<T>, const N: usize>(
-    y: &mut [R],
-    columns: [&[T]; N],
-) -> [R; N] {
-    let mut x: [R; N] = numbers(y);
+    let mut x: [R; N] = from_fn(|q| pivots[q]);
     for q in 0..N {
         for i in q + 1..N {
             x[i] = x[i].less_product(columns[q][i], x[q]);
         }
     }
-    y.copy_from_slice(&x);
-    x
+    pivots.copy_from_slice(&x);
+    subtract_columns(below, columns.map(|column| &column[N..]), x);
+}
+
+/// y ← U⁻¹ y: `panel` holds the columns of U, `m` rows each, with the inverses of the pivots on the
+/// diagonal.
+#[inline(always)]
+pub(super) fn solve_upper<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize) {
+    let mut p = y.len();
+    while p >= 4 {
+        p -= 4;
+        solve_upper_columns::<T, R, 4>(y, panel, m, p);
+    }
+    if p >= 2 {
+        p -= 2;
+        solve_upper_columns::<T, R, 2>(y, panel, m, p);
+    }
+    if p == 1 {
+        solve_upper_columns::<T, R, 1>(y, panel, m, 0);
+    }
+}
+
+/// The same for N columns from number `p` on.
+#[inline(always)]
+fn solve_upper_columns<T: Number, R: Row<T>, const N: usize>(
+    y: &mut [R],
+    panel: &[T],
+    m: usize,
+    p: usize,
+) {
+    let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m..][..p + N]);
+    let (above, pivots) = y[..p + N].split_at_mut(p);
+    let mut x: [R; N] = from_fn(|q| pivots[q]);
+    for q in (0..N).rev() {
+        x[q] = x[q].times(columns[q][p + q]);
+        for i in 0..q {
+            x[i] = x[i].less_product(columns[q][p + i], x[q]);
+        }
+    }
+    pivots.copy_from_slice(&x);
+    subtract_columns(above, columns, x);
+}
+
+/// y ← (Lᵀ)⁻¹ y for the first k entries of `y`, the rest being known: `panel` holds the columns of L
+/// (unit diagonal), `y.len()` rows each.
+#[inline(always)]
+pub(super) fn solve_transposed<T: Number, R: Row<T>>(y: &mut [R], panel: &[T]) {
+    let m = y.len();
+    let mut p = panel.len() / m;
+    while p >= 4 && m >= LONG {
+        p -= 4;
+        solve_transposed_columns::<T, R, 4>(y, panel, p);
+    }
+    for (p, column) in panel.chunks_exact(m).enumerate().take(p).rev() {
+        let (pivots, below) = y.split_at_mut(p + 1);
+        pivots[p] = pivots[p].plus(minus_dot(&column[p + 1..], below));
+    }
+}
+
+/// The same for N columns from number `p` on: all rows below in one sweep, then their own triangle.
+#[inline(always)]
+fn solve_transposed_columns<T: Number, R: Row<T>, const N: usize>(
+    y: &mut [R],
+    panel: &[T],
+    p: usize,
+) {
+    let m = y.len();
+    let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m + p..(p + q + 1) * m]);
+    let (pivots, below) = y[p..].split_at_mut(N);
+    let sums = minus_dots(columns.map(|column| &column[N..]), below);
+    let mut x: [R; N] = from_fn(|q| pivots[q].plus(sums[q]));
+    for q in (0..N).rev() {
+        for i in q + 1..N {
+            x[q] = x[q].less_product(columns[q][i], x[i]);
+        }
+    }
+    pivots.copy_from_slice(&x);
+}
+
+/// −a · b for each of N columns, each summed in eight lanes so that it becomes vector instructions.
+#[inline(always)]
+fn minus_dots<T: Number, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -> [R; N] {
+    let mut lanes = [[R::none(); LANES]; N];
+    let whole = b.len() / LANES * LANES;
+    let mut start = 0;
+    while start < whole {
+        let b = &b[start..][..LANES];
+        for q in 0..N {
+            let a = &a[q][start..][..LANES];
+            for l in 0..LANES {
+                lanes[q][l] = lanes[q][l].less_product(a[l], b[l]);
+            }
+        }
+        start += LANES;
+    }
+    let mut sums = [R::none(); N];
+    for q in 0..N {
+        for i in whole..b.len() {
+            sums[q] = sums[q].less_product(a[q][i], b[i]);
+        }
+        for half in [4, 2, 1] {
+            for l in 0..half {
+                lanes[q][l] = lanes[q][l].plus(lanes[q][l + half]);
+            }
+        }
+        sums[q] = lanes[q][0].plus(sums[q]);
+    }
+    sums
 }
 
 /// Eliminates the columns of a `panel` of `m` rows, the first pivot being in row `first`: L (unit
@@ -178,11 +268,8 @@ pub(super) fn subtract_first<'a, T: Number>(
 ) {
     let mut p = 0;
     while p + 4 <= n {
-        let (mut a, mut x): ([&[T]; 4], _) = ([&[]; 4], [T::zero(); 4]);
-        for q in 0..4 {
-            (a[q], x[q]) = column(p + q);
-        }
-        subtract_columns(y, a, x);
+        let four: [_; 4] = from_fn(|q| column(p + q));
+        subtract_columns::<T, T, 4>(y, four.map(|(a, _)| a), four.map(|(_, x)| x));
         p += 4;
     }
     for p in p..n {

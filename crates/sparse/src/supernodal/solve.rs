@@ -5,9 +5,7 @@ use pulp::{Simd, WithSimd};
 use super::analysis::Analysis;
 use super::factors::Supernodal;
 use super::rooms::Room;
-use super::sweeps::{
-    BEYOND, minus_dot, solve_lower_in_chunks, solve_transposed, solve_upper, subtract_products,
-};
+use super::small::{minus_dot, solve_lower, solve_transposed, solve_upper};
 use crate::number::Row;
 use crate::{Factorization, Kind, Number, SparseError};
 
@@ -142,12 +140,12 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
         } = self;
         for node in &analysis.supernodes {
             let (m, k) = (node.size(), node.n_columns());
-            let y = &mut gathered[..m + BEYOND];
+            let y = &mut gathered[..m];
             y[..k].copy_from_slice(&x[node.shape.columns.clone()]);
             y[k..].fill(R::none());
-            solve_lower_in_chunks(y, &factors[node.start..][..m * k + BEYOND], [m, k]);
+            solve_lower(y, &factors[node.start..][..m * k], m);
             x[node.shape.columns.clone()].copy_from_slice(&y[..k]);
-            for (&row, &update) in node.shape.rows.iter().zip(&y[k..m]) {
+            for (&row, &update) in node.shape.rows.iter().zip(&y[k..]) {
                 let x = &mut x[row as usize];
                 *x = x.plus(update);
             }
@@ -173,7 +171,9 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
             }
             let pivots = &mut x[node.shape.columns.clone()];
             if r > 0 {
-                subtract_products(pivots, upper, right);
+                for (pivot, row) in pivots.iter_mut().zip(upper.chunks_exact(r)) {
+                    *pivot = pivot.plus(minus_dot(row, right));
+                }
             }
             solve_upper(pivots, panel, m);
         }
@@ -257,6 +257,6 @@ impl<T: Number> Factorization<T> for Supernodal<T> {
     }
 
     fn n_entries(&self) -> Option<usize> {
-        Some(self.analysis.n_entries())
+        Some(self.factors.len())
     }
 }
