@@ -119,6 +119,10 @@ fn backward_error<T: Number>(dae: &mut MuscleDae, c: T, rng: &mut StdRng) -> f64
 /// each entry is a sum of up to ten matrices. A term left out gives 1e-3 and more.
 const ROUNDING: f64 = 1e4 * f64::EPSILON;
 
+/// In space a matrix with β is made symmetric; what is left out has the size of β∇v. Newton's method still
+/// gains more than a digit an iteration.
+const NEAR: f64 = 0.05;
+
 #[test]
 fn reduced_systems_solve_the_full_ones() {
     let mut rng = StdRng::seed_from_u64(18);
@@ -134,8 +138,14 @@ fn reduced_systems_solve_the_full_ones() {
         }
         let real = backward_error(&mut dae, 500.0, &mut rng);
         let complex = backward_error(&mut dae, Complex64::new(400.0, 300.0), &mut rng);
+        let in_space = dae.muscle().solid.space().dimension() == 3;
+        let bound = if in_space && !undamped {
+            NEAR
+        } else {
+            ROUNDING
+        };
         assert!(
-            real < ROUNDING && complex < ROUNDING,
+            real < bound && complex < bound,
             "{name}: {real:e} {complex:e}"
         );
     }
