@@ -365,7 +365,7 @@ impl<Q> ForwardSensitivities<Q> {
             self.weights.iter_mut().for_each(|w| *w *= scale);
             columns::put(&self.weights, &mut self.columns_weights, j, n_columns);
         }
-        let apply = |v: &[f64], image: &mut [f64], n_columns: usize| {
+        let apply = |v: &[f64], image: &mut [f64]| {
             image.fill(0.0);
             operator
                 .subtract(parameters, method, (None, v), image, n_columns)
