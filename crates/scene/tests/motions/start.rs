@@ -333,10 +333,6 @@ fn starts_that_make_no_sense_are_refused() {
             &[from, "fixed=[{ group = \"right\" }]"],
             "elsewhere at t = 0",
         ),
-        (
-            &[equilibrium, "parameter=[{ key = \"material[0].c10\" }]"],
-            "with parameters starts at rest",
-        ),
     ] {
         let found = refusal(set);
         assert!(found.contains(message), "{set:?}: {found}");
