@@ -26,8 +26,10 @@ impl<R: Copy> Room<R> {
     where
         R: Row<T>,
     {
-        self.x.resize(analysis.n(), R::none());
-        self.gathered.resize(analysis.largest_front(), R::none());
+        if self.x.len() != analysis.n() {
+            self.x.resize(analysis.n(), R::none());
+            self.gathered.resize(analysis.largest_front(), R::none());
+        }
     }
 }
 

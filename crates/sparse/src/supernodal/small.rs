@@ -1,6 +1,7 @@
 //! Dense kernels on column-major blocks: for small fronts, and for the narrow panels of large ones.
 
 use std::array::from_fn;
+use std::ops::Range;
 
 use crate::number::{Number, Row};
 
@@ -12,6 +13,43 @@ const TILE_COLUMNS: usize = 4;
 const LONG: usize = 160;
 /// Partial sums of a scalar product: one register of AVX-512.
 const LANES: usize = 8;
+
+/// These rows of N columns of a `panel` of `m` rows, from column `p` on. No closure fills the array: it would be a
+/// call, without vector instructions.
+#[inline(always)]
+fn take_columns<T, const N: usize>(
+    panel: &[T],
+    m: usize,
+    p: usize,
+    rows: Range<usize>,
+) -> [&[T]; N] {
+    let mut columns: [&[T]; N] = [&[]; N];
+    for q in 0..N {
+        columns[q] = &panel[(p + q) * m..][rows.start..rows.end];
+    }
+    columns
+}
+
+/// Copies a few numbers, in place of the call that a loop or a copy of any length would become.
+#[inline(always)]
+pub(super) fn copy_few<R: Copy>(to: &mut [R], from: &[R]) {
+    #[inline(always)]
+    fn copy<R: Copy, const N: usize>(to: &mut [R], from: &[R], start: &mut usize) {
+        if to.len() & N != 0 {
+            to[*start..][..N].copy_from_slice(&from[*start..][..N]);
+            *start += N;
+        }
+    }
+    if to.len() >= 32 {
+        return to.copy_from_slice(from);
+    }
+    let mut start = 0;
+    copy::<R, 16>(to, from, &mut start);
+    copy::<R, 8>(to, from, &mut start);
+    copy::<R, 4>(to, from, &mut start);
+    copy::<R, 2>(to, from, &mut start);
+    copy::<R, 1>(to, from, &mut start);
+}
 
 /// `y` -= Σ_p x_p a_p for N columns at a time.
 #[inline(always)]
@@ -76,16 +114,18 @@ fn solve_lower_columns<T: Number, R: Row<T>, const N: usize>(
     p: usize,
 ) {
     let first = m - y.len() + p;
-    let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m..][first..m]);
+    let columns = take_columns::<T, N>(panel, m, p, first..m);
     let (pivots, below) = y[p..].split_at_mut(N);
-    let mut x: [R; N] = from_fn(|q| pivots[q]);
+    let mut x = [R::none(); N];
+    x.copy_from_slice(pivots);
     for q in 0..N {
         for i in q + 1..N {
             x[i] = x[i].less_product(columns[q][i], x[q]);
         }
     }
     pivots.copy_from_slice(&x);
-    subtract_columns(below, columns.map(|column| &column[N..]), x);
+    let columns = take_columns::<T, N>(panel, m, p, first + N..m);
+    subtract_columns(below, columns, x);
 }
 
 /// y ← U⁻¹ y: `panel` holds the columns of U, `m` rows each, with the inverses of the pivots on the
@@ -114,9 +154,10 @@ fn solve_upper_columns<T: Number, R: Row<T>, const N: usize>(
     m: usize,
     p: usize,
 ) {
-    let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m..][..p + N]);
+    let columns = take_columns::<T, N>(panel, m, p, 0..p + N);
     let (above, pivots) = y[..p + N].split_at_mut(p);
-    let mut x: [R; N] = from_fn(|q| pivots[q]);
+    let mut x = [R::none(); N];
+    x.copy_from_slice(pivots);
     for q in (0..N).rev() {
         x[q] = x[q].times(columns[q][p + q]);
         for i in 0..q {
@@ -127,19 +168,42 @@ fn solve_upper_columns<T: Number, R: Row<T>, const N: usize>(
     subtract_columns(above, columns, x);
 }
 
-/// y ← (Lᵀ)⁻¹ y for the first k entries of `y`, the rest being known: `panel` holds the columns of L
-/// (unit diagonal), `y.len()` rows each.
+/// `y` -= the products of the columns of a `panel` of `m` rows, of which the last count, with `x`.
 #[inline(always)]
-pub(super) fn solve_transposed<T: Number, R: Row<T>>(y: &mut [R], panel: &[T]) {
-    let m = y.len();
-    let mut p = panel.len() / m;
-    while p >= 4 && m >= LONG {
-        p -= 4;
-        solve_transposed_columns::<T, R, 4>(y, panel, p);
+pub(super) fn subtract_products<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize, x: &[R]) {
+    let first = m - x.len();
+    let mut p = 0;
+    while p + 4 <= y.len() && x.len() >= LONG {
+        let sums = minus_dots(take_columns::<T, 4>(panel, m, p, first..m), x);
+        for q in 0..4 {
+            y[p + q] = y[p + q].plus(sums[q]);
+        }
+        p += 4;
     }
-    for (p, column) in panel.chunks_exact(m).enumerate().take(p).rev() {
+    for p in p..y.len() {
+        y[p] = y[p].plus(minus_dot(&panel[p * m..][first..m], x));
+    }
+}
+
+/// y ← (Lᵀ)⁻¹ y: `panel` holds the columns of L (unit diagonal), `m` rows each, of which the first count.
+#[inline(always)]
+pub(super) fn solve_transposed<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize) {
+    let k = y.len();
+    let mut p = k;
+    while p >= 4 && k >= LONG {
+        p -= 4;
+        solve_transposed_columns::<T, R, 4>(y, panel, m, p);
+    }
+    for p in (0..p).rev() {
         let (pivots, below) = y.split_at_mut(p + 1);
-        pivots[p] = pivots[p].plus(minus_dot(&column[p + 1..], below));
+        let column = &panel[p * m..][p + 1..k];
+        if column.len() >= LANES {
+            pivots[p] = pivots[p].plus(minus_dot(column, below));
+        } else {
+            for (&entry, &x) in column.iter().zip(&*below) {
+                pivots[p] = pivots[p].less_product(entry, x);
+            }
+        }
     }
 }
 
@@ -148,14 +212,15 @@ pub(super) fn solve_transposed<T: Number, R: Row<T>>(y: &mut [R], panel: &[T]) {
 fn solve_transposed_columns<T: Number, R: Row<T>, const N: usize>(
     y: &mut [R],
     panel: &[T],
+    m: usize,
     p: usize,
 ) {
-    let m = y.len();
-    let columns: [&[T]; N] = from_fn(|q| &panel[(p + q) * m + p..(p + q + 1) * m]);
+    let k = y.len();
+    let columns = take_columns::<T, N>(panel, m, p, p..p + N);
     let (pivots, below) = y[p..].split_at_mut(N);
-    let sums = minus_dots(columns.map(|column| &column[N..]), below);
-    let mut x: [R; N] = from_fn(|q| pivots[q].plus(sums[q]));
+    let mut x = minus_dots(take_columns::<T, N>(panel, m, p, p + N..k), below);
     for q in (0..N).rev() {
+        x[q] = pivots[q].plus(x[q]);
         for i in q + 1..N {
             x[q] = x[q].less_product(columns[q][i], x[i]);
         }

@@ -5,7 +5,9 @@ use pulp::{Simd, WithSimd};
 use super::analysis::Analysis;
 use super::factors::Supernodal;
 use super::rooms::Room;
-use super::small::{minus_dot, solve_lower, solve_transposed, solve_upper};
+use super::small::{
+    copy_few, minus_dot, solve_lower, solve_transposed, solve_upper, subtract_products,
+};
 use crate::number::Row;
 use crate::{Factorization, Kind, Number, SparseError};
 
@@ -141,10 +143,10 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
         for node in &analysis.supernodes {
             let (m, k) = (node.size(), node.n_columns());
             let y = &mut gathered[..m];
-            y[..k].copy_from_slice(&x[node.shape.columns.clone()]);
+            copy_few(&mut y[..k], &x[node.shape.columns.clone()]);
             y[k..].fill(R::none());
             solve_lower(y, &factors[node.start..][..m * k], m);
-            x[node.shape.columns.clone()].copy_from_slice(&y[..k]);
+            copy_few(&mut x[node.shape.columns.clone()], &y[..k]);
             for (&row, &update) in node.shape.rows.iter().zip(&y[k..]) {
                 let x = &mut x[row as usize];
                 *x = x.plus(update);
@@ -218,20 +220,19 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
         for node in analysis.supernodes.iter().rev() {
             let (m, k) = (node.size(), node.n_columns());
             let panel = &factors[node.start..][..m * k];
-            let y = &mut gathered[..m];
-            let pivots = &mut x[node.shape.columns.clone()];
-            for (p, (y, &x)) in y.iter_mut().zip(&*pivots).enumerate() {
-                *y = if WITH_PIVOTS {
-                    x.times(panel[p * m + p])
-                } else {
-                    x
-                };
-            }
-            for (value, &row) in y[k..].iter_mut().zip(&node.shape.rows) {
+            let right = &mut gathered[..m - k];
+            for (value, &row) in right.iter_mut().zip(&node.shape.rows) {
                 *value = x[row as usize];
             }
-            solve_transposed(y, panel);
-            x[node.shape.columns.clone()].copy_from_slice(&y[..k]);
+            let pivots = &mut x[node.shape.columns.clone()];
+            if WITH_PIVOTS {
+                for (p, pivot) in pivots.iter_mut().enumerate() {
+                    *pivot = pivot.times(panel[p * m + p]);
+                }
+            }
+            // Before the pivots, none of which waits for another in it.
+            subtract_products(pivots, panel, m, right);
+            solve_transposed(pivots, panel, m);
         }
     }
 }
