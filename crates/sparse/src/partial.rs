@@ -10,8 +10,8 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
 use nalgebra_sparse::pattern::SparsityPattern;
 
+use crate::finite::expect_finite;
 use crate::klu::KluOptions;
-use crate::number::{expect_finite, is_finite};
 use crate::{Factorization, Number, SparseError};
 
 /// The analysis of a pattern.
@@ -125,7 +125,7 @@ impl<T: Number> Factors<T> {
         let mut probe = std::mem::take(&mut self.probe);
         probe.fill(T::one());
         let solved = self.solve(&mut probe);
-        self.current = solved.is_ok() && probe.iter().all(|&x| is_finite(x));
+        self.current = solved.is_ok() && expect_finite(&probe, "solution").is_ok();
         self.probe = probe;
         if self.current { Ok(()) } else { Err(singular) }
     }
