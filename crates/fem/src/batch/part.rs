@@ -5,6 +5,7 @@ use std::ops::Range;
 use pulp::Simd;
 
 use super::{Batch, Point, dot};
+use crate::fields::Inverted;
 use crate::kind::Ratios;
 use crate::lanes::Lanes;
 use crate::material::three::Axes;
@@ -186,6 +187,23 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
             }
         }
         out
+    }
+
+    /// Checks that no element is inverted at a point, where det F − 1 is `d`.
+    #[inline(always)]
+    pub(crate) fn expect_not_inverted(
+        &self,
+        point: &Point<D, N, P>,
+        d: Lanes<S>,
+    ) -> Result<(), Inverted> {
+        let inverted = |d: &f64| *d <= -1.0 || d.is_nan();
+        match d.as_slice().iter().position(inverted) {
+            Some(lane) => {
+                let jacobian = 1.0 + d.as_slice()[lane];
+                Err(Inverted::new(self.element(lane), &point.psi, jacobian))
+            }
+            None => Ok(()),
+        }
     }
 
     /// The quadrature weights of a point.
