@@ -9,10 +9,10 @@
 //! coordinates, so a batch moves little memory. Lanes beyond the last element repeat it with measure zero. Note 0002.
 
 mod batches;
-mod dot;
 mod exchange;
 mod geometry;
 mod part;
+mod sums;
 
 use crate::kind::Kind;
 use crate::lanes::{Array, LANES};
@@ -20,8 +20,8 @@ use crate::space::Space;
 use geometry::Geometry;
 
 pub(crate) use batches::{Batches, Stretch};
-pub(crate) use dot::{add_dot, dot};
 pub(crate) use part::Part;
+pub(crate) use sums::{add_dot, add_scaled, dot, dot_numbers};
 
 /// A quadrature point: weight as a fraction of the element's measure, pressure shape functions
 /// (which are the barycentric coordinates), reference gradients of the displacement's.
