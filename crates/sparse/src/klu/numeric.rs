@@ -6,6 +6,7 @@ use num_complex::{Complex64, ComplexFloat};
 
 use super::{Symbolic, error};
 use crate::SparseError;
+use crate::error::expect_length;
 use crate::ffi::klu::{Entry, Failure, RawNumeric};
 use crate::finite::expect_finite;
 
@@ -177,13 +178,6 @@ impl<T: Scalar> std::fmt::Debug for Numeric<T> {
 }
 
 fn check_values<T: Scalar>(symbolic: &Symbolic, values: &[T]) -> Result<(), SparseError> {
-    if values.len() != symbolic.nnz() {
-        let what = "values of the matrix";
-        return Err(SparseError::WrongLength {
-            what,
-            expected: symbolic.nnz(),
-            got: values.len(),
-        });
-    }
+    expect_length("values of the matrix", symbolic.nnz(), values.len())?;
     expect_finite(values, "matrix")
 }
