@@ -11,7 +11,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::batch::{Batch, Part, Point, Stretch};
+use crate::batch::{Batch, Part, Point, Stretch, add_scaled};
 use crate::lanes::{Lanes, outlined};
 use crate::material::{ActiveFibre, ActiveStress, Real, Viscous};
 use crate::residual::accumulate;
@@ -349,16 +349,6 @@ impl<T: Simd, const D: usize, const N: usize, const P: usize> WithSimd for Add<'
                     }
                 }
             }
-        }
-    }
-}
-
-/// `sum` += `factor` · `tensor`.
-#[inline(always)]
-fn add_scaled<R: Real, const D: usize>(sum: &mut [[R; D]; D], factor: R, tensor: &[[R; D]; D]) {
-    for (sum, row) in sum.iter_mut().zip(tensor) {
-        for (sum, entry) in sum.iter_mut().zip(row) {
-            *sum = factor.mul_add(*entry, *sum);
         }
     }
 }

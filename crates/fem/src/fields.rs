@@ -52,6 +52,33 @@ impl<'a> Fields<'a> {
     }
 }
 
+/// What a pass needs of the arrays wanted from it, `$n` of them, all in the order of their declaration.
+macro_rules! slots {
+    ($name:ident, $n:literal, $($array:ident),+) => {
+        impl $name<'_> {
+            /// Which are wanted.
+            pub(crate) fn wanted(&self) -> [bool; $n] {
+                [$(self.$array.is_some()),+]
+            }
+
+            /// All of them, lent.
+            pub(crate) fn slots(&mut self) -> [Option<&mut [f64]>; $n] {
+                [$(self.$array.as_deref_mut()),+]
+            }
+
+            pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+                self.slots().into_iter().flatten()
+            }
+        }
+
+        impl<'a> From<[Option<&'a mut [f64]>; $n]> for $name<'a> {
+            fn from([$($array),+]: [Option<&'a mut [f64]>; $n]) -> Self {
+                Self { $($array),+ }
+            }
+        }
+    };
+}
+
 /// The vectors wanted from [`Solid::evaluate`](crate::solid::Solid::evaluate); each that is given
 /// is overwritten.
 #[derive(Debug, Default)]
@@ -69,52 +96,21 @@ pub struct Vectors<'a> {
 }
 
 impl Vectors<'_> {
-    /// Which are wanted, in the order of their declaration.
-    pub(crate) fn wanted(&self) -> [bool; 5] {
-        let Self {
-            force,
-            force_rate,
-            defect,
-            defect_rate,
-            multiplier_force,
-        } = self;
-        [force, force_rate, defect, defect_rate, multiplier_force].map(|vector| vector.is_some())
-    }
-
     /// Whether anything is wanted that depends on v, ṗ or μ.
     pub(crate) fn has_rates(&self) -> bool {
         self.force_rate.is_some() || self.defect_rate.is_some() || self.multiplier_force.is_some()
     }
-
-    /// All of them, lent, in the order of their declaration.
-    pub(crate) fn slots(&mut self) -> [Option<&mut [f64]>; 5] {
-        [
-            &mut self.force,
-            &mut self.force_rate,
-            &mut self.defect,
-            &mut self.defect_rate,
-            &mut self.multiplier_force,
-        ]
-        .map(|vector| vector.as_deref_mut())
-    }
-
-    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
-        self.slots().into_iter().flatten()
-    }
 }
 
-impl<'a> From<[Option<&'a mut [f64]>; 5]> for Vectors<'a> {
-    fn from(slots: [Option<&'a mut [f64]>; 5]) -> Self {
-        let [force, force_rate, defect, defect_rate, multiplier_force] = slots;
-        Self {
-            force,
-            force_rate,
-            defect,
-            defect_rate,
-            multiplier_force,
-        }
-    }
-}
+slots!(
+    Vectors,
+    5,
+    force,
+    force_rate,
+    defect,
+    defect_rate,
+    multiplier_force
+);
 
 /// The tangents wanted from [`Solid::tangents`](crate::solid::Solid::tangents); each that is given
 /// is overwritten with values in the order of its pattern.
@@ -136,72 +132,24 @@ pub struct Tangents<'a> {
 }
 
 impl Tangents<'_> {
-    /// Which are wanted, in the order of their declaration.
-    pub(crate) fn wanted(&self) -> [bool; 6] {
-        let Self {
-            stiffness,
-            damped_stiffness,
-            rate_stiffness,
-            divergence,
-            divergence_rate,
-            multiplier_stiffness,
-        } = self;
-        [
-            stiffness,
-            damped_stiffness,
-            rate_stiffness,
-            divergence,
-            divergence_rate,
-            multiplier_stiffness,
-        ]
-        .map(|values| values.is_some())
-    }
-
     /// Whether anything is wanted that depends on v, ṗ or μ.
     pub(crate) fn has_rates(&self) -> bool {
         self.rate_stiffness.is_some()
             || self.divergence_rate.is_some()
             || self.multiplier_stiffness.is_some()
     }
-
-    /// All of them, lent, in the order of their declaration.
-    pub(crate) fn slots(&mut self) -> [Option<&mut [f64]>; 6] {
-        [
-            &mut self.stiffness,
-            &mut self.damped_stiffness,
-            &mut self.rate_stiffness,
-            &mut self.divergence,
-            &mut self.divergence_rate,
-            &mut self.multiplier_stiffness,
-        ]
-        .map(|values| values.as_deref_mut())
-    }
-
-    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
-        self.slots().into_iter().flatten()
-    }
 }
 
-impl<'a> From<[Option<&'a mut [f64]>; 6]> for Tangents<'a> {
-    fn from(slots: [Option<&'a mut [f64]>; 6]) -> Self {
-        let [
-            stiffness,
-            damped_stiffness,
-            rate_stiffness,
-            divergence,
-            divergence_rate,
-            multiplier_stiffness,
-        ] = slots;
-        Self {
-            stiffness,
-            damped_stiffness,
-            rate_stiffness,
-            divergence,
-            divergence_rate,
-            multiplier_stiffness,
-        }
-    }
-}
+slots!(
+    Tangents,
+    6,
+    stiffness,
+    damped_stiffness,
+    rate_stiffness,
+    divergence,
+    divergence_rate,
+    multiplier_stiffness
+);
 
 /// What [`Solid::multiply`](crate::solid::Solid::multiply) linearises.
 #[derive(Debug, Clone, Copy, PartialEq)]

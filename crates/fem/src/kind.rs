@@ -1,7 +1,7 @@
 //! What elements are made of: those of one kind are computed together.
 
 use crate::error::FemError;
-use crate::material::Law;
+use crate::material::{Law, Range};
 
 /// Bulk modulus and damping of an element by those of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,35 +27,9 @@ impl Ratios {
     /// # Errors
     /// [`FemError::Parameter`].
     pub(crate) fn check(&self) -> Result<(), FemError> {
-        for (name, value, fits, condition) in [
-            (
-                "ratio of kappa",
-                self.kappa,
-                self.kappa > 0.0,
-                "positive and finite",
-            ),
-            (
-                "ratio of alpha",
-                self.alpha,
-                self.alpha >= 0.0,
-                "zero or positive, and finite",
-            ),
-            (
-                "ratio of beta",
-                self.beta,
-                self.beta >= 0.0,
-                "zero or positive, and finite",
-            ),
-        ] {
-            if !(fits && value.is_finite()) {
-                return Err(FemError::Parameter {
-                    name,
-                    value,
-                    condition,
-                });
-            }
-        }
-        Ok(())
+        Range::Positive.check("ratio of kappa", self.kappa)?;
+        Range::NotNegative.check("ratio of alpha", self.alpha)?;
+        Range::NotNegative.check("ratio of beta", self.beta)
     }
 }
 

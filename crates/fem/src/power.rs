@@ -78,12 +78,7 @@ fn of_elements<S: Simd, const D: usize, const N: usize, const P: usize>(
         let [h, h_rate] = gradients;
         let strain = law.strain(h, axes, None);
         if law.is_finite() {
-            let d = law.dilation(&strain);
-            let inverted = |d: &f64| *d <= -1.0 || d.is_nan();
-            if let Some(lane) = d.as_slice().iter().position(inverted) {
-                let jacobian = 1.0 + d.as_slice()[lane];
-                return Err(Inverted::new(part.element(lane), &point.psi, jacobian));
-            }
+            part.expect_not_inverted(point, law.dilation(&strain))?;
         }
         let mut stress = law.stress(&strain, no_volume);
         if beta > 0.0 {

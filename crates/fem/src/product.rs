@@ -5,7 +5,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::batch::{Batch, Batches, Part, Point, add_dot};
+use crate::batch::{Batch, Batches, Part, Point, add_dot, add_scaled};
 use crate::constitutive::{Constitutive, Tangent, Tensor, with_plane_law, with_spatial_law};
 use crate::fields::{Change, Fields, Inverted, Linearized};
 use crate::lanes::{Lanes, outlined};
@@ -73,20 +73,6 @@ fn add_double_dot<S: Simd, const D: usize>(
         }
     }
     sum
-}
-
-/// `sum` += `factor` · `tensor`.
-#[inline(always)]
-fn add_scaled<S: Simd, const D: usize>(
-    sum: &mut Tensor<Lanes<S>, D>,
-    factor: Lanes<S>,
-    tensor: &Tensor<Lanes<S>, D>,
-) {
-    for (sum, row) in sum.iter_mut().zip(tensor) {
-        for (sum, entry) in sum.iter_mut().zip(row) {
-            *sum = factor.mul_add(*entry, *sum);
-        }
-    }
 }
 
 /// The moduli at all points of a part.

@@ -77,12 +77,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> AtPoint<S, D, C> {
         };
         let strain = law.strain(part.gradient(&local.u, point), axes, factor);
         if law.is_finite() {
-            let d = law.dilation(&strain);
-            let inverted = |d: &f64| *d <= -1.0 || d.is_nan();
-            if let Some(lane) = d.as_slice().iter().position(inverted) {
-                let jacobian = 1.0 + d.as_slice()[lane];
-                return Err(Inverted::new(part.element(lane), &point.psi, jacobian));
-            }
+            part.expect_not_inverted(point, law.dilation(&strain))?;
         }
         let zero = part.zero();
         let v = if RATES && local.moving {

@@ -21,6 +21,7 @@ use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::error::FemError;
+use crate::material::Range;
 use crate::sparsity::pattern;
 
 /// The parameters of the rod.
@@ -322,13 +323,7 @@ fn check(data: &RodData) -> Result<(), FemError> {
         ("length", data.length),
     ];
     for (name, value) in positive {
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(FemError::Parameter {
-                name,
-                value,
-                condition: "positive and finite",
-            });
-        }
+        Range::Positive.check(name, value)?;
     }
     let damping = [
         ("mass_damping", data.mass_damping),

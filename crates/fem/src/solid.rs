@@ -35,7 +35,7 @@ pub use crate::fields::{Change, Fields, Inverted, Linearized, Pressure, Tangents
 use crate::kind::{Kind, Ratios};
 use crate::mass::Symmetric;
 use crate::material::three::Axes;
-use crate::material::{Law, Prony};
+use crate::material::{Law, Prony, Range};
 use crate::quadrature::Rule;
 use crate::relaxation::InternalStresses;
 use crate::space::{Degree, Located, Space};
@@ -285,14 +285,8 @@ impl Solid {
             dofs.n_full(),
             space.n_components(),
         )?;
-        let unfit = |density: &&f64| !(**density > 0.0 && density.is_finite());
-        if let Some(&value) = densities.iter().find(unfit) {
-            let (name, condition) = ("density", "positive and finite");
-            return Err(FemError::Parameter {
-                name,
-                value,
-                condition,
-            });
+        for &density in densities {
+            Range::Positive.check("density", density)?;
         }
         let displacement_pattern = displacement_pattern(&space, &dofs);
         let divergence_pattern = divergence_pattern(&space, &dofs);

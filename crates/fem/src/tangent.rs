@@ -2,7 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::batch::{Batch, Part, Point, Stretch, add_dot, dot};
+use crate::batch::{Batch, Part, Point, Stretch, add_dot, dot, dot_numbers};
 use crate::constitutive::{
     Constitutive, Tangent, Tensor, with_plane_law, with_sheet_law, with_spatial_law,
 };
@@ -75,11 +75,7 @@ fn accumulate<S: Simd, const D: usize, const N: usize, const P: usize>(
                     for (n, value) in row.iter_mut().enumerate() {
                         *value = if i <= k { a[i][k][m][n] } else { a[k][i][n][m] };
                     }
-                    let last = row[D - 1] * gradient_b[D - 1];
-                    *entry = last;
-                    for n in (0..D - 1).rev() {
-                        *entry = row[n].mul_add(last.like(gradient_b[n]), *entry);
-                    }
+                    *entry = dot_numbers(&row, gradient_b);
                 }
             }
         }
@@ -145,10 +141,7 @@ fn accumulate_divergence<S: Simd, const D: usize, const N: usize, const P: usize
     let normal = part.pull_back(point, normal);
     for (b, gradient) in point.gradients.iter().enumerate() {
         for (k, row) in normal.iter().enumerate() {
-            let mut flux = row[D - 1] * gradient[D - 1];
-            for n in (0..D - 1).rev() {
-                flux = row[n].mul_add(flux.like(gradient[n]), flux);
-            }
+            let flux = dot_numbers(row, gradient);
             for (out, psi) in out.iter_mut().zip(point.psi) {
                 let entry = &mut out[b][k];
                 *entry = flux.mul_add(flux.like(psi), *entry);

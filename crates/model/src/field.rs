@@ -86,6 +86,15 @@ impl Layout {
             .map(|(_, range)| range.clone())
     }
 
+    /// Where the rows of the momentum balance lie, which are those of v.
+    ///
+    /// # Panics
+    /// If the formulation has none.
+    pub(crate) fn momentum(&self) -> Range<usize> {
+        self.range(Field::Velocity)
+            .expect("the momentum balance stands in the rows of v")
+    }
+
     /// The block that component `i` belongs to, and its place within.
     ///
     /// # Panics

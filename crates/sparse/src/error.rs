@@ -106,6 +106,25 @@ pub enum SparseError {
     },
 }
 
+/// Checks the length of a slice.
+///
+/// # Errors
+/// [`SparseError::WrongLength`].
+pub(crate) fn expect_length(
+    what: &'static str,
+    expected: usize,
+    got: usize,
+) -> Result<(), SparseError> {
+    if got == expected {
+        return Ok(());
+    }
+    Err(SparseError::WrongLength {
+        what,
+        expected,
+        got,
+    })
+}
+
 /// A size for people, from 1 GiB on in GiB.
 fn size(bytes: usize) -> String {
     let mebibytes = bytes as f64 / f64::from(1 << 20);

@@ -16,6 +16,7 @@ mod error;
 mod factorization;
 #[allow(unsafe_code)]
 mod ffi;
+mod finite;
 pub mod klu;
 mod number;
 mod ordering;

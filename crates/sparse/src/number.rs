@@ -9,7 +9,7 @@ use num_complex::{Complex64, ComplexFloat};
 
 use crate::compiled::Compiled;
 use crate::engine::Engine;
-use crate::{Factorization, Kind, SparseError};
+use crate::{Factorization, Kind};
 
 #[cfg(klu)]
 use crate::klu::Scalar;
@@ -252,21 +252,5 @@ impl Number for Complex64 {
         kind: Kind,
     ) -> Box<dyn Factorization<Self>> {
         engine.complex(pattern, kind)
-    }
-}
-
-/// Whether all parts of a number are finite.
-pub(crate) fn is_finite<T: Number>(x: T) -> bool {
-    ComplexFloat::is_finite(x)
-}
-
-/// Checks that all `values` of something are finite.
-///
-/// # Errors
-/// [`SparseError::NotFinite`].
-pub(crate) fn expect_finite<T: Number>(values: &[T], of: &'static str) -> Result<(), SparseError> {
-    match values.iter().position(|&value| !is_finite(value)) {
-        Some(position) => Err(SparseError::NotFinite { of, position }),
-        None => Ok(()),
     }
 }

@@ -10,8 +10,9 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
 use nalgebra_sparse::pattern::SparsityPattern;
 
+use crate::error::expect_length;
+use crate::finite::expect_finite;
 use crate::klu::KluOptions;
-use crate::number::{expect_finite, is_finite};
 use crate::{Factorization, Number, SparseError};
 
 /// The analysis of a pattern.
@@ -109,14 +110,7 @@ impl<T: Number> Factors<T> {
     pub fn renew(&mut self, values: &[T]) -> Result<(), SparseError> {
         self.current = false;
         let (n, nnz) = (self.symbolic.n(), self.symbolic.nnz());
-        if values.len() != nnz {
-            let (what, got) = ("values of the matrix", values.len());
-            return Err(SparseError::WrongLength {
-                what,
-                expected: nnz,
-                got,
-            });
-        }
+        expect_length("values of the matrix", nnz, values.len())?;
         expect_finite(values, "matrix")?;
         let singular = SparseError::Singular { n, column: None };
         T::factor_lu(self, values).ok_or(singular.clone())?;
@@ -125,7 +119,7 @@ impl<T: Number> Factors<T> {
         let mut probe = std::mem::take(&mut self.probe);
         probe.fill(T::one());
         let solved = self.solve(&mut probe);
-        self.current = solved.is_ok() && probe.iter().all(|&x| is_finite(x));
+        self.current = solved.is_ok() && expect_finite(&probe, "solution").is_ok();
         self.probe = probe;
         if self.current { Ok(()) } else { Err(singular) }
     }
@@ -178,15 +172,7 @@ impl<T: Number> Factors<T> {
 
     /// Whether there is something to solve `x` with.
     fn check(&self, x: &[T]) -> Result<(), SparseError> {
-        let n = self.symbolic.n();
-        if x.len() != n {
-            let what = "right-hand side";
-            return Err(SparseError::WrongLength {
-                what,
-                expected: n,
-                got: x.len(),
-            });
-        }
+        expect_length("right-hand side", self.symbolic.n(), x.len())?;
         match self.current {
             true => Ok(()),
             false => Err(SparseError::NoFactors),

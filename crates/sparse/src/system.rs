@@ -8,8 +8,8 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use rayon::ThreadPool;
 
 use crate::engine::{self, Engine};
+use crate::finite::expect_finite;
 use crate::klu::KluOptions;
-use crate::number::expect_finite;
 use crate::pivoting::{Factors, Symbolic};
 use crate::product::Product;
 use crate::resources;

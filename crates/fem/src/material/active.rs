@@ -8,7 +8,7 @@
 //! with f = F f0, ḟ = V f0, λ² = 1 + 2 E, E = f0·E f0, Ė = f·ḟ = λ λ̇. Without a force–velocity
 //! factor K is symmetric. The functions hold in the plane, where the fibres lie in it, and in space.
 
-use super::{Dual, Real};
+use super::{Dual, Range, Real};
 use crate::error::FemError;
 
 /// The stress that T is.
@@ -155,17 +155,9 @@ impl ActiveStress {
         if let Some(ForceVelocity { v_max, a, plateau }) = self.force_velocity {
             constants.extend([("v_max", v_max), ("a", a), ("plateau - 1", plateau - 1.0)]);
         }
-        let unfit = |(_, value): &(&str, f64)| !(*value > 0.0 && value.is_finite());
         constants
             .into_iter()
-            .find(unfit)
-            .map_or(Ok(()), |(name, value)| {
-                Err(FemError::Parameter {
-                    name,
-                    value,
-                    condition: "positive and finite",
-                })
-            })
+            .try_for_each(|(name, value)| Range::Positive.check(name, value))
     }
 
     /// τ from T, E and Ė.

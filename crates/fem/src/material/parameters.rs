@@ -40,6 +40,21 @@ impl Range {
             Range::AtLeastOne => "at least 1 and finite",
         }
     }
+
+    /// Checks a value that has this name.
+    ///
+    /// # Errors
+    /// [`FemError::Parameter`].
+    pub(crate) fn check(self, name: &'static str, value: f64) -> Result<(), FemError> {
+        if self.contains(value) {
+            return Ok(());
+        }
+        Err(FemError::Parameter {
+            name,
+            value,
+            condition: self.in_words(),
+        })
+    }
 }
 
 /// A constant of a law.
@@ -148,7 +163,7 @@ impl Law {
                 name: parameter.name,
                 unit: parameter.unit,
             })?;
-            check(parameter, value)?;
+            parameter.range.check(parameter.name, value)?;
             values.push(value);
         }
         Ok(Law::from_values(description.name, &values))
@@ -162,17 +177,6 @@ impl Law {
         let parameters = self.description().parameters.iter();
         parameters
             .zip(self.values())
-            .try_for_each(|(parameter, value)| check(parameter, value))
+            .try_for_each(|(parameter, value)| parameter.range.check(parameter.name, value))
     }
-}
-
-fn check(parameter: &Parameter, value: f64) -> Result<(), FemError> {
-    if parameter.range.contains(value) {
-        return Ok(());
-    }
-    Err(FemError::Parameter {
-        name: parameter.name,
-        value,
-        condition: parameter.range.in_words(),
-    })
 }

@@ -23,7 +23,7 @@ use std::ops::Mul;
 
 use num_complex::ComplexFloat;
 
-use super::Real;
+use super::{Range, Real};
 use crate::error::FemError;
 
 /// A term: g and τ.
@@ -47,20 +47,9 @@ impl Prony {
     /// # Errors
     /// [`FemError::Parameter`] for a weight below zero or a time that is not positive.
     pub fn new(terms: Vec<PronyTerm>) -> Result<Self, FemError> {
-        let wrong = |name, value, condition| {
-            Err(FemError::Parameter {
-                name,
-                value,
-                condition,
-            })
-        };
         for term in &terms {
-            if !(term.weight >= 0.0 && term.weight.is_finite()) {
-                return wrong("Prony weight", term.weight, "zero or positive, and finite");
-            }
-            if !(term.time > 0.0 && term.time.is_finite()) {
-                return wrong("Prony time", term.time, "positive and finite");
-            }
+            Range::NotNegative.check("Prony weight", term.weight)?;
+            Range::Positive.check("Prony time", term.time)?;
         }
         Ok(Self { terms })
     }

@@ -37,12 +37,6 @@ impl<R: Real, const D: usize> Viscous<R, D> {
         Self { f, v, stress, eta }
     }
 
-    /// S_v.
-    #[inline(always)]
-    pub fn second_piola_kirchhoff(&self) -> [[R; D]; D] {
-        self.stress
-    }
-
     /// P = F S_v.
     #[inline(always)]
     pub fn stress(&self) -> [[R; D]; D] {

@@ -2,6 +2,7 @@
 
 use crate::added::{AddedMotion, AddedStress, AddedTangents, Force, Regions, Slopes};
 use crate::error::FemError;
+use crate::material::Range;
 use crate::relaxation::InternalStresses;
 use crate::shared::Pass;
 
@@ -25,13 +26,7 @@ impl Solid {
             if let Some(active) = &stress.active {
                 active.check()?;
             }
-            if !(stress.viscosity >= 0.0 && stress.viscosity.is_finite()) {
-                return Err(FemError::Parameter {
-                    name: "viscosity",
-                    value: stress.viscosity,
-                    condition: "zero or positive, and finite",
-                });
-            }
+            Range::NotNegative.check("viscosity", stress.viscosity)?;
         }
         let of_element = self.numbered(regions.iter().map(|(members, _)| members))?;
         for (kind, added) in self.kinds.iter_mut().zip(of_element) {

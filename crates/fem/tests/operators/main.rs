@@ -10,6 +10,7 @@ mod follower;
 mod identities;
 mod meshes;
 mod points;
+mod powers;
 mod relaxing;
 mod shared;
 mod spatial;

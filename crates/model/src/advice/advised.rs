@@ -6,8 +6,8 @@ use super::{Advice, listed};
 use crate::counters::WorkCounters;
 use crate::coupling::{CoupledDae, FeedbackDae};
 use crate::error::ModelError;
-use crate::integration::integrator::{Advance, Continuation, Integrator};
-use crate::integration::statistics::{Counts, StopReason};
+use crate::integration::integrator::{Advance, Continuation, Integrator, left_to_inner};
+use crate::integration::statistics::StopReason;
 use crate::muscle_dae::MuscleDae;
 
 /// A system with a muscle, as the advice on a stop sees it.
@@ -97,9 +97,7 @@ impl<P: WithMuscle> Advised<P> {
 }
 
 impl<P: WithMuscle> Integrator<P> for Advised<P> {
-    fn pass_jump(&mut self) -> Result<(), ModelError> {
-        self.inner.pass_jump()
-    }
+    left_to_inner!(P);
 
     fn advance(&mut self) -> Result<Advance, ModelError> {
         let inversions = self.inner.problem().work().inversions;
@@ -125,39 +123,11 @@ impl<P: WithMuscle> Integrator<P> for Advised<P> {
         })
     }
 
-    fn time(&self) -> f64 {
-        self.inner.time()
-    }
-
-    fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError> {
-        self.inner.dense_output(t, derivative, out)
-    }
-
-    fn local_error(&mut self, out: &mut [f64]) -> Result<(), ModelError> {
-        self.inner.local_error(out)
-    }
-
-    fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
-        self.inner.errors_per_estimate(relative)
-    }
-
-    fn counts(&self) -> Counts {
-        self.inner.counts()
-    }
-
     fn save(&self) -> Option<Continuation> {
         self.inner.save()
     }
 
     fn restore(&mut self, continuation: &Continuation) -> Result<(), ModelError> {
         self.inner.restore(continuation)
-    }
-
-    fn problem(&self) -> &P {
-        self.inner.problem()
-    }
-
-    fn problem_mut(&mut self) -> &mut P {
-        self.inner.problem_mut()
     }
 }

@@ -23,7 +23,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::dae::CoupledDae;
 use super::effect::{Effect, Feedback};
-use super::reach::{Place, Places, momentum};
+use super::reach::{Place, Places};
 use crate::blocks::{Block, Blocks};
 use crate::error::ModelError;
 use crate::muscle_dae::MuscleDae;
@@ -66,7 +66,7 @@ impl FeedbackDae {
             (effect, vec![0.0; count])
         });
         let places = Places::new(&one_way, &feedbacks);
-        let n_rows = momentum(body).len();
+        let n_rows = body.layout().momentum().len();
         let patterns: Vec<SparsityPattern> = (0..feedbacks.len())
             .map(|k| {
                 let columns = one_way.range(feedbacks[k].network).len();
@@ -94,7 +94,7 @@ impl FeedbackDae {
         let mut placed = vec![Block::at(0, 0, &own)];
         placed.extend(feedbacks.iter().zip(&patterns).map(|(feedback, pattern)| {
             let columns = one_way.range(feedback.network);
-            Block::at(momentum(body).start, columns.start, pattern)
+            Block::at(body.layout().momentum().start, columns.start, pattern)
         }));
         let n = one_way.n_unknowns();
         Self {

@@ -21,7 +21,7 @@ use num_complex::Complex64;
 use super::dae::CoupledDae;
 use super::effect::Feedback;
 use super::feedback::FeedbackDae;
-use super::reach::{Place, momentum};
+use super::reach::Place;
 use super::solver::{CoupledSolver, NetworkFactors};
 use crate::field::Field;
 use crate::linear::CondensedSolver;
@@ -138,7 +138,7 @@ fn feed_back<T: Number>(
         factors.solve_one(k, &mut x)?;
         alone.push(x);
     }
-    let rows = &mut rhs[momentum(one_way.body())];
+    let rows = &mut rhs[one_way.body().layout().momentum()];
     for place in dae.places() {
         let change = along(place, &alone[dae.feedbacks()[place.feedback].network]);
         for (&row, &force) in place.rows.iter().zip(&place.force) {

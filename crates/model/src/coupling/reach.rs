@@ -7,7 +7,6 @@ use myovib_dae::StepError;
 use super::dae::CoupledDae;
 use super::effect::{Effect, Feedback};
 use crate::colouring::colours;
-use crate::field::Field;
 use crate::muscle_dae::MuscleDae;
 
 /// One place of a network, whose coherence sets one number g of the body.
@@ -144,7 +143,7 @@ impl Places {
         }
         let own = one_way.body_range();
         let body = one_way.body_mut();
-        let momentum = momentum(body);
+        let momentum = body.layout().momentum();
         for (effect, colour) in &self.colours {
             let solid = &body.muscle().solid;
             self.weights.clear();
@@ -174,10 +173,4 @@ impl Places {
         }
         Ok(())
     }
-}
-
-/// The rows of the momentum balance.
-pub(super) fn momentum(body: &MuscleDae) -> Range<usize> {
-    let range = body.layout().range(Field::Velocity);
-    range.expect("the momentum balance stands in the rows of v")
 }

@@ -101,6 +101,49 @@ pub trait Integrator<P> {
     fn problem_mut(&mut self) -> &mut P;
 }
 
+/// What an [`Integrator`] around another, its `inner`, leaves to it.
+macro_rules! left_to_inner {
+    ($problem:ty) => {
+        fn pass_jump(&mut self) -> Result<(), $crate::error::ModelError> {
+            self.inner.pass_jump()
+        }
+
+        fn time(&self) -> f64 {
+            self.inner.time()
+        }
+
+        fn dense_output(
+            &mut self,
+            t: f64,
+            derivative: u32,
+            out: &mut [f64],
+        ) -> Result<(), $crate::error::ModelError> {
+            self.inner.dense_output(t, derivative, out)
+        }
+
+        fn local_error(&mut self, out: &mut [f64]) -> Result<(), $crate::error::ModelError> {
+            self.inner.local_error(out)
+        }
+
+        fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
+            self.inner.errors_per_estimate(relative)
+        }
+
+        fn counts(&self) -> $crate::integration::statistics::Counts {
+            self.inner.counts()
+        }
+
+        fn problem(&self) -> &$problem {
+            self.inner.problem()
+        }
+
+        fn problem_mut(&mut self) -> &mut $problem {
+            self.inner.problem_mut()
+        }
+    };
+}
+pub(crate) use left_to_inner;
+
 impl Advance {
     /// What a step of a solver on its way to `t_end` came to.
     pub(crate) fn of(outcome: wrap::Outcome, t_end: f64) -> Self {

@@ -11,8 +11,7 @@
 
 use crate::error::ModelError;
 use crate::integration::ida::IdaIntegrator;
-use crate::integration::integrator::{Advance, Integrator};
-use crate::integration::statistics::Counts;
+use crate::integration::integrator::{Advance, Integrator, left_to_inner};
 use crate::start::Consistent;
 
 /// IDAS with projections after the first step at or beyond each multiple of a time.
@@ -48,9 +47,7 @@ fn first_after(t: f64, next: f64, every: f64) -> f64 {
 }
 
 impl<P: Consistent> Integrator<P> for Projected<P> {
-    fn pass_jump(&mut self) -> Result<(), ModelError> {
-        self.inner.pass_jump()
-    }
+    left_to_inner!(P);
 
     fn advance(&mut self) -> Result<Advance, ModelError> {
         if self.inner.time() >= self.next {
@@ -58,34 +55,6 @@ impl<P: Consistent> Integrator<P> for Projected<P> {
             self.next = first_after(self.inner.time(), self.next, self.every);
         }
         self.inner.advance()
-    }
-
-    fn time(&self) -> f64 {
-        self.inner.time()
-    }
-
-    fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError> {
-        self.inner.dense_output(t, derivative, out)
-    }
-
-    fn local_error(&mut self, out: &mut [f64]) -> Result<(), ModelError> {
-        self.inner.local_error(out)
-    }
-
-    fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
-        self.inner.errors_per_estimate(relative)
-    }
-
-    fn counts(&self) -> Counts {
-        self.inner.counts()
-    }
-
-    fn problem(&self) -> &P {
-        self.inner.problem()
-    }
-
-    fn problem_mut(&mut self) -> &mut P {
-        self.inner.problem_mut()
     }
 }
 

@@ -4,7 +4,6 @@ use myovib_dae::StepError;
 use myovib_fem::{AddedMotion, Fields, Pressure, Vectors};
 
 use super::MuscleDae;
-use crate::field::Field;
 use crate::muscle::Muscle;
 
 impl MuscleDae {
@@ -53,10 +52,8 @@ impl MuscleDae {
             ..Vectors::default()
         };
         counters.passed(solid.evaluate(&fields, &mut vectors))?;
-        let momentum = layout
-            .range(Field::Velocity)
-            .expect("the momentum balance stands in the rows of v");
-        for (row, &i) in rows[momentum].iter_mut().zip(solid.dofs().free_to_full()) {
+        let rows = &mut rows[layout.momentum()];
+        for (row, &i) in rows.iter_mut().zip(solid.dofs().free_to_full()) {
             *row += work.force[i];
             if damped {
                 *row += context.beta * work.force_rate[i];
@@ -86,15 +83,10 @@ impl MuscleDae {
             counters,
             ..
         } = self;
-        let momentum = layout
-            .range(Field::Velocity)
-            .expect("the momentum balance stands in the rows of v");
         // λ at all nodes.
         let along = &mut work.force;
         along.fill(0.0);
-        for (row, &i) in adjoint[momentum].iter().zip(solid.dofs().free_to_full()) {
-            along[i] = *row;
-        }
+        solid.dofs().expand(&adjoint[layout.momentum()], along);
         let fields = Fields {
             v: Some(&work.velocity),
             ..Fields::new(&work.displacement, Pressure::Penalty { kappa: 0.0 })
@@ -128,10 +120,8 @@ impl MuscleDae {
         counters.added_passes += 1;
         let (u, v) = (&work.displacement, &work.velocity);
         solid.active_force(&AddedMotion { u, v, tensions }, &mut work.force);
-        let momentum = layout
-            .range(Field::Velocity)
-            .expect("the momentum balance stands in the rows of v");
-        for (row, &i) in rows[momentum].iter_mut().zip(solid.dofs().free_to_full()) {
+        let rows = &mut rows[layout.momentum()];
+        for (row, &i) in rows.iter_mut().zip(solid.dofs().free_to_full()) {
             *row += work.force[i];
         }
     }

@@ -5,10 +5,9 @@ use myovib_radau::{ForwardSensitivities, SensitivityWork};
 
 use super::dependence::Dependences;
 use crate::error::ModelError;
-use crate::integration::integrator::{Advance, Integrator};
+use crate::integration::integrator::{Advance, Integrator, left_to_inner};
 use crate::integration::radau::{MuscleMatrices, RadauIntegrator};
 use crate::integration::settings::Settings;
-use crate::integration::statistics::Counts;
 use crate::muscle_dae::MuscleDae;
 
 /// What is read off a muscle in a state (t, y, ẏ).
@@ -135,41 +134,11 @@ impl SensitiveIntegrator {
 }
 
 impl Integrator<MuscleDae> for SensitiveIntegrator {
-    fn pass_jump(&mut self) -> Result<(), ModelError> {
-        self.inner.pass_jump()
-    }
+    left_to_inner!(MuscleDae);
 
     fn advance(&mut self) -> Result<Advance, ModelError> {
         let advance = self.inner.advance()?;
         self.sensitivities.follow(self.inner.solver_mut())?;
         Ok(advance)
-    }
-
-    fn time(&self) -> f64 {
-        self.inner.time()
-    }
-
-    fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError> {
-        self.inner.dense_output(t, derivative, out)
-    }
-
-    fn local_error(&mut self, out: &mut [f64]) -> Result<(), ModelError> {
-        self.inner.local_error(out)
-    }
-
-    fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
-        self.inner.errors_per_estimate(relative)
-    }
-
-    fn counts(&self) -> Counts {
-        self.inner.counts()
-    }
-
-    fn problem(&self) -> &MuscleDae {
-        self.inner.problem()
-    }
-
-    fn problem_mut(&mut self) -> &mut MuscleDae {
-        self.inner.problem_mut()
     }
 }

@@ -37,8 +37,8 @@ struct Drawn {
     direction: Vec<f64>,
 }
 
-/// A state of strains of some per cent and rates of some 1/s.
-fn draw(dae: &MuscleDae, rng: &mut StdRng) -> Drawn {
+/// A state of strains of some per cent and rates of some 1/s, times a `speed`.
+fn draw(dae: &MuscleDae, speed: f64, rng: &mut StdRng) -> Drawn {
     let size = dae.layout().fill(|field| match field {
         Field::Displacement => 0.02,
         Field::Velocity => 1.0,
@@ -51,11 +51,15 @@ fn draw(dae: &MuscleDae, rng: &mut StdRng) -> Drawn {
         let one = |size: &f64| factor * size * rng.random_range(-1.0..1.0);
         size.iter().map(one).collect()
     };
-    Drawn {
+    let mut drawn = Drawn {
         y: draw(1.0),
         y_dot: draw(10.0),
         direction: draw(1.0),
-    }
+    };
+    let velocities = dae.layout().range(Field::Velocity).unwrap_or_default();
+    let rates = drawn.y[velocities].iter_mut().chain(&mut drawn.y_dot);
+    rates.for_each(|rate| *rate *= speed);
+    drawn
 }
 
 /// max_i |J δ − dF/dε|_i relative to the sum of the row's terms, along a random direction.
@@ -64,7 +68,7 @@ fn discrepancy(dae: &mut MuscleDae, rng: &mut StdRng) -> f64 {
         y,
         y_dot,
         direction,
-    } = draw(dae, rng);
+    } = draw(dae, 1.0, rng);
     jacobian_error(dae, 0.1, [&y, &y_dot, &direction], [1.3, 70.0])
 }
 
@@ -83,13 +87,13 @@ fn jacobian_of_every_formulation_agrees_with_differences() {
 }
 
 /// max_i |b - A x|_i / (|A||x| + |b|)_i in the full system, x solved for in the reduced one.
-fn backward_error<T: Number>(dae: &mut MuscleDae, c: T, rng: &mut StdRng) -> f64 {
+fn backward_error<T: Number>(dae: &mut MuscleDae, speed: f64, c: T, rng: &mut StdRng) -> f64 {
     let pattern = dae.jacobian_pattern();
     let Drawn {
         y,
         y_dot,
         direction,
-    } = draw(dae, rng);
+    } = draw(dae, speed, rng);
     let mut at = |a, b| {
         let mut values = vec![0.0; pattern.nnz()];
         dae.jacobian(0.1, &y, &y_dot, a, b, &mut values).unwrap();
@@ -119,9 +123,10 @@ fn backward_error<T: Number>(dae: &mut MuscleDae, c: T, rng: &mut StdRng) -> f64
 /// each entry is a sum of up to ten matrices. A term left out gives 1e-3 and more.
 const ROUNDING: f64 = 1e4 * f64::EPSILON;
 
-/// In space a matrix with β is made symmetric; what is left out has the size of β∇v. Newton's method still
-/// gains more than a digit an iteration.
-const NEAR: f64 = 0.05;
+/// In space a matrix with β is made symmetric: of a body that moves, half of β ∂(B v)/∂q is left out beside
+/// (1 + βc) B. Velocities differ by up to 2 m/s over the 0.25 m between nodes, in three components: β |∇v| is
+/// 0.24 at most for β = 0.01, and |1 + βc| more than 5. Seen are 4e-3, with Prony terms 6e-3.
+pub(crate) const NEAR: f64 = 0.24 / 2.0 / 5.0;
 
 #[test]
 fn reduced_systems_solve_the_full_ones() {
@@ -132,21 +137,23 @@ fn reduced_systems_solve_the_full_ones() {
         let viscous = dae.muscle().solid.added_stresses().iter().any(of_viscous);
         let undamped = dae.muscle().parameters.beta == 0.0;
         let is_symmetric = matches!(name, Formulation::Displacement | Formulation::Position);
-        if viscous && undamped && is_symmetric {
-            // Newton's method takes the symmetric part of the viscous stiffness there.
-            continue;
-        }
-        let real = backward_error(&mut dae, 500.0, &mut rng);
-        let complex = backward_error(&mut dae, Complex64::new(400.0, 300.0), &mut rng);
         let in_space = dae.muscle().solid.space().dimension() == 3;
-        let bound = if in_space && !undamped {
-            NEAR
-        } else {
-            ROUNDING
+        let moving = match in_space && !undamped {
+            true => NEAR,
+            false => ROUNDING,
         };
-        assert!(
-            real < bound && complex < bound,
-            "{name}: {real:e} {complex:e}"
-        );
+        for (speed, bound) in [(0.0, ROUNDING), (1.0, moving)] {
+            if viscous && undamped && is_symmetric && speed > 0.0 {
+                // Newton's method takes the symmetric part of the viscous stiffness there.
+                continue;
+            }
+            let real = backward_error(&mut dae, speed, 500.0, &mut rng);
+            let c = Complex64::new(400.0, 300.0);
+            let complex = backward_error(&mut dae, speed, c, &mut rng);
+            assert!(
+                real < bound && complex < bound,
+                "{name} {speed}: {real:e} {complex:e}"
+            );
+        }
     }
 }

@@ -2,10 +2,10 @@
 
 use myovib_dae::{LinearSolver, Linearization, Problem, StepError, StopReason};
 
-use super::state::{Jacobian, RadauSolver};
+use super::state::{Jacobian, RadauSolver, step_of};
 use crate::failure::{Failure, Operation, Rejection};
 use crate::memory::Memory;
-use crate::newton::{Newton, Step, norm};
+use crate::newton::{Newton, norm};
 use crate::options::StepSize;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
@@ -32,13 +32,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let Some(quadrature) = &mut self.quadrature else {
             return Ok(());
         };
-        let step = Step {
-            method: &self.method,
-            t: self.t,
-            h,
-            y: &self.y,
-            weights: self.weights.scaled(),
-        };
+        let step = step_of!(self, h);
         let (multipliers, z) = (&self.multipliers, &self.newton.z);
         let increments = |out: &mut [f64]| {
             out.copy_from_slice(z);
@@ -49,13 +43,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Tests the estimated error of the step solved for; the proposal if it passes.
     fn test_error(&mut self, h: f64, repeated: bool, iterations: usize) -> Result<f64, Failure> {
-        let step = Step {
-            method: &self.method,
-            t: self.t,
-            h,
-            y: &self.y,
-            weights: self.weights.scaled(),
-        };
+        let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
         let (z, filter_twice) = (&self.newton.z, self.fresh || repeated);
         let (memory, counters) = (self.memory.as_mut(), &mut self.counters);
@@ -109,13 +97,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Measures the leading error of multipliers; the largest next step for what its removal leaves.
     fn measure_multipliers(&mut self, h: f64) -> Result<f64, Failure> {
-        let step = Step {
-            method: &self.method,
-            t: self.t,
-            h,
-            y: &self.y,
-            weights: self.weights.scaled(),
-        };
+        let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
         let Some(order) = self.multipliers.order(self.method.stages()) else {
             return Ok(f64::INFINITY);
@@ -148,13 +130,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if self.set_up_for != Some(h) {
             return Ok(());
         }
-        let step = Step {
-            method: &self.method,
-            t: self.t,
-            h,
-            y: &self.y,
-            weights: self.weights.scaled(),
-        };
+        let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
         let (multipliers, counters) = (&mut self.multipliers, &mut self.counters);
         multipliers.measure_left(problem, matrices, &step, &self.y_dot, counters)?;
@@ -193,13 +169,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let z = &mut self.newton.z;
         let (method, last) = (&self.method, &self.collocation);
         self.predictor.start(method, last, (self.t, h), &self.y, z);
-        let step = Step {
-            method: &self.method,
-            t: self.t,
-            h,
-            y: &self.y,
-            weights: self.weights.scaled(),
-        };
+        let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
         let (newton, counters) = (&mut self.newton, &mut self.counters);
         let mut memory = self.memory.as_mut();

@@ -90,6 +90,20 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(super) differences_before: u64,
 }
 
+/// The step of size `$h` from where `$solver` is. It borrows the fields that all steps share, no others.
+macro_rules! step_of {
+    ($solver:ident, $h:expr) => {
+        $crate::newton::Step {
+            method: &$solver.method,
+            t: $solver.t,
+            h: $h,
+            y: &$solver.y,
+            weights: $solver.weights.scaled(),
+        }
+    };
+}
+pub(super) use step_of;
+
 /// Where the Jacobian in use was evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Jacobian {

@@ -2,12 +2,11 @@
 
 use myovib_dae::{LinearSolver, Outcome, Problem, Stop, StopReason, WorstComponent};
 
-use super::state::{Jacobian, RadauSolver};
+use super::state::{Jacobian, RadauSolver, step_of};
 use crate::control::FACTORS;
 use crate::dense::add_scaled;
 use crate::error::RadauError;
 use crate::failure::{Failure, Failures, Rejection};
-use crate::newton::Step;
 use crate::options::StepSize;
 
 /// How many of the last steps before a limit share the time that is left.
@@ -175,13 +174,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.collocation.y0.copy_from_slice(&self.y);
         self.collocation.y_dot0.copy_from_slice(&self.y_dot);
         std::mem::swap(&mut self.collocation.increments, &mut self.newton.z);
-        let step = Step {
-            method: &self.method,
-            t: self.t,
-            h,
-            y: &self.y,
-            weights: self.weights.scaled(),
-        };
+        let step = step_of!(self, h);
         self.multipliers
             .remove(&step, &mut self.collocation.increments);
         if self.fresh {

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use num_complex::Complex64;
+use num_complex::{Complex64, ComplexFloat};
 
 use super::{Symbolic, error};
 use crate::SparseError;
+use crate::error::expect_length;
 use crate::ffi::klu::{Entry, Failure, RawNumeric};
+use crate::finite::expect_finite;
 
 mod sealed {
     pub trait Sealed {}
@@ -15,22 +17,10 @@ mod sealed {
 }
 
 /// A number KLU factorises with: `f64` or `Complex64`.
-pub trait Scalar: sealed::Sealed + Entry {
-    /// Whether all parts of the number are finite.
-    fn is_finite(self) -> bool;
-}
+pub trait Scalar: sealed::Sealed + Entry + ComplexFloat {}
 
-impl Scalar for f64 {
-    fn is_finite(self) -> bool {
-        self.is_finite()
-    }
-}
-
-impl Scalar for Complex64 {
-    fn is_finite(self) -> bool {
-        Complex64::is_finite(self)
-    }
-}
+impl Scalar for f64 {}
+impl Scalar for Complex64 {}
 
 /// LU factors of a real matrix.
 pub type RealNumeric = Numeric<f64>;
@@ -188,19 +178,6 @@ impl<T: Scalar> std::fmt::Debug for Numeric<T> {
 }
 
 fn check_values<T: Scalar>(symbolic: &Symbolic, values: &[T]) -> Result<(), SparseError> {
-    if values.len() != symbolic.nnz() {
-        let what = "values of the matrix";
-        return Err(SparseError::WrongLength {
-            what,
-            expected: symbolic.nnz(),
-            got: values.len(),
-        });
-    }
-    match values.iter().position(|&v| !Scalar::is_finite(v)) {
-        Some(position) => Err(SparseError::NotFinite {
-            of: "matrix",
-            position,
-        }),
-        None => Ok(()),
-    }
+    expect_length("values of the matrix", symbolic.nnz(), values.len())?;
+    expect_finite(values, "matrix")
 }

@@ -281,7 +281,7 @@ impl<P: Problem> IdaSolver<P> {
         };
         self.resume_panic();
         self.refused(restored)?;
-        let Err(CallFailed { call, code }) = result else {
+        let Err(failed) = result else {
             self.start = [self.ida.y().to_vec(), self.ida.y_dot().to_vec()];
             let consistent = self.ida.consistent_sensitivities();
             let starts = self.refused(consistent)?;
@@ -290,21 +290,27 @@ impl<P: Problem> IdaSolver<P> {
             }
             return Ok(());
         };
+        Err(self.inconsistent(failed, self.t0))
+    }
+
+    /// What is told when no consistent initial values at `t` were found.
+    fn inconsistent(&mut self, failed: CallFailed, t: f64) -> Error {
         let failures = &mut self.functions_mut().failures;
         if let Some(fatal) = failures.fatal.take() {
-            return Err(fatal);
+            return fatal;
         }
         let message = failures.take_message();
+        let code = failed.code;
         if code == sys::IDA_ILL_INPUT {
-            return Err(call_error(CallFailed { call, code }, message));
+            return call_error(failed, message);
         }
         let name = codes::name(code);
-        Err(Error::InconsistentInitialValues {
-            t: self.t0,
+        Error::InconsistentInitialValues {
+            t,
             code,
             name,
             message,
-        })
+        }
     }
 
     /// Starts where the problem's constraints are satisfied.

@@ -3,8 +3,6 @@
 
 mod evaluation;
 
-use sundials_sys as sys;
-
 use super::builder::validate_quadrature_tolerances;
 use super::linear::SparseLu;
 use super::posed::{Posed, Repeating};
@@ -234,23 +232,7 @@ impl<P: Problem> IdaSolver<P> {
         let which = backward.0;
         let result = self.ida.correct_backward(which, t_first, &state.view());
         self.resume_panic();
-        if let Err(CallFailed { call, code }) = result {
-            let failures = &mut self.functions_mut().failures;
-            if let Some(fatal) = failures.fatal.take() {
-                return Err(fatal);
-            }
-            let message = failures.take_message();
-            if code == sys::IDA_ILL_INPUT {
-                return Err(call_error(CallFailed { call, code }, message));
-            }
-            let name = codes::name(code);
-            return Err(Error::InconsistentInitialValues {
-                t,
-                code,
-                name,
-                message,
-            });
-        }
+        result.map_err(|failed| self.inconsistent(failed, t))?;
         let corrected = self
             .ida
             .backward_start(which)
