@@ -25,9 +25,15 @@ pub(super) fn body(folder: &Path, scene: &Scene) -> Result<String, Error> {
         _ => (surface(scene, body), displacement(folder, scene, body)?),
     };
     let picture = figure("Mesh, supports and loads", &picture);
+    // Beside one picture, below several.
+    let place = if deformed.is_empty() {
+        "wide"
+    } else {
+        "wide below"
+    };
     Ok(format!(
         "<h2>The body</h2>\n<div class=\"beside\">\n{picture}{deformed}{}</div>\n",
-        materials(scene)
+        materials(scene, place)
     ))
 }
 
@@ -149,8 +155,8 @@ fn written(value: &Value) -> String {
     }
 }
 
-/// The materials and their constants.
-fn materials(scene: &Scene) -> String {
+/// The materials and their constants, in a box of this class.
+fn materials(scene: &Scene, class: &str) -> String {
     let rows: String = scene
         .file
         .material
@@ -177,7 +183,7 @@ fn materials(scene: &Scene) -> String {
         })
         .collect();
     format!(
-        "<div class=\"wide\"><table class=\"materials\"><tr><th>material</th><th>law</th><th>constants, SI</th></tr>\n\
+        "<div class=\"{class}\"><table class=\"materials\"><tr><th>material</th><th>law</th><th>constants, SI</th></tr>\n\
          {rows}</table></div>\n"
     )
 }

@@ -87,7 +87,7 @@ impl<'a> Bar<'a> {
         );
         // Labels of a low bar keep a line's distance.
         let fitting = (area.height / (2.0 * TICK_SIZE)) as usize;
-        let (ticks, exponent) = self.labels(fitting.clamp(1, N_TICKS));
+        let (ticks, exponent) = self.labels(fitting.clamp(2, N_TICKS));
         let mut widest: f64 = 0.0;
         for (value, label) in &ticks {
             let y = at(*value);
