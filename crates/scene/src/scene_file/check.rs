@@ -385,7 +385,7 @@ fn in_range(x: f64, schema: &Value, path: &str) -> Result<(), Problem> {
 }
 
 /// A number as people write it: small ones with an exponent.
-fn written(x: f64) -> String {
+pub(super) fn written(x: f64) -> String {
     match x.abs() {
         small if small > 0.0 && small < 1e-4 => format!("{x:e}"),
         _ => x.to_string(),
