@@ -7,6 +7,7 @@ import html
 import json
 import tempfile
 import xml.etree.ElementTree as ElementTree
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -77,6 +78,9 @@ class Fields:
 
     def __len__(self) -> int:
         return len(self.files)
+
+    def __repr__(self) -> str:
+        return f"Fields({len(self)} times from {self.times[0]:g} to {self.times[-1]:g} s)"
 
     def __getitem__(self, k: int) -> dict[str, NDArray[Any]]:
         """The fields at time number `k`.
@@ -232,6 +236,11 @@ class SweepResult:
 
     def __len__(self) -> int:
         return len(self.rows)
+
+    def __repr__(self) -> str:
+        ends = Counter(row["outcome"] for row in self.rows)
+        counts = ", ".join(f"{number} {outcome}" for outcome, number in ends.items())
+        return f"SweepResult({len(self)} cases: {counts})"
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_temporary": None}

@@ -84,7 +84,9 @@ class Scene:
         return dict(self._set)
 
     def set(self, key: str, value: Any) -> Scene:
-        """Change a value, as ``--set key=value`` does.
+        """Change a value of this scene, as ``--set key=value`` does.
+
+        A wrong key or value is told by what computes; ``None`` takes it back.
 
         Parameters
         ----------

@@ -450,6 +450,12 @@ pub(crate) fn solve(py: Python<'_>, request: Request) -> PyResult<Bound<'_, PyDi
     result(py, record, degree)
 }
 
+/// What an integration says, with arguments of `solve_dae` in the place of names of the library.
+fn in_python(message: &str) -> String {
+    let message = message.replace("correct_initial_values", "initial=\"algebraic\"");
+    message.replace("Problem::indices", "index=")
+}
+
 /// The record as arrays, rows one after the other.
 fn result(py: Python<'_>, record: Record, degree: usize) -> PyResult<Bound<'_, PyDict>> {
     let result = PyDict::new(py);
@@ -463,7 +469,7 @@ fn result(py: Python<'_>, record: Record, degree: usize) -> PyResult<Bound<'_, P
     let events: Vec<_> = crossings.map(|(k, t, y)| (*k, *t, array(py, y))).collect();
     result.set_item("events", events)?;
     result.set_item("status", record.status)?;
-    result.set_item("message", record.message)?;
+    result.set_item("message", in_python(&record.message))?;
     let s = &record.statistics;
     for (name, count) in [
         ("nfev", s.residual_evaluations + s.difference_evaluations),

@@ -12,6 +12,7 @@ use myovib_cli::cli::Cli;
 use myovib_cli::commands;
 use myovib_report::page;
 use myovib_scene::run::{Existing, RunOptions, compute};
+use myovib_scene::sensitivity::Known;
 use myovib_scene::sweep::{Cases, SweepOptions, compute as compute_cases};
 use myovib_scene::watch::Tell;
 use myovib_scene::{BUILTIN, Scene, atomic_file, plain};
@@ -82,6 +83,7 @@ pub(crate) fn run(
     let computed = interruptible(py, |flag| {
         let compute = || {
             let scene = Scene::load(&scene, &set)?;
+            Known::all(&scene)?;
             let options = RunOptions {
                 out,
                 existing,

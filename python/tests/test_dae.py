@@ -204,6 +204,14 @@ def test_consistent_initial_values():
     assert s.yp[:2, 0] == pytest.approx([-0.04, 0.04], rel=1e-6)
 
 
+def test_remedies_are_arguments_of_this_function():
+    def circle(t, y, yp):
+        return [yp[0] - y[1], y[0] ** 2 + y[1] ** 2 - 1]
+
+    message = myovib.solve_dae(circle, (0, 1), [0, 0.5], [0, 0]).message
+    assert 'initial="algebraic"' in message and "index=" in message, message
+
+
 def test_results_are_pickled_whole():
     s = solve_dae(robertson, (0, 40), dense_output=True, **ROBERTSON)
     copy = pickle.loads(pickle.dumps(s))

@@ -127,6 +127,7 @@ def test_a_sweep_has_a_row_for_each_case():
     origin = alone.probes["origin"]
     assert (sweep.case(2).probes["origin"]["u_y"] == origin["u_y"]).all()
     assert sweep.rows[1]["peak"] == origin["u_y"].max()
+    assert repr(sweep) == "SweepResult(2 cases: 2 finished)"
 
 
 def test_progress_is_told():

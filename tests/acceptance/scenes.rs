@@ -88,6 +88,10 @@ fn a_wrong_scene_is_explained_and_writes_nothing() {
             "half axes are lengths",
         ),
         (
+            "parameter=[{ key = \"material[0].c1\" }]",
+            "the scene has no number `material[0].c1`",
+        ),
+        (
             "region=[{ name = \"\", centre = [0, 0], radii = [1, 1] }]",
             "a region needs a name",
         ),

@@ -109,6 +109,17 @@ fn infsup_measures_the_mesh_of_a_scene() {
         level(0)["nullity"] == 0 && level(1)["inf_sup"].as_f64() < level(0)["inf_sup"].as_f64()
     );
 
+    let coarser = infsup("", &["--set", "mesh.cells=[2,1,1]"]);
+    let coarser = document(&coarser.stdout, "infsup");
+    assert_eq!(coarser["pairs"][0]["levels"][0]["tetrahedra"], 6 * 2);
+    let of_mesh = myovib(&["infsup", "--set", "mesh.refine=1"]);
+    assert_eq!(of_mesh.code, 2);
+    assert!(
+        of_mesh.stderr.contains("a mesh has no keys"),
+        "{}",
+        of_mesh.stderr
+    );
+
     let partly = infsup("components = [\"x\"]\n", &[]);
     assert_eq!((partly.code, partly.stdout.as_str()), (2, ""));
     assert!(

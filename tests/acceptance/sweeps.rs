@@ -8,7 +8,7 @@ use std::process::Command;
 use myovib_scene::BUILTIN;
 use serde_json::Value;
 
-use crate::harness::myovib_in;
+use crate::harness::{Run, myovib_in};
 
 #[test]
 fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
@@ -127,8 +127,8 @@ fn a_sweep_sees_changed_files_and_retries_what_failed_by_chance() {
     assert_eq!(sweep(&[])["rows"][0]["probes"], second["rows"][0]["probes"]);
 }
 
-/// Sweeps `scene.toml` over β and gives the table.
-fn swept(folder: &Path, more: &[&str]) -> Value {
+/// Sweeps `scene.toml` over β.
+fn sweep(folder: &Path, more: &[&str]) -> Run {
     let common = [
         "sweep",
         "scene.toml",
@@ -136,7 +136,12 @@ fn swept(folder: &Path, more: &[&str]) -> Value {
         "--vary",
         "solid.beta=1e-4,2e-4",
     ];
-    let run = myovib_in(folder, &[&common[..], more, &["--json", "-"]].concat());
+    myovib_in(folder, &[&common[..], more, &["--json", "-"]].concat())
+}
+
+/// The table of such a sweep.
+fn swept(folder: &Path, more: &[&str]) -> Value {
+    let run = sweep(folder, more);
     assert_eq!(run.code, 0, "{}", run.stderr);
     serde_json::from_str(&run.stdout).expect("JSON")
 }
@@ -171,7 +176,19 @@ fn a_sweep_sees_a_changed_mesh() {
     assert_ne!(mesh, moved);
     fs::write(folder.path().join("a.msh"), moved).unwrap();
     // What was computed on the other mesh is no result of this one, also where nothing is computed.
-    let collected = swept(folder.path(), &[&["--collect"][..], &result].concat());
+    let table = fs::read_to_string(folder.path().join("sweep/sweep.json")).unwrap();
+    let collect = [&["--collect"][..], &result].concat();
+    let collected = sweep(folder.path(), &collect);
+    assert_eq!(collected.code, 2);
+    let said = &collected.stderr;
+    assert!(
+        said.contains("no case of this sweep was computed"),
+        "{said}"
+    );
+    let kept = fs::read_to_string(folder.path().join("sweep/sweep.json")).unwrap();
+    assert_eq!(kept, table, "nothing is written");
+    swept(folder.path(), &["--case", "2/2"]);
+    let collected = swept(folder.path(), &collect);
     assert_eq!(collected["rows"][0]["outcome"], "not computed");
     for of_old in [
         &collected["rows"][0]["probes"]["origin"],

@@ -47,14 +47,22 @@ pub struct Cli {
 /// One variant per command.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Say what libraries and what machine this program has, and what the build lacks.
-    Doctor(DoctorArgs),
+    /// Write a commented scene to start from.
+    Init(InitArgs),
     /// Say of a scene, without running it: index, stability, modes, cost, and what will fail.
     Check(CheckArgs),
-    /// Measure the inf–sup constants of P2–P1 and P1–P1 over refined meshes.
-    Infsup(InfsupArgs),
+    /// Compute a scene: a motion, an equilibrium, or eigenmodes.
+    Run(RunArgs),
+    /// Run a scene for each of a grid of values, on all cores, and gather a table.
+    Sweep(SweepArgs),
     /// Find the lowest eigenfrequencies and modes of the paper's muscle, or of a scene's body.
     Modes(ModesArgs),
+    /// Say what a scene's outputs depend on, and how much.
+    Sensitivity(SensitivityArgs),
+    /// Find the parameters of a scene from measurements.
+    Fit(FitArgs),
+    /// Measure the inf–sup constants of P2–P1 and P1–P1 over refined meshes.
+    Infsup(InfsupArgs),
     /// Compute the indices of the paper's Table 1 and print them beside the paper's.
     Table1(Table1Args),
     /// Run the paper's Table 2 and print it beside the paper's counts.
@@ -67,22 +75,14 @@ pub enum Command {
     Movie(MovieArgs),
     /// Sweep the drive of a chain and see when the chain locks to it.
     Synchronization(SynchronizationArgs),
-    /// Write a commented scene to start from.
-    Init(InitArgs),
-    /// Compute a scene: a motion, an equilibrium, or eigenmodes.
-    Run(RunArgs),
     /// Print the JSON Schema of scenes, with which editors complete and check.
     Schema(SchemaArgs),
+    /// Say what libraries and what machine this program has, and what the build lacks.
+    Doctor(DoctorArgs),
     /// Print completions for a shell.
     Completions(CompletionsArgs),
     /// Print the manual page of the program or of a command.
     Man(ManArgs),
-    /// Run a scene for each of a grid of values, on all cores, and gather a table.
-    Sweep(SweepArgs),
-    /// Say what a scene's outputs depend on, and how much.
-    Sensitivity(SensitivityArgs),
-    /// Find the parameters of a scene from measurements.
-    Fit(FitArgs),
 }
 
 impl Command {

@@ -7,7 +7,7 @@ use myovib_scene::{atomic_file, escape, json};
 use serde_json::Value;
 
 use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
-use crate::table::{Align, Table};
+use crate::table::{Align, Table, counted};
 use crate::{page, picture};
 
 /// Writes a fit's residuals, their figure, `fit.json` and `report.html`; gives the body of `fit.json`.
@@ -54,10 +54,10 @@ pub fn words(result: &FitResult, coloured: bool) -> String {
 
 fn ending(result: &FitResult) -> String {
     format!(
-        "{} after {} iterations: {} runs, {} with sensitivities",
+        "{} after {}: {}, {} with sensitivities",
         result.ending(),
-        result.fit.history.len(),
-        result.runs[0],
+        counted(result.fit.history.len(), "iteration"),
+        counted(result.runs[0], "run"),
         result.runs[1],
     )
 }

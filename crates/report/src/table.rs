@@ -215,6 +215,14 @@ fn width(text: &str) -> usize {
     text.chars().count()
 }
 
+/// `1 run`, `2 runs`.
+pub fn counted(number: impl std::fmt::Display, what: &str) -> String {
+    match number.to_string().as_str() {
+        "1" => format!("1 {what}"),
+        number => format!("{number} {what}s"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -249,5 +257,10 @@ mod tests {
         assert_eq!(texts(compared(Some(400), 500)), ["400", "500", "1.25"]);
         assert_eq!(texts(compared(Some(0), 3)), ["0", "3", "–"]);
         assert_eq!(texts(compared(None, 3)), ["–", "3", "–"]);
+    }
+
+    #[test]
+    fn one_is_no_plural() {
+        assert_eq!([counted(1, "run"), counted(0, "run")], ["1 run", "0 runs"]);
     }
 }

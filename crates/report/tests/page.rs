@@ -172,3 +172,27 @@ fn columns_that_are_not_shown_are_counted() {
         "{html}"
     );
 }
+
+/// A figure that holds another was inverted twice in the dark, and its curves were pale.
+#[test]
+fn the_dark_inverts_a_figure_once() {
+    let html = report("init", &["time.end=0.05"]);
+    assert!(html.contains("figure>svg,.swatch{filter:invert"), "{html}");
+    assert!(!html.contains("figure svg{"), "{html}");
+}
+
+/// An equilibrium has no times, and one value of each column.
+#[test]
+fn a_report_of_an_equilibrium_has_no_times() {
+    let html = report("land1", &["mesh.cells=[8,1,1]"]);
+    for shown in [
+        "<figcaption>Deformed surface</figcaption>",
+        "value</th></tr>",
+    ] {
+        assert!(html.contains(shown), "{shown}");
+    }
+    for of_a_motion in ["at t = ", "0.0000 s", "1 load steps"] {
+        assert!(!html.contains(of_a_motion), "{of_a_motion}");
+    }
+    assert_eq!(spoiled(&figures(&html)), [0_usize; 0]);
+}

@@ -112,6 +112,21 @@ impl InputError {
         self.with("next", step)
     }
 
+    /// The same of a sweep, whose cases set what `--vary` lists: names the option that was given.
+    pub(crate) fn of_vary(mut self, set: &[String]) -> Self {
+        for (_, place) in self
+            .details
+            .iter_mut()
+            .filter(|(label, _)| *label == "where")
+        {
+            let given = place.strip_prefix("--set ").map(str::to_owned);
+            if let Some(given) = given.filter(|given| set.contains(given)) {
+                *place = format!("--vary {given}");
+            }
+        }
+        self
+    }
+
     fn with(mut self, label: &'static str, text: impl fmt::Display) -> Self {
         self.details.push((label, text.to_string()));
         self

@@ -53,3 +53,29 @@ fn a_panic_in_one_case_is_a_row_and_tried_again() {
     assert!(rows.iter().all(|(outcome, _)| outcome == "finished"));
     assert_eq!(finished.into_inner(), 1);
 }
+
+/// Regression: what `--vary` gave was told as `--set`.
+#[test]
+fn a_wrong_value_is_told_with_its_option() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |vary: &str, set: &str| {
+        let result = compute(&SweepOptions {
+            scene: "cook-static".into(),
+            vary: vec![vary.to_owned()],
+            results: Vec::new(),
+            set: vec![set.to_owned()],
+            out: folder.path().join("out"),
+            cases: Cases::All,
+            overwrite: false,
+            n_threads: NonZeroUsize::MIN,
+            interrupt: None,
+            progress: &(),
+            finished: &|_: &Path, _: &Scene, _: &RunResult| Ok(()),
+        });
+        result.map(|_| ()).unwrap_err().to_string()
+    };
+    let of_vary = said("solid.kapa=1,2", "mesh.cells=[2,2]");
+    assert!(of_vary.contains("where: --vary solid.kapa=1"), "{of_vary}");
+    let of_set = said("solid.kappa=1,2", "mesh.cels=[2,2]");
+    assert!(of_set.contains("where: --set mesh.cels"), "{of_set}");
+}

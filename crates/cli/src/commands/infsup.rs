@@ -25,7 +25,7 @@ use myovib_scene::{InputError, Scene, builtin_text};
     myovib infsup\n  \
     myovib infsup --levels 4 --plot infsup.svg\n  \
     myovib infsup leg.msh --fixed hip,foot --json\n  \
-    myovib infsup land1 --levels 1")]
+    myovib infsup land1 --levels 1 --set 'mesh.cells=[20,2,2]'")]
 pub struct InfsupArgs {
     /// Mesh (Gmsh 4.1 ASCII), or a scene (TOML file or built-in) for its mesh [default: the built-in
     /// spindle].
@@ -36,6 +36,10 @@ pub struct InfsupArgs {
     /// or moves].
     #[arg(long, value_name = "GROUPS", value_delimiter = ',')]
     pub fixed: Option<Vec<String>>,
+
+    /// Change a value of the scene, as `run` does; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
 
     /// Meshes to measure on: the mesh itself, and its uniform refinements.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=6))]
@@ -97,7 +101,11 @@ impl Subject {
         let path = args.mesh.as_deref();
         let fixed = args.fixed.clone();
         if let Some(path) = path.filter(|path| is_scene(path)) {
-            return of_scene(path, fixed);
+            return of_scene(path, &args.set, fixed);
+        }
+        if let Some(set) = args.set.first() {
+            let error = InputError::new("a mesh has no keys").at(format!("--set {set}"));
+            return Err(error.next("name a scene in place of a mesh").into());
         }
         let (mesh, name) = mesh_file::load(path)?;
         let fixed = fixed.unwrap_or_else(|| vec!["fixed".to_owned()]);
@@ -112,8 +120,8 @@ fn is_scene(path: &Path) -> bool {
 }
 
 /// The mesh of a scene with the groups to hold, or those that it holds or moves whole.
-fn of_scene(path: &Path, fixed: Option<Vec<String>>) -> anyhow::Result<Subject> {
-    let scene = Scene::load(path, &[])?;
+fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::Result<Subject> {
+    let scene = Scene::load(path, set)?;
     let Some(body) = &scene.body else {
         return Err(InputError::new("the scene has no body, whose pressures could be held").into());
     };

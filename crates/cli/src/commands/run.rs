@@ -9,6 +9,7 @@ use myovib_report::table::{Align, Table, coloured_stdout};
 use myovib_report::{modes, page};
 use myovib_scene::run::{Existing, RunOptions, compute};
 use myovib_scene::scene_file::Analysis;
+use myovib_scene::sensitivity::Known;
 use myovib_scene::{Scene, plain};
 use serde_json::Value;
 
@@ -73,6 +74,7 @@ pub struct RunArgs {
 pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     args.common.grant_resources()?;
     let mut scene = Scene::load(&args.scene, &args.set)?;
+    Known::all(&scene)?;
     for note in scene.notes() {
         eprintln!("note: {}", plain(&note));
     }

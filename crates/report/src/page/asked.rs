@@ -48,7 +48,7 @@ pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
     }
     if let Some(formulation) = document["formulation"].as_str() {
         let index = &document["index"];
-        text += &format!(" Formulation `{formulation}`, index {index}.");
+        text += &format!(" Formulation {formulation}, index {index}.");
     }
     let integrator = &scene.file.integrator;
     text += &format!(

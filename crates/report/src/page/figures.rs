@@ -15,7 +15,7 @@ pub(super) fn cards(document: &Value) -> String {
         cards.extend(value.map(|value| card("", &value, what)));
     };
     add(
-        number("t_reached").map(|t| format!("{t} s")),
+        number("t_reached").map(|t| format!("{} s", short(t))),
         "time reached",
     );
     let steps = document["steps"].as_u64();
@@ -47,6 +47,15 @@ pub(super) fn cards(document: &Value) -> String {
         "error in time of u, estimated, of the largest value",
     );
     format!("<div class=\"cards\">\n{}</div>\n", cards.concat())
+}
+
+/// A time as it is, or in five digits where it has more.
+fn short(t: f64) -> String {
+    match t.to_string() {
+        long if long.len() > 6 && t < 1e-3 => format!("{t:.4e}"),
+        long if long.len() > 6 => format!("{t:.4}"),
+        text => text,
+    }
 }
 
 fn card(class: &str, value: &str, what: &str) -> String {
@@ -91,4 +100,16 @@ pub(super) fn statistics(document: &Value) -> String {
         })
         .collect();
     format!("<table>{rows}</table>\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    /// Regression: 17 digits ran out of their card.
+    #[test]
+    fn times_fit_their_card() {
+        let times = [2.0, 0.01, 1.1049304527731967, 6.249496353913669e-7].map(short);
+        assert_eq!(times, ["2", "0.01", "1.1049", "6.2495e-7"]);
+    }
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use myovib_fem::Group;
+use myovib_scene::scene_file::Analysis;
 use myovib_scene::{Body, Error, Scene, escape, vtu};
 use serde_json::Value;
 
@@ -21,12 +22,18 @@ pub(super) fn body(folder: &Path, scene: &Scene) -> Result<String, Error> {
     };
     let (picture, deformed) = match body.muscle.solid.space().dimension() {
         2 => (plane(scene, body), String::new()),
-        _ => (surface(scene, body), displacement(folder, body)?),
+        _ => (surface(scene, body), displacement(folder, scene, body)?),
     };
     let picture = figure("Mesh, supports and loads", &picture);
+    // Beside one picture, below several.
+    let place = if deformed.is_empty() {
+        "wide"
+    } else {
+        "wide below"
+    };
     Ok(format!(
-        "<h2>The body</h2>\n<div class=\"beside\">\n{picture}{}{deformed}</div>\n",
-        materials(scene)
+        "<h2>The body</h2>\n<div class=\"beside\">\n{picture}{deformed}{}</div>\n",
+        materials(scene, place)
     ))
 }
 
@@ -66,7 +73,7 @@ fn surface(scene: &Scene, body: &Body) -> String {
 
 /// The deformed surface and a section of a body in space at the last time of its fields, if the
 /// run has fields with the displacement.
-fn displacement(folder: &Path, body: &Body) -> Result<String, Error> {
+fn displacement(folder: &Path, scene: &Scene, body: &Body) -> Result<String, Error> {
     let space = body.muscle.solid.space();
     let last = vtu::last_displacement(folder, &vtu::Grid::of_body(body));
     let last = last.map_err(Error::file("read", &folder.join(vtu::LIST)))?;
@@ -79,8 +86,11 @@ fn displacement(folder: &Path, body: &Body) -> Result<String, Error> {
         ("Deformed surface", Figure::of("Deformed surface", surface)),
         ("Section", Figure::of("Section", section)),
     ];
-    let figures =
-        figures.map(|(what, drawn)| figure(&format!("{what} at t = {t} s"), &drawn.render()));
+    let when = match scene.file.analysis {
+        Analysis::Static => String::new(),
+        _ => format!(" at t = {t} s"),
+    };
+    let figures = figures.map(|(what, drawn)| figure(&format!("{what}{when}"), &drawn.render()));
     Ok(figures.concat())
 }
 
@@ -133,12 +143,20 @@ fn written(value: &Value) -> String {
             format!("{{ {} }}", given.collect::<Vec<_>>().join(", "))
         }
         Value::String(word) => word.clone(),
+        Value::Array(entries) => {
+            let entries: Vec<String> = entries.iter().map(written).collect();
+            format!("[{}]", entries.join(", "))
+        }
+        // A number as people write it: 200 for 200.0.
+        Value::Number(number) => number
+            .as_f64()
+            .map_or(number.to_string(), |x| x.to_string()),
         value => value.to_string(),
     }
 }
 
-/// The materials and their constants.
-fn materials(scene: &Scene) -> String {
+/// The materials and their constants, in a box of this class.
+fn materials(scene: &Scene, class: &str) -> String {
     let rows: String = scene
         .file
         .material
@@ -165,7 +183,7 @@ fn materials(scene: &Scene) -> String {
         })
         .collect();
     format!(
-        "<div class=\"wide\"><table><tr><th>material</th><th>law</th><th>constants, SI</th></tr>\n\
+        "<div class=\"{class}\"><table class=\"materials\"><tr><th>material</th><th>law</th><th>constants, SI</th></tr>\n\
          {rows}</table></div>\n"
     )
 }

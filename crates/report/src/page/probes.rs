@@ -59,7 +59,7 @@ impl Record {
             let title = format!("{}: {column}", self.name);
             let plot = LinePlot {
                 x: Axis::new("*t*", "s"),
-                y: Axis::new(column.replace('_', " "), unit(column, in_space)),
+                y: Axis::new(label(column), unit(column, in_space)),
                 series: vec![Series::curve("", &t, &self.column(j))],
                 ..LinePlot::default()
             };
@@ -78,6 +78,15 @@ impl Record {
         let rows = columns.filter_map(|(j, name)| {
             let [least, largest] = self.extremes(j)?;
             let error = errors[&self.name][name]["error"].as_f64();
+            if self.rows.len() == 1 {
+                return Some(format!(
+                    "<tr><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{:.6e}</td></tr>\n",
+                    escape(&self.name),
+                    escape(name),
+                    unit(name, in_space),
+                    least[1],
+                ));
+            }
             Some(format!(
                 "<tr><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{:.6e}</td>\
                  <td class=\"n\">{:.4} s</td><td class=\"n\">{:.6e}</td><td class=\"n\">{:.4} s</td>\
@@ -108,6 +117,11 @@ impl Record {
     }
 }
 
+/// Heads of the columns of extremes, and of what an equilibrium has in their place.
+const EXTREMES: &str = "<th class=\"n\">least</th><th class=\"n\">at</th><th class=\"n\">largest</th>\
+     <th class=\"n\">at</th><th class=\"n\">error, about</th>";
+const VALUE: &str = "<th class=\"n\">value</th>";
+
 /// What is said of errors that were not measured.
 const BY_STEPS: &str = "<p>Errors in time are what the estimates of the steps add up to, which is no bound; \
      <code>myovib run … --verify</code> measures them.</p>\n";
@@ -134,12 +148,13 @@ pub(super) fn section(folder: &Path, scene: &Scene, document: &Value) -> Result<
     let rows: String = rows
         .map(|record| record.summary(errors, in_space))
         .collect();
+    let single = records.iter().all(|record| record.rows.len() == 1);
+    let heads = if single { VALUE } else { EXTREMES };
     let figures = records.iter().map(|record| record.figures(in_space));
     let figures: String = figures.collect();
     Ok(format!(
         "<h2>Probes</h2>\n<div class=\"wide\"><table><tr><th>probe</th><th>column</th><th>unit</th>\
-         <th class=\"n\">least</th><th class=\"n\">at</th><th class=\"n\">largest</th>\
-         <th class=\"n\">at</th><th class=\"n\">error, about</th></tr>\n{rows}</table></div>\n\
+         {heads}</tr>\n{rows}</table></div>\n\
          {note}<div class=\"beside\">\n{figures}</div>\n"
     ))
 }
@@ -157,5 +172,27 @@ fn unit(name: &str, in_space: bool) -> &'static str {
         "kinetic" | "elastic" | "work" | "dissipated" | "imbalance" if in_space => "J",
         "kinetic" | "elastic" | "work" | "dissipated" | "imbalance" => "J/m",
         _ => "",
+    }
+}
+
+/// A column's name as the label of an axis: the component of a letter lowered.
+fn label(name: &str) -> String {
+    match name.split_once('_') {
+        Some((letter, component)) if letter.chars().count() == 1 => {
+            format!("*{letter}*_{{{component}}}")
+        }
+        None if name.chars().count() == 1 => format!("*{name}*"),
+        _ => name.replace('_', " "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::label;
+
+    #[test]
+    fn labels_lower_the_component_of_a_letter() {
+        let labels = ["u_y", "p", "stress_xx", "J"].map(label);
+        assert_eq!(labels, ["*u*_{y}", "*p*", "stress xx", "*J*"]);
     }
 }

@@ -3,13 +3,15 @@
 use serde_json::Value;
 
 use super::is_in_space;
+use crate::table::counted;
 
 /// Index, drift and energy in words, with the numbers of this run.
 pub(super) fn meaning(document: &Value) -> String {
     if document["analysis"] == "static" {
         return format!(
-            "<p>Newton's method found the equilibrium in {} iterations over {} load steps.</p>\n",
-            document["newton_iterations"], document["load_steps"]
+            "<p>Newton's method found the equilibrium in {} over {}.</p>\n",
+            counted(&document["newton_iterations"], "iteration"),
+            counted(&document["load_steps"], "load step")
         );
     }
     if document["analysis"] == "modes" {

@@ -114,10 +114,11 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
 /// A little air around the data; around constant data, enough to see that they are constant.
 fn padded([low, high]: [f64; 2]) -> [f64; 2] {
     let extent = high - low;
-    let air = if extent > 0.0 {
-        0.04 * extent
-    } else {
-        (0.1 * low.abs()).max(1e-300)
+    let air = match low.abs() {
+        _ if extent > 0.0 => 0.04 * extent,
+        // No power of ten beside the axis for a curve that is zero.
+        0.0 => 1.0,
+        constant => (0.1 * constant).max(1e-300),
     };
     [low - air, high + air]
 }
@@ -282,5 +283,6 @@ mod tests {
                 assert!(low < high, "{values:?} {low} {high}");
             }
         }
+        assert_eq!(Axis::default().divide([0.0].into_iter(), 5).exponent, 0);
     }
 }

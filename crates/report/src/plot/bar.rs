@@ -10,6 +10,7 @@ use super::text;
 const WIDTH: f64 = 7.0;
 const GAP: f64 = 5.0;
 const N_BANDS: usize = 12;
+const N_TICKS: usize = 5;
 
 /// Bands of colour between limits.
 pub(super) struct Bar<'a> {
@@ -38,17 +39,18 @@ impl<'a> Bar<'a> {
         self.colour(above.clamp(1, self.levels.len() - 1) - 1)
     }
 
-    fn labels(&self) -> (Vec<(f64, String)>, i32) {
+    /// About `n` values with their labels, and the power of ten that these leave out.
+    fn labels(&self, n: usize) -> (Vec<(f64, String)>, i32) {
         let (first, last) = (self.levels[0], self.levels[self.levels.len() - 1]);
         let division = Axis::default()
             .between(first, last)
-            .divide([].into_iter(), 5);
+            .divide([].into_iter(), n);
         (division.ticks, division.exponent)
     }
 
     /// The room that the bar takes to the right of a plot.
     pub(super) fn margin(&self) -> f64 {
-        let (ticks, exponent) = self.labels();
+        let (ticks, exponent) = self.labels(N_TICKS);
         let widths = ticks.iter().map(|(_, label)| text::width(label, TICK_SIZE));
         let label = if self.axis.label(exponent).is_empty() {
             0.0
@@ -83,7 +85,9 @@ impl<'a> Bar<'a> {
             None,
             Some(outline),
         );
-        let (ticks, exponent) = self.labels();
+        // Labels of a low bar keep a line's distance.
+        let fitting = (area.height / (2.0 * TICK_SIZE)) as usize;
+        let (ticks, exponent) = self.labels(fitting.clamp(2, N_TICKS));
         let mut widest: f64 = 0.0;
         for (value, label) in &ticks {
             let y = at(*value);

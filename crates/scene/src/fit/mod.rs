@@ -69,6 +69,9 @@ pub const LEVEL: f64 = 0.95;
 /// 95 % would cover as often as they say if it were a tenth.
 const OFFSET: f64 = 0.01;
 
+/// How far within a bound the scene must be right, in parts of the way to the start.
+const WITHIN: f64 = 1e-6;
+
 /// What a fit came to.
 #[derive(Debug)]
 pub struct FitResult {
@@ -144,6 +147,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     for experiment in &experiments {
         experiment.expect_computable(&start).map_err(not_computed)?;
     }
+    expect_bounds(&scene, &start)?;
     let watcher = Watcher {
         interrupt: options.interrupt,
         progress: &(),
@@ -259,6 +263,24 @@ fn parameters(scene: &Parametrised) -> Result<Vec<Parameter>, InputError> {
         })
     });
     all.collect()
+}
+
+/// Refuses bounds beyond what the scene allows: a fit would fail there, and not at its bound.
+fn expect_bounds(scene: &Parametrised, start: &[f64]) -> Result<(), InputError> {
+    for (i, known) in scene.parameters.iter().enumerate() {
+        for (key, bound) in [("low", known.wanted.low), ("high", known.wanted.high)] {
+            let Some(bound) = bound else { continue };
+            let mut values = start.to_vec();
+            // The end of a range may be excluded: what lies just within a bound there is allowed.
+            values[i] += (1.0 - WITHIN) * (bound - start[i]);
+            if let Err(error) = scene.at(&values) {
+                let message = format!("`{}` cannot go to this bound", known.label());
+                let error = InputError::new(message).found(error);
+                return Err(scene.scene.wrong(&format!("parameter[{i}].{key}"), error));
+            }
+        }
+    }
+    Ok(())
 }
 
 fn experiments(

@@ -1,6 +1,6 @@
 //! The force of the supports at a group.
 
-use myovib_fem::Solid;
+use myovib_fem::{Group, Solid};
 use myovib_model::ModelError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -20,18 +20,28 @@ pub struct Reaction {
 
 impl Kind for Reaction {
     fn check_place(&self, solid: &Solid) -> Result<(), Wrong<Objection>> {
-        let nodes = at(".group", solid.space().nodes_of(&self.group))?;
-        let dimension = solid.space().dimension();
+        let space = solid.space();
+        let members = at(".group", space.mesh().group(&self.group))?;
+        let dimension = space.dimension();
         let free = solid.dofs().free_to_full();
         let is_held = |node: usize| {
             (0..dimension).any(|axis| free.binary_search(&(dimension * node + axis)).is_err())
         };
-        if nodes.into_iter().any(is_held) {
+        let whole = |facet: &[usize]| space.facet_nodes(facet).into_iter().all(is_held);
+        // A group beside one that is held shares nodes with it, but no side.
+        let has_reaction = match members {
+            Group::Edges(edges) => edges.iter().any(|edge| whole(edge)),
+            Group::Faces(faces) => faces.iter().any(|face| whole(face)),
+            Group::Points(_) | Group::Elements(_) => {
+                space.nodes_on(members).into_iter().any(is_held)
+            }
+        };
+        if has_reaction {
             return Ok(());
         }
         let group = &self.group;
         let error = InputError::new(format!(
-            "no node of the group `{group}` is held, so that it has no reaction"
+            "nothing of the group `{group}` is held, so that it has no reaction"
         ));
         let error = error.next("name the group of a [[fixed]] or [[displacement]]");
         Err((".group", Objection::Input(error)))

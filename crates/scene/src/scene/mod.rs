@@ -157,7 +157,8 @@ impl Scene {
         scene
     }
 
-    /// What was put right in the mesh, or left aside, points of grids too, and where fibres have no clear direction.
+    /// What was put right in the mesh, or left aside, points of grids too, settings without effect,
+    /// and where fibres have no clear direction.
     pub fn notes(&self) -> Vec<String> {
         let Some(body) = &self.body else {
             return Vec::new();
@@ -165,6 +166,7 @@ impl Scene {
         let mesh = body.muscle.solid.space().mesh();
         let mut notes: Vec<String> = mesh.notes().iter().map(ToString::to_string).collect();
         notes.extend(self.chains.iter().filter_map(DrivenChain::note));
+        notes.extend(settings::missing(&self.file.integrator, body.formulation));
         if body.opposed_fibres > 0 {
             notes.push(format!(
                 "at {} quadrature points the fibres of the vertices oppose each other: the nearest \

@@ -65,12 +65,30 @@ mod tests {
         );
         let free = refusal("type = \"reaction\"\ngroup = \"load\"");
         assert!(
-            free.contains("no node of the group `load` is held"),
+            free.contains("nothing of the group `load` is held"),
             "{free}"
         );
         assert_eq!(
             refusal("type = \"reaction\"\ngroup = \"fixed\""),
             "accepted"
         );
+    }
+
+    /// Regression: a side of a box beside the one that is held was taken for a support.
+    #[test]
+    fn a_group_that_shares_an_edge_with_a_support_has_no_reaction() {
+        let reaction = |group: &str| {
+            let set = [
+                "mesh.cells=[2,1,1]".to_owned(),
+                format!("probe[1].group={group}"),
+            ];
+            Scene::built_in("land1", &set).map(|_| ())
+        };
+        let said = reaction("bottom").unwrap_err().to_string();
+        assert!(
+            said.contains("nothing of the group `bottom` is held"),
+            "{said}"
+        );
+        reaction("left").expect("the support");
     }
 }

@@ -97,13 +97,36 @@ impl Builder<'_> {
     }
 }
 
-fn suppressed(blocks: &[Block], formulation: Formulation) -> Vec<Field> {
-    let fields = blocks.iter().flat_map(|block| match block {
-        Block::Displacement => [Field::Displacement].as_slice(),
+/// What is to be left out of the error test though the formulation does not have it, in words.
+pub(super) fn missing(wanted: &Integrator, formulation: Formulation) -> Vec<String> {
+    let blocks = wanted.suppress.iter().flatten();
+    let missing = blocks.filter(|block| !fields(**block).iter().any(|f| formulation.has(*f)));
+    let words = missing.map(|block| {
+        format!(
+            "integrator.suppress: `{}` has no {}, and nothing is left out for it",
+            formulation.name(),
+            match block {
+                Block::Displacement => "displacement",
+                Block::Velocity => "velocity",
+                Block::Pressure => "pressure",
+                Block::Multiplier => "multiplier",
+            }
+        )
+    });
+    words.collect()
+}
+
+fn fields(block: Block) -> &'static [Field] {
+    match block {
+        Block::Displacement => &[Field::Displacement],
         Block::Velocity => &[Field::Velocity],
         Block::Pressure => &[Field::Pressure],
         Block::Multiplier => &[Field::PressureRate, Field::GglMultiplier],
-    });
+    }
+}
+
+fn suppressed(blocks: &[Block], formulation: Formulation) -> Vec<Field> {
+    let fields = blocks.iter().flat_map(|block| fields(*block));
     fields
         .copied()
         .filter(|field| formulation.has(*field))
@@ -115,5 +138,23 @@ fn ordering(name: OrderingName) -> Ordering {
         OrderingName::Amd => Ordering::Amd,
         OrderingName::Colamd => Ordering::Colamd,
         OrderingName::Natural => Ordering::Natural,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression: a block that the formulation does not have was passed over in silence.
+    #[test]
+    fn blocks_that_are_not_there_are_told() {
+        let wanted = Integrator {
+            suppress: Some(vec![Block::Pressure, Block::Multiplier]),
+            ..Integrator::default()
+        };
+        let said = missing(&wanted, Formulation::Position);
+        assert_eq!(said.len(), 1);
+        assert!(said[0].contains("`position` has no multiplier"), "{said:?}");
+        assert!(missing(&wanted, Formulation::Rate).is_empty());
     }
 }

@@ -376,12 +376,20 @@ fn in_range(x: f64, schema: &Value, path: &str) -> Result<(), Problem> {
     }
     let words: Vec<String> = bounds
         .iter()
-        .map(|(bound, words, _)| format!("{words} {bound}"))
+        .map(|(bound, words, _)| format!("{words} {}", written(*bound)))
         .collect();
     let error = InputError::new(format!("`{path}` is out of range"))
-        .found(x)
+        .found(written(x))
         .allowed(describe(words.join(" and "), schema));
     Err(Problem::new(path, error))
+}
+
+/// A number as people write it: small ones with an exponent.
+pub(super) fn written(x: f64) -> String {
+    match x.abs() {
+        small if small > 0.0 && small < 1e-4 => format!("{x:e}"),
+        _ => x.to_string(),
+    }
 }
 
 fn wrong_kind(value: &Value, expected: &str, schema: &Value, path: &str) -> Problem {

@@ -10,8 +10,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 pub struct Integrator {
     /// The method.
     pub method: Method,
-    /// Relative tolerance.
-    #[schemars(extend("exclusiveMinimum" = 0), extend("exclusiveMaximum" = 1))]
+    /// Relative tolerance; below 1e-14 the rounding of sums (2e-16 each) is the larger error.
+    #[schemars(extend("minimum" = 1e-14), extend("exclusiveMaximum" = 1))]
     pub rtol: f64,
     /// Absolute tolerances by block of unknowns.
     pub atol: Atol,
@@ -187,8 +187,8 @@ pub struct Atol {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct OscillatorTolerances {
-    /// Relative tolerance.
-    #[schemars(extend("exclusiveMinimum" = 0), extend("exclusiveMaximum" = 1))]
+    /// Relative tolerance; below 1e-14 the rounding of sums (2e-16 each) is the larger error.
+    #[schemars(extend("minimum" = 1e-14), extend("exclusiveMaximum" = 1))]
     pub rtol: f64,
     /// Absolute tolerance.
     #[schemars(extend("exclusiveMinimum" = 0))]

@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+use super::check::written;
 use super::schema;
 
 /// All keys of a scene with their meaning, units, ranges and defaults, as Markdown.
@@ -130,7 +131,7 @@ fn kind(schema: &Value) -> String {
     let ranges = bounds.iter().filter_map(|(key, sign)| {
         let bound = schema[*key].as_f64()?;
         // The widths of integer types are no ranges of physics.
-        (bound.abs() < 4e9).then(|| format!(" {sign} {bound}"))
+        (bound.abs() < 4e9).then(|| format!(" {sign} {}", written(bound)))
     });
     word.to_owned() + &ranges.collect::<Vec<_>>().join(",")
 }

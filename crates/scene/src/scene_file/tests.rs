@@ -30,6 +30,15 @@ fn infinity_may_be_a_number_or_a_word_and_is_a_word_in_json() {
     }
 }
 
+/// Regression: 1e-17 was accepted, which no sum of doubles can meet.
+#[test]
+fn tolerances_below_rounding_are_refused() {
+    for key in ["integrator.rtol", "integrator.oscillators.rtol"] {
+        let message = read("scene.toml", MINIMAL, &[format!("{key}=1e-17")]).unwrap_err();
+        assert!(message.to_string().contains("at least 1e-14"), "{message}");
+    }
+}
+
 /// Regression: a number too large for the computer was taken for `inf`, which means incompressible.
 #[test]
 fn a_number_that_is_too_large_is_not_infinity() {

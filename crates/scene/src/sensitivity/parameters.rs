@@ -49,18 +49,7 @@ impl Parametrised {
     /// differentiated.
     pub fn load(path: &Path, set: &[String]) -> Result<Self, InputError> {
         let scene = Scene::load(path, set)?;
-        let values = serde_json::to_value(&scene.file).map_err(InputError::new)?;
-        let known = scene.file.parameter.iter().enumerate().map(|(i, wanted)| {
-            known(&scene, &values, wanted)
-                .map_err(|e| scene.wrong(&format!("parameter[{i}].key"), e))
-        });
-        let parameters = known.collect::<Result<Vec<_>, _>>()?;
-        for (i, one) in parameters.iter().enumerate() {
-            if parameters[..i].iter().any(|other| other.key == one.key) {
-                let error = InputError::new(format!("`{}` is a parameter twice", one.key));
-                return Err(scene.wrong(&format!("parameter[{i}].key"), error));
-            }
-        }
+        let parameters = Known::all(&scene)?;
         let it = Self {
             path: path.to_owned(),
             set: set.to_vec(),
@@ -243,6 +232,25 @@ pub(crate) fn body(scene: &Scene) -> Result<&Body, InputError> {
 }
 
 impl Known {
+    /// The parameters of a scene.
+    ///
+    /// # Errors
+    /// A key that is no number of the scene, none that can be differentiated, or there twice.
+    pub fn all(scene: &Scene) -> Result<Vec<Self>, InputError> {
+        let values = serde_json::to_value(&scene.file).map_err(InputError::new)?;
+        let mut parameters: Vec<Self> = Vec::new();
+        for (i, wanted) in scene.file.parameter.iter().enumerate() {
+            let wrong = |error| scene.wrong(&format!("parameter[{i}].key"), error);
+            let one = known(scene, &values, wanted).map_err(wrong)?;
+            if parameters.iter().any(|other| other.key == one.key) {
+                let error = InputError::new(format!("`{}` is a parameter twice", one.key));
+                return Err(wrong(error));
+            }
+            parameters.push(one);
+        }
+        Ok(parameters)
+    }
+
     /// The override that gives the scene this value.
     pub fn assignment(&self, value: f64) -> String {
         match self.influence {

@@ -109,7 +109,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     };
     // A scene that is wrong as it is would be wrong in every case.
     let first = [&options.set[..], &all[0].set].concat();
-    let scene = Scene::load(&options.scene, &first)?;
+    let scene = Scene::load(&options.scene, &first).map_err(|error| error.of_vary(&all[0].set))?;
     let results = columns(&options.results, &axes, &scene)?;
     let sweep = Sweep {
         options,
@@ -119,6 +119,13 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         program: program(),
         hashes: Mutex::default(),
     };
+    if options.cases == Cases::None && all.iter().all(|case| sweep.record(case).is_none()) {
+        let error = InputError::new("no case of this sweep was computed in the folder")
+            .at("--collect")
+            .found(options.out.display())
+            .next("give the scene, --vary, --set and --out with which the cases were computed");
+        return Err(error.into());
+    }
     fs::create_dir_all(&options.out).map_err(Error::file("make", &options.out))?;
 
     sweep.compute_all(wanted)?;
@@ -276,7 +283,7 @@ impl Sweep<'_> {
     fn run(&self, case: &Case, inputs: &mut Vec<Input>) -> Result<RunResult, Error> {
         let options = self.options;
         let set = [&options.set[..], &case.set].concat();
-        let scene = Scene::load(&options.scene, &set)?;
+        let scene = Scene::load(&options.scene, &set).map_err(|error| error.of_vary(&case.set))?;
         inputs.clone_from(&scene.inputs);
         let run = RunOptions {
             existing: Existing::Overwrite,

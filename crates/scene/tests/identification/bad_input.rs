@@ -235,6 +235,11 @@ fn data_and_bounds_that_make_no_sense_are_told() {
             &["parameter[0].low=2", "parameter[0].high=1"],
             "not below the upper one",
         ),
+        (
+            good,
+            &["parameter[0].low=-1e4"],
+            "`material[0].c10` cannot go to this bound\n   where: --set parameter[0].low=-1e4",
+        ),
     ] {
         let found = of_fit(data, more, Loss::Squares);
         assert!(found.contains(told), "{data:?}: {found}");

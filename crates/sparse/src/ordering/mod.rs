@@ -49,6 +49,8 @@ struct Hosts {
     /// The nodes of a graph in each node of this one, constraints last.
     guests: Lanes,
     neighbours: Lanes,
+    /// Unknowns of each, by which METIS balances.
+    #[cfg(feature = "metis")]
     weights: Vec<i32>,
 }
 
@@ -78,11 +80,13 @@ impl Hosts {
             let hosts = all.map(|&node| place[host[node as usize]]);
             neighbours.push(hosts.filter(|&h| std::mem::replace(&mut seen[h as usize], k) != k));
         }
+        #[cfg(feature = "metis")]
         let weight = |k| {
             let guests = guests.lane(k).iter();
             guests.map(|&node| graph.weight(node as usize) as i32).sum()
         };
         Self {
+            #[cfg(feature = "metis")]
             weights: (0..n_hosts).map(weight).collect(),
             guests,
             neighbours,

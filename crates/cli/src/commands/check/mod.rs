@@ -20,6 +20,7 @@ use myovib_scene::scene_file::active::Tension;
 use myovib_scene::scene_file::material::PronyTerm;
 use myovib_scene::scene_file::solid::{Bed, Direction};
 use myovib_scene::scene_file::{Analysis, SceneFile};
+use myovib_scene::sensitivity::Known;
 use myovib_scene::{Body, Scene, plain};
 
 /// Options of `myovib check`.
@@ -67,6 +68,7 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
 /// # Errors
 /// What the model cannot do with the scene.
 pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serialize + use<>)> {
+    Known::all(scene)?;
     let mut equilibrium = None;
     let (text, body) = match (scene.file.analysis, &scene.body) {
         (Analysis::Static, Some(body)) => {
