@@ -10,7 +10,8 @@ mod parameters;
 mod start;
 
 pub use curves::{Cost, Output, Sample, Watcher, follow, outputs, settings};
-pub use parameters::{Known, Parametrised};
+pub use influence::Known;
+pub use parameters::Parametrised;
 
 use serde_json::{Value, json};
 

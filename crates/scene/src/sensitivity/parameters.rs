@@ -4,12 +4,11 @@ use std::path::{Path, PathBuf};
 
 use myovib_dae as dae;
 use myovib_model::sensitivity::{Dependence, Dependences, Stencil};
-use myovib_model::{Formulation, Parameters};
+use myovib_model::Parameters;
 
-use super::influence::{Influence, LOADS, first_jump, known};
+use super::influence::{Influence, Known, first_jump};
 use crate::scene::{Body, Scene};
 use crate::scene_file::Analysis;
-use crate::scene_file::identification::Parameter;
 use crate::{Error, InputError};
 
 /// A scene with the parameters it names, to be had at other values of them.
@@ -21,20 +20,6 @@ pub struct Parametrised {
     pub scene: Scene,
     /// The parameters.
     pub parameters: Vec<Known>,
-}
-
-/// A parameter of a scene.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Known {
-    /// Its key, which is its name.
-    pub key: String,
-    /// Its value in the scene.
-    pub value: f64,
-    /// Its typical size.
-    pub scale: f64,
-    /// What the scene says of it.
-    pub wanted: Parameter,
-    pub(super) influence: Influence,
 }
 
 /// The step of differences of order 4, relative: truncation (some 2π f t of it)⁴/30 and rounding ε
@@ -229,90 +214,4 @@ pub(super) fn around<T>(
 pub(crate) fn body(scene: &Scene) -> Result<&Body, InputError> {
     let body = scene.body.as_ref();
     body.ok_or_else(|| InputError::new("the scene has no body"))
-}
-
-impl Known {
-    /// The parameters of a scene.
-    ///
-    /// # Errors
-    /// A key that is no number of the scene, none that can be differentiated, or there twice.
-    pub fn all(scene: &Scene) -> Result<Vec<Self>, InputError> {
-        let values = serde_json::to_value(&scene.file).map_err(InputError::new)?;
-        let mut parameters: Vec<Self> = Vec::new();
-        for (i, wanted) in scene.file.parameter.iter().enumerate() {
-            let wrong = |error| scene.wrong(&format!("parameter[{i}].key"), error);
-            let one = known(scene, &values, wanted).map_err(wrong)?;
-            if parameters.iter().any(|other| other.key == one.key) {
-                let error = InputError::new(format!("`{}` is a parameter twice", one.key));
-                return Err(wrong(error));
-            }
-            parameters.push(one);
-        }
-        Ok(parameters)
-    }
-
-    /// The override that gives the scene this value.
-    pub fn assignment(&self, value: f64) -> String {
-        match self.influence {
-            Influence::Compressibility if value == 0.0 => format!("{}=inf", self.key),
-            Influence::Compressibility => format!("{}={:e}", self.key, 1.0 / value),
-            _ => format!("{}={value:e}", self.key),
-        }
-    }
-
-    /// Without a pressure, the energy of the volume is proportional to κ, not to 1/κ.
-    fn is_affine(&self, formulation: Formulation) -> bool {
-        match self.influence {
-            Influence::Compressibility => formulation != Formulation::Displacement,
-            Influence::Alpha | Influence::Beta | Influence::Affine => true,
-            Influence::Smooth | Influence::Break | Influence::Start => false,
-        }
-    }
-
-    /// The step of a difference that is `relative` to its size.
-    pub(super) fn step(&self, relative: f64, value: f64) -> f64 {
-        let size = match self.influence {
-            // A shift of a break is small beside the rise there, wherever it is.
-            Influence::Break => self.scale,
-            _ => value.abs().max(self.scale),
-        };
-        relative * size
-    }
-
-    /// Whether nothing within elements depends on it.
-    fn is_outside_elements(&self, formulation: Formulation) -> bool {
-        match self.influence {
-            Influence::Compressibility => formulation != Formulation::Displacement,
-            Influence::Alpha | Influence::Beta => true,
-            // Inertia, and the loads that it makes.
-            Influence::Affine => self.key.ends_with(".density"),
-            Influence::Smooth | Influence::Break | Influence::Start => false,
-        }
-    }
-
-    /// Whether nothing but the law's stress depends on it. Of a body with Prony terms more does: they
-    /// relax a part of it.
-    fn is_of_stress(&self, body: &Body) -> bool {
-        let table = self.key.split(['.', '[']).next();
-        let name = self.key.rsplit('.').next().unwrap_or("");
-        let is_modulus = ["c10", "c01", "shear_modulus", "lambda", "stiffness"].contains(&name);
-        table == Some("material")
-            && is_modulus
-            && self.key.matches('.').count() == 1
-            && body.muscle.solid.n_internal() == 0
-    }
-
-    /// Whether nothing but loads depends on it.
-    pub(super) fn is_of_loads(&self) -> bool {
-        let table = self.key.split(['.', '[']).next();
-        table.is_some_and(|table| LOADS.contains(&table))
-    }
-
-    /// The number as it is called in tables, with κ's inverse told.
-    pub fn label(&self) -> String {
-        match self.influence {
-            Influence::Compressibility => format!("1/{}", self.key),
-            _ => self.key.clone(),
-        }
-    }
 }

@@ -272,11 +272,6 @@ impl<T: Number> Work<'_, T> {
         let (m, k, r) = (node.size(), node.n_columns(), node.n_rows());
         let is_symmetric = kind == Kind::Symmetric;
         let layout = node.layout(kind);
-        let add = |start: usize, chunk: &mut [T]| {
-            for child in &node.children {
-                child.add_to_update(of_child(child), chunk, start, layout, k);
-            }
-        };
         if m >= LARGE[0] && k >= LARGE[1] {
             let (in_threads, arch) = (self.in_threads, self.arch);
             let front = Front {
@@ -292,7 +287,11 @@ impl<T: Number> Work<'_, T> {
             } else {
                 upper
             };
-            return front.eliminate_all(panel, upper, update, &add);
+            return front.eliminate_all(panel, upper, update, &|start, chunk: &mut [T]| {
+                for child in &node.children {
+                    child.add_to_update(of_child(child), chunk, start, layout, k);
+                }
+            });
         }
         block.fill(T::zero());
         for &(index, position) in &node.entries {
@@ -333,7 +332,10 @@ impl<T: Number> Work<'_, T> {
                     is_symmetric,
                 };
                 minus_outer(chunk, block, &panel[k + row..], &upper[first..], k);
-                add(first, chunk);
+                // No closure does this here too: it would be a call, without vector instructions.
+                for child in &node.children {
+                    child.add_to_update(of_child(child), chunk, first, layout, k);
+                }
             }
         }
         true
