@@ -228,12 +228,16 @@ def solve_dae(
         raise ValueError(f"initial = {initial!r}: must be given, algebraic or states")
     if not 1 <= max_order <= 5:
         raise ValueError(f"max_order = {max_order}: must be 1 to 5")
+    if not 0 <= rtol < 1:
+        raise ValueError(f"rtol = {rtol}: must be at least 0 and below 1")
     start = _vector("y0", y0)
     n = len(start)
     rates = _vector("yp0", yp0, n)
     tolerances = _vector("atol", np.atleast_1d(np.asarray(atol, dtype=float)))
     if len(tolerances) not in (1, n):
         raise ValueError(f"atol has {len(tolerances)} entries: must be 1 or {n}")
+    if (tolerances < 0).any():
+        raise ValueError(f"atol = {atol}: must be at least 0")
     t0, t_end = (float(t) for t in t_span)
     if t0 == t_end or not np.isfinite([t0, t_end]).all():
         raise ValueError(f"t_span = ({t0}, {t_end}): must be two different finite times")

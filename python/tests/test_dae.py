@@ -226,6 +226,8 @@ def test_results_are_pickled_whole():
         (dict(y0=[1, 2]), "shape"),
         (dict(y0=[np.nan]), "not finite"),
         (dict(atol=[1, 2, 3]), "must be 1 or 1"),
+        (dict(rtol=-1), "rtol = -1: must be at least 0"),
+        (dict(atol=-1), "atol = -1: must be at least 0"),
         (dict(t_eval=[1, 0.5]), "sorted"),
         (dict(t_eval=[2]), "t_span"),
         (dict(suppress=True), "algebraic"),

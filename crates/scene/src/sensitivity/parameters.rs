@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use myovib_dae as dae;
-use myovib_model::sensitivity::{Dependence, Dependences, Stencil};
 use myovib_model::Parameters;
+use myovib_model::sensitivity::{Dependence, Dependences, Stencil};
 
 use super::influence::{Influence, Known, first_jump};
 use crate::scene::{Body, Scene};
