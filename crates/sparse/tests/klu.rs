@@ -2,11 +2,11 @@
 #![cfg(klu)]
 #![allow(clippy::unwrap_used)] // a test may panic
 
-use myovib_sparse::SparseError;
 use myovib_sparse::klu::{
     ComplexNumeric, Factors, KluOptions, Numeric, Ordering, Pivots, RealNumeric, Scalar, Scaling,
     Symbolic,
 };
+use myovib_sparse::{Factorization, SparseError};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
@@ -175,6 +175,13 @@ fn diagnostics_of_a_diagonal_matrix() {
     assert!((lu.condest(&values).unwrap() - 100.0).abs() <= 100.0 * RESIDUAL);
     assert_eq!(lu.nnz_factors(), (3, 3));
     assert_eq!(lu.flops().unwrap(), 0.0);
+    let mut factors = Factors::<f64>::new(symbolic);
+    assert_eq!((factors.rcond(), factors.n_entries()), (None, None));
+    factors.renew(&values).unwrap();
+    assert_eq!(
+        (factors.rcond(), factors.n_entries()),
+        (Some(0.01), Some(6))
+    );
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod convergence;
 mod convergence_in_space;
 mod differences;
 mod follower;
+mod graded;
 mod identities;
 mod meshes;
 mod points;

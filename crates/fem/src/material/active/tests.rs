@@ -99,11 +99,12 @@ fn curves_have_the_values_of_their_formulas() {
         let formula: f64 = -6.25 * ratio * ratio + 12.5 * ratio - 5.25;
         assert!((parabola.factor(1.2 * ratio) - formula.max(0.0)).abs() < 1e-14);
     }
+    // (0.375/0.5 − 1)/0.5 = −1/2, to the power of four: at the width itself each power is 1.
     let gaussian = ForceLength::Gaussian {
-        optimal: 1.0,
+        optimal: 0.5,
         width: 0.5,
     };
-    assert!((gaussian.factor(1.5_f64) - (-1.0_f64).exp()).abs() < 1e-15);
+    assert_eq!(gaussian.factor(0.375_f64), (-0.0625_f64).exp());
     let hill = ForceVelocity::hill(4.0);
     assert_eq!(hill.factor(0.0), 1.0);
     assert_eq!(hill.factor(-4.0), 0.0);

@@ -1,0 +1,50 @@
+//! Damping that differs between elements.
+
+use myovib_fem::solid::{Fields, Pressure, Solid, Tangents, Vectors};
+use myovib_fem::{Ratios, Space};
+
+use crate::common::{MUSCLE_LAW, clamped, muscle_mesh, random};
+
+#[test]
+fn a_ratio_of_beta_multiplies_rates_and_their_tangents_alone() {
+    let halved = Ratios {
+        beta: 0.5,
+        ..Ratios::ONE
+    };
+    let plain = clamped(Space::taylor_hood(&muscle_mesh()), "fixed", MUSCLE_LAW);
+    let ratios = vec![halved; plain.space().n_elements()];
+    let (n, m) = (plain.space().n_components(), plain.space().n_pressures());
+    let [u, v] = [(1e-4, 1), (1e-2, 2)].map(|(size, seed)| random(n, size, seed));
+    let [p, p_rate, mu] = [3, 4, 5].map(|seed| random(m, 1e2, seed));
+    let fields = Fields {
+        v: Some(&v),
+        p_rate: Some(&p_rate),
+        mu: Some(&mu),
+        ..Fields::new(&u, Pressure::Nodal(&p))
+    };
+    let operators = |solid: &Solid| {
+        let mut rate = vec![0.0; n];
+        let mut out = Vectors::default();
+        out.force_rate = Some(&mut rate);
+        solid.evaluate(&fields, &mut out).unwrap();
+        let [mut k, mut damped, mut k_rate, mut of_mu] =
+            [(); 4].map(|()| vec![0.0; solid.displacement_pattern().nnz()]);
+        let mut out = Tangents {
+            stiffness: Some(&mut k),
+            damped_stiffness: Some(&mut damped),
+            rate_stiffness: Some(&mut k_rate),
+            multiplier_stiffness: Some(&mut of_mu),
+            ..Tangents::default()
+        };
+        solid.tangents(&fields, &mut out).unwrap();
+        ([k, of_mu], [rate, damped, k_rate])
+    };
+    let (same, rates) = operators(&plain);
+    // To the bit: with a power of two the product of a sum is the sum of the products.
+    let half = rates.map(|values| values.into_iter().map(|x| 0.5 * x).collect::<Vec<_>>());
+    assert!(half.iter().all(|values| values.iter().any(|x| *x != 0.0)));
+    assert_eq!(
+        operators(&plain.with_ratios(&ratios).unwrap()),
+        (same, half)
+    );
+}
