@@ -44,6 +44,7 @@ use crate::exit::Exit;
 
 /// Reads the command line, runs the command, and gives the exit code.
 pub fn main() -> ExitCode {
+    interrupt::outlive_large_files();
     ranks::main(command, scene)
 }
 

@@ -6,6 +6,7 @@ use myovib_scene::fit::{FitResult, LEVEL, Point};
 use myovib_scene::{atomic_file, escape, json};
 use serde_json::Value;
 
+use crate::page::probes::{label, unit};
 use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
 use crate::table::{Align, Table, counted};
 use crate::{page, picture};
@@ -196,15 +197,15 @@ fn between(interval: [Option<f64>; 2]) -> String {
 
 /// Measurements with the fit, and below them the residuals.
 fn figure(result: &FitResult) -> Figure {
-    let mut names: Vec<(usize, &str)> = Vec::new();
+    let mut names: Vec<(usize, &str, &str)> = Vec::new();
     for point in &result.points {
-        let name = (point.experiment, point.output.as_str());
+        let name = (point.experiment, &*point.output, &*point.column);
         if !names.contains(&name) {
             names.push(name);
         }
     }
-    let several = names.iter().any(|(experiment, _)| *experiment > 1);
-    let panels = names.iter().map(|&(experiment, output)| {
+    let several = names.iter().any(|(experiment, ..)| *experiment > 1);
+    let panels = names.iter().map(|&(experiment, output, column)| {
         let of = || {
             let points = result.points.iter();
             points.filter(move |p| p.experiment == experiment && p.output == output)
@@ -217,7 +218,8 @@ fn figure(result: &FitResult) -> Figure {
                 true => format!("{output}, experiment {experiment}"),
                 false => output.to_owned(),
             },
-            x: Axis::new("t", "s"),
+            x: Axis::new("*t*", "s"),
+            y: Axis::new(label(column), unit(column, result.in_space)),
             series: vec![
                 Series::curve("measured", &t, &measured).unjoined(),
                 Series::curve("fitted", &t, &fitted),
@@ -231,7 +233,8 @@ fn figure(result: &FitResult) -> Figure {
     let residuals: Vec<f64> = result.points.iter().map(|p| p.residual).collect();
     panels.push(Box::new(LinePlot {
         title: "residuals".to_owned(),
-        x: Axis::new("t", "s"),
+        x: Axis::new("*t*", "s"),
+        y: Axis::new("residual", if result.noise_is_known { "σ" } else { "" }),
         series: vec![Series::curve("", &t, &residuals).unjoined()],
         ..LinePlot::default()
     }));

@@ -1,8 +1,9 @@
-//! The drawing of a mesh.
+//! Drawings of a body in the plane.
 
 use myovib_fem::Space;
 
-use crate::plot::{Axis, MeshPlot};
+use crate::plot::{Axis, Field, MeshPlot};
+use crate::spatial::length;
 
 /// The mesh alone, at rest.
 pub fn outline(space: &Space) -> MeshPlot {
@@ -16,5 +17,18 @@ pub fn outline(space: &Space) -> MeshPlot {
         nodes: space.node_points().to_vec(),
         triangles: (0..space.n_elements()).map(nodes).collect(),
         ..MeshPlot::default()
+    }
+}
+
+/// The deformed body over its outline at rest, in the colours of the length of its displacement.
+pub fn displacement_plot(space: &Space, displacement: &[[f64; 3]]) -> MeshPlot {
+    MeshPlot {
+        displacement: displacement.iter().map(|&[x, y, _]| [x, y]).collect(),
+        scale: 1.0,
+        field: Some(Field {
+            axis: Axis::new("|*u*|", "m"),
+            values: displacement.iter().map(|&u| length(u)).collect(),
+        }),
+        ..outline(space)
     }
 }

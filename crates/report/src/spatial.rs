@@ -1,10 +1,10 @@
 //! Pictures of a body in space: its surface, and a section through its middle.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use myovib_fem::{Barycentric, Group, Located, Space};
 
-use crate::plot::surface_plot::{Face, Paint, Place};
+use crate::plot::surface_plot::{Face, Paint, Place, faces_the_eye};
 use crate::plot::{Axis, Colour, Field, MeshPlot, SurfacePlot};
 
 /// Surfaces of more faces than this are drawn with one triangle for each, else with four.
@@ -19,9 +19,7 @@ pub fn boundary(space: &Space) -> Vec<[usize; 6]> {
     for element in mesh.elements() {
         for side in mesh.shape().sides {
             let face = [0, 1, 2].map(|i| element[side[i]]);
-            let mut key = face;
-            key.sort_unstable();
-            let entry = alone.entry(key).or_insert(Some(face));
+            let entry = alone.entry(sorted(face)).or_insert(Some(face));
             if *entry != Some(face) {
                 *entry = None;
             }
@@ -32,36 +30,44 @@ pub fn boundary(space: &Space) -> Vec<[usize; 6]> {
     alone.into_values().flatten().filter_map(nodes).collect()
 }
 
-/// The body at rest; groups of its boundary in colours of their own.
+/// The body at rest; groups of its boundary in colours of their own. The legend says which of them lie
+/// on the far side only.
 pub fn groups_plot(space: &Space, groups: &[(&str, Colour)]) -> SurfacePlot {
+    let points = space.node_points::<3>();
+    let boundary = boundary(space).into_iter();
+    let faces: Vec<[usize; 3]> = boundary.map(|[a, b, c, ..]| [a, b, c]).collect();
+    let places = |nodes: [usize; 3]| nodes.map(|node| points[node]);
+    let in_sight = faces.iter().filter(|nodes| faces_the_eye(&places(**nodes)));
+    let in_sight: BTreeSet<[usize; 3]> = in_sight.copied().map(sorted).collect();
     let mut colours: BTreeMap<[usize; 3], Colour> = BTreeMap::new();
     let mut named = Vec::new();
     for (name, colour) in groups {
         if let Ok(Group::Faces(faces)) = space.mesh().group(name) {
-            for face in faces {
-                let mut key = *face;
-                key.sort_unstable();
-                colours.insert(key, *colour);
-            }
-            named.push(((*name).to_owned(), *colour));
+            let keys = || faces.iter().copied().map(sorted);
+            colours.extend(keys().map(|key| (key, *colour)));
+            let name = match keys().any(|key| in_sight.contains(&key)) {
+                true => (*name).to_owned(),
+                false => format!("{name} (not in sight)"),
+            };
+            named.push((name, *colour));
         }
     }
-    let points = space.node_points::<3>();
-    let face = |nodes: [usize; 6]| {
-        let corners = [nodes[0], nodes[1], nodes[2]];
-        let mut key = corners;
-        key.sort_unstable();
-        Face {
-            corners: corners.map(|node| points[node]),
-            paint: Paint::Plain(colours.get(&key).copied().unwrap_or(Colour::PALE)),
-        }
+    let face = |nodes: [usize; 3]| Face {
+        corners: places(nodes),
+        paint: Paint::Plain(*colours.get(&sorted(nodes)).unwrap_or(&Colour::PALE)),
     };
     SurfacePlot {
-        faces: boundary(space).into_iter().map(face).collect(),
+        faces: faces.into_iter().map(face).collect(),
         groups: named,
         edges: true,
         ..SurfacePlot::default()
     }
+}
+
+/// A face's corners as a key, whatever their order.
+fn sorted(mut corners: [usize; 3]) -> [usize; 3] {
+    corners.sort_unstable();
+    corners
 }
 
 /// The deformed body, in the colours of the length of its displacement.
@@ -195,7 +201,8 @@ fn mean(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
     std::array::from_fn(|i| 0.5 * (a[i] + b[i]))
 }
 
-fn length(vector: Place) -> f64 {
+/// The length of a displacement.
+pub(crate) fn length(vector: Place) -> f64 {
     vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
@@ -229,6 +236,15 @@ mod tests {
         // Sums of some fifty terms of size one.
         assert!((area - 22.0).abs() < 1e-13, "{area}");
         assert!((volume - 6.0).abs() < 1e-13, "{volume}");
+    }
+
+    /// From the front, the right and above, x = 0 lies on the far side, x = 3 does not.
+    #[test]
+    fn the_legend_says_which_groups_are_not_in_sight() {
+        let groups = [("left", Colour::BLACK), ("right", Colour::GREY)];
+        let plot = groups_plot(&block(), &groups);
+        let names: Vec<&str> = plot.groups.iter().map(|(name, _)| &**name).collect();
+        assert_eq!(names, ["left (not in sight)", "right"]);
     }
 
     /// Through the middle of y: a rectangle of 3 by 2, with the displacement at its place.

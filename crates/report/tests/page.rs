@@ -76,12 +76,27 @@ fn figures_of_a_report_look_as_each_of_them_alone() {
         ],
     );
     let found = figures(&motion);
-    assert_eq!(found.len(), 4, "the mesh, u_x, u_y and p");
+    assert_eq!(found.len(), 5, "the mesh, its deformation, u_x, u_y and p");
     assert_eq!(spoiled(&found), [0_usize; 0]);
     let modes = report("init", &["analysis=modes", "modes.count=2"]);
     let found = figures(&modes);
     assert_eq!(found.len(), 2, "the mesh, and the modes beside each other");
     assert_eq!(spoiled(&found), [0_usize; 0]);
+}
+
+/// In the plane: the body as it is at the end, over its outline at rest.
+#[test]
+fn a_report_of_a_body_in_the_plane_shows_it_deformed() {
+    let small = ["time.end=0.05", "integrator.method=radau"];
+    let html = report("init", &[&small[..], &["fields.every=0.05"]].concat());
+    assert!(html.contains("Deformed body at t = 0.05 s"), "{html}");
+    assert_eq!(
+        figures(&html).len(),
+        5,
+        "the mesh, its deformation, u_x, u_y, p"
+    );
+    let without = report("init", &[&small[..], &["fields="]].concat());
+    assert!(!without.contains("Deformed"), "no fields, no picture");
 }
 
 /// In space: the body with its groups, its deformed surface, and a section, which need the fields.

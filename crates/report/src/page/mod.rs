@@ -7,7 +7,7 @@ mod asked;
 mod figures;
 mod modes;
 mod pictures;
-mod probes;
+pub(crate) mod probes;
 mod words;
 
 use std::path::Path;

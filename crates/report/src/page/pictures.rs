@@ -7,12 +7,12 @@ use myovib_scene::scene_file::Analysis;
 use myovib_scene::{Body, Error, Scene, escape, vtu};
 use serde_json::Value;
 
-use crate::outline::outline;
+use crate::outline::{self, outline};
 use crate::plot::{Colour, EdgeGroup, Figure, MeshPlot, Region};
 use crate::spatial;
 
-/// The picture of the body beside its materials, and what the last fields in the folder show of it in
-/// space; nothing for a scene without one.
+/// The picture of the body beside its materials, and what the last fields in the folder show of it;
+/// nothing for a scene without one.
 ///
 /// # Errors
 /// Fields that cannot be read.
@@ -20,10 +20,11 @@ pub(super) fn body(folder: &Path, scene: &Scene) -> Result<String, Error> {
     let Some(body) = &scene.body else {
         return Ok(String::new());
     };
-    let (picture, deformed) = match body.muscle.solid.space().dimension() {
-        2 => (plane(scene, body), String::new()),
-        _ => (surface(scene, body), displacement(folder, scene, body)?),
+    let picture = match body.muscle.solid.space().dimension() {
+        2 => plane(scene, body),
+        _ => surface(scene, body),
     };
+    let deformed = displacement(folder, scene, body)?;
     let picture = figure("Mesh, supports and loads", &picture);
     // Beside one picture, below several.
     let place = if deformed.is_empty() {
@@ -71,8 +72,8 @@ fn surface(scene: &Scene, body: &Body) -> String {
     Figure::of("Surface, supports and loads", plot).render()
 }
 
-/// The deformed surface and a section of a body in space at the last time of its fields, if the
-/// run has fields with the displacement.
+/// The deformed body at the last time of its fields, in space its surface and a section, if the run has
+/// fields with the displacement.
 fn displacement(folder: &Path, scene: &Scene, body: &Body) -> Result<String, Error> {
     let space = body.muscle.solid.space();
     let last = vtu::last_displacement(folder, &vtu::Grid::of_body(body));
@@ -80,18 +81,28 @@ fn displacement(folder: &Path, scene: &Scene, body: &Body) -> Result<String, Err
     let Some((t, displacement)) = last else {
         return Ok(String::new());
     };
-    let surface = spatial::displacement_plot(space, &displacement);
-    let section = spatial::section_plot(space, &displacement);
-    let figures = [
-        ("Deformed surface", Figure::of("Deformed surface", surface)),
-        ("Section", Figure::of("Section", section)),
-    ];
+    let figures = match space.dimension() {
+        2 => {
+            let plot = outline::displacement_plot(space, &displacement);
+            vec![("Deformed body", Figure::of("Deformed body", plot))]
+        }
+        _ => {
+            let surface = spatial::displacement_plot(space, &displacement);
+            let section = spatial::section_plot(space, &displacement);
+            vec![
+                ("Deformed surface", Figure::of("Deformed surface", surface)),
+                ("Section", Figure::of("Section", section)),
+            ]
+        }
+    };
     let when = match scene.file.analysis {
         Analysis::Static => String::new(),
         _ => format!(" at t = {t} s"),
     };
-    let figures = figures.map(|(what, drawn)| figure(&format!("{what}{when}"), &drawn.render()));
-    Ok(figures.concat())
+    let figures = figures.into_iter();
+    Ok(figures
+        .map(|(what, drawn)| figure(&format!("{what}{when}"), &drawn.render()))
+        .collect())
 }
 
 fn plane(scene: &Scene, body: &Body) -> String {

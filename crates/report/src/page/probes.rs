@@ -160,7 +160,7 @@ pub(super) fn section(folder: &Path, scene: &Scene, document: &Value) -> Result<
 }
 
 /// The unit of a column by its name.
-fn unit(name: &str, in_space: bool) -> &'static str {
+pub(crate) fn unit(name: &str, in_space: bool) -> &'static str {
     match name.split('_').next().unwrap_or_default() {
         "t" => "s",
         "u" => "m",
@@ -176,7 +176,7 @@ fn unit(name: &str, in_space: bool) -> &'static str {
 }
 
 /// A column's name as the label of an axis: the component of a letter lowered.
-fn label(name: &str) -> String {
+pub(crate) fn label(name: &str) -> String {
     match name.split_once('_') {
         Some((letter, component)) if letter.chars().count() == 1 => {
             format!("*{letter}*_{{{component}}}")

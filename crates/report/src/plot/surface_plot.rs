@@ -86,6 +86,11 @@ fn dot(a: Place, b: Place) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// Whether a triangle, counter-clockwise seen from outside, is on the side that is seen.
+pub fn faces_the_eye(corners: &[Place; 3]) -> bool {
+    normal(&corners.map(seen))[2] > 0.0
+}
+
 impl SurfacePlot {
     /// The extent of the body on the page: lowest and highest along both axes.
     fn limits(&self) -> [[f64; 2]; 2] {
@@ -118,12 +123,9 @@ impl SurfacePlot {
 
     /// The triangles that face the eye, the far ones first, in the axes of the page.
     fn visible(&self) -> Vec<([Place; 3], Paint)> {
-        let turned = self
-            .faces
-            .iter()
-            .map(|face| (face.corners.map(seen), face.paint));
-        let mut visible: Vec<_> = turned
-            .filter(|(corners, _)| normal(corners)[2] > 0.0)
+        let seen_faces = self.faces.iter().filter(|f| faces_the_eye(&f.corners));
+        let mut visible: Vec<_> = seen_faces
+            .map(|face| (face.corners.map(seen), face.paint))
             .collect();
         let depth = |corners: &[Place; 3]| corners.iter().map(|corner| corner[2]).sum::<f64>();
         visible.sort_by(|a, b| depth(&a.0).total_cmp(&depth(&b.0)));

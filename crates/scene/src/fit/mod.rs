@@ -93,6 +93,8 @@ pub struct FitResult {
     pub runs: [u64; 2],
     /// Whether the standard deviations of the measurements were given.
     pub noise_is_known: bool,
+    /// Whether the body is in space: forces of one in the plane are per metre of depth.
+    pub in_space: bool,
 }
 
 /// A measurement with its residual.
@@ -102,6 +104,8 @@ pub struct Point {
     pub experiment: usize,
     /// The output.
     pub output: String,
+    /// The column of a probe that it is.
+    pub column: String,
     /// When, s.
     pub t: f64,
     /// What was measured.
@@ -201,6 +205,8 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         false => Vec::new(),
     };
     let uncertainty = fit.uncertainty().map_err(InputError::new)?;
+    let body = scene.scene.body.as_ref();
+    let in_space = body.is_some_and(|body| body.muscle.solid.space().dimension() == 3);
     Ok(FitResult {
         title: scene.scene.file.title.clone(),
         known: scene.parameters,
@@ -210,6 +216,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         points: model.points(&fit.residuals),
         runs: model.runs(),
         noise_is_known,
+        in_space,
         fit,
     })
 }

@@ -164,6 +164,7 @@ impl<'a> SceneModel<'a> {
             .map(|((i, experiment, datum), &residual)| Point {
                 experiment: i + 1,
                 output: experiment.outputs[datum.output].name.clone(),
+                column: experiment.outputs[datum.output].column_name.clone(),
                 t: datum.t,
                 measured: datum.value,
                 fitted: datum.value + residual * deviation(datum),

@@ -16,6 +16,8 @@ use crate::{Error, InputError};
 pub struct Output {
     /// Its name.
     pub name: String,
+    /// The name of the column, as the probe has it.
+    pub column_name: String,
     /// Number of the probe.
     probe: usize,
     /// Number of the column, the time not counted.
@@ -30,6 +32,7 @@ impl Output {
     pub(crate) fn of_test(name: &str, noise: Option<f64>) -> Self {
         Self {
             name: name.to_owned(),
+            column_name: name.to_owned(),
             probe: 0,
             column: 0,
             noise,
@@ -52,6 +55,7 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
                 let names = what.names().into_iter().enumerate();
                 names.map(move |(column, name)| Output {
                     name: format!("{}.{name}", probe.name),
+                    column_name: name,
                     probe: k,
                     column,
                     noise: None,
@@ -99,6 +103,7 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
         }
         Ok(Output {
             name: wanted.name.clone(),
+            column_name: wanted.column.clone(),
             probe: k,
             column,
             noise: wanted.noise,
