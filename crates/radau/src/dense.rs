@@ -46,6 +46,14 @@ impl Collocation {
         }
     }
 
+    /// Becomes another of the same size.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        (self.t0, self.h) = (other.t0, other.h);
+        self.y0.copy_from_slice(&other.y0);
+        self.y_dot0.copy_from_slice(&other.y_dot0);
+        self.increments.copy_from_slice(&other.increments);
+    }
+
     /// How many numbers its vectors have.
     pub(crate) fn n_numbers(&self) -> usize {
         self.y0.len() + self.y_dot0.len() + self.increments.len()

@@ -170,6 +170,17 @@ impl Method {
         lagrange(&self.nodes, j, theta)
     }
 
+    /// ℓ_j(c_i × `ratio`), row by row: the stages of a step that is longer by this factor.
+    pub(crate) fn bases(&self, ratio: f64) -> Vec<f64> {
+        let nodes = self.nodes.iter();
+        let row = |c: &f64| {
+            (0..self.stages())
+                .map(|j| self.basis(j, c * ratio))
+                .collect()
+        };
+        nodes.flat_map::<Vec<f64>, _>(row).collect()
+    }
+
     /// r(θ), the polynomial of degree s + 1 with r(0) = 0, r'(0) = 1 and r'(c_i) = 0; so
     /// r(1) = 0 for s > 1. For s = 1 there is no such polynomial, and r = 0.
     pub(crate) fn ramp(&self, theta: f64) -> f64 {

@@ -32,7 +32,12 @@ impl Predictor {
         y: &[f64],
         z: &mut [f64],
     ) {
-        last.extrapolate(method, t, h, y, &mut self.continued);
+        self.start_with(z, |continued| last.extrapolate(method, t, h, y, continued));
+    }
+
+    /// The same with another way to `continue_to` the step.
+    pub(crate) fn start_with(&mut self, z: &mut [f64], continue_to: impl FnOnce(&mut [f64])) {
+        continue_to(&mut self.continued);
         match self.continues {
             true => z.copy_from_slice(&self.continued),
             false => z.fill(0.0),

@@ -128,7 +128,7 @@ struct Columns<'w> {
 }
 
 /// Rows taken together, so that they become vector instructions whatever the number of columns.
-const ROWS: usize = 8;
+pub(super) const ROWS: usize = 8;
 
 impl Columns<'_> {
     /// The norm of each column.
@@ -153,14 +153,13 @@ impl Columns<'_> {
             a,
             b,
         });
-        let of = |j: usize| lanes.each_ref().map(|lanes| self.mean(lanes, j, a.len()));
+        let of = |j: usize| {
+            let column = (j, self.n_columns);
+            lanes
+                .each_ref()
+                .map(|lanes| mean_of_column(lanes, column, a.len()))
+        };
         (0..self.n_columns).map(of).collect()
-    }
-
-    /// Of sums in lanes over all columns of `length` numbers the mean of column j.
-    fn mean(&self, lanes: &[f64], j: usize, length: usize) -> f64 {
-        let sum: f64 = lanes.iter().skip(j).step_by(self.n_columns).sum();
-        sum / (length / self.n_columns) as f64
     }
 
     /// y ← y + x times the share of each column.
@@ -182,9 +181,16 @@ impl Columns<'_> {
             p,
             q,
         });
-        let squares = (0..self.n_columns).map(|j| self.mean(&lanes, j, length));
+        let columns = (0..self.n_columns).map(|j| (j, self.n_columns));
+        let squares = columns.map(|column| mean_of_column(&lanes, column, length));
         squares.map(f64::sqrt).collect()
     }
+}
+
+/// Of sums in lanes over `length` numbers of several columns the mean of one of them.
+pub(super) fn mean_of_column(lanes: &[f64], (j, n_columns): (usize, usize), length: usize) -> f64 {
+    let sum: f64 = lanes.iter().skip(j).step_by(n_columns).sum();
+    sum / (length / n_columns) as f64
 }
 
 /// Sums of w² (a + b)², w² b² and w² a b in lanes.

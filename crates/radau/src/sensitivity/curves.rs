@@ -2,6 +2,7 @@
 
 use myovib_dae::columns;
 
+use super::history::{Beginning, History, Weights};
 use super::operator::combine;
 use crate::dense::Collocation;
 use crate::method::Method;
@@ -15,6 +16,7 @@ pub(super) struct Curves {
     s_dot: Vec<f64>,
     /// The polynomials over the last step.
     pub(super) step: Collocation,
+    history: History,
     predictor: Predictor,
     guess: Vec<f64>,
     /// What the stage equations lack: −∂F/∂p to begin with.
@@ -36,6 +38,7 @@ impl Curves {
             n_columns,
             step: Collocation::line(method, t, &s, &rest),
             s_dot: rest,
+            history: History::new(s.len(), method.stages()),
             predictor: Predictor::new(method, s.len()),
             guess: stages.clone(),
             residual: stages,
@@ -54,11 +57,30 @@ impl Curves {
         &self.apart[j]
     }
 
-    /// Makes the step their own, with increments to start from.
-    pub(super) fn begin(&mut self, method: &Method, step: &Collocation) {
+    /// Makes the step their own, with increments to start from: the better, the closer to each other the steps
+    /// before are to the `tolerance` that the weights are for.
+    pub(super) fn begin(
+        &mut self,
+        method: &Method,
+        step: &Collocation,
+        weights: &Weights<'_>,
+        tolerance: f64,
+    ) {
         let (t, h) = (step.t0, step.h);
         let (last, guess) = (&self.step, &mut self.guess);
-        self.predictor.start(method, last, (t, h), &self.s, guess);
+        match self.history.is_enough(h) {
+            true => {
+                let now = Beginning {
+                    h,
+                    columns: [&self.s, &self.s_dot],
+                    state: [&step.y0, &step.y_dot0],
+                };
+                self.predictor.start_with(guess, |z| {
+                    self.history.guess(method, &now, weights, tolerance, z);
+                });
+            }
+            false => self.predictor.start(method, last, (t, h), &self.s, guess),
+        }
         std::mem::swap(&mut self.step.increments, &mut self.guess);
         (self.step.t0, self.step.h) = (t, h);
         self.step.y0.copy_from_slice(&self.s);
@@ -77,8 +99,14 @@ impl Curves {
         }
     }
 
-    /// Goes to the end of the step, `weights` saying how components count together.
-    pub(super) fn end(&mut self, method: &Method, weights: &[f64], is_first: bool) {
+    /// Goes to the end of the step of the state, `weights` saying how components count together.
+    pub(super) fn end(
+        &mut self,
+        method: &Method,
+        state: &Collocation,
+        weights: &[f64],
+        is_first: bool,
+    ) {
         let (length, h) = (self.s.len(), self.step.h);
         self.predictor.learn(&self.step.increments, weights);
         if is_first {
@@ -86,6 +114,7 @@ impl Curves {
             let all: Vec<usize> = (0..length).collect();
             self.step.free_start(method, &all);
         }
+        self.history.push(&self.step, state);
         let z = &self.step.increments;
         let end = self.s.iter_mut().zip(&z[z.len() - length..]);
         end.for_each(|(s, z)| *s += z);

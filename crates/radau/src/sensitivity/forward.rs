@@ -4,6 +4,7 @@ use myovib_dae::{LinearSolver, Outcome, Parameters, Problem, StepError, columns,
 
 use super::block::Block;
 use super::curves::Curves;
+use super::history::Weights;
 use super::krylov::Stalled;
 use super::operator::{Stage, StageOperator};
 use super::trouble::Trouble;
@@ -345,7 +346,11 @@ impl<Q> ForwardSensitivities<Q> {
             work.parameter_derivatives += n_columns as u64;
         }
         // −∂F/∂p − J_y (S + σ) − h⁻¹ J_ẏ A⁻¹ σ, and the correction of σ that it asks for.
-        curves.begin(method, &collocation);
+        let of_guess = Weights {
+            columns: &self.columns_weights,
+            state: &self.weights,
+        };
+        curves.begin(method, &collocation, &of_guess, tolerance);
         let at = (Some(&curves.s[..]), &curves.step.increments[..]);
         operator
             .subtract(parameters, method, at, &mut curves.residual, n_columns)
@@ -403,7 +408,7 @@ impl<Q> ForwardSensitivities<Q> {
                 largest = largest.max(norm((0..n).map(error), n));
             }
         }
-        curves.end(method, &self.columns_weights, is_first);
+        curves.end(method, &collocation, &self.columns_weights, is_first);
         Ok(largest)
     }
 }

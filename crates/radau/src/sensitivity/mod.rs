@@ -14,6 +14,7 @@ mod cotangents;
 mod curves;
 mod factors;
 mod forward;
+mod history;
 mod krylov;
 mod nonzeros;
 mod operator;
