@@ -224,7 +224,6 @@ fn figure(result: &FitResult) -> Figure {
                 Series::curve("measured", &t, &measured).unjoined(),
                 Series::curve("fitted", &t, &fitted),
             ],
-            ..LinePlot::default()
         };
         Box::new(plot) as Box<dyn Panel>
     });
@@ -236,7 +235,6 @@ fn figure(result: &FitResult) -> Figure {
         x: Axis::new("*t*", "s"),
         y: Axis::new("residual", if result.noise_is_known { "σ" } else { "" }),
         series: vec![Series::curve("", &t, &residuals).unjoined()],
-        ..LinePlot::default()
     }));
     Figure::column("Measurements and fit", panels)
 }

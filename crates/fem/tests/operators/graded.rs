@@ -24,8 +24,10 @@ fn a_ratio_of_beta_multiplies_rates_and_their_tangents_alone() {
     };
     let operators = |solid: &Solid| {
         let mut rate = vec![0.0; n];
-        let mut out = Vectors::default();
-        out.force_rate = Some(&mut rate);
+        let mut out = Vectors {
+            force_rate: Some(&mut rate),
+            ..Vectors::default()
+        };
         solid.evaluate(&fields, &mut out).unwrap();
         let [mut k, mut damped, mut k_rate, mut of_mu] =
             [(); 4].map(|()| vec![0.0; solid.displacement_pattern().nnz()]);
