@@ -186,8 +186,8 @@ fn a_newcomer_gets_from_a_mesh_to_a_picture() {
     );
     run(at, "scene.toml", "out", &["time.end=0.5"]);
     let report = fs::read_to_string(at.join("out/report.html")).unwrap();
-    // The mesh and each column of the probe: four pictures, and nothing from outside.
-    assert_eq!(report.matches("<figure>").count(), 4);
+    // The mesh, its deformation and each column of the probe: five pictures, and nothing from outside.
+    assert_eq!(report.matches("<figure>").count(), 5);
     // Issue 15, A7: what one picture has by a name, another must not have.
     assert!(!report.contains(" id="));
     assert!(!report.contains("src=") && !report.contains("href=\"http"));
