@@ -281,6 +281,13 @@ impl RadauOptions {
             })
     }
 
+    /// The same for sensitivities that no step is repeated for: ten times that of Newton's method is a third of
+    /// the tolerance for the solution, which IDAS leaves of them too.
+    pub(crate) fn sensitivity_tolerance(&self, relative: f64) -> f64 {
+        self.newton_tolerance
+            .unwrap_or_else(|| 10.0 * self.newton_tolerance(relative, false))
+    }
+
     /// The relative tolerance for the solution where that for the estimate is `internal`, or its own if
     /// that is smaller.
     pub(crate) fn relative_for(&self, internal: f64) -> f64 {

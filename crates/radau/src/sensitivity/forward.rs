@@ -26,7 +26,7 @@ use crate::work::Counters;
 /// ```
 ///
 /// and solved for the increments σ of the stages' sensitivities: the result is the derivative of the
-/// computed solution for the steps that were taken, to the tolerance of Newton's method. The step's
+/// computed solution for the steps that were taken, to a third of the tolerance for the solution. The step's
 /// factors, of a Jacobian that is frozen, serve as preconditioner. The steps are those of a run
 /// without sensitivities, unless they are [asked](Self::controlling_steps) to choose them.
 ///
@@ -122,8 +122,9 @@ impl<Q> ForwardSensitivities<Q> {
         })
     }
 
-    /// Solves the linear equations to this fraction of the tolerance of the integration's error test;
-    /// that of Newton's method unless told otherwise.
+    /// Solves the linear equations to this fraction of the tolerance of the integration's error test. Unless told
+    /// otherwise it is what makes a third of the tolerance for the solution; where sensitivities choose the
+    /// steps, or [`newton_tolerance`](crate::RadauOptions::newton_tolerance) is given, that of Newton's method.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self {
@@ -305,9 +306,10 @@ impl<Q> ForwardSensitivities<Q> {
         } = step;
         let (n, h, is_first) = (collocation.y0.len(), collocation.h, number == 1);
         let relative = options.tolerances.relative();
-        let tolerance = self
-            .tolerance
-            .unwrap_or_else(|| options.newton_tolerance(relative, false));
+        let tolerance = self.tolerance.unwrap_or_else(|| match self.is_controlling {
+            true => options.newton_tolerance(relative, false),
+            false => options.sensitivity_tolerance(relative),
+        });
         let n_columns = self.curves.count();
         if n_columns == 0 {
             return Ok(0.0);

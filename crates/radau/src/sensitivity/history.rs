@@ -63,6 +63,10 @@ const ROOM: usize = 1 << 26;
 /// go on; its own beginning says more.
 const SHARE_OF_STATE: f64 = 0.1;
 
+/// Of vectors with more rows than this only a part is compared, some rows here and there: eight coefficients
+/// need no more.
+const ENOUGH_ROWS: usize = 512;
+
 /// Sums of products are not known better.
 const DIGITS: f64 = 100.0 * f64::EPSILON;
 
@@ -182,6 +186,9 @@ fn products<'a>(
 ) -> Vec<DMatrix<f64>> {
     let width = ROWS * n_columns;
     let pairs = (count + 1) * (count + 2) / 2;
+    let rows = weights.len() / n_columns;
+    let every = (rows / ENOUGH_ROWS).max(1);
+    let taken = weights.len().div_ceil(width).div_ceil(every) * width;
     let mut sums = vec![DMatrix::zeros(count + 1, count + 1); n_columns];
     for (part, factor) in [1.0, h * h].into_iter().enumerate() {
         let vectors: Vec<&[f64]> = (0..=count).map(|k| vectors(k)[part]).collect();
@@ -190,6 +197,7 @@ fn products<'a>(
             lanes: &mut lanes,
             scaled: &mut vec![0.0; (count + 1) * width],
             width,
+            every,
             vectors: &vectors,
             weights,
         });
@@ -198,7 +206,7 @@ fn products<'a>(
             for l in 0..=k {
                 let lanes = lanes.next().unwrap_or_default();
                 for (j, sum) in sums.iter_mut().enumerate() {
-                    let product = factor * mean_of_column(lanes, (j, n_columns), weights.len());
+                    let product = factor * mean_of_column(lanes, (j, n_columns), taken);
                     sum[(k, l)] += product;
                     if l < k {
                         sum[(l, k)] += product;
@@ -216,6 +224,8 @@ struct Products<'a> {
     /// Room for `width` numbers of each vector.
     scaled: &'a mut [f64],
     width: usize,
+    /// Of so many parts of this width one is taken.
+    every: usize,
     vectors: &'a [&'a [f64]],
     weights: &'a [f64],
 }
@@ -226,9 +236,9 @@ impl WithSimd for Products<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let width = self.width;
-        let mut start = 0;
-        for weights in self.weights.chunks(width) {
-            let n = weights.len();
+        let parts = self.weights.chunks(width).enumerate();
+        for (part, weights) in parts.step_by(self.every) {
+            let (start, n) = (part * width, weights.len());
             for (k, vector) in self.vectors.iter().enumerate() {
                 let (vector, scaled) = (&vector[start..][..n], &mut self.scaled[k * width..][..n]);
                 for i in 0..n {
@@ -248,7 +258,6 @@ impl WithSimd for Products<'_> {
                     }
                 }
             }
-            start += n;
         }
     }
 }

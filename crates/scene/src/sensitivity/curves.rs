@@ -153,7 +153,7 @@ pub fn settings(settings: &Settings) -> Settings {
 
 /// Computes the motion of a scene and samples its outputs at `times`, which ascend, with their
 /// derivatives by what the body depends on: solved for to this fraction of the tolerance of the motion,
-/// or to that of Newton's method.
+/// or to a third of that for its solution.
 ///
 /// # Errors
 /// A body that cannot start; an integration that does not reach the last time.
