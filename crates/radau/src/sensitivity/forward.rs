@@ -124,7 +124,7 @@ impl<Q> ForwardSensitivities<Q> {
 
     /// Solves the linear equations to this fraction of the tolerance of the integration's error test. Unless told
     /// otherwise it is what makes a third of the tolerance for the solution; where sensitivities choose the
-    /// steps, or [`newton_tolerance`](crate::RadauOptions::newton_tolerance) is given, that of Newton's method.
+    /// steps, or [`newton_tolerance`](field@crate::RadauOptions::newton_tolerance) is given, that of Newton's method.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self {
