@@ -170,15 +170,12 @@ impl Method {
         lagrange(&self.nodes, j, theta)
     }
 
-    /// ℓ_j(c_i × `ratio`), row by row: the stages of a step that is longer by this factor.
-    pub(crate) fn bases(&self, ratio: f64) -> Vec<f64> {
-        let nodes = self.nodes.iter();
-        let row = |c: &f64| {
-            (0..self.stages())
-                .map(|j| self.basis(j, c * ratio))
-                .collect()
-        };
-        nodes.flat_map::<Vec<f64>, _>(row).collect()
+    /// Writes ℓ_j(c_i × `ratio`), row by row: what the stages are of a step that is longer by this factor.
+    pub(crate) fn write_bases(&self, ratio: f64, out: &mut Vec<f64>) {
+        out.clear();
+        for c in &self.nodes {
+            out.extend((0..self.stages()).map(|j| self.basis(j, c * ratio)));
+        }
     }
 
     /// r(θ), the polynomial of degree s + 1 with r(0) = 0, r'(0) = 1 and r'(c_i) = 0; so

@@ -112,7 +112,8 @@ pub struct RadauOptions {
     pub max_newton_iterations: Option<usize>,
     /// Newton is converged when its estimated error is below this fraction of the tolerance that
     /// the error is tested against; by default a thirtieth of that for the solution, and a tenth of
-    /// this where a variable has index 2 or 3.
+    /// this where a variable has index 2 or 3. Sensitivities are solved for to this fraction too where it is
+    /// given.
     pub newton_tolerance: Option<f64>,
     /// A Jacobian is kept for the next step while Newton contracts at least by this; 0.001 by
     /// default. Larger where a Jacobian is expensive; 0: kept only after steps in which one
@@ -281,11 +282,15 @@ impl RadauOptions {
             })
     }
 
-    /// The same for sensitivities that no step is repeated for: ten times that of Newton's method is a third of
-    /// the tolerance for the solution, which IDAS leaves of them too.
-    pub(crate) fn sensitivity_tolerance(&self, relative: f64) -> f64 {
-        self.newton_tolerance
-            .unwrap_or_else(|| 10.0 * self.newton_tolerance(relative, false))
+    /// The same for sensitivities that choose no steps: ten times that of Newton's method, so a third of the tolerance
+    /// for the solution, which IDAS leaves of them too. Not by order 5, whose many steps would add that up, nor under
+    /// a hidden `constraint`, which magnifies it.
+    pub(crate) fn sensitivity_tolerance(&self, relative: f64, constraint: bool) -> f64 {
+        let newton = self.newton_tolerance(relative, false);
+        match self.newton_tolerance {
+            None if self.stages > 3 && !constraint => (10.0 * newton).min(1.0 / 3.0),
+            _ => newton,
+        }
     }
 
     /// The relative tolerance for the solution where that for the estimate is `internal`, or its own if

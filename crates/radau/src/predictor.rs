@@ -3,7 +3,8 @@
 use crate::dense::Collocation;
 use crate::method::Method;
 
-/// Starting values of the stage increments: the last step's polynomial continued, or zero.
+/// Starting values of the stage increments: the last step's polynomial continued, or what else the steps before
+/// let expect, or zero.
 ///
 /// A polynomial of degree s magnifies what is wrong with its coefficients some 10^(s/2) times over
 /// the next step of the same size. While steps are short it starts Newton several digits closer;
@@ -35,7 +36,7 @@ impl Predictor {
         self.start_with(z, |continued| last.extrapolate(method, t, h, y, continued));
     }
 
-    /// The same with another way to `continue_to` the step.
+    /// The same with another way to `continue_to` the step: it writes all increments.
     pub(crate) fn start_with(&mut self, z: &mut [f64], continue_to: impl FnOnce(&mut [f64])) {
         continue_to(&mut self.continued);
         match self.continues {

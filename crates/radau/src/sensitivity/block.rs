@@ -29,16 +29,17 @@ struct Direction {
 /// Most directions of one solve.
 const MOST: usize = 60;
 
-/// A contraction is not trusted to be better than this in the next solve: it may have changed.
-const LEAST_TRUST: f64 = 1e-3;
+/// Where Newton's method needed one correction, a contraction is not trusted to be better than this in the next solve:
+/// it may have changed.
+const LEAST_TRUST: f64 = 0.1;
 
 impl Block {
     /// Adds the solutions of K d = `r` to `x`, up to an error with a norm of about `tolerance` in each
     /// column. `apply` writes −K v into its second argument.
     ///
-    /// What is left of r is added in the end, which leaves r − K r: as much smaller as K contracts. Of
-    /// that the first solve measures, and the next trusts it a little less, as Newton's method does
-    /// between steps.
+    /// What is left of r is added in the end, which leaves r − K r: as much smaller as K contracts. That
+    /// the first solve measures, and the next trusts it a little less, as Newton's method does between
+    /// steps; nor is it trusted to be better than what Newton's method found in this step, with the same factors.
     ///
     /// # Shapes
     /// `x`, `r`: some stages of as many numbers as `weights` has, which are of rows of `n_columns`.
@@ -47,11 +48,16 @@ impl Block {
         x: &mut [f64],
         r: &mut [f64],
         (weights, n_columns): (&[f64], usize),
-        tolerance: f64,
+        [tolerance, of_newton]: [f64; 2],
         mut apply: impl FnMut(&[f64], &mut [f64]) -> Result<(), E>,
     ) -> Result<(), E> {
         let columns = Columns { weights, n_columns };
-        let trusted = self.contraction.map(|c| c.max(LEAST_TRUST).powf(0.8));
+        let least = if of_newton > 0.0 {
+            of_newton
+        } else {
+            LEAST_TRUST
+        };
+        let trusted = self.contraction.map(|c| c.powf(0.8).max(least));
         let mut contraction = trusted.unwrap_or(1.0);
         let mut measured: Option<f64> = None;
         let mut sizes = columns.norms(r);
@@ -318,7 +324,7 @@ mod tests {
                 apply(v, out)
             };
             block
-                .solve(&mut x, &mut r, (&weights, 3), tolerance, counted)
+                .solve(&mut x, &mut r, (&weights, 3), [tolerance, 0.0], counted)
                 .unwrap();
             assert!(applications.contains(&count), "{count}");
             let mut image = vec![0.0; 3 * n];
@@ -337,7 +343,7 @@ mod tests {
             Ok::<(), Stalled>(())
         };
         let (weights, mut r) = ([1.0], [1.0]);
-        let solved = Block::default().solve(&mut [0.0], &mut r, (&weights, 1), 1e-3, zero);
+        let solved = Block::default().solve(&mut [0.0], &mut r, (&weights, 1), [1e-3, 0.0], zero);
         assert_eq!(
             solved,
             Err(Stalled {

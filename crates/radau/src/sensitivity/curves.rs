@@ -2,7 +2,7 @@
 
 use myovib_dae::columns;
 
-use super::history::{Beginning, History, Weights};
+use super::history::{Beginning, History, Vectors};
 use super::operator::combine;
 use crate::dense::Collocation;
 use crate::method::Method;
@@ -38,7 +38,7 @@ impl Curves {
             n_columns,
             step: Collocation::line(method, t, &s, &rest),
             s_dot: rest,
-            history: History::new(s.len(), method.stages()),
+            history: History::new(s.len() / n_columns.max(1), n_columns, method.stages()),
             predictor: Predictor::new(method, s.len()),
             guess: stages.clone(),
             residual: stages,
@@ -57,30 +57,40 @@ impl Curves {
         &self.apart[j]
     }
 
-    /// Makes the step their own, with increments to start from: the better, the closer to each other the steps
-    /// before are to the `tolerance` that the weights are for.
+    /// Forgets the steps before: a function of the problem jumps or bends here.
+    pub(super) fn forget(&mut self) {
+        self.history.clear();
+        self.predictor.forget();
+    }
+
+    /// Makes the step their own, with increments to start from. Weights are those of the columns and of the
+    /// state; what is smaller than the `tolerance` then is noise.
     pub(super) fn begin(
         &mut self,
         method: &Method,
         step: &Collocation,
-        weights: &Weights<'_>,
+        [columns, state]: [&[f64]; 2],
         tolerance: f64,
     ) {
         let (t, h) = (step.t0, step.h);
-        let (last, guess) = (&self.step, &mut self.guess);
-        match self.history.is_enough(h) {
-            true => {
-                let now = Beginning {
-                    h,
-                    columns: [&self.s, &self.s_dot],
-                    state: [&step.y0, &step.y_dot0],
-                };
-                self.predictor.start_with(guess, |z| {
-                    self.history.guess(method, &now, weights, tolerance, z);
-                });
+        let now = Beginning {
+            h,
+            columns: Vectors {
+                values: [&self.s, &self.s_dot],
+                weights: columns,
+            },
+            state: Vectors {
+                values: [&step.y0, &step.y_dot0],
+                weights: state,
+            },
+            tolerance,
+        };
+        let (last, history) = (&self.step, &mut self.history);
+        self.predictor.start_with(&mut self.guess, |z| {
+            if !history.guess(method, &now, z) {
+                last.extrapolate(method, t, h, &self.s, z);
             }
-            false => self.predictor.start(method, last, (t, h), &self.s, guess),
-        }
+        });
         std::mem::swap(&mut self.step.increments, &mut self.guess);
         (self.step.t0, self.step.h) = (t, h);
         self.step.y0.copy_from_slice(&self.s);

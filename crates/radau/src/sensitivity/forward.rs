@@ -4,7 +4,6 @@ use myovib_dae::{LinearSolver, Outcome, Parameters, Problem, StepError, columns,
 
 use super::block::Block;
 use super::curves::Curves;
-use super::history::Weights;
 use super::krylov::Stalled;
 use super::operator::{Stage, StageOperator};
 use super::trouble::Trouble;
@@ -26,7 +25,7 @@ use crate::work::Counters;
 /// ```
 ///
 /// and solved for the increments σ of the stages' sensitivities: the result is the derivative of the
-/// computed solution for the steps that were taken, to a third of the tolerance for the solution. The step's
+/// computed solution for the steps that were taken, by default to a third of the tolerance for the solution. The step's
 /// factors, of a Jacobian that is frozen, serve as preconditioner. The steps are those of a run
 /// without sensitivities, unless they are [asked](Self::controlling_steps) to choose them.
 ///
@@ -123,8 +122,9 @@ impl<Q> ForwardSensitivities<Q> {
     }
 
     /// Solves the linear equations to this fraction of the tolerance of the integration's error test. Unless told
-    /// otherwise it is what makes a third of the tolerance for the solution; where sensitivities choose the
-    /// steps, or [`newton_tolerance`](field@crate::RadauOptions::newton_tolerance) is given, that of Newton's method.
+    /// otherwise it is what makes a third of the tolerance for the solution. It is that of Newton's method, a tenth
+    /// of this, by order 5, under hidden constraints, where the sensitivities choose the steps, and where
+    /// [`newton_tolerance`](field@crate::RadauOptions::newton_tolerance) is given.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self {
@@ -245,6 +245,10 @@ impl<Q> ForwardSensitivities<Q> {
     where
         Q: Parameters<P>,
     {
+        if solver.began_afresh() {
+            self.curves.forget();
+        }
+        let (contraction, is_constrained) = (solver.contraction(), solver.is_constrained());
         let step = solver.accepted();
         let (taken, t) = (step.number, step.collocation.t0);
         if taken == self.followed {
@@ -256,27 +260,31 @@ impl<Q> ForwardSensitivities<Q> {
             });
         }
         let h = step.collocation.h;
-        let error = self.advance(step).map_err(|(j, trouble)| {
-            let parameter = self.parameters.list()[j].name.clone();
-            match trouble {
-                Trouble::Failed(StepError::Fatal(source)) => RadauError::Fatal {
-                    function: "derivative by a parameter",
-                    t,
-                    h,
-                    source,
-                },
-                Trouble::Failed(error) => RadauError::Sensitivity {
-                    parameter,
-                    t,
-                    message: error.to_string(),
-                },
-                Trouble::Stalled(Stalled { norm, .. }) => RadauError::Sensitivity {
-                    parameter,
-                    t,
-                    message: format!("the linear solver stays at {norm:.1e} times the tolerance"),
-                },
-            }
-        })?;
+        let error = self
+            .advance(step, contraction, is_constrained)
+            .map_err(|(j, trouble)| {
+                let parameter = self.parameters.list()[j].name.clone();
+                match trouble {
+                    Trouble::Failed(StepError::Fatal(source)) => RadauError::Fatal {
+                        function: "derivative by a parameter",
+                        t,
+                        h,
+                        source,
+                    },
+                    Trouble::Failed(error) => RadauError::Sensitivity {
+                        parameter,
+                        t,
+                        message: error.to_string(),
+                    },
+                    Trouble::Stalled(Stalled { norm, .. }) => RadauError::Sensitivity {
+                        parameter,
+                        t,
+                        message: format!(
+                            "the linear solver stays at {norm:.1e} times the tolerance"
+                        ),
+                    },
+                }
+            })?;
         self.followed += 1;
         self.work.steps += 1;
         if self.is_controlling {
@@ -290,6 +298,8 @@ impl<Q> ForwardSensitivities<Q> {
     fn advance<P: Problem, M: LinearSolver<P>>(
         &mut self,
         step: AcceptedStep<'_, P, M>,
+        contraction: f64,
+        is_constrained: bool,
     ) -> Result<f64, (usize, Trouble)>
     where
         Q: Parameters<P>,
@@ -308,7 +318,7 @@ impl<Q> ForwardSensitivities<Q> {
         let relative = options.tolerances.relative();
         let tolerance = self.tolerance.unwrap_or_else(|| match self.is_controlling {
             true => options.newton_tolerance(relative, false),
-            false => options.sensitivity_tolerance(relative),
+            false => options.sensitivity_tolerance(relative, is_constrained),
         });
         let n_columns = self.curves.count();
         if n_columns == 0 {
@@ -348,11 +358,8 @@ impl<Q> ForwardSensitivities<Q> {
             work.parameter_derivatives += n_columns as u64;
         }
         // −∂F/∂p − J_y (S + σ) − h⁻¹ J_ẏ A⁻¹ σ, and the correction of σ that it asks for.
-        let of_guess = Weights {
-            columns: &self.columns_weights,
-            state: &self.weights,
-        };
-        curves.begin(method, &collocation, &of_guess, tolerance);
+        let both = [&self.columns_weights[..], &self.weights];
+        curves.begin(method, &collocation, both, tolerance);
         let at = (Some(&curves.s[..]), &curves.step.increments[..]);
         operator
             .subtract(parameters, method, at, &mut curves.residual, n_columns)
@@ -385,7 +392,13 @@ impl<Q> ForwardSensitivities<Q> {
         let (increments, residual) = (&mut curves.step.increments, &mut curves.residual);
         let weighted = (&self.columns_weights[..], n_columns);
         self.block
-            .solve(increments, residual, weighted, tolerance, apply)
+            .solve(
+                increments,
+                residual,
+                weighted,
+                [tolerance, contraction],
+                apply,
+            )
             .map_err(|trouble| match trouble {
                 Trouble::Stalled(Stalled { column, .. }) => (column, trouble),
                 Trouble::Failed(_) => (0, trouble),

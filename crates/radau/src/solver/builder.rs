@@ -245,6 +245,7 @@ impl<P: Problem> RadauBuilder<P> {
             t: t0,
             h: None,
             fresh: true,
+            began_afresh: false,
             next_limit: None,
             problem,
             matrices,

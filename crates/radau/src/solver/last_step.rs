@@ -68,6 +68,21 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
+    /// Whether the last accepted step was taken as if it were the first.
+    pub(crate) fn began_afresh(&self) -> bool {
+        self.began_afresh
+    }
+
+    /// Whether a hidden constraint magnifies what is left of errors.
+    pub(crate) fn is_constrained(&self) -> bool {
+        self.multipliers.any()
+    }
+
+    /// How much Newton's corrections contracted in the last accepted step; 0 where one was enough.
+    pub(crate) fn contraction(&self) -> f64 {
+        self.newton.contraction
+    }
+
     /// The end of the last accepted step, whether or not there is a pause in it.
     pub(crate) fn step_end(&self) -> f64 {
         self.t

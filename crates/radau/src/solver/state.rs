@@ -45,6 +45,8 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(super) h: Option<f64>,
     /// Whether nothing is known from steps before: at the start, and after a break.
     pub(super) fresh: bool,
+    /// Whether nothing was before the last accepted step.
+    pub(super) began_afresh: bool,
     /// What the next step may be at most.
     pub(super) next_limit: Option<f64>,
     /// The last accepted step's polynomial.

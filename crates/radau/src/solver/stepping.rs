@@ -195,6 +195,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             add_scaled(&mut self.y_dot, self.method.a_inverse(last, j) / h, z_j);
         }
         self.t = t;
+        self.began_afresh = self.fresh;
         (self.fresh, self.next_limit) = (false, None);
         self.weigh();
         if self.matrices.pivot_choices() != self.pivot_choices {

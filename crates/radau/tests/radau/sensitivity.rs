@@ -325,3 +325,44 @@ fn misuse_is_told() {
         Some(RadauError::AfterTheStart { .. })
     ));
 }
+
+/// ẍ + ẋ/5 + x + p x³ = cos 2t.
+struct Duffing(f64);
+
+impl Problem for Duffing {
+    fn n_unknowns(&self) -> usize {
+        2
+    }
+
+    fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        r[0] = v[0] - y[1];
+        r[1] = v[1] + 0.2 * y[1] + y[0] + self.0 * y[0].powi(3) - (2.0 * t).cos();
+        Ok(())
+    }
+}
+
+/// A vibration over many periods in long steps is nearly a combination of what it was some steps before: sensitivities
+/// that start from that take one correction, and now and then a second: 1.2 in the mean, where from polynomials
+/// they take 2.05.
+#[test]
+fn steps_of_a_vibration_start_from_those_before() {
+    let options = RadauOptions {
+        stages: 7,
+        ..tolerance(1e-5)
+    };
+    let mut solver = RadauSolver::builder(Duffing(0.1))
+        .options(options)
+        .build(0.0, &[1.0, 0.0], &[0.0, -0.1])
+        .unwrap();
+    let list = vec![Parameter::new("p", 0.1)];
+    let parameters = Differenced::new(list, |problem: &mut Duffing, _, p| problem.0 = p);
+    let mut followed = ForwardSensitivities::new(&solver, parameters, vec![vec![0.0; 2]]).unwrap();
+    followed.integrate_to(&mut solver, 200.0).unwrap();
+    let SensitivityWork {
+        steps, real_solves, ..
+    } = followed.work();
+    let corrections = real_solves as f64 / steps as f64;
+    println!("{steps} steps, {corrections:.2} corrections each");
+    assert!(steps > 50);
+    assert!(corrections < 1.6, "{corrections}");
+}

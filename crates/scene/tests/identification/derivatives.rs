@@ -350,7 +350,7 @@ fn runs_with_sensitivities_take_the_steps_of_the_plain_run() {
 /// relative to the largest value of each curve, against a run at 1e-9, which errs by a thirtieth of 1e-6 at
 /// most. Ten times the tolerance is the aim. At 1e-8 it is not met: undamped waves leave 30
 /// in c10, and as many without control. They err by 0.1 in u itself, and by ωt times as much in c10; linear
-/// equations solved to a hundred-thousandth of the tolerance change none of these digits.
+/// equations solved to a hundred-thousandth of the tolerance instead of a thirtieth change none of these digits.
 #[test]
 fn sensitivities_of_a_muscle_of_index_3_err_by_ten_tolerances_down_to_1e_6() {
     let folder = tempfile::tempdir().unwrap();
