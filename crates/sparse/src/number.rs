@@ -24,7 +24,7 @@ impl Scalar for Complex64 {}
 
 /// The numbers in one row of some columns, by which an entry of a matrix is multiplied at once: one
 /// number, or [several](Number::Columns).
-pub trait Row<T>: Copy + Send + std::fmt::Debug {
+pub trait Row<T>: Copy + Send + Sync + std::fmt::Debug {
     /// Zeros.
     fn none() -> Self;
 

@@ -33,7 +33,7 @@ const LARGE_PAGES_FROM: usize = 1 << 23;
 pub struct Supernodal<T: Number> {
     pub(super) analysis: Arc<Analysis>,
     schedule: Schedule,
-    threads: Option<Arc<ThreadPool>>,
+    pub(super) threads: Option<Arc<ThreadPool>>,
     pub(super) factors: Vec<T>,
     /// Updates waiting for their parents, by the schedule.
     stacks: Vec<Stacks<T>>,

@@ -27,6 +27,7 @@ mod large;
 mod partition;
 mod rooms;
 mod schedule;
+mod shared;
 mod small;
 mod solve;
 mod update;

@@ -86,22 +86,22 @@ pub(super) fn minus_dot<T: Number, R: Row<T>>(a: &[T], b: &[R]) -> R {
     lanes[0].plus(tail)
 }
 
-/// y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the rest: `panel` holds the columns
-/// of L (unit diagonal), `m` rows each, of which the last `y.len()` count.
+/// y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the rest: `panel` holds k columns of L (unit
+/// diagonal), `m` rows each, of which `y` has those from number `first` on.
 #[inline(always)]
-pub(super) fn solve_lower<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize) {
+pub(super) fn solve_lower<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize, first: usize) {
     let k = panel.len() / m;
     let mut p = 0;
     while p + 4 <= k {
-        solve_lower_columns::<T, R, 4>(y, panel, m, p);
+        solve_lower_columns::<T, R, 4>(y, panel, m, [first, p]);
         p += 4;
     }
     if p + 2 <= k {
-        solve_lower_columns::<T, R, 2>(y, panel, m, p);
+        solve_lower_columns::<T, R, 2>(y, panel, m, [first, p]);
         p += 2;
     }
     if p < k {
-        solve_lower_columns::<T, R, 1>(y, panel, m, p);
+        solve_lower_columns::<T, R, 1>(y, panel, m, [first, p]);
     }
 }
 
@@ -111,11 +111,12 @@ fn solve_lower_columns<T: Number, R: Row<T>, const N: usize>(
     y: &mut [R],
     panel: &[T],
     m: usize,
-    p: usize,
+    [first, p]: [usize; 2],
 ) {
-    let first = m - y.len() + p;
-    let columns = take_columns::<T, N>(panel, m, p, first..m);
-    let (pivots, below) = y[p..].split_at_mut(N);
+    let rows = first + p..first + y.len();
+    let below = rows.start + N..rows.end;
+    let columns = take_columns::<T, N>(panel, m, p, rows);
+    let (pivots, y) = y[p..].split_at_mut(N);
     let mut x = [R::none(); N];
     x.copy_from_slice(pivots);
     for q in 0..N {
@@ -124,8 +125,30 @@ fn solve_lower_columns<T: Number, R: Row<T>, const N: usize>(
         }
     }
     pivots.copy_from_slice(&x);
-    let columns = take_columns::<T, N>(panel, m, p, first + N..m);
-    subtract_columns(below, columns, x);
+    subtract_columns(y, take_columns::<T, N>(panel, m, p, below), x);
+}
+
+/// `y` -= the products of `x` with the columns of a `panel` of `m` rows, of which `y` has those from number
+/// `first` on.
+#[inline(always)]
+pub(super) fn subtract_rows<T: Number, R: Row<T>>(
+    y: &mut [R],
+    panel: &[T],
+    m: usize,
+    first: usize,
+    x: &[R],
+) {
+    let rows = first..first + y.len();
+    let mut p = 0;
+    while p + 4 <= x.len() {
+        let mut four = [R::none(); 4];
+        four.copy_from_slice(&x[p..p + 4]);
+        subtract_columns(y, take_columns::<T, 4>(panel, m, p, rows.clone()), four);
+        p += 4;
+    }
+    for p in p..x.len() {
+        subtract_columns(y, take_columns::<T, 1>(panel, m, p, rows.clone()), [x[p]]);
+    }
 }
 
 /// y ← U⁻¹ y: `panel` holds the columns of U, `m` rows each, with the inverses of the pivots on the
@@ -268,7 +291,7 @@ pub(super) fn factor_panel<T: Number>(panel: &mut [T], m: usize, first: usize) -
         let (left, column) = panel[..(j + 1) * m].split_at_mut(j * m);
         let column = &mut column[first..];
         if j > 0 {
-            solve_lower(column, left, m);
+            solve_lower(column, left, m, first);
         }
         let pivot = column[j];
         let inverse = T::one() / pivot;

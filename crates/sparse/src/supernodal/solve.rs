@@ -1,10 +1,11 @@
 //! Solves with supernodal factors, for one right-hand side or for several side by side.
 
-use pulp::{Simd, WithSimd};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::analysis::Analysis;
 use super::factors::Supernodal;
 use super::rooms::Room;
+use super::shared::{Shared, is_large};
 use super::small::{
     copy_few, minus_dot, solve_lower, solve_transposed, solve_upper, subtract_products,
 };
@@ -29,6 +30,16 @@ impl<T: Number> Supernodal<T> {
 
     /// The loops of all solves: up to eight columns at a time, to be run with the processor's vector instructions.
     pub(crate) fn run(&mut self, rhs: &mut [T], n_columns: usize, is_transposed: bool) {
+        let sizes = || self.analysis.supernodes();
+        let has_large = || sizes().any(|(k, r)| is_large(k + r, k));
+        match self.threads.as_ref().filter(|_| has_large()).cloned() {
+            Some(pool) => pool.install(|| self.run_here(rhs, n_columns, is_transposed, true)),
+            None => self.run_here(rhs, n_columns, is_transposed, false),
+        }
+    }
+
+    /// The same, by this thread or with the others of its pool.
+    fn run_here(&mut self, rhs: &mut [T], n_columns: usize, is_transposed: bool, in_threads: bool) {
         let Self {
             analysis,
             factors,
@@ -44,7 +55,13 @@ impl<T: Number> Supernodal<T> {
         let mut first = 0;
         while first < n_columns {
             let side = Side { n_columns, first };
-            let task = (&**analysis, &factors[..], is_transposed);
+            let task = Task {
+                analysis,
+                factors,
+                is_transposed,
+                in_threads,
+                arch: *arch,
+            };
             first += match most.min(n_columns - first) {
                 1 => arch.dispatch(Solve::new(task, &mut rooms.one, rhs, side)),
                 2 | 3 => arch.dispatch(Solve::new(task, &mut rooms.two, rhs, side)),
@@ -63,11 +80,32 @@ struct Side {
     first: usize,
 }
 
-/// A solve for as many columns as a row is wide.
-struct Solve<'a, T, R> {
+/// What is solved, and how.
+#[derive(Debug, Clone, Copy)]
+struct Task<'a, T> {
     analysis: &'a Analysis,
     factors: &'a [T],
     is_transposed: bool,
+    in_threads: bool,
+    arch: Arch,
+}
+
+impl<'a, T> Task<'a, T> {
+    /// A large front with these columns.
+    #[inline(always)]
+    fn shared(&self, panel: &'a [T], m: usize) -> Shared<'a, T> {
+        Shared {
+            panel,
+            m,
+            in_threads: self.in_threads,
+            arch: self.arch,
+        }
+    }
+}
+
+/// A solve for as many columns as a row is wide.
+struct Solve<'a, T, R> {
+    task: Task<'a, T>,
     x: &'a mut [R],
     gathered: &'a mut [R],
     rhs: &'a mut [T],
@@ -75,17 +113,10 @@ struct Solve<'a, T, R> {
 }
 
 impl<'a, T: Number, R: Row<T>> Solve<'a, T, R> {
-    fn new(
-        (analysis, factors, is_transposed): (&'a Analysis, &'a [T], bool),
-        room: &'a mut Room<R>,
-        rhs: &'a mut [T],
-        side: Side,
-    ) -> Self {
-        room.fit::<T>(analysis);
+    fn new(task: Task<'a, T>, room: &'a mut Room<R>, rhs: &'a mut [T], side: Side) -> Self {
+        room.fit::<T>(task.analysis);
         Self {
-            analysis,
-            factors,
-            is_transposed,
+            task,
             x: &mut room.x,
             gathered: &mut room.gathered,
             rhs,
@@ -101,14 +132,19 @@ impl<T: Number, R: Row<T>> WithSimd for Solve<'_, T, R> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, _: S) -> usize {
         let Side { n_columns, first } = self.side;
+        let Task {
+            analysis,
+            is_transposed,
+            ..
+        } = self.task;
         let row = |original: u32| {
             let start = original as usize * n_columns;
             start + first..start + n_columns
         };
-        for (x, &original) in self.x.iter_mut().zip(&self.analysis.order) {
+        for (x, &original) in self.x.iter_mut().zip(&analysis.order) {
             *x = R::load(&self.rhs[row(original)]);
         }
-        match (self.analysis.kind, self.is_transposed) {
+        match (analysis.kind, is_transposed) {
             (Kind::Symmetric, _) => {
                 self.forward();
                 self.backward_transposed::<true>();
@@ -122,7 +158,7 @@ impl<T: Number, R: Row<T>> WithSimd for Solve<'_, T, R> {
                 self.backward_transposed::<false>();
             }
         }
-        for (x, &original) in self.x.iter().zip(&self.analysis.order) {
+        for (x, &original) in self.x.iter().zip(&analysis.order) {
             x.store(&mut self.rhs[row(original)]);
         }
         size_of::<R>() / size_of::<T>()
@@ -134,18 +170,21 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
     #[inline(always)]
     fn forward(&mut self) {
         let Self {
-            analysis,
-            factors,
-            x,
-            gathered,
-            ..
+            task, x, gathered, ..
         } = self;
+        let Task {
+            analysis, factors, ..
+        } = *task;
         for node in &analysis.supernodes {
             let (m, k) = (node.size(), node.n_columns());
             let y = &mut gathered[..m];
             copy_few(&mut y[..k], &x[node.shape.columns.clone()]);
             y[k..].fill(R::none());
-            solve_lower(y, &factors[node.start..][..m * k], m);
+            let panel = &factors[node.start..][..m * k];
+            match is_large(m, k) {
+                true => task.shared(panel, m).lower(y),
+                false => solve_lower(y, panel, m, 0),
+            }
             copy_few(&mut x[node.shape.columns.clone()], &y[..k]);
             for (&row, &update) in node.shape.rows.iter().zip(&y[k..]) {
                 let x = &mut x[row as usize];
@@ -158,12 +197,11 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
     #[inline(always)]
     fn backward(&mut self) {
         let Self {
-            analysis,
-            factors,
-            x,
-            gathered,
-            ..
+            task, x, gathered, ..
         } = self;
+        let Task {
+            analysis, factors, ..
+        } = *task;
         for node in analysis.supernodes.iter().rev() {
             let (m, k, r) = (node.size(), node.n_columns(), node.n_rows());
             let (panel, upper) = factors[node.start..][..k * (m + r)].split_at(m * k);
@@ -172,6 +210,10 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
                 *value = x[row as usize];
             }
             let pivots = &mut x[node.shape.columns.clone()];
+            if is_large(m, k) {
+                task.shared(panel, m).upper(pivots, upper, right);
+                continue;
+            }
             if r > 0 {
                 for (pivot, row) in pivots.iter_mut().zip(upper.chunks_exact(r)) {
                     *pivot = pivot.plus(minus_dot(row, right));
@@ -184,12 +226,10 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
     /// x ← (Uᵀ)⁻¹ x.
     #[inline(always)]
     fn forward_transposed(&mut self) {
-        let Self {
-            analysis,
-            factors,
-            x,
-            ..
-        } = self;
+        let Self { task, x, .. } = self;
+        let Task {
+            analysis, factors, ..
+        } = *task;
         for node in &analysis.supernodes {
             let (m, k, r) = (node.size(), node.n_columns(), node.n_rows());
             let (panel, upper) = factors[node.start..][..k * (m + r)].split_at(m * k);
@@ -211,16 +251,15 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
     #[inline(always)]
     fn backward_transposed<const WITH_PIVOTS: bool>(&mut self) {
         let Self {
-            analysis,
-            factors,
-            x,
-            gathered,
-            ..
+            task, x, gathered, ..
         } = self;
+        let Task {
+            analysis, factors, ..
+        } = *task;
         for node in analysis.supernodes.iter().rev() {
             let (m, k) = (node.size(), node.n_columns());
             let panel = &factors[node.start..][..m * k];
-            let right = &mut gathered[..m - k];
+            let (own, right) = gathered[..m].split_at_mut(k);
             for (value, &row) in right.iter_mut().zip(&node.shape.rows) {
                 *value = x[row as usize];
             }
@@ -229,6 +268,12 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
                 for (p, pivot) in pivots.iter_mut().enumerate() {
                     *pivot = pivot.times(panel[p * m + p]);
                 }
+            }
+            if is_large(m, k) {
+                own.copy_from_slice(pivots);
+                task.shared(panel, m).lower_transposed(&mut gathered[..m]);
+                pivots.copy_from_slice(&gathered[..k]);
+                continue;
             }
             // Before the pivots, none of which waits for another in it.
             subtract_products(pivots, panel, m, right);
