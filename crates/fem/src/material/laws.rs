@@ -126,7 +126,10 @@ laws! {
         }
     }
     others {
-        guccione { Guccione { c, b_f, b_t, b_fs } }
+        guccione {
+            Guccione { c, b_f, b_t, b_fs }
+            IsochoricGuccione { c, b_f, b_t, b_fs }
+        }
         holzapfel_ogden { HolzapfelOgden { a, b, a_f, b_f, a_s, b_s, a_fs, b_fs, k } }
         transverse_mooney_rivlin {
             TransverseMooneyRivlin { c10, c01, c3, c4, c5, stretch_max }

@@ -1,8 +1,10 @@
-//! Guccione's law: an exponential of Green's strain along fibre, sheet and normal.
+//! Guccione's law: an exponential of Green's strain along fibre, sheet and normal, whole or isochoric.
 
 use crate::material::Real;
 use crate::material::parameters::{Described, Description, Parameter, Range};
-use crate::material::three::{FibreStrains, Law3, Strain3, Symmetric3, Tensor3Of, scaled3};
+use crate::material::three::{
+    FibreStrains, Law3, Strain3, Symmetric3, Tensor3Of, add_scaled3, scaled3,
+};
 
 /// `W = C/2 (e^Q − 1)`, `Q = b_f E_ff² + b_t (E_ss² + E_nn² + 2 E_sn²) + b_fs (2 E_fs² + 2 E_fn²)`.
 ///
@@ -26,21 +28,24 @@ impl Described for Guccione {
         energy: "C/2 (exp Q - 1), Q = b_f E_ff² + b_t (E_ss² + E_nn² + 2 E_sn²) + \
                  2 b_fs (E_fs² + E_fn²)",
         about: "Heart muscle at rest, in the axes of fibre and sheet.",
-        parameters: &[
-            Parameter::new("c", "Pa", Range::Positive, "Stiffness C"),
-            Parameter::new("b_f", "", Range::NotNegative, "Weight along the fibre"),
-            Parameter::new("b_t", "", Range::NotNegative, "Weight across the fibre"),
-            Parameter::new(
-                "b_fs",
-                "",
-                Range::NotNegative,
-                "Weight of shear along the fibre",
-            ),
-        ],
+        parameters: CONSTANTS,
         fibres: true,
         complete: false,
     };
 }
+
+/// The constants of both.
+const CONSTANTS: &[Parameter] = &[
+    Parameter::new("c", "Pa", Range::Positive, "Stiffness C"),
+    Parameter::new("b_f", "", Range::NotNegative, "Weight along the fibre"),
+    Parameter::new("b_t", "", Range::NotNegative, "Weight across the fibre"),
+    Parameter::new(
+        "b_fs",
+        "",
+        Range::NotNegative,
+        "Weight of shear along the fibre",
+    ),
+];
 
 impl Guccione {
     /// Weights of the strains ff, ss, nn, sn, fn, fs in Q.
@@ -50,17 +55,17 @@ impl Guccione {
         [b_f, b_t, b_t, 2.0 * b_t, 2.0 * b_fs, 2.0 * b_fs]
     }
 
-    /// Q and ∂Q/∂F.
+    /// Q and its derivatives by the strains.
     #[inline(always)]
-    fn exponent<R: Real>(&self, strains: &FibreStrains<R>) -> (R, Tensor3Of<R>) {
-        let mut sum = strains.values[0].like(0.0);
-        let mut slopes = strains.values;
+    fn exponent<R: Real>(&self, strains: &[R; 6]) -> (R, [R; 6]) {
+        let mut sum = strains[0].like(0.0);
+        let mut slopes = *strains;
         for (slope, weight) in slopes.iter_mut().zip(self.weights()) {
             let half = *slope * weight;
             sum = half.mul_add(*slope, sum);
             *slope = half * 2.0;
         }
-        (sum, strains.combine(&slopes))
+        (sum, slopes)
     }
 }
 
@@ -69,30 +74,182 @@ impl Law3 for Guccione {
 
     #[inline(always)]
     fn energy<R: Real>(&self, strain: &Strain3<R>) -> R {
-        let (q, _) = self.exponent(&FibreStrains::new(strain));
+        let (q, _) = self.exponent(&FibreStrains::new(strain).values);
         q.exp_m1() * (0.5 * self.c)
     }
 
     #[inline(always)]
     fn stress<R: Real>(&self, strain: &Strain3<R>) -> Tensor3Of<R> {
-        let (q, gradient) = self.exponent(&FibreStrains::new(strain));
-        scaled3(q.exp() * (0.5 * self.c), &gradient)
+        let strains = FibreStrains::new(strain);
+        let (q, slopes) = self.exponent(&strains.values);
+        scaled3(q.exp() * (0.5 * self.c), &strains.combine(&slopes))
     }
 
     #[inline(always)]
     fn tangent<R: Real>(&self, strain: &Strain3<R>) -> Symmetric3<R> {
         let strains = FibreStrains::new(strain);
-        let (q, gradient) = self.exponent(&strains);
+        let (q, mut slopes) = self.exponent(&strains.values);
         let scale = q.exp() * (0.5 * self.c);
         let mut out = Symmetric3::zero(q);
-        out.add_square(scale, &gradient);
-        let (mut slopes, mut curvatures) = (strains.values, strains.values);
+        out.add_square(scale, &strains.combine(&slopes));
+        let mut curvatures = slopes;
         for (i, weight) in self.weights().into_iter().enumerate() {
             curvatures[i] = scale * (2.0 * weight);
             slopes[i] = curvatures[i] * strains.values[i];
         }
         strains.add_slopes(&mut out, &slopes);
         strains.add_curvatures(&mut out, &curvatures);
+        out
+    }
+}
+
+/// Guccione's law of the strain Ē = (C̄ − I)/2 of constant volume, `C̄ = J^(−2/3) C`.
+///
+/// Where J = 1 it is the same material, with another pressure. Discrete pressures hold J = 1 in the mean alone:
+/// thin walls under large strains do not collapse with this one. Source: as [`Guccione`]; FEBio.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IsochoricGuccione {
+    /// C, Pa.
+    pub c: f64,
+    /// b_f.
+    pub b_f: f64,
+    /// b_t.
+    pub b_t: f64,
+    /// b_fs.
+    pub b_fs: f64,
+}
+
+impl Described for IsochoricGuccione {
+    const DESCRIPTION: Description = Description {
+        name: "isochoric-guccione",
+        energy: "`guccione` of Ē = (J^(-2/3) C - I)/2",
+        about: "The same where J = 1, but for the pressure; stable under larger strains.",
+        parameters: CONSTANTS,
+        fibres: true,
+        complete: false,
+    };
+}
+
+/// Ē, and what its derivatives need: with x = J^(−1/3), N = cof F and c = 2 E + I in the axes,
+/// ```text
+/// Ē = x² E + (x² − 1)/2 I,    ∂Ē = x² ∂E − x⁵/3 c N
+/// ∂²Ē = x² ∂²E − 2 x⁵/3 (∂E⊗N + N⊗∂E) + c (5 x⁸/9 N⊗N − x⁵/3 ∂N)
+/// ```
+struct Isochoric<R> {
+    strains: FibreStrains<R>,
+    /// Ē: ff, ss, nn, sn, fn, fs.
+    values: [R; 6],
+    /// c.
+    stretched: [R; 6],
+    x: R,
+}
+
+impl<R: Real> Isochoric<R> {
+    #[inline(always)]
+    fn new(strain: &Strain3<R>) -> Self {
+        let strains = FibreStrains::new(strain);
+        let (d, one) = (strain.d, strain.d.like(1.0));
+        let x = (d + one).inverse_cube_root();
+        let x2 = x * x;
+        // (x² − 1)/2 without cancellation at rest.
+        let shrunk = d * x2 * x * (one + x) / (one + x + x2) * -0.5;
+        let (mut values, mut stretched) = (strains.values, strains.values);
+        for i in 0..6 {
+            values[i] = x2 * values[i];
+            stretched[i] = stretched[i] * 2.0;
+            if i < 3 {
+                values[i] = values[i] + shrunk;
+                stretched[i] = stretched[i] + one;
+            }
+        }
+        Self {
+            strains,
+            values,
+            stretched,
+            x,
+        }
+    }
+
+    /// Σ a c.
+    #[inline(always)]
+    fn dot(&self, a: &[R; 6]) -> R {
+        let mut sum = self.x.like(0.0);
+        for (a, c) in a.iter().zip(&self.stretched) {
+            sum = a.mul_add(*c, sum);
+        }
+        sum
+    }
+
+    /// x⁵/3.
+    #[inline(always)]
+    fn third(&self) -> R {
+        let x2 = self.x * self.x;
+        x2 * x2 * self.x * (1.0 / 3.0)
+    }
+
+    /// Σ slope ∂Ē.
+    #[inline(always)]
+    fn combine(&self, slopes: &[R; 6], normal: &Tensor3Of<R>) -> Tensor3Of<R> {
+        let mut out = scaled3(self.x * self.x, &self.strains.combine(slopes));
+        add_scaled3(&mut out, -(self.third() * self.dot(slopes)), normal);
+        out
+    }
+}
+
+impl IsochoricGuccione {
+    /// The law of all of E.
+    #[inline(always)]
+    fn whole(&self) -> Guccione {
+        let Self { c, b_f, b_t, b_fs } = *self;
+        Guccione { c, b_f, b_t, b_fs }
+    }
+}
+
+impl Law3 for IsochoricGuccione {
+    const FIBRES: bool = true;
+
+    #[inline(always)]
+    fn energy<R: Real>(&self, strain: &Strain3<R>) -> R {
+        let (q, _) = self.whole().exponent(&Isochoric::new(strain).values);
+        q.exp_m1() * (0.5 * self.c)
+    }
+
+    #[inline(always)]
+    fn stress<R: Real>(&self, strain: &Strain3<R>) -> Tensor3Of<R> {
+        let isochoric = Isochoric::new(strain);
+        let (q, slopes) = self.whole().exponent(&isochoric.values);
+        let gradient = isochoric.combine(&slopes, &strain.normal);
+        scaled3(q.exp() * (0.5 * self.c), &gradient)
+    }
+
+    #[inline(always)]
+    fn tangent<R: Real>(&self, strain: &Strain3<R>) -> Symmetric3<R> {
+        let isochoric = Isochoric::new(strain);
+        let (q, mut slopes) = self.whole().exponent(&isochoric.values);
+        let scale = q.exp() * (0.5 * self.c);
+        let mut out = Symmetric3::zero(q);
+        out.add_square(scale, &isochoric.combine(&slopes, &strain.normal));
+        let (x2, third) = (isochoric.x * isochoric.x, isochoric.third());
+        let (mut curvatures, mut pairs, mut squares) = (slopes, slopes, slopes);
+        for (i, weight) in self.whole().weights().into_iter().enumerate() {
+            let curvature = scale * (2.0 * weight);
+            let stretched = curvature * isochoric.stretched[i];
+            slopes[i] = scale * slopes[i];
+            curvatures[i] = x2 * x2 * curvature;
+            pairs[i] = -(third * (x2 * stretched + slopes[i] * 2.0));
+            squares[i] = third * third * stretched;
+        }
+        let strains = &isochoric.strains;
+        strains.add_curvatures(&mut out, &curvatures);
+        out.add_pair(&strains.combine(&pairs), &strain.normal);
+        let sum = isochoric.dot(&slopes);
+        let of_squares = third * x2 * isochoric.x * sum * (5.0 / 3.0);
+        out.add_square(isochoric.dot(&squares) + of_squares, &strain.normal);
+        out.add_cofactor_slope(-(third * sum), &strain.f);
+        for slope in &mut slopes {
+            *slope = x2 * *slope;
+        }
+        strains.add_slopes(&mut out, &slopes);
         out
     }
 }
@@ -104,6 +261,7 @@ mod tests {
 
         law_tests! {
             guccione: Law::Guccione { c: 2e3, b_f: 8.0, b_t: 2.0, b_fs: 4.0 }, STATES;
+            isochoric_guccione: Law::IsochoricGuccione { c: 2e3, b_f: 8.0, b_t: 2.0, b_fs: 4.0 }, STATES;
         }
     }
 }
