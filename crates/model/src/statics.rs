@@ -20,6 +20,9 @@ use crate::muscle::Muscle;
 /// Increments below this fraction of the solution end Newton's iteration. Convergence being
 /// quadratic, the error left is of the order of its square, below rounding.
 const RELATIVE_INCREMENT: f64 = 1e-9;
+/// So do forces and volumes that are balanced to this part of the loads and of the body's volume: a displacement
+/// or pressure that is zero in equilibrium has no size for increments to be small beside. Some hundred roundings.
+const BALANCED: f64 = 1e-13;
 const MAX_ITERATIONS: usize = 16;
 /// After so few iterations the next load step is twice as long.
 const QUICK: usize = 6;
@@ -356,7 +359,7 @@ impl<'a> Newton<'a> {
             let mut increment = r.clone();
             self.system.renew(&mut self.work)?;
             self.system.solve(&mut increment, &mut self.work)?;
-            let small = self.is_small(&increment, &x);
+            let small = self.is_small(&increment, &x) || self.size(&r) <= BALANCED * BALANCED;
             let mut length = 1.0;
             let accepted = (0..=MAX_HALVINGS).any(|_| {
                 for ((trial, x), d) in trial.iter_mut().zip(&x).zip(&increment) {
