@@ -101,8 +101,7 @@ quantities! {
         components: Components::Principal,
         reading: Reading::State(|state| principal(green(state.gradient))),
     }
-    /// Cauchy stress, whatever it is made of: of the law, the pressure, fibres, η, β, Prony terms; Pa:
-    /// xx, yy, xy, zz; in space xx, yy, zz, xy, yz, xz.
+    /// Cauchy stress with all its parts, Pa: xx, yy, xy, zz; in space xx, yy, zz, xy, yz, xz.
     Stress "stress" {
         names: ["stress", "stress"],
         components: Components::Symmetric,
@@ -120,7 +119,7 @@ quantities! {
         components: Components::Scalar,
         reading: Reading::Stress(|state| vec![state.von_mises()]),
     }
-    /// Tension T of the active stress, Pa; 0 in materials that have none.
+    /// Tension T of the active stress, Pa.
     Tension "tension" {
         names: ["tension", "tension"],
         components: Components::Scalar,

@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
 use super::places::{Places, displacement_and_pressure};
 
-/// Averages over a group, by its measure at rest: length, area or volume.
+/// Averages over a group, by its length, area or volume at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Average {
-    /// Physical group of the boundary, or of elements.
+    /// Group of the boundary, or of elements.
     pub group: String,
     /// The quantities.
     #[serde(default = "displacement_and_pressure")]

@@ -8,8 +8,7 @@ use super::balance::EnergyBalance;
 use super::kind::{Kind, Reading, Systems};
 use crate::run::system::System;
 
-/// Kinetic and elastic energy, work of the loads, and dissipated energy: J, in the plane per m
-/// of depth (J/m).
+/// Kinetic and elastic energy, work of the loads, dissipation: J, in the plane J/m of depth.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Energy {}

@@ -9,12 +9,11 @@ use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
 
-/// The force that the supports exert on the body at a fixed group: N, in the plane N/m of
-/// depth.
+/// The force of the supports on the body at a fixed group: N, in the plane N/m of depth.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Reaction {
-    /// Physical group of fixed nodes.
+    /// The fixed group.
     pub group: String,
 }
 

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::feedback::radius;
 use super::function::Function;
 
-/// Active stress along the fibres, beside that of the law: `S = T g(λ) h(λ̇) f0⊗f0`, with the fibre's
-/// stretch λ.
+/// Active stress along the fibres, beside that of the law: `S = T g(λ) h(λ̇) f0⊗f0`, λ the fibre's
+/// stretch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Active {
     /// Where the tension T is from, one for all of the material.
@@ -17,9 +17,9 @@ pub struct Active {
     /// What T is.
     #[serde(default)]
     pub stress: Stress,
-    /// g, which depends on the fibre's stretch [default: 1].
+    /// g(λ) [default: 1].
     pub force_length: Option<ForceLength>,
-    /// h, which depends on the rate of the stretch [default: 1].
+    /// h(λ̇) [default: 1].
     pub force_velocity: Option<ForceVelocity>,
 }
 
@@ -29,25 +29,23 @@ pub struct Active {
 pub enum Tension {
     /// A function of time.
     Given {
-        /// T, Pa; never negative. A motion starts at rest, from T = 0.
+        /// T, Pa; never negative, and 0 where a motion starts at rest.
         tension: Function,
     },
-    /// The coherence of a chain: `T = unsynchronised + (coherent - unsynchronised) S`, with S the square of
-    /// the phase coherence |χ|, made smooth at rest. A chain at a point sets the tension of all of the
-    /// material, chains in elements that of their own.
+    /// By a chain: `T = unsynchronised + (coherent - unsynchronised) S`, with S = |χ|², made smooth
+    /// at rest. A chain at a point sets the tension of the whole material, chains in elements that
+    /// of their elements.
     Coherence {
         /// Name of the chain.
         chain: String,
-        /// T while the oscillators are out of step, or at rest, Pa; a motion starts from 0, or in
-        /// equilibrium.
+        /// T without coherence, or at rest, Pa; other than 0 only for motions from equilibrium.
         #[serde(default)]
         #[schemars(range(min = 0))]
         unsynchronised: f64,
-        /// T once they agree, Pa.
+        /// T at full coherence, Pa.
         #[schemars(range(min = 0))]
         coherent: f64,
-        /// Radius, in the unit of the oscillators' positions, below which an oscillator counts as being
-        /// at rest.
+        /// Amplitude of an oscillator below which it counts as at rest.
         #[serde(default = "radius")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         radius: f64,
@@ -69,7 +67,7 @@ pub enum Tension {
         /// Start of the contraction t_sys, s.
         #[serde(default = "systole")]
         systole: f64,
-        /// Its end t_dias, s; after the start.
+        /// Its end t_dias, s.
         #[serde(default = "diastole")]
         diastole: f64,
         /// Duration of the switches γ, s.
@@ -123,16 +121,16 @@ impl From<Stress> for material::Tension {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum ForceLength {
-    /// `max(0, 1 - 25/4 (λ/λ_opt - 1)²)`: nothing below 0.6 and above 1.4 of the optimum.
+    /// `max(0, 1 - 25/4 (λ/λ_opt - 1)²)`.
     Parabola {
-        /// Stretch of the greatest force λ_opt.
+        /// Optimal stretch λ_opt.
         #[serde(default = "one")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         optimal: f64,
     },
     /// `exp(-((λ/λ_opt - 1)/w)⁴)`.
     Gaussian {
-        /// Stretch of the greatest force λ_opt.
+        /// Optimal stretch λ_opt.
         #[serde(default = "one")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         optimal: f64,

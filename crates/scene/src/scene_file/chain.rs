@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::function::{Function, Shape};
 
-/// The damped elastic rod of the paper's section 3.1, in its dimensionless units.
+/// The damped elastic rod of the paper's section 3.1, dimensionless.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Rod {
@@ -29,9 +29,9 @@ pub struct Rod {
     /// Number of linear elements.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub elements: usize,
-    /// What τ is at the right end.
+    /// What τ is.
     pub reading: RodReading,
-    /// τ(t): strain or traction at the right end.
+    /// τ(t), at the right end.
     pub load: Function,
 }
 
@@ -78,7 +78,7 @@ pub struct Chain {
     /// Centre of the natural frequencies, Hz.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub frequency: f64,
-    /// Half width of the interval of the natural frequencies, rad/s; 0 makes them identical.
+    /// Half width of the interval of the natural frequencies, rad/s.
     #[schemars(range(min = 0))]
     pub half_width: f64,
     /// Generator of the random frequencies.
@@ -91,20 +91,20 @@ pub struct Chain {
     pub duffing: f64,
     /// Neighbour coupling D, 1/s.
     pub coupling: f64,
-    /// Whether the last oscillator is a neighbour of the first.
+    /// Ring or open chain.
     pub ends: EndsName,
-    /// The oscillators that the forcing reaches.
+    /// The oscillators that are driven.
     pub reach: ReachName,
-    /// Gain γ of the forcing c(u) = γ d·u, 1/s² per m (per unit of the rod's displacement).
+    /// Gain γ of the forcing γ d·u, 1/s² per m.
     pub gain: f64,
-    /// Where the displacement drives the chain: at a point of the muscle, m, or at a position of the rod. For a list
-    /// of points, a grid, or the elements or vertices of a group there is a chain at each of these places, all with
-    /// frequencies of one seed. Without it the chain is not driven.
+    /// Where the displacement drives the chain: a point, m, or a position of the rod. A list of
+    /// points, a grid, or the elements or vertices of a group make a chain at each [default: not
+    /// driven].
     pub at: Option<Place>,
-    /// The displacement component of the muscle that drives the chain, d·u.
+    /// The displacement that drives the chain, d·u.
     pub component: Component,
-    /// Radius of a neighbourhood, m [default: none]: for each place of the chain, |χ| of all
-    /// oscillators at places within this distance, all of the same weight, becomes a field.
+    /// For each place of the chain, |χ| of all oscillators within this distance, m, becomes a
+    /// field.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub neighbourhood: Option<f64>,
     /// Initial position of all oscillators; they start without velocity.
@@ -135,7 +135,7 @@ impl Default for Chain {
     }
 }
 
-/// A place in the muscle or on the rod, or many places in the muscle.
+/// A place in the body or on the rod, or many places in the body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Place {
@@ -169,7 +169,7 @@ pub enum Place {
     Position(f64),
 }
 
-/// The direction d of the displacement d·u that drives a chain.
+/// The direction d: a name, or a vector of any length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Component {
@@ -207,9 +207,9 @@ pub enum GeneratorName {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum EndsName {
-    /// The chain is closed to a ring.
+    /// A ring.
     Periodic,
-    /// First and last oscillator have one neighbour.
+    /// First and last have one neighbour.
     Open,
 }
 
@@ -222,7 +222,7 @@ impl From<EndsName> for Ends {
     }
 }
 
-/// The oscillators that the forcing reaches.
+/// The oscillators that are driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ReachName {

@@ -3,26 +3,23 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A chain whose coherence sets the stiffness around it: two-way coupling.
-///
-/// All constants of the materials but κ are multiplied by `coherent + (unsynchronised - coherent) (1 - S)`,
-/// with S the square of the phase coherence |χ|, made smooth at rest.
+/// The effect of a chain on the stiffness: all constants of the materials but κ are multiplied by
+/// `coherent + (unsynchronised - coherent) (1 - S)`, with S = |χ|², made smooth at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Feedback {
-    /// Name of the chain; chains in elements act on their own elements.
+    /// Name of the chain; chains in elements act on their elements.
     pub chain: String,
-    /// Group of elements where it acts [default: everywhere; feedbacks without a group share
-    /// each point by the inverse squares of its distances from their chains].
+    /// Group of elements where it acts [default: all; feedbacks without a group share each point by
+    /// the inverse squares of its distances from their chains].
     pub group: Option<String>,
-    /// Factor of the stiffness while the oscillators are out of step, or at rest.
+    /// Factor without coherence, or at rest.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub unsynchronised: f64,
-    /// Factor of the stiffness once they agree.
+    /// Factor at full coherence.
     #[serde(default = "one")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub coherent: f64,
-    /// Radius, in the unit of the oscillators' positions, below which an oscillator counts as
-    /// being at rest.
+    /// Amplitude of an oscillator below which it counts as at rest.
     #[serde(default = "radius")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius: f64,

@@ -6,10 +6,8 @@ use myovib_model::formula::Formula;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
-/// A function of time: a number (constant), or a table with a `type`.
-///
-/// Its unit is that of what it drives: Pa for a traction or pressure, m for a displacement, m/s² for
-/// a body force, none for the strain of a rod.
+/// A function of time: a number (constant), or a table with a `type`. Its unit is that of what it
+/// drives.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Function {
@@ -53,15 +51,14 @@ impl JsonSchema for Shape {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum Composed {
-    /// Values at given times from a CSV file, joined by a natural cubic spline (two continuous
-    /// derivatives). The table must cover the run's whole time interval.
+    /// Values at times from a CSV file, joined by a natural cubic spline; they must cover the run.
     Table {
-        /// The CSV file, relative to the scene: a header, then rows of numbers.
+        /// The file, relative to the scene: a header, then rows of numbers.
         file: PathBuf,
-        /// Name of the column with the times, s, ascending.
+        /// Name of the column of times, s, ascending.
         #[serde(default = "time_column")]
         time: String,
-        /// Name of the column with the values, in the unit of what is driven.
+        /// Name of the column of values.
         column: String,
     },
     /// The sum of its terms.

@@ -4,47 +4,47 @@ use myovib_model::IntegratorKind;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Settings of the time integration; the defaults give three digits of displacements and pressures.
+/// The time integration; the defaults give three digits of displacements and pressures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Integrator {
     /// The method.
     pub method: Method,
-    /// Relative tolerance; below 1e-14 the rounding of sums (2e-16 each) is the larger error.
+    /// Relative tolerance.
+    // Below 1e-14 the rounding of sums (2e-16 each) is the larger error.
     #[schemars(extend("minimum" = 1e-14), extend("exclusiveMaximum" = 1))]
     pub rtol: f64,
-    /// Absolute tolerances by block of unknowns.
+    /// Absolute tolerances.
     pub atol: Atol,
-    /// Tolerances of rod and chain, whose response begins near 2e-5.
+    /// Tolerances of rod and chain.
     pub oscillators: OscillatorTolerances,
-    /// Blocks left out of the error test [default: none with Radau IIA; with BDF `["pressure"]`, and
-    /// `["pressure", "multiplier"]` where there is a multiplier].
+    /// Blocks left out of the error test [default: none with Radau IIA; with BDF `pressure` and
+    /// `multiplier`].
     pub suppress: Option<Vec<Block>>,
-    /// How the error test weighs multipliers that are in it (BDF, muscle without chains).
+    /// How the error test weighs multipliers that are in it (BDF, body without chains).
     pub multiplier_weights: MultiplierWeightsName,
-    /// Highest order of BDF; undamped modes need 2 [default: 2 with a muscle, 5 for rod and chain
-    /// alone].
+    /// Highest order of BDF; undamped modes need 2 [default: 2 with a body, else 5].
     pub max_order: Option<MaxOrder>,
-    /// First step, s [default: the integrator's estimate, at most 0.08 of the shortest period or rise
-    /// of a load and of the period of an oscillator].
+    /// First step, s [default: an estimate, at most 0.08 of the shortest period or rise of loads
+    /// and oscillators].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub initial_step: Option<f64>,
-    /// Largest step, s [default: none].
+    /// Largest step, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_step: Option<f64>,
-    /// Time between two projections onto the constraint, s, after each of which the integrator
-    /// starts again: for `velocity`, which drifts (BDF, muscle without chains) [default: none].
+    /// Time between projections onto the constraint, s: for `velocity`, which drifts (BDF, body
+    /// without chains). The integrator starts again after each.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub project_every: Option<f64>,
-    /// Steps after which the run stops [default: none].
+    /// Steps after which the run stops.
     #[schemars(range(min = 1))]
     pub max_steps: Option<u64>,
-    /// CPU time after which the run stops, s [default: none].
+    /// CPU time after which the run stops, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_cpu: Option<f64>,
-    /// Column ordering of the factorisation [default: what suits the formulation].
+    /// Column ordering of the factorisation [default: by formulation].
     pub ordering: Option<OrderingName>,
-    /// Whether KLU permutes to block triangular form, which ruins the pivots of these systems.
+    /// KLU permutes to block triangular form, which ruins the pivots of these systems.
     pub btf: bool,
 }
 
@@ -165,7 +165,7 @@ impl JsonSchema for MaxOrder {
     }
 }
 
-/// Absolute tolerances by block of unknowns; by default in the paper's proportion to `rtol`.
+/// Absolute tolerances by block of unknowns.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Atol {
@@ -183,11 +183,12 @@ pub struct Atol {
     pub multiplier: Option<f64>,
 }
 
-/// Tolerances of rod and chain.
+/// Tolerances of rod and chain, whose response begins near 2e-5.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct OscillatorTolerances {
-    /// Relative tolerance; below 1e-14 the rounding of sums (2e-16 each) is the larger error.
+    /// Relative tolerance.
+    // Below 1e-14 the rounding of sums (2e-16 each) is the larger error.
     #[schemars(extend("minimum" = 1e-14), extend("exclusiveMaximum" = 1))]
     pub rtol: f64,
     /// Absolute tolerance.
@@ -207,7 +208,7 @@ impl Default for OscillatorTolerances {
     }
 }
 
-/// A block of unknowns that may be left out of the error test.
+/// A block of unknowns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Block {
@@ -227,8 +228,8 @@ pub enum Block {
 pub enum MultiplierWeightsName {
     /// By their tolerances alone.
     Plain,
-    /// A multiplier of index i by its tolerances over (Ωh)^(i−1), with the angular frequency Ω of
-    /// the drive and the step h: lets multipliers of index 2 and 3 stay in the error test.
+    /// A multiplier of index i by its tolerances over (Ωh)^(i−1), Ω the angular frequency of the
+    /// drive, h the step: for index 2 and 3 in the error test.
     StepScaled,
 }
 

@@ -25,40 +25,38 @@ const NEO_HOOKE_CONSTANTS: &[Parameter] = &[Parameter::new(
     "Shear modulus ζ",
 )];
 
-/// A material on a group of elements: triangles in the plane, tetrahedra in space.
+/// A law, its constants, and what goes with it, on a group of elements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Material {
-    /// Physical group of elements [default: all].
+    /// Group of elements [default: all].
     pub group: Option<String>,
     /// Mass density ρ, kg/m³.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub density: f64,
-    /// Factor of the law's stress, beside its constants in Pa: how much stiffer a region is than the law
-    /// says.
+    /// Factor of the law's stress, beside its constants.
     #[serde(default = "one")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub stiffness: f64,
-    /// Where the fibres run, for laws that have some.
+    /// Direction of the fibres.
     pub fibre: Option<Direction>,
-    /// Where the sheets run; the part across the fibres counts [default: any direction across, for
-    /// laws to which all are the same].
+    /// Direction of the sheets; its part across the fibres counts [default: any, for laws to which
+    /// all are the same].
     pub sheet: Option<Direction>,
-    /// Stress that the material produces along its fibres.
+    /// Stress that contracts the fibres.
     pub active: Option<Active>,
-    /// Kelvin–Voigt viscosity η, Pa·s: the stress `S = η Ė` is added to the law's [default: none].
+    /// Kelvin–Voigt viscosity η, Pa·s: adds the stress `S = η Ė`.
     #[schemars(range(min = 0))]
     pub eta: Option<f64>,
-    /// Relaxation of the law's stress S without the pressure's part: Prony terms with
-    /// `Ḣ + H/τ = g Ṡ`, whose sum is added to S; the law's constants are those of the long term
-    /// [default: none].
+    /// Relaxation of the law's stress S without the pressure: terms H with `Ḣ + H/τ = g Ṡ` are
+    /// added to S; the law's constants are those of the long term.
     pub prony: Option<Vec<PronyTerm>>,
-    /// Bulk modulus κ of this material [default: that of `solid`]; `inf` in all materials or in none.
+    /// Bulk modulus κ [default: that of `solid`]; `inf` in all materials or in none.
     pub kappa: Option<Kappa>,
-    /// Mass-proportional damping α of this material, 1/s [default: that of `solid`].
+    /// Mass-proportional damping α, 1/s [default: that of `solid`].
     #[schemars(range(min = 0))]
     pub alpha: Option<f64>,
-    /// Stiffness-proportional damping β of this material, s [default: that of `solid`]; 0 in all
-    /// materials or in none.
+    /// Stiffness-proportional damping β, s [default: that of `solid`]; 0 in all materials or in
+    /// none.
     #[schemars(range(min = 0))]
     pub beta: Option<f64>,
     /// The material law.
@@ -92,10 +90,10 @@ impl Material {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PronyTerm {
-    /// Weight g: the stress that relaxes by that of the long term.
+    /// Weight g: relaxing stress by that of the long term.
     #[schemars(range(min = 0))]
     pub g: f64,
-    /// Time τ of relaxation, s.
+    /// Relaxation time τ, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tau: f64,
 }
@@ -109,7 +107,7 @@ impl From<&PronyTerm> for myovib_fem::material::PronyTerm {
     }
 }
 
-/// A direction in the body: one for all elements, or one at each vertex.
+/// One vector, or the name of a nodal field of the mesh file (`$NodeData` with three components).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Direction {

@@ -11,7 +11,7 @@ pub struct Mesh {
     /// Where the elements come from: triangles make a body in plane strain, tetrahedra one in space.
     #[serde(flatten)]
     pub source: MeshSource,
-    /// How many times each triangle is cut into four, each tetrahedron into eight; groups are kept.
+    /// How many times each triangle is cut into four, each tetrahedron into eight.
     #[serde(default)]
     #[schemars(range(max = 6))]
     pub refine: u32,
@@ -21,7 +21,7 @@ pub struct Mesh {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum MeshSource {
-    /// A Gmsh file (MSH 4.1, ASCII) with physical groups and, for directions of fibres, nodal data.
+    /// A Gmsh file (MSH 4.1, ASCII) with physical groups and, for fibres, nodal data.
     File {
         /// The file, relative to the scene.
         path: PathBuf,
@@ -29,16 +29,14 @@ pub enum MeshSource {
     /// The muscle of the reproduction: a spindle of 0.2 m with 311 triangles and the groups
     /// `fixed` (both ends), `load` (middle of the top), `muscle`, `origin`.
     Muscle,
-    /// The same spindle from a structured grid, as fine as wished; groups `fixed`, `load`,
-    /// `muscle`, `origin`.
+    /// The same spindle and groups, from a structured grid.
     Spindle {
         /// Cells along (a multiple of 10) and across (an even number), two triangles each.
         #[serde(default = "spindle_cells")]
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
-    /// A rectangle with its lower left corner at (0, 0); groups `left`, `right`, `bottom`, `top`,
-    /// `body`.
+    /// A rectangle, one corner at (0, 0); groups `left`, `right`, `bottom`, `top`, `body`.
     Rectangle {
         /// Width, m.
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -63,14 +61,14 @@ pub enum MeshSource {
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
-    /// Cook's membrane: the trapezoid (0,0), (48,44), (48,60), (0,44); groups as `beam`.
+    /// Cook's membrane: (0,0), (48,44), (48,60), (0,44); groups as `beam`.
     Cook {
         /// Cells along and across, two triangles each.
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
-    /// A box in space with one corner at (0, 0, 0); groups `left`, `right` (along x), `front`,
-    /// `back` (y), `bottom`, `top` (z), `body`.
+    /// A box in space, one corner at (0, 0, 0); groups `left`, `right` (along x), `front`, `back`
+    /// (y), `bottom`, `top` (z), `body`.
     Box {
         /// Lengths along x, y and z, m.
         size: [f64; 3],
@@ -78,18 +76,17 @@ pub enum MeshSource {
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 3],
     },
-    /// A muscle in space: a spindle of 0.2 m with tendons at its ends and the nodal field `fibre`
-    /// along it; groups `fixed` (both ends), `left`, `right`, `surface`, `load` (middle of the top),
-    /// `muscle`, `tendon`, `origin`.
+    /// A muscle in space: a spindle of 0.2 m with tendons and the nodal field `fibre`; groups
+    /// `fixed` (both ends), `left`, `right`, `surface`, `load` (middle of the top), `muscle`,
+    /// `tendon`, `origin`.
     Muscle3d {
         /// Cells along (a multiple of 10) and across (even numbers), six tetrahedra each.
         #[serde(default = "muscle_cells")]
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 3],
     },
-    /// The left ventricle of the benchmark of Aróstica et al. (2025): half an ellipsoid of 0.1 m with
-    /// the nodal fields `f0` and `s0` of fibres and sheets; groups `endo`, `epi`, `base`,
-    /// `myocardium`.
+    /// The left ventricle of the benchmark of Aróstica et al. (2025), with the nodal fields `f0`
+    /// (fibres) and `s0` (sheets); groups `endo`, `epi`, `base`, `myocardium`.
     Ventricle {
         /// Which of its two meshes.
         resolution: Resolution,
@@ -114,8 +111,8 @@ fn muscle_cells() -> [usize; 3] {
     [20, 4, 4]
 }
 
-/// An elliptic region (in space: an ellipsoid) that becomes a group of its own: the elements whose
-/// centroid lies in it leave the group of elements they were in.
+/// An ellipse (in space: an ellipsoid). The elements whose centroid lies in it leave their group
+/// and become a new one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Region {
     /// Name of the new group.
@@ -124,7 +121,7 @@ pub struct Region {
     /// Centre, m.
     #[schemars(length(min = 2, max = 3))]
     pub centre: Vec<f64>,
-    /// Half axes along x, y and, in space, z, m.
+    /// Half axes, m.
     #[schemars(length(min = 2, max = 3))]
     pub radii: Vec<f64>,
 }

@@ -48,7 +48,7 @@ use start::Start;
 /// A scene: everything a run depends on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SceneFile {
-    /// One line that says what the scene shows.
+    /// What the scene shows, in one line.
     #[serde(default)]
     pub title: String,
     /// What to compute.
@@ -60,12 +60,12 @@ pub struct SceneFile {
     pub start: Option<Start>,
     /// The mesh; a scene with a rod or chains alone needs none.
     pub mesh: Option<Mesh>,
-    /// Regions cut out of the mesh's groups of elements.
+    /// Regions cut out of groups of elements.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub region: Vec<Region>,
     /// Compressibility, damping and formulation of the body; goes with `mesh`.
     pub solid: Option<Solid>,
-    /// Materials; together they cover every element once.
+    /// Materials; together they cover each element once.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub material: Vec<Material>,
     /// Groups that do not move.
@@ -91,19 +91,19 @@ pub struct SceneFile {
     /// Chains of oscillators.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub chain: Vec<Chain>,
-    /// What the coherence of chains does to the stiffness of the body: two-way coupling.
+    /// How the coherence of chains changes the stiffness of the body.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub feedback: Vec<Feedback>,
-    /// Settings of the time integration.
+    /// The time integration.
     #[serde(default)]
     pub integrator: Integrator,
     /// Values written as the run goes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub probe: Vec<Probe>,
-    /// Numbers whose influence is asked for, or that are to be found from measurements.
+    /// Numbers that sensitivities and fits are of.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parameter: Vec<Parameter>,
-    /// What measurements are of.
+    /// Columns that measurements are of.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub output: Vec<Output>,
     /// Fields for ParaView.
@@ -111,9 +111,9 @@ pub struct SceneFile {
     /// Conditions that end the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stop: Vec<Stop>,
-    /// Where a killed run can go on from.
+    /// Checkpoints, from which a killed run goes on.
     pub checkpoint: Option<Checkpoint>,
-    /// What to report of the eigenmodes.
+    /// The eigenmodes to report.
     pub modes: Option<Modes>,
 }
 
@@ -121,13 +121,13 @@ pub struct SceneFile {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Analysis {
-    /// The equilibrium under the loads as they stand at `time.end` (or at 0).
+    /// The equilibrium under the loads at `time.end` (or at 0).
     Static,
-    /// The motion over the time interval.
+    /// The motion.
     #[default]
     Dynamic,
-    /// The lowest eigenfrequencies and modes about the unloaded state, in `modes.csv`; probes and fields are
-    /// left aside.
+    /// The lowest modes about the unloaded state, in `modes.csv`; probes and fields are not
+    /// written.
     Modes,
 }
 
@@ -139,15 +139,15 @@ pub struct Time {
     pub end: f64,
 }
 
-/// How often a checkpoint is written.
+/// When checkpoints are written.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Checkpoint {
-    /// Simulated seconds between checkpoints.
+    /// Simulated seconds between them.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub every: f64,
 }
 
-/// What to report of the eigenmodes.
+/// The eigenmodes to report.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Modes {
     /// Number of modes, lowest first.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::probe::ProbeKind;
 
-/// Values written to a CSV file as the run goes, at fixed times by dense output.
+/// Values written to a CSV file at fixed times.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Probe {
     /// Name of the probe; its file is `NAME.csv`.
@@ -25,10 +25,10 @@ fn probe_interval() -> f64 {
     0.01
 }
 
-/// Fields written for ParaView (VTU files and a PVD collection).
+/// Fields for ParaView (VTU files and a PVD collection).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Fields {
-    /// Seconds between files.
+    /// Seconds between them.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub every: f64,
     /// The quantities.
@@ -60,9 +60,9 @@ pub enum Stop {
         #[schemars(extend("exclusiveMinimum" = 0))]
         above: f64,
     },
-    /// The volume ratio det F falls below a bound somewhere.
+    /// det F falls below a bound somewhere.
     Volume {
-        /// The bound; 0 is loss of det F > 0, where the model ends.
+        /// The bound; at 0 the model ends.
         #[schemars(range(min = 0), extend("exclusiveMaximum" = 1))]
         below: f64,
     },

@@ -26,7 +26,7 @@ fn description(schema: &Value) -> &str {
     schema["description"].as_str().unwrap_or_default()
 }
 
-/// A table of the keys of an object.
+/// The keys of an object, a line each.
 fn object(schema: &Value) -> String {
     let Some(properties) = schema["properties"].as_object() else {
         return String::new();
@@ -42,15 +42,15 @@ fn object(schema: &Value) -> String {
             continue;
         }
         if text.is_empty() {
-            text += "\n| key | value | meaning |\n|---|---|---|\n";
+            text.push('\n');
         }
         let presence = match &property["default"] {
             Value::Null if required(key) => ", *required*".to_owned(),
             Value::Null | Value::Object(_) => String::new(),
             value => format!(", default `{value}`"),
         };
-        let meaning = cell(description(property));
-        text += &format!("| `{key}` | {}{presence} | {meaning} |\n", kind(property));
+        let (kind, meaning) = (kind(property), line(description(property)));
+        text += &format!("- `{key}` ({kind}{presence}): {meaning}\n");
     }
     text
 }
@@ -73,7 +73,7 @@ fn alternatives(schema: &Value) -> String {
                 text += &format!("\n**`{key} = \"{name}\"`**: {}\n", description(one));
                 text += &object(one);
             }
-            (None, Some(name)) => text += &format!("\n- `\"{name}\"`: {}", cell(description(one))),
+            (None, Some(name)) => text += &format!("\n- `\"{name}\"`: {}", line(description(one))),
             (None, None) => text += &format!("\n- {}", kind(one)),
         }
     }
@@ -136,8 +136,8 @@ fn kind(schema: &Value) -> String {
     word.to_owned() + &ranges.collect::<Vec<_>>().join(",")
 }
 
-fn cell(text: &str) -> String {
-    text.replace('\n', " ").replace('|', "\\|")
+fn line(text: &str) -> String {
+    text.replace('\n', " ")
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::function::Function;
 use super::number::Number;
 
-/// Compressibility, damping, and the way the equations are written.
+/// Compressibility, damping, and form of the equations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Solid {
     /// Bulk modulus κ, Pa; `inf` for the incompressible body.
@@ -20,8 +20,8 @@ pub struct Solid {
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub beta: f64,
-    /// The DAE to integrate [default: position for β = 0 (velocity where κ = inf too),
-    /// implicit-rate for β > 0].
+    /// The equations [default: position for β = 0 (velocity where κ = inf too), implicit-rate for β
+    /// > 0].
     pub formulation: Option<Formulation>,
 }
 
@@ -70,20 +70,20 @@ pub enum Axis {
     Z,
 }
 
-/// A group whose nodes do not move.
+/// A group that does not move.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Fixed {
-    /// Physical group: of points, of the boundary, or of elements.
+    /// Group of points, of the boundary, or of elements.
     pub group: String,
-    /// The components that are held [default: all].
+    /// What is held [default: all].
     #[schemars(length(min = 1))]
     pub components: Option<Vec<Axis>>,
 }
 
-/// A group whose nodes move as prescribed; a component not given is free.
+/// A group that moves as prescribed; a component not given is free.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Displacement {
-    /// Physical group: of points, of the boundary, or of elements.
+    /// Group of points, of the boundary, or of elements.
     pub group: String,
     /// Displacement along x, m.
     pub x: Option<Function>,
@@ -93,10 +93,10 @@ pub struct Displacement {
     pub z: Option<Function>,
 }
 
-/// A force per undeformed length (in space: area) of a boundary, with a fixed direction (dead load).
+/// A force of fixed direction (dead load) per undeformed length (in space: area) of a boundary.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Traction {
-    /// Physical group of the boundary: edges, in space faces.
+    /// Group of edges, in space of faces.
     pub group: String,
     /// Component along x, Pa.
     pub x: Option<Function>,
@@ -104,12 +104,12 @@ pub struct Traction {
     pub y: Option<Function>,
     /// Along z, Pa; in space.
     pub z: Option<Function>,
-    /// How it varies along the group: a factor of the components [default: 1].
+    /// A factor of the components along the group [default: 1].
     pub distribution: Option<Distribution>,
 }
 
-/// How a traction varies along its group: an expression of the coordinates `x`, `y` and (in space)
-/// `z` of the undeformed body in m, as `"1 - (y/0.02)^2"`, or nodal data of the mesh file.
+/// An expression of the undeformed coordinates `x`, `y`, `z` in m, as `"1 - (y/0.02)^2"`, or nodal
+/// data of the mesh file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Distribution {
@@ -119,40 +119,39 @@ pub enum Distribution {
     Nodal(NodalFactor),
 }
 
-/// A factor from nodal data of the mesh file, linear between the vertices.
+/// Nodal data of the mesh file, linear between the vertices.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NodalFactor {
-    /// Name of the field (`$NodeData`): of one value at each node, the factor of all components, or
-    /// of three, a factor of each. A traction in Pa goes with components of 1.
+    /// Name of the field (`$NodeData`): at each node one value for all components, or one for each.
+    /// With components of 1 it is the traction in Pa.
     pub field: String,
 }
 
-/// A pressure on a boundary that stays normal to it as the body deforms (follower load), per
-/// deformed length (in space: area).
+/// A pressure that stays normal to the deforming boundary (follower load), per deformed length (in
+/// space: area).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Pressure {
-    /// Physical group of the boundary: edges, in space faces.
+    /// Group of edges, in space of faces.
     pub group: String,
-    /// The pressure, Pa, positive towards the body.
+    /// The pressure, Pa; positive towards the body.
     pub value: Function,
 }
 
-/// An elastic and viscous support of a boundary, `P N + k u + c u̇ = 0` there (Robin's condition):
-/// what surrounds the body.
+/// An elastic and viscous support of a boundary: `P N + k u + c u̇ = 0` (Robin's condition).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Bed {
-    /// Physical group of the boundary: edges, in space faces.
+    /// Group of edges, in space of faces.
     pub group: String,
     /// Stiffness k per undeformed area, Pa/m.
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub stiffness: f64,
-    /// Damping c per undeformed area, Pa·s/m.
+    /// Damping c, Pa·s/m.
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub damping: f64,
-    /// The directions in which it acts.
+    /// Its directions.
     #[serde(default)]
     pub along: Direction,
 }
@@ -164,18 +163,18 @@ pub enum Direction {
     /// All.
     #[default]
     All,
-    /// Along the normal of the undeformed boundary: the body slides freely.
+    /// Along the undeformed boundary's normal: the body slides freely.
     Normal,
 }
 
-/// A force per mass throughout a region, gravity for one.
+/// A force per mass, such as gravity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BodyForce {
-    /// Physical group of elements [default: all].
+    /// Group of elements [default: all].
     pub group: Option<String>,
     /// Acceleration along x, m/s².
     pub x: Option<Function>,
-    /// Along y, m/s²; gravity is -9.81 along whatever points up.
+    /// Along y, m/s²; gravity is -9.81 along the axis that points up.
     pub y: Option<Function>,
     /// Along z, m/s²; in space.
     pub z: Option<Function>,

@@ -6,17 +6,16 @@ use serde::{Deserialize, Serialize};
 use crate::signal::timing::{Break, between, first, shortest};
 use crate::signal::{Jet, Objection, TimeFunction};
 
-/// Linear from 0 at `start` to `value` at `end`, constant before and after. Its slope jumps,
-/// so that it is good for loads but not for displacements.
+/// Linear from 0 at `start` to `value` at `end`; not for displacements, as its slope jumps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Ramp {
-    /// Value at and after `end`, in the unit of what is driven.
+    /// Value at and after `end`.
     pub value: f64,
     /// When it begins, s.
     #[serde(default)]
     pub start: f64,
-    /// When it has reached `value`, s; after `start`.
+    /// When it has reached `value`, s.
     pub end: f64,
 }
 

@@ -17,7 +17,7 @@ const SIGMOID_WIDTH: f64 = 20.0;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct RampedSine {
-    /// Amplitude once the ramp is over, in the unit of what is driven.
+    /// Amplitude after the ramp.
     pub amplitude: f64,
     /// Frequency, Hz.
     #[serde(default = "paper_frequency")]
@@ -27,7 +27,7 @@ pub struct RampedSine {
     #[serde(default = "paper_steepness")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub steepness: f64,
-    /// Shift of the sigmoid; its middle lies at `shift / steepness`, in s.
+    /// Shift: the sigmoid's middle is at `shift / steepness`, s.
     #[serde(default = "paper_shift")]
     pub shift: f64,
 }

@@ -12,7 +12,7 @@ use crate::signal::{Jet, TimeFunction};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Sine {
-    /// Amplitude, in the unit of what is driven.
+    /// Amplitude.
     pub amplitude: f64,
     /// Frequency, Hz.
     #[schemars(extend("exclusiveMinimum" = 0))]

@@ -6,19 +6,18 @@ use serde::{Deserialize, Serialize};
 use crate::signal::timing::{Break, between, first, just_after, shortest};
 use crate::signal::{Jet, TimeFunction};
 
-/// From 0 to `value` around `start`, over `rise` seconds, with two continuous derivatives
-/// (`s³ (6 s² - 15 s + 10)`). With `rise = 0` it jumps: loads and tensions may, and the integrator
-/// starts anew right after; displacements may not. At `start` itself the value is still 0, so that
-/// a body at rest, or in equilibrium, may be hit or released at t = 0.
+/// From 0 at `start` to `value`, over `rise` seconds, with two continuous derivatives
+/// (`s³ (6 s² - 15 s + 10)`). With `rise = 0` it jumps, which displacements may not; at `start`
+/// itself it is still 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Step {
-    /// Value after the step, in the unit of what is driven.
+    /// Value after the step.
     pub value: f64,
     /// When it begins, s.
     #[serde(default)]
     pub start: f64,
-    /// Seconds from 0 to `value`; 0 for a jump.
+    /// Seconds to `value`; 0 for a jump.
     #[schemars(extend("minimum" = 0))]
     pub rise: f64,
 }
