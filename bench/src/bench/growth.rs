@@ -109,7 +109,7 @@ pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {
     let mut levels = Vec::new();
     for refinements in (0..=args.refinements).take_while(|_| goes_on()) {
         if refinements > 0 {
-            mesh = mesh.refined();
+            mesh = mesh.refined()?;
         }
         levels.push(measure(&mesh, refinements, t_end)?);
     }

@@ -52,7 +52,7 @@ impl Physics {
     /// The body on `mesh`, which is refined.
     pub(super) fn muscle(&self, mesh: &Mesh) -> Result<Muscle, ModelError> {
         let signal = Signal::paper(self.load * paper::LOAD_AMPLITUDE);
-        let refined = (0..self.level).fold(mesh.clone(), |mesh, _| mesh.refined());
+        let refined = (0..self.level).try_fold(mesh.clone(), |mesh, _| mesh.refined())?;
         paper::muscle_with_load(&refined, paper::LAW, self.kappa, self.beta, signal)
     }
 }

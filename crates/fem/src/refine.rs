@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use crate::element::TRIANGLE;
+use crate::element::{Degree, Shape, TRIANGLE};
+use crate::error::FemError;
 use crate::mesh::{Group, Mesh, NodalField, sorted};
 
 /// The parts of a triangle: its vertices 0 to 2 and midpoints 3 to 5.
@@ -26,26 +27,39 @@ impl Mesh {
     /// tetrahedra into eight.
     ///
     /// Old vertices keep their numbers; groups keep their names, their members cut likewise; nodal
-    /// fields are interpolated. Curved boundaries become polygons.
-    pub fn refined(&self) -> Mesh {
+    /// fields are interpolated. The parts of a curved element are curved as it is.
+    ///
+    /// # Errors
+    /// [`FemError::Defect`] for curved elements some part of which is turned inside out.
+    pub fn refined(&self) -> Result<Mesh, FemError> {
         match self.dimension() {
             2 => self.cut::<2, 3, 4>(&TRIANGLES),
             _ => self.cut::<3, 4, 8>(&TETRAHEDRA),
         }
     }
 
-    fn cut<const D: usize, const V: usize, const K: usize>(&self, parts: &[[usize; V]; K]) -> Mesh {
+    fn cut<const D: usize, const V: usize, const K: usize>(
+        &self,
+        parts: &[[usize; V]; K],
+    ) -> Result<Mesh, FemError> {
         let mut points = self.points::<D>().to_vec();
         let mut midpoints: HashMap<[usize; 2], usize> = HashMap::new();
+        let mut bent = BTreeMap::new();
         let mut elements = Vec::with_capacity(K * self.n_elements());
         for element in self.elements() {
             let mut nodes = element.to_vec();
             for edge @ [p, q] in self.edges_of(element) {
                 nodes.push(*midpoints.entry(edge).or_insert_with(|| {
                     let (a, b) = (points[p], points[q]);
-                    points.push(std::array::from_fn(|m| 0.5 * (a[m] + b[m])));
+                    points.push(match self.bent_midpoint(edge) {
+                        Some(place) => std::array::from_fn(|m| place[m]),
+                        None => std::array::from_fn(|m| 0.5 * (a[m] + b[m])),
+                    });
                     points.len() - 1
                 }));
+            }
+            if self.is_bent(element) {
+                self.bend_parts(parts, &nodes, &points, &mut bent);
             }
             elements.extend(parts.iter().map(|part| part.map(|i| nodes[i])));
         }
@@ -88,9 +102,38 @@ impl Mesh {
             let components = field.components;
             (name.clone(), NodalField { components, values })
         });
-        let mesh = Mesh::new(points, elements, groups).expect("parts of valid elements are valid");
-        let mesh = mesh.with_fields(fields.collect());
-        let mesh = mesh.expect("a value for each vertex");
-        mesh.after(self.notes().to_vec())
+        let mesh = Mesh::new(points, elements, groups)?.bent(bent)?;
+        let mesh = mesh.with_fields(fields.collect())?;
+        Ok(mesh.after(self.notes().to_vec()))
+    }
+
+    /// Whether an edge of an element is curved.
+    fn is_bent(&self, element: &[usize]) -> bool {
+        self.edges_of(element)
+            .any(|edge| self.bent_midpoint(edge).is_some())
+    }
+
+    /// Where a curved element with these `nodes` has the midpoints of the edges of its `parts`.
+    fn bend_parts<const D: usize, const V: usize>(
+        &self,
+        parts: &[[usize; V]],
+        nodes: &[usize],
+        points: &[[f64; D]],
+        bent: &mut BTreeMap<[usize; 2], [f64; D]>,
+    ) {
+        let shape = Shape::of_dimension(D);
+        let places = shape.nodes(Degree::Two);
+        for part in parts {
+            for [i, j] in shape.edges.iter().map(|edge| edge.map(|i| part[i])) {
+                let both = places[i].iter().zip(places[j].iter());
+                let middle: Vec<f64> = both.map(|(a, b)| 0.5 * (a + b)).collect();
+                let values = shape.values(Degree::Two, &middle);
+                let place = std::array::from_fn(|m| {
+                    let terms = values.iter().zip(nodes);
+                    terms.map(|(value, &node)| value * points[node][m]).sum()
+                });
+                bent.insert(sorted([nodes[i], nodes[j]]), place);
+            }
+        }
     }
 }

@@ -70,7 +70,7 @@ fn a_load_edge_listed_twice_or_reversed_counts_once() {
                 lines.len() - 1
             )
         );
-        assert_eq!(mesh.refined().notes(), mesh.notes());
+        assert_eq!(mesh.refined().unwrap().notes(), mesh.notes());
     }
 }
 

@@ -204,3 +204,37 @@ fn a_stretched_beam_is_stiffer() {
     };
     assert!(pulled(2e3) > 1.1 * pulled(0.0));
 }
+
+fn damping_ratios(muscle: &Muscle, count: usize) -> Vec<[f64; 2]> {
+    let q = vec![0.0; muscle.solid.dofs().n_free()];
+    let pressure = vec![0.0; muscle.solid.space().n_pressures()];
+    let found = modes(muscle, count).into_iter();
+    let of = |mode: Mode| {
+        let ratio = spectrum::damping_ratio(muscle, &q, &pressure, &mode).unwrap();
+        [mode.angular_frequency().unwrap(), ratio.unwrap()]
+    };
+    found.map(of).collect()
+}
+
+/// Rayleigh damping of one α and one β has (α/ω + βω)/2, whether it is that of the body or of all its materials.
+#[test]
+fn damping_ratios_of_modes() {
+    let mesh = generate::beam(1.0, 0.1, [20, 4]).unwrap();
+    let load = || Signal::constant(0.0);
+    for (kappa, beta) in [(1e5, 1e-4), (f64::INFINITY, 1e-4), (1e5, 0.0)] {
+        let muscle = paper::muscle_with_load(&mesh, LAW, kappa, beta, load()).unwrap();
+        let alpha = muscle.parameters.alpha;
+        for [omega, ratio] in damping_ratios(&muscle, 3) {
+            let expected = (alpha / omega + beta * omega) / 2.0;
+            // ω² is found to 1e-10, and the constraint's part of β with it.
+            assert!((ratio / expected - 1.0).abs() < 1e-8, "{ratio} {expected}");
+        }
+        let parameters = Parameters::new(3.0 * alpha, beta, kappa).unwrap();
+        let all = vec![parameters; mesh.n_elements()];
+        let graded = Muscle::graded(muscle.solid.clone(), &all).unwrap();
+        for [omega, ratio] in damping_ratios(&graded, 3) {
+            let expected = (3.0 * alpha / omega + beta * omega) / 2.0;
+            assert!((ratio / expected - 1.0).abs() < 1e-8, "{ratio} {expected}");
+        }
+    }
+}

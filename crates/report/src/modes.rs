@@ -6,7 +6,7 @@ use myovib_scene::modes::{BodyModes, Mode, Modes};
 use crate::outline::outline;
 use crate::plot::{Axis, Figure, MeshPlot, Panel, SurfacePlot};
 use crate::spatial;
-use crate::table::{Align, Table, coloured_stdout, exponent, kappa};
+use crate::table::{Align, Table, coloured_stdout, kappa};
 
 /// Largest displacement in a drawing as a fraction of the body's length.
 const DRAWN: f64 = 0.06;
@@ -59,10 +59,8 @@ pub fn text(modes: &Modes) -> String {
         table.row(number.into_iter().chain(cells).map(Into::into));
     }
     format!(
-        "{}\ndamping ratio: (α/ω + βω)/2 with α = {} 1/s, β = {} s; 1 is critical.\n",
+        "{}\ndamping ratio: by α, β, viscosity and beds, not by Prony terms; 1 is critical.\n",
         table.render(coloured_stdout()),
-        modes.alpha,
-        exponent(modes.beta)
     )
 }
 

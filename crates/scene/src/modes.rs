@@ -40,7 +40,8 @@ pub struct Mode {
     pub omega_squared: f64,
     /// Hz; null where the state is unstable.
     pub frequency: Option<f64>,
-    /// (α/ω + βω)/2; 1 is critical, null where the state is unstable.
+    /// By α, β, Kelvin–Voigt damping and beds, not by Prony terms; 1 is critical, null where the motion is no
+    /// oscillation.
     pub damping_ratio: Option<f64>,
     /// What is missed of K u - Bᵀp = ω² M u, in parts of its terms.
     pub residual: f64,
@@ -60,18 +61,19 @@ impl BodyModes {
         pressure: &[f64],
         count: usize,
     ) -> Result<Self, ModelError> {
-        let parameters = &muscle.parameters;
         let found = spectrum::lowest(muscle, q, pressure, count)?.into_iter();
-        let modes = found.map(|mode| Mode {
-            omega_squared: mode.omega_squared,
-            frequency: mode.frequency(),
-            damping_ratio: mode.damping_ratio(parameters.alpha, parameters.beta),
-            residual: mode.residual,
-            shape: mode.shape,
+        let modes = found.map(|mode| {
+            Ok(Mode {
+                omega_squared: mode.omega_squared,
+                frequency: mode.frequency(),
+                damping_ratio: spectrum::damping_ratio(muscle, q, pressure, &mode)?,
+                residual: mode.residual,
+                shape: mode.shape,
+            })
         });
         Ok(Self {
-            kappa: parameters.kappa(),
-            modes: modes.collect(),
+            kappa: muscle.parameters.kappa(),
+            modes: modes.collect::<Result<_, ModelError>>()?,
         })
     }
 }

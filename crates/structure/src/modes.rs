@@ -50,13 +50,6 @@ impl Mode {
         self.angular_frequency()
             .map(|omega| omega / std::f64::consts::TAU)
     }
-
-    /// The fraction of critical damping, (α/ω + β ω)/2, under Rayleigh damping D = α M + β A, where
-    /// A is all that restores: the stiffness together with the constraint. Paper: eq. (36).
-    pub fn damping_ratio(&self, alpha: f64, beta: f64) -> Option<f64> {
-        self.angular_frequency()
-            .map(|omega| (alpha / omega + beta * omega) / 2.0)
-    }
 }
 
 /// The `count` modes with ω² nearest to `shift`, by ascending ω²; fewer if there are no more.

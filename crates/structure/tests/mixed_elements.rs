@@ -118,7 +118,7 @@ fn equal_order_is_not() {
 fn the_spindle() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/meshes/muscle.msh");
     let coarse = Mesh::read_msh(path).expect("our mesh");
-    let fine = coarse.refined();
+    let fine = coarse.refined().unwrap();
     for (mesh, equal_order) in [(coarse, 0.06), (fine, 0.05)] {
         let constant = |space| {
             let found = Mixed::new(space, &["fixed"]).in_norms();

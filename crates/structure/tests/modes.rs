@@ -200,17 +200,6 @@ fn a_free_body_needs_a_shift() {
     assert_close(found[1].omega_squared, 2.0);
 }
 
-/// s² + (α + β ω²) s + ω² = 0 has the roots ω (-ζ ± i √(1 - ζ²)).
-#[test]
-fn rayleigh_damping() {
-    let mode = &modes(&chain(5, 1e3, 1e-2, None), 1, 0.0).unwrap()[0];
-    let (alpha, beta) = (1.0, 1e-4);
-    let omega = mode.angular_frequency().unwrap();
-    let zeta = mode.damping_ratio(alpha, beta).unwrap();
-    let sum_of_roots = -(alpha + beta * mode.omega_squared);
-    assert!((-2.0 * zeta * omega / sum_of_roots - 1.0).abs() < 1e-14);
-}
-
 #[test]
 fn matrices_that_do_not_fit() {
     let error = Vibration::new(

@@ -29,7 +29,7 @@ fn main() -> anyhow::Result<()> {
         let mut motions = Vec::new();
         for level in 0..LEVELS {
             if level > 0 {
-                mesh = mesh.refined();
+                mesh = mesh.refined()?;
             }
             print!("kappa = {kappa:e}, level {level}: ");
             motions.push(integrate(&mesh, kappa)?);

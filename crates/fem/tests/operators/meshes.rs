@@ -1,8 +1,11 @@
 //! Reading, refining and locating: the muscle's mesh, and files that must be refused.
 
-use myovib_fem::{FemError, Group, Mesh, Space};
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use crate::common::muscle_mesh;
+use myovib_fem::{DofMap, FemError, Group, Mesh, Solid, Space, generate};
+
+use crate::common::{MUSCLE_LAW, muscle_mesh};
 
 /// A unit square of two triangles with all kinds of groups, and a node of no triangle.
 const SQUARE: &str = "$MeshFormat
@@ -214,10 +217,41 @@ fn a_missing_file_is_named() {
     assert!(error.to_string().contains("no/such/file.msh"));
 }
 
+/// The parts of a curved element are as curved as it is: they fill the same body. Regression: they were straight.
+#[test]
+fn refinement_keeps_curved_bodies() {
+    let square = generate::rectangle([0.0; 2], [1.5, 1.0], [1, 1]).unwrap();
+    let square = square
+        .bent(BTreeMap::from([([0, 1], [0.8, -0.1])]))
+        .unwrap();
+    let block = generate::block([0.0; 3], [1.5, 1.0, 0.8], [1, 1, 1]).unwrap();
+    let block = block.bent(BTreeMap::from([([0, 3], [0.78, 0.53, -0.05])]));
+    for coarse in [square, block.unwrap()] {
+        let volume = |mesh: &Mesh| {
+            let space = Arc::new(Space::taylor_hood(mesh));
+            let curved = (0..space.n_elements())
+                .filter(|&e| space.is_curved(e))
+                .count();
+            let dofs = DofMap::clamped(&space, &[]).unwrap();
+            let solid = Solid::new(space, dofs, vec![MUSCLE_LAW; mesh.n_elements()], 1.0).unwrap();
+            (curved, solid.volume())
+        };
+        let (n_curved, of_coarse) = volume(&coarse);
+        let (n_parts, of_fine) = volume(&coarse.refined().unwrap());
+        // Those along the curved edge have one of their own; those inside follow the map.
+        assert!(n_parts > 2 * n_curved, "{n_parts} of {n_curved}");
+        // A few dozen roundings; straight parts miss a quarter of the bulge, per cents.
+        assert!(
+            (of_fine / of_coarse - 1.0).abs() < 1e-14,
+            "{of_fine} {of_coarse}"
+        );
+    }
+}
+
 #[test]
 fn refinement_keeps_area_groups_and_conformity() {
     let coarse = muscle_mesh();
-    let fine = coarse.refined();
+    let fine = coarse.refined().unwrap();
     assert_eq!(fine.n_elements(), 4 * 311);
     // A vertex per old node of the quadratic space: the edges met from two sides are one.
     assert_eq!(fine.n_points(), 680);

@@ -141,7 +141,7 @@ fn refinement_keeps_volume_groups_and_fields() {
     let coarse = coarse
         .with_fields([("f".to_owned(), field)].into())
         .unwrap();
-    let fine = coarse.refined();
+    let fine = coarse.refined().unwrap();
     assert_eq!(fine.n_elements(), 8 * coarse.n_elements());
     // Rounding of a sum of 96 volumes, which is 1.
     assert!((fine.measure() - coarse.measure()).abs() < 96.0 * f64::EPSILON);

@@ -121,7 +121,7 @@ pub fn levels(
     let mut levels = Vec::new();
     for number in 1..=n_levels {
         if number > 1 {
-            mesh = mesh.refined();
+            mesh = mesh.refined()?;
         }
         tell(number, &mesh);
         levels.push(Level::measure(pair, &mesh, fixed)?);

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use myovib_fem::{AddedMotion, Fields, Pressure, Vectors};
 use myovib_structure::{Constraint, Mode, Vibration, modes};
 use nalgebra::{DMatrix, DVector};
 use nalgebra_sparse::CscMatrix;
@@ -73,6 +74,59 @@ pub fn lowest(
         }
     }
     Ok(found)
+}
+
+/// The fraction of critical damping of a `mode` about a state, vᵀ D v / (2 ω vᵀ M v): D is what takes energy away in
+/// proportion to velocities, Rayleigh damping, Kelvin–Voigt damping and beds. For one α and one β
+/// of the whole body it is (α/ω + βω)/2. Prony terms have no such D. None where the motion is no oscillation.
+///
+/// # Errors
+/// [`ModelError::Inverted`] for a state without stress.
+pub fn damping_ratio(
+    muscle: &Muscle,
+    q: &[f64],
+    pressure: &[f64],
+    mode: &Mode,
+) -> Result<Option<f64>, ModelError> {
+    let Some(omega) = mode.angular_frequency().filter(|&omega| omega > 0.0) else {
+        return Ok(None);
+    };
+    let Muscle {
+        solid, parameters, ..
+    } = muscle;
+    let u = at_rest(muscle, q).displacement;
+    let mut v = vec![0.0; u.len()];
+    solid.dofs().expand(&mode.shape, &mut v);
+    let mut force = vec![0.0; u.len()];
+    let power = |force: &[f64]| force.iter().zip(&v).map(|(f, v)| f * v).sum::<f64>();
+    solid.apply_damping_mass(&v, &mut force);
+    let mut lost = parameters.alpha * power(&force);
+    if parameters.is_damped() {
+        let fields = Fields {
+            v: Some(&v),
+            p_rate: Some(&mode.multipliers),
+            ..Fields::new(&u, Pressure::Nodal(pressure))
+        };
+        let mut wanted = Vectors {
+            force_rate: Some(&mut force),
+            ..Vectors::default()
+        };
+        solid.evaluate(&fields, &mut wanted)?;
+        lost += parameters.beta * power(&force);
+    }
+    if !solid.added_stresses().is_empty() {
+        let tensions = &vec![0.0; solid.n_tensions()][..];
+        let (u, v) = (&u[..], &v[..]);
+        solid.added_force(&AddedMotion { u, v, tensions }, &mut force);
+        lost += power(&force);
+    }
+    lost += muscle
+        .beds
+        .iter()
+        .map(|bed| bed.dissipation(&v))
+        .sum::<f64>();
+    // vᵀ M v = 1.
+    Ok(Some(lost / (2.0 * omega)))
 }
 
 /// The frequency of a stretch along the first axis without pressures, Hz: of the order of that of the

@@ -22,7 +22,7 @@ pub(crate) fn block(levels: usize) -> Mesh {
         "block.msh",
     )
     .unwrap();
-    (0..levels).fold(coarse, |mesh, _| mesh.refined())
+    (0..levels).fold(coarse, |mesh, _| mesh.refined().unwrap())
 }
 
 /// The block under a vertical traction on its right edge.

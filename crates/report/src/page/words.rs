@@ -15,11 +15,9 @@ pub(super) fn meaning(document: &Value) -> String {
         );
     }
     if document["analysis"] == "modes" {
-        return format!(
-            "<p>Small free vibrations about the unloaded state. The damping ratio is (α/ω + βω)/2 with \
-             α = {} 1/s and β = {} s; 1 is critical.</p>\n",
-            document["alpha"], document["beta"]
-        );
+        return "<p>Small free vibrations about the unloaded state. The damping ratio is that by α, β, \
+                viscosity and beds, not by Prony terms; 1 is critical.</p>\n"
+            .to_owned();
     }
     let index = document["index"].as_u64().unwrap_or(0);
     let mut text = format!(

@@ -67,7 +67,8 @@ impl Builder<'_> {
             coarse.n_elements(),
             &vec![parts; mesh.refine as usize],
         ))?;
-        let mesh = (0..mesh.refine).fold(coarse, |mesh, _| mesh.refined());
+        let refined = (0..mesh.refine).try_fold(coarse, |mesh, _| mesh.refined());
+        let mesh = self.at("mesh.refine", refined)?;
         regions
             .iter()
             .enumerate()
