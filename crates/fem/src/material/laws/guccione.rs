@@ -122,8 +122,8 @@ pub struct IsochoricGuccione {
 impl Described for IsochoricGuccione {
     const DESCRIPTION: Description = Description {
         name: "isochoric-guccione",
-        energy: "`guccione` of Ē = (J^(-2/3) C - I)/2",
-        about: "The same where J = 1, but for the pressure; stable under larger strains.",
+        energy: "that of guccione in Ē = (J^(-2/3) C - I)/2",
+        about: "The law guccione where J = 1, but for the pressure; stable under larger strains.",
         parameters: CONSTANTS,
         fibres: true,
         complete: false,
