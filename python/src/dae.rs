@@ -232,7 +232,7 @@ enum Failure {
 
 impl Failure {
     fn of(error: impl std::error::Error) -> Self {
-        Self::Integrator(error.to_string())
+        Self::Integrator(in_python(&error.to_string()))
     }
 }
 
@@ -263,6 +263,9 @@ fn integrate<I: Integrator<PythonDae>>(
             .correct_initial_values(mode, t0 + forward * first.abs())
             .map_err(Failure::of)?;
     }
+    // An exception near the start only was no answer to the question whether it is consistent.
+    let raised = &solver.problem().raised;
+    *raised.lock().unwrap_or_else(PoisonError::into_inner) = None;
     let mut due = request.t_eval.as_deref().unwrap_or(&[]);
     if request.t_eval.is_none() {
         record.push(t0, solver.y(), solver.y_dot());
@@ -452,7 +455,12 @@ pub(crate) fn solve(py: Python<'_>, request: Request) -> PyResult<Bound<'_, PyDi
 
 /// What an integration says, with arguments of `solve_dae` in the place of names of the library.
 fn in_python(message: &str) -> String {
-    let message = message.replace("correct_initial_values", "initial=\"algebraic\"");
+    let correction = "initial=\"algebraic\"";
+    let message = message.replace(
+        "call correct_initial_values",
+        &format!("ask for {correction}"),
+    );
+    let message = message.replace("correct_initial_values", correction);
     message.replace("Problem::indices", "index=")
 }
 

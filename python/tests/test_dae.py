@@ -208,8 +208,29 @@ def test_remedies_are_arguments_of_this_function():
     def circle(t, y, yp):
         return [yp[0] - y[1], y[0] ** 2 + y[1] ** 2 - 1]
 
-    message = myovib.solve_dae(circle, (0, 1), [0, 0.5], [0, 0]).message
+    message = myovib.solve_dae(circle, (0, 1), [0, 1], [0, 0]).message
     assert 'initial="algebraic"' in message and "index=" in message, message
+
+
+@pytest.mark.parametrize("method", ["ida", "radau", "radau9", "radau13"])
+def test_a_start_that_contradicts_an_equation_is_refused(method):
+    start = ([1, 0, 0.3], [-0.04, 0.04, 0])
+    with pytest.raises(RuntimeError, match='equation 2, .* left at 3.00e-1 .* ask for initial="algebraic"'):
+        solve_dae(robertson, (0, 40), *start, method=method, rtol=1e-6, atol=1e-12)
+    s = solve_dae(robertson, (0, 40), *start, method=method, rtol=1e-6, atol=1e-12, initial="algebraic")
+    assert s.success and s.y[2, 0] == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize("method", ["ida", "radau"])
+def test_exceptions_near_the_start_are_not_those_of_the_solution(method):
+    def positive(t, y, yp):
+        if y[1] < 0:
+            raise ValueError("negative")
+        # Off by rounding at the start.
+        return [yp[0] + y[0], y[1] - 0.3 * (1 - y[0]) - 1e-14]
+
+    s = solve_dae(positive, (0, 1), [1, 0], [-1, 0.3], method=method, rtol=1e-6, atol=1e-9)
+    assert s.success, s.message
 
 
 def test_results_are_pickled_whole():

@@ -31,6 +31,12 @@ pub enum ConsistencyMode {
 /// A *stop time* is never stepped over. It holds once: when it is reached the call answers
 /// [`Outcome::StopTime`], and the next call goes on beyond it.
 ///
+/// # Starts
+/// Values to start from, given to a builder or to [`reinit`](Integrator::reinit), are refused by the next
+/// step with an [`InconsistentStart`](crate::InconsistentStart) where y contradicts the equations by more
+/// than the tolerances allow, unless [`correct_initial_values`](Integrator::correct_initial_values) mends
+/// them before: see [`check_start`](crate::check_start).
+///
 /// # Limits
 /// *max_steps* is the number of steps that one call of [`integrate_to`](Integrator::integrate_to)
 /// may take; the next call has as many again. A single [`step`](Integrator::step) is not limited.

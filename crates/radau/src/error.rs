@@ -100,6 +100,9 @@ pub enum RadauError {
         /// Why.
         source: myovib_dae::Inconsistent,
     },
+    /// The initial values contradict the equations.
+    #[error(transparent)]
+    Start(#[from] myovib_dae::InconsistentStart),
     /// Components are to be left out by an index that is not stated.
     #[error(transparent)]
     NoIndices(#[from] myovib_dae::NoIndices),

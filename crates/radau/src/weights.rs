@@ -111,6 +111,11 @@ impl<P> Weights<P> {
         smallest.is_finite().then_some(smallest)
     }
 
+    /// Whether a function gives the weights.
+    pub(crate) fn are_given(&self) -> bool {
+        self.user.is_some()
+    }
+
     /// Sets the factor on the weights of variables that count less, for their own errors.
     pub(crate) fn set_own(&mut self, own: f64) {
         self.own = own;

@@ -138,6 +138,9 @@ pub enum Error {
         /// IDAS' message, or that of the function that failed.
         message: String,
     },
+    /// The initial values contradict the equations.
+    #[error(transparent)]
+    Start(#[from] myovib_dae::InconsistentStart),
     /// Components are to be left out by an index that is not stated.
     #[error(transparent)]
     NoIndices(#[from] myovib_dae::NoIndices),

@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::problems::Circle;
 use super::{Method, Request, assert_stop, stopped};
-use crate::{ConsistencyMode, Direction, Integrator, Outcome, StepError, StopReason};
+use crate::{Direction, Integrator, Outcome, StepError, StopReason};
 
 fn request(problem: Circle) -> Request<Circle> {
     let (y, y_dot) = Circle::start();
@@ -123,24 +123,6 @@ pub fn hands_back_fatal_errors<M: Method>(method: &M) {
         assert!(error.starts_with(&said), "{error}");
         assert!(error.ends_with("disk on fire"), "{error}");
     }
-}
-
-/// What does not start from values that contradict the equations says what helps, and that helps.
-pub fn names_a_remedy_for_a_wrong_start<M: Method>(method: &M) {
-    let (y, y_dot) = Circle::start();
-    let wrong = [y[0], y[1], 1e6];
-    let mut solver = method.build(Request::new(Circle::new(), 0.0, &wrong, &y_dot));
-    if let Outcome::Stopped(stop) = solver.integrate_to(1.0).unwrap() {
-        assert!(
-            stop.to_string().contains("correct_initial_values"),
-            "{stop}"
-        );
-    }
-    let mut solver = method.build(Request::new(Circle::new(), 0.0, &wrong, &y_dot));
-    let mode = ConsistencyMode::AlgebraicAndDerivatives;
-    solver.correct_initial_values(mode, 1.0).unwrap();
-    let outcome = solver.integrate_to(1.0).unwrap();
-    assert_eq!(outcome, Outcome::Reached { t: 1.0 });
 }
 
 /// What does not get over a jump says what helps, and that helps.

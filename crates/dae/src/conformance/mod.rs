@@ -11,6 +11,7 @@ mod jacobian;
 mod output;
 mod problems;
 mod quadratures;
+mod starts;
 mod stepping;
 
 pub use accuracy::*;
@@ -19,6 +20,7 @@ pub use failures::*;
 pub use jacobian::jacobian_error;
 pub use output::*;
 pub use quadratures::*;
+pub use starts::*;
 pub use stepping::*;
 
 use crate::{
@@ -97,6 +99,10 @@ macro_rules! conformance_tests {
             solves_exact_problems_to_tolerance,
             needs_no_more_than_a_residual,
             starts_from_consistent_values,
+            refuses_values_that_contradict_the_equations,
+            weighs_a_start_by_the_tolerances,
+            refuses_values_off_the_constraints_stated,
+            takes_values_found_behind_an_event,
             answers_with_times_that_are_its_own,
             refuses_times_behind_and_values_that_are_no_numbers,
             holds_a_stop_time_once,
@@ -117,7 +123,6 @@ macro_rules! conformance_tests {
             stops_before_a_wall,
             hands_back_fatal_errors,
             stops_at_the_smallest_step,
-            names_a_remedy_for_a_wrong_start,
             names_a_remedy_for_a_jump,
             keeps_its_statistics_when_a_weight_is_lost,
             stays_where_it_is_when_a_root_function_fails,

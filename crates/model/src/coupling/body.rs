@@ -85,7 +85,7 @@ impl<B: Body> Body for CoupledDae<B> {
     }
 }
 
-/// Its oscillators are eliminated where they act on their own elements alone.
+/// Its oscillators are eliminated.
 impl Body for FeedbackDae {
     fn schedule(&self) -> Schedule {
         self.one_way().schedule()
@@ -95,10 +95,7 @@ impl Body for FeedbackDae {
         &mut self,
         options: KluOptions,
     ) -> Result<Option<SystemMatrices<Self>>, SparseError> {
-        Ok(match FeedbackSolver::new(self, options)? {
-            Some(solver) => Some(Box::new(solver)),
-            None => None,
-        })
+        Ok(Some(Box::new(FeedbackSolver::new(self, options)?)))
     }
 }
 

@@ -13,8 +13,8 @@
 //! stress. In the same way the tension along the fibres is T = Σ_k w_k T_k, T_k = T_0 + (T_1 − T_0) S_k.
 //!
 //! A network is a chain at one place, or many chains at as many places. The Jacobian has one more
-//! block per place, of rank one: ∂F/∂s = ∂F/∂g_k · (dg_k/dS_k ∂S_k/∂s). Places that act on what
-//! drives them, as a chain in an element on this element, are eliminated: [`FeedbackSolver`].
+//! block per place, of rank one: ∂F/∂s = ∂F/∂g_k · (dg_k/dS_k ∂S_k/∂s). [`FeedbackSolver`] eliminates
+//! them.
 //!
 //! [`FeedbackSolver`]: super::feedback_solver::FeedbackSolver
 

@@ -12,12 +12,16 @@
 //! elements that drive it changes the stiffness in places it has: nothing is filled in, and what is
 //! factorised has the size of the body alone. h depends on c; as h = α + β c with real α and β it is a
 //! stiffness and a damping.
+//!
+//! A place that acts elsewhere too would fill the stiffness: it is left to a matrix of low rank
+//! ([`Apart`]).
 
 use myovib_dae::{LinearSolver, Linearization, StepError};
 use myovib_sparse::klu::KluOptions;
 use myovib_sparse::{Number, SparseError};
 use num_complex::Complex64;
 
+use super::apart::Apart;
 use super::dae::CoupledDae;
 use super::effect::Feedback;
 use super::feedback::FeedbackDae;
@@ -76,24 +80,58 @@ impl Local {
 #[derive(Debug)]
 pub struct FeedbackSolver {
     one_way: CoupledSolver<CondensedSolver>,
-    places: Vec<Local>,
+    /// `None` for a place that acts beyond the elements that drive it.
+    places: Vec<Option<Local>>,
+    /// Those places, for the real matrix and for each complex one.
+    real: Apart<f64>,
+    complex: Vec<Apart<Complex64>>,
 }
 
 impl FeedbackSolver {
-    /// Lays out the elimination; `None` where a place acts beyond the elements that drive it.
+    /// Lays out the elimination.
     ///
     /// # Errors
     /// Those of the analysis.
-    pub fn new(dae: &mut FeedbackDae, options: KluOptions) -> Result<Option<Self>, SparseError> {
+    pub fn new(dae: &mut FeedbackDae, options: KluOptions) -> Result<Self, SparseError> {
         let (one_way, places, feedbacks) = dae.parts();
         let local = |place: &Place| Local::new(one_way, &feedbacks[place.feedback], place);
-        let Some(places) = places.iter().map(local).collect() else {
-            return Ok(None);
-        };
-        one_way.body_mut().coherence_matrices();
+        let places: Vec<Option<Local>> = places.iter().map(local).collect();
+        if places.iter().any(Option::is_some) {
+            one_way.body_mut().coherence_matrices();
+        }
         let body = CondensedSolver::new(one_way.body(), options)?;
-        let one_way = CoupledSolver::new(body, one_way, options)?;
-        Ok(Some(Self { one_way, places }))
+        Ok(Self {
+            one_way: CoupledSolver::new(body, one_way, options)?,
+            places,
+            real: Apart::default(),
+            complex: Vec::new(),
+        })
+    }
+
+    /// The numbers of the places that act beyond the elements that drive them.
+    fn apart(&self) -> Vec<usize> {
+        let places = self.places.iter().enumerate();
+        let apart = places.filter(|(_, local)| local.is_none());
+        apart.map(|(number, _)| number).collect()
+    }
+
+    /// Solves with the matrices as they are without the places apart.
+    fn solve_local(&mut self, dae: &mut FeedbackDae, x: &mut [f64]) -> Result<(), StepError> {
+        feed_back(&self.places, &mut self.one_way.real, dae, x)?;
+        let (one_way, ..) = dae.parts();
+        self.one_way.solve_real(one_way, x)
+    }
+
+    /// The same with complex matrix `k`.
+    fn solve_local_complex(
+        &mut self,
+        dae: &mut FeedbackDae,
+        k: usize,
+        x: &mut [Complex64],
+    ) -> Result<(), StepError> {
+        feed_back(&self.places, &mut self.one_way.complex[k], dae, x)?;
+        let (one_way, ..) = dae.parts();
+        self.one_way.solve_complex(one_way, k, x)
     }
 }
 
@@ -120,13 +158,14 @@ fn gains<T: Number>(
 }
 
 /// ∇gᵀ x for states x of the network.
-fn along<T: Number>(place: &Place, x: &[T]) -> T {
+pub(super) fn along<T: Number>(place: &Place, x: &[T]) -> T {
     let terms = place.slopes().map(|(state, slope)| x[state] * slope);
     terms.fold(T::zero(), |sum, term| sum + term)
 }
 
-/// Takes what the right-hand sides of the oscillators do to the body.
+/// Takes what the right-hand sides of the oscillators do to the body, by the places that are local.
 fn feed_back<T: Number>(
+    places: &[Option<Local>],
     factors: &mut NetworkFactors<T>,
     dae: &FeedbackDae,
     rhs: &mut [T],
@@ -139,7 +178,11 @@ fn feed_back<T: Number>(
         alone.push(x);
     }
     let rows = &mut rhs[one_way.body().layout().momentum()];
-    for place in dae.places() {
+    for (_, place) in places
+        .iter()
+        .zip(dae.places())
+        .filter(|(local, _)| local.is_some())
+    {
         let change = along(place, &alone[dae.feedbacks()[place.feedback].network]);
         for (&row, &force) in place.rows.iter().zip(&place.force) {
             rows[row] -= change * force;
@@ -173,22 +216,37 @@ impl LinearSolver<FeedbackDae> for FeedbackSolver {
         let (one_way, places, _) = dae.parts();
         let locals = &self.places;
         let prepare = |number: usize, body: &mut MuscleDae| {
+            if locals.iter().all(Option::is_none) {
+                return;
+            }
             let matrices = body.coherence_matrices();
             matrices.iter_mut().for_each(|values| values.fill(0.0));
             for ((local, place), parts) in locals.iter().zip(places).zip(&all[number]) {
+                let Some(local) = local else { continue };
                 for (values, h) in matrices.iter_mut().zip(parts) {
                     local.subtract(*h, &place.force, values);
                 }
             }
         };
         let body = one_way.body_mut();
-        self.one_way.body.set_up_each(body, real, complex, prepare)
+        self.one_way
+            .body
+            .set_up_each(body, real, complex, prepare)?;
+        let apart = self.apart();
+        self.real = Apart::new(&apart, dae, |dae, x| self.solve_local(dae, x))?;
+        self.complex.clear();
+        for k in 0..complex.len() {
+            let solve =
+                |dae: &mut FeedbackDae, x: &mut [Complex64]| self.solve_local_complex(dae, k, x);
+            let matrix = Apart::new(&apart, dae, solve)?;
+            self.complex.push(matrix);
+        }
+        Ok(())
     }
 
     fn solve_real(&mut self, dae: &mut FeedbackDae, rhs: &mut [f64]) -> Result<(), StepError> {
-        feed_back(&mut self.one_way.real, dae, rhs)?;
-        let (one_way, ..) = dae.parts();
-        self.one_way.solve_real(one_way, rhs)
+        self.solve_local(dae, rhs)?;
+        self.real.correct(dae, rhs)
     }
 
     fn solve_complex(
@@ -197,9 +255,8 @@ impl LinearSolver<FeedbackDae> for FeedbackSolver {
         k: usize,
         rhs: &mut [Complex64],
     ) -> Result<(), StepError> {
-        feed_back(&mut self.one_way.complex[k], dae, rhs)?;
-        let (one_way, ..) = dae.parts();
-        self.one_way.solve_complex(one_way, k, rhs)
+        self.solve_local_complex(dae, k, rhs)?;
+        self.complex[k].correct(dae, rhs)
     }
 
     fn pivot_choices(&self) -> u64 {

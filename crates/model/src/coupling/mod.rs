@@ -16,10 +16,10 @@
 //! afterwards; [`ErrorTest`] gives each part its own tolerances; [`CoupledSolver`]
 //! continues a body's own linear solver to the oscillators; [`start_coupled`]
 //! gives an integrator; [`CoherenceHistory`] is what is observed, and [`LockCriterion`] judges it.
-//! With a [`Feedback`] the coupling is two-way: [`FeedbackDae`], and [`FeedbackSolver`] for chains that
-//! act on their own elements.
+//! With a [`Feedback`] the coupling is two-way: [`FeedbackDae`], and [`FeedbackSolver`].
 #![doc = include_str!("../../notes/0003-a-chain-beside-a-muscle.md")]
 
+mod apart;
 mod body;
 mod dae;
 mod effect;

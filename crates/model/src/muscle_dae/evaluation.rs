@@ -66,8 +66,7 @@ impl MuscleDae {
             0 => Ok(()),
             _ => Err(StepError::Fatal(
                 "the whole Newton matrix of a body with Prony terms is never formed: take the \
-                 condensed linear solver, no feedback, and no sensitivities where a model of activation \
-                 is there too"
+                 condensed linear solver, and no sensitivities where a model of activation is there too"
                     .into(),
             )),
         }

@@ -3,6 +3,7 @@
 
 mod common;
 mod condensed;
+mod elsewhere;
 mod jacobian;
 mod muscle_chain;
 mod places;

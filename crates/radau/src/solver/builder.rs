@@ -244,6 +244,7 @@ impl<P: Problem> RadauBuilder<P> {
             y_dot: y_dot0.to_vec(),
             t: t0,
             h: None,
+            start: Ok(()),
             fresh: true,
             began_afresh: false,
             next_limit: None,
@@ -256,6 +257,7 @@ impl<P: Problem> RadauBuilder<P> {
         };
         solver.weigh();
         solver.restart_memory();
+        solver.check_start(1.0);
         Ok(solver)
     }
 }

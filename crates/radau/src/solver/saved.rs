@@ -144,7 +144,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if let (Some(memory), Some(state)) = (&mut self.memory, &state.memory) {
             memory.restore(state);
         }
-        (self.t, self.h) = (state.t, state.h);
+        (self.t, self.h, self.start) = (state.t, state.h, Ok(()));
         self.y.copy_from_slice(&state.y);
         self.y_dot.copy_from_slice(&state.y_dot);
         (self.fresh, self.next_limit) = (state.fresh, state.next_limit);

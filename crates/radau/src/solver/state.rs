@@ -1,6 +1,6 @@
 //! What the integrator owns.
 
-use myovib_dae::VariableKind;
+use myovib_dae::{InconsistentStart, VariableKind};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +24,8 @@ use crate::work::Counters;
 
 /// An integration of a [`Problem`](myovib_dae::Problem) by a Radau IIA method with adaptive steps.
 ///
-/// The initial values must be consistent, as for IDAS. An algebraic variable may have 0 for ẏ_0: it
+/// The initial values must be consistent, as for IDAS: the first step refuses those that contradict the
+/// equations (see [`check_start`](myovib_dae::check_start)). An algebraic variable may have 0 for ẏ_0: it
 /// serves only to choose and to start the first step, and for others in its dense output.
 ///
 /// A recoverable error of the residual or the Jacobian, and a singular Newton matrix, halve the
@@ -43,6 +44,8 @@ pub struct RadauSolver<P, M = KluMatrices> {
     pub(super) y_dot: Vec<f64>,
     /// The step to try next, before it is shortened to meet a limit; `None` at the start.
     pub(super) h: Option<f64>,
+    /// Whether the initial values are consistent: the first step says if not.
+    pub(super) start: Result<(), InconsistentStart>,
     /// Whether nothing is known from steps before: at the start, and after a break.
     pub(super) fresh: bool,
     /// Whether nothing was before the last accepted step.

@@ -86,6 +86,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 return Err(fatal.in_step(self.t, self.h.unwrap_or(0.0)));
             }
         }
+        self.start?;
         self.bounds = [t_out, limit];
         let mut wanted = self.h.unwrap_or_else(|| self.initial_step(t_out));
         let mut failures = Failures::default();

@@ -77,9 +77,9 @@ impl Builder<'_> {
                 })
             })
             .collect();
-        let linear_solver = match act_on_own_elements(file) {
+        let linear_solver = match act_on_own_elements(file) || !relaxing.is_empty() {
             true => LinearSolver::Condensed,
-            // The oscillators act on elements that do not drive them: they are not eliminated.
+            // The oscillators act on elements that do not drive them.
             false => LinearSolver::Full,
         };
         let muscle = Muscle {

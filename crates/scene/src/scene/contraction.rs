@@ -88,16 +88,6 @@ impl Builder<'_> {
                 continue;
             };
             let path = format!("material[{i}].prony");
-            if !file.feedback.is_empty() || !act_on_own_elements(file) {
-                let error = InputError::new(
-                    "stress cannot relax where oscillators act on the stiffness, or beyond their elements",
-                )
-                .next(
-                    "leave out `prony`; or leave out [[feedback]], and let the tension follow chains in \
-                     elements; `eta` or `beta` damp with feedback too",
-                );
-                return Err(self.wrong(&path, error));
-            }
             for (k, term) in terms.iter().enumerate() {
                 let one = Prony::new(vec![term.into()]);
                 self.at(&format!("{path}[{k}]"), one)?;

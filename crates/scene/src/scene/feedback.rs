@@ -53,6 +53,7 @@ impl Builder<'_> {
                     Feedback::of_one_place(&shares(mesh, &places, place))
                 }
             };
+            self.nothing_relaxes(file, body, &weights, &path)?;
             feedbacks.push(Feedback {
                 network,
                 coherence: self.coherence(wanted.radius, &path)?,
@@ -66,6 +67,39 @@ impl Builder<'_> {
             self.add_tensions(file, body, chains, &mut feedbacks)?;
         }
         Ok(feedbacks)
+    }
+
+    /// Refuses a stiffness that changes where stress relaxes: Ḣ + H/τ = g Ṡ is of a law whose constants stay.
+    /// Whether H follows a stiffness that changes at rest, it does not say.
+    fn nothing_relaxes(
+        &self,
+        file: &SceneFile,
+        body: &Body,
+        weights: &[Vec<(usize, f64)>],
+        path: &str,
+    ) -> Result<(), InputError> {
+        let n_vertices = body.muscle.solid.space().mesh().shape().n_vertices();
+        let corners = weights.iter().flatten().map(|(corner, _)| corner);
+        let mut regions = corners.map(|corner| body.regions[corner / n_vertices]);
+        let relaxes = |region: &usize| {
+            let prony = file
+                .material
+                .get(*region)
+                .and_then(|own| own.prony.as_ref());
+            prony.is_some_and(|terms| !terms.is_empty())
+        };
+        let Some(region) = regions.find(relaxes) else {
+            return Ok(());
+        };
+        let error = InputError::new(format!(
+            "the stiffness cannot follow oscillators where stress relaxes (material[{region}].prony): the \
+             terms `Ḣ + H/τ = g Ṡ` are of a law whose constants stay"
+        ))
+        .next(
+            "leave out `prony` there, or let the feedback act on a `group` without; the tension of \
+             `active` may follow chains where stress relaxes; `eta` or `beta` damp with feedback too",
+        );
+        Err(self.wrong(path, error))
     }
 
     /// Adds the feedbacks of the materials whose tension follows a chain.

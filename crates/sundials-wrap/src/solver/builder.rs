@@ -262,7 +262,8 @@ impl<P: Problem> IdaBuilder<P> {
             kinds,
             suppressed,
             t0,
-            start: [y0.to_vec(), y_dot0.to_vec()],
+            start: Default::default(),
+            consistent: Ok(()),
             t: t0,
             n,
             min_step: self.options.min_step,
@@ -282,6 +283,7 @@ impl<P: Problem> IdaBuilder<P> {
         if let Some(checkpoints) = self.checkpoints {
             solver.attach_checkpoints(checkpoints, &self.options)?;
         }
+        solver.start_from(t0, [y0.to_vec(), y_dot0.to_vec()]);
         Ok(solver)
     }
 }

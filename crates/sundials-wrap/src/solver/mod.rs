@@ -20,8 +20,8 @@ use crate::ffi::call::CallFailed;
 use crate::ffi::ida::{Counter, Ida, InitialUnknowns, Task};
 use crate::options::{differential, expect_finite, expect_length, expect_state, finite};
 use myovib_dae::{
-    ConsistencyMode, Inconsistent, Outcome, Problem, StepError, Stop, StopReason, VariableKind,
-    WorstComponent, project_onto_constraints,
+    ConsistencyMode, Inconsistent, InconsistentStart, Outcome, Problem, StepError, Stop,
+    StopReason, VariableKind, WorstComponent, check_start, project_onto_constraints,
 };
 
 use myovib_sparse::klu::KluOptions;
@@ -48,6 +48,8 @@ pub struct IdaSolver<P: Problem> {
     t0: f64,
     /// y0 and ẏ0: what there is before the first step.
     start: [Vec<f64>; 2],
+    /// Whether these are consistent: the first step says if not.
+    consistent: Result<(), InconsistentStart>,
     /// The time y and ẏ belong to.
     t: f64,
     n: usize,
@@ -103,6 +105,7 @@ impl<P: Problem> IdaSolver<P> {
         if (t_out - self.t) * direction < 0.0 {
             return Err(Error::TimeBehind { t_out, t: self.t });
         }
+        self.consistent?;
         if self.stop_time_lingers {
             let out_of_reach = f64::MAX.copysign(t_out - self.t);
             let result = self.ida.set_stop_time(out_of_reach);
@@ -282,7 +285,7 @@ impl<P: Problem> IdaSolver<P> {
         self.resume_panic();
         self.refused(restored)?;
         let Err(failed) = result else {
-            self.start = [self.ida.y().to_vec(), self.ida.y_dot().to_vec()];
+            self.start_from(self.t0, [self.ida.y().to_vec(), self.ida.y_dot().to_vec()]);
             let consistent = self.ida.consistent_sensitivities();
             let starts = self.refused(consistent)?;
             if let Some(linearised) = &mut self.functions_mut().sensitivities {
@@ -368,10 +371,22 @@ impl<P: Problem> IdaSolver<P> {
             self.stop_time = None;
             self.stop_time_lingers = true;
         }
-        (self.t0, self.t, self.mark) = (t0, t0, (0, t0));
-        self.start = [y0.to_vec(), y_dot0.to_vec()];
+        (self.t, self.mark) = (t0, (0, t0));
+        self.start_from(t0, [y0.to_vec(), y_dot0.to_vec()]);
         self.differences_before = self.difference_evaluations();
         Ok(())
+    }
+
+    /// Notes what is started from, and whether it is consistent.
+    fn start_from(&mut self, t: f64, [y, y_dot]: [Vec<f64>; 2]) {
+        let (functions, mut weights) = (self.functions_mut(), vec![0.0; y.len()]);
+        let (problem, weighing) = (&mut functions.problem, &mut functions.weighing);
+        self.consistent = match weighing.write(problem, &y, &mut weights) {
+            Ok(()) => check_start(problem, (t, &y, &y_dot), &weights, 1.0),
+            // The first step will tell.
+            Err(_) => Ok(()),
+        };
+        (self.t0, self.start) = (t, [y, y_dot]);
     }
 
     /// Sets the time not to step over, until it is reached.

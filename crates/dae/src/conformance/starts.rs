@@ -1,0 +1,132 @@
+//! What values an integration starts from.
+
+use super::problems::Circle;
+use super::{Method, Request, stopped};
+use crate::samples::{MechanicalForm, Pendulum};
+use crate::{ConsistencyMode, Direction, Integrator, Outcome, Problem, Suppressed};
+
+#[track_caller]
+fn refused<P: Problem>(solver: &mut impl Integrator<P>) -> String {
+    let [step, run] = [
+        solver.step(1.0).unwrap_err(),
+        solver.integrate_to(1.0).unwrap_err(),
+    ]
+    .map(|error| error.to_string());
+    assert_eq!(step, run);
+    assert_eq!((solver.t(), solver.statistics().steps), (0.0, 0));
+    run
+}
+
+/// Values that contradict an equation are refused with its name, what is left of it and what helps, left out of
+/// the error test or not; and that helps.
+pub fn refuses_values_that_contradict_the_equations<M: Method>(method: &M) {
+    let (y, y_dot) = Circle::start();
+    let wrong = [y[0], y[1], 7.0];
+    let goes_on = |mut solver: M::Integrator<Circle>| {
+        let outcome = solver.integrate_to(1.0).unwrap();
+        assert_eq!(outcome, Outcome::Reached { t: 1.0 });
+        // 1e-6 a step, some dozens of steps.
+        assert!((solver.y()[0] - 1f64.sin()).abs() < 1e-4);
+    };
+    for suppressed in [Suppressed::Nothing, Suppressed::Algebraic] {
+        for problem in [Circle::new, Circle::without_jacobian] {
+            let start = |y: &[f64]| {
+                method.build(Request {
+                    suppressed: suppressed.clone(),
+                    ..Request::new(problem(), 0.0, y, &y_dot)
+                })
+            };
+            let mut solver = start(&wrong);
+            let said = refused(&mut solver);
+            for part in ["equation 2", "left at 6.00e0", "correct_initial_values"] {
+                assert!(said.contains(part), "{said}");
+            }
+            assert_eq!((solver.y(), solver.y_dot()), (&wrong[..], &y_dot[..]));
+            let mode = ConsistencyMode::AlgebraicAndDerivatives;
+            solver.correct_initial_values(mode, 1.0).unwrap();
+            goes_on(solver);
+
+            let mut solver = start(&wrong);
+            solver.reinit(0.0, &y, &y_dot, &[]).unwrap();
+            solver.reinit(0.0, &wrong, &y_dot, &[]).unwrap();
+            refused(&mut solver);
+            solver.reinit(0.0, &y, &y_dot, &[]).unwrap();
+            goes_on(solver);
+        }
+    }
+}
+
+/// What is off by no more than the tolerance is taken as it is, a hundred times as much is not. A wrong ẏ spoils no
+/// solution: the integration is right, or stops and says what helps.
+pub fn weighs_a_start_by_the_tolerances<M: Method>(method: &M) {
+    let (y, y_dot) = Circle::start();
+    // Relative and absolute, of a = 1.
+    let tolerance = 1e-6 + 1e-9;
+    for sign in [-1.0, 1.0] {
+        let started = |off: f64| {
+            let y = [y[0], y[1], y[2] + sign * off * tolerance];
+            method.build(Request::new(Circle::new(), 0.0, &y, &y_dot))
+        };
+        let outcome = started(1.0).integrate_to(1.0).unwrap();
+        assert_eq!(outcome, Outcome::Reached { t: 1.0 });
+        refused(&mut started(100.0));
+    }
+    let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &[0.0; 3]));
+    match solver.integrate_to(1.0).unwrap() {
+        // As above.
+        Outcome::Reached { .. } => assert!((solver.y()[0] - 1f64.sin()).abs() < 1e-4),
+        outcome => {
+            let said = stopped(outcome).to_string();
+            assert!(said.contains("correct_initial_values"), "{said}");
+        }
+    }
+}
+
+/// A position off the circle of a pendulum and a velocity that leaves it are refused where the problem states so, with
+/// the number of the constraint.
+pub fn refuses_values_off_the_constraints_stated<M: Method>(method: &M) {
+    for (q, v, part) in [
+        ([1.0, 0.0], [0.5, 0.0], "constraint 1"),
+        ([1.1, 0.0], [0.0, 0.5], "constraint 0"),
+    ] {
+        let y = [q[0], q[1], v[0], v[1], v[0] * v[0] + v[1] * v[1]];
+        let y_dot = [v[0], v[1], -y[4] * q[0], -9.81, 0.0];
+        let request = Request {
+            suppressed: Suppressed::FromIndex(2),
+            ..Request::new(Pendulum::new(MechanicalForm::Index3), 0.0, &y, &y_dot)
+        };
+        let mut solver = method.build(request);
+        let said = refused(&mut solver);
+        assert!(said.contains(part), "{said}");
+        let mode = ConsistencyMode::Constraints;
+        solver.correct_initial_values(mode, 1.0).unwrap();
+        let outcome = solver.step(1e-2).unwrap();
+        assert!(matches!(outcome, Outcome::StepTaken { .. }), "{outcome:?}");
+    }
+}
+
+/// Values that a root was found with may be started from, though dense output errs more than the steps.
+pub fn takes_values_found_behind_an_event<M: Method>(method: &M) {
+    let (y, y_dot) = Circle::start();
+    for level in [-0.9, -0.3, 0.2, 0.6] {
+        let mut solver = method.build(Request {
+            roots: Some((
+                vec![Direction::Both],
+                Box::new(
+                    move |_: &mut Circle, _, y: &[f64], _: &[f64], g: &mut [f64]| {
+                        g[0] = y[0] - level;
+                        Ok(())
+                    },
+                ),
+            )),
+            ..Request::new(Circle::new(), 0.0, &y, &y_dot)
+        });
+        for _ in 0..3 {
+            let outcome = solver.integrate_to(30.0).unwrap();
+            assert!(matches!(outcome, Outcome::Root { .. }), "{outcome:?}");
+            let (y, y_dot) = (solver.y().to_vec(), solver.y_dot().to_vec());
+            solver.reinit(solver.t(), &y, &y_dot, &[]).unwrap();
+        }
+        solver.step(30.0).unwrap();
+    }
+}

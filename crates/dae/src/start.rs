@@ -1,0 +1,234 @@
+//! Whether initial values fulfil the equations that they must fulfil.
+
+use crate::problem::{Problem, StepError};
+
+/// An equation that the initial values do not fulfil.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InconsistentStart {
+    /// The initial time.
+    pub t: f64,
+    /// The equation, or the number of equations and that of the constraint stated.
+    pub equation: usize,
+    /// The number of equations.
+    pub n_equations: usize,
+    /// What is left of it.
+    pub left: f64,
+    /// By how much changes of y within the tolerances move it.
+    pub moved: f64,
+}
+
+impl std::error::Error for InconsistentStart {}
+
+impl std::fmt::Display for InconsistentStart {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { t, left, moved, .. } = self;
+        let (what, remedy) = match self.equation.checked_sub(self.n_equations) {
+            None => (
+                format!("equation {}, which has no derivative,", self.equation),
+                "give a y0 that fulfils it or, for index 1, call correct_initial_values",
+            ),
+            Some(k) => (
+                format!("constraint {k} that the problem states"),
+                "call correct_initial_values with ConsistencyMode::Constraints",
+            ),
+        };
+        write!(
+            f,
+            "the initial values are not consistent at t = {t}: {what} is left at {left:.2e} \
+             (equations count from 0), and changes of y within the tolerances move it by \
+             {moved:.2e}: {remedy}"
+        )
+    }
+}
+
+/// What the first step of BDF lets algebraic variables jump by, in tolerances: its error is half of the
+/// difference to what was predicted.
+const FIRST_JUMP: f64 = 2.0;
+
+/// Changes of y that are tried. The terms of an equation may cancel in one of them, hardly in all.
+const TRIALS: u64 = 4;
+
+/// Rounding of what an equation adds up, relative to y.
+const ROUNDING: f64 = 1e3 * f64::EPSILON;
+
+/// Refuses initial values whose y contradicts the equations without derivatives, or the
+/// [constraints](Problem::constraints) that the problem states.
+///
+/// An equation is weighed by what changes of y within the tolerances 1/w_j make of it:
+///
+/// ```text
+/// e_i = |F_i| / max_k |F_i(y + d_k) − F_i(y)|,    |d_kj| between 0.5/w_j and 1/w_j
+/// ```
+///
+/// and the start is refused where the root of Σ e_i²/n is above 2 `errors`, as an error test of the variables
+/// would have it. `errors` says how many tolerances the values given may err by: 1 where they do not come
+/// from an integration.
+///
+/// Equations that change with ẏ are not looked at: a wrong ẏ spoils no y. Radau IIA chooses its first step by
+/// it; IDAS begins with short steps, or gives up and says so. An evaluation that fails says nothing: the first
+/// step will tell.
+///
+/// # Shapes
+/// `y`, `y_dot`, `weights`: the number of unknowns.
+///
+/// # Errors
+/// The equation with the largest e_i.
+pub fn check_start<P: Problem + ?Sized>(
+    problem: &mut P,
+    (t, y, y_dot): (f64, &[f64], &[f64]),
+    weights: &[f64],
+    errors: f64,
+) -> Result<(), InconsistentStart> {
+    let weighed = weigh(problem, (t, y, y_dot), weights);
+    let Ok(equations) = weighed else {
+        return Ok(());
+    };
+    let squares: f64 = equations.iter().map(|e| e.size().powi(2)).sum();
+    if (squares / y.len() as f64).sqrt() <= FIRST_JUMP * errors {
+        return Ok(());
+    }
+    let worst = equations
+        .into_iter()
+        .max_by(|a, b| a.size().total_cmp(&b.size()))
+        .expect("their sum is positive");
+    Err(InconsistentStart {
+        t,
+        equation: worst.number,
+        n_equations: y.len(),
+        left: worst.left,
+        moved: worst.moved,
+    })
+}
+
+/// An equation that is not fulfilled exactly.
+struct Equation {
+    number: usize,
+    left: f64,
+    moved: f64,
+}
+
+impl Equation {
+    fn size(&self) -> f64 {
+        self.left.abs() / self.moved
+    }
+}
+
+fn weigh<P: Problem + ?Sized>(
+    problem: &mut P,
+    (t, y, y_dot): (f64, &[f64], &[f64]),
+    weights: &[f64],
+) -> Result<Vec<Equation>, StepError> {
+    let n = y.len();
+    let evaluate = |problem: &mut P, y: &[f64], y_dot: &[f64], out: &mut [f64]| {
+        let (of_equations, of_constraints) = out.split_at_mut(n);
+        problem.residual(t, y, y_dot, of_equations)?;
+        problem.constraints(t, y, of_constraints)
+    };
+    let mut given = vec![0.0; n + problem.n_constraints()];
+    let mut moved = given.clone();
+    evaluate(problem, y, y_dot, &mut given)?;
+    let other = y_dot.iter().enumerate();
+    let other: Vec<f64> = other
+        .map(|(j, v)| v + (1.0 + v.abs()) * draw(0, j))
+        .collect();
+    evaluate(problem, y, &other, &mut moved)?;
+    let mut equations: Vec<Equation> = (0..given.len())
+        .filter(|&i| given[i] != 0.0 && given[i] == moved[i])
+        .map(|i| Equation {
+            number: i,
+            left: given[i],
+            moved: 0.0,
+        })
+        .collect();
+    let trials = if equations.is_empty() { 0 } else { TRIALS };
+    for trial in 1..=trials {
+        let changes = y.iter().zip(weights).enumerate();
+        let change = |(j, (y, w)): (usize, (&f64, &f64))| {
+            y + (1.0 / w + ROUNDING * y.abs()) * draw(trial, j)
+        };
+        let changed: Vec<f64> = changes.map(change).collect();
+        evaluate(problem, &changed, y_dot, &mut moved)?;
+        for equation in &mut equations {
+            let change = (moved[equation.number] - equation.left).abs();
+            if !change.is_finite() {
+                return Ok(Vec::new());
+            }
+            equation.moved = equation.moved.max(change);
+        }
+    }
+    Ok(equations)
+}
+
+/// A number between 0.5 and 1, or −1 and −0.5, that looks drawn at random: always the same for a trial and
+/// a place (splitmix64).
+fn draw(trial: u64, place: usize) -> f64 {
+    let mut z = (trial << 40 | place as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^= z >> 31;
+    let size = 0.5 + 0.5 * (z >> 11) as f64 / (1u64 << 53) as f64;
+    if z & 1 == 0 { size } else { -size }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two equations: ẋ − x and one of x and z.
+    struct Two(fn(f64, f64) -> f64);
+
+    impl Problem for Two {
+        fn n_unknowns(&self) -> usize {
+            2
+        }
+
+        fn residual(
+            &mut self,
+            _: f64,
+            y: &[f64],
+            v: &[f64],
+            r: &mut [f64],
+        ) -> Result<(), StepError> {
+            r.copy_from_slice(&[v[0] - y[0], (self.0)(y[0], y[1])]);
+            Ok(())
+        }
+    }
+
+    fn check(of: fn(f64, f64) -> f64, y: [f64; 2]) -> Result<(), InconsistentStart> {
+        // A wrong ẏ is not looked at.
+        check_start(&mut Two(of), (0.0, &y, &[5.0, 0.0]), &[1e6, 1e6], 1.0)
+    }
+
+    #[test]
+    fn terms_that_may_cancel_do_not_hide_what_the_tolerances_allow() {
+        let of: fn(f64, f64) -> f64 = |x, z| 1e9 * (x - z);
+        for off in [-1e-6, 1e-6] {
+            assert_eq!(check(of, [1.0, 1.0 + off]), Ok(()));
+        }
+        let error = check(of, [1.0, 1.1]).unwrap_err();
+        assert_eq!((error.equation, error.t), (1, 0.0));
+        // 1e9 (|d_x| + |d_z|), of 0.5e-6 to 1e-6 each.
+        assert!(error.moved > 0.5e3 && error.moved < 2e3, "{error}");
+    }
+
+    #[test]
+    fn an_equation_that_no_y_fulfils_is_refused() {
+        let error = check(|_, _| 1.0, [0.0; 2]).unwrap_err();
+        assert_eq!((error.left, error.moved), (1.0, 0.0));
+    }
+
+    #[test]
+    fn what_cannot_be_evaluated_near_by_is_not_judged() {
+        assert_eq!(check(|_, z| z.sqrt() - 1.0, [0.0; 2]), Ok(()));
+    }
+
+    #[test]
+    fn rounding_is_no_contradiction_where_tolerances_are_zero() {
+        let of: fn(f64, f64) -> f64 = |x, z| x * x - z;
+        let y = [0.1, 0.1 * 0.1 * (1.0 + f64::EPSILON)];
+        assert_ne!(of(y[0], y[1]), 0.0);
+        let weights = [f64::INFINITY; 2];
+        let checked = check_start(&mut Two(of), (0.0, &y, &[0.0; 2]), &weights, 1.0);
+        assert_eq!(checked, Ok(()));
+    }
+}

@@ -1,0 +1,102 @@
+//! Places that act beyond the elements that drive them, as a matrix of low rank.
+//!
+//! With J the Newton matrix without them, f_k = ∂F/∂g_k and ∇g_k of place k, (J + Σ f_k ∇g_kᵀ) x = b is
+//! solved by what J does with b and with each f_k (Sherman, Morrison, Woodbury):
+//!
+//! ```text
+//! J x⁰ = b,    J X_k = f_k,    (I + (∇g_iᵀ X_k)) γ = (∇g_iᵀ x⁰),    x = x⁰ − Σ γ_k X_k.
+//! ```
+//!
+//! So each such place costs one more solve a matrix and a vector to keep.
+
+use myovib_dae::{Problem, StepError};
+use myovib_sparse::Number;
+use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU};
+
+use super::feedback::FeedbackDae;
+use super::feedback_solver::along;
+
+/// Such places for one c.
+#[derive(Debug)]
+pub(super) struct Apart<T: ComplexField> {
+    /// Their numbers.
+    places: Vec<usize>,
+    /// X_k.
+    responses: Vec<Vec<T>>,
+    /// I + (∇g_iᵀ X_k).
+    small: Option<LU<T, Dyn, Dyn>>,
+}
+
+impl<T: ComplexField> Default for Apart<T> {
+    fn default() -> Self {
+        Self {
+            places: Vec::new(),
+            responses: Vec::new(),
+            small: None,
+        }
+    }
+}
+
+impl<T: Number + ComplexField> Apart<T> {
+    /// The `places` of these numbers, as they are linearised; `solve` is that of J, in place.
+    pub(super) fn new(
+        places: &[usize],
+        dae: &mut FeedbackDae,
+        mut solve: impl FnMut(&mut FeedbackDae, &mut [T]) -> Result<(), StepError>,
+    ) -> Result<Self, StepError> {
+        if places.is_empty() {
+            return Ok(Self::default());
+        }
+        let momentum = dae.one_way().body().layout().momentum();
+        let mut responses = Vec::new();
+        for &number in places {
+            let mut x = vec![T::zero(); dae.n_unknowns()];
+            let place = &dae.places()[number];
+            for (&row, &force) in place.rows.iter().zip(&place.force) {
+                x[momentum.start + row] = T::one() * force;
+            }
+            solve(dae, &mut x)?;
+            responses.push(x);
+        }
+        let n = places.len();
+        let mut small = DMatrix::identity(n, n);
+        for (k, response) in responses.iter().enumerate() {
+            for (i, gain) in gains(places, dae, response).enumerate() {
+                small[(i, k)] += gain;
+            }
+        }
+        Ok(Self {
+            places: places.to_vec(),
+            responses,
+            small: Some(small.lu()),
+        })
+    }
+
+    /// Makes the solution of the whole of that without these places.
+    pub(super) fn correct(&self, dae: &FeedbackDae, x: &mut [T]) -> Result<(), StepError> {
+        let Some(small) = &self.small else {
+            return Ok(());
+        };
+        let alone: Vec<T> = gains(&self.places, dae, x).collect();
+        let Some(changes) = small.solve(&DVector::from_vec(alone)) else {
+            let message =
+                "the coherence of the oscillators and the body determine each other in no way";
+            return Err(StepError::Recoverable(message.to_owned()));
+        };
+        for (response, &change) in self.responses.iter().zip(changes.iter()) {
+            for (x, &response) in x.iter_mut().zip(response) {
+                *x -= change * response;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// ∇gᵀ x of each of the `places`.
+fn gains<T: Number>(places: &[usize], dae: &FeedbackDae, x: &[T]) -> impl Iterator<Item = T> {
+    places.iter().map(move |&number| {
+        let place = &dae.places()[number];
+        let network = dae.feedbacks()[place.feedback].network;
+        along(place, &x[dae.one_way().range(network)])
+    })
+}
