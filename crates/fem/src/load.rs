@@ -43,35 +43,18 @@ pub fn traction_field<const D: usize>(
     group: &str,
     traction: impl Fn([f64; D]) -> [f64; D],
 ) -> Result<Vec<f64>, FemError> {
-    integrate_on(space, group, |_, _, place| traction(place))
+    located_traction(space, group, |_, _, place| traction(place))
 }
 
-/// ∫_group τ · φ ds for a traction given at the vertices of the group and linear between them:
-/// nodal data of a mesh.
+/// ∫_group τ · φ ds for a traction by the vertices of the edge or face, barycentric coordinates
+/// between them, and place; exact for cubic τ, as nodal data of a mesh are.
 ///
 /// # Errors
 /// As for [`traction`].
 ///
 /// # Panics
 /// As [`traction`].
-pub fn nodal_traction<const D: usize>(
-    space: &Space,
-    group: &str,
-    traction: impl Fn(usize) -> [f64; D],
-) -> Result<Vec<f64>, FemError> {
-    integrate_on(space, group, |facet, barycentric, _| {
-        let mut between = [0.0; D];
-        for (lambda, &vertex) in barycentric.iter().zip(facet) {
-            for (between, at_vertex) in between.iter_mut().zip(traction(vertex)) {
-                *between += lambda * at_vertex;
-            }
-        }
-        between
-    })
-}
-
-/// ∫_group τ · φ ds for a traction by the facet's vertices, barycentric coordinates and place.
-fn integrate_on<const D: usize>(
+pub fn located_traction<const D: usize>(
     space: &Space,
     group: &str,
     traction: impl Fn(&[usize], &[f64], [f64; D]) -> [f64; D],
@@ -114,7 +97,7 @@ fn integrate_on<const D: usize>(
 /// # Panics
 /// Unless `D` is the dimension.
 pub fn body_force<const D: usize>(space: &Space, force: impl Fn([f64; D]) -> [f64; D]) -> Vec<f64> {
-    integrate(space, |_, at| force(at))
+    located_body_force(space, |_, place| force(place))
 }
 
 /// ∫ ρ a · φ for a constant acceleration a: weight, for one.
@@ -129,15 +112,19 @@ pub fn weight<const D: usize>(
     densities: &[f64],
     acceleration: [f64; D],
 ) -> Vec<f64> {
-    integrate(space, |element, _| {
-        acceleration.map(|a| densities[element] * a)
+    located_body_force(space, |at, _| {
+        acceleration.map(|a| densities[at.element] * a)
     })
 }
 
-/// ∫ f · φ for a force per volume by element and place.
-fn integrate<const D: usize>(
+/// ∫ f · φ for a force per volume by element, barycentric coordinates and place; exact as
+/// [`body_force`] is.
+///
+/// # Panics
+/// Unless `D` is the dimension.
+pub fn located_body_force<const D: usize>(
     space: &Space,
-    force: impl Fn(usize, [f64; D]) -> [f64; D],
+    force: impl Fn(&Located, [f64; D]) -> [f64; D],
 ) -> Vec<f64> {
     let (mesh, shape) = (space.mesh(), space.mesh().shape());
     let points = mesh.points::<D>();
@@ -159,7 +146,7 @@ fn integrate<const D: usize>(
                 true => space.place(&at),
                 false => q.barycentric.place(&corners),
             };
-            let f = force(element, place);
+            let f = force(&at, place);
             for (&node, shape) in space.element_nodes(element).iter().zip(values) {
                 for component in 0..D {
                     load[D * node + component] += measure * q.weight * shape * f[component];

@@ -290,6 +290,15 @@ impl Space {
         nodes
     }
 
+    /// The vertices in whose middle each node lies: itself twice, or the ends of its edge.
+    pub fn node_ends(&self) -> Vec<[usize; 2]> {
+        let mut ends: Vec<[usize; 2]> = (0..self.n_nodes()).map(|node| [node; 2]).collect();
+        for (&edge, &node) in &self.midpoints {
+            ends[node] = edge;
+        }
+        ends
+    }
+
     /// The nodes, vertices and midpoints, on a group, in ascending order.
     pub fn nodes_on(&self, group: &Group) -> Vec<usize> {
         let mut nodes: Vec<usize> = match group {

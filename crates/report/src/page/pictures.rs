@@ -55,11 +55,14 @@ fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
     });
     let pressed = file.pressure.iter().map(|load| (&*load.group, None));
     let bedded = file.bed.iter().map(|bed| (&*bed.group, None));
-    held.chain(moved)
-        .chain(bedded)
-        .chain(loaded)
-        .chain(pressed)
-        .collect()
+    let all = held.chain(moved).chain(bedded).chain(loaded).chain(pressed);
+    let mut once = Vec::new();
+    for group in all {
+        if !once.contains(&group) {
+            once.push(group);
+        }
+    }
+    once
 }
 
 /// The surface of a body in space, with the groups in colours.

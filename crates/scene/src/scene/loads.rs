@@ -6,6 +6,7 @@ use myovib_model::{Load, PressureLoad};
 use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::SceneFile;
+use crate::scene_file::solid::{BodyForce, Traction};
 
 impl Builder<'_> {
     /// The dead loads: tractions and body forces. `densities`: one per element.
@@ -36,12 +37,55 @@ impl Builder<'_> {
                 own[element] = densities[element];
             }
             let given = [&force.x, &force.y, &force.z];
-            for (axis, path, function) in self.components(given, dimension, &path)? {
-                let unit = unit_weight(space, &own, axis);
-                loads.push(Load::new(&unit, self.signal(function, &path)?));
+            for (axis, path_of_component, function) in self.components(given, dimension, &path)? {
+                let unit = match dimension {
+                    2 => self.unit_weight::<2>(force, space, &own, axis, &path),
+                    _ => self.unit_weight::<3>(force, space, &own, axis, &path),
+                }?;
+                loads.push(Load::new(&unit, self.signal(function, &path_of_component)?));
             }
         }
         Ok(loads)
+    }
+
+    /// The load of 1 Pa along an axis times the traction's distribution.
+    fn unit_traction<const D: usize>(
+        &self,
+        traction: &Traction,
+        space: &Space,
+        axis: usize,
+        path: &str,
+    ) -> Result<Vec<f64>, InputError> {
+        let distribution = traction.distribution.as_ref();
+        let factor = self.factor::<D>(distribution, space.mesh(), axis, path)?;
+        let load = load::located_traction(space, &traction.group, |facet, weights, place| {
+            along(axis, factor.at(facet, weights, place))
+        });
+        self.finite(factor)?;
+        self.at(&format!("{path}.group"), load)
+    }
+
+    /// The load of an acceleration of 1 m/s² along an axis times the force's distribution.
+    fn unit_weight<const D: usize>(
+        &self,
+        force: &BodyForce,
+        space: &Space,
+        densities: &[f64],
+        axis: usize,
+        path: &str,
+    ) -> Result<Vec<f64>, InputError> {
+        let mesh = space.mesh();
+        let factor = self.factor::<D>(force.distribution.as_ref(), mesh, axis, path)?;
+        let load = load::located_body_force(space, |at, place| {
+            let density = densities[at.element];
+            if density == 0.0 {
+                return [0.0; D]; // outside the group
+            }
+            let vertices = mesh.element(at.element);
+            along(axis, density * factor.at(vertices, &at.barycentric, place))
+        });
+        self.finite(factor)?;
+        Ok(load)
     }
 
     /// The pressures on the deformed boundary.
@@ -62,15 +106,7 @@ impl Builder<'_> {
     }
 }
 
-/// The load of an acceleration of 1 m/s² along an axis.
-fn unit_weight(space: &Space, densities: &[f64], axis: usize) -> Vec<f64> {
-    match space.dimension() {
-        2 => load::weight(space, densities, unit::<2>(axis)),
-        _ => load::weight(space, densities, unit::<3>(axis)),
-    }
-}
-
-/// The unit vector along an axis.
-pub(super) fn unit<const D: usize>(axis: usize) -> [f64; D] {
-    std::array::from_fn(|i| f64::from(u8::from(i == axis)))
+/// The vector of this size along an axis.
+fn along<const D: usize>(axis: usize, size: f64) -> [f64; D] {
+    std::array::from_fn(|i| if i == axis { size } else { 0.0 })
 }

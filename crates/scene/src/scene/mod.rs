@@ -10,6 +10,7 @@ mod builder;
 mod builtin;
 mod chain_places;
 mod contraction;
+mod distribution;
 mod feedback;
 mod function;
 mod limits;
@@ -21,7 +22,6 @@ mod places;
 mod settings;
 mod start;
 mod supports;
-mod tractions;
 
 use std::fs::File;
 use std::io::{self, Read};

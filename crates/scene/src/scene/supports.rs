@@ -9,7 +9,7 @@ use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::function::Function;
-use crate::scene_file::solid::Axis;
+use crate::scene_file::solid::{Axis, Displacement};
 
 /// The names of the components.
 pub(super) const NAMES: [&str; 3] = ["x", "y", "z"];
@@ -17,11 +17,23 @@ pub(super) const NAMES: [&str; 3] = ["x", "y", "z"];
 /// The constrained components (node, axis); those that move have their function of time.
 pub(super) type Supports = BTreeMap<(usize, usize), Option<Signal>>;
 
+/// What groups say of the components (node, axis): the moves with their factors, none where they hold
+/// it. Of all that hold, the name does not matter.
+type Said<'f> = BTreeMap<(usize, usize), Vec<(Option<&'f str>, Terms)>>;
+type Terms = Vec<(usize, f64)>;
+
+/// A component of a displacement.
+struct Move<'f> {
+    path: String,
+    function: &'f Function,
+    signal: Signal,
+}
+
 impl Builder<'_> {
     /// What holds or moves the body.
     pub(super) fn supports(&self, file: &SceneFile, space: &Space) -> Result<Supports, InputError> {
         let dimension = space.dimension();
-        let mut constrained = Supports::new();
+        let mut said = Said::new();
         for (i, fixed) in file.fixed.iter().enumerate() {
             let path = format!("fixed[{i}]");
             let nodes = self.at(&format!("{path}.group"), space.nodes_of(&fixed.group))?;
@@ -31,34 +43,57 @@ impl Builder<'_> {
             };
             for &axis in &axes {
                 self.component(axis, dimension, &format!("{path}.components"))?;
-            }
-            for &node in &nodes {
-                constrained.extend(axes.iter().map(|&axis| ((node, axis), None)));
-            }
-        }
-        for (i, moving) in file.displacement.iter().enumerate() {
-            let path = format!("displacement[{i}]");
-            let nodes = self.at(&format!("{path}.group"), space.nodes_of(&moving.group))?;
-            for (axis, path, function) in
-                self.components([&moving.x, &moving.y, &moving.z], dimension, &path)?
-            {
-                let signal = self.motion(function, &path)?;
                 for &node in &nodes {
-                    if constrained
-                        .insert((node, axis), Some(signal.clone()))
-                        .is_some()
-                    {
-                        let place = space.node_point(node).iter().map(|x| format!("{x:.6}"));
-                        let error = InputError::new(format!(
-                            "the {} component at ({}) is held or moved twice",
-                            NAMES[axis],
-                            place.collect::<Vec<_>>().join(", ")
-                        ))
-                        .next("take one of the two groups, or give them other nodes");
-                        return Err(self.wrong(&path, error));
-                    }
+                    said.entry((node, axis)).or_default().push((None, vec![]));
                 }
             }
+        }
+        let mut moves: Vec<Move<'_>> = Vec::new();
+        for (i, moving) in file.displacement.iter().enumerate() {
+            let entry = format!("displacement[{i}]");
+            let nodes = self.at(&format!("{entry}.group"), space.nodes_of(&moving.group))?;
+            for (axis, path, function) in
+                self.components([&moving.x, &moving.y, &moving.z], dimension, &entry)?
+            {
+                let factors = match dimension {
+                    2 => self.factors::<2>(moving, space, &nodes, axis, &entry),
+                    _ => self.factors::<3>(moving, space, &nodes, axis, &entry),
+                }?;
+                for (&node, factor) in nodes.iter().zip(factors) {
+                    let groups = said.entry((node, axis)).or_default();
+                    let term = (factor != 0.0).then_some((moves.len(), factor));
+                    let group = Some(&*moving.group);
+                    match groups.iter_mut().find(|(other, _)| *other == group) {
+                        Some((_, terms)) => terms.extend(term),
+                        None => groups.push((group, term.into_iter().collect())),
+                    }
+                }
+                let signal = self.motion(function, &path)?;
+                moves.push(Move {
+                    path,
+                    function,
+                    signal,
+                });
+            }
+        }
+        let mut constrained = Supports::new();
+        for ((node, axis), groups) in said {
+            let terms = &groups[0].1;
+            let other = groups
+                .iter()
+                .find(|(_, other)| !alike(&moves, terms, other));
+            if let Some((_, other)) = other {
+                let last = terms.iter().chain(other).map(|term| term.0).max();
+                let place = space.node_point(node).iter().map(|x| format!("{x:.6}"));
+                let error = InputError::new(format!(
+                    "the {} component at ({}) is held or moved in two ways",
+                    NAMES[axis],
+                    place.collect::<Vec<_>>().join(", ")
+                ))
+                .next("take one of the two groups, or give them other nodes or the same motion");
+                return Err(self.wrong(last.map_or("", |last| &moves[last].path), error));
+            }
+            constrained.insert((node, axis), signal(&moves, terms));
         }
         if constrained.is_empty() && file.bed.iter().all(|bed| bed.stiffness == 0.0) {
             let error = InputError::new("nothing holds the body")
@@ -66,6 +101,23 @@ impl Builder<'_> {
             return Err(self.wrong("", error));
         }
         Ok(constrained)
+    }
+
+    /// The factors of a displacement's component at nodes.
+    fn factors<const D: usize>(
+        &self,
+        moving: &Displacement,
+        space: &Space,
+        nodes: &[usize],
+        axis: usize,
+        path: &str,
+    ) -> Result<Vec<f64>, InputError> {
+        let factor = self.factor::<D>(moving.distribution.as_ref(), space.mesh(), axis, path)?;
+        let (ends, points) = (space.node_ends(), space.node_points::<D>());
+        let at = |&node: &usize| factor.at(&ends[node], &[0.5, 0.5], points[node]);
+        let factors = nodes.iter().map(at).collect();
+        self.finite(factor)?;
+        Ok(factors)
     }
 
     /// A function of time that a displacement can follow from rest.
@@ -119,6 +171,30 @@ impl Builder<'_> {
         let error = InputError::new("a plane body has no z component: its mesh is of triangles")
             .allowed("x, y");
         Err(self.wrong(path, error))
+    }
+}
+
+/// Whether two groups move a component alike.
+fn alike(moves: &[Move<'_>], terms: &Terms, other: &Terms) -> bool {
+    let same = |((i, a), (j, b)): (&(usize, f64), &(usize, f64))| {
+        a == b && moves[*i].function == moves[*j].function
+    };
+    terms.len() == other.len() && terms.iter().zip(other).all(same)
+}
+
+/// The sum of moves times their factors; none where nothing moves.
+fn signal(moves: &[Move<'_>], terms: &Terms) -> Option<Signal> {
+    let scaled = |&(i, factor): &(usize, f64)| {
+        let signal = moves[i].signal.clone();
+        match factor == 1.0 {
+            true => signal,
+            false => Signal::product(vec![Signal::constant(factor), signal]),
+        }
+    };
+    let mut parts: Vec<Signal> = terms.iter().map(scaled).collect();
+    match parts.len() {
+        0 | 1 => parts.pop(),
+        _ => Some(Signal::sum(parts)),
     }
 }
 

@@ -80,7 +80,8 @@ pub struct Fixed {
     pub components: Option<Vec<Axis>>,
 }
 
-/// A group that moves as prescribed; a component not given is free.
+/// A group that moves as prescribed; a component not given is free. Displacements of the same group
+/// add up. Groups that share nodes must move them alike.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Displacement {
     /// Group of points, of the boundary, or of elements.
@@ -91,6 +92,8 @@ pub struct Displacement {
     pub y: Option<Function>,
     /// Along z, m; in space.
     pub z: Option<Function>,
+    /// A factor of the components along the group, taken at its nodes [default: 1].
+    pub distribution: Option<Distribution>,
 }
 
 /// A force of fixed direction (dead load) per undeformed length (in space: area) of a boundary.
@@ -104,7 +107,7 @@ pub struct Traction {
     pub y: Option<Function>,
     /// Along z, Pa; in space.
     pub z: Option<Function>,
-    /// A factor of the components along the group [default: 1].
+    /// A factor of the components along the group, integrated exactly up to degree 3 [default: 1].
     pub distribution: Option<Distribution>,
 }
 
@@ -124,7 +127,7 @@ pub enum Distribution {
 #[serde(deny_unknown_fields)]
 pub struct NodalFactor {
     /// Name of the field (`$NodeData`): at each node one value for all components, or one for each.
-    /// With components of 1 it is the traction in Pa.
+    /// With components of 1 it is the traction in Pa, the acceleration, or the displacement.
     pub field: String,
 }
 
@@ -178,4 +181,6 @@ pub struct BodyForce {
     pub y: Option<Function>,
     /// Along z, m/s²; in space.
     pub z: Option<Function>,
+    /// A factor of the components in the group, integrated exactly up to degree 4 [default: 1].
+    pub distribution: Option<Distribution>,
 }

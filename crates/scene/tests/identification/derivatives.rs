@@ -230,6 +230,19 @@ fn outputs_have_the_derivatives_by_the_breaks_of_a_load() {
     outputs_agree(&keys, step, &SMALL);
 }
 
+/// An end that turns while another field stretches it.
+#[test]
+fn outputs_have_the_derivatives_by_the_sizes_of_displacements_that_vary() {
+    let keys = ["displacement[0].x.value", "displacement[1].x.value"];
+    let step = "{ type = \"step\", value = 0.1, rise = 0.04 }";
+    let entry = |distribution: &str| {
+        format!(
+            "[[displacement]]\ngroup = \"load\"\nx = {step}\ndistribution = \"{distribution}\"\n"
+        )
+    };
+    outputs_agree(&keys, &(entry("-y") + &entry("0.01 + y^2")), &SMALL);
+}
+
 /// The internal stresses of Prony terms are unknowns there: a run with them is differentiated.
 #[test]
 fn outputs_of_stress_that_relaxes_have_the_derivatives_of_differences_of_runs() {

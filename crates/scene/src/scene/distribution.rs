@@ -1,0 +1,168 @@
+//! How loads and motions vary from place to place.
+
+use std::cell::OnceCell;
+
+use exmex::Express;
+use myovib_fem::mesh::{Mesh, NodalField};
+
+use super::builder::Builder;
+use super::supports::NAMES;
+use crate::InputError;
+use crate::expression::Expression;
+use crate::scene_file::solid::Distribution;
+
+/// The factor of one component that a distribution says.
+pub(super) struct Factor<'m, const D: usize> {
+    values: Values<'m, D>,
+    mesh: &'m Mesh,
+    /// The key and what is wrong with the first value that is not finite.
+    undefined: OnceCell<(String, InputError)>,
+    path: String,
+}
+
+enum Values<'m, const D: usize> {
+    One,
+    Expression {
+        text: &'m str,
+        of: Box<dyn Fn([f64; D]) -> f64>,
+    },
+    Nodal {
+        name: &'m str,
+        field: &'m NodalField,
+        component: usize,
+    },
+}
+
+impl<const D: usize> Factor<'_, D> {
+    /// The factor at a place that lies between vertices with these weights.
+    pub(super) fn at(&self, vertices: &[usize], weights: &[f64], place: [f64; D]) -> f64 {
+        match &self.values {
+            Values::One => 1.0,
+            Values::Expression { text, of } => {
+                let factor = of(place);
+                if !factor.is_finite() {
+                    self.undefined.get_or_init(|| {
+                        let error = InputError::new(format!(
+                            "the distribution `{text}` has no finite value at {place:?}"
+                        ));
+                        let error = error
+                            .found(factor)
+                            .next("give an expression that is finite all over the group");
+                        (self.path.clone(), error)
+                    });
+                }
+                factor
+            }
+            Values::Nodal {
+                name,
+                field,
+                component,
+            } => {
+                let given = |vertex: usize| field.at(vertex)[*component];
+                let missing = vertices.iter().find(|&&vertex| !given(vertex).is_finite());
+                if let Some(&vertex) = missing {
+                    self.undefined.get_or_init(|| {
+                        let place = self.mesh.points::<D>()[vertex];
+                        let error = InputError::new(format!(
+                            "the nodal field `{name}` has no value at vertex {vertex} at {place:?}"
+                        ));
+                        let error =
+                            error.next("give it a finite value at each vertex of the group");
+                        (format!("{}.field", self.path), error)
+                    });
+                }
+                let parts = weights.iter().zip(vertices);
+                parts.fold(0.0, |sum, (weight, &vertex)| sum + weight * given(vertex))
+            }
+        }
+    }
+}
+
+impl Builder<'_> {
+    /// The factor of the component `axis` that the table at `path` gives by its distribution.
+    pub(super) fn factor<'m, const D: usize>(
+        &self,
+        distribution: Option<&'m Distribution>,
+        mesh: &'m Mesh,
+        axis: usize,
+        path: &str,
+    ) -> Result<Factor<'m, D>, InputError> {
+        let path = format!("{path}.distribution");
+        let values = match distribution {
+            None => Values::One,
+            Some(Distribution::Expression(text)) => Values::Expression {
+                text,
+                of: Box::new(self.expression_of_place::<D>(text, &path)?),
+            },
+            Some(Distribution::Nodal(nodal)) => {
+                let field = self.nodal_factors(mesh, &nodal.field, &format!("{path}.field"))?;
+                Values::Nodal {
+                    name: &nodal.field,
+                    field,
+                    component: if field.components == 1 { 0 } else { axis },
+                }
+            }
+        };
+        let undefined = OnceCell::new();
+        Ok(Factor {
+            values,
+            mesh,
+            undefined,
+            path,
+        })
+    }
+
+    /// Refuses a factor that had no finite value somewhere.
+    pub(super) fn finite<const D: usize>(&self, factor: Factor<'_, D>) -> Result<(), InputError> {
+        match factor.undefined.into_inner() {
+            Some((key, error)) => Err(self.wrong(&key, error)),
+            None => Ok(()),
+        }
+    }
+
+    /// The function of place that the text at `key` says.
+    fn expression_of_place<const D: usize>(
+        &self,
+        text: &str,
+        key: &str,
+    ) -> Result<impl Fn([f64; D]) -> f64 + use<D>, InputError> {
+        let wrong = |message: String| {
+            let error = InputError::new(message).found(format!("\"{text}\""));
+            let coordinates = NAMES[..D].join(", ");
+            self.wrong(
+                key,
+                error.allowed(format!(
+                    "an expression of {coordinates}, as \"1 - (y/0.02)^2\""
+                )),
+            )
+        };
+        let expression = Expression::parse(text)
+            .map_err(|error| wrong(format!("the distribution is no expression: {error}")))?;
+        let axis = |name: &String| NAMES[..D].iter().position(|known| known == name);
+        let variables = expression.var_names().iter();
+        let axes = variables
+            .map(|name| axis(name).ok_or_else(|| wrong(format!("`{name}` is no coordinate"))))
+            .collect::<Result<Vec<usize>, _>>()?;
+        Ok(move |place: [f64; D]| {
+            let values: Vec<f64> = axes.iter().map(|&axis| place[axis]).collect();
+            expression.eval(&values).unwrap_or(f64::NAN)
+        })
+    }
+
+    /// The nodal field `name`, with one or three values at each vertex.
+    fn nodal_factors<'m>(
+        &self,
+        mesh: &'m Mesh,
+        name: &str,
+        key: &str,
+    ) -> Result<&'m NodalField, InputError> {
+        let field = self.at(key, mesh.field(name))?;
+        if [1, 3].contains(&field.components) {
+            return Ok(field);
+        }
+        let error = InputError::new(format!("the nodal field `{name}` is no factor"))
+            .found(format!("{} values at each node", field.components))
+            .allowed("one for all components, or three, one for each");
+        Err(self.wrong(key, error))
+    }
+}

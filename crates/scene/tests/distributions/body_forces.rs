@@ -1,0 +1,165 @@
+//! Body forces that vary in space: resultants, and a published problem.
+
+use std::path::Path;
+
+use myovib_fem::element::TRIANGLE;
+use myovib_fem::quadrature::Rule;
+use myovib_fem::{Located, Space};
+use myovib_model::statics::equilibrium;
+
+use crate::common::{BLOCK, SHEET, assert_close, moments, scene, text};
+
+/// 2 (1 + 3 y) m/s² along z on 1e3 kg/m³, half of it at half of the ramp.
+#[test]
+fn a_linear_body_force_in_space_has_the_resultant_and_moments_of_its_integral() {
+    let force = "[[body_force]]\nz = { type = \"ramp\", value = 2.0, end = 2.0 }\n\
+                 distribution = \"1 + 3*y\"";
+    let scene = scene(&text(BLOCK, "left", force), Path::new(""));
+    for (t, part) in [(1.0, 0.5), (2.0, 1.0)] {
+        let (moments, resultant) = moments(&scene, t);
+        assert_eq!(resultant[..2], [0.0, 0.0]);
+        assert_close(resultant[2], part * 1e4, 2e4);
+        // ∫ x f_z, ∫ y f_z and ∫ z f_z over 2 m by 1 m by 1 m.
+        for (i, expected) in [1e4, 6e3, 5e3].into_iter().enumerate() {
+            assert_close(moments[i][2], part * expected, 2e4);
+        }
+    }
+}
+
+/// (y, x y) m/s² on 1e3 kg/m³.
+#[test]
+fn a_body_force_in_the_plane_has_the_resultant_and_moment_of_its_integral() {
+    let forces = "[[body_force]]\nx = 1.0\ndistribution = \"y\"\n\
+                  [[body_force]]\ny = 1.0\ndistribution = \"x*y\"";
+    let (moments, resultant) = moments(&scene(&text(SHEET, "left", forces), Path::new("")), 0.0);
+    assert_close(resultant[0], 1e3, 2e3);
+    assert_close(resultant[1], 1e3, 2e3);
+    // x F_y - y F_x: ∫ x² y - ∫ y² over 2 m by 1 m.
+    assert_close(moments[0][1] - moments[1][0], 1e3 * (4.0 - 2.0) / 3.0, 2e3);
+}
+
+/// Beyond its group the distribution need not be finite: here it is not for x < 1.
+#[test]
+fn a_body_force_is_asked_for_in_its_group_only() {
+    let two = "[[region]]\nname = \"end\"\ncentre = [2.0, 0.5]\nradii = [1.0, 1e3]\n";
+    let materials = ["body", "end"].map(|group| {
+        format!(
+            "[[material]]\ngroup = \"{group}\"\nlaw = \"neo-hooke\"\ndensity = 1e3\n\
+             shear_modulus = 1e4\n"
+        )
+    });
+    let text = format!(
+        "analysis = \"static\"\n[mesh]\n{SHEET}\n{two}[solid]\nkappa = 1e5\n{}[[fixed]]\n\
+         group = \"left\"\n[[body_force]]\ngroup = \"end\"\nx = 1.0\n\
+         distribution = \"x + 0*sqrt(x - 1)\"",
+        materials.concat()
+    );
+    let (_, resultant) = moments(&scene(&text, Path::new("")), 0.0);
+    // ∫ x from 1 to 2.
+    assert_close(resultant[0], 1.5e3, 3e3);
+}
+
+/// Auricchio, Beirão da Veiga, Lovadina, Reali (2005) on (-1, 1)², here moved by (1, 1).
+const CLAMPED_SQUARE: &str = r#"
+analysis = "static"
+[mesh]
+type = "rectangle"
+width = 2.0
+height = 2.0
+cells = [4, 4]
+[solid]
+kappa = inf
+[[material]]
+law = "small-strain"
+density = 1.0
+shear_modulus = 40.0
+[[fixed]]
+group = "left"
+[[fixed]]
+group = "right"
+[[fixed]]
+group = "bottom"
+[[fixed]]
+group = "top"
+[[body_force]]
+x = 1.0
+distribution = "40*Y*(-1.5*X^4 + 6*X^2 - 3*X^2*Y^2 + Y^2 - 2.5) - 15*X^2*(Y - 1)"
+[[body_force]]
+y = 1.0
+distribution = "40*X*(1.5*Y^4 - 6*Y^2 + 3*X^2*Y^2 - X^2 + 2.5) - 3*Y^2 - 5*X^3"
+"#;
+
+/// The norms in L2 of three fields by place: the rule of degree 6 on 64 parts of each triangle.
+fn norms(space: &Space, error: impl Fn(&Located, [f64; 2]) -> [f64; 3]) -> [f64; 3] {
+    let mut squares = [0.0; 3];
+    let cells = 8;
+    let points = Rule::Degree6.points(&TRIANGLE);
+    for element in 0..space.n_elements() {
+        let part = space.mesh().measure_of(element) / f64::from(cells * cells);
+        for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
+            // The triangle of a cell that points as the whole one, and its mirror image.
+            for turned in [false, true] {
+                if i + j + i32::from(turned) >= cells {
+                    continue;
+                }
+                for q in &points {
+                    let at = |base: i32, l: f64| match turned {
+                        false => (f64::from(base) + l) / f64::from(cells),
+                        true => (f64::from(base + 1) - l) / f64::from(cells),
+                    };
+                    let (a, b) = (at(i, q.barycentric[0]), at(j, q.barycentric[1]));
+                    let at = Located {
+                        element,
+                        barycentric: [a, b, 1.0 - a - b].into(),
+                    };
+                    let error = error(&at, space.place(&at));
+                    for (square, error) in squares.iter_mut().zip(error) {
+                        *square += part * q.weight * error * error;
+                    }
+                }
+            }
+        }
+    }
+    squares.map(f64::sqrt)
+}
+
+#[test]
+fn the_clamped_square_as_a_scene_has_the_errors_of_another_program() {
+    let text = CLAMPED_SQUARE
+        .replace('X', "(x - 1)")
+        .replace('Y', "(y - 1)");
+    let scene = scene(&text, Path::new(""));
+    let body = scene.body.as_ref().unwrap();
+    let solid = &body.muscle.solid;
+    let found = equilibrium(&body.muscle, body.formulation, 0.0).unwrap();
+    let mut displacement = vec![0.0; solid.space().n_components()];
+    for (&full, u) in solid.dofs().free_to_full().iter().zip(&found.displacement) {
+        displacement[full] = *u;
+    }
+    let exact = |[x, y]: [f64; 2]| {
+        let (x, y) = (x - 1.0, y - 1.0);
+        let (a, b) = (x * x - 1.0, y * y - 1.0);
+        let pressure = -(5.0 * x * x * x * (y - 1.0) + y * y * y);
+        [a * a * b * y / 4.0, -b * b * a * x / 4.0, pressure]
+    };
+    let space = solid.space();
+    let errors = norms(space, |at, place| {
+        let [x, y] = space.displacement_at::<2>(&displacement, at);
+        let (exact, pressure) = (exact(place), space.pressure_at(&found.pressure, at));
+        [x - exact[0], y - exact[1], pressure - exact[2]]
+    });
+    let reference = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../data/references/s6_clamped_square_incompressible.json"
+    );
+    let reference = std::fs::read_to_string(reference).unwrap();
+    let reference: serde_json::Value = serde_json::from_str(&reference).unwrap();
+    for (found, name) in [(errors[0].hypot(errors[1]), "L2_u"), (errors[2], "L2_p")] {
+        let stated = reference["deviator"][name][0].as_f64().unwrap();
+        // Four digits are stated.
+        assert!(
+            (found / stated - 1.0).abs() < 2e-4,
+            "{name} {found} {stated}"
+        );
+    }
+}
