@@ -52,7 +52,7 @@ fn of_elements<S: Simd, const D: usize, const N: usize, const P: usize>(
     let law = Spatial(part.law());
     let beta = beta * part.ratios().beta;
     let u = part.gather_vector(Some(fields.u));
-    let v = part.gather_vector(fields.v);
+    let v = part.gather_vector(fields.v.filter(|_| beta > 0.0));
     let w = part.gather_vector(Some(along));
     let zero = part.zero();
     let no_volume = Volumetric {
@@ -68,7 +68,8 @@ fn of_elements<S: Simd, const D: usize, const N: usize, const P: usize>(
             false => Axes::cartesian(zero),
         };
         let mut gradients = [[[zero; 3]; 3]; 2];
-        for (gradient, field) in gradients.iter_mut().zip([&u, &v]) {
+        let wanted = if beta > 0.0 { 2 } else { 1 };
+        for (gradient, field) in gradients.iter_mut().zip([&u, &v]).take(wanted) {
             for (row, own) in gradient.iter_mut().zip(part.gradient(field, point)) {
                 for (entry, own) in row.iter_mut().zip(own) {
                     *entry = own;

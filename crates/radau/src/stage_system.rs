@@ -17,6 +17,13 @@ pub(crate) struct StageSystem {
     pairs: Vec<Complex64>,
 }
 
+/// What is solved for at a time.
+enum Mode<'a> {
+    Real(&'a mut [f64]),
+    /// The complex one with this number.
+    Complex(usize, &'a mut [Complex64]),
+}
+
 impl StageSystem {
     pub(crate) fn new(method: &Method, n: usize) -> Self {
         Self {
@@ -63,37 +70,10 @@ impl StageSystem {
         (stages, n_columns): (&mut [f64], usize),
         counters: &mut Counters,
     ) -> Result<(), StepError> {
-        let length = stages.len() / method.stages();
-        let (real_mode, complex_modes) = (method.real_mode(), method.complex_modes());
-        let [left, right] = [&real_mode.left, &real_mode.right];
-        // The real mode, then real and imaginary part of each complex one.
-        let left = |k: usize, i: usize| match k {
-            0 => left[i],
-            _ if k % 2 == 1 => complex_modes[k / 2].left[i].re,
-            _ => complex_modes[k / 2 - 1].left[i].im,
-        };
-        // A conjugate pair of modes adds up to twice the real part.
-        let right = |i: usize, k: usize| match k {
-            0 => right[i],
-            _ if k % 2 == 1 => 2.0 * complex_modes[k / 2].right[i].re,
-            _ => -2.0 * complex_modes[k / 2 - 1].right[i].im,
-        };
-        self.modes.resize(stages.len(), 0.0);
-        write_combined(&mut self.modes, length, left, stages);
-        let (real, complex) = self.modes.split_at_mut(length);
-        matrices.solve_real_columns(problem, real, n_columns)?;
-        for (k, parts) in complex.chunks_exact_mut(2 * length).enumerate() {
-            let (re, im) = parts.split_at_mut(length);
-            self.pairs.clear();
-            let pairs = re.iter().zip(&*im);
-            self.pairs
-                .extend(pairs.map(|(&re, &im)| Complex64 { re, im }));
-            matrices.solve_complex_columns(problem, k, &mut self.pairs, n_columns)?;
-            for ((re, im), w) in re.iter_mut().zip(im).zip(&self.pairs) {
-                (*re, *im) = (w.re, w.im);
-            }
-        }
-        write_combined(stages, length, right, &self.modes);
+        self.by_modes::<false>(method, stages, |mode| match mode {
+            Mode::Real(w) => matrices.solve_real_columns(problem, w, n_columns),
+            Mode::Complex(k, w) => matrices.solve_complex_columns(problem, k, w, n_columns),
+        })?;
         (0..n_columns).for_each(|_| self.count(counters));
         Ok(())
     }
@@ -111,15 +91,60 @@ impl StageSystem {
         stages: &mut [f64],
         counters: &mut Counters,
     ) -> Result<(), StepError> {
-        let (real_mode, complex_modes) = (method.real_mode(), method.complex_modes());
-        let [left, right] = [&real_mode.left, &real_mode.right];
-        self.split(right, complex_modes.iter().map(|mode| &mode.right), stages);
-        matrices.solve_real_transposed(problem, &mut self.real)?;
-        for (k, w) in self.complex.iter_mut().enumerate() {
-            matrices.solve_complex_transposed(problem, k, w)?;
-        }
-        self.join(left, complex_modes.iter().map(|mode| &mode.left), stages);
+        self.by_modes::<true>(method, stages, |mode| match mode {
+            Mode::Real(w) => matrices.solve_real_transposed(problem, w),
+            Mode::Complex(k, w) => matrices.solve_complex_transposed(problem, k, w),
+        })?;
         self.count(counters);
+        Ok(())
+    }
+
+    /// Splits right-hand sides into modes, solves each in place, and joins them; with left and right
+    /// eigenvectors exchanged for the transpose.
+    fn by_modes<const TRANSPOSED: bool>(
+        &mut self,
+        method: &Method,
+        stages: &mut [f64],
+        mut solve: impl FnMut(Mode<'_>) -> Result<(), StepError>,
+    ) -> Result<(), StepError> {
+        let length = stages.len() / method.stages();
+        let (real_mode, complex_modes) = (method.real_mode(), method.complex_modes());
+        let [real_left, real_right] = match TRANSPOSED {
+            false => [&real_mode.left, &real_mode.right],
+            true => [&real_mode.right, &real_mode.left],
+        };
+        let pair = |k: usize| match TRANSPOSED {
+            false => [&complex_modes[k].left, &complex_modes[k].right],
+            true => [&complex_modes[k].right, &complex_modes[k].left],
+        };
+        // The real mode, then real and imaginary part of each complex one.
+        let left = |k: usize, i: usize| match k {
+            0 => real_left[i],
+            _ if k % 2 == 1 => pair(k / 2)[0][i].re,
+            _ => pair(k / 2 - 1)[0][i].im,
+        };
+        // A conjugate pair of modes adds up to twice the real part.
+        let right = |i: usize, k: usize| match k {
+            0 => real_right[i],
+            _ if k % 2 == 1 => 2.0 * pair(k / 2)[1][i].re,
+            _ => -2.0 * pair(k / 2 - 1)[1][i].im,
+        };
+        self.modes.resize(stages.len(), 0.0);
+        write_combined(&mut self.modes, length, left, stages);
+        let (real, complex) = self.modes.split_at_mut(length);
+        solve(Mode::Real(real))?;
+        for (k, parts) in complex.chunks_exact_mut(2 * length).enumerate() {
+            let (re, im) = parts.split_at_mut(length);
+            self.pairs.clear();
+            let pairs = re.iter().zip(&*im);
+            self.pairs
+                .extend(pairs.map(|(&re, &im)| Complex64 { re, im }));
+            solve(Mode::Complex(k, &mut self.pairs))?;
+            for ((re, im), w) in re.iter_mut().zip(im).zip(&self.pairs) {
+                (*re, *im) = (w.re, w.im);
+            }
+        }
+        write_combined(stages, length, right, &self.modes);
         Ok(())
     }
 

@@ -62,6 +62,13 @@ struct Operand {
     of_rate: f64,
 }
 
+impl Operand {
+    /// Whether the unknowns are multiplied with as they are, and their rates are not.
+    fn is_value(&self) -> bool {
+        self.of_value == 1.0 && self.of_rate == 0.0
+    }
+}
+
 impl Tangents {
     /// Those of a muscle; none where models of activation are unknowns too.
     pub(super) fn new(dae: &MuscleDae) -> Option<Self> {
@@ -203,9 +210,7 @@ impl Tangents {
             {
                 let values = dae.matrix_values(*matrix);
                 let operand = match &operands[..] {
-                    [one] if one.of_value == 1.0 && one.of_rate == 0.0 => {
-                        &x[side_by_side(&one.unknowns)]
-                    }
+                    [one] if one.is_value() => &x[side_by_side(&one.unknowns)],
                     several => {
                         self.operand.clear();
                         self.operand
@@ -261,19 +266,32 @@ impl Tangents {
             } in matrices
             {
                 let values = places[place].matrix_values(*matrix);
-                self.operand.clear();
-                self.operand.resize(operands[0].unknowns.len(), 0.0);
-                let product = &mut self.operand[..];
+                let alone = match &operands[..] {
+                    [one] if one.is_value() => Some(one),
+                    _ => None,
+                };
+                let product = match alone {
+                    Some(one) => &mut out[one.unknowns.clone()],
+                    None => {
+                        self.operand.clear();
+                        self.operand.resize(operands[0].unknowns.len(), 0.0);
+                        &mut self.operand[..]
+                    }
+                };
                 match *how {
                     How::Identity => product.iter_mut().zip(x).for_each(|(p, x)| *p -= x),
                     How::Straight(k) => self.products[k].subtract_transposed(values, x, product),
                     How::Transposed(k) => self.products[k].subtract(values, x, product),
                 }
+                if alone.is_some() {
+                    continue;
+                }
+                let product = &self.operand[..];
                 for one in operands {
                     for (factor, out) in [(one.of_value, &mut *out), (one.of_rate, &mut *out_rate)]
                     {
                         if factor != 0.0 {
-                            let sum = out[one.unknowns.clone()].iter_mut().zip(&*product);
+                            let sum = out[one.unknowns.clone()].iter_mut().zip(product);
                             sum.for_each(|(sum, p)| *sum += factor * p);
                         }
                     }

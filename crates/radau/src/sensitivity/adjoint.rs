@@ -5,7 +5,7 @@ use myovib_dae::{LinearSolver, Linearization, Parameters, Problem, StepError};
 use super::cotangents::Cotangents;
 use super::factors::Factors;
 use super::forward::spread;
-use super::krylov::{Krylov, Stalled};
+use super::krylov::{Krylov, Stalled, norm};
 use super::operator::{Stage, StageOperator};
 use super::recording::Recording;
 use super::trouble::Trouble;
@@ -157,8 +157,9 @@ impl<Q> Adjoint<Q> {
         };
         let end = solver.save();
         let repeated = recording.go_back(solver, &mut |solver, first, steps| {
-            // Steps that were repeated left other matrices behind.
-            self.factors = None;
+            // Steps that were repeated left other matrices behind, which may serve too.
+            let fresh = self.factors.take().and_then(|factors| factors.fresh());
+            self.factors = solver.set_up_for().map(|h| Factors::new(h, fresh));
             for (number, step) in steps.iter().enumerate().rev() {
                 let number = first + number;
                 let step = solver.at_step(step.clone(), number as u64 + 1);
@@ -256,9 +257,7 @@ impl<Q> Adjoint<Q> {
             ..
         } = step;
         let (n, h) = (collocation.y0.len(), collocation.h);
-        spread(&mut self.weights, n, |first| {
-            weights.write_at(problem, options, &collocation.y0, h, first)
-        })?;
+        weights.write_at(problem, options, &collocation.y0, h, &mut self.weights[..n])?;
         let own = &self.weights[..n];
         let old = self.factors.take().filter(|factors| factors.serve(h));
         if old.is_none() {
@@ -275,10 +274,13 @@ impl<Q> Adjoint<Q> {
             )
             .map_err(Trouble::Failed)?;
         self.work.jacobian_evaluations += method.stages() as u64;
-        // z̄ · z has the units of J: what is left of z̄ counts as z is allowed to err.
+        // z̄ · z has the units of J: what is left of z̄ counts as z is allowed to err, velocities and
+        // multipliers by themselves, without the powers of 1/h by which integration lets them.
+        spread(&mut self.weights, n, |first| {
+            weights.write_at(problem, options, &collocation.y0, 1.0, first)
+        })?;
         self.weights.iter_mut().for_each(|w| *w = 1.0 / *w);
-        self.krylov.restart(&self.weights);
-        let size = self.krylov.norm(&self.residual);
+        let tolerance = self.tolerance * norm(&self.residual, &self.weights);
         self.adjoint.fill(0.0);
         let (operator, system, counters) =
             (&mut self.operator, &mut self.system, &mut self.counters);
@@ -293,14 +295,13 @@ impl<Q> Adjoint<Q> {
             Ok(())
         };
         let (adjoint, residual) = (&mut self.adjoint, &mut self.residual);
-        let tolerance = self.tolerance * size;
         self.krylov
             .solve(adjoint, residual, &self.weights, tolerance, apply)?;
         self.system
             .solve_transposed(problem, matrices, method, adjoint, counters)
             .map_err(Trouble::Failed)?;
         let directions = self.krylov.directions();
-        let mut factors = old.unwrap_or_else(|| Factors::new(h));
+        let mut factors = old.unwrap_or_else(|| Factors::new(h, None));
         factors.note(directions);
         self.factors = Some(factors);
         self.operator

@@ -1,11 +1,11 @@
 //! How long the factors of one step serve others.
 
-/// The factors of an earlier step on the way back, and what they were good for.
+/// The factors of an earlier step on the way back or of the run, and what they were good for.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Factors {
     /// The size of the step they were made for.
     h: f64,
-    /// The directions that this step took.
+    /// The directions that this step took; of factors of the run those to be expected, if known.
     fresh: Option<usize>,
     is_stale: bool,
 }
@@ -21,13 +21,18 @@ const STALE: usize = 3;
 const WINDOW: f64 = 1.1;
 
 impl Factors {
-    /// Fresh ones for steps of size `h`.
-    pub(super) fn new(h: f64) -> Self {
+    /// Those for steps of size `h`.
+    pub(super) fn new(h: f64, fresh: Option<usize>) -> Self {
         Self {
             h,
-            fresh: None,
+            fresh,
             is_stale: false,
         }
+    }
+
+    /// The directions that fresh factors took.
+    pub(super) fn fresh(&self) -> Option<usize> {
+        self.fresh
     }
 
     /// Whether they are to be used for a step of size `h`.
@@ -48,7 +53,7 @@ mod tests {
 
     #[test]
     fn factors_serve_until_a_step_takes_many_more_directions() {
-        let mut factors = Factors::new(0.1);
+        let mut factors = Factors::new(0.1, None);
         for (directions, serves) in [(4, true), (5, true), (7, true), (5, true), (8, false)] {
             factors.note(directions);
             assert_eq!(factors.serve(0.1), serves, "{factors:?}");
@@ -56,8 +61,16 @@ mod tests {
     }
 
     #[test]
+    fn factors_of_the_run_are_held_to_what_fresh_ones_took() {
+        let mut factors = Factors::new(0.1, Some(4));
+        factors.note(8);
+        assert!(!factors.serve(0.1), "{factors:?}");
+        assert_eq!(factors.fresh(), Some(4));
+    }
+
+    #[test]
     fn a_step_of_another_size_gets_its_own() {
-        let factors = Factors::new(0.1);
+        let factors = Factors::new(0.1, None);
         assert!(factors.serve(0.105) && factors.serve(0.095));
         assert!(!factors.serve(0.2) && !factors.serve(0.05));
     }

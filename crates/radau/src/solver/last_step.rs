@@ -83,6 +83,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.newton.contraction
     }
 
+    /// The size of step for which the matrices are set up, if they are.
+    pub(crate) fn set_up_for(&self) -> Option<f64> {
+        self.set_up_for
+    }
+
     /// The end of the last accepted step, whether or not there is a pause in it.
     pub(crate) fn step_end(&self) -> f64 {
         self.t
