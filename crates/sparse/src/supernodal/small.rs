@@ -146,8 +146,8 @@ pub(super) fn subtract_rows<T: Number, R: Row<T>>(
         subtract_columns(y, take_columns::<T, 4>(panel, m, p, rows.clone()), four);
         p += 4;
     }
-    for p in p..x.len() {
-        subtract_columns(y, take_columns::<T, 1>(panel, m, p, rows.clone()), [x[p]]);
+    for (p, &x) in x.iter().enumerate().skip(p) {
+        subtract_columns(y, take_columns::<T, 1>(panel, m, p, rows.clone()), [x]);
     }
 }
 
