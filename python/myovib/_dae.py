@@ -207,7 +207,9 @@ def solve_dae(
     ValueError
         Arguments that make no sense.
     RuntimeError
-        No consistent initial values; settings that the integrator refuses.
+        A start that contradicts an equation without derivatives by more than the
+        tolerances allow, where `initial` does not correct it; no consistent
+        initial values; settings that the integrator refuses.
 
     Examples
     --------

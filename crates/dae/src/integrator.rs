@@ -35,7 +35,8 @@ pub enum ConsistencyMode {
 /// Values to start from, given to a builder or to [`reinit`](Integrator::reinit), are refused by the next
 /// step with an [`InconsistentStart`](crate::InconsistentStart) where y contradicts the equations by more
 /// than the tolerances allow, unless [`correct_initial_values`](Integrator::correct_initial_values) mends
-/// them before: see [`check_start`](crate::check_start).
+/// them before: see [`check_start`](crate::check_start). Values to go on from at the time reached are
+/// taken as they are: behind an event they have the error of dense output.
 ///
 /// # Limits
 /// *max_steps* is the number of steps that one call of [`integrate_to`](Integrator::integrate_to)

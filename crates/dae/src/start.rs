@@ -60,9 +60,8 @@ const ROUNDING: f64 = 1e3 * f64::EPSILON;
 /// e_i = |F_i| / max_k |F_i(y + d_k) − F_i(y)|,    |d_kj| between 0.5/w_j and 1/w_j
 /// ```
 ///
-/// and the start is refused where the root of Σ e_i²/n is above 2 `errors`, as an error test of the variables
-/// would have it. `errors` says how many tolerances the values given may err by: 1 where they do not come
-/// from an integration.
+/// and the start is refused where the root of Σ e_i²/n is above 2, as an error test of the variables would
+/// have it.
 ///
 /// Equations that change with ẏ are not looked at: a wrong ẏ spoils no y. Radau IIA chooses its first step by
 /// it; IDAS begins with short steps, or gives up and says so. An evaluation that fails says nothing: the first
@@ -77,14 +76,13 @@ pub fn check_start<P: Problem + ?Sized>(
     problem: &mut P,
     (t, y, y_dot): (f64, &[f64], &[f64]),
     weights: &[f64],
-    errors: f64,
 ) -> Result<(), InconsistentStart> {
     let weighed = weigh(problem, (t, y, y_dot), weights);
     let Ok(equations) = weighed else {
         return Ok(());
     };
     let squares: f64 = equations.iter().map(|e| e.size().powi(2)).sum();
-    if (squares / y.len() as f64).sqrt() <= FIRST_JUMP * errors {
+    if (squares / y.len() as f64).sqrt() <= FIRST_JUMP {
         return Ok(());
     }
     let worst = equations
@@ -196,7 +194,7 @@ mod tests {
 
     fn check(of: fn(f64, f64) -> f64, y: [f64; 2]) -> Result<(), InconsistentStart> {
         // A wrong ẏ is not looked at.
-        check_start(&mut Two(of), (0.0, &y, &[5.0, 0.0]), &[1e6, 1e6], 1.0)
+        check_start(&mut Two(of), (0.0, &y, &[5.0, 0.0]), &[1e6, 1e6])
     }
 
     #[test]
@@ -228,7 +226,7 @@ mod tests {
         let y = [0.1, 0.1 * 0.1 * (1.0 + f64::EPSILON)];
         assert_ne!(of(y[0], y[1]), 0.0);
         let weights = [f64::INFINITY; 2];
-        let checked = check_start(&mut Two(of), (0.0, &y, &[0.0; 2]), &weights, 1.0);
+        let checked = check_start(&mut Two(of), (0.0, &y, &[0.0; 2]), &weights);
         assert_eq!(checked, Ok(()));
     }
 }

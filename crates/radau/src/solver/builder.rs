@@ -257,7 +257,7 @@ impl<P: Problem> RadauBuilder<P> {
         };
         solver.weigh();
         solver.restart_memory();
-        solver.check_start(1.0);
+        solver.check_start();
         Ok(solver)
     }
 }

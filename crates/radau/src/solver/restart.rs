@@ -48,10 +48,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if let Some(quadrature) = &mut self.quadrature {
             quadrature.restart(&self.method, t0, q0);
         }
-        let errors = match self.counters.statistics.steps {
-            0 => 1.0,
-            _ => self.errors_of_dense_output(),
-        };
+        let goes_on = self.counters.statistics.steps > 0 && t0 == self.t();
         let limit = self.options.newton_limit();
         let tolerance = self
             .options
@@ -78,34 +75,25 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         self.weigh();
         self.restart_memory();
-        self.check_start(errors);
+        self.start = Ok(());
+        if !goes_on {
+            self.check_start();
+        }
         Ok(())
     }
 
-    /// Notes whether the values to start from are consistent, where they may err by so many tolerances.
-    pub(super) fn check_start(&mut self, errors: f64) {
-        let factor = self.loosened();
+    /// Notes whether the values to start from are consistent.
+    pub(super) fn check_start(&mut self) {
+        let factor = match self.weights.are_given() {
+            true => 1.0,
+            false => (self.options).internal_factor(self.options.tolerances.relative()),
+        };
         let weights: Vec<f64> = self.weights.plain().iter().map(|w| w * factor).collect();
         let at = (self.t, &self.y[..], &self.y_dot[..]);
         self.start = match self.weighed {
-            Ok(()) => check_start(&mut self.problem, at, &weights, errors),
+            Ok(()) => check_start(&mut self.problem, at, &weights),
             Err(_) => Ok(()),
         };
-    }
-
-    /// The factor from tolerances for the solution to the weights in use.
-    fn loosened(&self) -> f64 {
-        match self.weights.are_given() {
-            true => 1.0,
-            false => (self.options).internal_factor(self.options.tolerances.relative()),
-        }
-    }
-
-    /// How many tolerances dense output may err by, from which values behind an event often come.
-    fn errors_of_dense_output(&self) -> f64 {
-        let (relative, _) = self.options.internal_tolerances();
-        let [_, dense] = self.errors_per_estimate(relative);
-        (dense * self.loosened()).max(1.0)
     }
 
     /// Goes on from [`t`](RadauSolver::t) with a small first step, as from a start: where a function of

@@ -359,6 +359,7 @@ impl<P: Problem> IdaSolver<P> {
             q0.len(),
         )?;
         expect_finite("initial values of the quadratures", q0)?;
+        let goes_on = self.ida.counter(Counter::Steps) > 0 && t0 == self.t;
         let result = self.ida.reinit(t0, y0, y_dot0, q0);
         self.refused(result)?;
         self.forget_backward_runs()?;
@@ -373,6 +374,9 @@ impl<P: Problem> IdaSolver<P> {
         }
         (self.t, self.mark) = (t0, (0, t0));
         self.start_from(t0, [y0.to_vec(), y_dot0.to_vec()]);
+        if goes_on {
+            self.consistent = Ok(());
+        }
         self.differences_before = self.difference_evaluations();
         Ok(())
     }
@@ -382,7 +386,7 @@ impl<P: Problem> IdaSolver<P> {
         let (functions, mut weights) = (self.functions_mut(), vec![0.0; y.len()]);
         let (problem, weighing) = (&mut functions.problem, &mut functions.weighing);
         self.consistent = match weighing.write(problem, &y, &mut weights) {
-            Ok(()) => check_start(problem, (t, &y, &y_dot), &weights, 1.0),
+            Ok(()) => check_start(problem, (t, &y, &y_dot), &weights),
             // The first step will tell.
             Err(_) => Ok(()),
         };
