@@ -22,6 +22,7 @@ impl Builder<'_> {
     pub(super) fn supports(&self, file: &SceneFile, space: &Space) -> Result<Supports, InputError> {
         let dimension = space.dimension();
         let mut constrained = Supports::new();
+        let mut functions: BTreeMap<(usize, usize), &Function> = BTreeMap::new();
         for (i, fixed) in file.fixed.iter().enumerate() {
             let path = format!("fixed[{i}]");
             let nodes = self.at(&format!("{path}.group"), space.nodes_of(&fixed.group))?;
@@ -43,19 +44,27 @@ impl Builder<'_> {
                 self.components([&moving.x, &moving.y, &moving.z], dimension, &path)?
             {
                 let signal = self.motion(function, &path)?;
+                let rests = *function == Function::Constant(0.0);
                 for &node in &nodes {
-                    if constrained
-                        .insert((node, axis), Some(signal.clone()))
-                        .is_some()
-                    {
-                        let place = space.node_point(node).iter().map(|x| format!("{x:.6}"));
-                        let error = InputError::new(format!(
-                            "the {} component at ({}) is held or moved twice",
-                            NAMES[axis],
-                            place.collect::<Vec<_>>().join(", ")
-                        ))
-                        .next("take one of the two groups, or give them other nodes");
-                        return Err(self.wrong(&path, error));
+                    let component = (node, axis);
+                    match constrained.get(&component) {
+                        None => {
+                            constrained.insert(component, Some(signal.clone()));
+                            functions.insert(component, function);
+                        }
+                        // Two groups that say the same share nodes.
+                        Some(None) if rests => {}
+                        Some(_) if functions.get(&component) == Some(&function) => {}
+                        Some(_) => {
+                            let place = space.node_point(node).iter().map(|x| format!("{x:.6}"));
+                            let error = InputError::new(format!(
+                                "the {} component at ({}) is held or moved twice",
+                                NAMES[axis],
+                                place.collect::<Vec<_>>().join(", ")
+                            ))
+                            .next("take one of the two groups, or give them other nodes");
+                            return Err(self.wrong(&path, error));
+                        }
                     }
                 }
             }
@@ -128,5 +137,43 @@ pub(super) fn index(axis: Axis) -> usize {
         Axis::X => 0,
         Axis::Y => 1,
         Axis::Z => 2,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::Scene;
+
+    /// What is said of a square that is held on its left and moved as told.
+    fn refusal(moved: &str) -> Option<String> {
+        let text = format!(
+            "[time]\nend = 0.1\n[mesh]\ntype = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [1, 1]\n\
+             [solid]\nkappa = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
+             [[fixed]]\ngroup = \"left\"\ncomponents = [\"x\"]\n{moved}"
+        );
+        let built = Scene::build("scene.toml", &text, &[], Path::new(""));
+        built.err().map(|error| error.to_string())
+    }
+
+    /// Regression: 0 and 0 were taken for two motions of one node.
+    #[test]
+    fn a_node_that_is_told_the_same_twice_is_no_conflict() {
+        let moved = |group: &str, axis: &str, function: &str| {
+            format!("[[displacement]]\ngroup = \"{group}\"\n{axis} = {function}\n")
+        };
+        let step = "{ type = \"step\", value = 0.1, rise = 0.1 }";
+        let both = |y: &str| moved("left", "y", y) + &moved("bottom", "y", y);
+        assert_eq!(refusal(&moved("left", "x", "0.0")), None);
+        assert_eq!(refusal(&both("0.0")), None);
+        assert_eq!(refusal(&both(step)), None);
+        for two in [
+            moved("left", "x", step),
+            moved("left", "y", "0.0") + &moved("bottom", "y", step),
+        ] {
+            let said = refusal(&two).expect("two motions");
+            assert!(said.contains("is held or moved twice"), "{said}");
+        }
     }
 }
