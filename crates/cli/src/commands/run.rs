@@ -136,8 +136,8 @@ fn rounded(value: f64) -> String {
     }
 }
 
-/// A column this small beside others of its kind is what rounding leaves of them: below the pressures that matrices
-/// of condition 1e6 give.
+/// A column this small beside others of its kind is what rounding leaves of them: 1e6 roundings of 1e-16, as solves
+/// with matrices of that condition may.
 const NOISE: f64 = 1e-10;
 
 /// What a column of a probe is compared with: components with each other, and all stresses.
