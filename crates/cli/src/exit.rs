@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use myovib_model::{ModelError, Outcome, StopReason};
 use myovib_scene::Error;
+use myovib_sparse::SparseError;
 
 /// How a command ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,8 +18,8 @@ pub enum Exit {
     Usage = 2,
     /// The integrator stopped where it should not; the output is kept.
     Stopped = 3,
-    /// Failed while running: a disk is full, a file has gone, there is no equilibrium; the output is
-    /// kept.
+    /// Failed while running: a disk is full, a file has gone, there is no equilibrium, memory will not
+    /// do; the output is kept.
     Failed = 4,
     /// Interrupted, by Ctrl-C or by the system; the output is kept.
     Interrupted = 130,
@@ -40,12 +41,20 @@ impl Exit {
     /// How a command ends that failed: by its input, unless what was wrong came up at work.
     pub fn of_failure(failure: &anyhow::Error) -> Self {
         let at_work = |cause: &(dyn std::error::Error + 'static)| {
+            let memory = |error: &SparseError| matches!(error, SparseError::Memory { .. });
+            if cause.downcast_ref::<SparseError>().is_some_and(memory) {
+                return true;
+            }
             let scene = cause.downcast_ref::<Error>();
             let model = cause.downcast_ref::<ModelError>();
             scene.is_some_and(|error| !matches!(error, Error::Input(_)))
                 || matches!(
                     model,
-                    Some(ModelError::Output(_) | ModelError::NoEquilibrium { .. })
+                    Some(
+                        ModelError::Output(_)
+                            | ModelError::NoEquilibrium { .. }
+                            | ModelError::Klu(SparseError::Memory { .. })
+                    )
                 )
         };
         if failure.chain().any(at_work) {
@@ -59,5 +68,30 @@ impl Exit {
 impl From<Exit> for ExitCode {
     fn from(exit: Exit) -> Self {
         ExitCode::from(exit as u8)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression: `check` ended with 2 where `run` ended with 4.
+    #[test]
+    fn too_little_memory_is_no_wrong_scene() {
+        let memory = || SparseError::Memory {
+            needed: 2,
+            available: 1,
+            n_complex: 0,
+        };
+        let of = |error: anyhow::Error| Exit::of_failure(&error);
+        assert_eq!(of(memory().into()), Exit::Failed);
+        assert_eq!(of(ModelError::from(memory()).into()), Exit::Failed);
+        let at_start = Error::from(ModelError::from(memory())).before_any_output();
+        assert_eq!(of(at_start.into()), Exit::Failed);
+        let singular = ModelError::from(SparseError::ZeroPivot);
+        assert_eq!(
+            of(Error::from(singular).before_any_output().into()),
+            Exit::Usage
+        );
     }
 }

@@ -31,9 +31,12 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
 /// The folder that results go to; it may be made later.
 ///
 /// # Errors
-/// A path that is a file, or lies in one.
+/// A path that is empty, is a file, or lies in one.
 pub fn output_folder(path: &str) -> Result<PathBuf, String> {
     let folder = PathBuf::from(path);
+    if path.is_empty() {
+        return Err("give the folder a name; `.` is the present one".to_owned());
+    }
     match folder.ancestors().find(|ancestor| ancestor.exists()) {
         Some(there) if !there.is_dir() => Err(format!("`{}` is no folder", there.display())),
         _ => Ok(folder),
@@ -114,7 +117,13 @@ pub fn by_name<T: Copy>(
 
 #[cfg(test)]
 mod tests {
-    use super::memory;
+    use super::{memory, output_folder};
+
+    #[test]
+    fn a_folder_has_a_name() {
+        assert!(output_folder("").is_err());
+        assert!(output_folder("out").is_ok());
+    }
 
     #[test]
     fn sizes_of_memory_have_a_unit() {

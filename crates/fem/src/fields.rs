@@ -195,7 +195,7 @@ pub struct Change<'a> {
 pub struct Inverted {
     /// The element.
     pub element: usize,
-    /// The quadrature point in it.
+    /// The place in it.
     pub barycentric: Barycentric,
     /// det F there.
     pub jacobian: f64,

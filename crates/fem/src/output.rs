@@ -1,10 +1,12 @@
 //! Quantities for output: energies, and the state at a point. Computed only when called.
 
 use crate::added::AtPoint;
+use crate::element::Barycentric;
+use crate::fields::Inverted;
 use crate::material::Law;
 use crate::material::three::{Tensor3, add_scaled3, contract3, product3, scaled3};
 use crate::solid::{Fields, Pressure, Solid};
-use crate::space::Located;
+use crate::space::{Degree, Located};
 
 /// What the stress depends on beside the displacement, the pressure and their rates.
 #[derive(Debug, Clone, Copy)]
@@ -171,10 +173,30 @@ impl Solid {
     /// # Panics
     /// If the length of `u` is wrong.
     pub fn least_volume_ratio(&self, u: &[f64]) -> (f64, Located) {
-        let rule = self.rule().points(self.space().mesh().shape());
+        let rule = self.rule().points(self.space().mesh().shape()).into_iter();
+        let points: Vec<Barycentric> = rule.map(|point| point.barycentric).collect();
+        self.least_volume_ratio_at(u, &points)
+    }
+
+    /// The vertex of an element with the smallest J, if that is not above 0: forces are summed in
+    /// quadrature points, and do not see it.
+    ///
+    /// # Panics
+    /// If the length of `u` is wrong.
+    pub fn inverted_vertex(&self, u: &[f64]) -> Option<Inverted> {
+        let vertices = self.space().mesh().shape().nodes(Degree::One);
+        let (jacobian, at) = self.least_volume_ratio_at(u, &vertices);
+        (jacobian <= 0.0).then_some(Inverted {
+            element: at.element,
+            barycentric: at.barycentric,
+            jacobian,
+        })
+    }
+
+    /// The smallest J at these places of the elements, and where.
+    fn least_volume_ratio_at(&self, u: &[f64], points: &[Barycentric]) -> (f64, Located) {
         let places = (0..self.space().n_elements()).flat_map(|element| {
-            let barycentric = rule.iter().map(|point| point.barycentric);
-            barycentric.map(move |barycentric| Located {
+            points.iter().map(move |&barycentric| Located {
                 element,
                 barycentric,
             })

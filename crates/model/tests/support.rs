@@ -61,9 +61,8 @@ fn supports_of_one_component_leave_a_slide() {
         .unwrap();
         let words: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
         assert!(
-            words.iter().any(|w| w.starts_with(
-                "1 motions without strain are left: the body can slide in y. Remedy:"
-            )),
+            words.iter().any(|w| w
+                .starts_with("1 motion without strain is left: the body can slide in y. Remedy:")),
             "{words:?}"
         );
     }
@@ -154,4 +153,24 @@ fn a_group_of_one_pin_leaves_a_turn() {
     let mesh = block().with_groups(groups).unwrap();
     let free = support::free_parts(&body(&mesh, &["pin"], &[0, 1], 1e5)).unwrap();
     assert_eq!(free.to_string(), "the body can turn about (0, 0)");
+}
+
+/// Regression: of a body held all round elements were blamed, and motions had modes at "NaN Hz".
+#[test]
+fn a_boundary_that_is_held_leaves_the_level_of_the_pressure_open() {
+    let said = |groups: &[&str], kappa: f64| {
+        let muscle = body(&block(), groups, &[0, 1], kappa);
+        let report = check::check_static(&muscle, Formulation::Position).unwrap();
+        let quick = check::static_warnings(&muscle, Formulation::Position);
+        assert_eq!(quick, report.findings);
+        quick.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    let all = ["left", "right", "top", "bottom"];
+    let level = said(&all, f64::INFINITY);
+    assert!(
+        level.len() == 1 && level[0].contains("known but for a constant"),
+        "{level:?}"
+    );
+    assert_eq!(said(&all[..3], f64::INFINITY), Vec::<String>::new());
+    assert_eq!(said(&all, 1e5), Vec::<String>::new());
 }

@@ -99,6 +99,14 @@ fn parameters(result: &FitResult) -> Table {
     table
 }
 
+/// Three digits at least.
+fn significant(value: f64) -> String {
+    match value.abs() {
+        0.0 | 0.1..1e4 => format!("{value:.3}"),
+        _ => format!("{value:.2e}"),
+    }
+}
+
 /// How well the model fits, and what the measurements do not tell.
 fn findings(result: &FitResult) -> Vec<String> {
     let of = match result.noise_is_known {
@@ -106,7 +114,10 @@ fn findings(result: &FitResult) -> Vec<String> {
         false => "",
     };
     let deviation = result.deviation();
-    let mut lines = vec![format!("residuals: standard deviation {deviation:.3}{of}")];
+    let mut lines = vec![format!(
+        "residuals: standard deviation {}{of}",
+        significant(deviation)
+    )];
     let unknown = result.unknown();
     lines.extend(unknown.iter().map(|direction| {
         format!(

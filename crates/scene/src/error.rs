@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use myovib_model::ModelError;
+use myovib_sparse::SparseError;
 
 use crate::text::plain;
 
@@ -51,14 +52,20 @@ impl Error {
         }
     }
 
-    /// The same as wrong input, where it comes before anything is written.
+    /// The same as wrong input, where it comes before anything is written. Too little memory is none.
     pub fn before_any_output(self) -> Self {
+        let memory = |error: &SparseError| matches!(error, SparseError::Memory { .. });
+        let mut causes = std::iter::successors(std::error::Error::source(&self), |e| e.source());
+        let lacks_memory = causes.any(|e| e.downcast_ref::<SparseError>().is_some_and(memory));
         match self {
-            Self::Input(error) => Self::Input(error),
+            Self::Input(_) | Self::Model(ModelError::Klu(SparseError::Memory { .. })) => self,
+            _ if lacks_memory => self,
             other => {
-                let cause = std::error::Error::source(&other);
+                let message = other.to_string();
+                let cause = std::error::Error::source(&other).map(ToString::to_string);
+                let cause = cause.filter(|cause| !message.ends_with(cause));
                 let cause = cause.map_or(String::new(), |cause| format!(": {cause}"));
-                InputError::new(format!("{other}{cause}")).into()
+                InputError::new(message + &cause).into()
             }
         }
     }

@@ -113,8 +113,9 @@ pub fn body_of(scene: &Scene) -> Result<&Body, InputError> {
 /// What to say of a body that is not held, if it is not.
 pub fn note(muscle: &Muscle) -> Option<String> {
     let free = support::free_parts(muscle)?;
+    let s = if free.count == 1 { "" } else { "s" };
     Some(format!(
-        "{} motions without strain, at 0 Hz: {free}",
+        "{} motion{s} without strain, at 0 Hz: {free}",
         free.count
     ))
 }

@@ -85,16 +85,18 @@ pub enum SparseError {
     },
     /// The factors will not fit.
     #[error(
-        "the factors need {} of memory beside what is in use, but {} are to be had: take \
-         a coarser mesh or more memory (`--memory` and the limits of a job count too); BDF needs one \
-         real matrix, where Radau IIA needs complex ones beside it",
-        size(*needed), size(*available)
+        "the factors need {} of memory beside what is in use, and {} is left: take a coarser mesh or more \
+         memory (`--memory` and the limits of a job count too){}",
+        size(*needed), size(*available),
+        if *n_complex > 0 { "; BDF needs one real matrix, Radau IIA complex ones beside it" } else { "" }
     )]
     Memory {
         /// What they need, B.
         needed: usize,
         /// What this process may take beside what it has, B.
         available: usize,
+        /// How many of the matrices are complex.
+        n_complex: usize,
     },
     /// The pool of threads could not be made.
     #[error("no pool of {threads} threads: {reason}")]
@@ -125,11 +127,13 @@ pub(crate) fn expect_length(
     })
 }
 
-/// A size for people, from 1 GiB on in GiB.
+/// A size for people.
 fn size(bytes: usize) -> String {
     let mebibytes = bytes as f64 / f64::from(1 << 20);
     match mebibytes {
-        small if small < 1024.0 => format!("{small:.1} MiB"),
+        0.0 => "nothing".to_owned(),
+        small if small < 0.1 => format!("{:.1} KiB", 1024.0 * small),
+        middle if middle < 1024.0 => format!("{middle:.1} MiB"),
         large => format!("{:.2} GiB", large / 1024.0),
     }
 }

@@ -76,13 +76,17 @@ pub fn available() -> Option<usize> {
     [own, machine, in_group()].into_iter().flatten().min()
 }
 
-/// Refuses what will not fit.
+/// Refuses factors that will not fit; `n_complex`: how many of the matrices are complex.
 ///
 /// # Errors
 /// [`SparseError::Memory`] when `needed` bytes are more than are [`available`].
-pub fn expect_room(needed: usize) -> Result<(), SparseError> {
+pub fn expect_room(needed: usize, n_complex: usize) -> Result<(), SparseError> {
     match available() {
-        Some(available) if needed > available => Err(SparseError::Memory { needed, available }),
+        Some(available) if needed > available => Err(SparseError::Memory {
+            needed,
+            available,
+            n_complex,
+        }),
         _ => Ok(()),
     }
 }
@@ -114,12 +118,27 @@ mod tests {
     fn what_cannot_fit_is_refused_with_both_numbers() {
         let available = available().expect("this system says what is free");
         assert!(in_use().unwrap() <= peak().unwrap());
-        assert_eq!(expect_room(0), Ok(()));
+        assert_eq!(expect_room(0, 0), Ok(()));
         // Four times what is free now cannot be free in a moment.
         let needed = available.saturating_mul(4);
-        match expect_room(needed) {
+        match expect_room(needed, 0) {
             Err(SparseError::Memory { needed: n, .. }) => assert_eq!(n, needed),
             other => panic!("{other:?}"),
         }
+    }
+
+    /// Regression: an equilibrium was told of BDF and Radau IIA, and of 0.0 MiB "to be had".
+    #[test]
+    fn only_complex_matrices_are_told_that_bdf_has_none() {
+        let said = |n_complex| {
+            let error = SparseError::Memory {
+                needed: 3 << 20,
+                available: 0,
+                n_complex,
+            };
+            error.to_string()
+        };
+        assert!(said(0).contains("need 3.0 MiB") && said(0).contains("nothing is left"));
+        assert!(!said(0).contains("BDF") && said(2).contains("BDF"));
     }
 }

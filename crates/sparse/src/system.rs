@@ -177,7 +177,7 @@ impl Elimination {
     /// [`SparseError::Memory`].
     pub fn expect_room(&self) -> Result<(), SparseError> {
         let needed = self.prediction::<f64>().map_or(0, |needs| needs.bytes);
-        resources::expect_room(needed)
+        resources::expect_room(needed, 0)
     }
 
     /// What one matrix of numbers `T` and its factors will need; unknown if an engine factorises.

@@ -11,7 +11,7 @@ use myovib_scene::run::{Existing, RunOptions, compute};
 use myovib_scene::scene_file::Analysis;
 use myovib_scene::sensitivity::Known;
 use myovib_scene::{Scene, plain};
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use crate::args::CommonArgs;
 use crate::exit::Exit;
@@ -123,6 +123,7 @@ fn warnings(scene: &Scene) -> Vec<Finding> {
         (Some(body), Analysis::Dynamic) => {
             check::warnings(&body.muscle, body.formulation, &body.settings)
         }
+        (Some(body), Analysis::Static) => check::static_warnings(&body.muscle, body.formulation),
         _ => Vec::new(),
     }
 }
@@ -133,6 +134,29 @@ fn rounded(value: f64) -> String {
         0.0 | 1e-3..1e6 => format!("{value:.3}"),
         _ => format!("{value:.1e}"),
     }
+}
+
+/// A column this small beside others of its kind is what rounding leaves of them: 1e6 roundings of 1e-16, as solves
+/// with matrices of that condition may.
+const NOISE: f64 = 1e-10;
+
+/// What a column of a probe is compared with: components with each other, and all stresses.
+fn kind(column: &str) -> &str {
+    match column.split('_').next().unwrap_or_default() {
+        "principal" if column.starts_with("principal_strain") => "strain",
+        "p" | "principal" | "von" | "tension" => "stress",
+        name => name,
+    }
+}
+
+/// The largest value of the columns of one kind: one that is next to nothing is held against the others, u_x against
+/// u_y, the pressure against stresses.
+fn size_of_kind(columns: &Map<String, Value>, of: &str) -> f64 {
+    let alike = columns
+        .iter()
+        .filter(|(column, _)| kind(column) == kind(of));
+    let sizes = alike.filter_map(|(_, numbers)| numbers["largest"].as_f64());
+    sizes.fold(0.0, f64::max)
 }
 
 /// The estimated errors of the probes, if there are any.
@@ -148,14 +172,23 @@ fn errors(estimate: &Value) -> String {
         ("relative", Align::Right),
     ]);
     for (probe, columns) in probes {
-        for (column, numbers) in columns.as_object().into_iter().flatten() {
+        let Some(columns) = columns.as_object() else {
+            continue;
+        };
+        for (column, numbers) in columns {
             let number = |key: &str| format!("{:.1e}", numbers[key].as_f64().unwrap_or(f64::NAN));
+            let [largest, error] =
+                ["largest", "error"].map(|key| numbers[key].as_f64().unwrap_or(0.0));
+            let is_noise = error > 0.0 && largest <= NOISE * size_of_kind(columns, column);
             table.row([
                 plain(probe).into(),
                 plain(column).into(),
                 number("largest").into(),
                 number("error").into(),
-                number("relative").into(),
+                match is_noise {
+                    true => "rounding".into(),
+                    false => number("relative").into(),
+                },
             ]);
         }
     }
@@ -178,16 +211,8 @@ fn indicator(probes: &Value) -> String {
     let probes = probes.as_object().into_iter().flatten();
     let worst = probes.filter_map(|(probe, columns)| {
         let columns = columns.as_object()?;
-        let number = |column: &str, key: &str| columns[column][key].as_f64();
-        // A component that is next to nothing is held against the others: u_x against u_y.
-        let kind = |column: &str| column.split('_').next().unwrap_or_default().to_owned();
-        let size = |of: &str| {
-            let alike = columns.keys().filter(|column| kind(column) == kind(of));
-            let sizes = alike.filter_map(|column| number(column, "largest"));
-            sizes.fold(0.0, f64::max)
-        };
-        let relative = columns.keys().filter_map(|column| {
-            let relative = number(column, "error")? / size(column);
+        let relative = columns.iter().filter_map(|(column, numbers)| {
+            let relative = numbers["error"].as_f64()? / size_of_kind(columns, column);
             relative.is_finite().then_some((relative, probe, column))
         });
         relative.max_by(|a, b| a.0.total_cmp(&b.0))
@@ -239,4 +264,35 @@ fn text(document: &Value) -> String {
         text += &format!("\n{}\n", plain(message));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    /// Regression: a pressure that is the rounding of stresses led the estimate, with 90 %.
+    #[test]
+    fn rounding_does_not_lead_the_estimate() {
+        let column = |largest: f64, error: f64| json!({ "largest": largest, "error": error, "relative": error / largest });
+        let probes = json!({ "av": {
+            "u_x": column(1e-3, 2e-9),
+            "p": column(1e-25, 9e-26),
+            "stress_xy": column(10.0, 1e-6),
+        } });
+        let said = indicator(&probes);
+        assert!(
+            said.contains("about 2e-6") && said.contains("`u_x`"),
+            "{said}"
+        );
+        let estimate = json!({ "probes": probes, "outcome": "finished", "rtol": 1e-4 });
+        let table = errors(&estimate);
+        let pressure = table
+            .lines()
+            .find(|line| line.contains(" p "))
+            .expect("a row");
+        assert!(pressure.contains("rounding"), "{table}");
+        assert_eq!(table.matches("rounding").count(), 1, "{table}");
+    }
 }

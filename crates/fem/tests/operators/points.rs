@@ -169,3 +169,24 @@ fn the_least_volume_ratio_is_found_where_it_is() {
     close(x, 1.0 - 0.25 * least);
     close(ratio, 1.0 - 0.8 * x);
 }
+
+/// J = 1 - 1.004 x is above 0 in all quadrature points, and below it at the vertices on the right.
+#[test]
+fn a_vertex_turned_inside_out_between_quadrature_points_is_found() {
+    let mesh = generate::rectangle([0.0; 2], [1.0, 1.0], [4, 3]).unwrap();
+    let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
+    let solid = clamped(Space::taylor_hood(&mesh), "left", law);
+    let points = solid.space().node_points();
+    let displaced = |factor: f64| -> Vec<f64> {
+        let x = points.iter();
+        x.flat_map(|[x, _]| [-factor * x * x, 0.0]).collect()
+    };
+    let u = displaced(0.502);
+    assert!(solid.least_volume_ratio(&u).0 > 0.0);
+    let at = solid.inverted_vertex(&u).expect("the right side");
+    close(at.jacobian, 1.0 - 1.004);
+    let corners = mesh.corners::<2, 3>(at.element);
+    let x: f64 = (0..3).map(|i| at.barycentric[i] * corners[i][0]).sum();
+    close(x, 1.0);
+    assert_eq!(solid.inverted_vertex(&displaced(0.4)), None);
+}

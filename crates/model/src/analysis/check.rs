@@ -9,7 +9,7 @@ use myovib_sparse::{Prediction, resources};
 use crate::advice::{Advice, Finding};
 use crate::analysis::index::{IndexReport, LARGEST_SYSTEM};
 use crate::analysis::inf_sup;
-pub use crate::analysis::objections::{INCONSISTENT, warnings};
+pub use crate::analysis::objections::{INCONSISTENT, static_warnings, warnings};
 use crate::analysis::objections::{
     endless, inconsistent, misfit, not_held, resonance, slow_modes, unheld,
 };
@@ -140,7 +140,7 @@ pub fn check(
     let drive = muscle.drive();
     let mut findings = advice.findings();
     findings.extend(free_parts(muscle).map(not_held));
-    findings.extend(unheld(nullity, muscle));
+    findings.extend(unheld(held.map(|held| held.nullity), muscle));
     findings.extend(inconsistent(&residuals));
     findings.extend(resonance(&slow_modes, drive));
     findings.extend(misfit(muscle, &slow_modes, settings.t_end));
@@ -195,9 +195,10 @@ pub fn check_static(muscle: &Muscle, formulation: Formulation) -> Result<StaticR
         true => held(muscle)?,
         false => None,
     };
-    let nullity = held.map_or(0, |held| held.nullity);
     let mut findings: Vec<Finding> = free_parts(muscle).map(not_held).into_iter().collect();
-    findings.extend(unheld(nullity, muscle));
+    if formulation.has(Field::Pressure) {
+        findings.extend(unheld(held.map(|held| held.nullity), muscle));
+    }
     Ok(StaticReport {
         unknowns: blocks.map(|(f, range)| (*f, range.len())).collect(),
         held,
@@ -220,7 +221,7 @@ fn factors(dae: &MuscleDae, settings: &Settings) -> Result<Option<Factors>, Mode
     let in_use = resources::in_use();
     let needs = Reduction::new(dae, settings.klu())?.needs(complex);
     if let Some(needs) = needs {
-        resources::expect_room(needs.bytes)?;
+        resources::expect_room(needs.bytes, complex)?;
     }
     Ok(needs.map(|needs| Factors {
         matrices: 1 + complex,

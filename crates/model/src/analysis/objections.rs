@@ -9,6 +9,7 @@ use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::integration::settings::Settings;
 use crate::muscle::Muscle;
+use crate::operators::{divergence, rest};
 use crate::start::BlockResidual;
 
 /// Modes looked at beside the drive.
@@ -40,24 +41,70 @@ pub(super) fn slow_modes(muscle: &Muscle) -> Result<Vec<f64>, ModelError> {
 pub(super) fn not_held(free: FreeParts) -> Finding {
     Finding {
         fields: vec![Field::Displacement],
-        problem: format!("{} motions without strain are left: {free}", free.count),
+        problem: match free.count {
+            1 => format!("1 motion without strain is left: {free}"),
+            n => format!("{n} motions without strain are left: {free}"),
+        },
         remedies: vec![Remedy::Scene(
             "hold more components or nodes, unless the body is meant to float",
         )],
     }
 }
 
-pub(super) fn unheld(nullity: usize, muscle: &Muscle) -> Option<Finding> {
-    (nullity > 0 && muscle.parameters.is_incompressible()).then(|| Finding {
+/// Pressures that no displacement holds, `nullity` of them where that is known.
+pub(super) fn unheld(nullity: Option<usize>, muscle: &Muscle) -> Vec<Finding> {
+    if !muscle.parameters.is_incompressible() {
+        return Vec::new();
+    }
+    let level = has_no_level(muscle);
+    let others = nullity.unwrap_or(0).saturating_sub(usize::from(level));
+    let finding = |problem, remedy| Finding {
         fields: vec![Field::Pressure],
-        problem: format!(
-            "{nullity} independent pressures are held by no displacement: with kappa = inf the \
-             pencil is singular and there is no index"
-        ),
-        remedies: vec![Remedy::Scene(
+        problem,
+        remedies: vec![Remedy::Scene(remedy)],
+    };
+    let of_level = level.then(|| {
+        finding(
+            "all of the boundary is held, so that no displacement changes the volume: with kappa = inf the \
+             pressure is known but for a constant, and the one computed is as good as any other"
+                .to_owned(),
+            "take a finite kappa, or leave a part of the boundary free",
+        )
+    });
+    let of_others = (others > 0).then(|| {
+        let are = match (others, level) {
+            (1, false) => "1 independent pressure is".to_owned(),
+            (1, true) => "1 other independent pressure is".to_owned(),
+            (_, false) => format!("{others} independent pressures are"),
+            (_, true) => format!("{others} other independent pressures are"),
+        };
+        finding(
+            format!("{are} held by no displacement: with kappa = inf the pencil is singular and there is no index"),
             "take a finite kappa, or a mesh without elements that have all nodes fixed",
-        )],
-    })
+        )
+    });
+    of_level.into_iter().chain(of_others).collect()
+}
+
+/// Whether a constant pressure does no work on any free displacement: ∫ div φ = 0.
+fn has_no_level(muscle: &Muscle) -> bool {
+    let solid = &muscle.solid;
+    let Ok(divergence) = divergence(solid, &rest(solid)) else {
+        return false;
+    };
+    let columns = divergence.col_iter();
+    let columns = columns.map(|column| {
+        column
+            .values()
+            .iter()
+            .fold((0.0, 0.0_f64), |(sum, largest), b| {
+                (sum + b, largest.max(b.abs()))
+            })
+    });
+    let (net, largest) = columns.fold((0.0_f64, 0.0_f64), |(net, most), (sum, largest)| {
+        (net.max(sum.abs()), most.max(largest))
+    });
+    net <= INCONSISTENT * largest
 }
 
 pub(super) fn inconsistent(residuals: &[BlockResidual]) -> Option<Finding> {
@@ -91,6 +138,7 @@ pub(super) fn resonance(slow_modes: &[f64], drive: Option<f64>) -> Option<Findin
 pub fn warnings(muscle: &Muscle, formulation: Formulation, settings: &Settings) -> Vec<Finding> {
     let mut findings = Advice::new(muscle, formulation, settings).findings();
     findings.extend(free_parts(muscle).map(not_held));
+    findings.extend(unheld(None, muscle));
     // Modes cost factorisations: they are looked for where units seem not to go together. A body whose
     // modes cannot be found says so when it is run.
     let stretching = spectrum::stretching_frequency(muscle).unwrap_or(f64::NAN);
@@ -100,6 +148,14 @@ pub fn warnings(muscle: &Muscle, formulation: Formulation, settings: &Settings) 
         findings.extend(misfit(muscle, &slow_modes, settings.t_end));
     }
     findings
+}
+
+/// What [`check_static`](super::check::check_static) warns of, as far as that is cheap and does not end the search.
+pub fn static_warnings(muscle: &Muscle, formulation: Formulation) -> Vec<Finding> {
+    match formulation.has(Field::Pressure) {
+        true => unheld(None, muscle),
+        false => Vec::new(),
+    }
 }
 
 /// The frequency that a scene is about, Hz, and what it is.

@@ -37,10 +37,12 @@ impl fmt::Display for BlockResidual {
         if *largest == 0.0 {
             return write!(f, "{equation}: 0");
         }
-        write!(
-            f,
-            "{equation}: {largest:.1e}, {relative:.1e} of its terms, largest at {worst}"
-        )
+        write!(f, "{equation}: {largest:.1e}, ")?;
+        match relative.is_finite() {
+            true => write!(f, "{relative:.1e} of its terms, ")?,
+            false => f.write_str("all other terms 0, ")?,
+        }
+        write!(f, "largest at {worst}")
     }
 }
 

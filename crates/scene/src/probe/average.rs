@@ -16,7 +16,7 @@ pub struct Average {
     pub group: String,
     /// The quantities.
     #[serde(default = "displacement_and_pressure")]
-    #[schemars(length(min = 1))]
+    #[schemars(length(min = 1), extend("uniqueItems" = true))]
     pub quantities: Vec<Quantity>,
 }
 

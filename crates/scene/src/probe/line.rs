@@ -23,7 +23,7 @@ pub struct Line {
     pub points: usize,
     /// The quantities.
     #[serde(default = "displacement_and_pressure")]
-    #[schemars(length(min = 1))]
+    #[schemars(length(min = 1), extend("uniqueItems" = true))]
     pub quantities: Vec<Quantity>,
 }
 

@@ -17,7 +17,7 @@ pub struct Point {
     pub at: Vec<f64>,
     /// The quantities.
     #[serde(default = "displacement_and_pressure")]
-    #[schemars(length(min = 1))]
+    #[schemars(length(min = 1), extend("uniqueItems" = true))]
     pub quantities: Vec<Quantity>,
 }
 

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::folder::Folder;
 use super::indicator::Indicator;
+use super::inversion::Inversion;
 use crate::csv::Written;
 use crate::probe::EnergyBalance;
 use crate::{Error, InputError};
@@ -38,6 +39,9 @@ pub(super) struct Checkpoint {
     pub(super) field_times: Vec<f64>,
     /// The largest constraint drift, and when.
     pub(super) drift: (f64, f64),
+    /// Where an element was first seen turned inside out.
+    #[serde(default)]
+    pub(super) inversion: Option<Inversion>,
     /// What the integrator's own estimates add up to at the probes.
     pub(super) indicator: Indicator,
     /// What was written or evaluated beside the integration.

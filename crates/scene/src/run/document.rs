@@ -80,6 +80,7 @@ pub(super) fn dynamic<P: System>(
             "energy": outputs.energy(),
             "error_indicator": outputs.indicator.document(&outputs.recorders, &probes),
             "stop": stop(&whole.outcome),
+            "inversion": outputs.inversion,
         }),
     );
     Ok(document)

@@ -77,6 +77,22 @@ pub(super) fn compute(
     }
 }
 
+/// Refuses what [`compute`] refuses before it writes anything, but for the start of a body by itself.
+pub(super) fn rehearse(scene: &Scene) -> Result<(), Error> {
+    scene.readings()?;
+    conditions(scene)?;
+    let started = match (&scene.body, &scene.rod) {
+        (Some(_), _) if scene.chains.is_empty() => Ok(()),
+        (Some(body), _) if !scene.feedbacks.is_empty() => {
+            start::muscle_with_feedback(scene, body, None).map(drop)
+        }
+        (Some(body), _) => start::muscle_and_chains(scene, body, None).map(drop),
+        (None, Some(rod)) => start::rod(scene, rod, None).map(drop),
+        (None, None) => start::chains(scene, None).map(drop),
+    };
+    started.map_err(Error::before_any_output)
+}
+
 /// A run and what it is to write.
 struct Motion<'a> {
     scene: &'a Scene,
@@ -107,7 +123,7 @@ impl Motion<'_> {
             Some(folder) => folder,
             None => Folder::open(options, &self.record).map_err(Error::before_any_output)?,
         };
-        let (recorders, notes) = open(scene, self.readings, &folder, checkpoint)?;
+        let (recorders, mut notes) = open(scene, self.readings, &folder, checkpoint)?;
         let n = integrator.problem().n_unknowns();
         let mut outputs = Outputs {
             recorders,
@@ -117,6 +133,7 @@ impl Motion<'_> {
             checkpointed: None,
             drift_times: times(scene.t_end / DRIFT_SAMPLES, scene.t_end, checkpoint),
             drift: checkpoint.map_or((0.0, 0.0), |c| c.drift),
+            inversion: checkpoint.and_then(|c| c.inversion.clone()),
             indicator: checkpoint.map_or(Indicator::default(), |c| c.indicator.clone()),
             folder: &folder,
             before: checkpoint.map_or(Totals::default(), |c| c.counts.resumed()),
@@ -152,6 +169,7 @@ impl Motion<'_> {
             document["error_estimate"] = verify(scene, options)?;
             document::write(&folder, &document)?;
         }
+        notes.extend(outputs.inversion.map(|seen| seen.note(true)));
         Ok(RunResult {
             document,
             outcome: statistics.outcome,

@@ -10,6 +10,7 @@ mod document;
 mod dynamic;
 mod folder;
 mod indicator;
+mod inversion;
 mod modes;
 mod oscillations;
 mod outputs;
@@ -24,7 +25,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use myovib_model::Outcome;
-pub use start::{muscle_alone, replayed, rod_with_chains, with_chains};
+pub use start::{initial, muscle_alone, replayed, rod_with_chains, with_chains};
 
 use crate::modes::Modes;
 use crate::scene_file::Analysis;
@@ -104,6 +105,19 @@ pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Err
     }
 }
 
+/// Refuses what [`compute`] refuses before it writes anything, but for the start of a body by itself: that
+/// is [`initial`]'s.
+///
+/// # Errors
+/// Probes and conditions of what is not there; chains that cannot start.
+pub fn rehearse(scene: &Scene) -> Result<(), Error> {
+    match scene.file.analysis {
+        Analysis::Dynamic => dynamic::rehearse(scene),
+        Analysis::Static => Ok(scene.readings().map(drop)?),
+        Analysis::Modes => Ok(()),
+    }
+}
+
 /// The tables that a run of the scene writes, with their columns.
 ///
 /// # Errors
@@ -131,5 +145,33 @@ fn without_motion(options: &RunOptions<'_>) -> Result<(), InputError> {
         }
         _ if options.verify => wrong("--verify", "it has no error in time"),
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::rehearse;
+    use crate::Scene;
+
+    /// Regression: `check` found right what `run` refused.
+    #[test]
+    fn probes_and_chains_beyond_a_rod_are_refused_before_a_run() {
+        let refusal = |probe: f64, chain: f64| {
+            let text = format!(
+                "[time]\nend = 0.1\n[rod]\nload = {{ type = \"step\", value = 1.0, rise = 0.1 }}\n\
+                 [[probe]]\nname = \"r\"\ntype = \"rod\"\nat = {probe:?}\n\
+                 [[chain]]\nname = \"c\"\noscillators = 2\nat = {chain:?}\n"
+            );
+            let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+            rehearse(&scene).err().map(|error| error.to_string())
+        };
+        assert_eq!(refusal(0.05, 0.05), None);
+        for (probe, chain, place) in [(9.0, 0.05, "line 5"), (0.05, 9.0, "line 12")] {
+            let said = refusal(probe, chain).expect("beyond the rod");
+            assert!(said.contains("scene.toml"), "{said}");
+            assert!(said.contains(place), "{said}");
+        }
     }
 }

@@ -10,6 +10,7 @@ use myovib_model::{
 use super::checkpoint::{Checkpoint, OutputWork, Totals};
 use super::folder::Folder;
 use super::indicator::Indicator;
+use super::inversion::Inversion;
 use super::oscillations::Oscillations;
 use super::recorder::{Recorder, cannot_write};
 use super::stop::Condition;
@@ -31,6 +32,8 @@ pub(super) struct Outputs<'a> {
     pub(super) drift_times: SampleTimes,
     /// The largest drift seen, and when.
     pub(super) drift: (f64, f64),
+    /// Where an element was first seen turned inside out.
+    pub(super) inversion: Option<Inversion>,
     /// What the integrator's own estimates add up to at the probes.
     pub(super) indicator: Indicator,
     pub(super) folder: &'a Folder,
@@ -59,6 +62,7 @@ impl Outputs<'_> {
             self.sample(k, integrator, from, to)?;
         }
         self.write_fields(integrator, from, to)?;
+        let mut looked_at = None;
         while let Some(t) = self.drift_times.due(to) {
             integrator.dense_output(t.max(from), 0, &mut self.y)?;
             let Some((dae, range)) = integrator.problem_mut().muscle_at(&self.y) else {
@@ -68,6 +72,11 @@ impl Outputs<'_> {
             if drift >= self.drift.0 {
                 self.drift = (drift, t);
             }
+            looked_at = Some(t);
+        }
+        if let (Some(t), None) = (looked_at, &self.inversion) {
+            let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
+            self.inversion = Inversion::of(t, &dae.snapshot(t, &self.y[range], &[]));
         }
         if let Some((_, stopped)) = stopped {
             return Ok(ControlFlow::Break(stopped));
@@ -131,6 +140,9 @@ impl Outputs<'_> {
             let measured = oscillations.measure(integrator.problem(), &self.y)?;
             let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
             let snapshot = dae.snapshot(t, &self.y[range.clone()], &self.y_dot[range]);
+            if self.inversion.is_none() {
+                self.inversion = Inversion::of(t, &snapshot);
+            }
             self.work.stress_evaluations += series
                 .write(t, &snapshot, &oscillations.cell_fields(&measured))
                 .map_err(|error| cannot_write(&self.folder.path().join(vtu::LIST), error))?;
@@ -202,6 +214,7 @@ impl Outputs<'_> {
                 .flat_map(|(series, ..)| series.times())
                 .collect(),
             drift: self.drift,
+            inversion: self.inversion.clone(),
             indicator: self.indicator.clone(),
             work: self.work,
         };

@@ -279,7 +279,7 @@ fn options(scene: &Scene) -> CoupledOptions {
 ///
 /// # Errors
 /// As for [`Body::initial_values`]; loads on a body at rest.
-pub(crate) fn initial(body: &Body, dae: &mut MuscleDae) -> Result<[Vec<f64>; 2], Error> {
+pub fn initial(body: &Body, dae: &mut MuscleDae) -> Result<[Vec<f64>; 2], Error> {
     if let Some(start) = body.initial_values(dae)? {
         return Ok(start);
     }

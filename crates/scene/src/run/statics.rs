@@ -10,6 +10,7 @@ use serde_json::json;
 
 use super::document;
 use super::folder::{Folder, Record};
+use super::inversion::Inversion;
 use super::recorder::Recorder;
 use super::{RunOptions, RunResult};
 use crate::scene::Scene;
@@ -46,6 +47,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         let mut recorder = Recorder::new(probe, what, scene.t_end, folder.path())?;
         recorder.write(scene.t_end, &values)?;
     }
+    let inversion = Inversion::of(scene.t_end, &dae.snapshot(scene.t_end, &y, &rest));
     if let Some(fields) = &scene.file.fields {
         let mut series = Series::new(
             folder.path(),
@@ -71,6 +73,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         "load_steps": equilibrium.load_steps,
         "constraint_drift": dae.constraint_drift(scene.t_end, &y).map_err(ModelError::from)?,
         "results": results,
+        "inversion": inversion,
         "cpu_seconds": cpu.elapsed().as_secs_f64(),
         "wall_seconds": started.elapsed().as_secs_f64(),
     });
@@ -80,6 +83,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         outcome: Outcome::Finished,
         notes: instability(&body.muscle, &equilibrium)
             .into_iter()
+            .chain(inversion.map(|seen| seen.note(false)))
             .collect(),
         modes: None,
     })

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use myovib_fem::material::three::Axes;
+use myovib_fem::mesh::NodalField;
 use myovib_fem::{FemError, Fibres, Group, Law, Mesh};
 
 use super::builder::Builder;
@@ -184,7 +185,20 @@ impl Builder<'_> {
                         _ => &of_fibre,
                     };
                     self.wrong(place, about_field(error, mesh))
-                })
+                })?;
+                let along = |&element: &usize| runs_along(mesh, element, fibre, sheet?);
+                match members.iter().find_map(along) {
+                    None => Ok(()),
+                    Some(element) => {
+                        let error = InputError::new("the sheets run along the fibres")
+                            .found(format!(
+                                "at all vertices of {} {element}",
+                                mesh.shape().name
+                            ))
+                            .next("give a direction across the fibres");
+                        Err(self.wrong(&of_sheet, error))
+                    }
+                }
             }
             _ => {
                 let error = InputError::new("`fibre` and `sheet` are of different kinds")
@@ -253,6 +267,18 @@ fn about_field(error: FemError, mesh: &Mesh) -> InputError {
         }
         error => InputError::new(error),
     }
+}
+
+/// The element, if the nodal field `sheet` is parallel to `fibre` at all its vertices.
+fn runs_along(mesh: &Mesh, element: usize, fibre: &str, sheet: &str) -> Option<usize> {
+    let (fibre, sheet) = (mesh.field(fibre).ok()?, mesh.field(sheet).ok()?);
+    let vector = |field: &NodalField, vertex| <[f64; 3]>::try_from(field.at(vertex)).ok();
+    let parallel = |&v: &usize| Some(are_parallel(vector(fibre, v)?, vector(sheet, v)?));
+    let vertices = mesh.element(element).iter();
+    vertices
+        .map(parallel)
+        .all(|parallel| parallel == Some(true))
+        .then_some(element)
 }
 
 fn are_parallel(a: [f64; 3], b: [f64; 3]) -> bool {

@@ -13,6 +13,7 @@ mod contraction;
 mod distribution;
 mod feedback;
 mod function;
+mod idle;
 mod limits;
 mod loads;
 mod materials;
@@ -157,8 +158,8 @@ impl Scene {
         scene
     }
 
-    /// What was put right in the mesh, or left aside, points of grids too, settings without effect,
-    /// and where fibres have no clear direction.
+    /// What was put right in the mesh, or left aside, points of grids too, settings, loads and materials
+    /// without effect, and where fibres have no clear direction.
     pub fn notes(&self) -> Vec<String> {
         let Some(body) = &self.body else {
             return Vec::new();
@@ -167,6 +168,11 @@ impl Scene {
         let mut notes: Vec<String> = mesh.notes().iter().map(ToString::to_string).collect();
         notes.extend(self.chains.iter().filter_map(DrivenChain::note));
         notes.extend(settings::missing(&self.file.integrator, body.formulation));
+        notes.extend(settings::without_effect(
+            self.file.analysis,
+            self.source.value(),
+        ));
+        notes.extend(idle::notes(&self.file, body, self.t_end));
         if body.opposed_fibres > 0 {
             notes.push(format!(
                 "at {} quadrature points the fibres of the vertices oppose each other: the nearest \

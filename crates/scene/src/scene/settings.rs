@@ -7,12 +7,14 @@ use myovib_model::{
 };
 use myovib_sparse::klu::Ordering;
 
+use serde_json::Value;
+
 use super::builder::Builder;
 use crate::InputError;
-use crate::scene_file::SceneFile;
 use crate::scene_file::integrator::{
     Block, Integrator, MaxOrder, Method, MultiplierWeightsName, OrderingName,
 };
+use crate::scene_file::{Analysis, SceneFile};
 
 impl Builder<'_> {
     /// The settings for `muscle` in `formulation`.
@@ -97,6 +99,18 @@ impl Builder<'_> {
     }
 }
 
+/// The settings of time integration that a scene without motion gives, in words.
+pub(super) fn without_effect(analysis: Analysis, source: &Value) -> Option<String> {
+    let given = source["integrator"].as_object()?.keys();
+    let keys: Vec<&str> = given.map(String::as_str).collect();
+    (analysis != Analysis::Dynamic && !keys.is_empty()).then(|| {
+        format!(
+            "[integrator]: the scene has no motion, and nothing follows from {}",
+            keys.join(", ")
+        )
+    })
+}
+
 /// What is to be left out of the error test though the formulation does not have it, in words.
 pub(super) fn missing(wanted: &Integrator, formulation: Formulation) -> Vec<String> {
     let blocks = wanted.suppress.iter().flatten();
@@ -156,5 +170,18 @@ mod tests {
         assert_eq!(said.len(), 1);
         assert!(said[0].contains("`position` has no multiplier"), "{said:?}");
         assert!(missing(&wanted, Formulation::Rate).is_empty());
+    }
+
+    /// Regression: limits of an equilibrium were passed over in silence.
+    #[test]
+    fn settings_of_time_are_told_where_nothing_moves() {
+        let source = serde_json::json!({ "integrator": { "max_cpu": 1.0, "max_steps": 1 } });
+        let said = without_effect(Analysis::Static, &source).expect("two keys");
+        assert!(said.contains("max_cpu, max_steps"), "{said}");
+        assert_eq!(without_effect(Analysis::Dynamic, &source), None);
+        assert_eq!(
+            without_effect(Analysis::Static, &serde_json::json!({})),
+            None
+        );
     }
 }

@@ -174,12 +174,14 @@ impl Builder<'_> {
     }
 }
 
-/// Whether two groups move a component alike.
+/// Whether two groups move a component alike; what moves by 0 is held.
 fn alike(moves: &[Move<'_>], terms: &Terms, other: &Terms) -> bool {
-    let same = |((i, a), (j, b)): (&(usize, f64), &(usize, f64))| {
-        a == b && moves[*i].function == moves[*j].function
+    let moving = |terms: &Terms| {
+        let terms = terms.iter().map(|&(i, factor)| (moves[i].function, factor));
+        let moving = terms.filter(|(function, _)| **function != Function::Constant(0.0));
+        moving.collect::<Vec<_>>()
     };
-    terms.len() == other.len() && terms.iter().zip(other).all(same)
+    moving(terms) == moving(other)
 }
 
 /// The sum of moves times their factors; none where nothing moves.

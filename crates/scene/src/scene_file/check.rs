@@ -1,7 +1,7 @@
 //! A scene's tree against the JSON Schema of its types.
 //!
 //! Knows the part of JSON Schema that our types use: references, closed objects, alternatives
-//! told apart by a tag or by the kind of value, ranges, lengths. The first problem ends the check.
+//! told apart by a tag or by the kind of value, ranges, lengths, entries of which none is twice. The first problem ends the check.
 
 use serde_json::{Map, Value};
 
@@ -239,6 +239,13 @@ impl<'s> Checker<'s> {
                 .allowed(describe(allowed, schema));
             return Err(Problem::new(path, error));
         }
+        let again =
+            |&i: &usize| schema["uniqueItems"] == true && entries[..i].contains(&entries[i]);
+        if let Some(i) = (1..entries.len()).find(again) {
+            let error = InputError::new(format!("{} is in the list `{path}` twice", entries[i]))
+                .next("name it once");
+            return Err(Problem::new(&entry(path, i), error));
+        }
         entries
             .iter()
             .enumerate()
@@ -393,12 +400,15 @@ pub(super) fn written(x: f64) -> String {
 }
 
 fn wrong_kind(value: &Value, expected: &str, schema: &Value, path: &str) -> Problem {
-    let found = match value.as_str() {
+    let (problem, found) = match value.as_str() {
         // As the user wrote it; JSON, which our tree is, has no infinity.
-        Some("inf") => "inf".to_owned(),
-        _ => format!("{}: {value}", with_article(kind_of(value))),
+        Some("inf") => ("must be finite", "inf".to_owned()),
+        _ => (
+            "has a value of the wrong kind",
+            format!("{}: {value}", with_article(kind_of(value))),
+        ),
     };
-    let error = InputError::new(format!("`{path}` has a value of the wrong kind"))
+    let error = InputError::new(format!("`{path}` {problem}"))
         .found(found)
         .allowed(describe(expected.to_owned(), schema));
     Problem::new(path, error)

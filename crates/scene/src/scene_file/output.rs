@@ -33,7 +33,7 @@ pub struct Fields {
     pub every: f64,
     /// The quantities.
     #[serde(default = "all_fields")]
-    #[schemars(length(min = 1))]
+    #[schemars(length(min = 1), extend("uniqueItems" = true))]
     pub quantities: Vec<Quantity>,
 }
 

@@ -181,6 +181,21 @@ fn wrong_overrides_are_explained() {
     }
 }
 
+/// Regression: two equal columns were written, and an endless run was a number of the wrong kind.
+#[test]
+fn quantities_named_twice_and_endless_runs_are_refused() {
+    let refusal = |set: &str| {
+        let set = [set.to_owned()];
+        read("scene.toml", MINIMAL, &set)
+            .expect_err("wrong")
+            .to_string()
+    };
+    let twice = refusal("probe[0].quantities=[\"u\", \"p\", \"u\"]");
+    assert!(twice.contains("\"u\" is in the list"), "{twice}");
+    let endless = refusal("time.end=inf");
+    assert!(endless.contains("`time.end` must be finite"), "{endless}");
+}
+
 #[test]
 fn every_object_of_the_schema_is_closed_and_every_key_explained() {
     fn visit(schema: &serde_json::Value, path: &str) {

@@ -15,7 +15,8 @@ use serde::Serialize;
 use self::document::{Document, document};
 use crate::args::CommonArgs;
 use crate::exit::Exit;
-use myovib_report::table::{Align, Table, Tone, coloured_stdout, exponent, kappa, paint};
+use myovib_report::table::{Align, Table, Tone, coloured_stdout, counted, exponent, kappa, paint};
+use myovib_scene::run::{initial, rehearse};
 use myovib_scene::scene_file::active::Tension;
 use myovib_scene::scene_file::material::PronyTerm;
 use myovib_scene::scene_file::solid::{Bed, Direction};
@@ -69,6 +70,7 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
 /// What the model cannot do with the scene.
 pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serialize + use<>)> {
     Known::all(scene)?;
+    rehearse(scene)?;
     let mut equilibrium = None;
     let (text, body) = match (scene.file.analysis, &scene.body) {
         (Analysis::Static, Some(body)) => {
@@ -78,8 +80,8 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
         }
         (Analysis::Dynamic, Some(body)) => {
             let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-            let start = body.initial_values(&mut dae)?;
-            let report = check::check(&body.muscle, body.formulation, &body.settings, start)?;
+            let start = initial(body, &mut dae)?;
+            let report = check::check(&body.muscle, body.formulation, &body.settings, Some(start))?;
             let text = text(scene, body, &report);
             (text, Some(document(body, &report)))
         }
@@ -262,11 +264,14 @@ fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
         Some(f) => format!("the load at {f} Hz"),
         None => "no load that vibrates".to_owned(),
     };
-    lines.push(format!(
-        "modes           the lowest at {} Hz, the highest at {:.0} Hz; {drive}",
-        slow.join(", "),
-        report.fastest_mode
-    ));
+    lines.push(match slow.is_empty() {
+        true => format!("modes           not looked for where pressures are not held; {drive}"),
+        false => format!(
+            "modes           the lowest at {} Hz, the highest at {:.0} Hz; {drive}",
+            slow.join(", "),
+            report.fastest_mode
+        ),
+    });
     if body.settings.integrator == IntegratorKind::Ida {
         lines.push(format!(
             "BDF order       {} at most: beyond it modes faster than the steps resolve would grow",
@@ -285,8 +290,8 @@ fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
             false => "",
         };
         lines.push(format!(
-            "cost            about {:.0} steps to t = {} s, {:.2e} s each: {total}{whose}",
-            cost.steps.ceil(),
+            "cost            about {} to t = {} s, {:.2e} s each: {total}{whose}",
+            counted(cost.steps.ceil(), "step"),
             body.settings.t_end,
             cost.seconds_per_step,
         ));
@@ -304,7 +309,10 @@ fn held(held: Option<Held>) -> String {
             format!("inf–sup         {inf_sup:.3}, all pressures held by displacements")
         }
         Some(Held { inf_sup, nullity }) => {
-            format!("inf–sup         {inf_sup:.3}, {nullity} pressures not held")
+            format!(
+                "inf–sup         {inf_sup:.3}, {} not held",
+                counted(nullity, "pressure")
+            )
         }
         None => {
             "inf–sup         not computed for so many pressures; `myovib infsup` tells it of a mesh"

@@ -1,6 +1,7 @@
 //! What a run of a scene will write.
 
 use myovib_model::SampleTimes;
+use myovib_report::table::counted;
 use myovib_scene::Scene;
 use myovib_scene::scene_file::Analysis;
 
@@ -42,11 +43,4 @@ pub(super) fn lines(scene: &Scene) -> Vec<String> {
 fn times(every: f64, end: f64) -> usize {
     let mut times = SampleTimes::new(every, end);
     std::iter::from_fn(|| times.due(end)).count()
-}
-
-fn counted(n: usize, word: &str) -> String {
-    match n {
-        1 => format!("1 {word}"),
-        n => format!("{n} {word}s"),
-    }
 }

@@ -1,0 +1,127 @@
+//! What a scene says of its body that does nothing: not wrong, but hardly meant.
+
+use myovib_model::Muscle;
+
+use super::Body;
+use super::supports::NAMES;
+use crate::scene_file::solid::Traction;
+use crate::scene_file::{Analysis, SceneFile};
+
+/// In words.
+pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
+    let tractions = file.traction.iter().enumerate();
+    let mut notes: Vec<String> = tractions
+        .flat_map(|(i, traction)| held(i, traction, &body.muscle))
+        .collect();
+    let materials = file.material.iter().enumerate();
+    let unused = materials.filter(|(i, _)| !body.regions.contains(i));
+    notes.extend(unused.map(|(i, material)| {
+        let group = material.group.as_deref().unwrap_or("body");
+        format!("material[{i}] is that of no element: a [[region]] has taken all of `{group}`")
+    }));
+    if file.analysis == Analysis::Static && rests(&body.muscle, t_end) {
+        notes.push(format!(
+            "all loads are 0 at t = {t_end} s, when the equilibrium is taken: [time] end says another time"
+        ));
+    }
+    notes
+}
+
+/// Components of a traction along which all of its group is held or moved.
+fn held(i: usize, traction: &Traction, muscle: &Muscle) -> Vec<String> {
+    let solid = &muscle.solid;
+    let (dimension, free) = (solid.space().dimension(), solid.dofs().free_to_full());
+    let nodes = solid.space().nodes_of(&traction.group).unwrap_or_default();
+    let given = [&traction.x, &traction.y, &traction.z];
+    let axes = (0..dimension).filter(|&axis| given[axis].is_some());
+    let is_held = |&axis: &usize| {
+        let mut components = nodes.iter().map(|node| dimension * node + axis);
+        components.all(|component| free.binary_search(&component).is_err())
+    };
+    let words = axes.filter(is_held).map(|axis| {
+        format!(
+            "traction[{i}].{} moves nothing: all of `{}` is held or moved along it",
+            NAMES[axis], traction.group
+        )
+    });
+    words.collect()
+}
+
+/// Whether there are loads, tensions and motions of supports, but all of them zero.
+fn rests(muscle: &Muscle, t: f64) -> bool {
+    let loads = muscle.loads.iter().map(|load| load.signal().at(t).value);
+    let pressures = muscle
+        .pressures
+        .iter()
+        .map(|load| load.signal().at(t).value);
+    let moved = muscle.prescribed.iter().map(|own| own.signal.at(t).value);
+    let tensions = muscle.activations.iter().map(|(_, own)| own.at(t, 0.0));
+    let values: Vec<f64> = loads
+        .chain(pressures)
+        .chain(moved)
+        .chain(tensions)
+        .collect();
+    !values.is_empty() && values.iter().all(|value| *value == 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::Scene;
+
+    const SQUARE: &str = r#"
+analysis = "static"
+[mesh]
+type = "rectangle"
+width = 1.0
+height = 1.0
+cells = [2, 2]
+[solid]
+kappa = 1e5
+[[material]]
+group = "body"
+law = "neo-hooke"
+density = 1e3
+shear_modulus = 1e4
+[[fixed]]
+group = "left"
+[[traction]]
+group = "right"
+y = { type = "step", value = 1.0, rise = 0.1 }
+"#;
+
+    fn notes(more: &str, set: &[&str]) -> Vec<String> {
+        let text = format!("{SQUARE}{more}");
+        let set: Vec<String> = set.iter().map(|&set| set.to_owned()).collect();
+        let scene = Scene::build("scene.toml", &text, &set, Path::new(""));
+        scene.expect("a valid scene").notes()
+    }
+
+    /// Regression: all of these were taken without a word.
+    #[test]
+    fn what_does_nothing_is_told() {
+        let at_once = "traction[0].y=1.0";
+        assert_eq!(notes("", &[at_once]), Vec::<String>::new());
+        assert_eq!(notes("", &["time.end=0.1"]), Vec::<String>::new());
+
+        let early = notes("", &[]);
+        assert!(
+            early.len() == 1 && early[0].contains("all loads are 0 at t = 0 s"),
+            "{early:?}"
+        );
+
+        let held = notes("", &[at_once, "traction[0].group=left"]);
+        let expected = "traction[0].y moves nothing: all of `left`";
+        assert!(held.len() == 1 && held[0].starts_with(expected), "{held:?}");
+
+        let all = "[[region]]\nname = \"all\"\ncentre = [0.5, 0.5]\nradii = [2.0, 2.0]\n[[material]]\n\
+                   group = \"all\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n";
+        let unused = notes(all, &[at_once]);
+        let expected = "material[0] is that of no element";
+        assert!(
+            unused.len() == 1 && unused[0].starts_with(expected),
+            "{unused:?}"
+        );
+    }
+}
