@@ -50,7 +50,7 @@ fn affine_motion_of_the_boundary_moves_the_inside_by_the_same_field() {
         let body = scene.body.as_ref().unwrap();
         let solid = &body.muscle.solid;
         let found = equilibrium(&body.muscle, body.formulation, 0.0).unwrap();
-        let mut u = vec![f64::NAN; solid.space().n_components()];
+        let mut u = vec![0.0; solid.space().n_components()];
         for (component, value) in prescribed(&scene, 0.0) {
             u[component] = value;
         }
