@@ -99,13 +99,15 @@ impl Builder<'_> {
     }
 }
 
-/// The settings of time integration that a scene without motion gives, in words.
+/// The limits of time integration that a scene without motion gives, in words. Its other settings are there for the
+/// motion that the same scene has too.
 pub(super) fn without_effect(analysis: Analysis, source: &Value) -> Option<String> {
     let given = source["integrator"].as_object()?.keys();
-    let keys: Vec<&str> = given.map(String::as_str).collect();
+    let limits = given.filter(|key| ["max_cpu", "max_steps"].contains(&key.as_str()));
+    let keys: Vec<&str> = limits.map(String::as_str).collect();
     (analysis != Analysis::Dynamic && !keys.is_empty()).then(|| {
         format!(
-            "[integrator]: the scene has no motion, and nothing follows from {}",
+            "[integrator]: the scene has no motion, which {} would limit",
             keys.join(", ")
         )
     })
