@@ -2,10 +2,11 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::block::{ROWS, mean_of_column};
+use super::block::ROWS;
+use super::combination::{DIGITS, PLACES, Products, STEPS, Sums, combination};
 use crate::dense::Collocation;
 use crate::method::Method;
 
@@ -38,17 +39,13 @@ struct Past {
 /// Workspace, so that a guess allocates nothing.
 #[derive(Debug, Default)]
 struct Room {
-    lanes: Vec<f64>,
-    scaled: Vec<f64>,
+    sums: Sums,
     of_columns: Vec<Products>,
     of_state: Vec<Products>,
     coefficients: Vec<SVector<f64, STEPS>>,
     shares: Vec<f64>,
     basis: Vec<f64>,
 }
-
-/// The mean weighed products of vectors at the beginnings of the steps before and of the next.
-type Products = SMatrix<f64, PLACES, PLACES>;
 
 /// Values and derivatives of vectors, and the weights of their components: the inverses of tolerances.
 pub(super) struct Vectors<'a> {
@@ -65,12 +62,6 @@ pub(super) struct Beginning<'a> {
     pub(super) tolerance: f64,
 }
 
-/// Steps that are kept: three or four frequencies with what they grow by.
-const STEPS: usize = 8;
-
-/// Beginnings of those steps, and of the next.
-const PLACES: usize = STEPS + 1;
-
 /// With fewer there is no guess.
 const FEWEST: usize = 3;
 
@@ -79,17 +70,6 @@ const LONGER: f64 = 1.25;
 
 /// Most numbers that are kept, of 8 bytes.
 const MOST_NUMBERS: usize = 1 << 26;
-
-/// How much the state counts beside a column, both measured by their sizes. It says how the loads of a column
-/// go on; its own beginning says more.
-const SHARE_OF_STATE: f64 = 0.1;
-
-/// Of vectors with more rows than this only a part is compared, some rows here and there: eight coefficients
-/// need no more.
-const ENOUGH_ROWS: usize = 512;
-
-/// Sums of products are not known better.
-const DIGITS: f64 = 100.0 * f64::EPSILON;
 
 impl History {
     /// Of steps with so many `stages`, of `n_columns` of `n` unknowns.
@@ -173,7 +153,7 @@ impl History {
         }
         let n_columns = columns.weights.len() / state.weights.len();
         let mut of_columns = std::mem::take(&mut room.of_columns);
-        room.sum(
+        room.sums.of(
             &places[..=count],
             *h,
             (columns.weights, n_columns),
@@ -184,7 +164,8 @@ impl History {
             *place = past.state.each_ref().map(|values| &values[..]);
         }
         let mut of_state = std::mem::take(&mut room.of_state);
-        room.sum(&places[..=count], *h, (state.weights, 1), &mut of_state);
+        room.sums
+            .of(&places[..=count], *h, (state.weights, 1), &mut of_state);
         let largest = of_columns.iter().map(|products| products[(count, count)]);
         let is_known = DIGITS * largest.fold(0.0, f64::max) < now.tolerance.powi(2);
         room.coefficients.clear();
@@ -195,119 +176,6 @@ impl History {
         );
         (room.of_columns, room.of_state) = (of_columns, of_state);
         is_known
-    }
-}
-
-impl Room {
-    /// For each column the mean weighed products of all pairs of vectors: of their values, and of their
-    /// derivatives times h.
-    fn sum(
-        &mut self,
-        vectors: &[[&[f64]; 2]],
-        h: f64,
-        (weights, n_columns): (&[f64], usize),
-        sums: &mut Vec<Products>,
-    ) {
-        let (count, width) = (vectors.len(), ROWS * n_columns);
-        let every = (weights.len() / n_columns / ENOUGH_ROWS).max(1);
-        let taken: usize = weights.chunks(width).step_by(every).map(<[f64]>::len).sum();
-        sums.clear();
-        sums.resize(n_columns, Products::zeros());
-        self.scaled.resize(PLACES * width, 0.0);
-        for (part, factor) in [1.0, h * h].into_iter().enumerate() {
-            self.lanes.clear();
-            self.lanes.resize(count * (count + 1) / 2 * width, 0.0);
-            Arch::new().dispatch(AddProducts {
-                lanes: &mut self.lanes,
-                scaled: &mut self.scaled,
-                width,
-                every,
-                vectors,
-                part,
-                weights,
-            });
-            let pairs = (0..count).flat_map(|k| (0..=k).map(move |l| (k, l)));
-            for (pair, lanes) in pairs.zip(self.lanes.chunks_exact(width)) {
-                for (j, sum) in sums.iter_mut().enumerate() {
-                    sum[pair] += factor * mean_of_column(lanes, (j, n_columns), taken);
-                    sum[(pair.1, pair.0)] = sum[pair];
-                }
-            }
-        }
-    }
-}
-
-/// The coefficients that combine the first `count` vectors to the one after them, from the products of a column's and
-/// of the state's; larger ones than the tolerance warrants are avoided.
-fn combination(
-    column: &Products,
-    state: &Products,
-    count: usize,
-    tolerance: f64,
-) -> SVector<f64, STEPS> {
-    let mut both = *column;
-    let sizes = [column, state].map(|of| of.trace());
-    if sizes[1] > 0.0 {
-        both += state * (SHARE_OF_STATE.powi(2) * sizes[0] / sizes[1]);
-    }
-    // Of steps that are not there the coefficients are 0.
-    let mut matrix = SMatrix::<f64, STEPS, STEPS>::identity();
-    let mut rhs = SVector::zeros();
-    for k in 0..count {
-        for l in 0..count {
-            matrix[(k, l)] = both[(k, l)];
-        }
-        // Each vector is known to the tolerance, and to what products leave of its digits.
-        matrix[(k, k)] += tolerance.powi(2) + DIGITS * both[(k, k)];
-        rhs[k] = both[(k, count)];
-    }
-    let factors = matrix.cholesky();
-    factors.map_or(SVector::zeros(), |factors| factors.solve(&rhs))
-}
-
-/// Sums of w² a b in lanes, for all pairs of vectors.
-struct AddProducts<'a> {
-    lanes: &'a mut [f64],
-    /// Room for `width` numbers of each vector.
-    scaled: &'a mut [f64],
-    width: usize,
-    /// Of so many parts of this width one is taken.
-    every: usize,
-    vectors: &'a [[&'a [f64]; 2]],
-    /// Of each vector the values (0) or the derivatives.
-    part: usize,
-    weights: &'a [f64],
-}
-
-impl WithSimd for AddProducts<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let width = self.width;
-        let parts = self.weights.chunks(width).enumerate();
-        for (number, weights) in parts.step_by(self.every) {
-            let (start, n) = (number * width, weights.len());
-            for (k, vector) in self.vectors.iter().enumerate() {
-                let vector = &vector[self.part][start..][..n];
-                let scaled = &mut self.scaled[k * width..][..n];
-                for i in 0..n {
-                    scaled[i] = weights[i] * vector[i];
-                }
-            }
-            let mut pair = 0;
-            for k in 0..self.vectors.len() {
-                let a = &self.scaled[k * width..][..n];
-                for l in 0..=k {
-                    let b = &self.scaled[l * width..][..n];
-                    let lanes = &mut self.lanes[pair * width..][..n];
-                    for i in 0..n {
-                        lanes[i] += a[i] * b[i];
-                    }
-                    pair += 1;
-                }
-            }
-        }
     }
 }
 
@@ -492,30 +360,5 @@ mod tests {
         let own = step(&Method::radau_iia(3).expect("there is one"), 0..1, 0.0, 1.0);
         (0..5).for_each(|_| history.push(&own, &own));
         assert!(history.steps.is_empty());
-    }
-
-    /// Of 1100 rows every second eight are taken: in rows that are not there may be what will. The mean is that of
-    /// the others, weighed.
-    #[test]
-    fn long_vectors_are_compared_in_a_part_of_their_rows() {
-        let number = |row: usize, taken: f64| match row / ROWS % 2 {
-            0 => taken,
-            _ => f64::NAN,
-        };
-        let rows = 0..1100;
-        let weights: Vec<f64> = rows.clone().flat_map(|_| [2.0, 3.0]).collect();
-        let vector: Vec<f64> = rows
-            .flat_map(|row| [number(row, 1.0), number(row, 5.0)])
-            .collect();
-        let mut sums = Vec::new();
-        let vectors = [[&vector[..], &vector]; 2];
-        Room::default().sum(&vectors, 0.5, (&weights, 2), &mut sums);
-        // (w x)² (1 + h²)
-        let expected = [4.0 * 1.25, 9.0 * 25.0 * 1.25];
-        for (sum, expected) in sums.iter().zip(expected) {
-            for pair in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                assert!((sum[pair] - expected).abs() < 1e-13 * expected);
-            }
-        }
     }
 }

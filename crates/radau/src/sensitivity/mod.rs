@@ -10,6 +10,7 @@
 
 mod adjoint;
 mod block;
+mod combination;
 mod cotangents;
 mod curves;
 mod factors;
