@@ -195,21 +195,61 @@ impl Solid {
 
     /// The smallest J at these places of the elements, and where.
     fn least_volume_ratio_at(&self, u: &[f64], points: &[Barycentric]) -> (f64, Located) {
-        let places = (0..self.space().n_elements()).flat_map(|element| {
-            points.iter().map(move |&barycentric| Located {
-                element,
-                barycentric,
-            })
-        });
-        let ratio = |at: Located| {
-            let law = self.laws()[at.element];
-            let gradient = self.spatial_gradient_at(u, &at);
-            (1.0 + law.volume_change3(gradient), at)
-        };
-        places
-            .map(ratio)
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .expect("a mesh has elements")
+        match self.space().dimension() {
+            2 => self.least_of_elements::<2>(u, points),
+            _ => self.least_of_elements::<3>(u, points),
+        }
+    }
+
+    /// The same. Runs look at it a hundred times: shape functions are evaluated once for all elements, the map of a
+    /// straight one once.
+    fn least_of_elements<const D: usize>(
+        &self,
+        u: &[f64],
+        points: &[Barycentric],
+    ) -> (f64, Located) {
+        let space = self.space();
+        let shape = space.mesh().shape();
+        let slopes = |at: &Barycentric| shape.gradients::<D>(space.degree(), at);
+        let slopes: Vec<_> = points.iter().map(slopes).collect();
+        let mut least: Option<(f64, Located)> = None;
+        for element in 0..space.n_elements() {
+            let (nodes, law) = (space.element_nodes(element), self.laws()[element]);
+            let mut inverse = space.map_at::<D>(element, &points[0]).0;
+            for (number, (&barycentric, slopes)) in points.iter().zip(&slopes).enumerate() {
+                if number > 0 && space.is_curved(element) {
+                    inverse = space.map_at::<D>(element, &barycentric).0;
+                }
+                // By the coordinates of the reference element.
+                let mut own = [[0.0; D]; D];
+                for (&node, slope) in nodes.iter().zip(slopes) {
+                    for (row, u) in own.iter_mut().zip(&u[D * node..]) {
+                        for (entry, slope) in row.iter_mut().zip(slope) {
+                            *entry += u * slope;
+                        }
+                    }
+                }
+                let mut gradient = [[0.0; 3]; 3];
+                for (row, own) in gradient.iter_mut().zip(&own) {
+                    for (m, by_reference) in own.iter().enumerate() {
+                        for (entry, inverse) in row.iter_mut().zip(&inverse[m]) {
+                            *entry += by_reference * inverse;
+                        }
+                    }
+                }
+                let ratio = 1.0 + law.volume_change3(gradient);
+                if least.is_none_or(|(smallest, _)| ratio < smallest) {
+                    least = Some((
+                        ratio,
+                        Located {
+                            element,
+                            barycentric,
+                        },
+                    ));
+                }
+            }
+        }
+        least.expect("a mesh has elements")
     }
 
     /// ∇u at a place in the mesh; in the plane with a third row and column of zeros.

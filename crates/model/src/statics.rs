@@ -45,6 +45,9 @@ pub struct Equilibrium {
     pub newton_iterations: usize,
     /// Load steps taken.
     pub load_steps: usize,
+    /// Independent small motions away from it that grow: 0 where it is stable. Unknown where pressures follow the
+    /// body, whose tangent is not symmetric, and where pivots had to be exchanged.
+    pub instabilities: Option<usize>,
 }
 
 /// Solves ∫P:∇φ = f(t), ∫ψ(p/κ + J - 1) = 0 for the loads as they stand at time `t`, or, for a
@@ -106,6 +109,7 @@ pub fn equilibrium(
         pressure: pressure.to_vec(),
         newton_iterations: newton.iterations,
         load_steps,
+        instabilities: newton.instabilities(),
     })
 }
 
@@ -406,6 +410,21 @@ impl<'a> Newton<'a> {
             self.system.values_mut(),
         );
         Ok(())
+    }
+
+    /// The directions in which the energy falls among the displacements that keep the volume, or pay for it by κ:
+    /// Newton's matrix (K, −Bᵀ; B, M_p/κ) has the inertia of (K, −Bᵀ; −B, −M_p/κ), a negative pivot for each
+    /// pressure and one more for each such direction (Sylvester's law), its last rows having changed their sign. A
+    /// pressure that nothing holds has a pivot of any sign, and hides one direction at most.
+    fn instabilities(&self) -> Option<usize> {
+        if !self.muscle.pressures.is_empty() {
+            return None;
+        }
+        let pivots = self.system.pivots()?;
+        let (momentum, constraint) = pivots.split_at(self.muscle.solid.dofs().n_free());
+        let negative = momentum.iter().filter(|pivot| **pivot < 0.0).count()
+            + constraint.iter().filter(|pivot| **pivot > 0.0).count();
+        Some(negative.saturating_sub(constraint.len()))
     }
 
     /// Whether the increments of displacement and pressure are small beside the solution.

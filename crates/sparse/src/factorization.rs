@@ -48,6 +48,12 @@ pub trait Factorization<T: Number>: std::fmt::Debug + Send {
     /// As for [`solve`](Self::solve).
     fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError>;
 
+    /// The pivots of the last factors by unknown, where rows and columns were eliminated in one order: those of U, or
+    /// D. None where they are not told.
+    fn pivots(&self) -> Option<Vec<T>> {
+        None
+    }
+
     /// Entries of the last factors, where the library tells.
     fn n_entries(&self) -> Option<usize>;
 }

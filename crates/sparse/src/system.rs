@@ -288,6 +288,14 @@ impl<T: Number> SparseSystem<T> {
         work.factor_entries = self.factors().n_entries().unwrap_or(0) as u64;
     }
 
+    /// The [pivots](Factorization::pivots) of the last matrix by unknown; none if they were exchanged.
+    pub fn pivots(&self) -> Option<Vec<T>> {
+        match self.pivoting {
+            Some(_) => None,
+            None => self.direct.pivots(),
+        }
+    }
+
     /// How often pivots were chosen that later matrices keep.
     pub fn pivot_choices(&self) -> u64 {
         self.pivoting.as_ref().map_or(0, Factors::pivot_choices)

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use myovib_dae::Problem;
 use myovib_model::{
-    CpuClock, Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters, spectrum, statics,
+    CpuClock, Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters, statics,
 };
 use serde_json::json;
 
@@ -81,7 +81,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     Ok(RunResult {
         document,
         outcome: Outcome::Finished,
-        notes: instability(&body.muscle, &equilibrium)
+        notes: instability(&equilibrium)
             .into_iter()
             .chain(inversion.map(|seen| seen.note(false)))
             .collect(),
@@ -90,24 +90,16 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
 }
 
 /// What to say of an equilibrium that the smallest disturbance ends: Newton's method finds straight columns beyond the
-/// load that buckles them. Not told where loads follow the body or fibres contract, whose stiffness is not in the modes.
-fn instability(muscle: &Muscle, at: &statics::Equilibrium) -> Option<String> {
-    let is_told =
-        !at.pressure.is_empty() && muscle.pressures.is_empty() && muscle.activations.is_empty();
-    let lowest = |()| spectrum::lowest(muscle, &at.displacement, &at.pressure, 1);
-    // Without modes nothing is known.
-    let mode = is_told
-        .then_some(())
-        .map(lowest)?
-        .ok()?
-        .into_iter()
-        .next()?;
-    (mode.omega_squared < 0.0).then(|| {
-        format!(
-            "the equilibrium is not stable: disturbances grow as exp({:.3} t); a damped motion leads to a stable one",
-            (-mode.omega_squared).sqrt()
-        )
-    })
+/// load that buckles them.
+fn instability(at: &statics::Equilibrium) -> Option<String> {
+    let motions = match at.instabilities? {
+        0 => return None,
+        1 => "a small motion away from it grows".to_owned(),
+        n => format!("{n} independent small motions away from it grow"),
+    };
+    Some(format!(
+        "the equilibrium is not stable: {motions}; a damped motion leads to a stable one"
+    ))
 }
 
 /// The muscle at rest as a system (q, v, λ), or (q, v) without pressure, without damping: for

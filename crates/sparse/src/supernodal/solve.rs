@@ -302,6 +302,17 @@ impl<T: Number> Factorization<T> for Supernodal<T> {
         Ok(())
     }
 
+    fn pivots(&self) -> Option<Vec<T>> {
+        let mut pivots = vec![T::zero(); self.analysis.n()];
+        for node in &self.analysis.supernodes {
+            for (p, column) in node.shape.columns.clone().enumerate() {
+                let inverse = self.factors[node.start + p * node.size() + p];
+                pivots[self.analysis.order[column] as usize] = T::one() / inverse;
+            }
+        }
+        Some(pivots)
+    }
+
     fn n_entries(&self) -> Option<usize> {
         Some(self.factors.len())
     }
