@@ -295,6 +295,54 @@ fn half_the_work_gives_the_solution_of_all_of_it_real_and_complex() {
     }
 }
 
+/// Fronts of two columns have a way of their own for one real right-hand side; several side by side, and complex
+/// ones, go the way of all others.
+#[test]
+fn two_unknowns_of_a_node_are_solved_for_alike_alone_and_beside_others() {
+    let mut rng = StdRng::seed_from_u64(21);
+    // Of the grid's points, 6 by 6, each with two unknowns.
+    let points = stencil(6);
+    let is_entry = |a: usize, b: usize| points.lane(a / 2).contains(&(b / 2));
+    let p = pattern(2 * points.major_dim(), is_entry);
+    let n = p.major_dim();
+    let mut drawn = vec![0.0; n * n];
+    for (c, r) in (0..n).flat_map(|c| (0..=c).map(move |r| (c, r))) {
+        let value = rng.random_range(-1.0..1.0) + if c == r { 24.0 } else { 0.0 };
+        (drawn[c * n + r], drawn[r * n + c]) = (value, value);
+    }
+    let values: Vec<f64> = p.entries().map(|(c, r)| drawn[c * n + r]).collect();
+    let b: Vec<f64> = (0..n).map(|_| rng.random_range(-1.0..1.0)).collect();
+    for kind in [Kind::Symmetric, Kind::General] {
+        let structure = Structure {
+            kind,
+            ..Structure::default()
+        };
+        let elimination = Elimination::new(&p, structure, KluOptions::default()).unwrap();
+        let pairs = elimination.analysis().unwrap().supernodes();
+        assert!(
+            pairs
+                .filter(|&(columns, rows)| columns == 2 && rows > 8)
+                .count()
+                > 1
+        );
+        let mut system = SparseSystem::<f64>::new(Arc::new(elimination));
+        system.values_mut().copy_from_slice(&values);
+        let mut work = LinearWork::default();
+        system.renew(&mut work).unwrap();
+        let mut alone = b.clone();
+        system.solve(&mut alone, &mut work).unwrap();
+        assert!(
+            largest_residual(&p, &values, &b, &alone) < ROUNDING,
+            "{kind:?}"
+        );
+        let mut beside: Vec<f64> = b.iter().flat_map(|&b| [b, 1.0]).collect();
+        system.solve_columns(&mut beside, 2, &mut work).unwrap();
+        for (alone, beside) in alone.iter().zip(beside.chunks_exact(2)) {
+            assert!((alone - beside[0]).abs() < ROUNDING, "{kind:?}");
+        }
+    }
+}
+
 #[test]
 fn the_number_of_threads_does_not_change_a_bit() {
     let mut rng = StdRng::seed_from_u64(2);

@@ -11,6 +11,7 @@ use super::child::Child;
 use super::large::Front;
 use super::rooms::Rooms;
 use super::schedule::Schedule;
+use super::shared::is_large;
 use super::small::{Block, eliminate_rows, factor_panel, minus_outer, mirror, scale_rows};
 use crate::ffi::pages;
 use crate::number::Number;
@@ -28,7 +29,8 @@ const LARGE_PAGES_FROM: usize = 1 << 23;
 ///
 /// For a supernode of k columns and r rows below them: L and U of its columns, (k + r) × k, and
 /// then, unless the matrix is symmetric, its rows of U, transposed, r × k; all column-major, one
-/// supernode after the other. In the place of the pivots are their inverses.
+/// supernode after the other. In the place of the pivots are their inverses. In a symmetric matrix Lᵀ
+/// takes the place of the pivots' U once they are eliminated, but in fronts that threads solve together.
 #[derive(Debug)]
 pub struct Supernodal<T: Number> {
     pub(super) analysis: Arc<Analysis>,
@@ -228,6 +230,10 @@ impl<T: Number> WithSimd for Eliminate<'_, T> {
             };
             if !work.eliminate(values, of_child) {
                 return Err(SparseError::ZeroPivot);
+            }
+            let (m, k) = (node.size(), node.n_columns());
+            if kind == Kind::Symmetric && !is_large(m, k) {
+                mirror(&mut factors[node.start - start..][..m * k], m, 0);
             }
         }
         Ok(())

@@ -24,6 +24,7 @@ mod analysis;
 mod child;
 mod factors;
 mod large;
+mod narrow;
 mod partition;
 mod rooms;
 mod schedule;

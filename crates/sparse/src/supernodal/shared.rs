@@ -152,7 +152,7 @@ impl<T: Number, R: Row<T>> WithSimd for Run<'_, T, R> {
         match step {
             Step::Lower => solve_lower(y, panel, m, first),
             Step::Transposed => solve_transposed(y, panel, m),
-            Step::Upper => solve_upper(y, panel, m),
+            Step::Upper => solve_upper::<T, R, false>(y, panel, m),
             Step::Rows => subtract_rows(y, panel, m, first, x),
             Step::Columns => subtract_products(y, panel, m, x),
         }
@@ -200,7 +200,7 @@ mod tests {
         subtract_products(own, &panel, M, below);
         solve_transposed(own, &panel, M);
         subtract_products(&mut pivots, &upper, M - K, &y[K..]);
-        solve_upper(&mut pivots, &panel, M);
+        solve_upper::<f64, R, false>(&mut pivots, &panel, M);
         [by_blocks, [lower, transposed, pivots]]
     }
 

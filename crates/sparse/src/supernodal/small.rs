@@ -17,7 +17,7 @@ const LANES: usize = 8;
 /// These rows of N columns of a `panel` of `m` rows, from column `p` on. No closure fills the array: it would be a
 /// call, without vector instructions.
 #[inline(always)]
-fn take_columns<T, const N: usize>(
+pub(super) fn take_columns<T, const N: usize>(
     panel: &[T],
     m: usize,
     p: usize,
@@ -78,12 +78,18 @@ pub(super) fn minus_dot<T: Number, R: Row<T>>(a: &[T], b: &[R]) -> R {
             lanes[l] = lanes[l].less_product(a[l], b[l]);
         }
     }
+    sum_lanes(lanes).plus(tail)
+}
+
+/// The sum of the lanes.
+#[inline(always)]
+pub(super) fn sum_lanes<T: Number, R: Row<T>>(mut lanes: [R; LANES]) -> R {
     for half in [4, 2, 1] {
         for l in 0..half {
             lanes[l] = lanes[l].plus(lanes[l + half]);
         }
     }
-    lanes[0].plus(tail)
+    lanes[0]
 }
 
 /// y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the rest: `panel` holds k columns of L (unit
@@ -152,26 +158,30 @@ pub(super) fn subtract_rows<T: Number, R: Row<T>>(
 }
 
 /// y ← U⁻¹ y: `panel` holds the columns of U, `m` rows each, with the inverses of the pivots on the
-/// diagonal.
+/// diagonal, which count as ones where the diagonal `IS_UNIT`.
 #[inline(always)]
-pub(super) fn solve_upper<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize) {
+pub(super) fn solve_upper<T: Number, R: Row<T>, const IS_UNIT: bool>(
+    y: &mut [R],
+    panel: &[T],
+    m: usize,
+) {
     let mut p = y.len();
     while p >= 4 {
         p -= 4;
-        solve_upper_columns::<T, R, 4>(y, panel, m, p);
+        solve_upper_columns::<T, R, IS_UNIT, 4>(y, panel, m, p);
     }
     if p >= 2 {
         p -= 2;
-        solve_upper_columns::<T, R, 2>(y, panel, m, p);
+        solve_upper_columns::<T, R, IS_UNIT, 2>(y, panel, m, p);
     }
     if p == 1 {
-        solve_upper_columns::<T, R, 1>(y, panel, m, 0);
+        solve_upper_columns::<T, R, IS_UNIT, 1>(y, panel, m, 0);
     }
 }
 
 /// The same for N columns from number `p` on.
 #[inline(always)]
-fn solve_upper_columns<T: Number, R: Row<T>, const N: usize>(
+fn solve_upper_columns<T: Number, R: Row<T>, const IS_UNIT: bool, const N: usize>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -182,7 +192,9 @@ fn solve_upper_columns<T: Number, R: Row<T>, const N: usize>(
     let mut x = [R::none(); N];
     x.copy_from_slice(pivots);
     for q in (0..N).rev() {
-        x[q] = x[q].times(columns[q][p + q]);
+        if !IS_UNIT {
+            x[q] = x[q].times(columns[q][p + q]);
+        }
         for i in 0..q {
             x[i] = x[i].less_product(columns[q][p + i], x[q]);
         }
@@ -272,12 +284,7 @@ fn minus_dots<T: Number, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -> [R
         for i in whole..b.len() {
             sums[q] = sums[q].less_product(a[q][i], b[i]);
         }
-        for half in [4, 2, 1] {
-            for l in 0..half {
-                lanes[q][l] = lanes[q][l].plus(lanes[q][l + half]);
-            }
-        }
-        sums[q] = lanes[q][0].plus(sums[q]);
+        sums[q] = sum_lanes(lanes[q]).plus(sums[q]);
     }
     sums
 }

@@ -4,6 +4,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::analysis::Analysis;
 use super::factors::Supernodal;
+use super::narrow::Narrow;
 use super::rooms::Room;
 use super::shared::{Shared, is_large};
 use super::small::{
@@ -177,6 +178,10 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
         } = *task;
         for node in &analysis.supernodes {
             let (m, k) = (node.size(), node.n_columns());
+            if let Some(narrow) = Narrow::of::<R>(node, factors) {
+                narrow.lower(x);
+                continue;
+            }
             let y = &mut gathered[..m];
             copy_few(&mut y[..k], &x[node.shape.columns.clone()]);
             y[k..].fill(R::none());
@@ -205,6 +210,10 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
         for node in analysis.supernodes.iter().rev() {
             let (m, k, r) = (node.size(), node.n_columns(), node.n_rows());
             let (panel, upper) = factors[node.start..][..k * (m + r)].split_at(m * k);
+            if let Some(narrow) = Narrow::of::<R>(node, factors) {
+                narrow.upper(x, upper);
+                continue;
+            }
             let right = &mut gathered[..r];
             for (value, &row) in right.iter_mut().zip(&node.shape.rows) {
                 *value = x[row as usize];
@@ -219,7 +228,7 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
                     *pivot = pivot.plus(minus_dot(row, right));
                 }
             }
-            solve_upper(pivots, panel, m);
+            solve_upper::<T, R, false>(pivots, panel, m);
         }
     }
 
@@ -258,6 +267,10 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
         } = *task;
         for node in analysis.supernodes.iter().rev() {
             let (m, k) = (node.size(), node.n_columns());
+            if let Some(narrow) = Narrow::of::<R>(node, factors).filter(|_| WITH_PIVOTS) {
+                narrow.scaled_upper(x);
+                continue;
+            }
             let panel = &factors[node.start..][..m * k];
             let (own, right) = gathered[..m].split_at_mut(k);
             for (value, &row) in right.iter_mut().zip(&node.shape.rows) {
@@ -277,7 +290,10 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
             }
             // Before the pivots, none of which waits for another in it.
             subtract_products(pivots, panel, m, right);
-            solve_transposed(pivots, panel, m);
+            match WITH_PIVOTS {
+                true => solve_upper::<T, R, true>(pivots, panel, m),
+                false => solve_transposed(pivots, panel, m),
+            }
         }
     }
 }

@@ -1,0 +1,169 @@
+//! Solves with fronts of two columns, the displacements of one node: most fronts of a plane body. Their few rows
+//! go from the right-hand side to registers and back, without the way through memory that wider fronts take:
+//! there a vector is read that was written number by number just before, which a processor has to wait for.
+
+use super::analysis::Supernode;
+use super::small::{sum_lanes, take_columns};
+use crate::number::{Number, Row};
+
+/// Columns.
+const N: usize = 2;
+/// Rows at a time: one register of AVX-512.
+const LANES: usize = 8;
+
+/// A front and its place in the right-hand side.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Narrow<'a, T> {
+    /// The first of its unknowns.
+    first: usize,
+    /// Its columns, one after the other: the pivots' rows, then these.
+    panel: &'a [T],
+    rows: &'a [u32],
+}
+
+impl<'a, T: Number> Narrow<'a, T> {
+    /// The `node`, if it has two columns and rows are single real numbers; wider ones gain nothing.
+    #[inline(always)]
+    pub(super) fn of<R: Row<T>>(node: &'a Supernode, factors: &'a [T]) -> Option<Self> {
+        let is_narrow = size_of::<R>() == size_of::<f64>() && node.n_columns() == N;
+        is_narrow.then(|| Self {
+            first: node.shape.columns.start,
+            panel: &factors[node.start..][..N * node.size()],
+            rows: &node.shape.rows,
+        })
+    }
+
+    /// x ← L⁻¹ x for its unknowns, and what they take from the rows below.
+    #[inline(always)]
+    pub(super) fn lower<R: Row<T>>(&self, x: &mut [R]) {
+        let pivots = &mut x[self.first..][..N];
+        pivots[1] = pivots[1].less_product(self.panel[1], pivots[0]);
+        let own = [pivots[0], pivots[1]];
+        let (n, mut start) = (self.rows.len(), 0);
+        while start + LANES <= n {
+            self.scatter::<R, LANES>(x, own, &mut start);
+        }
+        if n & 4 != 0 {
+            self.scatter::<R, 4>(x, own, &mut start);
+        }
+        if n & 2 != 0 {
+            self.scatter::<R, 2>(x, own, &mut start);
+        }
+        if n & 1 != 0 {
+            self.scatter::<R, 1>(x, own, &mut start);
+        }
+    }
+
+    /// x ← (D Lᵀ)⁻¹ x for its unknowns, with the inverses of D on the diagonal.
+    #[inline(always)]
+    pub(super) fn scaled_upper<R: Row<T>>(&self, x: &mut [R]) {
+        let sums = self.gather_all(x, self.below());
+        let [first, second] = self.inverses();
+        let x = &mut x[self.first..][..N];
+        x[1] = x[1].times(second).plus(sums[1]);
+        x[0] = x[0]
+            .times(first)
+            .plus(sums[0])
+            .less_product(self.panel[1], x[1]);
+    }
+
+    /// x ← U⁻¹ x for its unknowns; `upper` has the rows of U right of the pivots, one after the other.
+    #[inline(always)]
+    pub(super) fn upper<R: Row<T>>(&self, x: &mut [R], upper: &[T]) {
+        let sums = self.gather_all(
+            x,
+            take_columns(upper, self.rows.len(), 0, 0..self.rows.len()),
+        );
+        let [first, second] = self.inverses();
+        let x = &mut x[self.first..][..N];
+        x[1] = x[1].plus(sums[1]).times(second);
+        let entry = self.panel[N + self.rows.len()];
+        x[0] = x[0].plus(sums[0]).less_product(entry, x[1]).times(first);
+    }
+
+    /// The inverses of the pivots.
+    #[inline(always)]
+    fn inverses(&self) -> [T; N] {
+        [self.panel[0], self.panel[N + self.rows.len() + 1]]
+    }
+
+    /// The entries of L below the pivots.
+    #[inline(always)]
+    fn below(&self) -> [&'a [T]; N] {
+        let m = N + self.rows.len();
+        take_columns(self.panel, m, 0, N..m)
+    }
+
+    /// `x` -= L `own` for the `L` rows from number `start` on, which comes behind them.
+    #[inline(always)]
+    fn scatter<R: Row<T>, const L: usize>(&self, x: &mut [R], own: [R; N], start: &mut usize) {
+        let (rows, columns) = self.next::<L>(self.below(), start);
+        let mut update = [R::none(); L];
+        for p in 0..N {
+            for l in 0..L {
+                update[l] = update[l].less_product(columns[p][l], own[p]);
+            }
+        }
+        for l in 0..L {
+            let x = &mut x[rows[l] as usize];
+            *x = x.plus(update[l]);
+        }
+    }
+
+    /// Minus the products of `columns` with `x` in the rows.
+    #[inline(always)]
+    fn gather_all<R: Row<T>>(&self, x: &[R], columns: [&[T]; N]) -> [R; N] {
+        let (n, mut start) = (self.rows.len(), 0);
+        let mut lanes = [[R::none(); LANES]; N];
+        while start + LANES <= n {
+            self.gather::<R, LANES>(x, columns, &mut lanes, &mut start);
+        }
+        if n & 4 != 0 {
+            self.gather::<R, 4>(x, columns, &mut lanes, &mut start);
+        }
+        if n & 2 != 0 {
+            self.gather::<R, 2>(x, columns, &mut lanes, &mut start);
+        }
+        if n & 1 != 0 {
+            self.gather::<R, 1>(x, columns, &mut lanes, &mut start);
+        }
+        [sum_lanes(lanes[0]), sum_lanes(lanes[1])]
+    }
+
+    /// `lanes` -= those for the `L` rows from number `start` on, which comes behind them.
+    #[inline(always)]
+    fn gather<R: Row<T>, const L: usize>(
+        &self,
+        x: &[R],
+        columns: [&[T]; N],
+        lanes: &mut [[R; LANES]; N],
+        start: &mut usize,
+    ) {
+        let (rows, columns) = self.next::<L>(columns, start);
+        let mut right = [R::none(); L];
+        for l in 0..L {
+            right[l] = x[rows[l] as usize];
+        }
+        for p in 0..N {
+            for l in 0..L {
+                lanes[p][l] = lanes[p][l].less_product(columns[p][l], right[l]);
+            }
+        }
+    }
+
+    /// These rows, and what `columns` have there.
+    #[inline(always)]
+    fn next<'c, const L: usize>(
+        &self,
+        columns: [&'c [T]; N],
+        start: &mut usize,
+    ) -> (&'a [u32], [&'c [T]; N]) {
+        let rows = *start..*start + L;
+        *start = rows.end;
+        let [first, second] = columns;
+        (
+            &self.rows[rows.clone()],
+            [&first[rows.clone()], &second[rows]],
+        )
+    }
+}
