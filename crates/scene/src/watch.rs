@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use myovib_model::statics::Search;
 use myovib_model::{ModelError, Observer, Outcome, Step};
 
 /// Who is told how far a computation is. The line is only made if it is wanted.
@@ -53,5 +54,17 @@ impl<P> Observer<P> for Watch<'_> {
             )
         });
         Ok(ControlFlow::Continue(()))
+    }
+}
+
+/// What tells `progress` how far the search for the equilibrium of a run is.
+pub(crate) fn search(progress: &dyn Tell) -> impl FnMut(&Search) {
+    |at| {
+        progress.tell(&|| {
+            format!(
+                "run: equilibrium, load step {} to {:.4} of the load, {:.4} reached, Newton iteration {} ({} before)",
+                at.load_step, at.target, at.reached, at.iteration, at.iterations
+            )
+        });
     }
 }

@@ -6,9 +6,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
+use std::sync::Mutex;
 
 use myovib_scene::Scene;
 use myovib_scene::run::{RunOptions, RunResult, compute};
+use myovib_scene::watch::Tell;
 
 fn run(text: &str, folder: &Path) -> RunResult {
     let scene = Scene::build("scene.toml", text, &[], folder).unwrap();
@@ -56,6 +58,51 @@ fn neo_hooke(mesh: &str, rest: &str) -> String {
         "analysis = \"static\"\n[mesh]\n{mesh}\n[solid]\nkappa = inf\n[[material]]\nlaw = \"neo-hooke\"\n\
          density = 1e3\nshear_modulus = 1e4\n{rest}[[probe]]\nname = \"all\"\ntype = \"average\"\ngroup = \"body\"\n"
     )
+}
+
+/// Keeps the lines of progress.
+#[derive(Default)]
+struct Lines(Mutex<Vec<String>>);
+
+impl Tell for Lines {
+    fn tell(&self, line: &dyn Fn() -> String) {
+        self.0.lock().unwrap().push(line());
+    }
+}
+
+/// A line before each iteration, for static runs and for motions that start in equilibrium; the last is of the last
+/// of all iterations, under the whole load.
+#[test]
+fn the_search_for_an_equilibrium_is_told_of() {
+    let beam = "type = \"beam\"\nlength = 1.0\nheight = 0.1\ncells = [10, 1]";
+    let bent = "[time]\nend = 1e-3\n[[fixed]]\ngroup = \"fixed\"\n[[traction]]\ngroup = \"load\"\ny = 1e3\n";
+    let at_rest = neo_hooke(beam, bent);
+    let moving = at_rest.replace(
+        "analysis = \"static\"",
+        "start = { type = \"equilibrium\" }",
+    );
+    let told = |text: &str| {
+        let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();
+        let (out, lines) = (tempfile::tempdir().unwrap(), Lines::default());
+        let options = RunOptions {
+            progress: &lines,
+            ..RunOptions::into_folder(out.path())
+        };
+        let found = compute(&scene, &options).unwrap();
+        let lines = lines.0.into_inner().unwrap().into_iter();
+        let of_search = lines.filter(|line| line.starts_with("run: equilibrium"));
+        (found, of_search.collect::<Vec<_>>())
+    };
+    let (found, lines) = told(&at_rest);
+    let count = |key: &str| found.document[key].as_u64().unwrap();
+    assert!(count("load_steps") > 1);
+    assert_eq!(lines.len() as u64, count("newton_iterations"));
+    let last = lines.last().unwrap();
+    let whole = format!("load step {} to 1.0000 of the load", count("load_steps"));
+    assert!(last.contains(&whole), "{last}");
+    let before = format!("({} before)", count("newton_iterations") - 1);
+    assert!(last.ends_with(&before), "{last}");
+    assert_eq!(told(&moving).1, lines);
 }
 
 /// Euler's load of a clamped column in plane strain is π² 4G I/(4 L²), a traction of 3.3 Pa here; further modes buckle at 9

@@ -16,6 +16,7 @@ use super::{RunOptions, RunResult};
 use crate::scene::Scene;
 use crate::state::State;
 use crate::vtu::{self, Grid, Series};
+use crate::watch::search;
 use crate::{Error, InputError};
 
 /// Computes the equilibrium of a scene under its loads at the end time.
@@ -25,7 +26,10 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         return Err(InputError::new("a static scene needs a [mesh] with [solid]").into());
     };
     let readings = scene.readings()?;
-    let equilibrium = statics::equilibrium(&body.muscle, body.formulation, scene.t_end)?;
+    let equilibrium = {
+        let mut search = search(options.progress);
+        statics::equilibrium_watched(&body.muscle, body.formulation, scene.t_end, &mut search)?
+    };
 
     let folder = Folder::open(options, &Record::of(scene)?).map_err(Error::before_any_output)?;
     let mut dae = at_rest(&body.muscle, body.formulation)?;
