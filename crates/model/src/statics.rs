@@ -10,6 +10,7 @@ use crate::error::ModelError;
 use crate::field::{Field, Layout};
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
+use crate::operators;
 use newton::Newton;
 
 /// After so few iterations the next load step is twice as long.
@@ -17,13 +18,15 @@ const QUICK: usize = 6;
 /// Smallest load increment, as a fraction of the whole load.
 const SMALLEST_LOAD_STEP: f64 = 1.0 / 1024.0;
 
-/// A body at rest under its load.
+/// A body at rest under its loads, or without.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium {
     /// Free displacement components, m.
     pub displacement: Vec<f64>,
     /// Pressure at the vertices, Pa; empty for a formulation without.
     pub pressure: Vec<f64>,
+    /// The time of the loads, s; none for a body without loads.
+    pub loads_at: Option<f64>,
     /// Newton iterations over all load steps.
     pub newton_iterations: usize,
     /// Load steps taken.
@@ -31,6 +34,21 @@ pub struct Equilibrium {
     /// Independent small motions away from it that grow: 0 where it is stable. Unknown where pressures follow the
     /// body, whose tangent is not symmetric, and where pivots had to be exchanged.
     pub instabilities: Option<usize>,
+}
+
+impl Equilibrium {
+    /// The body without loads, prescribed displacements and tensions.
+    pub fn unloaded(muscle: &Muscle) -> Self {
+        let solid = &muscle.solid;
+        Self {
+            displacement: vec![0.0; solid.dofs().n_free()],
+            pressure: operators::no_pressure(solid),
+            loads_at: None,
+            newton_iterations: 0,
+            load_steps: 0,
+            instabilities: None,
+        }
+    }
 }
 
 /// How far the search for an equilibrium is, before an iteration.
@@ -127,6 +145,7 @@ pub fn equilibrium_watched(
     Ok(Equilibrium {
         displacement: displacement.to_vec(),
         pressure: pressure.to_vec(),
+        loads_at: Some(t),
         newton_iterations: newton.iterations,
         load_steps,
         instabilities: newton.instabilities(),

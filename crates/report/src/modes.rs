@@ -58,8 +58,11 @@ pub fn text(modes: &Modes) -> String {
         let number = [(n + 1).to_string()];
         table.row(number.into_iter().chain(cells).map(Into::into));
     }
+    let about = modes.loads_at.map_or_else(String::new, |t| {
+        format!("about the equilibrium under the loads at t = {t} s\n")
+    });
     format!(
-        "{}\ndamping ratio: by α, β, viscosity and beds, not by Prony terms; 1 is critical.\n",
+        "{}\n{about}damping ratio: by α, β, viscosity and beds, not by Prony terms; 1 is critical.\n",
         table.render(coloured_stdout()),
     )
 }

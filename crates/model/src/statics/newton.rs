@@ -127,9 +127,7 @@ impl<'a> Newton<'a> {
         for part in &muscle.loads {
             part.add_at(t, &mut load);
         }
-        let mut tensions = vec![0.0; solid.n_tensions()];
-        let at_start = vec![0.0; muscle.models().count()];
-        muscle.fill_tensions(t, &at_start, None, &mut tensions);
+        let tensions = muscle.tensions_at_rest(t);
         let prescribed: Vec<_> = muscle
             .prescribed
             .iter()

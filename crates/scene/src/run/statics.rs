@@ -13,6 +13,7 @@ use super::folder::{Folder, Record};
 use super::inversion::Inversion;
 use super::recorder::Recorder;
 use super::{RunOptions, RunResult};
+use crate::modes::instability;
 use crate::scene::Scene;
 use crate::state::State;
 use crate::vtu::{self, Grid, Series};
@@ -91,19 +92,6 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             .collect(),
         modes: None,
     })
-}
-
-/// What to say of an equilibrium that the smallest disturbance ends: Newton's method finds straight columns beyond the
-/// load that buckles them.
-fn instability(at: &statics::Equilibrium) -> Option<String> {
-    let motions = match at.instabilities? {
-        0 => return None,
-        1 => "a small motion away from it grows".to_owned(),
-        n => format!("{n} independent small motions away from it grow"),
-    };
-    Some(format!(
-        "the equilibrium is not stable: {motions}; a damped motion leads to a stable one"
-    ))
 }
 
 /// The muscle at rest as a system (q, v, λ), or (q, v) without pressure, without damping: for
