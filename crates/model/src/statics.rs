@@ -62,7 +62,7 @@ pub struct Search {
     pub target: f64,
     /// Newton's iteration for it, from 1.
     pub iteration: usize,
-    /// Iterations before this one over all load steps.
+    /// Iterations over all load steps, with this one.
     pub iterations: usize,
 }
 
@@ -120,7 +120,7 @@ pub fn equilibrium_watched(
                 load_step: load_steps + 1,
                 reached,
                 target,
-                iteration: iteration + 1,
+                iteration,
                 iterations,
             });
         };

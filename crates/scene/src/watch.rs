@@ -57,13 +57,14 @@ impl<P> Observer<P> for Watch<'_> {
     }
 }
 
-/// What tells `progress` how far the search for the equilibrium of a run is.
+/// What tells `progress` how far the search for an equilibrium is.
 pub(crate) fn search(progress: &dyn Tell) -> impl FnMut(&Search) {
     |at| {
         progress.tell(&|| {
+            let [from, to] = [at.reached, at.target].map(|part| 100.0 * part);
             format!(
-                "run: equilibrium, load step {} to {:.4} of the load, {:.4} reached, Newton iteration {} ({} before)",
-                at.load_step, at.target, at.reached, at.iteration, at.iterations
+                "equilibrium: step {}, {from:.1} to {to:.1} % of the load, Newton iteration {}, {} in all",
+                at.load_step, at.iteration, at.iterations
             )
         });
     }

@@ -239,7 +239,7 @@ impl<'a> Newton<'a> {
 
     /// Newton's iteration from `start`, the equilibrium of the load step before, or from `continued`
     /// if forces are nearer to equilibrium there; None if it does not converge. `watch` hears of the iterations before
-    /// they begin: how many there were, in this load step and in all.
+    /// they begin: the number of the iteration in this load step and in all.
     pub(super) fn solve(
         &mut self,
         start: &[f64],
@@ -265,8 +265,8 @@ impl<'a> Newton<'a> {
             x = continued;
             std::mem::swap(&mut r, &mut r_trial);
         }
-        for iteration in 0..MAX_ITERATIONS {
-            watch([iteration, self.iterations]);
+        for iteration in 1..=MAX_ITERATIONS {
+            watch([iteration, self.iterations + 1]);
             if self.tangent(&x, factor).is_err() {
                 return Ok(None);
             }
