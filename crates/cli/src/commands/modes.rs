@@ -77,6 +77,9 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
     let findings = match &args.scene {
         Some(scene) => {
             let loaded = Scene::load(scene, &args.set)?;
+            for note in loaded.notes() {
+                eprintln!("note: {}", plain(&note));
+            }
             let name = scene.display().to_string();
             let progress = Progress::new(args.common.quiet);
             of_scene(name, loaded, args.count.map(usize::from), &progress)?
