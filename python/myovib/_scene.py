@@ -213,7 +213,10 @@ class Scene:
         return SweepResult._of(out, temporary)
 
     def modes(self, count: int | None = None) -> list[dict[str, float]]:
-        """The lowest eigenmodes of the body about its unloaded state.
+        """The lowest eigenmodes of the body.
+
+        They are about its unloaded state, or, with ``scene.set("modes.loads_at", t)``, about the
+        equilibrium under its loads at the time t.
 
         Parameters
         ----------

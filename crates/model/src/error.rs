@@ -116,6 +116,12 @@ pub enum ModelError {
         /// An element that the last trials turned inside out.
         inverted: Option<myovib_fem::Inverted>,
     },
+    /// Pressures whose work depends on the way.
+    #[error(
+        "there are no modes about an equilibrium under pressures that follow the body where the edge of their surface moves: \
+         their work depends on the way, and the tangent is not symmetric; hold the edge, or take tractions of fixed direction"
+    )]
+    NoEnergy,
     /// Supports that leave motions without strain.
     #[error(
         "the supports do not hold the body: {0}; hold more components, or more nodes of each part"

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use myovib_fem::{DofMap, Law, Mesh, Solid, Space, generate};
+use myovib_model::statics::Equilibrium;
 use myovib_model::{Formulation, Muscle, Parameters, Signal, paper, spectrum, statics};
 use myovib_structure::Mode;
 
@@ -18,9 +19,7 @@ fn cantilever(slenderness: f64, cells: [usize; 2], kappa: f64) -> Muscle {
 }
 
 fn modes(muscle: &Muscle, count: usize) -> Vec<Mode> {
-    let q = vec![0.0; muscle.solid.dofs().n_free()];
-    let pressure = vec![0.0; muscle.solid.space().n_pressures()];
-    spectrum::lowest(muscle, &q, &pressure, count).unwrap()
+    spectrum::lowest(muscle, &Equilibrium::unloaded(muscle), count).unwrap()
 }
 
 /// ω of the n-th bending mode of a slender cantilever, of length 1 and of this modulus.
@@ -199,18 +198,17 @@ fn a_stretched_beam_is_stiffer() {
             myovib_fem::load::traction(muscle.solid.space(), "load", [size, 0.0]).unwrap();
         muscle.loads = vec![myovib_model::Load::new(&traction, Signal::constant(1.0))];
         let at = statics::equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
-        let found = spectrum::lowest(&muscle, &at.displacement, &at.pressure, 1).unwrap();
+        let found = spectrum::lowest(&muscle, &at, 1).unwrap();
         found[0].frequency().unwrap()
     };
     assert!(pulled(2e3) > 1.1 * pulled(0.0));
 }
 
 fn damping_ratios(muscle: &Muscle, count: usize) -> Vec<[f64; 2]> {
-    let q = vec![0.0; muscle.solid.dofs().n_free()];
-    let pressure = vec![0.0; muscle.solid.space().n_pressures()];
+    let at = Equilibrium::unloaded(muscle);
     let found = modes(muscle, count).into_iter();
     let of = |mode: Mode| {
-        let ratio = spectrum::damping_ratio(muscle, &q, &pressure, &mode).unwrap();
+        let ratio = spectrum::damping_ratio(muscle, &at, &mode).unwrap();
         [mode.angular_frequency().unwrap(), ratio.unwrap()]
     };
     found.map(of).collect()

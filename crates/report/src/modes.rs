@@ -42,6 +42,14 @@ fn columns(modes: &Modes, body: &BodyModes, n: usize) -> [String; 3] {
     ]
 }
 
+/// The state that modes are about, by the time of its loads.
+pub(crate) fn about(loads_at: Option<f64>) -> String {
+    match loads_at {
+        None => "about the unloaded state".to_owned(),
+        Some(t) => format!("about the equilibrium under the loads at t = {t} s"),
+    }
+}
+
 /// The modes of the bodies beside each other.
 pub fn text(modes: &Modes) -> String {
     let bodies = &modes.muscles;
@@ -58,9 +66,11 @@ pub fn text(modes: &Modes) -> String {
         let number = [(n + 1).to_string()];
         table.row(number.into_iter().chain(cells).map(Into::into));
     }
+    let loaded = modes.loads_at.map(|t| format!("{}\n", about(Some(t))));
     format!(
-        "{}\ndamping ratio: by α, β, viscosity and beds, not by Prony terms; 1 is critical.\n",
+        "{}\n{}damping ratio: by α, β, viscosity and beds, not by Prony terms; 1 is critical.\n",
         table.render(coloured_stdout()),
+        loaded.unwrap_or_default(),
     )
 }
 

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use myovib_model::statics::Search;
 use myovib_model::{ModelError, Observer, Outcome, Step};
 
 /// Who is told how far a computation is. The line is only made if it is wanted.
@@ -53,5 +54,18 @@ impl<P> Observer<P> for Watch<'_> {
             )
         });
         Ok(ControlFlow::Continue(()))
+    }
+}
+
+/// What tells `progress` how far the search for an equilibrium is.
+pub(crate) fn search(progress: &dyn Tell) -> impl FnMut(&Search) {
+    |at| {
+        progress.tell(&|| {
+            let [from, to] = [at.reached, at.target].map(|part| 100.0 * part);
+            format!(
+                "equilibrium: step {}, {from:.1} to {to:.1} % of the load, Newton iteration {}, {} in all",
+                at.load_step, at.iteration, at.iterations
+            )
+        });
     }
 }

@@ -6,9 +6,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
+use std::sync::Mutex;
 
 use myovib_scene::Scene;
 use myovib_scene::run::{RunOptions, RunResult, compute};
+use myovib_scene::watch::Tell;
 
 fn run(text: &str, folder: &Path) -> RunResult {
     let scene = Scene::build("scene.toml", text, &[], folder).unwrap();
@@ -58,6 +60,52 @@ fn neo_hooke(mesh: &str, rest: &str) -> String {
     )
 }
 
+/// Keeps the lines of progress.
+#[derive(Default)]
+struct Lines(Mutex<Vec<String>>);
+
+impl Tell for Lines {
+    fn tell(&self, line: &dyn Fn() -> String) {
+        self.0.lock().unwrap().push(line());
+    }
+}
+
+/// A line before each iteration, for static runs and for motions that start in equilibrium; the last is of the last
+/// of all iterations, under the whole load.
+#[test]
+fn the_search_for_an_equilibrium_is_told_of() {
+    let beam = "type = \"beam\"\nlength = 1.0\nheight = 0.1\ncells = [10, 1]";
+    let bent = "[time]\nend = 1e-3\n[[fixed]]\ngroup = \"fixed\"\n[[traction]]\ngroup = \"load\"\ny = 1e3\n";
+    let at_rest = neo_hooke(beam, bent);
+    let moving = at_rest.replace(
+        "analysis = \"static\"",
+        "start = { type = \"equilibrium\" }",
+    );
+    let told = |text: &str| {
+        let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();
+        let (out, lines) = (tempfile::tempdir().unwrap(), Lines::default());
+        let options = RunOptions {
+            progress: &lines,
+            ..RunOptions::into_folder(out.path())
+        };
+        let found = compute(&scene, &options).unwrap();
+        let lines = lines.0.into_inner().unwrap().into_iter();
+        let of_search = lines.filter(|line| line.starts_with("equilibrium"));
+        (found, of_search.collect::<Vec<_>>())
+    };
+    let (found, lines) = told(&at_rest);
+    let count = |key: &str| found.document[key].as_u64().unwrap();
+    assert!(count("load_steps") > 1);
+    assert_eq!(lines.len() as u64, count("newton_iterations"));
+    let last = lines.last().unwrap();
+    let step = format!("equilibrium: step {}, ", count("load_steps"));
+    assert!(last.starts_with(&step), "{last}");
+    assert!(last.contains(" to 100.0 % of the load"), "{last}");
+    let all = format!(", {} in all", count("newton_iterations"));
+    assert!(last.ends_with(&all), "{last}");
+    assert_eq!(told(&moving).1, lines);
+}
+
 /// Euler's load of a clamped column in plane strain is π² 4G I/(4 L²), a traction of 3.3 Pa here; further modes buckle at 9
 /// and 25 times it. The straight column is an equilibrium for all loads.
 #[test]
@@ -87,6 +135,16 @@ fn a_column_beyond_the_loads_that_buckle_it_is_said_to_be_unstable() {
                     .zip(said)
                     .all(|(note, said)| note.contains(said)),
                 "{notes:?}"
+            );
+            let vibrating = text.replace("\"static\"", "\"modes\"\nmodes = { loads_at = 0.0 }");
+            let found = run(&vibrating, Path::new(""));
+            assert_eq!(found.notes, notes);
+            assert_eq!(found.document["loads_at"], 0.0);
+            let first = &found.document["muscles"][0]["modes"][0];
+            assert_eq!(first["frequency"].is_null(), said.is_some(), "{part}");
+            assert_eq!(
+                first["omega_squared"].as_f64().unwrap() < 0.0,
+                said.is_some()
             );
         }
     }

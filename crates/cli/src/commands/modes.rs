@@ -7,12 +7,14 @@ use clap::Args;
 use myovib_fem::Mesh;
 use myovib_model::{Formulation, Muscle, Signal, paper, statics};
 use myovib_report::modes;
-use myovib_scene::modes::{BodyModes, DEFAULT_COUNT, Modes, note};
+use myovib_scene::modes::{BodyModes, DEFAULT_COUNT, Modes};
+use myovib_scene::watch::Tell;
 use myovib_scene::{Error, InputError, Scene, atomic_file, mesh_file, plain};
 use serde::Serialize;
 
 use crate::args::CommonArgs;
 use crate::exit::Exit;
+use crate::progress::Progress;
 use crate::values;
 
 /// Options of `myovib modes`.
@@ -23,11 +25,12 @@ use crate::values;
     myovib modes\n  \
     myovib modes --count 6 --svg modes.svg\n  \
     myovib modes --kappa 1e6 --load 100 --json\n  \
-    myovib modes cantilever --count 4"
+    myovib modes cantilever --count 4\n  \
+    myovib modes cook-static --set modes.loads_at=0"
 )]
 pub struct ModesArgs {
-    /// A scene whose body is looked at, about its unloaded state: a TOML file, or the name of a
-    /// built-in scene [default: the paper's muscle, compressible and incompressible].
+    /// A scene whose body is looked at, about rest or, with `--set modes.loads_at=T`, about the
+    /// equilibrium under its loads at the time T: a TOML file, or the name of a built-in scene [default: the paper's muscle, compressible and incompressible].
     #[arg(value_name = "SCENE", conflicts_with_all = ["mesh", "kappa", "load", "beta"])]
     pub scene: Option<PathBuf>,
 
@@ -74,8 +77,12 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
     let findings = match &args.scene {
         Some(scene) => {
             let loaded = Scene::load(scene, &args.set)?;
+            for note in loaded.notes() {
+                eprintln!("note: {}", plain(&note));
+            }
             let name = scene.display().to_string();
-            of_scene(name, loaded, args.count.map(usize::from))?
+            let progress = Progress::new(args.common.quiet);
+            of_scene(name, loaded, args.count.map(usize::from), &progress)?
         }
         None => of_the_paper(args)?,
     };
@@ -86,8 +93,8 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
     ) {
         atomic_file::save(path, modes::figure(muscle, body).render())?;
     }
-    for note in findings.muscles.iter().filter_map(note) {
-        eprintln!("note: {}", plain(&note));
+    for note in findings.modes.muscles.iter().flat_map(|body| &body.notes) {
+        eprintln!("note: {}", plain(note));
     }
     let text = modes::text(&findings.modes);
     args.common.give("modes", &text, &findings)?;
@@ -99,7 +106,7 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
 /// # Errors
 /// A scene without a body, or one whose modes cannot be found.
 pub fn document(name: &str, scene: Scene, count: Option<usize>) -> anyhow::Result<String> {
-    let findings = of_scene(name.to_owned(), scene, count)?;
+    let findings = of_scene(name.to_owned(), scene, count, &())?;
     Ok(serde_json::to_string(&findings)?)
 }
 
@@ -114,9 +121,14 @@ struct Findings {
     muscles: Vec<Muscle>,
 }
 
-/// The body of a scene, about its unloaded state.
-fn of_scene(mesh: String, scene: Scene, count: Option<usize>) -> anyhow::Result<Findings> {
-    let modes = Modes::of_scene(&scene, count).map_err(Error::before_any_output)?;
+/// The body of a scene.
+fn of_scene(
+    mesh: String,
+    scene: Scene,
+    count: Option<usize>,
+    progress: &dyn Tell,
+) -> anyhow::Result<Findings> {
+    let modes = Modes::of_scene(&scene, count, progress).map_err(Error::before_any_output)?;
     Ok(Findings {
         mesh,
         modes,
@@ -138,6 +150,7 @@ fn of_the_paper(args: &ModesArgs) -> anyhow::Result<Findings> {
         mesh: mesh_name,
         modes: Modes {
             load: args.load,
+            loads_at: (args.load != 0.0).then_some(0.0),
             alpha: paper::ALPHA,
             beta: args.beta,
             drive: Some(paper::LOAD_FREQUENCY),
@@ -152,6 +165,6 @@ fn find(mesh: &Mesh, kappa: f64, args: &ModesArgs) -> anyhow::Result<(Muscle, Bo
     let muscle = paper::muscle_with_load(mesh, paper::LAW, kappa, args.beta, load)?;
     let at = statics::equilibrium(&muscle, Formulation::Position, 0.0)?;
     let count = args.count.map_or(DEFAULT_COUNT, usize::from);
-    let modes = BodyModes::about(&muscle, &at.displacement, &at.pressure, count)?;
+    let modes = BodyModes::about(&muscle, &at, count)?;
     Ok((muscle, modes))
 }

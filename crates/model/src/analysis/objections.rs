@@ -11,6 +11,7 @@ use crate::integration::settings::Settings;
 use crate::muscle::Muscle;
 use crate::operators::{divergence, rest};
 use crate::start::BlockResidual;
+use crate::statics::Equilibrium;
 
 /// Modes looked at beside the drive.
 const SLOW_MODES: usize = 3;
@@ -31,9 +32,7 @@ pub const INCONSISTENT: f64 = 1e-9;
 
 /// The lowest eigenfrequencies at rest, Hz.
 pub(super) fn slow_modes(muscle: &Muscle) -> Result<Vec<f64>, ModelError> {
-    let q = vec![0.0; muscle.solid.dofs().n_free()];
-    let pressure = vec![0.0; muscle.solid.space().n_pressures()];
-    let lowest = spectrum::lowest(muscle, &q, &pressure, SLOW_MODES)?;
+    let lowest = spectrum::lowest(muscle, &Equilibrium::unloaded(muscle), SLOW_MODES)?;
     let frequencies = lowest.iter().filter_map(myovib_structure::Mode::frequency);
     Ok(frequencies.collect())
 }

@@ -1,8 +1,8 @@
-//! Eigenfrequencies and modes of the muscle, linearised about a state.
+//! Eigenfrequencies and modes of the muscle, linearised about an equilibrium.
 
 use std::f64::consts::TAU;
 
-use myovib_fem::{AddedMotion, Fields, Pressure, Vectors};
+use myovib_fem::{AddedMotion, AddedTangents, Fields, Pressure, Vectors};
 use myovib_structure::{Constraint, Mode, Vibration, modes};
 use nalgebra::{DMatrix, DVector};
 use nalgebra_sparse::CscMatrix;
@@ -11,8 +11,8 @@ use crate::analysis::support::free_parts;
 use crate::error::ModelError;
 use crate::muscle::Muscle;
 use crate::operators;
-use crate::start::motion::Motion;
 use crate::start::saddle::Saddle;
+use crate::statics::Equilibrium;
 
 /// Steps of Lanczos' method for the fastest mode at most.
 const MOST_STEPS: usize = 60;
@@ -25,44 +25,86 @@ const SETTLED: f64 = 2e-3;
 const BELOW_REST: f64 = 1e-2;
 /// ω² below this fraction of the shift is the rounding of a motion without strain.
 const ROUNDING: f64 = 1e-6;
+/// A stiffness whose largest entry without a mirror image is below this fraction of its largest is symmetric but for
+/// rounding.
+const SYMMETRIC: f64 = 1e-10;
 
-/// Small free vibrations about the displacement `q` (free components) with the pressures
-/// `pressure`, undamped: M ü + K u - Bᵀ p = 0, M_p p/κ + B u = 0, all matrices those at the state.
+/// Small free vibrations about an equilibrium of a formulation with pressures, undamped: M ü + K u - Bᵀ p = 0,
+/// M_p p/κ + B u = 0, all matrices those at the equilibrium. K has the parts of the law, of beds, and, where loads
+/// are, of tensions (which stay as they are) and of pressures that follow the body. Stress has relaxed (Prony).
 ///
 /// # Errors
-/// [`ModelError::Inverted`] for a state without stress.
+/// [`ModelError::Inverted`] for a state without stress; [`ModelError::NoEnergy`] for pressures that follow the body
+/// where the edge of their surface moves.
 ///
 /// # Panics
 /// If a length is wrong.
-pub fn vibration(muscle: &Muscle, q: &[f64], pressure: &[f64]) -> Result<Vibration, ModelError> {
+pub fn vibration(muscle: &Muscle, at: &Equilibrium) -> Result<Vibration, ModelError> {
     let solid = &muscle.solid;
-    let motion = at_rest(muscle, q);
+    let u = &displacement(muscle, at)[..];
+    let mut stiffness = bedded(muscle, operators::stiffness(solid, u, &at.pressure)?);
+    if let Some(t) = at.loads_at {
+        if !solid.added_stresses().is_empty() {
+            let [by_displacement, _] = added(muscle, at, u);
+            stiffness = stiffness + by_displacement;
+        }
+        if !muscle.pressures.is_empty() {
+            stiffness = stiffness - following(muscle, t, u)?;
+        }
+    }
     let compliance = operators::compliance(solid) * muscle.parameters.inv_kappa;
     Ok(Vibration::new(
         operators::mass(solid),
-        bedded(
-            muscle,
-            operators::stiffness(solid, &motion.displacement, pressure)?,
-        ),
+        stiffness,
         Some(Constraint {
-            operator: motion.divergence()?,
+            operator: operators::divergence(solid, u)?,
             compliance,
         }),
     )?)
 }
 
-/// The `count` lowest modes about a state. The motions without strain of a body that is not held
+/// ∂/∂u and ∂/∂v of the force of active and viscous stresses, under the tensions of an equilibrium.
+fn added(muscle: &Muscle, at: &Equilibrium, u: &[f64]) -> [CscMatrix<f64>; 2] {
+    let solid = &muscle.solid;
+    let without = || vec![0.0; solid.n_tensions()];
+    let tensions = &at
+        .loads_at
+        .map_or_else(without, |t| muscle.tensions_at_rest(t))[..];
+    let v = &operators::rest(solid)[..];
+    let mut values = [(); 2].map(|()| vec![0.0; solid.displacement_pattern().nnz()]);
+    let [by_displacement, by_velocity] = values.each_mut().map(|values| Some(&mut values[..]));
+    solid.added_tangents(
+        &AddedMotion { u, v, tensions },
+        AddedTangents {
+            by_displacement,
+            by_velocity,
+        },
+    );
+    values.map(|values| operators::matrix(solid.displacement_pattern(), values))
+}
+
+/// ∂/∂u of the force of pressures at time `t`.
+fn following(muscle: &Muscle, t: f64, u: &[f64]) -> Result<CscMatrix<f64>, ModelError> {
+    let pattern = muscle.solid.displacement_pattern();
+    let mut values = vec![0.0; pattern.nnz()];
+    for load in &muscle.pressures {
+        load.add_stiffness_at(t, 1.0, u, &mut values);
+    }
+    let stiffness = operators::matrix(pattern, values);
+    let largest = |of: &CscMatrix<f64>| of.values().iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    if largest(&(&stiffness - stiffness.transpose())) > SYMMETRIC * largest(&stiffness) {
+        return Err(ModelError::NoEnergy);
+    }
+    Ok(stiffness)
+}
+
+/// The `count` modes about an equilibrium whose ω² are nearest to 0, by ascending ω²: the lowest, where it is stable. The motions without strain of a body that is not held
 /// ([`free_parts`]) have ω² = 0 at rest.
 ///
 /// # Errors
 /// Those of [`vibration`]; [`ModelError::Structure`] for pressures that nothing holds.
-pub fn lowest(
-    muscle: &Muscle,
-    q: &[f64],
-    pressure: &[f64],
-    count: usize,
-) -> Result<Vec<Mode>, ModelError> {
-    let vibration = vibration(muscle, q, pressure)?;
+pub fn lowest(muscle: &Muscle, at: &Equilibrium, count: usize) -> Result<Vec<Mode>, ModelError> {
+    let vibration = vibration(muscle, at)?;
     if free_parts(muscle).is_none() {
         return Ok(modes(&vibration, count, 0.0)?);
     }
@@ -76,7 +118,7 @@ pub fn lowest(
     Ok(found)
 }
 
-/// The fraction of critical damping of a `mode` about a state, vᵀ D v / (2 ω vᵀ M v): D is what takes energy away in
+/// The fraction of critical damping of a `mode` about an equilibrium, vᵀ D v / (2 ω vᵀ M v): D is what takes energy away in
 /// proportion to velocities, Rayleigh damping, Kelvin–Voigt damping and beds. For one α and one β
 /// of the whole body it is (α/ω + βω)/2. Prony terms have no such D. None where the motion is no oscillation.
 ///
@@ -84,8 +126,7 @@ pub fn lowest(
 /// [`ModelError::Inverted`] for a state without stress.
 pub fn damping_ratio(
     muscle: &Muscle,
-    q: &[f64],
-    pressure: &[f64],
+    at: &Equilibrium,
     mode: &Mode,
 ) -> Result<Option<f64>, ModelError> {
     let Some(omega) = mode.angular_frequency().filter(|&omega| omega > 0.0) else {
@@ -94,7 +135,7 @@ pub fn damping_ratio(
     let Muscle {
         solid, parameters, ..
     } = muscle;
-    let u = at_rest(muscle, q).displacement;
+    let u = displacement(muscle, at);
     let mut v = vec![0.0; u.len()];
     solid.dofs().expand(&mode.shape, &mut v);
     let mut force = vec![0.0; u.len()];
@@ -105,7 +146,7 @@ pub fn damping_ratio(
         let fields = Fields {
             v: Some(&v),
             p_rate: Some(&mode.multipliers),
-            ..Fields::new(&u, Pressure::Nodal(pressure))
+            ..Fields::new(&u, Pressure::Nodal(&at.pressure))
         };
         let mut wanted = Vectors {
             force_rate: Some(&mut force),
@@ -115,10 +156,9 @@ pub fn damping_ratio(
         lost += parameters.beta * power(&force);
     }
     if !solid.added_stresses().is_empty() {
-        let tensions = &vec![0.0; solid.n_tensions()][..];
-        let (u, v) = (&u[..], &v[..]);
-        solid.added_force(&AddedMotion { u, v, tensions }, &mut force);
-        lost += power(&force);
+        let [_, by_velocity] = added(muscle, at, &u);
+        let shape = DVector::from_column_slice(&mode.shape);
+        lost += shape.dot(&(by_velocity * &shape));
     }
     lost += muscle
         .beds
@@ -136,10 +176,8 @@ pub fn damping_ratio(
 /// [`ModelError::Inverted`] for a state without stress.
 pub(crate) fn stretching_frequency(muscle: &Muscle) -> Result<f64, ModelError> {
     let solid = &muscle.solid;
-    let rest = vec![0.0; solid.dofs().n_free()];
-    let motion = at_rest(muscle, &rest);
     let no_pressure = operators::no_pressure(solid);
-    let stiffness = operators::stiffness(solid, &motion.displacement, &no_pressure)?;
+    let stiffness = operators::stiffness(solid, &operators::rest(solid), &no_pressure)?;
     let vibration = Vibration::new(operators::mass(solid), bedded(muscle, stiffness), None)?;
     Ok(vibration.quotient(&stretching(muscle)).max(0.0).sqrt() / TAU)
 }
@@ -171,12 +209,11 @@ fn stretching(muscle: &Muscle) -> Vec<f64> {
 /// [`ModelError::Klu`] when the pressures are not held.
 pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
     let solid = &muscle.solid;
-    let rest = vec![0.0; solid.dofs().n_free()];
-    let motion = at_rest(muscle, &rest);
-    let b = motion.divergence()?;
+    let rest = operators::rest(solid);
+    let b = operators::divergence(solid, &rest)?;
     let mass = operators::mass(solid);
     let no_pressure = operators::no_pressure(solid);
-    let stiffness = operators::stiffness(solid, &motion.displacement, &no_pressure)?;
+    let stiffness = operators::stiffness(solid, &rest, &no_pressure)?;
     let stiffness = bedded(muscle, stiffness);
 
     // Incompressible: the pressure is the reaction that keeps B ü = 0. Else p = -κ M_p⁻¹ B u.
@@ -249,7 +286,14 @@ fn bedded(muscle: &Muscle, mut stiffness: CscMatrix<f64>) -> CscMatrix<f64> {
     stiffness
 }
 
-fn at_rest<'a>(muscle: &'a Muscle, q: &[f64]) -> Motion<'a> {
-    let rest = vec![0.0; q.len()];
-    Motion::new(muscle, 0.0, q, &rest, &rest)
+/// That of all nodes.
+fn displacement(muscle: &Muscle, at: &Equilibrium) -> Vec<f64> {
+    let mut u = operators::rest(&muscle.solid);
+    muscle.solid.dofs().expand(&at.displacement, &mut u);
+    if let Some(t) = at.loads_at {
+        for prescribed in &muscle.prescribed {
+            u[prescribed.component] = prescribed.signal.at(t).value;
+        }
+    }
+    u
 }

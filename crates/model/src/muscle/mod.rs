@@ -157,6 +157,15 @@ impl Muscle {
         activations.filter_map(|(number, activation)| Some((*number, activation.model()?)))
     }
 
+    /// The tension of each element at time `t` of a body at rest: of models that of their start, zero, and of chains
+    /// that of oscillators out of step.
+    pub(crate) fn tensions_at_rest(&self, t: f64) -> Vec<f64> {
+        let mut tensions = vec![0.0; self.solid.n_tensions()];
+        let at_start = vec![0.0; self.models().count()];
+        self.fill_tensions(t, &at_start, None, &mut tensions);
+        tensions
+    }
+
     /// The tension of each element at time `t`; `unknowns` are those of the models, `coherent` those
     /// of the elements that follow a coherence.
     pub(crate) fn fill_tensions(

@@ -24,7 +24,7 @@ use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
-use crate::statics;
+use crate::statics::{self, Search};
 
 /// Consistent initial values of a muscle in a formulation.
 #[derive(Debug, Clone, PartialEq)]
@@ -188,12 +188,18 @@ impl Start {
         Self::contracting(dae, t, [&y[q], &y[v], &y[tensions]], internal, pressure)
     }
 
-    /// Consistent values at time `t` for the body at rest under its loads as they stand then.
+    /// Consistent values at time `t` for the body at rest under its loads as they stand then; `watch` hears of the
+    /// search.
     ///
     /// # Errors
     /// Those of [`statics::equilibrium`] and of [`new`](Self::new).
-    pub fn equilibrium(dae: &mut MuscleDae, t: f64) -> Result<Self, ModelError> {
-        let equilibrium = statics::equilibrium(dae.muscle(), dae.formulation(), t)?;
+    pub fn equilibrium(
+        dae: &mut MuscleDae,
+        t: f64,
+        watch: &mut dyn FnMut(&Search),
+    ) -> Result<Self, ModelError> {
+        let (muscle, formulation) = (dae.muscle(), dae.formulation());
+        let equilibrium = statics::equilibrium_watched(muscle, formulation, t, watch)?;
         let rest = vec![0.0; equilibrium.displacement.len()];
         Self::new(dae, t, &equilibrium.displacement, &rest)
     }

@@ -1,6 +1,7 @@
 //! How an equilibrium moves with parameters.
 
-use super::{Equilibrium, Newton};
+use super::Equilibrium;
+use super::newton::Newton;
 use crate::error::ModelError;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;

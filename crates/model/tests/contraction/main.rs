@@ -7,6 +7,7 @@ mod equilibria;
 mod graded;
 mod jacobian;
 mod memory;
+mod modes;
 mod refusals;
 mod relaxation;
 mod stress;

@@ -4,6 +4,8 @@ use myovib_model::IntegratorKind;
 use myovib_scene::Scene;
 use serde_json::Value;
 
+use crate::modes;
+
 /// Body, equations, method and time interval.
 pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
     let mut parts = Vec::new();
@@ -44,7 +46,8 @@ pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
         return text + " Equilibrium under the loads.";
     }
     if document["analysis"] == "modes" {
-        return text + " The lowest eigenfrequencies and modes about the unloaded state.";
+        let about = modes::about(document["loads_at"].as_f64());
+        return format!("{text} The lowest eigenfrequencies and modes {about}.");
     }
     if let Some(formulation) = document["formulation"].as_str() {
         let index = &document["index"];

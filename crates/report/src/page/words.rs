@@ -15,7 +15,7 @@ pub(super) fn meaning(document: &Value) -> String {
         );
     }
     if document["analysis"] == "modes" {
-        return "<p>Small free vibrations about the unloaded state. The damping ratio is that by α, β, \
+        return "<p>Small free vibrations; Prony terms count as relaxed. The damping ratio is that by α, β, \
                 viscosity and beds, not by Prony terms; 1 is critical.</p>\n"
             .to_owned();
     }

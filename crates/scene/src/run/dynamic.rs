@@ -66,12 +66,14 @@ pub(super) fn compute(
     let wrong = Error::before_any_output;
     match (&scene.body, &scene.rod) {
         (Some(body), _) if scene.chains.is_empty() => {
-            run.drive(start::muscle(body, from).map_err(wrong)?)
+            run.drive(start::muscle(body, from, options.progress).map_err(wrong)?)
         }
-        (Some(body), _) if !scene.feedbacks.is_empty() => {
-            run.drive(start::muscle_with_feedback(scene, body, from).map_err(wrong)?)
+        (Some(body), _) if !scene.feedbacks.is_empty() => run.drive(
+            start::muscle_with_feedback(scene, body, from, options.progress).map_err(wrong)?,
+        ),
+        (Some(body), _) => {
+            run.drive(start::muscle_and_chains(scene, body, from, options.progress).map_err(wrong)?)
         }
-        (Some(body), _) => run.drive(start::muscle_and_chains(scene, body, from).map_err(wrong)?),
         (None, Some(rod)) => run.drive(start::rod(scene, rod, from).map_err(wrong)?),
         (None, None) => run.drive(start::chains(scene, from).map_err(wrong)?),
     }
@@ -84,9 +86,9 @@ pub(super) fn rehearse(scene: &Scene) -> Result<(), Error> {
     let started = match (&scene.body, &scene.rod) {
         (Some(_), _) if scene.chains.is_empty() => Ok(()),
         (Some(body), _) if !scene.feedbacks.is_empty() => {
-            start::muscle_with_feedback(scene, body, None).map(drop)
+            start::muscle_with_feedback(scene, body, None, &()).map(drop)
         }
-        (Some(body), _) => start::muscle_and_chains(scene, body, None).map(drop),
+        (Some(body), _) => start::muscle_and_chains(scene, body, None, &()).map(drop),
         (None, Some(rod)) => start::rod(scene, rod, None).map(drop),
         (None, None) => start::chains(scene, None).map(drop),
     };

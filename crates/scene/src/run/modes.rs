@@ -19,7 +19,7 @@ pub(super) const COLUMNS: [&str; 4] = ["mode", "omega_squared", "frequency", "da
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let (started, cpu) = (Instant::now(), CpuClock::start());
     let muscle = &modes::body_of(scene)?.muscle;
-    let found = Modes::of_scene(scene, None).map_err(Error::before_any_output)?;
+    let found = Modes::of_scene(scene, None, options.progress).map_err(Error::before_any_output)?;
     let folder = Folder::open(options, &Record::of(scene)?).map_err(Error::before_any_output)?;
     folder.write(&table_of(MODES), &table(&found))?;
     let mut document = json!({
@@ -37,7 +37,11 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     Ok(RunResult {
         document,
         outcome: Outcome::Finished,
-        notes: modes::note(muscle).into_iter().collect(),
+        notes: found
+            .muscles
+            .iter()
+            .flat_map(|body| body.notes.clone())
+            .collect(),
         modes: Some(found),
     })
 }

@@ -18,6 +18,7 @@ use super::system::Body as CoupledBody;
 use crate::scene::{Body, DrivenChain, DrivenPlace, Scene, Start};
 use crate::scene_file::chain::Place;
 use crate::scene_file::integrator::MaxOrder;
+use crate::watch::{Tell, search};
 use crate::{Error, InputError};
 
 /// By how much supports may be elsewhere than a state to start from has them, relative to its largest
@@ -30,7 +31,7 @@ const SUPPORTS_AGREE: f64 = 1e-9;
 /// A scene without a body, or that cannot start; those of the integrator.
 pub fn muscle_alone(scene: &Scene) -> Result<Box<dyn Integrator<MuscleDae>>, Error> {
     match &scene.body {
-        Some(body) => muscle(body, None),
+        Some(body) => muscle(body, None, &()),
         None => Err(ModelError::NoSuchPart { part: "muscle" }.into()),
     }
 }
@@ -61,13 +62,14 @@ pub fn replayed(
 pub(super) fn muscle(
     body: &Body,
     checkpoint: Option<&Checkpoint>,
+    progress: &dyn Tell,
 ) -> Result<Box<dyn Integrator<MuscleDae>>, Error> {
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
     let Some(Checkpoint {
         t, y, y_dot, step, ..
     }) = checkpoint
     else {
-        let [y, y_dot] = initial(body, &mut dae)?;
+        let [y, y_dot] = initial(body, &mut dae, progress)?;
         return Ok(start_from(dae, &body.settings, 0.0, &y, &y_dot)?);
     };
     let settings = Settings {
@@ -83,7 +85,7 @@ pub(super) fn muscle(
 /// A scene without a body, or that cannot start; those of the integrator.
 pub fn with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>, Error> {
     match &scene.body {
-        Some(body) => muscle_and_chains(scene, body, None),
+        Some(body) => muscle_and_chains(scene, body, None, &()),
         None => Err(ModelError::NoSuchPart { part: "muscle" }.into()),
     }
 }
@@ -93,8 +95,9 @@ pub(super) fn muscle_and_chains(
     scene: &Scene,
     body: &Body,
     checkpoint: Option<&Checkpoint>,
+    progress: &dyn Tell,
 ) -> Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>, Error> {
-    let (dae, test, options, start) = one_way(scene, body, checkpoint)?;
+    let (dae, test, options, start) = one_way(scene, body, checkpoint, progress)?;
     let integrator = coupled(scene, dae, test, options, checkpoint, &start)?;
     Ok(advised(integrator, body))
 }
@@ -104,8 +107,9 @@ pub(super) fn muscle_with_feedback(
     scene: &Scene,
     body: &Body,
     checkpoint: Option<&Checkpoint>,
+    progress: &dyn Tell,
 ) -> Result<Box<dyn Integrator<FeedbackDae>>, Error> {
-    let (dae, test, options, rest) = one_way(scene, body, checkpoint)?;
+    let (dae, test, options, rest) = one_way(scene, body, checkpoint, progress)?;
     let test = test.with_oscillators(&dae, tolerances(scene));
     let rest = initial_state(scene, &dae, &rest);
     let mut dae = FeedbackDae::new(dae, scene.feedbacks.clone());
@@ -133,11 +137,12 @@ fn one_way(
     scene: &Scene,
     body: &Body,
     checkpoint: Option<&Checkpoint>,
+    progress: &dyn Tell,
 ) -> Result<(CoupledDae<MuscleDae>, ErrorTest, CoupledOptions, Vec<f64>), Error> {
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
     let start = match checkpoint {
         None => {
-            let [y, _] = initial(body, &mut dae)?;
+            let [y, _] = initial(body, &mut dae, progress)?;
             y
         }
         Some(_) => Vec::new(),
@@ -275,12 +280,16 @@ fn options(scene: &Scene) -> CoupledOptions {
     options
 }
 
-/// y and ẏ with which the motion of a body starts.
+/// y and ẏ with which the motion of a body starts; `progress` hears of the search for an equilibrium.
 ///
 /// # Errors
 /// As for [`Body::initial_values`]; loads on a body at rest.
-pub fn initial(body: &Body, dae: &mut MuscleDae) -> Result<[Vec<f64>; 2], Error> {
-    if let Some(start) = body.initial_values(dae)? {
+pub fn initial(
+    body: &Body,
+    dae: &mut MuscleDae,
+    progress: &dyn Tell,
+) -> Result<[Vec<f64>; 2], Error> {
+    if let Some(start) = body.initial_values(dae, progress)? {
         return Ok(start);
     }
     refuse_sudden_loads(dae)?;
@@ -290,14 +299,18 @@ pub fn initial(body: &Body, dae: &mut MuscleDae) -> Result<[Vec<f64>; 2], Error>
 
 impl Body {
     /// Consistent y and ẏ at t = 0 of `dae`, which is of this body, if the scene has it start elsewhere
-    /// than at rest.
+    /// than at rest; `progress` hears of the search for an equilibrium.
     ///
     /// # Errors
     /// No equilibrium; supports that are elsewhere than the state to start from.
-    pub fn initial_values(&self, dae: &mut MuscleDae) -> Result<Option<[Vec<f64>; 2]>, Error> {
+    pub fn initial_values(
+        &self,
+        dae: &mut MuscleDae,
+        progress: &dyn Tell,
+    ) -> Result<Option<[Vec<f64>; 2]>, Error> {
         let start = match &self.start {
             Start::Rest => return Ok(None),
-            Start::Equilibrium => Consistent::equilibrium(dae, 0.0)?,
+            Start::Equilibrium => Consistent::equilibrium(dae, 0.0, &mut search(progress))?,
             Start::State(state) => {
                 let y = state.unknowns(dae);
                 let moved = state.moved_by_supports(dae, &y);

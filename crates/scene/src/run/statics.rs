@@ -13,9 +13,11 @@ use super::folder::{Folder, Record};
 use super::inversion::Inversion;
 use super::recorder::Recorder;
 use super::{RunOptions, RunResult};
+use crate::modes::instability;
 use crate::scene::Scene;
 use crate::state::State;
 use crate::vtu::{self, Grid, Series};
+use crate::watch::search;
 use crate::{Error, InputError};
 
 /// Computes the equilibrium of a scene under its loads at the end time.
@@ -25,7 +27,10 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         return Err(InputError::new("a static scene needs a [mesh] with [solid]").into());
     };
     let readings = scene.readings()?;
-    let equilibrium = statics::equilibrium(&body.muscle, body.formulation, scene.t_end)?;
+    let equilibrium = {
+        let mut search = search(options.progress);
+        statics::equilibrium_watched(&body.muscle, body.formulation, scene.t_end, &mut search)?
+    };
 
     let folder = Folder::open(options, &Record::of(scene)?).map_err(Error::before_any_output)?;
     let mut dae = at_rest(&body.muscle, body.formulation)?;
@@ -87,19 +92,6 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             .collect(),
         modes: None,
     })
-}
-
-/// What to say of an equilibrium that the smallest disturbance ends: Newton's method finds straight columns beyond the
-/// load that buckles them.
-fn instability(at: &statics::Equilibrium) -> Option<String> {
-    let motions = match at.instabilities? {
-        0 => return None,
-        1 => "a small motion away from it grows".to_owned(),
-        n => format!("{n} independent small motions away from it grow"),
-    };
-    Some(format!(
-        "the equilibrium is not stable: {motions}; a damped motion leads to a stable one"
-    ))
 }
 
 /// The muscle at rest as a system (q, v, λ), or (q, v) without pressure, without damping: for

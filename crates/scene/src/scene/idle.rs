@@ -19,10 +19,14 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
         let group = material.group.as_deref().unwrap_or("body");
         format!("material[{i}] is that of no element: a [[region]] has taken all of `{group}`")
     }));
-    if file.analysis == Analysis::Static && rests(&body.muscle, t_end) {
-        notes.push(format!(
-            "all loads are 0 at t = {t_end} s, when the equilibrium is taken: [time] end says another time"
-        ));
+    let of_modes = file.modes.as_ref().and_then(|modes| modes.loads_at);
+    let of_static = (file.analysis == Analysis::Static).then_some(t_end);
+    for (taken, key) in [(of_static, "[time] end"), (of_modes, "modes.loads_at")] {
+        if let Some(t) = taken.filter(|t| rests(&body.muscle, *t)) {
+            notes.push(format!(
+                "all loads are 0 at t = {t} s, when the equilibrium is taken: {key} says another time"
+            ));
+        }
     }
     notes
 }
@@ -109,6 +113,12 @@ y = { type = "step", value = 1.0, rise = 0.1 }
         assert!(
             early.len() == 1 && early[0].contains("all loads are 0 at t = 0 s"),
             "{early:?}"
+        );
+
+        let modes = notes("", &["analysis=modes", "modes.loads_at=0"]);
+        assert!(
+            modes.len() == 1 && modes[0].ends_with("modes.loads_at says another time"),
+            "{modes:?}"
         );
 
         let held = notes("", &[at_once, "traction[0].group=left"]);

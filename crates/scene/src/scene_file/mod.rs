@@ -35,6 +35,7 @@ pub use schema::schema;
 pub use source::Source;
 
 use crate::InputError;
+use crate::modes::DEFAULT_COUNT;
 use chain::{Chain, Rod};
 use feedback::Feedback;
 use identification::{Output, Parameter};
@@ -126,8 +127,7 @@ pub enum Analysis {
     /// The motion.
     #[default]
     Dynamic,
-    /// The lowest modes about the unloaded state, in `modes.csv`; probes and fields are not
-    /// written.
+    /// The lowest modes, in `modes.csv`; probes and fields are not written.
     Modes,
 }
 
@@ -151,8 +151,16 @@ pub struct Checkpoint {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Modes {
     /// Number of modes, lowest first.
+    #[serde(default = "count")]
     #[schemars(range(min = 1))]
     pub count: usize,
+    /// The modes are about the equilibrium under the loads at this time, s [default: about rest, without loads].
+    #[schemars(range(min = 0))]
+    pub loads_at: Option<f64>,
+}
+
+fn count() -> usize {
+    DEFAULT_COUNT
 }
 
 /// A scene with the text it came from.

@@ -167,7 +167,7 @@ pub fn follow(
     let probes = scene.readings()?;
     let body = body(scene)?;
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-    let [y, y_dot] = initial(body, &mut dae)?;
+    let [y, y_dot] = initial(body, &mut dae, watcher.progress)?;
     let n_parameters = dependences.count();
     let settings = settings(&body.settings);
     let mut integrator =

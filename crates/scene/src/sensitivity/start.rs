@@ -21,7 +21,7 @@ impl Parametrised {
             if known.is_of_loads() {
                 let near = self.neighbour(j, values, body, value + known.step(STEP, value))?;
                 let mut dae = MuscleDae::for_analysis(near.muscle.clone(), near.formulation);
-                initial(&near, &mut dae).map_err(|cause| {
+                initial(&near, &mut dae, &()).map_err(|cause| {
                     let message = format!("another `{}` loads the body at t = 0", known.key);
                     let place = format!("parameter[{j}].key");
                     self.scene
@@ -74,7 +74,7 @@ impl Parametrised {
                 let near = self.neighbour(j, values, body, value_near)?;
                 let mut dae = MuscleDae::for_analysis(near.muscle.clone(), near.formulation);
                 let Some((displacement, moves)) = &equilibrium else {
-                    let start = near.initial_values(&mut dae)?;
+                    let start = near.initial_values(&mut dae, &())?;
                     return Ok(start.map_or_else(Vec::new, |[y, _]| y));
                 };
                 let by = value_near - value;

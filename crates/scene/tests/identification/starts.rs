@@ -25,7 +25,7 @@ fn starts_agree(it: &Parametrised, case: &str) -> Vec<f64> {
     let start = |values: &[f64]| {
         let body = it.at(values).unwrap().body.unwrap();
         let mut dae = MuscleDae::for_analysis(body.muscle.clone(), body.formulation);
-        body.initial_values(&mut dae).unwrap().unwrap()[0].clone()
+        body.initial_values(&mut dae, &()).unwrap().unwrap()[0].clone()
     };
     let y = start(&values);
     let mut dependences = it.dependences(&values).unwrap();

@@ -80,7 +80,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
         }
         (Analysis::Dynamic, Some(body)) => {
             let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-            let start = initial(body, &mut dae)?;
+            let start = initial(body, &mut dae, &())?;
             let report = check::check(&body.muscle, body.formulation, &body.settings, Some(start))?;
             let text = text(scene, body, &report);
             (text, Some(document(body, &report)))

@@ -1,0 +1,368 @@
+//! Newton's method with line search at one load.
+
+use std::sync::Arc;
+
+use myovib_fem::{AddedMotion, Fields, Inverted, Vectors};
+use myovib_sparse::klu::{KluOptions, Ordering};
+use myovib_sparse::{Elimination, Kind, LinearWork, Prediction, SparseSystem, Structure};
+
+use crate::assembly::{Assembly, Entry};
+use crate::equation::{Added, Context, Equation, PressureRateSource};
+use crate::error::ModelError;
+use crate::field::{Field, Layout};
+use crate::formulation::Formulation;
+use crate::matrices::Matrices;
+use crate::muscle::Muscle;
+
+/// Increments below this fraction of the solution end Newton's iteration. Convergence being
+/// quadratic, the error left is of the order of its square, below rounding.
+const RELATIVE_INCREMENT: f64 = 1e-9;
+/// So do forces and volumes that are balanced to this part of the loads and of the body's volume: a displacement
+/// or pressure that is zero in equilibrium has no size for increments to be small beside. Some hundred roundings.
+const BALANCED: f64 = 1e-13;
+const MAX_ITERATIONS: usize = 16;
+/// A step may multiply the square of the residual by this, beyond it is halved: where a slender body
+/// turns, a full step stretches it, and the next one takes that back. A residual that must fall at
+/// each step needs a hundred times the iterations there.
+const GROWTH: f64 = 1e8;
+const MAX_HALVINGS: usize = 8;
+
+/// The equations of an equilibrium, and the factors of their matrix.
+pub(super) struct Newton<'a> {
+    muscle: &'a Muscle,
+    pub(super) layout: Layout,
+    /// Coefficients: those of ∂F/∂y.
+    assembly: Assembly<f64>,
+    matrices: Matrices,
+    /// What its factors need, where that is known.
+    pub(super) needs: Option<Prediction>,
+    pub(super) system: SparseSystem<f64>,
+    pub(super) work: LinearWork,
+    /// When the loads are taken, s.
+    t: f64,
+    /// The loads of fixed direction.
+    load: Vec<f64>,
+    /// The tension of each element.
+    tensions: Vec<f64>,
+    /// The square of all loads, on the undeformed body.
+    load_square: f64,
+    /// The square of the forces that the present load step starts with, or of the loads if that is
+    /// more: what forces are measured by. A body that is only pulled by its supports has no loads.
+    force_square: f64,
+    /// The prescribed components and their values, m.
+    prescribed: Vec<(usize, f64)>,
+    displacement: Vec<f64>,
+    /// Zero.
+    velocity: Vec<f64>,
+    /// The force of active stresses.
+    added: Vec<f64>,
+    force: Vec<f64>,
+    pub(super) iterations: usize,
+    /// The last element turned inside out by a trial of the present load step.
+    pub(super) inverted: Option<Inverted>,
+}
+
+impl<'a> Newton<'a> {
+    pub(super) fn new(
+        muscle: &'a Muscle,
+        formulation: Formulation,
+        t: f64,
+    ) -> Result<Self, ModelError> {
+        let solid = &muscle.solid;
+        let has_pressure = formulation.has(Field::Pressure);
+        let constraint = has_pressure.then_some((Field::Pressure, Equation::Constraint));
+        let rows = [(Field::Displacement, Equation::Momentum)];
+        let rows = || rows.into_iter().chain(constraint);
+        let layout = Layout::new(rows().map(|(field, _)| field), |field| match field {
+            Field::Displacement => solid.dofs().n_free(),
+            _ => solid.space().n_pressures(),
+        });
+        let context = Context {
+            alpha: 0.0,
+            beta: 0.0,
+            inv_kappa: muscle.parameters.inv_kappa,
+            has_pressure,
+            pressure_rate: PressureRateSource::None,
+            pressed: !muscle.pressures.is_empty(),
+            // All stress has relaxed.
+            added: Added {
+                relaxing: 0,
+                ..Added::of(muscle)
+            },
+            graded: muscle.solid.is_graded(),
+            coherence: false,
+        };
+        let place = |(row, equation): (Field, Equation)| {
+            let rows = layout.range(row).expect("laid out for these rows");
+            let layout = &layout;
+            equation
+                .terms(&context)
+                .into_iter()
+                .filter_map(move |term| {
+                    layout.range(term.column).map(|columns| Entry {
+                        rows: rows.clone(),
+                        columns,
+                        matrix: term.matrix,
+                        coefficient: term.of_value,
+                    })
+                })
+        };
+        let entries: Vec<_> = rows().flat_map(place).collect();
+        let matrices = Matrices::new(muscle, entries.iter().map(|entry| entry.matrix));
+        let n = layout.n_unknowns();
+        let assembly = Assembly::new((n, n), entries, |matrix| matrices.pattern(solid, matrix));
+        let options = KluOptions {
+            ordering: Ordering::Amd,
+            btf: false,
+            ..KluOptions::default()
+        };
+        let structure = Structure {
+            kind: Kind::General,
+            constraints: layout.range(Field::Pressure).unwrap_or(n..n),
+        };
+        let elimination = Elimination::new(assembly.pattern(), structure, options)?;
+        elimination.expect_room()?;
+        let nodal = vec![0.0; solid.space().n_components()];
+        let (mut load, displacement) = (nodal.clone(), nodal.clone());
+        for part in &muscle.loads {
+            part.add_at(t, &mut load);
+        }
+        let tensions = muscle.tensions_at_rest(t);
+        let prescribed: Vec<_> = muscle
+            .prescribed
+            .iter()
+            .map(|prescribed| (prescribed.component, prescribed.signal.at(t).value))
+            .collect();
+        let mut whole = load.clone();
+        for pressure in &muscle.pressures {
+            pressure.add_at(t, 1.0, &displacement, &mut whole);
+        }
+        if !tensions.is_empty() {
+            // What contraction does to the undeformed body counts as load.
+            let mut active = nodal.clone();
+            let (u, tensions) = (&displacement, &tensions);
+            solid.added_force(&AddedMotion { u, v: u, tensions }, &mut active);
+            for (whole, active) in whole.iter_mut().zip(active) {
+                *whole -= active;
+            }
+        }
+        Ok(Self {
+            t,
+            needs: elimination.prediction::<f64>(),
+            load_square: square(&whole),
+            force_square: 0.0,
+            system: SparseSystem::new(Arc::new(elimination)),
+            work: LinearWork::default(),
+            muscle,
+            layout,
+            assembly,
+            matrices,
+            load,
+            tensions,
+            prescribed,
+            displacement,
+            velocity: nodal.clone(),
+            added: nodal.clone(),
+            force: nodal,
+            iterations: 0,
+            inverted: None,
+        })
+    }
+
+    /// All components of the displacement: the free ones `q`, `factor` times the prescribed ones.
+    fn deform(&mut self, q: &[f64], factor: f64) {
+        for &(component, value) in &self.prescribed {
+            self.displacement[component] = factor * value;
+        }
+        self.muscle.solid.dofs().expand(q, &mut self.displacement);
+    }
+
+    /// The residual at `x` under `factor` times the load.
+    pub(super) fn residual(
+        &mut self,
+        x: &[f64],
+        factor: f64,
+        r: &mut [f64],
+    ) -> Result<(), Inverted> {
+        self.deform(&x[..self.muscle.solid.dofs().n_free()], factor);
+        let Self {
+            muscle,
+            layout,
+            displacement,
+            velocity,
+            added,
+            force,
+            load,
+            tensions,
+            t,
+            ..
+        } = self;
+        let solid = &muscle.solid;
+        let n_free = solid.dofs().n_free();
+        debug_assert_eq!(layout.n_unknowns(), x.len());
+        let pressure = layout.range(Field::Pressure).map(|range| &x[range]);
+        let (momentum, constraint) = r.split_at_mut(n_free);
+        let fields = Fields::new(displacement, muscle.parameters.pressure(pressure));
+        let mut vectors = Vectors {
+            force: Some(force),
+            defect: pressure.is_some().then_some(&mut *constraint),
+            ..Vectors::default()
+        };
+        solid.evaluate(&fields, &mut vectors).inspect_err(|at| {
+            self.inverted = Some(*at);
+        })?;
+        for pressure in &muscle.pressures {
+            pressure.add_at(*t, -factor, displacement, force);
+        }
+        for bed in &muscle.beds {
+            bed.add_force(displacement, velocity, force);
+        }
+        if !tensions.is_empty() {
+            let tensions = scaled(tensions, factor);
+            solid.added_force(&at_rest(displacement, velocity, &tensions), added);
+            for (force, added) in force.iter_mut().zip(added) {
+                *force += *added;
+            }
+        }
+        for (row, &i) in momentum.iter_mut().zip(solid.dofs().free_to_full()) {
+            *row = force[i] - factor * load[i];
+        }
+        if let Some(pressure) = pressure {
+            let mut product = vec![0.0; pressure.len()];
+            solid.apply_compliance(pressure, &mut product);
+            for (row, m_p) in constraint.iter_mut().zip(&product) {
+                *row += muscle.parameters.inv_kappa * m_p;
+            }
+        }
+        Ok(())
+    }
+
+    /// Newton's iteration from `start`, the equilibrium of the load step before, or from `continued`
+    /// if forces are nearer to equilibrium there; None if it does not converge. `watch` hears of the iterations before
+    /// they begin: the number of the iteration in this load step and in all.
+    pub(super) fn solve(
+        &mut self,
+        start: &[f64],
+        continued: Option<Vec<f64>>,
+        factor: f64,
+        mut watch: impl FnMut([usize; 2]),
+    ) -> Result<Option<Vec<f64>>, ModelError> {
+        let n = start.len();
+        self.inverted = None;
+        let (mut x, mut trial) = (start.to_vec(), vec![0.0; n]);
+        let (mut r, mut r_trial) = (vec![0.0; n], vec![0.0; n]);
+        if self.residual(&x, factor, &mut r).is_err() {
+            return Ok(None);
+        }
+        let momentum = &r[..self.muscle.solid.dofs().n_free()];
+        self.force_square = square(momentum)
+            .max(self.load_square)
+            .max(f64::MIN_POSITIVE);
+        if let Some(continued) = continued
+            && self.residual(&continued, factor, &mut r_trial).is_ok()
+            && self.size(&r_trial) < self.size(&r)
+        {
+            x = continued;
+            std::mem::swap(&mut r, &mut r_trial);
+        }
+        for iteration in 1..=MAX_ITERATIONS {
+            watch([iteration, self.iterations + 1]);
+            if self.tangent(&x, factor).is_err() {
+                return Ok(None);
+            }
+            self.iterations += 1;
+            let mut increment = r.clone();
+            self.system.renew(&mut self.work)?;
+            self.system.solve(&mut increment, &mut self.work)?;
+            let small = self.is_small(&increment, &x) || self.size(&r) <= BALANCED * BALANCED;
+            let mut length = 1.0;
+            let accepted = (0..=MAX_HALVINGS).any(|_| {
+                for ((trial, x), d) in trial.iter_mut().zip(&x).zip(&increment) {
+                    *trial = x - length * d;
+                }
+                length *= 0.5;
+                // A full step of a converged iteration is at rounding level, not decreasing.
+                self.residual(&trial, factor, &mut r_trial).is_ok()
+                    && (small || self.size(&r_trial) < GROWTH * self.size(&r))
+            });
+            if !accepted {
+                return Ok(None);
+            }
+            std::mem::swap(&mut x, &mut trial);
+            std::mem::swap(&mut r, &mut r_trial);
+            if small {
+                return Ok(Some(x));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The matrix of the linear system at `x`.
+    pub(super) fn tangent(&mut self, x: &[f64], factor: f64) -> Result<(), Inverted> {
+        let Muscle {
+            solid, pressures, ..
+        } = self.muscle;
+        self.deform(&x[..solid.dofs().n_free()], factor);
+        let pressure = self.layout.range(Field::Pressure).map(|range| &x[range]);
+        let pressure = self.muscle.parameters.pressure(pressure);
+        let fields = Fields::new(&self.displacement, pressure);
+        solid.tangents(&fields, &mut self.matrices.wanted())?;
+        let u = &self.displacement;
+        self.matrices.update_pressures(pressures, self.t, factor, u);
+        if !self.tensions.is_empty() {
+            let tensions = scaled(&self.tensions, factor);
+            let motion = at_rest(u, &self.velocity, &tensions);
+            solid.added_tangents(&motion, self.matrices.wanted_added());
+        }
+        let matrices = &self.matrices;
+        self.assembly.combine(
+            |_, of_value| *of_value,
+            |matrix| matrices.values(solid, matrix),
+            self.system.values_mut(),
+        );
+        Ok(())
+    }
+
+    /// The directions in which the energy falls among the displacements that keep the volume, or pay for it by κ:
+    /// Newton's matrix (K, −Bᵀ; B, M_p/κ) has the inertia of (K, −Bᵀ; −B, −M_p/κ), a negative pivot for each
+    /// pressure and one more for each such direction (Sylvester's law), its last rows having changed their sign. A
+    /// pressure that nothing holds has a pivot of any sign, and hides one direction at most.
+    pub(super) fn instabilities(&self) -> Option<usize> {
+        if !self.muscle.pressures.is_empty() {
+            return None;
+        }
+        let pivots = self.system.pivots()?;
+        let (momentum, constraint) = pivots.split_at(self.muscle.solid.dofs().n_free());
+        let negative = momentum.iter().filter(|pivot| **pivot < 0.0).count()
+            + constraint.iter().filter(|pivot| **pivot > 0.0).count();
+        Some(negative.saturating_sub(constraint.len()))
+    }
+
+    /// Whether the increments of displacement and pressure are small beside the solution.
+    fn is_small(&self, increment: &[f64], x: &[f64]) -> bool {
+        self.layout.blocks().iter().all(|(_, range)| {
+            let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            largest(&increment[range.clone()]) <= RELATIVE_INCREMENT * largest(&x[range.clone()])
+        })
+    }
+
+    /// The residual's size: forces beside those at the start, volume defects beside the body's
+    /// volume.
+    fn size(&self, r: &[f64]) -> f64 {
+        let (momentum, constraint) = r.split_at(self.muscle.solid.dofs().n_free());
+        let volume = self.muscle.solid.volume();
+        square(momentum) / self.force_square + square(constraint) / (volume * volume)
+    }
+}
+
+fn at_rest<'m>(u: &'m [f64], v: &'m [f64], tensions: &'m [f64]) -> AddedMotion<'m> {
+    AddedMotion { u, v, tensions }
+}
+
+fn scaled(tensions: &[f64], factor: f64) -> Vec<f64> {
+    tensions.iter().map(|tension| factor * tension).collect()
+}
+
+fn square(v: &[f64]) -> f64 {
+    v.iter().map(|v| v * v).sum()
+}

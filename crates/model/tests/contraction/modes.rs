@@ -1,0 +1,175 @@
+//! Modes about equilibria under tensions, pressures and moved supports, against small motions about these.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use myovib_fem::material::ActiveStress;
+use myovib_fem::{AddedStress, Along, DofMap, Solid, Space, generate, load};
+use myovib_model::statics::{Equilibrium, equilibrium};
+use myovib_model::{
+    Activation, Bed, Field, Formulation, IntegratorKind, Load, ModelError, Muscle, MuscleDae,
+    Outcome, Parameters, Prescribed, PressureLoad, Signal, Start, paper, run, spectrum, start_from,
+};
+
+use crate::common::{HILL, INF, contracting, viscous};
+use crate::energy::settings;
+
+/// The largest displacement of the motions, m.
+const SMALL: f64 = 1e-4;
+
+/// The part of the lowest mode in the motion that starts from the equilibrium displaced along it, after `periods` of
+/// the mode, per what it was. The mean of a displacement one way and the other has no part of second order.
+fn left_of_the_mode(muscle: &Muscle, at: &Equilibrium, periods: f64) -> f64 {
+    let mode = &spectrum::lowest(muscle, at, 1).unwrap()[0];
+    let formulation = Formulation::Velocity;
+    let mut settings = settings(formulation, 1e-8).with_integrator(IntegratorKind::Radau9);
+    settings.t_end = periods / mode.frequency().unwrap();
+    let solid = &muscle.solid;
+    let mut inertia = vec![0.0; solid.dofs().n_full()];
+    let mut full = inertia.clone();
+    solid.dofs().expand(&mode.shape, &mut full);
+    solid.apply_mass(&full, &mut inertia);
+    let largest = mode.shape.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let of_way = |sign: f64| {
+        let size = sign * SMALL / largest;
+        let both = at.displacement.iter().zip(&mode.shape);
+        let q: Vec<f64> = both.map(|(q, u)| q + size * u).collect();
+        let mut dae = MuscleDae::new(muscle.clone(), formulation).unwrap();
+        let start = Start::new(&mut dae, 0.0, &q, &vec![0.0; q.len()]).unwrap();
+        let mut integrator = start_from(dae, &settings, 0.0, &start.y, &start.y_dot).unwrap();
+        let statistics = run(&mut *integrator, &mut []).unwrap();
+        assert_eq!(statistics.outcome, Outcome::Finished);
+        let mut y = start.y;
+        integrator.dense_output(settings.t_end, 0, &mut y).unwrap();
+        let q = integrator.problem().layout().range(Field::Displacement);
+        let moved = y[q.unwrap()].iter().zip(&at.displacement);
+        let parts = moved.zip(solid.dofs().free_to_full());
+        let part: f64 = parts.map(|((q, rest), &i)| (q - rest) * inertia[i]).sum();
+        part / size
+    };
+    0.5 * (of_way(1.0) + of_way(-1.0))
+}
+
+/// The equilibrium of a muscle, whose motions begin and end a quarter of a period from it.
+fn expect_the_frequency(muscle: &Muscle) {
+    let at = equilibrium(muscle, Formulation::Position, 0.0).unwrap();
+    let quarter = left_of_the_mode(muscle, &at, 0.25);
+    // A relative error d of the frequency leaves π/2 d; second order leaves 1e-8, the tolerance per SMALL 1e-4.
+    assert!(quarter.abs() < 2e-4, "{quarter:e}");
+    // The test is one: those about rest are others.
+    let unloaded = Equilibrium::unloaded(muscle);
+    let [loaded, unloaded] = [&at, &unloaded].map(|at| {
+        let modes = spectrum::lowest(muscle, at, 1).unwrap();
+        modes[0].frequency().unwrap()
+    });
+    assert!(
+        (loaded / unloaded - 1.0).abs() > 0.02,
+        "{loaded} {unloaded}"
+    );
+}
+
+/// Halves that contract by two kinds of stress, one of which follows the stretch, held by elastic beds, under a traction.
+fn contracted(dimension: usize, kappa: f64, stresses: [AddedStress; 2], bed: [f64; 2]) -> Muscle {
+    let mut muscle = contracting(dimension, kappa, 0.0, stresses);
+    muscle.parameters = Parameters::new(0.0, 0.0, kappa).unwrap();
+    let solid = &muscle.solid;
+    let pull = [0.0, 3e3, 1e3];
+    let traction = match dimension {
+        2 => load::traction(solid.space(), "right", [pull[0], pull[1]]),
+        _ => load::traction(solid.space(), "right", pull),
+    };
+    muscle.loads = vec![Load::new(&traction.unwrap(), Signal::constant(1.0))];
+    muscle.beds = vec![Bed::new(solid, "right", Along::Normal, bed).unwrap()];
+    let given = |number, tension| (number, Activation::Given(Signal::constant(tension)));
+    muscle.activations = vec![given(0, 8e3), given(1, 5e3)];
+    muscle
+}
+
+#[test]
+fn a_contracted_body_vibrates_at_the_frequencies_about_its_equilibrium() {
+    let still = [
+        ActiveStress {
+            force_velocity: None,
+            ..HILL
+        },
+        ActiveStress::PLAIN,
+    ];
+    let stresses = still.map(|active| AddedStress {
+        active: Some(active),
+        viscosity: 0.0,
+    });
+    for (dimension, kappa) in [(2, 1e5), (2, INF), (3, INF)] {
+        expect_the_frequency(&contracted(dimension, kappa, stresses, [3e4, 0.0]));
+    }
+}
+
+/// Hill's curve under a tension, viscosity and a bed take away what the motion loses in a period.
+#[test]
+fn a_contracted_body_is_damped_as_its_mode_says() {
+    let muscle = contracted(2, 1e5, viscous(), [3e4, 2e2]);
+    let at = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
+    let mode = &spectrum::lowest(&muscle, &at, 1).unwrap()[0];
+    let ratio = spectrum::damping_ratio(&muscle, &at, mode)
+        .unwrap()
+        .unwrap();
+    let lost = -left_of_the_mode(&muscle, &at, 1.0).ln() / TAU;
+    // The other modes, which the damping couples, have a part of second order in it.
+    assert!((lost / ratio - 1.0).abs() < 2.0 * ratio, "{lost} {ratio}");
+    let unloaded = Equilibrium::unloaded(&muscle);
+    let passive = spectrum::damping_ratio(&muscle, &unloaded, mode).unwrap();
+    assert!(ratio > 1.1 * passive.unwrap(), "{ratio} {passive:?}");
+}
+
+/// A strip with both ends held, the right one moved, with a pressure that follows its lower side.
+fn pressed(held: &[&str], kappa: f64, pressure: f64) -> Muscle {
+    let mesh = generate::rectangle([0.0; 2], [1.0, 0.2], [10, 2]).unwrap();
+    let space = Arc::new(Space::taylor_hood(&mesh));
+    let nodes = |group: &&str| space.nodes_of(group).unwrap();
+    let ends: Vec<usize> = held.iter().flat_map(nodes).collect();
+    let dofs = DofMap::clamped(&space, &ends).unwrap();
+    let right = held.contains(&"right").then(|| nodes(&"right"));
+    let right = right.into_iter().flatten();
+    let prescribed = right.map(|node| Prescribed {
+        component: 2 * node,
+        signal: Signal::constant(0.1),
+    });
+    let solid = Solid::uniform(space.clone(), dofs, paper::LAW, 1e3).unwrap();
+    let pressure = PressureLoad::new(&solid, "bottom", Signal::constant(pressure)).unwrap();
+    Muscle {
+        prescribed: prescribed.collect(),
+        pressures: vec![pressure],
+        ..Muscle::unloaded(solid, Parameters::new(0.0, 0.0, kappa).unwrap())
+    }
+}
+
+#[test]
+fn a_body_under_pressure_vibrates_at_the_frequencies_about_its_equilibrium() {
+    for kappa in [1e5, INF] {
+        expect_the_frequency(&pressed(&["left", "right"], kappa, 1e3));
+    }
+}
+
+/// Where the edge of the pressed side moves, the pressure has no energy.
+#[test]
+fn pressures_on_free_edges_are_refused() {
+    let muscle = pressed(&["left"], 1e5, 20.0);
+    let at = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
+    let refused = spectrum::vibration(&muscle, &at);
+    assert!(matches!(refused, Err(ModelError::NoEnergy)), "{refused:?}");
+    assert!(spectrum::lowest(&muscle, &Equilibrium::unloaded(&muscle), 1).is_ok());
+}
+
+/// Regression: a support that is elsewhere at t = 0 tore the body at rest.
+#[test]
+fn moved_supports_do_nothing_to_the_modes_about_rest() {
+    let moved = pressed(&["left", "right"], 1e5, 1e3);
+    let still = Muscle {
+        prescribed: Vec::new(),
+        ..moved.clone()
+    };
+    let [moved, still] = [&moved, &still].map(|muscle| {
+        let modes = spectrum::lowest(muscle, &Equilibrium::unloaded(muscle), 2).unwrap();
+        (modes, spectrum::fastest(muscle).unwrap())
+    });
+    assert_eq!(moved, still);
+}
