@@ -30,7 +30,8 @@ use crate::values;
 )]
 pub struct ModesArgs {
     /// A scene whose body is looked at, about rest or, with `--set modes.loads_at=T`, about the
-    /// equilibrium under its loads at the time T: a TOML file, or the name of a built-in scene [default: the paper's muscle, compressible and incompressible].
+    /// equilibrium under its loads at the time T: a TOML file, or the name of a built-in scene
+    /// [default: the paper's muscle, compressible and incompressible].
     #[arg(value_name = "SCENE", conflicts_with_all = ["mesh", "kappa", "load", "beta"])]
     pub scene: Option<PathBuf>,
 

@@ -98,8 +98,8 @@ fn following(muscle: &Muscle, t: f64, u: &[f64]) -> Result<CscMatrix<f64>, Model
     Ok(stiffness)
 }
 
-/// The `count` modes about an equilibrium whose ω² are nearest to 0, by ascending ω²: the lowest, where it is stable. The motions without strain of a body that is not held
-/// ([`free_parts`]) have ω² = 0 at rest.
+/// The `count` modes about an equilibrium whose ω² are nearest to 0, by ascending ω²: the lowest, where it is stable.
+/// The motions without strain of a body that is not held ([`free_parts`]) have ω² = 0 at rest.
 ///
 /// # Errors
 /// Those of [`vibration`]; [`ModelError::Structure`] for pressures that nothing holds.
@@ -118,8 +118,8 @@ pub fn lowest(muscle: &Muscle, at: &Equilibrium, count: usize) -> Result<Vec<Mod
     Ok(found)
 }
 
-/// The fraction of critical damping of a `mode` about an equilibrium, vᵀ D v / (2 ω vᵀ M v): D is what takes energy away in
-/// proportion to velocities, Rayleigh damping, Kelvin–Voigt damping and beds. For one α and one β
+/// The fraction of critical damping of a `mode` about an equilibrium, vᵀ D v / (2 ω vᵀ M v): D is what takes energy
+/// away in proportion to velocities, Rayleigh damping, Kelvin–Voigt damping and beds. For one α and one β
 /// of the whole body it is (α/ω + βω)/2. Prony terms have no such D. None where the motion is no oscillation.
 ///
 /// # Errors
