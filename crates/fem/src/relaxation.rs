@@ -148,7 +148,7 @@ where
                     rates,
                 } => {
                     let mut over = scaled(&at.stress, series.prony.instantaneous() - 1.0);
-                    let across = at.across(any).map(|across| across.stress());
+                    let across = at.stress_across(any);
                     for (k, term) in series.prony.terms().iter().enumerate() {
                         let own = &internal[states(k)..];
                         let mut q = slots.load(own);
@@ -170,8 +170,7 @@ where
                     }
                 }
                 Wanted::Stresses { out } => {
-                    let across = at.across(any).map(|across| across.stress());
-                    slots.store((&at.stress, across), out);
+                    slots.store((&at.stress, at.stress_across(any)), out);
                 }
                 Wanted::StressRates { out, .. } => {
                     let across = at.across(any);

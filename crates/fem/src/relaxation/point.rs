@@ -64,6 +64,15 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         })
     }
 
+    /// The component of S across the plane of a plane body.
+    #[inline(always)]
+    pub(super) fn stress_across(&self, law: Law) -> Option<Lanes<S>> {
+        match self.across(law) {
+            Some(across) => Some(across.stress()),
+            None => None,
+        }
+    }
+
     /// F⁻¹ T = Nᵀ T/J.
     #[inline(always)]
     fn pulled_back(&self, t: &Tensor<Lanes<S>, D>) -> Tensor<Lanes<S>, D> {
@@ -167,7 +176,7 @@ pub(super) struct Across<S: Simd> {
 
 impl<S: Simd> Across<S> {
     #[inline(always)]
-    pub(super) fn stress(&self) -> Lanes<S> {
+    fn stress(&self) -> Lanes<S> {
         let zero = self.law.dilation(&self.strain).like(0.0);
         self.law.stress(&self.strain, Volumetric::pressure(zero))[2][2]
     }

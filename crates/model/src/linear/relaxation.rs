@@ -21,6 +21,9 @@ use crate::field::Field;
 use crate::matrix::Matrix;
 use crate::muscle_dae::MuscleDae;
 
+/// So many slots are worked on for one right-hand side after the other: they stay in the processor's cache.
+const BLOCK: usize = 64;
+
 /// The Prony terms of the relaxing parts of a body.
 #[derive(Debug, Clone)]
 pub(super) struct Series(Vec<Prony>);
@@ -104,13 +107,19 @@ impl Relaxation {
         })
     }
 
-    /// Room for `count` vectors of either kind, those of the nodes zero.
-    fn make_room(&mut self, dae: &MuscleDae, count: usize) {
+    /// Room for `count` vectors at the slots, and as many at the nodes, which are zero.
+    fn room(&mut self, dae: &MuscleDae, count: usize) -> [&mut [Vec<f64>]; 2] {
         let solid = &dae.muscle().solid;
-        self.slots.resize_with(count, || vec![0.0; solid.n_slots()]);
-        self.nodal
-            .resize_with(count, || vec![0.0; solid.dofs().n_full()]);
-        self.nodal.iter_mut().for_each(|nodal| nodal.fill(0.0));
+        for (vectors, length) in [
+            (&mut self.slots, solid.n_slots()),
+            (&mut self.nodal, solid.dofs().n_full()),
+        ] {
+            let most = count.max(vectors.len());
+            vectors.resize_with(most, || vec![0.0; length]);
+        }
+        let [slots, nodal] = [&mut self.slots[..count], &mut self.nodal[..count]];
+        nodal.iter_mut().for_each(|nodal| nodal.fill(0.0));
+        [slots, nodal]
     }
 
     /// Takes what the right-hand sides of the internal stresses do to the balance of momentum, all of
@@ -123,27 +132,32 @@ impl Relaxation {
         n_columns: usize,
     ) {
         dae.counters_mut().relaxing_solve_passes += 1;
-        self.make_room(dae, n_columns * T::COUNT);
+        let [internal, momentum] = [&self.internal, &self.momentum].map(|rows| rows.start);
+        let [slots, nodal] = self.room(dae, n_columns * T::COUNT);
         let solid = &dae.muscle().solid;
-        let own = &rhs[self.internal.start * n_columns..];
-        self.slots.iter_mut().for_each(|slots| slots.fill(0.0));
+        let own = &rhs[internal * n_columns..];
+        slots.iter_mut().for_each(|slots| slots.fill(0.0));
         for part in solid.relaxing_parts() {
             let terms = own[part.states.start * n_columns..].chunks(part.slots.len() * n_columns);
             for (term, b) in part.prony.terms().iter().zip(terms) {
                 let scale = term.lagging(c, T::one());
-                for (slot, b) in part.slots.clone().zip(b.chunks(n_columns)) {
-                    for (slots, &b) in self.slots.chunks_mut(T::COUNT).zip(b) {
+                let first = part.slots.clone().step_by(BLOCK);
+                for (first, b) in first.zip(b.chunks(BLOCK * n_columns)) {
+                    for (j, slots) in slots.chunks_mut(T::COUNT).enumerate() {
+                        let own = b[j..].iter().step_by(n_columns);
                         for (k, slots) in slots.iter_mut().enumerate() {
-                            slots[slot] += (scale * b).part(k);
+                            for (slot, &b) in slots[first..].iter_mut().zip(own.clone()) {
+                                *slot += (scale * b).part(k);
+                            }
                         }
                     }
                 }
             }
         }
-        solid.forces_of_tensors(dae.relaxing_at(), &self.slots, &mut self.nodal);
-        let rows = rhs[self.momentum.start * n_columns..].chunks_mut(n_columns);
+        solid.forces_of_tensors(dae.relaxing_at(), slots, nodal);
+        let rows = rhs[momentum * n_columns..].chunks_mut(n_columns);
         for (row, &i) in rows.zip(solid.dofs().free_to_full()) {
-            for (row, nodal) in row.iter_mut().zip(self.nodal.chunks(T::COUNT)) {
+            for (row, nodal) in row.iter_mut().zip(nodal.chunks(T::COUNT)) {
                 *row += T::of_parts(nodal, i);
             }
         }
@@ -159,27 +173,32 @@ impl Relaxation {
         n_columns: usize,
     ) {
         dae.counters_mut().relaxing_solve_passes += 1;
-        self.make_room(dae, n_columns * T::COUNT);
+        let [internal, displacement] = [&self.internal, &self.displacement].map(|rows| rows.start);
+        let [slots, nodal] = self.room(dae, n_columns * T::COUNT);
         let solid = &dae.muscle().solid;
-        let (before, own) = rhs.split_at_mut(self.internal.start * n_columns);
-        let moved = before[self.displacement.start * n_columns..].chunks(n_columns);
+        let (before, own) = rhs.split_at_mut(internal * n_columns);
+        let moved = before[displacement * n_columns..].chunks(n_columns);
         for (moved, &i) in moved.zip(solid.dofs().free_to_full()) {
-            for (nodal, moved) in self.nodal.chunks_mut(T::COUNT).zip(moved) {
+            for (nodal, moved) in nodal.chunks_mut(T::COUNT).zip(moved) {
                 for (k, nodal) in nodal.iter_mut().enumerate() {
                     nodal[i] = moved.part(k);
                 }
             }
         }
-        solid.relaxing_stress_rates(dae.relaxing_at(), &self.nodal, &mut self.slots);
+        solid.relaxing_stress_rates(dae.relaxing_at(), nodal, slots);
         for part in solid.relaxing_parts() {
             let terms =
                 own[part.states.start * n_columns..].chunks_mut(part.slots.len() * n_columns);
             for (term, states) in part.prony.terms().iter().zip(terms) {
                 let lagging = term.lagging(c, T::one());
                 let driven = term.update(c, T::one(), T::zero());
-                for (slot, states) in part.slots.clone().zip(states.chunks_mut(n_columns)) {
-                    for (state, slots) in states.iter_mut().zip(self.slots.chunks(T::COUNT)) {
-                        *state = lagging * *state + driven * T::of_parts(slots, slot);
+                let first = part.slots.clone().step_by(BLOCK);
+                for (first, states) in first.zip(states.chunks_mut(BLOCK * n_columns)) {
+                    for (j, slots) in slots.chunks(T::COUNT).enumerate() {
+                        let own = states[j..].iter_mut().step_by(n_columns);
+                        for (slot, state) in (first..).zip(own) {
+                            *state = lagging * *state + driven * T::of_parts(slots, slot);
+                        }
                     }
                 }
             }
