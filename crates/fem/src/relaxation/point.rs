@@ -67,10 +67,8 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
     /// The component of S across the plane of a plane body.
     #[inline(always)]
     pub(super) fn stress_across(&self, law: Law) -> Option<Lanes<S>> {
-        match self.across(law) {
-            Some(across) => Some(across.stress()),
-            None => None,
-        }
+        let across = self.across(law)?;
+        Some(across.stress())
     }
 
     /// F⁻¹ T = Nᵀ T/J.
