@@ -25,7 +25,7 @@ use crate::sparsity::ScatterMap;
 use crate::tangent::{Matrix, add, scatter};
 pub(crate) use layout::InternalStresses;
 pub use layout::RelaxingPart;
-use point::{At, Slots, pushed};
+use point::{At, Slots, UnitStrains, pushed};
 
 /// H = Σ g S − Σ Q, by what is known of it.
 #[derive(Debug, Clone, Copy)]
@@ -46,12 +46,12 @@ pub(crate) enum Wanted<'a> {
     },
     /// S at the slots.
     Stresses { out: &'a mut [f64] },
-    /// ∫ F T : ∇φ of tensors T at the slots.
+    /// ∫ F T : ∇φ of each of some tensors T at the slots.
     ForceOf {
-        tensors: &'a [f64],
-        force: &'a mut [f64],
+        tensors: &'a [Vec<f64>],
+        forces: &'a mut [Vec<f64>],
     },
-    /// Ṡ along each of at most two nodal velocities, at the slots.
+    /// Ṡ along each of some nodal velocities, at the slots.
     StressRates {
         v: &'a [Vec<f64>],
         out: &'a mut [Vec<f64>],
@@ -90,8 +90,13 @@ impl<C, const D: usize, const N: usize, const P: usize> Run<'_, '_, C, D, N, P>
 where
     C: Constitutive<D>,
 {
+    /// With room for what the part has of each velocity or force, where several are wanted.
     #[inline(always)]
-    fn part<S: Simd>(&mut self, part: &mut Part<'_, S, D, N, P>) {
+    fn part<S: Simd>(
+        &mut self,
+        part: &mut Part<'_, S, D, N, P>,
+        columns: &mut Vec<[[Lanes<S>; D]; N]>,
+    ) {
         let Self {
             law,
             batch,
@@ -102,15 +107,17 @@ where
         } = self;
         let any = batch.kind.law;
         let u = part.gather_vector(Some(self.u));
-        let velocity = |k: usize| match &*self.wanted {
-            Wanted::StressRates { v, .. } => v.get(k).map(|v| &v[..]),
-            _ => None,
-        };
-        let v = [
-            part.gather_vector(velocity(0)),
-            part.gather_vector(velocity(1)),
-        ];
         let mut local_force = [[part.zero(); D]; N];
+        columns.clear();
+        match &*self.wanted {
+            Wanted::StressRates { v, .. } => {
+                for v in *v {
+                    columns.push(part.gather_vector(Some(v)));
+                }
+            }
+            Wanted::ForceOf { forces, .. } => columns.resize(forces.len(), local_force),
+            _ => {}
+        }
         let wants_matrices = matches!(self.wanted, Wanted::Tangents { .. });
         let zero: Matrix<S, D, N> = [[[[part.zero(); D]; D]; N]; N];
         let mut matrices = crate::tangent::room(wants_matrices, [zero; 2]);
@@ -126,8 +133,10 @@ where
             let states = |k: usize| series.states.start + k * width - series.slots.start;
             if let Wanted::ForceOf { tensors, .. } = &*self.wanted {
                 // The law has no part in it.
-                let stress = pushed(&part.gradient(&u, point), &slots.load(tensors));
-                accumulate(&mut local_force, part, point, &stress);
+                let h = part.gradient(&u, point);
+                for (local_force, tensors) in columns.iter_mut().zip(*tensors) {
+                    accumulate(local_force, part, point, &pushed(&h, &slots.load(tensors)));
+                }
                 continue;
             }
             let at = At::<S, D, C>::new(law, part, (number, point), &u);
@@ -139,7 +148,7 @@ where
                     rates,
                 } => {
                     let mut over = scaled(&at.stress, series.prony.instantaneous() - 1.0);
-                    let across = at.across(any, None);
+                    let across = at.stress_across(any);
                     for (k, term) in series.prony.terms().iter().enumerate() {
                         let own = &internal[states(k)..];
                         let mut q = slots.load(own);
@@ -160,12 +169,23 @@ where
                         accumulate(&mut local_force, part, point, &pushed(&at.h, &over));
                     }
                 }
-                Wanted::Stresses { out } => slots.store((&at.stress, at.across(any, None)), out),
+                Wanted::Stresses { out } => {
+                    slots.store((&at.stress, at.stress_across(any)), out);
+                }
                 Wanted::StressRates { out, .. } => {
-                    for (out, v) in out.iter_mut().zip(&v) {
+                    let across = at.across(any);
+                    // Of many, the law is asked for its moduli alone.
+                    let moduli = match columns.len() > UnitStrains::<D>::COUNT {
+                        true => Some(at.moduli(law, across.as_ref())),
+                        false => None,
+                    };
+                    for (out, v) in out.iter_mut().zip(columns.iter()) {
                         let v = part.gradient(v, point);
-                        let rate = at.stress_rate(law, &v);
-                        slots.store((&rate, at.across(any, Some(&v))), out);
+                        let rate = match &moduli {
+                            Some(moduli) => at.contracted(moduli, &v),
+                            None => at.stress_rate(law, across.as_ref(), &v),
+                        };
+                        slots.store((&rate.0, rate.1), out);
                     }
                 }
                 Wanted::Tangents { over, .. } => {
@@ -202,7 +222,11 @@ where
                     part.scatter_vector(&local_force, force);
                 }
             }
-            Wanted::ForceOf { force, .. } => part.scatter_vector(&local_force, force),
+            Wanted::ForceOf { forces, .. } => {
+                for (local_force, force) in columns.iter().zip(forces.iter_mut()) {
+                    part.scatter_vector(local_force, force);
+                }
+            }
             Wanted::Stresses { .. } | Wanted::StressRates { .. } => {}
             Wanted::Tangents {
                 geometric,
@@ -273,9 +297,10 @@ where
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
+        let mut columns = Vec::new();
         for part in 0..self.batch.n_parts(simd) {
             let part = &mut self.batch.part(simd, part);
-            self.part(part);
+            self.part(part, &mut columns);
         }
     }
 }

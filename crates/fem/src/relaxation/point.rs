@@ -50,28 +50,25 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         at
     }
 
-    /// The component of S across the plane of a plane body, or its rate along V: F33 = 1 there, so that
-    /// it is that of P.
+    /// The law across the plane of a plane body.
     #[inline(always)]
-    pub(super) fn across(&self, law: Law, v: Option<&Tensor<Lanes<S>, D>>) -> Option<Lanes<S>> {
+    pub(super) fn across(&self, law: Law) -> Option<Across<S>> {
         if D != 2 {
             return None;
         }
-        let zero = self.inverse_jacobian.like(0.0);
-        let deep = |t: &Tensor<Lanes<S>, D>| {
-            let mut out = [[zero; 3]; 3];
-            for (out, row) in out.iter_mut().zip(t) {
-                out[..D].copy_from_slice(row);
-            }
-            out
-        };
         let law = Spatial(law);
-        let strain = law.strain(deep(&self.h), self.axes, None);
-        let piola = match v {
-            None => law.stress(&strain, Volumetric::pressure(zero)),
-            Some(v) => law.stress_rate(&strain, deep(v), Volumetric::pressure(zero)),
-        };
-        Some(piola[2][2])
+        let h = deep(&self.h, self.inverse_jacobian.like(0.0));
+        Some(Across {
+            law,
+            strain: law.strain(h, self.axes, None),
+        })
+    }
+
+    /// The component of S across the plane of a plane body.
+    #[inline(always)]
+    pub(super) fn stress_across(&self, law: Law) -> Option<Lanes<S>> {
+        let across = self.across(law)?;
+        Some(across.stress())
     }
 
     /// F⁻¹ T = Nᵀ T/J.
@@ -90,9 +87,14 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         out
     }
 
-    /// Ṡ = F⁻¹ (Ṗ − V S).
+    /// Ṡ = F⁻¹ (Ṗ − V S), and its component across the plane.
     #[inline(always)]
-    pub(super) fn stress_rate(&self, law: &C, v: &Tensor<Lanes<S>, D>) -> Tensor<Lanes<S>, D> {
+    pub(super) fn stress_rate(
+        &self,
+        law: &C,
+        across: Option<&Across<S>>,
+        v: &Tensor<Lanes<S>, D>,
+    ) -> Rate<S, D> {
         let zero = self.inverse_jacobian.like(0.0);
         let mut rate = law.stress_rate(&self.strain, *v, Volumetric::pressure(zero));
         for i in 0..D {
@@ -102,8 +104,98 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
                 }
             }
         }
-        self.pulled_back(&rate)
+        let across = match across {
+            Some(across) => Some(across.stress_rate(v)),
+            None => None,
+        };
+        (self.pulled_back(&rate), across)
     }
+
+    /// ∂S/∂E of a law that depends on FᵀF = I + 2 E alone: Ṡ along V = F⁻ᵀ e for each of the
+    /// [unit strains](UnitStrains) e.
+    #[inline(always)]
+    pub(super) fn moduli(&self, law: &C, across: Option<&Across<S>>) -> [Rate<S, D>; 6] {
+        let zero = self.inverse_jacobian.like(0.0);
+        let mut moduli = [([[zero; D]; D], None); 6];
+        for (moduli, &[k, l]) in moduli.iter_mut().zip(UnitStrains::<D>::PLACES) {
+            let mut v = [[zero; D]; D];
+            for (v, normal) in v.iter_mut().zip(&self.normal) {
+                v[k] = normal[l] * self.inverse_jacobian;
+                v[l] = normal[k] * self.inverse_jacobian;
+            }
+            *moduli = self.stress_rate(law, across, &v);
+        }
+        moduli
+    }
+
+    /// Ṡ = ∂S/∂E : Ė, Ė being the symmetric part of Fᵀ V.
+    #[inline(always)]
+    pub(super) fn contracted(
+        &self,
+        moduli: &[Rate<S, D>; 6],
+        v: &Tensor<Lanes<S>, D>,
+    ) -> Rate<S, D> {
+        let zero = self.inverse_jacobian.like(0.0);
+        let mut sum = ([[zero; D]; D], if D == 2 { Some(zero) } else { None });
+        for (modulus, &[k, l]) in moduli.iter().zip(UnitStrains::<D>::PLACES) {
+            let mut strain = v[k][l] + v[l][k];
+            for (h, v) in self.h.iter().zip(v) {
+                strain = h[k].mul_add(v[l], h[l].mul_add(v[k], strain));
+            }
+            let strain = strain * 0.5;
+            for (sum, modulus) in sum.0.iter_mut().flatten().zip(modulus.0.iter().flatten()) {
+                *sum = strain.mul_add(*modulus, *sum);
+            }
+            if let (Some(sum), Some(modulus)) = (&mut sum.1, modulus.1) {
+                *sum = strain.mul_add(modulus, *sum);
+            }
+        }
+        sum
+    }
+}
+
+/// Ṡ, and its component across the plane of a plane body.
+pub(super) type Rate<S, const D: usize> = (Tensor<Lanes<S>, D>, Option<Lanes<S>>);
+
+/// The strains of which all are sums: one in a diagonal entry, or in both entries (k, l) and (l, k).
+pub(super) struct UnitStrains<const D: usize>;
+
+impl<const D: usize> UnitStrains<D> {
+    const PLACES: &[[usize; 2]] = places(D).split_at(Self::COUNT).0;
+    /// How many there are.
+    pub(super) const COUNT: usize = D * (D + 1) / 2;
+}
+
+/// The law across the plane of a plane body: F33 = 1 there, so that the component of S is that of P.
+pub(super) struct Across<S: Simd> {
+    law: Spatial,
+    strain: <Spatial as Constitutive<3>>::Strain<S>,
+}
+
+impl<S: Simd> Across<S> {
+    #[inline(always)]
+    fn stress(&self) -> Lanes<S> {
+        let zero = self.law.dilation(&self.strain).like(0.0);
+        self.law.stress(&self.strain, Volumetric::pressure(zero))[2][2]
+    }
+
+    #[inline(always)]
+    fn stress_rate<const D: usize>(&self, v: &Tensor<Lanes<S>, D>) -> Lanes<S> {
+        let zero = self.law.dilation(&self.strain).like(0.0);
+        let pressure = Volumetric::pressure(zero);
+        let v = deep(v, zero);
+        self.law.stress_rate(&self.strain, v, pressure)[2][2]
+    }
+}
+
+/// A tensor of the plane in space.
+#[inline(always)]
+fn deep<S: Simd, const D: usize>(t: &Tensor<Lanes<S>, D>, zero: Lanes<S>) -> Tensor<Lanes<S>, 3> {
+    let mut out = [[zero; 3]; 3];
+    for (out, row) in out.iter_mut().zip(t) {
+        out[..D].copy_from_slice(row);
+    }
+    out
 }
 
 /// F T, F = I + h.

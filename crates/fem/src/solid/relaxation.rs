@@ -138,31 +138,31 @@ impl Solid {
         self.relax(u, Wanted::Stresses { out });
     }
 
-    /// `force` += ∫ F T : ∇φ of symmetric tensors T.
+    /// Each of `forces` += ∫ F T : ∇φ of its symmetric tensors T, in one pass.
     ///
     /// # Shapes
-    /// `tensors`: [`n_slots`](Self::n_slots).
+    /// Each of `tensors`: [`n_slots`](Self::n_slots).
     ///
     /// # Panics
     /// If a length is wrong.
-    pub fn force_of_tensors(&self, u: &[f64], tensors: &[f64], force: &mut [f64]) {
-        check_length(self.n_slots(), Some(tensors), "tensors");
-        check_length(self.space.n_components(), Some(force), "force");
-        self.relax(u, Wanted::ForceOf { tensors, force });
+    pub fn forces_of_tensors(&self, u: &[f64], tensors: &[Vec<f64>], forces: &mut [Vec<f64>]) {
+        assert_eq!(tensors.len(), forces.len(), "a force for each");
+        for (tensors, force) in tensors.iter().zip(&*forces) {
+            check_length(self.n_slots(), Some(tensors), "tensors");
+            check_length(self.space.n_components(), Some(force), "force");
+        }
+        self.relax(u, Wanted::ForceOf { tensors, forces });
     }
 
-    /// `out` ← Ṡ along each of the velocities `v`, one or two: the parts of a complex one.
+    /// Each of `out` ← Ṡ along its velocity of `v`, in one pass.
     ///
     /// # Shapes
     /// Each of `out`: [`n_slots`](Self::n_slots).
     ///
     /// # Panics
-    /// If a length is wrong, or there are more than two.
+    /// If a length is wrong.
     pub fn relaxing_stress_rates(&self, u: &[f64], v: &[Vec<f64>], out: &mut [Vec<f64>]) {
-        assert!(
-            v.len() <= 2 && v.len() == out.len(),
-            "one or two velocities"
-        );
+        assert_eq!(v.len(), out.len(), "rates for each");
         for (v, out) in v.iter().zip(&*out) {
             check_length(self.n_slots(), Some(out), "stress rates");
             check_length(self.space.n_components(), Some(v), "v");

@@ -1,11 +1,12 @@
 //! Internal stresses of Prony terms as they are read at points.
 
+use std::slice;
 use std::sync::Arc;
 
 use myovib_fem::material::{Prony, PronyTerm};
 use myovib_fem::{DofMap, Fields, Located, Pressure, Solid, Space, generate};
 
-use crate::common::{DENSITY, MUSCLE_LAW};
+use crate::common::{DENSITY, MUSCLE_LAW, random};
 
 /// The size of the strains, so small that the stress is linear in them but for this fraction.
 const SIZE: f64 = 1e-5;
@@ -77,6 +78,52 @@ fn internal_stresses_that_are_linear_in_space_are_read_exactly() {
                     );
                 }
             }
+        }
+    }
+}
+
+/// Along more velocities than there are strains, rates come from the moduli of the law; along few, from
+/// the law itself, one by one. Forces are the same either way.
+#[test]
+fn many_at_a_time_are_what_each_is_alone() {
+    for dimension in [2, 3] {
+        let mesh = match dimension {
+            2 => generate::rectangle([0.0; 2], [1.0, 0.8], [3, 2]).unwrap(),
+            _ => generate::block([0.0; 3], [1.0, 0.8, 0.6], [2, 1, 1]).unwrap(),
+        };
+        let space = Arc::new(Space::taylor_hood(&mesh));
+        let dofs = DofMap::new(&space, &[]).unwrap();
+        let (law, n) = (MUSCLE_LAW, dofs.n_full());
+        let prony = Prony::new(vec![PronyTerm {
+            weight: 0.5,
+            time: 0.1,
+        }])
+        .unwrap();
+        let every = (0..mesh.n_elements()).collect();
+        let solid = Solid::uniform(space, dofs, law, DENSITY).unwrap();
+        let solid = solid.with_relaxation(&[(every, prony)]).unwrap();
+        // Large enough for F, which is far from I, to count.
+        let u = random(n, 0.02, 1);
+        let all: Vec<_> = (2..10).map(|seed| random(n, 1.0, seed)).collect();
+        let empty = |length: usize| vec![vec![0.0; length]; all.len()];
+        let (mut rates, mut forces) = (empty(solid.n_slots()), empty(n));
+        solid.relaxing_stress_rates(&u, &all, &mut rates);
+        solid.forces_of_tensors(&u, &rates, &mut forces);
+        for (k, v) in all.iter().enumerate() {
+            let mut alone = [vec![0.0; solid.n_slots()]];
+            solid.relaxing_stress_rates(&u, slice::from_ref(v), &mut alone);
+            let size = alone[0].iter().fold(0.0, |max: f64, s| max.max(s.abs()));
+            for (many, alone) in rates[k].iter().zip(&alone[0]) {
+                // Some roundings of sums of six terms, each at most of this size.
+                let error = (many - alone).abs();
+                assert!(
+                    error <= 64.0 * f64::EPSILON * size,
+                    "{dimension} {k}: {error:e}"
+                );
+            }
+            let mut force = [vec![0.0; n]];
+            solid.forces_of_tensors(&u, slice::from_ref(&rates[k]), &mut force);
+            assert_eq!(force[0], forces[k]);
         }
     }
 }

@@ -217,6 +217,7 @@ impl<T: Number> Reduced<T> {
     ) -> Result<(), SparseError> {
         match (&mut self.body, &self.tensions) {
             (ReducedBody::Condensed(matrix), None) => matrix.solve_columns(rhs, n_columns, work),
+            _ if n_columns == 1 => self.solve(rhs, work),
             _ => columns::one_by_one(rhs, n_columns, |column| self.solve(column, work)),
         }
     }

@@ -8,12 +8,11 @@
 //!
 //! So δQ = (g δS + τ b_Q)/(1 + cτ): the material part of the stiffness is multiplied by
 //! φ(c) − 1 ([`Series`]), ∫F τ b_Q/(1 + cτ):∇φ goes to the right-hand side, and once δq is known δS
-//! gives δQ. There is nothing more to factorise or solve; a solve takes two passes over the elements
-//! (three for complex c).
+//! gives δQ. There is nothing more to factorise or solve; a solve takes two passes over the elements,
+//! however many right-hand sides it has.
 
 use std::ops::Range;
 
-use myovib_fem::RelaxingPart;
 use myovib_fem::material::Prony;
 use num_complex::Complex64;
 
@@ -21,6 +20,10 @@ use super::Number;
 use crate::field::Field;
 use crate::matrix::Matrix;
 use crate::muscle_dae::MuscleDae;
+
+/// So many slots are worked on for one right-hand side after the other: they stay in the processor's cache. One
+/// right-hand side alone goes without strides, which compilers make vector instructions of.
+const BLOCK: usize = 64;
 
 /// The Prony terms of the relaxing parts of a body.
 #[derive(Debug, Clone)]
@@ -49,8 +52,8 @@ pub(super) trait Parts: Number {
 
     fn part(self, k: usize) -> f64;
 
-    /// The number with `x` in the place of part `k`, the others being zero.
-    fn of_part(k: usize, x: f64) -> Self;
+    /// The number with entry `i` of each vector as its parts.
+    fn of_parts(parts: &[Vec<f64>], i: usize) -> Self;
 }
 
 impl Parts for f64 {
@@ -60,8 +63,8 @@ impl Parts for f64 {
         self
     }
 
-    fn of_part(_: usize, x: f64) -> Self {
-        x
+    fn of_parts(parts: &[Vec<f64>], i: usize) -> Self {
+        parts[0][i]
     }
 }
 
@@ -72,8 +75,8 @@ impl Parts for Complex64 {
         if k == 0 { self.re } else { self.im }
     }
 
-    fn of_part(k: usize, x: f64) -> Self {
-        if k == 0 { x.into() } else { Self::new(0.0, x) }
+    fn of_parts(parts: &[Vec<f64>], i: usize) -> Self {
+        Self::new(parts[0][i], parts[1][i])
     }
 }
 
@@ -83,10 +86,9 @@ pub(super) struct Relaxation {
     internal: Range<usize>,
     momentum: Range<usize>,
     displacement: Range<usize>,
-    /// For the parts of a complex number.
-    slots: [Vec<f64>; 2],
-    nodal: [Vec<f64>; 2],
-    free: Vec<f64>,
+    /// For each right-hand side and part of a complex number.
+    slots: Vec<Vec<f64>>,
+    nodal: Vec<Vec<f64>>,
 }
 
 impl Relaxation {
@@ -97,85 +99,118 @@ impl Relaxation {
             let range = dae.layout().range(field);
             range.expect("all formulations have q and v")
         };
-        let solid = &dae.muscle().solid;
         Some(Self {
             internal,
             momentum: range(Field::Velocity),
             displacement: range(Field::Displacement),
-            slots: [(); 2].map(|()| vec![0.0; solid.n_slots()]),
-            nodal: [(); 2].map(|()| vec![0.0; solid.dofs().n_full()]),
-            free: vec![0.0; solid.dofs().n_free()],
+            slots: Vec::new(),
+            nodal: Vec::new(),
         })
     }
 
-    /// Takes what the right-hand sides of the internal stresses do to the balance of momentum.
-    pub(super) fn condense<T: Parts>(&mut self, dae: &mut MuscleDae, c: T, rhs: &mut [T]) {
-        dae.counters_mut().relaxing_solve_passes += T::COUNT as u64;
+    /// Room for `count` vectors at the slots, and as many at the nodes, which are zero.
+    fn room(&mut self, dae: &MuscleDae, count: usize) -> [&mut [Vec<f64>]; 2] {
         let solid = &dae.muscle().solid;
-        let own = &rhs[self.internal.clone()];
-        let slots = &mut self.slots[..T::COUNT];
+        for (vectors, length) in [
+            (&mut self.slots, solid.n_slots()),
+            (&mut self.nodal, solid.dofs().n_full()),
+        ] {
+            let most = count.max(vectors.len());
+            vectors.resize_with(most, || vec![0.0; length]);
+        }
+        let [slots, nodal] = [&mut self.slots[..count], &mut self.nodal[..count]];
+        nodal.iter_mut().for_each(|nodal| nodal.fill(0.0));
+        [slots, nodal]
+    }
+
+    /// Takes what the right-hand sides of the internal stresses do to the balance of momentum, all of
+    /// `n_columns` side by side.
+    pub(super) fn condense<T: Parts>(
+        &mut self,
+        dae: &mut MuscleDae,
+        c: T,
+        rhs: &mut [T],
+        n_columns: usize,
+    ) {
+        dae.counters_mut().relaxing_solve_passes += 1;
+        let [internal, momentum] = [&self.internal, &self.momentum].map(|rows| rows.start);
+        let [slots, nodal] = self.room(dae, n_columns * T::COUNT);
+        let solid = &dae.muscle().solid;
+        let own = &rhs[internal * n_columns..];
         slots.iter_mut().for_each(|slots| slots.fill(0.0));
         for part in solid.relaxing_parts() {
-            for (term, b) in part.prony.terms().iter().zip(terms(part, own)) {
+            let terms = own[part.states.start * n_columns..].chunks(part.slots.len() * n_columns);
+            for (term, b) in part.prony.terms().iter().zip(terms) {
                 let scale = term.lagging(c, T::one());
-                for (k, slots) in slots.iter_mut().enumerate() {
-                    for (slot, &b) in slots[part.slots.clone()].iter_mut().zip(b) {
-                        *slot += (scale * b).part(k);
+                let first = part.slots.clone().step_by(BLOCK);
+                for (first, b) in first.zip(b.chunks(BLOCK * n_columns)) {
+                    for (j, slots) in slots.chunks_mut(T::COUNT).enumerate() {
+                        for (k, slots) in slots.iter_mut().enumerate() {
+                            let slots = slots[first..].iter_mut();
+                            let add = |(slot, &b): (&mut f64, &T)| *slot += (scale * b).part(k);
+                            match n_columns {
+                                1 => slots.zip(b).for_each(add),
+                                _ => slots.zip(b[j..].iter().step_by(n_columns)).for_each(add),
+                            }
+                        }
                     }
                 }
             }
         }
-        for (k, (slots, nodal)) in slots.iter().zip(&mut self.nodal).enumerate() {
-            nodal.fill(0.0);
-            solid.force_of_tensors(dae.relaxing_at(), slots, nodal);
-            solid.dofs().restrict(nodal, &mut self.free);
-            for (row, &force) in rhs[self.momentum.clone()].iter_mut().zip(&self.free) {
-                *row += T::of_part(k, force);
+        solid.forces_of_tensors(dae.relaxing_at(), slots, nodal);
+        let rows = rhs[momentum * n_columns..].chunks_mut(n_columns);
+        for (row, &i) in rows.zip(solid.dofs().free_to_full()) {
+            for (row, nodal) in row.iter_mut().zip(nodal.chunks(T::COUNT)) {
+                *row += T::of_parts(nodal, i);
             }
         }
     }
 
     /// Replaces the right-hand sides of the internal stresses by the solution, that of the
     /// displacements being known.
-    pub(super) fn recover<T: Parts>(&mut self, dae: &mut MuscleDae, c: T, rhs: &mut [T]) {
+    pub(super) fn recover<T: Parts>(
+        &mut self,
+        dae: &mut MuscleDae,
+        c: T,
+        rhs: &mut [T],
+        n_columns: usize,
+    ) {
         dae.counters_mut().relaxing_solve_passes += 1;
+        let [internal, displacement] = [&self.internal, &self.displacement].map(|rows| rows.start);
+        let [slots, nodal] = self.room(dae, n_columns * T::COUNT);
         let solid = &dae.muscle().solid;
-        let (before, own) = rhs.split_at_mut(self.internal.start);
-        let own = &mut own[..self.internal.len()];
-        let (slots, nodal) = (&mut self.slots[..T::COUNT], &mut self.nodal[..T::COUNT]);
-        for (k, nodal) in nodal.iter_mut().enumerate() {
-            let moved = &before[self.displacement.clone()];
-            for (free, moved) in self.free.iter_mut().zip(moved) {
-                *free = moved.part(k);
+        let (before, own) = rhs.split_at_mut(internal * n_columns);
+        let moved = before[displacement * n_columns..].chunks(n_columns);
+        for (moved, &i) in moved.zip(solid.dofs().free_to_full()) {
+            for (nodal, moved) in nodal.chunks_mut(T::COUNT).zip(moved) {
+                for (k, nodal) in nodal.iter_mut().enumerate() {
+                    nodal[i] = moved.part(k);
+                }
             }
-            nodal.fill(0.0);
-            solid.dofs().expand(&self.free, nodal);
         }
         solid.relaxing_stress_rates(dae.relaxing_at(), nodal, slots);
         for part in solid.relaxing_parts() {
-            for (term, states) in part.prony.terms().iter().zip(terms_mut(part, own)) {
+            let terms =
+                own[part.states.start * n_columns..].chunks_mut(part.slots.len() * n_columns);
+            for (term, states) in part.prony.terms().iter().zip(terms) {
                 let lagging = term.lagging(c, T::one());
                 let driven = term.update(c, T::one(), T::zero());
-                for (state, slot) in states.iter_mut().zip(part.slots.clone()) {
-                    let mut stress = T::zero();
-                    for (k, slots) in slots.iter().enumerate() {
-                        stress += T::of_part(k, slots[slot]);
+                let first = part.slots.clone().step_by(BLOCK);
+                for (first, states) in first.zip(states.chunks_mut(BLOCK * n_columns)) {
+                    for (j, slots) in slots.chunks(T::COUNT).enumerate() {
+                        let renew = |(slot, state): (usize, &mut T)| {
+                            *state = lagging * *state + driven * T::of_parts(slots, slot);
+                        };
+                        let slots = first..;
+                        match n_columns {
+                            1 => slots.zip(states.iter_mut()).for_each(renew),
+                            _ => slots
+                                .zip(states[j..].iter_mut().step_by(n_columns))
+                                .for_each(renew),
+                        }
                     }
-                    *state = lagging * *state + driven * stress;
                 }
             }
         }
     }
-}
-
-/// What a part has in `own`, term by term.
-fn terms<'s, T>(part: &RelaxingPart, own: &'s [T]) -> impl Iterator<Item = &'s [T]> + use<'s, T> {
-    own[part.states.clone()].chunks(part.slots.len())
-}
-
-fn terms_mut<'s, T>(
-    part: &RelaxingPart,
-    own: &'s mut [T],
-) -> impl Iterator<Item = &'s mut [T]> + use<'s, T> {
-    own[part.states.clone()].chunks_mut(part.slots.len())
 }

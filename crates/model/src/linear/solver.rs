@@ -1,11 +1,11 @@
 //! The condensed matrices as an integrator asks for them: one real and some complex c at a time.
 
-use myovib_dae::{LinearSolver, Linearization, StepError, columns};
+use myovib_dae::{LinearSolver, Linearization, StepError};
 use myovib_sparse::klu::KluOptions;
 use myovib_sparse::{SparseError, resources};
 use num_complex::Complex64;
 
-use super::relaxation::Relaxation;
+use super::relaxation::{Parts, Relaxation};
 use super::{Reduced, Reduction, SparseSystem};
 use crate::muscle_dae::MuscleDae;
 
@@ -159,15 +159,7 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
     }
 
     fn solve_real(&mut self, dae: &mut MuscleDae, rhs: &mut [f64]) -> Result<(), StepError> {
-        let c = self.shifts.0;
-        if let Some(relaxation) = &mut self.relaxation {
-            relaxation.condense(dae, c, rhs);
-        }
-        self.real.solve(rhs, &mut dae.counters_mut().linear)?;
-        if let Some(relaxation) = &mut self.relaxation {
-            relaxation.recover(dae, c, rhs);
-        }
-        Ok(())
+        self.solve_real_columns(dae, rhs, 1)
     }
 
     fn solve_complex(
@@ -176,15 +168,7 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
         k: usize,
         rhs: &mut [Complex64],
     ) -> Result<(), StepError> {
-        let c = self.shifts.1[k];
-        if let Some(relaxation) = &mut self.relaxation {
-            relaxation.condense(dae, c, rhs);
-        }
-        self.complex[k].solve(rhs, &mut dae.counters_mut().linear)?;
-        if let Some(relaxation) = &mut self.relaxation {
-            relaxation.recover(dae, c, rhs);
-        }
-        Ok(())
+        self.solve_complex_columns(dae, k, rhs, 1)
     }
 
     fn solve_real_columns(
@@ -193,11 +177,8 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
         rhs: &mut [f64],
         n_columns: usize,
     ) -> Result<(), StepError> {
-        if self.relaxation.is_some() {
-            return columns::one_by_one(rhs, n_columns, |column| self.solve_real(dae, column));
-        }
-        let work = &mut dae.counters_mut().linear;
-        Ok(self.real.solve_columns(rhs, n_columns, work)?)
+        let (c, relaxation) = (self.shifts.0, &mut self.relaxation);
+        solve_columns(&mut self.real, relaxation, dae, c, (rhs, n_columns))
     }
 
     fn solve_complex_columns(
@@ -207,13 +188,8 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
         rhs: &mut [Complex64],
         n_columns: usize,
     ) -> Result<(), StepError> {
-        if self.relaxation.is_some() {
-            return columns::one_by_one(rhs, n_columns, |column| {
-                self.solve_complex(dae, k, column)
-            });
-        }
-        let work = &mut dae.counters_mut().linear;
-        Ok(self.complex[k].solve_columns(rhs, n_columns, work)?)
+        let (c, relaxation) = (self.shifts.1[k], &mut self.relaxation);
+        solve_columns(&mut self.complex[k], relaxation, dae, c, (rhs, n_columns))
     }
 
     fn solve_real_transposed(
@@ -236,4 +212,22 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
         self.expect_nothing_relaxes()?;
         Ok(self.complex[k].solve_transposed(rhs, &mut dae.counters_mut().linear)?)
     }
+}
+
+/// Solves with a matrix of this c, internal stresses being eliminated.
+fn solve_columns<T: Parts>(
+    matrix: &mut Reduced<T>,
+    relaxation: &mut Option<Relaxation>,
+    dae: &mut MuscleDae,
+    c: T,
+    (rhs, n_columns): (&mut [T], usize),
+) -> Result<(), StepError> {
+    if let Some(relaxation) = relaxation {
+        relaxation.condense(dae, c, rhs, n_columns);
+    }
+    matrix.solve_columns(rhs, n_columns, &mut dae.counters_mut().linear)?;
+    if let Some(relaxation) = relaxation {
+        relaxation.recover(dae, c, rhs, n_columns);
+    }
+    Ok(())
 }

@@ -1,5 +1,7 @@
 //! Residual and Jacobian: one pass over the elements each, then sums of blocks.
 
+use std::slice::{from_mut, from_ref};
+
 use myovib_dae::{Problem, StepError, VariableKind};
 use myovib_fem::{AddedMotion, Change, Fields, Linearized, Overstress, Tangents, Vectors};
 use nalgebra_sparse::pattern::SparsityPattern;
@@ -260,9 +262,10 @@ impl MuscleDae {
             solid.relaxing_force(u, internal, Some(added_force), rates);
         } else if let Some(over) = overstress {
             counters.relaxing_passes += 1;
+            let (over, force) = (from_ref(over), from_mut(&mut work.added_force));
             muscle
                 .solid
-                .force_of_tensors(&work.displacement, over, &mut work.added_force);
+                .forces_of_tensors(&work.displacement, over, force);
         }
         Ok(())
     }

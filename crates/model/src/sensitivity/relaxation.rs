@@ -1,7 +1,6 @@
 //! Products with the tangents of internal stresses, by passes over the elements.
 
 use std::ops::Range;
-use std::slice;
 
 use crate::field::Field;
 use crate::muscle_dae::MuscleDae;
@@ -16,24 +15,21 @@ pub(super) struct RelaxationProduct {
     internal: Range<usize>,
     momentum: Range<usize>,
     displacement: Range<usize>,
-    /// δS, and Σ δQ.
-    slots: [Vec<f64>; 2],
-    nodal: Vec<f64>,
-    free: Vec<f64>,
+    /// δS for each column, and Σ δQ.
+    slots: [Vec<Vec<f64>>; 2],
+    nodal: Vec<Vec<f64>>,
 }
 
 impl RelaxationProduct {
     /// That of a muscle with internal stresses.
     pub(super) fn new(dae: &MuscleDae) -> Option<Self> {
         let range = |field| dae.layout().range(field);
-        let solid = &dae.muscle().solid;
         Some(Self {
             internal: range(Field::InternalStress)?,
             momentum: range(Field::Velocity)?,
             displacement: range(Field::Displacement)?,
-            slots: [(); 2].map(|()| vec![0.0; solid.n_slots()]),
-            nodal: vec![0.0; solid.dofs().n_full()],
-            free: vec![0.0; solid.dofs().n_free()],
+            slots: Default::default(),
+            nodal: Vec::new(),
         })
     }
 
@@ -48,33 +44,46 @@ impl RelaxationProduct {
     ) {
         let (solid, at) = (&dae.muscle().solid, dae.relaxing_at());
         let [stresses, sums] = &mut self.slots;
-        for column in 0..n_columns {
-            let place = |unknown: usize| unknown * n_columns + column;
-            for (free, i) in self.free.iter_mut().zip(self.displacement.clone()) {
-                *free = x[place(i)];
-            }
-            self.nodal.fill(0.0);
-            solid.dofs().expand(&self.free, &mut self.nodal);
-            let moved = slice::from_ref(&self.nodal);
-            solid.relaxing_stress_rates(at, moved, slice::from_mut(stresses));
-            sums.fill(0.0);
-            for part in solid.relaxing_parts() {
-                let mut i = self.internal.start + part.states.start;
-                for term in part.prony.terms() {
-                    for slot in part.slots.clone() {
-                        let change = x[place(i)];
-                        sums[slot] += change;
-                        out[place(i)] -= x_dot[place(i)] - term.rate(stresses[slot], change);
-                        i += 1;
-                    }
-                }
-            }
-            self.nodal.fill(0.0);
-            solid.force_of_tensors(at, sums, &mut self.nodal);
-            solid.dofs().restrict(&self.nodal, &mut self.free);
-            for (free, i) in self.free.iter().zip(self.momentum.clone()) {
-                out[place(i)] += free;
+        for slots in [&mut *stresses, sums] {
+            slots.resize_with(n_columns, || vec![0.0; solid.n_slots()]);
+        }
+        let nodal = || vec![0.0; solid.dofs().n_full()];
+        self.nodal.resize_with(n_columns, nodal);
+        let free = solid.dofs().free_to_full();
+        let moved = x[self.displacement.start * n_columns..].chunks(n_columns);
+        for (&i, moved) in free.iter().zip(moved) {
+            for (nodal, moved) in self.nodal.iter_mut().zip(moved) {
+                nodal[i] = *moved;
             }
         }
+        solid.relaxing_stress_rates(at, &self.nodal, stresses);
+        sums.iter_mut().for_each(|sums| sums.fill(0.0));
+        for part in solid.relaxing_parts() {
+            let mut row = (self.internal.start + part.states.start) * n_columns;
+            for term in part.prony.terms() {
+                for slot in part.slots.clone() {
+                    let own = row..row + n_columns;
+                    let changes = x[own.clone()].iter().zip(&x_dot[own.clone()]);
+                    let sums = stresses.iter().zip(&mut *sums);
+                    for ((out, (change, rate)), (stresses, sums)) in
+                        out[own].iter_mut().zip(changes).zip(sums)
+                    {
+                        sums[slot] += change;
+                        *out -= rate - term.rate(stresses[slot], *change);
+                    }
+                    row += n_columns;
+                }
+            }
+        }
+        self.nodal.iter_mut().for_each(|nodal| nodal.fill(0.0));
+        solid.forces_of_tensors(at, sums, &mut self.nodal);
+        let forces = out[self.momentum.start * n_columns..].chunks_mut(n_columns);
+        for (&i, out) in free.iter().zip(forces) {
+            for (out, nodal) in out.iter_mut().zip(&self.nodal) {
+                *out += nodal[i];
+            }
+        }
+        // Fixed nodes do not move.
+        self.nodal.iter_mut().for_each(|nodal| nodal.fill(0.0));
     }
 }

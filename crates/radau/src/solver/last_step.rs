@@ -62,8 +62,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     pub(crate) fn heed(&mut self, error: f64) {
         if let StepSize::Adaptive = self.options.step_size {
             let h = self.collocation.h;
-            let proposal = self.control.propose(h, error, 1).min(GROWTH * h);
-            let proposal = self.kept(h, proposal);
+            let proposal = self.control.propose(h, error, 1);
+            // The limit last: within the window it would keep h for ever.
+            let proposal = self.kept(h, proposal).min(GROWTH * h);
             self.h = self.h.map(|next| next.min(proposal));
         }
     }
