@@ -230,7 +230,7 @@ fn a_strong_drive_locks_the_chain_and_the_papers_does_not() {
             ("point", serde_json::json!([0.05])),
             ("load", "strain".into()),
             ("load_frequency", 8.0.into()),
-            ("integrator", "ida".into()),
+            ("integrator", "radau9".into()),
             ("linear_solver", "full".into()),
             ("seed", 5489.into()),
         ] {

@@ -113,7 +113,7 @@ fn clockwise_surfaces_are_turned_with_a_word() {
     assert_eq!(mesh.measure(), 1.0);
     assert_eq!(
         mesh.notes()[0].to_string(),
-        "2 elements of the mesh ran clockwise and were turned round"
+        "elements of the mesh ran clockwise and were turned round: 2"
     );
 }
 
@@ -247,7 +247,7 @@ fn mirrored_curved_elements_are_turned_with_a_word() {
     let mesh = ten_nodes([-0.1, -0.1, 0.5], true).expect("a tetrahedron");
     assert_eq!(
         mesh.notes()[0].to_string(),
-        "1 elements of the mesh were inside out and were turned round"
+        "elements of the mesh were inside out and were turned round: 1"
     );
     let space = Space::taylor_hood(&mesh);
     let straight = Space::taylor_hood(&ten_nodes([0.0, 0.0, 0.5], true).unwrap());

@@ -436,6 +436,36 @@ fn an_equilibrium_has_no_tension_of_its_own() {
     );
 }
 
+/// A moment that equidistant samples would miss: rows of a table around it, each twice as far from it as the one before.
+#[test]
+fn a_table_that_pushes_for_a_moment_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let apart = (0..12).map(|k| 1e-6 * f64::from(1 << k));
+    let mut rows: Vec<(f64, f64)> = apart
+        .flat_map(|apart| [0.01001 - apart, 0.01001 + apart])
+        .chain([0.0, 10.0])
+        .map(|t| (t, 8e3))
+        .chain([(0.01001, -1e3)])
+        .collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let rows: String = rows
+        .iter()
+        .map(|(t, value)| format!("{t},{value}\n"))
+        .collect();
+    std::fs::write(folder.path().join("tension.csv"), format!("t,T\n{rows}")).unwrap();
+    let text = MUSCLE.replacen(
+        "tension = { type = \"step\", value = 8e3, rise = 0.05 }",
+        "tension = { type = \"table\", file = \"tension.csv\", column = \"T\" }",
+        1,
+    );
+    let error = Scene::build("scene.toml", &text, &[], folder.path()).unwrap_err();
+    let message = error.to_string();
+    assert!(
+        message.contains("its tension cannot be negative") && message.contains("t = 0.01000"),
+        "{message}"
+    );
+}
+
 /// A body that starts under tension would jump.
 #[test]
 fn a_motion_starts_without_tension() {

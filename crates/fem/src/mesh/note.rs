@@ -76,7 +76,7 @@ impl fmt::Display for MeshNote {
         match self {
             Self::Turned { elements, how } => write!(
                 f,
-                "{elements} elements of the mesh {how} and were turned round"
+                "elements of the mesh {how} and were turned round: {elements}"
             ),
             Self::Repeated {
                 group,

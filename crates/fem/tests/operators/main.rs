@@ -5,6 +5,7 @@ mod added;
 mod common;
 mod convergence;
 mod convergence_in_space;
+mod convergence_of_rings;
 mod differences;
 mod follower;
 mod graded;

@@ -2,7 +2,7 @@
 
 use myovib_fem::material::{ActiveStress, Bestel, ForceLength, Prony};
 use myovib_fem::{AddedStress, Along, FemError, Solid};
-use myovib_model::{Activation, Bed, Signal};
+use myovib_model::{Activation, Bed, Signal, Timed};
 
 use super::builder::Builder;
 use crate::InputError;
@@ -12,8 +12,10 @@ use crate::scene_file::material::Material;
 use crate::scene_file::solid::Direction;
 use crate::scene_file::{Analysis, SceneFile};
 
-/// The number of times at which the sign of a given tension is looked at.
-const SAMPLES: u32 = 1000;
+/// The least and the largest number of times at which the sign of a given tension is looked at,
+const SAMPLES: [f64; 2] = [1e3, 1e6];
+/// and how many it is, between them, in each time in which the tension changes.
+const SAMPLES_OF_A_CHANGE: f64 = 4.0;
 
 /// The stresses that materials add to their laws', each with its elements, and the tensions of
 /// those that are active, by their number.
@@ -165,7 +167,11 @@ impl Builder<'_> {
 
     /// Refuses a tension that pushes; one that does so between the samples ends the run.
     fn not_negative(&self, signal: &Signal, path: &str) -> Result<(), InputError> {
-        let times = (0..=SAMPLES).map(|k| self.t_end * f64::from(k) / f64::from(SAMPLES));
+        let [least, most] = SAMPLES;
+        let changes = signal.time_scale(0.0, self.t_end);
+        let n = changes.map_or(least, |scale| SAMPLES_OF_A_CHANGE * self.t_end / scale);
+        let n = n.clamp(least, most).ceil();
+        let times = (0..=n as u32).map(|k| self.t_end * f64::from(k) / n);
         let mut values = times.map(|t| (t, signal.at(t).value));
         match values.find(|(_, tension)| *tension < 0.0) {
             None => Ok(()),
