@@ -313,30 +313,20 @@ fn two_unknowns_of_a_node_are_solved_for_alike_alone_and_beside_others() {
     let values: Vec<f64> = p.entries().map(|(c, r)| drawn[c * n + r]).collect();
     let b: Vec<f64> = (0..n).map(|_| rng.random_range(-1.0..1.0)).collect();
     for kind in [Kind::Symmetric, Kind::General] {
-        let structure = Structure {
-            kind,
-            ..Structure::default()
-        };
-        let elimination = Elimination::new(&p, structure, KluOptions::default()).unwrap();
-        let pairs = elimination.analysis().unwrap().supernodes();
-        assert!(
-            pairs
-                .filter(|&(columns, rows)| columns == 2 && rows > 8)
-                .count()
-                > 1
-        );
-        let mut system = SparseSystem::<f64>::new(Arc::new(elimination));
-        system.values_mut().copy_from_slice(&values);
-        let mut work = LinearWork::default();
-        system.renew(&mut work).unwrap();
+        // In the order of the points, whatever orders this build knows.
+        let analysis = in_order(&p, kind, &(0..n).collect::<Vec<_>>());
+        let is_pair = |&(columns, rows): &(usize, usize)| columns == 2 && rows > 8;
+        assert!(analysis.supernodes().filter(is_pair).count() > 1);
+        let mut factors = Supernodal::new(analysis);
+        factors.factor(&values).unwrap();
         let mut alone = b.clone();
-        system.solve(&mut alone, &mut work).unwrap();
+        factors.solve(&mut alone);
         assert!(
             largest_residual(&p, &values, &b, &alone) < ROUNDING,
             "{kind:?}"
         );
         let mut beside: Vec<f64> = b.iter().flat_map(|&b| [b, 1.0]).collect();
-        system.solve_columns(&mut beside, 2, &mut work).unwrap();
+        factors.solve_columns(&mut beside, 2);
         for (alone, beside) in alone.iter().zip(beside.chunks_exact(2)) {
             assert!((alone - beside[0]).abs() < ROUNDING, "{kind:?}");
         }
