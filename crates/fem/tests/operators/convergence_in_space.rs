@@ -1,15 +1,13 @@
-//! Bodies in space with exact solutions: orders of convergence, on curved bodies too.
+//! A body in space with an exact solution: orders of convergence.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use myovib_fem::material::Law;
 use myovib_fem::material::three::{Axes, Tensor3};
 use myovib_fem::solid::Solid;
 use myovib_fem::{DofMap, Located, Mesh, Space, generate, load};
 
-use crate::common::{DENSITY, Equilibrium, MUSCLE_LAW, SMALL_LAW, assert_orders, equilibrium};
-use crate::spatial::{SIDES, follower};
+use crate::common::{Equilibrium, MUSCLE_LAW, assert_orders, equilibrium};
+use crate::spatial::SIDES;
 
 /// A block sheared along x by γ(y, z): det F = 1 everywhere.
 struct Sheared;
@@ -116,85 +114,4 @@ fn sheared(mesh: &Mesh) -> [f64; 3] {
 fn a_sheared_block_converges_with_the_orders_of_the_elements() {
     let of = |n: usize| sheared(&generate::block([0.0; 3], [1.0; 3], [n; 3]).unwrap());
     assert_orders(&[of(2), of(4)]);
-}
-
-/// A piece of the shell 1 < r < 2 between four planes through the centre, each edge on a sphere
-/// around it curved if `curved`.
-fn shell(n: usize, curved: bool) -> Mesh {
-    let mesh = generate::spatial([n; 3], |[s, a, b]| {
-        let size = (1.0 + a * a + b * b).sqrt();
-        [1.0, a, b].map(|x| (1.0 + s) * x / size)
-    });
-    let mesh = mesh.unwrap();
-    let mut midpoints = BTreeMap::new();
-    if curved {
-        let points = mesh.points::<3>();
-        for element in mesh.connectivity::<4>() {
-            for (i, &a) in element.iter().enumerate() {
-                for &b in &element[i + 1..] {
-                    let [r, other] = [a, b].map(|k| length(points[k]));
-                    if (r - other).abs() < 1e-12 {
-                        let sum = [0, 1, 2].map(|m| points[a][m] + points[b][m]);
-                        midpoints.insert([a, b], sum.map(|x| r * x / length(sum)));
-                    }
-                }
-            }
-        }
-    }
-    mesh.bent(midpoints).unwrap()
-}
-
-fn length(x: [f64; 3]) -> f64 {
-    x.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-/// The incompressible shell under a pressure inside, with small strains: u = A x/r³ from
-/// equilibrium, as σ_rr = −p − 4 ζ A/r³ with a constant p is −P inside and 0 outside. The planes are
-/// held where this puts them.
-fn inflated(mesh: &Mesh) -> [f64; 3] {
-    const A: f64 = 0.01;
-    let Law::SmallStrain { shear_modulus } = SMALL_LAW else {
-        unreachable!("the law of small strains")
-    };
-    let (p, inside) = (-0.5 * shear_modulus * A, 3.5 * shear_modulus * A);
-    let u = |x: [f64; 3]| x.map(|x_i| A * x_i / length(x).powi(3));
-    let gradient = |x: [f64; 3]| {
-        let r = length(x);
-        [0, 1, 2].map(|i| {
-            [0, 1, 2].map(|j| A * (f64::from(i == j) / r.powi(3) - 3.0 * x[i] * x[j] / r.powi(5)))
-        })
-    };
-    let space = Arc::new(Space::taylor_hood(mesh));
-    let planes = &SIDES[2..];
-    let held: Vec<usize> = planes
-        .iter()
-        .flat_map(|side| space.nodes_of(side).unwrap())
-        .collect();
-    let dofs = DofMap::clamped(&space, &held).unwrap();
-    let solid = Solid::uniform(space.clone(), dofs, SMALL_LAW, DENSITY).unwrap();
-    let load = follower(&solid, inside, &vec![0.0; space.n_components()], &["left"]);
-    let start = Equilibrium {
-        u: space.node_points().iter().flat_map(|&x| u(x)).collect(),
-        p: vec![0.0; space.n_pressures()],
-    };
-    let state = equilibrium(&solid, &load, 0.0, false, start);
-    errors_at_points(&solid, &state, |x| (u(x), gradient(x), p))
-}
-
-/// Elements as curved as the body have their orders; straight ones lose them, as they fill another
-/// body, which is nearer by no more than the square of their size.
-#[test]
-fn a_curved_shell_converges_with_the_orders_of_the_elements_only_if_they_are_curved() {
-    let of = |curved| [2, 4].map(|n| inflated(&shell(n, curved)));
-    assert_only_curved_elements_converge(of(true), of(false));
-}
-
-pub(crate) fn assert_only_curved_elements_converge(curved: [[f64; 3]; 2], straight: [[f64; 3]; 2]) {
-    assert_orders(&curved);
-    let lost = (straight[0][0] / straight[1][0]).log2();
-    assert!(lost < 2.5, "{straight:?}");
-    assert!(
-        straight[1][0] > 3.0 * curved[1][0],
-        "{straight:?} {curved:?}"
-    );
 }

@@ -5,7 +5,7 @@ mod added;
 mod common;
 mod convergence;
 mod convergence_in_space;
-mod convergence_of_rings;
+mod curved;
 mod differences;
 mod follower;
 mod graded;

@@ -3,13 +3,11 @@
 //! there a vector is read that was written number by number just before, which a processor has to wait for.
 
 use super::analysis::Supernode;
-use super::small::{sum_lanes, take_columns};
+use super::small::{LANES, sum_lanes, take_columns};
 use crate::number::{Number, Row};
 
 /// Columns.
 const N: usize = 2;
-/// Rows at a time: one register of AVX-512.
-const LANES: usize = 8;
 
 /// A front and its place in the right-hand side.
 #[derive(Debug, Clone, Copy)]

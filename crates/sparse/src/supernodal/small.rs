@@ -12,7 +12,7 @@ const TILE_COLUMNS: usize = 4;
 /// Columns of this length or more come from memory, which is faster from four places at once.
 const LONG: usize = 160;
 /// Partial sums of a scalar product: one register of AVX-512.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 
 /// These rows of N columns of a `panel` of `m` rows, from column `p` on. No closure fills the array: it would be a
 /// call, without vector instructions.
