@@ -5,11 +5,39 @@ use std::collections::BTreeMap;
 use crate::common::{MUSCLE_LAW, SMALL_LAW, clamped, dense, random};
 use myovib_fem::material::Law;
 use myovib_fem::solid::{Change, Fields, Linearized, Pressure, Solid, Tangents, Vectors};
-use myovib_fem::{Space, generate};
+use myovib_fem::{Fibres, Space, generate};
 use nalgebra::{DMatrix, DVector};
 
 /// Displacements are some 1 % of the element size; ε^(1/3) of that.
 const STEP: f64 = 1e-7;
+
+const GUCCIONE: Law = Law::Guccione {
+    c: 2e3,
+    b_f: 8.0,
+    b_t: 2.0,
+    b_fs: 4.0,
+};
+/// The constants of Aróstica et al. 2025.
+const HEART: Law = Law::HolzapfelOgden {
+    a: 59.0,
+    b: 8.023,
+    a_f: 18_472.0,
+    b_f: 16.026,
+    a_s: 2481.0,
+    b_s: 11.12,
+    a_fs: 216.0,
+    b_fs: 11.436,
+    k: 100.0,
+};
+/// Fibres straighten at 2 %: the strains of these tests reach all three parts of the law.
+const TENDON: Law = Law::TransverseMooneyRivlin {
+    c10: 1e4,
+    c01: 2e2,
+    c3: 500.0,
+    c4: 8.0,
+    c5: 1.2e4,
+    stretch_max: 1.02,
+};
 
 struct State {
     u: Vec<f64>,
@@ -176,7 +204,19 @@ fn check_all(law: Law, space: Space, kappa: Option<f64>) {
 
 fn check_graded(law: Law, space: Space, kappa: Option<f64>, factors: Option<Vec<f64>>) {
     let (n, m) = (space.n_components(), space.n_pressures());
-    let solid = clamped(space, "left", law);
+    let mut solid = clamped(space, "left", law);
+    if law.has_fibres() {
+        let mesh = solid.space().mesh();
+        let mut fibres = Fibres::new(mesh);
+        let all: Vec<usize> = (0..mesh.n_elements()).collect();
+        // Along no coordinate; the sheets are any across in the plane.
+        let (fibre, sheet) = match mesh.dimension() {
+            2 => ([0.8, 0.6, 0.0], None),
+            _ => ([2.0, 2.0, 1.0], Some([-2.0, 1.0, 2.0])),
+        };
+        fibres.set_constant(mesh, &all, fibre, sheet).unwrap();
+        solid = solid.with_fibres(fibres);
+    }
     let mut state = State {
         u: random(n, 0.02, 1),
         v: random(n, 1.0, 2),
@@ -304,6 +344,11 @@ difference_tests! {
     mooney_rivlin_equal_order: MUSCLE_LAW, Space::equal_order, None;
     small_strain: SMALL_LAW, Space::taylor_hood, None;
     small_strain_penalty: SMALL_LAW, Space::taylor_hood, Some(1e5);
+    guccione: GUCCIONE, Space::taylor_hood, None;
+    holzapfel_ogden: HEART, Space::taylor_hood, None;
+    holzapfel_ogden_penalty: HEART, Space::taylor_hood, Some(1e5);
+    transverse_mooney_rivlin: TENDON, Space::taylor_hood, None;
+    transverse_mooney_rivlin_penalty: TENDON, Space::taylor_hood, Some(1e5);
 }
 
 /// In space the cofactor is quadratic: what is constant in the plane depends on the state here.
@@ -323,6 +368,11 @@ spatial_difference_tests! {
     spatial_mooney_rivlin_penalty: MUSCLE_LAW, Space::taylor_hood, Some(1e5);
     spatial_mooney_rivlin_equal_order: MUSCLE_LAW, Space::equal_order, None;
     spatial_small_strain: SMALL_LAW, Space::taylor_hood, None;
+    spatial_guccione: GUCCIONE, Space::taylor_hood, None;
+    spatial_holzapfel_ogden: HEART, Space::taylor_hood, None;
+    spatial_holzapfel_ogden_penalty: HEART, Space::taylor_hood, Some(1e5);
+    spatial_transverse_mooney_rivlin: TENDON, Space::taylor_hood, None;
+    spatial_transverse_mooney_rivlin_penalty: TENDON, Space::taylor_hood, Some(1e5);
 }
 
 /// The same in curved elements, whose map differs from point to point.
