@@ -11,6 +11,8 @@ pub struct WorkCounters {
     pub residual_passes: u64,
     /// Of these, with the damping force ∫Ṗ:∇φ.
     pub force_rate_passes: u64,
+    /// Of these, over elements whose law looks at fibres.
+    pub fibre_passes: u64,
     /// Element passes for tangents.
     pub tangent_passes: u64,
     /// Of these, with the damping tangent ∂/∂q ∫Ṗ:∇φ.

@@ -37,6 +37,8 @@ pub struct MuscleDae {
     layout: Layout,
     context: Context,
     needs: Needs,
+    /// Whether a law looks at fibres, for the counters.
+    has_fibres: bool,
     /// Coefficients: those of ∂F/∂y and ∂F/∂ẏ.
     assembly: Assembly<[f64; 2]>,
     matrices: Matrices,
@@ -126,6 +128,7 @@ impl MuscleDae {
             factors: None,
             coherent_tensions: None,
             overstress: None,
+            has_fibres: muscle.solid.laws().iter().any(|law| law.has_fibres()),
             muscle,
             formulation,
             rows,

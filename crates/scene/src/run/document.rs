@@ -43,6 +43,7 @@ pub(super) fn dynamic<P: System>(
         "work": {
             "residual_passes": work.residual_passes,
             "force_rate_passes": work.force_rate_passes,
+            "fibre_passes": work.fibre_passes,
             "tangent_passes": work.tangent_passes,
             "rate_tangent_passes": work.rate_tangent_passes,
             "added_passes": work.added_passes,
