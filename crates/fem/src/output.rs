@@ -29,7 +29,8 @@ pub struct PointState {
     pub gradient: Tensor3,
     /// J = det F (1 + div u for small strains).
     pub jacobian: f64,
-    /// p, or −κ (J − 1) where there is no pressure field.
+    /// p, or −κ (J − 1) where there is no pressure field; −tr σ/3 of a law whose energy holds the
+    /// volume's part.
     pub pressure: f64,
     /// First Piola–Kirchhoff stress P.
     pub piola: Tensor3,
@@ -87,7 +88,11 @@ impl Solid {
             piola,
             cauchy: piola,
         };
-        state.with_stress(piola, law.is_linear())
+        let mut state = state.with_stress(piola, law.is_linear());
+        if law.description().complete {
+            state.pressure = -(0..3).map(|i| state.cauchy[i][i]).sum::<f64>() / 3.0;
+        }
+        state
     }
 
     /// The same with all stress that the balance of momentum has: what is added to the law's, what
@@ -134,16 +139,19 @@ impl Solid {
         at: &Located,
     ) -> Tensor3 {
         let (law, h) = (self.law_at(fields, at), state.gradient);
-        let p_rate = match fields.pressure {
-            Pressure::Nodal(_) => fields
-                .p_rate
-                .map_or(0.0, |p| self.space().pressure_at(p, at)),
+        let pressures = match fields.pressure {
+            Pressure::Nodal(_) => {
+                let rate = fields.p_rate;
+                let rate = rate.map_or(0.0, |p| self.space().pressure_at(p, at));
+                [state.pressure, rate]
+            }
             Pressure::Penalty { kappa } => {
                 let kappa = law.penalty(kappa * self.ratios(at.element).kappa);
-                -kappa * contract3(&law.volume_gradient3(h), &v)
+                let rate = contract3(&law.volume_gradient3(h), &v);
+                [law.volume_change3(h), rate].map(|volume| -kappa * volume)
             }
         };
-        law.stress_rate3(h, v, [state.pressure, p_rate], self.axes_at(at))
+        law.stress_rate3(h, v, pressures, self.axes_at(at))
     }
 
     /// F (Σ g S − Σ Q), where stress relaxes.

@@ -6,6 +6,7 @@ use std::path::Path;
 use myovib_dae::Problem;
 use myovib_model::MuscleDae;
 use myovib_scene::Scene;
+use myovib_scene::csv::Table;
 use myovib_scene::run::{RunOptions, compute};
 
 const SCENE: &str = r#"
@@ -215,6 +216,39 @@ fn chains_contract_a_body_whose_stress_relaxes() {
             "{relaxed:?} {elastic:?}"
         );
         assert!(relaxed[3] > 1.0, "{relaxed:?}");
+    }
+}
+
+/// Oscillators at many places contract a body whose stress relaxes and is viscous: energies stay in balance, which counts
+/// the powers of tensions that follow the oscillators and of the internal stresses.
+#[test]
+fn chains_and_stress_that_relaxes_keep_the_balance_of_energy() {
+    const RTOL: f64 = 1e-5;
+    let relaxing = format!("fibre = \"fibre\"\neta = 20.0\n{PRONY}");
+    let text = two_way().replacen("fibre = \"fibre\"\n", &relaxing, 1);
+    assert!(text.contains(FEEDBACK));
+    let text = text.replacen(FEEDBACK, "", 1)
+        + "[[probe]]\nname = \"energy\"\ntype = \"energy\"\nevery = 0.005\n";
+    for method in ["radau", "radau9"] {
+        let set = [
+            format!("integrator.method={method}"),
+            format!("integrator.rtol={RTOL}"),
+        ];
+        let scene = Scene::build("scene.toml", &text, &set, Path::new("")).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        compute(&scene, &RunOptions::into_folder(folder.path())).unwrap();
+        let table = std::fs::read_to_string(folder.path().join("energy.csv")).unwrap();
+        let table = Table::parse(&table).unwrap();
+        let rows = table.rows.iter().map(|row| table.numbers(row).unwrap());
+        let rows: Vec<Vec<f64>> = rows.collect();
+        let largest = |column: usize| {
+            let values = rows.iter().map(|row| row[column].abs());
+            values.fold(0.0, f64::max)
+        };
+        let [work, dissipated, imbalance] = [3, 4, 5].map(largest);
+        assert!(dissipated > 0.2 * work, "{dissipated:e} {work:e}");
+        // The tolerance of a step: Radau IIA's ends of steps are of higher order than its estimate.
+        assert!(imbalance < RTOL * work, "{method}: {imbalance:e} {work:e}");
     }
 }
 

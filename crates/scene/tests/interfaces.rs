@@ -81,6 +81,76 @@ fn pressures_jump_where_only_the_law_changes() {
     }
 }
 
+/// Two cubes of one law and two κ on top of each other, held at their sides.
+const STACK: &str = r#"
+analysis = "static"
+[mesh]
+type = "box"
+size = [1.0, 1.0, 2.0]
+cells = [2, 2, 2]
+[[region]]
+name = "upper"
+centre = [0.5, 0.5, 2.0]
+radii = [1e3, 1e3, 1.0]
+[solid]
+kappa = 1e5
+formulation = "position"
+[[material]]
+group = "body"
+law = "small-strain"
+density = 1e3
+shear_modulus = 1e4
+[[material]]
+group = "upper"
+law = "small-strain"
+density = 1e3
+shear_modulus = 1e4
+kappa = 4e5
+[[fixed]]
+group = "left"
+components = ["x"]
+[[fixed]]
+group = "right"
+components = ["x"]
+[[fixed]]
+group = "front"
+components = ["y"]
+[[fixed]]
+group = "back"
+components = ["y"]
+[[fixed]]
+group = "bottom"
+components = ["z"]
+[[displacement]]
+group = "top"
+z = -0.01
+"#;
+
+/// Uniaxial strain e in each under one stress (κ + 4G/3) e, and p = -κ e.
+#[test]
+fn pressures_jump_in_space_where_only_kappa_changes() {
+    let scene = Scene::build("stack.toml", STACK, &[], Path::new("")).unwrap();
+    let body = scene.body.as_ref().unwrap();
+    let space = body.muscle.solid.space();
+    // Three layers of nine vertices, the middle one twice.
+    assert_eq!(space.n_pressures(), 27 + 9);
+    let found = equilibrium(&body.muscle, body.formulation, 0.0).unwrap();
+    let (kappas, shear) = ([1e5, 4e5], 1e4);
+    let moduli = kappas.map(|kappa| kappa + 4.0 / 3.0 * shear);
+    let stress = -0.01 / (1.0 / moduli[0] + 1.0 / moduli[1]);
+    for element in 0..space.n_elements() {
+        let corners = space.mesh().corners::<3, 4>(element);
+        let z = corners.iter().map(|corner| corner[2]).sum::<f64>() / 4.0;
+        let own = usize::from(z > 1.0);
+        let expected = -kappas[own] * stress / moduli[own];
+        for &pressure in space.element_pressures(element) {
+            let error = found.pressure[pressure] / expected - 1.0;
+            // The exact solution lies in the space: rounding of a linear system of 1e2 to 1e3 unknowns.
+            assert!(error.abs() < 1e-11, "{element}: {error:e}");
+        }
+    }
+}
+
 /// The scenes of Table 2 among them.
 #[test]
 fn one_material_has_one_pressure_at_a_vertex() {

@@ -73,7 +73,7 @@ quantities! {
         components: Components::Vector,
         reading: Reading::Fields(|body, place| body.vector_at(body.velocity, place)),
     }
-    /// Pressure, Pa.
+    /// Pressure, Pa; of `st-venant-kirchhoff`, which has none, -tr σ/3 of the law's stress.
     Pressure "p" {
         names: ["pressure", "p"],
         components: Components::Scalar,

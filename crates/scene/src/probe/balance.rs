@@ -9,8 +9,7 @@ use crate::run::system::{System, muscle_of};
 /// Energies, and the work done and dissipated since the start.
 ///
 /// Powers are integrated over each accepted step (and each part of it between samples) by
-/// Simpson's rule on the dense output, whose error of fifth order in the step is far below the
-/// integrator's own.
+/// [`Exchanged`]'s rule on the dense output.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct EnergyBalance {
     t: f64,
@@ -46,9 +45,12 @@ impl EnergyBalance {
         self.last = Some(start);
         let h = t - self.t;
         if h > 0.0 {
-            let middle = energies_at(integrator, (self.t + 0.5 * h).max(from))?;
+            let [mut a, mut b, mut c] = [start; 3];
+            for (inner, place) in [&mut a, &mut b, &mut c].into_iter().zip(Exchanged::PLACES) {
+                *inner = energies_at(integrator, (self.t + place * h).max(from))?;
+            }
             let end = energies_at(integrator, t)?;
-            self.exchanged.add(h, [&start, &middle, &end]);
+            self.exchanged.add(h, [&start, &a, &b, &c, &end]);
             (self.t, self.last) = (t, Some(end));
         }
         Ok(())
