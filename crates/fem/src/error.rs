@@ -160,6 +160,16 @@ pub enum FemError {
         /// Its vertices.
         vertices: Vec<usize>,
     },
+    /// Edges that are to enclose an area, but make several lines.
+    #[error(
+        "the edges of group \"{group}\" make {found} lines, which do not say what they enclose"
+    )]
+    Pieces {
+        /// The group.
+        group: String,
+        /// The number of lines.
+        found: usize,
+    },
     /// A list that does not have one entry for each of something.
     #[error("{what}: {found} given, {needed} needed")]
     Count {

@@ -172,8 +172,13 @@ impl FollowerPressure {
 fn normal<const D: usize>(s: [f64; D], t: [f64; D]) -> [f64; D] {
     let mut normal = [0.0; D];
     match D {
-        2 => (normal[0], normal[1]) = (s[1], -s[0]),
+        2 => normal.copy_from_slice(&turned([s[0], s[1]])),
         _ => normal.copy_from_slice(&cross([s[0], s[1], s[2]], [t[0], t[1], t[2]])),
     }
     normal
+}
+
+/// A vector of the plane turned by −90°.
+pub(crate) fn turned([x, y]: [f64; 2]) -> [f64; 2] {
+    [y, -x]
 }

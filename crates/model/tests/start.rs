@@ -212,6 +212,8 @@ fn a_wrong_start_is_located() {
         (wrong[0].field, &wrong[0].worst),
         (Field::Velocity, &dae.component_name(row))
     );
+    let told = wrong[0].to_string();
+    assert!(told.starts_with("momentum: "), "{told}");
 }
 
 /// The integration of a start, one step after another.

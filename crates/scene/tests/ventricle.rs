@@ -8,21 +8,39 @@ use serde_json::Value;
 
 const POINTS: [&str; 2] = ["p0", "p1"];
 
-/// The document of a run of a scene to an end time, and displacements of both points, m, every
-/// 0.01 s.
-fn run(scene: &str, t_end: &str) -> (Value, [Vec<[f64; 3]>; 2]) {
+/// What a run has written.
+struct Run {
+    document: Value,
+    /// Displacements of both points, m, every 0.01 s.
+    curves: [Vec<[f64; 3]>; 2],
+    /// The volume of the cavity, m³, at the same times.
+    cavity: Vec<f64>,
+}
+
+/// Runs a scene to an end time.
+fn run(scene: &str, t_end: &str) -> Run {
     let scene = Scene::built_in(scene, &[format!("time.end={t_end}")]).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let options = RunOptions::into_folder(folder.path());
     let document = compute(&scene, &options).unwrap().document;
     assert_eq!(document["outcome"], "finished");
-    let curves = POINTS.map(|point| {
-        let text = std::fs::read_to_string(folder.path().join(format!("{point}.csv"))).unwrap();
-        let table = Table::parse(&text).unwrap();
-        let rows = table.rows.iter().map(|row| table.numbers(row).unwrap());
-        rows.map(|row| [row[1], row[2], row[3]]).collect()
-    });
-    (document, curves)
+    let rows = |probe: &str| -> Vec<Vec<f64>> {
+        let path = folder.path().join(format!("{probe}.csv"));
+        let table = Table::parse(&std::fs::read_to_string(path).unwrap()).unwrap();
+        let rows = table.rows.iter();
+        rows.map(|row| table.numbers(row).unwrap()).collect()
+    };
+    let curve = |point| {
+        rows(point)
+            .iter()
+            .map(|row| [row[1], row[2], row[3]])
+            .collect()
+    };
+    Run {
+        curves: POINTS.map(curve),
+        cavity: rows("cavity").iter().map(|row| row[1]).collect(),
+        document,
+    }
 }
 
 fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
@@ -76,7 +94,11 @@ fn error(curve: &[[f64; 3]], other: &[[f64; 3]]) -> f64 {
 /// CPU, the price of a body of 28 844 unknowns.
 #[test]
 fn the_ventricle_begins_to_contract_as_in_a_tighter_run() {
-    let (document, curves) = run("ventricle-coarse", "0.19");
+    let Run {
+        document,
+        curves,
+        cavity,
+    } = run("ventricle-coarse", "0.19");
     for (point, ours) in POINTS.iter().zip(&curves) {
         let reference = curve(&reference(), point);
         // rtol of the scene.
@@ -88,13 +110,25 @@ fn the_ventricle_begins_to_contract_as_in_a_tighter_run() {
         );
     }
     assert_eq!(document["unknowns"], 28_844);
+    // An ellipsoid of semi-axes 0.09, 0.025, 0.025 m, cut at 5/17 of the first. Straight faces between
+    // points of it lie inside: some 16 around it take 1 − sin(2π/16)/(2π/16) = 2.6 %.
+    let (a, b, cut) = (0.09, 0.025, 0.09 * 5.0 / 17.0);
+    let cubes = (f64::powi(cut, 3) + f64::powi(a, 3)) / (3.0 * a * a);
+    let ellipsoid = std::f64::consts::PI * b * b * (a + cut - cubes);
+    let ratio = cavity[0] / ellipsoid;
+    assert!(0.97 < ratio && ratio < 1.0, "{ratio}");
+    // It rests until 0.16 s, and then ejects.
+    assert!((cavity[16] / cavity[0] - 1.0).abs() < 1e-12);
+    assert!(cavity[19] < 0.9 * cavity[0], "{cavity:?}");
 }
 
 /// The whole beat: against a tighter run, another program on the same mesh, and ten codes.
 #[test]
 #[ignore = "two minutes of CPU"]
 fn the_beat_is_that_of_other_programs() {
-    let (document, curves) = run("ventricle-coarse", "1.0");
+    let Run {
+        document, curves, ..
+    } = run("ventricle-coarse", "1.0");
     assert!(document["steps"].as_u64().unwrap() <= 200);
     let codes = codes();
     // Generalised-α with dt = 2 ms, P2–P1, in mm at 0.48 s; and the mean and the relative deviation from
@@ -124,7 +158,9 @@ fn the_beat_is_that_of_other_programs() {
 #[test]
 #[ignore = "half an hour of CPU, 4 GB of memory"]
 fn the_beat_on_the_fine_mesh_is_that_of_ten_codes() {
-    let (document, curves) = run("ventricle", "1.0");
+    let Run {
+        document, curves, ..
+    } = run("ventricle", "1.0");
     assert!(document["steps"].as_u64().unwrap() <= 200);
     // The largest of the ten codes but one.
     for ((point, ours), largest) in POINTS.iter().zip(&curves).zip([0.30, 0.38]) {

@@ -7,6 +7,7 @@ mod convergence;
 mod convergence_in_space;
 mod curved;
 mod differences;
+mod enclosed;
 mod follower;
 mod graded;
 mod identities;

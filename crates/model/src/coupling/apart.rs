@@ -14,7 +14,6 @@ use myovib_sparse::Number;
 use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU};
 
 use super::feedback::FeedbackDae;
-use super::feedback_solver::along;
 
 /// Such places for one c.
 #[derive(Debug)]
@@ -97,6 +96,6 @@ fn gains<T: Number>(places: &[usize], dae: &FeedbackDae, x: &[T]) -> impl Iterat
     places.iter().map(move |&number| {
         let place = &dae.places()[number];
         let network = dae.feedbacks()[place.feedback].network;
-        along(place, &x[dae.one_way().range(network)])
+        place.along(&x[dae.one_way().range(network)])
     })
 }

@@ -153,14 +153,8 @@ fn gains<T: Number>(
         factors.solve_one(k, &mut x)?;
         driven.push(x);
     }
-    let of_place = |place: &Place| along(place, &driven[dae.feedbacks()[place.feedback].network]);
+    let of_place = |place: &Place| place.along(&driven[dae.feedbacks()[place.feedback].network]);
     Ok(dae.places().iter().map(of_place).collect())
-}
-
-/// ∇gᵀ x for states x of the network.
-pub(super) fn along<T: Number>(place: &Place, x: &[T]) -> T {
-    let terms = place.slopes().map(|(state, slope)| x[state] * slope);
-    terms.fold(T::zero(), |sum, term| sum + term)
 }
 
 /// Takes what the right-hand sides of the oscillators do to the body, by the places that are local.
@@ -183,7 +177,7 @@ fn feed_back<T: Number>(
         .zip(dae.places())
         .filter(|(local, _)| local.is_some())
     {
-        let change = along(place, &alone[dae.feedbacks()[place.feedback].network]);
+        let change = place.along(&alone[dae.feedbacks()[place.feedback].network]);
         for (&row, &force) in place.rows.iter().zip(&place.force) {
             rows[row] -= change * force;
         }

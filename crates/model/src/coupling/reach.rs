@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use myovib_dae::StepError;
+use myovib_sparse::Number;
 
 use super::dae::CoupledDae;
 use super::effect::{Effect, Feedback};
@@ -40,6 +41,12 @@ impl Place {
     pub(super) fn slopes(&self) -> impl Iterator<Item = (usize, f64)> {
         let slopes = self.slope.iter().copied();
         self.states().into_iter().flatten().zip(slopes)
+    }
+
+    /// ∇gᵀ x for states x of the network.
+    pub(super) fn along<T: Number>(&self, x: &[T]) -> T {
+        let terms = self.slopes().map(|(state, slope)| x[state] * slope);
+        terms.fold(T::zero(), |sum, term| sum + term)
     }
 
     /// g for the states of the network.

@@ -203,6 +203,13 @@ mod tests {
                 frequency: 0.7,
                 phase: 0.3,
             }),
+            Signal::from(formula::Chirp {
+                amplitude: 2.0,
+                frequency: 3.0,
+                end_frequency: 0.5,
+                duration: 1.0,
+                phase: 0.3,
+            }),
             Signal::paper(100.0),
             Signal::from(formula::Step {
                 value: 4.0,
@@ -256,6 +263,28 @@ mod tests {
         assert_eq!(sine(-8.0).frequency(), Some(8.0));
         let sum = Signal::sum(vec![sine(-8.0), sine(3.0), Signal::constant(1.0)]);
         assert_eq!(sum.frequency(), Some(8.0));
+    }
+
+    /// What has gone round after a time is the mean frequency times it.
+    #[test]
+    fn a_chirp_passes_from_one_frequency_to_another() {
+        let chirp = Signal::from(formula::Chirp {
+            amplitude: 2.0,
+            frequency: 4.0,
+            end_frequency: 10.0,
+            duration: 3.0,
+            phase: 0.0,
+        });
+        for (t, frequency) in [(0.0, 4.0), (1.0, 6.0), (3.0, 10.0)] {
+            let turns = 0.5 * (4.0 + frequency) * t;
+            let here = chirp.at(t);
+            // It has gone round so many whole times: rounding of 2 · 2π · 21.
+            assert_eq!(turns % 1.0, 0.0);
+            assert!(here.value.abs() < 1e-12);
+            assert!((here.d1 / (std::f64::consts::TAU * frequency) - 2.0).abs() < 1e-12);
+        }
+        assert_eq!(chirp.frequency(), Some(10.0));
+        assert_eq!(chirp.time_scale(0.0, 1.0), Some(1.0 / 6.0));
     }
 
     #[test]

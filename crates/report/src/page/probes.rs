@@ -167,6 +167,8 @@ pub(crate) fn unit(name: &str, in_space: bool) -> &'static str {
         "v" => "m/s",
         "principal" if name.starts_with("principal_strain") => "",
         "p" | "stress" | "principal" | "von" | "tension" => "Pa",
+        "V" if in_space => "m³",
+        "V" => "m²",
         "R" if in_space => "N",
         "R" => "N/m",
         "kinetic" | "elastic" | "work" | "dissipated" | "imbalance" if in_space => "J",

@@ -39,6 +39,7 @@ probes! {
     line Line
     average Average
     reaction Reaction
+    volume Volume
     energy Energy
     coherence Coherence
     oscillators Oscillators

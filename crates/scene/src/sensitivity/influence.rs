@@ -40,7 +40,7 @@ const AFFINE: [&str; 10] = [
     "of",
 ];
 /// Numbers that they depend on smoothly.
-const SMOOTH: [&str; 4] = ["frequency", "phase", "steepness", "shift"];
+const SMOOTH: [&str; 5] = ["frequency", "end_frequency", "phase", "steepness", "shift"];
 /// Numbers that move a break of a function of time.
 const BREAKS: [&str; 5] = ["start", "rise", "end", "systole", "diastole"];
 /// Tables of loads, which act outside of the elements.

@@ -31,6 +31,7 @@ macro_rules! formulas {
 
 formulas! {
     sine Sine
+    chirp Chirp
     ramped_sine RampedSine
     step Step
     ramp Ramp

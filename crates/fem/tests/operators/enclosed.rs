@@ -1,0 +1,109 @@
+//! The volume that a group encloses.
+
+use std::sync::Arc;
+
+use myovib_fem::{
+    DofMap, EnclosedVolume, FemError, Fields, Group, Mesh, Pressure, Solid, Space, Vectors,
+    generate,
+};
+
+use crate::common::{DENSITY, MUSCLE_LAW, random};
+
+/// A free body of the mesh with a group `some` of the facets of these groups.
+fn solid(mesh: &Mesh, groups: &[&str]) -> Solid {
+    let facets = groups.iter().flat_map(|name| mesh.facets(name).unwrap());
+    let some = match mesh.dimension() {
+        2 => Group::Edges(facets.map(|f| [f[0], f[1]]).collect()),
+        _ => Group::Faces(facets.map(|f| [f[0], f[1], f[2]]).collect()),
+    };
+    let mut all = mesh.groups().clone();
+    all.insert("some".to_owned(), some);
+    let mesh = mesh.with_groups(all).unwrap();
+    let space = Arc::new(Space::taylor_hood(&mesh));
+    let dofs = DofMap::new(&space, &[]).unwrap();
+    Solid::uniform(space, dofs, MUSCLE_LAW, DENSITY).unwrap()
+}
+
+/// ∫ det F over the body at `u`.
+fn volume_of_body(solid: &Solid, u: &[f64]) -> f64 {
+    let mut defect = vec![0.0; solid.pressure_weights().len()];
+    let fields = Fields::new(u, Pressure::Penalty { kappa: 1.0 });
+    let vectors = &mut Vectors {
+        defect: Some(&mut defect),
+        ..Vectors::default()
+    };
+    solid.evaluate(&fields, vectors).unwrap();
+    solid.volume() + defect.iter().sum::<f64>()
+}
+
+fn at(solid: &Solid, u: &[f64]) -> f64 {
+    EnclosedVolume::new(solid, "some").unwrap().at(u)
+}
+
+/// Displacements that leave the lower and the upper side in their planes.
+fn between_planes(solid: &Solid) -> Vec<f64> {
+    let d = solid.space().dimension();
+    let mut u = random(solid.dofs().n_full(), 0.05, 3);
+    let coordinates = solid.space().coordinates();
+    for (u, x) in u.chunks_mut(d).zip(coordinates.chunks(d)) {
+        if x[d - 1] == 0.0 || x[d - 1] == 1.0 {
+            u[d - 1] = 0.0;
+        }
+    }
+    u
+}
+
+/// All sides go around the body. A side that stays flat may be left out: the lid is the same.
+#[test]
+fn sides_of_a_body_enclose_what_it_fills() {
+    let plane = generate::rectangle([0.0; 2], [2.0, 1.0], [3, 2]).unwrap();
+    let space = generate::block([0.0; 3], [2.0, 1.0, 1.0], [2, 2, 1]).unwrap();
+    let around = ["left", "right", "front", "back"];
+    let cases: [(&Mesh, &[&str]); 5] = [
+        (&plane, &["left", "right", "bottom", "top"]),
+        (&plane, &["left", "right", "bottom"]),
+        (&space, &[&around[..], &["bottom", "top"]].concat()),
+        (&space, &[&around[..], &["bottom"]].concat()),
+        (&space, &around),
+    ];
+    for (mesh, groups) in cases {
+        let solid = solid(mesh, groups);
+        let u = between_planes(&solid);
+        let expected = volume_of_body(&solid, &u);
+        assert!((expected - 2.0).abs() > 1e-3, "it has to change");
+        // All integrands are polynomials within the degree of the rules: rounding of some hundred
+        // terms below 1.
+        let error = at(&solid, &u) + expected;
+        assert!(error.abs() < 1e-13, "{groups:?}: {error:e}");
+    }
+}
+
+/// Rigid motions leave it as it is, a cavity's volume grows by det F.
+#[test]
+fn it_follows_homogeneous_deformations() {
+    let mesh = generate::block([0.0; 3], [2.0, 1.0, 1.0], [2, 2, 1]).unwrap();
+    let solid = solid(&mesh, &["left", "right", "front", "back"]);
+    let f = [[0.9, 0.3, 0.1], [-0.2, 1.2, 0.0], [0.1, 0.4, 1.1]];
+    let moved = [3.0, -4.0, 5.0];
+    let coordinates = solid.space().coordinates().chunks(3);
+    let u: Vec<f64> = coordinates
+        .flat_map(|x| {
+            let place = |i: usize| f[i].iter().zip(x).map(|(f, x)| f * x).sum::<f64>() + moved[i];
+            [0, 1, 2].map(|i| place(i) - x[i])
+        })
+        .collect();
+    let determinant = 0.9 * 1.2 * 1.1 - 0.3 * (-0.2 * 1.1) + 0.1 * (-0.2 * 0.4 - 1.2 * 0.1);
+    // Rounding of terms of size 5 · 5, some hundred.
+    assert!((at(&solid, &u) + 2.0 * determinant).abs() < 1e-12);
+}
+
+#[test]
+fn in_the_plane_it_needs_one_line() {
+    let mesh = generate::rectangle([0.0; 2], [2.0, 1.0], [3, 2]).unwrap();
+    let solid = solid(&mesh, &["left", "right"]);
+    let error = EnclosedVolume::new(&solid, "some").unwrap_err();
+    assert!(
+        matches!(error, FemError::Pieces { found: 2, .. }),
+        "{error}"
+    );
+}

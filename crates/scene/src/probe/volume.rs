@@ -1,0 +1,47 @@
+//! The volume of a cavity.
+
+use myovib_fem::{EnclosedVolume, Solid};
+use myovib_model::ModelError;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
+use crate::run::system::{System, muscle_of};
+
+/// The volume that a group of the boundary encloses: m³, in the plane m². Openings are closed by a
+/// cone from the middle of their rim, which is flat where the rim is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(inline)]
+pub struct Volume {
+    /// Group of the boundary.
+    pub group: String,
+}
+
+impl Kind for Volume {
+    fn check_place(&self, solid: &Solid) -> Result<(), Wrong<Objection>> {
+        at(".group", EnclosedVolume::new(solid, &self.group)).map(drop)
+    }
+
+    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
+        Ok(Box::new(EnclosedVolume::new(of.solid()?, &self.group)?))
+    }
+}
+
+impl Reading for EnclosedVolume {
+    fn names(&self) -> Vec<String> {
+        vec!["V".to_owned()]
+    }
+
+    fn values(
+        &self,
+        system: &mut dyn System,
+        t: f64,
+        y: &[f64],
+        _: &[f64],
+    ) -> Result<Vec<f64>, ModelError> {
+        let (dae, range) = muscle_of(system, y)?;
+        let (displacement, _) = dae.nodal_motion(t, &y[range]);
+        // Of a group around the body it is the negative of what is inside.
+        Ok(vec![self.at(displacement).abs()])
+    }
+}
