@@ -46,7 +46,8 @@ const OF_BDF: [f64; 3] = [0.13, 0.13, 1.6];
 /// The expected cost of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cost {
-    /// The steps of a motion that follows its load, or its lowest mode, alone; NaN where neither is known.
+    /// The steps of a motion that follows its load, or its lowest mode, alone; where neither
+    /// is known, those that end where what drives the body changes.
     pub steps: f64,
     /// Whether the load is a vibration without breaks and nothing else moves the body: then it takes at
     /// most [`KEPT`] times as many.
@@ -79,7 +80,7 @@ pub(super) fn cost(
     let follows_load = follows_load(muscle, &schedule, settings.t_end);
     let step = match muscle.drive().or(lowest) {
         Some(f) => angle(&dae, advice, settings)? / (TAU * f),
-        None => f64::NAN,
+        None => f64::INFINITY,
     };
     let (seconds_per_step, is_measured) = match needs {
         None => (measured(dae, settings, start)?, true),
@@ -116,12 +117,12 @@ fn angle(dae: &MuscleDae, advice: &Advice, settings: &Settings) -> Result<f64, M
 
 /// Steps of size `step` to the end, shortened as in a run.
 fn steps(schedule: &Schedule, step: f64, t_end: f64) -> f64 {
-    if step.is_nan() || t_end / step > DRY_STEPS as f64 {
+    if t_end / step > DRY_STEPS as f64 {
         return t_end / step;
     }
     let (mut t, mut taken) = (0.0, 0);
     while t < t_end && taken < DRY_STEPS {
-        t = schedule.limit(t, step, t_end);
+        t = schedule.limit(t, step, t_end).min(t + step);
         taken += 1;
     }
     taken as f64 * t_end / t
@@ -207,6 +208,7 @@ mod tests {
         let found = steps(&driven, 0.1, 1.0);
         // Six before, four in it, five after.
         assert!((14.0..=16.0).contains(&found), "{found}");
-        assert!(steps(&driven, f64::NAN, 1.0).is_nan());
+        let breaks_alone = steps(&driven, f64::INFINITY, 1.0);
+        assert_eq!(breaks_alone, 1.0 + 4.0 + 1.0);
     }
 }
