@@ -106,9 +106,8 @@ pub fn check(
     start: Option<[Vec<f64>; 2]>,
 ) -> Result<Report, ModelError> {
     let mut dae = MuscleDae::new(muscle.clone(), formulation)?;
-    let in_use = resources::in_use();
     let sizes = Sizes::new(&dae, settings)?;
-    let factors = sizes.factors(settings, in_use)?;
+    let factors = sizes.factors(settings)?;
     let advice = Advice::new(muscle, formulation, settings);
     let [y, y_dot] = start.unwrap_or_else(|| [(); 2].map(|()| vec![0.0; dae.n_unknowns()]));
     let (residuals, (computed, computed_on)) = of_equations(&mut dae, [&y, &y_dot])?;
@@ -189,8 +188,7 @@ pub struct StaticReport {
 /// # Errors
 /// Those of [`equilibrium`](crate::statics::equilibrium) that do not depend on the loads.
 pub fn check_static(muscle: &Muscle, formulation: Formulation) -> Result<StaticReport, ModelError> {
-    let in_use = resources::in_use();
-    let (layout, needs) = statics::size(muscle, formulation)?;
+    let (layout, needs, in_use) = statics::size(muscle, formulation)?;
     let blocks = layout.blocks().iter();
     let held = match formulation.has(Field::Pressure) {
         true => held(muscle)?,
@@ -220,6 +218,8 @@ struct Sizes {
     real: Option<Prediction>,
     /// All.
     all: Option<Prediction>,
+    /// Memory in use once they are laid out, B, where the system tells.
+    in_use: Option<usize>,
 }
 
 impl Sizes {
@@ -231,6 +231,7 @@ impl Sizes {
             n_complex,
             real: reduction.prediction::<f64>(),
             all: reduction.needs(n_complex),
+            in_use: resources::in_use(),
         })
     }
 
@@ -239,12 +240,8 @@ impl Sizes {
         self.all.filter(|all| all.flops > LARGE)
     }
 
-    /// What is kept of them with this much memory `in_use` before, if they are what the run factorises.
-    fn factors(
-        &self,
-        settings: &Settings,
-        in_use: Option<usize>,
-    ) -> Result<Option<Factors>, ModelError> {
+    /// What is kept of them, if they are what the run factorises.
+    fn factors(&self, settings: &Settings) -> Result<Option<Factors>, ModelError> {
         let condensed = settings.linear_solver == LinearSolver::Condensed;
         let Some(needs) = self.all.filter(|_| condensed) else {
             return Ok(None);
@@ -253,7 +250,7 @@ impl Sizes {
         Ok(Some(Factors {
             matrices: 1 + self.n_complex,
             needs,
-            in_use,
+            in_use: self.in_use,
         }))
     }
 }

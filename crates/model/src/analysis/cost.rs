@@ -28,6 +28,8 @@ use crate::signal::schedule::Schedule;
 const ERROR_CONSTANT: f64 = 1.0 / 5.8;
 /// Both integrators keep a step until it may be twice as long.
 pub const KEPT: f64 = 2.0;
+/// Times at which functions of time are looked at for their onset.
+const ONSET_SAMPLES: usize = 10_000;
 /// Steps of a dry run: beyond them the rest is taken to go on alike.
 const DRY_STEPS: usize = 100_000;
 /// Steps in which the step size grows to that of the run, each with a factorisation of its own.
@@ -82,16 +84,22 @@ pub(super) fn cost(
         Some(f) => angle(&dae, advice, settings)? / (TAU * f),
         None => f64::INFINITY,
     };
+    let step = settings.max_step.map_or(step, |most| step.min(most));
+    // A body at rest stays there until a load is more than the tolerance's fraction of what it comes to.
+    let is_at_rest = start
+        .iter()
+        .all(|values| values.iter().all(|value| *value == 0.0));
+    let awake = match is_at_rest {
+        true => onset(muscle, settings),
+        false => 0.0,
+    };
+    let steps = steps(&schedule, step, [awake, settings.t_end]);
     let (seconds_per_step, is_measured) = match needs {
         None => (measured(dae, settings, start)?, true),
         Some(needs) => (predicted(&mut dae, settings, needs, start)?, false),
     };
     Ok(Cost {
-        steps: steps(
-            &schedule,
-            settings.max_step.map_or(step, |most| step.min(most)),
-            settings.t_end,
-        ),
+        steps,
         follows_load,
         seconds_per_step,
         is_measured,
@@ -115,14 +123,28 @@ fn angle(dae: &MuscleDae, advice: &Advice, settings: &Settings) -> Result<f64, M
     Ok((settings.relative_tolerance / ERROR_CONSTANT).powf(exponent))
 }
 
-/// Steps of size `step` to the end, shortened as in a run.
-fn steps(schedule: &Schedule, step: f64, t_end: f64) -> f64 {
-    if t_end / step > DRY_STEPS as f64 {
-        return t_end / step;
+/// The first time at which one of the functions of time is above the relative tolerance times its largest
+/// value over the run, or a model of activation switches on; 0 where there is neither.
+fn onset(muscle: &Muscle, settings: &Settings) -> f64 {
+    let times = || (0..=ONSET_SAMPLES).map(|k| settings.t_end * k as f64 / ONSET_SAMPLES as f64);
+    let first = muscle.signals().filter_map(|signal| {
+        let size = |t: f64| signal.at(t).value.abs();
+        let largest = times().map(size).fold(0.0, f64::max);
+        times().find(|&t| size(t) > settings.relative_tolerance * largest)
+    });
+    let models = muscle.models().map(|(_, model)| model.systole);
+    first.chain(models).reduce(f64::min).unwrap_or(0.0)
+}
+
+/// Steps of size `step` to the end of a motion that begins when the body is `awake`, shortened as in a run.
+fn steps(schedule: &Schedule, step: f64, [awake, t_end]: [f64; 2]) -> f64 {
+    if (t_end - awake) / step > DRY_STEPS as f64 {
+        return (t_end - awake) / step;
     }
     let (mut t, mut taken) = (0.0, 0);
     while t < t_end && taken < DRY_STEPS {
-        t = schedule.limit(t, step, t_end).min(t + step);
+        let proposed = if t < awake { awake - t } else { step };
+        t = schedule.limit(t, proposed, t_end).min(t + proposed);
         taken += 1;
     }
     taken as f64 * t_end / t
@@ -200,15 +222,16 @@ mod tests {
     /// A rise of 0.02 s takes four steps; before it two share what is left.
     #[test]
     fn a_dry_run_ends_steps_where_a_run_does() {
-        assert_eq!(steps(&Schedule::default(), 0.1, 1.0), 10.0);
-        assert_eq!(steps(&Schedule::default(), 0.1, 1e6), 1e7);
+        assert_eq!(steps(&Schedule::default(), 0.125, [0.0, 1.0]), 8.0);
+        assert_eq!(steps(&Schedule::default(), 0.125, [0.5, 1.0]), 5.0);
+        assert_eq!(steps(&Schedule::default(), 0.1, [0.0, 1e6]), 1e7);
         let mut driven = Schedule::default();
         let (value, start, rise) = (1.0, 0.55, 0.02);
         driven.add(Signal::from(formula::Step { value, start, rise }), 0);
-        let found = steps(&driven, 0.1, 1.0);
+        let found = steps(&driven, 0.1, [0.0, 1.0]);
         // Six before, four in it, five after.
         assert!((14.0..=16.0).contains(&found), "{found}");
-        let breaks_alone = steps(&driven, f64::INFINITY, 1.0);
+        let breaks_alone = steps(&driven, f64::INFINITY, [0.0, 1.0]);
         assert_eq!(breaks_alone, 1.0 + 4.0 + 1.0);
     }
 }
