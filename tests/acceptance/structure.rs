@@ -298,7 +298,10 @@ oscillators = 2
         run
     };
     let check = document(&with(&["check", "scene.toml", "--json"]).stdout, "check");
-    let run = document(&with(&["run", "scene.toml", "--quiet", "--json"]).stdout, "run");
+    let run = document(
+        &with(&["run", "scene.toml", "--quiet", "--json"]).stdout,
+        "run",
+    );
     let body = &check["body"];
     assert_eq!(body["unknowns"], run["unknowns"]);
     let of = |key: &str| {
@@ -310,12 +313,23 @@ oscillators = 2
     assert_eq!(of("chains"), [12, 4]);
     let total: u64 = of("blocks").iter().chain(&of("chains")).sum();
     assert_eq!(Some(total), run["unknowns"].as_u64());
-    assert_eq!(body["blocks"].as_array().and_then(|b| Some(b.last()?["field"] == "tension")), Some(true));
+    assert_eq!(
+        body["blocks"]
+            .as_array()
+            .and_then(|b| Some(b.last()?["field"] == "tension")),
+        Some(true)
+    );
 
     let text = with(&["check", "scene.toml"]).stdout;
-    for words in [vec!["tension", "1"], vec!["chain", "many", "12"], vec!["chain", "one", "4"]] {
+    for words in [
+        vec!["tension", "1"],
+        vec!["chain", "many", "12"],
+        vec!["chain", "one", "4"],
+    ] {
         let is_there = text.lines().any(|line| {
-            line.split_whitespace().collect::<Vec<_>>().starts_with(&words)
+            line.split_whitespace()
+                .collect::<Vec<_>>()
+                .starts_with(&words)
         });
         assert!(is_there, "{words:?}: {text}");
     }

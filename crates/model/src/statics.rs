@@ -3,7 +3,7 @@
 mod newton;
 mod response;
 
-use myovib_sparse::{Prediction, resources};
+use myovib_sparse::Prediction;
 
 use crate::analysis::support::expect_held;
 use crate::error::ModelError;
@@ -162,7 +162,11 @@ pub(crate) fn size(
     formulation: Formulation,
 ) -> Result<(Layout, Option<Prediction>, Option<usize>), ModelError> {
     muscle.check()?;
-    let newton = Newton::new(muscle, formulation, 0.0)?;
-    let in_use = resources::in_use();
-    Ok((newton.layout, newton.needs, in_use))
+    let Newton {
+        layout,
+        needs,
+        in_use,
+        ..
+    } = Newton::new(muscle, formulation, 0.0)?;
+    Ok((layout, needs, in_use))
 }

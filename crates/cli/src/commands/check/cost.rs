@@ -7,7 +7,7 @@ use myovib_scene::{Body, Error, Scene};
 
 /// Steps and time of a run, its chains included.
 pub(super) struct Expected {
-    /// At least, but for a body that stays at rest.
+    /// At least, but for motions that are small beside the absolute tolerances.
     pub(super) steps: f64,
     /// At most, where that can be told.
     pub(super) most: Option<f64>,
@@ -80,7 +80,10 @@ impl Expected {
             (true, ..) => "the steps are those of the chains by themselves, once they oscillate; \
                            those of both together may be more"
                 .to_owned(),
-            (_, Some(_), Some(f)) => format!("the steps are those of a motion that follows the load at {f} Hz"),
+            (_, Some(_), Some(f)) => format!(
+                "the steps are those of a motion that follows the load at {f} Hz; one that is small beside \
+                 atol takes fewer"
+            ),
             (_, _, Some(f)) => format!("the steps are those of a motion at the load's {f} Hz; {wake}"),
             (_, _, None) if report.slow_modes.is_empty() => {
                 "the steps are those in which what drives the body changes; its vibrations, which are not known, take more".to_owned()
