@@ -269,6 +269,75 @@ fn check_names_the_files_of_oscillators() {
     assert_eq!(list.matches("<DataSet").count(), 3);
 }
 
+/// Regression: chains and tensions were no unknowns of `check`, and β was "≤ 0" where κ differs.
+#[test]
+fn check_counts_the_unknowns_that_the_run_has() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let chains = "
+[[chain]]
+name = \"many\"
+at = [[0.0, 0.0], [0.0, 0.005]]
+oscillators = 3
+[[chain]]
+name = \"one\"
+at = [0.0, 0.0]
+oscillators = 2
+";
+    let init = myovib_in(folder.path(), &["init", "-"]);
+    std::fs::write(folder.path().join("scene.toml"), init.stdout + chains).expect("the scene");
+    let with = |words: &[&str]| {
+        let sets = [
+            "time.end=0.02",
+            "material[0].fibre=[1.0, 0.0]",
+            "material[0].active={ type = \"bestel\", contractility = 1e3 }",
+        ];
+        let sets = sets.iter().flat_map(|set| ["--set", set]);
+        let words = words.iter().copied().chain(sets);
+        let run = myovib_in(folder.path(), &words.collect::<Vec<_>>());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        run
+    };
+    let check = document(&with(&["check", "scene.toml", "--json"]).stdout, "check");
+    let run = document(
+        &with(&["run", "scene.toml", "--quiet", "--json"]).stdout,
+        "run",
+    );
+    let body = &check["body"];
+    assert_eq!(body["unknowns"], run["unknowns"]);
+    let of = |key: &str| {
+        let parts = body[key].as_array().expect("a list").iter();
+        let numbers = parts.map(|part| part["unknowns"].as_u64().expect("a number"));
+        numbers.collect::<Vec<u64>>()
+    };
+    // Position and velocity of each oscillator.
+    assert_eq!(of("chains"), [12, 4]);
+    let total: u64 = of("blocks").iter().chain(&of("chains")).sum();
+    assert_eq!(Some(total), run["unknowns"].as_u64());
+    assert_eq!(
+        body["blocks"]
+            .as_array()
+            .and_then(|b| Some(b.last()?["field"] == "tension")),
+        Some(true)
+    );
+
+    let text = with(&["check", "scene.toml"]).stdout;
+    for words in [
+        vec!["tension", "1"],
+        vec!["chain", "many", "12"],
+        vec!["chain", "one", "4"],
+    ] {
+        let is_there = text.lines().any(|line| {
+            line.split_whitespace()
+                .collect::<Vec<_>>()
+                .starts_with(&words)
+        });
+        assert!(is_there, "{words:?}: {text}");
+    }
+    assert!(text.contains(&format!(": {total} unknowns")), "{text}");
+    let graded = myovib(&["check", "muscle3d", "--set", "mesh.cells=[10, 2, 2]"]).stdout;
+    assert!(graded.contains("κ ≤ 1e6, β = 0"), "{graded}");
+}
+
 /// Regression: `run` refused a scene with `analysis = "modes"`, which the reference offers.
 #[test]
 fn run_finds_the_modes_of_a_scene_as_modes_does() {

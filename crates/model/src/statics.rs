@@ -152,16 +152,21 @@ pub fn equilibrium_watched(
     })
 }
 
-/// The blocks of unknowns of an equilibrium, and what the factors of Newton's matrix
-/// will need, if that is known before there are any.
+/// The blocks of unknowns of an equilibrium, what the factors of Newton's matrix will need, if that is
+/// known before there are any, and the memory in use once the matrix is laid out, B.
 ///
 /// # Errors
 /// Those of [`equilibrium`] that do not depend on the loads.
 pub(crate) fn size(
     muscle: &Muscle,
     formulation: Formulation,
-) -> Result<(Layout, Option<Prediction>), ModelError> {
+) -> Result<(Layout, Option<Prediction>, Option<usize>), ModelError> {
     muscle.check()?;
-    let Newton { layout, needs, .. } = Newton::new(muscle, formulation, 0.0)?;
-    Ok((layout, needs))
+    let Newton {
+        layout,
+        needs,
+        in_use,
+        ..
+    } = Newton::new(muscle, formulation, 0.0)?;
+    Ok((layout, needs, in_use))
 }

@@ -144,8 +144,7 @@ impl Method {
     /// error within d a θ^(s+2), d = γ/(s + 1) max |∫_0^x τ ℓ_0(τ) dτ|. `relative` tells θ.
     pub(crate) fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
         let s = self.stages();
-        let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
-        let a = self.nodes.iter().product::<f64>() / (self.real.lambda * factorial(s));
+        let a = self.estimate_of_vibration();
         let b = factorial(s) * factorial(s - 1) / (factorial(2 * s - 1) * factorial(2 * s));
         let integral = |x: f64| {
             let terms = self.start_basis[0].iter().enumerate();
@@ -155,9 +154,22 @@ impl Method {
         // ℓ_0 changes its sign at the nodes, and the integral has its extremes there.
         let largest = self.nodes.iter().copied().map(integral).fold(0.0, f64::max);
         let d = self.real.lambda / (s as f64 + 1.0) * largest;
-        let theta = (relative / a).powf(1.0 / (s as f64 + 1.0));
+        let theta = self.vibration_angle(relative);
         let at_end = theta.powi(s as i32 - 1) * b / a;
         [at_end.min(1.0), (d * theta).min(1.0)]
+    }
+
+    /// The θ = ωh of the step of ẏ = iωy whose estimate is `relative` times the size of the vibration, to
+    /// leading order.
+    pub(crate) fn vibration_angle(&self, relative: f64) -> f64 {
+        let order = self.stages() as f64 + 1.0;
+        (relative / self.estimate_of_vibration()).powf(1.0 / order)
+    }
+
+    /// a = Π c_i/(γ s!): the estimate of ẏ = iωy is a θ^(s+1).
+    fn estimate_of_vibration(&self) -> f64 {
+        let nodes = self.nodes.iter().product::<f64>();
+        nodes / (self.real.lambda * factorial(self.stages()))
     }
 
     /// λ/h of the complex modes.
@@ -201,6 +213,10 @@ impl Method {
     pub(crate) fn basis_derivative(&self, j: usize, theta: f64) -> f64 {
         lagrange_derivative(&self.nodes, j, theta)
     }
+}
+
+fn factorial(n: usize) -> f64 {
+    (1..=n).map(|k| k as f64).product()
 }
 
 #[cfg(test)]

@@ -49,6 +49,7 @@ impl InfSup {
         };
         let stiffness = CscMatrix::zeros(n_pressures, n_pressures);
         let body = Vibration::new(pressure_norm.clone(), stiffness, Some(holders))?;
+        let body = body.with_displacements_last();
 
         let typical = typical_square(operator, displacement_norm, pressure_norm);
         let mut count = 2 * BEYOND;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use myovib_sparse::klu::{KluOptions, Ordering};
-use myovib_sparse::{Elimination, LinearWork, SparseSystem, Structure};
+use myovib_sparse::{Elimination, Kind, LinearWork, SparseSystem, Structure};
 use nalgebra::{DVector, DVectorView};
 use nalgebra_sparse::ops::Op;
 use nalgebra_sparse::ops::serial::spmm_csc_dense;
@@ -33,6 +33,9 @@ pub struct Vibration {
     mass: CscMatrix<f64>,
     stiffness: CscMatrix<f64>,
     constraint: Option<Constraint>,
+    /// Whether the displacements are eliminated after the multipliers that act on them: where C is the
+    /// large matrix.
+    displacements_last: bool,
 }
 
 impl Vibration {
@@ -73,7 +76,16 @@ impl Vibration {
             mass,
             stiffness,
             constraint,
+            displacements_last: false,
         })
+    }
+
+    /// The same for a C that has large pivots, and K - σ M small ones.
+    pub(crate) fn with_displacements_last(self) -> Self {
+        Self {
+            displacements_last: true,
+            ..self
+        }
     }
 
     /// uᵀ K u / uᵀ M u, the constraint left aside.
@@ -114,7 +126,7 @@ impl Vibration {
         force
     }
 
-    /// Factorises (K - σ M, -Bᵀ; B, C).
+    /// Factorises (K - σ M, -Bᵀ; -B, -C), which is symmetric.
     pub(crate) fn shifted(&self, shift: f64) -> Result<Shifted, StructureError> {
         let n = self.n_displacements();
         let size = n + self.n_multipliers();
@@ -131,11 +143,11 @@ impl Vibration {
         }) = &self.constraint
         {
             for (row, column, value) in operator.triplet_iter() {
-                matrix.push(n + row, column, *value);
+                matrix.push(n + row, column, -value);
                 matrix.push(column, n + row, -value);
             }
             for (row, column, value) in compliance.triplet_iter() {
-                matrix.push(n + row, n + column, *value);
+                matrix.push(n + row, n + column, -value);
             }
         }
         let matrix = CscMatrix::from(&matrix);
@@ -145,8 +157,11 @@ impl Vibration {
             ..KluOptions::default()
         };
         let structure = Structure {
-            constraints: n..size,
-            ..Structure::default()
+            kind: Kind::Symmetric,
+            constraints: match self.displacements_last {
+                true => 0..n,
+                false => n..size,
+            },
         };
         let elimination = Elimination::new(matrix.pattern(), structure, options)?;
         elimination.expect_room()?;

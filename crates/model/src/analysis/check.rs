@@ -1,27 +1,25 @@
 //! What can be said of a run before it is tried: sizes, index, stability, modes, cost.
 
 use std::f64::consts::TAU;
-use std::time::Duration;
 
 use myovib_dae::Problem;
 use myovib_sparse::{Prediction, resources};
 
 use crate::advice::{Advice, Finding};
+use crate::analysis::cost::cost;
+pub use crate::analysis::cost::{Cost, KEPT, tried};
 use crate::analysis::index::{IndexReport, LARGEST_SYSTEM};
 use crate::analysis::inf_sup;
 pub use crate::analysis::objections::{INCONSISTENT, static_warnings, warnings};
 use crate::analysis::objections::{
-    endless, inconsistent, misfit, not_held, resonance, slow_modes, unheld,
+    endless, inconsistent, misfit, not_held, resonance, slow_modes, strange_units, unheld,
 };
 use crate::analysis::spectrum;
 use crate::analysis::support::free_parts;
 use crate::analysis::table1::{Case, coarse_beam, coarse_block};
-use crate::cpu::CpuClock;
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
-use crate::integration::integrator::Advance;
-use crate::integration::launch::start_from;
 use crate::integration::settings::{LinearSolver, Settings};
 use crate::linear::Reduction;
 use crate::muscle::Muscle;
@@ -29,35 +27,20 @@ use crate::muscle_dae::MuscleDae;
 use crate::start::{BlockResidual, residuals};
 use crate::statics;
 
-/// Error of a step of order k: this times (ω h)^(k+1), from the steps of the runs of Table 2.
-const ERROR_CONSTANT: f64 = 1.0 / 5.8;
 /// Pressures beyond which the inf–sup constant would take longer than the rest of the check.
 const MOST_PRESSURES: usize = 2000;
-/// Steps in which the step size grows to that of the run, each with a factorisation of its own.
-const START_STEPS: usize = 15;
-/// Steps after these whose time is taken.
-const TIMED_STEPS: usize = 15;
-/// How long each may take; a large body is timed by fewer steps.
-const START_PATIENCE: Duration = Duration::from_secs(1);
-const PATIENCE: Duration = Duration::from_millis(300);
+/// A set-up of the Newton matrices of a large body takes more operations: seconds, and steps are not tried.
+const LARGE: f64 = 1e10;
+/// The same of one real matrix: modes are not looked for.
+const TOO_LARGE_FOR_MODES: f64 = 2e10;
 
 /// Where the computed index comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Computed {
     /// The scene's own matrices.
     Here,
-    /// The same formulation, law and parameters on a coarse beam.
-    OnCoarseBeam,
-}
-
-/// The expected cost of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cost {
-    /// Steps, to about a factor of two for a run that follows its drive.
-    pub steps: f64,
-    /// CPU time of a step, measured on the first steps of the run, s; NaN if it does not get that
-    /// far.
-    pub seconds_per_step: f64,
+    /// The same formulation, law and parameters on a coarse beam, in space on a block.
+    OnCoarseMesh,
 }
 
 /// What the factors of the Newton matrices will take, known before there are any.
@@ -96,10 +79,12 @@ pub struct Report {
     pub held: Option<Held>,
     /// The residual of the start.
     pub residuals: Vec<BlockResidual>,
-    /// The lowest eigenfrequencies at rest, Hz.
+    /// The lowest eigenfrequencies at rest, Hz; none where they were not looked for.
     pub slow_modes: Vec<f64>,
-    /// The highest, Hz.
+    /// The highest, Hz; NaN where it was not looked for.
     pub fastest_mode: f64,
+    /// Whether the body is too large to look for them.
+    pub too_large_for_modes: bool,
     /// The frequency of the load, Hz.
     pub drive: Option<f64>,
     /// What the factors will take; unknown where the full matrix, or an engine, is factorised.
@@ -120,22 +105,20 @@ pub fn check(
     settings: &Settings,
     start: Option<[Vec<f64>; 2]>,
 ) -> Result<Report, ModelError> {
-    let dae = MuscleDae::new(muscle.clone(), formulation)?;
-    let factors = factors(&dae, settings)?;
+    let mut dae = MuscleDae::new(muscle.clone(), formulation)?;
+    let sizes = Sizes::new(&dae, settings)?;
+    let factors = sizes.factors(settings)?;
     let advice = Advice::new(muscle, formulation, settings);
     let [y, y_dot] = start.unwrap_or_else(|| [(); 2].map(|()| vec![0.0; dae.n_unknowns()]));
-    // Prony terms change neither the index nor what a body at rest misses. Their internal stresses
-    // are the last unknowns.
-    let mut relaxed = MuscleDae::new(muscle.relaxed(), formulation)?;
-    let n = relaxed.n_unknowns();
-    let residuals = residuals(&mut relaxed, 0.0, &y[..n], &y_dot[..n])?;
-    let (computed, computed_on) = index(&mut relaxed)?;
+    let (residuals, (computed, computed_on)) = of_equations(&mut dae, [&y, &y_dot])?;
     let held = held(muscle)?;
     let nullity = held.map_or(0, |held| held.nullity);
-    let (slow_modes, fastest_mode) = if nullity == 0 {
-        modes(muscle)?
-    } else {
-        (Vec::new(), f64::NAN)
+    let too_large_for_modes = sizes
+        .real
+        .is_some_and(|real| real.flops > TOO_LARGE_FOR_MODES);
+    let (slow_modes, fastest_mode) = match nullity == 0 && !too_large_for_modes {
+        true => (slow_modes(muscle)?, spectrum::fastest(muscle)? / TAU),
+        false => (Vec::new(), f64::NAN),
     };
     let drive = muscle.drive();
     let mut findings = advice.findings();
@@ -143,16 +126,15 @@ pub fn check(
     findings.extend(unheld(held.map(|held| held.nullity), muscle));
     findings.extend(inconsistent(&residuals));
     findings.extend(resonance(&slow_modes, drive));
-    findings.extend(misfit(muscle, &slow_modes, settings.t_end));
+    findings.extend(match too_large_for_modes {
+        true => strange_units(muscle, settings.t_end),
+        false => misfit(muscle, &slow_modes, settings.t_end),
+    });
     let blocks = dae.layout().blocks().iter();
     let unknowns = blocks.map(|(f, r)| (*f, r.len())).collect();
-    let cost = cost(
-        dae,
-        &advice,
-        settings,
-        drive.or(slow_modes.first().copied()),
-        [&y, &y_dot],
-    )?;
+    let lowest = slow_modes.first().copied();
+    let start = [&y[..], &y_dot];
+    let cost = cost(dae, &advice, settings, lowest, sizes.of_large(), start)?;
     findings.extend(endless(cost.steps));
     Ok(Report {
         unknowns,
@@ -165,9 +147,27 @@ pub fn check(
         residuals,
         slow_modes,
         fastest_mode,
+        too_large_for_modes,
         drive,
         findings,
     })
+}
+
+/// What the start misses, and the index.
+fn of_equations(
+    dae: &mut MuscleDae,
+    [y, y_dot]: [&[f64]; 2],
+) -> Result<(Vec<BlockResidual>, (IndexReport, Computed)), ModelError> {
+    let muscle = dae.muscle();
+    if muscle.solid.n_internal() == 0 {
+        return Ok((residuals(dae, 0.0, y, y_dot)?, index(dae)?));
+    }
+    // Prony terms change neither the index nor what a body at rest misses. Their internal stresses
+    // are the last unknowns.
+    let mut relaxed = MuscleDae::new(muscle.relaxed(), dae.formulation())?;
+    let n = relaxed.n_unknowns();
+    let missed = residuals(&mut relaxed, 0.0, &y[..n], &y_dot[..n])?;
+    Ok((missed, index(&mut relaxed)?))
 }
 
 /// What is found before an equilibrium is looked for.
@@ -188,8 +188,7 @@ pub struct StaticReport {
 /// # Errors
 /// Those of [`equilibrium`](crate::statics::equilibrium) that do not depend on the loads.
 pub fn check_static(muscle: &Muscle, formulation: Formulation) -> Result<StaticReport, ModelError> {
-    let in_use = resources::in_use();
-    let (layout, needs) = statics::size(muscle, formulation)?;
+    let (layout, needs, in_use) = statics::size(muscle, formulation)?;
     let blocks = layout.blocks().iter();
     let held = match formulation.has(Field::Pressure) {
         true => held(muscle)?,
@@ -211,23 +210,49 @@ pub fn check_static(muscle: &Muscle, formulation: Formulation) -> Result<StaticR
     })
 }
 
-/// What the condensed matrices will take.
-fn factors(dae: &MuscleDae, settings: &Settings) -> Result<Option<Factors>, ModelError> {
-    if settings.linear_solver != LinearSolver::Condensed {
-        return Ok(None);
+/// What condensed matrices take, known from their pattern; unknown where an engine factorises.
+struct Sizes {
+    /// Complex ones beside the real one.
+    n_complex: usize,
+    /// The real one.
+    real: Option<Prediction>,
+    /// All.
+    all: Option<Prediction>,
+    /// Memory in use once they are laid out, B, where the system tells.
+    in_use: Option<usize>,
+}
+
+impl Sizes {
+    fn new(dae: &MuscleDae, settings: &Settings) -> Result<Self, ModelError> {
+        // Stages in pairs have a complex matrix for each pair beside the real one of the odd stage.
+        let n_complex = settings.integrator.stages().unwrap_or(1) / 2;
+        let reduction = Reduction::new(dae, settings.klu())?;
+        Ok(Self {
+            n_complex,
+            real: reduction.prediction::<f64>(),
+            all: reduction.needs(n_complex),
+            in_use: resources::in_use(),
+        })
     }
-    // Stages in pairs have a complex matrix for each pair beside the real one of the odd stage.
-    let complex = settings.integrator.stages().unwrap_or(1) / 2;
-    let in_use = resources::in_use();
-    let needs = Reduction::new(dae, settings.klu())?.needs(complex);
-    if let Some(needs) = needs {
-        resources::expect_room(needs.bytes, complex)?;
+
+    /// Of matrices that are too large to try steps with.
+    fn of_large(&self) -> Option<Prediction> {
+        self.all.filter(|all| all.flops > LARGE)
     }
-    Ok(needs.map(|needs| Factors {
-        matrices: 1 + complex,
-        needs,
-        in_use,
-    }))
+
+    /// What is kept of them, if they are what the run factorises.
+    fn factors(&self, settings: &Settings) -> Result<Option<Factors>, ModelError> {
+        let condensed = settings.linear_solver == LinearSolver::Condensed;
+        let Some(needs) = self.all.filter(|_| condensed) else {
+            return Ok(None);
+        };
+        resources::expect_room(needs.bytes, self.n_complex)?;
+        Ok(Some(Factors {
+            matrices: 1 + self.n_complex,
+            needs,
+            in_use: self.in_use,
+        }))
+    }
 }
 
 /// The inf–sup constant, where the mesh is not too fine.
@@ -242,7 +267,7 @@ fn held(muscle: &Muscle) -> Result<Option<Held>, ModelError> {
     }))
 }
 
-/// The index of the scene itself where it is small enough, else on a coarse beam: the index does
+/// The index of the scene itself where it is small enough, else on a coarse mesh: the index does
 /// not depend on the mesh as long as B has full rank.
 fn index(dae: &mut MuscleDae) -> Result<(IndexReport, Computed), ModelError> {
     if dae.n_unknowns() <= LARGEST_SYSTEM {
@@ -262,57 +287,5 @@ fn index(dae: &mut MuscleDae) -> Result<(IndexReport, Computed), ModelError> {
         2 => coarse_beam(3)?,
         _ => coarse_block()?,
     };
-    Ok((case.at_random_state(&mesh, 1)?, Computed::OnCoarseBeam))
-}
-
-fn modes(muscle: &Muscle) -> Result<(Vec<f64>, f64), ModelError> {
-    Ok((slow_modes(muscle)?, spectrum::fastest(muscle)? / TAU))
-}
-
-/// Steps that follow a sine of frequency `f` to the tolerance, times the measured time of a step.
-fn cost(
-    dae: MuscleDae,
-    advice: &Advice,
-    settings: &Settings,
-    f: Option<f64>,
-    start: [&[f64]; 2],
-) -> Result<Cost, ModelError> {
-    let bdf = || settings.max_order.min(advice.max_order());
-    let order = settings.integrator.order().unwrap_or_else(bdf);
-    let angle = (settings.relative_tolerance / ERROR_CONSTANT).powf(1.0 / f64::from(order + 1));
-    Ok(Cost {
-        steps: f.map_or(f64::NAN, |f| settings.t_end * f * TAU / angle),
-        seconds_per_step: seconds_per_step(dae, settings, start)?,
-    })
-}
-
-/// CPU time of a step of the run, s; NaN if it does not get beyond its start.
-fn seconds_per_step(
-    dae: MuscleDae,
-    settings: &Settings,
-    [y, y_dot]: [&[f64]; 2],
-) -> Result<f64, ModelError> {
-    let mut integrator = start_from(dae, settings, 0.0, y, y_dot)?;
-    let started = CpuClock::start();
-    let mut after = |steps: usize, patience: Duration| -> Result<(f64, f64), ModelError> {
-        let begun = started.elapsed();
-        for _ in 0..steps {
-            if integrator.advance()? != Advance::Stepped || started.elapsed() > begun + patience {
-                break;
-            }
-        }
-        Ok((
-            started.elapsed().as_secs_f64(),
-            integrator.counts().steps as f64,
-        ))
-    };
-    let (start_seconds, start_steps) = after(START_STEPS, START_PATIENCE)?;
-    let (seconds, steps) = after(TIMED_STEPS, PATIENCE)?;
-    Ok(if steps > start_steps {
-        (seconds - start_seconds) / (steps - start_steps)
-    } else if steps > 0.0 {
-        seconds / steps
-    } else {
-        f64::NAN
-    })
+    Ok((case.at_random_state(&mesh, 1)?, Computed::OnCoarseMesh))
 }

@@ -138,15 +138,18 @@ pub fn warnings(muscle: &Muscle, formulation: Formulation, settings: &Settings) 
     let mut findings = Advice::new(muscle, formulation, settings).findings();
     findings.extend(free_parts(muscle).map(not_held));
     findings.extend(unheld(None, muscle));
-    // Modes cost factorisations: they are looked for where units seem not to go together. A body whose
-    // modes cannot be found says so when it is run.
-    let stretching = spectrum::stretching_frequency(muscle).unwrap_or(f64::NAN);
-    let ratio = asked(muscle, settings.t_end).0 / stretching;
-    if !(FAR_BELOW_MODES..FAR_ABOVE_MODES / ABOVE_SLOWEST).contains(&ratio) {
-        let slow_modes = slow_modes(muscle).unwrap_or_default();
-        findings.extend(misfit(muscle, &slow_modes, settings.t_end));
-    }
+    findings.extend(strange_units(muscle, settings.t_end));
     findings
+}
+
+/// A [`misfit`] of a body whose modes are not known. They cost factorisations: they are looked for where
+/// units seem not to go together. A body whose modes cannot be found says so when it is run.
+pub(super) fn strange_units(muscle: &Muscle, t_end: f64) -> Option<Finding> {
+    let stretching = spectrum::stretching_frequency(muscle).unwrap_or(f64::NAN);
+    let ratio = asked(muscle, t_end).0 / stretching;
+    let fits = (FAR_BELOW_MODES..FAR_ABOVE_MODES / ABOVE_SLOWEST).contains(&ratio);
+    let slow_modes = (!fits).then(|| slow_modes(muscle).unwrap_or_default())?;
+    misfit(muscle, &slow_modes, t_end)
 }
 
 /// What [`check_static`](super::check::check_static) warns of, as far as that is cheap and does not end the search.

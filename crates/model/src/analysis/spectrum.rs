@@ -211,6 +211,7 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
     let solid = &muscle.solid;
     let rest = operators::rest(solid);
     let b = operators::divergence(solid, &rest)?;
+    let transposed = b.transpose();
     let mass = operators::mass(solid);
     let no_pressure = operators::no_pressure(solid);
     let stiffness = operators::stiffness(solid, &rest, &no_pressure)?;
@@ -229,7 +230,7 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
             let flux = &b * u;
             let (pressure, _) = compliance.solve(flux.as_slice(), &[])?;
             let pressure = DVector::from_vec(pressure) * muscle.parameters.kappa();
-            force += b.transpose() * pressure;
+            force += &transposed * pressure;
         }
         Ok(DVector::from_vec(
             inertia.solve(force.as_slice(), &no_flux)?.0,

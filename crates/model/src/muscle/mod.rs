@@ -253,7 +253,8 @@ impl Muscle {
         schedule
     }
 
-    fn signals(&self) -> impl Iterator<Item = &Signal> {
+    /// The functions of time that act on it.
+    pub(crate) fn signals(&self) -> impl Iterator<Item = &Signal> {
         let loads = self.loads.iter().map(Load::signal);
         let pressures = self.pressures.iter().map(PressureLoad::signal);
         let motions = self.prescribed.iter().map(|p| &p.signal);

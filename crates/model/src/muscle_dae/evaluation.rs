@@ -49,11 +49,11 @@ impl MuscleDae {
 
     /// Refuses a muscle that pushes.
     fn expect_tensions(&self, t: f64) -> Result<(), StepError> {
-        for (number, activation) in &self.muscle.activations {
+        for (_, activation) in &self.muscle.activations {
             let tension = activation.at(t, 0.0);
             if matches!(activation, Activation::Given(_)) && tension < 0.0 {
                 let message = format!(
-                    "the tension of active stress {number} is {tension} Pa at t = {t} s: \
+                    "a tension is {tension} Pa at t = {t} s: \
                      give it a function of time that is not negative"
                 );
                 return Err(StepError::Fatal(message.into()));
@@ -294,7 +294,7 @@ impl MuscleDae {
     fn sum_matrices(&mut self, [a, b]: [f64; 2], values: &mut [f64]) {
         self.counters.matrix_sums += 1;
         let (matrices, solid) = (&self.matrices, &self.muscle.solid);
-        self.assembly.combine(
+        self.assembly().combine(
             |_, [of_value, of_rate]| a * of_value + b * of_rate,
             |matrix| matrices.values(solid, matrix),
             values,
@@ -374,7 +374,7 @@ impl Problem for MuscleDae {
     }
 
     fn jacobian_pattern(&self) -> SparsityPattern {
-        self.assembly.pattern().clone()
+        self.assembly().pattern().clone()
     }
 
     fn jacobian(
@@ -427,8 +427,10 @@ impl Problem for MuscleDae {
             return format!("internal stress {k}");
         }
         if field == Field::Tension {
-            let number = self.muscle.models().nth(k).map_or(k, |(number, _)| number);
-            return format!("tension of active stress {number}");
+            return match self.muscle.models().count() {
+                1 => "the tension".to_owned(),
+                n => format!("tension {} of {n}", k + 1),
+            };
         }
         let solid = &self.muscle.solid;
         let space = solid.space();

@@ -11,6 +11,8 @@ mod remembering;
 
 pub(crate) use remembering::{Remembering, RememberingSolver};
 
+use std::sync::OnceLock;
+
 #[cfg(doc)]
 use myovib_dae::Problem;
 use myovib_sparse::resources;
@@ -39,8 +41,9 @@ pub struct MuscleDae {
     needs: Needs,
     /// Whether a law looks at fibres, for the counters.
     has_fibres: bool,
-    /// Coefficients: those of ∂F/∂y and ∂F/∂ẏ.
-    assembly: Assembly<[f64; 2]>,
+    /// The whole Jacobian, laid out once it is asked for: reductions do without. Coefficients: those of ∂F/∂y and
+    /// ∂F/∂ẏ.
+    assembly: OnceLock<Assembly<[f64; 2]>>,
     matrices: Matrices,
     /// Whether the matrices are those of a state, any state: all that a linear law asks for.
     has_matrices: bool,
@@ -110,17 +113,6 @@ impl MuscleDae {
                 .map(|term| term.matrix)
                 .chain(symmetric_parts.map(|(_, matrix)| *matrix)),
         );
-        let range = |field| layout.range(field).expect("terms act on fields there are");
-        let entries = blocks.iter().flat_map(|(rows, terms)| {
-            terms.iter().map(|term| Entry {
-                rows: range(*rows),
-                columns: range(term.column),
-                matrix: term.matrix,
-                coefficient: [term.of_value, term.of_rate],
-            })
-        });
-        let n = layout.n_unknowns();
-        let assembly = Assembly::new((n, n), entries, |matrix| matrices.pattern(solid, matrix));
         Self {
             work: Workspace::new(&muscle),
             has_matrices: false,
@@ -135,9 +127,32 @@ impl MuscleDae {
             layout,
             context,
             needs,
-            assembly,
+            assembly: OnceLock::new(),
             matrices,
         }
+    }
+
+    /// Where each term stands in the whole Jacobian.
+    fn assembly(&self) -> &Assembly<[f64; 2]> {
+        self.assembly.get_or_init(|| {
+            // What eliminated oscillators do is in reductions alone.
+            let context = Context {
+                coherence: false,
+                ..self.context
+            };
+            let (layout, n) = (&self.layout, self.layout.n_unknowns());
+            let range = |field| layout.range(field).expect("terms act on fields there are");
+            let blocks = blocks(&self.rows, &context);
+            let entries = blocks.iter().flat_map(|(rows, terms)| {
+                terms.iter().map(|term| Entry {
+                    rows: range(*rows),
+                    columns: range(term.column),
+                    matrix: term.matrix,
+                    coefficient: [term.of_value, term.of_rate],
+                })
+            });
+            Assembly::new((n, n), entries, |matrix| self.pattern_of(matrix))
+        })
     }
 
     /// The DAE of another body in a formulation, in the state of this: with the factors of its law, and

@@ -58,7 +58,11 @@ pub fn residuals(
 ) -> Result<Vec<BlockResidual>, ModelError> {
     let mut residual = vec![0.0; dae.n_unknowns()];
     dae.residual(t, y, y_dot, &mut residual)?;
-    let terms = sizes_of_terms(dae, t, y, y_dot)?;
+    let at_rest = y.iter().chain(y_dot).all(|value| *value == 0.0);
+    let terms = match at_rest {
+        true => vec![0.0; y.len()],
+        false => sizes_of_terms(dae, t, y, y_dot)?,
+    };
     let rows = dae.rows().to_vec().into_iter().zip(dae.layout().blocks());
     Ok(rows
         // Where every node is held, no displacement is left.

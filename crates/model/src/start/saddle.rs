@@ -1,34 +1,45 @@
 //! Direct solution of (H, -Bᵀ; B, 0): a symmetric matrix with a constraint.
 
+use std::sync::Arc;
+
 use myovib_sparse::klu::KluOptions;
-use myovib_sparse::pivoting::{Factors, Symbolic};
+use myovib_sparse::{Elimination, Kind, LinearWork, SparseSystem, Structure};
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 use crate::error::ModelError;
 
-/// The factors of (H, -Bᵀ; B, 0).
+/// The factors of (H, -Bᵀ; -B, 0), which is symmetric.
 pub(crate) struct Saddle {
     n: usize,
-    factors: Factors<f64>,
+    factors: SparseSystem<f64>,
+    work: LinearWork,
 }
 
 impl Saddle {
-    /// Factorises; a B without rows leaves H alone.
+    /// Factorises, with H symmetric; a B without rows leaves H alone.
     pub(crate) fn factor(h: &CscMatrix<f64>, b: &CscMatrix<f64>) -> Result<Self, ModelError> {
         let (n, m) = (h.nrows(), b.nrows());
         let mut matrix = CooMatrix::new(n + m, n + m);
-        for (row, column, value) in h.triplet_iter() {
+        // A mass couples no two components: without its zeros there are several small systems.
+        for (row, column, value) in h.triplet_iter().filter(|(.., value)| **value != 0.0) {
             matrix.push(row, column, *value);
         }
         for (row, column, value) in b.triplet_iter() {
-            matrix.push(n + row, column, *value);
+            matrix.push(n + row, column, -value);
             matrix.push(column, n + row, -value);
         }
         let matrix = CscMatrix::from(&matrix);
-        let symbolic = Symbolic::analyze(matrix.pattern(), KluOptions::default())?;
-        let mut factors = Factors::new(symbolic);
-        factors.renew(matrix.values())?;
-        Ok(Self { n, factors })
+        let structure = Structure {
+            kind: Kind::Symmetric,
+            constraints: n..n + m,
+        };
+        let elimination = Elimination::new(matrix.pattern(), structure, KluOptions::default())?;
+        elimination.expect_room()?;
+        let mut factors = SparseSystem::new(Arc::new(elimination));
+        factors.values_mut().copy_from_slice(matrix.values());
+        let mut work = LinearWork::default();
+        factors.renew(&mut work)?;
+        Ok(Self { n, factors, work })
     }
 
     /// (w, π) with H w - Bᵀπ = `force`, B w = `flux`.
@@ -37,8 +48,9 @@ impl Saddle {
         force: &[f64],
         flux: &[f64],
     ) -> Result<(Vec<f64>, Vec<f64>), ModelError> {
-        let mut w = [force, flux].concat();
-        self.factors.solve(&mut w)?;
+        let mut w = force.to_vec();
+        w.extend(flux.iter().map(|flux| -flux));
+        self.factors.solve(&mut w, &mut self.work)?;
         let multipliers = w.split_off(self.n);
         Ok((w, multipliers))
     }

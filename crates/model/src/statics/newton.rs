@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use myovib_fem::{AddedMotion, Fields, Inverted, Vectors};
 use myovib_sparse::klu::{KluOptions, Ordering};
-use myovib_sparse::{Elimination, Kind, LinearWork, Prediction, SparseSystem, Structure};
+use myovib_sparse::{
+    Elimination, Kind, LinearWork, Prediction, SparseSystem, Structure, resources,
+};
 
 use crate::assembly::{Assembly, Entry};
 use crate::equation::{Added, Context, Equation, PressureRateSource};
@@ -36,6 +38,8 @@ pub(super) struct Newton<'a> {
     matrices: Matrices,
     /// What its factors need, where that is known.
     pub(super) needs: Option<Prediction>,
+    /// Memory in use before there are any, B, where the system tells.
+    pub(super) in_use: Option<usize>,
     pub(super) system: SparseSystem<f64>,
     pub(super) work: LinearWork,
     /// When the loads are taken, s.
@@ -122,6 +126,7 @@ impl<'a> Newton<'a> {
         };
         let elimination = Elimination::new(assembly.pattern(), structure, options)?;
         elimination.expect_room()?;
+        let in_use = resources::in_use();
         let nodal = vec![0.0; solid.space().n_components()];
         let (mut load, displacement) = (nodal.clone(), nodal.clone());
         for part in &muscle.loads {
@@ -149,6 +154,7 @@ impl<'a> Newton<'a> {
         Ok(Self {
             t,
             needs: elimination.prediction::<f64>(),
+            in_use,
             load_square: square(&whole),
             force_square: 0.0,
             system: SparseSystem::new(Arc::new(elimination)),

@@ -25,7 +25,9 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use myovib_model::Outcome;
-pub use start::{initial, muscle_alone, replayed, rod_with_chains, with_chains};
+pub use start::{
+    ChainCost, cost_of_chains, initial, muscle_alone, replayed, rod_with_chains, with_chains,
+};
 
 use crate::modes::Modes;
 use crate::scene_file::Analysis;

@@ -1,6 +1,7 @@
 //! Integrators for the systems a scene can be, from rest or from a checkpoint.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use myovib_dae::Problem;
 use myovib_model::advice::{Advice, Advised, WithMuscle};
@@ -10,7 +11,7 @@ use myovib_model::coupling::{
 };
 use myovib_model::{
     Displacement, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, Start as Consistent,
-    start_from,
+    check, start_from,
 };
 
 use super::checkpoint::Checkpoint;
@@ -24,6 +25,12 @@ use crate::{Error, InputError};
 /// By how much supports may be elsewhere than a state to start from has them, relative to its largest
 /// displacement: rounding, of a signal at another time.
 const SUPPORTS_AGREE: f64 = 1e-9;
+
+/// The amplitude of the limit cycle of van der Pol's oscillator for small μ.
+const LIMIT_CYCLE: f64 = 2.0;
+/// Steps of chains by themselves that are tried at most, and for how long.
+const MOST_TRIED: usize = 100_000;
+const PATIENCE: Duration = Duration::from_millis(500);
 
 /// The muscle of a scene by itself, from its start.
 ///
@@ -56,6 +63,37 @@ pub fn replayed(
     motion: &Arc<Recording>,
 ) -> Result<Box<dyn Integrator<CoupledDae<NoBody>>>, Error> {
     chains_on(scene, None, || Source::Recorded(Arc::clone(motion)))
+}
+
+/// What the chains of a scene cost by themselves once they oscillate; none without chains.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChainCost {
+    /// Steps to the end of the scene.
+    pub steps: f64,
+    /// CPU time of one, s.
+    pub seconds_per_step: f64,
+}
+
+/// The cost of the chains of a scene, measured without what drives them: on their limit cycle, or from
+/// where they start, if they are not at rest there.
+///
+/// # Errors
+/// Those of the integrator.
+pub fn cost_of_chains(scene: &Scene) -> Result<Option<ChainCost>, Error> {
+    if scene.chains.is_empty() {
+        return Ok(None);
+    }
+    let mut awake = scene.clone();
+    for chain in awake.chains.iter_mut().filter(|c| c.initial == 0.0) {
+        chain.initial = LIMIT_CYCLE;
+    }
+    let mut integrator = chains_on(&awake, None, || Source::Rest)?;
+    let (seconds, steps) = check::tried(&mut *integrator, MOST_TRIED, PATIENCE)?;
+    let steps = steps as f64;
+    Ok(Some(ChainCost {
+        steps: steps * scene.t_end / integrator.time(),
+        seconds_per_step: seconds / steps,
+    }))
 }
 
 /// A muscle by itself.
@@ -196,7 +234,8 @@ fn chains_on(
     checkpoint: Option<&Checkpoint>,
     source: impl Fn() -> Source,
 ) -> Result<Box<dyn Integrator<CoupledDae<NoBody>>>, Error> {
-    let dae = CoupledDae::new(NoBody, oscillators(scene, |_| Ok(vec![source()]))?);
+    let sources = |chain: &DrivenChain| Ok((0..chain.n_places()).map(|_| source()).collect());
+    let dae = CoupledDae::new(NoBody, oscillators(scene, sources)?);
     let test = ErrorTest::of_states(0, tolerances(scene));
     coupled(scene, dae, test, options(scene), checkpoint, &[])
 }

@@ -40,6 +40,11 @@ impl DrivenChain {
         self.places.len().max(1)
     }
 
+    /// Number of unknowns: position and velocity of each oscillator of all places.
+    pub fn n_unknowns(&self) -> usize {
+        2 * self.chain.omega.len()
+    }
+
     /// The elements that have a chain each, for chains in elements.
     pub fn elements(&self) -> Option<Vec<usize>> {
         let elements = self.places.iter().map(|place| place.at.element);

@@ -2,9 +2,10 @@
 
 use myovib_model::advice::Finding;
 use myovib_model::check::{Computed, Factors, Report};
-use myovib_scene::{Body, json};
+use myovib_scene::{Body, Scene, json};
 use serde::Serialize;
 
+use super::cost::Expected;
 use crate::commands::table1::{ReportJson, report_json};
 
 #[derive(Serialize)]
@@ -42,6 +43,7 @@ pub(super) struct BodyJson {
     beta: f64,
     unknowns: usize,
     blocks: Vec<BlockJson>,
+    chains: Vec<ChainJson>,
     /// By the rule of the formulation.
     index: u8,
     computed: ReportJson,
@@ -56,8 +58,12 @@ pub(super) struct BodyJson {
     advised_max_order: u8,
     /// Null where the full matrix is factorised.
     factors: Option<FactorsJson>,
+    /// At least.
     expected_steps: f64,
+    /// Null where it cannot be told.
+    expected_steps_most: Option<f64>,
     expected_seconds: f64,
+    step_time: &'static str,
     warnings: Vec<WarningJson>,
 }
 
@@ -78,6 +84,13 @@ struct BlockJson {
     index: u8,
     left_out: bool,
     better_left_out: bool,
+}
+
+#[derive(Serialize)]
+struct ChainJson {
+    name: String,
+    unknowns: usize,
+    left_out: bool,
 }
 
 #[derive(Serialize)]
@@ -117,17 +130,30 @@ impl From<&Finding> for WarningJson {
     }
 }
 
-/// What was found of a body.
-pub(super) fn document(body: &Body, report: &Report) -> BodyJson {
+/// What was found of a body, and of its chains.
+pub(super) fn document(
+    scene: &Scene,
+    body: &Body,
+    report: &Report,
+    expected: &Expected,
+) -> BodyJson {
+    let parameters = &body.muscle.parameters;
     let leave_out = report.advice.to_leave_out();
-    let blocks = report.unknowns.iter().zip(report.advice.blocks());
-    let blocks = blocks.map(|((field, unknowns), (_, index))| BlockJson {
+    let blocks = report.unknowns.iter().map(|(field, unknowns)| BlockJson {
         field: field.symbol(),
         unknowns: *unknowns,
-        index,
+        index: body.formulation.variable_index(*field, parameters),
         left_out: body.settings.suppressed.contains(field),
         better_left_out: leave_out.contains(field),
     });
+    let chains = scene.chains.iter().map(|chain| ChainJson {
+        name: chain.name.clone(),
+        unknowns: chain.n_unknowns(),
+        left_out: !scene.file.integrator.oscillators.in_error_test,
+    });
+    let chains: Vec<ChainJson> = chains.collect();
+    let of_body: usize = report.unknowns.iter().map(|(_, number)| number).sum();
+    let of_chains: usize = chains.iter().map(|chain| chain.unknowns).sum();
     let residual = |block: &myovib_model::start::BlockResidual| ResidualJson {
         field: block.field.symbol(),
         largest: block.largest,
@@ -136,15 +162,16 @@ pub(super) fn document(body: &Body, report: &Report) -> BodyJson {
     };
     BodyJson {
         formulation: body.formulation.name(),
-        kappa: body.muscle.parameters.kappa(),
-        beta: body.muscle.parameters.beta,
-        unknowns: report.unknowns.iter().map(|(_, number)| number).sum(),
+        kappa: parameters.kappa(),
+        beta: parameters.beta,
+        unknowns: of_body + of_chains,
         blocks: blocks.collect(),
+        chains,
         index: report.advice.index(),
         computed: report_json(&report.computed),
         computed_on: match report.computed_on {
             Computed::Here => "scene",
-            Computed::OnCoarseBeam => "coarse-beam",
+            Computed::OnCoarseMesh => "coarse-mesh",
         },
         inf_sup: report.held.map(|held| held.inf_sup),
         nullity: report.held.map(|held| held.nullity),
@@ -154,8 +181,13 @@ pub(super) fn document(body: &Body, report: &Report) -> BodyJson {
         drive: report.drive,
         advised_max_order: report.advice.max_order(),
         factors: report.factors.map(FactorsJson::from),
-        expected_steps: report.cost.steps,
-        expected_seconds: report.cost.steps * report.cost.seconds_per_step,
+        expected_steps: expected.steps,
+        expected_steps_most: expected.most,
+        expected_seconds: expected.seconds(),
+        step_time: match report.cost.is_measured {
+            true => "measured",
+            false => "predicted",
+        },
         warnings: report.findings.iter().map(WarningJson::from).collect(),
     }
 }

@@ -1,5 +1,6 @@
 //! `myovib check`: what can be said of a scene before it is run.
 
+mod cost;
 mod document;
 mod statics;
 mod writes;
@@ -7,11 +8,13 @@ mod writes;
 use std::path::PathBuf;
 
 use clap::Args;
+use myovib_fem::Ratios;
 use myovib_model::advice::Finding;
 use myovib_model::check::{self, Computed, Factors, Held, Report};
 use myovib_model::{Field, IntegratorKind, MuscleDae};
 use serde::Serialize;
 
+use self::cost::Expected;
 use self::document::{Document, document};
 use crate::args::CommonArgs;
 use crate::exit::Exit;
@@ -32,7 +35,7 @@ use myovib_scene::{Body, Scene, plain};
     myovib check scene.toml --set solid.kappa=inf --json\n\n\
     What is printed: each block of unknowns with its index, and whether the integrator tests its error; the \
     index of the system; how well pressures are held (inf–sup); the start; eigenfrequencies; steps and time \
-    to expect, from the first steps, which are taken for this; then warnings with what to change. The letters \
+    to expect, and what that rests on; then warnings with what to change. The letters \
     are those of the table: to leave lambda out of the error test is `--set 'integrator.suppress=[\"pressure\"]'`.\n\n\
     Nothing is written. Warnings do not change the exit code.")]
 pub struct CheckArgs {
@@ -79,11 +82,14 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
             (statics::text(scene, body, &report), None)
         }
         (Analysis::Dynamic, Some(body)) => {
-            let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-            let start = initial(body, &mut dae, &())?;
+            let start = {
+                let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+                initial(body, &mut dae, &())?
+            };
             let report = check::check(&body.muscle, body.formulation, &body.settings, Some(start))?;
-            let text = text(scene, body, &report);
-            (text, Some(document(body, &report)))
+            let expected = Expected::new(scene, &report)?;
+            let text = text(scene, body, &report, &expected);
+            (text, Some(document(scene, body, &report, &expected)))
         }
         (Analysis::Dynamic, None) => (
             "The scene is right. Rods and chains are ordinary differential equations: index 0, \
@@ -107,53 +113,55 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
     Ok((text, document))
 }
 
-fn text(scene: &Scene, body: &Body, report: &Report) -> String {
+fn text(scene: &Scene, body: &Body, report: &Report, expected: &Expected) -> String {
     let parameters = &body.muscle.parameters;
-    let advice = &report.advice;
     let mut table = Table::new(&[
         ("unknowns", Align::Left),
         ("number", Align::Right),
         ("index", Align::Right),
         ("error test", Align::Left),
     ]);
-    let leave_out = advice.to_leave_out();
-    for ((field, number), (_, index)) in report.unknowns.iter().zip(advice.blocks()) {
-        let tested = if body.settings.suppressed.contains(field) {
-            "left out"
-        } else {
-            "in"
-        };
-        let advised = if leave_out.contains(field) {
-            ", better left out"
-        } else {
-            ""
-        };
-        let advised = if tested == "in" { advised } else { "" };
+    let leave_out = report.advice.to_leave_out();
+    let mut total = 0;
+    let mut row = |name: String, number: usize, index: u8, tested: &str| {
+        total += number;
         table.row([
-            in_words(*field).into(),
+            name.into(),
             number.to_string().into(),
             index.to_string().into(),
-            format!("{tested}{advised}").into(),
+            tested.to_owned().into(),
         ]);
-    }
-    // Where materials differ, these are the largest.
-    let is = if body.muscle.solid.is_graded() {
-        "≤"
-    } else {
-        "="
     };
-    let total: usize = report.unknowns.iter().map(|(_, number)| number).sum();
+    for (field, number) in &report.unknowns {
+        let tested = match body.settings.suppressed.contains(field) {
+            true => "left out",
+            false if leave_out.contains(field) => "in, better left out",
+            false => "in",
+        };
+        let index = body.formulation.variable_index(*field, parameters);
+        row(in_words(*field).to_owned(), *number, index, tested);
+    }
+    for chain in &scene.chains {
+        let tested = match scene.file.integrator.oscillators.in_error_test {
+            true => "in",
+            false => "left out",
+        };
+        let name = format!("chain {}", chain.name);
+        row(plain(&name), chain.n_unknowns(), 0, tested);
+    }
     let mut text = format!(
-        "`{}`, κ {is} {}, β {is} {}: {total} unknowns\n\n{}\n",
+        "`{}`, κ {} {}, β {} {}: {total} unknowns\n\n{}\n",
         body.formulation,
+        bound(body, |ratios| ratios.kappa),
         kappa(parameters.kappa()),
+        bound(body, |ratios| ratios.beta),
         exponent(parameters.beta),
         table.render(coloured_stdout())
     );
-    let has_chains = !scene.chains.is_empty();
     for line in added(&scene.file)
         .into_iter()
-        .chain(lines(body, report, has_chains))
+        .chain(lines(body, report))
+        .chain(expected.lines(body, report))
         .chain(writes::lines(scene))
     {
         text.push_str(&line);
@@ -162,6 +170,16 @@ fn text(scene: &Scene, body: &Body, report: &Report) -> String {
     text.push('\n');
     text.push_str(&warnings(&report.findings));
     text
+}
+
+/// How a parameter of the elements stands to the body's, which is the largest.
+fn bound(body: &Body, of: impl Fn(Ratios) -> f64) -> &'static str {
+    let solid = &body.muscle.solid;
+    let mut ratios = (0..solid.space().n_elements()).map(|element| of(solid.ratios(element)));
+    match ratios.any(|ratio| ratio != 1.0) {
+        true => "≤",
+        false => "=",
+    }
 }
 
 /// A block of unknowns: what it is, and the letter that messages and statistics have for it.
@@ -230,11 +248,11 @@ fn added(file: &SceneFile) -> Vec<String> {
     lines.iter().map(|line| plain(line)).collect()
 }
 
-fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
+fn lines(body: &Body, report: &Report) -> Vec<String> {
     let place = match report.computed_on {
         Computed::Here => "computed from the scene's matrices",
-        Computed::OnCoarseBeam => {
-            "by the rule of the formulation; computed on a coarse beam with the same parameters"
+        Computed::OnCoarseMesh => {
+            "by the rule of the formulation; computed on a coarse mesh with the same parameters"
         }
     };
     let mut lines = vec![
@@ -265,6 +283,9 @@ fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
         None => "no load that vibrates".to_owned(),
     };
     lines.push(match slow.is_empty() {
+        true if report.too_large_for_modes => {
+            format!("modes           not looked for in so large a body; `myovib modes` finds them; {drive}")
+        }
         true => format!("modes           not looked for where pressures are not held; {drive}"),
         false => format!(
             "modes           the lowest at {} Hz, the highest at {:.0} Hz; {drive}",
@@ -279,23 +300,6 @@ fn lines(body: &Body, report: &Report, has_chains: bool) -> Vec<String> {
         ));
     }
     lines.extend(report.factors.map(memory));
-    let cost = report.cost;
-    if (cost.steps * cost.seconds_per_step).is_finite() {
-        let total = match cost.steps * cost.seconds_per_step {
-            seconds if seconds < 0.1 => "less than 0.1 s".to_owned(),
-            seconds => format!("{seconds:.1} s"),
-        };
-        let whose = match has_chains {
-            true => ", of the muscle alone: a chain asks for steps of its own, often far smaller",
-            false => "",
-        };
-        lines.push(format!(
-            "cost            about {} to t = {} s, {:.2e} s each: {total}{whose}",
-            counted(cost.steps.ceil(), "step"),
-            body.settings.t_end,
-            cost.seconds_per_step,
-        ));
-    }
     lines
 }
 
@@ -321,13 +325,18 @@ fn held(held: Option<Held>) -> String {
     }
 }
 
-/// What the factors will take.
+/// What the factors will take, and the whole run.
 fn memory(factors: Factors) -> String {
     let Factors {
-        matrices, needs, ..
+        matrices,
+        needs,
+        in_use,
     } = factors;
+    let peak = in_use.map_or(String::new(), |in_use| {
+        format!("{} at the peak: ", size(in_use + needs.bytes))
+    });
     format!(
-        "memory          {} for the factors of {matrices} {} with {:.1e} entries; a set-up takes {:.1e} operations",
+        "memory          {peak}{} for the factors of {matrices} {} with {:.1e} entries; a set-up takes {:.1e} operations",
         size(needs.bytes),
         if matrices == 1 { "matrix" } else { "matrices" },
         needs.entries as f64,

@@ -5,7 +5,7 @@ use myovib_report::table::kappa;
 use myovib_scene::{Body, Scene};
 
 use super::document::{EquilibriumJson, SizeJson};
-use super::{added, held, in_words, memory, warnings, writes};
+use super::{added, bound, held, in_words, memory, warnings, writes};
 
 /// For people.
 pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String {
@@ -21,11 +21,7 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
     lines.extend(writes::lines(scene));
     format!(
         "equilibrium, κ {} {}: {total} unknowns, {}\n\n{}\n\n{}",
-        if body.muscle.solid.is_graded() {
-            "≤"
-        } else {
-            "="
-        },
+        bound(body, |ratios| ratios.kappa),
         kappa(body.muscle.parameters.kappa()),
         blocks.join(" and "),
         lines.join("\n"),

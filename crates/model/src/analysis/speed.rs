@@ -1,0 +1,126 @@
+//! How fast this machine factorises and solves, measured on a small body.
+
+use std::sync::Arc;
+
+use myovib_sparse::klu::KluOptions;
+use myovib_sparse::{Elimination, Kind, LinearWork, Number, SparseError, SparseSystem, Structure};
+use nalgebra_sparse::pattern::SparsityPattern;
+use num_complex::Complex64;
+
+use crate::cpu::CpuClock;
+
+/// Nodes along an edge of the cube that is factorised: fronts as wide as those of bodies, and tenths of a second.
+const SIDE: usize = 13;
+/// Unknowns of a node.
+const COMPONENTS: usize = 3;
+/// Solves that are timed.
+const SOLVES: u32 = 4;
+
+/// What a second of CPU time is good for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Speed {
+    /// Operations of a factorisation, as in [`Prediction::flops`](myovib_sparse::Prediction::flops).
+    pub(super) operations: f64,
+    /// Entries of factors in solves.
+    pub(super) entries: f64,
+}
+
+impl Speed {
+    /// Factorises a real matrix, and a complex one beside it where `with_complex` is true.
+    ///
+    /// # Errors
+    /// Those of the factorisation.
+    pub(super) fn measure(with_complex: bool) -> Result<Self, SparseError> {
+        let pattern = cube();
+        let structure = Structure {
+            kind: Kind::Symmetric,
+            ..Structure::default()
+        };
+        let elimination = Elimination::new(&pattern, structure, KluOptions::default())?;
+        let elimination = Arc::new(elimination);
+        let real = Timing::of::<f64>(&elimination, &pattern)?;
+        let all = match with_complex {
+            true => real.with(Timing::of::<Complex64>(&elimination, &pattern)?),
+            false => real,
+        };
+        Ok(Self {
+            operations: all.operations / all.factorising,
+            entries: all.entries / all.solving,
+        })
+    }
+}
+
+/// What was done, and in how many seconds.
+struct Timing {
+    operations: f64,
+    factorising: f64,
+    entries: f64,
+    solving: f64,
+}
+
+impl Timing {
+    fn of<T: Number>(
+        elimination: &Arc<Elimination>,
+        pattern: &SparsityPattern,
+    ) -> Result<Self, SparseError> {
+        let needs = elimination.prediction::<T>();
+        let (operations, entries) = needs.map_or((f64::NAN, f64::NAN), |needs| {
+            (needs.flops, needs.entries as f64)
+        });
+        let mut system = SparseSystem::<T>::new(elimination.clone());
+        // Larger on the diagonal than all others of the row together.
+        let values = pattern.entries().map(|(column, row)| match column == row {
+            true => T::one() * 100.0,
+            false => -T::one(),
+        });
+        let values: Vec<T> = values.collect();
+        system.values_mut().copy_from_slice(&values);
+        let mut work = LinearWork::default();
+        let mut x = vec![T::one(); pattern.major_dim()];
+        // The first factors are written into new memory, and their first solution is checked.
+        system.renew(&mut work)?;
+        system.solve(&mut x, &mut work)?;
+        let clock = CpuClock::start();
+        for _ in 0..SOLVES {
+            system.solve(&mut x, &mut work)?;
+        }
+        let solving = clock.elapsed().as_secs_f64() / f64::from(SOLVES);
+        let clock = CpuClock::start();
+        system.renew(&mut work)?;
+        Ok(Self {
+            operations,
+            factorising: clock.elapsed().as_secs_f64(),
+            entries,
+            solving,
+        })
+    }
+
+    fn with(self, other: Self) -> Self {
+        Self {
+            operations: self.operations + other.operations,
+            factorising: self.factorising + other.factorising,
+            entries: self.entries + other.entries,
+            solving: self.solving + other.solving,
+        }
+    }
+}
+
+/// The pattern of a cube of nodes, each of which acts on its 26 neighbours.
+fn cube() -> SparsityPattern {
+    let node = |[x, y, z]: [usize; 3]| (z * SIDE + y) * SIDE + x;
+    let near = |k: usize| k.saturating_sub(1)..(k + 2).min(SIDE);
+    let (mut offsets, mut rows) = (vec![0], Vec::new());
+    for k in 0..SIDE.pow(3) {
+        let [x, y, z] = [k % SIDE, k / SIDE % SIDE, k / SIDE.pow(2)];
+        let plane = |z| near(y).flat_map(move |y| near(x).map(move |x| [x, y, z]));
+        let neighbours: Vec<usize> = near(z).flat_map(plane).map(node).collect();
+        for _ in 0..COMPONENTS {
+            let own = neighbours.iter();
+            rows.extend(own.flat_map(|n| (0..COMPONENTS).map(move |c| COMPONENTS * n + c)));
+            offsets.push(rows.len());
+        }
+    }
+    let n = offsets.len() - 1;
+    SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows)
+        .expect("neighbours are in order")
+}
