@@ -12,6 +12,8 @@ use myovib_scene::energy::Exchanged;
 
 /// Time between two samples, s: twenty to a period of the load.
 const EVERY: f64 = 1.0 / 160.0;
+/// Weights of Simpson's rule, but for a common factor.
+const SIMPSON: [f64; 3] = [1.0, 4.0, 1.0];
 
 /// Records a run at equidistant times, without altering its steps.
 pub(super) struct Watch<'a> {
@@ -73,7 +75,7 @@ impl<'a> Watch<'a> {
         let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
         for samples in self.energies.windows(3).step_by(2) {
             let [start, middle, end] = [0, 1, 2].map(|i| &samples[i]);
-            exchanged.add(2.0 * EVERY, [start, middle, end]);
+            exchanged.add(2.0 * EVERY, SIMPSON, [start, middle, end]);
             worst = worst.max(exchanged.imbalance(end).abs());
             let stored = end.kinetic + end.elastic;
             largest = largest.max(stored.abs()).max(exchanged.work.abs());

@@ -1,4 +1,4 @@
-//! What loads have done and damping has taken: powers over time, by Lobatto's rule.
+//! What loads have done and damping has taken: powers over time.
 
 use myovib_model::Energies;
 
@@ -17,16 +17,16 @@ impl Exchanged {
     /// The rule is exact for polynomials of degree 7. Simpson's is not fit for the large steps of Radau IIA 9 and 13:
     /// its own error would be what the imbalance shows, and would hardly fall with the tolerance.
     pub const PLACES: [f64; 3] = [0.172_673_164_646_011_43, 0.5, 0.827_326_835_353_988_6];
+    /// Its weights at all five, but for a common factor.
+    pub const WEIGHTS: [f64; 5] = [9.0, 49.0, 64.0, 49.0, 9.0];
 
-    /// Adds what an interval of `h` seconds brings, by the powers at its start, the [places](Self::PLACES) and its end.
-    pub fn add(&mut self, h: f64, at: [&Energies; 5]) {
-        const WEIGHTS: [f64; 5] = [9.0, 49.0, 64.0, 49.0, 9.0];
+    /// Adds what an interval of `h` seconds brings, by the powers at the places of a rule and its weights, whose sum is
+    /// taken for 1.
+    pub fn add<const N: usize>(&mut self, h: f64, weights: [f64; N], at: [&Energies; N]) {
+        let all: f64 = weights.iter().sum();
         let integral = |power: fn(&Energies) -> f64| {
-            let terms = WEIGHTS
-                .iter()
-                .zip(at)
-                .map(|(weight, at)| weight * power(at));
-            h / 180.0 * terms.sum::<f64>()
+            let terms = weights.iter().zip(at);
+            h / all * terms.map(|(weight, at)| weight * power(at)).sum::<f64>()
         };
         self.work += integral(|e| e.load + e.support + e.active);
         self.dissipated += integral(|e| e.dissipation);
@@ -56,7 +56,8 @@ mod tests {
             };
             let mut exchanged = Exchanged::default();
             let [a, b, c] = Exchanged::PLACES.map(|place| at(2.0 * place));
-            exchanged.add(2.0, [&at(0.0), &a, &b, &c, &at(2.0)]);
+            let at_all = [&at(0.0), &a, &b, &c, &at(2.0)];
+            exchanged.add(2.0, Exchanged::WEIGHTS, at_all);
             let exact = 2.0_f64.powi(degree + 1) / f64::from(degree + 1);
             // Two dozen roundings of sums of up to 60 and three times the exact one.
             let allowed = 24.0 * f64::EPSILON * (60.0 + 3.0 * exact);

@@ -50,7 +50,8 @@ impl EnergyBalance {
                 *inner = energies_at(integrator, (self.t + place * h).max(from))?;
             }
             let end = energies_at(integrator, t)?;
-            self.exchanged.add(h, [&start, &a, &b, &c, &end]);
+            let at = [&start, &a, &b, &c, &end];
+            self.exchanged.add(h, Exchanged::WEIGHTS, at);
             (self.t, self.last) = (t, Some(end));
         }
         Ok(())
