@@ -29,7 +29,7 @@ const ERROR_CONSTANT: f64 = 1.0 / 5.8;
 /// Both integrators keep a step until it may be twice as long.
 pub const KEPT: f64 = 2.0;
 /// Times at which functions of time are looked at for their onset.
-const ONSET_SAMPLES: usize = 10_000;
+const ONSET_SAMPLES: usize = 1000;
 /// Steps of a dry run: beyond them the rest is taken to go on alike.
 const DRY_STEPS: usize = 100_000;
 /// Steps in which the step size grows to that of the run, each with a factorisation of its own.

@@ -89,6 +89,12 @@ pub(crate) trait Reading: Send {
         false
     }
 
+    /// Whether its error can be told from those of the steps: not where it starts far from zero, beside which its
+    /// changes are small.
+    fn has_indicator(&self) -> bool {
+        true
+    }
+
     /// Whether the column with this number is an angle, which jumps by a full turn.
     fn is_angle(&self, _column: usize) -> bool {
         false

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
 use crate::run::system::{System, muscle_of};
 
-/// The volume that a group of the boundary encloses: m³, in the plane m². Openings are closed by a
-/// cone from the middle of their rim, which is flat where the rim is.
+/// The volume that a group of the boundary encloses, never negative: m³, in the plane m². Openings are
+/// closed by a cone from the middle of their rim, which is flat where the rim is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Volume {
@@ -43,5 +43,9 @@ impl Reading for EnclosedVolume {
         let (displacement, _) = dae.nodal_motion(t, &y[range]);
         // Of a group around the body it is the negative of what is inside.
         Ok(vec![self.at(displacement).abs()])
+    }
+
+    fn has_indicator(&self) -> bool {
+        false
     }
 }

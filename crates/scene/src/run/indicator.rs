@@ -150,7 +150,8 @@ fn read<P: System>(
     }
     for (recorder, values) in recorders.iter().zip(&mut values) {
         let what = &recorder.what;
-        if !at_places(recorder) && what.balance().is_none() && !what.needs_rates(system, y) {
+        let is_of_state = what.balance().is_none() && !what.needs_rates(system, y);
+        if !at_places(recorder) && is_of_state && what.has_indicator() {
             *values = what.values(system, t, y, &[])?;
         }
     }

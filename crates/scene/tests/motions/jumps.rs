@@ -1,4 +1,4 @@
-//! Loads that jump: hits and releases, at the start of a run and within it.
+//! Loads that jump or sweep: hits, releases, rising frequencies.
 
 use std::path::Path;
 
@@ -211,5 +211,44 @@ fn what_cannot_jump_is_refused_at_its_place() {
         let refused = build(BLOCK, &[&format!("{key}={value}")], Path::new(""));
         let message = refused.map(|_| ()).unwrap_err();
         assert!(message.contains(told), "{message}");
+    }
+}
+
+/// A sweep from a frequency to itself is a sine; one from 5 to 15 Hz, which ends within the run, has the balance of
+/// energy. What cannot be swept, and what encloses nothing, is refused with its key.
+#[test]
+fn bodies_are_swept() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = |to: f64, duration: f64| {
+        format!(
+            "traction=[{{ group = \"right\", y = {{ type = \"chirp\", amplitude = 50.0, frequency = 5.0, \
+             end_frequency = {to}, duration = {duration} }} }}]"
+        )
+    };
+    let sine = "traction=[{ group = \"right\", y = { type = \"sine\", amplitude = 50.0, frequency = 5.0 } }]";
+    let out = |name: &str| folder.path().join(name);
+    finish(BLOCK, &[&sweep(5.0, 1.0)], &out("same"));
+    finish(BLOCK, &[sine], &out("sine"));
+    // The same steps: rounding of the load.
+    let [same, sine] = ["same", "sine"].map(|name| rows(&out(name), "end"));
+    assert!(apart(&same, &sine, 1) < 1e-9);
+
+    finish(BLOCK, &[&sweep(15.0, 0.06)], &out("swept"));
+    let energy = rows(&out("swept"), "energy");
+    let largest = |column: usize| {
+        energy
+            .iter()
+            .fold(0.0_f64, |m, row| m.max(row[column].abs()))
+    };
+    let [work, imbalance] = [3, 5].map(largest);
+    assert!(
+        work > 0.0 && imbalance < RTOL * work,
+        "{imbalance:e} {work:e}"
+    );
+
+    let volume = "probe=[{ name = \"v\", type = \"volume\", group = \"body\" }]".to_owned();
+    for (set, told) in [(sweep(15.0, 0.0), "duration"), (volume, "group")] {
+        let error = build(BLOCK, &[&set], folder.path()).unwrap_err();
+        assert!(error.contains(told), "{error}");
     }
 }

@@ -7,7 +7,8 @@ use myovib_scene::{Body, Error, Scene};
 
 /// Steps and time of a run, its chains included.
 pub(super) struct Expected {
-    /// At least, but for motions that are small beside the absolute tolerances.
+    /// Those of a motion that follows its load or its lowest mode. Faster ones take more; those that are small
+    /// beside the absolute tolerances take fewer.
     pub(super) steps: f64,
     /// At most, where that can be told.
     pub(super) most: Option<f64>,
@@ -59,14 +60,17 @@ impl Expected {
             Some(most) => (format!("{steps} to {:.0} steps", most.ceil()), "up to"),
             None => (format!("at least {}", counted(steps, "step")), "at least"),
         };
-        let seconds = self.most.unwrap_or(self.steps) * self.seconds_per_step;
+        let seconds = match self.most.unwrap_or(self.steps) * self.seconds_per_step {
+            seconds if seconds < 0.1 => format!("{seconds:.2}"),
+            seconds => format!("{seconds:.1}"),
+        };
         let told = match report.cost.is_measured {
             true => "as measured on the first",
             false => "by the size of the factors and the speed of this machine",
         };
         vec![
             format!(
-                "cost            {steps} to t = {} s; {:.1e} s each, {told}: {bound} {seconds:.1} s",
+                "cost            {steps} to t = {} s; {:.1e} s each, {told}: {bound} {seconds} s",
                 body.settings.t_end, self.seconds_per_step
             ),
             format!("                {}", self.origin(report)),

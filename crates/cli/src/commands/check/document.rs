@@ -58,7 +58,7 @@ pub(super) struct BodyJson {
     advised_max_order: u8,
     /// Null where the full matrix is factorised.
     factors: Option<FactorsJson>,
-    /// At least.
+    /// Of a motion that follows its load or its lowest mode: less, where it is small beside `atol`.
     expected_steps: f64,
     /// Null where it cannot be told.
     expected_steps_most: Option<f64>,

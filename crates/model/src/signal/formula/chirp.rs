@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::signal::timing::shortest;
+use crate::signal::timing::{Break, first, shortest};
 use crate::signal::{Jet, Objection, TimeFunction};
 
-/// A sweep of frequencies, `amplitude · sin(2π (f t + (end_frequency − f) t²/(2 duration)) + phase)` with
-/// `frequency` f at t = 0, `end_frequency` at t = `duration`, and changing in the same way after that.
+/// A sweep of frequencies: `amplitude · sin(2π (f t + (end_frequency − f) t²/(2 duration)) + phase)` with
+/// `frequency` f at t = 0, until it is `end_frequency` at t = `duration`, where it stays.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Chirp {
@@ -30,27 +30,29 @@ pub struct Chirp {
 }
 
 impl Chirp {
-    /// Change of the frequency in a second, Hz/s.
-    fn rate(&self) -> f64 {
-        (self.end_frequency - self.frequency) / self.duration
-    }
-
-    /// The highest frequency between two times, Hz.
-    fn highest(&self, start: f64, end: f64) -> f64 {
-        let at = |t: f64| (self.frequency + self.rate() * t).abs();
-        at(start).max(at(end))
+    /// The frequency at a time, Hz.
+    fn frequency_at(&self, t: f64) -> f64 {
+        let passed = (t / self.duration).min(1.0);
+        self.frequency + passed * (self.end_frequency - self.frequency)
     }
 }
 
 impl TimeFunction for Chirp {
     fn at(&self, t: f64) -> Jet {
-        let t = Jet::variable(t);
-        let cycles = (t * (0.5 * self.rate()) + self.frequency) * t;
+        let time = Jet::variable(t);
+        let cycles = if t <= self.duration {
+            let rate = (self.end_frequency - self.frequency) / self.duration;
+            (time * (0.5 * rate) + self.frequency) * time
+        } else {
+            let mean = 0.5 * (self.frequency + self.end_frequency);
+            (time + (-self.duration)) * self.end_frequency + mean * self.duration
+        };
         (cycles * TAU + self.phase).sin() * self.amplitude
     }
 
     fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
-        shortest([self.highest(from, to).recip()])
+        let ends = [from, to].map(|t| self.frequency_at(t).abs());
+        shortest([ends[0].max(ends[1]).recip()])
     }
 
     /// Error estimates see what goes on.
@@ -63,8 +65,16 @@ impl TimeFunction for Chirp {
     }
 
     fn frequency(&self) -> Option<f64> {
-        let highest = self.highest(0.0, self.duration);
+        let highest = self.frequency.abs().max(self.end_frequency.abs());
         (highest != 0.0).then_some(highest)
+    }
+
+    fn next_break(&self, after: f64) -> Option<Break> {
+        first([self.duration; 2], after, self.lowest_jump())
+    }
+
+    fn lowest_jump(&self) -> u8 {
+        2
     }
 
     fn objection(&self) -> Option<Objection> {
