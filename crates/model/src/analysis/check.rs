@@ -29,9 +29,9 @@ use crate::statics;
 
 /// Pressures beyond which the inf–sup constant would take longer than the rest of the check.
 const MOST_PRESSURES: usize = 2000;
-/// A set-up of the Newton matrices of a large body takes more operations: seconds, and steps are not tried.
+/// Operations of a set-up of the Newton matrices beyond which it takes seconds: steps are then not tried.
 const LARGE: f64 = 1e10;
-/// The same of one real matrix: modes are not looked for.
+/// Operations of one real factorisation beyond which modes are not looked for.
 const TOO_LARGE_FOR_MODES: f64 = 2e10;
 
 /// Where the computed index comes from.

@@ -51,8 +51,8 @@ pub struct Cost {
     /// The steps of a motion that follows its load, or its lowest mode, alone; where neither
     /// is known, those that end where what drives the body changes.
     pub steps: f64,
-    /// Whether the load is a vibration without breaks and nothing else moves the body: then it takes at
-    /// most [`KEPT`] times as many.
+    /// Whether the load is a vibration without breaks and nothing else moves the body: the run then takes
+    /// at most [`KEPT`] times as many steps.
     pub follows_load: bool,
     /// CPU time of a step, s; NaN if the run does not get that far.
     pub seconds_per_step: f64,
