@@ -91,9 +91,10 @@ fn balance(rtol: f64) -> Balance {
 fn the_work_of_active_stress_is_stored_or_dissipated() {
     let [loose, tight] = [1e-3, 1e-5].map(balance);
     let relative = |balance: &Balance| balance.gap / balance.largest;
-    // The error follows the tolerance; a power that is left out or counted twice does not.
-    assert!(relative(&loose) < 1e-2, "{:e}", relative(&loose));
-    assert!(relative(&tight) < 1e-4, "{:e}", relative(&tight));
+    // The tolerance of a step: Radau IIA's ends of steps are of higher order than its estimate. A power that is
+    // left out or counted twice is seen at any tolerance.
+    assert!(relative(&loose) < 1e-3, "{:e}", relative(&loose));
+    assert!(relative(&tight) < 1e-5, "{:e}", relative(&tight));
     assert!(
         tight.taken > 0.1 * tight.active,
         "{} {}",
