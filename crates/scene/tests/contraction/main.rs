@@ -2,6 +2,8 @@
 //! computes, and what is wrong is refused with its key.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+mod refusals;
+
 use std::path::Path;
 use std::sync::Arc;
 
@@ -67,16 +69,6 @@ every = 0.001
 
 fn build(text: &str) -> Scene {
     Scene::build("scene.toml", text, &[], Path::new("")).unwrap()
-}
-
-/// The message for the muscle with `from` replaced by `to`.
-fn refusal(from: &str, to: &str) -> String {
-    assert!(MUSCLE.contains(from), "{from}");
-    let text = MUSCLE.replacen(from, to, 1);
-    match Scene::build("scene.toml", &text, &[], Path::new("")) {
-        Ok(_) => "accepted".to_owned(),
-        Err(error) => error.to_string(),
-    }
 }
 
 fn members(mesh: &Mesh, name: &str) -> Vec<usize> {
@@ -311,143 +303,6 @@ fn stress_relaxes_by_the_prony_terms_of_a_material() {
     }
 }
 
-#[test]
-fn what_cannot_contract_is_refused_with_its_key() {
-    let bestel = "active = { type = \"bestel\", contractility = 2e4";
-    for (from, to, messages) in [
-        (
-            "value = 8e3",
-            "value = -8e3",
-            [
-                "its tension cannot be negative",
-                "0 Pa or more at all times",
-            ],
-        ),
-        (
-            "contractility = 2e4",
-            "contractility = -2e4",
-            ["contractility` is out of range", "at least 0"],
-        ),
-        (
-            "diastole = 0.3",
-            "diastole = -0.3",
-            ["diastole", "after systole"],
-        ),
-        (
-            bestel,
-            "active = { type = \"bestle\", contractility = 2e4",
-            ["does not know this name", "did you mean `bestel`?"],
-        ),
-        (
-            "rise = 30.0",
-            "decay = 3.0",
-            ["decay` is out of range", "less than 0"],
-        ),
-        (
-            "fibre = [1.0, 0.0, 0.0]\n",
-            "",
-            [
-                "active stress needs the direction of the fibres",
-                "give `fibre`",
-            ],
-        ),
-        (
-            "[1.0, 0.0, 0.0]\nkappa",
-            "[0.0, 0.0, 0.0]\nkappa",
-            ["a direction cannot be zero", "fibre"],
-        ),
-        (
-            "fibre = \"fibre\"",
-            "fibre = \"f0\"",
-            ["the mesh has no nodal field `f0`", "fibre"],
-        ),
-        (
-            "optimal = 1.1",
-            "optimal = 0",
-            ["optimal` is out of range", "greater than 0"],
-        ),
-        (
-            "v_max = 10.0",
-            "v_max = -1",
-            ["v_max` is out of range", "greater than 0"],
-        ),
-        (
-            "eta = 20.0",
-            "eta = -20.0",
-            ["eta` is out of range", "at least 0"],
-        ),
-        (
-            "kappa = 3e5",
-            "kappa = inf",
-            [
-                "kappa = inf beside a finite kappa",
-                "give all materials a `kappa` of one sort",
-            ],
-        ),
-        (
-            "kappa = 3e5",
-            "beta = 1e-3",
-            [
-                "beta > 0 beside beta = 0",
-                "give all materials a `beta` of one sort",
-            ],
-        ),
-        (
-            "kappa = 3e5",
-            "kappa = 0",
-            ["kappa` is out of range", "greater than 0"],
-        ),
-        (
-            "alpha = 2.0",
-            "alpha = -1.0",
-            ["alpha` is out of range", "at least 0"],
-        ),
-        (
-            "law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4",
-            "law = \"small-strain\"\ndensity = 1e3\nshear_modulus = 1e4",
-            ["small strains", "line 10"],
-        ),
-        (
-            "group = \"surface\"",
-            "group = \"surfce\"",
-            ["did you mean `surface`?", "surfce"],
-        ),
-        (
-            "group = \"surface\"",
-            "group = \"muscle\"",
-            ["holds tetrahedra", "group"],
-        ),
-        (
-            "stiffness = 3e4\ndamping = 2e2",
-            "",
-            [
-                "a bed without stiffness and damping does nothing",
-                "give `stiffness`",
-            ],
-        ),
-        (
-            "stiffness = 3e4",
-            "stiffness = -3e4",
-            ["stiffness` is out of range", "at least 0"],
-        ),
-        (
-            "along = \"normal\"",
-            "along = \"tangent\"",
-            ["does not know this name", "all, normal"],
-        ),
-        (
-            "stiffness = 1e6\ndamping = 1e3\n[[bed]]\ngroup = \"surface\"\nalong = \"normal\"\nstiffness = 3e4",
-            "damping = 1e3\n[[bed]]\ngroup = \"surface\"",
-            ["nothing holds the body", "[[bed]]"],
-        ),
-    ] {
-        let found = refusal(from, to);
-        for message in messages {
-            assert!(found.contains(message), "{to}: {message}: {found}");
-        }
-    }
-}
-
 /// Bestel's tension is 0 in an equilibrium, which would be no contraction at all.
 #[test]
 fn an_equilibrium_has_no_tension_of_its_own() {
@@ -457,36 +312,6 @@ fn an_equilibrium_has_no_tension_of_its_own() {
     let message = error.to_string();
     assert!(
         message.contains("Bestel's tension is that of a motion"),
-        "{message}"
-    );
-}
-
-/// A moment that equidistant samples would miss: rows of a table around it, each twice as far from it as the one before.
-#[test]
-fn a_table_that_pushes_for_a_moment_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let apart = (0..12).map(|k| 1e-6 * f64::from(1 << k));
-    let mut rows: Vec<(f64, f64)> = apart
-        .flat_map(|apart| [0.01001 - apart, 0.01001 + apart])
-        .chain([0.0, 10.0])
-        .map(|t| (t, 8e3))
-        .chain([(0.01001, -1e3)])
-        .collect();
-    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let rows: String = rows
-        .iter()
-        .map(|(t, value)| format!("{t},{value}\n"))
-        .collect();
-    std::fs::write(folder.path().join("tension.csv"), format!("t,T\n{rows}")).unwrap();
-    let text = MUSCLE.replacen(
-        "tension = { type = \"step\", value = 8e3, rise = 0.05 }",
-        "tension = { type = \"table\", file = \"tension.csv\", column = \"T\" }",
-        1,
-    );
-    let error = Scene::build("scene.toml", &text, &[], folder.path()).unwrap_err();
-    let message = error.to_string();
-    assert!(
-        message.contains("its tension cannot be negative") && message.contains("t = 0.01000"),
         "{message}"
     );
 }
