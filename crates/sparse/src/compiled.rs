@@ -1,131 +1,101 @@
-//! The loops over numbers, compiled here and once for each number. What is generic is compiled again in each
-//! crate that calls it: without this, every crate and every test that solves a linear system would compile all
-//! of them, for all sets of instructions.
+//! What products and factors are asked for by generic code: loops that are compiled [once](Number).
 
-use num_complex::Complex64;
-
-#[cfg(not(klu))]
-use crate::partial::{Factors, Symbolic};
+use crate::product::Product;
 use crate::supernodal::Supernodal;
-use crate::{Product, SparseError};
-#[cfg(not(klu))]
-use faer::dyn_stack::MemBuffer;
+use crate::{Factorization, Number, SparseError};
 
-/// The loops for one number; what they do is said where they are called.
-pub trait Compiled: Sized {
-    /// [`Supernodal::factor`].
+impl Product {
+    /// `y` -= A `x`, A given by its `values` in the order of the pattern.
+    pub fn subtract<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
+        T::subtract(self, values, x, y);
+    }
+
+    /// Y -= A X, the numbers of a row of X and of Y side by side.
+    pub fn subtract_columns<T: Number>(
+        &self,
+        values: &[T],
+        x: &[T],
+        y: &mut [T],
+        n_columns: usize,
+    ) {
+        match n_columns {
+            1 => self.subtract(values, x, y),
+            _ => T::subtract_columns(self, values, x, y, n_columns),
+        }
+    }
+
+    /// `y` -= Aᵀ `x` (transposed, not conjugated).
+    pub fn subtract_transposed<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
+        T::subtract_transposed(self, values, x, y);
+    }
+
+    /// Y -= Aᵀ X (transposed, not conjugated), the numbers of a row side by side.
+    pub fn subtract_transposed_columns<T: Number>(
+        &self,
+        values: &[T],
+        x: &[T],
+        y: &mut [T],
+        n_columns: usize,
+    ) {
+        T::subtract_transposed_columns(self, values, x, y, n_columns);
+    }
+
+    /// `y` += |A| |`x`|.
+    pub fn add_magnitudes<T: Number>(&self, values: &[T], x: &[T], y: &mut [f64]) {
+        T::add_magnitudes(self, values, x, y);
+    }
+}
+
+impl<T: Number> Supernodal<T> {
+    /// Factorises the matrix with these `values`, in the order of the pattern analysed.
     ///
     /// # Errors
-    /// [`SparseError::ZeroPivot`].
-    fn factor(factors: &mut Supernodal<Self>, values: &[Self]) -> Result<(), SparseError>
-    where
-        Self: crate::Number;
+    /// [`SparseError::ZeroPivot`]; there are no factors then.
+    pub fn factor(&mut self, values: &[T]) -> Result<(), SparseError> {
+        T::factor(self, values)
+    }
 
-    /// All solves of [`Supernodal`].
-    fn solve_by_blocks(
-        factors: &mut Supernodal<Self>,
-        rhs: &mut [Self],
-        n_columns: usize,
-        is_transposed: bool,
-    ) where
-        Self: crate::Number;
+    /// Solves A x = b in place with the last factors.
+    pub fn solve(&mut self, rhs: &mut [T]) {
+        T::solve_by_blocks(self, rhs, 1, false);
+    }
 
-    /// [`Product::subtract`].
-    fn subtract(product: &Product, values: &[Self], x: &[Self], y: &mut [Self]);
+    /// Solves A X = B in place with the last factors; the numbers of a row stand side by side.
+    pub fn solve_columns(&mut self, rhs: &mut [T], n_columns: usize) {
+        T::solve_by_blocks(self, rhs, n_columns, false);
+    }
 
-    /// [`Product::subtract_transposed`].
-    fn subtract_transposed(product: &Product, values: &[Self], x: &[Self], y: &mut [Self]);
-
-    /// [`Product::subtract_columns`].
-    fn subtract_columns(product: &Product, values: &[Self], x: &[Self], y: &mut [Self], n: usize);
-
-    /// [`Product::subtract_transposed_columns`].
-    fn subtract_transposed_columns(
-        product: &Product,
-        values: &[Self],
-        x: &[Self],
-        y: &mut [Self],
-        n: usize,
-    );
-
-    /// [`Product::add_magnitudes`].
-    fn add_magnitudes(product: &Product, values: &[Self], x: &[Self], y: &mut [f64]);
-
-    /// [`Factors::room`].
-    #[cfg(not(klu))]
-    fn room_for_lu(symbolic: &Symbolic) -> MemBuffer;
-
-    /// [`Factors::factor`].
-    #[cfg(not(klu))]
-    fn factor_lu(factors: &mut Factors<Self>, values: &[Self]) -> Option<()>
-    where
-        Self: crate::Number;
-
-    /// [`Factors::solve_with`].
-    #[cfg(not(klu))]
-    fn solve_lu(factors: &mut Factors<Self>, x: &mut [Self], is_transposed: bool)
-    where
-        Self: crate::Number;
+    /// Solves Aᵀ x = b in place (transposed, not conjugated) with the last factors.
+    pub fn solve_transposed(&mut self, rhs: &mut [T]) {
+        T::solve_by_blocks(self, rhs, 1, true);
+    }
 }
 
-macro_rules! compiled {
-    ($($T:ty),*) => {$(
-        impl Compiled for $T {
-            fn factor(factors: &mut Supernodal<$T>, values: &[$T]) -> Result<(), SparseError> {
-                factors.factor_by_blocks(values)
-            }
+impl<T: Number> Factorization<T> for Supernodal<T> {
+    fn renew(&mut self, values: &[T]) -> Result<(), SparseError> {
+        self.factor(values)
+    }
 
-            fn solve_by_blocks(
-                factors: &mut Supernodal<$T>,
-                rhs: &mut [$T],
-                n_columns: usize,
-                is_transposed: bool,
-            ) {
-                factors.run(rhs, n_columns, is_transposed);
-            }
+    fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError> {
+        Self::solve(self, x);
+        Ok(())
+    }
 
-            fn subtract(product: &Product, values: &[$T], x: &[$T], y: &mut [$T]) {
-                product.accumulate(values, x, y);
-            }
+    fn solve_columns(&mut self, x: &mut [T], n_columns: usize) -> Result<(), SparseError> {
+        Self::solve_columns(self, x, n_columns);
+        Ok(())
+    }
 
-            fn subtract_transposed(product: &Product, values: &[$T], x: &[$T], y: &mut [$T]) {
-                product.transposed(values, x, y);
-            }
+    fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError> {
+        Self::solve_transposed(self, x);
+        Ok(())
+    }
 
-            fn subtract_columns(product: &Product, values: &[$T], x: &[$T], y: &mut [$T], n: usize) {
-                product.by_columns::<$T, false>(values, x, y, n);
-            }
+    fn pivots(&self) -> Option<Vec<T>> {
+        Some(self.pivots_by_unknown())
+    }
 
-            fn subtract_transposed_columns(
-                product: &Product,
-                values: &[$T],
-                x: &[$T],
-                y: &mut [$T],
-                n: usize,
-            ) {
-                product.by_columns::<$T, true>(values, x, y, n);
-            }
-
-            fn add_magnitudes(product: &Product, values: &[$T], x: &[$T], y: &mut [f64]) {
-                product.magnitudes(values, x, y);
-            }
-
-            #[cfg(not(klu))]
-            fn room_for_lu(symbolic: &Symbolic) -> MemBuffer {
-                Factors::<$T>::room(symbolic)
-            }
-
-            #[cfg(not(klu))]
-            fn factor_lu(factors: &mut Factors<$T>, values: &[$T]) -> Option<()> {
-                factors.factor(values)
-            }
-
-            #[cfg(not(klu))]
-            fn solve_lu(factors: &mut Factors<$T>, x: &mut [$T], is_transposed: bool) {
-                factors.solve_with(x, is_transposed);
-            }
-        }
-    )*};
+    fn n_entries(&self) -> Option<usize> {
+        Some(self.n_factors())
+    }
 }
-
-compiled!(f64, Complex64);

@@ -10,6 +10,7 @@
 //! elimination.
 #![deny(unsafe_code)]
 
+mod arithmetic;
 mod compiled;
 pub mod engine;
 mod error;
@@ -18,6 +19,8 @@ mod factorization;
 mod ffi;
 mod finite;
 pub mod klu;
+#[cfg(not(klu))]
+mod lu;
 mod number;
 mod ordering;
 #[cfg(not(klu))]

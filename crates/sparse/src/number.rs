@@ -1,256 +1,146 @@
 //! The numbers a Newton matrix is made of: real for BDF, complex for Radau IIA.
+//!
+//! The loops over them are compiled here and once for each. What is generic is compiled again in each
+//! crate that calls it: without this, every crate and every test that solves a linear system would compile all
+//! of them, for all sets of instructions.
 
-use std::ops::{AddAssign, Mul, MulAssign, SubAssign};
 use std::sync::Arc;
 
-use faer::traits::ComplexField;
 use nalgebra_sparse::pattern::SparsityPattern;
-use num_complex::{Complex64, ComplexFloat};
+use num_complex::Complex64;
 
-use crate::compiled::Compiled;
+use crate::arithmetic::Arithmetic;
 use crate::engine::Engine;
-use crate::{Factorization, Kind};
-
-#[cfg(klu)]
-use crate::klu::Scalar;
-
-/// A number that all factorisations can deal with.
 #[cfg(not(klu))]
-pub trait Scalar: 'static {}
-#[cfg(not(klu))]
-impl Scalar for f64 {}
-#[cfg(not(klu))]
-impl Scalar for Complex64 {}
+use crate::lu::{Lu, Symbolic};
+use crate::product::Product;
+use crate::supernodal::Supernodal;
+use crate::{Factorization, Kind, SparseError};
 
-/// The numbers in one row of some columns, by which an entry of a matrix is multiplied at once: one
-/// number, or [several](Number::Columns).
-pub trait Row<T>: Copy + Send + Sync + std::fmt::Debug {
-    /// Zeros.
-    fn none() -> Self;
-
-    /// The first numbers of `row`, which has as many at least.
-    fn load(row: &[T]) -> Self;
-
-    /// Writes them to the front of `row`.
-    fn store(self, row: &mut [T]);
-
-    /// `self` + `other`.
-    fn plus(self, other: Self) -> Self;
-
-    /// a `self`.
-    fn times(self, a: T) -> Self;
-
-    /// `self` − a x, with fused multiply-adds.
-    fn less_product(self, a: T, x: Self) -> Self;
-}
-
-impl<T: Number> Row<T> for T {
-    #[inline(always)]
-    fn none() -> Self {
-        Self::zero()
-    }
-
-    #[inline(always)]
-    fn load(row: &[T]) -> Self {
-        row[0]
-    }
-
-    #[inline(always)]
-    fn store(self, row: &mut [T]) {
-        row[0] = self;
-    }
-
-    #[inline(always)]
-    fn plus(self, other: Self) -> Self {
-        self + other
-    }
-
-    #[inline(always)]
-    fn times(self, a: T) -> Self {
-        self * a
-    }
-
-    #[inline(always)]
-    fn less_product(self, a: T, x: Self) -> Self {
-        self.plus_product(a, -x)
-    }
-}
-
-/// Real numbers side by side.
-#[derive(Debug, Clone, Copy)]
-pub struct Reals<const C: usize>([f64; C]);
-
-/// Complex numbers side by side: their real parts, then their imaginary parts.
-#[derive(Debug, Clone, Copy)]
-pub struct Complexes<const C: usize>([[f64; C]; 2]);
-
-impl<const C: usize> Row<f64> for Reals<C> {
-    #[inline(always)]
-    fn none() -> Self {
-        Self([0.0; C])
-    }
-
-    #[inline(always)]
-    fn load(row: &[f64]) -> Self {
-        let mut own = [0.0; C];
-        own.copy_from_slice(&row[..C]);
-        Self(own)
-    }
-
-    #[inline(always)]
-    fn store(self, row: &mut [f64]) {
-        row[..C].copy_from_slice(&self.0);
-    }
-
-    #[inline(always)]
-    fn plus(mut self, other: Self) -> Self {
-        for c in 0..C {
-            self.0[c] += other.0[c];
-        }
-        self
-    }
-
-    #[inline(always)]
-    fn times(mut self, a: f64) -> Self {
-        for c in 0..C {
-            self.0[c] *= a;
-        }
-        self
-    }
-
-    #[inline(always)]
-    fn less_product(mut self, a: f64, x: Self) -> Self {
-        for c in 0..C {
-            self.0[c] = a.mul_add(-x.0[c], self.0[c]);
-        }
-        self
-    }
-}
-
-impl<const C: usize> Row<Complex64> for Complexes<C> {
-    #[inline(always)]
-    fn none() -> Self {
-        Self([[0.0; C]; 2])
-    }
-
-    #[inline(always)]
-    fn load(row: &[Complex64]) -> Self {
-        let mut own = Self::none();
-        let [re, im] = &mut own.0;
-        for ((re, im), x) in re.iter_mut().zip(im).zip(&row[..C]) {
-            (*re, *im) = (x.re, x.im);
-        }
-        own
-    }
-
-    #[inline(always)]
-    fn store(self, row: &mut [Complex64]) {
-        let [re, im] = self.0;
-        for ((re, im), x) in re.iter().zip(&im).zip(&mut row[..C]) {
-            (x.re, x.im) = (*re, *im);
-        }
-    }
-
-    #[inline(always)]
-    fn plus(mut self, other: Self) -> Self {
-        let parts = self.0.as_flattened_mut();
-        for (own, other) in parts.iter_mut().zip(other.0.as_flattened()) {
-            *own += other;
-        }
-        self
-    }
-
-    #[inline(always)]
-    fn times(self, a: Complex64) -> Self {
-        Self::none().less_product(-a, self)
-    }
-
-    #[inline(always)]
-    fn less_product(mut self, a: Complex64, x: Self) -> Self {
-        // Two columns fill no vector that could hold both parts.
-        if C < 4 {
-            let ([re, im], [x_re, x_im]) = (&mut self.0, x.0);
-            for c in 0..C {
-                re[c] = a.im.mul_add(x_im[c], a.re.mul_add(-x_re[c], re[c]));
-                im[c] = a.im.mul_add(-x_re[c], a.re.mul_add(-x_im[c], im[c]));
-            }
-            return self;
-        }
-        // −i x.
-        let mut turned = [x.0[1]; 2];
-        for (turned, re) in turned[1].iter_mut().zip(&x.0[0]) {
-            *turned = -re;
-        }
-        let parts = self.0.as_flattened_mut();
-        let (x, turned) = (x.0.as_flattened(), turned.as_flattened());
-        for k in 0..2 * C {
-            parts[k] = a.im.mul_add(turned[k], a.re.mul_add(-x[k], parts[k]));
-        }
-        self
-    }
-}
-
-/// `f64` or `Complex64`.
-pub trait Number:
-    Scalar
-    + Compiled
-    + ComplexFloat<Real = f64>
-    + ComplexField
-    + Send
-    + Sync
-    + Mul<f64, Output = Self>
-    + AddAssign
-    + MulAssign
-    + SubAssign
-    + std::fmt::Debug
-{
-    /// C of them side by side, in vector registers.
-    type Columns<const C: usize>: Row<Self>;
-
-    /// `self` + a b, with fused multiply-adds: one instruction where the processor has it.
-    fn plus_product(self, a: Self, b: Self) -> Self;
-
+/// `f64` or `Complex64`. What its loops do is said where they are called.
+pub trait Number: Arithmetic {
     /// Room for matrices of these numbers and their factors in an `engine`.
     fn factors_of(
         engine: &dyn Engine,
         pattern: &Arc<SparsityPattern>,
         kind: Kind,
     ) -> Box<dyn Factorization<Self>>;
+
+    /// [`Supernodal::factor`].
+    ///
+    /// # Errors
+    /// [`SparseError::ZeroPivot`].
+    fn factor(factors: &mut Supernodal<Self>, values: &[Self]) -> Result<(), SparseError>;
+
+    /// All solves of [`Supernodal`].
+    fn solve_by_blocks(
+        factors: &mut Supernodal<Self>,
+        rhs: &mut [Self],
+        n_columns: usize,
+        is_transposed: bool,
+    ) where
+        Self: crate::Number;
+
+    /// [`Product::subtract`].
+    fn subtract(product: &Product, values: &[Self], x: &[Self], y: &mut [Self]);
+
+    /// [`Product::subtract_transposed`].
+    fn subtract_transposed(product: &Product, values: &[Self], x: &[Self], y: &mut [Self]);
+
+    /// [`Product::subtract_columns`].
+    fn subtract_columns(product: &Product, values: &[Self], x: &[Self], y: &mut [Self], n: usize);
+
+    /// [`Product::subtract_transposed_columns`].
+    fn subtract_transposed_columns(
+        product: &Product,
+        values: &[Self],
+        x: &[Self],
+        y: &mut [Self],
+        n: usize,
+    );
+
+    /// [`Product::add_magnitudes`].
+    fn add_magnitudes(product: &Product, values: &[Self], x: &[Self], y: &mut [f64]);
+
+    /// [`Lu::new`].
+    #[cfg(not(klu))]
+    fn lu(symbolic: Symbolic) -> Lu<Self>;
+
+    /// [`Lu::factor`].
+    #[cfg(not(klu))]
+    fn factor_lu(lu: &mut Lu<Self>, values: &[Self]) -> Option<()>;
+
+    /// [`Lu::solve`].
+    #[cfg(not(klu))]
+    fn solve_lu(lu: &mut Lu<Self>, x: &mut [Self], is_transposed: bool);
 }
 
-impl Number for f64 {
-    type Columns<const C: usize> = Reals<C>;
+macro_rules! numbers {
+    ($($T:ident by $room:ident),*) => {$(
+        impl Number for $T {
+            fn factors_of(
+                engine: &dyn Engine,
+                pattern: &Arc<SparsityPattern>,
+                kind: Kind,
+            ) -> Box<dyn Factorization<$T>> {
+                engine.$room(pattern, kind)
+            }
 
-    #[inline(always)]
-    fn plus_product(self, a: Self, b: Self) -> Self {
-        a.mul_add(b, self)
-    }
+            fn factor(factors: &mut Supernodal<$T>, values: &[$T]) -> Result<(), SparseError> {
+                factors.factor_by_blocks(values)
+            }
 
-    fn factors_of(
-        engine: &dyn Engine,
-        pattern: &Arc<SparsityPattern>,
-        kind: Kind,
-    ) -> Box<dyn Factorization<Self>> {
-        engine.real(pattern, kind)
-    }
-}
+            fn solve_by_blocks(
+                factors: &mut Supernodal<$T>,
+                rhs: &mut [$T],
+                n_columns: usize,
+                is_transposed: bool,
+            ) {
+                factors.run(rhs, n_columns, is_transposed);
+            }
 
-impl Number for Complex64 {
-    type Columns<const C: usize> = Complexes<C>;
+            fn subtract(product: &Product, values: &[$T], x: &[$T], y: &mut [$T]) {
+                product.accumulate(values, x, y);
+            }
 
-    #[inline(always)]
-    fn plus_product(self, a: Self, b: Self) -> Self {
-        Self {
-            re: (-a.im).mul_add(b.im, a.re.mul_add(b.re, self.re)),
-            im: a.im.mul_add(b.re, a.re.mul_add(b.im, self.im)),
+            fn subtract_transposed(product: &Product, values: &[$T], x: &[$T], y: &mut [$T]) {
+                product.transposed(values, x, y);
+            }
+
+            fn subtract_columns(product: &Product, values: &[$T], x: &[$T], y: &mut [$T], n: usize) {
+                product.by_columns::<$T, false>(values, x, y, n);
+            }
+
+            fn subtract_transposed_columns(
+                product: &Product,
+                values: &[$T],
+                x: &[$T],
+                y: &mut [$T],
+                n: usize,
+            ) {
+                product.by_columns::<$T, true>(values, x, y, n);
+            }
+
+            fn add_magnitudes(product: &Product, values: &[$T], x: &[$T], y: &mut [f64]) {
+                product.magnitudes(values, x, y);
+            }
+
+            #[cfg(not(klu))]
+            fn lu(symbolic: Symbolic) -> Lu<$T> {
+                Lu::new(symbolic)
+            }
+
+            #[cfg(not(klu))]
+            fn factor_lu(lu: &mut Lu<$T>, values: &[$T]) -> Option<()> {
+                lu.factor(values)
+            }
+
+            #[cfg(not(klu))]
+            fn solve_lu(lu: &mut Lu<$T>, x: &mut [$T], is_transposed: bool) {
+                lu.solve(x, is_transposed);
+            }
         }
-    }
-
-    fn factors_of(
-        engine: &dyn Engine,
-        pattern: &Arc<SparsityPattern>,
-        kind: Kind,
-    ) -> Box<dyn Factorization<Self>> {
-        engine.complex(pattern, kind)
-    }
+    )*};
 }
+
+numbers!(f64 by real, Complex64 by complex);

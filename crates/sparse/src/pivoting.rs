@@ -3,4 +3,4 @@
 #[cfg(klu)]
 pub use crate::klu::{Factors, Symbolic};
 #[cfg(not(klu))]
-pub use crate::partial::{Factors, Symbolic};
+pub use crate::{lu::Symbolic, partial::Factors};

@@ -6,8 +6,7 @@ use std::ops::Range;
 use nalgebra_sparse::pattern::SparsityPattern;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::Number;
-use crate::number::Row;
+use crate::arithmetic::{Arithmetic, Row};
 
 /// How to multiply by a compressed-column matrix: columns with the same rows are taken together,
 /// two at a time, and rows that are neighbours are named once for both. The two components of a
@@ -75,12 +74,7 @@ impl Product {
     }
 
     /// `y` -= A `x`, A given by its `values` in the order of the pattern.
-    pub fn subtract<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
-        T::subtract(self, values, x, y);
-    }
-
-    /// The loop of [`subtract`](Self::subtract).
-    pub(crate) fn accumulate<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
+    pub(crate) fn accumulate<T: Arithmetic>(&self, values: &[T], x: &[T], y: &mut [T]) {
         self.arch.dispatch(Accumulate {
             product: self,
             values,
@@ -90,33 +84,8 @@ impl Product {
         });
     }
 
-    /// Y -= A X, the numbers of a row of X and of Y side by side.
-    pub fn subtract_columns<T: Number>(
-        &self,
-        values: &[T],
-        x: &[T],
-        y: &mut [T],
-        n_columns: usize,
-    ) {
-        match n_columns {
-            1 => self.subtract(values, x, y),
-            _ => T::subtract_columns(self, values, x, y, n_columns),
-        }
-    }
-
-    /// Y -= Aᵀ X (transposed, not conjugated), likewise.
-    pub fn subtract_transposed_columns<T: Number>(
-        &self,
-        values: &[T],
-        x: &[T],
-        y: &mut [T],
-        n_columns: usize,
-    ) {
-        T::subtract_transposed_columns(self, values, x, y, n_columns);
-    }
-
-    /// The loops over columns: eight at a time, as far as there are.
-    pub(crate) fn by_columns<T: Number, const TRANSPOSED: bool>(
+    /// Y -= A X or Aᵀ X, the numbers of a row side by side: eight columns at a time, as far as there are.
+    pub(crate) fn by_columns<T: Arithmetic, const TRANSPOSED: bool>(
         &self,
         values: &[T],
         x: &[T],
@@ -142,13 +111,8 @@ impl Product {
         }
     }
 
-    /// `y` -= Aᵀ `x` (transposed, not conjugated), likewise.
-    pub fn subtract_transposed<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
-        T::subtract_transposed(self, values, x, y);
-    }
-
-    /// The loop of [`subtract_transposed`](Self::subtract_transposed).
-    pub(crate) fn transposed<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
+    /// `y` -= Aᵀ `x` (transposed, not conjugated).
+    pub(crate) fn transposed<T: Arithmetic>(&self, values: &[T], x: &[T], y: &mut [T]) {
         self.arch.dispatch(Transposed {
             product: self,
             values,
@@ -157,13 +121,8 @@ impl Product {
         });
     }
 
-    /// `y` += |A| |`x`|, likewise.
-    pub fn add_magnitudes<T: Number>(&self, values: &[T], x: &[T], y: &mut [f64]) {
-        T::add_magnitudes(self, values, x, y);
-    }
-
-    /// The loop of [`add_magnitudes`](Self::add_magnitudes).
-    pub(crate) fn magnitudes<T: Number>(&self, values: &[T], x: &[T], y: &mut [f64]) {
+    /// `y` += |A| |`x`|.
+    pub(crate) fn magnitudes<T: Arithmetic>(&self, values: &[T], x: &[T], y: &mut [f64]) {
         self.arch.dispatch(Accumulate {
             product: self,
             values,
@@ -184,7 +143,7 @@ struct Accumulate<'a, T, Y, F> {
     add: F,
 }
 
-impl<T: Number, Y: Copy, F: Fn(Y, T, T) -> Y> WithSimd for Accumulate<'_, T, Y, F> {
+impl<T: Arithmetic, Y: Copy, F: Fn(Y, T, T) -> Y> WithSimd for Accumulate<'_, T, Y, F> {
     type Output = ();
 
     #[inline(always)]
@@ -257,7 +216,7 @@ impl<'a, T> Side<'a, T> {
     }
 }
 
-impl<T: Number, R: Row<T>, const TRANSPOSED: bool> WithSimd for AsWide<'_, T, R, TRANSPOSED> {
+impl<T: Arithmetic, R: Row<T>, const TRANSPOSED: bool> WithSimd for AsWide<'_, T, R, TRANSPOSED> {
     /// How many columns it was.
     type Output = usize;
 
@@ -352,7 +311,7 @@ impl<T: Number, R: Row<T>, const TRANSPOSED: bool> WithSimd for AsWide<'_, T, R,
 
 /// y ← y − Σ a x
 #[inline(always)]
-fn update<T: Number, R: Row<T>, const N: usize>(y: &mut [T], products: [(T, R); N]) {
+fn update<T: Arithmetic, R: Row<T>, const N: usize>(y: &mut [T], products: [(T, R); N]) {
     let mut sum = R::load(y);
     for (a, x) in products {
         sum = sum.less_product(a, x);
@@ -368,7 +327,7 @@ struct Transposed<'a, T> {
     y: &'a mut [T],
 }
 
-impl<T: Number> WithSimd for Transposed<'_, T> {
+impl<T: Arithmetic> WithSimd for Transposed<'_, T> {
     type Output = ();
 
     #[inline(always)]

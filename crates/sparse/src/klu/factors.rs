@@ -1,7 +1,8 @@
 //! LU factors kept fresh: pivots are chosen once and kept as long as they serve.
 
 use super::{Numeric, Scalar, Symbolic};
-use crate::{Factorization, Number, SparseError};
+use crate::arithmetic::Arithmetic;
+use crate::{Factorization, SparseError};
 
 /// A reciprocal pivot growth this much below that of fresh pivots calls for fresh ones: three of
 /// the digits that fresh pivots would give are lost then.
@@ -112,7 +113,7 @@ impl<T: Scalar> Factors<T> {
     }
 }
 
-impl<T: Number> Factorization<T> for Factors<T> {
+impl<T: Arithmetic> Factorization<T> for Factors<T> {
     fn renew(&mut self, values: &[T]) -> Result<(), SparseError> {
         Self::renew(self, values).map(drop)
     }

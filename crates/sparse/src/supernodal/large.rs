@@ -15,7 +15,8 @@ use super::analysis::Supernode;
 use super::child::Child;
 use super::small::{factor_panel, mirror, scale_rows, subtract_first};
 use super::update::{CHUNK, Layout};
-use crate::{Kind, Number};
+use crate::Kind;
+use crate::arithmetic::Arithmetic;
 
 /// Panels of this width are eliminated column by column,
 const NARROW: usize = 32;
@@ -43,7 +44,7 @@ impl Front {
     /// Fills the `block` of `node` with its entries of the matrix and what its children add to its
     /// pivots. Returns the columns, and the rows unless the matrix is symmetric.
     #[inline(never)]
-    pub(super) fn assemble<'b, 'c, T: Number>(
+    pub(super) fn assemble<'b, 'c, T: Arithmetic>(
         &self,
         node: &Supernode,
         block: &'b mut [T],
@@ -74,7 +75,7 @@ impl Front {
     /// Eliminates an assembled front: L and U take the place of `panel` and `upper`, `update` becomes
     /// -L U, with what `add` adds to its columns. `false` for a pivot that is zero or not finite.
     #[inline(never)]
-    pub(super) fn eliminate_all<T: Number>(
+    pub(super) fn eliminate_all<T: Arithmetic>(
         &self,
         panel: &mut [T],
         upper: &mut [T],
@@ -93,7 +94,7 @@ impl Front {
 
     /// Eliminates the columns from number `first` on that `panel` holds: L, U and the inverses of
     /// the pivots take its place. `false` for a pivot that is zero or not finite.
-    fn factor<T: Number>(&self, panel: &mut [T], first: usize) -> bool {
+    fn factor<T: Arithmetic>(&self, panel: &mut [T], first: usize) -> bool {
         let (m, width) = (self.m, panel.len() / self.m);
         if width <= NARROW {
             return self.factor_narrow(panel, first);
@@ -112,7 +113,7 @@ impl Front {
     }
 
     /// The same for a few columns: the square of their pivots, then the rows below.
-    fn factor_narrow<T: Number>(&self, panel: &mut [T], first: usize) -> bool {
+    fn factor_narrow<T: Arithmetic>(&self, panel: &mut [T], first: usize) -> bool {
         let (m, width) = (self.m, panel.len() / self.m);
         let mut room = [T::zero(); NARROW * NARROW];
         let pivots = &mut room[..width * width];
@@ -140,7 +141,7 @@ impl Front {
 
     /// Eliminates the columns `left`, the first of which is number `first`, from those of `chunk`,
     /// the first of which is number `column`.
-    fn eliminate<T: Number>(&self, left: &[T], first: usize, chunk: &mut [T], column: usize) {
+    fn eliminate<T: Arithmetic>(&self, left: &[T], first: usize, chunk: &mut [T], column: usize) {
         let m = self.m;
         let (half, width) = (left.len() / m, chunk.len() / m);
         let left = MatRef::from_column_major_slice(left, m, half);
@@ -171,7 +172,7 @@ impl Front {
 
     /// U right of the pivots from the rows of the matrix, or of the `panel` if it is symmetric; both are
     /// kept transposed in `upper`.
-    fn factor_upper<T: Number>(&self, upper: &mut [T], panel: &[T]) {
+    fn factor_upper<T: Arithmetic>(&self, upper: &mut [T], panel: &[T]) {
         let (m, k) = (self.m, self.k);
         let r = m - k;
         if self.kind == Kind::Symmetric {
@@ -188,7 +189,7 @@ impl Front {
 
     /// `update` ← -L U for the rows and columns beyond the pivots, column by column followed by
     /// `add`, which is told the first column of those it gets.
-    fn update<T: Number>(
+    fn update<T: Arithmetic>(
         &self,
         update: &mut [T],
         panel: &[T],
@@ -223,7 +224,7 @@ impl Front {
     }
 
     /// Cuts a block of `rows` rows into chunks of columns, each worked on with its first column.
-    fn chunks<T: Number>(
+    fn chunks<T: Arithmetic>(
         &self,
         block: &mut [T],
         rows: usize,
@@ -240,7 +241,7 @@ impl Front {
     }
 
     /// Cuts `block` into `size` rows at most, each worked on with the number of rows above it.
-    fn rows<'m, T: Number>(
+    fn rows<'m, T: Arithmetic>(
         &self,
         block: MatMut<'m, T>,
         size: usize,
@@ -249,7 +250,7 @@ impl Front {
         self.rows_from(0, block, size, work);
     }
 
-    fn rows_from<'m, T: Number>(
+    fn rows_from<'m, T: Arithmetic>(
         &self,
         above: usize,
         block: MatMut<'m, T>,
@@ -282,7 +283,7 @@ struct Square<'a, T> {
     is_symmetric: bool,
 }
 
-impl<T: Number> WithSimd for Square<'_, T> {
+impl<T: Arithmetic> WithSimd for Square<'_, T> {
     type Output = bool;
 
     #[inline(always)]
@@ -300,7 +301,7 @@ struct Below<'a, T> {
     pivots: &'a [T],
 }
 
-impl<T: Number> WithSimd for Below<'_, T> {
+impl<T: Arithmetic> WithSimd for Below<'_, T> {
     type Output = ();
 
     #[inline(always)]

@@ -4,7 +4,7 @@
 
 use super::analysis::Supernode;
 use super::small::{LANES, sum_lanes, take_columns};
-use crate::number::{Number, Row};
+use crate::arithmetic::{Arithmetic, Row};
 
 /// Columns.
 const N: usize = 2;
@@ -19,7 +19,7 @@ pub(super) struct Narrow<'a, T> {
     rows: &'a [u32],
 }
 
-impl<'a, T: Number> Narrow<'a, T> {
+impl<'a, T: Arithmetic> Narrow<'a, T> {
     /// The `node`, if it has two columns and rows are single real numbers; wider ones gain nothing.
     #[inline(always)]
     pub(super) fn of<R: Row<T>>(node: &'a Supernode, factors: &'a [T]) -> Option<Self> {

@@ -1,7 +1,7 @@
 //! Where solves work.
 
 use super::analysis::Analysis;
-use crate::number::{Number, Row};
+use crate::arithmetic::{Arithmetic, Row};
 
 /// Workspace for rows of one width.
 #[derive(Debug)]
@@ -22,7 +22,7 @@ impl<R> Default for Room<R> {
 }
 
 impl<R: Copy> Room<R> {
-    pub(super) fn fit<T: Number>(&mut self, analysis: &Analysis)
+    pub(super) fn fit<T: Arithmetic>(&mut self, analysis: &Analysis)
     where
         R: Row<T>,
     {
@@ -35,14 +35,14 @@ impl<R: Copy> Room<R> {
 
 /// Workspace for one right-hand side, and for several once there are any.
 #[derive(Debug)]
-pub(super) struct Rooms<T: Number> {
+pub(super) struct Rooms<T: Arithmetic> {
     pub(super) one: Room<T>,
     pub(super) two: Room<T::Columns<2>>,
     pub(super) four: Room<T::Columns<4>>,
     pub(super) eight: Room<T::Columns<8>>,
 }
 
-impl<T: Number> Rooms<T> {
+impl<T: Arithmetic> Rooms<T> {
     /// Room for one.
     pub(super) fn new(analysis: &Analysis) -> Self {
         let mut one = Room::default();

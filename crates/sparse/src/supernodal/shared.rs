@@ -6,8 +6,7 @@ use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
 use super::small::{solve_lower, solve_transposed, solve_upper, subtract_products, subtract_rows};
-use crate::Number;
-use crate::number::Row;
+use crate::arithmetic::{Arithmetic, Row};
 
 /// Fronts with this many entries of L, or more, are shared: fewer are read in the time that waking a thread takes.
 const LARGE: usize = 1 << 16;
@@ -34,7 +33,7 @@ pub(super) struct Shared<'a, T> {
     pub(super) arch: Arch,
 }
 
-impl<T: Number> Shared<'_, T> {
+impl<T: Arithmetic> Shared<'_, T> {
     /// y ← L⁻¹ y for the pivots, and `y` -= L y for the rows below them.
     #[inline(never)]
     pub(super) fn lower<R: Row<T>>(&self, y: &mut [R]) {
@@ -136,7 +135,7 @@ struct Run<'a, T, R> {
     x: &'a [R],
 }
 
-impl<T: Number, R: Row<T>> WithSimd for Run<'_, T, R> {
+impl<T: Arithmetic, R: Row<T>> WithSimd for Run<'_, T, R> {
     type Output = ();
 
     #[inline(always)]
@@ -162,7 +161,7 @@ impl<T: Number, R: Row<T>> WithSimd for Run<'_, T, R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::number::Reals;
+    use crate::arithmetic::Reals;
     use crate::resources::pool_of;
 
     const M: usize = 611;

@@ -3,7 +3,7 @@
 use std::array::from_fn;
 use std::ops::Range;
 
-use crate::number::{Number, Row};
+use crate::arithmetic::{Arithmetic, Row};
 
 /// Rows of a tile of [`minus_outer`]: one register of AVX-512.
 const TILE_ROWS: usize = 8;
@@ -53,7 +53,11 @@ pub(super) fn copy_few<R: Copy>(to: &mut [R], from: &[R]) {
 
 /// `y` -= Σ_p x_p a_p for N columns at a time.
 #[inline(always)]
-fn subtract_columns<T: Number, R: Row<T>, const N: usize>(y: &mut [R], a: [&[T]; N], x: [R; N]) {
+fn subtract_columns<T: Arithmetic, R: Row<T>, const N: usize>(
+    y: &mut [R],
+    a: [&[T]; N],
+    x: [R; N],
+) {
     let n = y.len();
     let a = a.map(|a| &a[..n]);
     for i in 0..n {
@@ -65,7 +69,7 @@ fn subtract_columns<T: Number, R: Row<T>, const N: usize>(y: &mut [R], a: [&[T];
 
 /// −a · b, summed in eight lanes so that it becomes vector instructions.
 #[inline(always)]
-pub(super) fn minus_dot<T: Number, R: Row<T>>(a: &[T], b: &[R]) -> R {
+pub(super) fn minus_dot<T: Arithmetic, R: Row<T>>(a: &[T], b: &[R]) -> R {
     let mut lanes = [R::none(); LANES];
     let (chunks_a, chunks_b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
     let mut tail = R::none();
@@ -83,7 +87,7 @@ pub(super) fn minus_dot<T: Number, R: Row<T>>(a: &[T], b: &[R]) -> R {
 
 /// The sum of the lanes.
 #[inline(always)]
-pub(super) fn sum_lanes<T: Number, R: Row<T>>(mut lanes: [R; LANES]) -> R {
+pub(super) fn sum_lanes<T: Arithmetic, R: Row<T>>(mut lanes: [R; LANES]) -> R {
     for half in [4, 2, 1] {
         for l in 0..half {
             lanes[l] = lanes[l].plus(lanes[l + half]);
@@ -95,7 +99,12 @@ pub(super) fn sum_lanes<T: Number, R: Row<T>>(mut lanes: [R; LANES]) -> R {
 /// y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the rest: `panel` holds k columns of L (unit
 /// diagonal), `m` rows each, of which `y` has those from number `first` on.
 #[inline(always)]
-pub(super) fn solve_lower<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize, first: usize) {
+pub(super) fn solve_lower<T: Arithmetic, R: Row<T>>(
+    y: &mut [R],
+    panel: &[T],
+    m: usize,
+    first: usize,
+) {
     let k = panel.len() / m;
     let mut p = 0;
     while p + 4 <= k {
@@ -113,7 +122,7 @@ pub(super) fn solve_lower<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usi
 
 /// The same for N columns from number `p` on: their own triangle, then all rows below in one sweep.
 #[inline(always)]
-fn solve_lower_columns<T: Number, R: Row<T>, const N: usize>(
+fn solve_lower_columns<T: Arithmetic, R: Row<T>, const N: usize>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -137,7 +146,7 @@ fn solve_lower_columns<T: Number, R: Row<T>, const N: usize>(
 /// `y` -= the products of `x` with the columns of a `panel` of `m` rows, of which `y` has those from number
 /// `first` on.
 #[inline(always)]
-pub(super) fn subtract_rows<T: Number, R: Row<T>>(
+pub(super) fn subtract_rows<T: Arithmetic, R: Row<T>>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -160,7 +169,7 @@ pub(super) fn subtract_rows<T: Number, R: Row<T>>(
 /// y ← U⁻¹ y: `panel` holds the columns of U, `m` rows each, with the inverses of the pivots on the
 /// diagonal, which count as ones where the diagonal `IS_UNIT`.
 #[inline(always)]
-pub(super) fn solve_upper<T: Number, R: Row<T>, const IS_UNIT: bool>(
+pub(super) fn solve_upper<T: Arithmetic, R: Row<T>, const IS_UNIT: bool>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -181,7 +190,7 @@ pub(super) fn solve_upper<T: Number, R: Row<T>, const IS_UNIT: bool>(
 
 /// The same for N columns from number `p` on.
 #[inline(always)]
-fn solve_upper_columns<T: Number, R: Row<T>, const IS_UNIT: bool, const N: usize>(
+fn solve_upper_columns<T: Arithmetic, R: Row<T>, const IS_UNIT: bool, const N: usize>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -205,7 +214,12 @@ fn solve_upper_columns<T: Number, R: Row<T>, const IS_UNIT: bool, const N: usize
 
 /// `y` -= the products of the columns of a `panel` of `m` rows, of which the last count, with `x`.
 #[inline(always)]
-pub(super) fn subtract_products<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize, x: &[R]) {
+pub(super) fn subtract_products<T: Arithmetic, R: Row<T>>(
+    y: &mut [R],
+    panel: &[T],
+    m: usize,
+    x: &[R],
+) {
     let first = m - x.len();
     let mut p = 0;
     while p + 4 <= y.len() && x.len() >= LONG {
@@ -222,7 +236,7 @@ pub(super) fn subtract_products<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], 
 
 /// y ← (Lᵀ)⁻¹ y: `panel` holds the columns of L (unit diagonal), `m` rows each, of which the first count.
 #[inline(always)]
-pub(super) fn solve_transposed<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize) {
+pub(super) fn solve_transposed<T: Arithmetic, R: Row<T>>(y: &mut [R], panel: &[T], m: usize) {
     let k = y.len();
     let mut p = k;
     while p >= 4 && k >= LONG {
@@ -244,7 +258,7 @@ pub(super) fn solve_transposed<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m
 
 /// The same for N columns from number `p` on: all rows below in one sweep, then their own triangle.
 #[inline(always)]
-fn solve_transposed_columns<T: Number, R: Row<T>, const N: usize>(
+fn solve_transposed_columns<T: Arithmetic, R: Row<T>, const N: usize>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -265,7 +279,7 @@ fn solve_transposed_columns<T: Number, R: Row<T>, const N: usize>(
 
 /// −a · b for each of N columns, each summed in eight lanes so that it becomes vector instructions.
 #[inline(always)]
-fn minus_dots<T: Number, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -> [R; N] {
+fn minus_dots<T: Arithmetic, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -> [R; N] {
     let mut lanes = [[R::none(); LANES]; N];
     let whole = b.len() / LANES * LANES;
     let mut start = 0;
@@ -293,7 +307,7 @@ fn minus_dots<T: Number, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -> [R
 /// diagonal) and U of the pivots take its place, with the inverses of the pivots on the diagonal.
 /// `false` for a pivot that is zero or not finite.
 #[inline(always)]
-pub(super) fn factor_panel<T: Number>(panel: &mut [T], m: usize, first: usize) -> bool {
+pub(super) fn factor_panel<T: Arithmetic>(panel: &mut [T], m: usize, first: usize) -> bool {
     for j in 0..panel.len() / m {
         let (left, column) = panel[..(j + 1) * m].split_at_mut(j * m);
         let column = &mut column[first..];
@@ -316,7 +330,7 @@ pub(super) fn factor_panel<T: Number>(panel: &mut [T], m: usize, first: usize) -
 /// Copies the triangle below the diagonal of the pivots of a symmetric `panel`, the first in row
 /// `first`, above it.
 #[inline(always)]
-pub(super) fn mirror<T: Number>(panel: &mut [T], m: usize, first: usize) {
+pub(super) fn mirror<T: Arithmetic>(panel: &mut [T], m: usize, first: usize) {
     for j in 1..panel.len() / m {
         for i in 0..j {
             panel[j * m + first + i] = panel[i * m + first + j];
@@ -327,7 +341,7 @@ pub(super) fn mirror<T: Number>(panel: &mut [T], m: usize, first: usize) {
 /// U right of the pivots of a symmetric front, transposed: the rows of L from row `start` on times D,
 /// `r` rows for each pivot. The first column of `panel` has its pivot in row `first`.
 #[inline(always)]
-pub(super) fn scale_rows<T: Number>(
+pub(super) fn scale_rows<T: Arithmetic>(
     upper: &mut [T],
     r: usize,
     panel: &[T],
@@ -346,7 +360,7 @@ pub(super) fn scale_rows<T: Number>(
 /// U right of the pivots from the rows of the matrix: both are kept transposed, `r` rows for each
 /// of the pivots, whose L the `panel` of `m` rows holds.
 #[inline(always)]
-pub(super) fn eliminate_rows<T: Number>(upper: &mut [T], r: usize, panel: &[T], m: usize) {
+pub(super) fn eliminate_rows<T: Arithmetic>(upper: &mut [T], r: usize, panel: &[T], m: usize) {
     for j in 1..upper.len() / r {
         let (done, row) = upper[..(j + 1) * r].split_at_mut(j * r);
         let row = &mut row[..r];
@@ -356,7 +370,7 @@ pub(super) fn eliminate_rows<T: Number>(upper: &mut [T], r: usize, panel: &[T], 
 
 /// `y` -= Σ_p x_p a_p for p < n, with `column` giving a_p and x_p.
 #[inline(always)]
-pub(super) fn subtract_first<'a, T: Number>(
+pub(super) fn subtract_first<'a, T: Arithmetic>(
     y: &mut [T],
     n: usize,
     column: impl Fn(usize) -> (&'a [T], T),
@@ -388,7 +402,7 @@ pub(super) struct Block {
 
 /// `s` ← -A Bᵀ for `n` columns of A and B.
 #[inline(always)]
-pub(super) fn minus_outer<T: Number>(s: &mut [T], block: Block, a: &[T], b: &[T], n: usize) {
+pub(super) fn minus_outer<T: Arithmetic>(s: &mut [T], block: Block, a: &[T], b: &[T], n: usize) {
     let Block { rows, columns, .. } = block;
     if rows < TILE_ROWS || columns < TILE_COLUMNS {
         s.fill(T::zero());
@@ -420,7 +434,7 @@ pub(super) fn minus_outer<T: Number>(s: &mut [T], block: Block, a: &[T], b: &[T]
 
 /// [`minus_outer`] for `ROWS` rows of [`TILE_COLUMNS`] columns, from this place on.
 #[inline(always)]
-fn outer_tile<T: Number, const ROWS: usize>(
+fn outer_tile<T: Arithmetic, const ROWS: usize>(
     s: &mut [T],
     block: Block,
     a: &[T],

@@ -10,23 +10,25 @@ use super::shared::{Shared, is_large};
 use super::small::{
     copy_few, minus_dot, solve_lower, solve_transposed, solve_upper, subtract_products,
 };
-use crate::number::Row;
-use crate::{Factorization, Kind, Number, SparseError};
+use crate::Kind;
+use crate::arithmetic::{Arithmetic, Row};
 
-impl<T: Number> Supernodal<T> {
-    /// Solves A x = b in place with the last factors.
-    pub fn solve(&mut self, rhs: &mut [T]) {
-        T::solve_by_blocks(self, rhs, 1, false);
+impl<T: Arithmetic> Supernodal<T> {
+    /// The last pivots by unknown.
+    pub(crate) fn pivots_by_unknown(&self) -> Vec<T> {
+        let mut pivots = vec![T::zero(); self.analysis.n()];
+        for node in &self.analysis.supernodes {
+            for (p, column) in node.shape.columns.clone().enumerate() {
+                let inverse = self.factors[node.start + p * node.size() + p];
+                pivots[self.analysis.order[column] as usize] = T::one() / inverse;
+            }
+        }
+        pivots
     }
 
-    /// Solves A X = B in place with the last factors; the numbers of a row stand side by side.
-    pub fn solve_columns(&mut self, rhs: &mut [T], n_columns: usize) {
-        T::solve_by_blocks(self, rhs, n_columns, false);
-    }
-
-    /// Solves Aᵀ x = b in place (transposed, not conjugated) with the last factors.
-    pub fn solve_transposed(&mut self, rhs: &mut [T]) {
-        T::solve_by_blocks(self, rhs, 1, true);
+    /// Entries of the factors.
+    pub(crate) fn n_factors(&self) -> usize {
+        self.factors.len()
     }
 
     /// The loops of all solves: up to eight columns at a time, to be run with the processor's vector instructions.
@@ -113,7 +115,7 @@ struct Solve<'a, T, R> {
     side: Side,
 }
 
-impl<'a, T: Number, R: Row<T>> Solve<'a, T, R> {
+impl<'a, T: Arithmetic, R: Row<T>> Solve<'a, T, R> {
     fn new(task: Task<'a, T>, room: &'a mut Room<R>, rhs: &'a mut [T], side: Side) -> Self {
         room.fit::<T>(task.analysis);
         Self {
@@ -126,7 +128,7 @@ impl<'a, T: Number, R: Row<T>> Solve<'a, T, R> {
     }
 }
 
-impl<T: Number, R: Row<T>> WithSimd for Solve<'_, T, R> {
+impl<T: Arithmetic, R: Row<T>> WithSimd for Solve<'_, T, R> {
     /// How many columns it was.
     type Output = usize;
 
@@ -166,7 +168,7 @@ impl<T: Number, R: Row<T>> WithSimd for Solve<'_, T, R> {
     }
 }
 
-impl<T: Number, R: Row<T>> Solve<'_, T, R> {
+impl<T: Arithmetic, R: Row<T>> Solve<'_, T, R> {
     /// x ← L⁻¹ x.
     #[inline(always)]
     fn forward(&mut self) {
@@ -295,41 +297,5 @@ impl<T: Number, R: Row<T>> Solve<'_, T, R> {
                 false => solve_transposed(pivots, panel, m),
             }
         }
-    }
-}
-
-impl<T: Number> Factorization<T> for Supernodal<T> {
-    fn renew(&mut self, values: &[T]) -> Result<(), SparseError> {
-        self.factor(values)
-    }
-
-    fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError> {
-        Self::solve(self, x);
-        Ok(())
-    }
-
-    fn solve_columns(&mut self, x: &mut [T], n_columns: usize) -> Result<(), SparseError> {
-        Self::solve_columns(self, x, n_columns);
-        Ok(())
-    }
-
-    fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError> {
-        Self::solve_transposed(self, x);
-        Ok(())
-    }
-
-    fn pivots(&self) -> Option<Vec<T>> {
-        let mut pivots = vec![T::zero(); self.analysis.n()];
-        for node in &self.analysis.supernodes {
-            for (p, column) in node.shape.columns.clone().enumerate() {
-                let inverse = self.factors[node.start + p * node.size() + p];
-                pivots[self.analysis.order[column] as usize] = T::one() / inverse;
-            }
-        }
-        Some(pivots)
-    }
-
-    fn n_entries(&self) -> Option<usize> {
-        Some(self.factors.len())
     }
 }
