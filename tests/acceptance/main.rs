@@ -19,3 +19,4 @@ mod stability;
 mod structure;
 mod sweeps;
 mod table2;
+mod trials;

@@ -2,33 +2,34 @@
 
 use std::collections::HashSet;
 
+use crate::deformed::{DeformedFacets, normal};
 use crate::element::TRIANGLE;
 use crate::error::FemError;
-use crate::facet::{cross, facet_points, outward};
-use crate::follower::{FollowerPressure, turned};
+use crate::facet::{facet_points, outward};
 use crate::solid::Solid;
 use crate::space::Space;
 
 /// The volume on the outer side of a deformed group of the boundary; in the plane the area.
 ///
 /// An opening is closed by a cone over its rim, from the mean c of the rim's vertices: flat where
-/// the rim is. By the divergence theorem, with the loads f_a of a unit [`FollowerPressure`] at the
-/// nodes x_a and the vector A of each opening,
+/// the rim is. By the divergence theorem, with the body's outward normal n and the vector A of each
+/// opening,
 ///
 /// ```text
-/// V = (Σ f_a·x_a + Σ c·A) / D,   A = 1/2 ∮ x × dx in space, (b − a) turned by −90° in the plane.
+/// V = (−∫ n·x ds + Σ c·A) / D,   A = 1/2 ∮ x × dx in space, (b − a) turned by −90° in the plane.
 /// ```
+///
+/// The group is one piece, whose members hang together by their vertices. Several pieces do not say what they
+/// enclose: a cavity each, or one between them, as two opposite walls do.
 ///
 /// # Units
 /// m³; in the plane m².
 #[derive(Debug, Clone)]
 pub struct EnclosedVolume {
-    pressure: FollowerPressure,
+    walls: DeformedFacets,
     /// The edges of each opening's rim, along its facets, by their nodes. In the plane: the line's
     /// ends, from its first.
     rims: Vec<Vec<Vec<usize>>>,
-    dimension: usize,
-    coordinates: Vec<f64>,
     /// Weight, shape functions and their slopes at the quadrature points of an edge.
     points: Vec<(f64, Vec<f64>, Vec<f64>)>,
 }
@@ -37,23 +38,28 @@ impl EnclosedVolume {
     /// The operator for a group of the boundary.
     ///
     /// # Errors
-    /// Those of [`FollowerPressure::new`]; [`FemError::Pieces`] for a group of several lines.
+    /// [`FemError::UnknownGroup`], [`FemError::WrongGroup`] if the group holds something else,
+    /// [`FemError::InnerFacet`] for a member with the body on both sides, [`FemError::Pieces`] for a
+    /// group that is not one piece.
     pub fn new(solid: &Solid, group: &str) -> Result<Self, FemError> {
         let space = solid.space();
         let facets = outward(space, group)?;
+        let pieces = |found| FemError::Pieces {
+            group: group.to_owned(),
+            found,
+        };
+        let found = connected(facets.clone()).len();
+        if found > 1 {
+            return Err(pieces(found));
+        }
         let rims = match space.dimension() {
-            2 => ends(&facets).map_err(|n| FemError::Pieces {
-                group: group.to_owned(),
-                found: n,
-            })?,
+            2 => ends(&facets).map_err(pieces)?,
             _ => rims(space, &facets),
         };
         let edges = facet_points(&TRIANGLE, space.degree()).into_iter();
         Ok(Self {
-            pressure: FollowerPressure::new(solid, group)?,
+            walls: DeformedFacets::new(space, &facets),
             rims,
-            dimension: space.dimension(),
-            coordinates: space.coordinates().to_vec(),
             points: edges
                 .map(|q| (q.weight, q.values, q.slopes[0].clone()))
                 .collect(),
@@ -66,43 +72,45 @@ impl EnclosedVolume {
     /// # Panics
     /// If `u` is too short.
     pub fn at(&self, u: &[f64]) -> f64 {
-        let mut load = vec![0.0; self.coordinates.len()];
-        self.pressure.add_force(1.0, u, &mut load);
-        let terms = load.iter().zip(&self.coordinates).zip(u);
-        let walls: f64 = terms.map(|((f, x), u)| f * (x + u)).sum();
-        let lids: f64 = self.rims.iter().map(|rim| self.lid(rim, u)).sum();
-        (walls + lids) / self.dimension as f64
+        match self.walls.dimension {
+            2 => self.at_in::<2>(u),
+            _ => self.at_in::<3>(u),
+        }
+    }
+
+    fn at_in<const D: usize>(&self, u: &[f64]) -> f64 {
+        let lids: f64 = self.rims.iter().map(|rim| self.lid::<D>(rim, u)).sum();
+        (lids - self.flux::<D>(u)) / D as f64
+    }
+
+    /// ∫ n·x ds.
+    fn flux<const D: usize>(&self, u: &[f64]) -> f64 {
+        let mut flux = 0.0;
+        for nodes in &self.walls.facets {
+            for point in &self.walls.points {
+                let [s, t] = self.walls.tangents::<D>(nodes, point, u);
+                let place = self.walls.sum::<D>(nodes, &point.values, u);
+                let terms = normal(s, t).into_iter().zip(place);
+                flux += point.weight * terms.map(|(n, x)| n * x).sum::<f64>();
+            }
+        }
+        flux
     }
 
     /// c·A.
-    fn lid(&self, rim: &[Vec<usize>], u: &[f64]) -> f64 {
-        let place = |node: usize| -> [f64; 3] {
-            std::array::from_fn(|m| match m < self.dimension {
-                true => {
-                    let i = self.dimension * node + m;
-                    self.coordinates[i] + u[i]
-                }
-                false => 0.0,
-            })
-        };
-        let (mut centre, mut vector) = ([0.0; 3], [0.0; 3]);
+    fn lid<const D: usize>(&self, rim: &[Vec<usize>], u: &[f64]) -> f64 {
+        let (mut centre, mut vector) = ([0.0; D], [0.0; D]);
         for edge in rim {
-            let places: Vec<[f64; 3]> = edge.iter().map(|&node| place(node)).collect();
-            for m in 0..3 {
-                centre[m] += 0.5 * (places[0][m] + places[1][m]) / rim.len() as f64;
+            let sum = |factors: &[f64]| self.walls.sum::<D>(edge, factors, u);
+            for (centre, middle) in centre.iter_mut().zip(sum(&[0.5; 2])) {
+                *centre += middle / rim.len() as f64;
             }
-            if self.dimension == 2 {
-                let [a, b] = [places[0], places[1]];
-                let [x, y] = turned([b[0] - a[0], b[1] - a[1]]);
-                vector = [x, y, 0.0];
+            if D == 2 {
+                vector = normal(sum(&[-1.0, 1.0]), [0.0; D]);
                 continue;
             }
             for (weight, values, slopes) in &self.points {
-                let sum = |factors: &[f64]| -> [f64; 3] {
-                    let terms = || factors.iter().zip(&places);
-                    std::array::from_fn(|m| terms().map(|(factor, x)| factor * x[m]).sum())
-                };
-                let product = cross(sum(values), sum(slopes));
+                let product = normal(sum(values), sum(slopes));
                 for (vector, product) in vector.iter_mut().zip(product) {
                     *vector += 0.5 * weight * product;
                 }
@@ -134,22 +142,32 @@ fn rims(space: &Space, faces: &[Vec<usize>]) -> Vec<Vec<Vec<usize>>> {
         .iter()
         .flat_map(|face| [0, 1, 2].map(|i| [face[i], face[(i + 1) % 3]]));
     let all: HashSet<[usize; 2]> = edges.clone().collect();
-    let mut left: Vec<[usize; 2]> = edges.filter(|&[a, b]| !all.contains(&[b, a])).collect();
-    let mut rims = Vec::new();
+    let alone = edges.filter(|&[a, b]| !all.contains(&[b, a]));
+    let mut rims = connected(alone.map(Vec::from).collect());
+    for edge in rims.iter_mut().flatten() {
+        *edge = space.facet_nodes(edge);
+    }
+    rims
+}
+
+/// Members by pieces that hang together by their vertices.
+fn connected(mut left: Vec<Vec<usize>>) -> Vec<Vec<Vec<usize>>> {
+    let mut pieces = Vec::new();
     while let Some(first) = left.pop() {
-        let (mut rim, mut reached) = (vec![first], HashSet::from(first));
+        let mut reached: HashSet<usize> = first.iter().copied().collect();
+        let mut piece = vec![first];
         loop {
             let (on, off): (Vec<_>, Vec<_>) = left
                 .into_iter()
-                .partition(|edge| edge.iter().any(|vertex| reached.contains(vertex)));
+                .partition(|member| member.iter().any(|vertex| reached.contains(vertex)));
             left = off;
             if on.is_empty() {
                 break;
             }
             reached.extend(on.iter().flatten());
-            rim.extend(on);
+            piece.extend(on);
         }
-        rims.push(rim.iter().map(|edge| space.facet_nodes(edge)).collect());
+        pieces.push(piece);
     }
-    rims
+    pieces
 }

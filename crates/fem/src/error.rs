@@ -160,14 +160,15 @@ pub enum FemError {
         /// Its vertices.
         vertices: Vec<usize>,
     },
-    /// Edges that are to enclose an area, but make several lines.
+    /// A part of the boundary that is to enclose a volume, but is in several pieces.
     #[error(
-        "the edges of group \"{group}\" make {found} lines, which do not say what they enclose"
+        "group \"{group}\" is in {found} separate pieces, which do not say what they enclose: each needs a group \
+         of its own"
     )]
     Pieces {
         /// The group.
         group: String,
-        /// The number of lines.
+        /// The number of pieces.
         found: usize,
     },
     /// A list that does not have one entry for each of something.

@@ -1,16 +1,17 @@
 //! Pressure on the deformed boundary: a load that turns and stretches with it.
 
+use crate::deformed::{DeformedFacets, normal};
 use crate::dofs::CONSTRAINED;
 use crate::error::FemError;
-use crate::facet::{FacetPoint, cross, facet_points, outward};
+use crate::facet::outward;
 use crate::solid::Solid;
 use crate::sparsity::place;
 
 /// −∫_group p (cof F N)·φ ds for a pressure p on the deformed group, positive towards the body.
 ///
-/// With the boundary as a curve x(s), counter-clockwise around the body, cof F N ds is its tangent
-/// x' ds turned by −90°; as a surface x(s, t) seen from outside it is x_s × x_t ds dt. So the load
-/// is a polynomial of the positions of degree one less than the dimension, integrated exactly.
+/// cof F N ds is the deformed boundary's normal times its length or area, x' ds turned by −90° or
+/// x_s × x_t ds dt. So the load is a polynomial of the positions of degree one less than the
+/// dimension, integrated exactly.
 ///
 /// # Shapes
 /// Loads and displacements: `n_components`.
@@ -19,13 +20,7 @@ use crate::sparsity::place;
 /// p in Pa, the load in N; in the plane in N/m.
 #[derive(Debug, Clone)]
 pub struct FollowerPressure {
-    dimension: usize,
-    /// Quadrature points of the reference facet, weights times its measure.
-    points: Vec<FacetPoint>,
-    /// The nodes of each facet.
-    facets: Vec<Vec<usize>>,
-    /// Positions at rest of all nodes.
-    coordinates: Vec<f64>,
+    boundary: DeformedFacets,
     /// Places in the displacement pattern of each facet, by row (node, component) and column.
     places: Vec<Vec<Option<u32>>>,
 }
@@ -39,14 +34,10 @@ impl FollowerPressure {
     pub fn new(solid: &Solid, group: &str) -> Result<Self, FemError> {
         let space = solid.space();
         let dimension = space.dimension();
-        let outward = outward(space, group)?;
-        let facets: Vec<_> = outward
-            .iter()
-            .map(|facet| space.facet_nodes(facet))
-            .collect();
+        let boundary = DeformedFacets::new(space, &outward(space, group)?);
         let free = solid.dofs().full_to_free();
         let pattern = solid.displacement_pattern();
-        let places = facets.iter().map(|nodes| {
+        let places = boundary.facets.iter().map(|nodes| {
             let components = || {
                 let of_node = |&node: &usize| dimension * node..dimension * (node + 1);
                 nodes.iter().flat_map(of_node)
@@ -62,17 +53,9 @@ impl FollowerPressure {
             };
             entries.map(place).collect()
         });
-        let mut points = facet_points(space.mesh().shape(), space.degree());
-        for point in &mut points {
-            // An edge's parameter runs over a length of 1, a face's over a triangle of area 1/2.
-            point.weight *= if dimension == 2 { 1.0 } else { 0.5 };
-        }
         Ok(Self {
-            dimension,
-            points,
             places: places.collect(),
-            facets,
-            coordinates: space.coordinates().to_vec(),
+            boundary,
         })
     }
 
@@ -81,16 +64,16 @@ impl FollowerPressure {
     /// # Panics
     /// If an array is too short.
     pub fn add_force(&self, pressure: f64, u: &[f64], total: &mut [f64]) {
-        match self.dimension {
+        match self.boundary.dimension {
             2 => self.add_force_in::<2>(pressure, u, total),
             _ => self.add_force_in::<3>(pressure, u, total),
         }
     }
 
     fn add_force_in<const D: usize>(&self, pressure: f64, u: &[f64], total: &mut [f64]) {
-        for nodes in &self.facets {
-            for point in &self.points {
-                let [s, t] = self.tangents::<D>(nodes, point, u);
+        for nodes in &self.boundary.facets {
+            for point in &self.boundary.points {
+                let [s, t] = self.boundary.tangents::<D>(nodes, point, u);
                 let normal = normal::<D>(s, t);
                 for (&node, value) in nodes.iter().zip(&point.values) {
                     let factor = -pressure * point.weight * value;
@@ -110,17 +93,17 @@ impl FollowerPressure {
     /// # Panics
     /// If an array is too short.
     pub fn add_stiffness(&self, pressure: f64, u: &[f64], values: &mut [f64]) {
-        match self.dimension {
+        match self.boundary.dimension {
             2 => self.add_stiffness_in::<2>(pressure, u, values),
             _ => self.add_stiffness_in::<3>(pressure, u, values),
         }
     }
 
     fn add_stiffness_in<const D: usize>(&self, pressure: f64, u: &[f64], values: &mut [f64]) {
-        for (nodes, places) in self.facets.iter().zip(&self.places) {
+        for (nodes, places) in self.boundary.facets.iter().zip(&self.places) {
             let n_columns = D * nodes.len();
-            for point in &self.points {
-                let [s, t] = self.tangents::<D>(nodes, point, u);
+            for point in &self.boundary.points {
+                let [s, t] = self.boundary.tangents::<D>(nodes, point, u);
                 for b in 0..nodes.len() {
                     for k in 0..D {
                         // The derivative of the normal by component k of node b.
@@ -148,37 +131,4 @@ impl FollowerPressure {
             }
         }
     }
-
-    /// The derivatives of the position by the facet's parameters; an edge has only the first.
-    fn tangents<const D: usize>(
-        &self,
-        nodes: &[usize],
-        point: &FacetPoint,
-        u: &[f64],
-    ) -> [[f64; D]; 2] {
-        let mut tangents = [[0.0; D]; 2];
-        for (tangent, slopes) in tangents.iter_mut().zip(&point.slopes) {
-            for (&node, slope) in nodes.iter().zip(slopes) {
-                for (i, entry) in tangent.iter_mut().enumerate() {
-                    *entry += slope * (self.coordinates[D * node + i] + u[D * node + i]);
-                }
-            }
-        }
-        tangents
-    }
-}
-
-/// The first tangent turned by −90° in the plane, the product of both in space.
-fn normal<const D: usize>(s: [f64; D], t: [f64; D]) -> [f64; D] {
-    let mut normal = [0.0; D];
-    match D {
-        2 => normal.copy_from_slice(&turned([s[0], s[1]])),
-        _ => normal.copy_from_slice(&cross([s[0], s[1], s[2]], [t[0], t[1], t[2]])),
-    }
-    normal
-}
-
-/// A vector of the plane turned by −90°.
-pub(crate) fn turned([x, y]: [f64; 2]) -> [f64; 2] {
-    [y, -x]
 }

@@ -14,6 +14,7 @@
 mod added;
 mod batch;
 mod constitutive;
+mod deformed;
 pub mod dofs;
 pub mod element;
 mod enclosed;

@@ -168,16 +168,9 @@ fn check_warns_in_the_same_words() {
     let good = Run::new(spindle(), Formulation::Position, 0.0, &[Field::Pressure], 2);
     let report = check::check(&muscle, good.formulation, &good.settings, None).unwrap();
     assert!(report.findings.is_empty(), "{:?}", report.findings);
-    // The run of ten seconds takes what was estimated, within a factor of three.
-    let steps = good.integrate().counts.steps as f64;
-    assert!(
-        (1.0 / 3.0..3.0).contains(&(report.cost.steps / steps)),
-        "{} {steps}",
-        report.cost.steps
-    );
 }
 
-/// Regression: `check` had no objections to a mesh in mm, nor to a run of 4e11 steps.
+/// Regression: `check` had no objections to a mesh in mm, nor to a run of 8e10 periods.
 #[test]
 fn check_names_units_that_do_not_go_together_and_endless_runs() {
     let mut run = Run::new(spindle(), Formulation::Position, 0.0, &[Field::Pressure], 2);
@@ -189,7 +182,7 @@ fn check_names_units_that_do_not_go_together_and_endless_runs() {
     };
     assert_eq!(found(&run), "");
     run.settings.t_end = 1e10;
-    assert!(found(&run).contains("steps"), "{}", found(&run));
+    assert!(found(&run).contains("8e10 periods"), "{}", found(&run));
     run.settings.t_end = 1.0;
     let in_mm: Vec<[f64; 2]> = run
         .mesh

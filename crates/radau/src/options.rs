@@ -5,7 +5,6 @@ use myovib_sparse::klu::KluOptions;
 
 use crate::control::Control;
 use crate::error::{RadauError, expect_length};
-use crate::method::Method;
 
 /// Where rounding is all that is seen of multipliers, steps may grow by this factor at least.
 const GROWTH_IN_NOISE: f64 = 2.0;
@@ -306,18 +305,6 @@ impl RadauOptions {
             0.0 => relative,
             own => relative.min(own),
         }
-    }
-
-    /// The angle ωh through which a vibration of angular frequency ω goes in a step, once the step size
-    /// control has settled; for absolute tolerances that are small beside the vibration.
-    ///
-    /// # Errors
-    /// [`RadauError::Stages`].
-    pub fn vibration_angle(&self) -> Result<f64, RadauError> {
-        let method = Method::radau_iia(self.stages)?;
-        let relative = self.tolerances.relative();
-        let tested = relative * self.internal_factor(relative);
-        Ok(self.safety * method.vibration_angle(tested))
     }
 
     /// The step size control for these options, with or without a hidden `constraint`.

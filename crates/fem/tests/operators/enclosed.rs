@@ -97,13 +97,45 @@ fn it_follows_homogeneous_deformations() {
     assert!((at(&solid, &u) + 2.0 * determinant).abs() < 1e-12);
 }
 
+/// A square with a square hole.
+fn frame() -> Mesh {
+    let square = generate::rectangle([0.0; 2], [3.0; 2], [3, 3]).unwrap();
+    let points = square.points::<2>().to_vec();
+    let in_hole = |places: &[usize]| {
+        let within = |i: usize| places.iter().all(|&k| (1.0..=2.0).contains(&points[k][i]));
+        within(0) && within(1)
+    };
+    let triangles = square.connectivity::<3>().iter();
+    let triangles: Vec<_> = triangles.filter(|t| !in_hole(&t[..])).copied().collect();
+    let sides = triangles
+        .iter()
+        .flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]);
+    let hole: Vec<_> = sides.filter(|side| in_hole(side)).collect();
+    let mut groups = square.groups().clone();
+    groups.retain(|_, group| matches!(group, Group::Edges(_)));
+    groups.insert("hole".to_owned(), Group::Edges(hole));
+    Mesh::new(points, triangles, groups).unwrap()
+}
+
+/// Opposite walls enclose what is between them, or nothing each; a hole and the outer side, the body.
 #[test]
-fn in_the_plane_it_needs_one_line() {
-    let mesh = generate::rectangle([0.0; 2], [2.0, 1.0], [3, 2]).unwrap();
-    let solid = solid(&mesh, &["left", "right"]);
-    let error = EnclosedVolume::new(&solid, "some").unwrap_err();
-    assert!(
-        matches!(error, FemError::Pieces { found: 2, .. }),
-        "{error}"
-    );
+fn a_group_is_one_piece() {
+    let plane = generate::rectangle([0.0; 2], [2.0, 1.0], [3, 2]).unwrap();
+    let space = generate::block([0.0; 3], [2.0, 1.0, 1.0], [2, 2, 1]).unwrap();
+    let frame = frame();
+    let hole = solid(&frame, &["hole"]);
+    // Rounding of some products of numbers up to 2.
+    assert!((at(&hole, &vec![0.0; hole.dofs().n_full()]) - 1.0).abs() < 1e-14);
+    let outer = ["left", "right", "bottom", "top"];
+    let cases: [(&Mesh, &[&str]); 4] = [
+        (&plane, &["left", "right"]),
+        (&space, &["left", "right"]),
+        (&frame, &["hole", "left"]),
+        (&frame, &[&outer[..], &["hole"]].concat()),
+    ];
+    for (mesh, groups) in cases {
+        let error = EnclosedVolume::new(&solid(mesh, groups), "some").unwrap_err();
+        let is_told = matches!(error, FemError::Pieces { found: 2, .. });
+        assert!(is_told, "{groups:?}: {error}");
+    }
 }

@@ -1,4 +1,4 @@
-//! What can be said of a run before it is tried: sizes, index, stability, modes, cost.
+//! What can be said of a run before it is tried: sizes, index, stability, modes, the cost of large matrices.
 
 use std::f64::consts::TAU;
 
@@ -6,8 +6,7 @@ use myovib_dae::Problem;
 use myovib_sparse::{Prediction, resources};
 
 use crate::advice::{Advice, Finding};
-use crate::analysis::cost::cost;
-pub use crate::analysis::cost::{Cost, KEPT, tried};
+use crate::analysis::cost;
 use crate::analysis::index::{IndexReport, LARGEST_SYSTEM};
 use crate::analysis::inf_sup;
 pub use crate::analysis::objections::{INCONSISTENT, static_warnings, warnings};
@@ -87,10 +86,12 @@ pub struct Report {
     pub too_large_for_modes: bool,
     /// The frequency of the load, Hz.
     pub drive: Option<f64>,
+    /// The lowest and the highest frequency of each load that sweeps, Hz.
+    pub sweeps: Vec<[f64; 2]>,
     /// What the factors will take; unknown where the full matrix, or an engine, is factorised.
     pub factors: Option<Factors>,
-    /// The expected cost.
-    pub cost: Cost,
+    /// CPU time of a step, s, predicted where the matrices are too large to try steps with.
+    pub step_time: Option<f64>,
     /// What is expected to fail, and what to change.
     pub findings: Vec<Finding>,
 }
@@ -132,14 +133,13 @@ pub fn check(
     });
     let blocks = dae.layout().blocks().iter();
     let unknowns = blocks.map(|(f, r)| (*f, r.len())).collect();
-    let lowest = slow_modes.first().copied();
-    let start = [&y[..], &y_dot];
-    let cost = cost(dae, &advice, settings, lowest, sizes.of_large(), start)?;
-    findings.extend(endless(cost.steps));
+    findings.extend(endless(drive, settings.t_end));
+    let large = sizes.all.filter(|all| all.flops > LARGE);
+    let step_time = large.map(|needs| cost::step(&mut dae, settings, needs, [&y, &y_dot]));
     Ok(Report {
         unknowns,
         factors,
-        cost,
+        step_time: step_time.transpose()?,
         held,
         advice,
         computed,
@@ -149,6 +149,7 @@ pub fn check(
         fastest_mode,
         too_large_for_modes,
         drive,
+        sweeps: muscle.sweeps(settings.t_end),
         findings,
     })
 }
@@ -233,11 +234,6 @@ impl Sizes {
             all: reduction.needs(n_complex),
             in_use: resources::in_use(),
         })
-    }
-
-    /// Of matrices that are too large to try steps with.
-    fn of_large(&self) -> Option<Prediction> {
-        self.all.filter(|all| all.flops > LARGE)
     }
 
     /// What is kept of them, if they are what the run factorises.

@@ -3,7 +3,7 @@
 //! Cast: [`index`] computes the index of a DAE, [`table1`] those of the paper's Table 1; [`inf_sup`]
 //! says how well pressures are held, [`spectrum`] has eigenfrequencies; [`counterexample`] is the
 //! paper's warning of section 2; [`check`] puts together what can be said of a run before it, `objections` what is
-//! likely wrong with it, `cost` what it costs, at the machine's `speed`.
+//! likely wrong with it, `cost` what a step costs, at the machine's `speed`.
 
 pub mod check;
 mod cost;

@@ -25,8 +25,9 @@ const FAR_ABOVE_MODES: f64 = 200.0;
 const FAR_BELOW_MODES: f64 = 1e-5;
 /// The frequency of a stretch is above the slowest mode's by this factor at most: slender bodies bend.
 const ABOVE_SLOWEST: f64 = 100.0;
-/// Expected steps beyond which a run is taken for an error of typing: weeks at 1 ms each.
-const MOST_STEPS: f64 = 1e9;
+/// Periods of the load beyond which a run is taken for an error of typing: days at 1 ms each, which is less than
+/// one takes.
+const MOST_PERIODS: f64 = 1e8;
 /// A residual beyond this fraction of its terms is not rounding.
 pub const INCONSISTENT: f64 = 1e-9;
 
@@ -201,10 +202,11 @@ fn readable(value: f64) -> String {
     }
 }
 
-pub(super) fn endless(steps: f64) -> Option<Finding> {
-    (steps > MOST_STEPS).then(|| Finding {
+pub(super) fn endless(drive: Option<f64>, t_end: f64) -> Option<Finding> {
+    let periods = drive? * t_end;
+    (periods > MOST_PERIODS).then(|| Finding {
         fields: Vec::new(),
-        problem: format!("the run would take about {:.0e} steps", steps),
+        problem: format!("the load goes through {periods:.0e} periods, of several steps each"),
         remedies: vec![Remedy::Scene(
             "look at the end time and the frequencies, which are in s and Hz",
         )],

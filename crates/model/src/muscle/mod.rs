@@ -231,6 +231,16 @@ impl Muscle {
         frequencies.reduce(f64::max)
     }
 
+    /// The lowest and the highest frequency of each sweep among them up to a time, Hz.
+    pub fn sweeps(&self, to: f64) -> Vec<[f64; 2]> {
+        let mut sweeps: Vec<_> = self
+            .signals()
+            .filter_map(|signal| signal.sweep(to))
+            .collect();
+        sweeps.dedup();
+        sweeps
+    }
+
     /// What drives it: loads, and prescribed motions with their velocity and acceleration.
     pub fn schedule(&self) -> Schedule {
         let mut schedule = Schedule::default();

@@ -98,6 +98,10 @@ impl TimeFunction for Composed {
         self.1.iter().filter_map(Signal::frequency).reduce(f64::max)
     }
 
+    fn sweep(&self, to: f64) -> Option<[f64; 2]> {
+        self.1.iter().find_map(|part| part.sweep(to))
+    }
+
     fn range(&self) -> (f64, f64) {
         let ranges = self.1.iter().map(Signal::range);
         ranges.fold(ALWAYS, |(start, end), (s, e)| (start.max(s), end.min(e)))

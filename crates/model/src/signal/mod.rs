@@ -73,6 +73,11 @@ pub trait TimeFunction: Debug + Send + Sync {
         None
     }
 
+    /// The lowest and the highest frequency that it sweeps through from t = 0 to a time, Hz, if it is a sweep.
+    fn sweep(&self, _to: f64) -> Option<[f64; 2]> {
+        None
+    }
+
     /// The first and the last time at which it is known.
     fn range(&self) -> (f64, f64) {
         ALWAYS
@@ -130,6 +135,11 @@ impl Signal {
     /// The highest frequency of its sines, Hz, if it has any.
     pub fn frequency(&self) -> Option<f64> {
         self.0.frequency()
+    }
+
+    /// The lowest and the highest frequency that it sweeps through from t = 0 to a time, Hz, if it is a sweep.
+    pub fn sweep(&self, to: f64) -> Option<[f64; 2]> {
+        self.0.sweep(to)
     }
 
     /// Value, first and second derivative at time `t` (s).
@@ -283,6 +293,19 @@ mod tests {
         }
         assert_eq!(chirp.frequency(), Some(10.0));
         assert_eq!(chirp.time_scale(0.0, 1.0), Some(1.0 / 6.0));
+        let enveloped = Signal::product(vec![Signal::paper(2.0), chirp]);
+        assert_eq!(enveloped.sweep(1.0), Some([4.0, 6.0]));
+        assert_eq!(enveloped.sweep(9.0), Some([4.0, 10.0]));
+        assert_eq!(Signal::paper(2.0).sweep(9.0), None);
+        // A sine of a negative frequency vibrates as fast: this one comes to rest and goes on.
+        let through_zero = Signal::from(formula::Chirp {
+            amplitude: 2.0,
+            frequency: 4.0,
+            end_frequency: -10.0,
+            duration: 3.0,
+            phase: 0.0,
+        });
+        assert_eq!(through_zero.sweep(9.0), Some([0.0, 10.0]));
     }
 
     #[test]

@@ -370,16 +370,15 @@ fn the_whole_matrix_is_refused() {
     );
 }
 
-/// Regression: `check` started the run that it times from a state without internal stresses.
+/// Regression: `check` looked at a state without internal stresses.
 #[test]
-fn a_check_before_the_run_times_its_steps() {
+fn a_check_before_the_run_counts_internal_stresses() {
     for dimension in [2, 3] {
         for integrator in [IntegratorKind::Radau9, IntegratorKind::Ida] {
             let muscle = relaxing(dimension, 1e5, 0.0);
             let formulation = Formulation::Position;
             let settings = settings(formulation, 1e-3).with_integrator(integrator);
             let report = check::check(&muscle, formulation, &settings, None).unwrap();
-            assert!(report.cost.seconds_per_step > 0.0);
             let (block, size) = report.unknowns[report.unknowns.len() - 1];
             assert_eq!(block, Field::InternalStress);
             assert_eq!(size, muscle.solid.n_internal());

@@ -17,6 +17,9 @@ pub(crate) struct EnergyBalance {
     initial: f64,
     last: Option<Energies>,
     exchanged: Exchanged,
+    /// Room for y and ẏ.
+    #[serde(skip)]
+    state: [Vec<f64>; 2],
 }
 
 impl EnergyBalance {
@@ -33,10 +36,10 @@ impl EnergyBalance {
     ) -> Result<(), ModelError> {
         let start = match self.last {
             // Behind a jump powers are others.
-            Some(_) if self.t < from => energies_at(integrator, from)?,
+            Some(_) if self.t < from => self.energies_at(integrator, from)?,
             Some(energies) => energies,
             None => {
-                let start = energies_at(integrator, self.t.max(from))?;
+                let start = self.energies_at(integrator, self.t.max(from))?;
                 self.initial = start.kinetic + start.elastic;
                 start
             }
@@ -47,14 +50,29 @@ impl EnergyBalance {
         if h > 0.0 {
             let [mut a, mut b, mut c] = [start; 3];
             for (inner, place) in [&mut a, &mut b, &mut c].into_iter().zip(Exchanged::PLACES) {
-                *inner = energies_at(integrator, (self.t + place * h).max(from))?;
+                *inner = self.energies_at(integrator, (self.t + place * h).max(from))?;
             }
-            let end = energies_at(integrator, t)?;
+            let end = self.energies_at(integrator, t)?;
             let at = [&start, &a, &b, &c, &end];
             self.exchanged.add(h, Exchanged::WEIGHTS, at);
             (self.t, self.last) = (t, Some(end));
         }
         Ok(())
+    }
+
+    fn energies_at<P: System>(
+        &mut self,
+        integrator: &mut dyn Integrator<P>,
+        t: f64,
+    ) -> Result<Energies, ModelError> {
+        let n = integrator.problem().n_unknowns();
+        let [y, y_dot] = &mut self.state;
+        y.resize(n, 0.0);
+        y_dot.resize(n, 0.0);
+        integrator.dense_output(t, 0, y)?;
+        integrator.dense_output(t, 1, y_dot)?;
+        let (dae, range) = muscle_of(integrator.problem_mut(), y)?;
+        dae.energies(t, &y[range.clone()], &y_dot[range])
     }
 
     /// The values at the time reached.
@@ -64,16 +82,4 @@ impl EnergyBalance {
         let imbalance = self.exchanged.imbalance(&now) - self.initial;
         [now.kinetic, now.elastic, work, dissipated, imbalance]
     }
-}
-
-fn energies_at<P: System>(
-    integrator: &mut dyn Integrator<P>,
-    t: f64,
-) -> Result<Energies, ModelError> {
-    let n = integrator.problem().n_unknowns();
-    let (mut y, mut y_dot) = (vec![0.0; n], vec![0.0; n]);
-    integrator.dense_output(t, 0, &mut y)?;
-    integrator.dense_output(t, 1, &mut y_dot)?;
-    let (dae, range) = muscle_of(integrator.problem_mut(), &y)?;
-    dae.energies(t, &y[range.clone()], &y_dot[range])
 }

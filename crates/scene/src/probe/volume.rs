@@ -9,7 +9,7 @@ use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
 use crate::run::system::{System, muscle_of};
 
 /// The volume that a group of the boundary encloses, never negative: m³, in the plane m². Openings are
-/// closed by a cone from the middle of their rim, which is flat where the rim is.
+/// closed by a cone from the middle of their rim, which is flat where the rim is. The group is one piece.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Volume {

@@ -14,9 +14,10 @@ use super::indicator::Indicator;
 use super::oscillations::Oscillations;
 use super::outputs::Outputs;
 use super::recorder::Recorder;
+use super::start::{Driver, start};
 use super::stop::Condition;
 use super::system::System;
-use super::{Existing, RunOptions, RunResult, start};
+use super::{Existing, RunOptions, RunResult};
 use crate::probe::Reading;
 use crate::scene::Scene;
 use crate::statistics::DRIFT_SAMPLES;
@@ -63,36 +64,28 @@ pub(super) fn compute(
         conditions,
         started,
     };
-    let wrong = Error::before_any_output;
-    match (&scene.body, &scene.rod) {
-        (Some(body), _) if scene.chains.is_empty() => {
-            run.drive(start::muscle(body, from, options.progress).map_err(wrong)?)
-        }
-        (Some(body), _) if !scene.feedbacks.is_empty() => run.drive(
-            start::muscle_with_feedback(scene, body, from, options.progress).map_err(wrong)?,
-        ),
-        (Some(body), _) => {
-            run.drive(start::muscle_and_chains(scene, body, from, options.progress).map_err(wrong)?)
-        }
-        (None, Some(rod)) => run.drive(start::rod(scene, rod, from).map_err(wrong)?),
-        (None, None) => run.drive(start::chains(scene, from).map_err(wrong)?),
-    }
+    start(scene, from, options.progress, run)
 }
 
 /// Refuses what [`compute`] refuses before it writes anything, but for the start of a body by itself.
 pub(super) fn rehearse(scene: &Scene) -> Result<(), Error> {
     scene.readings()?;
     conditions(scene)?;
-    let started = match (&scene.body, &scene.rod) {
-        (Some(_), _) if scene.chains.is_empty() => Ok(()),
-        (Some(body), _) if !scene.feedbacks.is_empty() => {
-            start::muscle_with_feedback(scene, body, None, &()).map(drop)
-        }
-        (Some(body), _) => start::muscle_and_chains(scene, body, None, &()).map(drop),
-        (None, Some(rod)) => start::rod(scene, rod, None).map(drop),
-        (None, None) => start::chains(scene, None).map(drop),
-    };
-    started.map_err(Error::before_any_output)
+    match &scene.body {
+        Some(_) if scene.chains.is_empty() => Ok(()),
+        _ => start(scene, None, &(), Rehearsal),
+    }
+}
+
+/// Starts and goes no further.
+struct Rehearsal;
+
+impl Driver for Rehearsal {
+    type Result = ();
+
+    fn drive<P: System>(self, _: Box<dyn Integrator<P>>) -> Result<(), Error> {
+        Ok(())
+    }
 }
 
 /// A run and what it is to write.
@@ -108,7 +101,9 @@ struct Motion<'a> {
     started: Instant,
 }
 
-impl Motion<'_> {
+impl Driver for Motion<'_> {
+    type Result = RunResult;
+
     fn drive<P: System>(self, mut integrator: Box<dyn Integrator<P>>) -> Result<RunResult, Error> {
         let Self {
             scene,

@@ -19,15 +19,15 @@ pub(crate) mod start;
 mod statics;
 mod stop;
 pub(crate) mod system;
+mod trial;
 mod verify;
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use myovib_model::Outcome;
-pub use start::{
-    ChainCost, cost_of_chains, initial, muscle_alone, replayed, rod_with_chains, with_chains,
-};
+pub use start::{initial, muscle_alone, replayed, rod_with_chains, with_chains};
+pub use trial::{Trial, TrialEnd, try_out};
 
 use crate::modes::Modes;
 use crate::scene_file::Analysis;

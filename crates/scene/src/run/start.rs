@@ -1,7 +1,6 @@
 //! Integrators for the systems a scene can be, from rest or from a checkpoint.
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use myovib_dae::Problem;
 use myovib_model::advice::{Advice, Advised, WithMuscle};
@@ -11,11 +10,11 @@ use myovib_model::coupling::{
 };
 use myovib_model::{
     Displacement, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, Start as Consistent,
-    check, start_from,
+    start_from,
 };
 
 use super::checkpoint::Checkpoint;
-use super::system::Body as CoupledBody;
+use super::system::{Body as CoupledBody, System};
 use crate::scene::{Body, DrivenChain, DrivenPlace, Scene, Start};
 use crate::scene_file::chain::Place;
 use crate::scene_file::integrator::MaxOrder;
@@ -26,11 +25,40 @@ use crate::{Error, InputError};
 /// displacement: rounding, of a signal at another time.
 const SUPPORTS_AGREE: f64 = 1e-9;
 
-/// The amplitude of the limit cycle of van der Pol's oscillator for small μ.
-const LIMIT_CYCLE: f64 = 2.0;
-/// Steps of chains by themselves that are tried at most, and for how long.
-const MOST_TRIED: usize = 100_000;
-const PATIENCE: Duration = Duration::from_millis(500);
+/// What is done with the integrator of a scene, whatever its system is.
+pub(super) trait Driver {
+    /// What comes of it.
+    type Result;
+
+    /// Does it.
+    fn drive<P: System>(self, integrator: Box<dyn Integrator<P>>) -> Result<Self::Result, Error>;
+}
+
+/// Starts the system of a scene, at its start or from a checkpoint, and has it driven.
+///
+/// # Errors
+/// What cannot start, before any output; those of the driver.
+pub(super) fn start<D: Driver>(
+    scene: &Scene,
+    checkpoint: Option<&Checkpoint>,
+    progress: &dyn Tell,
+    driver: D,
+) -> Result<D::Result, Error> {
+    let wrong = Error::before_any_output;
+    match (&scene.body, &scene.rod) {
+        (Some(body), _) if scene.chains.is_empty() => {
+            driver.drive(muscle(body, checkpoint, progress).map_err(wrong)?)
+        }
+        (Some(body), _) if !scene.feedbacks.is_empty() => {
+            driver.drive(muscle_with_feedback(scene, body, checkpoint, progress).map_err(wrong)?)
+        }
+        (Some(body), _) => {
+            driver.drive(muscle_and_chains(scene, body, checkpoint, progress).map_err(wrong)?)
+        }
+        (None, Some(body)) => driver.drive(rod(scene, body, checkpoint).map_err(wrong)?),
+        (None, None) => driver.drive(chains(scene, checkpoint).map_err(wrong)?),
+    }
+}
 
 /// The muscle of a scene by itself, from its start.
 ///
@@ -65,39 +93,8 @@ pub fn replayed(
     chains_on(scene, None, || Source::Recorded(Arc::clone(motion)))
 }
 
-/// What the chains of a scene cost by themselves once they oscillate; none without chains.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ChainCost {
-    /// Steps to the end of the scene.
-    pub steps: f64,
-    /// CPU time of one, s.
-    pub seconds_per_step: f64,
-}
-
-/// The cost of the chains of a scene, measured without what drives them: on their limit cycle, or from
-/// where they start, if they are not at rest there.
-///
-/// # Errors
-/// Those of the integrator.
-pub fn cost_of_chains(scene: &Scene) -> Result<Option<ChainCost>, Error> {
-    if scene.chains.is_empty() {
-        return Ok(None);
-    }
-    let mut awake = scene.clone();
-    for chain in awake.chains.iter_mut().filter(|c| c.initial == 0.0) {
-        chain.initial = LIMIT_CYCLE;
-    }
-    let mut integrator = chains_on(&awake, None, || Source::Rest)?;
-    let (seconds, steps) = check::tried(&mut *integrator, MOST_TRIED, PATIENCE)?;
-    let steps = steps as f64;
-    Ok(Some(ChainCost {
-        steps: steps * scene.t_end / integrator.time(),
-        seconds_per_step: seconds / steps,
-    }))
-}
-
 /// A muscle by itself.
-pub(super) fn muscle(
+fn muscle(
     body: &Body,
     checkpoint: Option<&Checkpoint>,
     progress: &dyn Tell,
@@ -129,7 +126,7 @@ pub fn with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<Muscle
 }
 
 /// A muscle with chains.
-pub(super) fn muscle_and_chains(
+fn muscle_and_chains(
     scene: &Scene,
     body: &Body,
     checkpoint: Option<&Checkpoint>,
@@ -141,7 +138,7 @@ pub(super) fn muscle_and_chains(
 }
 
 /// A muscle with chains that act back on its stiffness.
-pub(super) fn muscle_with_feedback(
+fn muscle_with_feedback(
     scene: &Scene,
     body: &Body,
     checkpoint: Option<&Checkpoint>,
@@ -206,7 +203,7 @@ fn advised<P: WithMuscle + 'static>(
 }
 
 /// A rod, with chains or without.
-pub(super) fn rod(
+fn rod(
     scene: &Scene,
     rod: &RodDae,
     checkpoint: Option<&Checkpoint>,
@@ -222,7 +219,7 @@ pub(super) fn rod(
 }
 
 /// Chains by themselves.
-pub(super) fn chains(
+fn chains(
     scene: &Scene,
     checkpoint: Option<&Checkpoint>,
 ) -> Result<Box<dyn Integrator<CoupledDae<NoBody>>>, Error> {

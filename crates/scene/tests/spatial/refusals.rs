@@ -82,6 +82,24 @@ fn an_incompressible_body_that_is_held_everywhere_is_refused() {
     assert!(found.contains(expected), "{found}");
 }
 
+/// Both ends of a spindle do not say what they enclose.
+#[test]
+fn a_volume_in_separate_pieces_is_refused() {
+    let block = "type = \"box\"\nsize = [2.0, 1.0, 1.0]\ncells = [2, 1, 1]";
+    let text = BLOCK
+        .replace(block, "type = \"muscle3d\"\ncells = [10, 2, 2]")
+        .replace("\"left\"", "\"fixed\"")
+        .replace("\"right\"", "\"load\"")
+        .replace("[2.0, 0.5, 0.5]", "[0.0, 0.0, 0.0]");
+    let accepted = refusal_of(&text, Path::new(""));
+    assert_eq!(accepted, "accepted");
+    let text = text.replace("\"reaction\"", "\"volume\"");
+    let found = refusal_of(&text, Path::new(""));
+    let expected = "group \"fixed\" is in 2 separate pieces";
+    assert!(found.starts_with(expected), "{found}");
+    assert!(found.contains("where: scene.toml, line 25"), "{found}");
+}
+
 #[test]
 fn a_table_is_refused_with_the_number_of_its_row() {
     let folder = tempfile::tempdir().unwrap();

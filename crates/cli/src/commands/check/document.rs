@@ -5,7 +5,7 @@ use myovib_model::check::{Computed, Factors, Report};
 use myovib_scene::{Body, Scene, json};
 use serde::Serialize;
 
-use super::cost::Expected;
+use super::cost::{Cost, CostJson};
 use crate::commands::table1::{ReportJson, report_json};
 
 #[derive(Serialize)]
@@ -55,15 +55,12 @@ pub(super) struct BodyJson {
     slow_modes: Vec<f64>,
     fastest_mode: f64,
     drive: Option<f64>,
+    /// The lowest and the highest frequency of each load that sweeps, Hz.
+    sweeps: Vec<[f64; 2]>,
     advised_max_order: u8,
     /// Null where the full matrix is factorised.
     factors: Option<FactorsJson>,
-    /// Of a motion that follows its load or its lowest mode: less, where it is small beside `atol`.
-    expected_steps: f64,
-    /// Null where it cannot be told.
-    expected_steps_most: Option<f64>,
-    expected_seconds: f64,
-    step_time: &'static str,
+    cost: CostJson,
     warnings: Vec<WarningJson>,
 }
 
@@ -131,12 +128,7 @@ impl From<&Finding> for WarningJson {
 }
 
 /// What was found of a body, and of its chains.
-pub(super) fn document(
-    scene: &Scene,
-    body: &Body,
-    report: &Report,
-    expected: &Expected,
-) -> BodyJson {
+pub(super) fn document(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> BodyJson {
     let parameters = &body.muscle.parameters;
     let leave_out = report.advice.to_leave_out();
     let blocks = report.unknowns.iter().map(|(field, unknowns)| BlockJson {
@@ -179,15 +171,10 @@ pub(super) fn document(
         slow_modes: report.slow_modes.clone(),
         fastest_mode: report.fastest_mode,
         drive: report.drive,
+        sweeps: report.sweeps.clone(),
         advised_max_order: report.advice.max_order(),
         factors: report.factors.map(FactorsJson::from),
-        expected_steps: expected.steps,
-        expected_steps_most: expected.most,
-        expected_seconds: expected.seconds(),
-        step_time: match report.cost.is_measured {
-            true => "measured",
-            false => "predicted",
-        },
+        cost: cost.json(),
         warnings: report.findings.iter().map(WarningJson::from).collect(),
     }
 }

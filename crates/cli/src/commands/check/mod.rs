@@ -14,12 +14,12 @@ use myovib_model::check::{self, Computed, Factors, Held, Report};
 use myovib_model::{Field, IntegratorKind, MuscleDae};
 use serde::Serialize;
 
-use self::cost::Expected;
+use self::cost::Cost;
 use self::document::{Document, document};
 use crate::args::CommonArgs;
 use crate::exit::Exit;
 use myovib_report::table::{Align, Table, Tone, coloured_stdout, counted, exponent, kappa, paint};
-use myovib_scene::run::{initial, rehearse};
+use myovib_scene::run::{initial, rehearse, try_out};
 use myovib_scene::scene_file::active::Tension;
 use myovib_scene::scene_file::material::PronyTerm;
 use myovib_scene::scene_file::solid::{Bed, Direction};
@@ -34,8 +34,8 @@ use myovib_scene::{Body, Scene, plain};
     myovib check table2-4\n  \
     myovib check scene.toml --set solid.kappa=inf --json\n\n\
     What is printed: each block of unknowns with its index, and whether the integrator tests its error; the \
-    index of the system; how well pressures are held (inf–sup); the start; eigenfrequencies; steps and time \
-    to expect, and what that rests on; then warnings with what to change. The letters \
+    index of the system; how well pressures are held (inf–sup); the start; eigenfrequencies; the first steps \
+    of the run, tried for a second; then warnings with what to change. The letters \
     are those of the table: to leave lambda out of the error test is `--set 'integrator.suppress=[\"pressure\"]'`.\n\n\
     Nothing is written. Warnings do not change the exit code.")]
 pub struct CheckArgs {
@@ -87,9 +87,12 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
                 initial(body, &mut dae, &())?
             };
             let report = check::check(&body.muscle, body.formulation, &body.settings, Some(start))?;
-            let expected = Expected::new(scene, &report)?;
-            let text = text(scene, body, &report, &expected);
-            (text, Some(document(scene, body, &report, &expected)))
+            let cost = match report.step_time {
+                Some(seconds) => Cost::Predicted(seconds),
+                None => Cost::Tried(try_out(scene)?),
+            };
+            let text = text(scene, body, &report, &cost);
+            (text, Some(document(scene, body, &report, &cost)))
         }
         (Analysis::Dynamic, None) => (
             "The scene is right. Rods and chains are ordinary differential equations: index 0, \
@@ -113,7 +116,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
     Ok((text, document))
 }
 
-fn text(scene: &Scene, body: &Body, report: &Report, expected: &Expected) -> String {
+fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
     let parameters = &body.muscle.parameters;
     let mut table = Table::new(&[
         ("unknowns", Align::Left),
@@ -161,7 +164,7 @@ fn text(scene: &Scene, body: &Body, report: &Report, expected: &Expected) -> Str
     for line in added(&scene.file)
         .into_iter()
         .chain(lines(body, report))
-        .chain(expected.lines(body, report))
+        .chain([cost.line(scene)])
         .chain(writes::lines(scene))
     {
         text.push_str(&line);
@@ -293,6 +296,8 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
             report.fastest_mode
         ),
     });
+    let sweeps = report.sweeps.iter();
+    lines.extend(sweeps.filter_map(|&range| passed(range, &report.slow_modes)));
     if body.settings.integrator == IntegratorKind::Ida {
         lines.push(format!(
             "BDF order       {} at most: beyond it modes faster than the steps resolve would grow",
@@ -301,6 +306,22 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     }
     lines.extend(report.factors.map(memory));
     lines
+}
+
+/// The modes that a sweep passes; nothing where they are not known.
+fn passed([low, high]: [f64; 2], slow_modes: &[f64]) -> Option<String> {
+    let above = *slow_modes.last()?;
+    let within = slow_modes
+        .iter()
+        .filter(|mode| (low..=high).contains(*mode));
+    let within: Vec<String> = within.map(|f| format!("{f:.2}")).collect();
+    let passes = match (within.join(", "), high > above) {
+        (within, false) if within.is_empty() => "passes no mode".to_owned(),
+        (within, true) if within.is_empty() => format!("may pass modes above {above:.2} Hz"),
+        (within, false) => format!("passes the modes at {within} Hz"),
+        (within, true) => format!("passes the modes at {within} Hz, and perhaps higher ones"),
+    };
+    Some(format!("sweep           from {low} to {high} Hz {passes}"))
 }
 
 /// How well the pressures are held.

@@ -69,6 +69,16 @@ impl TimeFunction for Chirp {
         (highest != 0.0).then_some(highest)
     }
 
+    fn sweep(&self, to: f64) -> Option<[f64; 2]> {
+        let [a, b] = [0.0, to].map(|t| self.frequency_at(t));
+        let lowest = if a * b < 0.0 {
+            0.0
+        } else {
+            a.abs().min(b.abs())
+        };
+        Some([lowest, a.abs().max(b.abs())])
+    }
+
     fn next_break(&self, after: f64) -> Option<Break> {
         first([self.duration; 2], after, self.lowest_jump())
     }

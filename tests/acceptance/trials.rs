@@ -1,0 +1,123 @@
+//! `check` tries the first steps of a run: what it tells of them is compared with the run.
+
+#![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
+
+use serde_json::Value;
+
+use crate::harness::{document, myovib, myovib_in};
+
+/// What `check` tells of the cost, and the run.
+fn told_and_run(scene: &str, sets: &[&str]) -> (Value, Value) {
+    let folder = tempfile::tempdir().unwrap();
+    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+    let of = |command: &str| {
+        let words = [&[command, scene, "--quiet", "--json"][..], &sets].concat();
+        let said = myovib_in(folder.path(), &words);
+        document(&said.stdout, command)
+    };
+    (of("check")["body"]["cost"].clone(), of("run"))
+}
+
+fn steps(of: &Value) -> u64 {
+    of["steps"].as_u64().unwrap_or_else(|| panic!("{of}"))
+}
+
+/// A short run is tried to its end: a body by each method, with chains, with chains that act back.
+#[test]
+fn all_steps_of_a_short_run_are_told() {
+    let chain = "chain=[{ name = \"here\", at = [0.0, 0.0], oscillators = 2 }]";
+    let cases: [(&str, &[&str]); 5] = [
+        ("init", &["time.end=0.5"]),
+        ("init", &["time.end=0.5", chain]),
+        ("cook-dynamic", &["time.end=5.0"]),
+        ("two-way", &["time.end=0.1"]),
+        // Ended by the scene's own limit.
+        ("cook-dynamic", &["integrator.max_steps=20"]),
+    ];
+    for (scene, sets) in cases {
+        let (told, run) = told_and_run(scene, sets);
+        assert_eq!(told["end"], "finished", "{scene} {sets:?}: {told}");
+        assert_eq!(steps(&told), steps(&run), "{scene} {sets:?}");
+        assert_eq!(told["t"], run["t_reached"], "{scene} {sets:?}");
+    }
+}
+
+/// Of a longer one it tells a bound from below: of a vibration that is small, and of one that is not yet awake.
+#[test]
+fn a_run_takes_at_least_the_steps_that_are_told() {
+    for (scene, sets) in [
+        ("hardening", ["time.end=1.5"]),
+        ("two-way", ["time.end=4.0"]),
+    ] {
+        let (told, run) = told_and_run(scene, &sets);
+        let all = told["end"] == "finished";
+        assert!(all || told["end"] == "patience", "{scene}: {told}");
+        assert_eq!(steps(&told) == steps(&run), all, "{scene}: {told}");
+        assert!(steps(&told) <= steps(&run), "{scene}: {told}");
+        assert!(steps(&told) > 10, "{scene}: {told}");
+    }
+}
+
+/// Conditions to stop are not looked at, and it is said.
+#[test]
+fn a_condition_to_stop_is_no_bound() {
+    let stop = "stop=[{ type = \"displacement\", at = [0.0, 0.0], above = 1.0 }]";
+    let text = myovib(&["check", "init", "--set", stop, "--set", "time.end=0.1"]).stdout;
+    assert!(
+        text.contains("was tried, unless a [[stop]] ends it before\n"),
+        "{text}"
+    );
+}
+
+/// A run that stops on its way is known to before it.
+#[test]
+fn a_run_that_stops_is_told_to() {
+    // It turns elements inside out.
+    let load = "traction[0].y={ type = \"step\", value = -2e4, rise = 0.2 }";
+    let (told, run) = told_and_run("table2-4", &[load]);
+    assert_eq!(told["end"], "stopped", "{told}");
+    assert_eq!(steps(&told), steps(&run));
+    assert_eq!(told["t"], run["t_reached"]);
+    let text = myovib(&["check", "table2-4", "--set", load]).stdout;
+    let words = format!(
+        "cost            the run stops, as tried: {}",
+        run["message"].as_str().unwrap()
+    );
+    assert!(text.contains(&words), "{words}: {text}");
+}
+
+/// A sweep passes modes at 5.13, 12.43 and 15.69 Hz.
+#[test]
+fn check_says_which_modes_a_sweep_passes() {
+    let passed = |from: f64, to: f64, duration: f64| {
+        let load = format!(
+            "traction[0].y={{ type = \"chirp\", amplitude = 10.0, frequency = {from:?}, \
+             end_frequency = {to:?}, duration = {duration:?} }}"
+        );
+        let text = myovib(&["check", "init", "--set", &load, "--set", "time.end=0.1"]).stdout;
+        let line = text.lines().find(|line| line.starts_with("sweep "));
+        line.unwrap_or_else(|| panic!("{text}")).to_owned()
+    };
+    for (from, to, duration, words) in [
+        (
+            14.0,
+            4.0,
+            0.1,
+            "from 4 to 14 Hz passes the modes at 5.13, 12.43 Hz",
+        ),
+        // The run ends before the sweep does.
+        (4.0, 14.0, 0.2, "from 4 to 9 Hz passes the modes at 5.13 Hz"),
+        (
+            4.0,
+            20.0,
+            0.1,
+            "at 5.13, 12.43, 15.69 Hz, and perhaps higher ones",
+        ),
+        (1.0, 5.0, 0.1, "passes no mode"),
+        (20.0, 30.0, 0.1, "may pass modes above 15.69 Hz"),
+    ] {
+        let line = passed(from, to, duration);
+        assert!(line.ends_with(words), "{line}");
+    }
+    assert!(!myovib(&["check", "init"]).stdout.contains("sweep "));
+}
