@@ -12,6 +12,7 @@ mod follower;
 mod graded;
 mod identities;
 mod meshes;
+mod objectivity;
 mod points;
 mod powers;
 mod relaxing;

@@ -1,6 +1,7 @@
 //! Scenes in space: an independent program's equilibria, and what is refused with which words.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+mod cubes;
 mod refusals;
 
 use std::path::Path;
@@ -93,103 +94,6 @@ fn the_supports_of_a_block_carry_its_load() {
         4,
         "u_x, u_y, u_z, p"
     );
-}
-
-/// A cube between rollers under the nominal stress 13.125 Pa: c10 = c01 = 2.5 Pa gives the stretch 2 and,
-/// as the volume stays, the sides 2^(-1/2).
-#[test]
-fn an_incompressible_cube_is_pulled_to_twice_its_length() {
-    let rollers = ["left x", "front y", "bottom z"].map(|words| {
-        let (group, component) = words.split_once(' ').unwrap();
-        format!("[[fixed]]\ngroup = \"{group}\"\ncomponents = [\"{component}\"]\n")
-    });
-    let text = BLOCK
-        .replace("size = [2.0, 1.0, 1.0]", "size = [1.0, 1.0, 1.0]")
-        .replace("kappa = 1e5", "kappa = inf")
-        .replace("c10 = 1e4\nc01 = 2e2", "c10 = 2.5\nc01 = 2.5")
-        .replace("[[fixed]]\ngroup = \"left\"\n", &rollers.concat())
-        .replace("z = 100.0", "x = 13.125")
-        .replace("at = [2.0, 0.5, 0.5]", "at = [1.0, 1.0, 1.0]");
-    let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
-    let results = results(&scene);
-    let across = 0.5_f64.sqrt() - 1.0;
-    for (name, exact) in [("u_x", 1.0), ("u_y", across), ("u_z", across)] {
-        let found = results["end"][name].as_f64().unwrap();
-        // The state is in the elements' space; the Newton iteration ends at 1e-9 of the displacement.
-        assert!((found - exact).abs() < 1e-8, "{name}: {results}");
-    }
-}
-
-/// A cube of the transverse law between rollers, pulled along its fibres and across: nominal stresses whose
-/// stretches λ are closed forms. Along: P = 2 (λ - λ⁻²)(c10 + c01/λ) + T(λ)/λ. Across: the fibre's own stretch is μ,
-/// the other side's 1/(λ μ), and both are free.
-#[test]
-fn an_incompressible_cube_is_pulled_along_and_across_its_fibres() {
-    let (c10, c01, c3, c4, c5, straight) = (1e4, 2e2, 500.0, 8.0, 1.2e4, 1.1);
-    let law = format!(
-        "law = \"transverse-mooney-rivlin\"\ndensity = 1e3\nc10 = {c10}\nc01 = {c01}\nc3 = {c3}\nc4 = {c4}\n\
-         c5 = {c5}\nstretch_max = {straight}"
-    );
-    let crimped = |l: f64| c3 * ((c4 * (l - 1.0)).exp() - 1.0);
-    let tension = |l: f64| match l {
-        l if l < 1.0 => 0.0,
-        l if l < straight => crimped(l),
-        l => c5 * (l - straight) + crimped(straight),
-    };
-    // Differences of Cauchy stresses along two axes, for the third stretch.
-    let matrix = |a: f64, b: f64, c: f64| 2.0 * (a * a - b * b) * (c10 + c01 * c * c);
-    let along = |l: f64| (matrix(l, l.powf(-0.5), l.powf(-0.5)) + tension(l)) / l;
-    // The stretch μ of free fibres under λ across them, by bisection.
-    let fibre = |l: f64| {
-        let free = |m: f64| matrix(m, 1.0 / (l * m), l) + tension(m);
-        let (mut low, mut high) = (0.5, 2.0);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            *(if free(middle) < 0.0 {
-                &mut low
-            } else {
-                &mut high
-            }) = middle;
-        }
-        0.5 * (low + high)
-    };
-    let across = |l: f64| {
-        let m = fibre(l);
-        (matrix(l, m, 1.0 / (l * m)) - tension(m)) / l
-    };
-    let rollers = ["left x", "front y", "bottom z"].map(|words| {
-        let (group, component) = words.split_once(' ').unwrap();
-        format!("[[fixed]]\ngroup = \"{group}\"\ncomponents = [\"{component}\"]\n")
-    });
-    let pulled = |direction: &str, stress: f64| {
-        let text = BLOCK
-            .replace("size = [2.0, 1.0, 1.0]", "size = [1.0, 1.0, 1.0]")
-            .replace("kappa = 1e5", "kappa = inf")
-            .replace(
-                "law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nc01 = 2e2",
-                &format!("{law}\nfibre = {direction}"),
-            )
-            .replace("[[fixed]]\ngroup = \"left\"\n", &rollers.concat())
-            .replace("z = 100.0", &format!("x = {stress}"))
-            .replace("at = [2.0, 0.5, 0.5]", "at = [1.0, 1.0, 1.0]");
-        let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
-        let results = results(&scene);
-        ["u_x", "u_y", "u_z"].map(|name| 1.0 + results["end"][name].as_f64().unwrap())
-    };
-    // Both ways fibres are shortened, crimped and straight.
-    assert!(fibre(1.2) < 1.0 && (1.0..straight).contains(&fibre(0.9)) && fibre(0.75) > straight);
-    for l in [0.75_f64, 0.9, 1.05, 1.2] {
-        let (side, m) = (l.powf(-0.5), fibre(l));
-        for (found, expected) in [
-            (pulled("[1, 0, 0]", along(l)), [l, side, side]),
-            (pulled("[0, 1, 0]", across(l)), [l, m, 1.0 / (l * m)]),
-        ] {
-            for (found, expected) in found.iter().zip(expected) {
-                // The state is in the elements' space; the Newton iteration ends at 1e-9 of the displacement.
-                assert!((found - expected).abs() < 1e-8, "{l}: {found} {expected}");
-            }
-        }
-    }
 }
 
 /// Case s10 on half as many cells as the scene has along the beam: another P2–P1 program has

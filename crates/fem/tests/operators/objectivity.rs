@@ -1,0 +1,322 @@
+//! Frame indifference of what is beside the laws: active, viscous and relaxing stress.
+//!
+//! Under a rigid motion upon another, x* = Q(t) x + c(t), forces turn with Q, and what is referred to the
+//! body at rest stays: S, internal stresses, their rates, and powers.
+
+use std::sync::Arc;
+
+use myovib_fem::material::three::{Tensor3, product3};
+use myovib_fem::material::{ActiveStress, ForceLength, ForceVelocity, Prony, PronyTerm, Tension};
+use myovib_fem::output::{Beside, PointState};
+use myovib_fem::{
+    AddedMotion, AddedStress, Barycentric, DofMap, Fibres, Fields, Law, Located, Pressure, Solid,
+    Space, generate,
+};
+
+use crate::common::{DENSITY, MUSCLE_LAW, random};
+
+const HEART: Law = Law::Guccione {
+    c: 2e3,
+    b_f: 8.0,
+    b_t: 2.0,
+    b_fs: 4.0,
+};
+const TENSION: f64 = 3e3;
+const VISCOSITY: f64 = 70.0;
+/// Sums of some hundred products of numbers that a turn has rounded, of elements half as large as u*.
+const ROUNDING: f64 = 1e-12;
+
+/// A free body. Elements have in turn: plain tension; nominal tension by a parabola and by Hill's curve;
+/// second Piola–Kirchhoff tension by a bell and by Hill's curve, and viscosity; viscosity alone. Two laws,
+/// one with fibres; stress that relaxes by one term or two, and in some elements by none.
+fn body(dimension: usize, active: bool) -> Solid {
+    let mesh = match dimension {
+        2 => generate::rectangle([0.0; 2], [1.0, 0.8], [3, 2]).unwrap(),
+        _ => generate::block([0.0; 3], [1.0, 0.8, 0.6], [2, 1, 1]).unwrap(),
+    };
+    let n = mesh.n_elements();
+    let all: Vec<usize> = (0..n).collect();
+    let mut fibres = Fibres::new(&mesh);
+    let along = [0.6, 0.8, 0.0];
+    fibres.set_constant(&mesh, &all, along, None).unwrap();
+    let space = Arc::new(Space::taylor_hood(&mesh));
+    let dofs = DofMap::new(&space, &[]).unwrap();
+    let laws = (0..n).map(|e| [MUSCLE_LAW, HEART][e % 2]).collect();
+
+    let hill = Some(ForceVelocity::hill(5.0));
+    let parabola = ActiveStress {
+        tension: Tension::Nominal,
+        force_length: ForceLength::Parabola { optimal: 1.1 },
+        force_velocity: hill,
+    };
+    let bell = ActiveStress {
+        tension: Tension::SecondPiolaKirchhoff,
+        force_length: ForceLength::Gaussian {
+            optimal: 1.1,
+            width: 0.3,
+        },
+        force_velocity: hill,
+    };
+    let contracting = [Some(ActiveStress::PLAIN), Some(parabola), Some(bell), None];
+    let viscosities = [0.0, 0.0, VISCOSITY, VISCOSITY];
+    let every = |k: usize, of: usize| (k..n).step_by(of).collect();
+    let added = [0, 1, 2, 3].map(|k| {
+        let stress = AddedStress {
+            active: contracting[k].filter(|_| active),
+            viscosity: viscosities[k],
+        };
+        (every(k, 4), stress)
+    });
+
+    let term = |weight, time| PronyTerm { weight, time };
+    let series = [vec![term(0.5, 0.1), term(0.3, 0.2)], vec![term(0.7, 0.1)]];
+    let relaxing = [0, 1].map(|k| (every(k, 3), Prony::new(series[k].clone()).unwrap()));
+    Solid::new(space, dofs, laws, DENSITY)
+        .unwrap()
+        .with_fibres(fibres)
+        .with_added_stresses(&added)
+        .unwrap()
+        .with_relaxation(&relaxing)
+        .unwrap()
+}
+
+/// A rigid motion at one time.
+struct Rigid {
+    /// Q.
+    turn: Tensor3,
+    /// Q̇.
+    rate: Tensor3,
+    /// c and ċ.
+    shift: [[f64; 3]; 2],
+}
+
+impl Rigid {
+    /// More than a right angle, about all axes that the dimension has, faster than the body deforms.
+    fn new(dimension: usize) -> Self {
+        let ((s, c), (a, b)) = (2.1_f64.sin_cos(), 0.7_f64.sin_cos());
+        let about_z = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]];
+        let about_x = [[1.0, 0.0, 0.0], [0.0, b, -a], [0.0, a, b]];
+        let (turn, [x, y, z]) = match dimension {
+            2 => (about_z, [0.0, 0.0, 7.0]),
+            _ => (product3(&about_x, &about_z), [4.0, -5.0, 7.0]),
+        };
+        let spin = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
+        Self {
+            turn,
+            rate: product3(&spin, &turn),
+            shift: [[0.3, -0.2, 0.1], [1.5, -0.8, 0.6]],
+        }
+    }
+
+    /// u* and v* of the motion u, v.
+    fn upon(&self, space: &Space, [u, v]: [&[f64]; 2]) -> [Vec<f64>; 2] {
+        let d = space.dimension();
+        let rest = space.coordinates();
+        let now: Vec<f64> = rest.iter().zip(u).map(|(x, u)| x + u).collect();
+        let [mut moved, carried] = [&self.turn, &self.rate].map(|tensor| turned(tensor, &now, d));
+        let mut rate = turned(&self.turn, v, d);
+        for i in 0..moved.len() {
+            moved[i] += self.shift[0][i % d] - rest[i];
+            rate[i] += carried[i] + self.shift[1][i % d];
+        }
+        [moved, rate]
+    }
+}
+
+/// T x of the vector x of each node.
+fn turned(tensor: &Tensor3, field: &[f64], dimension: usize) -> Vec<f64> {
+    let of_node = |x: &[f64]| {
+        let row = |i: usize| (0..x.len()).map(|j| tensor[i][j] * x[j]).sum::<f64>();
+        (0..x.len()).map(row).collect::<Vec<f64>>()
+    };
+    field.chunks(dimension).flat_map(of_node).collect()
+}
+
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |m, x| m.max(x.abs()))
+}
+
+fn assert_same(found: &[f64], expected: &[f64], what: &str) {
+    let size = largest(expected);
+    assert!(size > 0.0, "{what}");
+    assert_eq!(found.len(), expected.len(), "{what}");
+    for (a, b) in found.iter().zip(expected) {
+        assert!((a - b).abs() < ROUNDING * size, "{what}: {a} {b}");
+    }
+}
+
+fn transposed(tensor: &Tensor3) -> Tensor3 {
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| tensor[j][i]))
+}
+
+fn power(force: &[f64], v: &[f64]) -> f64 {
+    force.iter().zip(v).map(|(f, v)| f * v).sum()
+}
+
+/// The force of active and viscous stress.
+fn added_force(solid: &Solid, [u, v]: [&[f64]; 2]) -> Vec<f64> {
+    let tensions = &vec![TENSION; solid.n_tensions()][..];
+    let mut force = vec![0.0; u.len()];
+    solid.added_force(&AddedMotion { u, v, tensions }, &mut force);
+    force
+}
+
+/// The force of relaxing stress over that of the long term, and the rates of internal stresses.
+fn relaxing_force(solid: &Solid, u: &[f64], internal: &[f64]) -> [Vec<f64>; 2] {
+    let [mut force, mut rates] = [u.len(), internal.len()].map(|n| vec![0.0; n]);
+    solid.relaxing_force(u, internal, Some(&mut force), &mut rates);
+    [force, rates]
+}
+
+/// The stresses that drive the internal ones, and their rates by the law.
+fn driving(solid: &Solid, [u, v]: [&[f64]; 2]) -> [Vec<f64>; 2] {
+    let mut stresses = vec![0.0; solid.n_slots()];
+    solid.relaxing_stresses(u, &mut stresses);
+    let mut rates = [vec![0.0; solid.n_slots()]];
+    solid.relaxing_stress_rates(u, &[v.to_vec()], &mut rates);
+    let [rates] = rates;
+    [stresses, rates]
+}
+
+#[test]
+fn forces_of_active_and_viscous_stress_turn_with_the_body() {
+    for dimension in [2, 3] {
+        let (solid, rigid) = (body(dimension, true), Rigid::new(dimension));
+        let n = solid.space().n_components();
+        let (u, v) = (random(n, 0.02, 1), random(n, 1.0, 2));
+        let upon = rigid.upon(solid.space(), [&u, &v]);
+        let [u_turned, v_turned] = [&upon[0][..], &upon[1][..]];
+        let force = added_force(&solid, [&u, &v]);
+        let found = added_force(&solid, [u_turned, v_turned]);
+        let expected = turned(&rigid.turn, &force, dimension);
+        assert_same(&found, &expected, &format!("force, {dimension}"));
+        let [found, expected] = [power(&found, v_turned), power(&force, &v)];
+        // The rigid part of v* is ten times v, and its power is zero.
+        assert!(
+            (found / expected - 1.0).abs() < 10.0 * ROUNDING,
+            "power, {dimension}"
+        );
+        // Velocity counts: the force is not that of the body held still.
+        let still = added_force(&solid, [&u, &vec![0.0; n]]);
+        let change: Vec<f64> = force.iter().zip(&still).map(|(a, b)| a - b).collect();
+        assert!(largest(&change) > 0.1 * largest(&force), "{dimension}");
+    }
+}
+
+#[test]
+fn relaxing_stress_turns_with_the_body_and_its_states_stay() {
+    for dimension in [2, 3] {
+        let (solid, rigid) = (body(dimension, true), Rigid::new(dimension));
+        let n = solid.space().n_components();
+        let (u, v) = (random(n, 0.02, 1), random(n, 1.0, 2));
+        let [u_turned, v_turned] = rigid.upon(solid.space(), [&u, &v]);
+        // Some that are not those of the displacement, as after another motion.
+        let internal = random(solid.n_internal(), 1e3, 3);
+        let [force, rates] = relaxing_force(&solid, &u, &internal);
+        let [found, same_rates] = relaxing_force(&solid, &u_turned, &internal);
+        let expected = turned(&rigid.turn, &force, dimension);
+        assert_same(&found, &expected, &format!("force, {dimension}"));
+        assert_same(&same_rates, &rates, &format!("rates, {dimension}"));
+        let driven = driving(&solid, [&u, &v]);
+        let found = driving(&solid, [&u_turned, &v_turned]);
+        for (found, expected) in found.iter().zip(&driven) {
+            assert_same(found, expected, &format!("S and its rate, {dimension}"));
+        }
+    }
+}
+
+/// S = F⁻¹ P, symmetric.
+fn second_piola_kirchhoff(state: &PointState) -> Tensor3 {
+    let f = |i: usize, j: usize| f64::from(i == j) + state.gradient[i][j];
+    let mut adjugate = [[0.0; 3]; 3];
+    for (i, row) in adjugate.iter_mut().enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            let ([a, b], [c, d]) = ([(j + 1) % 3, (j + 2) % 3], [(i + 1) % 3, (i + 2) % 3]);
+            *entry = (f(a, c) * f(b, d) - f(a, d) * f(b, c)) / state.jacobian;
+        }
+    }
+    product3(&adjugate, &state.piola)
+}
+
+/// All stress of a body in motion at points, as a user reads it: S stays, and Cauchy's turns.
+#[test]
+fn stresses_that_are_read_at_points_turn_with_the_body() {
+    for dimension in [2, 3] {
+        let (solid, rigid) = (body(dimension, true), Rigid::new(dimension));
+        let n = solid.space().n_components();
+        let (u, v) = (random(n, 0.02, 1), random(n, 1.0, 2));
+        let [u_turned, v_turned] = rigid.upon(solid.space(), [&u, &v]);
+        let internal = random(solid.n_internal(), 1e3, 3);
+        let beside = Beside {
+            tensions: &vec![TENSION; solid.n_tensions()],
+            // Ṗ of damping in proportion to the stiffness does not turn; it is no part of this.
+            beta: 0.0,
+            internal: &internal,
+        };
+        let n_corners = dimension + 1;
+        let barycentric = Barycentric::new(&vec![1.0 / n_corners as f64; n_corners]);
+        for element in 0..solid.space().n_elements() {
+            let at = Located {
+                element,
+                barycentric,
+            };
+            let [rest, state] = [(&u, &v), (&u_turned, &v_turned)].map(|(u, v)| {
+                let fields = Fields {
+                    v: Some(v),
+                    ..Fields::new(u, Pressure::Penalty { kappa: 1e4 })
+                };
+                solid.state_in_motion_at(&fields, &beside, &at)
+            });
+            let what = format!("dimension {dimension}, element {element}");
+            let [found, expected] = [&state, &rest].map(second_piola_kirchhoff);
+            assert_same(found.as_flattened(), expected.as_flattened(), &what);
+            let symmetric = transposed(&expected);
+            assert_same(symmetric.as_flattened(), expected.as_flattened(), &what);
+            let cauchy = product3(&rigid.turn, &rest.cauchy);
+            let cauchy = product3(&cauchy, &transposed(&rigid.turn));
+            assert_same(state.cauchy.as_flattened(), cauchy.as_flattened(), &what);
+        }
+    }
+}
+
+/// A body that turns as one, at a finite rate: nothing viscous, nothing that relaxes, and fibres pull as they
+/// do at rest, whatever depends on how fast they shorten.
+#[test]
+fn a_rigid_turn_makes_no_viscous_force() {
+    for dimension in [2, 3] {
+        let rigid = Rigid::new(dimension);
+        let [passive, active] = [false, true].map(|active| body(dimension, active));
+        let rest = vec![0.0; passive.space().n_components()];
+        let [u, v] = rigid.upon(passive.space(), [&rest, &rest]);
+        // That of a motion that deforms as fast as this one turns.
+        let size = largest(&added_force(
+            &passive,
+            [&rest, &random(rest.len(), largest(&v), 1)],
+        ));
+        let force = largest(&added_force(&passive, [&u, &v]));
+        assert!(
+            force < ROUNDING * size,
+            "{dimension}: {force:e} of {size:e}"
+        );
+        let [stresses, rates] = driving(&passive, [&u, &v]);
+        // A tenth of the moduli 4e4 Pa at a strain of 0.1; the turn is 8/s.
+        assert!(
+            largest(&stresses) < ROUNDING * 4e3,
+            "{:e}",
+            largest(&stresses)
+        );
+        assert!(
+            largest(&rates) < ROUNDING * 4e4 * 8.0,
+            "{:e}",
+            largest(&rates)
+        );
+        let none = vec![0.0; passive.n_internal()];
+        let [force, _] = relaxing_force(&passive, &u, &none);
+        assert!(largest(&force) < ROUNDING * 4e3, "{:e}", largest(&force));
+
+        let found = added_force(&active, [&u, &v]);
+        let at_rest = added_force(&active, [&rest, &rest]);
+        let expected = turned(&rigid.turn, &at_rest, dimension);
+        assert_same(&found, &expected, &format!("tension, {dimension}"));
+    }
+}
