@@ -75,7 +75,7 @@ struct Part {
 /// Of the process, MiB.
 #[derive(Serialize)]
 struct Memory {
-    /// In use before the analysis, and what is predicted for the factors.
+    /// In use once the matrices are laid out, and what is predicted for their factors.
     predicted: f64,
     /// At its largest.
     peak: f64,
@@ -173,9 +173,10 @@ fn twenty_steps(
     // Room that was not written to yet is not in use.
     let at_rest = vec![0.0; dae.n_unknowns()];
     dae.update_matrices(0.0, &at_rest, &at_rest)?;
-    let before = mib(resources::in_use())?;
-    let needs = Reduction::new(&dae, KluOptions::default())?.needs(n_complex);
-    let predicted = before + mib(needs.map(|needs| needs.bytes))?;
+    let reduction = Reduction::new(&dae, KluOptions::default())?;
+    let needs = reduction.needs(n_complex);
+    let predicted = mib(resources::in_use())? + mib(needs.map(|needs| needs.bytes))?;
+    drop(reduction);
 
     let mut integrator = start_at_rest(dae, &settings)?;
     let mut step = || -> anyhow::Result<_> {

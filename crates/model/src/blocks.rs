@@ -123,22 +123,32 @@ impl Blocks {
 }
 
 fn union((n_rows, n_columns): (usize, usize), blocks: &[Block<'_>]) -> SparsityPattern {
-    let mut columns: Vec<Vec<usize>> = vec![Vec::new(); n_columns];
-    for block in blocks {
-        for (row, column) in block.entries() {
-            columns[column].push(row);
-        }
+    // By columns in one piece of memory, which goes back to the system: thousands of small ones stay.
+    let entries = || blocks.iter().flat_map(|block| block.entries());
+    let mut starts = vec![0; n_columns + 1];
+    for (_, column) in entries() {
+        starts[column + 1] += 1;
     }
+    for column in 0..n_columns {
+        starts[column + 1] += starts[column];
+    }
+    let mut rows = vec![0; starts[n_columns]];
+    let mut next = starts.clone();
+    for (row, column) in entries() {
+        rows[next[column]] = row;
+        next[column] += 1;
+    }
+    let mut distinct = Vec::with_capacity(rows.len());
     let mut offsets = vec![0];
-    let mut rows = Vec::new();
-    for column in &mut columns {
+    for column in starts.windows(2) {
+        let column = &mut rows[column[0]..column[1]];
         column.sort_unstable();
-        column.dedup();
-        rows.append(column);
-        offsets.push(rows.len());
+        distinct.extend(column.chunk_by(|a, b| a == b).map(|same| same[0]));
+        offsets.push(distinct.len());
     }
-    SparsityPattern::try_from_offsets_and_indices(n_columns, n_rows, offsets, rows)
-        .expect("sorted, deduplicated columns make a valid pattern")
+    distinct.shrink_to_fit();
+    SparsityPattern::try_from_offsets_and_indices(n_columns, n_rows, offsets, distinct)
+        .expect("sorted, distinct rows make a valid pattern")
 }
 
 fn positions(whole: &SparsityPattern, block: Block<'_>) -> Vec<u32> {

@@ -107,7 +107,7 @@ pub fn check(
     start: Option<[Vec<f64>; 2]>,
 ) -> Result<Report, ModelError> {
     let mut dae = MuscleDae::new(muscle.clone(), formulation)?;
-    let sizes = Sizes::new(&dae, settings)?;
+    let sizes = Sizes::new(&mut dae, settings)?;
     let factors = sizes.factors(settings)?;
     let advice = Advice::new(muscle, formulation, settings);
     let [y, y_dot] = start.unwrap_or_else(|| [(); 2].map(|()| vec![0.0; dae.n_unknowns()]));
@@ -224,7 +224,10 @@ struct Sizes {
 }
 
 impl Sizes {
-    fn new(dae: &MuscleDae, settings: &Settings) -> Result<Self, ModelError> {
+    fn new(dae: &mut MuscleDae, settings: &Settings) -> Result<Self, ModelError> {
+        // Room that was not written to yet is not in use.
+        let at_rest = vec![0.0; dae.n_unknowns()];
+        dae.update_matrices(0.0, &at_rest, &at_rest)?;
         // Stages in pairs have a complex matrix for each pair beside the real one of the odd stage.
         let n_complex = settings.integrator.stages().unwrap_or(1) / 2;
         let reduction = Reduction::new(dae, settings.klu())?;
