@@ -197,11 +197,11 @@ fn cost(text: &str) -> Cost {
 }
 
 /// 66 oscillators in each element of the belly, 101 376 in all: driven by the muscle, and such that contract the
-/// elements they are in. In steps of one size the work on the body is at most twice that without them, in counts;
-/// CPU times, which depend on the machine, are printed.
+/// elements they are in. In steps of one size the work on the body is at most twice that without them, in counts.
+/// What the oscillators add to each of these is not in them: CPU times, which depend on the machine, are printed.
 #[test]
 #[ignore = "a minute of CPU"]
-fn very_many_oscillators_at_most_double_the_work_of_a_step() {
+fn very_many_oscillators_at_most_double_the_work_on_the_body() {
     let (scene, _) = SCENE.split_once("[fields]").unwrap();
     let scene = changed(scene, "end = 2.0", "end = 0.05");
     // The body moves from the start, and so gently that steps of half a millisecond are within the tolerance.

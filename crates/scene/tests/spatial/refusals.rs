@@ -70,6 +70,21 @@ fn what_does_not_fit_the_dimension_is_refused() {
     }
 }
 
+/// Its pressure is not −κ (J − 1).
+#[test]
+fn st_venant_kirchhoff_is_for_displacements_alone() {
+    const LAW: &str = "law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nc01 = 2e2";
+    const OTHER: &str =
+        "law = \"st-venant-kirchhoff\"\ndensity = 1e3\nlambda = 1e5\nshear_modulus = 1e4";
+    assert!(BLOCK.contains(LAW));
+    let text = BLOCK.replace(LAW, OTHER);
+    let found = refusal_of(&text, Path::new(""));
+    let expected = "the law st-venant-kirchhoff has its own volume part, which is no -κ (J-1)";
+    assert!(found.starts_with(expected), "{found}");
+    let text = text.replace("kappa = 1e5", "kappa = 1e5\nformulation = \"displacement\"");
+    assert_eq!(refusal_of(&text, Path::new("")), "accepted");
+}
+
 /// Regression: it was refused by the pattern of its matrix, with the number of an unknown.
 #[test]
 fn an_incompressible_body_that_is_held_everywhere_is_refused() {
