@@ -189,6 +189,8 @@ pub struct Solid {
     fibres: Option<Fibres>,
     /// The stresses that are added to the laws'.
     added: Vec<AddedStress>,
+    /// The same without viscosity.
+    active: Vec<AddedStress>,
     /// The Prony terms of elements whose stress relaxes, and where their internal stresses lie.
     prony: Vec<Prony>,
     internal: InternalStresses,
@@ -311,6 +313,7 @@ impl Solid {
             elements,
             fibres: None,
             added: Vec::new(),
+            active: Vec::new(),
             prony: Vec::new(),
             internal: InternalStresses::default(),
             kinds,

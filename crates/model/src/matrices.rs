@@ -38,6 +38,8 @@ pub(crate) struct Matrices {
     tension_identity: SparsityPattern,
     tension_force: Vec<f64>,
     tension_decay: Vec<f64>,
+    /// Room for a force, and for the tension of each element.
+    tension_room: [Vec<f64>; 2],
     /// Where stress relaxes.
     relaxing: Option<Relaxing>,
     /// What eliminated oscillators do to the stiffness and the damping.
@@ -76,6 +78,14 @@ impl Matrices {
             added_damping: None,
             tension_force: vec![0.0; tension_pattern.nnz()],
             tension_decay: vec![0.0; n_tensions],
+            tension_room: match n_tensions {
+                0 => Default::default(),
+                _ => [
+                    muscle.solid.space().n_components(),
+                    muscle.solid.n_tensions(),
+                ]
+                .map(|n| vec![0.0; n]),
+            },
             tension_identity: diagonal(n_tensions),
             tension_pattern,
             displacement_identity: diagonal(n_free),
@@ -326,14 +336,14 @@ impl Matrices {
     /// Fills the tensions' own matrices at time `t` and a displacement and velocity of all nodes.
     pub(crate) fn update_tensions(&mut self, muscle: &Muscle, t: f64, u: &[f64], v: &[f64]) {
         let Muscle { solid, .. } = muscle;
-        let mut force = vec![0.0; u.len()];
+        let [force, tensions] = &mut self.tension_room;
         let free = solid.dofs().free_to_full();
         for (k, (number, model)) in muscle.models().enumerate() {
             self.tension_decay[k] = -model.rate_slope(t);
-            let one = |element| f64::from(solid.added_number(element) == Some(number));
-            let tensions: Vec<f64> = (0..solid.n_tensions()).map(one).collect();
-            let tensions = &tensions[..];
-            solid.active_force(&AddedMotion { u, v, tensions }, &mut force);
+            for (element, tension) in tensions.iter_mut().enumerate() {
+                *tension = f64::from(solid.added_number(element) == Some(number));
+            }
+            solid.active_force(&AddedMotion { u, v, tensions }, force);
             let entries = self.tension_pattern.major_offsets();
             let entries = entries[k]..entries[k + 1];
             let rows = &self.tension_pattern.minor_indices()[entries.clone()];

@@ -33,6 +33,11 @@ impl Solid {
             kind.added = added;
         }
         self.added = regions.iter().map(|(_, stress)| *stress).collect();
+        let active = self.added.iter().map(|stress| AddedStress {
+            viscosity: 0.0,
+            ..*stress
+        });
+        self.active = active.collect();
         Ok(self.regrouped())
     }
 
@@ -110,15 +115,10 @@ impl Solid {
     /// # Panics
     /// If a length is wrong.
     pub fn active_force(&self, motion: &AddedMotion<'_>, out: &mut [f64]) {
-        let active = self.added.iter().map(|stress| AddedStress {
-            active: stress.active,
-            viscosity: 0.0,
-        });
-        let stresses: Vec<AddedStress> = active.collect();
         self.check_motion(motion);
         check_length(self.space.n_components(), Some(out), "active force");
         self.begin(&Pass::ActiveForce(*motion));
-        self.force_of(&stresses, motion, out);
+        self.force_of(&self.active, motion, out);
         self.end_sure([out]);
     }
 

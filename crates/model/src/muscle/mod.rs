@@ -175,24 +175,17 @@ impl Muscle {
         coherent: Option<&[f64]>,
         tensions: &mut [f64],
     ) {
-        if tensions.is_empty() {
-            return;
-        }
+        tensions.fill(0.0);
         let mut unknowns = unknowns.iter();
-        let mut of_stresses = vec![(0.0, None); self.solid.added_stresses().len()];
         for (number, activation) in &self.activations {
             let own = activation.model().and_then(|_| unknowns.next());
             let of_element = coherent.filter(|_| activation.is_coherent());
-            of_stresses[*number] = (activation.at(t, own.copied().unwrap_or(0.0)), of_element);
-        }
-        for (element, tension) in tensions.iter_mut().enumerate() {
-            *tension = match self.solid.added_number(element) {
-                None => 0.0,
-                Some(number) => match of_stresses[number] {
-                    (_, Some(of_element)) => of_element[element],
-                    (of_all, None) => of_all,
-                },
-            };
+            let of_all = activation.at(t, own.copied().unwrap_or(0.0));
+            for (element, tension) in tensions.iter_mut().enumerate() {
+                if self.solid.added_number(element) == Some(*number) {
+                    *tension = of_element.map_or(of_all, |tensions| tensions[element]);
+                }
+            }
         }
     }
 

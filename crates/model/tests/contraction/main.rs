@@ -1,6 +1,7 @@
 //! Active and viscous stress, beds and activation: derivatives, closed forms, energy, counters.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+mod allocation;
 mod common;
 mod energy;
 mod equilibria;
