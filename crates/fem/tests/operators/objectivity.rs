@@ -123,6 +123,26 @@ impl Rigid {
     }
 }
 
+/// A contracting body in a motion u, v, and the same with a rigid one upon it.
+struct Motions {
+    solid: Solid,
+    plain: [Vec<f64>; 2],
+    upon: [Vec<f64>; 2],
+}
+
+impl Motions {
+    fn new(dimension: usize, rigid: &Rigid) -> Self {
+        let solid = body(dimension, true);
+        let n = solid.space().n_components();
+        let (u, v) = (random(n, 0.02, 1), random(n, 1.0, 2));
+        Self {
+            upon: rigid.upon(solid.space(), [&u, &v]),
+            plain: [u, v],
+            solid,
+        }
+    }
+}
+
 /// T x of the vector x of each node.
 fn turned(tensor: &Tensor3, field: &[f64], dimension: usize) -> Vec<f64> {
     let of_node = |x: &[f64]| {
@@ -181,23 +201,24 @@ fn driving(solid: &Solid, [u, v]: [&[f64]; 2]) -> [Vec<f64>; 2] {
 #[test]
 fn forces_of_active_and_viscous_stress_turn_with_the_body() {
     for dimension in [2, 3] {
-        let (solid, rigid) = (body(dimension, true), Rigid::new(dimension));
-        let n = solid.space().n_components();
-        let (u, v) = (random(n, 0.02, 1), random(n, 1.0, 2));
-        let upon = rigid.upon(solid.space(), [&u, &v]);
-        let [u_turned, v_turned] = [&upon[0][..], &upon[1][..]];
+        let rigid = Rigid::new(dimension);
+        let Motions {
+            solid,
+            plain: [u, v],
+            upon: [u_turned, v_turned],
+        } = Motions::new(dimension, &rigid);
         let force = added_force(&solid, [&u, &v]);
-        let found = added_force(&solid, [u_turned, v_turned]);
+        let found = added_force(&solid, [&u_turned, &v_turned]);
         let expected = turned(&rigid.turn, &force, dimension);
         assert_same(&found, &expected, &format!("force, {dimension}"));
-        let [found, expected] = [power(&found, v_turned), power(&force, &v)];
+        let [found, expected] = [power(&found, &v_turned), power(&force, &v)];
         // The rigid part of v* is ten times v, and its power is zero.
         assert!(
             (found / expected - 1.0).abs() < 10.0 * ROUNDING,
             "power, {dimension}"
         );
         // Velocity counts: the force is not that of the body held still.
-        let still = added_force(&solid, [&u, &vec![0.0; n]]);
+        let still = added_force(&solid, [&u, &vec![0.0; u.len()]]);
         let change: Vec<f64> = force.iter().zip(&still).map(|(a, b)| a - b).collect();
         assert!(largest(&change) > 0.1 * largest(&force), "{dimension}");
     }
@@ -206,10 +227,12 @@ fn forces_of_active_and_viscous_stress_turn_with_the_body() {
 #[test]
 fn relaxing_stress_turns_with_the_body_and_its_states_stay() {
     for dimension in [2, 3] {
-        let (solid, rigid) = (body(dimension, true), Rigid::new(dimension));
-        let n = solid.space().n_components();
-        let (u, v) = (random(n, 0.02, 1), random(n, 1.0, 2));
-        let [u_turned, v_turned] = rigid.upon(solid.space(), [&u, &v]);
+        let rigid = Rigid::new(dimension);
+        let Motions {
+            solid,
+            plain: [u, v],
+            upon: [u_turned, v_turned],
+        } = Motions::new(dimension, &rigid);
         // Some that are not those of the displacement, as after another motion.
         let internal = random(solid.n_internal(), 1e3, 3);
         let [force, rates] = relaxing_force(&solid, &u, &internal);
@@ -242,10 +265,12 @@ fn second_piola_kirchhoff(state: &PointState) -> Tensor3 {
 #[test]
 fn stresses_that_are_read_at_points_turn_with_the_body() {
     for dimension in [2, 3] {
-        let (solid, rigid) = (body(dimension, true), Rigid::new(dimension));
-        let n = solid.space().n_components();
-        let (u, v) = (random(n, 0.02, 1), random(n, 1.0, 2));
-        let [u_turned, v_turned] = rigid.upon(solid.space(), [&u, &v]);
+        let rigid = Rigid::new(dimension);
+        let Motions {
+            solid,
+            plain: [u, v],
+            upon: [u_turned, v_turned],
+        } = Motions::new(dimension, &rigid);
         let internal = random(solid.n_internal(), 1e3, 3);
         let beside = Beside {
             tensions: &vec![TENSION; solid.n_tensions()],
