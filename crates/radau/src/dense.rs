@@ -149,10 +149,8 @@ impl Collocation {
 
 /// Writes h⁻¹ Σ_j ℓ_j'(0) z_j, the slope of the polynomial through the increments `z` at its start.
 pub(crate) fn start_slope(method: &Method, h: f64, z: &[f64], out: &mut [f64]) {
-    out.fill(0.0);
-    for (j, z_j) in z.chunks_exact(out.len()).enumerate() {
-        add_scaled(out, method.basis_derivative(j, 0.0) / h, z_j);
-    }
+    let slope = |_, j| method.basis_derivative(j, 0.0) / h;
+    write_combined(out, out.len(), slope, z);
 }
 
 /// y ← y + a x
@@ -172,7 +170,7 @@ fn write_scaled(y: &mut [f64], a: f64, x: &[f64]) {
 }
 
 /// Numbers of each vector that are combined at a time: those of all vectors stay in the cache.
-const AT_A_TIME: usize = 256;
+pub(crate) const AT_A_TIME: usize = 256;
 
 /// out_i ← out_i + Σ_j `coefficient`(i, j) z_j for vectors of length `n`, one after the other in `z` and
 /// in `out`, with the processor's vector instructions.

@@ -2,7 +2,7 @@
 
 use myovib_dae::{LinearSolver, Problem, StepError};
 
-use crate::dense::add_scaled;
+use crate::dense::write_combined;
 use crate::failure::{Failure, Operation};
 use crate::memory::Memory;
 use crate::method::Method;
@@ -218,8 +218,10 @@ impl NewtonSolver {
     /// Writes y at stage i.
     fn move_to(&mut self, i: usize, step: &Step<'_>) {
         let n = step.y.len();
-        self.stage.copy_from_slice(step.y);
-        add_scaled(&mut self.stage, 1.0, &self.z[i * n..(i + 1) * n]);
+        let increments = step.y.iter().zip(&self.z[i * n..(i + 1) * n]);
+        for (stage, (y, z)) in self.stage.iter_mut().zip(increments) {
+            *stage = y + z;
+        }
     }
 
     fn evaluate_residuals<P: Problem>(
@@ -235,11 +237,8 @@ impl NewtonSolver {
             if let Some(memory) = memory {
                 memory.show_stage(problem, i, (step.method, step.h));
             }
-            self.stage_dot.fill(0.0);
-            for (j, z_j) in self.z.chunks_exact(n).enumerate() {
-                let slope = step.method.a_inverse(i, j) / step.h;
-                add_scaled(&mut self.stage_dot, slope, z_j);
-            }
+            let slope = |_, j| step.method.a_inverse(i, j) / step.h;
+            write_combined(&mut self.stage_dot, n, slope, &self.z);
             let residual = &mut self.residuals[i * n..(i + 1) * n];
             let (t, y, v) = (step.t + c * step.h, &self.stage, &self.stage_dot);
             evaluate(problem, t, y, v, residual, counters)?;
@@ -263,9 +262,10 @@ impl NewtonSolver {
         let n = step.y.len();
         let mut square = 0.0;
         for (z, correction) in self.z.chunks_exact_mut(n).zip(corrections.chunks_exact(n)) {
-            add_scaled(z, 1.0, correction);
-            let weighted = correction.iter().zip(step.weights).map(|(c, w)| c * w);
-            weighted.for_each(|error| square += error.powi(2));
+            for ((z, correction), w) in z.iter_mut().zip(correction).zip(step.weights) {
+                *z += correction;
+                square += (correction * w).powi(2);
+            }
         }
         let last = corrections.len() - n;
         self.correction.copy_from_slice(&corrections[last..]);

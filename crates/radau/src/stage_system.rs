@@ -1,9 +1,11 @@
 //! The linear system of all stages with one frozen Jacobian, solved mode by mode.
 
+use std::ops::Range;
+
 use myovib_dae::{LinearSolver, StepError};
 use num_complex::Complex64;
 
-use crate::dense::{add_scaled, write_combined};
+use crate::dense::{AT_A_TIME, add_scaled, write_combined};
 use crate::method::Method;
 use crate::work::Counters;
 
@@ -152,18 +154,23 @@ impl StageSystem {
     fn split<'m>(
         &mut self,
         real: &[f64],
-        complex: impl Iterator<Item = &'m Vec<Complex64>>,
+        complex: impl Iterator<Item = &'m Vec<Complex64>> + Clone,
         stages: &[f64],
     ) {
         let n = self.real.len();
-        self.real.fill(0.0);
-        for (b, l) in stages.chunks_exact(n).zip(real) {
-            add_scaled(&mut self.real, *l, b);
-        }
-        for (mode, w) in complex.zip(&mut self.complex) {
-            w.fill(Complex64::ZERO);
-            for (b, l) in stages.chunks_exact(n).zip(mode) {
-                w.iter_mut().zip(b).for_each(|(w, b)| *w += l * b);
+        for own in parts(n) {
+            let stages = || stages.chunks_exact(n).map(|stage| &stage[own.clone()]);
+            let w = &mut self.real[own.clone()];
+            w.fill(0.0);
+            for (b, l) in stages().zip(real) {
+                add_scaled(w, *l, b);
+            }
+            for (mode, w) in complex.clone().zip(&mut self.complex) {
+                let w = &mut w[own.clone()];
+                w.fill(Complex64::ZERO);
+                for (b, l) in stages().zip(mode) {
+                    w.iter_mut().zip(b).for_each(|(w, b)| *w += l * b);
+                }
             }
         }
     }
@@ -175,14 +182,18 @@ impl StageSystem {
         complex: impl Iterator<Item = &'m Vec<Complex64>> + Clone,
         stages: &mut [f64],
     ) {
-        for (i, stage) in stages.chunks_exact_mut(self.real.len()).enumerate() {
-            let all = stage.iter_mut().zip(&self.real);
-            all.for_each(|(x, w)| *x = real[i] * w);
-            for (mode, w) in complex.clone().zip(&self.complex) {
-                // A conjugate pair of modes adds up to twice the real part.
-                let r = mode[i];
-                let all = stage.iter_mut().zip(w);
-                all.for_each(|(x, w)| *x += 2.0 * (r.re * w.re - r.im * w.im));
+        let n = self.real.len();
+        for own in parts(n) {
+            for (i, stage) in stages.chunks_exact_mut(n).enumerate() {
+                let stage = &mut stage[own.clone()];
+                let all = stage.iter_mut().zip(&self.real[own.clone()]);
+                all.for_each(|(x, w)| *x = real[i] * w);
+                for (mode, w) in complex.clone().zip(&self.complex) {
+                    // A conjugate pair of modes adds up to twice the real part.
+                    let r = mode[i];
+                    let all = stage.iter_mut().zip(&w[own.clone()]);
+                    all.for_each(|(x, w)| *x += 2.0 * (r.re * w.re - r.im * w.im));
+                }
             }
         }
     }
@@ -191,4 +202,10 @@ impl StageSystem {
         counters.work.real_solves += 1;
         counters.work.complex_solves += self.complex.len() as u64;
     }
+}
+
+/// 0..n in parts: the numbers of all vectors in a part stay in the cache.
+fn parts(n: usize) -> impl Iterator<Item = Range<usize>> {
+    let starts = (0..n).step_by(AT_A_TIME);
+    starts.map(move |start| start..n.min(start + AT_A_TIME))
 }

@@ -125,7 +125,10 @@ impl<P> Weights<P> {
     pub(crate) fn scale(&mut self, h: f64) {
         let weights = self.plain.iter().zip(&self.powers);
         for (scaled, (w, &power)) in self.scaled.iter_mut().zip(weights) {
-            *scaled = w * h.powi(power);
+            *scaled = match power {
+                0 => *w,
+                _ => w * h.powi(power),
+            };
         }
     }
 

@@ -4,7 +4,7 @@ use myovib_dae::{LinearSolver, Outcome, Problem, Stop, StopReason, WorstComponen
 
 use super::state::{Jacobian, RadauSolver, step_of};
 use crate::control::FACTORS;
-use crate::dense::add_scaled;
+use crate::dense::{add_scaled, write_combined};
 use crate::error::RadauError;
 use crate::failure::{Failure, Failures, Rejection};
 use crate::options::StepSize;
@@ -191,10 +191,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let last = self.method.stages() - 1;
         let n = self.y.len();
         add_scaled(&mut self.y, 1.0, &self.collocation.increments[last * n..]);
-        self.y_dot.fill(0.0);
-        for (j, z_j) in self.collocation.increments.chunks_exact(n).enumerate() {
-            add_scaled(&mut self.y_dot, self.method.a_inverse(last, j) / h, z_j);
-        }
+        let slope = |_, j| self.method.a_inverse(last, j) / h;
+        write_combined(&mut self.y_dot, n, slope, &self.collocation.increments);
         self.t = t;
         self.began_afresh = self.fresh;
         (self.fresh, self.next_limit) = (false, None);
