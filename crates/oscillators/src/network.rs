@@ -5,6 +5,7 @@
 //! (note [0001](crate::notes::one_network)).
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -104,6 +105,7 @@ pub struct Network {
     pulls: Vec<Pull>,
     slots: Vec<Slots>,
     pattern: SparsityPattern,
+    stiffness_pattern: SparsityPattern,
 }
 
 impl Network {
@@ -155,6 +157,7 @@ impl Network {
             forced,
             pulls,
             slots,
+            stiffness_pattern: stiffness_pattern(&pattern),
             pattern,
         })
     }
@@ -188,6 +191,13 @@ impl Network {
     /// `a · γ · ∂u/∂q` there, with the gain γ of its [`Drive`](crate::Drive).
     pub fn forced_rows(&self, channel: usize) -> impl Iterator<Item = usize> + '_ {
         self.forced[channel].iter().copied()
+    }
+
+    /// The oscillators that component `channel` of the forcing reaches, directly or through their
+    /// neighbours: no other component does.
+    pub fn reached(&self, channel: usize) -> Range<usize> {
+        let n = self.n_oscillators() / self.n_channels();
+        channel * n..(channel + 1) * n
     }
 
     /// Evaluates F(s, ṡ; c) into `residual`, overwriting it.
@@ -242,22 +252,60 @@ impl Network {
         let n = self.n_oscillators();
         assert_eq!(s.len(), 2 * n, "states");
         assert_eq!(values.len(), self.pattern.nnz(), "Jacobian values");
-        let Coefficients {
-            vdp_mu, duffing, ..
-        } = self.coefficients;
         let (y, w) = s.split_at(n);
         values.fill(0.0);
         for (k, slots) in self.slots.iter().enumerate() {
-            let stiffness = self.omega[k].powi(2) + 3.0 * duffing * y[k].powi(2);
-            let damping_slope = 2.0 * vdp_mu * y[k] * w[k];
+            let [by_position, by_velocity] = self.own_slopes(k, y[k], w[k]);
             values[slots.kinematic_position] = b;
             values[slots.kinematic_velocity] = -a;
-            values[slots.momentum_position] = a * (stiffness + damping_slope);
-            values[slots.momentum_velocity] = b - a * vdp_mu * (1.0 - y[k].powi(2));
+            values[slots.momentum_position] = a * by_position;
+            values[slots.momentum_velocity] = b + a * by_velocity;
         }
         for pull in &self.pulls {
             values[pull.slot] -= a * self.pull_strength(pull.on);
         }
+    }
+
+    /// The compressed-column pattern of the stiffness K, N × N, whose entries
+    /// [`linearise`](Self::linearise) gives.
+    pub fn stiffness_pattern(&self) -> &SparsityPattern {
+        &self.stiffness_pattern
+    }
+
+    /// Where the entries of the diagonal stand in the [`stiffness_pattern`](Self::stiffness_pattern).
+    pub fn stiffness_diagonal(&self) -> impl Iterator<Item = usize> + '_ {
+        let slots = self.slots.iter().enumerate();
+        slots.map(|(k, slots)| slots.momentum_position - kinematic_before(k))
+    }
+
+    /// Evaluates what [`jacobian`](Self::jacobian) is made of, the rows N + n of ∂F/∂s: the stiffness K, by
+    /// the positions, in the order of its pattern, and the diagonal of the damping, by the velocities.
+    ///
+    /// # Panics
+    /// When a slice has another length than the states, the entries of K and the oscillators have.
+    pub fn linearise(&self, s: &[f64], stiffness: &mut [f64], damping: &mut [f64]) {
+        let n = self.n_oscillators();
+        assert_eq!(s.len(), 2 * n, "states");
+        assert_eq!(stiffness.len(), self.stiffness_pattern.nnz(), "stiffness");
+        assert_eq!(damping.len(), n, "damping");
+        let (y, w) = s.split_at(n);
+        stiffness.fill(0.0);
+        for (k, entry) in self.stiffness_diagonal().enumerate() {
+            [stiffness[entry], damping[k]] = self.own_slopes(k, y[k], w[k]);
+        }
+        for pull in &self.pulls {
+            stiffness[pull.slot - kinematic_before(pull.by)] -= self.pull_strength(pull.on);
+        }
+    }
+
+    /// ∂F/∂y and ∂F/∂w of oscillator n's momentum row by its own state.
+    fn own_slopes(&self, oscillator: usize, y: f64, w: f64) -> [f64; 2] {
+        let Coefficients {
+            vdp_mu, duffing, ..
+        } = self.coefficients;
+        let restoring = self.omega[oscillator].powi(2) + 3.0 * duffing * y.powi(2);
+        let damping_slope = 2.0 * vdp_mu * y * w;
+        [restoring + damping_slope, -vdp_mu * (1.0 - y.powi(2))]
     }
 
     /// D_n/2 = D ω_n/2, the pull of one neighbour on oscillator n.
@@ -315,4 +363,22 @@ fn pattern_of(nodes: &[Node]) -> SparsityPattern {
     }
     SparsityPattern::try_from_offsets_and_indices(2 * n, 2 * n, offsets, rows)
         .expect("ordered sets of rows below 2 N make a pattern")
+}
+
+/// Kinematic rows in the columns of the positions up to that of this oscillator: each has one, its first.
+fn kinematic_before(oscillator: usize) -> usize {
+    oscillator + 1
+}
+
+/// The momentum rows of the columns of the positions.
+fn stiffness_pattern(pattern: &SparsityPattern) -> SparsityPattern {
+    let n = pattern.major_dim() / 2;
+    let mut offsets = vec![0];
+    let mut rows = Vec::new();
+    for column in 0..n {
+        rows.extend(pattern.lane(column)[1..].iter().map(|row| row - n));
+        offsets.push(rows.len());
+    }
+    SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows)
+        .expect("a part of a pattern is one")
 }

@@ -82,6 +82,6 @@ impl SmoothCoherence {
     }
 
     fn rounded(&self, z: Complex64) -> f64 {
-        z.norm().hypot(self.radius)
+        (z.norm_sqr() + self.radius * self.radius).sqrt()
     }
 }

@@ -211,6 +211,8 @@ fn very_many_oscillators_at_most_double_the_work_on_the_body() {
     let scene = changed(&scene, "start = 1.0, rise = 0.4", "rise = 0.1");
     let steps = "rtol = 1e-3\ninitial_step = 5e-4\nmax_step = 5e-4\n";
     let scene = changed(&scene, "rtol = 1e-3\n", steps);
+    // What is measured are steps: one checkpoint, at the end, for the ten of a run of any length.
+    let scene = format!("[checkpoint]\nevery = 0.05\n{scene}");
 
     let (before, chain) = scene.split_once("[[chain]]").unwrap();
     let (_, after) = chain.split_once("[integrator]").unwrap();

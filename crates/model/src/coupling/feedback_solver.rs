@@ -8,6 +8,7 @@
 //! ⎝ γ e wᵀ   J_o   ⎠ ⎝ δs ⎠ = ⎝ b_o ⎠     h = ∇gᵀ J_o⁻¹ γ e.
 //! ```
 //!
+//! and then δs = J_o⁻¹ b_o − (J_o⁻¹ γ e) wᵀ δy, without another solve.
 //! One coherence for each place remains of all its oscillators: h, a number. A place that acts on the
 //! elements that drive it changes the stiffness in places it has: nothing is filled in, and what is
 //! factorised has the size of the body alone. h depends on c; as h = α + β c with real α and β it is a
@@ -19,14 +20,16 @@
 use myovib_dae::{LinearSolver, Linearization, StepError};
 use myovib_sparse::klu::KluOptions;
 use myovib_sparse::{Number, SparseError};
+use nalgebra::ComplexField;
 use num_complex::Complex64;
 
 use super::apart::Apart;
 use super::dae::CoupledDae;
 use super::effect::Feedback;
 use super::feedback::FeedbackDae;
+use super::networks::NetworkMatrix;
 use super::reach::Place;
-use super::solver::{CoupledSolver, NetworkFactors};
+use super::solver::CoupledSolver;
 use crate::field::Field;
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
@@ -82,9 +85,17 @@ pub struct FeedbackSolver {
     one_way: CoupledSolver<CondensedSolver>,
     /// `None` for a place that acts beyond the elements that drive it.
     places: Vec<Option<Local>>,
-    /// Those places, for the real matrix and for each complex one.
-    real: Apart<f64>,
-    complex: Vec<Apart<Complex64>>,
+    /// Places and responses for the real matrix and for each complex one.
+    real: Matrix<f64>,
+    complex: Vec<Matrix<Complex64>>,
+}
+
+/// What belongs to one c.
+#[derive(Debug)]
+struct Matrix<T: ComplexField> {
+    /// J_o⁻¹ γ e of each network.
+    responses: Vec<Vec<T>>,
+    apart: Apart<T>,
 }
 
 impl FeedbackSolver {
@@ -103,7 +114,10 @@ impl FeedbackSolver {
         Ok(Self {
             one_way: CoupledSolver::new(body, one_way, options)?,
             places,
-            real: Apart::default(),
+            real: Matrix {
+                responses: Vec::new(),
+                apart: Apart::default(),
+            },
             complex: Vec::new(),
         })
     }
@@ -117,9 +131,15 @@ impl FeedbackSolver {
 
     /// Solves with the matrices as they are without the places apart.
     fn solve_local(&mut self, dae: &mut FeedbackDae, x: &mut [f64]) -> Result<(), StepError> {
-        feed_back(&self.places, &mut self.one_way.real, dae, x)?;
+        solve_alone(&mut self.one_way.real, dae, x)?;
+        feed_back(&self.places, dae, x);
         let (one_way, ..) = dae.parts();
-        self.one_way.solve_real(one_way, x)
+        let own = one_way.body_range();
+        self.one_way
+            .body
+            .solve_real(one_way.body_mut(), &mut x[own])?;
+        respond(&self.real.responses, one_way, x);
+        Ok(())
     }
 
     /// The same with complex matrix `k`.
@@ -129,60 +149,77 @@ impl FeedbackSolver {
         k: usize,
         x: &mut [Complex64],
     ) -> Result<(), StepError> {
-        feed_back(&self.places, &mut self.one_way.complex[k], dae, x)?;
+        solve_alone(&mut self.one_way.complex[k], dae, x)?;
+        feed_back(&self.places, dae, x);
         let (one_way, ..) = dae.parts();
-        self.one_way.solve_complex(one_way, k, x)
+        let own = one_way.body_range();
+        let body = &mut self.one_way.body;
+        body.solve_complex(one_way.body_mut(), k, &mut x[own])?;
+        respond(&self.complex[k].responses, one_way, x);
+        Ok(())
     }
 }
 
-/// h of each place.
-fn gains<T: Number>(
-    factors: &mut NetworkFactors<T>,
-    dae: &FeedbackDae,
-) -> Result<Vec<T>, StepError> {
-    let one_way = dae.one_way();
-    let mut driven = Vec::new();
-    for k in 0..one_way.n_networks() {
-        let oscillators = one_way.oscillators(k);
-        let mut x = vec![T::zero(); one_way.range(k).len()];
-        for channel in 0..oscillators.network().n_channels() {
-            for row in oscillators.network().forced_rows(channel) {
-                x[row] = T::one() * oscillators.drive().gain;
-            }
-        }
-        factors.solve_one(k, &mut x)?;
-        driven.push(x);
+impl<T: Number + ComplexField> Matrix<T> {
+    /// With the responses of these `networks`, factorised, and no places apart yet.
+    fn new(networks: &mut [NetworkMatrix<T>], dae: &FeedbackDae) -> Result<Self, StepError> {
+        let one_way = dae.one_way();
+        let response = |(k, network): (usize, &mut NetworkMatrix<T>)| {
+            let forcing = one_way.oscillators(k).forcing().into_iter();
+            let mut x: Vec<T> = forcing.map(|forcing| T::one() * forcing).collect();
+            network.solve(&mut x)?;
+            Ok(x)
+        };
+        let networks = networks.iter_mut().enumerate();
+        Ok(Self {
+            responses: networks.map(response).collect::<Result<_, StepError>>()?,
+            apart: Apart::default(),
+        })
     }
-    let of_place = |place: &Place| place.along(&driven[dae.feedbacks()[place.feedback].network]);
-    Ok(dae.places().iter().map(of_place).collect())
+
+    /// h of each place.
+    fn gains(&self, dae: &FeedbackDae) -> Vec<T> {
+        let places = dae.places().iter();
+        let network = |place: &Place| dae.feedbacks()[place.feedback].network;
+        places
+            .map(|place| place.along(&self.responses[network(place)]))
+            .collect()
+    }
 }
 
-/// Takes what the right-hand sides of the oscillators do to the body, by the places that are local.
-fn feed_back<T: Number>(
-    places: &[Option<Local>],
-    factors: &mut NetworkFactors<T>,
+/// Solves for the oscillators as if the body did not move, in place.
+fn solve_alone<T: Number>(
+    networks: &mut [NetworkMatrix<T>],
     dae: &FeedbackDae,
-    rhs: &mut [T],
+    x: &mut [T],
 ) -> Result<(), StepError> {
+    let mut networks = networks.iter_mut().enumerate();
+    networks.try_for_each(|(k, network)| network.solve(&mut x[dae.one_way().range(k)]))
+}
+
+/// Takes what the oscillators alone do to the body, by the places that are local.
+fn feed_back<T: Number>(places: &[Option<Local>], dae: &FeedbackDae, x: &mut [T]) {
     let one_way = dae.one_way();
-    let mut alone = Vec::new();
-    for k in 0..one_way.n_networks() {
-        let mut x = rhs[one_way.range(k)].to_vec();
-        factors.solve_one(k, &mut x)?;
-        alone.push(x);
-    }
-    let rows = &mut rhs[one_way.body().layout().momentum()];
-    for (_, place) in places
-        .iter()
-        .zip(dae.places())
-        .filter(|(local, _)| local.is_some())
-    {
-        let change = place.along(&alone[dae.feedbacks()[place.feedback].network]);
+    let momentum = one_way.body().layout().momentum().start;
+    let places = places.iter().zip(dae.places());
+    for (_, place) in places.filter(|(local, _)| local.is_some()) {
+        let change = place.along(&x[one_way.range(dae.feedbacks()[place.feedback].network)]);
         for (&row, &force) in place.rows.iter().zip(&place.force) {
-            rows[row] -= change * force;
+            x[momentum + row] -= change * force;
         }
     }
-    Ok(())
+}
+
+/// Adds what the motion of the body, which is solved for, does to the oscillators.
+fn respond<T: Number>(responses: &[Vec<T>], one_way: &CoupledDae<MuscleDae>, x: &mut [T]) {
+    let (body, oscillators) = x.split_at_mut(one_way.body_range().end);
+    for (k, response) in responses.iter().enumerate() {
+        let own = one_way.range(k);
+        let states = &mut oscillators[own.start - body.len()..own.end - body.len()];
+        one_way
+            .oscillators(k)
+            .subtract_response(response, body, states);
+    }
 }
 
 impl LinearSolver<FeedbackDae> for FeedbackSolver {
@@ -199,13 +236,19 @@ impl LinearSolver<FeedbackDae> for FeedbackSolver {
         real: f64,
         complex: &[Complex64],
     ) -> Result<(), StepError> {
-        self.one_way.set_up_networks(real, complex)?;
+        let solver = &mut self.one_way;
+        solver.set_up_networks(dae.one_way(), real, complex)?;
+        self.real = Matrix::new(&mut solver.real, dae)?;
+        let networks = solver.complex.iter_mut();
+        self.complex = networks
+            .map(|networks| Matrix::new(networks, dae))
+            .collect::<Result<_, _>>()?;
         // α and β of each place, for each matrix.
-        let of_real = gains(&mut self.one_way.real, dae)?;
-        let mut all: Vec<Vec<[f64; 2]>> = vec![of_real.iter().map(|h| [*h, 0.0]).collect()];
-        for (factors, c) in self.one_way.complex.iter_mut().zip(complex) {
+        let of_real = self.real.gains(dae).into_iter();
+        let mut all: Vec<Vec<[f64; 2]>> = vec![of_real.map(|h| [h, 0.0]).collect()];
+        for (matrix, c) in self.complex.iter().zip(complex) {
             let split = |h: Complex64| [h.re - h.im / c.im * c.re, h.im / c.im];
-            all.push(gains(factors, dae)?.into_iter().map(split).collect());
+            all.push(matrix.gains(dae).into_iter().map(split).collect());
         }
         let (one_way, places, _) = dae.parts();
         let locals = &self.places;
@@ -227,20 +270,18 @@ impl LinearSolver<FeedbackDae> for FeedbackSolver {
             .body
             .set_up_each(body, real, complex, prepare)?;
         let apart = self.apart();
-        self.real = Apart::new(&apart, dae, |dae, x| self.solve_local(dae, x))?;
-        self.complex.clear();
+        self.real.apart = Apart::new(&apart, dae, |dae, x| self.solve_local(dae, x))?;
         for k in 0..complex.len() {
             let solve =
                 |dae: &mut FeedbackDae, x: &mut [Complex64]| self.solve_local_complex(dae, k, x);
-            let matrix = Apart::new(&apart, dae, solve)?;
-            self.complex.push(matrix);
+            self.complex[k].apart = Apart::new(&apart, dae, solve)?;
         }
         Ok(())
     }
 
     fn solve_real(&mut self, dae: &mut FeedbackDae, rhs: &mut [f64]) -> Result<(), StepError> {
         self.solve_local(dae, rhs)?;
-        self.real.correct(dae, rhs)
+        self.real.apart.correct(dae, rhs)
     }
 
     fn solve_complex(
@@ -250,7 +291,7 @@ impl LinearSolver<FeedbackDae> for FeedbackSolver {
         rhs: &mut [Complex64],
     ) -> Result<(), StepError> {
         self.solve_local_complex(dae, k, rhs)?;
-        self.complex[k].correct(dae, rhs)
+        self.complex[k].apart.correct(dae, rhs)
     }
 
     fn pivot_choices(&self) -> u64 {

@@ -29,6 +29,7 @@ mod feedback_solver;
 mod history;
 mod ida;
 mod locking;
+mod networks;
 mod no_body;
 mod oscillators;
 mod radau;

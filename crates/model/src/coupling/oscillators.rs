@@ -44,6 +44,12 @@ impl Source {
             Self::Rest | Self::Given(_) | Self::Recorded(_) => &[],
         }
     }
+
+    /// The change of u with a change of the body's unknowns: wᵀ `body`.
+    fn change<T: Number>(&self, body: &[T]) -> T {
+        let terms = self.unknowns().iter().map(|&(i, weight)| body[i] * weight);
+        terms.fold(T::zero(), |sum, term| sum + term)
+    }
 }
 
 /// Oscillators as part of a coupled system.
@@ -106,12 +112,48 @@ impl Oscillators {
     }
 
     /// `rows` −= γ e wᵀ `body`: what a change of the body's unknowns does to the equations.
-    pub(crate) fn subtract_forcing<T: Number>(&self, body: &[T], rows: &mut [T]) {
+    pub(super) fn subtract_forcing<T: Number>(&self, body: &[T], rows: &mut [T]) {
         for (channel, source) in self.sources.iter().enumerate() {
-            let unknowns = source.unknowns().iter();
-            let u = unknowns.fold(T::zero(), |u, &(i, weight)| u + body[i] * weight);
+            let change = source.change(body) * self.drive.gain;
             for row in self.network.forced_rows(channel) {
-                rows[row] -= u * self.drive.gain;
+                rows[row] -= change;
+            }
+        }
+    }
+
+    /// γ e, all components of the forcing at once.
+    pub(super) fn forcing(&self) -> Vec<f64> {
+        let mut forcing = vec![0.0; self.network.n_states()];
+        for channel in 0..self.sources.len() {
+            for row in self.network.forced_rows(channel) {
+                forcing[row] = self.drive.gain;
+            }
+        }
+        forcing
+    }
+
+    /// `states` −= J_o⁻¹ γ e wᵀ `body`, with the `response` J_o⁻¹ γ e of all components of the forcing:
+    /// each reaches oscillators of its own.
+    pub(super) fn subtract_response<T: Number>(
+        &self,
+        response: &[T],
+        body: &[T],
+        states: &mut [T],
+    ) {
+        let n = self.network.n_oscillators();
+        let (positions, velocities) = states.split_at_mut(n);
+        let of_response = response.split_at(n);
+        for (channel, source) in self.sources.iter().enumerate() {
+            let change = source.change(body);
+            let own = self.network.reached(channel);
+            let parts = [
+                (&mut positions[own.clone()], &of_response.0[own.clone()]),
+                (&mut velocities[own.clone()], &of_response.1[own]),
+            ];
+            for (states, response) in parts {
+                for (state, &response) in states.iter_mut().zip(response) {
+                    *state -= change * response;
+                }
             }
         }
     }

@@ -45,8 +45,13 @@ impl Place {
 
     /// ∇gᵀ x for states x of the network.
     pub(super) fn along<T: Number>(&self, x: &[T]) -> T {
-        let terms = self.slopes().map(|(state, slope)| x[state] * slope);
-        terms.fold(T::zero(), |sum, term| sum + term)
+        let [positions, velocities] = self.states();
+        let (by_position, by_velocity) = self.slope.split_at(positions.len());
+        let terms = |x: &[T], slope: &[f64]| {
+            let terms = x.iter().zip(slope);
+            terms.fold(T::zero(), |sum, (&x, &slope)| sum + x * slope)
+        };
+        terms(&x[positions], by_position) + terms(&x[velocities], by_velocity)
     }
 
     /// g for the states of the network.

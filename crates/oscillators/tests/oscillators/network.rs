@@ -11,14 +11,17 @@ const ALL_TERMS: Coefficients = Coefficients {
 };
 
 fn chain(omega: &[f64], ends: Ends, reach: Reach) -> Network {
-    Chain {
+    chains(1, omega, ends, reach)
+}
+
+fn chains(places: usize, omega: &[f64], ends: Ends, reach: Reach) -> Network {
+    let chain = Chain {
         omega: omega.to_vec(),
         coefficients: ALL_TERMS,
         ends,
         reach,
-    }
-    .network()
-    .unwrap()
+    };
+    chain.network_at(places).unwrap()
 }
 
 fn array(columns: usize, rows: usize, ends: Ends) -> Array {
@@ -33,7 +36,7 @@ fn array(columns: usize, rows: usize, ends: Ends) -> Array {
     }
 }
 
-/// Chains of all edge-case lengths, and arrays.
+/// Chains of all edge-case lengths, arrays, and chains at several places.
 fn networks() -> Vec<(String, Network)> {
     let mut all = Vec::new();
     for ends in [Ends::Periodic, Ends::Open] {
@@ -48,6 +51,9 @@ fn networks() -> Vec<(String, Network)> {
             let network = array(columns, rows, ends).network().unwrap();
             all.push((format!("{ends:?} array {columns} × {rows}"), network));
         }
+        let omega: Vec<f64> = random(9, 12).iter().map(|x| 50.0 + x).collect();
+        let three = chains(3, &omega, ends, Reach::Boundary);
+        all.push((format!("{ends:?} chains of 4 at 3 places"), three));
     }
     all
 }
@@ -191,6 +197,57 @@ fn the_jacobian_is_the_derivative_of_the_residual() {
                 );
             }
         }
+    }
+}
+
+#[test]
+fn stiffness_and_damping_are_the_jacobian_of_the_momentum_rows() {
+    for (case, (name, network)) in networks().into_iter().enumerate() {
+        let (n, states) = (network.n_oscillators(), network.n_states());
+        let s = random(1000 + case as u32, states);
+        let mut values = vec![f64::NAN; network.jacobian_pattern().nnz()];
+        network.jacobian(&s, 1.0, 0.0, &mut values);
+        let pattern = network.jacobian_pattern().clone();
+        let jacobian = CscMatrix::try_from_pattern_and_values(pattern, values).unwrap();
+
+        let pattern = network.stiffness_pattern().clone();
+        let (mut stiffness, mut damping) = (vec![f64::NAN; pattern.nnz()], vec![f64::NAN; n]);
+        network.linearise(&s, &mut stiffness, &mut damping);
+        let diagonal: Vec<f64> = network.stiffness_diagonal().map(|k| stiffness[k]).collect();
+        let stiffness = CscMatrix::try_from_pattern_and_values(pattern, stiffness).unwrap();
+        let entry = |matrix: &CscMatrix<f64>, row: usize, column: usize| {
+            let entry = matrix.get_entry(row, column);
+            entry.map_or(0.0, |entry| entry.into_value())
+        };
+        for (column, &on_diagonal) in diagonal.iter().enumerate() {
+            assert_eq!(on_diagonal, entry(&stiffness, column, column), "{name}");
+            for (row, &damping) in damping.iter().enumerate() {
+                let expected = entry(&jacobian, n + row, column);
+                assert_eq!(entry(&stiffness, row, column), expected, "{name}");
+                let of_velocity = if row == column { damping } else { 0.0 };
+                let expected = entry(&jacobian, n + row, n + column);
+                assert_eq!(of_velocity, expected, "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn no_oscillator_feels_another_component_of_the_forcing_than_its_own() {
+    for (name, network) in networks() {
+        let n = network.n_oscillators();
+        let mut all: Vec<usize> = Vec::new();
+        for channel in 0..network.n_channels() {
+            let own = network.reached(channel);
+            let forced: Vec<usize> = network.forced_rows(channel).collect();
+            assert!(forced.iter().all(|row| own.contains(&(row - n))), "{name}");
+            for column in own.clone() {
+                let pulled = network.stiffness_pattern().lane(column);
+                assert!(pulled.iter().all(|row| own.contains(row)), "{name}");
+            }
+            all.extend(own);
+        }
+        assert_eq!(all, Vec::from_iter(0..n), "{name}");
     }
 }
 

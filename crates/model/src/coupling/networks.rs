@@ -1,0 +1,122 @@
+//! The Newton matrices of networks of oscillators, the velocities eliminated.
+//!
+//! With the stiffness K and the diagonal d of the damping,
+//!
+//! ```text
+//! ⎛ c   −I    ⎞ ⎛ δy ⎞   ⎛ b_y ⎞     (K + c (c + d)) δy = b_w + (c + d) b_y,
+//! ⎝ K   c + d ⎠ ⎝ δw ⎠ = ⎝ b_w ⎠     δw = c δy − b_y.
+//! ```
+
+use myovib_dae::{Problem, StepError};
+use myovib_sparse::klu::KluOptions;
+use myovib_sparse::pivoting::{Factors, Symbolic};
+use myovib_sparse::{Number, SparseError};
+
+use super::dae::CoupledDae;
+use super::oscillators::Oscillators;
+
+/// K and d of one network, and how the matrices made of them are factorised.
+#[derive(Debug)]
+struct Linearised {
+    stiffness: Vec<f64>,
+    damping: Vec<f64>,
+    analysis: Symbolic,
+}
+
+/// K and d of all networks of a system.
+#[derive(Debug)]
+pub(super) struct Networks(Vec<Linearised>);
+
+impl Networks {
+    /// Analyses the matrices of the networks of `dae`.
+    pub(super) fn new<B: Problem>(
+        dae: &CoupledDae<B>,
+        options: KluOptions,
+    ) -> Result<Self, SparseError> {
+        let linearised = |k| {
+            let network = dae.oscillators(k).network();
+            let pattern = network.stiffness_pattern();
+            Ok(Linearised {
+                stiffness: vec![0.0; pattern.nnz()],
+                damping: vec![0.0; network.n_oscillators()],
+                analysis: Symbolic::analyze(pattern, options)?,
+            })
+        };
+        let networks = (0..dae.n_networks()).map(linearised);
+        networks.collect::<Result<_, _>>().map(Self)
+    }
+
+    /// Linearises all networks at the state `y` of the whole system.
+    pub(super) fn linearise<B: Problem>(&mut self, dae: &CoupledDae<B>, y: &[f64]) {
+        for (k, own) in self.0.iter_mut().enumerate() {
+            let network = dae.oscillators(k).network();
+            network.linearise(&y[dae.range(k)], &mut own.stiffness, &mut own.damping);
+        }
+    }
+
+    /// Room for the matrices of one c.
+    pub(super) fn matrices<T: Number>(&self) -> Vec<NetworkMatrix<T>> {
+        self.0.iter().map(NetworkMatrix::new).collect()
+    }
+
+    /// Factorises the matrices of all networks for this c.
+    pub(super) fn set_up<B: Problem, T: Number>(
+        &self,
+        dae: &CoupledDae<B>,
+        c: T,
+        matrices: &mut [NetworkMatrix<T>],
+    ) -> Result<(), StepError> {
+        let mut networks = self.0.iter().zip(matrices).enumerate();
+        networks.try_for_each(|(k, (own, matrix))| matrix.set_up(dae.oscillators(k), own, c))
+    }
+}
+
+/// The matrix of one network for one c, factorised.
+#[derive(Debug)]
+pub(super) struct NetworkMatrix<T: Number> {
+    c: T,
+    /// c + d.
+    rates: Vec<T>,
+    /// K + c (c + d).
+    values: Vec<T>,
+    pub(super) factors: Factors<T>,
+}
+
+impl<T: Number> NetworkMatrix<T> {
+    fn new(of: &Linearised) -> Self {
+        Self {
+            c: T::zero(),
+            rates: vec![T::zero(); of.damping.len()],
+            values: vec![T::zero(); of.stiffness.len()],
+            factors: Factors::new(of.analysis.clone()),
+        }
+    }
+
+    fn set_up(&mut self, of: &Oscillators, at: &Linearised, c: T) -> Result<(), StepError> {
+        self.c = c;
+        for (value, &stiffness) in self.values.iter_mut().zip(&at.stiffness) {
+            *value = T::one() * stiffness;
+        }
+        let damping = self.rates.iter_mut().zip(&at.damping);
+        for ((rate, &d), entry) in damping.zip(of.network().stiffness_diagonal()) {
+            *rate = c + T::one() * d;
+            self.values[entry] += c * *rate;
+        }
+        self.factors.renew(&self.values)?;
+        Ok(())
+    }
+
+    /// Solves in place for the states of the network.
+    pub(super) fn solve(&mut self, x: &mut [T]) -> Result<(), StepError> {
+        let (of_position, of_velocity) = x.split_at_mut(self.rates.len());
+        let right = of_velocity.iter_mut().zip(&*of_position);
+        for ((w, &y), &rate) in right.zip(&self.rates) {
+            *w += rate * y;
+        }
+        self.factors.solve(of_velocity)?;
+        for (y, w) in of_position.iter_mut().zip(of_velocity) {
+            (*y, *w) = (*w, self.c * *w - *y);
+        }
+        Ok(())
+    }
+}
