@@ -22,13 +22,17 @@ fn steps(of: &Value) -> u64 {
     of["steps"].as_u64().unwrap_or_else(|| panic!("{of}"))
 }
 
-/// A short run is tried to its end: a body by each method, with chains, with chains that act back.
+/// A short run is tried to its end: a body by each method, with chains, one that contracts, with chains that act
+/// back.
 #[test]
 fn all_steps_of_a_short_run_are_told() {
     let chain = "chain=[{ name = \"here\", at = [0.0, 0.0], oscillators = 2 }]";
-    let cases: [(&str, &[&str]); 5] = [
+    let fibres = "material[0].fibre=[1.0, 0.0]";
+    let tension = "material[0].active={ type = \"given\", tension = { type = \"step\", value = 1e4, rise = 0.2 } }";
+    let cases: [(&str, &[&str]); 6] = [
         ("init", &["time.end=0.5"]),
         ("init", &["time.end=0.5", chain]),
+        ("init", &["time.end=0.3", fibres, tension]),
         ("cook-dynamic", &["time.end=5.0"]),
         ("two-way", &["time.end=0.1"]),
         // Ended by the scene's own limit.

@@ -17,6 +17,17 @@ const GUCCIONE: Law = Law::Guccione {
     b_t: 2.0,
     b_fs: 4.0,
 };
+const ISOCHORIC_GUCCIONE: Law = Law::IsochoricGuccione {
+    c: 2e3,
+    b_f: 8.0,
+    b_t: 2.0,
+    b_fs: 4.0,
+};
+const ST_VENANT_KIRCHHOFF: Law = Law::StVenantKirchhoff {
+    lambda: 8e4,
+    shear_modulus: 2e4,
+};
+const DEVIATORIC: Law = Law::DeviatoricStVenantKirchhoff { shear_modulus: 2e4 };
 /// The constants of Aróstica et al. 2025.
 const HEART: Law = Law::HolzapfelOgden {
     a: 59.0,
@@ -345,6 +356,11 @@ difference_tests! {
     small_strain: SMALL_LAW, Space::taylor_hood, None;
     small_strain_penalty: SMALL_LAW, Space::taylor_hood, Some(1e5);
     guccione: GUCCIONE, Space::taylor_hood, None;
+    isochoric_guccione: ISOCHORIC_GUCCIONE, Space::taylor_hood, None;
+    isochoric_guccione_penalty: ISOCHORIC_GUCCIONE, Space::taylor_hood, Some(1e5);
+    st_venant_kirchhoff: ST_VENANT_KIRCHHOFF, Space::taylor_hood, Some(1e5);
+    deviatoric_st_venant_kirchhoff: DEVIATORIC, Space::taylor_hood, None;
+    deviatoric_st_venant_kirchhoff_penalty: DEVIATORIC, Space::taylor_hood, Some(1e5);
     holzapfel_ogden: HEART, Space::taylor_hood, None;
     holzapfel_ogden_penalty: HEART, Space::taylor_hood, Some(1e5);
     transverse_mooney_rivlin: TENDON, Space::taylor_hood, None;
@@ -369,6 +385,11 @@ spatial_difference_tests! {
     spatial_mooney_rivlin_equal_order: MUSCLE_LAW, Space::equal_order, None;
     spatial_small_strain: SMALL_LAW, Space::taylor_hood, None;
     spatial_guccione: GUCCIONE, Space::taylor_hood, None;
+    spatial_isochoric_guccione: ISOCHORIC_GUCCIONE, Space::taylor_hood, None;
+    spatial_isochoric_guccione_penalty: ISOCHORIC_GUCCIONE, Space::taylor_hood, Some(1e5);
+    spatial_st_venant_kirchhoff: ST_VENANT_KIRCHHOFF, Space::taylor_hood, Some(1e5);
+    spatial_deviatoric_st_venant_kirchhoff: DEVIATORIC, Space::taylor_hood, None;
+    spatial_deviatoric_st_venant_kirchhoff_penalty: DEVIATORIC, Space::taylor_hood, Some(1e5);
     spatial_holzapfel_ogden: HEART, Space::taylor_hood, None;
     spatial_holzapfel_ogden_penalty: HEART, Space::taylor_hood, Some(1e5);
     spatial_transverse_mooney_rivlin: TENDON, Space::taylor_hood, None;

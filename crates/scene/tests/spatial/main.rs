@@ -2,12 +2,11 @@
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod cubes;
+mod extruded;
 mod refusals;
 
 use std::path::Path;
 
-use myovib_model::Probe;
-use myovib_model::statics::equilibrium;
 use myovib_scene::Scene;
 use myovib_scene::run::{RunOptions, compute};
 use serde_json::Value;
@@ -118,73 +117,4 @@ fn land1_is_within_the_codes_of_the_benchmark() {
     assert!((u_z - 3.17e-3).abs() < 2e-5, "{results}");
     // Another P2–P1 program on as many cells, in four digits.
     assert!((u_z - 3.159e-3).abs() < 1e-6, "{results}");
-}
-
-/// A cantilever of the muscle's material under a dead load at its end; `cells` along and across.
-fn cantilever(mesh: &str, supports: &str) -> [f64; 2] {
-    let text = format!(
-        r#"
-analysis = "static"
-[mesh]
-{mesh}
-[solid]
-kappa = 1e5
-[[material]]
-law = "mooney-rivlin"
-density = 1e3
-c10 = 1e4
-c01 = 2e2
-[[fixed]]
-group = "left"
-{supports}
-[[traction]]
-group = "right"
-y = -400.0
-"#
-    );
-    let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
-    let body = scene.body.as_ref().unwrap();
-    let found = equilibrium(&body.muscle, body.formulation, 0.0).unwrap();
-    let space = body.muscle.solid.space();
-    let mut u = vec![0.0; space.n_components()];
-    body.muscle.solid.dofs().expand(&found.displacement, &mut u);
-    let end = [4.0, 0.5, 0.15];
-    let probe = Probe::at(space, &end[..space.dimension()]).unwrap();
-    let vector = probe.vector(&u);
-    [vector[0], vector[1]]
-}
-
-/// Between two planes without friction a thick plate is in plane strain.
-#[test]
-fn a_body_between_frictionless_planes_tends_to_plane_strain() {
-    let in_plane = |n: u32| {
-        let mesh = format!(
-            "type = \"rectangle\"\nwidth = 4.0\nheight = 1.0\ncells = [{}, {n}]",
-            4 * n
-        );
-        cantilever(&mesh, "")
-    };
-    let rollers = "[[fixed]]\ngroup = \"bottom\"\ncomponents = [\"z\"]\n\
-                   [[fixed]]\ngroup = \"top\"\ncomponents = [\"z\"]";
-    let between = |n: u32| {
-        let cells = format!("cells = [{}, {n}, 1]", 4 * n);
-        cantilever(
-            &format!("type = \"box\"\nsize = [4.0, 1.0, 0.3]\n{cells}"),
-            rollers,
-        )
-    };
-    let limit = in_plane(8);
-    assert!(limit[1] < -0.3, "a large deflection: {limit:?}");
-    let error = |[x, y]: [f64; 2]| (x - limit[0]).hypot(y - limit[1]) / limit[0].hypot(limit[1]);
-    let errors = [1, 2, 4].map(|n| error(between(n)));
-    // Across, one layer of cells holds what does not depend on z: what is left is the error along and up, at
-    // most that of the plane on the same grids.
-    let plane = [1, 2, 4].map(|n| error(in_plane(n)));
-    for (k, (space, plane)) in errors.iter().zip(plane).enumerate() {
-        assert!(*space < plane, "{k}: {errors:?} {plane}");
-    }
-    assert!(
-        errors[1] < 0.5 * errors[0] && errors[2] < 0.5 * errors[1],
-        "{errors:?}"
-    );
 }
