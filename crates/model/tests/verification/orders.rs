@@ -1,5 +1,6 @@
 //! Orders of Radau IIA on a body, in fixed steps, in the plane and in space.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use myovib_dae::{Outcome, Problem, Tolerances};
@@ -12,9 +13,12 @@ use myovib_radau::{IndexScaling, RadauOptions, RadauSolver, StepSize};
 
 const T_END: f64 = 2.0;
 
-/// A compressible block of few elements, whose highest frequency a step of 1/16 s resolves: no order is
-/// lost to stiffness. It is pressed by an amount that is smooth in time.
-fn block(dimension: usize) -> MuscleDae {
+/// Formulation, κ in Pa, β in s.
+type Case = (Formulation, f64, f64);
+
+/// A block of few elements, whose highest frequency a step of 1/16 s resolves: no order is lost to stiffness. It
+/// is pressed from rest by an amount that is smooth in time.
+fn block(dimension: usize, (formulation, kappa, beta): Case) -> MuscleDae {
     let mesh = match dimension {
         2 => generate::rectangle([0.0; 2], [1.0; 2], [1, 1]),
         _ => generate::block([0.0; 3], [1.0; 3], [1, 1, 1]),
@@ -27,23 +31,25 @@ fn block(dimension: usize) -> MuscleDae {
         c01: 10.0,
     };
     let solid = Solid::uniform(space, dofs, law, 1e3).unwrap();
-    let signal = Signal::from(formula::Sine {
+    // 20 Pa (1 − cos ωt)
+    let falling = Signal::from(formula::Sine {
         amplitude: 20.0,
         frequency: 0.1,
-        phase: 0.0,
+        phase: -0.25 * TAU,
     });
-    let pressure = PressureLoad::new(&solid, "right", signal).unwrap();
-    let parameters = Parameters::new(0.1, 0.0, 300.0).unwrap();
+    let pressures = [Signal::constant(20.0), falling];
+    let pressures = pressures.map(|signal| PressureLoad::new(&solid, "right", signal).unwrap());
+    let parameters = Parameters::new(0.1, beta, kappa).unwrap();
     let muscle = Muscle {
-        pressures: vec![pressure],
+        pressures: pressures.into(),
         ..Muscle::unloaded(solid, parameters)
     };
-    MuscleDae::new(muscle, Formulation::Position).unwrap()
+    MuscleDae::new(muscle, formulation).unwrap()
 }
 
 /// The solution at the end after steps of size `h`.
-fn solution(dimension: usize, stages: usize, h: f64) -> (MuscleDae, Vec<f64>) {
-    let dae = block(dimension);
+fn solution(dimension: usize, case: Case, stages: usize, h: f64) -> (MuscleDae, Vec<f64>) {
+    let dae = block(dimension, case);
     let options = RadauOptions {
         stages,
         tolerances: Tolerances::scalar(1e-13, 1e-13),
@@ -64,31 +70,81 @@ fn solution(dimension: usize, stages: usize, h: f64) -> (MuscleDae, Vec<f64>) {
 }
 
 /// The largest errors of u, v and p.
-fn errors(dimension: usize, stages: usize, h: f64, exact: &[f64]) -> [f64; 3] {
-    let (dae, y) = solution(dimension, stages, h);
+fn errors(dimension: usize, case: Case, stages: usize, h: f64, exact: &[f64]) -> [f64; 3] {
+    let (dae, y) = solution(dimension, case, stages, h);
     [Field::Displacement, Field::Velocity, Field::Pressure].map(|field| {
-        let own = dae.layout().range(field).unwrap();
+        let Some(own) = dae.layout().range(field) else {
+            return 0.0;
+        };
         let pairs = y[own.clone()].iter().zip(&exact[own]);
         pairs.fold(0.0, |m: f64, (y, exact)| m.max((y - exact).abs()))
     })
 }
 
+/// The orders of u, v and p with s stages: 2 s − 1 where κ is finite, for the index is at most 1. Where it is
+/// infinite, velocities of index 2 have the order s and multipliers of index 2 and 3 the orders s and s − 1, and
+/// one more where their leading error is removed (Hairer, Lubich, Roche 1989).
+fn orders((formulation, kappa, _): Case, s: f64) -> [Order; 3] {
+    use Order::{AtLeast, Exactly};
+    let full = Exactly(2.0 * s - 1.0);
+    match formulation {
+        _ if kappa.is_finite() => [full; 3],
+        Formulation::Velocity | Formulation::Stabilized => [full, full, AtLeast(s + 1.0)],
+        _ => [full, AtLeast(s), AtLeast(s)],
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Order {
+    Exactly(f64),
+    /// Errors of a higher order may cover the lowest for a while. Where both change places they may cancel: the
+    /// order observed is first above, then below (velocities of index 3 with seven stages: 9.2, 5.5, 6.7 in steps
+    /// from 1 to 1/8 s). Seven tenths of the order are asked for.
+    AtLeast(f64),
+}
+
+/// What is next in h is a tenth and more of an error; an order lost would be seen.
+const TOLERANCE: f64 = 0.6;
+
+/// Rounding of u, v and p, which are some 0.05 m, 0.05 m/s and 20 Pa: 2e-14 of them, a hundred units in the last
+/// place, from some thirty Newton iterations in sixteen steps.
+const ROUNDING: [f64; 3] = [1e-15, 1e-15, 4e-13];
+
 #[test]
-fn the_methods_have_their_orders_in_the_plane_and_in_space() {
-    for dimension in [2, 3] {
-        let (_, exact) = solution(dimension, 7, 1.0 / 16.0);
+fn the_methods_have_their_orders_in_all_formulations_in_the_plane_and_in_space() {
+    use Formulation::{Displacement, ImplicitRate, Position, Rate, Stabilized, Velocity};
+    const INFINITE: f64 = f64::INFINITY;
+    let cases = [
+        (Displacement, 300.0, 0.0),
+        (Position, 300.0, 0.0),
+        (Velocity, 300.0, 0.0),
+        (Rate, 300.0, 0.02),
+        (ImplicitRate, 300.0, 0.02),
+        (Position, INFINITE, 0.0),
+        (Velocity, INFINITE, 0.0),
+        (Stabilized, INFINITE, 0.0),
+        (Rate, INFINITE, 0.02),
+        (ImplicitRate, INFINITE, 0.02),
+    ];
+    for (dimension, case) in [2, 3].iter().flat_map(|d| cases.map(|case| (*d, case))) {
+        // In shorter steps the rounding of multipliers of index 4 is beyond the tolerance of Newton's method.
+        let h = match case {
+            (Rate | ImplicitRate, INFINITE, _) => 1.0 / 8.0,
+            _ => 1.0 / 16.0,
+        };
+        let (_, exact) = solution(dimension, case, 7, h);
         // Steps for which errors are far above rounding, and resolve the highest frequency.
         for (stages, h) in [(3, 1.0 / 16.0), (5, 1.0 / 4.0), (7, 1.0 / 2.0)] {
-            let [coarse, fine] = [h, 0.5 * h].map(|h| errors(dimension, stages, h, &exact));
-            let orders = [0, 1, 2].map(|k| (coarse[k] / fine[k]).log2());
-            let order = 2.0 * stages as f64 - 1.0;
-            println!("{dimension}: {order} {orders:.2?} {coarse:?} {fine:?}");
-            for observed in orders {
-                // What is next in h is a tenth and more; an order lost would be seen.
-                assert!(
-                    (observed - order).abs() < 0.6,
-                    "{dimension}, {order}: {orders:?}"
-                );
+            let [coarse, fine] = [h, 0.5 * h].map(|h| errors(dimension, case, stages, h, &exact));
+            let told = format!("{dimension}, {case:?}, {stages}: {coarse:?} {fine:?}");
+            for (k, order) in orders(case, stages as f64).into_iter().enumerate() {
+                let observed = (coarse[k] / fine[k]).log2();
+                let holds = match order {
+                    _ if fine[k] < ROUNDING[k] => true,
+                    Order::Exactly(order) => (observed - order).abs() < TOLERANCE,
+                    Order::AtLeast(order) => observed > 0.7 * order,
+                };
+                assert!(holds, "{told}: {k} {observed}");
             }
         }
     }
