@@ -104,6 +104,21 @@ impl Fibres {
         axes_at(&fibre[..n], sheet.as_ref().map(|sheet| &sheet[..n]), lambda)
     }
 
+    /// How many elements have two vertices between whose fibres lie more than 120°: how they turn from one to the
+    /// other is not resolved.
+    pub fn unresolved(&self, mesh: &Mesh) -> usize {
+        let n = mesh.shape().n_vertices();
+        let far = |a: &[f64; 3], b: &[f64; 3]| {
+            let dot = |x: &[f64; 3], y: &[f64; 3]| x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+            dot(a, b) < -0.5 * (dot(a, a) * dot(b, b)).sqrt()
+        };
+        let is_unresolved = |at: &&AtVertices| {
+            let fibres = &at.fibre[..n];
+            fibres.iter().any(|a| fibres.iter().any(|b| far(a, b)))
+        };
+        self.elements.iter().filter(is_unresolved).count()
+    }
+
     /// The quadrature points where the vertices' vectors oppose each other, so that the nearest
     /// vertex's is taken.
     pub fn opposed(&self, mesh: &Mesh, rule: Rule) -> Vec<Located> {

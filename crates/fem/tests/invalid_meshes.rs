@@ -194,6 +194,32 @@ fn six_nodes(place: [f64; 2]) -> Result<Mesh, myovib_fem::FemError> {
     Mesh::parse_msh(&quadratic(9, 2, &nodes), "m.msh")
 }
 
+/// Data at nodes between vertices are left out, and it is said.
+#[test]
+fn values_of_a_field_beside_the_vertices_are_told_of() {
+    let nodes = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.5, 0.0, 0.0],
+        [0.5, 0.5, 0.0],
+        [0.0, 0.5, 0.0],
+    ];
+    let notes = |given: usize| {
+        let values: String = (1..=given).map(|tag| format!("{tag} 1 0 0\n")).collect();
+        let data = format!("$NodeData\n1\n\"f0\"\n1\n0\n3\n0\n3\n{given}\n{values}$EndNodeData\n");
+        let mesh = Mesh::parse_msh(&(quadratic(9, 2, &nodes) + &data), "m.msh").unwrap();
+        let notes = mesh.notes().iter().map(ToString::to_string);
+        notes.collect::<Vec<_>>()
+    };
+    assert_eq!(notes(3), [""; 0]);
+    let told = notes(6);
+    assert!(
+        told[0].contains("\"f0\"") && told[0].contains("at 3 other nodes"),
+        "{told:?}"
+    );
+}
+
 /// A tetrahedron of ten nodes, the one between the first and the last vertex at `place`; with its
 /// second and third vertex exchanged if `mirrored`.
 fn ten_nodes(place: [f64; 3], mirrored: bool) -> Result<Mesh, myovib_fem::FemError> {

@@ -29,6 +29,13 @@ pub enum MeshNote {
     },
     /// The mesh file has a physical group without a name, which no scene can speak of.
     Unnamed(UnnamedGroup),
+    /// A nodal field has values at nodes that are no vertices; those at the vertices are interpolated.
+    BesideVertices {
+        /// The field.
+        field: String,
+        /// How many values were left out.
+        values: usize,
+    },
 }
 
 /// A physical group of a mesh file that has no name.
@@ -85,6 +92,11 @@ impl fmt::Display for MeshNote {
             } => write!(
                 f,
                 "group \"{group}\" lists {kind} more than once: {entries} repeated entries were left out"
+            ),
+            Self::BesideVertices { field, values } => write!(
+                f,
+                "field \"{field}\" is taken from the vertices, linear between them: values at {values} other nodes \
+                 were left out"
             ),
             Self::Unnamed(group) => write!(
                 f,

@@ -45,11 +45,12 @@ impl File {
         let parts = self.parts::<D, V>().map_err(wrong)?;
         let (groups, notes) = self.groups(&parts).map_err(wrong)?;
         let fields = self.fields(&parts);
+        let beside = self.beside_vertices(&parts);
         let bent = self.bent(&parts);
         let mesh = Mesh::new(parts.points, parts.elements, groups);
         let mesh = mesh.and_then(|mesh| mesh.with_fields(fields)?.bent(bent));
         let mesh = mesh.map_err(|error| error.with_tags(&parts.tags))?;
-        Ok(mesh.after(notes))
+        Ok(mesh.after(notes.into_iter().chain(beside).collect()))
     }
 
     /// The body: its elements and their vertices, in the file's order.
@@ -197,6 +198,24 @@ impl File {
             (name.clone(), NodalField { components, values })
         };
         self.data.iter().map(field).collect()
+    }
+
+    /// A word on each field that has values at other nodes than the vertices.
+    fn beside_vertices<const D: usize, const V: usize>(
+        &self,
+        parts: &Parts<D, V>,
+    ) -> Vec<MeshNote> {
+        let nodes = || self.nodes.iter().zip(&parts.vertices);
+        let note = |(name, data): (&String, &super::Data)| {
+            let others = nodes().filter(|(_, vertex)| vertex.is_none());
+            let values = others.filter(|(node, _)| data.values.contains_key(&node.tag));
+            let values = values.count();
+            (values > 0).then(|| MeshNote::BesideVertices {
+                field: name.clone(),
+                values,
+            })
+        };
+        self.data.iter().filter_map(note).collect()
     }
 
     /// Where the nodes on edges lie, by the edges' vertices.

@@ -54,7 +54,9 @@ impl Builder<'_> {
             Solid::with_densities(space, dofs, laws, &densities),
         )?;
         let (mut opposed_fibres, has_fibres) = (0, fibres.is_some());
+        let mut unresolved_fibres = 0;
         if let Some(fibres) = fibres {
+            unresolved_fibres = fibres.unresolved(&mesh);
             opposed_fibres = fibres.opposed(&mesh, solid.rule()).len();
             solid = solid.with_fibres(fibres);
         }
@@ -98,6 +100,7 @@ impl Builder<'_> {
             regions,
             has_fibres,
             opposed_fibres,
+            unresolved_fibres,
         })
     }
 

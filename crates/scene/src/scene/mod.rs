@@ -82,7 +82,13 @@ pub struct Body {
     /// Quadrature points where the directions of fibres at the vertices oppose each other, so that
     /// the nearest vertex's is taken.
     pub opposed_fibres: usize,
+    /// Elements with more than 120° between the directions of fibres at two vertices.
+    pub unresolved_fibres: usize,
 }
+
+/// So small a part of the elements may have fibres that are not resolved, without a word: around an apex, where all
+/// directions meet, some have.
+const RARE: usize = 50;
 
 /// The most bytes of a scene: beyond it what is read is no scene, but a device without end.
 const MOST_BYTES: u64 = 1 << 26;
@@ -173,6 +179,14 @@ impl Scene {
             self.source.value(),
         ));
         notes.extend(idle::notes(&self.file, body, self.t_end));
+        let n_elements = mesh.n_elements();
+        if body.unresolved_fibres > n_elements / RARE {
+            notes.push(format!(
+                "in {} of {n_elements} elements fibres at two vertices are more than 120° apart: how they turn is not \
+                 resolved; refine the mesh across them, or turn vectors of opposite sign",
+                body.unresolved_fibres
+            ));
+        }
         if body.opposed_fibres > 0 {
             notes.push(format!(
                 "at {} quadrature points the fibres of the vertices oppose each other: the nearest \

@@ -7,6 +7,7 @@ mod refusals;
 
 use std::path::Path;
 
+use myovib_model::statics::equilibrium;
 use myovib_scene::Scene;
 use myovib_scene::run::{RunOptions, compute};
 use serde_json::Value;
@@ -93,6 +94,31 @@ fn the_supports_of_a_block_carry_its_load() {
         4,
         "u_x, u_y, u_z, p"
     );
+}
+
+/// Where elements collapse by their law the one that does not is named.
+#[test]
+fn the_remedy_of_guccione_elements_that_collapse_is_told() {
+    let text = BLOCK
+        .replace("mooney-rivlin", "guccione")
+        .replace(
+            "c10 = 1e4\nc01 = 2e2",
+            "c = 2e3\nb_f = 8\nb_t = 2\nb_fs = 4\nfibre = [1, 0, 0]",
+        )
+        .replace("z = 100.0", "z = 1e30");
+    let of = |text: &str| {
+        let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();
+        let body = scene.body.as_ref().unwrap();
+        let found = equilibrium(&body.muscle, body.formulation, 0.0);
+        found.expect_err("so large a load").to_string()
+    };
+    assert!(
+        of(&text).contains("take `isochoric-guccione`"),
+        "{}",
+        of(&text)
+    );
+    let other = text.replace("\"guccione\"", "\"isochoric-guccione\"");
+    assert!(of(&other).contains("a damped motion"), "{}", of(&other));
 }
 
 /// Case s10 on half as many cells as the scene has along the beam: another P2–P1 program has

@@ -249,6 +249,27 @@ fn mesh_files_that_are_wrong_in_space_are_refused_with_their_place() {
     }
 }
 
+/// Fibres that turn by more than 120° within an element are told of.
+#[test]
+fn fibres_that_are_not_resolved_are_told_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = BLOCK
+        .replace("type = \"box\"", "type = \"file\"\npath = \"own.msh\"")
+        .replace("size = [2.0, 1.0, 1.0]\ncells = [2, 1, 1]", "")
+        .replace("law = \"mooney", "fibre = \"f0\"\nlaw = \"mooney")
+        .replace("group = \"right\"", "group = \"left\"")
+        .replace("at = [2.0, 0.5, 0.5]", "at = [0.1, 0.1, 0.1]");
+    let notes = |fibre: &str| {
+        let file = mesh_file("1 1 0 0\n2 1", &format!("1 {fibre}\n2 1"));
+        fs::write(folder.path().join("own.msh"), file).unwrap();
+        let scene = Scene::build("scene.toml", &text, &[], folder.path()).unwrap();
+        scene.notes().join("; ")
+    };
+    assert!(!notes("-0.4 1 0").contains("120°"));
+    let told = notes("-1.8 1 0");
+    assert!(told.contains("in 1 of 2 elements"), "{told}");
+}
+
 /// Mirrored tetrahedra are turned round, with a word.
 #[test]
 fn inverted_tetrahedra_are_turned_with_a_note() {
