@@ -248,20 +248,75 @@ fn ctrl_c_ends_the_search_for_an_equilibrium() {
     let since = Instant::now();
     assert_eq!(code_of_interrupted(folder.path(), &soft), Some(130));
     assert!(since.elapsed() < Duration::from_secs(60));
-    assert!(!folder.path().join("out").exists());
+    // What was in equilibrium by then is kept.
+    if let Ok(text) = fs::read_to_string(folder.path().join("out/run.json")) {
+        let document: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(document["reason"], "interrupted");
+        assert!(document["load_reached"].as_f64().unwrap() < 1.0);
+    }
 }
 
+/// The equilibrium of the last load step is kept, which is that under a part of the load.
 #[test]
-fn no_equilibrium_is_code_4() {
+fn no_equilibrium_is_code_4_and_what_was_reached_stays() {
     let folder = tempfile::tempdir().unwrap();
-    let load = "traction[0].y=1e9";
-    let run = myovib_in(folder.path(), &["run", "cook-static", "--set", load]);
-    assert_eq!(run.code, 4, "{}", run.stderr);
+    let run = |words: &[&str]| {
+        myovib_in(
+            folder.path(),
+            &[&["run", "cook-static", "--quiet"][..], words].concat(),
+        )
+    };
+    let document = |out: &str| -> Value {
+        let text = fs::read_to_string(folder.path().join(out).join("run.json")).unwrap();
+        serde_json::from_str(&text).unwrap()
+    };
+    let load = 1e9;
+    let whole = run(&["--set", &format!("traction[0].y={load}"), "--out", "a"]);
+    assert_eq!(whole.code, 4, "{}", whole.stderr);
     assert!(
-        run.stderr.contains("no static equilibrium"),
+        whole.stdout.contains("no static equilibrium"),
         "{}",
-        run.stderr
+        whole.stdout
     );
+    let found = document("a");
+    assert_eq!(found["reason"], "no_equilibrium");
+    let reached = found["load_reached"].as_f64().unwrap();
+    assert!(reached > 0.0 && reached < 1.0, "{reached}");
+    let part = run(&[
+        "--set",
+        &format!("traction[0].y={}", reached * load),
+        "--out",
+        "b",
+    ]);
+    assert_eq!(part.code, 0, "{}", part.stderr);
+    for (probe, columns) in document("b")["results"].as_object().unwrap() {
+        for (column, value) in columns.as_object().unwrap() {
+            let [a, b] = [&found["results"][probe][column], value].map(|v| v.as_f64().unwrap());
+            // Both iterations end at 1e-9 of the increments.
+            assert!((a - b).abs() <= 1e-6 * b.abs(), "{probe} {column}: {a} {b}");
+        }
+    }
+}
+
+/// Regression: the folder of an equilibrium was looked at after it had been found, which may take minutes.
+#[test]
+fn a_folder_that_holds_a_run_is_refused_before_an_equilibrium_is_sought() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = myovib_in(folder.path(), &["run", "cook-static", "--quiet"]);
+    assert_eq!(first.code, 0, "{}", first.stderr);
+    // None would be found.
+    let load = ["--set", "traction[0].y=1e300"];
+    let second = myovib_in(
+        folder.path(),
+        &[&["run", "cook-static"][..], &load].concat(),
+    );
+    assert_eq!(second.code, 2, "{}", second.stderr);
+    assert!(
+        second.stderr.contains("holds a run already"),
+        "{}",
+        second.stderr
+    );
+    assert!(!second.stderr.contains("--resume"), "{}", second.stderr);
 }
 
 #[test]

@@ -106,8 +106,8 @@ pub enum ModelError {
     },
     /// Newton's method found no static equilibrium.
     #[error(
-        "no static equilibrium: Newton's method failed beyond {reached} of the load even in small load steps{}; \
-         if that is a limit load, a damped motion gets past it",
+        "no static equilibrium: Newton's method failed beyond {:.1} % of the load even in small load steps{}; {remedy}",
+        100.0 * .reached,
         .inverted.map_or(String::new(), |at| format!(", meeting {at}"))
     )]
     NoEquilibrium {
@@ -115,6 +115,8 @@ pub enum ModelError {
         reached: f64,
         /// An element that the last trials turned inside out.
         inverted: Option<myovib_fem::Inverted>,
+        /// What may help.
+        remedy: &'static str,
     },
     /// Pressures whose work depends on the way.
     #[error(

@@ -3,6 +3,9 @@
 mod newton;
 mod response;
 
+use std::ops::ControlFlow;
+
+use myovib_fem::{Inverted, Law};
 use myovib_sparse::Prediction;
 
 use crate::analysis::support::expect_held;
@@ -51,6 +54,31 @@ impl Equilibrium {
     }
 }
 
+/// How far a search for an equilibrium came.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Approach {
+    /// The last equilibrium that was found.
+    pub equilibrium: Equilibrium,
+    /// The part of the load that it is under.
+    pub reached: f64,
+    /// Why it is not the whole load, if it is not.
+    pub shortfall: Option<Shortfall>,
+}
+
+/// Why the whole load was not reached.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shortfall {
+    /// The caller ended the search.
+    Interrupted,
+    /// Newton's method failed even in small load steps.
+    NotConverged {
+        /// An element that the last trials turned inside out.
+        inverted: Option<Inverted>,
+        /// What may help.
+        remedy: &'static str,
+    },
+}
+
 /// How far the search for an equilibrium is, before an iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
@@ -97,6 +125,36 @@ pub fn equilibrium_watched(
     t: f64,
     watch: &mut dyn FnMut(&Search),
 ) -> Result<Equilibrium, ModelError> {
+    let watch = &mut |at: &Search| {
+        watch(at);
+        ControlFlow::Continue(())
+    };
+    let Approach {
+        equilibrium,
+        reached,
+        shortfall,
+    } = approach(muscle, formulation, t, watch)?;
+    match shortfall {
+        Some(Shortfall::NotConverged { inverted, remedy }) => Err(ModelError::NoEquilibrium {
+            reached,
+            inverted,
+            remedy,
+        }),
+        Some(Shortfall::Interrupted) | None => Ok(equilibrium),
+    }
+}
+
+/// Goes as far as it can: the last equilibrium of the load steps is kept, where there is none under the whole load
+/// or `watch` ends the search.
+///
+/// # Errors
+/// Those of [`equilibrium`] but [`ModelError::NoEquilibrium`].
+pub fn approach(
+    muscle: &Muscle,
+    formulation: Formulation,
+    t: f64,
+    watch: &mut dyn FnMut(&Search) -> ControlFlow<()>,
+) -> Result<Approach, ModelError> {
     muscle.check()?;
     expect_held(muscle)?;
     if !formulation.has(Field::Pressure) {
@@ -107,7 +165,8 @@ pub fn equilibrium_watched(
     let mut before: Option<(f64, Vec<f64>)> = None;
     let (mut reached, mut increment) = (0.0, 1.0_f64);
     let mut load_steps = 0;
-    while reached < 1.0 {
+    let mut shortfall = None;
+    while reached < 1.0 && shortfall.is_none() {
         let target = (reached + increment).min(1.0);
         let continued = before.as_ref().map(|(load, y)| {
             let ratio = (target - reached) / (reached - load);
@@ -115,14 +174,17 @@ pub fn equilibrium_watched(
             both.map(|(x, y)| x + ratio * (x - y)).collect()
         });
         let before_step = newton.iterations;
+        let mut interrupted = false;
         let told = |[iteration, iterations]: [usize; 2]| {
-            watch(&Search {
+            let flow = watch(&Search {
                 load_step: load_steps + 1,
                 reached,
                 target,
                 iteration,
                 iterations,
             });
+            interrupted |= flow.is_break();
+            flow
         };
         if let Some(solution) = newton.solve(&x, continued, target, told)? {
             before = Some((reached, std::mem::replace(&mut x, solution)));
@@ -131,25 +193,52 @@ pub fn equilibrium_watched(
             if newton.iterations - before_step <= QUICK {
                 increment *= 2.0;
             }
+        } else if interrupted {
+            shortfall = Some(Shortfall::Interrupted);
         } else {
             increment = 0.5 * (target - reached);
-            if increment < SMALLEST_LOAD_STEP {
-                return Err(ModelError::NoEquilibrium {
-                    reached,
-                    inverted: newton.inverted,
-                });
-            }
+            shortfall = (increment < SMALLEST_LOAD_STEP).then(|| Shortfall::NotConverged {
+                inverted: newton.inverted,
+                remedy: remedy(muscle, formulation),
+            });
         }
     }
     let (displacement, pressure) = x.split_at(muscle.solid.dofs().n_free());
-    Ok(Equilibrium {
-        displacement: displacement.to_vec(),
-        pressure: pressure.to_vec(),
-        loads_at: Some(t),
-        newton_iterations: newton.iterations,
-        load_steps,
-        instabilities: newton.instabilities(),
+    Ok(Approach {
+        equilibrium: Equilibrium {
+            displacement: displacement.to_vec(),
+            pressure: pressure.to_vec(),
+            loads_at: Some(t),
+            newton_iterations: newton.iterations,
+            load_steps,
+            // The factors of a search that fell short are those of its last trial.
+            instabilities: match shortfall {
+                None => newton.instabilities(),
+                Some(_) => None,
+            },
+        },
+        reached,
+        shortfall,
     })
+}
+
+/// What may help where Newton's method fails.
+fn remedy(muscle: &Muscle, formulation: Formulation) -> &'static str {
+    match collapses(muscle, formulation) {
+        true => COLLAPSE,
+        false => "if that is a limit load, a damped motion gets past it",
+    }
+}
+
+/// What to do where the elements of a body collapse by its law.
+pub(crate) const COLLAPSE: &str = "elements with the law `guccione` and pressures collapse under large strains: \
+     take `isochoric-guccione`, the same material where the volume stays";
+
+/// Whether the body has a law whose elements collapse in mixed form: the energy of Guccione's law in E grows with
+/// the volume too, and p takes the growth back in the mean of an element only.
+pub(crate) fn collapses(muscle: &Muscle, formulation: Formulation) -> bool {
+    let mut laws = muscle.solid.laws().iter();
+    formulation.has(Field::Pressure) && laws.any(|law| matches!(law, Law::Guccione { .. }))
 }
 
 /// The blocks of unknowns of an equilibrium, what the factors of Newton's matrix will need, if that is

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use myovib_model::{Counts, Formulation, IntegratorKind, Outcome, Settings, Statistics};
+use myovib_model::{Counts, Formulation, IntegratorKind, Settings, Statistics};
 use myovib_sparse::klu::Ordering;
 use serde::Serialize;
 
@@ -26,16 +26,12 @@ pub struct CountsJson<'a> {
 impl<'a> CountsJson<'a> {
     /// The counts of a run.
     pub fn new(statistics: &'a Statistics) -> Self {
-        let message = match &statistics.outcome {
-            Outcome::Finished => None,
-            Outcome::Stopped { message, .. } => Some(message.as_str()),
-        };
         Self {
             counts: statistics.counts,
             t_reached: statistics.t_reached,
             outcome: statistics.outcome.name(),
             reason: statistics.outcome.reason().map(|reason| reason.name()),
-            message,
+            message: statistics.outcome.message(),
             cpu_seconds: statistics.cpu_seconds,
             wall_seconds: statistics.wall_seconds,
         }

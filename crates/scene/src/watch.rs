@@ -59,7 +59,7 @@ impl<P> Observer<P> for Watch<'_> {
 
 /// What tells `progress` how far the search for an equilibrium is.
 pub(crate) fn search(progress: &dyn Tell) -> impl FnMut(&Search) {
-    |at| {
+    move |at| {
         progress.tell(&|| {
             let [from, to] = [at.reached, at.target].map(|part| 100.0 * part);
             format!(

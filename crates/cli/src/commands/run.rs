@@ -81,7 +81,7 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     for finding in warnings(&scene) {
         eprintln!("warning: {}", plain(&finding.to_string()));
     }
-    if scene.file.analysis != Analysis::Dynamic {
+    if scene.file.analysis == Analysis::Modes {
         interrupt::at_once();
     }
     ranks::share(&mut scene)?;

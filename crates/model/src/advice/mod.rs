@@ -21,6 +21,7 @@ use crate::formulation::Formulation;
 use crate::integration::settings::{IntegratorKind, MultiplierWeights, Settings};
 use crate::muscle::Muscle;
 use crate::muscle::parameters::Parameters;
+use crate::statics::{self, COLLAPSE};
 
 pub use advised::{Advised, WithMuscle};
 use remedy::symbols;
@@ -48,6 +49,8 @@ pub struct Advice {
     settings: Settings,
     /// [`Muscle::drive`].
     drive: Option<f64>,
+    /// Whether its elements [collapse](statics::collapses) by their law.
+    collapses: bool,
 }
 
 impl Advice {
@@ -58,6 +61,7 @@ impl Advice {
             parameters: muscle.parameters,
             settings: settings.clone(),
             drive: muscle.drive(),
+            collapses: statics::collapses(muscle, formulation),
         }
     }
 
@@ -341,7 +345,8 @@ impl Advice {
             let why = ", from a state so loosely integrated that it may be far off";
             finding(why, Remedy::Tighten(usual))
         });
-        let strained = finding("", Remedy::Scene(EASE));
+        let ease = if self.collapses { COLLAPSE } else { EASE };
+        let strained = finding("", Remedy::Scene(ease));
         loose.into_iter().chain([strained]).collect()
     }
 }

@@ -48,6 +48,14 @@ impl Outcome {
             Self::Stopped { reason, .. } => Some(*reason),
         }
     }
+
+    /// What happened, if it stopped.
+    pub fn message(&self) -> Option<&str> {
+        match self {
+            Self::Finished => None,
+            Self::Stopped { message, .. } => Some(message),
+        }
+    }
 }
 
 /// Why a run stopped before its end time.
@@ -65,6 +73,8 @@ pub enum StopReason {
     StepTooSmall,
     /// The limit on the number of steps.
     MaxSteps,
+    /// No equilibrium under the whole load was found.
+    NoEquilibrium,
     /// The limit on CPU time or work.
     WorkCap,
     /// Interrupted from outside.
@@ -83,6 +93,7 @@ impl StopReason {
             Self::ResidualFailed => "residual_failed",
             Self::StepTooSmall => "step_too_small",
             Self::MaxSteps => "max_steps",
+            Self::NoEquilibrium => "no_equilibrium",
             Self::WorkCap => "work_cap",
             Self::Interrupted => "interrupted",
             Self::Event => "event",

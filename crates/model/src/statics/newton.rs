@@ -1,5 +1,6 @@
 //! Newton's method with line search at one load.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use myovib_fem::{AddedMotion, Fields, Inverted, Vectors};
@@ -244,14 +245,14 @@ impl<'a> Newton<'a> {
     }
 
     /// Newton's iteration from `start`, the equilibrium of the load step before, or from `continued`
-    /// if forces are nearer to equilibrium there; None if it does not converge. `watch` hears of the iterations before
-    /// they begin: the number of the iteration in this load step and in all.
+    /// if forces are nearer to equilibrium there; None if it does not converge, or `watch` ends it. That hears of the
+    /// iterations before they begin: the number of the iteration in this load step and in all.
     pub(super) fn solve(
         &mut self,
         start: &[f64],
         continued: Option<Vec<f64>>,
         factor: f64,
-        mut watch: impl FnMut([usize; 2]),
+        mut watch: impl FnMut([usize; 2]) -> ControlFlow<()>,
     ) -> Result<Option<Vec<f64>>, ModelError> {
         let n = start.len();
         self.inverted = None;
@@ -272,7 +273,9 @@ impl<'a> Newton<'a> {
             std::mem::swap(&mut r, &mut r_trial);
         }
         for iteration in 1..=MAX_ITERATIONS {
-            watch([iteration, self.iterations + 1]);
+            if watch([iteration, self.iterations + 1]).is_break() {
+                return Ok(None);
+            }
             if self.tangent(&x, factor).is_err() {
                 return Ok(None);
             }

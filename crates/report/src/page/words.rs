@@ -8,8 +8,12 @@ use crate::table::counted;
 /// Index, drift and energy in words, with the numbers of this run.
 pub(super) fn meaning(document: &Value) -> String {
     if document["analysis"] == "static" {
+        let part = document["load_reached"].as_f64().filter(|part| *part < 1.0);
+        let under = part.map_or(String::new(), |part| {
+            format!(" under {:.1} % of the load", 100.0 * part)
+        });
         return format!(
-            "<p>Newton's method found the equilibrium in {} over {}.</p>\n",
+            "<p>Newton's method found the equilibrium{under} in {} over {}.</p>\n",
             counted(&document["newton_iterations"], "iteration"),
             counted(&document["load_steps"], "load step")
         );

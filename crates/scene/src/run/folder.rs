@@ -106,8 +106,34 @@ pub(super) struct Folder {
 }
 
 impl Folder {
+    /// Refuses a folder that holds a run which is to stay: before long work, too.
+    pub(super) fn expect_free(options: &RunOptions<'_>, record: &Record) -> Result<(), InputError> {
+        if options.existing != Existing::Refuse {
+            return Ok(());
+        }
+        let path = &options.out;
+        let ours = |name: &str| OURS.contains(&name) && name != LOCK;
+        let is_there = |name: &String| fs::symlink_metadata(path.join(name)).is_ok();
+        let there = entries(path)
+            .into_iter()
+            .find(|name| ours(name))
+            .or_else(|| record.tables.iter().find(|name| is_there(name)).cloned());
+        let Some(name) = there else { return Ok(()) };
+        let resume = match record.scene["analysis"] == "dynamic" {
+            true => ", or --resume to go on with it",
+            false => "",
+        };
+        Err(
+            InputError::new(format!("{} holds a run already", path.display()))
+                .at("--out")
+                .found(name)
+                .next(format!("give another folder, or --overwrite{resume}")),
+        )
+    }
+
     /// Makes the folder, or takes the one that is there as the options say.
     pub(super) fn open(options: &RunOptions<'_>, record: &Record) -> Result<Self, Error> {
+        Self::expect_free(options, record)?;
         let path = options.out.clone();
         if options.existing == Existing::Resume {
             let before = Record::read(&path).ok_or_else(|| {
@@ -122,19 +148,6 @@ impl Folder {
                 folder.write(Record::NAME, &json::document("scene", record)?)?; // to a later end
             }
             return Ok(folder);
-        }
-        let ours = |name: &str| OURS.contains(&name) && name != LOCK;
-        let is_there = |name: &String| fs::symlink_metadata(path.join(name)).is_ok();
-        let there = entries(&path)
-            .into_iter()
-            .find(|name| ours(name))
-            .or_else(|| record.tables.iter().find(|name| is_there(name)).cloned());
-        if let (Some(name), Existing::Refuse) = (there, options.existing) {
-            let error = InputError::new(format!("{} holds a run already", path.display()))
-                .at("--out")
-                .found(name)
-                .next("give another folder, or --overwrite, or --resume to go on with it");
-            return Err(error.into());
         }
         fs::create_dir_all(&path).map_err(Error::file("make", &path))?;
         let lock = lock(&path)?;

@@ -19,8 +19,10 @@ pub(super) const COLUMNS: [&str; 4] = ["mode", "omega_squared", "frequency", "da
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let (started, cpu) = (Instant::now(), CpuClock::start());
     let muscle = &modes::body_of(scene)?.muscle;
+    let record = Record::of(scene)?;
+    Folder::expect_free(options, &record)?;
     let found = Modes::of_scene(scene, None, options.progress).map_err(Error::before_any_output)?;
-    let folder = Folder::open(options, &Record::of(scene)?).map_err(Error::before_any_output)?;
+    let folder = Folder::open(options, &record).map_err(Error::before_any_output)?;
     folder.write(&table_of(MODES), &table(&found))?;
     let mut document = json!({
         "scene": scene.file,

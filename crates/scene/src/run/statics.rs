@@ -1,10 +1,13 @@
 //! An equilibrium under constant loads.
 
+use std::ops::ControlFlow;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use myovib_dae::Problem;
+use myovib_model::statics::{self, Approach, Search, Shortfall};
 use myovib_model::{
-    CpuClock, Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters, statics,
+    CpuClock, Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters, StopReason,
 };
 use serde_json::json;
 
@@ -14,7 +17,7 @@ use super::inversion::Inversion;
 use super::recorder::Recorder;
 use super::{RunOptions, RunResult};
 use crate::modes::instability;
-use crate::scene::Scene;
+use crate::scene::{Body, Scene};
 use crate::state::State;
 use crate::vtu::{self, Grid, Series};
 use crate::watch::search;
@@ -27,12 +30,20 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         return Err(InputError::new("a static scene needs a [mesh] with [solid]").into());
     };
     let readings = scene.readings()?;
-    let equilibrium = {
-        let mut search = search(options.progress);
-        statics::equilibrium_watched(&body.muscle, body.formulation, scene.t_end, &mut search)?
-    };
+    let record = Record::of(scene)?;
+    Folder::expect_free(options, &record)?;
+    let approach = approach(scene, body, options)?;
+    let (equilibrium, outcome) = (&approach.equilibrium, outcome_of(&approach));
+    if equilibrium.load_steps == 0 {
+        return Err(match failure_of(&approach) {
+            Some(error) => error.into(),
+            None => {
+                Error::Stopped("interrupted before a part of the load was in equilibrium".into())
+            }
+        });
+    }
 
-    let folder = Folder::open(options, &Record::of(scene)?).map_err(Error::before_any_output)?;
+    let folder = Folder::open(options, &record).map_err(Error::before_any_output)?;
     let mut dae = at_rest(&body.muscle, body.formulation)?;
     let mut y = equilibrium.displacement.clone();
     y.resize(2 * equilibrium.displacement.len(), 0.0);
@@ -69,7 +80,10 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let document = json!({
         "scene": scene.file,
         "analysis": "static",
-        "outcome": "finished",
+        "outcome": outcome.name(),
+        "reason": outcome.reason().map(StopReason::name),
+        "message": outcome.message(),
+        "load_reached": approach.reached,
         "unknowns": equilibrium.displacement.len() + equilibrium.pressure.len(),
         "unknowns_paper": body.muscle.n_unknowns_paper(),
         "mesh": document::mesh(&body.muscle),
@@ -85,13 +99,50 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     document::write(&folder, &document)?;
     Ok(RunResult {
         document,
-        outcome: Outcome::Finished,
-        notes: instability(&equilibrium)
+        outcome,
+        notes: instability(equilibrium)
             .into_iter()
             .chain(inversion.map(|seen| seen.note(false)))
             .collect(),
         modes: None,
     })
+}
+
+/// Goes towards the equilibrium, until the run is interrupted.
+fn approach(scene: &Scene, body: &Body, options: &RunOptions<'_>) -> Result<Approach, ModelError> {
+    let mut tell = search(options.progress);
+    let mut watch = |at: &Search| {
+        tell(at);
+        match options.interrupt {
+            Some(flag) if flag.load(Ordering::Relaxed) => ControlFlow::Break(()),
+            _ => ControlFlow::Continue(()),
+        }
+    };
+    statics::approach(&body.muscle, body.formulation, scene.t_end, &mut watch)
+}
+
+/// The error of a search that found no equilibrium at all, or not that of the whole load.
+fn failure_of(approach: &Approach) -> Option<ModelError> {
+    match approach.shortfall? {
+        Shortfall::Interrupted => None,
+        Shortfall::NotConverged { inverted, remedy } => Some(ModelError::NoEquilibrium {
+            reached: approach.reached,
+            inverted,
+            remedy,
+        }),
+    }
+}
+
+fn outcome_of(approach: &Approach) -> Outcome {
+    let kept = format!(
+        "what is kept is the equilibrium under {:.1} % of the load",
+        100.0 * approach.reached
+    );
+    match (failure_of(approach), approach.shortfall) {
+        (Some(error), _) => Outcome::ended(StopReason::NoEquilibrium, format!("{error}; {kept}")),
+        (None, Some(_)) => Outcome::ended(StopReason::Interrupted, format!("interrupted; {kept}")),
+        (None, None) => Outcome::Finished,
+    }
 }
 
 /// The muscle at rest as a system (q, v, λ), or (q, v) without pressure, without damping: for
