@@ -61,6 +61,19 @@ impl Standing {
             );
             remedies.push("looser tolerances");
         }
+        if self
+            .index
+            .is_some_and(|index| (2..=highest).contains(&index))
+        {
+            remedies.push(
+                "a longer first step (initial_step), because short ones magnify what violates a \
+                 constraint",
+            );
+            remedies.push(
+                "looser tolerances for velocities and multipliers, or leaving multipliers out of the \
+                 error test (suppressed)",
+            );
+        }
         if self.index.is_none() && self.algebraic {
             remedies
                 .push("stating the index of each variable (Problem::indices), if one is above 1");

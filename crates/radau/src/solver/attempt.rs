@@ -60,14 +60,23 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             memory.show_present(problem);
         }
         // Under a hidden constraint a shorter step has more rounding: it must not follow from that.
-        let shortens = |error| self.control.propose(h, error, iterations) < h;
-        let questioned = error >= 1.0 || (self.multipliers.any() && shortens(error));
+        // Nor must a step be repeated for it.
+        let control = &self.control;
+        let shortens = control.propose(h, error, iterations) < h || control.judge(h, error) >= 1.0;
+        let questioned = error >= 1.0 || (self.multipliers.any() && shortens);
         if error.is_finite() && questioned {
             let (rounding, n, errors) = (&mut self.rounding, step.y.len(), &self.error_test);
-            rounding.measure(problem, matrices, &step, &self.y_dot, counters)?;
-            let beyond = |i| rounding.beyond(i, errors.error(i));
-            error = norm((0..n).map(|i| beyond(i) * step.weights[i]), n);
-            error = error.hypot(self.memory.as_ref().map_or(0.0, Memory::error));
+            let last = (counters.statistics.steps > 0).then_some(self.collocation.h);
+            for &sampling in rounding.samplings() {
+                let at_start = (&self.y_dot[..], last);
+                rounding.sample(problem, matrices, &step, at_start, sampling, counters)?;
+                let beyond = |i| rounding.beyond(i, errors.error(i));
+                error = norm((0..n).map(|i| beyond(i) * step.weights[i]), n);
+                error = error.hypot(self.memory.as_ref().map_or(0.0, Memory::error));
+                if self.control.judge(h, error) < 1.0 {
+                    break;
+                }
+            }
         }
         let judged = self.control.judge(h, error);
         if judged < 1.0 {
@@ -111,9 +120,15 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let mut left = multipliers.largest_left(&step, before, tolerance, |_| 0.0, growth);
         if left >= 1.0 {
             let rounding = &mut self.rounding;
-            rounding.measure(problem, matrices, &step, &self.y_dot, counters)?;
-            let beyond = |i| rounding.of(i);
-            left = multipliers.largest_left(&step, before, tolerance, beyond, growth);
+            for &sampling in rounding.samplings() {
+                let at_start = (&self.y_dot[..], before.map(|before| before.h));
+                rounding.sample(problem, matrices, &step, at_start, sampling, counters)?;
+                let beyond = |i| rounding.of(i);
+                left = multipliers.largest_left(&step, before, tolerance, beyond, growth);
+                if self.control.propose_for_multipliers(h, left, order) >= h {
+                    break;
+                }
+            }
         }
         Ok(self.control.propose_for_multipliers(h, left, order))
     }
@@ -183,11 +198,14 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             Newton::Converged { iterations } => Ok(iterations),
             Newton::Failed { step_factor } => {
                 let (rounding, newton) = (&mut self.rounding, &self.newton);
-                rounding.measure(problem, matrices, &step, &self.y_dot, counters)?;
                 let (corrections, n) = (newton.correction(), step.y.len());
-                let left = (0..n).map(|i| rounding.beyond(i, corrections[i]) * step.weights[i]);
-                if norm(left, n) <= newton.tolerance() {
-                    return Ok(self.options.newton_limit());
+                for &sampling in rounding.samplings() {
+                    let at_start = (&self.y_dot[..], None);
+                    rounding.sample(problem, matrices, &step, at_start, sampling, counters)?;
+                    let left = (0..n).map(|i| rounding.beyond(i, corrections[i]) * step.weights[i]);
+                    if norm(left, n) <= newton.tolerance() {
+                        return Ok(self.options.newton_limit());
+                    }
                 }
                 Err(Failure::Rejected(Rejection {
                     reason: StopReason::ConvergenceFailures,

@@ -219,7 +219,7 @@ impl<P: Problem> RadauBuilder<P> {
             predictor: Predictor::new(&method, n),
             newton: NewtonSolver::new(&method, n, tolerance, limit, multipliers.any()),
             error_test: ErrorTest::new(mask),
-            rounding: Rounding::new(n),
+            rounding: Rounding::new(&indices, &powers),
             control: options.control(multipliers.any()),
             multipliers,
             jacobian: Jacobian::Due,

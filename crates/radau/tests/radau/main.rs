@@ -15,3 +15,4 @@ mod quadratures;
 mod remedies;
 mod resume;
 mod sensitivity;
+mod squeezer;

@@ -37,3 +37,23 @@ fn indices_that_are_not_stated_are_asked_for() {
     let outcome = stated.integrate_to(2.0).unwrap();
     assert_eq!(outcome, Outcome::Reached { t: 2.0 });
 }
+
+/// A short first step under a hidden constraint is one reason for failures, small tolerances of what
+/// it magnifies are another.
+#[test]
+fn under_a_hidden_constraint_longer_first_steps_are_named() {
+    let pendulum = Pendulum::new(MechanicalForm::Index3);
+    let start = pendulum.start();
+    let options = RadauOptions {
+        tolerances: Tolerances::scalar(1e-12, 1e-12),
+        initial_step: Some(0.5),
+        min_step: 0.4,
+        ..RadauOptions::default()
+    };
+    let builder = RadauSolver::builder(pendulum).options(options);
+    let mut solver = builder.build(start.t, &start.y, &start.y_dot).unwrap();
+    let stop = stopped(solver.integrate_to(2.0).unwrap()).to_string();
+    for remedy in ["initial_step", "velocities and multipliers", "suppressed"] {
+        assert!(stop.contains(remedy), "{stop}");
+    }
+}
