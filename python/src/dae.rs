@@ -403,7 +403,9 @@ fn compute(request: &Request, problem: PythonDae) -> Result<(Record, usize), Fai
         builder = builder.roots(directions, events);
     }
     let mut solver = builder.build(t0, y0, y_dot0).map_err(Failure::of)?;
-    Ok((integrate(&mut solver, request, stages)?, stages))
+    // Of the stages, with one more for the slope at the start.
+    let degree = stages + 1;
+    Ok((integrate(&mut solver, request, degree)?, degree))
 }
 
 /// Integrates F(t, y, ẏ) = 0; see `myovib.solve_dae`.

@@ -130,6 +130,17 @@ def test_backwards_and_dense_output():
     assert s.sol(s.t[1:]) == pytest.approx(s.y[:, 1:], rel=1e-12)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_dense_output_is_that_of_the_steps(method):
+    times = np.linspace(0, 2, 101)
+    oscillate = lambda t, y, yp: [yp[0] - y[1], yp[1] + 100 * y[0]]
+    arguments = dict(method=method, rtol=1e-8, atol=1e-10)
+    s = solve_dae(oscillate, (0, 2), [1, 0], [0, -100], dense_output=True, **arguments)
+    there = solve_dae(oscillate, (0, 2), [1, 0], [0, -100], t_eval=times, **arguments)
+    # Values up to 10, and an interpolation of at most 9 points: rounding.
+    assert s.sol(times) == pytest.approx(there.y, rel=0, abs=1e-11)
+
+
 def test_a_sparse_jacobian_counts_as_a_dense_one():
     n, h = 30, 1 / 31
 
