@@ -242,6 +242,43 @@ fn nodes(degree: usize) -> Vec<f64> {
     (0..=degree).map(|k| -angle(k).cos()).collect()
 }
 
+/// Forgets an exception: one near the start only was no answer to the question whether it is consistent.
+fn forget_raised(problem: &PythonDae) {
+    *problem
+        .raised
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner) = None;
+}
+
+/// Corrects the initial values.
+///
+/// The first step is the scale of time on which the derivatives are sought. Where it is a guess from
+/// the span, which may be far longer than what happens at the start, shorter ones are tried too.
+fn correct<I: Integrator<PythonDae>>(
+    solver: &mut I,
+    mode: ConsistencyMode,
+    request: &Request,
+) -> Result<(), Failure> {
+    let (t0, t_end) = request.t_span;
+    let guesses: Vec<f64> = match request.first_step {
+        Some(first) => vec![first],
+        None => [3, 6, 9, 12].map(|k| (t_end - t0) * 0.1_f64.powi(k)).into(),
+    };
+    let mut failed = None;
+    for first in guesses {
+        forget_raised(solver.problem());
+        match solver.correct_initial_values(mode, t0 + first) {
+            Ok(()) => return Ok(()),
+            Err(error) => failed = failed.or(Some(Failure::of(error))),
+        }
+        let raised = solver.problem().raised.lock();
+        if raised.unwrap_or_else(PoisonError::into_inner).is_some() {
+            break;
+        }
+    }
+    failed.map_or(Ok(()), Err)
+}
+
 /// Integrates over the span.
 fn integrate<I: Integrator<PythonDae>>(
     solver: &mut I,
@@ -258,14 +295,9 @@ fn integrate<I: Integrator<PythonDae>>(
         _ => None,
     };
     if let Some(mode) = mode {
-        let first = request.first_step.unwrap_or(1e-3 * (t_end - t0));
-        solver
-            .correct_initial_values(mode, t0 + forward * first.abs())
-            .map_err(Failure::of)?;
+        correct(solver, mode, request)?;
     }
-    // An exception near the start only was no answer to the question whether it is consistent.
-    let raised = &solver.problem().raised;
-    *raised.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    forget_raised(solver.problem());
     let mut due = request.t_eval.as_deref().unwrap_or(&[]);
     if request.t_eval.is_none() {
         record.push(t0, solver.y(), solver.y_dot());

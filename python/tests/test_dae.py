@@ -215,6 +215,15 @@ def test_consistent_initial_values():
     assert s.yp[:2, 0] == pytest.approx([-0.04, 0.04], rel=1e-6)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_consistent_initial_values_of_a_long_span(method):
+    # A thousandth of the span is a million times what the start takes.
+    s = solve_dae(
+        robertson, (0, 4e10), [1, 0, 0], [0, 0, 0], method, rtol=1e-6, atol=1e-12, initial="algebraic"
+    )
+    assert s.success and s.yp[:2, 0] == pytest.approx([-0.04, 0.04], rel=1e-6)
+
+
 def test_remedies_are_arguments_of_this_function():
     def circle(t, y, yp):
         return [yp[0] - y[1], y[0] ** 2 + y[1] ** 2 - 1]
