@@ -243,6 +243,11 @@ def solve_dae(
     t0, t_end = (float(t) for t in t_span)
     if t0 == t_end or not np.isfinite([t0, t_end]).all():
         raise ValueError(f"t_span = ({t0}, {t_end}): must be two different finite times")
+    for name, step in (("first_step", first_step), ("max_step", max_step)):
+        if step is not None and not step > 0:
+            raise ValueError(f"{name} = {step}: must be above 0")
+    if max_steps is not None and max_steps < 1:
+        raise ValueError(f"max_steps = {max_steps}: must be at least 1")
     marks = _marks("algebraic", algebraic, n)
     if suppress is True and marks is None:
         raise ValueError("suppress = True leaves the algebraic components out: name them in `algebraic`")
@@ -287,9 +292,16 @@ def _in_bytes(function: Function, n: int, name: str = "residual") -> Any:
     """The function as the native half calls it: arrays are bytes there."""
 
     def call(t: float, y: bytearray, yp: bytearray) -> bytes:
-        values = np.asarray(function(t, np.frombuffer(y), np.frombuffer(yp)), dtype=float)
+        answer = function(t, np.frombuffer(y), np.frombuffer(yp))
+        values = np.asarray(answer, dtype=float)
         if values.shape != (n,):
-            raise ValueError(f"{name} returned {values.size} values: must be {n}")
+            if answer is None:
+                found = "nothing"
+            elif values.ndim == 1:
+                found = f"{values.size} values"
+            else:
+                found = f"an array of the shape {values.shape}"
+            raise ValueError(f"{name} returned {found}: must be {n} values")
         return values.tobytes()
 
     return call

@@ -495,6 +495,7 @@ fn in_python(message: &str) -> String {
         &format!("ask for {correction}"),
     );
     let message = message.replace("correct_initial_values", correction);
+    let message = message.replace(" (reinit)", "");
     message.replace("Problem::indices", "index=")
 }
 

@@ -230,6 +230,7 @@ def test_remedies_are_arguments_of_this_function():
 
     message = myovib.solve_dae(circle, (0, 1), [0, 1], [0, 0], rtol=1e-6, atol=1e-9).message
     assert 'initial="algebraic"' in message and "index=" in message, message
+    assert "reinit" not in message, message
 
 
 @pytest.mark.parametrize("method", ["ida", "radau", "radau9", "radau13"])
@@ -275,6 +276,13 @@ def test_results_are_pickled_whole():
         (dict(index=[4]), "0 to 3"),
         (dict(sparsity=np.eye(2)), "sparsity"),
         (dict(residual=lambda t, y, yp: [1, 2]), "returned 2 values: must be 1"),
+        (dict(residual=lambda t, y, yp: None), "returned nothing: must be 1"),
+        (dict(residual=lambda t, y, yp: yp[0]), r"the shape \(\): must be 1"),
+        (dict(residual=lambda t, y, yp: [[1]]), r"the shape \(1, 1\): must be 1"),
+        (dict(first_step=-1), "first_step = -1: must be above 0"),
+        (dict(first_step=0), "first_step = 0: must be above 0"),
+        (dict(max_step=0), "max_step = 0: must be above 0"),
+        (dict(max_steps=0), "max_steps = 0: must be at least 1"),
     ],
 )
 def test_arguments_that_make_no_sense_are_named(arguments, words):
