@@ -277,7 +277,7 @@ def solve_dae(
             "rtol": float(rtol),
             "atol": tolerances.tolist(),
             "t_eval": _output_times(t_eval, t0, t_end),
-            "first_step": None if first_step is None else float(np.copysign(first_step, t_end - t0)),
+            "first_step": None if first_step is None else float(first_step),
             "max_step": None if max_step is None or np.isinf(max_step) else float(max_step),
             "max_order": int(max_order),
             "max_steps": max_steps,

@@ -45,6 +45,7 @@ pub(crate) struct Request {
     atol: Vec<f64>,
     /// Output times, in the direction of the integration; every step without.
     t_eval: Option<Vec<f64>>,
+    /// Its size; the direction is that of the span.
     first_step: Option<f64>,
     max_step: Option<f64>,
     max_order: usize,
@@ -261,7 +262,7 @@ fn correct<I: Integrator<PythonDae>>(
 ) -> Result<(), Failure> {
     let (t0, t_end) = request.t_span;
     let guesses: Vec<f64> = match request.first_step {
-        Some(first) => vec![first],
+        Some(size) => vec![size.copysign(t_end - t0)],
         None => [3, 6, 9, 12].map(|k| (t_end - t0) * 0.1_f64.powi(k)).into(),
     };
     let mut failed = None;
@@ -405,7 +406,9 @@ fn compute(request: &Request, problem: PythonDae) -> Result<(Record, usize), Fai
                 tolerances,
                 suppressed,
                 max_order: request.max_order,
-                initial_step: request.first_step,
+                initial_step: request
+                    .first_step
+                    .map(|size| size.copysign(request.t_span.1 - t0)),
                 max_step: request.max_step,
                 max_steps: None,
                 ..IdaOptions::default()
