@@ -3,12 +3,12 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use myovib_dae::{
-    ConsistencyMode, Direction, Integrator, Outcome, Problem, Statistics, StepError, Suppressed,
-    Tolerances, VariableKind,
+    ConsistencyMode, Direction, Integrator, Linearization, Outcome, Problem, Statistics, StepError,
+    Suppressed, Tolerances, VariableKind, check_pattern,
 };
 use myovib_radau::{RadauOptions, RadauSolver};
 use nalgebra_sparse::pattern::SparsityPattern;
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyException, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes, PyDict};
 use sundials_wrap::{IdaOptions, IdaSolver};
@@ -227,6 +227,8 @@ impl Record {
 enum Failure {
     /// Raised by a signal's handler between two steps.
     Raised(PyErr),
+    /// An argument makes no sense.
+    Argument(String),
     /// The integrator's.
     Integrator(String),
 }
@@ -249,6 +251,36 @@ fn forget_raised(problem: &PythonDae) {
         .raised
         .lock()
         .unwrap_or_else(PoisonError::into_inner) = None;
+}
+
+/// Refuses a pattern for difference quotients that lacks entries.
+fn check_sparsity(
+    problem: &mut PythonDae,
+    request: &Request,
+    tolerances: &Tolerances,
+) -> Result<(), Failure> {
+    if problem.pattern.is_none() || problem.jacobian.is_some() {
+        return Ok(());
+    }
+    let mut weights = vec![0.0; problem.n];
+    tolerances.write_weights(&request.y0, &mut weights);
+    let at = Linearization {
+        t: request.t_span.0,
+        y: &request.y0,
+        y_dot: &request.yp0,
+        // Steps begin short: variables move by their tolerance then.
+        step: f64::MIN_POSITIVE.copysign(request.t_span.1 - request.t_span.0),
+        weights: &weights,
+    };
+    let checked = check_pattern(problem, &at);
+    // An exception near the start is no answer; Ctrl-C is one.
+    let raised = problem.raised.lock();
+    if let Some(error) = raised.unwrap_or_else(PoisonError::into_inner).take()
+        && !Python::attach(|py| error.is_instance_of::<PyException>(py))
+    {
+        return Err(Failure::Raised(error));
+    }
+    checked.map_err(|missing| Failure::Argument(format!("sparsity: {missing}")))
 }
 
 /// Corrects the initial values.
@@ -381,12 +413,13 @@ fn integrate<I: Integrator<PythonDae>>(
 }
 
 /// Builds the integrator and integrates. The second number is the degree of a step's polynomial.
-fn compute(request: &Request, problem: PythonDae) -> Result<(Record, usize), Failure> {
+fn compute(request: &Request, mut problem: PythonDae) -> Result<(Record, usize), Failure> {
     let (t0, y0, y_dot0) = (request.t_span.0, &request.y0, &request.yp0);
     let tolerances = match request.atol[..] {
         [absolute] => Tolerances::scalar(request.rtol, absolute),
         _ => Tolerances::vector(request.rtol, request.atol.clone()),
     };
+    check_sparsity(&mut problem, request, &tolerances)?;
     let suppressed = match &request.suppress {
         Some(components) => Suppressed::Components(components.clone()),
         None => Suppressed::Nothing,
@@ -485,6 +518,7 @@ pub(crate) fn solve(py: Python<'_>, request: Request) -> PyResult<Bound<'_, PyDi
     }
     let (record, degree) = computed.map_err(|failure| match failure {
         Failure::Raised(exception) => exception,
+        Failure::Argument(message) => of_argument(message),
         Failure::Integrator(message) => PyRuntimeError::new_err(message),
     })?;
     result(py, record, degree)

@@ -2,13 +2,14 @@
 
 import gc
 import pickle
+import re
 import threading
 import tracemalloc
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.sparse import csc_matrix
+from scipy.sparse import csc_matrix, diags
 
 import myovib
 from myovib import solve_dae
@@ -166,6 +167,66 @@ def test_a_sparse_jacobian_counts_as_a_dense_one():
     with pytest.raises(ValueError, match="`sparsity` has none"):
         jacobian = lambda t, y, yp: (np.ones((n, n)), np.eye(n))
         solve_dae(heat, (0, 0.1), y0, second @ y0, jacobian=jacobian, sparsity=second)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("offsets", [[0], [-1, 1], [-1, 0], [0, 1], [-1, 0, 1]])
+def test_a_pattern_that_lacks_entries_is_refused(method, offsets):
+    n, h = 50, 1 / 51
+    second = diags([1.0, -2.0, 1.0], [-1, 0, 1], shape=(n, n)) / h**2
+    y0 = np.sin(np.pi * h * np.arange(1, n + 1))
+    run = lambda: solve_dae(
+        lambda t, y, yp: yp - second @ y, (0, 0.1), y0, second @ y0, method,
+        sparsity=diags([1.0] * len(offsets), offsets, shape=(n, n)),
+    )  # fmt: skip
+    if len(offsets) == 3:
+        assert run().success
+        return
+    with pytest.raises(ValueError, match="sparsity: equation .* has no entry in row") as caught:
+        run()
+    row, column = (int(k) for k in re.findall(r"row (\d+), column (\d+)", str(caught.value))[0])
+    assert abs(row - column) <= 1 and column - row not in offsets
+
+
+AKZO = [0.444, 0.00123, 0, 0.007, 0, 115.83 * 0.444 * 0.007]
+
+# Mazzia & Magherini, Test Set for IVP Solvers 2.4, problem CHEMAKZO, at t = 180.
+AKZO_LATE = np.array(
+    [
+        0.1150794920661702,
+        0.001203831471567715,
+        0.1611562887407974,
+        0.0003656156421249283,
+        0.01708010885264404,
+        0.004873531310307455,
+    ]
+)
+
+
+def akzo(t, y, yp):
+    if y[1] < 0:
+        raise myovib.StepFailure("negative")
+    root = np.sqrt(y[1])
+    r1, r2, r3 = 18.7 * y[0] ** 4 * root, 0.58 * y[2] * y[3], 0.58 / 34.4 * y[0] * y[4]
+    r4, r5 = 0.09 * y[0] * y[3] ** 2, 0.42 * y[5] ** 2 * root
+    slopes = [
+        -2 * r1 + r2 - r3 - r4,
+        -0.5 * r1 - r4 - 0.5 * r5 + 3.3 * (0.9 / 737 - y[1]),
+        r1 - r2 + r3,
+        -r2 + r3 - 2 * r4,
+        r2 - r3 + r5,
+    ]
+    return np.r_[slopes - yp[:5], 115.83 * y[0] * y[3] - y[5]]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_differences_stay_in_the_domain(method):
+    rates = akzo(0, np.array(AKZO), np.zeros(6))
+    rates[5] = 115.83 * (rates[0] * AKZO[3] + AKZO[0] * rates[3])
+    s = solve_dae(akzo, (0, 180), AKZO, rates, method, rtol=1e-4, atol=1e-4)
+    assert s.success, s.message
+    # Local errors of 1e-4 over some 20 steps.
+    assert np.allclose(s.y[:, -1], AKZO_LATE, rtol=0, atol=2e-3)
 
 
 class OfTheUser(Exception):
