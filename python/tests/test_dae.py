@@ -5,6 +5,7 @@ import pickle
 import re
 import threading
 import tracemalloc
+import warnings
 
 import numpy as np
 import pytest
@@ -164,8 +165,16 @@ def test_a_sparse_jacobian_counts_as_a_dense_one():
     # Three colours for each Jacobian, and the residual that they are compared with.
     differences = found["differences"]
     assert differences.nfev == found["dense"].nfev + 4 * differences.njev
-    with pytest.raises(ValueError, match="`sparsity` has none"):
+    with pytest.raises(ValueError, match="row 0, column 2 .* `sparsity` has none"):
         jacobian = lambda t, y, yp: (np.ones((n, n)), np.eye(n))
+        solve_dae(heat, (0, 0.1), y0, second @ y0, jacobian=jacobian, sparsity=second)
+    with pytest.raises(ValueError, match="row 7, column 20 .* `sparsity` has none"):
+
+        def jacobian(t, y, yp):
+            later = np.zeros((n, n))
+            later[7, 20] = t
+            return csc_matrix(later - second), csc_matrix(np.eye(n))
+
         solve_dae(heat, (0, 0.1), y0, second @ y0, jacobian=jacobian, sparsity=second)
 
 
@@ -186,6 +195,20 @@ def test_a_pattern_that_lacks_entries_is_refused(method, offsets):
         run()
     row, column = (int(k) for k in re.findall(r"row (\d+), column (\d+)", str(caught.value))[0])
     assert abs(row - column) <= 1 and column - row not in offsets
+
+
+def test_full_storage_of_a_large_sparse_jacobian_is_told():
+    n = 201
+    one = csc_matrix(np.eye(n))
+    run = lambda **kw: solve_dae(
+        lambda t, y, yp: yp + y, (0, 1), np.ones(n), -np.ones(n), jacobian=lambda t, y, yp: (one, one), **kw
+    )
+    with pytest.warns(UserWarning, match="full ones of 201 rows: .* `sparsity`") as told:
+        run()
+    assert len(told) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert run(sparsity=one).success
 
 
 AKZO = [0.444, 0.00123, 0, 0.007, 0, 115.83 * 0.444 * 0.007]
@@ -341,11 +364,13 @@ def test_results_are_pickled_whole():
         (dict(y0=[np.nan]), "not finite"),
         (dict(atol=[1, 2, 3]), "must be 1 or 1"),
         (dict(rtol=-1), "rtol = -1: must be at least 0"),
+        (dict(rtol=[1e-4, 1e-4]), "rtol = .* must be a number"),
         (dict(atol=-1), "atol = -1: must be at least 0"),
         (dict(t_eval=[1, 0.5]), "sorted"),
         (dict(t_eval=[2]), "t_span"),
         (dict(suppress=True), "algebraic"),
         (dict(index=[4]), "0 to 3"),
+        (dict(index=[2]), '"ida" makes no use of: .* `suppress`'),
         (dict(sparsity=np.eye(2)), "sparsity"),
         (dict(residual=lambda t, y, yp: [1, 2]), "returned 2 values: must be 1"),
         (dict(residual=lambda t, y, yp: None), "returned nothing: must be 1"),
