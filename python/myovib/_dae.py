@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -165,25 +166,33 @@ def solve_dae(
         order 5, 9 or 13, for index 0 to 3.
     jacobian : callable, optional
         ``jacobian(t, y, yp)`` gives the pair dF/dy, dF/dy': matrices, dense or
-        of `scipy.sparse`. By default difference quotients are taken.
+        of `scipy.sparse`. By default difference quotients are taken. Without
+        `sparsity` both are stored as full matrices; of sparse ones with more than
+        200 rows a warning says so.
     sparsity : array_like or sparse matrix, shape (n, n), optional
-        Nonzero where dF/dy or dF/dy' may be. Full by default.
+        Nonzero where dF/dy or dF/dy' may be at any time: the pattern of both
+        together, with the diagonal where y'_i or y_i is in equation i. Full by
+        default. Without `jacobian` the residual is compared with it at the start,
+        and a `ValueError` names an entry that it lacks there.
     index : sequence of int, optional
         The index of each variable, 0 to 3, which Radau's error test needs for
         systems of index 2 and 3: in mechanics, 1 (or 0) for positions, 2 for velocities,
-        3 for multipliers of the position constraint.
+        3 for multipliers of the position constraint. "ida" makes no use of it: what
+        has index 2 or 3 must be left out by `suppress` there.
     algebraic : array_like of bool, optional
         Whether y'_i does not occur in F. By default the Jacobian at the start
         tells.
     suppress : bool or array_like of bool, optional
         Components left out of the error test; ``True``: the algebraic ones,
-        which must be named then.
+        which must be named then. For "ida" leave out what has index 2 or 3: in
+        mechanics with position constraints (index 3) the velocities too, which are
+        not algebraic.
     events : callable or list of callables, optional
         ``event(t, y, yp)`` gives a number whose zeros are sought. Attributes
         are those of `solve_ivp`: ``terminal`` (bool, or the number of the
         occurrence that ends the integration) and ``direction`` (its sign).
     rtol, atol : float; float or array_like, shape (n,)
-        A local error of ``rtol |y_i| + atol_i`` is allowed.
+        A local error of ``rtol |y_i| + atol_i`` is allowed. `rtol` is one number.
     t_eval : array_like, optional
         Times of the result, in the direction of integration. Every step by default.
     dense_output : bool
@@ -230,6 +239,8 @@ def solve_dae(
         raise ValueError(f"initial = {initial!r}: must be given, algebraic or states")
     if not 1 <= max_order <= 5:
         raise ValueError(f"max_order = {max_order}: must be 1 to 5")
+    if np.ndim(rtol) != 0:
+        raise ValueError(f"rtol = {rtol}: must be a number (`atol` may have one for each component)")
     if not 0 <= rtol < 1:
         raise ValueError(f"rtol = {rtol}: must be at least 0 and below 1")
     start = _vector("y0", y0)
@@ -243,6 +254,11 @@ def solve_dae(
     t0, t_end = (float(t) for t in t_span)
     if t0 == t_end or not np.isfinite([t0, t_end]).all():
         raise ValueError(f"t_span = ({t0}, {t_end}): must be two different finite times")
+    for name, step in (("first_step", first_step), ("max_step", max_step)):
+        if step is not None and not step > 0:
+            raise ValueError(f"{name} = {step}: must be above 0")
+    if max_steps is not None and max_steps < 1:
+        raise ValueError(f"max_steps = {max_steps}: must be at least 1")
     marks = _marks("algebraic", algebraic, n)
     if suppress is True and marks is None:
         raise ValueError("suppress = True leaves the algebraic components out: name them in `algebraic`")
@@ -250,6 +266,11 @@ def solve_dae(
     indices = None if index is None else [int(i) for i in index]
     if indices is not None and (len(indices) != n or not all(0 <= i <= 3 for i in indices)):
         raise ValueError(f"index must have {n} entries from 0 to 3")
+    if method == "ida" and left_out is None and indices is not None and max(indices) > 1:
+        raise ValueError(
+            f'index has a {max(indices)}, which "ida" makes no use of: take a method of Radau, or leave '
+            "components of index 2 and 3 out of the error test by `suppress`"
+        )
     watched = _Events(events)
     pattern = None if sparsity is None else _pattern(sparsity, n)
     found = _native.solve(
@@ -272,7 +293,7 @@ def solve_dae(
             "rtol": float(rtol),
             "atol": tolerances.tolist(),
             "t_eval": _output_times(t_eval, t0, t_end),
-            "first_step": None if first_step is None else float(np.copysign(first_step, t_end - t0)),
+            "first_step": None if first_step is None else float(first_step),
             "max_step": None if max_step is None or np.isinf(max_step) else float(max_step),
             "max_order": int(max_order),
             "max_steps": max_steps,
@@ -287,9 +308,16 @@ def _in_bytes(function: Function, n: int, name: str = "residual") -> Any:
     """The function as the native half calls it: arrays are bytes there."""
 
     def call(t: float, y: bytearray, yp: bytearray) -> bytes:
-        values = np.asarray(function(t, np.frombuffer(y), np.frombuffer(yp)), dtype=float)
+        answer = function(t, np.frombuffer(y), np.frombuffer(yp))
+        values = np.asarray(answer, dtype=float)
         if values.shape != (n,):
-            raise ValueError(f"{name} returned {values.size} values: must be {n}")
+            if answer is None:
+                found = "nothing"
+            elif values.ndim == 1:
+                found = f"{values.size} values"
+            else:
+                found = f"an array of the shape {values.shape}"
+            raise ValueError(f"{name} returned {found}: must be {n} values")
         return values.tobytes()
 
     return call
@@ -360,38 +388,53 @@ def _pattern(sparsity: Any, n: int) -> tuple[NDArray[np.int64], NDArray[np.int64
     return offsets, entries % n
 
 
+# Rows of a sparse Jacobian beyond which it is told that it is stored as a full one: with fewer that
+# costs little.
+LARGE = 200
+
+
 class _Jacobian:
     """The user's matrices as values in the order of the pattern."""
 
     def __init__(self, function: Function, pattern: Any, n: int) -> None:
-        self.function, self.n, self.checked = function, n, pattern is None
+        self.function, self.n = function, n
         self.places: tuple[Any, Any] | None = None
+        self.warned = False
         if pattern is not None:
             offsets, rows = pattern
             self.places = (rows, np.repeat(np.arange(n), np.diff(offsets)))
 
     def __call__(self, t: float, y: bytearray, yp: bytearray) -> tuple[bytes, bytes]:
         of_value, of_rate = self.function(t, np.frombuffer(y), np.frombuffer(yp))
-        values = self._values(of_value).tobytes(), self._values(of_rate).tobytes()
-        self.checked = True
-        return values
+        return self._values(of_value).tobytes(), self._values(of_rate).tobytes()
 
     def _values(self, matrix: Any) -> Array:
-        if hasattr(matrix, "tocsr"):
-            matrix = matrix.toarray() if self.places is None else matrix.tocsr()
-        else:
-            matrix = np.asarray(matrix, dtype=float)
+        sparse = hasattr(matrix, "tocsr")
+        matrix = matrix.tocsr() if sparse else np.asarray(matrix, dtype=float)
         if matrix.shape != (self.n, self.n):
             raise ValueError(f"jacobian: shape {matrix.shape}, must be ({self.n}, {self.n})")
         if self.places is None:
-            return matrix.ravel(order="F")
+            if sparse and self.n > LARGE and not self.warned:
+                self.warned = True
+                warnings.warn(
+                    f"jacobian: its sparse matrices are stored as full ones of {self.n} rows: give "
+                    "their pattern by `sparsity`",
+                    stacklevel=2,
+                )
+            return (matrix.toarray() if sparse else matrix).ravel(order="F")
         values = np.asarray(matrix[self.places], dtype=float).ravel()
-        if not self.checked:
-            within = np.count_nonzero(values)
-            whole = matrix.count_nonzero() if hasattr(matrix, "tocsr") else np.count_nonzero(matrix)
-            if whole > within:
-                raise ValueError("jacobian: entries where `sparsity` has none")
+        # Later matrices may have entries where the first have none.
+        whole = matrix.count_nonzero() if sparse else np.count_nonzero(matrix)
+        if whole > np.count_nonzero(values):
+            raise ValueError(f"jacobian: {self._outside(matrix, sparse)}, where `sparsity` has none")
         return values
+
+    def _outside(self, matrix: Any, sparse: bool) -> str:
+        """The first entry outside of the pattern."""
+        rows, columns = (matrix.tocoo() if sparse else np.asarray(matrix)).nonzero()
+        within = np.isin(columns * self.n + rows, self.places[1] * self.n + self.places[0])
+        first = np.argmin(within)
+        return f"an entry in row {rows[first]}, column {columns[first]} (counted from 0)"
 
 
 class _Events:

@@ -153,7 +153,8 @@ def experiments(
     files = []
     for k, one in enumerate(data if isinstance(data, list) else [data], start=1):
         measured, changes = one if isinstance(one, tuple) else (one, {})
-        if isinstance(measured, Mapping):
+        if hasattr(measured, "keys"):  # a mapping or a `pandas.DataFrame`
+            measured = {str(name): measured[name] for name in measured.keys()}
             path = folder / f"experiment-{k}.csv"
             path.write_text(_csv(measured), encoding="utf-8")
             measured = path

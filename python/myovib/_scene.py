@@ -293,7 +293,7 @@ class Scene:
         Parameters
         ----------
         data : experiment or list of experiments
-            An experiment is a file, as for ``myovib fit --data``, or a mapping with the column
+            An experiment is a file, as for ``myovib fit --data``, or a mapping or data frame with the column
             ``"t"`` and one for each output measured (NaN: not measured then); or a pair of
             that and a mapping of what was changed in the scene.
         out : path-like, optional

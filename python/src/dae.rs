@@ -3,12 +3,12 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use myovib_dae::{
-    ConsistencyMode, Direction, Integrator, Outcome, Problem, Statistics, StepError, Suppressed,
-    Tolerances, VariableKind,
+    ConsistencyMode, Direction, Integrator, Linearization, Outcome, Problem, Statistics, StepError,
+    Suppressed, Tolerances, VariableKind, check_pattern,
 };
 use myovib_radau::{RadauOptions, RadauSolver};
 use nalgebra_sparse::pattern::SparsityPattern;
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyException, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes, PyDict};
 use sundials_wrap::{IdaOptions, IdaSolver};
@@ -45,6 +45,7 @@ pub(crate) struct Request {
     atol: Vec<f64>,
     /// Output times, in the direction of the integration; every step without.
     t_eval: Option<Vec<f64>>,
+    /// Its size; the direction is that of the span.
     first_step: Option<f64>,
     max_step: Option<f64>,
     max_order: usize,
@@ -226,6 +227,8 @@ impl Record {
 enum Failure {
     /// Raised by a signal's handler between two steps.
     Raised(PyErr),
+    /// An argument makes no sense.
+    Argument(String),
     /// The integrator's.
     Integrator(String),
 }
@@ -240,6 +243,73 @@ impl Failure {
 fn nodes(degree: usize) -> Vec<f64> {
     let angle = |k: usize| std::f64::consts::PI * k as f64 / degree as f64;
     (0..=degree).map(|k| -angle(k).cos()).collect()
+}
+
+/// Forgets an exception: one near the start only was no answer to the question whether it is consistent.
+fn forget_raised(problem: &PythonDae) {
+    *problem
+        .raised
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner) = None;
+}
+
+/// Refuses a pattern for difference quotients that lacks entries.
+fn check_sparsity(
+    problem: &mut PythonDae,
+    request: &Request,
+    tolerances: &Tolerances,
+) -> Result<(), Failure> {
+    if problem.pattern.is_none() || problem.jacobian.is_some() {
+        return Ok(());
+    }
+    let mut weights = vec![0.0; problem.n];
+    tolerances.write_weights(&request.y0, &mut weights);
+    let at = Linearization {
+        t: request.t_span.0,
+        y: &request.y0,
+        y_dot: &request.yp0,
+        // Steps begin short: variables move by their tolerance then.
+        step: f64::MIN_POSITIVE.copysign(request.t_span.1 - request.t_span.0),
+        weights: &weights,
+    };
+    let checked = check_pattern(problem, &at);
+    // An exception near the start is no answer; Ctrl-C is one.
+    let raised = problem.raised.lock();
+    if let Some(error) = raised.unwrap_or_else(PoisonError::into_inner).take()
+        && !Python::attach(|py| error.is_instance_of::<PyException>(py))
+    {
+        return Err(Failure::Raised(error));
+    }
+    checked.map_err(|missing| Failure::Argument(format!("sparsity: {missing}")))
+}
+
+/// Corrects the initial values.
+///
+/// The first step is the scale of time on which the derivatives are sought. Where it is a guess from
+/// the span, which may be far longer than what happens at the start, shorter ones are tried too.
+fn correct<I: Integrator<PythonDae>>(
+    solver: &mut I,
+    mode: ConsistencyMode,
+    request: &Request,
+) -> Result<(), Failure> {
+    let (t0, t_end) = request.t_span;
+    let guesses: Vec<f64> = match request.first_step {
+        Some(size) => vec![size.copysign(t_end - t0)],
+        None => [3, 6, 9, 12].map(|k| (t_end - t0) * 0.1_f64.powi(k)).into(),
+    };
+    let mut failed = None;
+    for first in guesses {
+        forget_raised(solver.problem());
+        match solver.correct_initial_values(mode, t0 + first) {
+            Ok(()) => return Ok(()),
+            Err(error) => failed = failed.or(Some(Failure::of(error))),
+        }
+        let raised = solver.problem().raised.lock();
+        if raised.unwrap_or_else(PoisonError::into_inner).is_some() {
+            break;
+        }
+    }
+    failed.map_or(Ok(()), Err)
 }
 
 /// Integrates over the span.
@@ -258,14 +328,9 @@ fn integrate<I: Integrator<PythonDae>>(
         _ => None,
     };
     if let Some(mode) = mode {
-        let first = request.first_step.unwrap_or(1e-3 * (t_end - t0));
-        solver
-            .correct_initial_values(mode, t0 + forward * first.abs())
-            .map_err(Failure::of)?;
+        correct(solver, mode, request)?;
     }
-    // An exception near the start only was no answer to the question whether it is consistent.
-    let raised = &solver.problem().raised;
-    *raised.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    forget_raised(solver.problem());
     let mut due = request.t_eval.as_deref().unwrap_or(&[]);
     if request.t_eval.is_none() {
         record.push(t0, solver.y(), solver.y_dot());
@@ -348,12 +413,13 @@ fn integrate<I: Integrator<PythonDae>>(
 }
 
 /// Builds the integrator and integrates. The second number is the degree of a step's polynomial.
-fn compute(request: &Request, problem: PythonDae) -> Result<(Record, usize), Failure> {
+fn compute(request: &Request, mut problem: PythonDae) -> Result<(Record, usize), Failure> {
     let (t0, y0, y_dot0) = (request.t_span.0, &request.y0, &request.yp0);
     let tolerances = match request.atol[..] {
         [absolute] => Tolerances::scalar(request.rtol, absolute),
         _ => Tolerances::vector(request.rtol, request.atol.clone()),
     };
+    check_sparsity(&mut problem, request, &tolerances)?;
     let suppressed = match &request.suppress {
         Some(components) => Suppressed::Components(components.clone()),
         None => Suppressed::Nothing,
@@ -373,7 +439,9 @@ fn compute(request: &Request, problem: PythonDae) -> Result<(Record, usize), Fai
                 tolerances,
                 suppressed,
                 max_order: request.max_order,
-                initial_step: request.first_step,
+                initial_step: request
+                    .first_step
+                    .map(|size| size.copysign(request.t_span.1 - t0)),
                 max_step: request.max_step,
                 max_steps: None,
                 ..IdaOptions::default()
@@ -403,7 +471,9 @@ fn compute(request: &Request, problem: PythonDae) -> Result<(Record, usize), Fai
         builder = builder.roots(directions, events);
     }
     let mut solver = builder.build(t0, y0, y_dot0).map_err(Failure::of)?;
-    Ok((integrate(&mut solver, request, stages)?, stages))
+    // Of the stages, with one more for the slope at the start.
+    let degree = stages + 1;
+    Ok((integrate(&mut solver, request, degree)?, degree))
 }
 
 /// Integrates F(t, y, ẏ) = 0; see `myovib.solve_dae`.
@@ -448,6 +518,7 @@ pub(crate) fn solve(py: Python<'_>, request: Request) -> PyResult<Bound<'_, PyDi
     }
     let (record, degree) = computed.map_err(|failure| match failure {
         Failure::Raised(exception) => exception,
+        Failure::Argument(message) => of_argument(message),
         Failure::Integrator(message) => PyRuntimeError::new_err(message),
     })?;
     result(py, record, degree)
@@ -461,6 +532,7 @@ fn in_python(message: &str) -> String {
         &format!("ask for {correction}"),
     );
     let message = message.replace("correct_initial_values", correction);
+    let message = message.replace(" (reinit)", "");
     message.replace("Problem::indices", "index=")
 }
 

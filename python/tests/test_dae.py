@@ -2,13 +2,15 @@
 
 import gc
 import pickle
+import re
 import threading
 import tracemalloc
+import warnings
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.sparse import csc_matrix
+from scipy.sparse import csc_matrix, diags
 
 import myovib
 from myovib import solve_dae
@@ -130,6 +132,17 @@ def test_backwards_and_dense_output():
     assert s.sol(s.t[1:]) == pytest.approx(s.y[:, 1:], rel=1e-12)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_dense_output_is_that_of_the_steps(method):
+    times = np.linspace(0, 2, 101)
+    oscillate = lambda t, y, yp: [yp[0] - y[1], yp[1] + 100 * y[0]]
+    arguments = dict(method=method, rtol=1e-8, atol=1e-10)
+    s = solve_dae(oscillate, (0, 2), [1, 0], [0, -100], dense_output=True, **arguments)
+    there = solve_dae(oscillate, (0, 2), [1, 0], [0, -100], t_eval=times, **arguments)
+    # Values up to 10, and an interpolation of at most 9 points: rounding.
+    assert s.sol(times) == pytest.approx(there.y, rel=0, abs=1e-11)
+
+
 def test_a_sparse_jacobian_counts_as_a_dense_one():
     n, h = 30, 1 / 31
 
@@ -152,9 +165,91 @@ def test_a_sparse_jacobian_counts_as_a_dense_one():
     # Three colours for each Jacobian, and the residual that they are compared with.
     differences = found["differences"]
     assert differences.nfev == found["dense"].nfev + 4 * differences.njev
-    with pytest.raises(ValueError, match="`sparsity` has none"):
+    with pytest.raises(ValueError, match="row 0, column 2 .* `sparsity` has none"):
         jacobian = lambda t, y, yp: (np.ones((n, n)), np.eye(n))
         solve_dae(heat, (0, 0.1), y0, second @ y0, jacobian=jacobian, sparsity=second)
+    with pytest.raises(ValueError, match="row 7, column 20 .* `sparsity` has none"):
+
+        def jacobian(t, y, yp):
+            later = np.zeros((n, n))
+            later[7, 20] = t
+            return csc_matrix(later - second), csc_matrix(np.eye(n))
+
+        solve_dae(heat, (0, 0.1), y0, second @ y0, jacobian=jacobian, sparsity=second)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("offsets", [[0], [-1, 1], [-1, 0], [0, 1], [-1, 0, 1]])
+def test_a_pattern_that_lacks_entries_is_refused(method, offsets):
+    n, h = 50, 1 / 51
+    second = diags([1.0, -2.0, 1.0], [-1, 0, 1], shape=(n, n)) / h**2
+    y0 = np.sin(np.pi * h * np.arange(1, n + 1))
+    run = lambda: solve_dae(
+        lambda t, y, yp: yp - second @ y, (0, 0.1), y0, second @ y0, method,
+        sparsity=diags([1.0] * len(offsets), offsets, shape=(n, n)),
+    )  # fmt: skip
+    if len(offsets) == 3:
+        assert run().success
+        return
+    with pytest.raises(ValueError, match="sparsity: equation .* has no entry in row") as caught:
+        run()
+    row, column = (int(k) for k in re.findall(r"row (\d+), column (\d+)", str(caught.value))[0])
+    assert abs(row - column) <= 1 and column - row not in offsets
+
+
+def test_full_storage_of_a_large_sparse_jacobian_is_told():
+    n = 201
+    one = csc_matrix(np.eye(n))
+    run = lambda **kw: solve_dae(
+        lambda t, y, yp: yp + y, (0, 1), np.ones(n), -np.ones(n), jacobian=lambda t, y, yp: (one, one), **kw
+    )
+    with pytest.warns(UserWarning, match="full ones of 201 rows: .* `sparsity`") as told:
+        run()
+    assert len(told) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert run(sparsity=one).success
+
+
+AKZO = [0.444, 0.00123, 0, 0.007, 0, 115.83 * 0.444 * 0.007]
+
+# Mazzia & Magherini, Test Set for IVP Solvers 2.4, problem CHEMAKZO, at t = 180.
+AKZO_LATE = np.array(
+    [
+        0.1150794920661702,
+        0.001203831471567715,
+        0.1611562887407974,
+        0.0003656156421249283,
+        0.01708010885264404,
+        0.004873531310307455,
+    ]
+)
+
+
+def akzo(t, y, yp):
+    if y[1] < 0:
+        raise myovib.StepFailure("negative")
+    root = np.sqrt(y[1])
+    r1, r2, r3 = 18.7 * y[0] ** 4 * root, 0.58 * y[2] * y[3], 0.58 / 34.4 * y[0] * y[4]
+    r4, r5 = 0.09 * y[0] * y[3] ** 2, 0.42 * y[5] ** 2 * root
+    slopes = [
+        -2 * r1 + r2 - r3 - r4,
+        -0.5 * r1 - r4 - 0.5 * r5 + 3.3 * (0.9 / 737 - y[1]),
+        r1 - r2 + r3,
+        -r2 + r3 - 2 * r4,
+        r2 - r3 + r5,
+    ]
+    return np.r_[slopes - yp[:5], 115.83 * y[0] * y[3] - y[5]]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_differences_stay_in_the_domain(method):
+    rates = akzo(0, np.array(AKZO), np.zeros(6))
+    rates[5] = 115.83 * (rates[0] * AKZO[3] + AKZO[0] * rates[3])
+    s = solve_dae(akzo, (0, 180), AKZO, rates, method, rtol=1e-4, atol=1e-4)
+    assert s.success, s.message
+    # Local errors of 1e-4 over some 20 steps.
+    assert np.allclose(s.y[:, -1], AKZO_LATE, rtol=0, atol=2e-3)
 
 
 class OfTheUser(Exception):
@@ -204,12 +299,33 @@ def test_consistent_initial_values():
     assert s.yp[:2, 0] == pytest.approx([-0.04, 0.04], rel=1e-6)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_consistent_initial_values_of_a_long_span(method):
+    # A thousandth of the span is a million times what the start takes.
+    s = solve_dae(
+        robertson, (0, 4e10), [1, 0, 0], [0, 0, 0], method, rtol=1e-6, atol=1e-12, initial="algebraic"
+    )
+    assert s.success and s.yp[:2, 0] == pytest.approx([-0.04, 0.04], rel=1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_consistent_initial_values_backwards(method):
+    # The first step goes in the direction of the span.
+    s = solve_dae(
+        lambda t, y, yp: [yp[0] + y[0], y[1] - 2 * y[0]], (1, 0), [np.exp(-1), 0], [0, 0], method,
+        rtol=1e-8, atol=1e-10, first_step=1e-4, initial="algebraic",
+    )  # fmt: skip
+    assert s.y[1, 0] == pytest.approx(2 * np.exp(-1)) and s.yp[0, 0] == pytest.approx(-np.exp(-1))
+    assert s.y[:, -1] == pytest.approx([1, 2], rel=1e-6)
+
+
 def test_remedies_are_arguments_of_this_function():
     def circle(t, y, yp):
         return [yp[0] - y[1], y[0] ** 2 + y[1] ** 2 - 1]
 
     message = myovib.solve_dae(circle, (0, 1), [0, 1], [0, 0], rtol=1e-6, atol=1e-9).message
     assert 'initial="algebraic"' in message and "index=" in message, message
+    assert "reinit" not in message, message
 
 
 @pytest.mark.parametrize("method", ["ida", "radau", "radau9", "radau13"])
@@ -248,13 +364,22 @@ def test_results_are_pickled_whole():
         (dict(y0=[np.nan]), "not finite"),
         (dict(atol=[1, 2, 3]), "must be 1 or 1"),
         (dict(rtol=-1), "rtol = -1: must be at least 0"),
+        (dict(rtol=[1e-4, 1e-4]), "rtol = .* must be a number"),
         (dict(atol=-1), "atol = -1: must be at least 0"),
         (dict(t_eval=[1, 0.5]), "sorted"),
         (dict(t_eval=[2]), "t_span"),
         (dict(suppress=True), "algebraic"),
         (dict(index=[4]), "0 to 3"),
+        (dict(index=[2]), '"ida" makes no use of: .* `suppress`'),
         (dict(sparsity=np.eye(2)), "sparsity"),
         (dict(residual=lambda t, y, yp: [1, 2]), "returned 2 values: must be 1"),
+        (dict(residual=lambda t, y, yp: None), "returned nothing: must be 1"),
+        (dict(residual=lambda t, y, yp: yp[0]), r"the shape \(\): must be 1"),
+        (dict(residual=lambda t, y, yp: [[1]]), r"the shape \(1, 1\): must be 1"),
+        (dict(first_step=-1), "first_step = -1: must be above 0"),
+        (dict(first_step=0), "first_step = 0: must be above 0"),
+        (dict(max_step=0), "max_step = 0: must be above 0"),
+        (dict(max_steps=0), "max_steps = 0: must be at least 1"),
     ],
 )
 def test_arguments_that_make_no_sense_are_named(arguments, words):

@@ -8,7 +8,7 @@ import pytest
 
 import myovib
 from myovib import Scene
-
+from myovib._identification import experiments
 
 
 def scene(**changes):
@@ -64,6 +64,18 @@ def test_what_cannot_be_identified_is_told_with_its_place():
         wanted.fit({"t": [0.0, 0.1], "origin.u_y": [0.0]})
     with pytest.raises(myovib.SceneError, match="no output `tip`"):
         wanted.fit({"t": [0.05, 0.1], "tip": [0.0, 0.0]})
+
+
+def test_a_data_frame_is_as_good_as_a_mapping(tmp_path):
+    class Frame:  # what there is of pandas' here
+        def keys(self):
+            return ["t", "tip"]
+
+        def __getitem__(self, name):
+            return {"t": [0.1, 0.2], "tip": [1.0, np.nan]}[name]
+
+    [(path, changes)] = experiments(Frame(), tmp_path)
+    assert path.read_text() == "t,tip\n0.1,1.0\n0.2,\n" and not changes
 
 
 def test_a_fit_of_arrays_and_a_file_finds_what_made_them(tmp_path):

@@ -17,6 +17,9 @@ use crate::problem::{Problem, StepError};
 /// as IDA moves it for its own dense and banded Jacobians (SUNDIALS, IDALS). For a ∂F/∂y + b ∂F/∂ẏ,
 /// y_j moves by a σ and ẏ_j by b σ with σ = δ_j / max(|a|, |b h|), so that neither moves further
 /// than the step itself would take it.
+///
+/// Where the residual cannot be evaluated there, the unknowns of that colour are moved in [other
+/// ways](Way). A smaller step would not help: 1/w_j does not become smaller with it.
 #[derive(Debug, Clone)]
 pub(crate) struct Differences {
     groups: Vec<Vec<usize>>,
@@ -25,7 +28,7 @@ pub(crate) struct Differences {
     base: Vec<f64>,
     moved: Vec<f64>,
     increments: Vec<f64>,
-    /// Evaluations of the residual so far.
+    /// Evaluations of the residual so far, those that failed included.
     pub(crate) evaluations: u64,
 }
 
@@ -56,10 +59,35 @@ impl Differences {
         self.y_dot.copy_from_slice(at.y_dot);
         self.evaluations += 1;
         problem.residual(at.t, at.y, at.y_dot, &mut self.base)?;
+        for group in 0..self.groups.len() {
+            self.move_within_the_domain(problem, pattern, at, (a, b), group)?;
+            for &j in &self.groups[group] {
+                let entries = pattern.major_offsets()[j]..pattern.major_offsets()[j + 1];
+                for (value, &i) in values[entries].iter_mut().zip(pattern.lane(j)) {
+                    *value = (self.moved[i] - self.base[i]) / self.increments[j];
+                }
+                (self.y[j], self.y_dot[j]) = (at.y[j], at.y_dot[j]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Moves the unknowns of a group and evaluates the residual there, in the first way in which it
+    /// can be. Where there is none the error is that of the first; numbers that are not finite in all
+    /// of them are left to whom the Jacobian is for, who names them.
+    fn move_within_the_domain<P: Problem + ?Sized>(
+        &mut self,
+        problem: &mut P,
+        pattern: &SparsityPattern,
+        at: &Linearization<'_>,
+        (a, b): (f64, f64),
+        group: usize,
+    ) -> Result<(), StepError> {
         let scale = a.abs().max((b * at.step).abs());
-        for group in &self.groups {
-            for &j in group {
-                let wanted = displacement(at, j) / scale;
+        let mut first = Ok(());
+        for way in Way::ALL {
+            for &j in &self.groups[group] {
+                let wanted = displacement(at, j, way) / scale;
                 self.y[j] = at.y[j] + a * wanted;
                 // What y can represent of it, so that the quotient is of what was done.
                 let sigma = match a {
@@ -70,22 +98,171 @@ impl Differences {
                 self.increments[j] = sigma;
             }
             self.evaluations += 1;
-            problem.residual(at.t, &self.y, &self.y_dot, &mut self.moved)?;
-            for &j in group {
-                let entries = pattern.major_offsets()[j]..pattern.major_offsets()[j + 1];
-                for (value, &i) in values[entries].iter_mut().zip(pattern.lane(j)) {
-                    *value = (self.moved[i] - self.base[i]) / self.increments[j];
-                }
-                (self.y[j], self.y_dot[j]) = (at.y[j], at.y_dot[j]);
+            match problem.residual(at.t, &self.y, &self.y_dot, &mut self.moved) {
+                Ok(()) if self.is_finite(pattern, group) => return Ok(()),
+                Ok(()) => {}
+                Err(refused @ StepError::Recoverable(_)) => first = first.and(Err(refused)),
+                Err(error) => return Err(error),
             }
         }
-        Ok(())
+        first
+    }
+
+    /// Whether the residual, where a group of unknowns enters it, is as finite as it was before.
+    fn is_finite(&self, pattern: &SparsityPattern, group: usize) -> bool {
+        let mut rows = self.groups[group].iter().flat_map(|&j| pattern.lane(j));
+        rows.all(|&i| self.moved[i].is_finite() || !self.base[i].is_finite())
     }
 }
 
-/// δ_j, with its sign.
-fn displacement(at: &Linearization<'_>, j: usize) -> f64 {
+/// How unknowns are moved.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Way {
+    /// By δ_j.
+    Usual,
+    /// By −δ_j.
+    Back,
+    /// With √ε/w_j in the place of 1/w_j in δ_j, away from zero: what is positive stays so, however
+    /// near to zero it is.
+    SlightlyAway,
+    /// By as much towards zero.
+    SlightlyTowards,
+}
+
+impl Way {
+    /// All, in the order in which they are tried: the shorter moves lose more to rounding.
+    const ALL: [Self; 4] = [
+        Self::Usual,
+        Self::Back,
+        Self::SlightlyAway,
+        Self::SlightlyTowards,
+    ];
+}
+
+/// By how much unknown j is moved, with its sign.
+pub(crate) fn displacement(at: &Linearization<'_>, j: usize, way: Way) -> f64 {
     let motion = at.step * at.y_dot[j];
     let size = f64::EPSILON.sqrt() * at.y[j].abs().max(motion.abs());
-    size.max(1.0 / at.weights[j]).copysign(motion)
+    let usual = || size.max(1.0 / at.weights[j]).copysign(motion);
+    let slight = || {
+        let away = if at.y[j] == 0.0 { motion } else { at.y[j] };
+        size.max(f64::EPSILON.sqrt() / at.weights[j]).copysign(away)
+    };
+    match way {
+        Way::Usual => usual(),
+        Way::Back => -usual(),
+        Way::SlightlyAway => slight(),
+        Way::SlightlyTowards => -slight(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Jacobian;
+
+    /// √y_0 + 2 √y_1 in row 0 and √y_1 + ẏ_1 in row 1, of which nothing is real for y < 0 or, where
+    /// `above` is finite, beyond it.
+    struct Roots {
+        says: bool,
+        above: f64,
+        calls: u64,
+    }
+
+    impl Problem for Roots {
+        fn n_unknowns(&self) -> usize {
+            2
+        }
+
+        fn residual(
+            &mut self,
+            _: f64,
+            y: &[f64],
+            v: &[f64],
+            r: &mut [f64],
+        ) -> Result<(), StepError> {
+            self.calls += 1;
+            let outside = y.iter().any(|&y| y < 0.0 || y > self.above);
+            if self.says && outside {
+                return Err(StepError::Recoverable(format!("{y:?}")));
+            }
+            let [p, q] = [y[0], y[1]].map(|y| if outside { f64::NAN } else { y.sqrt() });
+            r.copy_from_slice(&[p + 2.0 * q, q + v[1]]);
+            Ok(())
+        }
+    }
+
+    /// Relative errors of the four entries at y = (1e-4, 4e-4), whose tolerance is 1e-3, and the
+    /// evaluations counted.
+    fn differenced(problem: &mut Roots, y_dot: [f64; 2]) -> Result<([f64; 4], u64), StepError> {
+        let at = Linearization {
+            t: 0.0,
+            y: &[1e-4, 4e-4],
+            y_dot: &y_dot,
+            step: 1.0,
+            weights: &[1e3; 2],
+        };
+        let mut jacobian = Jacobian::of(problem);
+        let mut values = [0.0; 4];
+        jacobian.combined(problem, &at, (1.0, 0.0), &mut values)?;
+        let exact = [50.0, 0.0, 50.0, 25.0];
+        let errors = std::array::from_fn(|k| (values[k] - exact[k]).abs());
+        Ok((errors, jacobian.residual_evaluations()))
+    }
+
+    #[test]
+    fn differences_stay_where_the_residual_can_be_evaluated() {
+        for says in [true, false] {
+            let new = |above| Roots {
+                says,
+                above,
+                calls: 0,
+            };
+            // One column falls out of the domain and is moved back, at the second try.
+            let mut problem = new(f64::INFINITY);
+            let (errors, counted) = differenced(&mut problem, [1e-9, -1e-9]).unwrap();
+            assert_eq!((counted, problem.calls), (4, 4));
+            // The root bends over a tolerance of ten times y, so that the slope is some other: finite.
+            assert!(errors.iter().all(|e| e.is_finite()), "{errors:?}");
+            // Neither way is free: short moves are. Of √ε y, whose square they neglect, and rounding:
+            // both some √ε of 50, ten times over.
+            let mut problem = new(5e-4);
+            let (errors, counted) = differenced(&mut problem, [1e-9, -1e-9]).unwrap();
+            assert_eq!((counted, problem.calls), (7, 7));
+            assert!(errors.iter().all(|e| *e < 50.0 * 1.5e-7), "{errors:?}");
+        }
+    }
+
+    #[test]
+    fn where_no_move_is_possible_the_first_failure_is_handed_back() {
+        let mut says = Roots {
+            says: true,
+            above: f64::INFINITY,
+            calls: 0,
+        };
+        let mut at = Linearization {
+            t: 0.0,
+            y: &[0.0, 0.0],
+            y_dot: &[-1.0, 1.0],
+            step: 1.0,
+            weights: &[1e3; 2],
+        };
+        let mut differences = Differences::new(&crate::problem::full_pattern(2));
+        let pattern = crate::problem::full_pattern(2);
+        let mut values = [0.0; 4];
+        // At zero the other direction is free.
+        differences
+            .evaluate(&mut says, &pattern, &at, (1.0, 0.0), &mut values)
+            .unwrap();
+        assert_eq!(differences.evaluations, 4);
+        says.above = 0.0;
+        let error = differences.evaluate(&mut says, &pattern, &at, (1.0, 0.0), &mut values);
+        // √ε |h ẏ| < 1/w: the first move is by −1e-3.
+        assert_eq!(error.unwrap_err().to_string(), "[-0.001, 0.0]");
+        assert_eq!(differences.evaluations, 4 + 5);
+        at.y = &[-1.0, -1.0];
+        let error = differences.evaluate(&mut says, &pattern, &at, (1.0, 0.0), &mut values);
+        assert_eq!(error.unwrap_err().to_string(), "[-1.0, -1.0]");
+        assert_eq!(differences.evaluations, 4 + 5 + 1);
+    }
 }

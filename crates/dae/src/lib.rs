@@ -5,7 +5,8 @@
 //! - [`Problem`]: what you write: the residual and, if you like, the Jacobian in a fixed sparse
 //!   pattern and what each variable is.
 //! - [`Jacobian`]: evaluates a problem's own Jacobian, or difference quotients at a
-//!   [`Linearization`]; [`kinds_at`] reads from it how each variable enters.
+//!   [`Linearization`]; [`kinds_at`] reads from it how each variable enters, and
+//!   [`check_pattern`] whether its pattern lacks entries.
 //! - [`Parameters`]: what a problem depends on besides its variables, and ∂F/∂p.
 //! - [`LinearSolver`]: solves Newton's systems, with real and complex shifts.
 //! - [`Tolerances`], [`Suppressed`], [`Direction`], [`ConsistencyMode`]: what is asked of an
@@ -29,6 +30,7 @@ mod linear_solver;
 mod linearization;
 mod outcome;
 mod parameters;
+mod pattern;
 mod problem;
 mod projection;
 mod remedy;
@@ -51,6 +53,7 @@ pub use nalgebra_sparse::pattern::SparsityPattern;
 pub use num_complex::Complex64;
 pub use outcome::{Outcome, Stop, WorstComponent};
 pub use parameters::{Differenced, Parameter, Parameters};
+pub use pattern::{MissingEntry, check_pattern};
 pub use problem::{Problem, StepError, VariableKind};
 pub use projection::project_onto_constraints;
 pub use start::{InconsistentStart, check_start};

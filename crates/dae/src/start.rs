@@ -159,7 +159,7 @@ fn weigh<P: Problem + ?Sized>(
 
 /// A number between 0.5 and 1, or −1 and −0.5, that looks drawn at random: always the same for a trial and
 /// a place (splitmix64).
-fn draw(trial: u64, place: usize) -> f64 {
+pub(crate) fn draw(trial: u64, place: usize) -> f64 {
     let mut z = (trial << 40 | place as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -149,3 +149,31 @@ impl Sample for Oscillator {
         Some(vec![t.sin(), t.cos()])
     }
 }
+
+/// A sample without its Jacobian: differences depend on the weights and the step they were taken at.
+#[derive(Clone)]
+pub(crate) struct WithoutJacobian<S>(pub(crate) S);
+
+impl<S: Problem> Problem for WithoutJacobian<S> {
+    fn n_unknowns(&self) -> usize {
+        self.0.n_unknowns()
+    }
+
+    fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        self.0.residual(t, y, v, r)
+    }
+
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        self.0.jacobian_pattern()
+    }
+
+    fn indices(&self) -> Option<Vec<u8>> {
+        self.0.indices()
+    }
+}
+
+impl<S: Sample> Sample for WithoutJacobian<S> {
+    fn start(&self) -> Start {
+        self.0.start()
+    }
+}

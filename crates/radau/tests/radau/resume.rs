@@ -4,39 +4,10 @@ use myovib_dae::samples::{
     CapacitorLoop, CarAxis, Differentiated, Heat2d, JayIndex2, LinearIndex1, MechanicalForm,
     Pendulum, Sample,
 };
-use myovib_dae::{Direction, Outcome, Problem, StepError};
+use myovib_dae::{Direction, Outcome};
 use myovib_radau::{RadauError, RadauOptions, RadauState};
-use nalgebra_sparse::pattern::SparsityPattern;
 
-use crate::common::{solver, tolerance};
-
-/// A sample without its Jacobian: differences depend on the weights and the step they were taken at.
-#[derive(Clone)]
-struct WithoutJacobian<S>(S);
-
-impl<S: Problem> Problem for WithoutJacobian<S> {
-    fn n_unknowns(&self) -> usize {
-        self.0.n_unknowns()
-    }
-
-    fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
-        self.0.residual(t, y, v, r)
-    }
-
-    fn jacobian_pattern(&self) -> SparsityPattern {
-        self.0.jacobian_pattern()
-    }
-
-    fn indices(&self) -> Option<Vec<u8>> {
-        self.0.indices()
-    }
-}
-
-impl<S: Sample> Sample for WithoutJacobian<S> {
-    fn start(&self) -> myovib_dae::samples::Start {
-        self.0.start()
-    }
-}
+use crate::common::{WithoutJacobian, solver, tolerance};
 
 /// Numbers of steps at which to save, seeded: (i × a golden ratio) mod the steps of the run.
 fn places(steps: u64) -> Vec<u64> {

@@ -1,0 +1,287 @@
+//! Patterns of Jacobians that lack entries.
+
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use crate::differences::{Way, displacement};
+use crate::jacobian::Jacobian;
+use crate::linearization::Linearization;
+use crate::problem::{Problem, StepError};
+use crate::start::draw;
+
+/// An entry that the pattern of a Jacobian lacks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MissingEntry {
+    /// The equation.
+    pub row: usize,
+    /// The variable that it changes with.
+    pub column: usize,
+    /// Whether it changes with the variable's derivative; with its value otherwise.
+    pub of_rate: bool,
+}
+
+impl std::error::Error for MissingEntry {}
+
+impl std::fmt::Display for MissingEntry {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { row, column, .. } = self;
+        let what = if self.of_rate {
+            "the derivative of "
+        } else {
+            ""
+        };
+        write!(
+            f,
+            "equation {row} changes with {what}y[{column}], and the pattern has no entry in row {row}, \
+             column {column} (counted from 0): it is that of ∂F/∂y and ∂F/∂ẏ together"
+        )
+    }
+}
+
+/// The part of a row's change that the Jacobian must account for not to be looked at further.
+///
+/// Difference quotients over √ε of a variable err by about √ε = 1.5e-8, those over a tolerance by
+/// about the tolerance, both in the scale of the row's terms, |J| |d|. A hundredth is far above, and
+/// what is smaller than a hundredth of its row hardly slows Newton's method.
+const UNACCOUNTED: f64 = 1e-2;
+
+/// What may be rounding, in changes of the residual when y and ẏ change by rounding.
+const ROUNDING: f64 = 100.0;
+
+/// Directions that are tried. In one of them a missing entry may look like the one that its colour
+/// ascribes it to, where both happen to move alike: about one time in five for an entry of a tenth of
+/// its row.
+const DIRECTIONS: u64 = 4;
+
+/// Rows that are looked at further for one direction, the worst first: rows that are strongly curved are
+/// among them, without being short of an entry.
+const ROWS: usize = 8;
+
+/// Looks for entries that the [pattern](Problem::jacobian_pattern) of a Jacobian lacks.
+///
+/// With such a pattern, difference quotients by colours ascribe what is missing to other entries;
+/// Newton's method converges slowly or not at all, and steps are short, for no reason that an
+/// integrator could tell.
+///
+/// The change of the residual in four directions d, in y and in ẏ, is compared with J d. In rows where
+/// they differ by more than a hundredth of |J| |d| and by more than rounding, the variables outside of
+/// the pattern are moved alone: by halves, down to the one that the row changes with. So what is
+/// reported is always true, for residuals of any curvature. What is missing is not always found: an
+/// entry that is zero or below a hundredth of its row at the state given is not.
+///
+/// That takes two Jacobians and fourteen evaluations of the residual, one more for each row that is
+/// looked at further, and 2 log₂ n for the entry that is found. A full pattern lacks nothing, and takes none. An evaluation that fails says
+/// nothing; see [`Problem`] for those that do.
+///
+/// # Errors
+/// The entry that is missing.
+///
+/// # Examples
+/// ```
+/// use myovib_dae::{Linearization, MissingEntry, Problem, SparsityPattern, StepError, check_pattern};
+///
+/// /// ẏ0 = y1, ẏ1 = −y0, with the pattern of a diagonal.
+/// struct Circle;
+/// impl Problem for Circle {
+///     fn n_unknowns(&self) -> usize {
+///         2
+///     }
+///     fn residual(&mut self, _: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+///         r.copy_from_slice(&[v[0] - y[1], v[1] + y[0]]);
+///         Ok(())
+///     }
+///     fn jacobian_pattern(&self) -> SparsityPattern {
+///         SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 1, 2], vec![0, 1]).unwrap()
+///     }
+/// }
+///
+/// let at = Linearization {
+///     t: 0.0,
+///     y: &[1.0, 0.0],
+///     y_dot: &[0.0, -1.0],
+///     step: 1e-3,
+///     weights: &[1e6; 2],
+/// };
+/// let missing = check_pattern(&mut Circle, &at).unwrap_err();
+/// assert_eq!((missing.row, missing.column, missing.of_rate), (0, 1, false));
+/// ```
+pub fn check_pattern<P: Problem + ?Sized>(
+    problem: &mut P,
+    at: &Linearization<'_>,
+) -> Result<(), MissingEntry> {
+    let n = problem.n_unknowns();
+    let mut jacobian = Jacobian::of(problem);
+    if jacobian.pattern().nnz() == n * n {
+        return Ok(());
+    }
+    // Derivatives have no tolerance: they move as far as `kinds_at` moves them.
+    let weights = vec![f64::EPSILON.sqrt().recip(); n];
+    let at_rate = Linearization {
+        step: 1.0,
+        weights: &weights,
+        ..*at
+    };
+    for (at, of_rate) in [(at, false), (&at_rate, true)] {
+        let found = find(problem, &mut jacobian, at, of_rate);
+        if let Ok(Some((row, column))) = found {
+            return Err(MissingEntry {
+                row,
+                column,
+                of_rate,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Row and column of an entry that is missing in ∂F/∂y, or ∂F/∂ẏ.
+fn find<P: Problem + ?Sized>(
+    problem: &mut P,
+    jacobian: &mut Jacobian,
+    at: &Linearization<'_>,
+    of_rate: bool,
+) -> Result<Option<(usize, usize)>, StepError> {
+    let mut values = vec![0.0; jacobian.pattern().nnz()];
+    let coefficients = if of_rate { (0.0, 1.0) } else { (1.0, 0.0) };
+    jacobian.combined(problem, at, coefficients, &mut values)?;
+    let pattern = jacobian.pattern();
+    let mut probe = Probe::new(problem, *at, of_rate)?;
+    let mut cleared = vec![false; at.y.len()];
+    for trial in 0..DIRECTIONS {
+        let (d, change) = probe.in_a_direction(trial)?;
+        let (mut left, mut scale) = (change.clone(), vec![0.0; d.len()]);
+        for ((column, row), value) in pattern.entries().zip(&values) {
+            left[row] -= value * d[column];
+            scale[row] += (value * d[column]).abs();
+        }
+        let bound = |i: usize| {
+            let of_terms = UNACCOUNTED * change[i].abs().max(scale[i]);
+            of_terms.max(ROUNDING * probe.rounding[i])
+        };
+        let share = |i: usize| left[i].abs() / bound(i);
+        let mut rows: Vec<usize> = (0..d.len())
+            .filter(|&i| !cleared[i] && share(i) > 1.0)
+            .collect();
+        rows.sort_by(|&i, &k| share(k).total_cmp(&share(i)));
+        rows.truncate(ROWS);
+        let bounds: Vec<f64> = rows.iter().map(|&i| bound(i)).collect();
+        for (row, bound) in rows.into_iter().zip(bounds) {
+            if let Some(column) = probe.outside(pattern, row, &d, bound)? {
+                return Ok(Some((row, column)));
+            }
+            cleared[row] = true;
+        }
+    }
+    Ok(None)
+}
+
+/// Changes of a residual about a state.
+struct Probe<'a, P: ?Sized> {
+    problem: &'a mut P,
+    at: Linearization<'a>,
+    /// Whether ẏ is moved, not y.
+    of_rate: bool,
+    base: Vec<f64>,
+    /// How much rounding of y and ẏ changes it.
+    rounding: Vec<f64>,
+}
+
+impl<'a, P: Problem + ?Sized> Probe<'a, P> {
+    fn new(problem: &'a mut P, at: Linearization<'a>, of_rate: bool) -> Result<Self, StepError> {
+        let mut base = vec![0.0; at.y.len()];
+        problem.residual(at.t, at.y, at.y_dot, &mut base)?;
+        let mut probe = Self {
+            problem,
+            at,
+            of_rate,
+            rounding: vec![0.0; base.len()],
+            base,
+        };
+        for trial in 0..2 {
+            // Some last digits.
+            let rounded = |values: &[f64], k: u64| -> Vec<f64> {
+                let factor = |j| 1.0 + 4.0 * f64::EPSILON * draw(trial, 2 * j + k as usize);
+                let numbered = values.iter().enumerate();
+                numbered.map(|(j, value)| value * factor(j)).collect()
+            };
+            let change = probe.change(&rounded(at.y, 0), &rounded(at.y_dot, 1))?;
+            for (rounding, change) in probe.rounding.iter_mut().zip(change) {
+                *rounding = rounding.max(change.abs());
+            }
+        }
+        Ok(probe)
+    }
+
+    /// F(t, y, ẏ) less that of the state; numbers that are not finite count as refused.
+    fn change(&mut self, y: &[f64], y_dot: &[f64]) -> Result<Vec<f64>, StepError> {
+        let mut change = vec![0.0; y.len()];
+        self.problem.residual(self.at.t, y, y_dot, &mut change)?;
+        for (change, base) in change.iter_mut().zip(&self.base) {
+            *change -= base;
+        }
+        match change.iter().all(|change| change.is_finite()) {
+            true => Ok(change),
+            false => Err(StepError::Recoverable("not finite".to_owned())),
+        }
+    }
+
+    /// The change when some variables, or their derivatives, move by d.
+    fn change_along(
+        &mut self,
+        columns: impl IntoIterator<Item = usize>,
+        d: &[f64],
+    ) -> Result<Vec<f64>, StepError> {
+        let (mut y, mut y_dot) = (self.at.y.to_vec(), self.at.y_dot.to_vec());
+        let moved = if self.of_rate { &mut y_dot } else { &mut y };
+        for j in columns {
+            moved[j] += d[j];
+        }
+        self.change(&y, &y_dot)
+    }
+
+    /// A direction, and the change along it: with signs drawn at random where the domain allows it,
+    /// else slightly away from zero.
+    fn in_a_direction(&mut self, trial: u64) -> Result<(Vec<f64>, Vec<f64>), StepError> {
+        let (at, n) = (self.at, self.base.len());
+        let usual = |j| displacement(&at, j, Way::Usual);
+        let slight = |j| displacement(&at, j, Way::SlightlyAway);
+        let random: Vec<f64> = (0..n).map(|j| draw(trial, j) * usual(j)).collect();
+        let away: Vec<f64> = (0..n).map(|j| draw(trial, j).abs() * slight(j)).collect();
+        match self.change_along(0..n, &random) {
+            Err(StepError::Recoverable(_)) => {}
+            change => return Ok((random, change?)),
+        }
+        let change = self.change_along(0..n, &away)?;
+        Ok((away, change))
+    }
+
+    /// A variable that has no entry in the row and that moves it all the same, if all of those
+    /// together move it by more than `bound`.
+    fn outside(
+        &mut self,
+        pattern: &SparsityPattern,
+        row: usize,
+        d: &[f64],
+        bound: f64,
+    ) -> Result<Option<usize>, StepError> {
+        let has_none = |&j: &usize| pattern.lane(j).binary_search(&row).is_err();
+        let all: Vec<usize> = (0..d.len()).filter(has_none).collect();
+        let mut columns = &all[..];
+        let mut size = |columns: &[usize]| -> Result<f64, StepError> {
+            let change = self.change_along(columns.iter().copied(), d)?;
+            Ok(change[row].abs())
+        };
+        if size(columns)? <= bound {
+            return Ok(None);
+        }
+        while columns.len() > 1 {
+            let halves: [&[usize]; 2] = columns.split_at(columns.len() / 2).into();
+            let sizes = [size(halves[0])?, size(halves[1])?];
+            columns = halves[usize::from(sizes[1] > sizes[0])];
+        }
+        let moves_it = size(columns)? > ROUNDING * self.rounding[row];
+        Ok(moves_it.then(|| columns[0]))
+    }
+}
+
+#[cfg(test)]
+mod tests;
