@@ -156,7 +156,7 @@ def solve_dae(
         raise `StepFailure` where F has no value: a smaller step is tried then.
         Any other exception ends the integration and comes through as it is.
     t_span : (float, float)
-        Start and end; the end may lie before the start.
+        Start and end; with "ida" the end may lie before the start.
     y0, yp0 : array_like, shape (n,)
         Solution and derivative at the start, consistent unless `initial` asks
         for a correction.

@@ -308,11 +308,10 @@ def test_consistent_initial_values_of_a_long_span(method):
     assert s.success and s.yp[:2, 0] == pytest.approx([-0.04, 0.04], rel=1e-6)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_consistent_initial_values_backwards(method):
-    # The first step goes in the direction of the span.
+def test_consistent_initial_values_backwards():
+    # The first step goes in the direction of the span. Methods of Radau take spans forwards only.
     s = solve_dae(
-        lambda t, y, yp: [yp[0] + y[0], y[1] - 2 * y[0]], (1, 0), [np.exp(-1), 0], [0, 0], method,
+        lambda t, y, yp: [yp[0] + y[0], y[1] - 2 * y[0]], (1, 0), [np.exp(-1), 0], [0, 0],
         rtol=1e-8, atol=1e-10, first_step=1e-4, initial="algebraic",
     )  # fmt: skip
     assert s.y[1, 0] == pytest.approx(2 * np.exp(-1)) and s.yp[0, 0] == pytest.approx(-np.exp(-1))
