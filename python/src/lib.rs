@@ -9,6 +9,7 @@ mod dae;
 mod error;
 mod identification;
 mod interrupt;
+mod problem;
 mod scene;
 
 use pyo3::prelude::*;

@@ -1,0 +1,155 @@
+//! A DAE whose functions are Python's.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use myovib_dae::{Problem, StepError, VariableKind};
+use nalgebra_sparse::pattern::SparsityPattern;
+use pyo3::prelude::*;
+use pyo3::types::{PyByteArray, PyBytes};
+
+use crate::error::StepFailure;
+
+/// The exception that a function of the problem has raised.
+pub(crate) type Raised = Arc<Mutex<Option<PyErr>>>;
+
+/// A DAE of Python's functions.
+pub(crate) struct PythonDae {
+    pub(crate) n: usize,
+    pub(crate) residual: Py<PyAny>,
+    pub(crate) jacobian: Option<Py<PyAny>>,
+    pub(crate) events: Option<Py<PyAny>>,
+    pub(crate) pattern: Option<SparsityPattern>,
+    pub(crate) kinds: Option<Vec<VariableKind>>,
+    pub(crate) indices: Option<Vec<u8>>,
+    /// Of the last [`Problem::jacobian`].
+    pub(crate) parts: [Vec<f64>; 2],
+    pub(crate) raised: Raised,
+}
+
+impl PythonDae {
+    /// Calls a function with (t, y, ẏ) and reads its answer.
+    fn call<T>(
+        &self,
+        function: &Py<PyAny>,
+        t: f64,
+        [y, y_dot]: [&[f64]; 2],
+        read: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<T>,
+    ) -> Result<T, StepError> {
+        Python::attach(|py| {
+            let answer = function.bind(py).call1((t, array(py, y), array(py, y_dot)));
+            answer.and_then(|answer| read(&answer)).map_err(|error| {
+                if error.is_instance_of::<StepFailure>(py) {
+                    return StepError::Recoverable(error.value(py).to_string());
+                }
+                let text = error.to_string();
+                *self.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+                StepError::Fatal(text.into())
+            })
+        })
+    }
+}
+
+/// Numbers as bytes that NumPy makes an array of without a copy.
+pub(crate) fn array<'py>(py: Python<'py>, values: &[f64]) -> Bound<'py, PyByteArray> {
+    let bytes: Vec<u8> = values
+        .iter()
+        .flat_map(|value| value.to_ne_bytes())
+        .collect();
+    PyByteArray::new(py, &bytes)
+}
+
+/// Copies an answer, of as many numbers, into `out`.
+fn copy(answer: &Bound<'_, PyAny>, out: &mut [f64]) -> PyResult<()> {
+    let bytes = answer.downcast::<PyBytes>()?.as_bytes();
+    assert_eq!(bytes.len(), size_of_val(out), "Python's half has counted");
+    for (value, bytes) in out.iter_mut().zip(bytes.chunks_exact(size_of::<f64>())) {
+        *value = f64::from_ne_bytes(bytes.try_into().expect("chunks of that size"));
+    }
+    Ok(())
+}
+
+impl Problem for PythonDae {
+    fn n_unknowns(&self) -> usize {
+        self.n
+    }
+
+    fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        self.call(&self.residual, t, [y, v], |answer| copy(answer, r))
+    }
+
+    fn jacobian_pattern(&self) -> SparsityPattern {
+        self.pattern.clone().unwrap_or_else(|| full(self.n))
+    }
+
+    fn jacobian(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        a: f64,
+        b: f64,
+        values: &mut [f64],
+    ) -> Result<(), StepError> {
+        if self.jacobian.is_none() {
+            return Err(StepError::NoJacobian);
+        }
+        let mut parts = std::mem::take(&mut self.parts);
+        for part in &mut parts {
+            part.resize(values.len(), 0.0);
+        }
+        let [of_value, of_rate] = &mut parts;
+        let evaluated = self.jacobian_parts(t, y, y_dot, [of_value, of_rate]);
+        for (value, (j, m)) in values.iter_mut().zip(parts[0].iter().zip(&parts[1])) {
+            *value = a * j + b * m;
+        }
+        self.parts = parts;
+        evaluated
+    }
+
+    fn jacobian_parts(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        [of_value, of_rate]: [&mut [f64]; 2],
+    ) -> Result<(), StepError> {
+        let Some(jacobian) = &self.jacobian else {
+            return Err(StepError::NoJacobian);
+        };
+        self.call(jacobian, t, [y, y_dot], |answer| {
+            let (values, rates): (Bound<'_, PyAny>, Bound<'_, PyAny>) = answer.extract()?;
+            copy(&values, of_value)?;
+            copy(&rates, of_rate)
+        })
+    }
+
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        self.kinds.clone()
+    }
+
+    fn indices(&self) -> Option<Vec<u8>> {
+        self.indices.clone()
+    }
+}
+
+/// The pattern of a full matrix.
+fn full(n: usize) -> SparsityPattern {
+    let offsets = (0..=n).map(|column| column * n).collect();
+    let rows = (0..n * n).map(|entry| entry % n).collect();
+    SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows)
+        .expect("the columns of a full matrix are sorted and complete")
+}
+
+/// The functions of events, for the builders.
+pub(crate) fn events(
+    problem: &mut PythonDae,
+    t: f64,
+    y: &[f64],
+    y_dot: &[f64],
+    values: &mut [f64],
+) -> Result<(), StepError> {
+    match &problem.events {
+        Some(events) => problem.call(events, t, [y, y_dot], |answer| copy(answer, values)),
+        None => Ok(()),
+    }
+}
