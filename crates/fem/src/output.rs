@@ -2,11 +2,21 @@
 
 use crate::added::AtPoint;
 use crate::element::Barycentric;
-use crate::fields::Inverted;
 use crate::material::Law;
 use crate::material::three::{Tensor3, add_scaled3, contract3, product3, scaled3};
 use crate::solid::{Fields, Pressure, Solid};
 use crate::space::{Degree, Located};
+
+/// The range of J over some places of a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VolumeRatios {
+    /// The smallest; below 0 the body is turned inside out there.
+    pub smallest: f64,
+    /// Where it is.
+    pub at: Located,
+    /// The largest.
+    pub largest: f64,
+}
 
 /// What the stress depends on beside the displacement, the pressure and their rates.
 #[derive(Debug, Clone, Copy)]
@@ -176,51 +186,53 @@ impl Solid {
         })
     }
 
-    /// The smallest J = det F (1 + div u for small strains) in the quadrature points, and where.
+    /// The range of J = det F (1 + div u for small strains) in the quadrature points.
     ///
     /// # Panics
     /// If the length of `u` is wrong.
-    pub fn least_volume_ratio(&self, u: &[f64]) -> (f64, Located) {
+    pub fn volume_ratios(&self, u: &[f64]) -> VolumeRatios {
         let rule = self.rule().points(self.space().mesh().shape()).into_iter();
         let points: Vec<Barycentric> = rule.map(|point| point.barycentric).collect();
-        self.least_volume_ratio_at(u, &points)
+        self.volume_ratios_at(u, &points)
     }
 
-    /// The vertex of an element with the smallest J, if that is not above 0: forces are summed in
-    /// quadrature points, and do not see it.
+    /// The range of J at the vertices of all elements: forces are summed in quadrature points, and do not
+    /// see it.
     ///
     /// # Panics
     /// If the length of `u` is wrong.
-    pub fn inverted_vertex(&self, u: &[f64]) -> Option<Inverted> {
+    pub fn vertex_volume_ratios(&self, u: &[f64]) -> VolumeRatios {
         let vertices = self.space().mesh().shape().nodes(Degree::One);
-        let (jacobian, at) = self.least_volume_ratio_at(u, &vertices);
-        (jacobian <= 0.0).then_some(Inverted {
-            element: at.element,
-            barycentric: at.barycentric,
-            jacobian,
-        })
+        self.volume_ratios_at(u, &vertices)
     }
 
-    /// The smallest J at these places of the elements, and where.
-    fn least_volume_ratio_at(&self, u: &[f64], points: &[Barycentric]) -> (f64, Located) {
+    /// The range of J at these places of the elements.
+    fn volume_ratios_at(&self, u: &[f64], points: &[Barycentric]) -> VolumeRatios {
         match self.space().dimension() {
-            2 => self.least_of_elements::<2>(u, points),
-            _ => self.least_of_elements::<3>(u, points),
+            2 => self.ratios_in_elements::<2>(u, points),
+            _ => self.ratios_in_elements::<3>(u, points),
         }
     }
 
     /// The same. Runs look at it a hundred times: shape functions are evaluated once for all elements, the map of a
     /// straight one once.
-    fn least_of_elements<const D: usize>(
+    fn ratios_in_elements<const D: usize>(
         &self,
         u: &[f64],
         points: &[Barycentric],
-    ) -> (f64, Located) {
+    ) -> VolumeRatios {
         let space = self.space();
         let shape = space.mesh().shape();
         let slopes = |at: &Barycentric| shape.gradients::<D>(space.degree(), at);
         let slopes: Vec<_> = points.iter().map(slopes).collect();
-        let mut least: Option<(f64, Located)> = None;
+        let mut found = VolumeRatios {
+            smallest: f64::INFINITY,
+            largest: f64::NEG_INFINITY,
+            at: Located {
+                element: 0,
+                barycentric: points[0],
+            },
+        };
         for element in 0..space.n_elements() {
             let (nodes, law) = (space.element_nodes(element), self.laws()[element]);
             let mut inverse = space.map_at::<D>(element, &points[0]).0;
@@ -246,18 +258,17 @@ impl Solid {
                     }
                 }
                 let ratio = 1.0 + law.volume_change3(gradient);
-                if least.is_none_or(|(smallest, _)| ratio < smallest) {
-                    least = Some((
-                        ratio,
-                        Located {
-                            element,
-                            barycentric,
-                        },
-                    ));
+                found.largest = found.largest.max(ratio);
+                if ratio < found.smallest {
+                    found.smallest = ratio;
+                    found.at = Located {
+                        element,
+                        barycentric,
+                    };
                 }
             }
         }
-        least.expect("a mesh has elements")
+        found
     }
 
     /// ∇u at a place in the mesh; in the plane with a third row and column of zeros.

@@ -53,6 +53,16 @@ pub struct Series {
     listing: Listing,
     grid: Grid,
     quantities: Vec<Quantity>,
+    not_finite: Option<NotFinite>,
+}
+
+/// Values of a field that are infinite or no numbers.
+#[derive(Debug, Clone, PartialEq)]
+struct NotFinite {
+    quantity: Quantity,
+    /// When they were seen first, s.
+    t: f64,
+    n_points: usize,
 }
 
 impl Series {
@@ -62,7 +72,29 @@ impl Series {
             listing: Listing::new(folder, listing::FIELDS, done),
             grid,
             quantities,
+            not_finite: None,
         }
+    }
+
+    /// What to say of values that are not finite, if there were any.
+    pub fn objection(&self) -> Option<String> {
+        self.not_finite.as_ref().map(
+            |NotFinite {
+                 quantity,
+                 t,
+                 n_points,
+             }| {
+                let points = match n_points {
+                    1 => "1 point".to_owned(),
+                    n => format!("{n} points"),
+                };
+                format!(
+                    "field `{}` is not finite at {points} at t = {t} s: the tissue is deformed there beyond what its \
+                     law is defined for; the field `J` shows where",
+                    quantity.label()
+                )
+            },
+        )
     }
 
     /// Times of the files written so far, s.
@@ -91,8 +123,12 @@ impl Series {
         snapshot: &Snapshot<'_>,
         cells: &[CellField],
     ) -> io::Result<u64> {
-        let text = vtu(snapshot, &self.grid, &self.quantities, cells);
+        let values = |&quantity: &Quantity| (quantity, self.grid.values(snapshot, quantity));
+        let fields: Vec<_> = self.quantities.iter().map(values).collect();
+        let text = vtu(snapshot, &self.grid, &fields, cells);
         self.listing.add(t, &text)?;
+        let seen = self.not_finite.take();
+        self.not_finite = seen.or_else(|| fields.iter().find_map(|field| not_finite(t, field)));
         let states = self.quantities.iter().filter(|q| q.needs_state()).count();
         Ok((states * self.grid.n_evaluations()) as u64)
     }
@@ -136,11 +172,21 @@ pub fn last_displacement(folder: &Path, grid: &Grid) -> io::Result<Option<(f64, 
     Ok(Some((t, displacement)))
 }
 
+fn not_finite(t: f64, (quantity, rows): &(Quantity, Vec<Vec<f64>>)) -> Option<NotFinite> {
+    let strange = rows.iter().filter(|row| row.iter().any(|x| !x.is_finite()));
+    let n_points = strange.count();
+    (n_points > 0).then_some(NotFinite {
+        quantity: *quantity,
+        t,
+        n_points,
+    })
+}
+
 /// A time's file: points at rest, cells, values at the points, regions and fibres of the cells.
 fn vtu(
     snapshot: &Snapshot<'_>,
     grid: &Grid,
-    quantities: &[Quantity],
+    fields: &[(Quantity, Vec<Vec<f64>>)],
     cells: &[CellField],
 ) -> String {
     let space = snapshot.solid.space();
@@ -158,8 +204,7 @@ fn vtu(
     text += &integers("offsets", (1..=n_cells).map(|cell| n_cell_nodes * cell));
     text += &integers("types", (0..n_cells).map(|_| cell_type(space)));
     text += "</Cells>\n<PointData>\n";
-    for &quantity in quantities {
-        let values = grid.values(snapshot, quantity);
+    for (quantity, values) in fields {
         let picked = order(quantity.components(), dimension);
         let names = component_names(quantity.components());
         let rows = values.iter();
@@ -200,5 +245,40 @@ fn component_names(components: Components) -> &'static [&'static str] {
         Components::Vector => &["x", "y", "z"],
         Components::Principal => &["1", "2", "3"],
         Components::Symmetric => &["xx", "yy", "zz", "xy", "yz", "xz"],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use myovib_dae::Problem;
+    use myovib_model::{Field, MuscleDae};
+
+    use super::*;
+    use crate::Scene;
+
+    #[test]
+    fn values_that_are_not_finite_are_told_with_their_first_time() {
+        let text = "[time]\nend = 1.0\n[mesh]\ntype = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [2, 2]\n\
+                    [solid]\nkappa = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
+                    [[fixed]]\ngroup = \"left\"\n";
+        let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();
+        let body = scene.body.unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let quantities = vec![Quantity::Pressure, Quantity::Displacement];
+        let mut series = Series::new(folder.path(), Grid::of_body(&body), quantities, &[]);
+        let mut dae = MuscleDae::new(body.muscle, body.formulation).unwrap();
+        let mut y = vec![0.0; dae.n_unknowns()];
+        let own = dae.layout().range(Field::Displacement).unwrap();
+        for (t, u) in [(0.0, 0.1), (0.5, f64::INFINITY), (1.0, f64::NAN)] {
+            y[own.start] = u;
+            let rest = vec![0.0; y.len()];
+            series.write(t, &dae.snapshot(t, &y, &rest), &[]).unwrap();
+            let said = series.objection();
+            let expected = "field `displacement` is not finite at 1 point at t = 0.5 s";
+            match t {
+                0.0 => assert_eq!(said, None),
+                _ => assert!(said.unwrap().starts_with(expected)),
+            }
+        }
     }
 }

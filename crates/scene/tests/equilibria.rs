@@ -50,6 +50,10 @@ fn displacements_and_pressures_that_are_zero_are_found() {
     let found = run(&neo_hooke(square, sheared), Path::new(""));
     assert!((result(&found, "all", "u_x") - 0.15).abs() < 1e-13);
     assert!(result(&found, "all", "p").abs() < 1e-9);
+    // The same everywhere, so at the vertices too.
+    for ratio in found.document["volume_ratios"].as_array().unwrap() {
+        assert!((ratio.as_f64().unwrap() - 1.0).abs() < 1e-13, "{ratio}");
+    }
 }
 
 /// An incompressible body of modulus 1e4 Pa, whose mean values are looked at.

@@ -231,6 +231,10 @@ fn indicator(probes: &Value) -> String {
 /// The outcome for people.
 fn text(document: &Value) -> String {
     let mut table = Table::new(&[("run", Align::Left), ("", Align::Left)]);
+    let range = |value: &Value| {
+        let [smallest, largest] = [value.get(0)?.as_f64()?, value.get(1)?.as_f64()?];
+        Some(format!("{smallest:.3} to {largest:.3}"))
+    };
     let shown = |value: &Value| match value {
         Value::String(text) => text.clone(),
         Value::Number(number) if number.is_f64() => rounded(number.as_f64().unwrap_or_default()),
@@ -247,10 +251,14 @@ fn text(document: &Value) -> String {
         ("step_solve_failures", "step-solve failures"),
         ("newton_iterations", "Newton iterations"),
         ("constraint_drift", "constraint drift"),
+        ("volume_ratios", "det F at vertices"),
         ("cpu_seconds", "CPU, s"),
     ] {
         match &document[key] {
             Value::Null => {}
+            value @ Value::Array(_) => {
+                table.row([label.into(), range(value).unwrap_or_default().into()]);
+            }
             value => table.row([label.into(), shown(value).into()]),
         }
     }

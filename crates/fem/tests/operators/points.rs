@@ -149,15 +149,17 @@ fn patch_test_of_uniaxial_stretch() {
 }
 
 #[test]
-fn the_least_volume_ratio_is_found_where_it_is() {
+fn the_volume_ratios_are_found_where_they_are() {
     let mesh = generate::rectangle([0.0; 2], [1.0, 1.0], [4, 3]).unwrap();
     let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
     let solid = clamped(Space::taylor_hood(&mesh), "left", law);
     let space = solid.space();
-    // u = (-0.4 x², 0): J = 1 - 0.8 x, least in the quadrature point furthest to the right.
+    // u = (-0.4 x², 0): J = 1 - 0.8 x, least in the quadrature point furthest to the right, largest in that
+    // furthest to the left.
     let points = space.node_points().iter();
     let u: Vec<f64> = points.flat_map(|[x, _]| [-0.4 * x * x, 0.0]).collect();
-    let (ratio, at) = solid.least_volume_ratio(&u);
+    let ratios = solid.volume_ratios(&u);
+    let at = ratios.at;
     let corners = mesh.corners::<2, 3>(at.element);
     let x: f64 = (0..3).map(|i| at.barycentric[i] * corners[i][0]).sum();
     let rule = solid.rule().points(space.mesh().shape());
@@ -167,7 +169,8 @@ fn the_least_volume_ratio_is_found_where_it_is() {
         .flat_map(|q| q.barycentric.to_vec())
         .fold(1.0, f64::min);
     close(x, 1.0 - 0.25 * least);
-    close(ratio, 1.0 - 0.8 * x);
+    close(ratios.smallest, 1.0 - 0.8 * x);
+    close(ratios.largest, 1.0 - 0.8 * 0.25 * least);
 }
 
 /// J = 1 - 1.004 x is above 0 in all quadrature points, and below it at the vertices on the right.
@@ -182,11 +185,16 @@ fn a_vertex_turned_inside_out_between_quadrature_points_is_found() {
         x.flat_map(|[x, _]| [-factor * x * x, 0.0]).collect()
     };
     let u = displaced(0.502);
-    assert!(solid.least_volume_ratio(&u).0 > 0.0);
-    let at = solid.inverted_vertex(&u).expect("the right side");
-    close(at.jacobian, 1.0 - 1.004);
+    assert!(solid.volume_ratios(&u).smallest > 0.0);
+    let ratios = solid.vertex_volume_ratios(&u);
+    let at = ratios.at;
+    close(ratios.smallest, 1.0 - 1.004);
+    close(ratios.largest, 1.0);
     let corners = mesh.corners::<2, 3>(at.element);
     let x: f64 = (0..3).map(|i| at.barycentric[i] * corners[i][0]).sum();
     close(x, 1.0);
-    assert_eq!(solid.inverted_vertex(&displaced(0.4)), None);
+    close(
+        solid.vertex_volume_ratios(&displaced(0.4)).smallest,
+        1.0 - 0.8,
+    );
 }

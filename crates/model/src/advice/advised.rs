@@ -34,8 +34,8 @@ impl WithMuscle for MuscleDae {
 
     fn least_volume_ratio(&mut self, t: f64, y: &[f64]) -> (f64, usize) {
         let body = self.snapshot(t, y, &[]);
-        let (ratio, at) = body.solid.least_volume_ratio(body.displacement);
-        (ratio, at.element)
+        let ratios = body.solid.volume_ratios(body.displacement);
+        (ratios.smallest, ratios.at.element)
     }
 }
 

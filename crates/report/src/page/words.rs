@@ -5,6 +5,17 @@ use serde_json::Value;
 use super::is_in_space;
 use crate::table::counted;
 
+/// What the volume constraint does not see.
+fn volumes(document: &Value) -> String {
+    let [smallest, largest] = [0, 1].map(|i| document["volume_ratios"][i].as_f64());
+    match (smallest, largest) {
+        (Some(smallest), Some(largest)) => {
+            format!(" At the vertices of elements det F was {smallest:.3} to {largest:.3}.")
+        }
+        _ => String::new(),
+    }
+}
+
 /// Index, drift and energy in words, with the numbers of this run.
 pub(super) fn meaning(document: &Value) -> String {
     if document["analysis"] == "static" {
@@ -13,9 +24,10 @@ pub(super) fn meaning(document: &Value) -> String {
             format!(" under {:.1} % of the load", 100.0 * part)
         });
         return format!(
-            "<p>Newton's method found the equilibrium{under} in {} over {}.</p>\n",
+            "<p>Newton's method found the equilibrium{under} in {} over {}.{}</p>\n",
             counted(&document["newton_iterations"], "iteration"),
-            counted(&document["load_steps"], "load step")
+            counted(&document["load_steps"], "load step"),
+            volumes(document)
         );
     }
     if document["analysis"] == "modes" {
@@ -36,7 +48,7 @@ pub(super) fn meaning(document: &Value) -> String {
         if document["formulation"] == "velocity" {
             text += " This formulation imposes its derivative, so that errors add up over time.";
         }
-        text += "</p>\n";
+        text += &format!("{}</p>\n", volumes(document));
     }
     let left_out = document["suppressed"].as_array().into_iter().flatten();
     let left_out: Vec<&str> = left_out.filter_map(Value::as_str).collect();

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::folder::Folder;
 use super::indicator::Indicator;
-use super::inversion::Inversion;
+use super::volume::Volumes;
 use crate::csv::Written;
 use crate::probe::EnergyBalance;
 use crate::{Error, InputError};
@@ -39,9 +39,9 @@ pub(super) struct Checkpoint {
     pub(super) field_times: Vec<f64>,
     /// The largest constraint drift, and when.
     pub(super) drift: (f64, f64),
-    /// Where an element was first seen turned inside out.
+    /// Ratios of volumes at the vertices.
     #[serde(default)]
-    pub(super) inversion: Option<Inversion>,
+    pub(super) volumes: Volumes,
     /// What the integrator's own estimates add up to at the probes.
     pub(super) indicator: Indicator,
     /// What was written or evaluated beside the integration.

@@ -81,7 +81,8 @@ pub(super) fn dynamic<P: System>(
             "energy": outputs.energy(),
             "error_indicator": outputs.indicator.document(&outputs.recorders, &probes),
             "stop": stop(&whole.outcome),
-            "inversion": outputs.inversion,
+            "inversion": outputs.volumes.inversion(),
+            "volume_ratios": outputs.volumes.ratios(),
         }),
     );
     Ok(document)

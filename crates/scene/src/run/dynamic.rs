@@ -17,6 +17,7 @@ use super::recorder::Recorder;
 use super::start::{Driver, start};
 use super::stop::Condition;
 use super::system::System;
+use super::volume::Volumes;
 use super::{Existing, RunOptions, RunResult};
 use crate::probe::Reading;
 use crate::scene::Scene;
@@ -130,7 +131,7 @@ impl Driver for Motion<'_> {
             checkpointed: None,
             drift_times: times(scene.t_end / DRIFT_SAMPLES, scene.t_end, checkpoint),
             drift: checkpoint.map_or((0.0, 0.0), |c| c.drift),
-            inversion: checkpoint.and_then(|c| c.inversion.clone()),
+            volumes: checkpoint.map_or(Volumes::default(), |c| c.volumes.clone()),
             indicator: checkpoint.map_or(Indicator::default(), |c| c.indicator.clone()),
             folder: &folder,
             before: checkpoint.map_or(Totals::default(), |c| c.counts.resumed()),
@@ -166,7 +167,9 @@ impl Driver for Motion<'_> {
             document["error_estimate"] = verify(scene, options)?;
             document::write(&folder, &document)?;
         }
-        notes.extend(outputs.inversion.map(|seen| seen.note(true)));
+        notes.extend(outputs.volumes.inversion().map(|seen| seen.note(true)));
+        let fields = outputs.fields.as_ref();
+        notes.extend(fields.and_then(|(series, ..)| series.objection()));
         Ok(RunResult {
             document,
             outcome: statistics.outcome,

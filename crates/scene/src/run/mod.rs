@@ -10,7 +10,6 @@ mod document;
 mod dynamic;
 mod folder;
 mod indicator;
-mod inversion;
 mod modes;
 mod oscillations;
 mod outputs;
@@ -21,6 +20,7 @@ mod stop;
 pub(crate) mod system;
 mod trial;
 mod verify;
+mod volume;
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;

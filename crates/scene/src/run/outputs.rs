@@ -10,11 +10,11 @@ use myovib_model::{
 use super::checkpoint::{Checkpoint, OutputWork, Totals};
 use super::folder::Folder;
 use super::indicator::Indicator;
-use super::inversion::Inversion;
 use super::oscillations::Oscillations;
 use super::recorder::{Recorder, cannot_write};
 use super::stop::Condition;
 use super::system::{System, muscle_of, stress_needs_rates};
+use super::volume::Volumes;
 use crate::Error;
 use crate::probe::EnergyBalance;
 use crate::state::State;
@@ -32,8 +32,8 @@ pub(super) struct Outputs<'a> {
     pub(super) drift_times: SampleTimes,
     /// The largest drift seen, and when.
     pub(super) drift: (f64, f64),
-    /// Where an element was first seen turned inside out.
-    pub(super) inversion: Option<Inversion>,
+    /// Ratios of volumes at the vertices.
+    pub(super) volumes: Volumes,
     /// What the integrator's own estimates add up to at the probes.
     pub(super) indicator: Indicator,
     pub(super) folder: &'a Folder,
@@ -74,9 +74,9 @@ impl Outputs<'_> {
             }
             looked_at = Some(t);
         }
-        if let (Some(t), None) = (looked_at, &self.inversion) {
+        if let Some(t) = looked_at {
             let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
-            self.inversion = Inversion::of(t, &dae.snapshot(t, &self.y[range], &[]));
+            self.volumes.see(t, &dae.snapshot(t, &self.y[range], &[]));
         }
         if let Some((_, stopped)) = stopped {
             return Ok(ControlFlow::Break(stopped));
@@ -140,9 +140,7 @@ impl Outputs<'_> {
             let measured = oscillations.measure(integrator.problem(), &self.y)?;
             let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
             let snapshot = dae.snapshot(t, &self.y[range.clone()], &self.y_dot[range]);
-            if self.inversion.is_none() {
-                self.inversion = Inversion::of(t, &snapshot);
-            }
+            self.volumes.see(t, &snapshot);
             self.work.stress_evaluations += series
                 .write(t, &snapshot, &oscillations.cell_fields(&measured))
                 .map_err(|error| cannot_write(&self.folder.path().join(vtu::LIST), error))?;
@@ -214,7 +212,7 @@ impl Outputs<'_> {
                 .flat_map(|(series, ..)| series.times())
                 .collect(),
             drift: self.drift,
-            inversion: self.inversion.clone(),
+            volumes: self.volumes.clone(),
             indicator: self.indicator.clone(),
             work: self.work,
         };

@@ -13,8 +13,8 @@ use serde_json::json;
 
 use super::document;
 use super::folder::{Folder, Record};
-use super::inversion::Inversion;
 use super::recorder::Recorder;
+use super::volume::Volumes;
 use super::{RunOptions, RunResult};
 use crate::modes::instability;
 use crate::scene::{Body, Scene};
@@ -63,7 +63,9 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         let mut recorder = Recorder::new(probe, what, scene.t_end, folder.path())?;
         recorder.write(scene.t_end, &values)?;
     }
-    let inversion = Inversion::of(scene.t_end, &dae.snapshot(scene.t_end, &y, &rest));
+    let mut volumes = Volumes::default();
+    volumes.see(scene.t_end, &dae.snapshot(scene.t_end, &y, &rest));
+    let mut objection = None;
     if let Some(fields) = &scene.file.fields {
         let mut series = Series::new(
             folder.path(),
@@ -74,6 +76,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         series
             .write(scene.t_end, &dae.snapshot(scene.t_end, &y, &rest), &[])
             .map_err(Error::file("write", &folder.path().join(vtu::LIST)))?;
+        objection = series.objection();
     }
     let state = serde_json::to_string(&State::of(&mut dae, scene.t_end, &y))?;
     folder.write(State::NAME, &state)?;
@@ -92,7 +95,8 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         "load_steps": equilibrium.load_steps,
         "constraint_drift": dae.constraint_drift(scene.t_end, &y).map_err(ModelError::from)?,
         "results": results,
-        "inversion": inversion,
+        "inversion": volumes.inversion(),
+        "volume_ratios": volumes.ratios(),
         "cpu_seconds": cpu.elapsed().as_secs_f64(),
         "wall_seconds": started.elapsed().as_secs_f64(),
     });
@@ -102,7 +106,8 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         outcome,
         notes: instability(equilibrium)
             .into_iter()
-            .chain(inversion.map(|seen| seen.note(false)))
+            .chain(volumes.inversion().map(|seen| seen.note(false)))
+            .chain(objection)
             .collect(),
         modes: None,
     })

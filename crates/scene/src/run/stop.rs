@@ -55,5 +55,5 @@ impl Condition {
 }
 
 fn smallest_volume_ratio(snapshot: &Snapshot<'_>) -> f64 {
-    snapshot.solid.least_volume_ratio(snapshot.displacement).0
+    snapshot.solid.volume_ratios(snapshot.displacement).smallest
 }

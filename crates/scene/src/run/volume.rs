@@ -1,7 +1,16 @@
-//! Elements turned inside out where no force is summed: a run goes on with them, and has to say so.
+//! Volumes where no force is summed: a run goes on with elements turned inside out there, and has to say so.
 
 use myovib_model::Snapshot;
 use serde::{Deserialize, Serialize};
+
+/// det F at the vertices of all elements, over the times looked at. The equations hold for means over elements,
+/// and with pressure for weighted means over the elements around a vertex: they do not see it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Volumes {
+    /// The smallest and the largest; none before a body was looked at.
+    ratios: Option<[f64; 2]>,
+    inversion: Option<Inversion>,
+}
 
 /// A vertex of an element with det F ≤ 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -15,22 +24,39 @@ pub(super) struct Inversion {
     at: Vec<f64>,
 }
 
-impl Inversion {
-    /// The worst of the body at time `t`, if there is one.
-    pub(super) fn of(t: f64, snapshot: &Snapshot<'_>) -> Option<Self> {
-        let inverted = snapshot.solid.inverted_vertex(snapshot.displacement)?;
+impl Volumes {
+    /// Looks at the body at time `t`.
+    pub(super) fn see(&mut self, t: f64, snapshot: &Snapshot<'_>) {
+        let seen = snapshot.solid.vertex_volume_ratios(snapshot.displacement);
+        let [smallest, largest] = self.ratios.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
+        self.ratios = Some([smallest.min(seen.smallest), largest.max(seen.largest)]);
+        if self.inversion.is_some() || seen.smallest > 0.0 {
+            return;
+        }
         let space = snapshot.solid.space();
-        let vertices = space.element_nodes(inverted.element).iter();
-        let mut weighed = vertices.zip(inverted.barycentric.iter());
+        let vertices = space.element_nodes(seen.at.element).iter();
+        let mut weighed = vertices.zip(seen.at.barycentric.iter());
         let vertex = weighed.find(|(_, lambda)| **lambda > 0.0);
-        Some(Self {
+        self.inversion = Some(Inversion {
             t,
-            element: inverted.element,
-            jacobian: inverted.jacobian,
+            element: seen.at.element,
+            jacobian: seen.smallest,
             at: vertex.map_or_else(Vec::new, |(&node, _)| space.node_point(node).to_vec()),
-        })
+        });
     }
 
+    /// The smallest and the largest det F.
+    pub(super) fn ratios(&self) -> Option<[f64; 2]> {
+        self.ratios
+    }
+
+    /// Where an element was first seen turned inside out.
+    pub(super) fn inversion(&self) -> Option<&Inversion> {
+        self.inversion.as_ref()
+    }
+}
+
+impl Inversion {
     /// What to say of it; `is_motion`: whether its time tells something.
     pub(super) fn note(&self, is_motion: bool) -> String {
         let place: Vec<String> = self.at.iter().map(|x| format!("{x:.4}")).collect();
@@ -79,10 +105,17 @@ mod tests {
                     _ => 0.0,
                 };
             }
-            Inversion::of(0.5, &dae.snapshot(0.5, &y, &[]))
+            let mut volumes = Volumes::default();
+            volumes.see(0.5, &dae.snapshot(0.5, &y, &[]));
+            volumes
         };
-        assert_eq!(seen(0.49), None);
-        let found = seen(0.502).expect("the right side");
+        let whole = seen(0.49);
+        assert_eq!(whole.inversion(), None);
+        let [smallest, largest] = whole.ratios().expect("looked at");
+        // Rounding.
+        assert!((smallest - 0.02).abs() < 1e-12 && (largest - 1.0).abs() < 1e-12);
+        let turned = seen(0.502);
+        let found = turned.inversion().expect("the right side");
         assert_eq!(found.at[0], 1.0);
         let said = found.note(true);
         assert!(said.contains("t = 0.500000 s: det F = -0.004 at"), "{said}");
