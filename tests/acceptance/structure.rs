@@ -215,7 +215,16 @@ fn check_says_what_an_equilibrium_takes() {
     };
     let run = scene("check", &["--json"]);
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
-    let found = &document(&run.stdout, "check")["equilibrium"];
+    let checked = document(&run.stdout, "check");
+    let found = &checked["equilibrium"];
+    // Cook's membrane: 48 wide, 44 to 16 high over a rise of 44.
+    assert_eq!(checked["size"]["extents"], serde_json::json!([48.0, 60.0]));
+    assert_eq!(checked["size"]["volume"], 48.0 * 30.0);
+    assert!(found["linear_displacement"].as_f64() > Some(0.0), "{found}");
+    assert!(
+        found["seconds_per_iteration"].as_f64() > Some(0.0),
+        "{found}"
+    );
     let computed = scene("run", &["--out", "out", "--json"]);
     let computed = document(&computed.stdout, "run");
     assert_eq!(found["unknowns"], computed["unknowns"]);
@@ -231,6 +240,9 @@ fn check_says_what_an_equilibrium_takes() {
         "memory ",
         "fields.pvd: displacement, pressure in 1 file",
         "inf–sup",
+        "body            48.000 by 60.000 m, 1.44e3 m², ",
+        "by linear elasticity the load moves the body by up to ",
+        "s an iteration",
     ] {
         assert!(text.contains(words), "{words}: {text}");
     }

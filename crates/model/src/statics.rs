@@ -1,20 +1,22 @@
 //! Static equilibrium: Newton's method with line search and load steps.
 
 mod newton;
+mod prospect;
 mod response;
 
 use std::ops::ControlFlow;
 
 use myovib_fem::{Inverted, Law};
-use myovib_sparse::Prediction;
 
 use crate::analysis::support::expect_held;
 use crate::error::ModelError;
-use crate::field::{Field, Layout};
+use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 use crate::operators;
 use newton::Newton;
+pub use prospect::LinearResponse;
+pub(crate) use prospect::Prospect;
 
 /// After so few iterations the next load step is twice as long.
 const QUICK: usize = 6;
@@ -239,23 +241,4 @@ pub(crate) const COLLAPSE: &str = "elements with the law `guccione` and pressure
 pub(crate) fn collapses(muscle: &Muscle, formulation: Formulation) -> bool {
     let mut laws = muscle.solid.laws().iter();
     formulation.has(Field::Pressure) && laws.any(|law| matches!(law, Law::Guccione { .. }))
-}
-
-/// The blocks of unknowns of an equilibrium, what the factors of Newton's matrix will need, if that is
-/// known before there are any, and the memory in use once the matrix is laid out, B.
-///
-/// # Errors
-/// Those of [`equilibrium`] that do not depend on the loads.
-pub(crate) fn size(
-    muscle: &Muscle,
-    formulation: Formulation,
-) -> Result<(Layout, Option<Prediction>, Option<usize>), ModelError> {
-    muscle.check()?;
-    let Newton {
-        layout,
-        needs,
-        in_use,
-        ..
-    } = Newton::new(muscle, formulation, 0.0)?;
-    Ok((layout, needs, in_use))
 }

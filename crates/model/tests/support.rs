@@ -152,7 +152,7 @@ fn a_group_of_one_pin_leaves_a_turn() {
 fn a_boundary_that_is_held_leaves_the_level_of_the_pressure_open() {
     let said = |groups: &[&str], kappa: f64| {
         let muscle = body(&block(), groups, &[0, 1], kappa);
-        let report = check::check_static(&muscle, Formulation::Position).unwrap();
+        let report = check::check_static(&muscle, Formulation::Position, 0.0).unwrap();
         let quick = check::static_warnings(&muscle, Formulation::Position);
         assert_eq!(quick, report.findings);
         quick.iter().map(ToString::to_string).collect::<Vec<_>>()
@@ -165,4 +165,15 @@ fn a_boundary_that_is_held_leaves_the_level_of_the_pressure_open() {
     );
     assert_eq!(said(&all[..3], f64::INFINITY), Vec::<String>::new());
     assert_eq!(said(&all, 1e5), Vec::<String>::new());
+}
+
+#[test]
+fn a_body_has_the_size_of_its_mesh() {
+    let size = check::Size::of(&body(&block(), &["left"], &[0, 1], 1e5));
+    let found = [size.extents[0], size.extents[1], size.volume, size.mass];
+    let expected = [0.2, 0.04, 8e-3, 1.1e3 * 8e-3];
+    for (found, expected) in found.iter().zip(expected) {
+        // Rounding of sums over forty elements.
+        assert!((found / expected - 1.0).abs() < 1e-13, "{size:?}");
+    }
 }

@@ -11,10 +11,11 @@ use crate::analysis::index::{IndexReport, LARGEST_SYSTEM};
 use crate::analysis::inf_sup;
 pub use crate::analysis::objections::{INCONSISTENT, static_warnings, warnings};
 use crate::analysis::objections::{
-    endless, inconsistent, misfit, not_held, resonance, slow_modes, strange_units, unheld,
+    endless, inconsistent, misfit, not_held, resonance, slow_modes, strange_units, too_far, unheld,
 };
 use crate::analysis::spectrum;
-use crate::analysis::support::free_parts;
+use crate::analysis::speed::Speed;
+use crate::analysis::support::{extent, extents, free_parts};
 use crate::analysis::table1::{Case, coarse_beam, coarse_block};
 use crate::error::ModelError;
 use crate::field::Field;
@@ -24,7 +25,7 @@ use crate::linear::Reduction;
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
 use crate::start::{BlockResidual, residuals};
-use crate::statics;
+use crate::statics::Prospect;
 
 /// Pressures beyond which the inf–sup constant would take longer than the rest of the check.
 const MOST_PRESSURES: usize = 2000;
@@ -61,6 +62,34 @@ pub struct Held {
     pub inf_sup: f64,
     /// Pressures that no displacement holds.
     pub nullity: usize,
+}
+
+/// The size of a body at rest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Size {
+    /// Lengths along the axes, m.
+    pub extents: Vec<f64>,
+    /// Volume, m³; in the plane area, m².
+    pub volume: f64,
+    /// Mass, kg; in the plane per metre of depth, kg/m.
+    pub mass: f64,
+}
+
+impl Size {
+    /// Of the body of a `muscle`.
+    pub fn of(muscle: &Muscle) -> Self {
+        let solid = &muscle.solid;
+        let (dimension, n) = (solid.space().dimension(), solid.space().n_components());
+        // A unit acceleration along the first axis.
+        let unit: Vec<f64> = (0..n).map(|i| f64::from(i % dimension == 0)).collect();
+        let mut force = vec![0.0; n];
+        solid.apply_mass(&unit, &mut force);
+        Self {
+            extents: extents(muscle),
+            volume: solid.volume(),
+            mass: force.iter().sum(),
+        }
+    }
 }
 
 /// What is found before a run.
@@ -180,17 +209,32 @@ pub struct StaticReport {
     pub held: Option<Held>,
     /// What the factors of Newton's matrix will take, where that is known.
     pub factors: Option<Factors>,
+    /// The largest displacement under the whole load by linear elasticity, m; nothing for a body that is too large
+    /// to try, or not held.
+    pub linear_displacement: Option<f64>,
+    /// CPU time of an iteration of Newton's method, s: measured, or predicted for a body that is too large to try.
+    pub iteration_time: Option<f64>,
     /// What is expected to fail, and what to change.
     pub findings: Vec<Finding>,
 }
 
-/// Looks at the equilibrium of a muscle.
+/// Looks at the equilibrium of a muscle under its loads at time `t`.
 ///
 /// # Errors
 /// Those of [`equilibrium`](crate::statics::equilibrium) that do not depend on the loads.
-pub fn check_static(muscle: &Muscle, formulation: Formulation) -> Result<StaticReport, ModelError> {
-    let (layout, needs, in_use) = statics::size(muscle, formulation)?;
-    let blocks = layout.blocks().iter();
+pub fn check_static(
+    muscle: &Muscle,
+    formulation: Formulation,
+    t: f64,
+) -> Result<StaticReport, ModelError> {
+    let mut prospect = Prospect::new(muscle, formulation, t)?;
+    let blocks = prospect.layout().blocks().iter();
+    let unknowns = blocks.map(|(f, range)| (*f, range.len())).collect();
+    let factors = prospect.needs().map(|needs| Factors {
+        matrices: 1,
+        needs,
+        in_use: prospect.in_use(),
+    });
     let held = match formulation.has(Field::Pressure) {
         true => held(muscle)?,
         false => None,
@@ -199,14 +243,27 @@ pub fn check_static(muscle: &Muscle, formulation: Formulation) -> Result<StaticR
     if formulation.has(Field::Pressure) {
         findings.extend(unheld(held.map(|held| held.nullity), muscle));
     }
+    let large = factors.filter(|factors| factors.needs.flops > LARGE);
+    let (linear_displacement, iteration_time) = match large {
+        // There is no answer to loads.
+        _ if !findings.is_empty() => (None, None),
+        Some(factors) => {
+            let factorising = factors.needs.flops / Speed::measure(false)?.operations;
+            (None, Some(prospect.evaluation()? + factorising))
+        }
+        // A body whose matrix is singular for other reasons says so when it is run.
+        None => match prospect.linear_response() {
+            Ok(response) => (Some(response.displacement), Some(response.seconds)),
+            Err(_) => (None, None),
+        },
+    };
+    findings.extend(linear_displacement.and_then(|u| too_far(u, extent(muscle))));
     Ok(StaticReport {
-        unknowns: blocks.map(|(f, range)| (*f, range.len())).collect(),
+        unknowns,
         held,
-        factors: needs.map(|needs| Factors {
-            matrices: 1,
-            needs,
-            in_use,
-        }),
+        factors,
+        linear_displacement,
+        iteration_time,
         findings,
     })
 }

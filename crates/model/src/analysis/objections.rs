@@ -28,6 +28,9 @@ const ABOVE_SLOWEST: f64 = 100.0;
 /// Periods of the load beyond which a run is taken for an error of typing: days at 1 ms each, which is less than
 /// one takes.
 const MOST_PERIODS: f64 = 1e8;
+/// Lengths of the body that a load moves it by in a linear calculation, beyond which it is taken for one in other
+/// units than the moduli: kPa and Pa differ by a thousand.
+const FAR: f64 = 100.0;
 /// A residual beyond this fraction of its terms is not rounding.
 pub const INCONSISTENT: f64 = 1e-9;
 
@@ -191,6 +194,23 @@ pub(super) fn misfit(muscle: &Muscle, slow_modes: &[f64], t_end: f64) -> Option<
                  Pa, density in kg/m³, times in s",
             )],
         }
+    })
+}
+
+/// Loads that do not go with the moduli, of a body `size` m long that they move by `displacement` m as by linear
+/// elasticity.
+pub(super) fn too_far(displacement: f64, size: f64) -> Option<Finding> {
+    (displacement > FAR * size).then(|| Finding {
+        fields: Vec::new(),
+        problem: format!(
+            "by linear elasticity the load moves the body by {} m, which is {} m long",
+            readable(displacement),
+            readable(size)
+        ),
+        remedies: vec![Remedy::Scene(
+            "take SI units throughout: loads and moduli in Pa, coordinates in m; a body as slender as that needs \
+             many load steps",
+        )],
     })
 }
 

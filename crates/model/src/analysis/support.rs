@@ -100,8 +100,13 @@ pub(crate) fn expect_held(muscle: &Muscle) -> Result<(), ModelError> {
     free_parts(muscle).map_or(Ok(()), |free| Err(ModelError::NotHeld(free)))
 }
 
-/// The longest side of the box around the body, m.
+/// The largest extent of a body along an axis, m.
 pub(crate) fn extent(muscle: &Muscle) -> f64 {
+    extents(muscle).into_iter().fold(0.0, f64::max)
+}
+
+/// The extents of a body along the axes, m.
+pub(crate) fn extents(muscle: &Muscle) -> Vec<f64> {
     let space = muscle.solid.space();
     let side = |axis: usize| {
         let along = space
@@ -112,5 +117,5 @@ pub(crate) fn extent(muscle: &Muscle) -> f64 {
         let along = along.copied();
         along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
     };
-    (0..space.dimension()).map(side).fold(0.0, f64::max)
+    (0..space.dimension()).map(side).collect()
 }

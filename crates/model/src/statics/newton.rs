@@ -184,6 +184,15 @@ impl<'a> Newton<'a> {
         self.muscle.solid.dofs().expand(q, &mut self.displacement);
     }
 
+    /// The largest |u| of a node for the unknowns `x` under the whole load, m.
+    pub(super) fn largest_displacement(&mut self, x: &[f64]) -> f64 {
+        let solid = &self.muscle.solid;
+        self.deform(&x[..solid.dofs().n_free()], 1.0);
+        let nodes = self.displacement.chunks(solid.space().dimension());
+        let squares = nodes.map(|u| u.iter().map(|u| u * u).sum::<f64>());
+        squares.fold(0.0, f64::max).sqrt()
+    }
+
     /// The residual at `x` under `factor` times the load.
     pub(super) fn residual(
         &mut self,

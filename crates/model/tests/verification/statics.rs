@@ -3,7 +3,7 @@
 use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::statics::equilibrium;
-use myovib_model::{Formulation, MuscleDae, Probe, Signal, paper};
+use myovib_model::{Formulation, MuscleDae, Probe, Signal, check, paper};
 
 use crate::common::{LAWS, blocks, loaded_block};
 
@@ -92,5 +92,36 @@ fn a_load_too_great_for_one_step_is_applied_in_steps() {
         solution.load_steps > 1,
         "{} load steps",
         solution.load_steps
+    );
+}
+
+/// What `check` says of a load: the equilibrium under a ten-thousandth of it, times that; and that Pa and kPa were
+/// mixed up.
+#[test]
+fn the_linear_response_is_that_of_a_small_load() {
+    let strong = 1e5;
+    let report = |size: f64| {
+        let muscle = loaded_block(1, paper::LAW, 1e5, 0.0, Signal::constant(size));
+        check::check_static(&muscle, Formulation::Position, 0.0).unwrap()
+    };
+    let found = report(strong);
+    let muscle = loaded_block(1, paper::LAW, 1e5, 0.0, Signal::constant(1e-4 * strong));
+    let small = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
+    let mut full = vec![0.0; muscle.solid.space().n_components()];
+    muscle.solid.dofs().expand(&small.displacement, &mut full);
+    let lengths = full.chunks(2).map(|u| u[0].hypot(u[1]));
+    let expected = 1e4 * lengths.fold(0.0, f64::max);
+    let linear = found.linear_displacement.unwrap();
+    // The second order of a load that moves it by a thousandth of its size.
+    assert!(
+        (linear / expected - 1.0).abs() < 1e-2,
+        "{linear} {expected}"
+    );
+    assert!(found.iteration_time.unwrap() > 0.0);
+    assert!(found.findings.is_empty(), "{:?}", found.findings);
+    let wrong = report(1e3 * strong).findings;
+    assert!(
+        wrong.len() == 1 && wrong[0].to_string().contains("by linear elasticity"),
+        "{wrong:?}"
     );
 }

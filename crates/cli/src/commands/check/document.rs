@@ -1,7 +1,7 @@
 //! What `check` finds, as JSON.
 
 use myovib_model::advice::Finding;
-use myovib_model::check::{Computed, Factors, Report};
+use myovib_model::check::{Computed, Factors, Report, Size};
 use myovib_scene::{Body, Scene, json};
 use serde::Serialize;
 
@@ -11,10 +11,32 @@ use crate::commands::table1::{ReportJson, report_json};
 #[derive(Serialize)]
 pub(super) struct Document {
     pub(super) scene: String,
+    /// Null for a scene without a mesh.
+    pub(super) size: Option<BodySizeJson>,
     /// Null for a scene without a body, or without motion.
     pub(super) body: Option<BodyJson>,
     /// Null for a scene that is not static.
     pub(super) equilibrium: Option<EquilibriumJson>,
+}
+
+#[derive(Serialize)]
+pub(super) struct BodySizeJson {
+    /// Along the axes, m.
+    extents: Vec<f64>,
+    /// m³; in the plane an area, m².
+    volume: f64,
+    /// kg; in the plane per metre of depth.
+    mass: f64,
+}
+
+impl From<Size> for BodySizeJson {
+    fn from(size: Size) -> Self {
+        Self {
+            extents: size.extents,
+            volume: size.volume,
+            mass: size.mass,
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -26,6 +48,11 @@ pub(super) struct EquilibriumJson {
     pub(super) nullity: Option<usize>,
     /// Null where it is not known before.
     pub(super) factors: Option<FactorsJson>,
+    /// The largest displacement under the whole load by linear elasticity, m; null for a body that is too large to
+    /// try, or not held.
+    pub(super) linear_displacement: Option<f64>,
+    /// CPU time, s; null as that.
+    pub(super) seconds_per_iteration: Option<f64>,
     pub(super) warnings: Vec<WarningJson>,
 }
 

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use clap::Args;
 use myovib_fem::Ratios;
 use myovib_model::advice::Finding;
-use myovib_model::check::{self, Computed, Factors, Held, Report};
+use myovib_model::check::{self, Computed, Factors, Held, Report, Size};
 use myovib_model::{Field, IntegratorKind, MuscleDae};
 use serde::Serialize;
 
@@ -77,7 +77,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
     let mut equilibrium = None;
     let (text, body) = match (scene.file.analysis, &scene.body) {
         (Analysis::Static, Some(body)) => {
-            let report = check::check_static(&body.muscle, body.formulation)?;
+            let report = check::check_static(&body.muscle, body.formulation, scene.t_end)?;
             equilibrium = Some(statics::document(&report));
             (statics::text(scene, body, &report), None)
         }
@@ -107,9 +107,12 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
             None,
         ),
     };
-    let scene = name.to_owned();
     let document = Document {
-        scene,
+        scene: name.to_owned(),
+        size: scene
+            .body
+            .as_ref()
+            .map(|body| Size::of(&body.muscle).into()),
         body,
         equilibrium,
     };
@@ -161,8 +164,9 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
         exponent(parameters.beta),
         table.render(coloured_stdout())
     );
-    for line in added(&scene.file)
+    for line in [size_of(body)]
         .into_iter()
+        .chain(added(&scene.file))
         .chain(lines(body, report))
         .chain([cost.line(scene)])
         .chain(writes::lines(scene))
@@ -306,6 +310,32 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     }
     lines.extend(report.factors.map(memory));
     lines
+}
+
+/// How large and heavy the body is.
+fn size_of(body: &Body) -> String {
+    let Size {
+        extents,
+        volume,
+        mass,
+    } = Size::of(&body.muscle);
+    let sides: Vec<String> = extents.iter().map(|side| length(*side)).collect();
+    let (unit, depth) = match extents.len() {
+        2 => ("m²", " per metre of depth"),
+        _ => ("m³", ""),
+    };
+    format!(
+        "body            {} m, {volume:.2e} {unit}, {mass:.2e} kg{depth}",
+        sides.join(" by ")
+    )
+}
+
+/// A length for people, m.
+fn length(value: f64) -> String {
+    match value {
+        1e-2..1e6 => format!("{value:.3}"),
+        _ => format!("{value:.2e}"),
+    }
 }
 
 /// The modes that a sweep passes; nothing where they are not known.

@@ -5,7 +5,7 @@ use myovib_report::table::kappa;
 use myovib_scene::{Body, Scene};
 
 use super::document::{EquilibriumJson, SizeJson};
-use super::{added, bound, held, in_words, memory, warnings, writes};
+use super::{added, bound, held, in_words, length, memory, size_of, warnings, writes};
 
 /// For people.
 pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String {
@@ -14,10 +14,20 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
     let blocks: Vec<String> = blocks
         .map(|(field, number)| format!("{number} of {}", in_words(*field)))
         .collect();
-    let mut lines = added(&scene.file);
+    let mut lines = vec![size_of(body)];
+    lines.extend(added(&scene.file));
     let has_pressure = report.unknowns.len() > 1;
     lines.extend(has_pressure.then(|| held(report.held)));
+    lines.extend(report.linear_displacement.map(|u| {
+        format!(
+            "response        by linear elasticity the load moves the body by up to {} m",
+            length(u)
+        )
+    }));
     lines.extend(report.factors.map(memory));
+    lines.extend(report.iteration_time.map(|seconds| {
+        format!("cost            {seconds:.1e} s an iteration of Newton's method, of which a load step takes 3 to 16")
+    }));
     lines.extend(writes::lines(scene));
     format!(
         "equilibrium, κ {} {}: {total} unknowns, {}\n\n{}\n\n{}",
@@ -41,6 +51,8 @@ pub(super) fn document(report: &StaticReport) -> EquilibriumJson {
         inf_sup: report.held.map(|held| held.inf_sup),
         nullity: report.held.map(|held| held.nullity),
         factors: report.factors.map(Into::into),
+        linear_displacement: report.linear_displacement,
+        seconds_per_iteration: report.iteration_time,
         warnings: report.findings.iter().map(Into::into).collect(),
     }
 }

@@ -1,0 +1,92 @@
+//! What can be said of a search for an equilibrium before it begins.
+
+use myovib_sparse::Prediction;
+
+use super::newton::Newton;
+use crate::cpu::CpuClock;
+use crate::error::ModelError;
+use crate::field::Layout;
+use crate::formulation::Formulation;
+use crate::muscle::Muscle;
+
+/// The part of the load under which a body answers as by linear elasticity, to as many digits.
+const SMALL_LOAD: f64 = 1e-6;
+
+/// A search that has not begun.
+pub(crate) struct Prospect<'a> {
+    newton: Newton<'a>,
+}
+
+/// What the body does under the whole load by linear elasticity, and what it took to find that: an iteration of
+/// Newton's method.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearResponse {
+    /// The largest |u| of a node, m.
+    pub displacement: f64,
+    /// CPU time, s.
+    pub seconds: f64,
+}
+
+impl<'a> Prospect<'a> {
+    /// Of the equilibrium of a `muscle` under its loads at time `t`.
+    ///
+    /// # Errors
+    /// Those of [`equilibrium`](super::equilibrium) that do not depend on the loads.
+    pub(crate) fn new(
+        muscle: &'a Muscle,
+        formulation: Formulation,
+        t: f64,
+    ) -> Result<Self, ModelError> {
+        muscle.check()?;
+        Ok(Self {
+            newton: Newton::new(muscle, formulation, t)?,
+        })
+    }
+
+    /// The blocks of unknowns.
+    pub(crate) fn layout(&self) -> &Layout {
+        &self.newton.layout
+    }
+
+    /// What the factors of Newton's matrix will need, if that is known before there are any.
+    pub(crate) fn needs(&self) -> Option<Prediction> {
+        self.newton.needs
+    }
+
+    /// The memory in use once the matrix is laid out, B, where the system tells.
+    pub(crate) fn in_use(&self) -> Option<usize> {
+        self.newton.in_use
+    }
+
+    /// CPU time of an evaluation of Newton's matrix at rest, s.
+    ///
+    /// # Errors
+    /// [`ModelError::Inverted`] if prescribed displacements turn elements inside out at once.
+    pub(crate) fn evaluation(&mut self) -> Result<f64, ModelError> {
+        let clock = CpuClock::start();
+        let rest = vec![0.0; self.newton.layout.n_unknowns()];
+        self.newton.tangent(&rest, 0.0)?;
+        Ok(clock.elapsed().as_secs_f64())
+    }
+
+    /// The answer of the body to its loads by linear elasticity.
+    ///
+    /// # Errors
+    /// [`ModelError::Klu`] for a body that is not held.
+    pub(crate) fn linear_response(&mut self) -> Result<LinearResponse, ModelError> {
+        let newton = &mut self.newton;
+        let clock = CpuClock::start();
+        let rest = vec![0.0; newton.layout.n_unknowns()];
+        let mut answer = rest.clone();
+        newton.residual(&rest, SMALL_LOAD, &mut answer)?;
+        newton.tangent(&rest, 0.0)?;
+        newton.system.renew(&mut newton.work)?;
+        newton.system.solve(&mut answer, &mut newton.work)?;
+        let seconds = clock.elapsed().as_secs_f64();
+        answer.iter_mut().for_each(|x| *x /= -SMALL_LOAD);
+        Ok(LinearResponse {
+            displacement: newton.largest_displacement(&answer),
+            seconds,
+        })
+    }
+}
