@@ -118,6 +118,12 @@ class DaeSolution:
     message: str
     method: str = field(default="ida")
 
+    def __getitem__(self, name: str) -> Any:
+        """``s["t"]`` is ``s.t``, as of SciPy's results."""
+        if name != "success" and name not in self.__dataclass_fields__:
+            raise KeyError(name)
+        return getattr(self, name)
+
     @property
     def success(self) -> bool:
         """Whether the end of the span or an event was reached."""
@@ -146,6 +152,7 @@ def solve_dae(
     max_order: int = 5,
     max_steps: int | None = None,
     initial: Literal["given", "algebraic", "states"] = "given",
+    args: Sequence[Any] = (),
 ) -> DaeSolution:
     """Integrate F(t, y, y') = 0.
 
@@ -190,7 +197,8 @@ def solve_dae(
     events : callable or list of callables, optional
         ``event(t, y, yp)`` gives a number whose zeros are sought. Attributes
         are those of `solve_ivp`: ``terminal`` (bool, or the number of the
-        occurrence that ends the integration) and ``direction`` (its sign).
+        occurrence that ends the integration) and ``direction`` (its sign). A
+        zero at the very start is not told.
     rtol, atol : float; float or array_like, shape (n,)
         A local error of ``rtol |y_i| + atol_i`` is allowed. `rtol` is one number.
     t_eval : array_like, optional
@@ -206,6 +214,8 @@ def solve_dae(
     initial : {"given", "algebraic", "states"}
         What is corrected at the start so that F = 0: nothing; the algebraic
         components and the derivatives of the others (index 1); all of y.
+    args : sequence, optional
+        What `residual`, `jacobian` and `events` take after ``t, y, yp``.
 
     Returns
     -------
@@ -271,7 +281,11 @@ def solve_dae(
             f'index has a {max(indices)}, which "ida" makes no use of: take a method of Radau, or leave '
             "components of index 2 and 3 out of the error test by `suppress`"
         )
-    watched = _Events(events)
+    if not isinstance(args, Sequence) or isinstance(args, str):
+        raise ValueError(f"args = {args!r}: must be a tuple, as in args=({args!r},)")
+    residual = _with(residual, args)
+    jacobian = None if jacobian is None else _with(jacobian, args)
+    watched = _Events(events, args)
     pattern = None if sparsity is None else _pattern(sparsity, n)
     found = _native.solve(
         {
@@ -302,6 +316,11 @@ def solve_dae(
         }
     )
     return _solution(found, n, len(watched.functions), method)
+
+
+def _with(function: Callable[..., Any], args: Sequence[Any]) -> Function:
+    """The function of t, y, yp alone."""
+    return (lambda t, y, yp: function(t, y, yp, *args)) if args else function
 
 
 def _in_bytes(function: Function, n: int, name: str = "residual") -> Any:
@@ -440,12 +459,15 @@ class _Jacobian:
 class _Events:
     """Events as one function, and their attributes."""
 
-    def __init__(self, events: Function | Sequence[Function] | None) -> None:
+    def __init__(
+        self, events: Function | Sequence[Function] | None, args: Sequence[Any]
+    ) -> None:
         if events is None:
             events = []
-        self.functions = [events] if callable(events) else list(events)
-        self.directions = [int(np.sign(getattr(f, "direction", 0))) for f in self.functions]
-        self.terminal = [int(getattr(f, "terminal", 0) or 0) for f in self.functions]
+        given = [events] if callable(events) else list(events)
+        self.functions = [_with(f, args) for f in given]
+        self.directions = [int(np.sign(getattr(f, "direction", 0))) for f in given]
+        self.terminal = [int(getattr(f, "terminal", 0) or 0) for f in given]
 
     def values(self, t: float, y: Array, yp: Array) -> list[float]:
         return [float(function(t, y, yp)) for function in self.functions]

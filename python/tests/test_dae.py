@@ -119,6 +119,25 @@ def test_events_are_found_where_they_are(method):
     assert s.y_events[1][0, 0] == pytest.approx(100 / (2 * G), rel=1e-6)
 
 
+def test_functions_take_what_args_holds():
+    rate, level = 2.0, 0.5
+    residual = lambda t, y, yp, rate, level: yp + rate * y
+    jacobian = lambda t, y, yp, rate, level: ([[rate]], [[1.0]])
+
+    def falls_below(t, y, yp, rate, level):
+        return y[0] - level
+
+    falls_below.terminal = True
+    s = solve_dae(
+        residual, (0, 10), [1], [-rate], jacobian=jacobian, events=falls_below, args=(rate, level),
+        rtol=1e-8, atol=1e-10,
+    )  # fmt: skip
+    assert s.status == 1
+    assert s["t"][-1] == s.t[-1] == pytest.approx(np.log(2) / rate, rel=1e-6)
+    with pytest.raises(KeyError):
+        s["times"]
+
+
 def test_backwards_and_dense_output():
     s = solve_dae(
         lambda t, y, yp: yp + y, (1, 0), [np.exp(-1)], [-np.exp(-1)], rtol=1e-8, atol=1e-10,
@@ -379,6 +398,7 @@ def test_results_are_pickled_whole():
         (dict(first_step=0), "first_step = 0: must be above 0"),
         (dict(max_step=0), "max_step = 0: must be above 0"),
         (dict(max_steps=0), "max_steps = 0: must be at least 1"),
+        (dict(args=2.0), r"must be a tuple, as in args=\(2.0,\)"),
     ],
 )
 def test_arguments_that_make_no_sense_are_named(arguments, words):
