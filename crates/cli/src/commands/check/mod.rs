@@ -34,8 +34,9 @@ use myovib_scene::{Body, Scene, plain};
     myovib check table2-4\n  \
     myovib check scene.toml --set solid.kappa=inf --json\n\n\
     What is printed: each block of unknowns with its index, and whether the integrator tests its error; the \
-    index of the system; how well pressures are held (inf–sup); the start; eigenfrequencies; the first steps \
-    of the run, tried for a second; then warnings with what to change. The letters \
+    size of the body; the index of the system; how well pressures are held (inf–sup); the start; eigenfrequencies; the first steps \
+    of the run, tried for a second; then warnings with what to change. Of an equilibrium: what the load does by \
+    linear elasticity, and the time of an iteration. The letters \
     are those of the table: to leave lambda out of the error test is `--set 'integrator.suppress=[\"pressure\"]'`.\n\n\
     Nothing is written. Warnings do not change the exit code.")]
 pub struct CheckArgs {
