@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -120,9 +120,19 @@ class DaeSolution:
 
     def __getitem__(self, name: str) -> Any:
         """``s["t"]`` is ``s.t``, as of SciPy's results."""
-        if name != "success" and name not in self.__dataclass_fields__:
+        if name not in self.keys():
             raise KeyError(name)
         return getattr(self, name)
+
+    def keys(self) -> list[str]:
+        """The names of all that there is."""
+        return [*self.__dataclass_fields__, "success"]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.keys())
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.keys()
 
     @property
     def success(self) -> bool:
@@ -264,6 +274,8 @@ def solve_dae(
     t0, t_end = (float(t) for t in t_span)
     if t0 == t_end or not np.isfinite([t0, t_end]).all():
         raise ValueError(f"t_span = ({t0}, {t_end}): must be two different finite times")
+    if t_end < t0 and method != "ida":
+        raise ValueError(f't_span = ({t0}, {t_end}): only "ida" goes backwards')
     for name, step in (("first_step", first_step), ("max_step", max_step)):
         if step is not None and not step > 0:
             raise ValueError(f"{name} = {step}: must be above 0")
@@ -438,7 +450,7 @@ class _Jacobian:
                 warnings.warn(
                     f"jacobian: its sparse matrices are stored as full ones of {self.n} rows: give "
                     "their pattern by `sparsity`",
-                    stacklevel=2,
+                    stacklevel=4,  # the caller of solve_dae
                 )
             return (matrix.toarray() if sparse else matrix).ravel(order="F")
         values = np.asarray(matrix[self.places], dtype=float).ravel()

@@ -382,14 +382,19 @@ pub(crate) fn solve(py: Python<'_>, request: Request) -> PyResult<Bound<'_, PyDi
 
 /// What an integration says, with arguments of `solve_dae` in the place of names of the library.
 fn in_python(message: &str) -> String {
-    let correction = "initial=\"algebraic\"";
-    let message = message.replace(
-        "call correct_initial_values",
-        &format!("ask for {correction}"),
-    );
-    let message = message.replace("correct_initial_values", correction);
-    let message = message.replace(" (reinit)", "");
-    message.replace("Problem::indices", "index=")
+    let names = [
+        (
+            "call correct_initial_values",
+            "ask for initial=\"algebraic\"",
+        ),
+        ("correct_initial_values", "initial=\"algebraic\""),
+        (" (reinit)", ""),
+        ("(initial_step)", "(first_step)"),
+        ("(suppressed)", "(suppress)"),
+        ("Problem::indices", "index="),
+    ];
+    let rename = |message: String, (ours, python): (&str, &str)| message.replace(ours, python);
+    names.into_iter().fold(message.to_owned(), rename)
 }
 
 /// The record as arrays, rows one after the other.

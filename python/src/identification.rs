@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use myovib_cli::commands;
 use myovib_scene::fit::{FitOptions, Loss, compute as compute_fit};
-use myovib_scene::sensitivity::{Parametrised, Watcher, compute};
+use myovib_scene::sensitivity::{Parametrised, compute};
+use myovib_scene::watch::Watcher;
 use pyo3::prelude::*;
 
 use crate::error::of_command;

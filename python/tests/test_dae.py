@@ -134,6 +134,7 @@ def test_functions_take_what_args_holds():
     )  # fmt: skip
     assert s.status == 1
     assert s["t"][-1] == s.t[-1] == pytest.approx(np.log(2) / rate, rel=1e-6)
+    assert "y" in s and "times" not in s and set(s) >= {"t", "y", "success"}
     with pytest.raises(KeyError):
         s["times"]
 
@@ -224,7 +225,7 @@ def test_full_storage_of_a_large_sparse_jacobian_is_told():
     )
     with pytest.warns(UserWarning, match="full ones of 201 rows: .* `sparsity`") as told:
         run()
-    assert len(told) == 1
+    assert len(told) == 1 and told[0].filename == __file__
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert run(sparsity=one).success
@@ -385,6 +386,7 @@ def test_results_are_pickled_whole():
         (dict(rtol=[1e-4, 1e-4]), "rtol = .* must be a number"),
         (dict(atol=-1), "atol = -1: must be at least 0"),
         (dict(t_eval=[1, 0.5]), "sorted"),
+        (dict(t_span=(1, 0), method="radau"), 'only "ida" goes backwards'),
         (dict(t_eval=[2]), "t_span"),
         (dict(suppress=True), "algebraic"),
         (dict(index=[4]), "0 to 3"),

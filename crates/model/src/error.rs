@@ -118,6 +118,9 @@ pub enum ModelError {
         /// What may help.
         remedy: &'static str,
     },
+    /// The caller ended the search for an equilibrium.
+    #[error("interrupted before the equilibrium was found")]
+    Interrupted,
     /// Pressures whose work depends on the way.
     #[error(
         "there are no modes about an equilibrium under pressures that follow the body where the edge of their surface moves: \

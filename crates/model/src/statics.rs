@@ -81,6 +81,20 @@ pub enum Shortfall {
     },
 }
 
+impl Approach {
+    /// Why there is no equilibrium under the whole load.
+    pub fn error(&self) -> Option<ModelError> {
+        Some(match self.shortfall? {
+            Shortfall::Interrupted => ModelError::Interrupted,
+            Shortfall::NotConverged { inverted, remedy } => ModelError::NoEquilibrium {
+                reached: self.reached,
+                inverted,
+                remedy,
+            },
+        })
+    }
+}
+
 /// How far the search for an equilibrium is, before an iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
@@ -114,35 +128,23 @@ pub fn equilibrium(
     formulation: Formulation,
     t: f64,
 ) -> Result<Equilibrium, ModelError> {
-    equilibrium_watched(muscle, formulation, t, &mut |_| ())
+    equilibrium_watched(muscle, formulation, t, &mut |_| ControlFlow::Continue(()))
 }
 
-/// The same; `watch` hears of each iteration before it begins.
+/// The same; `watch` hears of each iteration before it begins, and may end the search.
 ///
 /// # Errors
-/// Those of [`equilibrium`].
+/// Those of [`equilibrium`]; [`ModelError::Interrupted`].
 pub fn equilibrium_watched(
     muscle: &Muscle,
     formulation: Formulation,
     t: f64,
-    watch: &mut dyn FnMut(&Search),
+    watch: &mut dyn FnMut(&Search) -> ControlFlow<()>,
 ) -> Result<Equilibrium, ModelError> {
-    let watch = &mut |at: &Search| {
-        watch(at);
-        ControlFlow::Continue(())
-    };
-    let Approach {
-        equilibrium,
-        reached,
-        shortfall,
-    } = approach(muscle, formulation, t, watch)?;
-    match shortfall {
-        Some(Shortfall::NotConverged { inverted, remedy }) => Err(ModelError::NoEquilibrium {
-            reached,
-            inverted,
-            remedy,
-        }),
-        Some(Shortfall::Interrupted) | None => Ok(equilibrium),
+    let approach = approach(muscle, formulation, t, watch)?;
+    match approach.error() {
+        Some(error) => Err(error),
+        None => Ok(approach.equilibrium),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Consistent starts from a bent, moving state.
 #![allow(clippy::unwrap_used)] // a test may panic
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use myovib_dae::Problem;
@@ -370,7 +371,7 @@ fn formulations_agree_after_the_start() {
 fn equilibrium_is_a_start_at_rest() {
     for (formulation, kappa, beta) in RUNS {
         let mut dae = dae(formulation, kappa, beta);
-        let start = Start::equilibrium(&mut dae, 0.0, &mut |_| ()).unwrap();
+        let start = Start::equilibrium(&mut dae, 0.0, &mut |_| ControlFlow::Continue(())).unwrap();
         let v = dae.layout().range(Field::Velocity).unwrap();
         assert!(
             start.y[v.clone()].iter().all(|v| v.abs() < 1e-15),

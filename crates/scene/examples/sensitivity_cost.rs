@@ -1,7 +1,8 @@
 //! What sensitivities cost: runs of the paper's equations by Radau IIA with no, two and eight
 //! parameters.
 //! `cargo run --release -p myovib-scene --example sensitivity_cost [T_END [ROW…]]`
-use myovib_scene::sensitivity::{Cost, Parametrised, Watcher, follow, outputs};
+use myovib_scene::sensitivity::{Cost, Parametrised, follow, outputs};
+use myovib_scene::watch::Watcher;
 
 /// Eight parameters of all kinds, the first two of which are the two.
 const KEYS: [(&str, f64); 8] = [

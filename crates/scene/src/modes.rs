@@ -4,7 +4,7 @@ use myovib_model::statics::{self, Equilibrium};
 use myovib_model::{Formulation, ModelError, Muscle, spectrum, support};
 use serde::Serialize;
 
-use crate::watch::{Tell, search};
+use crate::watch::{Watcher, search};
 use crate::{Body, InputError, Scene, json};
 
 /// Modes where nothing says how many.
@@ -86,7 +86,7 @@ impl BodyModes {
 
 impl Modes {
     /// Those of the scene's body: `count`, else as many as the scene says, about rest or the equilibrium that it says;
-    /// `progress` hears of the search for that.
+    /// the `watcher` hears of the search for that.
     ///
     /// # Errors
     /// A scene without a body; an equilibrium under tensions that follow a model, which start from zero; those of
@@ -94,7 +94,7 @@ impl Modes {
     pub fn of_scene(
         scene: &Scene,
         count: Option<usize>,
-        progress: &dyn Tell,
+        watcher: Watcher<'_>,
     ) -> Result<Self, crate::Error> {
         let muscle = body_of(scene).map(|body| &body.muscle)?;
         let asked = scene.file.modes.as_ref();
@@ -107,7 +107,7 @@ impl Modes {
                 return Err(scene.wrong("modes.loads_at", error).into());
             }
             Some(t) => {
-                let watch = &mut search(progress);
+                let watch = &mut search(watcher);
                 statics::equilibrium_watched(muscle, Formulation::Position, t, watch)?
             }
         };

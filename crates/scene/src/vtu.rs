@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use myovib_fem::Space;
 use myovib_fem::space::Degree;
 use myovib_model::{Components, Quantity, Snapshot};
+use serde::{Deserialize, Serialize};
 
 pub use cloud::Cloud;
 use data::{floats, integers};
@@ -57,12 +58,32 @@ pub struct Series {
 }
 
 /// Values of a field that are infinite or no numbers.
-#[derive(Debug, Clone, PartialEq)]
-struct NotFinite {
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct NotFinite {
     quantity: Quantity,
     /// When they were seen first, s.
     t: f64,
-    n_points: usize,
+    points: usize,
+}
+
+impl NotFinite {
+    /// What to say of them.
+    pub fn note(&self) -> String {
+        let Self {
+            quantity,
+            t,
+            points,
+        } = self;
+        let points = match points {
+            1 => "1 point".to_owned(),
+            n => format!("{n} points"),
+        };
+        format!(
+            "field `{}` is not finite at {points} at t = {t} s: the tissue is deformed there beyond what its law is \
+             defined for; the field `J` shows where",
+            quantity.label()
+        )
+    }
 }
 
 impl Series {
@@ -76,25 +97,15 @@ impl Series {
         }
     }
 
-    /// What to say of values that are not finite, if there were any.
-    pub fn objection(&self) -> Option<String> {
-        self.not_finite.as_ref().map(
-            |NotFinite {
-                 quantity,
-                 t,
-                 n_points,
-             }| {
-                let points = match n_points {
-                    1 => "1 point".to_owned(),
-                    n => format!("{n} points"),
-                };
-                format!(
-                    "field `{}` is not finite at {points} at t = {t} s: the tissue is deformed there beyond what its \
-                     law is defined for; the field `J` shows where",
-                    quantity.label()
-                )
-            },
-        )
+    /// The series, in whose earlier files these values were seen.
+    #[must_use]
+    pub fn with_seen(self, not_finite: Option<NotFinite>) -> Self {
+        Self { not_finite, ..self }
+    }
+
+    /// Values that are not finite, if there were any: the first that were seen.
+    pub fn not_finite(&self) -> Option<NotFinite> {
+        self.not_finite
     }
 
     /// Times of the files written so far, s.
@@ -123,12 +134,15 @@ impl Series {
         snapshot: &Snapshot<'_>,
         cells: &[CellField],
     ) -> io::Result<u64> {
-        let values = |&quantity: &Quantity| (quantity, self.grid.values(snapshot, quantity));
-        let fields: Vec<_> = self.quantities.iter().map(values).collect();
-        let text = vtu(snapshot, &self.grid, &fields, cells);
+        let (text, not_finite) = vtu(snapshot, &self.grid, &self.quantities, cells);
         self.listing.add(t, &text)?;
-        let seen = self.not_finite.take();
-        self.not_finite = seen.or_else(|| fields.iter().find_map(|field| not_finite(t, field)));
+        self.not_finite = self
+            .not_finite
+            .or(not_finite.map(|(quantity, points)| NotFinite {
+                quantity,
+                t,
+                points,
+            }));
         let states = self.quantities.iter().filter(|q| q.needs_state()).count();
         Ok((states * self.grid.n_evaluations()) as u64)
     }
@@ -172,23 +186,14 @@ pub fn last_displacement(folder: &Path, grid: &Grid) -> io::Result<Option<(f64, 
     Ok(Some((t, displacement)))
 }
 
-fn not_finite(t: f64, (quantity, rows): &(Quantity, Vec<Vec<f64>>)) -> Option<NotFinite> {
-    let strange = rows.iter().filter(|row| row.iter().any(|x| !x.is_finite()));
-    let n_points = strange.count();
-    (n_points > 0).then_some(NotFinite {
-        quantity: *quantity,
-        t,
-        n_points,
-    })
-}
-
-/// A time's file: points at rest, cells, values at the points, regions and fibres of the cells.
+/// A time's file: points at rest, cells, values at the points, regions and fibres of the cells. And the first quantity
+/// that is not finite at so many points.
 fn vtu(
     snapshot: &Snapshot<'_>,
     grid: &Grid,
-    fields: &[(Quantity, Vec<Vec<f64>>)],
+    quantities: &[Quantity],
     cells: &[CellField],
-) -> String {
+) -> (String, Option<(Quantity, usize)>) {
     let space = snapshot.solid.space();
     let dimension = space.dimension();
     let (n_points, n_cells) = (grid.n_points(), space.n_elements());
@@ -204,7 +209,14 @@ fn vtu(
     text += &integers("offsets", (1..=n_cells).map(|cell| n_cell_nodes * cell));
     text += &integers("types", (0..n_cells).map(|_| cell_type(space)));
     text += "</Cells>\n<PointData>\n";
-    for (quantity, values) in fields {
+    let mut not_finite = None;
+    for &quantity in quantities {
+        let values = grid.values(snapshot, quantity);
+        let strange = values
+            .iter()
+            .filter(|row| row.iter().any(|x| !x.is_finite()));
+        let strange = strange.count();
+        not_finite = not_finite.or((strange > 0).then_some((quantity, strange)));
         let picked = order(quantity.components(), dimension);
         let names = component_names(quantity.components());
         let rows = values.iter();
@@ -225,7 +237,7 @@ fn vtu(
         }
         text += &floats(name, &[], 1, all.into_iter());
     }
-    text + "</CellData>\n" + data::END
+    (text + "</CellData>\n" + data::END, not_finite)
 }
 
 /// The places of the file's components among the quantity's; a place beyond them is zero.
@@ -273,7 +285,7 @@ mod tests {
             y[own.start] = u;
             let rest = vec![0.0; y.len()];
             series.write(t, &dae.snapshot(t, &y, &rest), &[]).unwrap();
-            let said = series.objection();
+            let said = series.not_finite().map(|seen| seen.note());
             let expected = "field `displacement` is not finite at 1 point at t = 0.5 s";
             match t {
                 0.0 => assert_eq!(said, None),

@@ -1,6 +1,7 @@
 //! Shows how far a run is.
 
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use myovib_model::statics::Search;
@@ -15,6 +16,29 @@ pub trait Tell: Sync {
 /// Nobody.
 impl Tell for () {
     fn tell(&self, _: &dyn Fn() -> String) {}
+}
+
+/// Who watches a computation.
+#[derive(Clone, Copy)]
+pub struct Watcher<'a> {
+    /// A flag that ends it.
+    pub interrupt: Option<&'static AtomicBool>,
+    /// Who is told how far it is.
+    pub progress: &'a dyn Tell,
+}
+
+impl Watcher<'_> {
+    /// Nobody.
+    pub const NOBODY: Watcher<'static> = Watcher {
+        interrupt: None,
+        progress: &(),
+    };
+
+    /// Whether the flag is set.
+    pub fn has_ended(&self) -> bool {
+        let interrupt = self.interrupt;
+        interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
+    }
 }
 
 /// An observer that shows time, steps, order, step size and the time left on a progress line, which
@@ -57,15 +81,19 @@ impl<P> Observer<P> for Watch<'_> {
     }
 }
 
-/// What tells `progress` how far the search for an equilibrium is.
-pub(crate) fn search(progress: &dyn Tell) -> impl FnMut(&Search) {
+/// What tells the `watcher` how far the search for an equilibrium is, and ends it.
+pub(crate) fn search(watcher: Watcher<'_>) -> impl FnMut(&Search) -> ControlFlow<()> {
     move |at| {
-        progress.tell(&|| {
+        watcher.progress.tell(&|| {
             let [from, to] = [at.reached, at.target].map(|part| 100.0 * part);
             format!(
                 "equilibrium: step {}, {from:.1} to {to:.1} % of the load, Newton iteration {}, {} in all",
                 at.load_step, at.iteration, at.iterations
             )
         });
+        match watcher.has_ended() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
     }
 }

@@ -8,7 +8,7 @@ use myovib_fem::Mesh;
 use myovib_model::{Formulation, Muscle, Signal, paper, statics};
 use myovib_report::modes;
 use myovib_scene::modes::{BodyModes, DEFAULT_COUNT, Modes};
-use myovib_scene::watch::Tell;
+use myovib_scene::watch::Watcher;
 use myovib_scene::{Error, InputError, Scene, atomic_file, mesh_file, plain};
 use serde::Serialize;
 
@@ -83,7 +83,11 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
             }
             let name = scene.display().to_string();
             let progress = Progress::new(args.common.quiet);
-            of_scene(name, loaded, args.count.map(usize::from), &progress)?
+            let watcher = Watcher {
+                progress: &progress,
+                ..Watcher::NOBODY
+            };
+            of_scene(name, loaded, args.count.map(usize::from), watcher)?
         }
         None => of_the_paper(args)?,
     };
@@ -107,7 +111,7 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
 /// # Errors
 /// A scene without a body, or one whose modes cannot be found.
 pub fn document(name: &str, scene: Scene, count: Option<usize>) -> anyhow::Result<String> {
-    let findings = of_scene(name.to_owned(), scene, count, &())?;
+    let findings = of_scene(name.to_owned(), scene, count, Watcher::NOBODY)?;
     Ok(serde_json::to_string(&findings)?)
 }
 
@@ -127,9 +131,9 @@ fn of_scene(
     mesh: String,
     scene: Scene,
     count: Option<usize>,
-    progress: &dyn Tell,
+    watcher: Watcher<'_>,
 ) -> anyhow::Result<Findings> {
-    let modes = Modes::of_scene(&scene, count, progress).map_err(Error::before_any_output)?;
+    let modes = Modes::of_scene(&scene, count, watcher).map_err(Error::before_any_output)?;
     Ok(Findings {
         mesh,
         modes,

@@ -6,7 +6,8 @@ use clap::Args;
 use myovib_report::picture;
 use myovib_report::plot::{Axis, Figure, LinePlot, Panel, Series};
 use myovib_report::table::{Align, Table, coloured_stdout};
-use myovib_scene::sensitivity::{Curves, Parametrised, Watcher, compute};
+use myovib_scene::sensitivity::{Curves, Parametrised, compute};
+use myovib_scene::watch::Watcher;
 use myovib_scene::{atomic_file, json};
 use serde_json::Value;
 

@@ -325,7 +325,7 @@ impl Advice {
         (ratio < FLAT).then(|| Finding {
             fields: Vec::new(),
             problem: format!("element {element} is squeezed flat, to det F = {ratio:.3}"),
-            remedies: vec![Remedy::Scene(EASE)],
+            remedies: vec![Remedy::Scene(self.ease())],
         })
     }
 
@@ -345,9 +345,13 @@ impl Advice {
             let why = ", from a state so loosely integrated that it may be far off";
             finding(why, Remedy::Tighten(usual))
         });
-        let ease = if self.collapses { COLLAPSE } else { EASE };
-        let strained = finding("", Remedy::Scene(ease));
+        let strained = finding("", Remedy::Scene(self.ease()));
         loose.into_iter().chain([strained]).collect()
+    }
+
+    /// What helps against elements that are strained too far.
+    fn ease(&self) -> &'static str {
+        if self.collapses { COLLAPSE } else { EASE }
     }
 }
 

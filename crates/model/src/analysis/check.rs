@@ -239,14 +239,16 @@ pub fn check_static(
         true => held(muscle)?,
         false => None,
     };
-    let mut findings: Vec<Finding> = free_parts(muscle).map(not_held).into_iter().collect();
+    let free = free_parts(muscle);
+    let is_free = free.is_some();
+    let mut findings: Vec<Finding> = free.map(not_held).into_iter().collect();
     if formulation.has(Field::Pressure) {
         findings.extend(unheld(held.map(|held| held.nullity), muscle));
     }
     let large = factors.filter(|factors| factors.needs.flops > LARGE);
     let (linear_displacement, iteration_time) = match large {
         // There is no answer to loads.
-        _ if !findings.is_empty() => (None, None),
+        _ if is_free => (None, None),
         Some(factors) => {
             let factorising = factors.needs.flops / Speed::measure(false)?.operations;
             (None, Some(prospect.evaluation()? + factorising))

@@ -57,6 +57,23 @@ impl Activation {
         }
     }
 
+    /// A part of the tension; of a model's, which is an unknown, all.
+    #[must_use]
+    pub fn scaled(&self, part: f64) -> Self {
+        match self {
+            Self::Given(signal) => Self::Given(signal.scaled(part)),
+            Self::Bestel(model) => Self::Bestel(model.clone()),
+            Self::Coherence { unsynchronised } => Self::Coherence {
+                unsynchronised: part * unsynchronised,
+            },
+            Self::Line { t, tension, slope } => Self::Line {
+                t: *t,
+                tension: part * tension,
+                slope: part * slope,
+            },
+        }
+    }
+
     /// The model's line at time `t` and `tension`; what follows no model stays as it is.
     pub(crate) fn tangent_at(&self, t: f64, tension: f64) -> Self {
         match self {

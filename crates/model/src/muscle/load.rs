@@ -31,6 +31,15 @@ impl Load {
         &self.signal
     }
 
+    /// A part of it.
+    #[must_use]
+    pub fn scaled(&self, part: f64) -> Self {
+        Self {
+            entries: self.entries.clone(),
+            signal: self.signal.scaled(part),
+        }
+    }
+
     /// `total` += the load at time `t`.
     pub fn add_at(&self, t: f64, total: &mut [f64]) {
         let factor = self.signal.at(t).value;
@@ -60,6 +69,15 @@ impl PressureLoad {
     /// The function of time.
     pub fn signal(&self) -> &Signal {
         &self.signal
+    }
+
+    /// A part of it.
+    #[must_use]
+    pub fn scaled(&self, part: f64) -> Self {
+        Self {
+            operator: self.operator.clone(),
+            signal: self.signal.scaled(part),
+        }
     }
 
     /// `total` += `factor` times the load at time `t` and the displacement `u` of all nodes.

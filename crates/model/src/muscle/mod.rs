@@ -189,6 +189,30 @@ impl Muscle {
         }
     }
 
+    /// The body under a part of what acts on it: forces, pressures, prescribed displacements and tensions, as an
+    /// equilibrium of [`approach`](crate::statics::approach) has them.
+    #[must_use]
+    pub fn under_part_of_loads(&self, part: f64) -> Self {
+        Self {
+            loads: self.loads.iter().map(|load| load.scaled(part)).collect(),
+            pressures: self.pressures.iter().map(|own| own.scaled(part)).collect(),
+            prescribed: self
+                .prescribed
+                .iter()
+                .map(|Prescribed { component, signal }| Prescribed {
+                    component: *component,
+                    signal: signal.scaled(part),
+                })
+                .collect(),
+            activations: self
+                .activations
+                .iter()
+                .map(|(number, activation)| (*number, activation.scaled(part)))
+                .collect(),
+            ..self.clone()
+        }
+    }
+
     /// The body with its stress relaxed at all times, without Prony terms.
     #[must_use]
     pub fn relaxed(&self) -> Self {

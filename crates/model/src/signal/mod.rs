@@ -132,6 +132,12 @@ impl Signal {
         Composed(Operation::Product, factors).into()
     }
 
+    /// So many times as much.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self::product(vec![Self::constant(factor), self.clone()])
+    }
+
     /// The highest frequency of its sines, Hz, if it has any.
     pub fn frequency(&self) -> Option<f64> {
         self.0.frequency()

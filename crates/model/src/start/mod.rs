@@ -19,6 +19,8 @@ use motion::{Motion, largest};
 use myovib_dae::Problem;
 pub use residual::{BlockResidual, residuals};
 
+use std::ops::ControlFlow;
+
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
@@ -196,7 +198,7 @@ impl Start {
     pub fn equilibrium(
         dae: &mut MuscleDae,
         t: f64,
-        watch: &mut dyn FnMut(&Search),
+        watch: &mut dyn FnMut(&Search) -> ControlFlow<()>,
     ) -> Result<Self, ModelError> {
         let (muscle, formulation) = (dae.muscle(), dae.formulation());
         let equilibrium = statics::equilibrium_watched(muscle, formulation, t, watch)?;

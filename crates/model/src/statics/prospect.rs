@@ -61,7 +61,7 @@ impl<'a> Prospect<'a> {
     /// CPU time of an evaluation of Newton's matrix at rest, s.
     ///
     /// # Errors
-    /// [`ModelError::Inverted`] if prescribed displacements turn elements inside out at once.
+    /// None of a body at rest.
     pub(crate) fn evaluation(&mut self) -> Result<f64, ModelError> {
         let clock = CpuClock::start();
         let rest = vec![0.0; self.newton.layout.n_unknowns()];

@@ -14,7 +14,7 @@ use std::fmt::Display;
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 pub use myovib_fit::Loss;
 use myovib_fit::{
@@ -22,8 +22,8 @@ use myovib_fit::{
     profile, several_starts,
 };
 
-use crate::sensitivity::{Known, Parametrised, Watcher, outputs};
-use crate::watch::Tell;
+use crate::sensitivity::{Known, Parametrised, outputs};
+use crate::watch::{Tell, Watcher};
 use crate::{Error, InputError};
 pub use data::{Datum, read};
 use history::History;
@@ -167,11 +167,6 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         true => History::resume(&options.out, &mut parameters)?,
         false => History::begin(&options.out, &parameters)?,
     };
-    let interrupted = || {
-        options
-            .interrupt
-            .is_some_and(|flag| flag.load(Ordering::Relaxed))
-    };
     let mut number = 0;
     let mut observe = |part: f64, iteration: &Iteration| {
         history.add(number, part, iteration);
@@ -184,7 +179,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         options
             .progress
             .tell(&|| format!("iteration {number}: half the sum of squares {cost:.6e}{of}"));
-        match interrupted() {
+        match watcher.has_ended() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }

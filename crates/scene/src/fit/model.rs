@@ -1,7 +1,5 @@
 //! Residuals of measurements as a function of a scene's parameters.
 
-use std::sync::atomic::Ordering;
-
 use myovib_fit::{Failed, Model};
 use myovib_model::sensitivity::Dependences;
 use nalgebra::DMatrix;
@@ -9,7 +7,8 @@ use nalgebra::DMatrix;
 use super::Point;
 use super::data::Datum;
 use crate::Error;
-use crate::sensitivity::{Output, Parametrised, Sample, Watcher, follow};
+use crate::sensitivity::{Output, Parametrised, Sample, follow};
+use crate::watch::Watcher;
 
 /// Derivatives are solved for to the tolerance of the motion: of them the fit needs fewer digits.
 const FRACTION: f64 = 1.0;
@@ -139,8 +138,7 @@ impl<'a> SceneModel<'a> {
 
     /// Whether runs are to end.
     pub(super) fn is_interrupted(&self) -> bool {
-        let interrupt = self.watcher.interrupt;
-        interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
+        self.watcher.has_ended()
     }
 
     /// Runs without and with sensitivities so far.

@@ -14,6 +14,7 @@ use super::indicator::Indicator;
 use super::volume::Volumes;
 use crate::csv::Written;
 use crate::probe::EnergyBalance;
+use crate::vtu::NotFinite;
 use crate::{Error, InputError};
 
 const NAME: &str = "checkpoint.json";
@@ -42,6 +43,9 @@ pub(super) struct Checkpoint {
     /// Ratios of volumes at the vertices.
     #[serde(default)]
     pub(super) volumes: Volumes,
+    /// Values of fields that are not finite.
+    #[serde(default)]
+    pub(super) not_finite: Option<NotFinite>,
     /// What the integrator's own estimates add up to at the probes.
     pub(super) indicator: Indicator,
     /// What was written or evaluated beside the integration.

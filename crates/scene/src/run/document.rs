@@ -83,6 +83,7 @@ pub(super) fn dynamic<P: System>(
             "stop": stop(&whole.outcome),
             "inversion": outputs.volumes.inversion(),
             "volume_ratios": outputs.volumes.ratios(),
+            "not_finite": outputs.not_finite(),
         }),
     );
     Ok(document)

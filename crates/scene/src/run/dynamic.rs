@@ -23,7 +23,7 @@ use crate::probe::Reading;
 use crate::scene::Scene;
 use crate::statistics::DRIFT_SAMPLES;
 use crate::vtu::{Grid, Series};
-use crate::watch::Watch;
+use crate::watch::{Watch, Watcher};
 use crate::{Error, InputError};
 use serde_json::Value;
 
@@ -44,6 +44,7 @@ pub(super) fn compute(
     let readings = scene.readings()?;
     let conditions = conditions(scene)?;
     let record = Record::of(scene)?;
+    Folder::expect_free(options, &record)?;
     // A run that goes on has its folder already; a new one is started before its folder is made.
     let folder = match options.existing {
         Existing::Resume => Some(Folder::open(options, &record)?),
@@ -65,7 +66,7 @@ pub(super) fn compute(
         conditions,
         started,
     };
-    start(scene, from, options.progress, run)
+    start(scene, from, options.watcher(), run)
 }
 
 /// Refuses what [`compute`] refuses before it writes anything, but for the start of a body by itself.
@@ -74,7 +75,7 @@ pub(super) fn rehearse(scene: &Scene) -> Result<(), Error> {
     conditions(scene)?;
     match &scene.body {
         Some(_) if scene.chains.is_empty() => Ok(()),
-        _ => start(scene, None, &(), Rehearsal),
+        _ => start(scene, None, Watcher::NOBODY, Rehearsal),
     }
 }
 
@@ -168,8 +169,7 @@ impl Driver for Motion<'_> {
             document::write(&folder, &document)?;
         }
         notes.extend(outputs.volumes.inversion().map(|seen| seen.note(true)));
-        let fields = outputs.fields.as_ref();
-        notes.extend(fields.and_then(|(series, ..)| series.objection()));
+        notes.extend(outputs.not_finite().map(|seen| seen.note()));
         Ok(RunResult {
             document,
             outcome: statistics.outcome,
@@ -222,7 +222,8 @@ fn fields(
     };
     let done = checkpoint.map_or(&[][..], |c| &c.field_times);
     let grid = Grid::of_body(body);
-    let series = Series::new(folder.path(), grid, fields.quantities.clone(), done);
+    let series = Series::new(folder.path(), grid, fields.quantities.clone(), done)
+        .with_seen(checkpoint.and_then(|c| c.not_finite));
     let oscillations = Oscillations::new(scene, folder.path(), done);
     if let Some(file) = series.missing().or(oscillations.missing()) {
         let error = InputError::new("a file that the checkpoint counts on is gone")

@@ -31,7 +31,7 @@ pub use trial::{Trial, TrialEnd, try_out};
 
 use crate::modes::Modes;
 use crate::scene_file::Analysis;
-use crate::watch::Tell;
+use crate::watch::{Tell, Watcher};
 use crate::{Error, InputError, Scene};
 
 /// What is done with a run that the folder holds already.
@@ -69,6 +69,14 @@ impl RunOptions<'_> {
             interrupt: None,
             progress: &(),
             verify: false,
+        }
+    }
+
+    /// Who watches.
+    pub(crate) fn watcher(&self) -> Watcher<'_> {
+        Watcher {
+            interrupt: self.interrupt,
+            progress: self.progress,
         }
     }
 }

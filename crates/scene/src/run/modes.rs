@@ -21,7 +21,8 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let muscle = &modes::body_of(scene)?.muscle;
     let record = Record::of(scene)?;
     Folder::expect_free(options, &record)?;
-    let found = Modes::of_scene(scene, None, options.progress).map_err(Error::before_any_output)?;
+    let found =
+        Modes::of_scene(scene, None, options.watcher()).map_err(Error::before_any_output)?;
     let folder = Folder::open(options, &record).map_err(Error::before_any_output)?;
     folder.write(&table_of(MODES), &table(&found))?;
     let mut document = json!({

@@ -18,7 +18,7 @@ use super::volume::Volumes;
 use crate::Error;
 use crate::probe::EnergyBalance;
 use crate::state::State;
-use crate::vtu::{self, Series};
+use crate::vtu::{self, NotFinite, Series};
 
 /// All outputs of a run.
 pub(super) struct Outputs<'a> {
@@ -174,6 +174,12 @@ impl Outputs<'_> {
         Ok(first)
     }
 
+    /// Values of fields that are not finite.
+    pub(super) fn not_finite(&self) -> Option<NotFinite> {
+        let (series, ..) = self.fields.as_ref()?;
+        series.not_finite()
+    }
+
     /// The last values of the first energy probe: kinetic, elastic, work, dissipated, imbalance.
     pub(super) fn energy(&self) -> Option<[f64; 5]> {
         self.energy_balances().next().map(EnergyBalance::row)
@@ -213,6 +219,7 @@ impl Outputs<'_> {
                 .collect(),
             drift: self.drift,
             volumes: self.volumes.clone(),
+            not_finite: self.not_finite(),
             indicator: self.indicator.clone(),
             work: self.work,
         };

@@ -18,7 +18,7 @@ use super::system::{Body as CoupledBody, System};
 use crate::scene::{Body, DrivenChain, DrivenPlace, Scene, Start};
 use crate::scene_file::chain::Place;
 use crate::scene_file::integrator::MaxOrder;
-use crate::watch::{Tell, search};
+use crate::watch::{Watcher, search};
 use crate::{Error, InputError};
 
 /// By how much supports may be elsewhere than a state to start from has them, relative to its largest
@@ -41,19 +41,19 @@ pub(super) trait Driver {
 pub(super) fn start<D: Driver>(
     scene: &Scene,
     checkpoint: Option<&Checkpoint>,
-    progress: &dyn Tell,
+    watcher: Watcher<'_>,
     driver: D,
 ) -> Result<D::Result, Error> {
     let wrong = Error::before_any_output;
     match (&scene.body, &scene.rod) {
         (Some(body), _) if scene.chains.is_empty() => {
-            driver.drive(muscle(body, checkpoint, progress).map_err(wrong)?)
+            driver.drive(muscle(body, checkpoint, watcher).map_err(wrong)?)
         }
         (Some(body), _) if !scene.feedbacks.is_empty() => {
-            driver.drive(muscle_with_feedback(scene, body, checkpoint, progress).map_err(wrong)?)
+            driver.drive(muscle_with_feedback(scene, body, checkpoint, watcher).map_err(wrong)?)
         }
         (Some(body), _) => {
-            driver.drive(muscle_and_chains(scene, body, checkpoint, progress).map_err(wrong)?)
+            driver.drive(muscle_and_chains(scene, body, checkpoint, watcher).map_err(wrong)?)
         }
         (None, Some(body)) => driver.drive(rod(scene, body, checkpoint).map_err(wrong)?),
         (None, None) => driver.drive(chains(scene, checkpoint).map_err(wrong)?),
@@ -66,7 +66,7 @@ pub(super) fn start<D: Driver>(
 /// A scene without a body, or that cannot start; those of the integrator.
 pub fn muscle_alone(scene: &Scene) -> Result<Box<dyn Integrator<MuscleDae>>, Error> {
     match &scene.body {
-        Some(body) => muscle(body, None, &()),
+        Some(body) => muscle(body, None, Watcher::NOBODY),
         None => Err(ModelError::NoSuchPart { part: "muscle" }.into()),
     }
 }
@@ -97,14 +97,14 @@ pub fn replayed(
 fn muscle(
     body: &Body,
     checkpoint: Option<&Checkpoint>,
-    progress: &dyn Tell,
+    watcher: Watcher<'_>,
 ) -> Result<Box<dyn Integrator<MuscleDae>>, Error> {
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
     let Some(Checkpoint {
         t, y, y_dot, step, ..
     }) = checkpoint
     else {
-        let [y, y_dot] = initial(body, &mut dae, progress)?;
+        let [y, y_dot] = initial(body, &mut dae, watcher)?;
         return Ok(start_from(dae, &body.settings, 0.0, &y, &y_dot)?);
     };
     let settings = Settings {
@@ -120,7 +120,7 @@ fn muscle(
 /// A scene without a body, or that cannot start; those of the integrator.
 pub fn with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>, Error> {
     match &scene.body {
-        Some(body) => muscle_and_chains(scene, body, None, &()),
+        Some(body) => muscle_and_chains(scene, body, None, Watcher::NOBODY),
         None => Err(ModelError::NoSuchPart { part: "muscle" }.into()),
     }
 }
@@ -130,9 +130,9 @@ fn muscle_and_chains(
     scene: &Scene,
     body: &Body,
     checkpoint: Option<&Checkpoint>,
-    progress: &dyn Tell,
+    watcher: Watcher<'_>,
 ) -> Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>, Error> {
-    let (dae, test, options, start) = one_way(scene, body, checkpoint, progress)?;
+    let (dae, test, options, start) = one_way(scene, body, checkpoint, watcher)?;
     let integrator = coupled(scene, dae, test, options, checkpoint, &start)?;
     Ok(advised(integrator, body))
 }
@@ -142,9 +142,9 @@ fn muscle_with_feedback(
     scene: &Scene,
     body: &Body,
     checkpoint: Option<&Checkpoint>,
-    progress: &dyn Tell,
+    watcher: Watcher<'_>,
 ) -> Result<Box<dyn Integrator<FeedbackDae>>, Error> {
-    let (dae, test, options, rest) = one_way(scene, body, checkpoint, progress)?;
+    let (dae, test, options, rest) = one_way(scene, body, checkpoint, watcher)?;
     let test = test.with_oscillators(&dae, tolerances(scene));
     let rest = initial_state(scene, &dae, &rest);
     let mut dae = FeedbackDae::new(dae, scene.feedbacks.clone());
@@ -172,12 +172,12 @@ fn one_way(
     scene: &Scene,
     body: &Body,
     checkpoint: Option<&Checkpoint>,
-    progress: &dyn Tell,
+    watcher: Watcher<'_>,
 ) -> Result<(CoupledDae<MuscleDae>, ErrorTest, CoupledOptions, Vec<f64>), Error> {
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
     let start = match checkpoint {
         None => {
-            let [y, _] = initial(body, &mut dae, progress)?;
+            let [y, _] = initial(body, &mut dae, watcher)?;
             y
         }
         Some(_) => Vec::new(),
@@ -316,16 +316,16 @@ fn options(scene: &Scene) -> CoupledOptions {
     options
 }
 
-/// y and ẏ with which the motion of a body starts; `progress` hears of the search for an equilibrium.
+/// y and ẏ with which the motion of a body starts; the `watcher` hears of the search for an equilibrium.
 ///
 /// # Errors
 /// As for [`Body::initial_values`]; loads on a body at rest.
 pub fn initial(
     body: &Body,
     dae: &mut MuscleDae,
-    progress: &dyn Tell,
+    watcher: Watcher<'_>,
 ) -> Result<[Vec<f64>; 2], Error> {
-    if let Some(start) = body.initial_values(dae, progress)? {
+    if let Some(start) = body.initial_values(dae, watcher)? {
         return Ok(start);
     }
     refuse_sudden_loads(dae)?;
@@ -335,18 +335,18 @@ pub fn initial(
 
 impl Body {
     /// Consistent y and ẏ at t = 0 of `dae`, which is of this body, if the scene has it start elsewhere
-    /// than at rest; `progress` hears of the search for an equilibrium.
+    /// than at rest; the `watcher` hears of the search for an equilibrium.
     ///
     /// # Errors
     /// No equilibrium; supports that are elsewhere than the state to start from.
     pub fn initial_values(
         &self,
         dae: &mut MuscleDae,
-        progress: &dyn Tell,
+        watcher: Watcher<'_>,
     ) -> Result<Option<[Vec<f64>; 2]>, Error> {
         let start = match &self.start {
             Start::Rest => return Ok(None),
-            Start::Equilibrium => Consistent::equilibrium(dae, 0.0, &mut search(progress))?,
+            Start::Equilibrium => Consistent::equilibrium(dae, 0.0, &mut search(watcher))?,
             Start::State(state) => {
                 let y = state.unknowns(dae);
                 let moved = state.moved_by_supports(dae, &y);

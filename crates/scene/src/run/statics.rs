@@ -1,11 +1,9 @@
 //! An equilibrium under constant loads.
 
-use std::ops::ControlFlow;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use myovib_dae::Problem;
-use myovib_model::statics::{self, Approach, Search, Shortfall};
+use myovib_model::statics::{self, Approach};
 use myovib_model::{
     CpuClock, Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters, StopReason,
 };
@@ -17,7 +15,8 @@ use super::recorder::Recorder;
 use super::volume::Volumes;
 use super::{RunOptions, RunResult};
 use crate::modes::instability;
-use crate::scene::{Body, Scene};
+use crate::probe::Reading;
+use crate::scene::Scene;
 use crate::state::State;
 use crate::vtu::{self, Grid, Series};
 use crate::watch::search;
@@ -32,26 +31,33 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let readings = scene.readings()?;
     let record = Record::of(scene)?;
     Folder::expect_free(options, &record)?;
-    let approach = approach(scene, body, options)?;
+    let search = &mut search(options.watcher());
+    let approach = statics::approach(&body.muscle, body.formulation, scene.t_end, search)?;
     let (equilibrium, outcome) = (&approach.equilibrium, outcome_of(&approach));
-    if equilibrium.load_steps == 0 {
-        return Err(match failure_of(&approach) {
-            Some(error) => error.into(),
-            None => {
-                Error::Stopped("interrupted before a part of the load was in equilibrium".into())
-            }
-        });
+    if let Some(error) = approach.error().filter(|_| equilibrium.load_steps == 0) {
+        return Err(error.into());
     }
 
-    let folder = Folder::open(options, &record).map_err(Error::before_any_output)?;
-    let mut dae = at_rest(&body.muscle, body.formulation)?;
+    // What is found is read off under the loads that it is the equilibrium of.
+    let muscle = match approach.reached < 1.0 {
+        true => &body.muscle.under_part_of_loads(approach.reached),
+        false => &body.muscle,
+    };
+    let mut dae = at_rest(muscle, body.formulation)?;
     let mut y = equilibrium.displacement.clone();
     y.resize(2 * equilibrium.displacement.len(), 0.0);
     y.extend(&equilibrium.pressure);
     let rest = vec![0.0; dae.n_unknowns()];
+    let t = scene.t_end;
+    let mut volumes = Volumes::default();
+    volumes.see(t, &dae.snapshot(t, &y, &rest));
+    let drift = dae.constraint_drift(t, &y).map_err(ModelError::from)?;
+    let read = |what: &Box<dyn Reading>| what.values(&mut dae, t, &y, &rest);
+    let values: Vec<_> = readings.iter().map(read).collect::<Result<_, _>>()?;
+
+    let folder = Folder::open(options, &record).map_err(Error::before_any_output)?;
     let mut results = serde_json::Map::new();
-    for (probe, what) in scene.file.probe.iter().zip(readings) {
-        let values = what.values(&mut dae, scene.t_end, &y, &rest)?;
+    for ((probe, what), values) in scene.file.probe.iter().zip(readings).zip(&values) {
         let named = what
             .names()
             .into_iter()
@@ -60,12 +66,9 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             probe.name.clone(),
             named.collect::<serde_json::Map<_, _>>().into(),
         );
-        let mut recorder = Recorder::new(probe, what, scene.t_end, folder.path())?;
-        recorder.write(scene.t_end, &values)?;
+        Recorder::new(probe, what, t, folder.path())?.write(t, values)?;
     }
-    let mut volumes = Volumes::default();
-    volumes.see(scene.t_end, &dae.snapshot(scene.t_end, &y, &rest));
-    let mut objection = None;
+    let mut not_finite = None;
     if let Some(fields) = &scene.file.fields {
         let mut series = Series::new(
             folder.path(),
@@ -74,11 +77,11 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             &[],
         );
         series
-            .write(scene.t_end, &dae.snapshot(scene.t_end, &y, &rest), &[])
+            .write(t, &dae.snapshot(t, &y, &rest), &[])
             .map_err(Error::file("write", &folder.path().join(vtu::LIST)))?;
-        objection = series.objection();
+        not_finite = series.not_finite();
     }
-    let state = serde_json::to_string(&State::of(&mut dae, scene.t_end, &y))?;
+    let state = serde_json::to_string(&State::of(&mut dae, t, &y))?;
     folder.write(State::NAME, &state)?;
     let document = json!({
         "scene": scene.file,
@@ -93,10 +96,11 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         "opposed_fibres": body.opposed_fibres,
         "newton_iterations": equilibrium.newton_iterations,
         "load_steps": equilibrium.load_steps,
-        "constraint_drift": dae.constraint_drift(scene.t_end, &y).map_err(ModelError::from)?,
+        "constraint_drift": drift,
         "results": results,
         "inversion": volumes.inversion(),
         "volume_ratios": volumes.ratios(),
+        "not_finite": not_finite,
         "cpu_seconds": cpu.elapsed().as_secs_f64(),
         "wall_seconds": started.elapsed().as_secs_f64(),
     });
@@ -107,47 +111,26 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         notes: instability(equilibrium)
             .into_iter()
             .chain(volumes.inversion().map(|seen| seen.note(false)))
-            .chain(objection)
+            .chain(not_finite.map(|seen| seen.note()))
             .collect(),
         modes: None,
     })
 }
 
-/// Goes towards the equilibrium, until the run is interrupted.
-fn approach(scene: &Scene, body: &Body, options: &RunOptions<'_>) -> Result<Approach, ModelError> {
-    let mut tell = search(options.progress);
-    let mut watch = |at: &Search| {
-        tell(at);
-        match options.interrupt {
-            Some(flag) if flag.load(Ordering::Relaxed) => ControlFlow::Break(()),
-            _ => ControlFlow::Continue(()),
-        }
-    };
-    statics::approach(&body.muscle, body.formulation, scene.t_end, &mut watch)
-}
-
-/// The error of a search that found no equilibrium at all, or not that of the whole load.
-fn failure_of(approach: &Approach) -> Option<ModelError> {
-    match approach.shortfall? {
-        Shortfall::Interrupted => None,
-        Shortfall::NotConverged { inverted, remedy } => Some(ModelError::NoEquilibrium {
-            reached: approach.reached,
-            inverted,
-            remedy,
-        }),
-    }
-}
-
+/// How the search ended, and what is kept of it.
 fn outcome_of(approach: &Approach) -> Outcome {
-    let kept = format!(
-        "what is kept is the equilibrium under {:.1} % of the load",
-        100.0 * approach.reached
-    );
-    match (failure_of(approach), approach.shortfall) {
-        (Some(error), _) => Outcome::ended(StopReason::NoEquilibrium, format!("{error}; {kept}")),
-        (None, Some(_)) => Outcome::ended(StopReason::Interrupted, format!("interrupted; {kept}")),
-        (None, None) => Outcome::Finished,
-    }
+    let Some(error) = approach.error() else {
+        return Outcome::Finished;
+    };
+    let reason = match error {
+        ModelError::Interrupted => StopReason::Interrupted,
+        _ => StopReason::NoEquilibrium,
+    };
+    let part = 100.0 * approach.reached;
+    Outcome::ended(
+        reason,
+        format!("{error}; what is kept is the equilibrium under {part:.1} % of the load"),
+    )
 }
 
 /// The muscle at rest as a system (q, v, λ), or (q, v) without pressure, without damping: for

@@ -6,6 +6,7 @@ use myovib_model::{Advance, CpuClock, Integrator};
 
 use super::start::{Driver, start};
 use super::system::System;
+use crate::watch::Watcher;
 use crate::{Error, Scene};
 
 /// CPU time after which a trial ends with its step.
@@ -42,7 +43,7 @@ pub enum TrialEnd {
 /// What cannot start; fatal errors of the integrator.
 pub fn try_out(scene: &Scene) -> Result<Trial, Error> {
     let most = scene.file.integrator.max_steps.unwrap_or(u64::MAX);
-    start(scene, None, &(), Attempt { most })
+    start(scene, None, Watcher::NOBODY, Attempt { most })
 }
 
 /// A trial of so many steps at most.

@@ -1,14 +1,12 @@
 //! A run of a scene that keeps what its outputs do, and what they depend on.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use myovib_model::sensitivity::{Dependences, SensitiveIntegrator};
 use myovib_model::{Advance, Integrator, IntegratorKind, MuscleDae, Settings};
 
 use super::parameters::body;
 use crate::run::start::initial;
 use crate::scene::Scene;
-use crate::watch::Tell;
+use crate::watch::Watcher;
 use crate::{Error, InputError};
 
 /// An output of a scene: a column of a probe.
@@ -134,15 +132,6 @@ pub struct Cost {
     pub sensitivity_solves: u64,
 }
 
-/// Who watches a run.
-#[derive(Clone, Copy)]
-pub struct Watcher<'a> {
-    /// A flag that ends it.
-    pub interrupt: Option<&'static AtomicBool>,
-    /// Who is told how far it is.
-    pub progress: &'a dyn Tell,
-}
-
 /// The integrator of sensitivities: that of the scene if it is a Radau IIA method, else `radau9`.
 pub fn settings(settings: &Settings) -> Settings {
     match settings.integrator.stages() {
@@ -167,7 +156,7 @@ pub fn follow(
     let probes = scene.readings()?;
     let body = body(scene)?;
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-    let [y, y_dot] = initial(body, &mut dae, watcher.progress)?;
+    let [y, y_dot] = initial(body, &mut dae, watcher)?;
     let n_parameters = dependences.count();
     let settings = settings(&body.settings);
     let mut integrator =
@@ -192,10 +181,7 @@ pub fn follow(
     let mut due = times.iter().copied().peekable();
     while due.peek().is_some() {
         let from = integrator.time();
-        if watcher
-            .interrupt
-            .is_some_and(|flag| flag.load(Ordering::Relaxed))
-        {
+        if watcher.has_ended() {
             return Err(Error::Stopped("interrupted".to_owned()));
         }
         if let Advance::Stopped { message, .. } = integrator.advance()? {

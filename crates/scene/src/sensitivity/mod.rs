@@ -9,13 +9,14 @@ mod influence;
 mod parameters;
 mod start;
 
-pub use curves::{Cost, Output, Sample, Watcher, follow, outputs, settings};
+pub use curves::{Cost, Output, Sample, follow, outputs, settings};
 pub use influence::Known;
 pub use parameters::Parametrised;
 
 use serde_json::{Value, json};
 
 use crate::Error;
+use crate::watch::Watcher;
 
 /// Curves at equal distances in time.
 #[derive(Debug, Clone)]

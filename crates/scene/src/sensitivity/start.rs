@@ -7,6 +7,7 @@ use super::influence::Influence;
 use super::parameters::{Parametrised, around};
 use crate::run::start::initial;
 use crate::scene::{Body, Start};
+use crate::watch::Watcher;
 use crate::{Error, InputError};
 
 /// The step of differences of order 4 of consistent starts, relative: truncation is about its fourth
@@ -21,7 +22,7 @@ impl Parametrised {
             if known.is_of_loads() {
                 let near = self.neighbour(j, values, body, value + known.step(STEP, value))?;
                 let mut dae = MuscleDae::for_analysis(near.muscle.clone(), near.formulation);
-                initial(&near, &mut dae, &()).map_err(|cause| {
+                initial(&near, &mut dae, Watcher::NOBODY).map_err(|cause| {
                     let message = format!("another `{}` loads the body at t = 0", known.key);
                     let place = format!("parameter[{j}].key");
                     self.scene
@@ -74,7 +75,7 @@ impl Parametrised {
                 let near = self.neighbour(j, values, body, value_near)?;
                 let mut dae = MuscleDae::for_analysis(near.muscle.clone(), near.formulation);
                 let Some((displacement, moves)) = &equilibrium else {
-                    let start = near.initial_values(&mut dae, &())?;
+                    let start = near.initial_values(&mut dae, Watcher::NOBODY)?;
                     return Ok(start.map_or_else(Vec::new, |[y, _]| y));
                 };
                 let by = value_near - value;

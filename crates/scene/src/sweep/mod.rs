@@ -309,11 +309,17 @@ impl Sweep<'_> {
         };
         // Tables of another scene, mesh or program may lie in the folder: a result names its scene.
         let is_of_this = !result["scene"].is_null();
+        // What an equilibrium under a part of the load tells is not the case's.
+        let is_whole = result["load_reached"]
+            .as_f64()
+            .is_none_or(|part| part >= 1.0);
         for column in COLUMNS {
             row.insert(column.to_owned(), result[column].clone());
         }
         for column in &self.results {
-            let value = is_of_this.then(|| column.value(&folder)).flatten();
+            let value = (is_of_this && is_whole)
+                .then(|| column.value(&folder))
+                .flatten();
             row.insert(column.name.clone(), json!(value));
         }
         row.insert("message".to_owned(), result["message"].clone());

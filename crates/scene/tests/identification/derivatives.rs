@@ -3,7 +3,8 @@
 use myovib_dae::{Parameters as _, Problem};
 use myovib_model::sensitivity::{Dependences, SensitiveIntegrator, Stencil};
 use myovib_model::{Integrator as _, Muscle, MuscleDae, Parameters, Probe};
-use myovib_scene::sensitivity::{Known, Parametrised, Watcher, follow, outputs};
+use myovib_scene::sensitivity::{Known, Parametrised, follow, outputs};
+use myovib_scene::watch::Watcher;
 use rand::{Rng, SeedableRng};
 
 use crate::{SMALL, scene, set};

@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use myovib_model::sensitivity::Dependences;
 use myovib_scene::fit::{FitOptions, FitResult, Loss, compute};
 use myovib_scene::sensitivity::{
-    Curves, Parametrised, Watcher, compute as follow, follow as steps, outputs,
+    Curves, Parametrised, compute as follow, follow as steps, outputs,
 };
-use myovib_scene::watch::Tell;
+use myovib_scene::watch::{Tell, Watcher};
 use rand::{Rng, SeedableRng};
 
 use crate::{SMALL, scene, set};

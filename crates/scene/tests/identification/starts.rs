@@ -3,6 +3,7 @@
 use myovib_model::sensitivity::Stencil;
 use myovib_model::{Field, MuscleDae};
 use myovib_scene::sensitivity::Parametrised;
+use myovib_scene::watch::Watcher;
 
 use crate::derivatives::{CASES, case, outputs_agree};
 use crate::{SMALL, scene, set};
@@ -25,7 +26,10 @@ fn starts_agree(it: &Parametrised, case: &str) -> Vec<f64> {
     let start = |values: &[f64]| {
         let body = it.at(values).unwrap().body.unwrap();
         let mut dae = MuscleDae::for_analysis(body.muscle.clone(), body.formulation);
-        body.initial_values(&mut dae, &()).unwrap().unwrap()[0].clone()
+        body.initial_values(&mut dae, Watcher::NOBODY)
+            .unwrap()
+            .unwrap()[0]
+            .clone()
     };
     let y = start(&values);
     let mut dependences = it.dependences(&values).unwrap();

@@ -51,7 +51,7 @@ pub(super) struct EquilibriumJson {
     /// The largest displacement under the whole load by linear elasticity, m; null for a body that is too large to
     /// try, or not held.
     pub(super) linear_displacement: Option<f64>,
-    /// CPU time, s; null as that.
+    /// CPU time, s: predicted for a body that is too large to try; null for one that is not held.
     pub(super) seconds_per_iteration: Option<f64>,
     pub(super) warnings: Vec<WarningJson>,
 }

@@ -25,6 +25,7 @@ use myovib_scene::scene_file::material::PronyTerm;
 use myovib_scene::scene_file::solid::{Bed, Direction};
 use myovib_scene::scene_file::{Analysis, SceneFile};
 use myovib_scene::sensitivity::Known;
+use myovib_scene::watch::Watcher;
 use myovib_scene::{Body, Scene, plain};
 
 /// Options of `myovib check`.
@@ -85,7 +86,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
         (Analysis::Dynamic, Some(body)) => {
             let start = {
                 let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-                initial(body, &mut dae, &())?
+                initial(body, &mut dae, Watcher::NOBODY)?
             };
             let report = check::check(&body.muscle, body.formulation, &body.settings, Some(start))?;
             let cost = match report.step_time {

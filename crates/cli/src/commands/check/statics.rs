@@ -18,7 +18,8 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
     lines.extend(added(&scene.file));
     let has_pressure = report.unknowns.len() > 1;
     lines.extend(has_pressure.then(|| held(report.held)));
-    lines.extend(report.linear_displacement.map(|u| {
+    let moved = report.linear_displacement.filter(|u| *u > 0.0);
+    lines.extend(moved.map(|u| {
         format!(
             "response        by linear elasticity the load moves the body by up to {} m",
             length(u)
@@ -26,7 +27,7 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
     }));
     lines.extend(report.factors.map(memory));
     lines.extend(report.iteration_time.map(|seconds| {
-        format!("cost            {seconds:.1e} s an iteration of Newton's method, of which a load step takes 3 to 16")
+        format!("cost            {seconds:.1e} s an iteration of Newton's method, of which a load step takes 2 to 16")
     }));
     lines.extend(writes::lines(scene));
     format!(
