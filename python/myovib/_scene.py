@@ -155,6 +155,8 @@ class Scene:
         Returns
         -------
         RunResult
+            Also of a run that stopped, and of an equilibrium that was found under a
+            part of the load only: `success` tells, and `document["message"]` why.
 
         Raises
         ------

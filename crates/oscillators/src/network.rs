@@ -50,15 +50,19 @@ struct Pull {
     on: usize,
     by: usize,
     slot: usize,
+    /// In the stiffness.
+    stiffness: usize,
 }
 
-/// Places of one oscillator's own Jacobian entries in the compressed columns.
+/// Places of one oscillator's own entries in the compressed columns of the Jacobian.
 #[derive(Debug, Clone)]
 struct Slots {
     kinematic_position: usize,
     kinematic_velocity: usize,
     momentum_position: usize,
     momentum_velocity: usize,
+    /// In those of the stiffness.
+    stiffness: usize,
 }
 
 /// The equations of N scalar oscillators in first-order form.
@@ -116,28 +120,24 @@ impl Network {
         n_channels: usize,
     ) -> Result<Self, Error> {
         check(nodes, &coefficients)?;
-        let pattern = pattern_of(nodes);
+        let stiffness = stiffness_pattern(nodes);
+        let pattern = jacobian_pattern(&stiffness);
         let n = nodes.len();
-        let slot = |row: usize, column: usize| {
-            let start = pattern.major_offsets()[column];
-            let lane = pattern.lane(column);
-            start
-                + lane
-                    .binary_search(&row)
-                    .expect("pattern_of lists every entry asked for")
-        };
         let mut forced = vec![Vec::new(); n_channels];
         for (k, node) in nodes.iter().enumerate() {
             if let Some(channel) = node.channel {
+                // `reached` counts on it.
+                debug_assert_eq!(channel, k / (n / n_channels), "channels one after the other");
                 forced[channel].push(n + k);
             }
         }
         let slots = (0..n)
             .map(|k| Slots {
-                kinematic_position: slot(k, k),
-                kinematic_velocity: slot(k, n + k),
-                momentum_position: slot(n + k, k),
-                momentum_velocity: slot(n + k, n + k),
+                kinematic_position: slot(&pattern, k, k),
+                kinematic_velocity: slot(&pattern, k, n + k),
+                momentum_position: slot(&pattern, n + k, k),
+                momentum_velocity: slot(&pattern, n + k, n + k),
+                stiffness: slot(&stiffness, k, k),
             })
             .collect();
         let pulls = nodes
@@ -147,7 +147,8 @@ impl Network {
             .map(|(on, by)| Pull {
                 on,
                 by,
-                slot: slot(n + on, by),
+                slot: slot(&pattern, n + on, by),
+                stiffness: slot(&stiffness, on, by),
             })
             .collect();
         Ok(Self {
@@ -157,7 +158,7 @@ impl Network {
             forced,
             pulls,
             slots,
-            stiffness_pattern: stiffness_pattern(&pattern),
+            stiffness_pattern: stiffness,
             pattern,
         })
     }
@@ -274,8 +275,7 @@ impl Network {
 
     /// Where the entries of the diagonal stand in the [`stiffness_pattern`](Self::stiffness_pattern).
     pub fn stiffness_diagonal(&self) -> impl Iterator<Item = usize> + '_ {
-        let slots = self.slots.iter().enumerate();
-        slots.map(|(k, slots)| slots.momentum_position - kinematic_before(k))
+        self.slots.iter().map(|slots| slots.stiffness)
     }
 
     /// Evaluates what [`jacobian`](Self::jacobian) is made of, the rows N + n of ∂F/∂s: the stiffness K, by
@@ -294,7 +294,7 @@ impl Network {
             [stiffness[entry], damping[k]] = self.own_slopes(k, y[k], w[k]);
         }
         for pull in &self.pulls {
-            stiffness[pull.slot - kinematic_before(pull.by)] -= self.pull_strength(pull.on);
+            stiffness[pull.stiffness] -= self.pull_strength(pull.on);
         }
     }
 
@@ -344,41 +344,44 @@ fn check(nodes: &[Node], coefficients: &Coefficients) -> Result<(), Error> {
     }
 }
 
-/// Column y_m: its kinematic row, its momentum row and those it pulls on; column w_m: two rows.
-fn pattern_of(nodes: &[Node]) -> SparsityPattern {
-    let n = nodes.len();
-    let mut columns: Vec<BTreeSet<usize>> = (0..2 * n)
-        .map(|column| BTreeSet::from([column % n, n + column % n]))
-        .collect();
+/// Where an entry stands that the `pattern` has.
+fn slot(pattern: &SparsityPattern, row: usize, column: usize) -> usize {
+    let within = pattern.lane(column).binary_search(&row);
+    pattern.major_offsets()[column] + within.expect("the pattern lists every entry asked for")
+}
+
+/// Column m of the stiffness: oscillator m and those it pulls on.
+fn stiffness_pattern(nodes: &[Node]) -> SparsityPattern {
+    let mut columns: Vec<BTreeSet<usize>> = (0..nodes.len()).map(|k| BTreeSet::from([k])).collect();
     for (on, node) in nodes.iter().enumerate() {
         for &by in &node.neighbours {
-            columns[by].insert(n + on);
+            columns[by].insert(on);
         }
     }
-    let mut offsets = vec![0];
-    let mut rows = Vec::new();
+    compressed(columns.len(), columns)
+}
+
+/// Column y_m: its kinematic row, and the momentum rows of column m of the `stiffness`; column w_m: its two rows.
+fn jacobian_pattern(stiffness: &SparsityPattern) -> SparsityPattern {
+    let n = stiffness.major_dim();
+    let by_position = (0..n).map(|m| {
+        let momentum = stiffness.lane(m).iter().map(|row| n + row);
+        std::iter::once(m).chain(momentum).collect()
+    });
+    let by_velocity = (0..n).map(|m| vec![m, n + m]);
+    compressed(2 * n, by_position.chain(by_velocity))
+}
+
+/// The pattern of a square matrix with these ordered rows in its columns.
+fn compressed<C: IntoIterator<Item = usize>>(
+    n: usize,
+    columns: impl IntoIterator<Item = C>,
+) -> SparsityPattern {
+    let (mut offsets, mut rows) = (vec![0], Vec::new());
     for column in columns {
         rows.extend(column);
         offsets.push(rows.len());
     }
-    SparsityPattern::try_from_offsets_and_indices(2 * n, 2 * n, offsets, rows)
-        .expect("ordered sets of rows below 2 N make a pattern")
-}
-
-/// Kinematic rows in the columns of the positions up to that of this oscillator: each has one, its first.
-fn kinematic_before(oscillator: usize) -> usize {
-    oscillator + 1
-}
-
-/// The momentum rows of the columns of the positions.
-fn stiffness_pattern(pattern: &SparsityPattern) -> SparsityPattern {
-    let n = pattern.major_dim() / 2;
-    let mut offsets = vec![0];
-    let mut rows = Vec::new();
-    for column in 0..n {
-        rows.extend(pattern.lane(column)[1..].iter().map(|row| row - n));
-        offsets.push(rows.len());
-    }
     SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows)
-        .expect("a part of a pattern is one")
+        .expect("ordered rows below n make a pattern")
 }

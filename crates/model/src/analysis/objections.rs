@@ -215,7 +215,7 @@ pub(super) fn too_far(displacement: f64, size: f64) -> Option<Finding> {
 }
 
 /// As many digits as a person reads.
-fn readable(value: f64) -> String {
+pub fn readable(value: f64) -> String {
     match value {
         1e-2..1e6 => format!("{value:.3}"),
         _ => format!("{value:.3e}"),

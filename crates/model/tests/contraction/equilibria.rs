@@ -83,6 +83,22 @@ fn a_free_muscle_shortens_until_its_elasticity_balances_the_tension() {
     }
 }
 
+/// Half of what acts is half of the tension and of the load.
+#[test]
+fn a_part_of_the_loads_is_a_part_of_the_tension() {
+    let with = |part: f64| {
+        let mut muscle = block(ActiveStress::PLAIN);
+        let end = [9e3 * part, 0.0, 0.0];
+        let traction = load::traction(muscle.solid.space(), "right", end).unwrap();
+        muscle.loads = vec![Load::new(&traction, Signal::constant(1.0))];
+        muscle.activations = vec![(0, Activation::Given(Signal::constant(TENSION * part)))];
+        muscle
+    };
+    let (whole, half) = (with(1.0), with(0.5));
+    assert_eq!(stretch(&whole.under_part_of_loads(0.5)), stretch(&half));
+    assert!(stretch(&half) < stretch(&whole));
+}
+
 /// Isotonic: a dead load on the end pulls as much as the tension and more.
 #[test]
 fn a_loaded_muscle_carries_what_tension_and_elasticity_give() {

@@ -321,7 +321,7 @@ fn size_of(body: &Body) -> String {
         volume,
         mass,
     } = Size::of(&body.muscle);
-    let sides: Vec<String> = extents.iter().map(|side| length(*side)).collect();
+    let sides: Vec<String> = extents.iter().map(|side| check::readable(*side)).collect();
     let (unit, depth) = match extents.len() {
         2 => ("m²", " per metre of depth"),
         _ => ("m³", ""),
@@ -330,14 +330,6 @@ fn size_of(body: &Body) -> String {
         "body            {} m, {volume:.2e} {unit}, {mass:.2e} kg{depth}",
         sides.join(" by ")
     )
-}
-
-/// A length for people, m.
-fn length(value: f64) -> String {
-    match value {
-        1e-2..1e6 => format!("{value:.3}"),
-        _ => format!("{value:.2e}"),
-    }
 }
 
 /// The modes that a sweep passes; nothing where they are not known.

@@ -1,11 +1,11 @@
 //! What can be said of an equilibrium before it is looked for.
 
-use myovib_model::check::StaticReport;
+use myovib_model::check::{StaticReport, readable};
 use myovib_report::table::kappa;
 use myovib_scene::{Body, Scene};
 
 use super::document::{EquilibriumJson, SizeJson};
-use super::{added, bound, held, in_words, length, memory, size_of, warnings, writes};
+use super::{added, bound, held, in_words, memory, size_of, warnings, writes};
 
 /// For people.
 pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String {
@@ -22,7 +22,7 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
     lines.extend(moved.map(|u| {
         format!(
             "response        by linear elasticity the load moves the body by up to {} m",
-            length(u)
+            readable(u)
         )
     }));
     lines.extend(report.factors.map(memory));
