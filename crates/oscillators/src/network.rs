@@ -127,7 +127,11 @@ impl Network {
         for (k, node) in nodes.iter().enumerate() {
             if let Some(channel) = node.channel {
                 // `reached` counts on it.
-                debug_assert_eq!(channel, k / (n / n_channels), "channels one after the other");
+                debug_assert_eq!(
+                    channel,
+                    k / (n / n_channels),
+                    "channels one after the other"
+                );
                 forced[channel].push(n + k);
             }
         }

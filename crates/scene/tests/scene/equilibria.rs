@@ -1,5 +1,4 @@
 //! Equilibria: exact ones with nothing to measure by, a column that buckles, and a published ventricle.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI};

@@ -1,5 +1,4 @@
 //! Table 1 of the paper by computation, and the index under perturbations of a formulation.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_dae::Problem;
 use myovib_fem::{Mesh, generate};

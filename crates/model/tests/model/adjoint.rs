@@ -1,6 +1,5 @@
 //! The discrete adjoint on row 4 of Table 2, of index 3, with the stiffness of each of its 311 elements
 //! as a parameter.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, Problem, StepError};
 use myovib_fem::Mesh;
@@ -16,7 +15,7 @@ const SAMPLES: [f64; 4] = [0.5, 0.7, 0.83, T_END];
 type Run = RadauSolver<MuscleDae, CondensedSolver>;
 
 fn start(integrator: IntegratorKind) -> Run {
-    let mesh = include_str!("../../../data/meshes/muscle.msh");
+    let mesh = include_str!("../../../../data/meshes/muscle.msh");
     let mesh = Mesh::parse_msh(mesh, "muscle.msh").unwrap();
     let muscle = paper::muscle(&mesh, f64::INFINITY, 0.0).unwrap();
     let dae = MuscleDae::new(muscle, Formulation::Position).unwrap();

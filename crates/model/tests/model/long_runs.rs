@@ -1,7 +1,6 @@
 //! Long runs keep their memory, and what drifts stays bounded.
 //!
 //! The high-water mark of memory is that of the process, so that this file has one test.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -149,7 +148,7 @@ fn rod_with_chain() {
 /// The muscle with five oscillators over [0, 50] s; the drift of its constraint.
 fn muscle_with_chain() {
     const T_END: f64 = 50.0;
-    let mesh = include_str!("../../../data/meshes/muscle.msh");
+    let mesh = include_str!("../../../../data/meshes/muscle.msh");
     let mesh = Mesh::parse_msh(mesh, "muscle.msh").unwrap();
     let muscle = paper::muscle(&mesh, paper::KAPPA, paper::BETA).unwrap();
     let origin = Probe::at(muscle.solid.space(), [0.0, 0.0]).unwrap();

@@ -1,6 +1,5 @@
 //! The built-in muscle in space: contraction, vibration and oscillators over two seconds, and what very many
 //! oscillators cost. Slow tests, in release builds.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::path::Path;
 
@@ -10,7 +9,7 @@ use myovib_scene::csv::Table;
 use myovib_scene::run::{RunOptions, compute};
 use serde_json::Value;
 
-const SCENE: &str = include_str!("../../../data/scenes/muscle3d.toml");
+const SCENE: &str = include_str!("../../../../data/scenes/muscle3d.toml");
 
 fn build(text: &str) -> Scene {
     Scene::build("scene.toml", text, &[], Path::new("")).unwrap()

@@ -1,5 +1,4 @@
 //! A rod starts under any load, with any method.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_dae::Problem;
 use myovib_fem::rod::{EndLoad, Rod, RodData};

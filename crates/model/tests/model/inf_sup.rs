@@ -1,5 +1,4 @@
 //! Inf–sup constants over refined meshes: bounded for P2–P1, falling for P1–P1.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::sync::Arc;
 

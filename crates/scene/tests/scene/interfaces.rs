@@ -1,5 +1,4 @@
 //! Bodies of two materials: pressures where they meet.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::path::Path;
 

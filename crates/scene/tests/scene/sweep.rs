@@ -1,5 +1,4 @@
 //! Sweeps as a library runs them.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::num::NonZeroUsize;
 use std::path::Path;

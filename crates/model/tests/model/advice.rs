@@ -1,5 +1,4 @@
 //! Runs of higher index that stop say why, and what they advise works.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::collections::VecDeque;
 

@@ -1,5 +1,4 @@
 //! Consistent starts from a bent, moving state.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::ops::ControlFlow;
 use std::sync::Arc;

@@ -1,5 +1,4 @@
 //! Modes of beams against the slender limit and under refinement.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::sync::Arc;
 

@@ -1,5 +1,4 @@
 //! Radau IIA on a body with the oscillators it drives.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_dae::Problem;
 use myovib_fem::Mesh;
@@ -28,7 +27,7 @@ fn with_chain<B: Body>(body: B, source: Source) -> CoupledDae<B> {
 
 /// The paper's muscle, with the chain at its origin.
 fn muscle_and_chain() -> CoupledDae<MuscleDae> {
-    let mesh = include_str!("../../../data/meshes/muscle.msh");
+    let mesh = include_str!("../../../../data/meshes/muscle.msh");
     let mesh = Mesh::parse_msh(mesh, "muscle.msh").unwrap();
     let muscle = paper::muscle(&mesh, paper::KAPPA, paper::BETA).unwrap();
     let muscle = MuscleDae::new(muscle, Formulation::Rate).unwrap();

@@ -1,5 +1,4 @@
 //! (34) with a richer space for the extra multiplier, beside (33).
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_fem::generate;
 use myovib_model::counterexample::{MultiplierSpace, solve};

@@ -1,5 +1,4 @@
 //! Modes of a column under its load, against those of beams.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::f64::consts::PI;
 

@@ -1,5 +1,4 @@
 //! Bodies in space: every formulation, its index, inf–sup constants, and a published equilibrium.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::sync::Arc;
 

@@ -1,5 +1,4 @@
 //! Radau IIA on the formulations: the same motion from each, index 3 included.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_dae::Problem;
 use myovib_fem::Mesh;
@@ -12,8 +11,11 @@ const RTOL: f64 = 1e-6;
 
 /// The displacement at t = 1 of an incompressible block under the paper's load.
 fn displacement(formulation: Formulation) -> Vec<f64> {
-    let mesh =
-        Mesh::parse_msh(include_str!("../../../data/meshes/block.msh"), "small.msh").unwrap();
+    let mesh = Mesh::parse_msh(
+        include_str!("../../../../data/meshes/block.msh"),
+        "small.msh",
+    )
+    .unwrap();
     let signal = Signal::paper(1e3);
     let muscle = paper::muscle_with_load(&mesh, paper::LAW, f64::INFINITY, 0.0, signal).unwrap();
     let dae = MuscleDae::new(muscle, formulation).unwrap();
@@ -66,8 +68,11 @@ fn index_3_moves_as_the_reduced_formulations_do() {
 /// ∂F/∂y and ∂F/∂ẏ come from one pass, with and without condensation.
 #[test]
 fn a_jacobian_takes_one_pass_over_the_elements() {
-    let mesh =
-        Mesh::parse_msh(include_str!("../../../data/meshes/block.msh"), "small.msh").unwrap();
+    let mesh = Mesh::parse_msh(
+        include_str!("../../../../data/meshes/block.msh"),
+        "small.msh",
+    )
+    .unwrap();
     for linear_solver in [LinearSolver::Condensed, LinearSolver::Full] {
         let muscle = paper::muscle(&mesh, f64::INFINITY, 0.0).unwrap();
         let dae = MuscleDae::new(muscle, Formulation::Position).unwrap();

@@ -1,7 +1,6 @@
 //! An elastic bar behind a cylinder, bent by its weight: the structural tests CSM1 to CSM3 of Turek and Hron (2006,
 //! "Proposal for numerical benchmarking of fluid-structure interaction", LNCSE 53), with the textbook's law of St. Venant
 //! and Kirchhoff.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::f64::consts::PI;
 

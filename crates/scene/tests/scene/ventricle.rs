@@ -1,5 +1,4 @@
 //! The contraction of a ventricle with inertia: case A of Aróstica et al. (2025), on a coarse mesh.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_scene::Scene;
 use myovib_scene::csv::Table;
@@ -85,13 +84,13 @@ fn relative_deviation(curve: &[[f64; 3]], mean: &[[f64; 3]]) -> f64 {
 /// Our run at tolerances a hundred times tighter and another order; its key `provenance` has the
 /// command.
 fn reference() -> Value {
-    let text = include_str!("../../../data/references/ventricle_coarse.json");
+    let text = include_str!("../../../../data/references/ventricle_coarse.json");
     serde_json::from_str(text).unwrap()
 }
 
 /// The mean of ten codes, and its spread.
 fn codes() -> Value {
-    let text = include_str!("../../../data/references/s11_arostica_0A.json");
+    let text = include_str!("../../../../data/references/s11_arostica_0A.json");
     serde_json::from_str(text).unwrap()
 }
 

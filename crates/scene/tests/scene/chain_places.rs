@@ -1,5 +1,4 @@
 //! Chains in many places of a body: what drives them, what is written of them, what is refused.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::f64::consts::TAU;
 use std::path::Path;

@@ -1,5 +1,4 @@
 //! The reduced Newton systems against the full ones, real and complex.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::sync::Arc;
 
@@ -24,7 +23,7 @@ const LAWS: [Law; 2] = [
 
 fn muscle_mesh() -> Mesh {
     Mesh::parse_msh(
-        include_str!("../../../data/meshes/muscle.msh"),
+        include_str!("../../../../data/meshes/muscle.msh"),
         "muscle.msh",
     )
     .unwrap()

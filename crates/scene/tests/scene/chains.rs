@@ -1,5 +1,4 @@
 //! Chains in the elements of a group: what is driven, written and refused.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::path::Path;
 

@@ -1,5 +1,4 @@
 //! Conditions that a state meets within a step are found there, with every method.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::ops::ControlFlow;
 

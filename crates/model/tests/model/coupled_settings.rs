@@ -1,5 +1,4 @@
 //! A muscle with a chain keeps the settings of the muscle, or refuses them.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_dae::Problem;
 use myovib_fem::generate;

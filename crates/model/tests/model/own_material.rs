@@ -1,5 +1,4 @@
 //! Materials written outside the crates, in bodies that move.
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use std::sync::Arc;
 

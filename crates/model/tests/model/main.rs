@@ -1,0 +1,23 @@
+//! The model as its users have it: a file for each matter, in one program, which is compiled once.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+mod adjoint;
+mod advice;
+mod column;
+mod condensation;
+mod counterexample;
+mod coupled_settings;
+mod end_time;
+mod events;
+mod inf_sup;
+mod long_runs;
+mod own_material;
+mod radau;
+mod radau_coupled;
+mod radau_rows;
+mod rod_start;
+mod spatial;
+mod spectrum;
+mod start;
+mod support;
+mod table1;

@@ -1,0 +1,11 @@
+//! Scenes from their text to their results: a file for each matter, in one program, which is compiled once.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+mod bar;
+mod chain_places;
+mod chains;
+mod equilibria;
+mod interfaces;
+mod muscle3d;
+mod sweep;
+mod ventricle;
