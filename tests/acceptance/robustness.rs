@@ -334,6 +334,34 @@ fn a_part_of_the_load_is_read_off_as_such() {
         (reaction / expected - 1.0).abs() < 1e-9,
         "{reaction} {expected}"
     );
+    // A motion that starts from it has all of the load.
+    let motion = square.replace(
+        "analysis = \"static\"",
+        "[time]\nend = 0.01\n[start]\ntype = \"run\"\nfolder = \"weighed\"",
+    );
+    fs::write(folder.path().join("motion.toml"), motion).unwrap();
+    let words = [
+        "run",
+        "motion.toml",
+        "--quiet",
+        "--out",
+        "weighed",
+        "--overwrite",
+    ];
+    let replaced = myovib_in(folder.path(), &words);
+    assert_eq!(replaced.code, 2, "{}", replaced.stderr);
+    assert!(
+        replaced.stderr.contains("the run that it is to replace"),
+        "{}",
+        replaced.stderr
+    );
+    let moved = myovib_in(
+        folder.path(),
+        &["run", "motion.toml", "--quiet", "--out", "motion"],
+    );
+    assert_eq!(moved.code, 0, "{}", moved.stderr);
+    let told = format!("with {:.1} % of the loads of that run", 100.0 * part);
+    assert!(moved.stderr.contains(&told), "{}", moved.stderr);
     // Nor is it the result of a case of a sweep.
     let vary = format!("displacement[0].x=-0.01,{}", -0.97);
     let sweep = [

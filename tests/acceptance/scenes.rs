@@ -288,6 +288,25 @@ fn a_run_of_the_rod_starts_whatever_its_end() {
     assert_eq!(document["reason"], "max_steps", "{}", document["message"]);
 }
 
+/// Regression: a run that needed all steps it was allowed was said to have stopped, at its end.
+#[test]
+fn as_many_steps_as_are_needed_are_enough() {
+    let folder = tempfile::tempdir().unwrap();
+    let with = |most: u64, out: &str| {
+        let most = format!("integrator.max_steps={most}");
+        let words = ["run", "init", "--quiet", "--set", "time.end=0.2"];
+        let words = [&words[..], &["--set", &most, "--out", out]].concat();
+        let code = myovib_in(folder.path(), &words).code;
+        (code, run_json(&folder.path().join(out)))
+    };
+    let (_, whole) = with(1000, "whole");
+    let steps = whole["steps"].as_u64().unwrap();
+    let (code, enough) = with(steps, "enough");
+    assert_eq!((code, &enough["outcome"]), (0, &whole["outcome"]));
+    let (code, short) = with(steps - 1, "short");
+    assert_eq!((code, &short["reason"]), (3, &"max_steps".into()));
+}
+
 #[test]
 fn what_a_scene_does_not_ask_for_is_not_computed() {
     let folder = tempfile::tempdir().unwrap();

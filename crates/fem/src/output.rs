@@ -3,7 +3,7 @@
 use crate::added::AtPoint;
 use crate::element::Barycentric;
 use crate::material::Law;
-use crate::material::three::{Tensor3, add_scaled3, contract3, product3, scaled3};
+use crate::material::three::{Tensor3, add_scaled3, contract3, scaled3};
 use crate::solid::{Fields, Pressure, Solid};
 use crate::space::{Degree, Located};
 
@@ -132,7 +132,7 @@ impl Solid {
             let rate = self.stress_rate_at(fields, &state, velocity(), at);
             scaled3(beta, &rate)
         });
-        let relaxing = self.overstress_at(&state, beside.internal, at);
+        let relaxing = self.overstress_at(fields.u, beside.internal, at);
         let mut total = state.piola;
         for part in [added, damping, relaxing].iter().flatten() {
             add_scaled3(&mut total, 1.0, part);
@@ -162,18 +162,6 @@ impl Solid {
             }
         };
         law.stress_rate3(h, v, pressures, self.axes_at(at))
-    }
-
-    /// F (Σ g S − Σ Q), where stress relaxes.
-    fn overstress_at(&self, state: &PointState, internal: &[f64], at: &Located) -> Option<Tensor3> {
-        let (instantaneous, sum) = self.internal_stress_at(internal, at)?;
-        let law = self.laws()[at.element];
-        let own = law.stress3(state.gradient, 0.0, self.axes_at(at));
-        let mut over = scaled3(instantaneous - 1.0, &own);
-        for part in [sum, product3(&state.gradient, &sum)] {
-            add_scaled3(&mut over, -1.0, &part);
-        }
-        Some(over)
     }
 
     /// The law at a place in the mesh, its factor included.

@@ -50,6 +50,12 @@ impl<'a> Inputs<'a> {
         Ok(text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned())
     }
 
+    /// Where what was read lies.
+    pub(crate) fn paths(&self) -> Vec<PathBuf> {
+        let read = self.read.borrow();
+        read.iter().map(|input| self.resolve(&input.file)).collect()
+    }
+
     /// What was read.
     pub(crate) fn into_read(self) -> Vec<Input> {
         self.read.into_inner()

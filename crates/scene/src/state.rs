@@ -22,6 +22,9 @@ pub(crate) struct State {
     tensions: Vec<f64>,
     /// Internal stresses of Prony terms, Pa.
     internal_stresses: Vec<f64>,
+    /// The part of the loads that it is the equilibrium of; none of a motion.
+    #[serde(default)]
+    pub(crate) load_reached: Option<f64>,
 }
 
 impl State {
@@ -45,6 +48,7 @@ impl State {
             velocity: snapshot.velocity.to_vec(),
             tensions,
             internal_stresses,
+            load_reached: None,
         }
     }
 
@@ -57,6 +61,7 @@ impl State {
             velocity: velocity.repeat(space.n_nodes()),
             tensions: Vec::new(),
             internal_stresses: Vec::new(),
+            load_reached: None,
         }
     }
 

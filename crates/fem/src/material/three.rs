@@ -19,8 +19,8 @@ pub use isotropic::{Curvature, Invariants, Isotropic, Slope};
 pub use law::Law3;
 pub use own::OwnLaw;
 pub use strain::{Axes, Strain3};
-pub(crate) use tensor::UPPER3;
 pub use tensor::{Symmetric3, Tensor3Of, add_scaled3, contract3, product3, scaled3, trace3};
+pub(crate) use tensor::{UPPER3, cofactor3};
 
 /// A 3 × 3 tensor: ∇u, a stress, a velocity gradient.
 pub type Tensor3 = Tensor3Of<f64>;

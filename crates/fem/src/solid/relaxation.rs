@@ -2,7 +2,7 @@
 
 use crate::error::FemError;
 use crate::material::Prony;
-use crate::material::three::Tensor3;
+use crate::material::three::{Tensor3, add_scaled3, cofactor3, product3};
 use crate::relaxation::{InternalStresses, Overstress, Relax, RelaxingPart, Wanted};
 
 use crate::space::Located;
@@ -52,16 +52,18 @@ impl Solid {
             .map_or(0, |part| part.states.end)
     }
 
-    /// At a place in the mesh 1 + Σ g, and Σ Q: of its values at the quadrature points of the element the
-    /// linear function that fits best by least squares, exact for one that is linear. Nothing where no
-    /// stress relaxes.
+    /// F (Σ g S − Σ Q) at a place in the mesh. What is in brackets is, of its values at the quadrature points of the
+    /// element, the only places where Q is known, the linear function that fits best by least squares, exact for one
+    /// that is linear. So it is zero where all stress has relaxed. Nothing where no stress relaxes.
     ///
     /// # Panics
-    /// If there are fewer than [`n_internal`](Self::n_internal) internal stresses.
-    pub fn internal_stress_at(&self, internal: &[f64], at: &Located) -> Option<(f64, Tensor3)> {
+    /// If a length is wrong.
+    pub fn overstress_at(&self, u: &[f64], internal: &[f64], at: &Located) -> Option<Tensor3> {
         let mesh = self.space.mesh();
         let of = (mesh.dimension(), at.element);
         let (prony, sum_at) = self.internal.sums(of, internal)?;
+        let of_law = prony.instantaneous() - 1.0;
+        let law = self.laws()[at.element];
         let n = at.barycentric.len() as f64;
         let mut fit = [[0.0; 3]; 3];
         for (number, point) in self.rule.points(mesh.shape()).iter().enumerate() {
@@ -70,12 +72,19 @@ impl Solid {
             let coordinates = at.barycentric.iter().zip(point.barycentric.iter());
             let product: f64 = coordinates.map(|(a, b)| a * b).sum();
             let weight = point.weight * n * ((n + 1.0) * product - 1.0);
-            let sum = sum_at(number);
-            for (fit, sum) in fit.iter_mut().flatten().zip(sum.iter().flatten()) {
-                *fit += weight * sum;
-            }
+            let there = Located {
+                element: at.element,
+                barycentric: point.barycentric,
+            };
+            let gradient = self.spatial_gradient_at(u, &there);
+            let piola = law.stress3(gradient, 0.0, self.axes_at(&there));
+            add_scaled3(&mut fit, weight * of_law, &second(&gradient, &piola));
+            add_scaled3(&mut fit, -weight, &sum_at(number));
         }
-        Some((prony.instantaneous(), fit))
+        Some(product3(
+            &deformation(&self.spatial_gradient_at(u, at)),
+            &fit,
+        ))
     }
 
     /// Number of slots: components at quadrature points.
@@ -218,4 +227,20 @@ impl Solid {
             wanted,
         }));
     }
+}
+
+/// F = I + ∇u.
+fn deformation(gradient: &Tensor3) -> Tensor3 {
+    let mut f = *gradient;
+    (0..3).for_each(|i| f[i][i] += 1.0);
+    f
+}
+
+/// S = F⁻¹ P.
+fn second(gradient: &Tensor3, piola: &Tensor3) -> Tensor3 {
+    let f = deformation(gradient);
+    let cofactor = cofactor3(&f);
+    let jacobian: f64 = f[0].iter().zip(&cofactor[0]).map(|(f, c)| f * c).sum();
+    let entry = |i: usize, j: usize| (0..3).map(|k| cofactor[k][i] * piola[k][j]).sum::<f64>();
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j) / jacobian))
 }

@@ -104,6 +104,18 @@ impl Reader<'_> {
         })
     }
 
+    /// Refuses a row that is cut short: an empty cell says that nothing was measured, a missing one nothing.
+    fn expect_whole(&self, table: &Table, row: usize) -> Result<(), InputError> {
+        let (found, wanted) = (table.rows[row].len(), table.names.len());
+        if found >= wanted {
+            return Ok(());
+        }
+        Err(InputError::new("the row is cut short")
+            .at(format!("{}, row {} under the header", self.name, row + 1))
+            .found(format!("{found} of {wanted} cells"))
+            .next("leave a cell empty where nothing was measured"))
+    }
+
     /// The number in a row's column, none if it is empty. Row 0 is in line 2.
     fn number(&self, table: &Table, row: usize, column: usize) -> Result<Option<f64>, InputError> {
         let word = table.rows[row].get(column).map_or("", String::as_str);
@@ -194,6 +206,10 @@ impl Reader<'_> {
         let time = self.column(table, &TIME)?;
         let mut columns = Vec::new();
         for (column, name) in table.names.iter().enumerate() {
+            if table.names[..column].contains(name) {
+                let error = InputError::new("a column is there twice, and would count twice");
+                return Err(error.at(&self.name).found(name).next("keep one of them"));
+            }
             if column != time && !name.ends_with(NOISE) {
                 let output = self.output(name, &format!("{}, column {name}", self.name))?;
                 let noise = format!("{name}{NOISE}");
@@ -203,6 +219,7 @@ impl Reader<'_> {
         }
         let mut data = Vec::new();
         for row in 0..table.rows.len() {
+            self.expect_whole(table, row)?;
             let t = self.time(table, row, time)?;
             for &(column, output, noise) in &columns {
                 if let Some(value) = self.number(table, row, column)? {
@@ -263,6 +280,8 @@ mod tests {
             ("t,tap\n0,1\n", "the scene has no output `tap`"),
             ("x,tip\n0,1\n", "no column `t` or `time`"),
             ("t,tip\n", "the data hold no measurement"),
+            ("t,tip,tip\n0,1,1\n", "a column is there twice"),
+            ("t,tip\n0,1\n1\n", "the row is cut short"),
             ("\n", "the data hold no measurement"),
             (
                 "t,tip,tip.noise\n0,1,0\n",

@@ -111,8 +111,16 @@ impl Checkpoint {
                 .at(path.display())
                 .next("--overwrite computes the run from its start")
         })?;
-        let over = ended(folder).or((checkpoint.t >= t_end).then_some(checkpoint.t));
-        if let Some(t) = over {
+        if let Some(t) = ended(folder) {
+            return Err(InputError::new(
+                "a [[stop]] ended the run: there is nothing to go on with",
+            )
+            .at(folder.path().display())
+            .found(format!("t = {t} s"))
+            .next("--overwrite computes it again, with another bound or none"));
+        }
+        if checkpoint.t >= t_end {
+            let t = checkpoint.t;
             return Err(
                 InputError::new("the run is finished: there is nothing to go on with")
                     .at(folder.path().display())

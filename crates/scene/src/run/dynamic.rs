@@ -147,6 +147,7 @@ impl Driver for Motion<'_> {
         let mut watch = Watch::new("run".into(), scene.t_end, options.progress);
         let mut steps = StepLimit {
             most: scene.file.integrator.max_steps,
+            t_end: scene.t_end,
         };
         let mut observers: Vec<&mut dyn Observer<P>> =
             vec![&mut outputs, &mut watch, &mut steps, &mut limits];
@@ -262,16 +263,19 @@ fn checkpoint_times(scene: &Scene, checkpoint: Option<&Checkpoint>) -> SampleTim
 /// Ends a run after a number of steps.
 struct StepLimit {
     most: Option<u64>,
+    t_end: f64,
 }
 
 impl<P> Observer<P> for StepLimit {
     fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
         let steps = step.integrator.counts().steps;
         Ok(match self.most {
-            Some(most) if steps >= most => ControlFlow::Break(Outcome::ended(
-                StopReason::MaxSteps,
-                format!("{steps} steps, as many as allowed; reached t = {}", step.to),
-            )),
+            Some(most) if steps >= most && step.to < self.t_end => {
+                ControlFlow::Break(Outcome::ended(
+                    StopReason::MaxSteps,
+                    format!("{steps} steps, as many as allowed; reached t = {}", step.to),
+                ))
+            }
             _ => ControlFlow::Continue(()),
         })
     }

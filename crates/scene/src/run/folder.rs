@@ -131,6 +131,27 @@ impl Folder {
         )
     }
 
+    /// Refuses to replace a run that the scene reads from, as one that starts from it.
+    pub(super) fn expect_not_read(
+        options: &RunOptions<'_>,
+        scene: &Scene,
+    ) -> Result<(), InputError> {
+        let is_ours = |path: &&PathBuf| OURS.iter().any(|name| path.ends_with(name));
+        let folder = |path: &Path| path.canonicalize().ok();
+        let out = folder(&options.out);
+        let mut read = scene.paths.iter().filter(is_ours);
+        let within = read.find(|path| out.is_some() && path.parent().and_then(folder) == out);
+        match within.filter(|_| options.existing == Existing::Overwrite) {
+            None => Ok(()),
+            Some(path) => Err(InputError::new(
+                "the scene reads from the run that it is to replace",
+            )
+            .at("--out")
+            .found(path.display())
+            .next("give another folder")),
+        }
+    }
+
     /// Makes the folder, or takes the one that is there as the options say.
     pub(super) fn open(options: &RunOptions<'_>, record: &Record) -> Result<Self, Error> {
         Self::expect_free(options, record)?;

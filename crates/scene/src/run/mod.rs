@@ -29,6 +29,8 @@ use myovib_model::Outcome;
 pub use start::{initial, muscle_alone, replayed, rod_with_chains, with_chains};
 pub use trial::{Trial, TrialEnd, try_out};
 
+use folder::Folder;
+
 use crate::modes::Modes;
 use crate::scene_file::Analysis;
 use crate::watch::{Tell, Watcher};
@@ -99,6 +101,7 @@ pub struct RunResult {
 /// # Errors
 /// A wrong scene (before anything is written), or an output that cannot be written.
 pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
+    Folder::expect_not_read(options, scene)?;
     match scene.file.analysis {
         Analysis::Dynamic => {
             let verify: dynamic::Verify = verify::error_estimate;

@@ -81,8 +81,9 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             .map_err(Error::file("write", &folder.path().join(vtu::LIST)))?;
         not_finite = series.not_finite();
     }
-    let state = serde_json::to_string(&State::of(&mut dae, t, &y))?;
-    folder.write(State::NAME, &state)?;
+    let mut state = State::of(&mut dae, t, &y);
+    state.load_reached = Some(approach.reached);
+    folder.write(State::NAME, &serde_json::to_string(&state)?)?;
     let document = json!({
         "scene": scene.file,
         "analysis": "static",

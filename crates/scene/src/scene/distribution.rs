@@ -8,7 +8,7 @@ use myovib_fem::mesh::{Mesh, NodalField};
 use super::builder::Builder;
 use super::supports::NAMES;
 use crate::InputError;
-use crate::expression::Expression;
+use crate::expression;
 use crate::scene_file::solid::Distribution;
 
 /// The factor of one component that a distribution says.
@@ -136,7 +136,7 @@ impl Builder<'_> {
                 )),
             )
         };
-        let expression = Expression::parse(text)
+        let expression = expression::parse(text)
             .map_err(|error| wrong(format!("the distribution is no expression: {error}")))?;
         let axis = |name: &String| NAMES[..D].iter().position(|known| known == name);
         let variables = expression.var_names().iter();

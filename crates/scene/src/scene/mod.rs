@@ -26,7 +26,7 @@ mod supports;
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use myovib_model::coupling::Feedback;
 use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings};
@@ -62,6 +62,8 @@ pub struct Scene {
     pub feedbacks: Vec<Feedback>,
     /// The files it was made of: mesh and tables.
     pub inputs: Vec<Input>,
+    /// Where they lie.
+    pub(crate) paths: Vec<PathBuf>,
 }
 
 /// An elastic body and how it is to be computed.
@@ -187,6 +189,15 @@ impl Scene {
                 body.unresolved_fibres
             ));
         }
+        if let Start::State(state) = &body.start
+            && let Some(part) = state.load_reached.filter(|part| *part < 1.0)
+        {
+            notes.push(format!(
+                "start.folder: the body starts in equilibrium with {:.1} % of the loads of that run, which were not reached; \
+                 all of this scene's act from t = 0 on",
+                100.0 * part
+            ));
+        }
         if body.opposed_fibres > 0 {
             notes.push(format!(
                 "at {} quadrature points the fibres of the vertices oppose each other: the nearest \
@@ -307,6 +318,7 @@ impl Scene {
             rod,
             chains,
             feedbacks,
+            paths: inputs.paths(),
             inputs: inputs.into_read(),
             file,
             source,

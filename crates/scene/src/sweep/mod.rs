@@ -309,10 +309,9 @@ impl Sweep<'_> {
         };
         // Tables of another scene, mesh or program may lie in the folder: a result names its scene.
         let is_of_this = !result["scene"].is_null();
-        // What an equilibrium under a part of the load tells is not the case's.
-        let is_whole = result["load_reached"]
-            .as_f64()
-            .is_none_or(|part| part >= 1.0);
+        // What a run tells that stopped before its end is not the case's.
+        let is_whole = ["finished", "event"].map(|how| result["outcome"] == how);
+        let is_whole = is_whole.contains(&true);
         for column in COLUMNS {
             row.insert(column.to_owned(), result[column].clone());
         }

@@ -7,7 +7,7 @@ use exmex::Express;
 
 use super::grid::Axis;
 use crate::csv::Table;
-use crate::expression::Expression;
+use crate::expression::{Expression, parse};
 use crate::{InputError, Scene, run};
 
 /// The results that a row of the table shows.
@@ -129,8 +129,8 @@ impl ResultColumn {
             rest = after;
         }
         flat.push_str(rest);
-        let expression = Expression::parse(&flat)
-            .map_err(|error| wrong(format!("not an expression: {error}")))?;
+        let expression =
+            parse(&flat).map_err(|error| wrong(format!("not an expression: {error}")))?;
         let variables: Vec<String> = (0..reduced.len()).map(variable).collect();
         if let Some(unknown) = expression
             .var_names()
