@@ -62,7 +62,7 @@ impl Activation {
     pub fn scaled(&self, part: f64) -> Self {
         match self {
             Self::Given(signal) => Self::Given(signal.scaled(part)),
-            Self::Bestel(model) => Self::Bestel(model.clone()),
+            Self::Bestel(model) => Self::Bestel(*model),
             Self::Coherence { unsynchronised } => Self::Coherence {
                 unsynchronised: part * unsynchronised,
             },

@@ -15,7 +15,6 @@ use super::recorder::Recorder;
 use super::volume::Volumes;
 use super::{RunOptions, RunResult};
 use crate::modes::instability;
-use crate::probe::Reading;
 use crate::scene::Scene;
 use crate::state::State;
 use crate::vtu::{self, Grid, Series};
@@ -52,8 +51,10 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let mut volumes = Volumes::default();
     volumes.see(t, &dae.snapshot(t, &y, &rest));
     let drift = dae.constraint_drift(t, &y).map_err(ModelError::from)?;
-    let read = |what: &Box<dyn Reading>| what.values(&mut dae, t, &y, &rest);
-    let values: Vec<_> = readings.iter().map(read).collect::<Result<_, _>>()?;
+    let read = readings
+        .iter()
+        .map(|what| what.values(&mut dae, t, &y, &rest));
+    let values: Vec<_> = read.collect::<Result<_, _>>()?;
 
     let folder = Folder::open(options, &record).map_err(Error::before_any_output)?;
     let mut results = serde_json::Map::new();
