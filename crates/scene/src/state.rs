@@ -2,7 +2,7 @@
 
 use myovib_dae::Problem;
 use myovib_fem::Space;
-use myovib_model::{Field, MuscleDae};
+use myovib_model::{Field, Muscle, MuscleDae};
 use serde::{Deserialize, Serialize};
 
 use crate::inputs::sha256;
@@ -95,6 +95,32 @@ impl State {
             }
         }
         y
+    }
+
+    /// What a motion of `muscle` that starts from it does not take from it as it is.
+    pub(crate) fn notes(&self, muscle: &Muscle) -> Vec<String> {
+        let mut notes = Vec::new();
+        if let Some(part) = self.load_reached.filter(|part| *part < 1.0) {
+            notes.push(format!(
+                "start.folder: the body starts in equilibrium with {:.1} % of the loads of that run, which were not reached; \
+                 all of this scene's act from t = 0 on",
+                100.0 * part
+            ));
+        }
+        let others = |found: usize, own: usize| found != 0 && found != own;
+        if others(self.internal_stresses.len(), muscle.solid.n_internal()) {
+            notes.push(
+                "start.folder: that run has other Prony terms; the stress of this scene's has settled at the start"
+                    .to_owned(),
+            );
+        }
+        if others(self.tensions.len(), muscle.models().count()) {
+            notes.push(
+                "start.folder: that run has other models of activation; the tensions of this scene's begin at 0"
+                    .to_owned(),
+            );
+        }
+        notes
     }
 
     /// The largest distance, by component, between its displacement and that in state `y` of `dae` at

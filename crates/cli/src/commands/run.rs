@@ -271,6 +271,9 @@ fn text(document: &Value) -> String {
     if let Some(message) = document["message"].as_str() {
         text += &format!("\n{}\n", plain(message));
     }
+    if document["reason"] == "interrupted" && document["analysis"] != "static" {
+        text += "The same command with --resume goes on from there.\n";
+    }
     text
 }
 

@@ -115,7 +115,7 @@ impl<P> Observer<P> for Limits<'_> {
         {
             return stop(
                 StopReason::Interrupted,
-                format!("interrupted at t = {}", step.to),
+                format!("interrupted at t = {:.6} s", step.to),
             );
         }
         let used = self.started.elapsed().as_secs_f64();

@@ -122,6 +122,10 @@ pub struct Point {
 /// What is wrong with the scene or the measurements; a start at which the scene cannot be computed;
 /// a history that cannot be written. A fit that does not converge is a result that says so.
 pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
+    if options.out.join("run.json").exists() {
+        let error = InputError::new(format!("{} holds a run", options.out.display()));
+        return Err(error.at("--out").next("give another folder").into());
+    }
     let scene = Parametrised::load(&options.scene, &options.set)?;
     let mut parameters = parameters(&scene)?;
     let experiments = experiments(options, &scene)?;

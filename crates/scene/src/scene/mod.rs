@@ -189,14 +189,8 @@ impl Scene {
                 body.unresolved_fibres
             ));
         }
-        if let Start::State(state) = &body.start
-            && let Some(part) = state.load_reached.filter(|part| *part < 1.0)
-        {
-            notes.push(format!(
-                "start.folder: the body starts in equilibrium with {:.1} % of the loads of that run, which were not reached; \
-                 all of this scene's act from t = 0 on",
-                100.0 * part
-            ));
+        if let Start::State(state) = &body.start {
+            notes.extend(state.notes(&body.muscle));
         }
         if body.opposed_fibres > 0 {
             notes.push(format!(

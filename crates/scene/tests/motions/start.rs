@@ -202,6 +202,13 @@ fn internal_stresses_go_on() {
     let off = apart(&whole[5..], &rows(&place("second"), "end"), 1);
     // As above.
     assert!(off < 100.0 * RTOL, "{off:e}");
+    // Other terms do not take them over, and say so.
+    let more = "material[0].prony=[{ g = 0.5, tau = 0.02 }, { g = 0.1, tau = 1.0 }]";
+    for (terms, told) in [(prony, false), (more, true)] {
+        let scene = build(BLOCK, &[terms, swing, from], folder.path()).unwrap();
+        let said = scene.notes().concat().contains("other Prony terms");
+        assert_eq!(said, told, "{terms}");
+    }
     let at_rest = ["analysis=static", "probe=[]"];
     run(BLOCK, &[&[prony][..], &at_rest].concat(), &place("static"));
     let from = "start={ type = \"run\", folder = \"static\" }";
