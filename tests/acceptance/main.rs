@@ -3,6 +3,7 @@
 mod chains;
 mod contract;
 mod doctor;
+mod equilibria;
 mod errors;
 mod fields;
 mod figures;

@@ -35,7 +35,7 @@ impl Watcher<'_> {
     };
 
     /// Whether the flag is set.
-    pub fn has_ended(&self) -> bool {
+    pub fn is_interrupted(&self) -> bool {
         let interrupt = self.interrupt;
         interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
@@ -91,7 +91,7 @@ pub(crate) fn search(watcher: Watcher<'_>) -> impl FnMut(&Search) -> ControlFlow
                 at.load_step, at.iteration, at.iterations
             )
         });
-        match watcher.has_ended() {
+        match watcher.is_interrupted() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }

@@ -183,7 +183,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         options
             .progress
             .tell(&|| format!("iteration {number}: half the sum of squares {cost:.6e}{of}"));
-        match watcher.has_ended() {
+        match watcher.is_interrupted() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }

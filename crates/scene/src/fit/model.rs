@@ -138,7 +138,7 @@ impl<'a> SceneModel<'a> {
 
     /// Whether runs are to end.
     pub(super) fn is_interrupted(&self) -> bool {
-        self.watcher.has_ended()
+        self.watcher.is_interrupted()
     }
 
     /// Runs without and with sensitivities so far.

@@ -181,7 +181,7 @@ pub fn follow(
     let mut due = times.iter().copied().peekable();
     while due.peek().is_some() {
         let from = integrator.time();
-        if watcher.has_ended() {
+        if watcher.is_interrupted() {
             return Err(Error::Stopped("interrupted".to_owned()));
         }
         if let Advance::Stopped { message, .. } = integrator.advance()? {

@@ -1,0 +1,224 @@
+//! Equilibria at the terminal: a search that is interrupted or falls short, what is kept of it, and what another run makes
+//! of that.
+
+use std::fs;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use crate::harness::{code_of_interrupted, myovib_in};
+
+/// Regression: an equilibrium has no steps in time, and went on for minutes after Ctrl-C.
+#[test]
+fn ctrl_c_ends_the_search_for_an_equilibrium() {
+    let folder = tempfile::tempdir().unwrap();
+    // So soft a fibre that a hundred seconds of small load steps are taken.
+    let soft = ["run", "land1", "--quiet", "--set", "material[0].b_f=1e-300"];
+    let since = Instant::now();
+    assert_eq!(code_of_interrupted(folder.path(), &soft), Some(130));
+    assert!(since.elapsed() < Duration::from_secs(60));
+    // What was in equilibrium by then is kept.
+    if let Ok(text) = fs::read_to_string(folder.path().join("out/run.json")) {
+        let document: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(document["reason"], "interrupted");
+        assert!(document["load_reached"].as_f64().unwrap() < 1.0);
+    }
+}
+
+/// The equilibrium of the last load step is kept, which is that under a part of the load.
+#[test]
+fn no_equilibrium_is_code_4_and_what_was_reached_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |words: &[&str]| {
+        myovib_in(
+            folder.path(),
+            &[&["run", "cook-static", "--quiet"][..], words].concat(),
+        )
+    };
+    let document = |out: &str| -> Value {
+        let text = fs::read_to_string(folder.path().join(out).join("run.json")).unwrap();
+        serde_json::from_str(&text).unwrap()
+    };
+    let load = 2e4; // three thousand times that of the scene
+    let whole = run(&["--set", &format!("traction[0].y={load}"), "--out", "a"]);
+    assert_eq!(whole.code, 4, "{}", whole.stderr);
+    assert!(
+        whole.stdout.contains("no static equilibrium"),
+        "{}",
+        whole.stdout
+    );
+    let found = document("a");
+    assert_eq!(found["reason"], "no_equilibrium");
+    let reached = found["load_reached"].as_f64().unwrap();
+    assert!(reached > 0.0 && reached < 1.0, "{reached}");
+    let part = run(&[
+        "--set",
+        &format!("traction[0].y={}", reached * load),
+        "--out",
+        "b",
+    ]);
+    assert_eq!(part.code, 0, "{}", part.stderr);
+    for (column, value) in document("b")["results"]["tip"].as_object().unwrap() {
+        let [a, b] = [&found["results"]["tip"][column], value].map(|v| v.as_f64().unwrap());
+        // Both iterations end at 1e-9 of the increments, which leaves the square of that.
+        assert!((a - b).abs() <= 1e-9 * b.abs(), "{column}: {a} {b}");
+    }
+}
+
+/// Regression: a part of the load was read off under all of it: supports were where they never came to, which ended
+/// the run without a word of the load, and reactions had the whole weight.
+#[test]
+fn a_part_of_the_load_is_read_off_as_such() {
+    let folder = tempfile::tempdir().unwrap();
+    let square = "analysis = \"static\"\n[mesh]\ntype = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [4, 4]\n\
+                  [solid]\nkappa = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
+                  [[fixed]]\ngroup = \"left\"\n[[probe]]\nname = \"support\"\ntype = \"reaction\"\ngroup = \"left\"\n";
+    let reached = |name: &str, loads: &str| -> (f64, Value) {
+        let scene = format!("{name}.toml");
+        fs::write(folder.path().join(&scene), square.to_owned() + loads).unwrap();
+        let run = myovib_in(folder.path(), &["run", &scene, "--quiet", "--out", name]);
+        assert_eq!(run.code, 4, "{}", run.stderr);
+        let text = fs::read_to_string(folder.path().join(name).join("run.json")).unwrap();
+        let document: Value = serde_json::from_str(&text).unwrap();
+        let part = document["load_reached"].as_f64().unwrap();
+        assert!(part > 0.0 && part < 1.0, "{part}");
+        (part, document["results"].clone())
+    };
+    let end = "[[probe]]\nname = \"end\"\ntype = \"average\"\ngroup = \"right\"\n";
+    let crushed = format!("[[displacement]]\ngroup = \"right\"\nx = -0.97\ny = 0.0\n{end}");
+    let (part, results) = reached("crushed", &crushed);
+    let u_x = results["end"]["u_x"].as_f64().unwrap();
+    // Rounding of the mean of a constant.
+    assert!((u_x + 0.97 * part).abs() < 1e-12, "{u_x} {part}");
+    // A tonne and a side of 1 m², per metre of depth: the support takes what acts on both.
+    let (acceleration, traction) = (-50.0, -3e4);
+    let weighed = format!(
+        "[[body_force]]\nx = {acceleration:e}\n[[traction]]\ngroup = \"right\"\nx = {traction:e}\n"
+    );
+    let (part, results) = reached("weighed", &weighed);
+    let reaction = results["support"]["R_x"].as_f64().unwrap();
+    let expected = -part * (1e3 * acceleration + traction);
+    // Newton's iteration ends at 1e-9 of the increments, which leaves the square of that.
+    assert!(
+        (reaction / expected - 1.0).abs() < 1e-9,
+        "{reaction} {expected}"
+    );
+    // A motion that starts from it has all of the load.
+    let motion = square.replace(
+        "analysis = \"static\"",
+        "[time]\nend = 0.01\n[start]\ntype = \"run\"\nfolder = \"weighed\"",
+    );
+    fs::write(folder.path().join("motion.toml"), motion).unwrap();
+    let words = [
+        "run",
+        "motion.toml",
+        "--quiet",
+        "--out",
+        "weighed",
+        "--overwrite",
+    ];
+    let replaced = myovib_in(folder.path(), &words);
+    assert_eq!(replaced.code, 2, "{}", replaced.stderr);
+    assert!(
+        replaced.stderr.contains("the run that it is to replace"),
+        "{}",
+        replaced.stderr
+    );
+    let moved = myovib_in(
+        folder.path(),
+        &["run", "motion.toml", "--quiet", "--out", "motion"],
+    );
+    assert_eq!(moved.code, 0, "{}", moved.stderr);
+    let told = format!("with {:.1} % of the loads of that run", 100.0 * part);
+    assert!(moved.stderr.contains(&told), "{}", moved.stderr);
+    // Nor is it the result of a case of a sweep.
+    let vary = format!("displacement[0].x=-0.01,{}", -0.97);
+    let sweep = [
+        "sweep",
+        "crushed.toml",
+        "--vary",
+        &vary,
+        "--result",
+        "u=last(end.u_x)",
+        "--out",
+        "cases",
+        "--quiet",
+    ];
+    myovib_in(folder.path(), &sweep);
+    let table = fs::read_to_string(folder.path().join("cases/sweep.csv")).unwrap();
+    let mut rows = table
+        .lines()
+        .map(|line| line.split(',').collect::<Vec<_>>());
+    let names = rows.next().unwrap();
+    let column = names.iter().position(|name| *name == "u").unwrap();
+    let values: Vec<&str> = rows.map(|row| row[column]).collect();
+    assert_eq!(values.len(), 2, "{table}");
+    assert!(
+        (values[0].parse::<f64>().unwrap() + 0.01).abs() < 1e-12,
+        "{table}"
+    );
+    assert_eq!(values[1], "", "{table}");
+}
+
+/// Regression: a motion that starts in equilibrium did not hear of Ctrl-C before it was found.
+#[test]
+fn ctrl_c_ends_the_search_for_an_equilibrium_to_start_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let soft = [
+        "run",
+        "land1",
+        "--quiet",
+        "--set",
+        "material[0].b_f=1e-300",
+        "--set",
+        "analysis=\"dynamic\"",
+        "--set",
+        "time.end=1.0",
+        "--set",
+        "start.type=equilibrium",
+    ];
+    let since = Instant::now();
+    assert_eq!(code_of_interrupted(folder.path(), &soft), Some(130));
+    assert!(since.elapsed() < Duration::from_secs(60));
+    assert!(!folder.path().join("out").exists());
+}
+
+/// Regression: the folder of an equilibrium was looked at after it had been found, which may take minutes.
+#[test]
+fn a_folder_that_holds_a_run_is_refused_before_an_equilibrium_is_sought() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = myovib_in(folder.path(), &["run", "cook-static", "--quiet"]);
+    assert_eq!(first.code, 0, "{}", first.stderr);
+    // None would be found.
+    let load = ["--set", "traction[0].y=1e300"];
+    let second = myovib_in(
+        folder.path(),
+        &[&["run", "cook-static"][..], &load].concat(),
+    );
+    assert_eq!(second.code, 2, "{}", second.stderr);
+    assert!(
+        second.stderr.contains("holds a run already"),
+        "{}",
+        second.stderr
+    );
+    assert!(!second.stderr.contains("--resume"), "{}", second.stderr);
+    // So it is of a motion that starts in equilibrium.
+    let motion = [
+        "analysis=\"dynamic\"",
+        "time.end=1.0",
+        "start.type=equilibrium",
+    ];
+    let motion = motion.iter().flat_map(|set| ["--set", set]);
+    let words: Vec<&str> = ["run", "cook-static"]
+        .into_iter()
+        .chain(load)
+        .chain(motion)
+        .collect();
+    let third = myovib_in(folder.path(), &words);
+    assert_eq!(third.code, 2, "{}", third.stderr);
+    assert!(
+        third.stderr.contains("holds a run already"),
+        "{}",
+        third.stderr
+    );
+}
