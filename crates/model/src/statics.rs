@@ -15,7 +15,6 @@ use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 use crate::operators;
 use newton::Newton;
-pub use prospect::LinearResponse;
 pub(crate) use prospect::Prospect;
 
 /// After so few iterations the next load step is twice as long.

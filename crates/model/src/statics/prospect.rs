@@ -20,11 +20,11 @@ pub(crate) struct Prospect<'a> {
 /// What the body does under the whole load by linear elasticity, and what it took to find that: an iteration of
 /// Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LinearResponse {
+pub(crate) struct LinearResponse {
     /// The largest |u| of a node, m.
-    pub displacement: f64,
+    pub(crate) displacement: f64,
     /// CPU time, s.
-    pub seconds: f64,
+    pub(crate) seconds: f64,
 }
 
 impl<'a> Prospect<'a> {
