@@ -26,6 +26,8 @@ const SHORT: usize = 128;
 const LONG: usize = 512;
 /// and the rows of which products are made.
 const STRIPE: usize = 48;
+/// Terms of a product that are summed at once: more do not stay in the cache while they are used.
+const DEEP: usize = 64;
 
 /// The sizes of a front and how it is dealt with.
 #[derive(Debug, Clone, Copy)]
@@ -149,8 +151,7 @@ impl Front {
         let (mut upper, lower) = chunk.get_mut(first.., ..).split_at_row_mut(half);
         let start = match self.kind {
             Kind::General => {
-                let triangle = left.get(first..first + half, ..);
-                solve_unit_lower_triangular_in_place(triangle, upper.rb_mut(), Par::Seq);
+                solve_unit_lower(left.get(first..first + half, ..), upper.rb_mut());
                 first + half
             }
             Kind::Symmetric => {
@@ -166,7 +167,7 @@ impl Front {
         let target = lower.get_mut(start - first - half.., ..);
         self.rows(target, LONG, &|above, target| {
             let lower = left.get(start + above..start + above + target.nrows(), ..);
-            matmul(target, Accum::Add, lower, upper.rb(), -T::one(), Par::Seq);
+            subtract_product(target, Accum::Add, lower, upper.rb());
         });
     }
 
@@ -183,7 +184,7 @@ impl Front {
         let triangle = MatRef::from_column_major_slice(panel, m, k).get(..k, ..);
         let rows = MatMut::from_column_major_slice_mut(upper, r, k);
         self.rows(rows, CHUNK, &|_, rows| {
-            solve_unit_lower_triangular_in_place(triangle, rows.transpose_mut(), Par::Seq);
+            solve_unit_lower(triangle, rows.transpose_mut());
         });
     }
 
@@ -211,7 +212,7 @@ impl Front {
             let target = MatMut::from_column_major_slice_mut(&mut *chunk, r - row, width);
             self.rows(target, LONG, &|above, target| {
                 let lower = lower.get(row + above..row + above + target.nrows(), ..);
-                matmul(target, Accum::Replace, lower, upper, -T::one(), Par::Seq);
+                subtract_product(target, Accum::Replace, lower, upper);
             });
             add(first, chunk);
         };
@@ -272,6 +273,54 @@ impl Front {
         } else {
             (halves.0)();
             (halves.1)();
+        }
+    }
+}
+
+/// `target` ← -L U or, with [`Accum::Add`], `target` - L U.
+fn subtract_product<T: Arithmetic>(
+    mut target: MatMut<'_, T>,
+    first: Accum,
+    lower: MatRef<'_, T>,
+    upper: MatRef<'_, T>,
+) {
+    let (depth, width) = upper.shape();
+    let mut room = vec![T::zero(); depth.min(DEEP) * width];
+    let mut accum = first;
+    for start in (0..depth).step_by(DEEP) {
+        let terms = start..depth.min(start + DEEP);
+        // Side by side: rows of U far apart are each in a page of its own.
+        let room = &mut room[..terms.len() * width];
+        let mut near = MatMut::from_row_major_slice_mut(room, terms.len(), width);
+        near.copy_from(upper.get(terms.clone(), ..));
+        let lower = lower.get(.., terms);
+        matmul(
+            target.rb_mut(),
+            accum,
+            lower,
+            near.rb(),
+            -T::one(),
+            Par::Seq,
+        );
+        accum = Accum::Add;
+    }
+}
+
+/// `x` ← L⁻¹ `x`, L unit lower triangular.
+fn solve_unit_lower<T: Arithmetic>(lower: MatRef<'_, T>, mut x: MatMut<'_, T>) {
+    let n = lower.nrows();
+    for start in (0..n).step_by(DEEP) {
+        let end = n.min(start + DEEP);
+        let below = x.rb_mut().get_mut(start.., ..);
+        let (mut done, mut rest) = below.split_at_row_mut(end - start);
+        let triangle = lower.get(start..end, start..end);
+        solve_unit_lower_triangular_in_place(triangle, done.rb_mut(), Par::Seq);
+        for above in (end..n).step_by(LONG) {
+            let below = above..n.min(above + LONG);
+            let target = rest
+                .rb_mut()
+                .get_mut(below.start - end..below.end - end, ..);
+            subtract_product(target, Accum::Add, lower.get(below, start..end), done.rb());
         }
     }
 }
