@@ -14,7 +14,7 @@ use rayon::slice::ParallelSliceMut;
 use super::analysis::Supernode;
 use super::child::Child;
 use super::small::{factor_panel, mirror, scale_rows, subtract_first};
-use super::update::{CHUNK, Layout};
+use super::update::{CHUNK, Layout, chunk_width};
 use crate::Kind;
 use crate::arithmetic::Arithmetic;
 
@@ -183,7 +183,7 @@ impl Front {
         }
         let triangle = MatRef::from_column_major_slice(panel, m, k).get(..k, ..);
         let rows = MatMut::from_column_major_slice_mut(upper, r, k);
-        self.rows(rows, CHUNK, &|_, rows| {
+        self.rows(rows, chunk_width(self.kind), &|_, rows| {
             solve_unit_lower(triangle, rows.transpose_mut());
         });
     }
@@ -231,13 +231,14 @@ impl Front {
         rows: usize,
         work: impl Fn(usize, &mut [T]) + Sync,
     ) {
-        let size = CHUNK * rows;
+        let width = chunk_width(self.kind);
+        let size = width * rows;
         if self.in_threads {
             let chunks = block.par_chunks_mut(size).enumerate().with_max_len(1);
-            chunks.for_each(|(i, chunk)| work(i * CHUNK, chunk));
+            chunks.for_each(|(i, chunk)| work(i * width, chunk));
         } else {
             let chunks = block.chunks_mut(size).enumerate();
-            chunks.for_each(|(i, chunk)| work(i * CHUNK, chunk));
+            chunks.for_each(|(i, chunk)| work(i * width, chunk));
         }
     }
 

@@ -2,9 +2,18 @@
 
 use crate::Kind;
 
-/// Columns that are kept, computed and shared among threads together: wide enough for full speed of
-/// products, narrow enough to waste little above the diagonal of a symmetric front.
+/// Columns that are kept together: wide enough for full speed of products, narrow enough to waste little
+/// above the diagonal of a symmetric front.
 pub(super) const CHUNK: usize = 128;
+
+/// Columns that are computed and shared among threads together: of matrices that are not symmetric
+/// more, as nothing is wasted and the rows of L are read less often.
+pub(super) fn chunk_width(kind: Kind) -> usize {
+    match kind {
+        Kind::General => 2 * CHUNK,
+        Kind::Symmetric => CHUNK,
+    }
+}
 
 /// An update of `r` rows and columns, column-major; of a symmetric one, each chunk of columns begins
 /// at its own diagonal.
@@ -55,8 +64,9 @@ impl Layout {
     #[inline(always)]
     pub(super) fn chunks<T>(self, update: &mut [T]) -> impl Iterator<Item = (usize, &mut [T])> {
         let mut rest = update;
-        (0..self.r).step_by(CHUNK).map(move |first| {
-            let width = CHUNK.min(self.r - first);
+        let wide = chunk_width(self.kind);
+        (0..self.r).step_by(wide).map(move |first| {
+            let width = wide.min(self.r - first);
             let (chunk, beyond) =
                 std::mem::take(&mut rest).split_at_mut(width * (self.r - self.first_row(first)));
             rest = beyond;
