@@ -31,7 +31,7 @@ const CASES: [(&str, [usize; 3]); 7] = [
 ];
 
 /// LDLᵀ for BDF and for Radau IIA, and LU, which damping asks for.
-const RECORD: [&str; 16] = [
+const RECORD: [&str; 20] = [
     "b10",
     "b10:complex",
     "b10:general",
@@ -46,8 +46,12 @@ const RECORD: [&str; 16] = [
     "b30:general:complex",
     "s100",
     "s100:complex",
+    "s100:general",
+    "s100:general:complex",
     "b100",
     "b100:complex",
+    "b100:general",
+    "b100:general:complex",
 ];
 
 /// 1.5/ms.
