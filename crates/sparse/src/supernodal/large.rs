@@ -5,7 +5,7 @@
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
-use faer::reborrow::{Reborrow, ReborrowMut};
+use faer::reborrow::{IntoConst, Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
@@ -290,40 +290,39 @@ fn subtract_product<T: Arithmetic>(
     let mut accum = first;
     for start in (0..depth).step_by(DEEP) {
         let terms = start..depth.min(start + DEEP);
-        // Side by side: rows of U far apart are each in a page of its own.
-        let room = &mut room[..terms.len() * width];
-        let mut near = MatMut::from_row_major_slice_mut(room, terms.len(), width);
-        near.copy_from(upper.get(terms.clone(), ..));
-        let lower = lower.get(.., terms);
-        matmul(
-            target.rb_mut(),
-            accum,
-            lower,
-            near.rb(),
-            -T::one(),
-            Par::Seq,
-        );
+        let upper = side_by_side(&mut room, upper.get(terms.clone(), ..));
+        let (target, lower) = (target.rb_mut(), lower.get(.., terms));
+        matmul(target, accum, lower, upper, -T::one(), Par::Seq);
         accum = Accum::Add;
     }
 }
 
 /// `x` ← L⁻¹ `x`, L unit lower triangular.
 fn solve_unit_lower<T: Arithmetic>(lower: MatRef<'_, T>, mut x: MatMut<'_, T>) {
-    let n = lower.nrows();
+    let (n, width) = x.shape();
+    let mut room = vec![T::zero(); n.min(DEEP) * width];
     for start in (0..n).step_by(DEEP) {
         let end = n.min(start + DEEP);
-        let below = x.rb_mut().get_mut(start.., ..);
-        let (mut done, mut rest) = below.split_at_row_mut(end - start);
+        let (done, mut below) = x.rb_mut().split_at_row_mut(end);
+        let mut done = done.get_mut(start.., ..);
         let triangle = lower.get(start..end, start..end);
         solve_unit_lower_triangular_in_place(triangle, done.rb_mut(), Par::Seq);
+        let done = side_by_side(&mut room, done.rb());
         for above in (end..n).step_by(LONG) {
-            let below = above..n.min(above + LONG);
-            let target = rest
-                .rb_mut()
-                .get_mut(below.start - end..below.end - end, ..);
-            subtract_product(target, Accum::Add, lower.get(below, start..end), done.rb());
+            let rows = above..n.min(above + LONG);
+            let target = below.rb_mut().get_mut(above - end..rows.end - end, ..);
+            let lower = lower.get(rows, start..end);
+            matmul(target, Accum::Add, lower, done, -T::one(), Par::Seq);
         }
     }
+}
+
+/// A copy of `rows` of U in `room`. In a front they are far apart, each in a page of its own.
+fn side_by_side<'a, T: Arithmetic>(room: &'a mut [T], rows: MatRef<'_, T>) -> MatRef<'a, T> {
+    let (n, width) = rows.shape();
+    let mut copy = MatMut::from_row_major_slice_mut(&mut room[..n * width], n, width);
+    copy.copy_from(rows);
+    copy.into_const()
 }
 
 /// The elimination of the pivots of a narrow panel, to be run with the processor's vector instructions.
