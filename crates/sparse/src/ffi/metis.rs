@@ -3,19 +3,26 @@
 use std::ptr;
 use std::sync::{Mutex, PoisonError};
 
-use metis_sys::{METIS_NOPTIONS, moptions_et_METIS_OPTION_SEED, rstatus_et_METIS_OK};
-use metis_sys::{METIS_NodeND, METIS_SetDefaultOptions, idx_t, moptions_et_METIS_OPTION_NUMBERING};
+use metis_sys::{METIS_NOPTIONS, METIS_NodeND, METIS_SetDefaultOptions, idx_t};
+use metis_sys::{moptions_et_METIS_OPTION_NSEPS, moptions_et_METIS_OPTION_NUMBERING};
+use metis_sys::{moptions_et_METIS_OPTION_SEED, rstatus_et_METIS_OK};
 
-use crate::ordering::lanes::Lanes;
+use crate::ordering::Lanes;
 
 /// METIS keeps the state of its random numbers and of its error handler in globals.
 static METIS: Mutex<()> = Mutex::new(());
 
 /// The nodes of a graph by nested dissection; `weights` are what a separator costs by node.
 ///
-/// The order is the same in each call. `None` if METIS gives up (it says why on stderr), for
+/// Of each part so many `separators` are found, to take the smallest. The order is the same in each
+/// call. `None` if METIS gives up (it says why on stderr), for
 /// example for an empty graph or one of 2³¹ edges.
-pub(crate) fn nested_dissection(neighbours: &Lanes, weights: &[i32]) -> Option<Vec<u32>> {
+pub(crate) fn nested_dissection(
+    neighbours: &Lanes,
+    weights: &[i32],
+    seed: u32,
+    separators: u32,
+) -> Option<Vec<u32>> {
     let n = neighbours.len();
     assert_eq!(weights.len(), n, "one weight per node");
     if n == 0 || i32::try_from(neighbours.indices().len()).is_err() {
@@ -31,7 +38,8 @@ pub(crate) fn nested_dissection(neighbours: &Lanes, weights: &[i32]) -> Option<V
     // SAFETY: the array has the METIS_NOPTIONS entries that the function fills.
     unsafe { METIS_SetDefaultOptions(options.as_mut_ptr()) };
     options[moptions_et_METIS_OPTION_NUMBERING as usize] = 0;
-    options[moptions_et_METIS_OPTION_SEED as usize] = 0;
+    options[moptions_et_METIS_OPTION_SEED as usize] = seed as idx_t;
+    options[moptions_et_METIS_OPTION_NSEPS as usize] = separators as idx_t;
     let mut n = n as idx_t;
     // SAFETY: offsets rise from 0 to the number of indices, which lie in 0..n and are symmetric
     // and without loops (Lanes of a graph); weights, order and places have n entries; all arrays
