@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use myovib_cli::commands;
 use myovib_scene::fit::{FitOptions, Loss, compute as compute_fit};
+use myovib_scene::run::Existing;
 use myovib_scene::sensitivity::{Parametrised, compute};
 use myovib_scene::watch::Watcher;
 use pyo3::prelude::*;
@@ -59,7 +60,7 @@ pub(crate) fn fit(
             set,
             experiments,
             out: out.clone(),
-            resume: false,
+            existing: Existing::Refuse,
             tolerance,
             max_iterations,
             starts,

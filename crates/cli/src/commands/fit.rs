@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use myovib_report::fit::{words, write};
 use myovib_report::table::coloured_stdout;
 use myovib_scene::fit::{FitOptions, Loss, compute};
+use myovib_scene::run::Existing;
 
 use crate::args::CommonArgs;
 use crate::exit::Exit;
@@ -36,13 +37,17 @@ pub struct FitArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Folder for the results.
+    /// Folder for the results; it is made, and must not hold a fit already.
     #[arg(long, value_name = "DIR", default_value = "fit", value_parser = values::output_folder)]
     pub out: PathBuf,
 
     /// Go on with the history in the folder for the results, from the iteration that fits best there.
-    #[arg(long, conflicts_with = "starts")]
+    #[arg(long, conflicts_with_all = ["starts", "overwrite"])]
     pub resume: bool,
+
+    /// Replace the fit that the folder holds.
+    #[arg(long)]
+    pub overwrite: bool,
 
     /// Compute intervals by profile likelihood too: some ten fits for each parameter.
     #[arg(long)]
@@ -114,7 +119,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<Exit> {
         set: args.set.clone(),
         experiments: experiments.collect(),
         out: args.out.clone(),
-        resume: args.resume,
+        existing: Existing::of(args.resume, args.overwrite),
         tolerance: args.tolerance,
         max_iterations: args.max_iterations,
         starts: args.starts.get(),

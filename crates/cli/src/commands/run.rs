@@ -90,11 +90,7 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
         &scene,
         &RunOptions {
             out: args.out.clone(),
-            existing: match (args.resume, args.overwrite) {
-                (true, _) => Existing::Resume,
-                (_, true) => Existing::Overwrite,
-                _ => Existing::Refuse,
-            },
+            existing: Existing::of(args.resume, args.overwrite),
             interrupt: Some(interrupt::flag()),
             progress: &progress,
             verify: args.verify,

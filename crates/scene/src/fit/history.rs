@@ -8,6 +8,9 @@ use myovib_fit::{Iteration, Parameter};
 use crate::csv::{CsvWriter, Table, Written};
 use crate::{Error, InputError};
 
+/// The name of the file.
+pub(super) const HISTORY: &str = "history.csv";
+
 /// What stands before the parameters in a row; the cost is that of this first part of the measurements' time.
 const COLUMNS: [&str; 4] = ["iteration", "runs", "part", "cost"];
 
@@ -29,7 +32,7 @@ impl History {
     /// A new file in `folder`, which is made.
     pub(super) fn begin(folder: &Path, parameters: &[Parameter]) -> Result<Self, Error> {
         fs::create_dir_all(folder).map_err(Error::file("make", folder))?;
-        let path = folder.join("history.csv");
+        let path = folder.join(HISTORY);
         let csv = File::create(&path)
             .and_then(|file| CsvWriter::new(file, &columns(parameters)))
             .map_err(Error::file("write", &path))?;
@@ -44,7 +47,7 @@ impl History {
     /// Goes on with the file in `folder`, and lets the parameters start where its
     /// cost of most measurements is least.
     pub(super) fn resume(folder: &Path, parameters: &mut [Parameter]) -> Result<Self, Error> {
-        let path = folder.join("history.csv");
+        let path = folder.join(HISTORY);
         let wrong = |what: String| InputError::new(what).at(path.display());
         let text = fs::read_to_string(&path).map_err(|error| {
             wrong(format!("there is no history to go on from: {error}"))

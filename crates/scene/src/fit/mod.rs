@@ -22,11 +22,12 @@ use myovib_fit::{
     profile, several_starts,
 };
 
+use crate::run::Existing;
 use crate::sensitivity::{Known, Parametrised, outputs};
 use crate::watch::{Tell, Watcher};
 use crate::{Error, InputError};
 pub use data::{Datum, read};
-use history::History;
+use history::{HISTORY, History};
 use model::{Experiment, SceneModel};
 use phases::fit_in_phases;
 
@@ -40,8 +41,8 @@ pub struct FitOptions<'a> {
     pub experiments: Vec<(PathBuf, Vec<String>)>,
     /// Folder for `history.csv`, which grows as the fit goes.
     pub out: PathBuf,
-    /// Whether to go on with the `history.csv` that is there, from its least cost.
-    pub resume: bool,
+    /// What is done with the `history.csv` that is there: a fit that is resumed starts from its least cost.
+    pub existing: Existing,
     /// The fit is converged when no parameter changes by more than this fraction of itself, or when what
     /// is left is a hundredth of what the noise leaves open.
     pub tolerance: f64,
@@ -122,10 +123,7 @@ pub struct Point {
 /// What is wrong with the scene or the measurements; a start at which the scene cannot be computed;
 /// a history that cannot be written. A fit that does not converge is a result that says so.
 pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
-    if options.out.join("run.json").exists() {
-        let error = InputError::new(format!("{} holds a run", options.out.display()));
-        return Err(error.at("--out").next("give another folder").into());
-    }
+    expect_free(options)?;
     let scene = Parametrised::load(&options.scene, &options.set)?;
     let mut parameters = parameters(&scene)?;
     let experiments = experiments(options, &scene)?;
@@ -167,9 +165,9 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         max_iterations: options.max_iterations,
         loss: options.loss,
     };
-    let mut history = match options.resume {
-        true => History::resume(&options.out, &mut parameters)?,
-        false => History::begin(&options.out, &parameters)?,
+    let mut history = match options.existing {
+        Existing::Resume => History::resume(&options.out, &mut parameters)?,
+        _ => History::begin(&options.out, &parameters)?,
     };
     let mut number = 0;
     let mut observe = |part: f64, iteration: &Iteration| {
@@ -218,6 +216,21 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         in_space,
         fit,
     })
+}
+
+/// Refuses a folder that holds a run, or a fit that is to stay.
+fn expect_free(options: &FitOptions<'_>) -> Result<(), InputError> {
+    let folder = options.out.display();
+    let (what, next) = if options.out.join("run.json").exists() {
+        ("run", "give another folder")
+    } else if options.existing == Existing::Refuse && options.out.join(HISTORY).exists() {
+        let next = "give another folder, or --overwrite, or --resume to go on with it";
+        ("fit", next)
+    } else {
+        return Ok(());
+    };
+    let error = InputError::new(format!("{folder} holds a {what} already"));
+    Err(error.at("--out").next(next))
 }
 
 /// What went wrong at the start is told by the run, with the place in the scene if it has one.
@@ -293,7 +306,15 @@ fn experiments(
     options: &FitOptions<'_>,
     scene: &Parametrised,
 ) -> Result<Vec<Experiment>, InputError> {
-    let experiments = options.experiments.iter().map(|(file, set)| {
+    let given = &options.experiments;
+    let twice = (1..given.len()).find(|&k| given[..k].contains(&given[k]));
+    if let Some(k) = twice {
+        let error = InputError::new("the same measurements are given twice").at("--data");
+        return Err(error
+            .found(given[k].0.display())
+            .next("give each experiment once"));
+    }
+    let experiments = given.iter().map(|(file, set)| {
         let scene = scene.with(set)?;
         let outputs = outputs(&scene.scene)?;
         let text = fs::read_to_string(file).map_err(|error| {

@@ -47,6 +47,17 @@ pub enum Existing {
     Resume,
 }
 
+impl Existing {
+    /// As the options `--resume` and `--overwrite` ask for, of which there is at most one.
+    pub fn of(resume: bool, overwrite: bool) -> Self {
+        match (resume, overwrite) {
+            (true, _) => Self::Resume,
+            (_, true) => Self::Overwrite,
+            _ => Self::Refuse,
+        }
+    }
+}
+
 /// Where a run goes, and who hears of it.
 #[derive(Clone)]
 pub struct RunOptions<'a> {

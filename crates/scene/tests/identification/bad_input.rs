@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use myovib_scene::fit::{FitOptions, Loss, compute};
+use myovib_scene::run::Existing;
 use myovib_scene::sensitivity::Parametrised;
 
 use crate::{scene, set};
@@ -177,7 +178,7 @@ fn of_fit(data: &str, more: &[&str], loss: Loss) -> String {
         set: set(&[&["time.end=0.02"], more].concat()),
         experiments: vec![(file, Vec::new())],
         out: out.clone(),
-        resume: false,
+        existing: Existing::Refuse,
         tolerance: 1e-5,
         max_iterations: 20,
         starts: 1,

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use myovib_model::sensitivity::Dependences;
 use myovib_scene::fit::{FitOptions, FitResult, Loss, compute};
+use myovib_scene::run::Existing;
 use myovib_scene::sensitivity::{
     Curves, Parametrised, compute as follow, follow as steps, outputs,
 };
@@ -82,7 +83,7 @@ fn fitted(
         set: set(&[&COMMON[..], more].concat()),
         experiments: vec![(data, Vec::new())],
         out,
-        resume: false,
+        existing: Existing::Overwrite,
         tolerance: 1e-5,
         max_iterations: 30,
         starts: 1,
@@ -103,24 +104,34 @@ fn a_fit_goes_on_from_its_history() {
     let data = folder.path().join("measured.csv");
     let more = [&["material[0].c10=1.3e4"], &SMALL[..]].concat();
     measure(&path, &more, 1.0, &data);
-    let run = |resume, max_iterations| {
+    let run = |existing, max_iterations| {
         fitted(path.clone(), data.clone(), &more[1..], |options| {
             FitOptions {
-                resume,
+                existing,
                 max_iterations,
                 ..options
             }
         })
     };
-    let none = run(true, 30).unwrap_err().to_string();
+    let none = run(Existing::Resume, 30).unwrap_err().to_string();
     assert!(none.contains("there is no history to go on from"), "{none}");
-    let whole = run(false, 30).unwrap();
+    let whole = run(Existing::Refuse, 30).unwrap();
     assert!(whole.fit.is_converged(), "{}", whole.ending());
-    let early = run(false, 1).unwrap();
+    let refused = run(Existing::Refuse, 1).unwrap_err().to_string();
+    assert!(refused.contains("holds a fit already"), "{refused}");
+    let twice = fitted(path.clone(), data.clone(), &more[1..], |options| {
+        FitOptions {
+            experiments: vec![options.experiments[0].clone(); 2],
+            ..options
+        }
+    });
+    let twice = twice.unwrap_err().to_string();
+    assert!(twice.contains("measurements are given twice"), "{twice}");
+    let early = run(Existing::Overwrite, 1).unwrap();
     assert!(!early.fit.is_converged(), "{}", early.ending());
     let file = folder.path().join("fit/history.csv");
     let before = std::fs::read_to_string(&file).unwrap();
-    let resumed = run(true, 30).unwrap();
+    let resumed = run(Existing::Resume, 30).unwrap();
     assert!(resumed.fit.is_converged(), "{}", resumed.ending());
     assert!(resumed.fit.history[0].cost < 0.5 * early.fit.history[0].cost);
     for j in 0..2 {
@@ -137,7 +148,7 @@ fn a_fit_goes_on_from_its_history() {
     });
     assert!(numbers.eq(0..after.lines().count() - 1), "{after}");
     std::fs::write(&file, "iteration,runs,cost,other\n0,1,2,3\n").unwrap();
-    let other = run(true, 30).unwrap_err().to_string();
+    let other = run(Existing::Resume, 30).unwrap_err().to_string();
     assert!(
         other.contains("the history is of other parameters"),
         "{other}"
