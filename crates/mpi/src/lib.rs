@@ -6,6 +6,9 @@
 //! a command, and the state it is to be done at. So no process can disagree with another, whatever the
 //! order in which MPI sums and whatever the processor of each machine.
 //!
+//! Shares are equal numbers of elements, wherever these lie: the sums go to rank 0 as whole vectors, so that
+//! parts of the mesh with small surfaces between them would save nothing.
+//!
 //! Cast: `begin` tells whether this process is rank 0, with a `Session` and its `Sharing`, or a
 //! `Follower`. `call` is what goes from one to the other, `crew` shares out passes
 //! ([`myovib_fem::Crew`]), `factors` factorises ([`myovib_sparse::engine::Engine`]), `ffi` is the
