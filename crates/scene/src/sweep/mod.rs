@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use myovib_model::StopReason;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::{Number, Value, json};
 
 use crate::csv::{self, Table};
 use crate::run::{self, Existing, RunOptions, RunResult};
@@ -131,8 +131,9 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     sweep.compute_all(wanted)?;
 
     let rows: Vec<Value> = all.iter().map(|case| sweep.row(&axes, case)).collect();
-    let document = json!({ "rows": rows });
     let csv = table(&axes, &sweep.results, &rows);
+    let rows: Vec<Value> = rows.into_iter().map(|row| numbered(&axes, row)).collect();
+    let document = json!({ "rows": rows });
     for (name, text) in [
         ("sweep.csv", csv.clone()),
         ("sweep.json", crate::json::document("sweep", &document)?),
@@ -326,6 +327,17 @@ impl Sweep<'_> {
         row.insert("probes".to_owned(), json!(probes));
         Value::Object(row)
     }
+}
+
+/// The row with the values that vary as numbers, where they are some.
+fn numbered(axes: &[Axis], mut row: Value) -> Value {
+    for axis in axes {
+        let word = row[&axis.key].as_str().unwrap_or_default();
+        if let Ok(number) = serde_json::from_str::<Number>(word) {
+            row[&axis.key] = Value::Number(number);
+        }
+    }
+    row
 }
 
 /// The last row of each probe of the run; none of one that failed.
