@@ -92,7 +92,8 @@ fn parameters(result: &FitResult) -> Table {
             between(intervals[j].map(Some)),
         ];
         if by_profile {
-            cells.push(between(result.profiles[j].interval));
+            let profile = result.profiles.get(j);
+            cells.push(between(profile.map_or([None; 2], |p| p.interval)));
         }
         table.row(cells.into_iter().map(Into::into));
     }
@@ -107,6 +108,9 @@ fn significant(value: f64) -> String {
     }
 }
 
+/// A model whose residuals are so many times the noise does not fit.
+const FAR: f64 = 3.0;
+
 /// How well the model fits, and what the measurements do not tell.
 fn findings(result: &FitResult) -> Vec<String> {
     let of = match result.noise_is_known {
@@ -118,11 +122,15 @@ fn findings(result: &FitResult) -> Vec<String> {
         "residuals: standard deviation {}{of}",
         significant(deviation)
     )];
+    if result.noise_is_known && deviation > FAR {
+        let remedy = "the model does not fit the data, and the intervals do not hold: look at the units, at outliers, \
+                      at what the scene leaves out, and at other starts";
+        lines.push(remedy.to_owned());
+    }
     let unknown = result.unknown();
     lines.extend(unknown.iter().map(|direction| {
         format!(
-            "not told by the data (a change this way, by the parameters' own size, is within the \
-             noise): {}",
+            "not told by the data (a change this way as large as the parameters is within the noise): {}",
             result.in_words(direction)
         )
     }));

@@ -22,8 +22,8 @@ use crate::values;
     myovib fit scene.toml --data low.csv --data 'high.csv traction[0].y.amplitude=200' --profile\n\n\
     The scene names its parameters in [[parameter]] and what was measured in [[output]]. Data are a \
     table with a column `t` and one for each output, or PEtab's columns observableId, time, \
-    measurement and noiseParameters. Writes report.html, fit.json, residuals.csv, residuals.svg and \
-    history.csv. Returns 3 when the fit does not converge.")]
+    measurement and noiseParameters. Writes report.html, fit.json, residuals.csv, residuals.svg, \
+    history.csv and origin.json. Returns 3 when the fit does not converge.")]
 pub struct FitArgs {
     /// The scene: a TOML file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
@@ -71,7 +71,7 @@ pub struct FitArgs {
     #[arg(long, value_name = "FRACTION", default_value = "1e-5", value_parser = values::relative_tolerance)]
     pub tolerance: f64,
 
-    /// Most iterations.
+    /// Most iterations of each part of the fit, and from each start: it begins with short and rough runs.
     #[arg(long, value_name = "N", default_value = "50")]
     pub max_iterations: usize,
 

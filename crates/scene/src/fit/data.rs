@@ -1,5 +1,7 @@
 //! Measurements from a table.
 
+use std::cmp::Ordering;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::InputError;
@@ -21,6 +23,8 @@ pub struct Datum {
 
 /// Names of the time in plain tables.
 const TIME: [&str; 2] = ["t", "time"];
+/// PEtab's name for the column of what was different.
+const CONDITION: &str = "simulationConditionId";
 /// What the name of a column of standard deviations ends with, in plain tables.
 const NOISE: &str = ".noise";
 
@@ -104,16 +108,45 @@ impl Reader<'_> {
         })
     }
 
-    /// Refuses a row that is cut short: an empty cell says that nothing was measured, a missing one nothing.
+    /// Refuses a row that is cut short, as an empty cell says that nothing was measured, a missing one nothing; and
+    /// one with cells that no column names.
     fn expect_whole(&self, table: &Table, row: usize) -> Result<(), InputError> {
         let (found, wanted) = (table.rows[row].len(), table.names.len());
-        if found >= wanted {
+        let (what, next) = match found.cmp(&wanted) {
+            Ordering::Equal => return Ok(()),
+            Ordering::Less => (
+                "the row is cut short",
+                "leave a cell empty where nothing was measured",
+            ),
+            Ordering::Greater => (
+                "the row has more cells than the header",
+                "write decimal points, not commas",
+            ),
+        };
+        Err(InputError::new(what)
+            .at(format!("{}, row {} under the header", self.name, row + 1))
+            .found(format!("{found} cells"))
+            .allowed(wanted)
+            .next(next))
+    }
+
+    /// Refuses measurements under more than one of PEtab's conditions, which an experiment has no word for.
+    fn expect_one_condition(&self, table: &Table) -> Result<(), InputError> {
+        let column = table.names.iter().position(|name| name == CONDITION);
+        let Some(column) = column else { return Ok(()) };
+        let named: BTreeSet<_> = table
+            .rows
+            .iter()
+            .filter_map(|row| row.get(column))
+            .collect();
+        if named.len() <= 1 {
             return Ok(());
         }
-        Err(InputError::new("the row is cut short")
-            .at(format!("{}, row {} under the header", self.name, row + 1))
-            .found(format!("{found} of {wanted} cells"))
-            .next("leave a cell empty where nothing was measured"))
+        let named: Vec<&str> = named.into_iter().map(String::as_str).collect();
+        Err(InputError::new("the measurements are of several conditions")
+            .at(format!("{}, column {CONDITION}", self.name))
+            .found(named.join(", "))
+            .next("give each condition a file of its own, and what is different in it after the file's name"))
     }
 
     /// The number in a row's column, none if it is empty. Row 0 is in line 2.
@@ -125,7 +158,7 @@ impl Reader<'_> {
         match word.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(Some(number)),
             _ => {
-                let error = InputError::new("a measurement is a finite number");
+                let error = InputError::new("measurements, times and noise are finite numbers");
                 Err(error
                     .at(self.place(table, row, column))
                     .found(format!("`{word}`")))
@@ -184,8 +217,10 @@ impl Reader<'_> {
             .names
             .iter()
             .position(|name| name == "noiseParameters");
+        self.expect_one_condition(table)?;
         let mut data = Vec::new();
         for row in 0..table.rows.len() {
+            self.expect_whole(table, row)?;
             let name = table.rows[row].get(id).map_or("", String::as_str);
             let output = self.output(name, &self.place(table, row, id))?;
             let t = self.time(table, row, time)?;
@@ -282,6 +317,11 @@ mod tests {
             ("t,tip\n", "the data hold no measurement"),
             ("t,tip,tip\n0,1,1\n", "a column is there twice"),
             ("t,tip\n0,1\n1\n", "the row is cut short"),
+            ("t,tip\n0,1,5e-3\n", "found: 3 cells"),
+            (
+                "observableId,time,measurement,simulationConditionId\ntip,0,1,a\ntip,1,2,b\n",
+                "several conditions",
+            ),
             ("\n", "the data hold no measurement"),
             (
                 "t,tip,tip.noise\n0,1,0\n",

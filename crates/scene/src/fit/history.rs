@@ -4,12 +4,16 @@ use std::fs::{self, File, OpenOptions};
 use std::path::{Path, PathBuf};
 
 use myovib_fit::{Iteration, Parameter};
+use serde_json::Value;
 
 use crate::csv::{CsvWriter, Table, Written};
-use crate::{Error, InputError};
+use crate::{Error, InputError, atomic_file};
 
 /// The name of the file.
 pub(super) const HISTORY: &str = "history.csv";
+
+/// The file that says what is fitted to what.
+const ORIGIN: &str = "origin.json";
 
 /// What stands before the parameters in a row; the cost is that of this first part of the measurements' time.
 const COLUMNS: [&str; 4] = ["iteration", "runs", "part", "cost"];
@@ -28,10 +32,34 @@ fn columns(parameters: &[Parameter]) -> Vec<&str> {
     COLUMNS.into_iter().chain(names).collect()
 }
 
+/// Refuses to go on with a fit of another scene or of other measurements: costs could not be compared.
+fn expect_origin(folder: &Path, origin: &Value) -> Result<(), InputError> {
+    let path = folder.join(ORIGIN);
+    let known = fs::read_to_string(&path).ok();
+    let known: Value = known
+        .and_then(|text| serde_json::from_str(&text).ok())
+        .unwrap_or_default();
+    let parts = origin.as_object().into_iter().flatten();
+    let other = parts.filter(|(part, value)| known[part.as_str()] != **value);
+    let other: Vec<&str> = other.map(|(part, _)| part.as_str()).collect();
+    if other.is_empty() {
+        return Ok(());
+    }
+    let error = InputError::new("the history is of another fit").at(path.display());
+    Err(error.found(format!("other {}", other.join(", "))).next(
+        "give the scene, --set and --data of that fit, or --overwrite in the place of --resume",
+    ))
+}
+
 impl History {
-    /// A new file in `folder`, which is made.
-    pub(super) fn begin(folder: &Path, parameters: &[Parameter]) -> Result<Self, Error> {
+    /// A new file in `folder`, which is made, of a fit with this `origin`.
+    pub(super) fn begin(
+        folder: &Path,
+        parameters: &[Parameter],
+        origin: &Value,
+    ) -> Result<Self, Error> {
         fs::create_dir_all(folder).map_err(Error::file("make", folder))?;
+        atomic_file::save(&folder.join(ORIGIN), format!("{origin:#}\n"))?;
         let path = folder.join(HISTORY);
         let csv = File::create(&path)
             .and_then(|file| CsvWriter::new(file, &columns(parameters)))
@@ -44,15 +72,20 @@ impl History {
         })
     }
 
-    /// Goes on with the file in `folder`, and lets the parameters start where its
+    /// Goes on with the file in `folder`, which must have the same `origin`, and lets the parameters start where its
     /// cost of most measurements is least.
-    pub(super) fn resume(folder: &Path, parameters: &mut [Parameter]) -> Result<Self, Error> {
+    pub(super) fn resume(
+        folder: &Path,
+        parameters: &mut [Parameter],
+        origin: &Value,
+    ) -> Result<Self, Error> {
         let path = folder.join(HISTORY);
         let wrong = |what: String| InputError::new(what).at(path.display());
         let text = fs::read_to_string(&path).map_err(|error| {
             wrong(format!("there is no history to go on from: {error}"))
                 .next("fit without --resume, or name the folder of that fit by --out")
         })?;
+        expect_origin(folder, origin)?;
         let table = Table::parse(&text).map_err(|error| wrong(format!("no table: {error}")))?;
         let expected = columns(parameters);
         if table.names != expected {

@@ -13,7 +13,7 @@ mod report;
 use std::fmt::Display;
 use std::fs;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 pub use myovib_fit::Loss;
@@ -21,7 +21,9 @@ use myovib_fit::{
     Ended, Fit, FitError, Identifiability, Iteration, Options, Parameter, Profile, Uncertainty,
     profile, several_starts,
 };
+use serde_json::{Value, json};
 
+use crate::inputs::sha256;
 use crate::run::Existing;
 use crate::sensitivity::{Known, Parametrised, outputs};
 use crate::watch::{Tell, Watcher};
@@ -46,7 +48,8 @@ pub struct FitOptions<'a> {
     /// The fit is converged when no parameter changes by more than this fraction of itself, or when what
     /// is left is a hundredth of what the noise leaves open.
     pub tolerance: f64,
-    /// Most iterations, each with one run with sensitivities and one or more plain ones.
+    /// Most iterations of each part of the fit, from each start; each with one run with sensitivities and one
+    /// or more plain ones.
     pub max_iterations: usize,
     /// From how many starts it is fitted: that of the scene, and others by chance.
     pub starts: usize,
@@ -86,7 +89,7 @@ pub struct FitResult {
     pub uncertainty: Uncertainty,
     /// What the measurements tell of combinations of parameters.
     pub identifiability: Identifiability,
-    /// Profiles, if they were asked for.
+    /// Profiles, if they were asked for; of the first parameters alone where they were interrupted.
     pub profiles: Vec<Profile>,
     /// The measurements, in the order of the residuals.
     pub points: Vec<Point>,
@@ -158,6 +161,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         interrupt: options.interrupt,
         progress: &(),
     };
+    let origin = origin(options, &scene, &experiments);
     let mut model = SceneModel::new(experiments, watcher);
     let wanted = Options {
         tolerance: options.tolerance,
@@ -166,8 +170,8 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         loss: options.loss,
     };
     let mut history = match options.existing {
-        Existing::Resume => History::resume(&options.out, &mut parameters)?,
-        _ => History::begin(&options.out, &parameters)?,
+        Existing::Resume => History::resume(&options.out, &mut parameters, &origin)?,
+        _ => History::begin(&options.out, &parameters, &origin)?,
     };
     let mut number = 0;
     let mut observe = |part: f64, iteration: &Iteration| {
@@ -190,17 +194,20 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     let fitted = fit_in_phases(&mut model, &starts, &wanted, &mut observe);
     history.end()?;
     let fit = fitted.map_err(|error| explain(error, &model))?;
-    let profiles = match options.profile && fit.ended == Ended::Converged {
-        true => (0..parameters.len())
-            .map(|j| {
-                let name = &parameters[j].name;
-                options.progress.tell(&|| format!("profile of {name}"));
-                profile(&mut model, &parameters, &fit, j, LEVEL, &wanted)
-            })
-            .collect::<Result<_, _>>()
-            .map_err(|error| explain(error, &model))?,
-        false => Vec::new(),
-    };
+    let mut profiles = Vec::new();
+    if options.profile && fit.ended == Ended::Converged {
+        for (j, parameter) in parameters.iter().enumerate() {
+            let (name, count) = (&parameter.name, parameters.len());
+            let tell = || format!("profile of {name}, {} of {count}", j + 1);
+            options.progress.tell(&tell);
+            match profile(&mut model, &parameters, &fit, j, LEVEL, &wanted) {
+                Ok(found) => profiles.push(found),
+                // What was fitted stands, with the profiles there are.
+                Err(_) if watcher.is_interrupted() => break,
+                Err(error) => return Err(explain(error, &model)),
+            }
+        }
+    }
     let uncertainty = fit.uncertainty().map_err(InputError::new)?;
     let body = scene.scene.body.as_ref();
     let in_space = body.is_some_and(|body| body.muscle.solid.space().dimension() == 3);
@@ -302,6 +309,44 @@ fn expect_bounds(scene: &Parametrised, start: &[f64]) -> Result<(), InputError> 
     Ok(())
 }
 
+/// What is fitted to what.
+fn origin(options: &FitOptions<'_>, scene: &Parametrised, experiments: &[Experiment]) -> Value {
+    let hash = |experiment: &Experiment| sha256(format!("{:?}", experiment.data).as_bytes());
+    let own = options.experiments.iter().map(|(_, set)| set);
+    let experiments = experiments.iter().zip(own);
+    let measurements = experiments.map(|(experiment, set)| json!([hash(experiment), set]));
+    json!({
+        "scene": sha256(scene.scene.text().as_bytes()),
+        "files": scene.scene.inputs,
+        "overrides": options.set,
+        "measurements": measurements.collect::<Vec<_>>(),
+    })
+}
+
+/// Refuses an experiment that sets what is fitted: the fit's value would replace it.
+fn expect_free_parameters(
+    scene: &Parametrised,
+    file: &Path,
+    set: &[String],
+) -> Result<(), InputError> {
+    let key = |word: &String| word.split('=').next().map(str::to_owned);
+    let keys: Vec<String> = set.iter().filter_map(key).collect();
+    let fitted = scene
+        .parameters
+        .iter()
+        .find(|known| keys.contains(&known.key));
+    match fitted {
+        None => Ok(()),
+        Some(known) => {
+            let error = InputError::new("an experiment sets a parameter that is fitted");
+            Err(error
+                .at(format!("--data {}", file.display()))
+                .found(&known.key)
+                .next("leave it out here, or remove the [[parameter]]"))
+        }
+    }
+}
+
 fn experiments(
     options: &FitOptions<'_>,
     scene: &Parametrised,
@@ -315,6 +360,7 @@ fn experiments(
             .next("give each experiment once"));
     }
     let experiments = given.iter().map(|(file, set)| {
+        expect_free_parameters(scene, file, set)?;
         let scene = scene.with(set)?;
         let outputs = outputs(&scene.scene)?;
         let text = fs::read_to_string(file).map_err(|error| {

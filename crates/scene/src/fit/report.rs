@@ -57,7 +57,13 @@ impl FitResult {
             }
         });
         let told = (0..changes.len()).filter(|&j| sizes[j] > 0.01 * most);
-        let term = |j: usize| format!("{:+.3} × {}", changes[j] / largest, self.fit.names[j]);
+        let term = |j: usize| {
+            let (change, name) = (changes[j] / largest, &self.fit.names[j]);
+            match change.abs() < 0.01 {
+                true => format!("{change:+.2e} × {name}"),
+                false => format!("{change:+.3} × {name}"),
+            }
+        };
         told.map(term).collect::<Vec<_>>().join("  ")
     }
 

@@ -209,7 +209,7 @@ fn data_and_bounds_that_make_no_sense_are_told() {
         (
             "t,origin.u_y\n0.01,nan\n",
             &[],
-            "a measurement is a finite number",
+            "measurements, times and noise are finite numbers",
         ),
         (
             "t,origin.u_z\n0.01,0\n",

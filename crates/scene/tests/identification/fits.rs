@@ -127,6 +127,15 @@ fn a_fit_goes_on_from_its_history() {
     });
     let twice = twice.unwrap_err().to_string();
     assert!(twice.contains("measurements are given twice"), "{twice}");
+    let own = fitted(path.clone(), data.clone(), &more[1..], |options| {
+        let set = vec!["material[0].c10=2e4".to_owned()];
+        FitOptions {
+            experiments: vec![(data.clone(), set)],
+            ..options
+        }
+    });
+    let own = own.unwrap_err().to_string();
+    assert!(own.contains("sets a parameter that is fitted"), "{own}");
     let early = run(Existing::Overwrite, 1).unwrap();
     assert!(!early.fit.is_converged(), "{}", early.ending());
     let file = folder.path().join("fit/history.csv");
@@ -147,6 +156,12 @@ fn a_fit_goes_on_from_its_history() {
         number as usize
     });
     assert!(numbers.eq(0..after.lines().count() - 1), "{after}");
+    let other = fitted(path.clone(), data.clone(), &more, |options| FitOptions {
+        existing: Existing::Resume,
+        ..options
+    });
+    let other = other.unwrap_err().to_string();
+    assert!(other.contains("other overrides"), "{other}");
     std::fs::write(&file, "iteration,runs,cost,other\n0,1,2,3\n").unwrap();
     let other = run(Existing::Resume, 30).unwrap_err().to_string();
     assert!(
@@ -170,7 +185,7 @@ impl Tell for Patience {
 }
 
 /// Wherever a fit from two starts is interrupted, what it gives is of as many measurements as the best that it
-/// came to, and its residuals are those of its points. The beginning is fitted to half of them first.
+/// came to, and its residuals are those of its points; profiles that were computed are kept. The beginning is fitted to half of them first.
 #[test]
 fn an_interrupted_fit_keeps_what_it_has() {
     let folder = tempfile::tempdir().unwrap();
@@ -186,6 +201,7 @@ fn an_interrupted_fit_keeps_what_it_has() {
         fitted(path.clone(), data.clone(), &more[1..], |options| {
             FitOptions {
                 starts: 2,
+                profile: true,
                 interrupt: Some(&patience.interrupt),
                 progress: patience,
                 ..options
@@ -193,8 +209,9 @@ fn an_interrupted_fit_keeps_what_it_has() {
         })
         .unwrap()
     };
-    let mut reached = 0;
-    for iterations in 1.. {
+    let (mut reached, mut iterations) = (0, 0);
+    loop {
+        iterations += 1;
         let result = interrupted_after(iterations);
         let n = result.points.len();
         println!("{iterations}: {n} measurements, {}", result.ending());
@@ -212,6 +229,9 @@ fn an_interrupted_fit_keeps_what_it_has() {
     }
     let all = std::fs::read_to_string(&data).unwrap().lines().count() - 1;
     assert!(reached >= all, "{reached} of {all}");
+    // Interrupted in its first profile, and in its second.
+    let profiles = [0, 1].map(|more| interrupted_after(iterations + more).profiles.len());
+    assert_eq!(profiles, [0, 1]);
 }
 
 #[test]
