@@ -45,6 +45,7 @@ def fit(
     max_iterations: int,
     starts: int,
     seed: int,
+    existing: str,
     progress: Callable[[str], object] | None,
 ) -> str: ...
 def use_threads(threads: int) -> None:

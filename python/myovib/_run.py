@@ -203,7 +203,7 @@ class SweepResult:
     Attributes
     ----------
     rows : list of dict
-        For each case its number, the values that vary (as text), the outcome, the counters, and
+        For each case its number, the values that vary (``inf`` as text), the outcome, the counters, and
         under ``probes`` the last row of each probe.
     folder : Path
         Where the folders of the cases are.

@@ -285,6 +285,7 @@ class Scene:
         max_iterations: int = 50,
         starts: int = 1,
         seed: int = 0,
+        existing: Literal["refuse", "overwrite", "resume"] = "refuse",
         progress: Progress = False,
     ) -> FitResult:
         """The scene's parameters from measurements, by least squares.
@@ -309,6 +310,8 @@ class Scene:
         max_iterations : int
         starts, seed : int
             From how many starts to fit: the scene's own and others by chance; the best is kept.
+        existing : {"refuse", "overwrite", "resume"}
+            What is done with a fit that `out` holds.
         progress : bool or callable
             As for `run`.
 
@@ -337,6 +340,7 @@ class Scene:
                 max_iterations,
                 starts,
                 seed,
+                existing,
                 show,
             )
         return FitResult(out, json.loads(document), self.copy(), temporary)

@@ -4,14 +4,13 @@ use std::path::PathBuf;
 
 use myovib_cli::commands;
 use myovib_scene::fit::{FitOptions, Loss, compute as compute_fit};
-use myovib_scene::run::Existing;
 use myovib_scene::sensitivity::{Parametrised, compute};
 use myovib_scene::watch::Watcher;
 use pyo3::prelude::*;
 
 use crate::error::of_command;
 use crate::interrupt::interruptible;
-use crate::scene::Progress;
+use crate::scene::{Progress, existing_of};
 
 /// Sensitivities of a scene's outputs, written to the folder `out`; a JSON document.
 #[pyfunction]
@@ -51,8 +50,10 @@ pub(crate) fn fit(
     max_iterations: usize,
     starts: usize,
     seed: u64,
+    existing: &str,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<String> {
+    let existing = existing_of(existing)?;
     let progress = Progress::new(progress);
     let computed = interruptible(py, |flag| -> anyhow::Result<_> {
         let result = compute_fit(&FitOptions {
@@ -60,7 +61,7 @@ pub(crate) fn fit(
             set,
             experiments,
             out: out.clone(),
-            existing: Existing::Refuse,
+            existing,
             tolerance,
             max_iterations,
             starts,

@@ -70,15 +70,7 @@ pub(crate) fn run(
     verify: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<String>> {
-    let existing = match existing {
-        "refuse" => Existing::Refuse,
-        "overwrite" => Existing::Overwrite,
-        "resume" => Existing::Resume,
-        other => {
-            let message = format!("existing = {other:?}: must be refuse, overwrite or resume");
-            return Err(of_argument(message));
-        }
-    };
+    let existing = existing_of(existing)?;
     let progress = Progress::new(progress);
     let computed = interruptible(py, |flag| {
         let compute = || {
@@ -210,4 +202,17 @@ pub(crate) fn program(py: Python<'_>, arguments: Vec<OsString>) -> i32 {
             error.exit_code()
         }
     })
+}
+
+/// What is done with what the folder holds, by its name.
+pub(crate) fn existing_of(name: &str) -> PyResult<Existing> {
+    match name {
+        "refuse" => Ok(Existing::Refuse),
+        "overwrite" => Ok(Existing::Overwrite),
+        "resume" => Ok(Existing::Resume),
+        other => {
+            let message = format!("existing = {other:?}: must be refuse, overwrite or resume");
+            Err(of_argument(message))
+        }
+    }
 }

@@ -123,6 +123,7 @@ def test_a_sweep_has_a_row_for_each_case():
     peak = {"peak": "max(origin.u_y)"}
     sweep = scene.sweep({"material[0].c10": [1e4, 5e3]}, results=peak, threads=2)
     assert [row["outcome"] for row in sweep.rows] == ["finished"] * 2
+    assert [row["material[0].c10"] for row in sweep.rows] == [1e4, 5e3]
     alone = scene.copy().set("material[0].c10", 5e3).run()
     origin = alone.probes["origin"]
     assert (sweep.case(2).probes["origin"]["u_y"] == origin["u_y"]).all()

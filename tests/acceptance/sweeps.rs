@@ -60,13 +60,14 @@ fn a_sweep_of_a_scene_that_has_changed_is_computed_again() {
             "scene.toml",
             "--quiet",
             "--vary",
-            "solid.kappa=1e5,-1",
+            "solid.kappa=1_000.0e2,-1",
         ];
         let run = myovib_in(folder.path(), &arguments);
         assert_eq!(run.code, 0, "{}", run.stderr);
         assert!(run.stderr.starts_with("note: case 2: "), "{}", run.stderr);
         let table = fs::read_to_string(folder.path().join("sweep/sweep.json")).unwrap();
         let table: Value = serde_json::from_str(&table).unwrap();
+        assert_eq!(table["rows"][0]["solid.kappa"], 1e5);
         assert_eq!(table["rows"][1]["solid.kappa"], -1);
         assert_eq!(table["rows"][1]["probes"], serde_json::json!({}), "failed");
         table["rows"][0]["probes"]["tip"][2].as_f64().unwrap()

@@ -92,8 +92,10 @@ fn parameters(result: &FitResult) -> Table {
             between(intervals[j].map(Some)),
         ];
         if by_profile {
-            let profile = result.profiles.get(j);
-            cells.push(between(profile.map_or([None; 2], |p| p.interval)));
+            cells.push(match &result.profiles[j] {
+                Ok(profile) => between(profile.interval),
+                Err(_) => "not computed".to_owned(),
+            });
         }
         table.row(cells.into_iter().map(Into::into));
     }
@@ -126,6 +128,11 @@ fn findings(result: &FitResult) -> Vec<String> {
         let remedy = "the model does not fit the data, and the intervals do not hold: look at the units, at outliers, \
                       at what the scene leaves out, and at other starts";
         lines.push(remedy.to_owned());
+    }
+    for (name, profile) in result.fit.names.iter().zip(&result.profiles) {
+        if let Err(why) = profile {
+            lines.push(format!("profile of {name}: not computed: {why}"));
+        }
     }
     let unknown = result.unknown();
     lines.extend(unknown.iter().map(|direction| {

@@ -120,7 +120,7 @@ impl Reader<'_> {
             ),
             Ordering::Greater => (
                 "the row has more cells than the header",
-                "write decimal points, not commas",
+                "write decimal points, not commas, and nothing behind the last cell",
             ),
         };
         Err(InputError::new(what)

@@ -1,22 +1,29 @@
 //! The iterations of a fit in a file, to look at and to go on from.
 
 use std::fs::{self, File, OpenOptions};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use myovib_fit::{Iteration, Parameter};
 use serde_json::Value;
 
+use super::RESULTS;
 use crate::csv::{CsvWriter, Table, Written};
 use crate::{Error, InputError, atomic_file};
 
-/// The name of the file.
-pub(super) const HISTORY: &str = "history.csv";
+const HISTORY: &str = "history.csv";
 
 /// The file that says what is fitted to what.
 const ORIGIN: &str = "origin.json";
 
 /// What stands before the parameters in a row; the cost is that of this first part of the measurements' time.
 const COLUMNS: [&str; 4] = ["iteration", "runs", "part", "cost"];
+
+/// Whether the folder holds a fit that came to an iteration.
+pub(super) fn has_begun(folder: &Path) -> bool {
+    let text = fs::read_to_string(folder.join(HISTORY));
+    text.is_ok_and(|text| text.lines().count() > 1)
+}
 
 /// The iterations in a file, each of which is on the disk when the next begins.
 pub(super) struct History {
@@ -36,9 +43,12 @@ fn columns(parameters: &[Parameter]) -> Vec<&str> {
 fn expect_origin(folder: &Path, origin: &Value) -> Result<(), InputError> {
     let path = folder.join(ORIGIN);
     let known = fs::read_to_string(&path).ok();
-    let known: Value = known
-        .and_then(|text| serde_json::from_str(&text).ok())
-        .unwrap_or_default();
+    let known = known.and_then(|text| serde_json::from_str::<Value>(&text).ok());
+    let Some(known) = known else {
+        let error = InputError::new("it is not known what the history is of").at(path.display());
+        let error = error.found("no such file, or another one");
+        return Err(error.next("--overwrite fits anew"));
+    };
     let parts = origin.as_object().into_iter().flatten();
     let other = parts.filter(|(part, value)| known[part.as_str()] != **value);
     let other: Vec<&str> = other.map(|(part, _)| part.as_str()).collect();
@@ -46,19 +56,28 @@ fn expect_origin(folder: &Path, origin: &Value) -> Result<(), InputError> {
         return Ok(());
     }
     let error = InputError::new("the history is of another fit").at(path.display());
-    Err(error.found(format!("other {}", other.join(", "))).next(
-        "give the scene, --set and --data of that fit, or --overwrite in the place of --resume",
-    ))
+    Err(error
+        .found(format!("other {}", other.join(", ")))
+        .next("give what that fit was given, or --overwrite in the place of --resume"))
 }
 
 impl History {
-    /// A new file in `folder`, which is made, of a fit with this `origin`.
+    /// A new file in `folder`, which is made, of a fit with this `origin`; results of an earlier one are removed.
     pub(super) fn begin(
         folder: &Path,
         parameters: &[Parameter],
         origin: &Value,
     ) -> Result<Self, Error> {
         fs::create_dir_all(folder).map_err(Error::file("make", folder))?;
+        for name in RESULTS {
+            let path = folder.join(name);
+            match fs::remove_file(&path) {
+                Err(error) if error.kind() != ErrorKind::NotFound => {
+                    return Err(Error::file("remove", &path)(error));
+                }
+                _ => {}
+            }
+        }
         atomic_file::save(&folder.join(ORIGIN), format!("{origin:#}\n"))?;
         let path = folder.join(HISTORY);
         let csv = File::create(&path)

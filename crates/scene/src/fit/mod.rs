@@ -29,7 +29,7 @@ use crate::sensitivity::{Known, Parametrised, outputs};
 use crate::watch::{Tell, Watcher};
 use crate::{Error, InputError};
 pub use data::{Datum, read};
-use history::{HISTORY, History};
+use history::History;
 use model::{Experiment, SceneModel};
 use phases::fit_in_phases;
 
@@ -89,8 +89,8 @@ pub struct FitResult {
     pub uncertainty: Uncertainty,
     /// What the measurements tell of combinations of parameters.
     pub identifiability: Identifiability,
-    /// Profiles, if they were asked for; of the first parameters alone where they were interrupted.
-    pub profiles: Vec<Profile>,
+    /// For each parameter its profile, or why it was not computed; none if they were not asked for.
+    pub profiles: Vec<Result<Profile, String>>,
     /// The measurements, in the order of the residuals.
     pub points: Vec<Point>,
     /// Runs of the scenes, with and without sensitivities.
@@ -161,7 +161,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         interrupt: options.interrupt,
         progress: &(),
     };
-    let origin = origin(options, &scene, &experiments);
+    let origin = origin(options, &experiments);
     let mut model = SceneModel::new(experiments, watcher);
     let wanted = Options {
         tolerance: options.tolerance,
@@ -200,12 +200,16 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
             let (name, count) = (&parameter.name, parameters.len());
             let tell = || format!("profile of {name}, {} of {count}", j + 1);
             options.progress.tell(&tell);
-            match profile(&mut model, &parameters, &fit, j, LEVEL, &wanted) {
-                Ok(found) => profiles.push(found),
-                // What was fitted stands, with the profiles there are.
-                Err(_) if watcher.is_interrupted() => break,
-                Err(error) => return Err(explain(error, &model)),
-            }
+            // What was fitted stands, whatever becomes of its profiles.
+            let found = profile(&mut model, &parameters, &fit, j, LEVEL, &wanted);
+            profiles.push(found.map_err(|error| {
+                match watcher.is_interrupted() {
+                    true => "interrupted".to_owned(),
+                    false => model
+                        .last_failure()
+                        .map_or_else(|| error.to_string(), str::to_owned),
+                }
+            }));
         }
     }
     let uncertainty = fit.uncertainty().map_err(InputError::new)?;
@@ -225,12 +229,15 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     })
 }
 
-/// Refuses a folder that holds a run, or a fit that is to stay.
+/// What a fit writes in the end.
+const RESULTS: [&str; 4] = ["fit.json", "report.html", "residuals.csv", "residuals.svg"];
+
+/// Refuses a folder that holds a run, or a fit that is to stay: one that came to an iteration.
 fn expect_free(options: &FitOptions<'_>) -> Result<(), InputError> {
     let folder = options.out.display();
     let (what, next) = if options.out.join("run.json").exists() {
         ("run", "give another folder")
-    } else if options.existing == Existing::Refuse && options.out.join(HISTORY).exists() {
+    } else if options.existing == Existing::Refuse && history::has_begun(&options.out) {
         let next = "give another folder, or --overwrite, or --resume to go on with it";
         ("fit", next)
     } else {
@@ -309,17 +316,17 @@ fn expect_bounds(scene: &Parametrised, start: &[f64]) -> Result<(), InputError> 
     Ok(())
 }
 
-/// What is fitted to what.
-fn origin(options: &FitOptions<'_>, scene: &Parametrised, experiments: &[Experiment]) -> Value {
-    let hash = |experiment: &Experiment| sha256(format!("{:?}", experiment.data).as_bytes());
-    let own = options.experiments.iter().map(|(_, set)| set);
-    let experiments = experiments.iter().zip(own);
-    let measurements = experiments.map(|(experiment, set)| json!([hash(experiment), set]));
+/// What costs are of: of all experiments the scenes, the files they read, and the measurements.
+fn origin(options: &FitOptions<'_>, experiments: &[Experiment]) -> Value {
+    let of_each =
+        |of: &dyn Fn(&Experiment) -> Value| -> Value { experiments.iter().map(of).collect() };
     json!({
-        "scene": sha256(scene.scene.text().as_bytes()),
-        "files": scene.scene.inputs,
-        "overrides": options.set,
-        "measurements": measurements.collect::<Vec<_>>(),
+        "loss": format!("{:?}", options.loss),
+        "scene": of_each(&|experiment| json!(sha256(experiment.computed().to_string().as_bytes()))),
+        "files": of_each(&|experiment| json!(experiment.scene().inputs)),
+        "measurements": of_each(&|experiment| {
+            json!(sha256(format!("{:?}", experiment.data).as_bytes()))
+        }),
     })
 }
 
@@ -352,13 +359,6 @@ fn experiments(
     scene: &Parametrised,
 ) -> Result<Vec<Experiment>, InputError> {
     let given = &options.experiments;
-    let twice = (1..given.len()).find(|&k| given[..k].contains(&given[k]));
-    if let Some(k) = twice {
-        let error = InputError::new("the same measurements are given twice").at("--data");
-        return Err(error
-            .found(given[k].0.display())
-            .next("give each experiment once"));
-    }
     let experiments = given.iter().map(|(file, set)| {
         expect_free_parameters(scene, file, set)?;
         let scene = scene.with(set)?;
@@ -373,5 +373,15 @@ fn experiments(
         let data = read(file, text, &outputs, scene.scene.t_end)?;
         Ok(Experiment::new(scene, outputs, data))
     });
-    experiments.collect()
+    let experiments: Vec<Experiment> = experiments.collect::<Result<_, InputError>>()?;
+    let is_same =
+        |j: usize, k: usize| given[j].1 == given[k].1 && experiments[j].data == experiments[k].data;
+    let twice = (1..given.len()).find(|&k| (0..k).any(|j| is_same(j, k)));
+    if let Some(k) = twice {
+        let error = InputError::new("the same measurements are given twice").at("--data");
+        return Err(error
+            .found(given[k].0.display())
+            .next("give each experiment once"));
+    }
+    Ok(experiments)
 }

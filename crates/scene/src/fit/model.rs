@@ -3,12 +3,13 @@
 use myovib_fit::{Failed, Model};
 use myovib_model::sensitivity::Dependences;
 use nalgebra::DMatrix;
+use serde_json::{Value, json};
 
 use super::Point;
 use super::data::Datum;
-use crate::Error;
 use crate::sensitivity::{Output, Parametrised, Sample, follow};
 use crate::watch::Watcher;
+use crate::{Error, Scene};
 
 /// Derivatives are solved for to the tolerance of the motion: of them the fit needs fewer digits.
 const FRACTION: f64 = 1.0;
@@ -33,6 +34,23 @@ impl Experiment {
             data,
             times,
         }
+    }
+
+    /// The scene.
+    pub(super) fn scene(&self) -> &Scene {
+        &self.scene.scene
+    }
+
+    /// What the scene says of what is computed: not where a fit starts, nor between which bounds.
+    pub(super) fn computed(&self) -> Value {
+        let mut file = json!(self.scene().file);
+        let parameters = file["parameter"].as_array_mut();
+        for parameter in parameters.into_iter().flatten() {
+            if let Some(parameter) = parameter.as_object_mut() {
+                parameter.retain(|key, _| !["start", "low", "high"].contains(&key.as_str()));
+            }
+        }
+        file
     }
 
     /// Whether the scene, and how it depends on its parameters, can be had at these values.

@@ -78,7 +78,7 @@ impl FitResult {
                 "set": self.known[j].assignment(self.fit.values[j]),
                 "standard_error": finite(self.uncertainty.standard_errors[j]),
                 "interval": intervals[j].map(finite),
-                "profile_interval": self.profiles.get(j).map(|profile| profile.interval),
+                "profile_interval": self.profiles.get(j).and_then(|p| p.as_ref().ok()).map(|profile| profile.interval),
                 "at_bound": self.fit.at_bound[j],
             })
         };

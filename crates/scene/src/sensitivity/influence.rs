@@ -199,7 +199,7 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<Known, Inp
                     .found("a list")
                     .next(format!("name one of it, as `{key}[0]`")),
                 _ => match values.pointer(parent) {
-                    _ if last == "shear_modulus" => {
+                    _ if table == "material" && last == "shear_modulus" => {
                         error.next("give the law as mooney-rivlin: c10 is half of it, c01 is 0")
                     }
                     Some(Value::Object(members)) if !parent.is_empty() => {

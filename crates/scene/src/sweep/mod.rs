@@ -93,6 +93,8 @@ pub struct SweepResult {
     pub document: Value,
     /// `sweep.csv`.
     pub csv: String,
+    /// Why cases that were asked for, or collected, did not come to their end.
+    pub stopped: Vec<String>,
 }
 
 /// Runs the cases.
@@ -132,6 +134,14 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
 
     let rows: Vec<Value> = all.iter().map(|case| sweep.row(&axes, case)).collect();
     let csv = table(&axes, &sweep.results, &rows);
+    let told = match options.cases {
+        Cases::None => &all[..],
+        _ => wanted,
+    };
+    let stopped = told
+        .iter()
+        .filter_map(|case| stopped(&rows[case.number]))
+        .collect();
     let rows: Vec<Value> = rows.into_iter().map(|row| numbered(&axes, row)).collect();
     let document = json!({ "rows": rows });
     for (name, text) in [
@@ -140,7 +150,11 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     ] {
         atomic_file::save(&options.out.join(name), text)?;
     }
-    Ok(SweepResult { document, csv })
+    Ok(SweepResult {
+        document,
+        csv,
+        stopped,
+    })
 }
 
 /// The program that computes: its revision, and where that has local changes or none is known, its
@@ -329,11 +343,30 @@ impl Sweep<'_> {
     }
 }
 
+/// Why a case did not come to its end, if it was tried.
+fn stopped(row: &Value) -> Option<String> {
+    let is_stopped = ["stopped", "failed"]
+        .iter()
+        .any(|how| row["outcome"] == *how);
+    let why = row["message"].as_str().or(row["outcome"].as_str());
+    is_stopped.then(|| format!("case {}: {}", row["case"], why.unwrap_or_default()))
+}
+
+/// A number as TOML has it; none for infinity, for which JSON has no number.
+fn number(word: &str) -> Option<Number> {
+    let table: toml::Table = format!("x={word}").parse().ok()?;
+    match table["x"] {
+        toml::Value::Integer(number) => Some(number.into()),
+        toml::Value::Float(number) => Number::from_f64(number),
+        _ => None,
+    }
+}
+
 /// The row with the values that vary as numbers, where they are some.
 fn numbered(axes: &[Axis], mut row: Value) -> Value {
     for axis in axes {
         let word = row[&axis.key].as_str().unwrap_or_default();
-        if let Ok(number) = serde_json::from_str::<Number>(word) {
+        if let Some(number) = number(word) {
             row[&axis.key] = Value::Number(number);
         }
     }

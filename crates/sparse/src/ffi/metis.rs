@@ -14,7 +14,7 @@ static METIS: Mutex<()> = Mutex::new(());
 
 /// The nodes of a graph by nested dissection; `weights` are what a separator costs by node.
 ///
-/// Of each part so many `separators` are found, to take the smallest. The order is the same in each
+/// The smallest of `separators` separators of each part is taken. The order is the same in each
 /// call. `None` if METIS gives up (it says why on stderr), for
 /// example for an empty graph or one of 2³¹ edges.
 pub(crate) fn nested_dissection(

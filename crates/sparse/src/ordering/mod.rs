@@ -20,7 +20,7 @@ pub(crate) use tree::{NONE, Tree};
 /// from 1 to all: the backward error stays at 1e-15, and up to twelve the fill does not grow.
 const BEFORE_A_CONSTRAINT: usize = 12;
 
-/// Multiplications of a factorisation, by the number of unknowns, that take as long as a search of
+/// Multiplications of a real LU, by the number of unknowns, that take as long on one thread as a search of
 /// [`CAREFUL`]. Measured on blocks and shells of 10 000 to 200 000 unknowns.
 const WORTH_A_SEARCH: f64 = 5e5;
 
@@ -31,7 +31,7 @@ const MOST_SEARCHES: usize = 4;
 const CAREFUL: u32 = 5;
 
 /// The nodes of `graph` in the order of elimination that predicts the least work, and their tree.
-/// The search for it takes no longer than about one factorisation.
+/// The search for it takes about as long as one real LU on one thread, at most.
 pub(crate) fn least_work(graph: &Graph) -> Tree {
     let hosts = Hosts::new(graph);
     let tree = |order: Vec<u32>| Tree::new(graph, hosts.expand(graph, &order));
@@ -50,7 +50,8 @@ pub(crate) fn least_work(graph: &Graph) -> Tree {
     others.fold(first, lesser)
 }
 
-/// One of many orders of nested dissection: that of a `seed` of random numbers, each separator the smallest of so many.
+/// One of many orders of nested dissection, by a `seed` of random numbers; each separator is the smallest of
+/// so many.
 #[cfg(feature = "metis")]
 fn dissection(hosts: &Hosts, seed: u32, separators: u32) -> Option<Vec<u32>> {
     crate::ffi::metis::nested_dissection(&hosts.neighbours, &hosts.weights, seed, separators)
@@ -194,7 +195,8 @@ mod tests {
         }
     }
 
-    /// Of a cube an order that takes less is looked for and found; the factors of a plate are too cheap for that.
+    /// Of a cube an order that takes less is looked for and found; the factors of a plate are too cheap for
+    /// that.
     #[test]
     fn a_better_order_is_looked_for_where_factors_take_long() {
         for (points, is_dear) in [([26, 26, 26], true), ([80, 80, 2], false)] {

@@ -9,7 +9,6 @@ use clap::Args;
 use myovib_report::page;
 use myovib_scene::plain;
 use myovib_scene::sweep::{Cases, SweepOptions, compute};
-use serde_json::Value;
 
 use crate::args::CommonArgs;
 use crate::exit::Exit;
@@ -108,7 +107,7 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
         finished: &page::write,
     })?;
     drop(progress);
-    tell_stopped(&result.document);
+    tell_stopped(&result.stopped);
     args.common.give("sweep", &result.csv, &result.document)?;
     Ok(if interrupt::has_come() {
         Exit::Interrupted
@@ -121,28 +120,12 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
 const TOLD: usize = 10;
 
 /// Says why cases did not come to their end.
-fn tell_stopped(document: &Value) {
-    let rows = document["rows"].as_array().into_iter().flatten();
-    let stopped = rows.filter(|row| {
-        ["stopped", "failed"]
-            .iter()
-            .any(|how| row["outcome"] == *how)
-    });
-    let told = |row: &Value| {
-        Some(format!(
-            "case {}: {}",
-            row["case"],
-            row["message"].as_str()?
-        ))
-    };
-    let stopped: Vec<String> = stopped.filter_map(told).collect();
-    for line in stopped.iter().take(TOLD) {
-        eprintln!("note: {}", plain(line));
+fn tell_stopped(cases: &[String]) {
+    for case in cases.iter().take(TOLD) {
+        eprintln!("note: {}", plain(case));
     }
-    if stopped.len() > TOLD {
-        eprintln!(
-            "note: {} more; `message` in sweep.json says why",
-            stopped.len() - TOLD
-        );
+    if cases.len() > TOLD {
+        let more = cases.len() - TOLD;
+        eprintln!("note: {more} more; `message` in sweep.json says why");
     }
 }
