@@ -7,7 +7,7 @@ use metis_sys::{METIS_NOPTIONS, METIS_NodeND, METIS_SetDefaultOptions, idx_t};
 use metis_sys::{moptions_et_METIS_OPTION_NSEPS, moptions_et_METIS_OPTION_NUMBERING};
 use metis_sys::{moptions_et_METIS_OPTION_SEED, rstatus_et_METIS_OK};
 
-use crate::ordering::Lanes;
+use crate::ordering::lanes::Lanes;
 
 /// METIS keeps the state of its random numbers and of its error handler in globals.
 static METIS: Mutex<()> = Mutex::new(());
@@ -15,8 +15,8 @@ static METIS: Mutex<()> = Mutex::new(());
 /// The nodes of a graph by nested dissection; `weights` are what a separator costs by node.
 ///
 /// The smallest of `separators` separators of each part is taken. The order is the same in each
-/// call. `None` if METIS gives up (it says why on stderr), for
-/// example for an empty graph or one of 2³¹ edges.
+/// call. `None` if METIS gives up (it says why on stderr), for example for an empty graph or one of
+/// 2³¹ edges.
 pub(crate) fn nested_dissection(
     neighbours: &Lanes,
     weights: &[i32],
