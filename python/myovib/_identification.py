@@ -71,6 +71,11 @@ class SensitivityResult:
         return self.__dict__ | {"_temporary": None}
 
 
+def by_element(document: dict[str, Any]) -> dict[str, Array]:
+    """The numbers of each output in a document of a stiffness map."""
+    return {output["name"]: _numbers(output["elements"]) for output in document["outputs"]}
+
+
 class FitResult:
     """What a fit came to; picklable.
 

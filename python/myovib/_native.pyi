@@ -35,6 +35,12 @@ def sensitivity(
     out: str | PathLike[str],
     progress: Callable[[str], object] | None,
 ) -> str: ...
+def stiffness_map(
+    scene: str | PathLike[str],
+    set: list[str],
+    out: str | PathLike[str],
+    progress: Callable[[str], object] | None,
+) -> str: ...
 def fit(
     scene: str | PathLike[str],
     set: list[str],

@@ -11,7 +11,14 @@ from pathlib import Path
 from typing import Any, Literal
 
 from . import _native
-from ._identification import Experiment, FitResult, SensitivityResult, experiments
+from ._identification import (
+    Array,
+    Experiment,
+    FitResult,
+    SensitivityResult,
+    by_element,
+    experiments,
+)
 from ._run import RunResult, SweepResult
 
 __all__ = ["Scene"]
@@ -274,6 +281,46 @@ class Scene:
         with _Line(progress) as show:
             document = _native.sensitivity(self._source, self._assignments(), out, show)
         return SensitivityResult(out, json.loads(document), temporary)
+
+    def stiffness_map(
+        self,
+        out: str | PathLike[str] | None = None,
+        *,
+        progress: Progress = False,
+    ) -> dict[str, Array]:
+        """Where in the body the outputs of the scene see its stiffness, by the discrete adjoint.
+
+        Parameters
+        ----------
+        out : path-like, optional
+            Folder for the files of ``myovib sensitivity --map``; by default none are kept.
+        progress : bool or callable
+            As for `run`.
+
+        Returns
+        -------
+        dict of ndarray, shape (elements,)
+            For each output that is a displacement or a velocity the relative change of its root
+            mean square over time for a relative change of each element's stiffness; NaN for an
+            output that stays zero.
+
+        Raises
+        ------
+        SceneError
+            What is wrong in the scene, or in the way of such derivatives.
+        RuntimeError
+            A run that did not come to its end.
+
+        Examples
+        --------
+        >>> seen = Scene.builtin("init").set("time.end", 0.1).stiffness_map()
+        >>> sorted(seen), len(seen["origin.u_y"])
+        (['origin.u_x', 'origin.u_y'], 311)
+        """
+        folder, _temporary = _folder(out)
+        with _Line(progress) as show:
+            document = _native.stiffness_map(self._source, self._assignments(), folder, show)
+        return by_element(json.loads(document))
 
     def fit(
         self,

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use myovib_cli::commands;
+use myovib_scene::Scene;
 use myovib_scene::fit::{FitOptions, Loss, compute as compute_fit};
-use myovib_scene::sensitivity::{Parametrised, compute};
+use myovib_scene::sensitivity::{Parametrised, StiffnessMap, compute};
 use myovib_scene::watch::Watcher;
 use pyo3::prelude::*;
 
@@ -29,6 +30,28 @@ pub(crate) fn sensitivity(
         };
         let curves = compute(&Parametrised::load(&scene, &set)?, watcher)?;
         let (_, document) = commands::sensitivity::write(&out, &curves)?;
+        Ok(document.to_string())
+    })?;
+    computed.map_err(of_command)
+}
+
+/// Where the outputs of a scene see the stiffness of its body, written to the folder `out`; a JSON document.
+#[pyfunction]
+pub(crate) fn stiffness_map(
+    py: Python<'_>,
+    scene: PathBuf,
+    set: Vec<String>,
+    out: PathBuf,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<String> {
+    let progress = Progress::new(progress);
+    let computed = interruptible(py, |flag| -> anyhow::Result<_> {
+        let watcher = Watcher {
+            interrupt: Some(flag),
+            progress: &progress,
+        };
+        let map = StiffnessMap::of(&Scene::load(&scene, &set)?, watcher)?;
+        let (_, document) = myovib_report::stiffness_map::write(&out, &map)?;
         Ok(document.to_string())
     })?;
     computed.map_err(of_command)

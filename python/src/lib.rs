@@ -22,7 +22,7 @@ mod _native {
     #[pymodule_export]
     use crate::error::{SceneError, StepFailure};
     #[pymodule_export]
-    use crate::identification::{fit, sensitivity};
+    use crate::identification::{fit, sensitivity, stiffness_map};
     #[pymodule_export]
     use crate::scene::{
         builtin_text, builtins, check, modes, program, run, sweep, use_threads, versions,

@@ -53,6 +53,22 @@ def test_a_result_is_shown_kept_and_written(sensitivity):
     assert names == {"sensitivity.csv", "sensitivity.json", "sensitivity.svg"}
 
 
+def test_the_elements_of_a_map_add_up_to_the_stiffness_of_all(tmp_path):
+    elements = short().stiffness_map(tmp_path)
+    assert set(elements) == {"origin.u_x", "origin.u_y"}
+    whole = short().set("parameter", [{"key": "material[0].stiffness"}]).sensitivity()
+    for k, name in enumerate(whole.outputs):
+        u, by_stiffness = whole.values[:, k], whole.derivatives[:, k, 0]
+        total = (u * by_stiffness).sum() / (u * u).sum()
+        # Forward sensitivities are solved for to a third of the tolerance, 1e-4.
+        assert elements[name].sum() == pytest.approx(total, rel=1e-3)
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "stiffness.vtu",
+        "stiffness.svg",
+        "stiffness.json",
+    }
+
+
 def test_what_cannot_be_identified_is_told_with_its_place():
     with pytest.raises(myovib.SceneError, match="names no parameter"):
         scene().sensitivity()

@@ -72,9 +72,18 @@ fn sorted(mut corners: [usize; 3]) -> [usize; 3] {
 
 /// The deformed body, in the colours of the length of its displacement.
 pub fn displacement_plot(space: &Space, displacement: &[Place]) -> SurfacePlot {
-    let points = space.node_points::<3>();
-    let moved = |node: usize| [0, 1, 2].map(|i| points[node][i] + displacement[node][i]);
-    let size = |node: usize| length(displacement[node]);
+    let both = space.node_points::<3>().iter().zip(displacement);
+    let moved: Vec<Place> = both.map(|(x, u)| [0, 1, 2].map(|i| x[i] + u[i])).collect();
+    let sizes: Vec<f64> = displacement.iter().map(|u| length(*u)).collect();
+    let field = Field {
+        axis: Axis::new("|*u*|", "m"),
+        values: sizes,
+    };
+    field_plot(space, &moved, &field)
+}
+
+/// The body with its nodes at these points, in the colours of a field.
+pub fn field_plot(space: &Space, points: &[Place], field: &Field) -> SurfacePlot {
     let faces = boundary(space);
     let parts: &[[usize; 3]] = match faces.len() {
         0..FINE => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
@@ -83,15 +92,16 @@ pub fn displacement_plot(space: &Space, displacement: &[Place]) -> SurfacePlot {
     let triangles = faces.iter().flat_map(|nodes| {
         parts.iter().map(|part| {
             let nodes = part.map(|i| nodes[i]);
+            let values = nodes.map(|node| field.values[node]);
             Face {
-                corners: nodes.map(moved),
-                paint: Paint::Value(nodes.map(size).iter().sum::<f64>() / 3.0),
+                corners: nodes.map(|node| points[node]),
+                paint: Paint::Value(values.iter().sum::<f64>() / 3.0),
             }
         })
     });
     SurfacePlot {
         faces: triangles.collect(),
-        field: Some(Axis::new("|*u*|", "m")),
+        field: Some(field.axis.clone()),
         ..SurfacePlot::default()
     }
 }

@@ -186,8 +186,7 @@ pub fn last_displacement(folder: &Path, grid: &Grid) -> io::Result<Option<(f64, 
     Ok(Some((t, displacement)))
 }
 
-/// A time's file: points at rest, cells, values at the points, regions and fibres of the cells. And the first quantity
-/// that is not finite at so many points.
+/// A time's file, and the first quantity that is not finite at so many points.
 fn vtu(
     snapshot: &Snapshot<'_>,
     grid: &Grid,
@@ -195,7 +194,32 @@ fn vtu(
     cells: &[CellField],
 ) -> (String, Option<(Quantity, usize)>) {
     let space = snapshot.solid.space();
-    let dimension = space.dimension();
+    let mut points = String::new();
+    let mut not_finite = None;
+    for &quantity in quantities {
+        let values = grid.values(snapshot, quantity);
+        let strange = values
+            .iter()
+            .filter(|row| row.iter().any(|x| !x.is_finite()));
+        let strange = strange.count();
+        not_finite = not_finite.or((strange > 0).then_some((quantity, strange)));
+        let picked = order(quantity.components(), space.dimension());
+        let names = component_names(quantity.components());
+        let rows = values.iter();
+        let values =
+            rows.flat_map(|row| picked.iter().map(|&i| row.get(i).copied().unwrap_or(0.0)));
+        points += &floats(quantity.label(), names, picked.len(), values);
+    }
+    (file(space, grid, &points, cells), not_finite)
+}
+
+/// The text of a file of the body at rest with numbers of its elements.
+pub fn of_elements(space: &Space, grid: &Grid, cells: &[CellField]) -> String {
+    file(space, grid, "", cells)
+}
+
+/// A file: points at rest, cells, values at the points, regions and fibres of the cells, and numbers of theirs.
+fn file(space: &Space, grid: &Grid, of_points: &str, of_cells: &[CellField]) -> String {
     let (n_points, n_cells) = (grid.n_points(), space.n_elements());
     let n_cell_nodes = space.mesh().shape().n_nodes(space.degree());
     let mut text = data::head(n_points, n_cells);
@@ -209,35 +233,21 @@ fn vtu(
     text += &integers("offsets", (1..=n_cells).map(|cell| n_cell_nodes * cell));
     text += &integers("types", (0..n_cells).map(|_| cell_type(space)));
     text += "</Cells>\n<PointData>\n";
-    let mut not_finite = None;
-    for &quantity in quantities {
-        let values = grid.values(snapshot, quantity);
-        let strange = values
-            .iter()
-            .filter(|row| row.iter().any(|x| !x.is_finite()));
-        let strange = strange.count();
-        not_finite = not_finite.or((strange > 0).then_some((quantity, strange)));
-        let picked = order(quantity.components(), dimension);
-        let names = component_names(quantity.components());
-        let rows = values.iter();
-        let values =
-            rows.flat_map(|row| picked.iter().map(|&i| row.get(i).copied().unwrap_or(0.0)));
-        text += &floats(quantity.label(), names, picked.len(), values);
-    }
+    text += of_points;
     text += "</PointData>\n<CellData>\n";
     text += &integers("region", grid.regions.iter().copied());
     if !grid.fibres.is_empty() {
         let values = grid.fibres.iter().copied().flatten();
         text += &floats("fibre", &["x", "y", "z"], 3, values);
     }
-    for CellField { name, values } in cells {
+    for CellField { name, values } in of_cells {
         let mut all = vec![f64::NAN; n_cells];
         for &(cell, value) in values {
             all[cell] = value;
         }
         text += &floats(name, &[], 1, all.into_iter());
     }
-    (text + "</CellData>\n" + data::END, not_finite)
+    text + "</CellData>\n" + data::END
 }
 
 /// The places of the file's components among the quantity's; a place beyond them is zero.

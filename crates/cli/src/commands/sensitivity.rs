@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use myovib_report::picture;
 use myovib_report::plot::{Axis, Figure, LinePlot, Panel, Series};
 use myovib_report::table::{Align, Table, coloured_stdout};
-use myovib_scene::sensitivity::{Curves, Parametrised, compute};
+use myovib_report::{picture, stiffness_map};
+use myovib_scene::sensitivity::{Curves, Parametrised, StiffnessMap, compute};
 use myovib_scene::watch::Watcher;
-use myovib_scene::{atomic_file, json};
+use myovib_scene::{Scene, atomic_file, json};
 use serde_json::Value;
 
 use crate::args::CommonArgs;
@@ -21,10 +21,12 @@ use crate::values;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     myovib sensitivity scene.toml\n  \
-    myovib sensitivity scene.toml --out soft --set 'material[0].c10=5e3'\n\n\
+    myovib sensitivity scene.toml --out soft --set 'material[0].c10=5e3'\n  \
+    myovib sensitivity scene.toml --map\n\n\
     The scene names its parameters in [[parameter]]. Writes sensitivity.csv with each output and its \
-    derivatives, sensitivity.svg and sensitivity.json. Integrates by Radau IIA (radau9 unless the \
-    scene names another).")]
+    derivatives, sensitivity.svg and sensitivity.json. With --map it needs none; writes stiffness.vtu for \
+    ParaView, stiffness.svg and stiffness.json. Integrates by Radau IIA (radau9 unless the scene names \
+    another).")]
 pub struct SensitivityArgs {
     /// The scene: a TOML file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
@@ -33,6 +35,10 @@ pub struct SensitivityArgs {
     /// Change a value of the scene.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+
+    /// Instead: where in the body each displacement or velocity sees its stiffness, by the discrete adjoint.
+    #[arg(long)]
+    pub map: bool,
 
     /// Folder for the results.
     #[arg(long, value_name = "DIR", default_value = "sensitivity", value_parser = values::output_folder)]
@@ -49,16 +55,28 @@ pub struct SensitivityArgs {
 /// A wrong scene (before anything is written), a run that stops, an output that cannot be written.
 pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
     args.common.grant_resources()?;
-    let scene = Parametrised::load(&args.scene, &args.set)?;
     let progress = Progress::new(args.common.quiet);
     let watcher = Watcher {
         interrupt: Some(interrupt::flag()),
         progress: &progress,
     };
-    let curves = compute(&scene, watcher)?;
+    let (table, (files, document)) = match args.map {
+        true => {
+            let scene = Scene::load(&args.scene, &args.set)?;
+            let map = StiffnessMap::of(&scene, watcher)?;
+            (
+                stiffness_map::text(&map),
+                stiffness_map::write(&args.out, &map)?,
+            )
+        }
+        false => {
+            let scene = Parametrised::load(&args.scene, &args.set)?;
+            let curves = compute(&scene, watcher)?;
+            (table(&curves), write(&args.out, &curves)?)
+        }
+    };
     drop(progress);
-    let (files, document) = write(&args.out, &curves)?;
-    let text = format!("{}{}\n", table(&curves), files.join(", "));
+    let text = format!("{table}{}\n", files.join(", "));
     args.common.give("sensitivity", &text, &document)?;
     Ok(Exit::Done)
 }

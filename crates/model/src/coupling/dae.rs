@@ -143,6 +143,32 @@ impl<B: Problem> CoupledDae<B> {
         self.parts[k].range.clone()
     }
 
+    /// Exchanges the oscillators of network number `k` for others of as many states and the same sources.
+    pub(crate) fn exchange(&mut self, k: usize, other: &mut Oscillators) {
+        std::mem::swap(&mut self.parts[k].oscillators, other);
+    }
+
+    /// The residual that `other` oscillators would have in the place of network number `k`.
+    ///
+    /// # Shapes
+    /// `y`, `y_dot`: all unknowns; `residual`: the states of the network.
+    ///
+    /// # Errors
+    /// A recording that does not reach `t`.
+    pub(crate) fn residual_of(
+        &mut self,
+        (k, other): (usize, &Oscillators),
+        t: f64,
+        [y, y_dot]: [&[f64]; 2],
+        residual: &mut [f64],
+    ) -> Result<(), StepError> {
+        let Part { range, forcing, .. } = &mut self.parts[k];
+        force(other, forcing, t, &y[..self.n_body])?;
+        let (s, s_dot) = (&y[range.clone()], &y_dot[range.clone()]);
+        other.network().residual(s, s_dot, forcing, residual);
+        Ok(())
+    }
+
     /// ÿ of the oscillators of network number `k`, from their equations.
     ///
     /// # Errors
@@ -198,16 +224,26 @@ impl<B: Consistent> Consistent for CoupledDae<B> {
 impl Part {
     /// Fills `forcing` with γ u for each direction.
     fn force(&mut self, t: f64, y: &[f64]) -> Result<(), StepError> {
-        let drive = self.oscillators.drive();
-        for (c, source) in self.forcing.iter_mut().zip(self.oscillators.sources()) {
-            let u = source
-                .displacement(t, y)
-                .ok_or_else(|| format!("the recorded motion does not cover t = {t} s"))
-                .map_err(|message| StepError::Fatal(message.into()))?;
-            *c = drive.forcing(u);
-        }
-        Ok(())
+        force(&self.oscillators, &mut self.forcing, t, y)
     }
+}
+
+/// Fills `forcing` with γ u for each direction of some oscillators, `y` being the unknowns of the body.
+fn force(
+    oscillators: &Oscillators,
+    forcing: &mut [f64],
+    t: f64,
+    y: &[f64],
+) -> Result<(), StepError> {
+    let drive = oscillators.drive();
+    for (c, source) in forcing.iter_mut().zip(oscillators.sources()) {
+        let u = source
+            .displacement(t, y)
+            .ok_or_else(|| format!("the recorded motion does not cover t = {t} s"))
+            .map_err(|message| StepError::Fatal(message.into()))?;
+        *c = drive.forcing(u);
+    }
+    Ok(())
 }
 
 impl<B: Problem> Problem for CoupledDae<B> {

@@ -121,6 +121,26 @@ impl Oscillators {
         }
     }
 
+    /// The same for several columns side by side.
+    pub(crate) fn subtract_forcing_columns(
+        &self,
+        body: &[f64],
+        rows: &mut [f64],
+        n_columns: usize,
+    ) {
+        for (channel, source) in self.sources.iter().enumerate() {
+            for column in 0..n_columns {
+                let terms = source.unknowns().iter();
+                let change: f64 = terms
+                    .map(|&(i, weight)| weight * body[i * n_columns + column])
+                    .sum();
+                for row in self.network.forced_rows(channel) {
+                    rows[row * n_columns + column] -= self.drive.gain * change;
+                }
+            }
+        }
+    }
+
     /// γ e, all components of the forcing at once.
     pub(super) fn forcing(&self) -> Vec<f64> {
         let mut forcing = vec![0.0; self.network.n_states()];

@@ -11,6 +11,7 @@ use crate::muscle::Muscle;
 use crate::reading::displacement::Displacement;
 use crate::reading::energy::Energies;
 use crate::reading::probe::{Probe, ProbeValue};
+use crate::reading::quantity::Quantity;
 use crate::reading::snapshot::Snapshot;
 use crate::state::Workspace;
 
@@ -178,6 +179,33 @@ impl MuscleDae {
             }
         }
         displacement
+    }
+
+    /// The unknowns among nodal components of the displacement or the velocity, each with its weight; of another
+    /// quantity none.
+    pub fn unknowns_among(
+        &self,
+        quantity: Quantity,
+        components: &[(usize, f64)],
+    ) -> Vec<(usize, f64)> {
+        let block = match quantity {
+            Quantity::Displacement => self.layout.range(Field::Displacement),
+            Quantity::Velocity => self.layout.range(Field::Velocity),
+            _ => None,
+        };
+        let free = self.muscle.solid.dofs().free_to_full();
+        let unknown = |start: usize, &(component, weight): &(usize, f64)| {
+            let place = free.binary_search(&component).ok()?;
+            Some((start + place, weight))
+        };
+        let block = block.into_iter();
+        block
+            .flat_map(|block| {
+                components
+                    .iter()
+                    .filter_map(move |of| unknown(block.start, of))
+            })
+            .collect()
     }
 
     /// Constraint drift: the maximum over the P1 functions ψ_k of |∫ψ_k (p/κ + J - 1)| / ∫ψ_k;

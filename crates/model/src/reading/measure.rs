@@ -79,6 +79,24 @@ impl Measurement {
         states.count() * self.places.len()
     }
 
+    /// The value with this number as a sum over nodal components: the quantity they are of, and each with its
+    /// weight. None of what is not linear in displacements or velocities.
+    pub fn functional(&self, space: &Space, value: usize) -> Option<(Quantity, Vec<(usize, f64)>)> {
+        let mut columns = self.quantities.iter().flat_map(|&quantity| {
+            let width = quantity.columns(self.dimension).len();
+            (0..width).map(move |axis| (quantity, axis))
+        });
+        let (quantity, axis) = columns.nth(value)?;
+        if !matches!(quantity, Quantity::Displacement | Quantity::Velocity) {
+            return None;
+        }
+        let terms = self.places.iter().flat_map(|(place, share)| {
+            let nodes = space.displacement_functional(place).into_iter();
+            nodes.map(move |(node, weight)| (self.dimension * node + axis, share * weight))
+        });
+        Some((quantity, terms.collect()))
+    }
+
     /// Appends the values to `out`.
     pub fn read(&self, snapshot: &Snapshot<'_>, out: &mut Vec<f64>) {
         for quantity in &self.quantities {
@@ -148,6 +166,43 @@ mod tests {
             // Rounding of sums of some fifty terms.
             assert!((values[0] - mean).abs() < 1e-13, "{group}: {values:?}");
             assert_eq!(values[1..], [0.0, 0.0]);
+        }
+    }
+
+    #[test]
+    fn what_is_linear_in_nodal_components_is_the_sum_of_its_terms() {
+        let solid = solid();
+        let space = solid.space();
+        let u: Vec<f64> = (0..solid.dofs().n_full())
+            .map(|i| (i as f64).sin())
+            .collect();
+        let p = vec![0.0; space.n_pressures()];
+        let quantities = [
+            Quantity::Velocity,
+            Quantity::Pressure,
+            Quantity::Displacement,
+        ];
+        let snapshot = snapshot(&solid, &u, &p);
+        for measurement in [
+            Measurement::at(space, [0.3, 0.7], &quantities).unwrap(),
+            Measurement::average(space, "right", &quantities).unwrap(),
+        ] {
+            let mut values = Vec::new();
+            measurement.read(&snapshot, &mut values);
+            let of = |value| measurement.functional(space, value);
+            assert!(of(2).is_none() && of(5).is_none());
+            for (value, quantity) in [
+                (0, Quantity::Velocity),
+                (1, Quantity::Velocity),
+                (3, Quantity::Displacement),
+                (4, Quantity::Displacement),
+            ] {
+                let (found, terms) = of(value).unwrap();
+                let sum: f64 = terms.iter().map(|(i, weight)| weight * u[*i]).sum();
+                assert_eq!(found, quantity);
+                // Rounding of sums of some twenty terms below 1.
+                assert!((sum - values[value]).abs() < 1e-14, "{value}: {sum}");
+            }
         }
     }
 

@@ -2,6 +2,7 @@
 
 use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, Problem, StepError};
 
+use super::chains::ChainDependence;
 use super::stencil::Stencil;
 use super::tangents::Tangents;
 use crate::error::ModelError;
@@ -163,6 +164,8 @@ impl Dependence {
 pub struct Dependences {
     list: Vec<Parameter>,
     all: Vec<Dependence>,
+    /// How chains depend on them; empty for none.
+    pub(super) chains: Vec<Option<ChainDependence>>,
     /// The muscle itself again, whose matrices are nobody's: those of the integrator's are kept for its next
     /// factorisation.
     again: Option<Box<MuscleDae>>,
@@ -199,6 +202,12 @@ impl Dependences {
             all,
             ..Self::default()
         }
+    }
+
+    /// The same, of a muscle with chains that depend on them too.
+    #[must_use]
+    pub fn with_chains(self, chains: Vec<Option<ChainDependence>>) -> Self {
+        Self { chains, ..self }
     }
 
     /// Their number.

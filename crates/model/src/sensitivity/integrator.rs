@@ -1,24 +1,61 @@
-//! Radau IIA with forward sensitivities, for a muscle.
+//! Radau IIA with forward sensitivities, for a muscle and the chains it drives.
 
-use myovib_dae::Problem;
+use myovib_dae::{LinearSolver, Parameters, Problem};
 use myovib_radau::{ForwardSensitivities, SensitivityWork};
 
+use super::chains::DrivenDependences;
 use super::dependence::Dependences;
+use crate::coupling::{Body, CoupledDae, CoupledOptions, ErrorTest, SystemMatrices};
 use crate::error::ModelError;
 use crate::integration::integrator::{Advance, Integrator, left_to_inner};
 use crate::integration::radau::{MuscleMatrices, RadauIntegrator};
 use crate::integration::settings::Settings;
 use crate::muscle_dae::MuscleDae;
+use crate::start::Consistent;
 
-/// What is read off a muscle in a state (t, y, ẏ).
-pub type Reading<'a> =
-    dyn FnMut(&mut MuscleDae, f64, &[f64], &[f64]) -> Result<Vec<f64>, ModelError> + 'a;
+/// What is read off a system in a state (t, y, ẏ).
+pub type Reading<'a, P> =
+    dyn FnMut(&mut P, f64, &[f64], &[f64]) -> Result<Vec<f64>, ModelError> + 'a;
 
-/// A muscle, integrated by Radau IIA from t = 0 on together with ∂y/∂p.
-pub struct SensitiveIntegrator {
-    inner: RadauIntegrator<MuscleDae, MuscleMatrices>,
-    sensitivities: ForwardSensitivities<Dependences>,
+/// Parameters with systems that differ in them, off which the same can be read.
+pub trait Twins<P>: Parameters<P> {
+    /// The derivative by parameter j, in a given state, of what `read` gives, of which `own` is the problem's.
+    ///
+    /// # Errors
+    /// Those of `read`.
+    fn of_reading(
+        &mut self,
+        problem: &P,
+        j: usize,
+        own: &[f64],
+        read: &mut dyn FnMut(&mut P) -> Result<Vec<f64>, ModelError>,
+    ) -> Result<Vec<f64>, ModelError>;
 }
+
+impl Twins<MuscleDae> for Dependences {
+    fn of_reading(
+        &mut self,
+        _: &MuscleDae,
+        j: usize,
+        own: &[f64],
+        read: &mut dyn FnMut(&mut MuscleDae) -> Result<Vec<f64>, ModelError>,
+    ) -> Result<Vec<f64>, ModelError> {
+        self.get_mut(j).of_reading(own, read)
+    }
+}
+
+/// A muscle, or a muscle with the chains that it drives, integrated by Radau IIA from t = 0 on together with ∂y/∂p.
+pub struct SensitiveIntegrator<P: Problem = MuscleDae, M = MuscleMatrices, Q = Dependences> {
+    inner: RadauIntegrator<P, M>,
+    sensitivities: ForwardSensitivities<Q>,
+}
+
+/// One of a muscle with chains.
+pub type DrivingIntegrator =
+    SensitiveIntegrator<Driving, SystemMatrices<Driving>, DrivenDependences>;
+
+/// A muscle and the networks that it drives.
+type Driving = CoupledDae<MuscleDae>;
 
 impl SensitiveIntegrator {
     /// Starts a muscle at t = 0 from a state with consistent derivatives, which the `dependences` know
@@ -32,10 +69,8 @@ impl SensitiveIntegrator {
         [y, y_dot]: [&[f64]; 2],
         dependences: Dependences,
     ) -> Result<Self, ModelError> {
-        let jump = dae.muscle().schedule().next_jump(-settings.t_end);
-        let follows = dependences.count() > 0;
-        if let Some(t) = jump.filter(|t| follows && *t < settings.t_end) {
-            return Err(ModelError::Jump { t });
+        if dependences.count() > 0 {
+            expect_no_jump(&dae, settings.t_end)?;
         }
         let starts = dependences.starts(dae.n_unknowns());
         let inner = RadauIntegrator::starting_at(dae, settings, 0.0, y, y_dot)?;
@@ -45,7 +80,43 @@ impl SensitiveIntegrator {
             sensitivities,
         })
     }
+}
 
+impl DrivingIntegrator {
+    /// Starts a muscle with chains, as [`starting_at`](SensitiveIntegrator::starting_at) does a muscle.
+    ///
+    /// # Errors
+    /// [`ModelError::Jump`], and [`ModelError::Radau`] for options Radau IIA does not take.
+    pub fn driving(
+        dae: CoupledDae<MuscleDae>,
+        (test, options): (ErrorTest, CoupledOptions),
+        t_end: f64,
+        [y, y_dot]: [&[f64]; 2],
+        dependences: Dependences,
+    ) -> Result<Self, ModelError> {
+        if dependences.count() > 0 {
+            expect_no_jump(&dae, t_end)?;
+        }
+        let dependences = DrivenDependences::new(dependences);
+        let starts = dependences.starts(&dae);
+        let (times, linear_solver) = ([0.0, t_end], options.linear_solver);
+        let options = options.radau;
+        let inner =
+            RadauIntegrator::coupled_at(dae, test, options, linear_solver, times, y, y_dot)?;
+        let sensitivities = ForwardSensitivities::new(inner.solver(), dependences, starts)?;
+        Ok(Self {
+            inner,
+            sensitivities,
+        })
+    }
+}
+
+impl<P, M, Q> SensitiveIntegrator<P, M, Q>
+where
+    P: Consistent,
+    M: LinearSolver<P>,
+    Q: Twins<P>,
+{
     /// Solves for the sensitivities to this fraction of what an error of theirs may be.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
@@ -74,7 +145,7 @@ impl SensitiveIntegrator {
     ///
     /// # Errors
     /// Those of the reading, and of a time outside of the step.
-    pub fn read(&mut self, t: f64, read: &mut Reading<'_>) -> Result<Vec<f64>, ModelError> {
+    pub fn read(&mut self, t: f64, read: &mut Reading<'_, P>) -> Result<Vec<f64>, ModelError> {
         let [y, y_dot] = self.state(t)?;
         read(self.inner.problem_mut(), t, &y, &y_dot)
     }
@@ -93,7 +164,7 @@ impl SensitiveIntegrator {
         j: usize,
         t: f64,
         own: &[f64],
-        read: &mut Reading<'_>,
+        read: &mut Reading<'_, P>,
     ) -> Result<Vec<f64>, ModelError> {
         let [y, y_dot] = self.state(t)?;
         let n = y.len();
@@ -102,11 +173,13 @@ impl SensitiveIntegrator {
             self.sensitivities
                 .dense_output(self.inner.solver(), j, t, derivative, s)?;
         }
-        let dependence = self.sensitivities.parameters_mut().get_mut(j);
+        let parameters = self.sensitivities.parameters_mut();
         // p̄ S has the size of y, of which ε^(1/3) balances truncation and rounding; most readings
         // are linear.
-        let delta = f64::EPSILON.cbrt() * dependence.parameter().scale;
-        let mut total = dependence.of_reading(own, &mut |twin| read(twin, t, &y, &y_dot))?;
+        let delta = f64::EPSILON.cbrt() * parameters.list()[j].scale;
+        let problem = self.inner.problem();
+        let mut total =
+            parameters.of_reading(problem, j, own, &mut |twin| read(twin, t, &y, &y_dot))?;
         for sign in [1.0, -1.0] {
             let moved = |of: &[f64], s: &[f64]| -> Vec<f64> {
                 of.iter()
@@ -133,8 +206,25 @@ impl SensitiveIntegrator {
     }
 }
 
-impl Integrator<MuscleDae> for SensitiveIntegrator {
-    left_to_inner!(MuscleDae);
+/// Refuses a load that jumps before the end: nothing is known of what depends on what across it.
+///
+/// # Errors
+/// [`ModelError::Jump`].
+pub(super) fn expect_no_jump(system: &impl Body, t_end: f64) -> Result<(), ModelError> {
+    let jump = system.schedule().next_jump(-t_end);
+    match jump.filter(|t| *t < t_end) {
+        Some(t) => Err(ModelError::Jump { t }),
+        None => Ok(()),
+    }
+}
+
+impl<P, M, Q> Integrator<P> for SensitiveIntegrator<P, M, Q>
+where
+    P: Consistent,
+    M: LinearSolver<P>,
+    Q: Twins<P>,
+{
+    left_to_inner!(P);
 
     fn advance(&mut self) -> Result<Advance, ModelError> {
         let advance = self.inner.advance()?;

@@ -10,7 +10,7 @@ use myovib_model::coupling::{
 };
 use myovib_model::{
     Displacement, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, Start as Consistent,
-    start_from,
+    start, start_from,
 };
 
 use super::checkpoint::Checkpoint;
@@ -184,13 +184,48 @@ fn one_way(
     };
     let options = CoupledOptions::of_muscle(&dae, &body.settings);
     let test = ErrorTest::of_muscle(&dae, &body.settings);
-    let source = |place: &DrivenPlace| Source::Body(place.displacement(&dae));
-    let sources = |chain: &DrivenChain| match &chain.places[..] {
+    let oscillators = driven_by(scene, &dae)?;
+    Ok((CoupledDae::new(dae, oscillators), test, options, start))
+}
+
+/// The chains of a scene, driven by a muscle.
+///
+/// # Errors
+/// Networks that cannot be.
+pub(crate) fn driven_by(scene: &Scene, dae: &MuscleDae) -> Result<Vec<Oscillators>, Error> {
+    let source = |place: &DrivenPlace| Source::Body(place.displacement(dae));
+    oscillators(scene, |chain| match &chain.places[..] {
         [] => Ok(vec![Source::Rest]),
         places => Ok(places.iter().map(source).collect()),
+    })
+}
+
+/// A muscle and the chains that it drives, with its error test, options, and consistent values at t = 0.
+pub(crate) type Driving = (
+    CoupledDae<MuscleDae>,
+    (ErrorTest, CoupledOptions),
+    [Vec<f64>; 2],
+);
+
+/// The muscle of a scene and its chains, to be integrated with these `settings`.
+///
+/// # Errors
+/// A body that cannot start.
+pub(crate) fn driving(
+    scene: &Scene,
+    body: &Body,
+    settings: &Settings,
+    watcher: Watcher<'_>,
+) -> Result<Driving, Error> {
+    let body = Body {
+        settings: settings.clone(),
+        ..body.clone()
     };
-    let oscillators = oscillators(scene, sources)?;
-    Ok((CoupledDae::new(dae, oscillators), test, options, start))
+    let (mut dae, test, options, start) = one_way(scene, &body, None, watcher)?;
+    let test = test.with_oscillators(&dae, tolerances(scene));
+    let y = initial_state(scene, &dae, &start);
+    let start = start::Consistent::consistent(&mut dae, 0.0, &y)?;
+    Ok((dae, (test, options), start))
 }
 
 /// Says when the run stops what the body has to do with it.

@@ -1,10 +1,14 @@
 //! A run of a scene that keeps what its outputs do, and what they depend on.
 
-use myovib_model::sensitivity::{Dependences, SensitiveIntegrator};
-use myovib_model::{Advance, Integrator, IntegratorKind, MuscleDae, Settings};
+use myovib_dae::LinearSolver;
+use myovib_model::sensitivity::{Dependences, DrivingIntegrator, SensitiveIntegrator, Twins};
+use myovib_model::start::Consistent;
+use myovib_model::{Advance, Integrator, IntegratorKind, ModelError, MuscleDae, Settings};
 
 use super::parameters::body;
-use crate::run::start::initial;
+use crate::probe::Reading;
+use crate::run::start::{driving, initial};
+use crate::run::system::System;
 use crate::scene::Scene;
 use crate::watch::Watcher;
 use crate::{Error, InputError};
@@ -140,44 +144,77 @@ pub fn settings(settings: &Settings) -> Settings {
     }
 }
 
-/// Computes the motion of a scene and samples its outputs at `times`, which ascend, with their
-/// derivatives by what the body depends on: solved for to this fraction of the tolerance of the motion,
-/// or to a third of that for its solution.
-///
-/// # Errors
-/// A body that cannot start; an integration that does not reach the last time.
-pub fn follow(
-    scene: &Scene,
-    outputs: &[Output],
-    times: &[f64],
-    (dependences, fraction): (Dependences, Option<f64>),
-    watcher: Watcher<'_>,
-) -> Result<(Vec<Sample>, Cost), Error> {
-    let probes = scene.readings()?;
-    let body = body(scene)?;
-    let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-    let [y, y_dot] = initial(body, &mut dae, watcher)?;
-    let n_parameters = dependences.count();
-    let settings = settings(&body.settings);
-    let mut integrator =
-        SensitiveIntegrator::starting_at(dae, &settings, [&y, &y_dot], dependences)?;
-    if let Some(fraction) = fraction {
-        integrator = integrator.with_tolerance(fraction);
+/// The probes that outputs are columns of.
+pub(super) struct Readings<'a> {
+    outputs: &'a [Output],
+    probes: Vec<Box<dyn Reading>>,
+}
+
+impl<'a> Readings<'a> {
+    /// Those of a scene.
+    ///
+    /// # Errors
+    /// Those of its probes.
+    pub(super) fn new(scene: &Scene, outputs: &'a [Output]) -> Result<Self, InputError> {
+        let probes = scene.readings()?;
+        Ok(Self { outputs, probes })
     }
-    let mut read = |dae: &mut MuscleDae, t: f64, y: &[f64], y_dot: &[f64]| {
-        let mut rows: Vec<Option<Vec<f64>>> = vec![None; probes.len()];
-        let mut values = Vec::with_capacity(outputs.len());
-        for Output { probe, column, .. } in outputs {
+
+    /// The outputs in a state; each probe is read once.
+    ///
+    /// # Errors
+    /// Those of the probes.
+    pub(super) fn values(
+        &self,
+        system: &mut dyn System,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+    ) -> Result<Vec<f64>, ModelError> {
+        let mut rows: Vec<Option<Vec<f64>>> = vec![None; self.probes.len()];
+        let mut values = Vec::with_capacity(self.outputs.len());
+        for Output { probe, column, .. } in self.outputs {
             let row = match rows[*probe].take() {
                 Some(row) => row,
-                None => probes[*probe].values(dae, t, y, y_dot)?,
+                None => self.probes[*probe].values(system, t, y, y_dot)?,
             };
             values.push(row[*column]);
             rows[*probe] = Some(row);
         }
         Ok(values)
-    };
-    let mut samples = Vec::with_capacity(times.len());
+    }
+
+    /// Each output as a sum of unknowns with weights; none of what is no displacement or velocity.
+    pub(super) fn functionals(&self, dae: &MuscleDae) -> Vec<Option<Vec<(usize, f64)>>> {
+        let space = dae.muscle().solid.space();
+        let functional = |output: &Output| {
+            let mut column = output.column;
+            for measurement in self.probes[output.probe].measurements() {
+                let width = measurement.names().len();
+                if column < width {
+                    let (quantity, components) = measurement.functional(space, column)?;
+                    return Some(dae.unknowns_among(quantity, &components));
+                }
+                column -= width;
+            }
+            None
+        };
+        self.outputs.iter().map(functional).collect()
+    }
+}
+
+/// Advances a motion over all `times`, which ascend. At each it calls `at` with the time itself and the one within the
+/// last step that is nearest: they differ at the ends of the run, by rounding.
+///
+/// # Errors
+/// An integration that does not reach the last time; those of `at`.
+pub(super) fn sample<P, I: Integrator<P>>(
+    scene: &Scene,
+    integrator: &mut I,
+    times: &[f64],
+    watcher: Watcher<'_>,
+    mut at: impl FnMut(&mut I, f64, f64) -> Result<(), Error>,
+) -> Result<(), Error> {
     let mut due = times.iter().copied().peekable();
     while due.peek().is_some() {
         let from = integrator.time();
@@ -195,27 +232,115 @@ pub fn follow(
         // Times that differ from the ends of the run by rounding belong to it.
         let reach = if to >= t_end { f64::INFINITY } else { to };
         while let Some(t) = due.next_if(|t| *t <= reach) {
-            let inside = t.clamp(from, to);
-            let values = integrator.read(inside, &mut read)?;
-            let derivative = |j| integrator.derivative(j, inside, &values, &mut read);
-            let derivatives = (0..n_parameters)
-                .map(derivative)
-                .collect::<Result<_, _>>()?;
-            samples.push(Sample {
-                t,
-                values,
-                derivatives,
-            });
+            at(integrator, t, t.clamp(from, to))?;
         }
     }
-    let (counts, work) = (integrator.counts(), integrator.work());
-    let factorizations = counts.radau_work.map_or(0, |work| {
-        work.real_factorizations + work.complex_factorizations
-    });
-    let cost = Cost {
-        steps: counts.steps,
-        factorizations,
-        sensitivity_solves: work.real_solves + work.complex_solves,
+    Ok(())
+}
+
+/// Computes the motion of a scene and samples its outputs at `times`, which ascend, with their
+/// derivatives by what the body depends on: solved for to this fraction of the tolerance of the motion,
+/// or to a third of that for its solution.
+///
+/// # Errors
+/// A body that cannot start; an integration that does not reach the last time.
+pub fn follow(
+    scene: &Scene,
+    outputs: &[Output],
+    times: &[f64],
+    (dependences, fraction): (Dependences, Option<f64>),
+    watcher: Watcher<'_>,
+) -> Result<(Vec<Sample>, Cost), Error> {
+    let body = body(scene)?;
+    let settings = settings(&body.settings);
+    let asked = Asked {
+        scene,
+        outputs,
+        times,
+        n_parameters: dependences.count(),
+        fraction,
+        watcher,
     };
-    Ok((samples, cost))
+    if scene.chains.is_empty() {
+        let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+        let [y, y_dot] = initial(body, &mut dae, watcher)?;
+        let start = [&y[..], &y_dot];
+        return asked.of(SensitiveIntegrator::starting_at(
+            dae,
+            &settings,
+            start,
+            dependences,
+        )?);
+    }
+    let (dae, how, [y, y_dot]) = driving(scene, body, &settings, watcher)?;
+    let start = [&y[..], &y_dot];
+    asked.of(DrivingIntegrator::driving(
+        dae,
+        how,
+        scene.t_end,
+        start,
+        dependences,
+    )?)
+}
+
+/// What is asked of a motion.
+struct Asked<'a> {
+    scene: &'a Scene,
+    outputs: &'a [Output],
+    times: &'a [f64],
+    n_parameters: usize,
+    fraction: Option<f64>,
+    watcher: Watcher<'a>,
+}
+
+impl Asked<'_> {
+    /// Computes it.
+    fn of<P, M, Q>(
+        &self,
+        integrator: SensitiveIntegrator<P, M, Q>,
+    ) -> Result<(Vec<Sample>, Cost), Error>
+    where
+        P: System + Consistent,
+        M: LinearSolver<P>,
+        Q: Twins<P>,
+    {
+        let mut integrator = match self.fraction {
+            Some(fraction) => integrator.with_tolerance(fraction),
+            None => integrator,
+        };
+        let readings = Readings::new(self.scene, self.outputs)?;
+        let mut read =
+            |system: &mut P, t: f64, y: &[f64], y_dot: &[f64]| readings.values(system, t, y, y_dot);
+        let mut samples = Vec::with_capacity(self.times.len());
+        let (scene, times) = (self.scene, self.times);
+        sample(
+            scene,
+            &mut integrator,
+            times,
+            self.watcher,
+            |integrator, t, inside| {
+                let values = integrator.read(inside, &mut read)?;
+                let derivative = |j| integrator.derivative(j, inside, &values, &mut read);
+                let derivatives = (0..self.n_parameters)
+                    .map(derivative)
+                    .collect::<Result<_, _>>()?;
+                samples.push(Sample {
+                    t,
+                    values,
+                    derivatives,
+                });
+                Ok(())
+            },
+        )?;
+        let (counts, work) = (integrator.counts(), integrator.work());
+        let factorizations = counts.radau_work.map_or(0, |work| {
+            work.real_factorizations + work.complex_factorizations
+        });
+        let cost = Cost {
+            steps: counts.steps,
+            factorizations,
+            sensitivity_solves: work.real_solves + work.complex_solves,
+        };
+        Ok((samples, cost))
+    }
 }

@@ -46,10 +46,11 @@ const BREAKS: [&str; 5] = ["start", "rise", "end", "systole", "diastole"];
 /// Tables of loads, which act outside of the elements.
 const LOADS: [&str; 3] = ["traction", "pressure", "body_force"];
 /// Tables whose numbers may be parameters.
-const TABLES: [&str; 8] = [
+const TABLES: [&str; 9] = [
     "solid",
     "material",
     "bed",
+    "chain",
     "traction",
     "pressure",
     "body_force",
@@ -82,6 +83,10 @@ impl Known {
         for (i, wanted) in scene.file.parameter.iter().enumerate() {
             let wrong = |error| scene.wrong(&format!("parameter[{i}].key"), error);
             let one = known(scene, &values, wanted).map_err(wrong)?;
+            if one.key.starts_with("displacement[") && !scene.chains.is_empty() {
+                let error = InputError::new(format!("`{}` may drive a chain itself", one.key));
+                return Err(wrong(error.next("keep it fixed, or remove [[chain]]")));
+            }
             if parameters.iter().any(|other| other.key == one.key) {
                 let error = InputError::new(format!("`{}` is a parameter twice", one.key));
                 return Err(wrong(error));
@@ -146,6 +151,17 @@ impl Known {
     pub(super) fn is_of_loads(&self) -> bool {
         let table = self.key.split(['.', '[']).next();
         table.is_some_and(|table| LOADS.contains(&table))
+    }
+
+    /// The number of the chain that it is of, if it is of one.
+    pub(super) fn chain(&self) -> Option<usize> {
+        let (number, _) = self.key.strip_prefix("chain[")?.split_once(']')?;
+        number.trim().parse().ok()
+    }
+
+    /// Whether nothing of the body depends on it.
+    pub(super) fn is_of_chains(&self) -> bool {
+        self.chain().is_some()
     }
 
     /// The number as it is called in tables, with κ's inverse told.
@@ -257,7 +273,7 @@ fn refused(key: &str, table: &str, last: &str) -> InputError {
             )
             .next("or keep it fixed; `amplitude`, `value`, `frequency` and `phase` can be parameters"),
         (_, false) => error.allowed(
-            "constants of materials and beds, damping, kappa, sizes of loads and what is smooth of their \
+            "constants of materials, beds and chains, damping, kappa, sizes of loads and what is smooth of their \
              times, the velocity of the start",
         ),
     }
@@ -305,7 +321,10 @@ fn influence(
         ("solid", "alpha") => Some(Influence::Alpha),
         ("solid", "beta") => Some(Influence::Beta),
         ("solid", _) => None,
-        ("start", "value") => Some(Influence::Start),
+        ("start", "value") | ("chain", "initial") => Some(Influence::Start),
+        ("chain", "gain" | "van_der_pol" | "duffing" | "coupling") => Some(Influence::Affine),
+        ("chain", "frequency" | "half_width") => Some(Influence::Smooth),
+        ("chain", _) => None,
         ("start", _) => None,
         // Tensions: their sizes; times move breaks.
         ("active", "contractility" | "value" | "amplitude") => Some(Influence::Smooth),

@@ -2,21 +2,25 @@
 //!
 //! Cast: [`Parametrised`] is a scene with the parameters it names; [`outputs`] are the columns of
 //! its probes that are looked at; [`follow`] runs it and keeps the curves; [`compute`] does so at
-//! equal distances and says which parameter matters how much.
+//! equal distances and says which parameter matters how much; [`StiffnessMap`] says where in the body stiffness
+//! matters.
 
+mod chains;
 mod curves;
 mod influence;
+mod map;
 mod parameters;
 mod start;
 
 pub use curves::{Cost, Output, Sample, follow, outputs, settings};
 pub use influence::Known;
+pub use map::{OutputMap, StiffnessMap};
 pub use parameters::Parametrised;
 
 use serde_json::{Value, json};
 
-use crate::Error;
 use crate::watch::Watcher;
+use crate::{Error, Scene};
 
 /// Curves at equal distances in time.
 #[derive(Debug, Clone)]
@@ -42,12 +46,7 @@ const SAMPLES: f64 = 500.0;
 /// As for [`follow`].
 pub fn compute(scene: &Parametrised, watcher: Watcher<'_>) -> Result<Curves, Error> {
     let wanted = outputs(&scene.scene)?;
-    let t_end = scene.scene.t_end;
-    let probes = scene.scene.file.probe.iter();
-    let every = probes.map(|probe| probe.every).fold(t_end, f64::min);
-    let every = every.max(t_end / (10.0 * SAMPLES));
-    let n = (t_end / every).floor() as usize;
-    let times: Vec<f64> = (0..=n).map(|k| (k as f64 * every).min(t_end)).collect();
+    let times = sample_times(&scene.scene);
     let dependences = scene.dependences(&scene.values())?;
     let (samples, cost) = follow(&scene.scene, &wanted, &times, (dependences, None), watcher)?;
     Ok(Curves {
@@ -57,6 +56,16 @@ pub fn compute(scene: &Parametrised, watcher: Watcher<'_>) -> Result<Curves, Err
         samples,
         cost,
     })
+}
+
+/// Times at equal distances, as near as those of the finest probe.
+fn sample_times(scene: &Scene) -> Vec<f64> {
+    let t_end = scene.t_end;
+    let probes = scene.file.probe.iter();
+    let every = probes.map(|probe| probe.every).fold(t_end, f64::min);
+    let every = every.max(t_end / (10.0 * SAMPLES));
+    let n = (t_end / every).floor() as usize;
+    (0..=n).map(|k| (k as f64 * every).min(t_end)).collect()
 }
 
 impl Curves {

@@ -24,7 +24,7 @@ pub struct Parametrised {
 
 /// The step of differences of order 4, relative: truncation (some 2π f t of it)⁴/30 and rounding ε
 /// over it are about 1e-11 for a hundred periods.
-const STEP: f64 = 1e-5;
+pub(super) const STEP: f64 = 1e-5;
 
 impl Parametrised {
     /// Reads the scene at `path`, with overrides, and its parameters.
@@ -41,45 +41,13 @@ impl Parametrised {
             scene,
             parameters,
         };
-        it.check()?;
+        expect_smooth_motion(&it.scene)?;
+        if it.parameters.is_empty() {
+            let error = InputError::new("the scene names no parameter");
+            let next = "add [[parameter]] with key = \"material[0].c10\", for one";
+            return Err(it.scene.wrong("", error.next(next)));
+        }
         Ok(it)
-    }
-
-    /// What has no sensitivities is refused.
-    fn check(&self) -> Result<(), InputError> {
-        let (scene, file) = (&self.scene, &self.scene.file);
-        let refuse = |path: &str, message: &str, next: &str| {
-            Err(scene.wrong(path, InputError::new(message).next(next)))
-        };
-        if file.analysis != Analysis::Dynamic {
-            return refuse(
-                "analysis",
-                "sensitivities are those of a motion",
-                "analysis = \"dynamic\"",
-            );
-        }
-        if !file.chain.is_empty() || scene.body.is_none() {
-            let message = "sensitivities are those of a body without chains";
-            return refuse("chain", message, "remove [[chain]], [[feedback]] and [rod]");
-        }
-        if !file.stop.is_empty() {
-            let message = "a parameter would move the time at which the run stops";
-            return refuse("stop", message, "remove [[stop]]");
-        }
-        let values = serde_json::to_value(file).map_err(InputError::new)?;
-        if let Some(jump) = first_jump(&values, "", scene.t_end) {
-            let message = "sensitivities across a jump are not computed";
-            return refuse(&jump, message, "give the step a `rise` above 0");
-        }
-        if self.parameters.is_empty() {
-            let message = "the scene names no parameter";
-            return refuse(
-                "",
-                message,
-                "add [[parameter]] with key = \"material[0].c10\", for one",
-            );
-        }
-        Ok(())
     }
 
     /// The same scene with more overrides: another experiment with the same parameters.
@@ -130,7 +98,11 @@ impl Parametrised {
             let both = all.into_iter().zip(starts);
             all = both.map(|(one, start)| one.starting(start)).collect();
         }
-        Ok(Dependences::new(all))
+        let chains = match scene.chains.is_empty() {
+            true => Vec::new(),
+            false => self.of_chains(values, &scene)?,
+        };
+        Ok(Dependences::new(all).with_chains(chains))
     }
 
     /// The body of the scene at these values, `body`, with another value of parameter j.
@@ -175,7 +147,7 @@ impl Parametrised {
             value,
             scale: known.scale,
         };
-        if known.influence == Influence::Start {
+        if known.influence == Influence::Start || known.is_of_chains() {
             return Ok(Dependence::of_start(parameter));
         }
         let other = |value| Ok(self.neighbour(j, values, body, value)?.muscle);
@@ -194,6 +166,42 @@ impl Parametrised {
             _ => dependence,
         })
     }
+}
+
+/// Refuses a scene whose motion has no sensitivities.
+///
+/// # Errors
+/// What it has that is in the way.
+pub(super) fn expect_smooth_motion(scene: &Scene) -> Result<(), InputError> {
+    let file = &scene.file;
+    let refuse = |path: &str, message: &str, next: &str| {
+        Err(scene.wrong(path, InputError::new(message).next(next)))
+    };
+    if file.analysis != Analysis::Dynamic {
+        return refuse(
+            "analysis",
+            "sensitivities are those of a motion",
+            "analysis = \"dynamic\"",
+        );
+    }
+    if scene.body.is_none() {
+        let message = "sensitivities are those of a body, with chains or without";
+        return refuse("", message, "add a [mesh] with [solid], and remove [rod]");
+    }
+    if !file.feedback.is_empty() {
+        let message = "sensitivities are those of chains that do not act back";
+        return refuse("feedback", message, "remove [[feedback]]");
+    }
+    if !file.stop.is_empty() {
+        let message = "a parameter would move the time at which the run stops";
+        return refuse("stop", message, "remove [[stop]]");
+    }
+    let values = serde_json::to_value(file).map_err(InputError::new)?;
+    if let Some(jump) = first_jump(&values, "", scene.t_end) {
+        let message = "sensitivities across a jump are not computed";
+        return refuse(&jump, message, "give the step a `rise` above 0");
+    }
+    Ok(())
 }
 
 /// What `of` gives around a value, in steps of `delta`: from it on, if a value below is refused.

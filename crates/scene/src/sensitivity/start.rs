@@ -33,7 +33,8 @@ impl Parametrised {
         Ok(())
     }
 
-    /// ∂y_0/∂p for each parameter of the scene's `body` at these values; none at rest, where it is zero.
+    /// ∂y_0/∂p for each parameter of the scene's `body` at these values; none at rest, where it is zero. Empty for those
+    /// that nothing of the body depends on.
     ///
     /// An equilibrium moves as its tangent says. What the equations ask for beyond displacements and
     /// velocities is computed as the start itself is, of the scene's neighbours.
@@ -62,6 +63,9 @@ impl Parametrised {
         };
         let one = |j: usize| {
             let (known, value) = (&self.parameters[j], values[j]);
+            if known.is_of_chains() {
+                return Ok(Vec::new());
+            }
             let place = format!("parameter[{j}].key");
             if known.influence == Influence::Compressibility && value == 0.0 {
                 let error = InputError::new(

@@ -49,6 +49,21 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
             "move the time at which the run stops",
         ),
         (
+            &["chain[0].seed"],
+            "[[chain]]\n",
+            "`chain[0].seed` cannot be differentiated",
+        ),
+        (
+            &["chain[0].gain"],
+            "[[chain]]\nat = [0.0, 0.0]\n[[feedback]]\nchain = \"chain\"\nunsynchronised = 0.9\n",
+            "chains that do not act back",
+        ),
+        (
+            &["displacement[0].x.value"],
+            "[[chain]]\n[[displacement]]\ngroup = \"load\"\nx = { type = \"step\", value = 0.1, rise = 0.1 }\n",
+            "may drive a chain itself",
+        ),
+        (
             &["traction[1].y.end"],
             "[[traction]]\ngroup = \"load\"\ny = { type = \"ramp\", value = 1.0, start = 0.1, end = 0.2 }",
             "moves a break of the load\n    next: write the load as a step with a `rise` above 0",

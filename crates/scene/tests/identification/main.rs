@@ -2,8 +2,10 @@
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod bad_input;
+mod chains;
 mod derivatives;
 mod fits;
+mod maps;
 mod starts;
 
 use std::path::{Path, PathBuf};

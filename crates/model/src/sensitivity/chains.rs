@@ -1,0 +1,249 @@
+//! How a muscle and the chains that it drives depend on parameters.
+
+use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, Problem, StepError};
+use myovib_sparse::Product;
+
+use super::dependence::Dependences;
+use super::integrator::Twins;
+use crate::coupling::{CoupledDae, Oscillators};
+use crate::error::ModelError;
+use crate::muscle_dae::MuscleDae;
+
+/// How a network of oscillators depends on one parameter: a stencil of networks that differ in it, or its start.
+#[derive(Debug, Clone)]
+pub struct ChainDependence {
+    network: usize,
+    own_weight: f64,
+    twins: Vec<(f64, Oscillators)>,
+    /// Whether it is the position of all oscillators at the start.
+    is_start: bool,
+}
+
+impl ChainDependence {
+    /// On a parameter that network number `network` has a derivative by: `own_weight` times what the network itself
+    /// gives, and of each twin its weight times what it gives.
+    pub fn new(network: usize, own_weight: f64, twins: Vec<(f64, Oscillators)>) -> Self {
+        Self {
+            network,
+            own_weight,
+            twins,
+            is_start: false,
+        }
+    }
+
+    /// On the position of all its oscillators at the start.
+    pub fn of_start(network: usize) -> Self {
+        Self {
+            is_start: true,
+            ..Self::new(network, 0.0, Vec::new())
+        }
+    }
+}
+
+/// A muscle and the networks that it drives.
+type Driving = CoupledDae<MuscleDae>;
+
+/// The dependences of a muscle and its chains.
+#[derive(Debug)]
+pub struct DrivenDependences {
+    all: Dependences,
+    again: Option<Box<Driving>>,
+    residual: Vec<f64>,
+    /// Products with ∂F/∂s of each network; none yet.
+    products: Vec<Product>,
+    /// Of each place the values of ∂F/∂s of each network.
+    places: Vec<Vec<Vec<f64>>>,
+    networks: Vec<Oscillators>,
+}
+
+impl DrivenDependences {
+    /// Those of a muscle, [with](Dependences::with_chains) those of its chains.
+    pub(super) fn new(all: Dependences) -> Self {
+        Self {
+            all,
+            again: None,
+            residual: Vec::new(),
+            products: Vec::new(),
+            places: Vec::new(),
+            networks: Vec::new(),
+        }
+    }
+
+    /// ∂y_0/∂p for each.
+    pub(super) fn starts(&self, dae: &Driving) -> Vec<Vec<f64>> {
+        let mut starts = self.all.starts(dae.body_range().len());
+        for (j, start) in starts.iter_mut().enumerate() {
+            start.resize(dae.n_unknowns(), 0.0);
+            if let Some(chain) = self.chain(j).filter(|chain| chain.is_start) {
+                let n = dae.oscillators(chain.network).network().n_oscillators();
+                start[dae.range(chain.network)][..n].fill(1.0);
+            }
+        }
+        starts
+    }
+
+    fn chain(&self, j: usize) -> Option<&ChainDependence> {
+        self.all.chains.get(j)?.as_ref()
+    }
+}
+
+/// A copy of the system, made once.
+fn again<'a>(slot: &'a mut Option<Box<Driving>>, dae: &Driving) -> &'a mut Driving {
+    slot.get_or_insert_with(|| Box::new(dae.clone()))
+}
+
+/// What a linearisation of all has for the muscle.
+fn of_muscle<'a>(at: &Linearization<'a>, n: usize) -> Linearization<'a> {
+    Linearization {
+        y: &at.y[..n],
+        y_dot: &at.y_dot[..n],
+        weights: &at.weights[..n],
+        ..*at
+    }
+}
+
+impl Parameters<Driving> for DrivenDependences {
+    fn list(&self) -> &[Parameter] {
+        Parameters::<MuscleDae>::list(&self.all)
+    }
+
+    fn derivative(
+        &mut self,
+        problem: &mut Driving,
+        j: usize,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StepError> {
+        let n = problem.body_range().len();
+        let (of_muscle, of_chains) = out.split_at_mut(n);
+        let muscle = problem.body_mut();
+        self.all
+            .derivative(muscle, j, t, &y[..n], &y_dot[..n], of_muscle)?;
+        of_chains.fill(0.0);
+        let Some(chain) = self.all.chains.get(j).and_then(Option::as_ref) else {
+            return Ok(());
+        };
+        let range = problem.range(chain.network);
+        self.residual.resize(range.len(), 0.0);
+        let own = problem.oscillators(chain.network).clone();
+        let twins = chain.twins.iter().map(|(weight, twin)| (*weight, twin));
+        let own = std::iter::once((chain.own_weight, &own));
+        for (weight, oscillators) in own.chain(twins).filter(|(weight, _)| *weight != 0.0) {
+            let of = (chain.network, oscillators);
+            problem.residual_of(of, t, [y, y_dot], &mut self.residual)?;
+            let rows = of_chains[range.start - n..range.end - n].iter_mut();
+            rows.zip(&self.residual).for_each(|(o, f)| *o += weight * f);
+        }
+        Ok(())
+    }
+
+    fn keep_tangents(
+        &mut self,
+        problem: &mut Driving,
+        place: usize,
+        at: &Linearization<'_>,
+    ) -> Result<bool, StepError> {
+        let n = problem.body_range().len();
+        let muscle = problem.body_mut();
+        if !self.all.keep_tangents(muscle, place, &of_muscle(at, n))? {
+            return Ok(false);
+        }
+        if self.products.is_empty() {
+            let networks = (0..problem.n_networks()).map(|k| problem.oscillators(k).clone());
+            self.networks = networks.collect();
+            let pattern = |own: &Oscillators| Product::new(own.network().jacobian_pattern());
+            self.products = self.networks.iter().map(pattern).collect();
+        }
+        if self.places.len() <= place {
+            let room = |own: &Oscillators| vec![0.0; own.network().jacobian_pattern().nnz()];
+            let rooms = self.networks.iter().map(room).collect();
+            self.places.resize(place + 1, rooms);
+        }
+        for (k, values) in self.places[place].iter_mut().enumerate() {
+            let states = &at.y[problem.range(k)];
+            let network = self.networks[k].network();
+            network.jacobian(states, 1.0, 0.0, values);
+        }
+        Ok(true)
+    }
+
+    fn subtract_tangents(
+        &mut self,
+        place: usize,
+        [x, x_dot]: [&[f64]; 2],
+        out: &mut [f64],
+        n_columns: usize,
+    ) -> Result<(), StepError> {
+        let states = self.networks.iter().map(|own| own.network().n_states());
+        let mut start = x.len() / n_columns - states.sum::<usize>();
+        let (x_muscle, x_dot_muscle) = (&x[..start * n_columns], &x_dot[..start * n_columns]);
+        let of_muscle = &mut out[..start * n_columns];
+        self.all
+            .subtract_tangents(place, [x_muscle, x_dot_muscle], of_muscle, n_columns)?;
+        let parts = self.networks.iter().zip(&mut self.products);
+        for ((own, product), values) in parts.zip(&self.places[place]) {
+            let end = start + own.network().n_states();
+            let range = start * n_columns..end * n_columns;
+            let rows = &mut out[range.clone()];
+            product.subtract_columns(values, &x[range.clone()], rows, n_columns);
+            own.subtract_forcing_columns(x_muscle, rows, n_columns);
+            let rates = rows.iter_mut().zip(&x_dot[range]);
+            rates.for_each(|(row, rate)| *row -= rate);
+            start = end;
+        }
+        Ok(())
+    }
+
+    fn linearise(
+        &mut self,
+        problem: &mut Driving,
+        jacobian: &mut Jacobian,
+        at: &Linearization<'_>,
+        parts: [&mut [f64]; 2],
+    ) -> Result<(), StepError> {
+        jacobian.parts(again(&mut self.again, problem), at, parts)
+    }
+}
+
+impl Twins<Driving> for DrivenDependences {
+    fn of_reading(
+        &mut self,
+        problem: &Driving,
+        j: usize,
+        own: &[f64],
+        read: &mut dyn FnMut(&mut Driving) -> Result<Vec<f64>, ModelError>,
+    ) -> Result<Vec<f64>, ModelError> {
+        let copy = again(&mut self.again, problem);
+        let muscles = self.all.get_mut(j);
+        let mut sum = muscles.of_reading(own, &mut |twin| {
+            std::mem::swap(copy.body_mut(), twin);
+            let read = read(copy);
+            std::mem::swap(copy.body_mut(), twin);
+            read
+        })?;
+        let chain = self.all.chains.get_mut(j).and_then(Option::as_mut);
+        let Some(ChainDependence {
+            network,
+            own_weight,
+            twins,
+            ..
+        }) = chain
+        else {
+            return Ok(sum);
+        };
+        let mut add = |weight: f64, values: &[f64]| {
+            let both = sum.iter_mut().zip(values);
+            both.for_each(|(sum, value)| *sum += weight * value);
+        };
+        add(*own_weight, own);
+        for (weight, twin) in twins {
+            copy.exchange(*network, twin);
+            let values = read(copy);
+            copy.exchange(*network, twin);
+            add(*weight, &values?);
+        }
+        Ok(sum)
+    }
+}

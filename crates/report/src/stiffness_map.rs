@@ -1,0 +1,128 @@
+//! Where in the body outputs see its stiffness: a table, pictures, a file for ParaView.
+
+use std::path::Path;
+
+use anyhow::Context;
+use myovib_fem::Space;
+use myovib_scene::sensitivity::StiffnessMap;
+use myovib_scene::vtu::{self, CellField, Grid};
+use myovib_scene::{atomic_file, json};
+use serde_json::Value;
+
+use crate::outline::outline;
+use crate::plot::{Axis, Field, Figure, MeshPlot, Panel, SurfacePlot};
+use crate::spatial;
+use crate::table::{Align, Table, coloured_stdout};
+
+/// What is drawn.
+const DENSITY: &str = "rms by stiffness, relative";
+
+/// For each output its change by the stiffness of the whole body, and what is said beside.
+pub fn text(map: &StiffnessMap) -> String {
+    let mut table = Table::new(&[
+        ("output", Align::Left),
+        ("change of its rms by stiffness, relative", Align::Right),
+    ]);
+    for output in &map.outputs {
+        let total = output.total();
+        let shown = match total.is_finite() {
+            true => format!("{total:.3e}"),
+            false => "– (it stays zero)".to_owned(),
+        };
+        table.row([output.name.clone(), shown].map(Into::into));
+    }
+    let mut text = table.render(coloured_stdout());
+    if !map.left_out.is_empty() {
+        text += &format!(
+            "left out, as they are no displacements or velocities: {}\n",
+            map.left_out.join(", ")
+        );
+    }
+    text
+}
+
+/// Writes `stiffness.vtu`, `stiffness.svg` and `stiffness.json` to a folder, which is made if there is none; gives the
+/// names of the first two and the body of the last.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write(out: &Path, map: &StiffnessMap) -> anyhow::Result<(Vec<String>, Value)> {
+    std::fs::create_dir_all(out)
+        .with_context(|| format!("cannot make the folder `{}`", out.display()))?;
+    let body = map.scene.body.as_ref().context("the scene has no body")?;
+    let space = body.muscle.solid.space();
+    let densities = map.densities()?;
+    let of_elements = vtu::of_elements(space, &Grid::of_body(body), &densities);
+    let panels = densities.iter().map(|density| panel(space, density));
+    let figure = Figure::column("Where outputs see the stiffness", panels.collect());
+    let mut files = Vec::new();
+    for (name, text) in [
+        ("stiffness.vtu", of_elements),
+        ("stiffness.svg", figure.render()),
+    ] {
+        let path = out.join(name);
+        atomic_file::save(&path, text)?;
+        files.push(path.display().to_string());
+    }
+    let document = map.document();
+    let text = json::document("stiffness map", &document)?;
+    atomic_file::save(&out.join("stiffness.json"), text)?;
+    Ok((files, document))
+}
+
+fn panel(space: &Space, density: &CellField) -> Box<dyn Panel> {
+    let title = density.name.clone();
+    let field = Field {
+        axis: Axis::new(DENSITY, ""),
+        values: at_nodes(space, density),
+    };
+    if space.dimension() == 3 {
+        return Box::new(SurfacePlot {
+            title,
+            ..spatial::field_plot(space, space.node_points::<3>(), &field)
+        });
+    }
+    Box::new(MeshPlot {
+        title,
+        field: Some(field),
+        ..outline(space)
+    })
+}
+
+/// The means over the elements at each node, by their measure.
+fn at_nodes(space: &Space, density: &CellField) -> Vec<f64> {
+    let mut sums = vec![[0.0; 2]; space.n_nodes()];
+    for &(element, value) in &density.values {
+        let measure = space.mesh().measure_of(element);
+        for &node in space.element_nodes(element) {
+            sums[node][0] += measure * value;
+            sums[node][1] += measure;
+        }
+    }
+    sums.iter().map(|[sum, measure]| sum / measure).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two halves of a square with values 1 and 4: the diagonal has their mean, the other corners their own.
+    #[test]
+    fn nodes_have_the_mean_of_their_elements() {
+        let mesh = myovib_fem::generate::rectangle([0.0; 2], [1.0, 1.0], [1, 1]).unwrap();
+        let space = Space::taylor_hood(&mesh);
+        let density = CellField {
+            name: "u".to_owned(),
+            values: vec![(0, 1.0), (1, 4.0)],
+        };
+        for (node, value) in at_nodes(&space, &density).into_iter().enumerate() {
+            let has = |element| space.element_nodes(element).contains(&node);
+            let expected = match [has(0), has(1)] {
+                [true, true] => 2.5,
+                [true, false] => 1.0,
+                _ => 4.0,
+            };
+            assert_eq!(value, expected, "node {node}");
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! How the chains of a scene depend on its parameters.
+
+use myovib_model::MuscleDae;
+use myovib_model::coupling::Oscillators;
+use myovib_model::sensitivity::ChainDependence;
+
+use super::influence::{Influence, Known};
+use super::parameters::{Parametrised, STEP, around, body};
+use crate::Error;
+use crate::run::start::driven_by;
+use crate::scene::Scene;
+
+impl Parametrised {
+    /// For each parameter how the chain depends on it that it is of, at the values of a `scene`; none for those of the
+    /// body.
+    ///
+    /// # Errors
+    /// Values that the scene does not allow.
+    pub(super) fn of_chains(
+        &self,
+        values: &[f64],
+        scene: &Scene,
+    ) -> Result<Vec<Option<ChainDependence>>, Error> {
+        let body = body(scene)?;
+        let dae = MuscleDae::for_analysis(body.muscle.clone(), body.formulation);
+        let one = |(j, known): (usize, &Known)| match known.chain() {
+            None => Ok(None),
+            Some(network) if known.influence == Influence::Start => {
+                Ok(Some(ChainDependence::of_start(network)))
+            }
+            Some(network) => self.of_chain(j, network, values, &dae).map(Some),
+        };
+        self.parameters.iter().enumerate().map(one).collect()
+    }
+
+    fn of_chain(
+        &self,
+        j: usize,
+        network: usize,
+        values: &[f64],
+        dae: &MuscleDae,
+    ) -> Result<ChainDependence, Error> {
+        let (known, value) = (&self.parameters[j], values[j]);
+        let twin = |value: f64| -> Result<Oscillators, Error> {
+            let mut values = values.to_vec();
+            values[j] = value;
+            let mut chains = driven_by(&self.at(&values)?, dae)?;
+            Ok(chains.swap_remove(network))
+        };
+        if known.influence == Influence::Affine {
+            let next = value + known.scale;
+            let weight = 1.0 / (next - value);
+            let twins = vec![(weight, twin(next)?)];
+            return Ok(ChainDependence::new(network, -weight, twins));
+        }
+        let delta = known.step(STEP, value);
+        let (stencil, twins) = around(value, delta, twin)?;
+        let weights = stencil.points().iter().map(|(_, weight)| weight / delta);
+        Ok(ChainDependence::new(
+            network,
+            0.0,
+            weights.zip(twins).collect(),
+        ))
+    }
+}

@@ -1,0 +1,197 @@
+//! Where in the body the outputs of a scene see its stiffness.
+
+use myovib_dae::Problem;
+use myovib_model::sensitivity::{AdjointWork, LinearMisfit, RecordedIntegrator};
+use myovib_model::{Integrator, MuscleDae};
+use serde_json::{Value, json};
+
+use super::curves::{Readings, outputs, sample, settings};
+use super::parameters::{body, expect_smooth_motion};
+use super::sample_times;
+use crate::run::start::initial;
+use crate::scene::{Body, Scene, Start};
+use crate::vtu::CellField;
+use crate::watch::Watcher;
+use crate::{Error, InputError};
+
+/// For each output of a scene, how its size depends on the stiffness of each element.
+#[derive(Debug, Clone)]
+pub struct StiffnessMap {
+    /// The scene.
+    pub scene: Scene,
+    /// The outputs that are displacements or velocities.
+    pub outputs: Vec<OutputMap>,
+    /// The names of the others.
+    pub left_out: Vec<String>,
+    /// Steps of the motion.
+    pub steps: u64,
+    /// Transposed solves, real and complex.
+    pub solves: u64,
+}
+
+/// What an output sees.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutputMap {
+    /// Its name.
+    pub name: String,
+    /// For each element the relative change of the output's root mean square over time for a relative change of the
+    /// stress of its law. NaN for an output that stays zero.
+    pub elements: Vec<f64>,
+}
+
+impl OutputMap {
+    /// That for the whole body.
+    pub fn total(&self) -> f64 {
+        self.elements.iter().sum()
+    }
+}
+
+impl StiffnessMap {
+    /// Computes it: one run, and the discrete adjoint of it for each output.
+    ///
+    /// # Errors
+    /// A scene whose motion has no such derivatives, a body that cannot start, an integration that does not reach the
+    /// end.
+    pub fn of(scene: &Scene, watcher: Watcher<'_>) -> Result<Self, Error> {
+        expect_smooth_motion(scene)?;
+        let body = body(scene)?;
+        expect_known_start(scene, body)?;
+        let wanted = outputs(scene)?;
+        let readings = Readings::new(scene, &wanted)?;
+        let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+        let functionals = readings.functionals(&dae);
+        if functionals.iter().all(Option::is_none) {
+            let error = InputError::new("no output is a displacement or a velocity");
+            let next = "add a [[probe]] with quantities = [\"u\"]";
+            return Err(scene.wrong("output", error.next(next)).into());
+        }
+        let [y, y_dot] = initial(body, &mut dae, watcher)?;
+        let mut integrator =
+            RecordedIntegrator::starting_at(dae, &settings(&body.settings), [&y, &y_dot])?;
+        let samples = follow(scene, &readings, &mut integrator, watcher)?;
+        let mut map = Self {
+            scene: scene.clone(),
+            outputs: Vec::new(),
+            left_out: Vec::new(),
+            steps: integrator.counts().steps,
+            solves: 0,
+        };
+        for (k, (output, functional)) in wanted.into_iter().zip(functionals).enumerate() {
+            let name = output.name;
+            let Some(unknowns) = functional else {
+                map.left_out.push(name);
+                continue;
+            };
+            // The derivative of ln √Σ u² is that of Σ c u with c = u / Σ u².
+            let squares: f64 = samples.iter().map(|(_, values)| values[k].powi(2)).sum();
+            let weighed = samples.iter().map(|(t, values)| (*t, values[k] / squares));
+            let misfit = LinearMisfit {
+                unknowns: &unknowns,
+                samples: &weighed.collect::<Vec<_>>(),
+            };
+            let elements = match squares {
+                0.0 => vec![f64::NAN; body.muscle.solid.space().n_elements()],
+                _ => {
+                    let (elements, work) = go_back(&mut integrator, misfit, &name, watcher)?;
+                    map.solves += work.real_solves + work.complex_solves;
+                    elements
+                }
+            };
+            map.outputs.push(OutputMap { name, elements });
+        }
+        Ok(map)
+    }
+
+    /// What is drawn: the change by the stiffness of each element, per its share of the volume. So it does not depend
+    /// on the size of the elements, and its mean over the body is the total.
+    pub fn densities(&self) -> Result<Vec<CellField>, Error> {
+        let mesh = body(&self.scene)?.muscle.solid.space().mesh();
+        let whole = mesh.measure();
+        let of = |output: &OutputMap| CellField {
+            name: output.name.clone(),
+            values: output
+                .elements
+                .iter()
+                .enumerate()
+                .map(|(e, own)| (e, own * whole / mesh.measure_of(e)))
+                .collect(),
+        };
+        Ok(self.outputs.iter().map(of).collect())
+    }
+
+    /// The body of a JSON document.
+    pub fn document(&self) -> Value {
+        let outputs = self.outputs.iter().map(|output| {
+            json!({ "name": output.name, "total": output.total(), "elements": output.elements })
+        });
+        json!({
+            "outputs": outputs.collect::<Vec<_>>(),
+            "left_out": self.left_out,
+            "steps": self.steps,
+            "solves": self.solves,
+        })
+    }
+}
+
+/// Refuses what an element's stiffness would act on beside the motion.
+fn expect_known_start(scene: &Scene, body: &Body) -> Result<(), InputError> {
+    if !scene.chains.is_empty() {
+        let error = InputError::new("maps are those of bodies without chains");
+        return Err(scene.wrong("chain", error.next("remove [[chain]]")));
+    }
+    if body.muscle.solid.n_internal() > 0 {
+        let error = InputError::new("maps are those of bodies without Prony terms");
+        return Err(scene.wrong("material", error.next("remove `prony`")));
+    }
+    match body.start {
+        Start::Equilibrium => {
+            let error = InputError::new("an equilibrium depends on the stiffness of each element");
+            let next = "let the body start from rest, or from the folder of another run";
+            Err(scene.wrong("start", error.next(next)))
+        }
+        Start::Rest | Start::State(_) => Ok(()),
+    }
+}
+
+/// The derivative of a misfit by the stiffness of each element, and what it cost; the watcher hears of the output.
+fn go_back(
+    integrator: &mut RecordedIntegrator,
+    misfit: LinearMisfit<'_>,
+    name: &str,
+    watcher: Watcher<'_>,
+) -> Result<(Vec<f64>, AdjointWork), Error> {
+    let mut tell = |t: f64| {
+        watcher
+            .progress
+            .tell(&|| format!("{name}: back at t = {t:.3} s"));
+        !watcher.is_interrupted()
+    };
+    let by_stiffness = integrator.by_stiffness(misfit, &mut tell);
+    match watcher.is_interrupted() {
+        true => Err(Error::Stopped("interrupted".to_owned())),
+        false => Ok(by_stiffness?),
+    }
+}
+
+/// Takes the motion to its end; the outputs at each sample.
+fn follow(
+    scene: &Scene,
+    readings: &Readings<'_>,
+    integrator: &mut RecordedIntegrator,
+    watcher: Watcher<'_>,
+) -> Result<Vec<(f64, Vec<f64>)>, Error> {
+    let mut samples = Vec::new();
+    let times = sample_times(scene);
+    sample(scene, integrator, &times, watcher, |integrator, _, t| {
+        let n = integrator.problem().n_unknowns();
+        let mut state = [vec![0.0; n], vec![0.0; n]];
+        for (derivative, out) in state.iter_mut().enumerate() {
+            integrator.dense_output(t, derivative as u32, out)?;
+        }
+        let [y, y_dot] = &state;
+        let values = readings.values(integrator.problem_mut(), t, y, y_dot)?;
+        samples.push((t, values));
+        Ok(())
+    })?;
+    Ok(samples)
+}

@@ -1,0 +1,46 @@
+//! What chains depend on: ∂F/∂p of all their numbers, and order parameters against differences of runs.
+
+use crate::derivatives::outputs_agree;
+
+/// A chain of six at a point, of both kinds of restoring force, whose order parameters are read.
+const CHAIN: &str = "[[chain]]\nname = \"tissue\"\noscillators = 6\nhalf_width = 3.0\nduffing = 40.0\ngain = 1e6\n\
+                     at = [0.03, 0.005]\ncomponent = [1.0, 2.0]\ninitial = 0.2\n\
+                     [[probe]]\nname = \"order\"\ntype = \"coherence\"\nchain = \"tissue\"\nevery = 0.05\n";
+
+/// Constants of the body act on a chain by the motion that drives it, those of a chain on nothing else.
+#[test]
+fn order_parameters_have_the_derivatives_of_differences_of_runs() {
+    let keys = [
+        "chain[0].gain",
+        "material[0].c10",
+        "chain[0].van_der_pol",
+        "chain[0].duffing",
+        "traction[0].y.amplitude",
+        "chain[0].coupling",
+        "chain[0].frequency",
+        "chain[0].half_width",
+        "chain[0].initial",
+    ];
+    let tight = [
+        "traction[0].y.shift=1",
+        "integrator.oscillators.rtol=1e-10",
+        "integrator.oscillators.atol=1e-12",
+    ];
+    outputs_agree(&keys, CHAIN, &tight);
+}
+
+/// Of several chains each parameter finds its own, at many places of a body that is incompressible.
+#[test]
+fn each_chain_has_parameters_of_its_own() {
+    let keys = ["chain[1].coupling", "chain[0].initial", "chain[1].gain"];
+    let second = "[[chain]]\nname = \"edge\"\noscillators = 3\ninitial = 0.1\ngain = 1e4\n\
+                  [[probe]]\nname = \"edge\"\ntype = \"coherence\"\nchain = \"edge\"\nevery = 0.05\n";
+    let overrides = [
+        "traction[0].y.shift=1",
+        "solid.kappa=inf",
+        "chain[1].at={ vertices = \"load\" }",
+        "integrator.oscillators.rtol=1e-10",
+        "integrator.oscillators.atol=1e-12",
+    ];
+    outputs_agree(&keys, &format!("{CHAIN}{second}"), &overrides);
+}

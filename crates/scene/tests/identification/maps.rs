@@ -1,0 +1,134 @@
+//! Maps of where outputs see the stiffness of the body, against forward sensitivities.
+
+use myovib_scene::Scene;
+use myovib_scene::sensitivity::{Parametrised, StiffnessMap, follow, outputs};
+use myovib_scene::watch::Watcher;
+
+use crate::derivatives::{CASES, case};
+use crate::{scene, set};
+
+/// Readings of forward sensitivities are central differences with a step of ε^(1/3), which leaves ε^(2/3) = 4e-11 of
+/// values of size 1, and some ten times that where the derivative is ten times smaller than what it is made of.
+const ROUNDING: f64 = 1e-9;
+
+/// For each output the relative change of its root mean square by each parameter, a factor of stress, with forward
+/// sensitivities that are solved for to rounding.
+fn by_forward(it: &Parametrised) -> Vec<Vec<f64>> {
+    let wanted = outputs(&it.scene).unwrap();
+    let (every, t_end) = (it.scene.file.probe[0].every, it.scene.t_end);
+    let n = (t_end / every).floor() as usize;
+    let times: Vec<f64> = (0..=n).map(|k| (k as f64 * every).min(t_end)).collect();
+    let dependences = (it.dependences(&it.values()).unwrap(), Some(1e-9));
+    let (samples, _) = follow(&it.scene, &wanted, &times, dependences, Watcher::NOBODY).unwrap();
+    let change = |j: usize, k: usize| {
+        let squares: f64 = samples.iter().map(|s| s.values[k].powi(2)).sum();
+        let products = samples.iter().map(|s| s.values[k] * s.derivatives[j][k]);
+        it.values()[j] * products.sum::<f64>() / squares
+    };
+    let of = |k: usize| (0..it.parameters.len()).map(|j| change(j, k)).collect();
+    (0..wanted.len()).map(of).collect()
+}
+
+/// Compares the sums of a map over the elements of each material with forward sensitivities to its stiffness.
+fn expect_sums(it: &Parametrised, case: &str) {
+    let map = StiffnessMap::of(&it.scene, Watcher::NOBODY).unwrap();
+    let regions = &it.scene.body.as_ref().unwrap().regions;
+    let names = outputs(&it.scene).unwrap();
+    for (name, totals) in names.iter().zip(by_forward(it)) {
+        let Some(own) = map.outputs.iter().find(|own| own.name == name.name) else {
+            assert!(map.left_out.contains(&name.name), "{case}, {}", name.name);
+            continue;
+        };
+        for (material, total) in totals.into_iter().enumerate() {
+            let elements = own.elements.iter().zip(regions);
+            let of_material = elements.filter(|(_, region)| **region == material);
+            let sum: f64 = of_material.map(|(own, _)| own).sum();
+            assert!(
+                (sum - total).abs() <= ROUNDING && total.abs() > 1e4 * ROUNDING,
+                "{case}, {}, material {material}: {sum} {total}",
+                name.name
+            );
+        }
+    }
+}
+
+/// The adjoint, back over all steps from checkpoints, and forward sensitivities are the same derivative: of displacements
+/// and of velocities.
+#[test]
+fn the_elements_add_up_to_the_whole_in_all_formulations() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["material[0].stiffness"], "");
+    for one in CASES {
+        let more = set(&["probe[0].quantities=[\"u\", \"p\", \"v\"]"]);
+        let it = Parametrised::load(&path, &[case(one), more].concat()).unwrap();
+        expect_sums(&it, &format!("{one:?}"));
+    }
+}
+
+/// Two materials, a load that rises between two kinks, tension and viscosity, which the stress of the law has no part
+/// in, and a motion that starts at a velocity; an average and a line.
+#[test]
+fn elements_of_a_material_add_up_to_its_stiffness() {
+    let folder = tempfile::tempdir().unwrap();
+    let keys = ["material[0].stiffness", "material[1].stiffness"];
+    let more = "[[region]]\nname = \"hard\"\ncentre = [0.03, 0.0]\nradii = [0.03, 0.02]\n\
+                [[material]]\ngroup = \"hard\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e5\n\
+                stiffness = 0.7\nbeta = 2e-4\n\
+                [[traction]]\ngroup = \"load\"\n\
+                y = { type = \"step\", value = 50.0, start = 0.3, rise = 0.2 }\n\
+                [[probe]]\nname = \"end\"\ntype = \"average\"\ngroup = \"load\"\nevery = 0.01\n\
+                [[probe]]\nname = \"axis\"\ntype = \"line\"\nfrom = [0.01, 0.01]\nto = [0.09, 0.01]\npoints = 2\n\
+                quantities = [\"u\", \"v\"]\nevery = 0.01\n\
+                [start]\ntype = \"velocity\"\nvalue = [0.0, 0.01]\n";
+    let path = scene(folder.path(), &keys, more);
+    let own = set(&[
+        "material[0].fibre=[1, 0]",
+        "material[0].eta=10",
+        "material[0].active={ type = \"bestel\", contractility = 1e4 }",
+        "time.end=0.7",
+    ]);
+    let it = Parametrised::load(&path, &[case(CASES[5]), own].concat()).unwrap();
+    expect_sums(&it, "two materials");
+}
+
+/// What the map needs is asked for in one message.
+#[test]
+fn scenes_without_a_map_are_told_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &[], "");
+    for (overrides, told) in [
+        (
+            &["probe[0].quantities=[\"p\"]"][..],
+            "no output is a displacement or a velocity",
+        ),
+        (
+            &["material[0].prony=[{ g = 0.5, tau = 0.02 }]"],
+            "bodies without Prony terms",
+        ),
+        (
+            &["start={ type = \"equilibrium\" }"],
+            "an equilibrium depends on the stiffness",
+        ),
+        (&["analysis=static"], "sensitivities are those of a motion"),
+        (
+            &["traction[0].y={ type = \"step\", value = 1.0, start = 0.1, rise = 0 }"],
+            "across a jump",
+        ),
+    ] {
+        let scene = Scene::load(&path, &[case(CASES[5]), set(overrides)].concat()).unwrap();
+        let error = StiffnessMap::of(&scene, Watcher::NOBODY).unwrap_err();
+        assert!(error.to_string().contains(told), "{overrides:?}: {error}");
+    }
+}
+
+/// An output that stays zero has no relative change.
+#[test]
+fn a_body_at_rest_has_an_empty_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &[], "");
+    let still = set(&["traction[0].y=0.0", "time.end=0.1"]);
+    let scene = Scene::load(&path, &[case(CASES[5]), still].concat()).unwrap();
+    let map = StiffnessMap::of(&scene, Watcher::NOBODY).unwrap();
+    assert_eq!((map.outputs.len(), map.solves), (2, 0));
+    assert!(map.outputs.iter().all(|own| own.total().is_nan()));
+}
