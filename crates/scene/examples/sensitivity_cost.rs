@@ -1,8 +1,14 @@
-//! What sensitivities cost: runs of the paper's equations by Radau IIA with no, two and eight
-//! parameters.
+//! What sensitivities cost: runs of the paper's equations with no, two and eight parameters, by Radau IIA, and of three
+//! rows by IDAS beside it: staggered, out of the error test.
 //! `cargo run --release -p myovib-scene --example sensitivity_cost [T_END [ROW…]]`
+use myovib_dae::Outcome;
+use myovib_model::linear::CondensedSolver;
+use myovib_model::{MuscleDae, ida};
 use myovib_scene::sensitivity::{Cost, Parametrised, follow, outputs};
 use myovib_scene::watch::Watcher;
+use sundials_wrap::{
+    IdaOptions, IdaSolver, SensitivityMethod, SensitivityOptions, SensitivityStatistics,
+};
 
 /// Eight parameters of all kinds, the first two of which are the two.
 const KEYS: [(&str, f64); 8] = [
@@ -19,18 +25,24 @@ const KEYS: [(&str, f64); 8] = [
 /// The absolute tolerances of Table 2.
 const ATOL: &str = "{ displacement = 1e-5, velocity = 1e-5, pressure = 0.1, multiplier = 5.0 }";
 
-fn run(row: &str, method: &str, t_end: &str, count: usize) -> (f64, Cost) {
+/// The scene of a row with the first `count` parameters, one at least.
+fn parametrised(row: &str, t_end: &str, count: usize, more: Option<String>) -> Parametrised {
     let list: Vec<String> = KEYS[..count.max(1)]
         .iter()
         .map(|(key, scale)| format!("{{ key = \"{key}\", scale = {scale:e} }}"))
         .collect();
-    let set = [
+    let own = [
         format!("parameter=[{}]", list.join(", ")),
-        // Of all rows, without the settings of BDF that one has.
-        format!("integrator={{ method = \"{method}\", rtol = 1e-3, atol = {ATOL} }}"),
         format!("time.end={t_end}"),
     ];
-    let scene = Parametrised::load(row.as_ref(), &set).expect("the scene is built in");
+    let set: Vec<String> = own.into_iter().chain(more).collect();
+    Parametrised::load(row.as_ref(), &set).expect("the scene is built in")
+}
+
+fn run(row: &str, method: &str, t_end: &str, count: usize) -> (f64, Cost) {
+    // Of all rows, without the settings of BDF that one has.
+    let integrator = format!("integrator={{ method = \"{method}\", rtol = 1e-3, atol = {ATOL} }}");
+    let scene = parametrised(row, t_end, count, Some(integrator));
     let outputs = outputs(&scene.scene).expect("it has a probe");
     let values = scene.values();
     let watcher = Watcher {
@@ -46,6 +58,46 @@ fn run(row: &str, method: &str, t_end: &str, count: usize) -> (f64, Cost) {
     let (_, cost) =
         follow(&scene.scene, &outputs, &times, (dependences, None), watcher).expect("it runs");
     (started.elapsed().as_secs_f64(), cost)
+}
+
+/// The rows' own BDF.
+fn by_idas(row: &str, t_end: &str, count: usize) -> (f64, u64, SensitivityStatistics) {
+    let scene = parametrised(row, t_end, count, None);
+    let body = scene.scene.body.as_ref().expect("it has a body");
+    let dae = MuscleDae::new(body.muscle.clone(), body.formulation).expect("it is one");
+    let options = ida::options(&dae, &body.settings);
+    let solver = CondensedSolver::new(&dae, options.klu).expect("it can be analysed");
+    let rest = vec![0.0; dae.layout().n_unknowns()];
+    let t_end = scene.scene.t_end;
+    let mut builder = IdaSolver::builder(dae)
+        .options(IdaOptions {
+            stop_time: Some(t_end),
+            initial_step: Some(1e-6),
+            ..options
+        })
+        .linear_solver(solver);
+    if count > 0 {
+        let dependences = scene.dependences(&scene.values()).expect("it has these");
+        let options = SensitivityOptions {
+            method: SensitivityMethod::Staggered,
+            in_error_test: false,
+        };
+        let starts = vec![[rest.clone(), rest.clone()]; count];
+        builder = builder.sensitivities(dependences, options, starts);
+    }
+    let mut solver = builder.build(0.0, &rest, &rest).expect("it starts");
+    let started = cpu_time::ThreadTime::now();
+    while solver.t() < t_end {
+        if let Outcome::Stopped(stop) = solver.step(t_end).expect("it runs") {
+            panic!("{stop}");
+        }
+    }
+    let seconds = started.elapsed().as_secs_f64();
+    (
+        seconds,
+        solver.statistics().steps,
+        solver.sensitivity_statistics(),
+    )
 }
 
 fn main() {
@@ -76,5 +128,18 @@ fn main() {
                 of_eight.sensitivity_solves,
             );
         }
+    }
+    println!("row         IDAS      steps          plain s   2: ratio iters.   8: ratio iters.");
+    for row in ["1", "2m", "31"].map(|row| format!("table2-{row}")) {
+        let (plain, steps, _) = by_idas(&row, &t_end, 0);
+        let [(two, _, of_two), (eight, _, of_eight)] =
+            [2, 8].map(|count| by_idas(&row, &t_end, count));
+        println!(
+            "{row:11} bdf      {steps:6}        {plain:9.3} {:10.2} {:6} {:10.2} {:6}",
+            two / plain,
+            of_two.newton_iterations,
+            eight / plain,
+            of_eight.newton_iterations,
+        );
     }
 }
