@@ -1,5 +1,7 @@
 //! Which combinations of parameters the measurements do not tell.
 
+use nalgebra::RowDVector;
+
 use crate::result::Fit;
 
 /// A combination of relative changes of the parameters.
@@ -15,35 +17,52 @@ pub struct Direction {
 /// The singular values of the Jacobian by relative changes of the parameters, largest first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identifiability {
-    /// The directions, the best known first.
+    /// The directions of the parameters that measurements depend on, the best known first.
     pub directions: Vec<Direction>,
     /// The parameters' names.
     pub names: Vec<String>,
 }
 
 impl Fit {
-    /// The combinations of parameters that the measurements do not tell.
+    /// The combinations of parameters that the measurements do not tell, beside those parameters that no
+    /// measurement [depends on](Fit::acts).
     pub fn identifiability(&self) -> Identifiability {
+        Identifiability {
+            directions: self.directions(),
+            names: self.names.clone(),
+        }
+    }
+
+    fn directions(&self) -> Vec<Direction> {
+        let acting = self.acting();
+        if acting.is_empty() {
+            return Vec::new();
+        }
         let mut jacobian = self.weighted_jacobian();
         for (mut column, value) in jacobian.column_iter_mut().zip(&self.values) {
             column *= if *value == 0.0 { 1.0 } else { value.abs() };
         }
-        let svd = jacobian.svd(false, true);
+        let svd = jacobian.select_columns(&acting).svd(false, true);
         let v_t = svd.v_t.as_ref().expect("asked for");
+        let direction = |(&sensitivity, row): (&f64, RowDVector<f64>)| {
+            let mut shares = vec![0.0; self.values.len()];
+            for (&j, &share) in acting.iter().zip(row.iter()) {
+                shares[j] = share;
+            }
+            Direction {
+                sensitivity,
+                shares,
+            }
+        };
+        let rows = v_t.row_iter().map(|row| row.into_owned());
         let mut directions: Vec<_> = svd
             .singular_values
             .iter()
-            .zip(v_t.row_iter())
-            .map(|(&sensitivity, row)| Direction {
-                sensitivity,
-                shares: row.iter().copied().collect(),
-            })
+            .zip(rows)
+            .map(direction)
             .collect();
         directions.sort_by(|a, b| b.sensitivity.total_cmp(&a.sensitivity));
-        Identifiability {
-            directions,
-            names: self.names.clone(),
-        }
+        directions
     }
 }
 

@@ -59,9 +59,19 @@ impl Fit {
         self.ended == Ended::Converged
     }
 
-    /// Measurements less parameters.
+    /// Whether a measurement depends on parameter `j`: whether a derivative by it is not zero.
+    pub fn acts(&self, j: usize) -> bool {
+        self.jacobian.column(j).iter().any(|entry| *entry != 0.0)
+    }
+
+    /// The parameters that measurements depend on.
+    pub(crate) fn acting(&self) -> Vec<usize> {
+        (0..self.values.len()).filter(|&j| self.acts(j)).collect()
+    }
+
+    /// Measurements less the parameters that they depend on.
     pub fn degrees_of_freedom(&self) -> usize {
-        self.residuals.len() - self.values.len()
+        self.residuals.len() - self.acting().len()
     }
 
     /// The derivatives and residuals as they count under the loss.

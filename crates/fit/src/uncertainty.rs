@@ -9,18 +9,19 @@ use crate::result::Fit;
 /// How well the parameters are known, if the model is nearly linear within their uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Uncertainty {
-    /// s² = 2 cost/(measurements − parameters), the variance of the weighted residuals.
+    /// s² = 2 cost/(measurements − parameters that they depend on), the variance of the weighted residuals.
     pub variance: f64,
     /// Standard errors; infinite for what the data cannot tell.
     pub standard_errors: Vec<f64>,
-    /// Correlations, n × n.
+    /// Correlations, n × n; NaN with a parameter that no measurement depends on.
     pub correlation: DMatrix<f64>,
     values: Vec<f64>,
     freedom: usize,
 }
 
 impl Fit {
-    /// Standard errors, intervals and correlations by the linearisation at the end.
+    /// Standard errors, intervals and correlations by the linearisation at the end. Those of parameters that
+    /// measurements depend on are as without the others.
     ///
     /// # Errors
     /// [`FitError::NoFreedom`] with as many parameters as measurements.
@@ -30,17 +31,18 @@ impl Fit {
             return Err(FitError::NoFreedom(self.residuals.len()));
         }
         let variance = 2.0 * self.cost / freedom as f64;
-        let inverse = inverse_normal_matrix(self.weighted_jacobian());
+        let acting = self.acting();
+        let inverse = inverse_normal_matrix(self.weighted_jacobian().select_columns(&acting));
         let n = self.values.len();
+        let place = |j: usize| acting.iter().position(|&acting| acting == j);
+        let error = |a: usize| (variance * inverse[(a, a)]).sqrt();
         let standard_errors: Vec<f64> = (0..n)
-            .map(|j| (variance * inverse[(j, j)]).sqrt())
+            .map(|j| place(j).map_or(f64::INFINITY, error))
             .collect();
-        let correlation = DMatrix::from_fn(n, n, |i, j| {
-            if i == j {
-                1.0
-            } else {
-                inverse[(i, j)] / (inverse[(i, i)] * inverse[(j, j)]).sqrt()
-            }
+        let correlation = DMatrix::from_fn(n, n, |i, j| match (place(i), place(j)) {
+            _ if i == j => 1.0,
+            (Some(a), Some(b)) => inverse[(a, b)] / (inverse[(a, a)] * inverse[(b, b)]).sqrt(),
+            _ => f64::NAN,
         });
         Ok(Uncertainty {
             variance,
@@ -76,15 +78,15 @@ pub(crate) fn student_quantile(probability: f64, freedom: usize) -> f64 {
         .inverse_cdf(probability)
 }
 
-/// (JᵀJ)⁻¹ by the singular values of J with its columns scaled to length one; infinite where a
-/// column is zero.
+/// (JᵀJ)⁻¹ by the singular values of J, of which no column is zero, with its columns scaled to length one.
 fn inverse_normal_matrix(mut jacobian: DMatrix<f64>) -> DMatrix<f64> {
+    if jacobian.is_empty() {
+        return DMatrix::zeros(0, 0);
+    }
     let norms: DVector<f64> =
         DVector::from_iterator(jacobian.ncols(), jacobian.column_iter().map(|c| c.norm()));
     for (mut column, &norm) in jacobian.column_iter_mut().zip(norms.iter()) {
-        if norm > 0.0 {
-            column /= norm;
-        }
+        column /= norm;
     }
     let svd = jacobian.svd(false, true);
     let v = svd.v_t.as_ref().expect("asked for").transpose();

@@ -150,6 +150,61 @@ fn what_the_data_cannot_tell_is_named() {
     assert!((a * fitted.values[0] + b * fitted.values[1]).abs() < 1e-6);
 }
 
+/// The second of three parameters acts on nothing: the others are known as without it.
+#[test]
+fn a_parameter_that_acts_on_nothing_leaves_the_others_as_they_are() {
+    let mut model = Of(POINTS.len(), |p: &[f64], out: &mut [f64]| {
+        for (out, (x, y)) in out.iter_mut().zip(POINTS) {
+            *out = p[0] + p[2] * x - y;
+        }
+        Ok(())
+    });
+    let options = Options::default();
+    let fitted = fit(&mut model, &parameters([0.0, 5.0, 0.0]), &options).unwrap();
+    let without = fit(&mut line(&POINTS), &parameters([0.0, 0.0]), &options).unwrap();
+    assert_eq!([0, 1, 2].map(|j| fitted.acts(j)), [true, false, true]);
+    assert_eq!(fitted.values[1], 5.0);
+    assert_eq!(fitted.degrees_of_freedom(), 2);
+    let [found, exact] = [&fitted, &without].map(|fit| fit.uncertainty().unwrap());
+    assert_eq!(found.standard_errors[1], f64::INFINITY);
+    assert_eq!(found.intervals(0.95)[1], [f64::NEG_INFINITY, f64::INFINITY]);
+    let row = [0, 1, 2].map(|j| found.correlation[(1, j)]);
+    assert!(
+        row[0].is_nan() && row[1] == 1.0 && row[2].is_nan(),
+        "{row:?}"
+    );
+    // The same numbers, but for the rounding of differences: 1e-11 beside derivatives of size one.
+    let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-8 * b.abs(), "{a} {b}");
+    for (j, k) in [(0, 0), (2, 1)] {
+        near(found.standard_errors[j], exact.standard_errors[k]);
+    }
+    near(found.correlation[(0, 2)], exact.correlation[(0, 1)]);
+    let directions = fitted.identifiability().directions;
+    assert_eq!(directions.len(), 2);
+    assert!(
+        directions
+            .iter()
+            .all(|direction| direction.shares[1] == 0.0)
+    );
+    for (found, exact) in directions.iter().zip(without.identifiability().directions) {
+        near(found.sensitivity, exact.sensitivity);
+    }
+}
+
+#[test]
+fn a_fit_of_which_no_parameter_acts_knows_none() {
+    let mut nothing = Of(3, |_: &[f64], out: &mut [f64]| {
+        out.copy_from_slice(&[1.0, -1.0, 2.0]);
+        Ok(())
+    });
+    let fitted = fit(&mut nothing, &parameters([1.0]), &Options::default()).unwrap();
+    let uncertainty = fitted.uncertainty().unwrap();
+    // The mean square of 1, −1 and 2, in numbers without rounding.
+    assert_eq!((fitted.values[0], uncertainty.variance), (1.0, 2.0));
+    assert_eq!(uncertainty.standard_errors, [f64::INFINITY]);
+    assert!(fitted.identifiability().directions.is_empty());
+}
+
 #[test]
 fn several_starts_find_the_deeper_valley() {
     // p⁴/4 − p²/2 + 0.1 p has a shallow minimum near 0.95 and a deeper one near −1.05.
