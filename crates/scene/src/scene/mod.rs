@@ -30,6 +30,7 @@ use std::path::{Path, PathBuf};
 
 use myovib_model::coupling::Feedback;
 use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings};
+use serde_json::Value;
 
 pub use builtin::{BUILTIN, builtin_text};
 pub use chain_places::DrivenPlace;
@@ -200,6 +201,11 @@ impl Scene {
             ));
         }
         notes
+    }
+
+    /// The scene's values as they are written, with overrides and without defaults.
+    pub(crate) fn written(&self) -> &Value {
+        self.source.value()
     }
 
     /// The scene's text, without overrides.

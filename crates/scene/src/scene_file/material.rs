@@ -17,7 +17,7 @@ use super::number::Number;
 use super::solid::Kappa;
 
 /// Another name of `mooney-rivlin`, with c10 = ζ/2 and c01 = 0.
-const NEO_HOOKE: &str = "neo-hooke";
+pub(crate) const NEO_HOOKE: &str = "neo-hooke";
 const NEO_HOOKE_CONSTANTS: &[Parameter] = &[Parameter::new(
     "shear_modulus",
     "Pa",

@@ -6,6 +6,7 @@ use serde_json::Value;
 use crate::InputError;
 use crate::scene::{Body, Scene};
 use crate::scene_file::identification::Parameter;
+use crate::scene_file::material::NEO_HOOKE;
 
 /// How the equations depend on a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,7 +79,7 @@ impl Known {
     /// # Errors
     /// A key that is no number of the scene, none that can be differentiated, or there twice.
     pub fn all(scene: &Scene) -> Result<Vec<Self>, InputError> {
-        let values = serde_json::to_value(&scene.file).map_err(InputError::new)?;
+        let values = settable(scene)?;
         let mut parameters: Vec<Self> = Vec::new();
         for (i, wanted) in scene.file.parameter.iter().enumerate() {
             let wrong = |error| scene.wrong(&format!("parameter[{i}].key"), error);
@@ -173,6 +174,27 @@ impl Known {
     }
 }
 
+/// What is told of the constants of a neo-hooke law.
+const AS_MOONEY_RIVLIN: &str =
+    "give the law as mooney-rivlin, of which c10 is half the shear_modulus and c01 is 0";
+
+/// The scene's file as a tree of what `--set` can set. A neo-hooke law is read as one of mooney-rivlin, whose
+/// constants cannot be given to it.
+fn settable(scene: &Scene) -> Result<Value, InputError> {
+    let mut values = serde_json::to_value(&scene.file).map_err(InputError::new)?;
+    let written = &scene.written()["material"];
+    let materials = values.get_mut("material").and_then(Value::as_array_mut);
+    for (i, material) in materials.into_iter().flatten().enumerate() {
+        if let Some(material) = material.as_object_mut()
+            && written[i]["law"] == NEO_HOOKE
+        {
+            material.retain(|key, _| !["c10", "c01"].contains(&key.as_str()));
+            material.insert("law".to_owned(), NEO_HOOKE.into());
+        }
+    }
+    Ok(values)
+}
+
 /// The number of a scene that a parameter names; `values` is the scene's file as a tree.
 ///
 /// # Errors
@@ -215,13 +237,14 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<Known, Inp
                     .found("a list")
                     .next(format!("name one of it, as `{key}[0]`")),
                 _ => match values.pointer(parent) {
-                    _ if table == "material" && last == "shear_modulus" => {
-                        error.next("give the law as mooney-rivlin: c10 is half of it, c01 is 0")
-                    }
                     Some(Value::Object(members)) if !parent.is_empty() => {
                         let numbers = members.iter().filter(|(_, value)| value.is_number());
                         let names: Vec<&str> = numbers.map(|(name, _)| name.as_str()).collect();
-                        error.allowed(names.join(", "))
+                        let error = error.allowed(names.join(", "));
+                        match members.get("law").is_some_and(|law| law == NEO_HOOKE) {
+                            true => error.next(AS_MOONEY_RIVLIN),
+                            false => error,
+                        }
                     }
                     _ if table == "start" => {
                         error.next("give [start] type = \"velocity\" with a `value`")

@@ -22,6 +22,10 @@ const ACTIVE: &str = "[[region]]\nname = \"r\"\ncentre = [0, 0]\nradii = [0.02, 
                       group = \"r\"\nlaw = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\n\
                       fibre = [1, 0]\nactive = { type = \"bestel\", contractility = 1e4 }";
 
+/// A round region of another law, which scenes read as mooney-rivlin.
+const NEO_HOOKE: &str = "[[region]]\nname = \"r\"\ncentre = [0, 0]\nradii = [0.02, 0.02]\n[[material]]\n\
+                         group = \"r\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 2e4";
+
 #[test]
 fn keys_that_are_no_parameters_are_told_with_their_place() {
     for (keys, more, told) in [
@@ -30,6 +34,17 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
             "",
             "allowed: c01, c10, density, stiffness",
         ),
+        (
+            &["material[1].c10"],
+            NEO_HOOKE,
+            "allowed: density, stiffness\n    next: give the law as mooney-rivlin",
+        ),
+        (
+            &["material[1].shear_modulus"],
+            NEO_HOOKE,
+            "next: give the law as mooney-rivlin, of which c10 is half the shear_modulus",
+        ),
+        (&["material[1].stiffness"], NEO_HOOKE, "accepted"),
         (
             &["material[7].c10"],
             "",
