@@ -41,10 +41,18 @@ impl Progress {
         let Ok(mut last) = self.last.try_lock() else {
             return;
         };
-        if self.quiet || last.elapsed() < interval {
+        if last.elapsed() < interval {
             return;
         }
         *last = Instant::now();
+        self.write(line);
+    }
+
+    /// Writes the text made by `line`, unless quiet.
+    fn write(&self, line: impl FnOnce() -> String) {
+        if self.quiet {
+            return;
+        }
         if self.on_terminal {
             // Back to the line's start, and clear what is left of the text before.
             eprint!("\r{}\x1b[K", plain(&line()));
@@ -59,6 +67,10 @@ impl Progress {
 impl Tell for Progress {
     fn tell(&self, line: &dyn Fn() -> String) {
         self.show(line);
+    }
+
+    fn tell_now(&self, line: &dyn Fn() -> String) {
+        self.write(line);
     }
 }
 

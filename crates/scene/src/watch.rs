@@ -11,6 +11,11 @@ use myovib_model::{ModelError, Observer, Outcome, Step};
 pub trait Tell: Sync {
     /// Shows the line, or not.
     fn tell(&self, line: &dyn Fn() -> String);
+
+    /// Shows the line even if another one was shown just now: what it tells of takes long.
+    fn tell_now(&self, line: &dyn Fn() -> String) {
+        self.tell(line);
+    }
 }
 
 /// Nobody.

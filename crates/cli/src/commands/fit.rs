@@ -71,7 +71,8 @@ pub struct FitArgs {
     #[arg(long, value_name = "FRACTION", default_value = "1e-5", value_parser = values::relative_tolerance)]
     pub tolerance: f64,
 
-    /// Most iterations of each part of the fit, and from each start: it begins with short and rough runs.
+    /// Most iterations of each part of the fit, which begins with short and rough runs, from each start, and
+    /// of each fit of a profile.
     #[arg(long, value_name = "N", default_value = "50")]
     pub max_iterations: usize,
 

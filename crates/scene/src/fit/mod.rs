@@ -8,6 +8,7 @@ mod data;
 mod history;
 mod model;
 mod phases;
+mod profiles;
 mod report;
 
 use std::fmt::Display;
@@ -19,7 +20,7 @@ use std::sync::atomic::AtomicBool;
 pub use myovib_fit::Loss;
 use myovib_fit::{
     Ended, Fit, FitError, Identifiability, Iteration, Options, Parameter, Profile, Uncertainty,
-    profile, several_starts,
+    several_starts,
 };
 use serde_json::{Value, json};
 
@@ -32,6 +33,7 @@ pub use data::{Datum, read};
 use history::History;
 use model::{Experiment, SceneModel};
 use phases::fit_in_phases;
+use profiles::profiles;
 
 /// A scene, the measurements, and where the history goes.
 pub struct FitOptions<'a> {
@@ -48,8 +50,8 @@ pub struct FitOptions<'a> {
     /// The fit is converged when no parameter changes by more than this fraction of itself, or when what
     /// is left is a hundredth of what the noise leaves open.
     pub tolerance: f64,
-    /// Most iterations of each part of the fit, from each start; each with one run with sensitivities and one
-    /// or more plain ones.
+    /// Most iterations of each part of the fit, from each start, and of each fit of a profile; each with one
+    /// run with sensitivities and one or more plain ones.
     pub max_iterations: usize,
     /// From how many starts it is fitted: that of the scene, and others by chance.
     pub starts: usize,
@@ -194,24 +196,10 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     let fitted = fit_in_phases(&mut model, &starts, &wanted, &mut observe);
     history.end()?;
     let fit = fitted.map_err(|error| explain(error, &model))?;
-    let mut profiles = Vec::new();
-    if options.profile && fit.ended == Ended::Converged {
-        for (j, parameter) in parameters.iter().enumerate() {
-            let (name, count) = (&parameter.name, parameters.len());
-            let tell = || format!("profile of {name}, {} of {count}", j + 1);
-            options.progress.tell(&tell);
-            // What was fitted stands, whatever becomes of its profiles.
-            let found = profile(&mut model, &parameters, &fit, j, LEVEL, &wanted);
-            profiles.push(found.map_err(|error| {
-                match watcher.is_interrupted() {
-                    true => "interrupted".to_owned(),
-                    false => model
-                        .last_failure()
-                        .map_or_else(|| error.to_string(), str::to_owned),
-                }
-            }));
-        }
-    }
+    let profiles = match options.profile && fit.ended == Ended::Converged {
+        true => profiles(&mut model, &parameters, &fit, &wanted, options.progress),
+        false => Vec::new(),
+    };
     let uncertainty = fit.uncertainty().map_err(InputError::new)?;
     let body = scene.scene.body.as_ref();
     let in_space = body.is_some_and(|body| body.muscle.solid.space().dimension() == 3);
