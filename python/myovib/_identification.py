@@ -87,7 +87,8 @@ class FitResult:
     message : str
         How the fit ended.
     values, standard_errors : dict of float
-        By the parameters' names; that of κ is 1/κ.
+        By the parameters' names; that of κ is 1/κ. The error of one that no measurement depends on is
+        None.
     intervals : dict of tuple
         95 % intervals, by profile likelihood if it was asked for, else by the standard errors; a
         side that the measurements leave open is None.

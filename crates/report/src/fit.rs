@@ -85,11 +85,13 @@ fn parameters(result: &FitResult) -> Table {
         } else {
             ""
         };
+        let mark = if result.passes_bound(j) { " *" } else { "" };
+        let error = result.uncertainty.standard_errors[j];
         let mut cells = vec![
             format!("{name}{held}"),
             format!("{:.6e}", result.fit.values[j]),
-            format!("{:.2e}", result.uncertainty.standard_errors[j]),
-            between(intervals[j].map(Some)),
+            known(error, format!("{error:.2e}")),
+            between(intervals[j].map(Some)) + mark,
         ];
         if by_profile {
             cells.push(match &result.profiles[j] {
@@ -129,6 +131,8 @@ fn findings(result: &FitResult) -> Vec<String> {
                       at what the scene leaves out, and at other starts";
         lines.push(remedy.to_owned());
     }
+    lines.extend(idle(result));
+    lines.extend(passing(result));
     for (name, profile) in result.fit.names.iter().zip(&result.profiles) {
         if let Err(why) = profile {
             lines.push(format!("profile of {name}: not computed: {why}"));
@@ -149,6 +153,35 @@ fn findings(result: &FitResult) -> Vec<String> {
     lines
 }
 
+/// The parameters that no measurement depends on.
+fn idle(result: &FitResult) -> Option<String> {
+    let names = named(result, |j| !result.fit.acts(j))?;
+    Some(format!(
+        "no measurement depends on {names}: what is fitted there tells nothing; remove such a [[parameter]], \
+         or measure where and when it acts"
+    ))
+}
+
+/// The parameters whose intervals are marked.
+fn passing(result: &FitResult) -> Option<String> {
+    let names = named(result, |j| result.passes_bound(j))?;
+    let remedy = match result.profiles.is_empty() {
+        true => "the better one is by profile likelihood: --profile",
+        false => "the better one is by profile",
+    };
+    Some(format!(
+        "* this interval, as of a linear model, passes a bound of {names}: {remedy}"
+    ))
+}
+
+/// The names of the parameters that are `wanted`, if there is one.
+fn named(result: &FitResult, wanted: impl Fn(usize) -> bool) -> Option<String> {
+    let names = result.fit.names.iter().enumerate();
+    let names = names.filter(|(j, _)| wanted(*j));
+    let names: Vec<&str> = names.map(|(_, name)| name.as_str()).collect();
+    (!names.is_empty()).then(|| names.join(", "))
+}
+
 /// The correlation of each two parameters.
 fn correlations(result: &FitResult) -> Table {
     let names = || result.fit.names.iter();
@@ -157,7 +190,7 @@ fn correlations(result: &FitResult) -> Table {
     let mut table = Table::new(&columns);
     for (i, name) in names().enumerate() {
         let row = result.uncertainty.correlation.row(i);
-        let cells = row.iter().map(|c| format!("{c:.2}"));
+        let cells = row.iter().map(|&c| known(c, format!("{c:.2}")));
         let cells = std::iter::once(name.clone()).chain(cells);
         table.row(cells.map(Into::into));
     }
@@ -214,11 +247,19 @@ fn html(result: &FitResult, figure: &Figure) -> String {
 
 /// An interval; a side that the data leave open is a dash.
 fn between(interval: [Option<f64>; 2]) -> String {
-    let [low, high] = interval.map(|end| match end {
-        Some(end) if end.is_finite() => format!("{end:.4e}"),
-        _ => "–".to_owned(),
+    let [low, high] = interval.map(|end| {
+        let end = end.unwrap_or(f64::NAN);
+        known(end, format!("{end:.4e}"))
     });
     format!("{low} … {high}")
+}
+
+/// How a number is `shown`; one that is not known is a dash.
+fn known(number: f64, shown: String) -> String {
+    match number.is_finite() {
+        true => shown,
+        false => "–".to_owned(),
+    }
 }
 
 /// Measurements with the fit, and below them the residuals.

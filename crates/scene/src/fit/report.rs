@@ -36,6 +36,15 @@ impl FitResult {
         self.identifiability.unknown(noise).collect()
     }
 
+    /// Whether the interval of parameter `j` that follows from its standard error passes one of its bounds.
+    pub fn passes_bound(&self, j: usize) -> bool {
+        let [from, to] = self.uncertainty.intervals(LEVEL)[j];
+        let wanted = &self.known[j].wanted;
+        let passes =
+            wanted.low.is_some_and(|low| from < low) || wanted.high.is_some_and(|high| to > high);
+        self.fit.acts(j) && passes
+    }
+
     /// A direction as changes of the parameters, the largest 1 times its unit; those below a
     /// hundredth of the largest, by the parameters' sizes, are left out.
     pub fn in_words(&self, direction: &Direction) -> String {
@@ -80,6 +89,8 @@ impl FitResult {
                 "interval": intervals[j].map(finite),
                 "profile_interval": self.profiles.get(j).and_then(|p| p.as_ref().ok()).map(|profile| profile.interval),
                 "at_bound": self.fit.at_bound[j],
+                "passes_bound": self.passes_bound(j),
+                "acts": self.fit.acts(j),
             })
         };
         let n = self.fit.values.len();

@@ -54,7 +54,7 @@ fn table(curves: &Curves, noise: f64, seed: u64) -> String {
     text
 }
 
-fn measure(path: &Path, overrides: &[&str], noise: f64, file: &Path) {
+pub(crate) fn measure(path: &Path, overrides: &[&str], noise: f64, file: &Path) {
     std::fs::write(file, table(&truth(path, overrides), noise, 3)).unwrap();
 }
 
@@ -71,11 +71,11 @@ fn fit_from(starts: usize, path: PathBuf, data: PathBuf, more: &[&str], loss: Lo
     .unwrap()
 }
 
-fn fitted(
+pub(crate) fn fitted<'a>(
     path: PathBuf,
     data: PathBuf,
     more: &[&str],
-    change: impl FnOnce(FitOptions<'_>) -> FitOptions<'_>,
+    change: impl FnOnce(FitOptions<'a>) -> FitOptions<'a>,
 ) -> Result<FitResult, myovib_scene::Error> {
     let out = path.with_file_name("fit");
     compute(&change(FitOptions {

@@ -4,6 +4,7 @@
 mod bad_input;
 mod chains;
 mod derivatives;
+mod doubts;
 mod fits;
 mod maps;
 mod starts;

@@ -1,0 +1,112 @@
+//! What a fit tells of what it does not know.
+
+use std::path::Path;
+use std::sync::Mutex;
+
+use myovib_scene::fit::{FitOptions, FitResult};
+use myovib_scene::watch::Tell;
+
+use crate::fits::{fitted, measure};
+use crate::{SMALL, scene};
+
+/// Keeps the lines that are told in any case.
+#[derive(Default)]
+struct Kept(Mutex<Vec<String>>);
+
+impl Tell for Kept {
+    fn tell(&self, _: &dyn Fn() -> String) {}
+
+    fn tell_now(&self, line: &dyn Fn() -> String) {
+        self.0.lock().unwrap().push(line());
+    }
+}
+
+/// The fit of the cantilever's parameters and its profiles, to measurements with `noise` times the noise that
+/// is told; and the lines of progress.
+fn profiled(folder: &Path, keys: &[&str], more: &str, noise: f64) -> (FitResult, Vec<String>) {
+    let path = scene(folder, keys, more);
+    let data = folder.join("measured.csv");
+    measure(&path, &SMALL, noise, &data);
+    let kept = Kept::default();
+    let result = fitted(path, data, &SMALL, |options| FitOptions {
+        profile: true,
+        progress: &kept,
+        ..options
+    });
+    (result.unwrap(), kept.0.into_inner().unwrap())
+}
+
+/// A load long after the last measurement.
+const LATE: &str = "[[traction]]\ngroup = \"load\"\n\
+                    y = { type = \"step\", value = 1.0, start = 50.0, rise = 0.1 }\n";
+
+#[test]
+fn a_parameter_that_no_measurement_depends_on_is_told_from_those_that_are_known() {
+    let folder = tempfile::tempdir().unwrap();
+    let keys = ["traction[1].y.value", "material[0].c10"];
+    let (result, told) = profiled(folder.path(), &keys, LATE, 1.0);
+    assert!(result.fit.is_converged(), "{}", result.ending());
+    assert_eq!([0, 1].map(|j| result.fit.acts(j)), [false, true]);
+    assert!(result.unknown().is_empty());
+    // Of one parameter the standard error is that of the residuals over the length of their derivatives; both
+    // are sums of the same 40 squares, each with a rounding.
+    let exact = result.deviation() / result.fit.jacobian.column(1).norm();
+    let error = result.uncertainty.standard_errors[1];
+    assert!((error / exact - 1.0).abs() < 1e-13, "{error:e} {exact:e}");
+    let document = result.document();
+    let idle = &document["parameters"][0];
+    for key in [
+        "/standard_error",
+        "/interval/0",
+        "/interval/1",
+        "/profile_interval",
+    ] {
+        assert!(idle.pointer(key).unwrap().is_null(), "{key}: {idle}");
+    }
+    assert_eq!(
+        (&idle["acts"], &idle["passes_bound"]),
+        (&false.into(), &false.into())
+    );
+    assert_eq!(document["parameters"][1]["acts"], true);
+    assert!(document["correlation"][0][1].is_null());
+    let why = result.profiles[0].as_ref().unwrap_err();
+    assert_eq!(why, "no measurement depends on it");
+    assert!(result.profiles[1].is_ok());
+    assert_eq!(
+        told,
+        ["profile 2 of 2, some ten fits for each: material[0].c10"]
+    );
+}
+
+/// A damping that may as well be none: by its standard error it may be negative. Without a bound its profile
+/// fails where the scene refuses that, and the fit stays; with the bound 0 the profile is open there.
+#[test]
+fn an_interval_that_passes_a_bound_is_marked_and_a_profile_that_fails_keeps_the_fit() {
+    let [free, bounded] = ["", "low = 0.0\n"].map(|bound| {
+        let folder = tempfile::tempdir().unwrap();
+        let alpha = format!("[[parameter]]\nkey = \"solid.alpha\"\n{bound}");
+        let (result, told) = profiled(folder.path(), &[], &alpha, 20.0);
+        assert!(result.fit.is_converged(), "{}", result.ending());
+        let [low, high] = result.uncertainty.intervals(0.95)[0];
+        println!(
+            "{low} {} {high} {:?}",
+            result.fit.values[0], result.profiles
+        );
+        assert!(low < 0.0 && 0.0 < result.fit.values[0]);
+        assert_eq!(
+            told,
+            ["profile 1 of 1, some ten fits for each: solid.alpha"]
+        );
+        result
+    });
+    assert_eq!(
+        [&free, &bounded].map(|result| result.passes_bound(0)),
+        [false, true]
+    );
+    let marks = [&free, &bounded].map(|it| it.document()["parameters"][0]["passes_bound"].clone());
+    assert_eq!(marks, [false, true]);
+    let why = free.profiles[0].as_ref().unwrap_err();
+    assert!(why.contains("solid.alpha"), "{why}");
+    let [below, above] = bounded.profiles[0].as_ref().unwrap().interval;
+    assert!(below.is_none() && above.unwrap() > bounded.fit.values[0]);
+}
