@@ -42,12 +42,16 @@ impl Progress {
 
 impl Tell for Progress {
     fn tell(&self, line: &dyn Fn() -> String) {
-        let Some(show) = &self.show else { return };
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         if last.is_some_and(|last| last.elapsed() < PROGRESS_EVERY) {
             return;
         }
         *last = Some(Instant::now());
+        self.tell_now(line);
+    }
+
+    fn tell_now(&self, line: &dyn Fn() -> String) {
+        let Some(show) = &self.show else { return };
         Python::attach(|py| {
             if let Err(error) = show.call1(py, (line(),)) {
                 error.write_unraisable(py, None);
