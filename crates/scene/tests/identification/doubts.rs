@@ -36,25 +36,25 @@ fn profiled(folder: &Path, keys: &[&str], more: &str, noise: f64) -> (FitResult,
     (result.unwrap(), kept.0.into_inner().unwrap())
 }
 
-/// A load long after the last measurement.
+/// A load long after the last measurement, whose size is looked for.
 const LATE: &str = "[[traction]]\ngroup = \"load\"\n\
-                    y = { type = \"step\", value = 1.0, start = 50.0, rise = 0.1 }\n";
+                    y = { type = \"step\", value = 1.0, start = 50.0, rise = 0.1 }\n\
+                    [[parameter]]\nkey = \"traction[1].y.value\"\nlow = 0.0\n";
 
 #[test]
 fn a_parameter_that_no_measurement_depends_on_is_told_from_those_that_are_known() {
     let folder = tempfile::tempdir().unwrap();
-    let keys = ["traction[1].y.value", "material[0].c10"];
-    let (result, told) = profiled(folder.path(), &keys, LATE, 1.0);
+    let (result, told) = profiled(folder.path(), &["material[0].c10"], LATE, 1.0);
     assert!(result.fit.is_converged(), "{}", result.ending());
-    assert_eq!([0, 1].map(|j| result.fit.acts(j)), [false, true]);
+    assert_eq!([0, 1].map(|j| result.fit.acts(j)), [true, false]);
     assert!(result.unknown().is_empty());
     // Of one parameter the standard error is that of the residuals over the length of their derivatives; both
     // are sums of the same 40 squares, each with a rounding.
-    let exact = result.deviation() / result.fit.jacobian.column(1).norm();
-    let error = result.uncertainty.standard_errors[1];
+    let exact = result.deviation() / result.fit.jacobian.column(0).norm();
+    let error = result.uncertainty.standard_errors[0];
     assert!((error / exact - 1.0).abs() < 1e-13, "{error:e} {exact:e}");
     let document = result.document();
-    let idle = &document["parameters"][0];
+    let idle = &document["parameters"][1];
     for key in [
         "/standard_error",
         "/interval/0",
@@ -67,14 +67,14 @@ fn a_parameter_that_no_measurement_depends_on_is_told_from_those_that_are_known(
         (&idle["acts"], &idle["passes_bound"]),
         (&false.into(), &false.into())
     );
-    assert_eq!(document["parameters"][1]["acts"], true);
+    assert_eq!(document["parameters"][0]["acts"], true);
     assert!(document["correlation"][0][1].is_null());
-    let why = result.profiles[0].as_ref().unwrap_err();
+    let why = result.profiles[1].as_ref().unwrap_err();
     assert_eq!(why, "no measurement depends on it");
-    assert!(result.profiles[1].is_ok());
+    assert!(result.profiles[0].is_ok());
     assert_eq!(
         told,
-        ["profile 2 of 2, some ten fits for each: material[0].c10"]
+        ["profile 1 of 2, some ten fits for each: material[0].c10"]
     );
 }
 
