@@ -33,6 +33,7 @@ def sensitivity(
     scene: str | PathLike[str],
     set: list[str],
     out: str | PathLike[str],
+    in_error_test: bool,
     progress: Callable[[str], object] | None,
 ) -> str: ...
 def stiffness_map(

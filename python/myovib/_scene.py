@@ -245,6 +245,7 @@ class Scene:
         self,
         out: str | PathLike[str] | None = None,
         *,
+        in_error_test: bool = False,
         progress: Progress = False,
     ) -> SensitivityResult:
         """What the outputs of the scene depend on, by one run with its derivatives.
@@ -257,6 +258,8 @@ class Scene:
         out : path-like, optional
             Folder for the files of ``myovib sensitivity``; by default one that is removed
             with the result.
+        in_error_test : bool
+            Let the errors of the derivatives choose the steps too.
         progress : bool or callable
             As for `run`.
 
@@ -279,7 +282,9 @@ class Scene:
         """
         out, temporary = _folder(out)
         with _Line(progress) as show:
-            document = _native.sensitivity(self._source, self._assignments(), out, show)
+            document = _native.sensitivity(
+                self._source, self._assignments(), out, in_error_test, show
+            )
         return SensitivityResult(out, json.loads(document), temporary)
 
     def stiffness_map(

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use myovib_cli::commands;
 use myovib_scene::Scene;
 use myovib_scene::fit::{FitOptions, Loss, compute as compute_fit};
-use myovib_scene::sensitivity::{Parametrised, StiffnessMap, compute};
+use myovib_scene::sensitivity::{Parametrised, Precision, StiffnessMap, compute};
 use myovib_scene::watch::Watcher;
 use pyo3::prelude::*;
 
@@ -20,15 +20,20 @@ pub(crate) fn sensitivity(
     scene: PathBuf,
     set: Vec<String>,
     out: PathBuf,
+    in_error_test: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<String> {
+    let precision = match in_error_test {
+        true => Precision::Tested,
+        false => Precision::OfMotion,
+    };
     let progress = Progress::new(progress);
     let computed = interruptible(py, |flag| -> anyhow::Result<_> {
         let watcher = Watcher {
             interrupt: Some(flag),
             progress: &progress,
         };
-        let curves = compute(&Parametrised::load(&scene, &set)?, watcher)?;
+        let curves = compute(&Parametrised::load(&scene, &set)?, precision, watcher)?;
         let (_, document) = commands::sensitivity::write(&out, &curves)?;
         Ok(document.to_string())
     })?;

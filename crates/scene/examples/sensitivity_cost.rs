@@ -4,7 +4,7 @@
 use myovib_dae::Outcome;
 use myovib_model::linear::CondensedSolver;
 use myovib_model::{MuscleDae, ida};
-use myovib_scene::sensitivity::{Cost, Parametrised, follow, outputs};
+use myovib_scene::sensitivity::{Cost, Parametrised, Precision, follow, outputs};
 use myovib_scene::watch::Watcher;
 use sundials_wrap::{
     IdaOptions, IdaSolver, SensitivityMethod, SensitivityOptions, SensitivityStatistics,
@@ -55,8 +55,14 @@ fn run(row: &str, method: &str, t_end: &str, count: usize) -> (f64, Cost) {
     };
     let times = [scene.scene.t_end];
     let started = cpu_time::ThreadTime::now();
-    let (_, cost) =
-        follow(&scene.scene, &outputs, &times, (dependences, None), watcher).expect("it runs");
+    let (_, cost) = follow(
+        &scene.scene,
+        &outputs,
+        &times,
+        (dependences, Precision::default()),
+        watcher,
+    )
+    .expect("it runs");
     (started.elapsed().as_secs_f64(), cost)
 }
 

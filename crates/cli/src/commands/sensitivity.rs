@@ -6,7 +6,7 @@ use clap::Args;
 use myovib_report::plot::{Axis, Figure, LinePlot, Panel, Series};
 use myovib_report::table::{Align, Table, coloured_stdout};
 use myovib_report::{picture, stiffness_map};
-use myovib_scene::sensitivity::{Curves, Parametrised, StiffnessMap, compute};
+use myovib_scene::sensitivity::{Curves, Parametrised, Precision, StiffnessMap, compute};
 use myovib_scene::watch::Watcher;
 use myovib_scene::{Scene, atomic_file, json};
 use serde_json::Value;
@@ -40,6 +40,10 @@ pub struct SensitivityArgs {
     #[arg(long)]
     pub map: bool,
 
+    /// Let the errors of the derivatives choose the steps too.
+    #[arg(long, conflicts_with = "map")]
+    pub in_error_test: bool,
+
     /// Folder for the results.
     #[arg(long, value_name = "DIR", default_value = "sensitivity", value_parser = values::output_folder)]
     pub out: PathBuf,
@@ -71,7 +75,11 @@ pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
         }
         false => {
             let scene = Parametrised::load(&args.scene, &args.set)?;
-            let curves = compute(&scene, watcher)?;
+            let precision = match args.in_error_test {
+                true => Precision::Tested,
+                false => Precision::OfMotion,
+            };
+            let curves = compute(&scene, precision, watcher)?;
             (table(&curves), write(&args.out, &curves)?)
         }
     };

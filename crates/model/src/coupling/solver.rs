@@ -9,7 +9,7 @@
 //!
 //! J_b is solved as if there were no oscillators; each network has small factors of its own.
 
-use myovib_dae::{LinearSolver, Linearization, Problem, StepError};
+use myovib_dae::{LinearSolver, Linearization, Problem, StepError, columns};
 use myovib_sparse::klu::KluOptions;
 use myovib_sparse::{Number, SparseError};
 use num_complex::Complex64;
@@ -125,6 +125,37 @@ impl<B: Problem, S: LinearSolver<B>> LinearSolver<CoupledDae<B>> for CoupledSolv
         let own = dae.body_range();
         self.body.solve_complex(dae.body_mut(), k, &mut rhs[own])?;
         solve_networks(dae, &mut self.complex[k], rhs)
+    }
+
+    fn solve_real_columns(
+        &mut self,
+        dae: &mut CoupledDae<B>,
+        rhs: &mut [f64],
+        n_columns: usize,
+    ) -> Result<(), StepError> {
+        let own = ..n_columns * dae.body_range().len();
+        let body = dae.body_mut();
+        self.body
+            .solve_real_columns(body, &mut rhs[own], n_columns)?;
+        columns::one_by_one(rhs, n_columns, |column| {
+            solve_networks(dae, &mut self.real, column)
+        })
+    }
+
+    fn solve_complex_columns(
+        &mut self,
+        dae: &mut CoupledDae<B>,
+        k: usize,
+        rhs: &mut [Complex64],
+        n_columns: usize,
+    ) -> Result<(), StepError> {
+        let own = ..n_columns * dae.body_range().len();
+        let body = dae.body_mut();
+        self.body
+            .solve_complex_columns(body, k, &mut rhs[own], n_columns)?;
+        columns::one_by_one(rhs, n_columns, |column| {
+            solve_networks(dae, &mut self.complex[k], column)
+        })
     }
 
     fn difference_evaluations(&self) -> u64 {

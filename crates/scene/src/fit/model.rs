@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::Point;
 use super::data::Datum;
-use crate::sensitivity::{Output, Parametrised, Sample, follow};
+use crate::sensitivity::{Output, Parametrised, Precision, Sample, follow};
 use crate::watch::Watcher;
 use crate::{Error, Scene};
 
@@ -84,7 +84,7 @@ impl Experiment {
                 .clone()
                 .with_relative_tolerance(own.max(effort.least_tolerance));
         }
-        let asked = (dependences, Some(FRACTION));
+        let asked = (dependences, Precision::Fraction(FRACTION));
         let end = self.times.last().map_or(0.0, |last| effort.part * last);
         let times = &self.times[..self.times.partition_point(|t| *t <= end)];
         let (samples, _) = follow(&scene, &self.outputs, times, asked, watcher)?;

@@ -238,9 +238,20 @@ pub(super) fn sample<P, I: Integrator<P>>(
     Ok(())
 }
 
+/// How well sensitivities are known.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Precision {
+    /// On the steps of the motion, solved for to a third of its tolerance.
+    #[default]
+    OfMotion,
+    /// On the steps of the motion, solved for to this fraction of what its error test allows.
+    Fraction(f64),
+    /// Their errors choose the steps too.
+    Tested,
+}
+
 /// Computes the motion of a scene and samples its outputs at `times`, which ascend, with their
-/// derivatives by what the body depends on: solved for to this fraction of the tolerance of the motion,
-/// or to a third of that for its solution.
+/// derivatives by what the body and its chains depend on.
 ///
 /// # Errors
 /// A body that cannot start; an integration that does not reach the last time.
@@ -248,7 +259,7 @@ pub fn follow(
     scene: &Scene,
     outputs: &[Output],
     times: &[f64],
-    (dependences, fraction): (Dependences, Option<f64>),
+    (dependences, precision): (Dependences, Precision),
     watcher: Watcher<'_>,
 ) -> Result<(Vec<Sample>, Cost), Error> {
     let body = body(scene)?;
@@ -258,7 +269,7 @@ pub fn follow(
         outputs,
         times,
         n_parameters: dependences.count(),
-        fraction,
+        precision,
         watcher,
     };
     if scene.chains.is_empty() {
@@ -289,7 +300,7 @@ struct Asked<'a> {
     outputs: &'a [Output],
     times: &'a [f64],
     n_parameters: usize,
-    fraction: Option<f64>,
+    precision: Precision,
     watcher: Watcher<'a>,
 }
 
@@ -304,9 +315,10 @@ impl Asked<'_> {
         M: LinearSolver<P>,
         Q: Twins<P>,
     {
-        let mut integrator = match self.fraction {
-            Some(fraction) => integrator.with_tolerance(fraction),
-            None => integrator,
+        let mut integrator = match self.precision {
+            Precision::OfMotion => integrator,
+            Precision::Fraction(fraction) => integrator.with_tolerance(fraction),
+            Precision::Tested => integrator.controlling_steps(),
         };
         let readings = Readings::new(self.scene, self.outputs)?;
         let mut read =

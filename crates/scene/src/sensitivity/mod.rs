@@ -12,7 +12,7 @@ mod map;
 mod parameters;
 mod start;
 
-pub use curves::{Cost, Output, Sample, follow, outputs, settings};
+pub use curves::{Cost, Output, Precision, Sample, follow, outputs, settings};
 pub use influence::Known;
 pub use map::{OutputMap, StiffnessMap};
 pub use parameters::Parametrised;
@@ -44,11 +44,21 @@ const SAMPLES: f64 = 500.0;
 ///
 /// # Errors
 /// As for [`follow`].
-pub fn compute(scene: &Parametrised, watcher: Watcher<'_>) -> Result<Curves, Error> {
+pub fn compute(
+    scene: &Parametrised,
+    precision: Precision,
+    watcher: Watcher<'_>,
+) -> Result<Curves, Error> {
     let wanted = outputs(&scene.scene)?;
     let times = sample_times(&scene.scene);
     let dependences = scene.dependences(&scene.values())?;
-    let (samples, cost) = follow(&scene.scene, &wanted, &times, (dependences, None), watcher)?;
+    let (samples, cost) = follow(
+        &scene.scene,
+        &wanted,
+        &times,
+        (dependences, precision),
+        watcher,
+    )?;
     Ok(Curves {
         parameters: scene.parameters.iter().map(Known::label).collect(),
         scales: scene.parameters.iter().map(|p| p.scale).collect(),

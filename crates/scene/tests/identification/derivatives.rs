@@ -3,7 +3,7 @@
 use myovib_dae::{Parameters as _, Problem};
 use myovib_model::sensitivity::{Dependences, SensitiveIntegrator, Stencil};
 use myovib_model::{Integrator as _, Muscle, MuscleDae, Parameters, Probe};
-use myovib_scene::sensitivity::{Known, Parametrised, follow, outputs};
+use myovib_scene::sensitivity::{Known, Parametrised, Precision, follow, outputs};
 use myovib_scene::watch::Watcher;
 use rand::{Rng, SeedableRng};
 
@@ -286,7 +286,14 @@ pub(crate) fn outputs_agree(keys: &[&str], more: &str, overrides: &[&str]) {
     let outputs = outputs(&it.scene).unwrap();
     let run = |values: &[f64], dependences: Dependences| {
         let scene = it.at(values).unwrap();
-        let (samples, _) = follow(&scene, &outputs, &times, (dependences, None), watcher).unwrap();
+        let (samples, _) = follow(
+            &scene,
+            &outputs,
+            &times,
+            (dependences, Precision::default()),
+            watcher,
+        )
+        .unwrap();
         samples
     };
     let values = it.values();
@@ -351,7 +358,7 @@ fn runs_with_sensitivities_take_the_steps_of_the_plain_run() {
             &it.scene,
             &outputs,
             &[0.1, 0.2, 0.3],
-            (dependences, None),
+            (dependences, Precision::default()),
             watcher,
         )
         .unwrap();

@@ -8,7 +8,7 @@ use myovib_model::sensitivity::Dependences;
 use myovib_scene::fit::{FitOptions, FitResult, Loss, compute};
 use myovib_scene::run::Existing;
 use myovib_scene::sensitivity::{
-    Curves, Parametrised, compute as follow, follow as steps, outputs,
+    Curves, Parametrised, Precision, compute as follow, follow as steps, outputs,
 };
 use myovib_scene::watch::{Tell, Watcher};
 use rand::{Rng, SeedableRng};
@@ -32,7 +32,7 @@ fn truth(path: &Path, overrides: &[&str]) -> Curves {
         interrupt: None,
         progress: &(),
     };
-    follow(&it, watcher).unwrap()
+    follow(&it, Precision::default(), watcher).unwrap()
 }
 
 /// A table of these curves with a noise of 1 % of their largest size, `noise` of it added.
@@ -425,7 +425,7 @@ fn six_parameters_are_found_from_starts_half_off() {
             &it.scene,
             &wanted,
             &times,
-            (Dependences::default(), None),
+            (Dependences::default(), Precision::default()),
             watcher,
         )
         .unwrap();

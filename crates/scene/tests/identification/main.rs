@@ -7,6 +7,7 @@ mod derivatives;
 mod doubts;
 mod fits;
 mod maps;
+mod precision;
 mod starts;
 
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! Maps of where outputs see the stiffness of the body, against forward sensitivities.
 
 use myovib_scene::Scene;
-use myovib_scene::sensitivity::{Parametrised, StiffnessMap, follow, outputs};
+use myovib_scene::sensitivity::{Parametrised, Precision, StiffnessMap, follow, outputs};
 use myovib_scene::watch::Watcher;
 
 use crate::derivatives::{CASES, case};
@@ -18,7 +18,10 @@ fn by_forward(it: &Parametrised) -> Vec<Vec<f64>> {
     let (every, t_end) = (it.scene.file.probe[0].every, it.scene.t_end);
     let n = (t_end / every).floor() as usize;
     let times: Vec<f64> = (0..=n).map(|k| (k as f64 * every).min(t_end)).collect();
-    let dependences = (it.dependences(&it.values()).unwrap(), Some(1e-9));
+    let dependences = (
+        it.dependences(&it.values()).unwrap(),
+        Precision::Fraction(1e-9),
+    );
     let (samples, _) = follow(&it.scene, &wanted, &times, dependences, Watcher::NOBODY).unwrap();
     let change = |j: usize, k: usize| {
         let squares: f64 = samples.iter().map(|s| s.values[k].powi(2)).sum();

@@ -1,0 +1,40 @@
+//! How well sensitivities are known.
+
+use myovib_scene::sensitivity::{Parametrised, Precision, Sample, compute};
+use myovib_scene::watch::Watcher;
+
+use crate::derivatives::{CASES, case};
+use crate::scene;
+
+/// Derivatives by a density are within the tolerance where their errors choose the steps, relative to the largest; with
+/// the steps of the motion alone, which are fewer, they are not.
+#[test]
+fn derivatives_in_the_error_test_are_within_its_tolerance() {
+    const RTOL: f64 = 1e-4;
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["material[0].density"], "");
+    let curve = |rtol: f64, precision: Precision| {
+        let own = [
+            "traction[0].y.shift=1".to_owned(),
+            "time.end=0.5".to_owned(),
+            format!("integrator.rtol={rtol:e}"),
+        ];
+        let it = Parametrised::load(&path, &[case(CASES[5]), own.into()].concat()).unwrap();
+        let curves = compute(&it, precision, Watcher::NOBODY).unwrap();
+        let of = |sample: &Sample| sample.derivatives[0][1];
+        let values: Vec<f64> = curves.samples.iter().map(of).collect();
+        (values, curves.cost.steps)
+    };
+    let (exact, _) = curve(1e-3 * RTOL, Precision::OfMotion);
+    let largest = exact.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+    let error = |precision: Precision| {
+        let (values, steps) = curve(RTOL, precision);
+        let both = values.iter().zip(&exact);
+        let error = both.fold(0.0_f64, |max, (x, exact)| max.max((x - exact).abs()));
+        (error / largest, steps)
+    };
+    let [(tested, n_tested), (plain, n_plain)] =
+        [Precision::Tested, Precision::OfMotion].map(error);
+    assert!(tested <= RTOL && RTOL < plain, "{tested:e} {plain:e}");
+    assert!(n_tested > n_plain, "{n_tested} {n_plain}");
+}
