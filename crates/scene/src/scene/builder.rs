@@ -67,8 +67,15 @@ impl Explain for FemError {
                 unnamed,
             } => {
                 let names: Vec<&str> = known.iter().map(String::as_str).collect();
-                let error = InputError::new(format!("the mesh has no group `{name}`"))
-                    .allowed(names.join(", "));
+                let error = InputError::new(format!("the mesh has no group `{name}`"));
+                if known.is_empty() && unnamed.is_empty() {
+                    return error.found("a mesh without groups").next(format!(
+                        "name its parts in Gmsh and save it again: Physical Curve(\"{name}\") = {{…}} for edges, \
+                         Physical Surface for faces and plane tissue, Physical Volume for tissue in space; once \
+                         there is one, what has no name is not saved"
+                    ));
+                }
+                let error = error.allowed(names.join(", "));
                 match unnamed.first() {
                     Some(first) => {
                         let list: Vec<String> = unnamed.iter().map(ToString::to_string).collect();
@@ -97,4 +104,33 @@ impl Explain for ModelError {
 
 fn explain(error: &impl Display) -> InputError {
     InputError::new(error)
+}
+
+#[cfg(test)]
+mod tests {
+    use myovib_fem::FemError;
+
+    use super::Explain;
+
+    /// Regression: of a mesh without groups it was said that the groups allowed are none.
+    #[test]
+    fn how_to_name_a_group_is_told_where_a_mesh_has_none() {
+        let said = |known: &[&str]| {
+            let error = FemError::UnknownGroup {
+                name: "left".to_owned(),
+                known: known.iter().map(|&name| name.to_owned()).collect(),
+                unnamed: Vec::new(),
+            };
+            error.explain().to_string()
+        };
+        let of_none = said(&[]);
+        assert!(
+            of_none.contains("found: a mesh without groups"),
+            "{of_none}"
+        );
+        assert!(of_none.contains("Physical Curve(\"left\")"), "{of_none}");
+        let of_some = said(&["right"]);
+        assert!(of_some.contains("allowed: right"), "{of_some}");
+        assert!(!of_some.contains("Physical"), "{of_some}");
+    }
 }

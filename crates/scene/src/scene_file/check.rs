@@ -3,7 +3,7 @@
 //! Knows the part of JSON Schema that our types use: references, closed objects, alternatives
 //! told apart by a tag or by the kind of value, ranges, lengths, entries of which none is twice. The first problem ends the check.
 
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 use crate::InputError;
 
@@ -44,6 +44,13 @@ pub(super) fn member(path: &str, key: &str) -> String {
     } else {
         format!("{path}.{key}")
     }
+}
+
+/// A path as headers of TOML have it: `material.prony` of `material[0].prony`.
+fn without_indices(path: &str) -> String {
+    let parts = path.split('[');
+    let parts = parts.map(|part| part.split_once(']').map_or(part, |(_, rest)| rest));
+    parts.collect()
 }
 
 /// The path of an entry of the list at `path`.
@@ -149,7 +156,7 @@ impl<'s> Checker<'s> {
                     return self.value(value, choice, path);
                 }
                 let kinds: Vec<_> = alternatives.iter().map(|one| self.kind_name(one)).collect();
-                Err(wrong_kind(value, &kinds.join(" or "), base, path))
+                Err(self.wrong_kind(value, &kinds.join(" or "), base, path))
             }
         }
     }
@@ -209,13 +216,38 @@ impl<'s> Checker<'s> {
         }
         let has_kind = schemas.len() == 1 && kinds(schema).next().is_some();
         if has_kind && !kinds(schema).any(|kind| is_kind(value, kind)) {
-            return Err(wrong_kind(value, &self.kind_name(schema), schema, path));
+            return Err(self.wrong_kind(value, &self.kind_name(schema), schema, path));
         }
         match value {
             Value::Number(number) => in_range(number.as_f64().unwrap_or(f64::NAN), schema, path),
             Value::Array(entries) => self.list(entries, schema, path),
             Value::Object(object) => self.object(object, schemas, path),
             _ => Ok(()),
+        }
+    }
+
+    fn wrong_kind(&self, value: &Value, expected: &str, schema: &'s Value, path: &str) -> Problem {
+        let mut problem = wrong_kind(value, expected, schema, path);
+        if let Some(brackets) = self.brackets(value, schema, path) {
+            problem.error = problem.error.next(brackets);
+        }
+        problem
+    }
+
+    /// The header to write where that of one table stands for a list of tables, or the reverse.
+    fn brackets(&self, value: &Value, schema: &'s Value, path: &str) -> Option<String> {
+        let name = without_indices(path);
+        let is_table = |schema: &'s Value| self.accepts_kind(self.resolve(schema), &json!({}));
+        match value {
+            Value::Object(_) if schema.get("items").is_some_and(is_table) => Some(format!(
+                "write [[{name}]] in place of [{name}]: there may be several, each below its header"
+            )),
+            Value::Array(entries) if entries.iter().all(Value::is_object) && is_table(schema) => {
+                Some(format!(
+                    "write [{name}] in place of [[{name}]]: there is one"
+                ))
+            }
+            _ => None,
         }
     }
 

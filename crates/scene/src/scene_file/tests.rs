@@ -181,6 +181,32 @@ fn wrong_overrides_are_explained() {
     }
 }
 
+/// Regression: the brackets that were meant had to be guessed.
+#[test]
+fn headers_with_wrong_brackets_say_which_are_right() {
+    for (right, wrong, next) in [
+        ("[[fixed]]", "[fixed]", "write [[fixed]] in place"),
+        ("[[material]]", "[material]", "write [[material]] in place"),
+        ("[[traction]]", "[traction]", "write [[traction]] in place"),
+        ("[[probe]]", "[probe]", "write [[probe]] in place"),
+        ("[solid]", "[[solid]]", "write [solid] in place"),
+        ("[mesh]", "[[mesh]]", "write [mesh] in place"),
+        (
+            "[[fixed]]",
+            "[material.prony]\ng = 1.0\ntau = 1.0\n[[fixed]]",
+            "write [[material.prony]] in place",
+        ),
+    ] {
+        assert!(
+            MINIMAL.contains(right),
+            "the scene of `init` has no {right}"
+        );
+        let text = MINIMAL.replacen(right, wrong, 1);
+        let error = read("scene.toml", &text, &[]).expect_err(wrong).to_string();
+        assert!(error.contains(next), "{wrong}: {error}");
+    }
+}
+
 /// Regression: two equal columns were written, and an endless run was a number of the wrong kind.
 #[test]
 fn quantities_named_twice_and_endless_runs_are_refused() {
