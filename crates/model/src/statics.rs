@@ -225,21 +225,40 @@ pub fn approach(
     })
 }
 
-/// What may help where Newton's method fails.
-fn remedy(muscle: &Muscle, formulation: Formulation) -> &'static str {
-    match collapses(muscle, formulation) {
-        true => COLLAPSE,
-        false => "if that is a limit load, a damped motion gets past it",
-    }
+/// The words of [`COLLAPSE`].
+macro_rules! collapse {
+    () => {
+        "elements with the law `guccione` and pressures collapse under large strains: take \
+         `isochoric-guccione`, the same material where the volume stays"
+    };
+}
+
+/// What to do at a limit load.
+macro_rules! limit_load {
+    () => {
+        "if that is a limit load, a damped motion gets past it"
+    };
 }
 
 /// What to do where the elements of a body collapse by its law.
-pub(crate) const COLLAPSE: &str = "elements with the law `guccione` and pressures collapse under large strains: \
-     take `isochoric-guccione`, the same material where the volume stays";
+pub(crate) const COLLAPSE: &str = collapse!();
+
+/// What may help where Newton's method fails.
+fn remedy(muscle: &Muscle, formulation: Formulation) -> &'static str {
+    let is_uniform = muscle.solid.laws().iter().all(is_guccione);
+    match collapses(muscle, formulation) {
+        true if is_uniform => COLLAPSE,
+        true => concat!(collapse!(), "; or, ", limit_load!()),
+        false => limit_load!(),
+    }
+}
 
 /// Whether the body has a law whose elements collapse in mixed form: the energy of Guccione's law in E grows with
 /// the volume too, and p takes the growth back in the mean of an element only.
 pub(crate) fn collapses(muscle: &Muscle, formulation: Formulation) -> bool {
-    let mut laws = muscle.solid.laws().iter();
-    formulation.has(Field::Pressure) && laws.any(|law| matches!(law, Law::Guccione { .. }))
+    formulation.has(Field::Pressure) && muscle.solid.laws().iter().any(is_guccione)
+}
+
+fn is_guccione(law: &Law) -> bool {
+    matches!(law, Law::Guccione { .. })
 }
