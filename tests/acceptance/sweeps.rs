@@ -20,7 +20,7 @@ fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
         "--set",
         "time.end=0.2",
         "--vary",
-        "solid.kappa=1e4,1e5,-1",
+        "solid.kappa=1e4,1e5,2e5",
         "--vary",
         "material[0].c10=1e4,2e4",
         "--out",
@@ -37,12 +37,29 @@ fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
     assert_eq!(all.len(), 6);
     assert_eq!(all[3]["probes"], alone[3]["probes"]);
     assert_eq!(alone[2]["outcome"], "not computed");
-    // κ = -1 is a failed row, not a failed sweep.
-    assert_eq!(
-        (all[4]["outcome"].as_str(), all[0]["outcome"].as_str()),
-        (Some("failed"), Some("finished"))
-    );
-    assert!(all[4]["message"].as_str().unwrap().contains("out of range"));
+    assert!(all.iter().all(|row| row["outcome"] == "finished"));
+}
+
+/// Regression: a wrong value beside right ones was a failed row of a sweep that ended well, and a job
+/// of a script that nothing had looked at.
+#[test]
+fn a_wrong_value_of_any_case_is_refused_before_one_is_computed() {
+    let folder = tempfile::tempdir().unwrap();
+    let vary = "material[0].density=1,2,-3";
+    for more in [&[][..], &["--slurm", "jobs.sh"]] {
+        let run = myovib_in(
+            folder.path(),
+            &[&["sweep", "cook-static", "--vary", vary][..], more].concat(),
+        );
+        assert_eq!(run.code, 2, "{more:?}: {}", run.stderr);
+        for said in [
+            "where: --vary material[0].density=-3",
+            "case: 3: material[0].density=-3",
+        ] {
+            assert!(run.stderr.contains(said), "{more:?}: {}", run.stderr);
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "{more:?}");
+    }
 }
 
 #[test]
@@ -60,7 +77,10 @@ fn a_sweep_of_a_scene_that_has_changed_is_computed_again() {
             "scene.toml",
             "--quiet",
             "--vary",
-            "solid.kappa=1_000.0e2,-1",
+            "solid.kappa=1_000.0e2",
+            "--vary",
+            // The second case slides along the wall: it is not held.
+            "fixed[0].components=,[\"x\"]",
         ];
         let run = myovib_in(folder.path(), &arguments);
         assert_eq!(run.code, 0, "{}", run.stderr);
@@ -68,7 +88,8 @@ fn a_sweep_of_a_scene_that_has_changed_is_computed_again() {
         let table = fs::read_to_string(folder.path().join("sweep/sweep.json")).unwrap();
         let table: Value = serde_json::from_str(&table).unwrap();
         assert_eq!(table["rows"][0]["solid.kappa"], 1e5);
-        assert_eq!(table["rows"][1]["solid.kappa"], -1);
+        assert_eq!(table["rows"][1]["fixed[0].components"], "[\"x\"]");
+        assert_eq!(table["rows"][1]["outcome"], "failed", "{table}");
         assert_eq!(table["rows"][1]["probes"], serde_json::json!({}), "failed");
         table["rows"][0]["probes"]["tip"][2].as_f64().unwrap()
     };

@@ -119,6 +119,11 @@ impl InputError {
         self.with("next", step)
     }
 
+    /// The case of a sweep that it is of.
+    pub(crate) fn case(self, which: impl fmt::Display) -> Self {
+        self.with("case", which)
+    }
+
     /// The same of a sweep, whose cases set what `--vary` lists: names the option that was given.
     pub(crate) fn of_vary(mut self, set: &[String]) -> Self {
         for (_, place) in self

@@ -93,6 +93,19 @@ fn range(values: &str) -> Option<(&str, &str, Option<&str>)> {
     (is_number(low) || is_number(high)).then_some((low, high, n))
 }
 
+/// The keys with their values; each key once, as it names a column of the table.
+pub(super) fn axes(vary: &[String]) -> Result<Vec<Axis>, InputError> {
+    let axes = vary.iter().map(|text| Axis::parse(text));
+    let axes = axes.collect::<Result<Vec<Axis>, _>>()?;
+    let twice = (1..axes.len()).find(|&i| axes[..i].iter().any(|axis| axis.key == axes[i].key));
+    match twice {
+        None => Ok(axes),
+        Some(i) => Err(InputError::new("this key varies already")
+            .at(format!("--vary {}", vary[i]))
+            .next("give all its values at once: key=a,b,c")),
+    }
+}
+
 /// All combinations; the last axis changes fastest.
 pub(super) fn cases(axes: &[Axis]) -> Result<Vec<Case>, InputError> {
     let lengths = axes.iter().map(|axis| axis.values.len());

@@ -4,6 +4,7 @@
 //! their number, so that any of them can be computed alone, on any machine, with the same result.
 
 mod grid;
+mod refusal;
 mod results;
 
 use std::any::Any;
@@ -25,7 +26,8 @@ use crate::scene::runs_at_once;
 use crate::versions::Versions;
 use crate::watch::Tell;
 use crate::{Error, Input, InputError, Scene, atomic_file, inputs, parallel};
-use grid::{Axis, Case, case_numbers, cases};
+use grid::{Axis, Case, axes, case_numbers, cases};
+use refusal::{expect_right, scene_of};
 use results::{COLUMNS, ResultColumn, columns};
 
 /// A scene, what varies, and where the cases go.
@@ -65,25 +67,19 @@ pub enum Cases {
     None,
 }
 
-/// The number of cases that `vary` asks for.
+/// Reads the scene of every case that `vary` asks for: their number.
 ///
 /// # Errors
-/// Values that cannot be read, or too many.
-pub fn n_cases(vary: &[String]) -> Result<usize, InputError> {
-    Ok(cases(&axes(vary)?)?.len())
-}
-
-/// The keys with their values; each key once, as it names a column of the table.
-fn axes(vary: &[String]) -> Result<Vec<Axis>, InputError> {
-    let axes = vary.iter().map(|text| Axis::parse(text));
-    let axes = axes.collect::<Result<Vec<Axis>, _>>()?;
-    let twice = (1..axes.len()).find(|&i| axes[..i].iter().any(|axis| axis.key == axes[i].key));
-    match twice {
-        None => Ok(axes),
-        Some(i) => Err(InputError::new("this key varies already")
-            .at(format!("--vary {}", vary[i]))
-            .next("give all its values at once: key=a,b,c")),
-    }
+/// Values that cannot be read, or too many; a case whose scene is wrong.
+pub fn rehearse(
+    scene: &Path,
+    set: &[String],
+    vary: &[String],
+    n_threads: NonZeroUsize,
+) -> Result<usize, Error> {
+    let all = cases(&axes(vary)?)?;
+    expect_right(scene, set, &all, n_threads, |_| false)?;
+    Ok(all.len())
 }
 
 /// The table of a sweep.
@@ -100,7 +96,8 @@ pub struct SweepResult {
 /// Runs the cases.
 ///
 /// # Errors
-/// Wrong options, or a folder that cannot be written. A case that fails is a row.
+/// Wrong options, a case whose scene is wrong, or a folder that cannot be written. A case that fails
+/// when it is run is a row.
 pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     let axes = axes(&options.vary)?;
     let all = cases(&axes)?;
@@ -110,8 +107,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         Cases::None => &[],
     };
     // A scene that is wrong as it is would be wrong in every case.
-    let first = [&options.set[..], &all[0].set].concat();
-    let scene = Scene::load(&options.scene, &first).map_err(|error| error.of_vary(&all[0].set))?;
+    let scene = scene_of(&options.scene, &options.set, &all[0])?;
     let results = columns(&options.results, &axes, &scene)?;
     let sweep = Sweep {
         options,
@@ -128,6 +124,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
             .next("give the scene, --vary, --set and --out with which the cases were computed");
         return Err(error.into());
     }
+    sweep.expect_right(wanted)?;
     fs::create_dir_all(&options.out).map_err(Error::file("make", &options.out))?;
 
     sweep.compute_all(wanted)?;
@@ -217,14 +214,27 @@ impl Sweep<'_> {
             .join(format!("case-{:04}", case.number + 1))
     }
 
+    /// Refuses cases that are to be computed and whose scene is wrong.
+    fn expect_right(&self, cases: &[Case]) -> Result<(), Error> {
+        let Self {
+            options, n_threads, ..
+        } = self;
+        let skip = |case: &Case| self.is_interrupted() || !self.is_due(case);
+        expect_right(&options.scene, &options.set, cases, *n_threads, skip)
+    }
+
+    /// Whether a case has no result yet, or another one is wanted.
+    fn is_due(&self, case: &Case) -> bool {
+        self.options.overwrite || !self.record(case).is_some_and(|record| record.done)
+    }
+
     fn compute_all(&self, cases: &[Case]) -> Result<(), Error> {
         let done = AtomicUsize::new(0);
         let outcomes = parallel::map(cases, self.n_threads, |case| {
             if self.is_interrupted() {
                 return Ok(());
             }
-            let is_done = || self.record(case).is_some_and(|record| record.done);
-            if self.options.overwrite || !is_done() {
+            if self.is_due(case) {
                 self.compute(case)?;
             }
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
@@ -297,8 +307,7 @@ impl Sweep<'_> {
 
     fn run(&self, case: &Case, inputs: &mut Vec<Input>) -> Result<RunResult, Error> {
         let options = self.options;
-        let set = [&options.set[..], &case.set].concat();
-        let scene = Scene::load(&options.scene, &set).map_err(|error| error.of_vary(&case.set))?;
+        let scene = scene_of(&options.scene, &options.set, case)?;
         inputs.clone_from(&scene.inputs);
         let run = RunOptions {
             existing: Existing::Overwrite,

@@ -53,28 +53,55 @@ fn a_panic_in_one_case_is_a_row_and_tried_again() {
     assert_eq!(finished.into_inner(), 1);
 }
 
+/// What is said of a sweep of `scene` that is refused.
+fn refusal(out: &Path, scene: &str, vary: &[&str], set: &str, cases: Cases) -> Option<String> {
+    let result = compute(&SweepOptions {
+        scene: scene.into(),
+        vary: vary.iter().map(|&vary| vary.to_owned()).collect(),
+        results: Vec::new(),
+        set: vec![set.to_owned()],
+        out: out.to_owned(),
+        cases,
+        overwrite: false,
+        n_threads: NonZeroUsize::MIN,
+        interrupt: None,
+        progress: &(),
+        finished: &|_: &Path, _: &Scene, _: &RunResult| Ok(()),
+    });
+    result.err().map(|error| error.to_string())
+}
+
 /// Regression: what `--vary` gave was told as `--set`.
 #[test]
 fn a_wrong_value_is_told_with_its_option() {
     let folder = tempfile::tempdir().unwrap();
-    let said = |vary: &str, set: &str| {
-        let result = compute(&SweepOptions {
-            scene: "cook-static".into(),
-            vary: vec![vary.to_owned()],
-            results: Vec::new(),
-            set: vec![set.to_owned()],
-            out: folder.path().join("out"),
-            cases: Cases::All,
-            overwrite: false,
-            n_threads: NonZeroUsize::MIN,
-            interrupt: None,
-            progress: &(),
-            finished: &|_: &Path, _: &Scene, _: &RunResult| Ok(()),
-        });
-        result.map(|_| ()).unwrap_err().to_string()
-    };
+    let out = folder.path().join("out");
+    let said =
+        |vary: &str, set: &str| refusal(&out, "cook-static", &[vary], set, Cases::All).unwrap();
     let of_vary = said("solid.kapa=1,2", "mesh.cells=[2,2]");
     assert!(of_vary.contains("where: --vary solid.kapa=1"), "{of_vary}");
     let of_set = said("solid.kappa=1,2", "mesh.cels=[2,2]");
     assert!(of_set.contains("where: --set mesh.cels"), "{of_set}");
+}
+
+/// Regression: a wrong value that was not the first of its key was met when its case was run.
+#[test]
+fn all_cases_are_read_before_one_is_computed() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let wrong = ["solid.kappa=1e5,2e5", "material[0].density=1,-1"];
+    let said = |cases| refusal(&out, "cook-static", &wrong, "mesh.cells=[2,2]", cases);
+    let first = said(Cases::All).unwrap();
+    let case = "case: 2: solid.kappa=1e5, material[0].density=-1";
+    assert!(first.contains(case), "{first}");
+    // What can be read, and is refused by the run: a probe beyond the rod.
+    let beyond = ["probe[1].at=0.05,9.0"];
+    let beyond = refusal(&out, "figure3", &beyond, "time.end=0.01", Cases::All).unwrap();
+    assert!(beyond.contains("case: 2: probe[1].at=9.0"), "{beyond}");
+    assert!(!out.exists(), "nothing is written");
+
+    // Cases that are not asked for are not read.
+    let some = |cases: &str| said(Cases::Some(cases.to_owned()));
+    assert_eq!(some("1/4"), None);
+    assert!(some("1-2/4").is_some_and(|said| said.contains("case: 2: ")));
 }

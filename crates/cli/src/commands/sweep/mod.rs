@@ -25,8 +25,9 @@ use crate::values;
     myovib sweep scene.toml --vary solid.kappa=1e4,1e5,inf --case 2/3\n  \
     myovib sweep scene.toml --vary solid.kappa=1e4..1e6:12:log --slurm jobs.sh --per-task 2\n\n\
     A range lo..hi:n has n values from lo to hi, equally spaced; with :log their logarithms are.\n\n\
-    The table, with a row for each case, goes to standard output and to sweep.csv and sweep.json in the folder. A case \
-    that fails is a row with its message. The same line given again computes only what is missing: cases that failed, and \
+    The scenes of all cases are read before one is computed: a wrong value is an error. The table, with a row for each \
+    case, goes to standard output and to sweep.csv and sweep.json in the folder. A case that fails when it is run is a row \
+    with its message. The same line given again computes only what is missing: cases that failed, and \
     those whose scene, mesh, tables or program have changed.\n\n\
     The exit code is 0 when every case was recorded, also those that failed.")]
 pub struct SweepArgs {
@@ -81,7 +82,7 @@ pub struct SweepArgs {
 /// Runs the cases.
 ///
 /// # Errors
-/// Wrong options, or a folder that cannot be written. A case that fails is a row.
+/// Wrong options or values, or a folder that cannot be written. A case that fails when it is run is a row.
 pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     if let Some(file) = &args.slurm {
         let jobs = slurm::write(args, file)?;

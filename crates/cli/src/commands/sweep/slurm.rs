@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use myovib_scene::sweep::n_cases;
-use myovib_scene::{Scene, atomic_file};
+use myovib_scene::atomic_file;
+use myovib_scene::sweep::rehearse;
 use serde::Serialize;
 
 use super::SweepArgs;
@@ -31,10 +31,10 @@ impl Jobs {
 /// Writes the script to `file`, and says what it has.
 ///
 /// # Errors
-/// Values of keys that cannot be read, and a file that cannot be written.
+/// Values of keys that cannot be read, a case whose scene is wrong, and a file that cannot be written.
 pub(super) fn write(args: &SweepArgs, file: &Path) -> anyhow::Result<Jobs> {
-    let n = n_cases(&args.vary)?;
-    Scene::load(&args.scene, &args.set)?; // a wrong one is told now, not by each task
+    // A wrong scene is told now, not by its task.
+    let n = rehearse(&args.scene, &args.set, &args.vary, args.common.n_threads())?;
     let per_task = args.per_task.get();
     let program = std::env::current_exe()?;
     let sweep = command(args, &program.display().to_string());
