@@ -415,20 +415,29 @@ fn run_warns_once_of_what_check_warns_of() {
         "probe[0].at=[100.0, 0.0]",
         "time.end=1e-3",
     ];
-    let mut set = vec!["init"];
-    set.extend(in_mm.iter().flat_map(|set| ["--set", set]));
+    // As in g/cm³.
+    let light = ["material[0].density=1.1", "time.end=1e-3"];
     let of = |text: &str| -> Vec<String> {
         let lines = text.lines().filter(|line| line.starts_with("warning: "));
         lines.map(str::to_owned).collect()
     };
-    let check = myovib_in(folder.path(), &[&["check"][..], &set].concat());
-    let run = myovib_in(folder.path(), &[&["run"][..], &set, &["--quiet"]].concat());
-    assert_eq!(run.code, 0, "{}", run.stderr);
-    let warned = of(&run.stderr);
-    assert_eq!(warned, of(&check.stdout), "{}", check.stdout);
-    assert_eq!(warned.len(), 1, "{}", run.stderr);
-    assert!(warned[0].contains("take SI units"), "{warned:?}");
-    assert!(warned[0].contains("it is 200.000 m long"), "{warned:?}");
+    for (sets, said) in [
+        (&in_mm[..], ["take SI units", "it is 200.000 m long"]),
+        (&light, ["material[0]", "shear waves run at"]),
+    ] {
+        let mut set = vec!["init"];
+        set.extend(sets.iter().flat_map(|set| ["--set", set]));
+        let check = myovib_in(folder.path(), &[&["check"][..], &set].concat());
+        let run = [&["run"][..], &set, &["--quiet", "--overwrite"]].concat();
+        let run = myovib_in(folder.path(), &run);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let warned = of(&run.stderr);
+        assert_eq!(warned, of(&check.stdout), "{}", check.stdout);
+        assert_eq!(warned.len(), 1, "{}", run.stderr);
+        for said in said {
+            assert!(warned[0].contains(said), "{warned:?}");
+        }
+    }
     // A load of 1e30 Hz, in as many digits as a person reads.
     let load = "traction[0].y={ type = \"sine\", amplitude = 1.0, frequency = 1e30 }";
     let fast = [

@@ -115,13 +115,15 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
 
 /// What `check` warns of, as far as it is cheap to tell.
 fn warnings(scene: &Scene) -> Vec<Finding> {
-    match (&scene.body, scene.file.analysis) {
+    let mut findings = match (&scene.body, scene.file.analysis) {
         (Some(body), Analysis::Dynamic) => {
             check::warnings(&body.muscle, body.formulation, &body.settings)
         }
         (Some(body), Analysis::Static) => check::static_warnings(&body.muscle, body.formulation),
         _ => Vec::new(),
-    }
+    };
+    findings.extend(scene.unusual());
+    findings
 }
 
 /// As many digits as a person reads.

@@ -9,7 +9,7 @@ use crate::scene_file::SceneFile;
 use crate::scene_file::solid::{BodyForce, Traction};
 
 impl Builder<'_> {
-    /// The dead loads: tractions and body forces. `densities`: one per element.
+    /// The dead loads: tractions, then body forces, a load for each component. `densities`: one per element.
     pub(super) fn loads(
         &self,
         file: &SceneFile,

@@ -23,11 +23,13 @@ mod places;
 mod settings;
 mod start;
 mod supports;
+mod unusual;
 
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
+use myovib_model::advice::Finding;
 use myovib_model::coupling::Feedback;
 use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings};
 use serde_json::Value;
@@ -206,6 +208,14 @@ impl Scene {
     /// The scene's values as they are written, with overrides and without defaults.
     pub(crate) fn written(&self) -> &Value {
         self.source.value()
+    }
+
+    /// Numbers of the body that are allowed but hardly meant.
+    pub fn unusual(&self) -> Vec<Finding> {
+        let body = self.body.as_ref();
+        body.map_or(Vec::new(), |body| {
+            unusual::findings(&self.file, body, self.t_end)
+        })
     }
 
     /// The scene's text, without overrides.

@@ -79,7 +79,8 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
     let mut equilibrium = None;
     let (text, body) = match (scene.file.analysis, &scene.body) {
         (Analysis::Static, Some(body)) => {
-            let report = check::check_static(&body.muscle, body.formulation, scene.t_end)?;
+            let mut report = check::check_static(&body.muscle, body.formulation, scene.t_end)?;
+            report.findings.extend(scene.unusual());
             equilibrium = Some(statics::document(&report));
             (statics::text(scene, body, &report), None)
         }
@@ -88,7 +89,9 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
                 let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
                 initial(body, &mut dae, Watcher::NOBODY)?
             };
-            let report = check::check(&body.muscle, body.formulation, &body.settings, Some(start))?;
+            let mut report =
+                check::check(&body.muscle, body.formulation, &body.settings, Some(start))?;
+            report.findings.extend(scene.unusual());
             let cost = match report.step_time {
                 Some(seconds) => Cost::Predicted(seconds),
                 None => Cost::Tried(try_out(scene)?),

@@ -1,0 +1,370 @@
+//! Numbers of a body that are allowed but hardly meant: a unit is wrong, or a power of ten.
+//!
+//! The bounds are far from what tissue has, so that what is told is a mistake almost surely.
+
+use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
+
+use myovib_fem::Law;
+use myovib_fem::material::three::Axes;
+use myovib_model::Signal;
+use myovib_model::advice::{Finding, Remedy};
+use myovib_model::check::{asked, readable};
+
+use super::Body;
+use super::supports::NAMES;
+use crate::scene_file::material::Material;
+use crate::scene_file::solid::Traction;
+use crate::scene_file::{Analysis, SceneFile};
+
+/// Densities from a tenth of water's to that of heavy metals, kg/m³.
+const DENSITIES: RangeInclusive<f64> = 100.0..=2e4;
+/// Speeds of shear waves in tissue, m/s. A body that has them is one in units of its own.
+const SHEAR_WAVES: RangeInclusive<f64> = 0.1..=20.0;
+/// Viscous stress by elastic stress at the frequency of the scene. Tissue has 0.05 to 1; beyond 5 it would flow.
+const MOST_LOSS: f64 = 5.0;
+/// Load by shear modulus. Pulled by so much, a neo-Hookean bar gets 2.6 times as long, and a pressure in a
+/// neo-Hookean cavity lets it grow without bound (Gent and Lindley 1959).
+const MOST_LOAD: f64 = 2.5;
+/// Times of a run at which loads are looked at.
+const TIMES: u32 = 1000;
+
+/// What is wrong, and what is usual.
+type Said = (String, &'static str);
+
+/// What a material has.
+struct Part {
+    law: Law,
+    density: f64,
+    kappa: f64,
+    beta: f64,
+    /// Bulk and shear modulus of small strains, Pa; the bulk modulus with κ.
+    bulk: f64,
+    shear: f64,
+    /// The frequency that the scene is about, Hz.
+    frequency: f64,
+}
+
+/// In which scenes something counts, and what is looked at in each material.
+type Check = (fn(&SceneFile) -> bool, fn(&Part) -> Option<Said>);
+
+/// What is looked at in materials.
+const CHECKS: [Check; 3] = [
+    (|_| true, volume),
+    (has_mass, mass),
+    (|file| file.analysis == Analysis::Dynamic, damping),
+];
+
+/// Of each check the first material, and the first load, that it objects to.
+pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding> {
+    let frequency = asked(&body.muscle, t_end).0;
+    let materials = file.material.iter();
+    let parts: Vec<Part> = materials
+        .filter_map(|material| Part::new(material, file, frequency))
+        .collect();
+    let counting = CHECKS.iter().filter(|(counts, _)| counts(file));
+    let of_materials = counting.filter_map(|(_, check)| {
+        let mut said = parts.iter().map(check).enumerate();
+        said.find_map(|(i, said)| {
+            let (problem, usual) = said?;
+            Some((format!("material[{i}]: {problem}"), usual))
+        })
+    });
+    let all = of_materials.chain(strong_load(file, body, t_end, &parts));
+    all.map(|(problem, usual)| Finding {
+        fields: Vec::new(),
+        problem,
+        remedies: vec![Remedy::Scene(usual)],
+    })
+    .collect()
+}
+
+impl Part {
+    fn new(material: &Material, file: &SceneFile, frequency: f64) -> Option<Self> {
+        let solid = file.solid.as_ref()?;
+        let law = material.stiffened().ok()?;
+        let kappa = material.kappa.unwrap_or(solid.kappa).0;
+        let [own, shear] = moduli(law);
+        Some(Self {
+            law,
+            density: material.density,
+            kappa,
+            beta: material.beta.unwrap_or(solid.beta),
+            // The energy of a complete law holds the volume's part.
+            bulk: if law.description().complete {
+                own
+            } else {
+                own + kappa
+            },
+            shear,
+            frequency,
+        })
+    }
+}
+
+/// Bulk and shear modulus of small strains by the law's stress alone, Pa; of a law with fibres the means over all
+/// directions (Voigt's).
+fn moduli(law: Law) -> [f64; 2] {
+    let c = law.tangent3([[0.0; 3]; 3], 0.0, Axes::cartesian(0.0));
+    // C_iijj and C_ijij.
+    let normal = [0, 4, 8];
+    let dilation: f64 = normal.iter().flat_map(|&i| normal.map(|j| c[i][j])).sum();
+    let trace: f64 = (0..9).map(|i| c[i][i]).sum();
+    [dilation / 9.0, (3.0 * trace - dilation) / 30.0]
+}
+
+/// Poisson's ratio (3 K − 2 G)/(2 (3 K + G)) is negative: K < 2/3 G.
+fn volume(part: &Part) -> Option<Said> {
+    let Part {
+        kappa, bulk, shear, ..
+    } = *part;
+    let poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear));
+    (poisson < 0.0).then(|| {
+        let problem = format!(
+            "kappa = {} Pa beside a shear modulus of {} Pa: Poisson's ratio is {poisson:.2}, so that what is pulled \
+             gets thicker",
+            readable(kappa),
+            readable(shear)
+        );
+        (problem, "take kappa far above the shear modulus: tissue has a hundred times as much and more, or `inf`")
+    })
+}
+
+/// Whether the density counts.
+fn has_mass(file: &SceneFile) -> bool {
+    file.analysis != Analysis::Static || !file.body_force.is_empty()
+}
+
+/// Neither the density nor the speed √(G/ρ) is one of tissue.
+fn mass(part: &Part) -> Option<Said> {
+    let speed = (part.shear / part.density).sqrt();
+    let is_usual = DENSITIES.contains(&part.density) || SHEAR_WAVES.contains(&speed);
+    (!is_usual).then(|| {
+        let problem = format!(
+            "a density of {} kg/m³, by which shear waves run at {} m/s",
+            readable(part.density),
+            readable(speed)
+        );
+        (
+            problem,
+            "give it in kg/m³: tissue has about 1000, which is 1 g/cm³, and waves of 1 to 10 m/s",
+        )
+    })
+}
+
+/// At an angular frequency ω viscous stress is ωβ times the elastic one.
+fn damping(part: &Part) -> Option<Said> {
+    let Part {
+        beta, frequency, ..
+    } = *part;
+    let loss = TAU * frequency * beta;
+    (loss > MOST_LOSS).then(|| {
+        let problem = format!(
+            "beta = {beta:e} s makes viscous stress {loss:.1} times the elastic one at {} Hz",
+            readable(frequency)
+        );
+        (problem, "take a smaller beta, in s: tissue has viscous stress of 0.05 to 1 times the elastic one")
+    })
+}
+
+/// The first load that is far above the shear modulus of the stiffest material. Laws with fibres stiffen without
+/// bound, so that their modulus at rest says nothing of loads.
+fn strong_load(file: &SceneFile, body: &Body, t_end: f64, parts: &[Part]) -> Option<Said> {
+    let shear = parts.iter().map(|part| part.shear).fold(0.0, f64::max);
+    if parts.iter().any(|part| part.law.has_fibres()) {
+        return None;
+    }
+    let times = times(file, t_end);
+    let most = |signal: &Signal| {
+        let values = times.iter().map(|t| signal.at(*t).value.abs());
+        values.fold(0.0, f64::max)
+    };
+    loads(file, body).find_map(|(path, signal)| {
+        let load = most(signal);
+        (load > MOST_LOAD * shear).then(|| {
+            let problem = format!(
+                "{path} comes to {} Pa, {:.1} times the shear modulus at rest, {} Pa",
+                readable(load),
+                load / shear,
+                readable(shear)
+            );
+            (
+                problem,
+                "look at the units, Pa: loads far above the modulus turn elements inside out",
+            )
+        })
+    })
+}
+
+/// When the loads act.
+fn times(file: &SceneFile, t_end: f64) -> Vec<f64> {
+    match file.analysis {
+        Analysis::Static => vec![t_end],
+        Analysis::Modes => file
+            .modes
+            .iter()
+            .filter_map(|modes| modes.loads_at)
+            .collect(),
+        Analysis::Dynamic => {
+            let all = (0..=TIMES).map(|i| t_end * f64::from(i) / f64::from(TIMES));
+            all.collect()
+        }
+    }
+}
+
+/// Tractions and pressures in Pa, with their places. Those with a distribution may have their unit there.
+fn loads<'a>(file: &'a SceneFile, body: &'a Body) -> impl Iterator<Item = (String, &'a Signal)> {
+    // The body's loads begin with the components of the tractions, in their order.
+    let components = file.traction.iter().enumerate().flat_map(components);
+    let tractions = components.zip(&body.muscle.loads);
+    let tractions = tractions.filter_map(|((path, traction), load)| {
+        traction
+            .distribution
+            .is_none()
+            .then(|| (path, load.signal()))
+    });
+    let pressures = body.muscle.pressures.iter().enumerate();
+    let pressures = pressures.map(|(i, load)| (format!("pressure[{i}].value"), load.signal()));
+    tractions.chain(pressures)
+}
+
+/// The components that a traction gives.
+fn components((i, traction): (usize, &Traction)) -> impl Iterator<Item = (String, &Traction)> {
+    let given = [&traction.x, &traction.y, &traction.z];
+    let axes = NAMES.into_iter().zip(given);
+    axes.filter(|(_, function)| function.is_some())
+        .map(move |(name, _)| (format!("traction[{i}].{name}"), traction))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::Scene;
+
+    const SQUARE: &str = r#"
+[time]
+end = 1.0
+[mesh]
+type = "rectangle"
+width = 1.0
+height = 1.0
+cells = [2, 2]
+[solid]
+kappa = 1e5
+beta = 1e-4
+[[material]]
+law = "neo-hooke"
+density = 1e3
+shear_modulus = 1e4
+[[fixed]]
+group = "left"
+[[traction]]
+group = "right"
+x = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
+y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
+"#;
+
+    fn found(set: &[&str]) -> Vec<String> {
+        let set: Vec<String> = set.iter().map(|&set| set.to_owned()).collect();
+        let scene = Scene::build("scene.toml", SQUARE, &set, Path::new(""));
+        let findings = scene.expect("a valid scene").unusual();
+        findings.iter().map(ToString::to_string).collect()
+    }
+
+    /// Regression: `check` had no objections to any of these. The second of each pair is on the bound's other side.
+    #[test]
+    fn what_is_hardly_meant_is_told_and_what_may_be_is_not() {
+        assert_eq!(found(&[]), Vec::<String>::new());
+        for (wrong, right, said) in [
+            // 2/3 of 1e4 Pa.
+            (
+                &["solid.kappa=6.6e3"][..],
+                &["solid.kappa=6.7e3"][..],
+                "Poisson's ratio is -0.00",
+            ),
+            (
+                &["material[0].density=1.0"],
+                &["material[0].density=101.0"],
+                "shear waves run at 100.000 m/s",
+            ),
+            // √(80 / 1) = 8.9 m/s: a body in units of its own.
+            (
+                &["material[0].density=1e6"],
+                &[
+                    "material[0].density=1.0",
+                    "material[0].shear_modulus=80.0",
+                    "traction=[]",
+                ],
+                "waves of 1 to 10 m/s",
+            ),
+            // 5/(2π 8 Hz) = 0.0995 s.
+            (
+                &["solid.beta=0.1"],
+                &["solid.beta=0.099"],
+                "5.0 times the elastic one at 8.000 Hz",
+            ),
+            (
+                &["traction[0].y={ type = \"step\", value = 2.6e4, rise = 0.1 }"],
+                &["traction[0].y={ type = \"step\", value = 2.4e4, rise = 0.1 }"],
+                "traction[0].y comes to 26000.000 Pa, 2.6 times",
+            ),
+            (
+                &[
+                    "pressure=[{ group = \"top\", value = { type = \"step\", value = 2.6e4, rise = 0.1 } }]",
+                ],
+                &[
+                    "pressure=[{ group = \"top\", value = { type = \"step\", value = 2.4e4, rise = 0.1 } }]",
+                ],
+                "pressure[0].value comes to 26000.000 Pa, 2.6 times",
+            ),
+        ] {
+            let words = found(wrong);
+            assert!(
+                words.len() == 1 && words[0].contains(said),
+                "{wrong:?}: {words:?}"
+            );
+            assert_eq!(found(right), Vec::<String>::new(), "{right:?}");
+        }
+    }
+
+    /// The density of a body without weight does not count at rest, nor does its damping.
+    #[test]
+    fn what_does_not_count_is_not_told() {
+        let at_rest = [
+            "analysis=static",
+            "solid.beta=1.0",
+            "material[0].density=1.0",
+        ];
+        assert_eq!(found(&at_rest), Vec::<String>::new());
+        let weight = "body_force=[{ y = -9.81 }]";
+        assert_eq!(found(&[&at_rest[..], &[weight]].concat()).len(), 1);
+    }
+
+    /// The moduli are the constants of isotropic laws; those of small strains are exact.
+    #[test]
+    fn moduli_at_rest_are_those_of_the_laws() {
+        let law = |name, constants: &[(&str, f64)]| moduli(Law::named(name, constants).unwrap());
+        for (found, expected) in [
+            (
+                law("mooney-rivlin", &[("c10", 1e4), ("c01", 2e2)]),
+                [0.0, 2.04e4],
+            ),
+            (law("small-strain", &[("shear_modulus", 5e3)]), [0.0, 5e3]),
+            // K = λ + 2/3 μ.
+            (
+                law(
+                    "st-venant-kirchhoff",
+                    &[("lambda", 3e3), ("shear_modulus", 6e3)],
+                ),
+                [7e3, 6e3],
+            ),
+        ] {
+            for (found, expected) in found.into_iter().zip(expected) {
+                // Some roundings of 1e4 Pa.
+                assert!((found - expected).abs() < 1e-10 * 2e4, "{found} {expected}");
+            }
+        }
+    }
+}
