@@ -6,6 +6,9 @@ use crate::stop_reason::StopReason;
 /// The highest index that Radau IIA takes.
 const RADAU: u8 = 3;
 
+/// After so many steps the size of the first is forgotten: each may be eight times as long as the one before.
+const FIRST_STEPS: u64 = 10;
+
 /// What an integrator knows of an integration that gave up, beside the reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Standing {
@@ -13,8 +16,8 @@ pub(crate) struct Standing {
     index: Option<u8>,
     /// Whether there are algebraic variables.
     algebraic: bool,
-    /// Whether no step was accepted.
-    at_start: bool,
+    /// Steps that were accepted since the start.
+    steps: u64,
 }
 
 impl Standing {
@@ -23,7 +26,7 @@ impl Standing {
         Self {
             index: problem.indices().and_then(|all| all.into_iter().max()),
             algebraic: kinds.contains(&VariableKind::Algebraic),
-            at_start: steps == 0,
+            steps,
         }
     }
 
@@ -49,7 +52,7 @@ impl Standing {
         let mut remedies = Vec::new();
         if self.index.is_some_and(|index| index > highest) {
             remedies.push("the derivative of the constraint in its place, which lowers the index");
-        } else if self.at_start {
+        } else if self.steps == 0 {
             remedies.push(
                 "values to start from that fulfil the equations (correct_initial_values) and, above \
                  index 1, the derivatives of the constraints",
@@ -61,14 +64,14 @@ impl Standing {
             );
             remedies.push("looser tolerances");
         }
-        if self
-            .index
-            .is_some_and(|index| (2..=highest).contains(&index))
-        {
-            remedies.push(
-                "a longer first step (initial_step), because short ones magnify what violates a \
-                 constraint",
-            );
+        let is_hidden = |index: u8| (2..=highest).contains(&index);
+        if self.index.is_some_and(is_hidden) {
+            if self.steps <= FIRST_STEPS {
+                remedies.push(
+                    "a longer first step (initial_step), because short ones magnify what violates a \
+                     constraint",
+                );
+            }
             remedies.push(
                 "looser tolerances for velocities and multipliers, or leaving multipliers out of the \
                  error test (suppressed)",
@@ -79,5 +82,28 @@ impl Standing {
                 .push("stating the index of each variable (Problem::indices), if one is above 1");
         }
         remedies
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression: after thousands of steps another size of the first was said to help.
+    #[test]
+    fn a_longer_first_step_is_named_near_the_start_alone() {
+        let said = |steps| {
+            let standing = Standing {
+                index: Some(3),
+                algebraic: true,
+                steps,
+            };
+            standing.remedy(StopReason::StepTooSmall, RADAU).unwrap()
+        };
+        for (steps, is_named) in [(0, true), (FIRST_STEPS, true), (FIRST_STEPS + 1, false)] {
+            let said = said(steps);
+            assert_eq!(said.contains("initial_step"), is_named, "{steps}: {said}");
+            assert!(said.contains("(suppressed)"), "{steps}: {said}");
+        }
     }
 }
