@@ -133,7 +133,7 @@ fn a_map_says_where_an_output_sees_the_stiffness() {
     let read = |name: &str| fs::read_to_string(folder.path().join("map").join(name));
     let document = document(
         &read("stiffness.json").expect("stiffness.json"),
-        "stiffness map",
+        "stiffness-map",
     );
     let outputs = document["outputs"].as_array().expect("a list");
     let text = read("stiffness.vtu").expect("stiffness.vtu");

@@ -14,8 +14,8 @@ use crate::plot::{Axis, Field, Figure, MeshPlot, Panel, SurfacePlot};
 use crate::spatial;
 use crate::table::{Align, Table, coloured_stdout};
 
-/// What is drawn.
-const DENSITY: &str = "rms by stiffness, relative";
+/// The kind of its JSON document.
+pub const SCHEMA: &str = "stiffness-map";
 
 /// For each output its change by the stiffness of the whole body, and what is said beside.
 pub fn text(map: &StiffnessMap) -> String {
@@ -26,7 +26,8 @@ pub fn text(map: &StiffnessMap) -> String {
     for output in &map.outputs {
         let total = output.total();
         let shown = match total.is_finite() {
-            true => format!("{total:.3e}"),
+            // No sign of a zero.
+            true => format!("{:.3e}", total + 0.0),
             false => "– (it stays zero)".to_owned(),
         };
         table.row([output.name.clone(), shown].map(Into::into));
@@ -53,7 +54,8 @@ pub fn write(out: &Path, map: &StiffnessMap) -> anyhow::Result<(Vec<String>, Val
     let space = body.muscle.solid.space();
     let densities = map.densities()?;
     let of_elements = vtu::of_elements(space, &Grid::of_body(body), &densities);
-    let panels = densities.iter().map(|density| panel(space, density));
+    let known = densities.iter().filter(|own| own.values[0].1.is_finite());
+    let panels = known.map(|density| panel(space, density));
     let figure = Figure::column("Where outputs see the stiffness", panels.collect());
     let mut files = Vec::new();
     for (name, text) in [
@@ -65,16 +67,21 @@ pub fn write(out: &Path, map: &StiffnessMap) -> anyhow::Result<(Vec<String>, Val
         files.push(path.display().to_string());
     }
     let document = map.document();
-    let text = json::document("stiffness map", &document)?;
+    let text = json::document(SCHEMA, &document)?;
     atomic_file::save(&out.join("stiffness.json"), text)?;
     Ok((files, document))
 }
 
 fn panel(space: &Space, density: &CellField) -> Box<dyn Panel> {
-    let title = density.name.clone();
+    let title = format!("{}: change by stiffness", density.name);
+    let values = at_nodes(space, density);
+    // Zero, where nothing is seen, is in the middle of the colours.
+    let largest = values
+        .iter()
+        .fold(0.0_f64, |max, value| max.max(value.abs()));
     let field = Field {
-        axis: Axis::new(DENSITY, ""),
-        values: at_nodes(space, density),
+        axis: Axis::default().between(-largest, largest),
+        values,
     };
     if space.dimension() == 3 {
         return Box::new(SurfacePlot {

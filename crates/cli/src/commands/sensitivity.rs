@@ -64,28 +64,24 @@ pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
         interrupt: Some(interrupt::flag()),
         progress: &progress,
     };
-    let (table, (files, document)) = match args.map {
-        true => {
-            let scene = Scene::load(&args.scene, &args.set)?;
-            let map = StiffnessMap::of(&scene, watcher)?;
-            (
-                stiffness_map::text(&map),
-                stiffness_map::write(&args.out, &map)?,
-            )
-        }
-        false => {
-            let scene = Parametrised::load(&args.scene, &args.set)?;
-            let precision = match args.in_error_test {
-                true => Precision::Tested,
-                false => Precision::OfMotion,
-            };
-            let curves = compute(&scene, precision, watcher)?;
-            (table(&curves), write(&args.out, &curves)?)
-        }
+    let (schema, table, (files, document)) = if args.map {
+        let scene = Scene::load(&args.scene, &args.set)?;
+        let map = StiffnessMap::of(&scene, watcher)?;
+        let written = stiffness_map::write(&args.out, &map)?;
+        (stiffness_map::SCHEMA, stiffness_map::text(&map), written)
+    } else {
+        let scene = Parametrised::load(&args.scene, &args.set)?;
+        let precision = match args.in_error_test {
+            true => Precision::Tested,
+            false => Precision::OfMotion,
+        };
+        let curves = compute(&scene, precision, watcher)?;
+        let written = write(&args.out, &curves)?;
+        ("sensitivity", table(&curves), written)
     };
     drop(progress);
     let text = format!("{table}{}\n", files.join(", "));
-    args.common.give("sensitivity", &text, &document)?;
+    args.common.give(schema, &text, &document)?;
     Ok(Exit::Done)
 }
 
@@ -113,7 +109,8 @@ fn table(curves: &Curves) -> String {
     let mut table = Table::new(&columns);
     for (output, row) in curves.outputs.iter().zip(curves.importance()) {
         let shown = row.into_iter().map(|share| match share.is_finite() {
-            true => format!("{share:.3e}"),
+            // No sign of a zero.
+            true => format!("{:.3e}", share + 0.0),
             false => "–".to_owned(),
         });
         let cells = std::iter::once(output.clone()).chain(shown);

@@ -207,7 +207,9 @@ impl<'a> SceneModel<'a> {
     fn write_jacobian(&self, all: &[Vec<Sample>], out: &mut DMatrix<f64>) {
         for (mut row, (datum, sample)) in out.row_iter_mut().zip(self.pairs(all)) {
             for (entry, of_p) in row.iter_mut().zip(&sample.derivatives) {
-                *entry = of_p[datum.output] / deviation(datum);
+                // A measurement at a kink of its output tells of no slope.
+                let slope = Some(of_p[datum.output]).filter(|slope| slope.is_finite());
+                *entry = slope.unwrap_or(0.0) / deviation(datum);
             }
         }
     }

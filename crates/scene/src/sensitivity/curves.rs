@@ -28,6 +28,13 @@ pub struct Output {
     pub noise: Option<f64>,
 }
 
+impl Output {
+    /// Time between two samples of its probe, s.
+    pub(super) fn every(&self, scene: &Scene) -> f64 {
+        scene.file.probe[self.probe].every
+    }
+}
+
 #[cfg(test)]
 impl Output {
     /// An output of a probe that is not looked at.

@@ -295,6 +295,9 @@ fn refused(key: &str, table: &str, last: &str) -> InputError {
                 "write the load as a step with a `rise` above 0, whose `start` and `rise` can be parameters",
             )
             .next("or keep it fixed; `amplitude`, `value`, `frequency` and `phase` can be parameters"),
+        ("chain", _) => error.allowed(
+            "gain, coupling, van_der_pol, duffing, frequency, half_width, initial",
+        ),
         (_, false) => error.allowed(
             "constants of materials, beds and chains, damping, kappa, sizes of loads and what is smooth of their \
              times, the velocity of the start",

@@ -5,7 +5,7 @@ use myovib_model::sensitivity::{AdjointWork, LinearMisfit, RecordedIntegrator};
 use myovib_model::{Integrator, MuscleDae};
 use serde_json::{Value, json};
 
-use super::curves::{Readings, outputs, sample, settings};
+use super::curves::{Output, Readings, outputs, sample, settings};
 use super::parameters::{body, expect_smooth_motion};
 use super::sample_times;
 use crate::run::start::initial;
@@ -14,7 +14,8 @@ use crate::vtu::CellField;
 use crate::watch::Watcher;
 use crate::{Error, InputError};
 
-/// For each output of a scene, how its size depends on the stiffness of each element.
+/// For each output of a scene, how its size depends on the stiffness of each element. Chains that the body drives are not
+/// computed.
 #[derive(Debug, Clone)]
 pub struct StiffnessMap {
     /// The scene.
@@ -56,11 +57,20 @@ impl StiffnessMap {
         expect_smooth_motion(scene)?;
         let body = body(scene)?;
         expect_known_start(scene, body)?;
-        let wanted = outputs(scene)?;
-        let readings = Readings::new(scene, &wanted)?;
         let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
-        let functionals = readings.functionals(&dae);
-        if functionals.iter().all(Option::is_none) {
+        let all = outputs(scene)?;
+        let functionals = Readings::new(scene, &all)?.functionals(&dae);
+        let (mut wanted, mut unknowns, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
+        for (output, functional) in all.into_iter().zip(functionals) {
+            match functional {
+                Some(own) => {
+                    wanted.push(output);
+                    unknowns.push(own);
+                }
+                None => left_out.push(output.name),
+            }
+        }
+        if wanted.is_empty() {
             let error = InputError::new("no output is a displacement or a velocity");
             let next = "add a [[probe]] with quantities = [\"u\"]";
             return Err(scene.wrong("output", error.next(next)).into());
@@ -68,20 +78,15 @@ impl StiffnessMap {
         let [y, y_dot] = initial(body, &mut dae, watcher)?;
         let mut integrator =
             RecordedIntegrator::starting_at(dae, &settings(&body.settings), [&y, &y_dot])?;
-        let samples = follow(scene, &readings, &mut integrator, watcher)?;
+        let samples = follow(scene, &wanted, &mut integrator, watcher)?;
         let mut map = Self {
             scene: scene.clone(),
             outputs: Vec::new(),
-            left_out: Vec::new(),
+            left_out,
             steps: integrator.counts().steps,
             solves: 0,
         };
-        for (k, (output, functional)) in wanted.into_iter().zip(functionals).enumerate() {
-            let name = output.name;
-            let Some(unknowns) = functional else {
-                map.left_out.push(name);
-                continue;
-            };
+        for (k, (Output { name, .. }, unknowns)) in wanted.into_iter().zip(unknowns).enumerate() {
             // The derivative of ln √Σ u² is that of Σ c u with c = u / Σ u².
             let squares: f64 = samples.iter().map(|(_, values)| values[k].powi(2)).sum();
             let weighed = samples.iter().map(|(t, values)| (*t, values[k] / squares));
@@ -135,10 +140,6 @@ impl StiffnessMap {
 
 /// Refuses what an element's stiffness would act on beside the motion.
 fn expect_known_start(scene: &Scene, body: &Body) -> Result<(), InputError> {
-    if !scene.chains.is_empty() {
-        let error = InputError::new("maps are those of bodies without chains");
-        return Err(scene.wrong("chain", error.next("remove [[chain]]")));
-    }
     if body.muscle.solid.n_internal() > 0 {
         let error = InputError::new("maps are those of bodies without Prony terms");
         return Err(scene.wrong("material", error.next("remove `prony`")));
@@ -176,12 +177,13 @@ fn go_back(
 /// Takes the motion to its end; the outputs at each sample.
 fn follow(
     scene: &Scene,
-    readings: &Readings<'_>,
+    outputs: &[Output],
     integrator: &mut RecordedIntegrator,
     watcher: Watcher<'_>,
 ) -> Result<Vec<(f64, Vec<f64>)>, Error> {
     let mut samples = Vec::new();
-    let times = sample_times(scene);
+    let readings = Readings::new(scene, outputs)?;
+    let times = sample_times(scene, outputs);
     sample(scene, integrator, &times, watcher, |integrator, _, t| {
         let n = integrator.problem().n_unknowns();
         let mut state = [vec![0.0; n], vec![0.0; n]];

@@ -17,6 +17,7 @@ pub use influence::Known;
 pub use map::{OutputMap, StiffnessMap};
 pub use parameters::Parametrised;
 
+use myovib_model::SampleTimes;
 use serde_json::{Value, json};
 
 use crate::watch::Watcher;
@@ -37,10 +38,10 @@ pub struct Curves {
     pub cost: Cost,
 }
 
-/// Samples over a run where the probes do not say otherwise.
-const SAMPLES: f64 = 500.0;
+/// Most samples over a run.
+const MOST_SAMPLES: f64 = 5000.0;
 
-/// Computes the sensitivities of a scene's outputs, sampled as often as the finest of its probes.
+/// Computes the sensitivities of a scene's outputs, sampled as often as the finest of their probes.
 ///
 /// # Errors
 /// As for [`follow`].
@@ -50,7 +51,7 @@ pub fn compute(
     watcher: Watcher<'_>,
 ) -> Result<Curves, Error> {
     let wanted = outputs(&scene.scene)?;
-    let times = sample_times(&scene.scene);
+    let times = sample_times(&scene.scene, &wanted);
     let dependences = scene.dependences(&scene.values())?;
     let (samples, cost) = follow(
         &scene.scene,
@@ -68,24 +69,24 @@ pub fn compute(
     })
 }
 
-/// Times at equal distances, as near as those of the finest probe.
-fn sample_times(scene: &Scene) -> Vec<f64> {
+/// Times at equal distances, as near as those of the finest probe that an output is of.
+fn sample_times(scene: &Scene, outputs: &[Output]) -> Vec<f64> {
     let t_end = scene.t_end;
-    let probes = scene.file.probe.iter();
-    let every = probes.map(|probe| probe.every).fold(t_end, f64::min);
-    let every = every.max(t_end / (10.0 * SAMPLES));
-    let n = (t_end / every).floor() as usize;
-    (0..=n).map(|k| (k as f64 * every).min(t_end)).collect()
+    let probes = outputs.iter().map(|output| output.every(scene));
+    let every = probes.fold(t_end, f64::min).max(t_end / MOST_SAMPLES);
+    let mut times = SampleTimes::new(every, t_end);
+    std::iter::from_fn(|| times.due(t_end)).collect()
 }
 
 impl Curves {
     /// For each output and parameter the root mean square over time of p̄ ∂u/∂p, relative to that of
     /// u: by how much of itself u changes for a change of p by its size. NaN for an output that stays
-    /// zero.
+    /// zero. Samples without a derivative are left out.
     pub fn importance(&self) -> Vec<Vec<f64>> {
         let rms = |of: &dyn Fn(&Sample) -> f64| {
             let squares = self.samples.iter().map(|s| of(s).powi(2));
-            (squares.sum::<f64>() / self.samples.len() as f64).sqrt()
+            let known = squares.filter(|square| !square.is_nan());
+            (known.sum::<f64>() / self.samples.len() as f64).sqrt()
         };
         let output = |k: usize| {
             let size = rms(&|sample| sample.values[k]);

@@ -9,6 +9,8 @@ use myovib_model::sensitivity::{Dependence, Dependences, Stencil};
 use super::influence::{Influence, Known, first_jump};
 use crate::scene::{Body, Scene};
 use crate::scene_file::Analysis;
+use crate::scene_file::active::Tension;
+use crate::scene_file::material::Material;
 use crate::{Error, InputError};
 
 /// A scene with the parameters it names, to be had at other values of them.
@@ -186,11 +188,19 @@ pub(super) fn expect_smooth_motion(scene: &Scene) -> Result<(), InputError> {
     }
     if scene.body.is_none() {
         let message = "sensitivities are those of a body, with chains or without";
-        return refuse("", message, "add a [mesh] with [solid], and remove [rod]");
+        return refuse("", message, "add a [mesh] with [solid]");
     }
+    let acts_back = "sensitivities are those of chains that do not act back";
     if !file.feedback.is_empty() {
-        let message = "sensitivities are those of chains that do not act back";
-        return refuse("feedback", message, "remove [[feedback]]");
+        return refuse("feedback", acts_back, "remove [[feedback]]");
+    }
+    let is_by_chain = |material: &Material| {
+        let active = material.active.as_ref();
+        active.is_some_and(|active| matches!(active.tension, Tension::Coherence { .. }))
+    };
+    if let Some(i) = file.material.iter().position(is_by_chain) {
+        let next = "give the tension another type: given, bestel";
+        return refuse(&format!("material[{i}].active"), acts_back, next);
     }
     if !file.stop.is_empty() {
         let message = "a parameter would move the time at which the run stops";

@@ -74,6 +74,13 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
             "chains that do not act back",
         ),
         (
+            &["chain[0].gain"],
+            "[[chain]]\nat = [0.0, 0.0]\n[[region]]\nname = \"r\"\ncentre = [0, 0]\nradii = [0.02, 0.02]\n\
+             [[material]]\ngroup = \"r\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 2e4\nfibre = [1, 0]\n\
+             active = { type = \"coherence\", chain = \"chain\", coherent = 1e3 }\n",
+            "chains that do not act back",
+        ),
+        (
             &["displacement[0].x.value"],
             "[[chain]]\n[[displacement]]\ngroup = \"load\"\nx = { type = \"step\", value = 0.1, rise = 0.1 }\n",
             "may drive a chain itself",

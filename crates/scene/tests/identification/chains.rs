@@ -1,6 +1,10 @@
 //! What chains depend on: ∂F/∂p of all their numbers, and order parameters against differences of runs.
 
+use myovib_scene::sensitivity::{Parametrised, Precision, compute};
+use myovib_scene::watch::Watcher;
+
 use crate::derivatives::outputs_agree;
+use crate::{SMALL, scene, set};
 
 /// A chain of six at a point, of both kinds of restoring force, whose order parameters are read.
 const CHAIN: &str = "[[chain]]\nname = \"tissue\"\noscillators = 6\nhalf_width = 3.0\nduffing = 40.0\ngain = 1e6\n\
@@ -43,4 +47,35 @@ fn each_chain_has_parameters_of_its_own() {
         "integrator.oscillators.atol=1e-12",
     ];
     outputs_agree(&keys, &format!("{CHAIN}{second}"), &overrides);
+}
+
+/// Where all oscillators rest, modulus and argument of an order parameter have no derivative by their position: the table
+/// has none there, and the sums over time leave it out.
+#[test]
+fn an_order_parameter_at_rest_has_no_derivative() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["chain[0].initial"], CHAIN);
+    let own = set(&[
+        "chain[0].initial=0",
+        "parameter[0].scale=0.1",
+        "time.end=0.1",
+        "chain[0].at=[0.05, 0.0]",
+    ]);
+    let it = Parametrised::load(&path, &[set(&SMALL), own].concat()).unwrap();
+    let curves = compute(&it, Precision::OfMotion, Watcher::NOBODY).unwrap();
+    let angle = curves
+        .outputs
+        .iter()
+        .position(|name| name == "order.Psi_arg");
+    let k = angle.unwrap();
+    for sample in &curves.samples {
+        let of_angle = sample.derivatives[0][k];
+        assert_eq!(
+            of_angle.is_nan(),
+            sample.t == 0.0,
+            "{}: {of_angle}",
+            sample.t
+        );
+    }
+    assert!(curves.importance()[k][0].is_finite());
 }

@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-9;
 fn by_forward(it: &Parametrised) -> Vec<Vec<f64>> {
     let wanted = outputs(&it.scene).unwrap();
     let (every, t_end) = (it.scene.file.probe[0].every, it.scene.t_end);
-    let n = (t_end / every).floor() as usize;
+    let n = (t_end / every).round() as usize;
     let times: Vec<f64> = (0..=n).map(|k| (k as f64 * every).min(t_end)).collect();
     let dependences = (
         it.dependences(&it.values()).unwrap(),
@@ -92,6 +92,26 @@ fn elements_of_a_material_add_up_to_its_stiffness() {
     ]);
     let it = Parametrised::load(&path, &[case(CASES[5]), own].concat()).unwrap();
     expect_sums(&it, "two materials");
+}
+
+/// Nor do chains that listen change it, whose coherence is no output of it.
+#[test]
+fn chains_that_listen_change_no_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &[], "");
+    let short = set(&["time.end=0.1"]);
+    let map = |more: &[String]| {
+        let scene = Scene::load(&path, &[&case(CASES[5])[..], &short, more].concat()).unwrap();
+        StiffnessMap::of(&scene, Watcher::NOBODY).unwrap()
+    };
+    let listening = set(&[
+        "chain=[{ name = \"c\", at = [0.05, 0.0] }]",
+        "probe=[{ name = \"origin\", type = \"point\", at = [0.05, 0.0], every = 0.01, quantities = [\"u\"] }, \
+         { name = \"order\", type = \"coherence\", chain = \"c\", every = 0.005 }]",
+    ]);
+    let [with, without] = [map(&listening), map(&[])];
+    assert_eq!(with.outputs, without.outputs);
+    assert_eq!(with.left_out[0], "order.Psi_abs");
 }
 
 /// What the map needs is asked for in one message.
