@@ -45,8 +45,8 @@ impl FitResult {
         self.fit.acts(j) && passes
     }
 
-    /// A direction as changes of the parameters, the largest 1 times its unit; those below a
-    /// hundredth of the largest, by the parameters' sizes, are left out.
+    /// A direction as changes of the parameters, of that which changes most by its size 1 times its unit; those
+    /// below a hundredth of it, by the parameters' sizes, are left out.
     pub fn in_words(&self, direction: &Direction) -> String {
         let shares = direction.shares.iter().zip(&self.fit.values);
         let changes: Vec<f64> = shares
@@ -57,17 +57,13 @@ impl FitResult {
             .zip(&self.known)
             .map(|(change, known)| change.abs() / known.scale)
             .collect();
-        let most = sizes.iter().copied().fold(0.0, f64::max);
-        let largest = changes.iter().fold(0.0_f64, |largest, change| {
-            if change.abs() > largest.abs() {
-                *change
-            } else {
-                largest
-            }
-        });
-        let told = (0..changes.len()).filter(|&j| sizes[j] > 0.01 * most);
+        let (most, size) = (0..sizes.len())
+            .map(|j| (j, sizes[j]))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap_or((0, 0.0));
+        let told = (0..changes.len()).filter(|&j| sizes[j] > 0.01 * size);
         let term = |j: usize| {
-            let (change, name) = (changes[j] / largest, &self.fit.names[j]);
+            let (change, name) = (changes[j] / changes[most], &self.fit.names[j]);
             match change.abs() < 0.01 {
                 true => format!("{change:+.2e} × {name}"),
                 false => format!("{change:+.3} × {name}"),
