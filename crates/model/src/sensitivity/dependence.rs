@@ -2,7 +2,7 @@
 
 use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, Problem, StepError};
 
-use super::chains::ChainDependence;
+use super::chain::ChainDependence;
 use super::stencil::Stencil;
 use super::tangents::Tangents;
 use crate::error::ModelError;

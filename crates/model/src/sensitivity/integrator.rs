@@ -1,10 +1,11 @@
 //! Radau IIA with forward sensitivities, for a muscle and the chains it drives.
 
-use myovib_dae::{LinearSolver, Parameters, Problem};
+use myovib_dae::{LinearSolver, Problem};
 use myovib_radau::{ForwardSensitivities, SensitivityWork};
 
-use super::chains::DrivenDependences;
 use super::dependence::Dependences;
+use super::driven::DrivenDependences;
+use super::twins::Twins;
 use crate::coupling::{Body, CoupledDae, CoupledOptions, ErrorTest, SystemMatrices};
 use crate::error::ModelError;
 use crate::integration::integrator::{Advance, Integrator, left_to_inner};
@@ -16,33 +17,6 @@ use crate::start::Consistent;
 /// What is read off a system in a state (t, y, ẏ).
 pub type Reading<'a, P> =
     dyn FnMut(&mut P, f64, &[f64], &[f64]) -> Result<Vec<f64>, ModelError> + 'a;
-
-/// Parameters with systems that differ in them, off which the same can be read.
-pub trait Twins<P>: Parameters<P> {
-    /// The derivative by parameter j, in a given state, of what `read` gives, of which `own` is the problem's.
-    ///
-    /// # Errors
-    /// Those of `read`.
-    fn of_reading(
-        &mut self,
-        problem: &P,
-        j: usize,
-        own: &[f64],
-        read: &mut dyn FnMut(&mut P) -> Result<Vec<f64>, ModelError>,
-    ) -> Result<Vec<f64>, ModelError>;
-}
-
-impl Twins<MuscleDae> for Dependences {
-    fn of_reading(
-        &mut self,
-        _: &MuscleDae,
-        j: usize,
-        own: &[f64],
-        read: &mut dyn FnMut(&mut MuscleDae) -> Result<Vec<f64>, ModelError>,
-    ) -> Result<Vec<f64>, ModelError> {
-        self.get_mut(j).of_reading(own, read)
-    }
-}
 
 /// A muscle, or a muscle with the chains that it drives, integrated by Radau IIA from t = 0 on together with ∂y/∂p.
 pub struct SensitiveIntegrator<P: Problem = MuscleDae, M = MuscleMatrices, Q = Dependences> {
