@@ -61,7 +61,7 @@ impl Fit {
 
     /// Whether a measurement depends on parameter `j`: whether a derivative by it is not zero.
     pub fn acts(&self, j: usize) -> bool {
-        self.jacobian.column(j).iter().any(|entry| *entry != 0.0)
+        self.jacobian.column(j).norm() > 0.0
     }
 
     /// The parameters that measurements depend on.

@@ -42,8 +42,8 @@ pub fn text(map: &StiffnessMap) -> String {
     text
 }
 
-/// Writes `stiffness.vtu`, `stiffness.svg` and `stiffness.json` to a folder, which is made if there is none; gives the
-/// names of the first two and the body of the last.
+/// Writes `stiffness.vtu`, `stiffness.json`, and `stiffness.svg` where there is something to be seen, to a folder, which is
+/// made if there is none; gives the names of the first and the last, and the body of the second.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -54,14 +54,17 @@ pub fn write(out: &Path, map: &StiffnessMap) -> anyhow::Result<(Vec<String>, Val
     let space = body.muscle.solid.space();
     let densities = map.densities()?;
     let of_elements = vtu::of_elements(space, &Grid::of_body(body), &densities);
-    let known = densities.iter().filter(|own| own.values[0].1.is_finite());
-    let panels = known.map(|density| panel(space, density));
-    let figure = Figure::column("Where outputs see the stiffness", panels.collect());
+    // A map of zeros or of nothing is no picture.
+    let seen = |own: &&CellField| own.values.iter().any(|(_, value)| value.abs() > 0.0);
+    let panels = densities.iter().filter(seen);
+    let panels: Vec<_> = panels.map(|density| panel(space, density)).collect();
+    let mut texts = vec![("stiffness.vtu", of_elements)];
+    if !panels.is_empty() {
+        let figure = Figure::column("Where outputs see the stiffness", panels);
+        texts.push(("stiffness.svg", figure.render()));
+    }
     let mut files = Vec::new();
-    for (name, text) in [
-        ("stiffness.vtu", of_elements),
-        ("stiffness.svg", figure.render()),
-    ] {
+    for (name, text) in texts {
         let path = out.join(name);
         atomic_file::save(&path, text)?;
         files.push(path.display().to_string());
@@ -111,7 +114,39 @@ fn at_nodes(space: &Space, density: &CellField) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use myovib_scene::Scene;
+    use myovib_scene::watch::Watcher;
+
     use super::*;
+
+    /// A probe on a support that is moved sees nothing, in the plane and in space.
+    #[test]
+    fn a_map_of_zeros_has_no_picture() {
+        for (mesh, at) in [
+            (
+                "type = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [1, 1]",
+                "1.0, 1.0",
+            ),
+            (
+                "type = \"box\"\nsize = [1.0, 1.0, 1.0]\ncells = [1, 1, 1]",
+                "1.0, 1.0, 1.0",
+            ),
+        ] {
+            let text = format!(
+                "[time]\nend = 0.01\n[mesh]\n{mesh}\n[solid]\nkappa = 1e5\n[[material]]\nlaw = \"mooney-rivlin\"\n\
+                 density = 1e3\nc10 = 1e4\n[[fixed]]\ngroup = \"left\"\n[[displacement]]\ngroup = \"right\"\n\
+                 x = {{ type = \"step\", value = 0.01, rise = 0.01 }}\n[[probe]]\nname = \"end\"\ntype = \"point\"\n\
+                 at = [{at}]\nquantities = [\"u\"]\nevery = 0.005\n[[output]]\nname = \"end\"\nprobe = \"end\"\n\
+                 column = \"u_x\"\n"
+            );
+            let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+            let map = StiffnessMap::of(&scene, Watcher::NOBODY).unwrap();
+            assert!(map.outputs[0].elements.iter().all(|e| *e == 0.0), "{map:?}");
+            let folder = tempfile::tempdir().unwrap();
+            let (files, _) = write(folder.path(), &map).unwrap();
+            assert_eq!(files.len(), 1, "{files:?}");
+        }
+    }
 
     /// Two halves of a square with values 1 and 4: the diagonal has their mean, the other corners their own.
     #[test]

@@ -148,7 +148,7 @@ impl<B: Problem> CoupledDae<B> {
         std::mem::swap(&mut self.parts[k].oscillators, other);
     }
 
-    /// The residual that `other` oscillators would have in the place of network number `k`.
+    /// The residual of network number `k`, or that of `other` oscillators in its place.
     ///
     /// # Shapes
     /// `y`, `y_dot`: all unknowns; `residual`: the states of the network.
@@ -157,12 +157,18 @@ impl<B: Problem> CoupledDae<B> {
     /// A recording that does not reach `t`.
     pub(crate) fn residual_of(
         &mut self,
-        (k, other): (usize, &Oscillators),
+        (k, other): (usize, Option<&Oscillators>),
         t: f64,
         [y, y_dot]: [&[f64]; 2],
         residual: &mut [f64],
     ) -> Result<(), StepError> {
-        let Part { range, forcing, .. } = &mut self.parts[k];
+        let Part {
+            range,
+            forcing,
+            oscillators,
+            ..
+        } = &mut self.parts[k];
+        let other = other.unwrap_or(oscillators);
         force(other, forcing, t, &y[..self.n_body])?;
         let (s, s_dot) = (&y[range.clone()], &y_dot[range.clone()]);
         other.network().residual(s, s_dot, forcing, residual);

@@ -159,15 +159,14 @@ impl MuscleDae {
             .range(Field::Displacement)
             .expect("all formulations have q")
             .start;
-        let free = self.muscle.solid.dofs().free_to_full();
         let dimension = self.muscle.solid.space().dimension();
         let mut displacement = Displacement::default();
         for &(node, weight) in probe.node_weights() {
             let along = direction[..dimension].iter().enumerate();
             for (axis, part) in along.filter(|(_, part)| **part != 0.0) {
                 let (component, weight) = (dimension * node + axis, part * weight);
-                if let Ok(k) = free.binary_search(&component) {
-                    displacement.unknowns.push((start + k, weight));
+                if let Some(unknown) = self.unknown_of(component, start) {
+                    displacement.unknowns.push((unknown, weight));
                     continue;
                 }
                 let at_node = self.muscle.prescribed.iter();
@@ -193,19 +192,21 @@ impl MuscleDae {
             Quantity::Velocity => self.layout.range(Field::Velocity),
             _ => None,
         };
-        let free = self.muscle.solid.dofs().free_to_full();
-        let unknown = |start: usize, &(component, weight): &(usize, f64)| {
-            let place = free.binary_search(&component).ok()?;
-            Some((start + place, weight))
+        let Some(block) = block else {
+            return Vec::new();
         };
-        let block = block.into_iter();
-        block
-            .flat_map(|block| {
-                components
-                    .iter()
-                    .filter_map(move |of| unknown(block.start, of))
-            })
-            .collect()
+        let unknown = |&(component, weight): &(usize, f64)| {
+            let number = self.unknown_of(component, block.start)?;
+            Some((number, weight))
+        };
+        components.iter().filter_map(unknown).collect()
+    }
+
+    /// The unknown of a nodal component, if it is free, in the block of a field that begins at `start`.
+    fn unknown_of(&self, component: usize, start: usize) -> Option<usize> {
+        let free = self.muscle.solid.dofs().free_to_full();
+        let place = free.binary_search(&component).ok()?;
+        Some(start + place)
     }
 
     /// Constraint drift: the maximum over the P1 functions ψ_k of |∫ψ_k (p/κ + J - 1)| / ∫ψ_k;

@@ -97,9 +97,11 @@ impl Parameters<Driving> for DrivenDependences {
         };
         let range = problem.range(chain.network);
         self.residual.resize(range.len(), 0.0);
-        let own = problem.oscillators(chain.network).clone();
-        let twins = chain.twins.iter().map(|(weight, twin)| (*weight, twin));
-        let own = std::iter::once((chain.own_weight, &own));
+        let twins = chain
+            .twins
+            .iter()
+            .map(|(weight, twin)| (*weight, Some(twin)));
+        let own = std::iter::once((chain.own_weight, None));
         for (weight, oscillators) in own.chain(twins).filter(|(weight, _)| *weight != 0.0) {
             let of = (chain.network, oscillators);
             problem.residual_of(of, t, [y, y_dot], &mut self.residual)?;

@@ -22,7 +22,7 @@ pub struct RecordedIntegrator {
 pub struct LinearMisfit<'a> {
     /// The unknowns and their weights w.
     pub unknowns: &'a [(usize, f64)],
-    /// The times, s, and the weights c of the values then.
+    /// The times, s, which ascend, and the weights c of the values then.
     pub samples: &'a [(f64, f64)],
 }
 
@@ -59,13 +59,19 @@ impl RecordedIntegrator {
         let mut cotangent = vec![0.0; solver.y().len()];
         let mut adjoint = Adjoint::new(solver, stiffness);
         let gradient = adjoint.gradient(solver, &self.recording, &mut |step| {
-            let [t, _] = step.interval();
+            let [t, end] = step.interval();
             if !tell(t) {
                 let message = "it was interrupted".to_owned();
                 return Err(RadauError::Adjoint { t, message });
             }
-            let own = misfit.samples.iter().filter(|(t, _)| step.covers(*t));
-            for (t, share) in own.copied().collect::<Vec<_>>() {
+            let later = misfit.samples.partition_point(|(at, _)| *at < t);
+            for &(t, share) in misfit.samples[later..]
+                .iter()
+                .take_while(|(t, _)| *t <= end)
+            {
+                if !step.covers(t) {
+                    continue;
+                }
                 cotangent.fill(0.0);
                 for &(unknown, weight) in misfit.unknowns {
                     cotangent[unknown] += share * weight;

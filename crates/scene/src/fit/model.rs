@@ -189,27 +189,33 @@ impl<'a> SceneModel<'a> {
             .collect()
     }
 
-    /// Each measurement with the sample of its time.
+    /// Each measurement with its output and the sample of its time.
     fn pairs<'s>(
         &'s self,
         all: &'s [Vec<Sample>],
-    ) -> impl Iterator<Item = (&'s Datum, &'s Sample)> {
+    ) -> impl Iterator<Item = (&'s Output, &'s Datum, &'s Sample)> {
         let each = self.experiments.iter().zip(all);
-        each.flat_map(|(experiment, samples)| experiment.pairs(samples, self.effort.part))
+        each.flat_map(|(experiment, samples)| {
+            let pairs = experiment.pairs(samples, self.effort.part);
+            pairs.map(|(datum, sample)| (&experiment.outputs[datum.output], datum, sample))
+        })
     }
 
     fn write_residuals(&self, all: &[Vec<Sample>], out: &mut [f64]) {
-        for (out, (datum, sample)) in out.iter_mut().zip(self.pairs(all)) {
-            *out = (sample.values[datum.output] - datum.value) / deviation(datum);
+        for (out, (output, datum, sample)) in out.iter_mut().zip(self.pairs(all)) {
+            let difference = output.difference(sample.values[datum.output], datum.value);
+            *out = difference / deviation(datum);
         }
     }
 
     fn write_jacobian(&self, all: &[Vec<Sample>], out: &mut DMatrix<f64>) {
-        for (mut row, (datum, sample)) in out.row_iter_mut().zip(self.pairs(all)) {
+        for (mut row, (_, datum, sample)) in out.row_iter_mut().zip(self.pairs(all)) {
             for (entry, of_p) in row.iter_mut().zip(&sample.derivatives) {
                 // A measurement at a kink of its output tells of no slope.
-                let slope = Some(of_p[datum.output]).filter(|slope| slope.is_finite());
-                *entry = slope.unwrap_or(0.0) / deviation(datum);
+                let is_at_kink =
+                    of_p[datum.output].is_nan() && sample.values[datum.output].is_finite();
+                let slope = if is_at_kink { 0.0 } else { of_p[datum.output] };
+                *entry = slope / deviation(datum);
             }
         }
     }

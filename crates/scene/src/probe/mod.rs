@@ -4,11 +4,26 @@ mod balance;
 mod kind;
 mod places;
 
+use std::f64::consts::TAU;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use balance::EnergyBalance;
 pub(crate) use kind::{Kind, Objection, Parts, Reading, Systems};
+
+/// The difference of two angles, within half a turn.
+pub(crate) fn within_half_a_turn(difference: f64) -> f64 {
+    difference - TAU * (difference / TAU).round()
+}
+
+#[cfg(test)]
+#[test]
+fn angles_differ_by_half_a_turn_at_most() {
+    for (difference, within) in [(0.5, 0.5), (TAU - 0.5, -0.5), (0.5 - TAU, 0.5), (3.0, 3.0)] {
+        assert!((within_half_a_turn(difference) - within).abs() < 1e-15);
+    }
+}
 
 /// Makes [`ProbeKind`] of a list of files, each with the type of the same name.
 macro_rules! probes {

@@ -5,14 +5,13 @@
 //! leaves. The sum of the magnitudes is what the errors come to if none is forgotten and all add up: the
 //! motion may damp them, and may magnify them. To that comes the largest error of dense output.
 
-use std::f64::consts::TAU;
-
 use myovib_model::{ErrorEstimate, Integrator, ModelError};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use super::recorder::Recorder;
 use super::system::{System, muscle_of};
+use crate::probe::within_half_a_turn;
 
 /// What has added up so far.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -83,12 +82,12 @@ impl Indicator {
         for (k, sums) in self.probes.iter_mut().enumerate() {
             sums.resize(found[k].len(), Sum::default());
             for (j, sum) in sums.iter_mut().enumerate() {
-                let difference = (shifted[k][j] - found[k][j]).abs();
-                let estimate = match recorders[k].what.is_angle(j) {
-                    true => difference.min(TAU - difference),
+                let difference = shifted[k][j] - found[k][j];
+                let difference = match recorders[k].what.is_angle(j) {
+                    true => within_half_a_turn(difference),
                     false => difference,
                 };
-                sum.add(integrator, found[k][j], estimate);
+                sum.add(integrator, found[k][j], difference.abs());
             }
         }
         Ok(())

@@ -132,7 +132,7 @@ fn muscle_and_chains(
     checkpoint: Option<&Checkpoint>,
     watcher: Watcher<'_>,
 ) -> Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>, Error> {
-    let (dae, test, options, start) = one_way(scene, body, checkpoint, watcher)?;
+    let (dae, test, options, start) = one_way(scene, (body, &body.settings), checkpoint, watcher)?;
     let integrator = coupled(scene, dae, test, options, checkpoint, &start)?;
     Ok(advised(integrator, body))
 }
@@ -144,7 +144,7 @@ fn muscle_with_feedback(
     checkpoint: Option<&Checkpoint>,
     watcher: Watcher<'_>,
 ) -> Result<Box<dyn Integrator<FeedbackDae>>, Error> {
-    let (dae, test, options, rest) = one_way(scene, body, checkpoint, watcher)?;
+    let (dae, test, options, rest) = one_way(scene, (body, &body.settings), checkpoint, watcher)?;
     let test = test.with_oscillators(&dae, tolerances(scene));
     let rest = initial_state(scene, &dae, &rest);
     let mut dae = FeedbackDae::new(dae, scene.feedbacks.clone());
@@ -170,7 +170,7 @@ fn muscle_with_feedback(
 /// unknowns of the muscle at the start of a new run.
 fn one_way(
     scene: &Scene,
-    body: &Body,
+    (body, settings): (&Body, &Settings),
     checkpoint: Option<&Checkpoint>,
     watcher: Watcher<'_>,
 ) -> Result<(CoupledDae<MuscleDae>, ErrorTest, CoupledOptions, Vec<f64>), Error> {
@@ -182,8 +182,8 @@ fn one_way(
         }
         Some(_) => Vec::new(),
     };
-    let options = CoupledOptions::of_muscle(&dae, &body.settings);
-    let test = ErrorTest::of_muscle(&dae, &body.settings);
+    let options = CoupledOptions::of_muscle(&dae, settings);
+    let test = ErrorTest::of_muscle(&dae, settings);
     let oscillators = driven_by(scene, &dae)?;
     Ok((CoupledDae::new(dae, oscillators), test, options, start))
 }
@@ -217,11 +217,7 @@ pub(crate) fn driving(
     settings: &Settings,
     watcher: Watcher<'_>,
 ) -> Result<Driving, Error> {
-    let body = Body {
-        settings: settings.clone(),
-        ..body.clone()
-    };
-    let (mut dae, test, options, start) = one_way(scene, &body, None, watcher)?;
+    let (mut dae, test, options, start) = one_way(scene, (body, settings), None, watcher)?;
     let test = test.with_oscillators(&dae, tolerances(scene));
     let y = initial_state(scene, &dae, &start);
     let start = start::Consistent::consistent(&mut dae, 0.0, &y)?;

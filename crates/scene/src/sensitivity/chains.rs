@@ -21,6 +21,9 @@ impl Parametrised {
         values: &[f64],
         scene: &Scene,
     ) -> Result<Vec<Option<ChainDependence>>, Error> {
+        if !self.parameters.iter().any(Known::is_of_chains) {
+            return Ok(Vec::new());
+        }
         let body = body(scene)?;
         let dae = MuscleDae::for_analysis(body.muscle.clone(), body.formulation);
         let one = |(j, known): (usize, &Known)| match known.chain() {

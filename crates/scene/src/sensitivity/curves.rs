@@ -6,7 +6,7 @@ use myovib_model::start::Consistent;
 use myovib_model::{Advance, Integrator, IntegratorKind, ModelError, MuscleDae, Settings};
 
 use super::parameters::body;
-use crate::probe::Reading;
+use crate::probe::{Reading, within_half_a_turn};
 use crate::run::start::{driving, initial};
 use crate::run::system::System;
 use crate::scene::Scene;
@@ -26,9 +26,19 @@ pub struct Output {
     column: usize,
     /// Standard deviation of a measurement, if the scene tells.
     pub noise: Option<f64>,
+    /// Whether it is an angle, which jumps by a full turn.
+    is_angle: bool,
 }
 
 impl Output {
+    /// What a value of it differs from another by.
+    pub(crate) fn difference(&self, value: f64, other: f64) -> f64 {
+        match self.is_angle {
+            true => within_half_a_turn(value - other),
+            false => value - other,
+        }
+    }
+
     /// Time between two samples of its probe, s.
     pub(super) fn every(&self, scene: &Scene) -> f64 {
         scene.file.probe[self.probe].every
@@ -45,6 +55,7 @@ impl Output {
             probe: 0,
             column: 0,
             noise,
+            is_angle: false,
         }
     }
 }
@@ -68,6 +79,7 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
                     probe: k,
                     column,
                     noise: None,
+                    is_angle: what.is_angle(column),
                 })
             })
             .collect();
@@ -92,7 +104,9 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
             let error = InputError::new(format!("the probe `{}` adds up over time", wanted.probe));
             return Err(scene.wrong(
                 &format!("{path}.probe"),
-                error.allowed("a point, line, average or reaction"),
+                error.allowed(
+                    "a probe of the state: a point, line, average, reaction, volume or coherence",
+                ),
             ));
         }
         let names = probes[k].names();
@@ -116,6 +130,7 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
             probe: k,
             column,
             noise: wanted.noise,
+            is_angle: probes[k].is_angle(column),
         })
     });
     named.collect()

@@ -44,6 +44,9 @@ const AFFINE: [&str; 10] = [
 const SMOOTH: [&str; 5] = ["frequency", "end_frequency", "phase", "steepness", "shift"];
 /// Numbers that move a break of a function of time.
 const BREAKS: [&str; 5] = ["start", "rise", "end", "systole", "diastole"];
+/// Numbers of a chain that its equations are affine in, and that they depend on smoothly.
+const CHAIN_AFFINE: [&str; 4] = ["gain", "coupling", "van_der_pol", "duffing"];
+const CHAIN_SMOOTH: [&str; 2] = ["frequency", "half_width"];
 /// Tables of loads, which act outside of the elements.
 const LOADS: [&str; 3] = ["traction", "pressure", "body_force"];
 /// Tables whose numbers may be parameters.
@@ -84,7 +87,7 @@ impl Known {
         for (i, wanted) in scene.file.parameter.iter().enumerate() {
             let wrong = |error| scene.wrong(&format!("parameter[{i}].key"), error);
             let one = known(scene, &values, wanted).map_err(wrong)?;
-            if one.key.starts_with("displacement[") && !scene.chains.is_empty() {
+            if one.table() == "displacement" && !scene.chains.is_empty() {
                 let error = InputError::new(format!("`{}` may drive a chain itself", one.key));
                 return Err(wrong(error.next("keep it fixed, or remove [[chain]]")));
             }
@@ -136,13 +139,17 @@ impl Known {
         }
     }
 
+    /// The table that it is in.
+    fn table(&self) -> &str {
+        self.key.split(['.', '[']).next().unwrap_or("")
+    }
+
     /// Whether nothing but the law's stress depends on it. Of a body with Prony terms more does: they
     /// relax a part of it.
     pub(super) fn is_of_stress(&self, body: &Body) -> bool {
-        let table = self.key.split(['.', '[']).next();
         let name = self.key.rsplit('.').next().unwrap_or("");
         let is_modulus = ["c10", "c01", "shear_modulus", "lambda", "stiffness"].contains(&name);
-        table == Some("material")
+        self.table() == "material"
             && is_modulus
             && self.key.matches('.').count() == 1
             && body.muscle.solid.n_internal() == 0
@@ -150,8 +157,7 @@ impl Known {
 
     /// Whether nothing but loads depends on it.
     pub(super) fn is_of_loads(&self) -> bool {
-        let table = self.key.split(['.', '[']).next();
-        table.is_some_and(|table| LOADS.contains(&table))
+        LOADS.contains(&self.table())
     }
 
     /// The number of the chain that it is of, if it is of one.
@@ -200,11 +206,13 @@ fn settable(scene: &Scene) -> Result<Value, InputError> {
 /// # Errors
 /// A key that is no number of it, or none that can be differentiated.
 fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<Known, InputError> {
-    let key = wanted.key.trim();
-    let parts: Vec<&str> = key
+    let parts: Vec<&str> = wanted
+        .key
+        .trim()
         .split(['.', '[', ']'])
         .filter(|p| !p.is_empty())
         .collect();
+    let key = &key_of(&parts);
     let (table, last) = (parts.first().copied().unwrap_or(""), last_name(&parts));
     if !TABLES.contains(&table) {
         let error = InputError::new(format!("`{key}` cannot be a parameter"))
@@ -265,12 +273,23 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<Known, Inp
             .next("add `scale`, a typical size, to the [[parameter]]")
     })?;
     Ok(Known {
-        key: key.to_owned(),
+        key: key.clone(),
         value,
         scale,
         wanted: wanted.clone(),
         influence,
     })
+}
+
+/// A key in one spelling, `material[0].c10`, whichever it has: `material.0.c10` is the same.
+fn key_of(parts: &[&str]) -> String {
+    parts
+        .iter()
+        .fold(String::new(), |key, part| match part.parse::<usize>() {
+            Ok(number) => format!("{key}[{number}]"),
+            Err(_) if key.is_empty() => (*part).to_owned(),
+            Err(_) => format!("{key}.{part}"),
+        })
 }
 
 /// The last name of a key: that of a list for an entry of it.
@@ -295,9 +314,10 @@ fn refused(key: &str, table: &str, last: &str) -> InputError {
                 "write the load as a step with a `rise` above 0, whose `start` and `rise` can be parameters",
             )
             .next("or keep it fixed; `amplitude`, `value`, `frequency` and `phase` can be parameters"),
-        ("chain", _) => error.allowed(
-            "gain, coupling, van_der_pol, duffing, frequency, half_width, initial",
-        ),
+        ("chain", _) => {
+            let all = [&CHAIN_AFFINE[..], &CHAIN_SMOOTH, &["initial"]].concat();
+            error.allowed(all.join(", "))
+        }
         (_, false) => error.allowed(
             "constants of materials, beds and chains, damping, kappa, sizes of loads and what is smooth of their \
              times, the velocity of the start",
@@ -348,8 +368,8 @@ fn influence(
         ("solid", "beta") => Some(Influence::Beta),
         ("solid", _) => None,
         ("start", "value") | ("chain", "initial") => Some(Influence::Start),
-        ("chain", "gain" | "van_der_pol" | "duffing" | "coupling") => Some(Influence::Affine),
-        ("chain", "frequency" | "half_width") => Some(Influence::Smooth),
+        ("chain", last) if CHAIN_AFFINE.contains(&last) => Some(Influence::Affine),
+        ("chain", last) if CHAIN_SMOOTH.contains(&last) => Some(Influence::Smooth),
         ("chain", _) => None,
         ("start", _) => None,
         // Tensions: their sizes; times move breaks.

@@ -72,8 +72,11 @@ impl StiffnessMap {
         }
         if wanted.is_empty() {
             let error = InputError::new("no output is a displacement or a velocity");
-            let next = "add a [[probe]] with quantities = [\"u\"]";
-            return Err(scene.wrong("output", error.next(next)).into());
+            let (place, next) = match scene.file.output.is_empty() {
+                true => ("probe", "add a [[probe]] with quantities = [\"u\"]"),
+                false => ("output", "add an [[output]] whose column is of u or v"),
+            };
+            return Err(scene.wrong(place, error.next(next)).into());
         }
         let [y, y_dot] = initial(body, &mut dae, watcher)?;
         let mut integrator =

@@ -81,19 +81,22 @@ fn sample_times(scene: &Scene, outputs: &[Output]) -> Vec<f64> {
 impl Curves {
     /// For each output and parameter the root mean square over time of p̄ ∂u/∂p, relative to that of
     /// u: by how much of itself u changes for a change of p by its size. NaN for an output that stays
-    /// zero. Samples without a derivative are left out.
+    /// zero or has no derivative. Samples without one are left out of both.
     pub fn importance(&self) -> Vec<Vec<f64>> {
-        let rms = |of: &dyn Fn(&Sample) -> f64| {
-            let squares = self.samples.iter().map(|s| of(s).powi(2));
-            let known = squares.filter(|square| !square.is_nan());
-            (known.sum::<f64>() / self.samples.len() as f64).sqrt()
+        let ratio = |j: usize, k: usize| {
+            let both = self
+                .samples
+                .iter()
+                .map(|s| [s.derivatives[j][k], s.values[k]]);
+            let known = both.filter(|[derivative, _]| !derivative.is_nan());
+            let sums = known.fold([0.0; 2], |[d, u], [derivative, value]| {
+                [d + derivative * derivative, u + value * value]
+            });
+            (sums[0] / sums[1]).sqrt()
         };
         let output = |k: usize| {
-            let size = rms(&|sample| sample.values[k]);
             let scales = self.scales.iter().enumerate();
-            scales
-                .map(|(j, scale)| scale * rms(&|sample| sample.derivatives[j][k]) / size)
-                .collect()
+            scales.map(|(j, scale)| scale * ratio(j, k)).collect()
         };
         (0..self.outputs.len()).map(output).collect()
     }
@@ -134,5 +137,34 @@ impl Curves {
             "columns": self.columns(),
             "rows": self.rows(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One kink among three samples, and an output without any derivative.
+    #[test]
+    fn samples_without_a_derivative_count_neither_way() {
+        let sample = |t: f64, values: [f64; 2], derivatives: [f64; 2]| Sample {
+            t,
+            values: values.into(),
+            derivatives: vec![derivatives.into()],
+        };
+        let curves = Curves {
+            parameters: vec!["p".to_owned()],
+            outputs: vec!["u".to_owned(), "v".to_owned()],
+            scales: vec![10.0],
+            samples: vec![
+                sample(0.0, [5.0, 1.0], [f64::NAN; 2]),
+                sample(1.0, [2.0, 1.0], [1.0, f64::NAN]),
+                sample(2.0, [2.0, 1.0], [-1.0, f64::NAN]),
+            ],
+            cost: Cost::default(),
+        };
+        let importance = curves.importance();
+        assert_eq!(importance[0], [5.0]);
+        assert!(importance[1][0].is_nan());
     }
 }

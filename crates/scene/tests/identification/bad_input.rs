@@ -54,9 +54,9 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
         (&["traction[0].y"], "", "a table with "),
         (&[], "", "the scene names no parameter"),
         (
-            &["material[0].c10", "material[0].c10"],
+            &["material[0].c10", "material.0.c10"],
             "",
-            "is a parameter twice",
+            "`material[0].c10` is a parameter twice",
         ),
         (
             &["material[0].c10"],
@@ -81,7 +81,7 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
             "chains that do not act back",
         ),
         (
-            &["displacement[0].x.value"],
+            &["displacement.0.x.value"],
             "[[chain]]\n[[displacement]]\ngroup = \"load\"\nx = { type = \"step\", value = 0.1, rise = 0.1 }\n",
             "may drive a chain itself",
         ),
