@@ -7,11 +7,9 @@ mod grid;
 mod refusal;
 mod results;
 
-use std::any::Any;
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::num::NonZeroUsize;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -27,7 +25,7 @@ use crate::versions::Versions;
 use crate::watch::Tell;
 use crate::{Error, Input, InputError, Scene, atomic_file, inputs, parallel};
 use grid::{Axis, Case, axes, case_numbers, cases};
-use refusal::{expect_right, scene_of};
+use refusal::{caught, expect_right, read, scene_of};
 use results::{COLUMNS, ResultColumn, columns};
 
 /// A scene, what varies, and where the cases go.
@@ -106,8 +104,12 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         Cases::Some(text) => &all[case_numbers(text, all.len())?],
         Cases::None => &[],
     };
+    let asked = match options.cases {
+        Cases::None => &all[..],
+        _ => wanted,
+    };
     // A scene that is wrong as it is would be wrong in every case.
-    let scene = scene_of(&options.scene, &options.set, &all[0])?;
+    let scene = read(&options.scene, &options.set, &asked[0])?;
     let results = columns(&options.results, &axes, &scene)?;
     let sweep = Sweep {
         options,
@@ -131,11 +133,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
 
     let rows: Vec<Value> = all.iter().map(|case| sweep.row(&axes, case)).collect();
     let csv = table(&axes, &sweep.results, &rows);
-    let told = match options.cases {
-        Cases::None => &all[..],
-        _ => wanted,
-    };
-    let stopped = told
+    let stopped = asked
         .iter()
         .filter_map(|case| stopped(&rows[case.number]))
         .collect();
@@ -165,14 +163,6 @@ fn program() -> String {
     let is_known = git != "unknown" && !git.ends_with("-modified");
     let content = if is_known { None } else { content() };
     format!("{myovib} {git} {}", content.unwrap_or_default())
-}
-
-/// What a panic said.
-fn words_of(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<String>().map(String::as_str);
-    text.or_else(|| panic.downcast_ref::<&str>().copied())
-        .unwrap_or("no message")
-        .to_owned()
 }
 
 /// What all cases share.
@@ -272,9 +262,7 @@ impl Sweep<'_> {
     fn compute(&self, case: &Case) -> Result<(), Error> {
         let options = self.options;
         let mut inputs = Vec::new();
-        let outcome = catch_unwind(AssertUnwindSafe(|| self.run(case, &mut inputs)));
-        let outcome = outcome.unwrap_or_else(|panic| Err(Error::Panic(words_of(&*panic))));
-        let (done, result) = match outcome {
+        let (done, result) = match caught(|| self.run(case, &mut inputs)) {
             Ok(result) => {
                 // The CPU time that a case may take is this machine's.
                 let by_chance = [StopReason::Interrupted, StopReason::WorkCap];

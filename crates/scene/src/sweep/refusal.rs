@@ -1,7 +1,10 @@
 //! Cases whose scene is wrong are refused before any case is computed.
 
+use std::any::Any;
 use std::num::NonZeroUsize;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::grid::Case;
 use crate::{Error, InputError, Scene, parallel, run};
@@ -15,7 +18,24 @@ pub(super) fn scene_of(path: &Path, common: &[String], case: &Case) -> Result<Sc
     Scene::load(path, &set).map_err(|error| error.of_vary(&case.set))
 }
 
-/// Reads the scenes of `cases`, but for those to skip.
+/// The same before any case is computed.
+///
+/// # Errors
+/// What is wrong in it, told of its case; a mistake of the program.
+pub(super) fn read(path: &Path, common: &[String], case: &Case) -> Result<Scene, Error> {
+    let scene = caught(|| Ok(scene_of(path, common, case)?));
+    scene.map_err(|error| of_case(error, case))
+}
+
+/// Reads the scene of a case and rehearses its run.
+fn rehearse(path: &Path, common: &[String], case: &Case) -> Result<(), Error> {
+    let scene = read(path, common, case)?;
+    let outcome = caught(|| run::rehearse(&scene).map_err(Error::before_any_output));
+    outcome.map_err(|error| of_case(error, case))
+}
+
+/// Rehearses the scenes of `cases`, but for those to skip, up to the first that is wrong. A mistake of the program is
+/// none of the scene: it is met again when the case is run.
 ///
 /// # Errors
 /// What is wrong with the first that is.
@@ -26,15 +46,34 @@ pub(super) fn expect_right(
     n_threads: NonZeroUsize,
     skip: impl Fn(&Case) -> bool + Sync,
 ) -> Result<(), Error> {
+    // Those before it are looked at to their end, so that it does not depend on the threads which is the first.
+    let first_wrong = AtomicUsize::new(usize::MAX);
     let outcomes = parallel::map(cases, n_threads, |case| {
-        if skip(case) {
+        if case.number > first_wrong.load(Ordering::Relaxed) || skip(case) {
             return Ok(());
         }
-        let scene = scene_of(path, common, case).map_err(Error::from);
-        let outcome = scene.and_then(|scene| run::rehearse(&scene));
-        outcome.map_err(|error| of_case(error.before_any_output(), case))
+        match rehearse(path, common, case) {
+            Ok(()) | Err(Error::Panic(_)) => Ok(()),
+            Err(error) => {
+                first_wrong.fetch_min(case.number, Ordering::Relaxed);
+                Err(error)
+            }
+        }
     });
     outcomes.into_iter().collect()
+}
+
+/// What `f` gives; its panic as an error.
+pub(super) fn caught<T>(f: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+    catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|panic| Err(Error::Panic(words_of(&*panic))))
+}
+
+/// What a panic said.
+fn words_of(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    text.or_else(|| panic.downcast_ref::<&str>().copied())
+        .unwrap_or("no message")
+        .to_owned()
 }
 
 /// The error with the case that it is of.
@@ -45,5 +84,35 @@ fn of_case(error: Error, case: &Case) -> Error {
             error.case(format!("{number}: {values}")).into()
         }
         other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::grid::{axes, cases};
+    use super::*;
+
+    /// Regression: all scenes were read before what was wrong with the first was told.
+    #[test]
+    fn cases_after_the_first_that_is_wrong_are_not_read() {
+        let vary = "material[0].density=1,-1,2,-2".to_owned();
+        let cases = cases(&axes(&[vary]).unwrap()).unwrap();
+        let read = AtomicUsize::new(0);
+        let count = |_: &Case| {
+            read.fetch_add(1, Ordering::Relaxed);
+            false
+        };
+        let scene = Path::new("cook-static");
+        let outcome = expect_right(scene, &[], &cases, NonZeroUsize::MIN, count);
+        let said = outcome.unwrap_err().to_string();
+        assert!(said.contains("case: 2: material[0].density=-1"), "{said}");
+        assert_eq!(read.into_inner(), 2);
+    }
+
+    /// Regression: a panic while a scene was read ended the program.
+    #[test]
+    fn a_panic_is_an_error_of_its_own() {
+        let outcome = caught(|| -> Result<(), Error> { panic!("a bound") });
+        assert!(matches!(outcome, Err(Error::Panic(said)) if said == "a bound"));
     }
 }
