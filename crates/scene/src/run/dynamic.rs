@@ -23,7 +23,7 @@ use crate::probe::Reading;
 use crate::scene::Scene;
 use crate::statistics::DRIFT_SAMPLES;
 use crate::vtu::{Grid, Series};
-use crate::watch::{Watch, Watcher};
+use crate::watch::Watch;
 use crate::{Error, InputError};
 use serde_json::Value;
 
@@ -67,27 +67,6 @@ pub(super) fn compute(
         started,
     };
     start(scene, from, options.watcher(), run)
-}
-
-/// Refuses what [`compute`] refuses before it writes anything, but for the start of a body by itself.
-pub(super) fn rehearse(scene: &Scene) -> Result<(), Error> {
-    scene.readings()?;
-    conditions(scene)?;
-    match &scene.body {
-        Some(_) if scene.chains.is_empty() => Ok(()),
-        _ => start(scene, None, Watcher::NOBODY, Rehearsal),
-    }
-}
-
-/// Starts and goes no further.
-struct Rehearsal;
-
-impl Driver for Rehearsal {
-    type Result = ();
-
-    fn drive<P: System>(self, _: Box<dyn Integrator<P>>) -> Result<(), Error> {
-        Ok(())
-    }
 }
 
 /// A run and what it is to write.
@@ -180,7 +159,8 @@ impl Driver for Motion<'_> {
     }
 }
 
-fn conditions(scene: &Scene) -> Result<Vec<Condition>, InputError> {
+/// The conditions that end the run.
+pub(super) fn conditions(scene: &Scene) -> Result<Vec<Condition>, InputError> {
     let stops = scene.file.stop.iter().enumerate();
     stops
         .map(|(i, stop)| scene.at(&format!("stop[{i}]"), Condition::new(stop, scene)))

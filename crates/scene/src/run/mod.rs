@@ -14,6 +14,7 @@ mod modes;
 mod oscillations;
 mod outputs;
 mod recorder;
+mod rehearsal;
 pub(crate) mod start;
 mod statics;
 mod stop;
@@ -129,14 +130,14 @@ pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Err
     }
 }
 
-/// Refuses what [`compute`] refuses before it writes anything, but for the start of a body by itself: that
+/// Refuses what [`compute`] refuses before it writes anything, but for what the search for a body's start finds: that
 /// is [`initial`]'s.
 ///
 /// # Errors
-/// Probes and conditions of what is not there; chains that cannot start.
+/// Probes and conditions of what is not there; loads on a body at rest; chains that cannot be.
 pub fn rehearse(scene: &Scene) -> Result<(), Error> {
     match scene.file.analysis {
-        Analysis::Dynamic => dynamic::rehearse(scene),
+        Analysis::Dynamic => rehearsal::motion(scene),
         Analysis::Static => Ok(scene.readings().map(drop)?),
         Analysis::Modes => Ok(()),
     }

@@ -18,6 +18,7 @@ use super::system::{Body as CoupledBody, System};
 use crate::scene::{Body, DrivenChain, DrivenPlace, Scene, Start};
 use crate::scene_file::chain::Place;
 use crate::scene_file::integrator::MaxOrder;
+use crate::state::State;
 use crate::watch::{Watcher, search};
 use crate::{Error, InputError};
 
@@ -380,23 +381,40 @@ impl Body {
             Start::Equilibrium => Consistent::equilibrium(dae, 0.0, &mut search(watcher))?,
             Start::State(state) => {
                 let y = state.unknowns(dae);
-                let moved = state.moved_by_supports(dae, &y);
-                if moved > SUPPORTS_AGREE * state.largest() {
-                    let error = InputError::new(
-                        "the supports are elsewhere at t = 0 than where the body starts",
-                    )
-                    .found(format!("{moved:.3e} m apart"))
-                    .next(
-                        "let [[fixed]] and [[displacement]] begin where the state to start from has \
-                         them",
-                    );
-                    return Err(error.into());
-                }
+                expect_supports(state, dae, &y)?;
                 Consistent::of(dae, 0.0, &y)?
             }
         };
         Ok(Some([start.y, start.y_dot]))
     }
+}
+
+/// Refuses a start that the loads or the supports at t = 0 contradict, without a search for it.
+///
+/// # Errors
+/// Loads on a body at rest; supports that are elsewhere than the state to start from.
+pub(super) fn expect_start(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
+    match &body.start {
+        Start::Rest => refuse_sudden_loads(dae),
+        Start::Equilibrium => Ok(()),
+        Start::State(state) => {
+            let y = state.unknowns(dae);
+            Ok(expect_supports(state, dae, &y)?)
+        }
+    }
+}
+
+/// Refuses supports that are elsewhere at t = 0 than in the state to start from, whose unknowns are `y`.
+fn expect_supports(state: &State, dae: &mut MuscleDae, y: &[f64]) -> Result<(), InputError> {
+    let moved = state.moved_by_supports(dae, y);
+    if moved > SUPPORTS_AGREE * state.largest() {
+        let error =
+            InputError::new("the supports are elsewhere at t = 0 than where the body starts");
+        return Err(error.found(format!("{moved:.3e} m apart")).next(
+            "let [[fixed]] and [[displacement]] begin where the state to start from has them",
+        ));
+    }
+    Ok(())
 }
 
 /// A run starts from rest without load, so that all values and derivatives are zero.

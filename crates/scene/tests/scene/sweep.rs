@@ -104,4 +104,40 @@ fn all_cases_are_read_before_one_is_computed() {
     let some = |cases: &str| said(Cases::Some(cases.to_owned()));
     assert_eq!(some("1/4"), None);
     assert!(some("1-2/4").is_some_and(|said| said.contains("case: 2: ")));
+    // Nor is the first, if it is none of them; what is wrong with it is told as of any other.
+    let first = |cases: &str| {
+        let (wrong, cases) = (["material[0].density=-1,1"], Cases::Some(cases.to_owned()));
+        refusal(&out, "cook-static", &wrong, "mesh.cells=[2,2]", cases)
+    };
+    assert_eq!(first("2/2"), None);
+    assert!(first("1/2").is_some_and(|said| said.contains("case: 1: ")));
+}
+
+/// Regression: a body with chains was started for the rehearsal, so that a case without equilibrium refused the sweep;
+/// of one without chains no load was looked at.
+#[test]
+fn loads_on_a_body_at_rest_are_refused_and_no_equilibrium_is_looked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, set) in [
+        ("alone", "title=alone"),
+        ("chains", "chain=[{ name = \"c\", oscillators = 2 }]"),
+    ] {
+        let out = folder.path().join(name);
+        let said = |vary: &[&str]| refusal(&out, "init", vary, set, Cases::All);
+        let sudden = said(&["time.end=0.01", "traction[0].y=0.0,100.0"]).unwrap();
+        for words in ["do not start from zero", "case: 2: time.end=0.01"] {
+            assert!(sudden.contains(words), "{name}: {sudden}");
+        }
+        assert!(!out.exists(), "{name}: nothing is written");
+
+        // It is not held along y.
+        let free = [
+            "time.end=0.01",
+            "start={ type = \"equilibrium\" }",
+            "fixed[0].components=[\"x\"]",
+        ];
+        assert_eq!(said(&free), None, "{name}");
+        let table = std::fs::read_to_string(out.join("sweep.csv")).unwrap();
+        assert!(table.contains("failed"), "{name}: {table}");
+    }
 }
