@@ -9,7 +9,7 @@ use crate::advice::{Advice, Finding};
 use crate::analysis::cost;
 use crate::analysis::index::{IndexReport, LARGEST_SYSTEM};
 use crate::analysis::inf_sup;
-pub use crate::analysis::objections::{INCONSISTENT, asked, readable, static_warnings, warnings};
+pub use crate::analysis::objections::{INCONSISTENT, readable, static_warnings, warnings};
 use crate::analysis::objections::{
     endless, inconsistent, misfit, not_held, resonance, slow_modes, strange_units, too_far, unheld,
 };

@@ -165,7 +165,7 @@ pub fn static_warnings(muscle: &Muscle, formulation: Formulation) -> Vec<Finding
 }
 
 /// The frequency that a scene is about, Hz, and what it is.
-pub fn asked(muscle: &Muscle, t_end: f64) -> (f64, &'static str) {
+fn asked(muscle: &Muscle, t_end: f64) -> (f64, &'static str) {
     match muscle.drive() {
         Some(drive) => (drive, "frequency of the load"),
         None => (1.0 / t_end, "inverse of the end time"),

@@ -9,25 +9,26 @@ use myovib_fem::Law;
 use myovib_fem::material::three::Axes;
 use myovib_model::Signal;
 use myovib_model::advice::{Finding, Remedy};
-use myovib_model::check::{asked, readable};
+use myovib_model::check::readable;
 
 use super::Body;
 use super::supports::NAMES;
 use crate::scene_file::material::Material;
-use crate::scene_file::solid::Traction;
+use crate::scene_file::solid::{Solid, Traction};
 use crate::scene_file::{Analysis, SceneFile};
 
 /// Densities from a tenth of water's to that of heavy metals, kg/m³.
 const DENSITIES: RangeInclusive<f64> = 100.0..=2e4;
 /// Speeds of shear waves in tissue, m/s. A body that has them is one in units of its own.
 const SHEAR_WAVES: RangeInclusive<f64> = 0.1..=20.0;
-/// Viscous stress by elastic stress at the frequency of the scene. Tissue has 0.05 to 1; beyond 5 it would flow.
+/// Viscous stress by elastic stress at the frequency of what drives the body. Tissue has 0.05 to 1; beyond 5 it would flow.
 const MOST_LOSS: f64 = 5.0;
 /// Load by shear modulus. Pulled by so much, a neo-Hookean bar gets 2.6 times as long, and a pressure in a
 /// neo-Hookean cavity lets it grow without bound (Gent and Lindley 1959).
 const MOST_LOAD: f64 = 2.5;
-/// Times of a run at which loads are looked at.
-const TIMES: u32 = 1000;
+/// Equal times of a run at which loads are looked at: a prime number, since loads with a round number of periods would
+/// be 0 at all of as round a number.
+const TIMES: u32 = 997;
 
 /// What is wrong, and what is usual.
 type Said = (String, &'static str);
@@ -41,8 +42,8 @@ struct Part {
     /// Bulk and shear modulus of small strains, Pa; the bulk modulus with κ.
     bulk: f64,
     shear: f64,
-    /// The frequency that the scene is about, Hz.
-    frequency: f64,
+    /// The highest frequency of what drives the body, Hz, if that has any.
+    drive: Option<f64>,
 }
 
 /// In which scenes something counts, and what is looked at in each material.
@@ -57,10 +58,13 @@ const CHECKS: [Check; 3] = [
 
 /// Of each check the first material, and the first load, that it objects to.
 pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding> {
-    let frequency = asked(&body.muscle, t_end).0;
+    let Some(solid) = &file.solid else {
+        return Vec::new();
+    };
+    let drive = body.muscle.drive();
     let materials = file.material.iter();
     let parts: Vec<Part> = materials
-        .filter_map(|material| Part::new(material, file, frequency))
+        .map(|material| Part::new(material, solid, drive))
         .collect();
     let counting = CHECKS.iter().filter(|(counts, _)| counts(file));
     let of_materials = counting.filter_map(|(_, check)| {
@@ -80,12 +84,12 @@ pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding
 }
 
 impl Part {
-    fn new(material: &Material, file: &SceneFile, frequency: f64) -> Option<Self> {
-        let solid = file.solid.as_ref()?;
-        let law = material.stiffened().ok()?;
+    fn new(material: &Material, solid: &Solid, drive: Option<f64>) -> Self {
+        let law = material.stiffened();
+        let law = law.expect("the body was made of this law");
         let kappa = material.kappa.unwrap_or(solid.kappa).0;
         let [own, shear] = moduli(law);
-        Some(Self {
+        Self {
             law,
             density: material.density,
             kappa,
@@ -97,8 +101,8 @@ impl Part {
                 own + kappa
             },
             shear,
-            frequency,
-        })
+            drive,
+        }
     }
 }
 
@@ -121,13 +125,19 @@ fn volume(part: &Part) -> Option<Said> {
     let poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear));
     (poisson < 0.0).then(|| {
         let problem = format!(
-            "kappa = {} Pa beside a shear modulus of {} Pa: Poisson's ratio is {poisson:.2}, so that what is pulled \
-             gets thicker",
+            "kappa = {} Pa beside a shear modulus of {} Pa: Poisson's ratio is {}, so that what is pulled gets thicker",
             readable(kappa),
-            readable(shear)
+            readable(shear),
+            two_digits(poisson)
         );
         (problem, "take kappa far above the shear modulus: tissue has a hundred times as much and more, or `inf`")
     })
+}
+
+/// A number between -1 and 1, but for 0, with its first two digits.
+fn two_digits(value: f64) -> String {
+    let decimals = (1.0 - value.abs().log10().floor()) as usize;
+    format!("{value:.decimals$}")
 }
 
 /// Whether the density counts.
@@ -152,11 +162,10 @@ fn mass(part: &Part) -> Option<Said> {
     })
 }
 
-/// At an angular frequency ω viscous stress is ωβ times the elastic one.
+/// At an angular frequency ω viscous stress is ωβ times the elastic one. Without one nothing says how fast the body moves.
 fn damping(part: &Part) -> Option<Said> {
-    let Part {
-        beta, frequency, ..
-    } = *part;
+    let Part { beta, drive, .. } = *part;
+    let frequency = drive?;
     let loss = TAU * frequency * beta;
     (loss > MOST_LOSS).then(|| {
         let problem = format!(
@@ -282,7 +291,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
             (
                 &["solid.kappa=6.6e3"][..],
                 &["solid.kappa=6.7e3"][..],
-                "Poisson's ratio is -0.00",
+                "Poisson's ratio is -0.0034",
             ),
             (
                 &["material[0].density=1.0"],
@@ -311,6 +320,12 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
                 "traction[0].y comes to 26000.000 Pa, 2.6 times",
             ),
             (
+                // 500 periods, of which one is seen within 1e-5 of its height.
+                &["traction[0].y={ type = \"sine\", amplitude = 2.6e4, frequency = 500.0 }"],
+                &["traction[0].y={ type = \"sine\", amplitude = 2.4e4, frequency = 500.0 }"],
+                "traction[0].y comes to",
+            ),
+            (
                 &[
                     "pressure=[{ group = \"top\", value = { type = \"step\", value = 2.6e4, rise = 0.1 } }]",
                 ],
@@ -327,6 +342,16 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
             );
             assert_eq!(found(right), Vec::<String>::new(), "{right:?}");
         }
+    }
+
+    /// Regression: a short run without a load that vibrates was told of its damping.
+    #[test]
+    fn damping_is_looked_at_where_something_vibrates() {
+        let short = ["time.end=1e-3", "solid.beta=0.1"];
+        let step =
+            "traction[0]={ group = \"right\", y = { type = \"step\", value = 1.0, rise = 1e-3 } }";
+        assert_eq!(found(&short).len(), 1);
+        assert_eq!(found(&[&short[..], &[step]].concat()), Vec::<String>::new());
     }
 
     /// The density of a body without weight does not count at rest, nor does its damping.
