@@ -5,6 +5,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::brackets;
 use crate::InputError;
 
 /// What is wrong with a value, and where.
@@ -16,6 +17,8 @@ pub(crate) struct Problem {
     pub(crate) at_key: bool,
     /// What is wrong, without its place.
     pub(crate) error: InputError,
+    /// The header to write, if what stands there is one.
+    pub(crate) header: Option<String>,
 }
 
 impl Problem {
@@ -25,6 +28,7 @@ impl Problem {
             path: path.to_owned(),
             at_key: false,
             error,
+            header: None,
         }
     }
 }
@@ -44,13 +48,6 @@ pub(super) fn member(path: &str, key: &str) -> String {
     } else {
         format!("{path}.{key}")
     }
-}
-
-/// A path as headers of TOML have it: `material.prony` of `material[0].prony`.
-fn without_indices(path: &str) -> String {
-    let parts = path.split('[');
-    let parts = parts.map(|part| part.split_once(']').map_or(part, |(_, rest)| rest));
-    parts.collect()
 }
 
 /// The path of an entry of the list at `path`.
@@ -227,27 +224,11 @@ impl<'s> Checker<'s> {
     }
 
     fn wrong_kind(&self, value: &Value, expected: &str, schema: &'s Value, path: &str) -> Problem {
-        let mut problem = wrong_kind(value, expected, schema, path);
-        if let Some(brackets) = self.brackets(value, schema, path) {
-            problem.error = problem.error.next(brackets);
-        }
-        problem
-    }
-
-    /// The header to write where that of one table stands for a list of tables, or the reverse.
-    fn brackets(&self, value: &Value, schema: &'s Value, path: &str) -> Option<String> {
-        let name = without_indices(path);
-        let is_table = |schema: &'s Value| self.accepts_kind(self.resolve(schema), &json!({}));
-        match value {
-            Value::Object(_) if schema.get("items").is_some_and(is_table) => Some(format!(
-                "write [[{name}]] in place of [{name}]: there may be several, each below its header"
-            )),
-            Value::Array(entries) if entries.iter().all(Value::is_object) && is_table(schema) => {
-                Some(format!(
-                    "write [{name}] in place of [[{name}]]: there is one"
-                ))
-            }
-            _ => None,
+        let takes_table = |schema: &'s Value| self.accepts_kind(self.resolve(schema), &json!({}));
+        let takes_tables = schema.get("items").is_some_and(takes_table);
+        Problem {
+            header: brackets::right(value, path, takes_table(schema), takes_tables),
+            ..wrong_kind(value, expected, schema, path)
         }
     }
 
@@ -387,6 +368,7 @@ fn unknown_key(key: &str, known: &[&str], path_of_key: String, path: &str) -> Pr
         at_key: true,
         path: path_of_key,
         error: suggest(error, nearest(key, known)),
+        header: None,
     }
 }
 

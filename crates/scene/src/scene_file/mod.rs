@@ -21,6 +21,7 @@ pub mod output;
 pub mod solid;
 pub mod start;
 
+mod brackets;
 pub(crate) mod check;
 mod number;
 mod reference;

@@ -109,9 +109,21 @@ impl Source {
 
     /// The message about a problem, with file, line, column and the line itself.
     pub(crate) fn report(&self, problem: Problem) -> InputError {
-        problem
-            .error
-            .at(self.describe(&problem.path, problem.at_key))
+        let place = self.describe(&problem.path, problem.at_key);
+        let error = problem.error.at(place);
+        match problem.header.filter(|_| self.is_header(&problem.path)) {
+            Some(header) => error.next(header),
+            None => error,
+        }
+    }
+
+    /// Whether the key at `path` stands in a header, a line that begins with a bracket.
+    fn is_header(&self, path: &str) -> bool {
+        let Some(Place::Text { key: Some(key), .. }) = self.places.get(path) else {
+            return false;
+        };
+        let line = self.text[..key.start].lines().next_back();
+        line.is_some_and(|line| line.trim_start().starts_with('['))
     }
 
     /// Where `path` (or the nearest thing around it) stands.

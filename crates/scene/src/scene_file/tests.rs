@@ -207,6 +207,30 @@ fn headers_with_wrong_brackets_say_which_are_right() {
     }
 }
 
+/// Regression: values of the wrong kind were told of headers that the scene does not have.
+#[test]
+fn values_without_a_header_are_told_of_none() {
+    let inline = |value: &str| {
+        let text = format!("{value}\n{MINIMAL}");
+        read("scene.toml", &text, &[]).expect_err(value).to_string()
+    };
+    let set = |value: &str| {
+        read("scene.toml", MINIMAL, &[value.to_owned()])
+            .expect_err(value)
+            .to_string()
+    };
+    for error in [
+        inline("bed = { group = \"left\", stiffness = 1.0 }"),
+        inline("checkpoint = [{ every = 1.0 }]"),
+        inline("checkpoint = []"),
+        set("fixed={ group = \"left\" }"),
+        set("solid=[]"),
+    ] {
+        assert!(error.contains("wrong kind"), "{error}");
+        assert!(!error.contains("in place of"), "{error}");
+    }
+}
+
 /// Regression: two equal columns were written, and an endless run was a number of the wrong kind.
 #[test]
 fn quantities_named_twice_and_endless_runs_are_refused() {
