@@ -417,6 +417,7 @@ fn run_warns_once_of_what_check_warns_of() {
     ];
     // As in g/cm³.
     let light = ["material[0].density=1.1", "time.end=1e-3"];
+    let light_modes = ["material[0].density=1.1", "analysis=modes"];
     let of = |text: &str| -> Vec<String> {
         let lines = text.lines().filter(|line| line.starts_with("warning: "));
         lines.map(str::to_owned).collect()
@@ -424,6 +425,7 @@ fn run_warns_once_of_what_check_warns_of() {
     for (sets, said) in [
         (&in_mm[..], ["take SI units", "it is 200.000 m long"]),
         (&light, ["material[0]", "shear waves run at"]),
+        (&light_modes, ["material[0]", "shear waves run at"]),
     ] {
         let mut set = vec!["init"];
         set.extend(sets.iter().flat_map(|set| ["--set", set]));

@@ -17,6 +17,22 @@ pub(super) struct Document {
     pub(super) body: Option<BodyJson>,
     /// Null for a scene that is not static.
     pub(super) equilibrium: Option<EquilibriumJson>,
+    /// Null for a scene that is not of the modes of a body.
+    pub(super) modes: Option<ModesJson>,
+}
+
+#[derive(Serialize)]
+pub(super) struct ModesJson {
+    warnings: Vec<WarningJson>,
+}
+
+impl ModesJson {
+    /// Of modes there are but warnings to tell.
+    pub(super) fn of(findings: &[Finding]) -> Self {
+        Self {
+            warnings: findings.iter().map(WarningJson::from).collect(),
+        }
+    }
 }
 
 #[derive(Serialize)]

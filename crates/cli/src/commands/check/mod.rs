@@ -15,7 +15,7 @@ use myovib_model::{Field, IntegratorKind, MuscleDae};
 use serde::Serialize;
 
 use self::cost::Cost;
-use self::document::{Document, document};
+use self::document::{Document, ModesJson, document};
 use crate::args::CommonArgs;
 use crate::exit::Exit;
 use myovib_report::table::{Align, Table, Tone, coloured_stdout, counted, exponent, kappa, paint};
@@ -76,11 +76,12 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
 pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serialize + use<>)> {
     Known::all(scene)?;
     rehearse(scene)?;
-    let mut equilibrium = None;
+    let unusual = scene.unusual();
+    let (mut equilibrium, mut modes) = (None, None);
     let (text, body) = match (scene.file.analysis, &scene.body) {
         (Analysis::Static, Some(body)) => {
             let mut report = check::check_static(&body.muscle, body.formulation, scene.t_end)?;
-            report.findings.extend(scene.unusual());
+            report.findings.extend(unusual);
             equilibrium = Some(statics::document(&report));
             (statics::text(scene, body, &report), None)
         }
@@ -91,7 +92,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
             };
             let mut report =
                 check::check(&body.muscle, body.formulation, &body.settings, Some(start))?;
-            report.findings.extend(scene.unusual());
+            report.findings.extend(unusual);
             let cost = match report.step_time {
                 Some(seconds) => Cost::Predicted(seconds),
                 None => Cost::Tried(try_out(scene)?),
@@ -105,12 +106,14 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
                 .to_owned(),
             None,
         ),
-        (Analysis::Static | Analysis::Modes, _) => (
-            "The scene is right. Nothing is integrated in time: there is no index, and no error \
-             test.\n"
-                .to_owned(),
-            None,
-        ),
+        (Analysis::Static | Analysis::Modes, _) => {
+            modes = scene.body.is_some().then(|| ModesJson::of(&unusual));
+            let text = format!(
+                "The scene is right. Nothing is integrated in time: there is no index, and no error test.\n{}",
+                warnings(&unusual)
+            );
+            (text, None)
+        }
     };
     let document = Document {
         scene: name.to_owned(),
@@ -120,6 +123,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
             .map(|body| Size::of(&body.muscle).into()),
         body,
         equilibrium,
+        modes,
     };
     Ok((text, document))
 }
