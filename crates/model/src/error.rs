@@ -116,7 +116,7 @@ pub enum ModelError {
         /// An element that the last trials turned inside out.
         inverted: Option<myovib_fem::Inverted>,
         /// What may help.
-        remedy: &'static str,
+        remedy: String,
     },
     /// The caller ended the search for an equilibrium.
     #[error("interrupted before the equilibrium was found")]

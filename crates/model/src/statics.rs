@@ -67,7 +67,7 @@ pub struct Approach {
 }
 
 /// Why the whole load was not reached.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Shortfall {
     /// The caller ended the search.
     Interrupted,
@@ -76,14 +76,14 @@ pub enum Shortfall {
         /// An element that the last trials turned inside out.
         inverted: Option<Inverted>,
         /// What may help.
-        remedy: &'static str,
+        remedy: String,
     },
 }
 
 impl Approach {
     /// Why there is no equilibrium under the whole load.
     pub fn error(&self) -> Option<ModelError> {
-        Some(match self.shortfall? {
+        Some(match self.shortfall.clone()? {
             Shortfall::Interrupted => ModelError::Interrupted,
             Shortfall::NotConverged { inverted, remedy } => ModelError::NoEquilibrium {
                 reached: self.reached,
@@ -225,31 +225,19 @@ pub fn approach(
     })
 }
 
-/// The words of [`COLLAPSE`].
-macro_rules! collapse {
-    () => {
-        "elements with the law `guccione` and pressures collapse under large strains: take \
-         `isochoric-guccione`, the same material where the volume stays"
-    };
-}
-
-/// What to do at a limit load.
-macro_rules! limit_load {
-    () => {
-        "if that is a limit load, a damped motion gets past it"
-    };
-}
-
 /// What to do where the elements of a body collapse by its law.
-pub(crate) const COLLAPSE: &str = collapse!();
+pub(crate) const COLLAPSE: &str = "elements with the law `guccione` and pressures collapse under large strains: take \
+     `isochoric-guccione`, the same material where the volume stays";
+/// What to do at a limit load.
+const LIMIT_LOAD: &str = "if that is a limit load, a damped motion gets past it";
 
 /// What may help where Newton's method fails.
-fn remedy(muscle: &Muscle, formulation: Formulation) -> &'static str {
+fn remedy(muscle: &Muscle, formulation: Formulation) -> String {
     let is_uniform = muscle.solid.laws().iter().all(is_guccione);
     match collapses(muscle, formulation) {
-        true if is_uniform => COLLAPSE,
-        true => concat!(collapse!(), "; or, ", limit_load!()),
-        false => limit_load!(),
+        true if is_uniform => COLLAPSE.to_owned(),
+        true => format!("{COLLAPSE}; or, {LIMIT_LOAD}"),
+        false => LIMIT_LOAD.to_owned(),
     }
 }
 
