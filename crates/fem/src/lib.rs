@@ -1,9 +1,17 @@
-//! Finite elements of the muscle and of the rod: operators without equations of motion.
+//! Finite elements for nearly and fully incompressible soft tissue in 2D and 3D, and a damped rod.
 //!
-//! A [`mesh`] carries a [`space`] (P2 displacement, P1 pressure); a [`solid`] gives the mass
-//! matrices, the internal force, the volume defect, their rates and all tangents of these as sparse
-//! blocks over the free components ([`dofs`]). How the blocks make up a differential-algebraic
-//! system is the business of the crate above. There is no C library below.
+//! The crate provides operators; the crate `myovib-model` combines them into equations of motion.
+//!
+//! - [`element`]: simplices, shape functions and quadrature rules on the reference element.
+//! - [`mesh`]: meshes, their checks and refinement, generators and the Gmsh reader.
+//! - [`space`]: displacement and pressure spaces, free components and sparsity patterns.
+//! - [`material`]: hyperelastic laws, active and viscous stresses, Prony series and fiber fields.
+//! - `operators`: element integrals: residual, tangents, products, energy, power, mass, relaxation.
+//! - `boundary`: facet integrals: tractions, follower pressures, Robin supports, enclosed volumes.
+//! - `simd`: batches of elements, one element per lane of a vector register.
+//! - [`solid`]: a body: a space with its material, and all operators on it.
+//! - [`output`]: stresses, strains and other quantities at points of a body.
+//! - [`rod`]: the damped one-dimensional rod.
 //!
 //! References: Simeon, Serban, Petzold, M2AN 43 (2009) 805–823, section 2, whose equation numbers
 //! are used; the notes in `notes/`.
@@ -11,56 +19,33 @@
 // Loops over the indices of tensors, several at a time, read like their formulas.
 #![allow(clippy::needless_range_loop)]
 
-mod added;
-mod batch;
-mod constitutive;
-mod deformed;
-pub mod dofs;
+mod boundary;
 pub mod element;
-mod enclosed;
-mod energy;
 mod error;
-mod facet;
-mod fibres;
-mod fields;
-mod follower;
-pub mod generate;
-mod kind;
-mod lanes;
-pub mod load;
-mod mass;
 pub mod material;
 pub mod mesh;
-mod msh;
+mod operators;
 pub mod output;
-mod power;
-mod product;
-pub mod quadrature;
-mod refine;
-mod relaxation;
-mod residual;
-mod robin;
 pub mod rod;
-mod shared;
+mod simd;
 pub mod solid;
 pub mod space;
-mod sparsity;
-mod tangent;
 
-pub use added::{AddedMotion, AddedStress, AddedTangents};
-pub use dofs::DofMap;
-pub use element::{Barycentric, Shape};
-pub use enclosed::EnclosedVolume;
+pub use boundary::enclosed::EnclosedVolume;
+pub use boundary::follower::FollowerPressure;
+pub use boundary::load;
+pub use boundary::robin::{Along, Robin};
+pub use element::{Barycentric, Shape, quadrature};
 pub use error::{FemError, MshProblem};
-pub use fibres::Fibres;
-pub use follower::FollowerPressure;
-pub use kind::Ratios;
 pub use material::Law;
-pub use mesh::{Group, Mesh};
-pub use relaxation::{Overstress, RelaxingPart};
-pub use robin::{Along, Robin};
-pub use shared::{Crew, Pass};
+pub use material::fibres::Fibres;
+pub use mesh::{Group, Mesh, generate};
+pub use operators::added::{AddedMotion, AddedStress, AddedTangents};
+pub use operators::relaxation::{Overstress, RelaxingPart};
+pub use solid::crew::{Crew, Pass};
+pub use solid::kind::Ratios;
 pub use solid::{Change, Fields, Inverted, Linearized, Pressure, Solid, Tangents, Vectors};
+pub use space::dofs::{self, DofMap};
 pub use space::{Located, Space};
 
 /// Design notes.

@@ -1,9 +1,9 @@
 //! Quantities for output: energies, and the state at a point. Computed only when called.
 
-use crate::added::AtPoint;
 use crate::element::Barycentric;
 use crate::material::Law;
 use crate::material::three::{Tensor3, add_scaled3, contract3, scaled3};
+use crate::operators::added::AtPoint;
 use crate::solid::{Fields, Pressure, Solid};
 use crate::space::{Degree, Located};
 

@@ -1,8 +1,8 @@
 //! Whether curved elements are the right way round.
 
 use super::{DEGENERATE, DefectKind, ElementName, Mesh, MeshDefect};
+use crate::element::quadrature::Rule;
 use crate::element::{Degree, inverse, inverse_map, jacobian};
-use crate::quadrature::Rule;
 
 impl Mesh {
     /// Refuses curved elements whose map has no positive determinant at one of the places where it

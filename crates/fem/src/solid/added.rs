@@ -1,10 +1,10 @@
 //! The force of active and viscous stresses, and its tangents.
 
-use crate::added::{AddedMotion, AddedStress, AddedTangents, Force, Regions, Slopes};
 use crate::error::FemError;
 use crate::material::Range;
-use crate::relaxation::InternalStresses;
-use crate::shared::Pass;
+use crate::operators::added::{AddedMotion, AddedStress, AddedTangents, Force, Regions, Slopes};
+use crate::operators::relaxation::InternalStresses;
+use crate::solid::crew::Pass;
 
 use super::evaluation::check_length;
 use super::shared::sure;

@@ -1,12 +1,12 @@
 //! The element loops: vectors, tangents and the strain energy at given fields.
 
-use crate::energy::StrainEnergy;
-use crate::fields::{Change, Fields, Inverted, Linearized, Pressure, Tangents, Vectors};
-use crate::power::Powers;
-use crate::product::Multiply;
-use crate::residual::Evaluate;
-use crate::shared::Pass;
-use crate::tangent::Linearize;
+use crate::operators::energy::StrainEnergy;
+use crate::operators::fields::{Change, Fields, Inverted, Linearized, Pressure, Tangents, Vectors};
+use crate::operators::power::Powers;
+use crate::operators::product::Multiply;
+use crate::operators::residual::Evaluate;
+use crate::operators::tangent::Linearize;
+use crate::solid::crew::Pass;
 
 use super::{Elements, Solid, narrow, threads, with_elements};
 

@@ -1,8 +1,8 @@
 //! Bulk modulus and damping that differ between elements.
 
 use crate::error::FemError;
-use crate::kind::Ratios;
-use crate::mass::Symmetric;
+use crate::operators::mass::Symmetric;
+use crate::solid::kind::Ratios;
 
 use super::{Solid, check_count};
 

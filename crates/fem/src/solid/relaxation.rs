@@ -3,7 +3,7 @@
 use crate::error::FemError;
 use crate::material::Prony;
 use crate::material::three::{Tensor3, add_scaled3, cofactor3, product3};
-use crate::relaxation::{InternalStresses, Overstress, Relax, RelaxingPart, Wanted};
+use crate::operators::relaxation::{InternalStresses, Overstress, Relax, RelaxingPart, Wanted};
 
 use crate::space::Located;
 

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::added::AddedTangents;
-use crate::fields::{Inverted, Tangents, Vectors};
-use crate::shared::{Crew, Pass};
+use crate::operators::added::AddedTangents;
+use crate::operators::fields::{Inverted, Tangents, Vectors};
+use crate::solid::crew::{Crew, Pass};
 
 use super::{Elements, Mapped, Solid, with_elements};
 

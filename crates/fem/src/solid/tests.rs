@@ -5,10 +5,10 @@ use std::sync::Arc;
 use pulp::Arch;
 
 use super::Solid;
-use crate::dofs::DofMap;
-use crate::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
 use crate::material::Law;
+use crate::operators::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
 use crate::space::Space;
+use crate::space::dofs::DofMap;
 
 /// The instruction sets that this processor has, the widest last.
 fn instruction_sets() -> Vec<Arch> {
@@ -56,7 +56,7 @@ fn everything(solid: &Solid, fields: &Fields<'_>) -> Result<[Vec<f64>; 10], Inve
 #[test]
 fn vector_instructions_change_no_bit() {
     // 8 elements fill a batch; the last batch is not full.
-    let mesh = crate::generate::spindle([10, 2]).unwrap();
+    let mesh = crate::mesh::generate::spindle([10, 2]).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
     let dofs = DofMap::clamped(&space, &space.nodes_of("fixed").unwrap()).unwrap();
     let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };

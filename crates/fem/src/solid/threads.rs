@@ -14,10 +14,10 @@ use rayon::ThreadPool;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
-use crate::batch::{Batch, Stretch};
-use crate::fields::Inverted;
-use crate::lanes::LANES;
-use crate::sparsity::{NOWHERE, ScatterMap};
+use crate::operators::fields::Inverted;
+use crate::simd::batch::{Batch, Stretch};
+use crate::simd::lanes::LANES;
+use crate::space::sparsity::{NOWHERE, ScatterMap};
 
 use super::{Mapped, Solid};
 

@@ -15,7 +15,7 @@ use super::super::tensor::Volumetric;
 use super::law::Law3;
 use super::strain::{Axes, Strain3};
 use super::tensor::{Symmetric3, Tensor3Of};
-use crate::lanes::{Array, Lanes};
+use crate::simd::lanes::{Array, Lanes};
 
 /// A law written outside the crate, by reference; made by [`Law::own`](crate::Law::own).
 #[derive(Clone, Copy)]

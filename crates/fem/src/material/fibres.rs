@@ -1,0 +1,153 @@
+//! Where fibres and sheets of a body run.
+
+use crate::element::quadrature::Rule;
+use crate::error::FemError;
+use crate::material::axes_at;
+use crate::material::check_direction;
+use crate::material::three::Axes;
+use crate::mesh::Mesh;
+use crate::space::Located;
+
+/// Fibre and sheet at the vertices of each element, interpolated between them as signed vectors.
+///
+/// Where nothing is said fibres run along x and sheets along y.
+///
+/// # Examples
+/// ```
+/// use myovib_fem::{Fibres, generate};
+/// let mesh = generate::block([0.0; 3], [1.0; 3], [1, 1, 1])?;
+/// let mut fibres = Fibres::new(&mesh);
+/// fibres.set_constant(&mesh, &[0, 1, 2], [0.0, 3.0, 4.0], None)?;
+/// assert_eq!(fibres.axes(2, &[0.25; 4]).fibre, [0.0, 0.6, 0.8]);
+/// # Ok::<(), myovib_fem::FemError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Fibres {
+    elements: Vec<AtVertices>,
+}
+
+/// The directions at the vertices of an element.
+#[derive(Debug, Clone, Copy)]
+struct AtVertices {
+    fibre: [[f64; 3]; 4],
+    sheet: Option<[[f64; 3]; 4]>,
+}
+
+impl Fibres {
+    /// Fibres along x in all elements.
+    pub fn new(mesh: &Mesh) -> Self {
+        let along = AtVertices {
+            fibre: [[1.0, 0.0, 0.0]; 4],
+            sheet: Some([[0.0, 1.0, 0.0]; 4]),
+        };
+        Self {
+            elements: vec![along; mesh.n_elements()],
+        }
+    }
+
+    /// Gives elements one direction of fibres, and one of sheets or any across.
+    ///
+    /// # Errors
+    /// [`FemError::Direction`] for a vector that is zero, not finite or not in a plane mesh's plane.
+    pub fn set_constant(
+        &mut self,
+        mesh: &Mesh,
+        elements: &[usize],
+        fibre: [f64; 3],
+        sheet: Option<[f64; 3]>,
+    ) -> Result<(), FemError> {
+        check_direction("fibre", 0, fibre, mesh.dimension())?;
+        if let Some(sheet) = sheet {
+            check_direction("sheet", 0, sheet, mesh.dimension())?;
+        }
+        for &element in elements {
+            self.elements[element] = AtVertices {
+                fibre: [fibre; 4],
+                sheet: sheet.map(|sheet| [sheet; 4]),
+            };
+        }
+        Ok(())
+    }
+
+    /// Gives elements the directions of nodal fields of the mesh, by name.
+    ///
+    /// # Errors
+    /// [`FemError::UnknownField`]; [`FemError::Count`] for a field that has not three components;
+    /// [`FemError::Direction`] for a vector that is missing at a vertex, zero, not finite or not in
+    /// a plane mesh's plane.
+    pub fn set_nodal(
+        &mut self,
+        mesh: &Mesh,
+        elements: &[usize],
+        fibre: &str,
+        sheet: Option<&str>,
+    ) -> Result<(), FemError> {
+        for &element in elements {
+            self.elements[element] = AtVertices {
+                fibre: at_vertices(mesh, element, fibre)?,
+                sheet: sheet
+                    .map(|sheet| at_vertices(mesh, element, sheet))
+                    .transpose()?,
+            };
+        }
+        Ok(())
+    }
+
+    /// The axes at a place of an element.
+    pub fn axes(&self, element: usize, lambda: &[f64]) -> Axes<f64> {
+        self.directed(element, lambda).axes
+    }
+
+    fn directed(&self, element: usize, lambda: &[f64]) -> crate::material::Directed {
+        let AtVertices { fibre, sheet } = &self.elements[element];
+        let n = lambda.len();
+        axes_at(&fibre[..n], sheet.as_ref().map(|sheet| &sheet[..n]), lambda)
+    }
+
+    /// How many elements have two vertices between whose fibres lie more than 120°: how they turn from one to the
+    /// other is not resolved.
+    pub fn unresolved(&self, mesh: &Mesh) -> usize {
+        let n = mesh.shape().n_vertices();
+        let far = |a: &[f64; 3], b: &[f64; 3]| {
+            let dot = |x: &[f64; 3], y: &[f64; 3]| x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+            dot(a, b) < -0.5 * (dot(a, a) * dot(b, b)).sqrt()
+        };
+        let is_unresolved = |at: &&AtVertices| {
+            let fibres = &at.fibre[..n];
+            fibres.iter().any(|a| fibres.iter().any(|b| far(a, b)))
+        };
+        self.elements.iter().filter(is_unresolved).count()
+    }
+
+    /// The quadrature points where the vertices' vectors oppose each other, so that the nearest
+    /// vertex's is taken.
+    pub fn opposed(&self, mesh: &Mesh, rule: Rule) -> Vec<Located> {
+        let points = rule.points(mesh.shape());
+        let places = (0..self.elements.len()).flat_map(|element| {
+            points.iter().map(move |q| Located {
+                element,
+                barycentric: q.barycentric,
+            })
+        });
+        let opposed = |at: &Located| self.directed(at.element, &at.barycentric).nearest;
+        places.filter(opposed).collect()
+    }
+}
+
+/// The vectors of a nodal field at the vertices of an element.
+fn at_vertices(mesh: &Mesh, element: usize, name: &str) -> Result<[[f64; 3]; 4], FemError> {
+    let field = mesh.field(name)?;
+    if field.components != 3 {
+        return Err(FemError::Count {
+            what: "components of a field of directions",
+            found: field.components,
+            needed: 3,
+        });
+    }
+    let mut vectors = [[0.0; 3]; 4];
+    for (vector, &vertex) in vectors.iter_mut().zip(mesh.element(element)) {
+        vector.copy_from_slice(field.at(vertex));
+        check_direction(name, vertex as u64, *vector, mesh.dimension())?;
+    }
+    Ok(vectors)
+}

@@ -1,0 +1,375 @@
+//! Stress that regions add to their laws': active along the fibres, viscous.
+//!
+//! ```text
+//! P = τ(T, λ, λ̇) (F f0)⊗f0 + F η Ė
+//! ```
+//!
+//! One pass over the regions that have such a stress gives its force, or its tangents by
+//! displacement and by velocity; a body without has no pass. The tangent by displacement is not
+//! symmetric where the stress depends on the velocity. Sources: `material::ActiveStress`,
+//! `material::Viscous`.
+
+use pulp::{Simd, WithSimd};
+
+use crate::material::{ActiveFibre, ActiveStress, Real, Viscous};
+use crate::operators::residual::accumulate;
+use crate::operators::tangent::{Matrix, put, room};
+use crate::simd::batch::{Batch, Part, Point, Stretch, add_scaled};
+use crate::simd::lanes::{Lanes, outlined};
+use crate::space::sparsity::ScatterMap;
+
+/// What a region adds to the stress of its law.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct AddedStress {
+    /// Active stress along the fibres, under a tension that is given at each evaluation.
+    pub active: Option<ActiveStress>,
+    /// η of Kelvin–Voigt damping, Pa·s.
+    pub viscosity: f64,
+}
+
+impl AddedStress {
+    /// Whether the stress depends on the velocity: its tangent by displacement is then not
+    /// symmetric.
+    pub fn is_viscous(&self) -> bool {
+        self.viscosity > 0.0
+            || self
+                .active
+                .is_some_and(|active| active.force_velocity.is_some())
+    }
+}
+
+/// At what added stresses are evaluated.
+///
+/// # Shapes
+/// `u`, `v`: `n_components`. `tensions`: one for each element, in Pa, if there are added stresses;
+/// elements without active stress do not read theirs.
+#[derive(Debug, Clone, Copy)]
+pub struct AddedMotion<'a> {
+    /// Displacement.
+    pub u: &'a [f64],
+    /// Velocity.
+    pub v: &'a [f64],
+    /// T.
+    pub tensions: &'a [f64],
+}
+
+/// The tangents wanted of the force of added stresses; each that is given is overwritten with
+/// values in the order of the displacement pattern.
+#[derive(Debug, Default)]
+pub struct AddedTangents<'a> {
+    /// By displacement.
+    pub by_displacement: Option<&'a mut [f64]>,
+    /// By velocity; zero where no stress [is viscous](AddedStress::is_viscous).
+    pub by_velocity: Option<&'a mut [f64]>,
+}
+
+impl AddedTangents<'_> {
+    /// Which are wanted, in the order of their declaration.
+    pub(crate) fn wanted(&self) -> [bool; 2] {
+        [&self.by_displacement, &self.by_velocity].map(|values| values.is_some())
+    }
+
+    /// All of them, lent, in the order of their declaration.
+    pub(crate) fn slots(&mut self) -> [Option<&mut [f64]>; 2] {
+        [&mut self.by_displacement, &mut self.by_velocity].map(|values| values.as_deref_mut())
+    }
+}
+
+impl<'a> From<[Option<&'a mut [f64]>; 2]> for AddedTangents<'a> {
+    fn from([by_displacement, by_velocity]: [Option<&'a mut [f64]>; 2]) -> Self {
+        Self {
+            by_displacement,
+            by_velocity,
+        }
+    }
+}
+
+/// The stress at a point under the motion ∇u, ∇v.
+pub(crate) struct AtPoint<R, const D: usize> {
+    fibre: Option<ActiveFibre<R, D>>,
+    viscous: Option<Viscous<R, D>>,
+}
+
+/// Nodal values of the motion in a part of a batch.
+struct Local<S: Simd, const D: usize, const N: usize> {
+    u: [[Lanes<S>; D]; N],
+    v: [[Lanes<S>; D]; N],
+    /// None: zero in all elements.
+    tension: Option<Lanes<S>>,
+}
+
+impl<R: Real, const D: usize> AtPoint<R, D> {
+    /// At a point with fibres along `reference`, which only active stress looks at, under a tension, if
+    /// there is any.
+    #[inline(always)]
+    pub(crate) fn new(
+        stress: &AddedStress,
+        tension: Option<R>,
+        reference: [R; D],
+        [h, v]: [[[R; D]; D]; 2],
+    ) -> Self {
+        let fibre = match (&stress.active, tension) {
+            (Some(active), Some(tension)) => Some(active.at(reference, &h, &v, tension)),
+            _ => None,
+        };
+        let viscous = if stress.viscosity > 0.0 {
+            let mut f = h;
+            for (i, row) in f.iter_mut().enumerate() {
+                row[i] = row[i] + row[i].like(1.0);
+            }
+            Some(Viscous::new(f, v, h[0][0].like(stress.viscosity)))
+        } else {
+            None
+        };
+        Self { fibre, viscous }
+    }
+
+    /// P.
+    // Passed to a closure, the stresses would be computed without vector instructions.
+    #[inline(always)]
+    pub(crate) fn stress(&self, zero: R) -> [[R; D]; D] {
+        let mut total = [[zero; D]; D];
+        if let Some(fibre) = &self.fibre {
+            add(&mut total, &fibre.stress());
+        }
+        if let Some(viscous) = &self.viscous {
+            add(&mut total, &viscous.stress());
+        }
+        total
+    }
+}
+
+/// `sum` += `tensor`.
+#[inline(always)]
+fn add<R: Real, const D: usize>(sum: &mut [[R; D]; D], tensor: &[[R; D]; D]) {
+    for (sum, row) in sum.iter_mut().zip(tensor) {
+        for (sum, entry) in sum.iter_mut().zip(row) {
+            *sum = *sum + *entry;
+        }
+    }
+}
+
+/// Which of the batches, and at what.
+#[derive(Clone, Copy)]
+pub(crate) struct Regions<'a, const D: usize, const N: usize, const P: usize> {
+    pub(crate) elements: Stretch<'a, D, N, P>,
+    pub(crate) stresses: &'a [AddedStress],
+    pub(crate) motion: AddedMotion<'a>,
+}
+
+impl<const D: usize, const N: usize, const P: usize> Regions<'_, D, N, P> {
+    /// The batches that have a stress, with its number.
+    fn members(&self) -> impl Iterator<Item = (usize, &Batch<D, N, P>, usize)> {
+        let batches = self.elements.batches.iter().enumerate();
+        let acts = |number: usize| self.stresses[number] != AddedStress::default();
+        batches.filter_map(move |(place, batch)| {
+            let number = batch.kind.added.filter(|number| acts(*number))?;
+            Some((place, batch, number))
+        })
+    }
+
+    #[inline(always)]
+    fn gather<S: Simd>(&self, number: usize, part: &Part<'_, S, D, N, P>) -> Local<S, D, N> {
+        Local {
+            u: part.gather_vector(Some(self.motion.u)),
+            v: part.gather_vector(Some(self.motion.v)),
+            tension: self.stresses[number]
+                .active
+                .and_then(|_| part.gather_element(self.motion.tensions)),
+        }
+    }
+
+    /// The stress `number` at a point of a part.
+    #[inline(always)]
+    fn at<S: Simd>(
+        &self,
+        number: usize,
+        part: &Part<'_, S, D, N, P>,
+        (place, point): (usize, &Point<D, N, P>),
+        local: &Local<S, D, N>,
+    ) -> AtPoint<Lanes<S>, D> {
+        let stress = &self.stresses[number];
+        let fibre = match stress.active {
+            Some(_) => part.fibre(place),
+            None => [part.zero(); D],
+        };
+        let motion = [
+            part.gradient(&local.u, point),
+            part.gradient(&local.v, point),
+        ];
+        AtPoint::new(stress, local.tension, fibre, motion)
+    }
+}
+
+/// The force of all added stresses.
+pub(crate) struct Force<'a, 'b, const D: usize, const N: usize, const P: usize> {
+    pub(crate) regions: Regions<'a, D, N, P>,
+    pub(crate) out: &'b mut [f64],
+}
+
+impl<const D: usize, const N: usize, const P: usize> WithSimd for Force<'_, '_, D, N, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { regions, out } = self;
+        out.fill(0.0);
+        for (_, batch, number) in regions.members() {
+            for part in 0..batch.n_parts(simd) {
+                let part = &mut batch.part(simd, part).apart(regions.elements.apart);
+                let local = regions.gather(number, part);
+                let mut force = [[part.zero(); D]; N];
+                for (place, point) in regions.elements.points.iter().enumerate() {
+                    part.move_to(place);
+                    let at = regions.at(number, part, (place, point), &local);
+                    accumulate(&mut force, part, point, &at.stress(part.zero()));
+                }
+                part.scatter_vector(&force, out);
+            }
+        }
+    }
+}
+
+/// The tangents of the force.
+pub(crate) struct Slopes<'a, 'b, const D: usize, const N: usize, const P: usize> {
+    pub(crate) regions: Regions<'a, D, N, P>,
+    pub(crate) maps: &'a [ScatterMap<D, N, P>],
+    pub(crate) out: AddedTangents<'b>,
+}
+
+impl<const D: usize, const N: usize, const P: usize> WithSimd for Slopes<'_, '_, D, N, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self {
+            regions,
+            maps,
+            mut out,
+        } = self;
+        let wanted = [&mut out.by_displacement, &mut out.by_velocity];
+        for values in wanted.into_iter().flatten() {
+            values.fill(0.0);
+        }
+        for (place, batch, number) in regions.members() {
+            for part in 0..batch.n_parts(simd) {
+                let part = &mut batch.part(simd, part);
+                let local = regions.gather(number, part);
+                let zero = [[[[part.zero(); D]; D]; N]; N];
+                let mut by_u = room(out.by_displacement.is_some(), zero);
+                let by_rate = out.by_velocity.is_some() && regions.stresses[number].is_viscous();
+                let mut by_v = room(by_rate, zero);
+                for (of_point, point) in regions.elements.points.iter().enumerate() {
+                    part.move_to(of_point);
+                    let at = regions.at(number, part, (of_point, point), &local);
+                    let add = Add {
+                        at: &at,
+                        part,
+                        point,
+                        by_u: by_u.as_mut(),
+                        by_v: by_v.as_mut(),
+                    };
+                    outlined(simd, add);
+                }
+                for (local, global) in [
+                    (&by_u, &mut out.by_displacement),
+                    (&by_v, &mut out.by_velocity),
+                ] {
+                    if let (Some(local), Some(global)) = (local, global) {
+                        scatter(part, &maps[place], local, global);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Adds ∇φ_a·∂P·∇φ_b of one point to the element matrices.
+struct Add<'a, S: Simd, const D: usize, const N: usize, const P: usize> {
+    at: &'a AtPoint<Lanes<S>, D>,
+    part: &'a Part<'a, S, D, N, P>,
+    point: &'a Point<D, N, P>,
+    by_u: Option<&'a mut Matrix<S, D, N>>,
+    by_v: Option<&'a mut Matrix<S, D, N>>,
+}
+
+impl<T: Simd, const D: usize, const N: usize, const P: usize> WithSimd for Add<'_, T, D, N, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self {
+            at,
+            part,
+            point,
+            mut by_u,
+            mut by_v,
+        } = self;
+        let gradients = part.gradients(point);
+        let weights = part.weights(point);
+        if let Some(fibre) = &at.fibre {
+            // The derivatives are dyads of the fibre in J and L.
+            let mut along = [part.zero(); N];
+            for (along, gradient) in along.iter_mut().zip(&gradients) {
+                for (f, g) in fibre.direction().iter().zip(gradient) {
+                    *along = f.mul_add(*g, *along);
+                }
+            }
+            let kinds = [
+                (&mut by_u, fibre.by_displacement()),
+                (&mut by_v, fibre.by_velocity()),
+            ];
+            for (matrix, slope) in kinds {
+                if let Some(matrix) = matrix {
+                    for (row, of_a) in matrix.iter_mut().zip(&along) {
+                        for (entries, of_b) in row.iter_mut().zip(&along) {
+                            add_scaled(entries, weights * *of_a * *of_b, &slope);
+                        }
+                    }
+                }
+            }
+        }
+        if let Some(viscous) = &at.viscous {
+            let slopes = viscous.slopes();
+            let mut spread = [slopes.spread(gradients[0]); N];
+            for (spread, gradient) in spread.iter_mut().zip(&gradients) {
+                *spread = slopes.spread(*gradient);
+            }
+            if let Some(matrix) = &mut by_u {
+                for (row, a) in matrix.iter_mut().zip(&spread) {
+                    for (entries, b) in row.iter_mut().zip(&spread) {
+                        add_scaled(entries, weights, &slopes.by_displacement(a, b));
+                    }
+                }
+            }
+            if let Some(matrix) = &mut by_v {
+                for (row, a) in matrix.iter_mut().zip(&spread) {
+                    for (entries, b) in row.iter_mut().zip(&spread) {
+                        add_scaled(entries, weights, &slopes.by_velocity(a, b));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Adds element matrices, all of their entries, to the values of the global one.
+#[inline(always)]
+fn scatter<S: Simd, const D: usize, const N: usize, const P: usize>(
+    part: &Part<'_, S, D, N, P>,
+    map: &ScatterMap<D, N, P>,
+    local: &Matrix<S, D, N>,
+    values: &mut [f64],
+) {
+    for (lane, l) in part.occupied().enumerate() {
+        for (b, map) in map.displacement.iter().enumerate() {
+            for (k, map) in map.iter().enumerate() {
+                for (a, map) in map.iter().enumerate() {
+                    for (i, places) in map.iter().enumerate() {
+                        put(places[l], local[a][b][i][k].as_slice()[lane], values);
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! All laws in space.
+//!
+//! Which law it is is asked at each point, which costs nothing beside the work there. What the laws
+//! compute are functions of their own, not parts of the element loops: copies of either for each
+//! other would multiply the code.
+
+use pulp::{Simd, WithSimd};
+
+use super::{Constitutive, Tangent, Tensor};
+use crate::material::tensor::Volumetric;
+use crate::material::three::{Axes, Law3, Strain3, Symmetric3};
+use crate::material::{Law, MooneyRivlin, SmallStrain, with_law};
+use crate::simd::lanes::{Lanes, outlined};
+
+/// A law in space.
+#[derive(Clone, Copy)]
+pub(crate) struct Spatial(pub(crate) Law);
+
+/// Stands for all laws of finite strains where only that counts.
+const FINITE: MooneyRivlin = MooneyRivlin { c10: 0.0, c01: 0.0 };
+/// Stands for all laws of small strains.
+const SMALL: SmallStrain = SmallStrain { shear_modulus: 0.0 };
+
+#[inline(always)]
+fn is_finite<W: Law3>(_: &W) -> bool {
+    W::FINITE
+}
+
+/// The entries in their places, those with i ≤ k.
+#[inline(always)]
+fn unfold<S: Simd>(a: &Symmetric3<Lanes<S>>) -> Tangent<Lanes<S>, 3> {
+    let mut out = [[[[a.entry(0, 0, 0, 0); 3]; 3]; 3]; 3];
+    for i in 0..3 {
+        for k in i..3 {
+            for j in 0..3 {
+                for l in 0..3 {
+                    out[i][k][j][l] = a.entry(i, j, k, l);
+                }
+            }
+        }
+    }
+    out
+}
+
+/// A law at a point: for P and A, or their rates along a motion.
+struct At<'a, S: Simd, W> {
+    law: W,
+    strain: &'a Strain3<Lanes<S>>,
+    volumetric: &'a Volumetric<Lanes<S>>,
+    /// ∇v, where the rate is wanted.
+    along: Option<&'a Tensor<Lanes<S>, 3>>,
+}
+
+/// P or Ṗ.
+struct Stress<'a, S: Simd, W>(At<'a, S, W>);
+
+impl<T: Simd, W: Law3> WithSimd for Stress<'_, T, W> {
+    type Output = Tensor<Lanes<T>, 3>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        let At {
+            law,
+            strain,
+            volumetric,
+            along,
+        } = self.0;
+        match along {
+            None => strain.stress(&law, *volumetric),
+            Some(v) => strain.stress_rate(&law, v, *volumetric),
+        }
+    }
+}
+
+/// A or Ȧ.
+struct Slope<'a, S: Simd, W>(At<'a, S, W>);
+
+impl<T: Simd, W: Law3> WithSimd for Slope<'_, T, W> {
+    type Output = Symmetric3<Lanes<T>>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        let At {
+            law,
+            strain,
+            volumetric,
+            along,
+        } = self.0;
+        match along {
+            None => strain.tangent(&law, *volumetric),
+            Some(v) => strain.tangent_rate(&law, v, *volumetric),
+        }
+    }
+}
+
+/// W, times the factor.
+struct Energy<'a, S: Simd, W> {
+    law: W,
+    strain: &'a Strain3<Lanes<S>>,
+}
+
+impl<T: Simd, W: Law3> WithSimd for Energy<'_, T, W> {
+    type Output = Lanes<T>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        self.strain.energy(&self.law)
+    }
+}
+
+impl Spatial {
+    /// W, times the factor, without the pressure's part.
+    #[inline(always)]
+    pub(crate) fn energy<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Lanes<S> {
+        with_law!(
+            self.0,
+            law => outlined(strain.d.simd(), Energy { law, strain }),
+            own => own.energy(strain)
+        )
+    }
+
+    /// P, or Ṗ along a motion.
+    #[inline(always)]
+    pub(super) fn stress_along<S: Simd>(
+        &self,
+        strain: &Strain3<Lanes<S>>,
+        volumetric: Volumetric<Lanes<S>>,
+        along: Option<&Tensor<Lanes<S>, 3>>,
+    ) -> Tensor<Lanes<S>, 3> {
+        let volumetric = &volumetric;
+        with_law!(self.0, law => outlined(strain.d.simd(), Stress(At {
+            law,
+            strain,
+            volumetric,
+            along,
+        })), own => own.stress(strain, volumetric, along))
+    }
+
+    /// A, or Ȧ along a motion.
+    #[inline(always)]
+    pub(super) fn slope_along<S: Simd>(
+        &self,
+        strain: &Strain3<Lanes<S>>,
+        volumetric: Volumetric<Lanes<S>>,
+        along: Option<&Tensor<Lanes<S>, 3>>,
+    ) -> Symmetric3<Lanes<S>> {
+        let volumetric = &volumetric;
+        with_law!(self.0, law => outlined(strain.d.simd(), Slope(At {
+            law,
+            strain,
+            volumetric,
+            along,
+        })), own => own.tangent(strain, volumetric, along))
+    }
+}
+
+impl Constitutive<3> for Spatial {
+    #[inline(always)]
+    fn has_fibres(&self) -> bool {
+        self.0.has_fibres()
+    }
+
+    type Strain<S: Simd> = Strain3<Lanes<S>>;
+
+    #[inline(always)]
+    fn is_finite(&self) -> bool {
+        with_law!(self.0, w => is_finite(&w), own => own.is_finite())
+    }
+
+    #[inline(always)]
+    fn strain<S: Simd>(
+        &self,
+        h: Tensor<Lanes<S>, 3>,
+        axes: Axes<Lanes<S>>,
+        factor: Option<Lanes<S>>,
+    ) -> Strain3<Lanes<S>> {
+        let mut strain = match self.is_finite() {
+            true => Strain3::new(&FINITE, h, axes),
+            false => Strain3::new(&SMALL, h, axes),
+        };
+        strain.factor = factor;
+        strain
+    }
+
+    #[inline(always)]
+    fn dilation<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Lanes<S> {
+        strain.d
+    }
+
+    #[inline(always)]
+    fn normal<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Tensor<Lanes<S>, 3> {
+        strain.normal
+    }
+
+    #[inline(always)]
+    fn normal_rate<S: Simd>(
+        &self,
+        strain: &Strain3<Lanes<S>>,
+        v: Tensor<Lanes<S>, 3>,
+    ) -> Tensor<Lanes<S>, 3> {
+        match self.is_finite() {
+            true => strain.volume_gradient_rate(&FINITE, &v),
+            false => strain.volume_gradient_rate(&SMALL, &v),
+        }
+    }
+
+    #[inline(always)]
+    fn dilation_rate<S: Simd>(
+        &self,
+        strain: &Strain3<Lanes<S>>,
+        v: Tensor<Lanes<S>, 3>,
+    ) -> Lanes<S> {
+        strain.dilation_rate(&v)
+    }
+
+    #[inline(always)]
+    fn stress<S: Simd>(
+        &self,
+        strain: &Strain3<Lanes<S>>,
+        volumetric: Volumetric<Lanes<S>>,
+    ) -> Tensor<Lanes<S>, 3> {
+        self.stress_along(strain, volumetric, None)
+    }
+
+    #[inline(always)]
+    fn stress_rate<S: Simd>(
+        &self,
+        strain: &Strain3<Lanes<S>>,
+        v: Tensor<Lanes<S>, 3>,
+        volumetric: Volumetric<Lanes<S>>,
+    ) -> Tensor<Lanes<S>, 3> {
+        self.stress_along(strain, volumetric, Some(&v))
+    }
+
+    #[inline(always)]
+    fn tangent<S: Simd>(
+        &self,
+        strain: &Strain3<Lanes<S>>,
+        volumetric: Volumetric<Lanes<S>>,
+    ) -> Tangent<Lanes<S>, 3> {
+        unfold(&self.slope_along(strain, volumetric, None))
+    }
+
+    #[inline(always)]
+    fn tangent_rate<S: Simd>(
+        &self,
+        strain: &Strain3<Lanes<S>>,
+        v: Tensor<Lanes<S>, 3>,
+        volumetric: Volumetric<Lanes<S>>,
+    ) -> Tangent<Lanes<S>, 3> {
+        unfold(&self.slope_along(strain, volumetric, Some(&v)))
+    }
+
+    #[inline(always)]
+    fn volume_tangent<S: Simd>(
+        &self,
+        strain: &Strain3<Lanes<S>>,
+        m: Lanes<S>,
+    ) -> Tangent<Lanes<S>, 3> {
+        match self.is_finite() {
+            true => unfold(&strain.volume_tangent(&FINITE, m)),
+            false => unfold(&strain.volume_tangent(&SMALL, m)),
+        }
+    }
+}
+
+/// Evaluates an expression with `$law` bound to the law of a body in space.
+macro_rules! with_spatial_law {
+    ($any:expr, $law:ident => $body:expr) => {{
+        let $law = $crate::operators::constitutive::Spatial($any);
+        $body
+    }};
+}
+pub(crate) use with_spatial_law;

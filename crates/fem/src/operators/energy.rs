@@ -1,0 +1,83 @@
+//! The pass over the elements for the strain energy.
+
+use pulp::{Simd, WithSimd};
+
+use crate::material::Real;
+use crate::material::three::Axes;
+use crate::operators::constitutive::{Constitutive, Spatial};
+use crate::operators::fields::{Fields, Pressure};
+use crate::simd::batch::{Batches, Part, Point};
+use crate::simd::lanes::Lanes;
+
+/// The pass over all batches, to be run with the processor's vector instructions. In the plane too
+/// the energy is the one in space, at F33 = 1.
+pub(crate) struct StrainEnergy<'a, const D: usize, const N: usize, const P: usize> {
+    pub(crate) elements: &'a Batches<D, N, P>,
+    pub(crate) fields: &'a Fields<'a>,
+}
+
+impl<const D: usize, const N: usize, const P: usize> WithSimd for StrainEnergy<'_, D, N, P> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Batches { points, batches } = self.elements;
+        let mut sum = 0.0;
+        for batch in batches {
+            for part in 0..batch.n_parts(simd) {
+                let part = &mut batch.part(simd, part);
+                let energies = of_elements(part, points, self.fields);
+                // One element after the other: the same sum for registers of any width.
+                for energy in &energies.as_slice()[..part.occupied().len()] {
+                    sum += energy;
+                }
+            }
+        }
+        sum
+    }
+}
+
+/// ∫ W(F) − p (J − 1), or ∫ W(F) + κ/2 (J − 1)², of the elements of a part.
+#[inline(always)]
+fn of_elements<S: Simd, const D: usize, const N: usize, const P: usize>(
+    part: &mut Part<'_, S, D, N, P>,
+    points: &[Point<D, N, P>],
+    fields: &Fields<'_>,
+) -> Lanes<S> {
+    let law = part.law();
+    let u = part.gather_vector(Some(fields.u));
+    let (p, kappa) = match fields.pressure {
+        Pressure::Nodal(p) => (Some(p), 0.0),
+        Pressure::Penalty { kappa } => (None, law.penalty(kappa * part.ratios().kappa)),
+    };
+    let p = part.gather_scalar(p);
+    #[allow(clippy::manual_map)] // a closure is compiled without the instructions it calls
+    let factors = match fields.factors {
+        Some(factors) => Some(part.gather_factors(factors)),
+        None => None,
+    };
+    let mut sum = part.zero();
+    for (number, point) in points.iter().enumerate() {
+        part.move_to(number);
+        let factor = match &factors {
+            Some(factors) => Some(part.interpolate(factors, point)),
+            None => None,
+        };
+        let axes = match law.has_fibres() {
+            true => part.axes(number),
+            false => Axes::cartesian(part.zero()),
+        };
+        let mut h = [[part.zero(); 3]; 3];
+        for (row, own) in h.iter_mut().zip(part.gradient(&u, point)) {
+            for (entry, own) in row.iter_mut().zip(own) {
+                *entry = own;
+            }
+        }
+        let strain = Spatial(law).strain(h, axes, factor);
+        let d = strain.d;
+        let volume = d * (0.5 * kappa) - part.interpolate(&p, point);
+        let density = d.mul_add(volume, Spatial(law).energy(&strain));
+        sum = part.weights(point).mul_add(density, sum);
+    }
+    sum
+}

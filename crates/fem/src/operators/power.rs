@@ -1,0 +1,102 @@
+//! The pass over the elements for the power of each.
+
+use pulp::{Simd, WithSimd};
+
+use crate::material::Real;
+use crate::material::tensor::Volumetric;
+use crate::material::three::Axes;
+use crate::operators::constitutive::{Constitutive, Spatial};
+use crate::operators::fields::{Fields, Inverted};
+use crate::simd::batch::{Batches, Part, Point};
+use crate::simd::lanes::Lanes;
+
+/// The pass over all batches, to be run with the processor's vector instructions; in the plane with the
+/// law in space, at F33 = 1, as for the energy.
+pub(crate) struct Powers<'a, const D: usize, const N: usize, const P: usize> {
+    pub(crate) elements: &'a Batches<D, N, P>,
+    pub(crate) fields: &'a Fields<'a>,
+    /// β of P + β Ṗ.
+    pub(crate) beta: f64,
+    pub(crate) along: &'a [f64],
+    pub(crate) out: &'a mut [f64],
+}
+
+impl<const D: usize, const N: usize, const P: usize> WithSimd for Powers<'_, D, N, P> {
+    type Output = Result<(), Inverted>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Batches { points, batches } = self.elements;
+        for batch in batches {
+            for part in 0..batch.n_parts(simd) {
+                let part = &mut batch.part(simd, part);
+                let powers = of_elements(part, points, (self.fields, self.beta), self.along)?;
+                let occupied = part.occupied().len();
+                for (lane, power) in powers.as_slice()[..occupied].iter().enumerate() {
+                    self.out[part.element(lane)] += power;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// ∫ (P + β Ṗ) : ∇w of the elements of a part, P without the volume's terms.
+#[inline(always)]
+fn of_elements<S: Simd, const D: usize, const N: usize, const P: usize>(
+    part: &mut Part<'_, S, D, N, P>,
+    points: &[Point<D, N, P>],
+    (fields, beta): (&Fields<'_>, f64),
+    along: &[f64],
+) -> Result<Lanes<S>, Inverted> {
+    let law = Spatial(part.law());
+    let beta = beta * part.ratios().beta;
+    let u = part.gather_vector(Some(fields.u));
+    let v = part.gather_vector(fields.v.filter(|_| beta > 0.0));
+    let w = part.gather_vector(Some(along));
+    let zero = part.zero();
+    let no_volume = Volumetric {
+        p: zero,
+        p_rate: zero,
+        kappa: 0.0,
+    };
+    let mut sum = zero;
+    for (number, point) in points.iter().enumerate() {
+        part.move_to(number);
+        let axes = match law.has_fibres() {
+            true => part.axes(number),
+            false => Axes::cartesian(zero),
+        };
+        let mut gradients = [[[zero; 3]; 3]; 2];
+        let wanted = if beta > 0.0 { 2 } else { 1 };
+        for (gradient, field) in gradients.iter_mut().zip([&u, &v]).take(wanted) {
+            for (row, own) in gradient.iter_mut().zip(part.gradient(field, point)) {
+                for (entry, own) in row.iter_mut().zip(own) {
+                    *entry = own;
+                }
+            }
+        }
+        let [h, h_rate] = gradients;
+        let strain = law.strain(h, axes, None);
+        if law.is_finite() {
+            part.expect_not_inverted(point, law.dilation(&strain))?;
+        }
+        let mut stress = law.stress(&strain, no_volume);
+        if beta > 0.0 {
+            let rates = law.stress_rate(&strain, h_rate, no_volume);
+            for (row, rates) in stress.iter_mut().zip(rates) {
+                for (entry, rate) in row.iter_mut().zip(rates) {
+                    *entry = rate.mul_add(zero.like(beta), *entry);
+                }
+            }
+        }
+        let mut density = zero;
+        for (row, along) in stress.iter().zip(part.gradient(&w, point)) {
+            for (entry, along) in row.iter().zip(along) {
+                density = entry.mul_add(along, density);
+            }
+        }
+        sum = part.weights(point).mul_add(density, sum);
+    }
+    Ok(sum)
+}

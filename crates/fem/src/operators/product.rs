@@ -1,0 +1,287 @@
+//! One pass over the elements for products of the tangents with several directions.
+//!
+//! The moduli at each point are computed once, pulled back to the reference element, for all
+//! directions: no matrix is formed. A few directions take less than the assembly of the matrices.
+
+use pulp::{Simd, WithSimd};
+
+use crate::material::Real;
+use crate::operators::constitutive::{
+    Constitutive, Tangent, Tensor, with_plane_law, with_spatial_law,
+};
+use crate::operators::fields::{Change, Fields, Inverted, Linearized};
+use crate::operators::residual::{AtPoint, Local};
+use crate::operators::tangent::pull_back;
+use crate::simd::batch::{Batch, Batches, Part, Point, add_dot, add_scaled};
+use crate::simd::lanes::{Lanes, outlined};
+
+/// What the laws say at a point of a part, pulled back and times the quadrature weight.
+struct Moduli<S: Simd, const D: usize> {
+    /// ∂P/∂F.
+    tangent: Tangent<Lanes<S>, D>,
+    /// ∂(P + β Ṗ)/∂F.
+    whole: Tangent<Lanes<S>, D>,
+    normal: Tensor<Lanes<S>, D>,
+    normal_rate: Tensor<Lanes<S>, D>,
+}
+
+/// ∇ of a displacement-like field by the reference coordinates.
+#[inline(always)]
+fn reference_gradient<S: Simd, const D: usize, const N: usize, const P: usize>(
+    zero: Lanes<S>,
+    u: &[[Lanes<S>; D]; N],
+    point: &Point<D, N, P>,
+) -> Tensor<Lanes<S>, D> {
+    let mut gradient = [[zero; D]; D];
+    for (value, along) in u.iter().zip(&point.gradients) {
+        for (row, value) in gradient.iter_mut().zip(value) {
+            for (entry, &along) in row.iter_mut().zip(along) {
+                *entry = value.mul_add(zero.like(along), *entry);
+            }
+        }
+    }
+    gradient
+}
+
+/// `flux` += A : G for A pulled back, of which the blocks i ≤ k are given.
+#[inline(always)]
+fn add_contracted<S: Simd, const D: usize>(
+    flux: &mut Tensor<Lanes<S>, D>,
+    a: &Tangent<Lanes<S>, D>,
+    gradient: &Tensor<Lanes<S>, D>,
+) {
+    for i in 0..D {
+        for k in 0..D {
+            for m in 0..D {
+                for n in 0..D {
+                    let entry = if i <= k { a[i][k][m][n] } else { a[k][i][n][m] };
+                    flux[i][m] = entry.mul_add(gradient[k][n], flux[i][m]);
+                }
+            }
+        }
+    }
+}
+
+/// `sum` + x : y.
+#[inline(always)]
+fn add_double_dot<S: Simd, const D: usize>(
+    x: &Tensor<Lanes<S>, D>,
+    y: &Tensor<Lanes<S>, D>,
+    mut sum: Lanes<S>,
+) -> Lanes<S> {
+    for (x, y) in x.iter().zip(y) {
+        for (x, y) in x.iter().zip(y) {
+            sum = x.mul_add(*y, sum);
+        }
+    }
+    sum
+}
+
+/// The moduli at all points of a part.
+#[inline(always)]
+fn moduli<S: Simd, const D: usize, const N: usize, const P: usize, C: Constitutive<D>>(
+    law: &C,
+    part: &mut Part<'_, S, D, N, P>,
+    points: &[Point<D, N, P>],
+    (fields, at): (&Fields<'_>, Linearized),
+    out: &mut Vec<Moduli<S, D>>,
+) -> Result<(), Inverted> {
+    let local = Local::<S, D, N, P, true>::gather(part, fields, at.has_rates());
+    let beta = part.zero().like(at.beta * part.ratios().beta);
+    out.clear();
+    for (number, point) in points.iter().enumerate() {
+        part.move_to(number);
+        let state = AtPoint::new(law, part, (number, point), &local)?;
+        let a = law.tangent(&state.strain, state.volumetric);
+        let tangent = pull_back(part, point, &a);
+        let mut whole = tangent;
+        if at.beta > 0.0 {
+            let a = law.tangent_rate(&state.strain, state.v, state.volumetric);
+            let rate = pull_back(part, point, &a);
+            for i in 0..D {
+                for k in i..D {
+                    for m in 0..D {
+                        for n in 0..D {
+                            whole[i][k][m][n] = beta.mul_add(rate[i][k][m][n], whole[i][k][m][n]);
+                        }
+                    }
+                }
+            }
+        }
+        let mut normal_rate = [[part.zero(); D]; D];
+        if at.has_rates() {
+            normal_rate = part.pull_back(point, &law.normal_rate(&state.strain, state.v));
+        }
+        out.push(Moduli {
+            tangent,
+            whole,
+            normal: part.pull_back(point, &law.normal(&state.strain)),
+            normal_rate,
+        });
+    }
+    Ok(())
+}
+
+/// Adds the changes along one direction.
+#[inline(always)]
+fn add_change<S: Simd, const D: usize, const N: usize, const P: usize>(
+    part: &Part<'_, S, D, N, P>,
+    points: &[Point<D, N, P>],
+    at: Linearized,
+    moduli: &[Moduli<S, D>],
+    change: &mut Change<'_>,
+) {
+    let zero = part.zero();
+    let beta = zero.like(at.beta * part.ratios().beta);
+    let u = part.gather_vector(Some(change.u));
+    let v = part.gather_vector(change.v.filter(|_| at.has_rates()));
+    let p = part.gather_scalar(change.p);
+    let p_rate = part.gather_scalar(change.p_rate.filter(|_| at.has_rates()));
+    let (mut force, mut defect) = ([[zero; D]; N], [zero; P]);
+    for (point, moduli) in points.iter().zip(moduli) {
+        let by_u = reference_gradient(zero, &u, point);
+        let pressure = part.interpolate(&p, point);
+        let mut flux = [[zero; D]; D];
+        add_contracted(&mut flux, &moduli.whole, &by_u);
+        let mut rate = zero;
+        if at.has_rates() {
+            let by_v = reference_gradient(zero, &v, point);
+            rate = add_double_dot(&moduli.normal, &by_v, rate);
+            rate = add_double_dot(&moduli.normal_rate, &by_u, rate);
+            if at.beta > 0.0 {
+                let mut damped = [[zero; D]; D];
+                add_contracted(&mut damped, &moduli.tangent, &by_v);
+                add_scaled(&mut damped, -pressure, &moduli.normal_rate);
+                let pressure_rate = part.interpolate(&p_rate, point);
+                add_scaled(&mut damped, -pressure_rate, &moduli.normal);
+                add_scaled(&mut flux, beta, &damped);
+            }
+        }
+        add_scaled(&mut flux, -pressure, &moduli.normal);
+        for (node, gradient) in force.iter_mut().zip(&point.gradients) {
+            for (sum, row) in node.iter_mut().zip(&flux) {
+                *sum = add_dot(row, gradient, *sum);
+            }
+        }
+        let of_constraint = match at.constraint_rate {
+            true => rate,
+            false => add_double_dot(&moduli.normal, &by_u, zero),
+        };
+        for (sum, psi) in defect.iter_mut().zip(point.psi) {
+            *sum = of_constraint.mul_add(zero.like(psi), *sum);
+        }
+    }
+    part.scatter_vector(&force, change.force);
+    if let Some(global) = &mut change.defect {
+        part.scatter_scalar(&defect, global);
+    }
+}
+
+/// The pass over all batches, to be run with the processor's vector instructions.
+pub(crate) struct Multiply<'a, 'b, const D: usize, const N: usize, const P: usize> {
+    pub(crate) elements: &'a Batches<D, N, P>,
+    pub(crate) fields: &'a Fields<'a>,
+    pub(crate) at: Linearized,
+    pub(crate) changes: &'a mut [Change<'b>],
+}
+
+/// The pass over batches of one law, a function of its own.
+struct Run<'a, 'b, C, const D: usize, const N: usize, const P: usize> {
+    law: C,
+    batches: &'a [Batch<D, N, P>],
+    points: &'a [Point<D, N, P>],
+    fields: &'a Fields<'a>,
+    at: Linearized,
+    changes: &'a mut [Change<'b>],
+}
+
+impl<C, const D: usize, const N: usize, const P: usize> WithSimd for Run<'_, '_, C, D, N, P>
+where
+    C: Constitutive<D>,
+{
+    type Output = Result<(), Inverted>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { points, at, .. } = self;
+        let mut of_points = Vec::with_capacity(points.len());
+        for batch in self.batches {
+            for part in 0..batch.n_parts(simd) {
+                let part = &mut batch.part(simd, part);
+                moduli(&self.law, part, points, (self.fields, at), &mut of_points)?;
+                let changes = Changes {
+                    part,
+                    points,
+                    at,
+                    moduli: &of_points,
+                    changes: &mut *self.changes,
+                };
+                // The same for all laws.
+                outlined(simd, changes);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The arguments of [`add_change`], for all directions.
+struct Changes<'a, 'b, S: Simd, const D: usize, const N: usize, const P: usize> {
+    part: &'a Part<'a, S, D, N, P>,
+    points: &'a [Point<D, N, P>],
+    at: Linearized,
+    moduli: &'a [Moduli<S, D>],
+    changes: &'a mut [Change<'b>],
+}
+
+impl<T: Simd, const D: usize, const N: usize, const P: usize> WithSimd
+    for Changes<'_, '_, T, D, N, P>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for change in self.changes {
+            add_change(self.part, self.points, self.at, self.moduli, change);
+        }
+    }
+}
+
+/// The pass in one dimension; `$with_law` binds the laws of that dimension.
+macro_rules! pass {
+    ($dimension:literal, $with_law:ident) => {
+        impl<const N: usize, const P: usize> WithSimd for Multiply<'_, '_, $dimension, N, P> {
+            type Output = Result<(), Inverted>;
+
+            #[inline(always)]
+            fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+                let Self {
+                    elements: Batches { points, batches },
+                    fields,
+                    at,
+                    changes,
+                } = self;
+                for change in changes.iter_mut() {
+                    change.force.fill(0.0);
+                    change.defect.as_deref_mut().unwrap_or_default().fill(0.0);
+                }
+                for batches in batches.chunk_by(|a, b| a.kind.law == b.kind.law) {
+                    $with_law!(batches[0].kind.law, law => outlined(
+                        simd,
+                        Run::<_, $dimension, N, P> {
+                            law,
+                            batches,
+                            points,
+                            fields,
+                            at,
+                            changes: &mut *changes,
+                        },
+                    )?);
+                }
+                Ok(())
+            }
+        }
+    };
+}
+
+pass!(2, with_plane_law);
+pass!(3, with_spatial_law);

@@ -1,0 +1,291 @@
+//! What a pass works with at one quadrature point: the law's stress, and the slots of internal stresses.
+
+use std::ops::Range;
+
+use pulp::Simd;
+
+use super::layout::places;
+use crate::material::tensor::Volumetric;
+use crate::material::three::Axes;
+use crate::material::{Law, Real};
+use crate::operators::constitutive::{Constitutive, Spatial, Tensor};
+use crate::simd::batch::{Part, Point};
+use crate::simd::lanes::Lanes;
+
+/// A law's state at a point: F − I, N = cof F, J and S.
+pub(super) struct At<S: Simd, const D: usize, C: Constitutive<D>> {
+    pub(super) h: Tensor<Lanes<S>, D>,
+    pub(super) strain: C::Strain<S>,
+    normal: Tensor<Lanes<S>, D>,
+    inverse_jacobian: Lanes<S>,
+    pub(super) stress: Tensor<Lanes<S>, D>,
+    axes: Axes<Lanes<S>>,
+}
+
+impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
+    #[inline(always)]
+    pub(super) fn new<const N: usize, const P: usize>(
+        law: &C,
+        part: &Part<'_, S, D, N, P>,
+        (number, point): (usize, &Point<D, N, P>),
+        u: &[[Lanes<S>; D]; N],
+    ) -> Self {
+        let axes = match law.has_fibres() {
+            true => part.axes(number),
+            false => Axes::cartesian(part.zero()),
+        };
+        let h = part.gradient(u, point);
+        let strain = law.strain(h, axes, None);
+        let d = law.dilation(&strain);
+        let mut at = Self {
+            h,
+            normal: law.normal(&strain),
+            inverse_jacobian: d.like(1.0) / (d + d.like(1.0)),
+            stress: h,
+            strain,
+            axes,
+        };
+        let piola = law.stress(&at.strain, Volumetric::pressure(d.like(0.0)));
+        at.stress = at.pulled_back(&piola);
+        at
+    }
+
+    /// The law across the plane of a plane body.
+    #[inline(always)]
+    pub(super) fn across(&self, law: Law) -> Option<Across<S>> {
+        if D != 2 {
+            return None;
+        }
+        let law = Spatial(law);
+        let h = deep(&self.h, self.inverse_jacobian.like(0.0));
+        Some(Across {
+            law,
+            strain: law.strain(h, self.axes, None),
+        })
+    }
+
+    /// The component of S across the plane of a plane body.
+    #[inline(always)]
+    pub(super) fn stress_across(&self, law: Law) -> Option<Lanes<S>> {
+        let across = self.across(law)?;
+        Some(across.stress())
+    }
+
+    /// F⁻¹ T = Nᵀ T/J.
+    #[inline(always)]
+    fn pulled_back(&self, t: &Tensor<Lanes<S>, D>) -> Tensor<Lanes<S>, D> {
+        let mut out = *t;
+        for i in 0..D {
+            for j in 0..D {
+                let mut sum = self.normal[0][i] * t[0][j];
+                for k in 1..D {
+                    sum = self.normal[k][i].mul_add(t[k][j], sum);
+                }
+                out[i][j] = sum * self.inverse_jacobian;
+            }
+        }
+        out
+    }
+
+    /// Ṡ = F⁻¹ (Ṗ − V S), and its component across the plane.
+    #[inline(always)]
+    pub(super) fn stress_rate(
+        &self,
+        law: &C,
+        across: Option<&Across<S>>,
+        v: &Tensor<Lanes<S>, D>,
+    ) -> Rate<S, D> {
+        let zero = self.inverse_jacobian.like(0.0);
+        let mut rate = law.stress_rate(&self.strain, *v, Volumetric::pressure(zero));
+        for i in 0..D {
+            for j in 0..D {
+                for k in 0..D {
+                    rate[i][j] = rate[i][j] - v[i][k] * self.stress[k][j];
+                }
+            }
+        }
+        let across = match across {
+            Some(across) => Some(across.stress_rate(v)),
+            None => None,
+        };
+        (self.pulled_back(&rate), across)
+    }
+
+    /// ∂S/∂E of a law that depends on FᵀF = I + 2 E alone: Ṡ along V = F⁻ᵀ e for each of the
+    /// [unit strains](UnitStrains) e.
+    #[inline(always)]
+    pub(super) fn moduli(&self, law: &C, across: Option<&Across<S>>) -> [Rate<S, D>; 6] {
+        let zero = self.inverse_jacobian.like(0.0);
+        let mut moduli = [([[zero; D]; D], None); 6];
+        for (moduli, &[k, l]) in moduli.iter_mut().zip(UnitStrains::<D>::PLACES) {
+            let mut v = [[zero; D]; D];
+            for (v, normal) in v.iter_mut().zip(&self.normal) {
+                v[k] = normal[l] * self.inverse_jacobian;
+                v[l] = normal[k] * self.inverse_jacobian;
+            }
+            *moduli = self.stress_rate(law, across, &v);
+        }
+        moduli
+    }
+
+    /// Ṡ = ∂S/∂E : Ė, Ė being the symmetric part of Fᵀ V.
+    #[inline(always)]
+    pub(super) fn contracted(
+        &self,
+        moduli: &[Rate<S, D>; 6],
+        v: &Tensor<Lanes<S>, D>,
+    ) -> Rate<S, D> {
+        let zero = self.inverse_jacobian.like(0.0);
+        let mut sum = ([[zero; D]; D], if D == 2 { Some(zero) } else { None });
+        for (modulus, &[k, l]) in moduli.iter().zip(UnitStrains::<D>::PLACES) {
+            let mut strain = v[k][l] + v[l][k];
+            for (h, v) in self.h.iter().zip(v) {
+                strain = h[k].mul_add(v[l], h[l].mul_add(v[k], strain));
+            }
+            let strain = strain * 0.5;
+            for (sum, modulus) in sum.0.iter_mut().flatten().zip(modulus.0.iter().flatten()) {
+                *sum = strain.mul_add(*modulus, *sum);
+            }
+            if let (Some(sum), Some(modulus)) = (&mut sum.1, modulus.1) {
+                *sum = strain.mul_add(modulus, *sum);
+            }
+        }
+        sum
+    }
+}
+
+/// Ṡ, and its component across the plane of a plane body.
+pub(super) type Rate<S, const D: usize> = (Tensor<Lanes<S>, D>, Option<Lanes<S>>);
+
+/// The strains of which all are sums: one in a diagonal entry, or in both entries (k, l) and (l, k).
+pub(super) struct UnitStrains<const D: usize>;
+
+impl<const D: usize> UnitStrains<D> {
+    const PLACES: &[[usize; 2]] = places(D).split_at(Self::COUNT).0;
+    /// How many there are.
+    pub(super) const COUNT: usize = D * (D + 1) / 2;
+}
+
+/// The law across the plane of a plane body: F33 = 1 there, so that the component of S is that of P.
+pub(super) struct Across<S: Simd> {
+    law: Spatial,
+    strain: <Spatial as Constitutive<3>>::Strain<S>,
+}
+
+impl<S: Simd> Across<S> {
+    #[inline(always)]
+    fn stress(&self) -> Lanes<S> {
+        let zero = self.law.dilation(&self.strain).like(0.0);
+        self.law.stress(&self.strain, Volumetric::pressure(zero))[2][2]
+    }
+
+    #[inline(always)]
+    fn stress_rate<const D: usize>(&self, v: &Tensor<Lanes<S>, D>) -> Lanes<S> {
+        let zero = self.law.dilation(&self.strain).like(0.0);
+        let pressure = Volumetric::pressure(zero);
+        let v = deep(v, zero);
+        self.law.stress_rate(&self.strain, v, pressure)[2][2]
+    }
+}
+
+/// A tensor of the plane in space.
+#[inline(always)]
+fn deep<S: Simd, const D: usize>(t: &Tensor<Lanes<S>, D>, zero: Lanes<S>) -> Tensor<Lanes<S>, 3> {
+    let mut out = [[zero; 3]; 3];
+    for (out, row) in out.iter_mut().zip(t) {
+        out[..D].copy_from_slice(row);
+    }
+    out
+}
+
+/// F T, F = I + h.
+#[inline(always)]
+pub(super) fn pushed<R: Real, const D: usize>(h: &Tensor<R, D>, t: &Tensor<R, D>) -> Tensor<R, D> {
+    let mut out = *t;
+    for i in 0..D {
+        for j in 0..D {
+            for k in 0..D {
+                out[i][j] = h[i][k].mul_add(t[k][j], out[i][j]);
+            }
+        }
+    }
+    out
+}
+
+/// The slots of one part of a batch at one point.
+pub(super) struct Slots<'a, 'p, S: Simd, const D: usize, const N: usize, const P: usize> {
+    pub(super) part: &'a Part<'p, S, D, N, P>,
+    pub(super) first: usize,
+    pub(super) count: usize,
+}
+
+impl<S: Simd, const D: usize, const N: usize, const P: usize> Slots<'_, '_, S, D, N, P> {
+    /// Number of components.
+    pub(super) const COMPONENTS: usize = places(D).len();
+    /// The place of the one across a plane.
+    pub(super) const ACROSS: usize = Self::COMPONENTS - 1;
+
+    /// Where a component lies.
+    #[inline(always)]
+    fn range(&self, component: usize) -> Range<usize> {
+        let (start, lanes) = (self.first + component * self.count, self.part.occupied());
+        start + lanes.start..start + lanes.end
+    }
+
+    #[inline(always)]
+    pub(super) fn load_one(&self, component: usize, values: &[f64]) -> Lanes<S> {
+        let mut value = self.part.zero();
+        let own = &values[self.range(component)];
+        match own.len() == S::F64_LANES {
+            // One instruction.
+            true => value.as_mut_slice().copy_from_slice(&own[..S::F64_LANES]),
+            false => value.as_mut_slice()[..own.len()].copy_from_slice(own),
+        }
+        value
+    }
+
+    #[inline(always)]
+    fn store_one(&self, component: usize, value: Lanes<S>, values: &mut [f64]) {
+        let own = &mut values[self.range(component)];
+        let value = value.as_slice();
+        match own.len() == S::F64_LANES {
+            true => own[..S::F64_LANES].copy_from_slice(value),
+            false => own.copy_from_slice(&value[..own.len()]),
+        }
+    }
+
+    /// The symmetric tensor at these slots, in the dimensions of the body.
+    #[inline(always)]
+    pub(super) fn load(&self, values: &[f64]) -> Tensor<Lanes<S>, D> {
+        let mut tensor = [[self.part.zero(); D]; D];
+        let mut component = 0;
+        for i in 0..D {
+            for j in i..D {
+                let value = self.load_one(component, values);
+                tensor[i][j] = value;
+                tensor[j][i] = value;
+                component += 1;
+            }
+        }
+        tensor
+    }
+
+    /// The same, with the component across the plane of a plane body.
+    #[inline(always)]
+    pub(super) fn store(
+        &self,
+        (tensor, across): (&Tensor<Lanes<S>, D>, Option<Lanes<S>>),
+        values: &mut [f64],
+    ) {
+        let mut component = 0;
+        for (i, row) in tensor.iter().enumerate() {
+            for value in &row[i..] {
+                self.store_one(component, *value, values);
+                component += 1;
+            }
+        }
+        if let Some(across) = across {
+            self.store_one(Self::ACROSS, across, values);
+        }
+    }
+}

@@ -1,0 +1,319 @@
+//! One pass over the elements for all vectors: force, its rate, defect, its rate, Bᵀμ.
+
+use pulp::{Simd, WithSimd};
+
+use crate::material::Real;
+use crate::material::tensor::Volumetric;
+use crate::material::three::Axes;
+use crate::operators::constitutive::{
+    Constitutive, Tensor, with_plane_law, with_sheet_law, with_spatial_law,
+};
+use crate::operators::fields::{Fields, Inverted, Pressure, Vectors};
+use crate::simd::batch::{Batch, Part, Point, Stretch, add_dot};
+use crate::simd::lanes::{Lanes, outlined};
+
+/// Nodal values of the fields in one part of a batch.
+///
+/// `RATES`: whether v, ṗ and μ are wanted, known to the compiler so that a pass without them does
+/// not pay for them (a tenth of it, if asked at each point). Without, they are zero.
+pub(crate) struct Local<S: Simd, const D: usize, const N: usize, const P: usize, const RATES: bool>
+{
+    u: [[Lanes<S>; D]; N],
+    v: [[Lanes<S>; D]; N],
+    p: [Lanes<S>; P],
+    p_rate: [Lanes<S>; P],
+    mu: [Lanes<S>; P],
+    factors: Option<[Lanes<S>; P]>,
+    kappa: f64,
+    /// Whether v, ṗ and μ are wanted; asked where `RATES` is set for both.
+    moving: bool,
+}
+
+impl<S: Simd, const D: usize, const N: usize, const P: usize, const RATES: bool>
+    Local<S, D, N, P, RATES>
+{
+    /// Fields that are not given count as zero; the callers have checked those that must be there.
+    #[inline(always)]
+    pub(crate) fn gather(part: &Part<'_, S, D, N, P>, fields: &Fields<'_>, moving: bool) -> Self {
+        let (p, kappa) = match fields.pressure {
+            Pressure::Nodal(p) => (Some(p), 0.0),
+            Pressure::Penalty { kappa } => (None, kappa * part.ratios().kappa),
+        };
+        Self {
+            u: part.gather_vector(Some(fields.u)),
+            v: part.gather_vector(fields.v.filter(|_| RATES && moving)),
+            p: part.gather_scalar(p),
+            p_rate: part.gather_scalar(fields.p_rate.filter(|_| RATES && moving)),
+            mu: part.gather_scalar(fields.mu.filter(|_| RATES && moving)),
+            factors: fields.factors.map(|factors| part.gather_factors(factors)),
+            kappa,
+            moving,
+        }
+    }
+}
+
+/// Fields at one quadrature point of one part of a batch.
+pub(crate) struct AtPoint<S: Simd, const D: usize, C: Constitutive<D>> {
+    pub(crate) strain: C::Strain<S>,
+    pub(crate) v: Tensor<Lanes<S>, D>,
+    pub(crate) volumetric: Volumetric<Lanes<S>>,
+    pub(crate) mu: Lanes<S>,
+}
+
+impl<S: Simd, const D: usize, C: Constitutive<D>> AtPoint<S, D, C> {
+    /// Interpolates to a point and checks that no element is inverted there.
+    #[inline(always)]
+    pub(crate) fn new<const N: usize, const P: usize, const RATES: bool>(
+        law: &C,
+        part: &Part<'_, S, D, N, P>,
+        (number, point): (usize, &Point<D, N, P>),
+        local: &Local<S, D, N, P, RATES>,
+    ) -> Result<Self, Inverted> {
+        let factor = match &local.factors {
+            Some(factors) => Some(part.interpolate(factors, point)),
+            None => None,
+        };
+        let axes = match law.has_fibres() {
+            true => part.axes(number),
+            false => Axes::cartesian(part.zero()),
+        };
+        let strain = law.strain(part.gradient(&local.u, point), axes, factor);
+        if law.is_finite() {
+            part.expect_not_inverted(point, law.dilation(&strain))?;
+        }
+        let zero = part.zero();
+        let v = if RATES && local.moving {
+            part.gradient(&local.v, point)
+        } else {
+            [[zero; D]; D]
+        };
+        let p_rate = if RATES && local.moving {
+            part.interpolate(&local.p_rate, point)
+        } else {
+            zero
+        };
+        let mu = if RATES && local.moving {
+            part.interpolate(&local.mu, point)
+        } else {
+            zero
+        };
+        Ok(Self {
+            strain,
+            v,
+            volumetric: Volumetric {
+                p: part.interpolate(&local.p, point),
+                p_rate,
+                kappa: local.kappa,
+            },
+            mu,
+        })
+    }
+}
+
+/// Adds ∫ flux : ∇φ of one point to the element vectors.
+#[inline(always)]
+pub(crate) fn accumulate<S: Simd, const D: usize, const N: usize, const P: usize>(
+    out: &mut [[Lanes<S>; D]; N],
+    part: &Part<'_, S, D, N, P>,
+    point: &Point<D, N, P>,
+    flux: &Tensor<Lanes<S>, D>,
+) {
+    let flux = part.pull_back(point, flux);
+    for (node, gradient) in out.iter_mut().zip(&point.gradients) {
+        for (sum, row) in node.iter_mut().zip(&flux) {
+            *sum = add_dot(row, gradient, *sum);
+        }
+    }
+}
+
+/// Adds ∫ ψ f of one point to the element vectors.
+#[inline(always)]
+fn accumulate_scalar<S: Simd, const D: usize, const N: usize, const P: usize>(
+    out: &mut [Lanes<S>; P],
+    part: &Part<'_, S, D, N, P>,
+    point: &Point<D, N, P>,
+    f: Lanes<S>,
+) {
+    let weighted = part.weights(point) * f;
+    for (sum, psi) in out.iter_mut().zip(point.psi) {
+        *sum = weighted.mul_add(sum.like(psi), *sum);
+    }
+}
+
+/// m N.
+#[inline(always)]
+fn scaled<S: Simd, const D: usize>(
+    m: Lanes<S>,
+    mut normal: Tensor<Lanes<S>, D>,
+) -> Tensor<Lanes<S>, D> {
+    for row in &mut normal {
+        for entry in row {
+            *entry = m * *entry;
+        }
+    }
+    normal
+}
+
+#[inline(always)]
+fn evaluate_part<
+    S: Simd,
+    const D: usize,
+    const N: usize,
+    const P: usize,
+    const RATES: bool,
+    C: Constitutive<D>,
+>(
+    law: &C,
+    part: &mut Part<'_, S, D, N, P>,
+    points: &[Point<D, N, P>],
+    fields: &Fields<'_>,
+    out: &mut Vectors<'_>,
+) -> Result<(), Inverted> {
+    let local = Local::<S, D, N, P, RATES>::gather(part, fields, out.has_rates());
+    let zero = [[part.zero(); D]; N];
+    let (mut force, mut force_rate, mut multiplier_force) = (zero, zero, zero);
+    let (mut defect, mut defect_rate) = ([part.zero(); P], [part.zero(); P]);
+    for (number, point) in points.iter().enumerate() {
+        part.move_to(number);
+        let at = AtPoint::new(law, part, (number, point), &local)?;
+        if out.force.is_some() {
+            let flux = law.stress(&at.strain, at.volumetric);
+            accumulate(&mut force, part, point, &flux);
+        }
+        if RATES && out.force_rate.is_some() {
+            let flux = law.stress_rate(&at.strain, at.v, at.volumetric);
+            accumulate(&mut force_rate, part, point, &flux);
+        }
+        if RATES && out.multiplier_force.is_some() {
+            let flux = scaled(at.mu, law.normal(&at.strain));
+            accumulate(&mut multiplier_force, part, point, &flux);
+        }
+        if out.defect.is_some() {
+            accumulate_scalar(&mut defect, part, point, law.dilation(&at.strain));
+        }
+        if RATES && out.defect_rate.is_some() {
+            let rate = law.dilation_rate(&at.strain, at.v);
+            accumulate_scalar(&mut defect_rate, part, point, rate);
+        }
+    }
+    if let Some(global) = &mut out.force {
+        part.scatter_vector(&force, global);
+    }
+    if let Some(global) = &mut out.defect {
+        part.scatter_scalar(&defect, global);
+    }
+    if RATES {
+        let beta = part.ratios().beta;
+        if beta != 1.0 {
+            for entry in force_rate.iter_mut().flatten() {
+                *entry = *entry * beta;
+            }
+        }
+        for (local, global) in [
+            (&force_rate, &mut out.force_rate),
+            (&multiplier_force, &mut out.multiplier_force),
+        ] {
+            if let Some(global) = global {
+                part.scatter_vector(local, global);
+            }
+        }
+        if let Some(global) = &mut out.defect_rate {
+            part.scatter_scalar(&defect_rate, global);
+        }
+    }
+    Ok(())
+}
+
+/// The pass over all batches, to be run with the processor's vector instructions.
+pub(crate) struct Evaluate<'a, 'b, const D: usize, const N: usize, const P: usize> {
+    pub(crate) elements: Stretch<'a, D, N, P>,
+    pub(crate) fields: &'a Fields<'a>,
+    pub(crate) out: &'a mut Vectors<'b>,
+}
+
+/// The pass over batches of one law, a function of its own.
+struct Run<'a, 'b, C, const D: usize, const N: usize, const P: usize, const RATES: bool> {
+    law: C,
+    batches: &'a [Batch<D, N, P>],
+    points: &'a [Point<D, N, P>],
+    apart: bool,
+    fields: &'a Fields<'a>,
+    out: &'a mut Vectors<'b>,
+}
+
+impl<C, const D: usize, const N: usize, const P: usize, const RATES: bool> WithSimd
+    for Run<'_, '_, C, D, N, P, RATES>
+where
+    C: Constitutive<D>,
+{
+    type Output = Result<(), Inverted>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        for batch in self.batches {
+            for part in 0..batch.n_parts(simd) {
+                let part = &mut batch.part(simd, part).apart(self.apart);
+                evaluate_part::<_, _, _, _, RATES, _>(
+                    &self.law,
+                    part,
+                    self.points,
+                    self.fields,
+                    self.out,
+                )?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The pass over one kind of element; `$with_law` binds its laws.
+macro_rules! pass {
+    ($dimension:literal, $nodes:literal, $pressures:literal, $with_law:ident) => {
+        impl WithSimd for Evaluate<'_, '_, $dimension, $nodes, $pressures> {
+            type Output = Result<(), Inverted>;
+
+            #[inline(always)]
+            fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+                // In space the work at a point hides what is asked there: one loop serves both.
+                if $dimension == 3 || self.out.has_rates() {
+                    self.pass::<S, true>(simd)
+                } else {
+                    self.pass::<S, false>(simd)
+                }
+            }
+        }
+
+        impl Evaluate<'_, '_, $dimension, $nodes, $pressures> {
+            #[inline(always)]
+            fn pass<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
+                let Self {
+                    elements: Stretch { points, batches, apart },
+                    fields,
+                    out,
+                } = self;
+                for vector in out.all_mut() {
+                    vector.fill(0.0);
+                }
+                for batches in batches.chunk_by(|a, b| a.kind.law == b.kind.law) {
+                    $with_law!(batches[0].kind.law, law => outlined(
+                        simd,
+                        Run::<_, $dimension, $nodes, $pressures, RATES> {
+                            law,
+                            batches,
+                            points,
+                            apart,
+                            fields,
+                            out,
+                        },
+                    )?);
+                }
+                Ok(())
+            }
+        }
+    };
+}
+
+pass!(2, 3, 3, with_sheet_law);
+pass!(2, 6, 3, with_plane_law);
+pass!(3, 4, 4, with_spatial_law);
+pass!(3, 10, 4, with_spatial_law);

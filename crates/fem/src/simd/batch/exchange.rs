@@ -1,0 +1,102 @@
+//! Values between global vectors and the elements of a part.
+
+use pulp::Simd;
+
+use super::Part;
+use crate::simd::lanes::Lanes;
+
+impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, P> {
+    /// The nodes in one place of the elements.
+    #[inline(always)]
+    fn nodes(&self, place: usize) -> &[usize] {
+        &self.batch.nodes[place][self.lanes.clone()]
+    }
+
+    /// Nodal values of a displacement-like field, zero if there is none.
+    #[inline(always)]
+    pub(crate) fn gather_vector(&self, field: Option<&[f64]>) -> [[Lanes<S>; D]; N] {
+        let mut values = [[self.zero(); D]; N];
+        if let Some(field) = field {
+            for (place, values) in values.iter_mut().enumerate() {
+                for (lane, &node) in self.nodes(place).iter().enumerate() {
+                    let at_node = &field[D * node..][..D];
+                    for (value, at_node) in values.iter_mut().zip(at_node) {
+                        value.as_mut_slice()[lane] = *at_node;
+                    }
+                }
+            }
+        }
+        values
+    }
+
+    /// Values of a pressure-like field, zero if there is none.
+    #[inline(always)]
+    pub(crate) fn gather_scalar(&self, field: Option<&[f64]>) -> [Lanes<S>; P] {
+        let mut values = [self.zero(); P];
+        if let Some(field) = field {
+            for (pressures, value) in self.batch.pressures.iter().zip(&mut values) {
+                let pressures = &pressures[self.lanes.clone()];
+                for (lane, &pressure) in value.as_mut_slice().iter_mut().zip(pressures) {
+                    *lane = field[pressure];
+                }
+            }
+        }
+        values
+    }
+
+    /// Vertex values of the law's factors.
+    #[inline(always)]
+    pub(crate) fn gather_factors(&self, factors: &[f64]) -> [Lanes<S>; P] {
+        let mut values = [self.zero(); P];
+        for (vertex, value) in values.iter_mut().enumerate() {
+            for (lane, factor) in value.as_mut_slice().iter_mut().enumerate() {
+                *factor = factors[P * self.element(lane) + vertex];
+            }
+        }
+        values
+    }
+
+    /// Values of the elements; none if all are zero.
+    #[inline(always)]
+    pub(crate) fn gather_element(&self, field: &[f64]) -> Option<Lanes<S>> {
+        let mut values = self.zero();
+        let mut any = false;
+        for (lane, value) in values.as_mut_slice().iter_mut().enumerate() {
+            *value = field[self.element(lane)];
+            any |= *value != 0.0;
+        }
+        any.then_some(values)
+    }
+
+    /// Adds element vectors to a displacement-like array.
+    #[inline(always)]
+    pub(crate) fn scatter_vector(&self, local: &[[Lanes<S>; D]; N], field: &mut [f64]) {
+        for (lane, l) in self.occupied().enumerate() {
+            for (a, (nodes, values)) in self.batch.nodes.iter().zip(local).enumerate() {
+                // Asked in space only, where the loops of large bodies are shared out.
+                let node = match D == 3 && self.apart {
+                    true => l * N + a,
+                    false => nodes[l],
+                };
+                let entries = &mut field[D * node..][..D];
+                for (entry, value) in entries.iter_mut().zip(values) {
+                    *entry += value.as_slice()[lane];
+                }
+            }
+        }
+    }
+
+    /// Adds element vectors to a pressure-like array.
+    #[inline(always)]
+    pub(crate) fn scatter_scalar(&self, local: &[Lanes<S>; P], field: &mut [f64]) {
+        for (lane, l) in self.occupied().enumerate() {
+            for (v, (pressures, values)) in self.batch.pressures.iter().zip(local).enumerate() {
+                let vertex = match D == 3 && self.apart {
+                    true => l * P + v,
+                    false => pressures[l],
+                };
+                field[vertex] += values.as_slice()[lane];
+            }
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! The maps of the elements of a batch.
+
+use pulp::Simd;
+
+use crate::simd::lanes::{Array, LANES, Lanes};
+use crate::space::Space;
+
+/// The map of the elements of a batch at a point.
+#[derive(Debug, Clone)]
+pub(super) struct Geometry<const D: usize> {
+    /// ∂ξ/∂x.
+    inverse: [[Array; D]; D],
+    /// The measure that the element has if the map is the same everywhere.
+    measure: Array,
+}
+
+impl<const D: usize> Geometry<D> {
+    /// The map at a place; `count` elements have a measure.
+    pub(super) fn new(
+        space: &Space,
+        elements: &[usize; LANES],
+        count: usize,
+        lambda: &[f64],
+    ) -> Self {
+        let mut inverse = [[Array::ZERO; D]; D];
+        let mut measures = Array::ZERO;
+        for (l, &element) in elements.iter().enumerate() {
+            let (map, measure) = space.map_at::<D>(element, lambda);
+            for (row, map) in inverse.iter_mut().zip(map) {
+                for (entry, map) in row.iter_mut().zip(map) {
+                    entry.0[l] = map;
+                }
+            }
+            if l < count {
+                measures.0[l] = measure;
+            }
+        }
+        Self {
+            inverse,
+            measure: measures,
+        }
+    }
+
+    /// One register of it.
+    #[inline(always)]
+    pub(super) fn load<S: Simd>(&self, simd: S, part: usize) -> ([[Lanes<S>; D]; D], Lanes<S>) {
+        let mut inverse = [[Lanes::zero(simd); D]; D];
+        for (row, arrays) in inverse.iter_mut().zip(&self.inverse) {
+            for (entry, array) in row.iter_mut().zip(arrays) {
+                *entry = Lanes::load(simd, array, part);
+            }
+        }
+        (inverse, Lanes::load(simd, &self.measure, part))
+    }
+}

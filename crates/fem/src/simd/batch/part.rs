@@ -1,0 +1,214 @@
+//! The elements of a batch that fit a register: what they are, and fields at their points.
+
+use std::ops::Range;
+
+use pulp::Simd;
+
+use super::{Batch, Point, dot};
+use crate::material::three::Axes;
+use crate::material::{Law, Real};
+use crate::operators::fields::Inverted;
+use crate::simd::lanes::Lanes;
+use crate::solid::kind::Ratios;
+
+/// The elements of a batch that fit a register.
+pub(crate) struct Part<'a, S: Simd, const D: usize, const N: usize, const P: usize> {
+    simd: S,
+    pub(super) batch: &'a Batch<D, N, P>,
+    /// Its number in the batch.
+    number: usize,
+    /// The lanes of the batch, those without element included.
+    pub(super) lanes: Range<usize>,
+    /// Whether vectors go element by element, see [`Stretch`](super::Stretch).
+    pub(super) apart: bool,
+    inverse: [[Lanes<S>; D]; D],
+    measure: Lanes<S>,
+}
+
+impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
+    /// Number of parts that have elements.
+    #[inline(always)]
+    pub(crate) fn n_parts<S: Simd>(&self, _: S) -> usize {
+        self.count.div_ceil(S::F64_LANES)
+    }
+
+    /// One of the parts.
+    #[inline(always)]
+    pub(crate) fn part<S: Simd>(&self, simd: S, part: usize) -> Part<'_, S, D, N, P> {
+        let (inverse, measure) = self.geometry[0].load(simd, part);
+        Part {
+            simd,
+            batch: self,
+            number: part,
+            lanes: part * S::F64_LANES..(part + 1) * S::F64_LANES,
+            apart: false,
+            inverse,
+            measure,
+        }
+    }
+}
+
+impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, P> {
+    /// The part, with vectors that go element by element or not.
+    #[inline(always)]
+    pub(crate) fn apart(mut self, apart: bool) -> Self {
+        self.apart = apart;
+        self
+    }
+
+    /// Takes the map of curved elements at a quadrature point; straight ones have it everywhere.
+    #[inline(always)]
+    pub(crate) fn move_to(&mut self, point: usize) {
+        if self.batch.geometry.len() > 1 {
+            (self.inverse, self.measure) = self.batch.geometry[point].load(self.simd, self.number);
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn zero(&self) -> Lanes<S> {
+        Lanes::zero(self.simd)
+    }
+
+    /// The axes of the fibres at a point.
+    #[inline(always)]
+    pub(crate) fn axes(&self, point: usize) -> Axes<Lanes<S>> {
+        let mut axes = Axes::cartesian(self.zero());
+        if let Some([fibre, sheet]) = self.batch.axes.get(point) {
+            for i in 0..3 {
+                axes.fibre[i] = Lanes::load(self.simd, &fibre[i], self.number);
+                axes.sheet[i] = Lanes::load(self.simd, &sheet[i], self.number);
+            }
+        }
+        axes
+    }
+
+    /// The law of the elements.
+    #[inline(always)]
+    pub(crate) fn law(&self) -> Law {
+        self.batch.kind.law
+    }
+
+    /// Constants of the elements by those of the body.
+    #[inline(always)]
+    pub(crate) fn ratios(&self) -> Ratios {
+        self.batch.kind.ratios
+    }
+
+    /// The element of a lane of the part.
+    pub(crate) fn element(&self, lane: usize) -> usize {
+        self.batch.elements[self.lanes.start + lane]
+    }
+
+    /// The lanes of the batch with elements.
+    #[inline(always)]
+    pub(crate) fn occupied(&self) -> Range<usize> {
+        self.lanes.start..self.lanes.end.min(self.batch.count)
+    }
+
+    /// ∇u at a quadrature point: the reference gradient times the inverse map.
+    #[inline(always)]
+    pub(crate) fn gradient(
+        &self,
+        u: &[[Lanes<S>; D]; N],
+        point: &Point<D, N, P>,
+    ) -> [[Lanes<S>; D]; D] {
+        let mut h = [[self.zero(); D]; D];
+        for (i, row) in h.iter_mut().enumerate() {
+            let mut reference = [self.zero(); D];
+            for (value, gradient) in u.iter().zip(&point.gradients) {
+                for (sum, &gradient) in reference.iter_mut().zip(gradient) {
+                    *sum = value[i].mul_add(sum.like(gradient), *sum);
+                }
+            }
+            for (j, entry) in row.iter_mut().enumerate() {
+                let mut column = reference;
+                for (along, inverse) in column.iter_mut().zip(&self.inverse) {
+                    *along = inverse[j];
+                }
+                *entry = dot(&reference, &column);
+            }
+        }
+        h
+    }
+
+    /// A pressure-like field at a quadrature point.
+    #[inline(always)]
+    pub(crate) fn interpolate(&self, p: &[Lanes<S>; P], point: &Point<D, N, P>) -> Lanes<S> {
+        let mut sum = p[0] * point.psi[0];
+        for i in 1..P {
+            sum = sum + p[i] * point.psi[i];
+        }
+        sum
+    }
+
+    /// The fibre at a point.
+    #[inline(always)]
+    pub(crate) fn fibre(&self, point: usize) -> [Lanes<S>; D] {
+        let axes = self.axes(point);
+        let mut fibre = [self.zero(); D];
+        for (fibre, along) in fibre.iter_mut().zip(axes.fibre) {
+            *fibre = along;
+        }
+        fibre
+    }
+
+    /// The gradients of the shape functions at a point: the reference ones times the inverse map.
+    #[inline(always)]
+    pub(crate) fn gradients(&self, point: &Point<D, N, P>) -> [[Lanes<S>; D]; N] {
+        let mut gradients = [[self.zero(); D]; N];
+        for (gradient, reference) in gradients.iter_mut().zip(&point.gradients) {
+            for (j, entry) in gradient.iter_mut().enumerate() {
+                for (along, inverse) in reference.iter().zip(&self.inverse) {
+                    *entry = inverse[j].mul_add(entry.like(*along), *entry);
+                }
+            }
+        }
+        gradients
+    }
+
+    /// ∂ξ/∂x.
+    #[inline(always)]
+    pub(crate) fn inverse(&self) -> &[[Lanes<S>; D]; D] {
+        &self.inverse
+    }
+
+    /// w T J⁻ᵀ: ready for the product with reference gradients, the quadrature weight included.
+    #[inline(always)]
+    pub(crate) fn pull_back(
+        &self,
+        point: &Point<D, N, P>,
+        tensor: &[[Lanes<S>; D]; D],
+    ) -> [[Lanes<S>; D]; D] {
+        let weights = self.weights(point);
+        let mut out = [[self.zero(); D]; D];
+        for (row, tensor) in out.iter_mut().zip(tensor) {
+            for (entry, inverse) in row.iter_mut().zip(&self.inverse) {
+                *entry = weights * dot(tensor, inverse);
+            }
+        }
+        out
+    }
+
+    /// Checks that no element is inverted at a point, where det F − 1 is `d`.
+    #[inline(always)]
+    pub(crate) fn expect_not_inverted(
+        &self,
+        point: &Point<D, N, P>,
+        d: Lanes<S>,
+    ) -> Result<(), Inverted> {
+        let inverted = |d: &f64| *d <= -1.0 || d.is_nan();
+        match d.as_slice().iter().position(inverted) {
+            Some(lane) => {
+                let jacobian = 1.0 + d.as_slice()[lane];
+                Err(Inverted::new(self.element(lane), &point.psi, jacobian))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The quadrature weights of a point.
+    #[inline(always)]
+    pub(crate) fn weights(&self, point: &Point<D, N, P>) -> Lanes<S> {
+        self.measure * point.weight
+    }
+}

@@ -1,0 +1,181 @@
+//! Fixed compressed-column patterns, and where each element's entries go in them.
+
+use std::collections::BTreeSet;
+
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use crate::simd::batch::Batch;
+use crate::simd::lanes::LANES;
+use crate::space::Space;
+use crate::space::dofs::{CONSTRAINED, DofMap};
+
+/// A place that does not exist: a constrained row or column, or a lane without element.
+pub(crate) const NOWHERE: u32 = u32::MAX;
+
+/// A pattern from the sorted rows of each column.
+pub(crate) fn pattern(n_rows: usize, columns: impl Iterator<Item = Vec<usize>>) -> SparsityPattern {
+    let (mut offsets, mut rows) = (vec![0], Vec::new());
+    for column in columns {
+        rows.extend(column);
+        offsets.push(rows.len());
+    }
+    SparsityPattern::try_from_offsets_and_indices(offsets.len() - 1, n_rows, offsets, rows)
+        .expect("rows are sorted, distinct and in range")
+}
+
+/// Which items share an element: for each of `n_columns` items the sorted set of the others'.
+fn neighbours<'a, C, R>(
+    space: &'a Space,
+    n_columns: usize,
+    columns: impl Fn(&'a Space, usize) -> C,
+    rows: impl Fn(&'a Space, usize) -> R,
+) -> Vec<BTreeSet<usize>>
+where
+    C: IntoIterator<Item = usize>,
+    R: IntoIterator<Item = usize> + Clone,
+{
+    let mut sets = vec![BTreeSet::new(); n_columns];
+    for element in 0..space.n_elements() {
+        let members = rows(space, element);
+        for column in columns(space, element) {
+            sets[column].extend(members.clone());
+        }
+    }
+    sets
+}
+
+fn nodes(space: &Space, element: usize) -> std::iter::Copied<std::slice::Iter<'_, usize>> {
+    space.element_nodes(element).iter().copied()
+}
+
+fn pressures(space: &Space, element: usize) -> std::iter::Copied<std::slice::Iter<'_, usize>> {
+    space.element_pressures(element).iter().copied()
+}
+
+/// n_nodes × n_nodes: nodes that share an element.
+pub(crate) fn node_pattern(space: &Space) -> SparsityPattern {
+    let sets = neighbours(space, space.n_nodes(), nodes, nodes);
+    pattern(
+        space.n_nodes(),
+        sets.into_iter().map(|set| set.into_iter().collect()),
+    )
+}
+
+/// n_pressures × n_pressures: pressures that share an element.
+pub(crate) fn pressure_pattern(space: &Space) -> SparsityPattern {
+    let sets = neighbours(space, space.n_pressures(), pressures, pressures);
+    pattern(
+        space.n_pressures(),
+        sets.into_iter().map(|set| set.into_iter().collect()),
+    )
+}
+
+/// n_free × n_free: components of nodes that share an element.
+pub(crate) fn displacement_pattern(space: &Space, dofs: &DofMap) -> SparsityPattern {
+    let sets = neighbours(space, space.n_nodes(), nodes, nodes);
+    let dimension = space.dimension();
+    let columns = dofs.free_to_full().iter().map(|&full| {
+        let components = sets[full / dimension]
+            .iter()
+            .flat_map(|&node| dimension * node..dimension * (node + 1));
+        components
+            .map(|component| dofs.full_to_free()[component])
+            .filter(|&free| free != CONSTRAINED)
+            .map(|free| free as usize)
+            .collect()
+    });
+    pattern(dofs.n_free(), columns)
+}
+
+/// n_pressures × n_free: pressures and components that share an element.
+pub(crate) fn divergence_pattern(space: &Space, dofs: &DofMap) -> SparsityPattern {
+    let sets = neighbours(space, space.n_nodes(), nodes, pressures);
+    let columns = dofs
+        .free_to_full()
+        .iter()
+        .map(|&full| sets[full / space.dimension()].iter().copied().collect());
+    pattern(space.n_pressures(), columns)
+}
+
+/// The index of an entry among the pattern's values.
+pub(crate) fn place(pattern: &SparsityPattern, row: usize, column: usize) -> usize {
+    let offset = pattern.major_offsets()[column];
+    offset
+        + pattern
+            .lane(column)
+            .binary_search(&row)
+            .expect("the entry is in the pattern")
+}
+
+/// A place for each lane.
+pub(crate) type Places = [u32; LANES];
+
+/// Places of element matrices by `[b][k][a][i]`.
+type DisplacementPlaces<const D: usize, const N: usize> = [[[[Places; D]; N]; D]; N];
+
+/// Places of a batch's element matrices among the values of the global ones.
+#[derive(Debug, Clone)]
+pub(crate) struct ScatterMap<const D: usize, const N: usize, const P: usize> {
+    /// `displacement[b][k][a][i]`: row (node a, component i), column (node b, component k).
+    pub(crate) displacement: Box<DisplacementPlaces<D, N>>,
+    /// `divergence[b][k][v]`: row pressure v, column (node b, component k).
+    pub(crate) divergence: Box<[[[Places; P]; D]; N]>,
+}
+
+impl<const D: usize, const N: usize, const P: usize> ScatterMap<D, N, P> {
+    /// Places in room where the matrices of a batch stand element by element.
+    pub(crate) fn apart() -> Self {
+        use std::array::from_fn;
+        let place = |l: usize, column: usize, rows: usize, row: usize| {
+            u32::try_from((l * N * D + column) * rows + row).expect("element matrices are small")
+        };
+        Self {
+            displacement: Box::new(from_fn(|b| {
+                from_fn(|k| {
+                    from_fn(|a| from_fn(|i| from_fn(|l| place(l, b * D + k, N * D, a * D + i))))
+                })
+            })),
+            divergence: Box::new(from_fn(|b| {
+                from_fn(|k| from_fn(|v| from_fn(|l| place(l, b * D + k, P, v))))
+            })),
+        }
+    }
+
+    pub(crate) fn new(
+        batch: &Batch<D, N, P>,
+        dofs: &DofMap,
+        displacement: &SparsityPattern,
+        divergence: &SparsityPattern,
+    ) -> Self {
+        let free = |a: usize, i: usize, l: usize| dofs.full_to_free()[D * batch.nodes[a][l] + i];
+        let find = |pattern: &SparsityPattern, row: u32, column: u32, l: usize| {
+            if l >= batch.count || row == CONSTRAINED || column == CONSTRAINED {
+                return NOWHERE;
+            }
+            u32::try_from(place(pattern, row as usize, column as usize))
+                .ok()
+                .filter(|&place| place != NOWHERE)
+                .expect("fewer than 2^32 matrix entries")
+        };
+        use std::array::from_fn;
+        let pressure = |v: usize, l: usize| {
+            u32::try_from(batch.pressures[v][l]).expect("fewer than 2^32 pressures")
+        };
+        Self {
+            displacement: Box::new(from_fn(|b| {
+                from_fn(|k| {
+                    from_fn(|a| {
+                        from_fn(|i| {
+                            from_fn(|l| find(displacement, free(a, i, l), free(b, k, l), l))
+                        })
+                    })
+                })
+            })),
+            divergence: Box::new(from_fn(|b| {
+                from_fn(|k| {
+                    from_fn(|v| from_fn(|l| find(divergence, pressure(v, l), free(b, k, l), l)))
+                })
+            })),
+        }
+    }
+}
