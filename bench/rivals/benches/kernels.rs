@@ -66,7 +66,7 @@ fn kernels(criterion: &mut Criterion) {
         });
         let settings = Settings::paper(formulation);
         let plan = Arc::new(Condensation::new(&dae));
-        let elimination = plan.elimination(ida::options(&dae, &settings).klu).unwrap();
+        let elimination = plan.elimination(ida::options(&dae, &settings).sparse).unwrap();
         let analysis = Arc::clone(elimination.analysis().expect("no engine is installed"));
         let mut matrix = Condensed::<f64>::new(plan, Arc::new(elimination));
         let mut work = LinearWork::default();

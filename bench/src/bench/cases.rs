@@ -1,7 +1,7 @@
 //! The problems of the benchmark, and the ways to solve each.
 
 use myovib_model::{Field, Formulation, IntegratorKind, LinearSolver, Settings, paper};
-use myovib_sparse::klu::Ordering;
+use myovib_sparse::Ordering;
 use sundials_wrap::VectorArithmetic;
 
 use myovib_scene::InputError;

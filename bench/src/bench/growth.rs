@@ -11,7 +11,7 @@ use myovib_model::{
     Formulation, LinearSolver, MuscleDae, Settings, ida, paper, run as run_model, start_at_rest,
 };
 use myovib_sparse::SparseError;
-use myovib_sparse::klu::{KluOptions, Numeric, Symbolic};
+use myovib_sparse::klu::{Numeric, Symbolic};
 use serde::Serialize;
 
 use super::{BenchArgs, give, goes_on};
@@ -74,7 +74,7 @@ impl Klu {
     fn measure(
         plan: &Condensation,
         values: &[f64],
-        options: KluOptions,
+        options: SparseOptions,
         repeats: u32,
     ) -> Result<Self, SparseError> {
         let symbolic = Symbolic::analyze(plan.pattern(), options)?;
@@ -138,7 +138,7 @@ fn measure(mesh: &Mesh, refinements: u32, t_end: f64) -> anyhow::Result<Level> {
     let residual = fastest_call(repeats, || dae.residual(0.5, &y, &y_dot, &mut out))?;
 
     let plan = Arc::new(Condensation::new(&dae));
-    let elimination = plan.elimination(ida::options(&dae, &settings).klu)?;
+    let elimination = plan.elimination(ida::options(&dae, &settings).sparse)?;
     let mut matrix = Condensed::<f64>::new(Arc::clone(&plan), Arc::new(elimination));
     let mut work = LinearWork::default();
     // A first evaluation of a state without meaning would cost what one with it does.
@@ -160,7 +160,7 @@ fn measure(mesh: &Mesh, refinements: u32, t_end: f64) -> anyhow::Result<Level> {
         x.copy_from_slice(&out);
         matrix.solve(&mut x, &mut work)
     })?;
-    let options = ida::options(&dae, &settings).klu;
+    let options = ida::options(&dae, &settings).sparse;
     let values = matrix.values().to_vec();
     drop(matrix);
 

@@ -9,10 +9,10 @@ use cpu_time::ThreadTime;
 use myovib_cli::exit::Exit;
 use myovib_cli::machine::Machine;
 use myovib_dae::Problem;
-use myovib_model::linear::{LinearWork, Number, Reduction};
+use myovib_model::linear::{LinearWork, Reduction, Scalar};
 use myovib_model::{Advance, MuscleDae, start_at_rest};
 use myovib_scene::{Body, InputError, Scene};
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use myovib_sparse::resources;
 use num_complex::Complex64;
 use serde::Serialize;
@@ -173,7 +173,7 @@ fn twenty_steps(
     // Room that was not written to yet is not in use.
     let at_rest = vec![0.0; dae.n_unknowns()];
     dae.update_matrices(0.0, &at_rest, &at_rest)?;
-    let reduction = Reduction::new(&dae, KluOptions::default())?;
+    let reduction = Reduction::new(&dae, SparseOptions::default())?;
     let needs = reduction.needs(n_complex);
     let predicted = mib(resources::in_use())? + mib(needs.map(|needs| needs.bytes))?;
     drop(reduction);
@@ -290,7 +290,7 @@ impl One {
         let mut out = vec![0.0; y.len()];
         let residual = fastest_call(REPEATS, || dae.residual(t, y, y_dot, &mut out))?;
         let tangents = fastest_call(REPEATS, || dae.update_matrices(t, y, y_dot))?;
-        let reduction = Reduction::new(dae, KluOptions::default())?;
+        let reduction = Reduction::new(dae, SparseOptions::default())?;
         let complex = match has_complex {
             true => Linear::measure(dae, &reduction, Complex64::new(C, 0.7 * C))?,
             false => Linear::default(),
@@ -305,7 +305,7 @@ impl One {
 }
 
 impl Linear {
-    fn measure<T: Number>(dae: &MuscleDae, reduction: &Reduction, c: T) -> anyhow::Result<Self> {
+    fn measure<T: Scalar>(dae: &MuscleDae, reduction: &Reduction, c: T) -> anyhow::Result<Self> {
         let mut matrix = reduction.matrix::<T>();
         let mut work = LinearWork::default();
         let factor = fastest_call(REPEATS, || {
@@ -337,7 +337,7 @@ fn level([along, across]: [usize; 2]) -> anyhow::Result<Level> {
     let n = dae.n_unknowns();
     let (y, y_dot) = (vec![1e-7; n], vec![1e-6; n]);
     let started = ThreadTime::now();
-    let reduction = Reduction::new(&dae, KluOptions::default())?;
+    let reduction = Reduction::new(&dae, SparseOptions::default())?;
     let analysis = started.elapsed().as_secs_f64();
     let needs = reduction.needs(0).context("no engine is installed")?;
     let one = One::measure(&mut dae, 0.5, &y, &y_dot, false)?;

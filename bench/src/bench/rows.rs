@@ -5,7 +5,7 @@ use myovib_model::linear::LinearWork;
 use myovib_model::{
     LinearSolver, MuscleDae, Settings, Statistics, run as run_model, start_at_rest,
 };
-use myovib_sparse::klu::Ordering;
+use myovib_sparse::Ordering;
 use serde::Serialize;
 use sundials_wrap::VectorArithmetic;
 

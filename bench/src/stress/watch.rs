@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use myovib_dae::Problem;
 use myovib_model::{Energies, ModelError, MuscleDae, Observer, Outcome, Probe, SampleTimes, Step};
 use myovib_sparse::SparseError;
-use myovib_sparse::klu::{KluOptions, RealNumeric, Symbolic};
+use myovib_sparse::klu::{RealNumeric, Symbolic};
 
 use super::cell::T_END;
 use myovib_scene::energy::Exchanged;
@@ -91,7 +91,7 @@ impl<'a> Watch<'a> {
         let mut values = vec![0.0; pattern.nnz()];
         dae.jacobian(at.t, &at.y, &at.y_dot, 1.0, at.c_j, &mut values)
             .ok()?;
-        let symbolic = Symbolic::analyze(&pattern, KluOptions::default()).ok()?;
+        let symbolic = Symbolic::analyze(&pattern, SparseOptions::default()).ok()?;
         match RealNumeric::factor(&symbolic, &values) {
             Ok(factors) => factors.rcond().ok(),
             Err(SparseError::Singular { .. }) => Some(0.0),

@@ -54,7 +54,7 @@ impl Exit {
                     Some(
                         ModelError::Output(_)
                             | ModelError::NoEquilibrium { .. }
-                            | ModelError::Klu(SparseError::Memory { .. })
+                            | ModelError::Factorization(SparseError::Memory { .. })
                     )
                 )
         };

@@ -7,7 +7,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::blocks::{Block, Blocks};
 use crate::matrix::Matrix;
-use myovib_sparse::Number;
+use myovib_sparse::Scalar;
 
 /// A matrix of the muscle in a block of the whole, with a coefficient of some kind.
 #[derive(Debug, Clone)]
@@ -89,7 +89,7 @@ impl<C: Copy> Assembly<C> {
     }
 
     /// `values` ← Σ factor(matrix, coefficient) · matrix.
-    pub fn combine<'m, T: Number>(
+    pub fn combine<'m, T: Scalar>(
         &self,
         factor: impl Fn(Matrix, &C) -> T,
         matrix_values: impl Fn(Matrix) -> &'m [f64],

@@ -2,7 +2,7 @@
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use myovib_sparse::Number;
+use myovib_sparse::Scalar;
 
 /// A compressed-column pattern with the place of its first row and column in the whole.
 #[derive(Clone, Copy)]
@@ -101,7 +101,7 @@ impl Blocks {
     }
 
     /// `whole` += `factor` · `values`, placed as block number `block`.
-    pub(crate) fn add<T: Number>(&self, block: usize, factor: T, values: &[f64], whole: &mut [T]) {
+    pub(crate) fn add<T: Scalar>(&self, block: usize, factor: T, values: &[f64], whole: &mut [T]) {
         match &self.places[block] {
             Places::Single(positions) => {
                 for (&position, &value) in positions.iter().zip(values) {

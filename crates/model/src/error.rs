@@ -134,7 +134,7 @@ pub enum ModelError {
     NotHeld(crate::analysis::free_parts::FreeParts),
     /// A factorisation or solve with KLU.
     #[error(transparent)]
-    Klu(#[from] myovib_sparse::SparseError),
+    Factorization(#[from] myovib_sparse::SparseError),
     /// An element with det F ≤ 0 where none is expected.
     #[error(transparent)]
     Inverted(#[from] myovib_fem::Inverted),

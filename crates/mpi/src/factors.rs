@@ -11,7 +11,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::{Complex64, ComplexFloat};
 
 use crate::call::Command;
-use crate::ffi::{Matrix, Scalar};
+use crate::ffi::{Matrix, MumpsScalar};
 use crate::leader::Leader;
 
 /// MUMPS on all ranks, given matrices by rank 0.
@@ -30,7 +30,7 @@ impl Mumps {
         }
     }
 
-    fn factors<T: Scalar>(
+    fn factors<T: MumpsScalar>(
         &self,
         pattern: &Arc<SparsityPattern>,
         kind: Kind,
@@ -78,7 +78,7 @@ enum State {
 }
 
 /// A matrix that all ranks hold a part of.
-struct Factors<T: Scalar> {
+struct Factors<T: MumpsScalar> {
     leader: Arc<Leader>,
     /// By which the others know it.
     number: f64,
@@ -89,7 +89,7 @@ struct Factors<T: Scalar> {
     state: State,
 }
 
-impl<T: Scalar> Factors<T> {
+impl<T: MumpsScalar> Factors<T> {
     /// Has all ranks do their part of `job`.
     fn together(
         &mut self,
@@ -132,7 +132,7 @@ fn meaning(status: i32) -> &'static str {
     }
 }
 
-impl<T: Scalar> Factorization<T> for Factors<T> {
+impl<T: MumpsScalar> Factorization<T> for Factors<T> {
     fn renew(&mut self, values: &[T]) -> Result<(), SparseError> {
         let (pattern, is_symmetric) = (self.pattern.clone(), self.is_symmetric);
         let expected = pattern.nnz();
@@ -195,7 +195,7 @@ impl<T: Scalar> Factorization<T> for Factors<T> {
     }
 }
 
-impl<T: Scalar> Drop for Factors<T> {
+impl<T: MumpsScalar> Drop for Factors<T> {
     fn drop(&mut self) {
         if thread::panicking() || !self.leader.has_world() {
             std::mem::forget(self.matrix.take()); // MPI has ended, or is about to.
@@ -206,7 +206,7 @@ impl<T: Scalar> Drop for Factors<T> {
     }
 }
 
-impl<T: Scalar> fmt::Debug for Factors<T> {
+impl<T: MumpsScalar> fmt::Debug for Factors<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Factors")
             .field("number", &self.number)

@@ -7,7 +7,7 @@ use num_complex::Complex64;
 
 use crate::call::{Call, Command};
 use crate::crew::{ending, fingerprint};
-use crate::ffi::{Matrix, Scalar, World};
+use crate::ffi::{Matrix, MumpsScalar, World};
 
 /// A process that lends rank 0 a hand.
 #[derive(Debug)]
@@ -20,7 +20,7 @@ trait Part {
     fn do_part(&mut self, command: Command);
 }
 
-impl<T: Scalar> Part for Matrix<T> {
+impl<T: MumpsScalar> Part for Matrix<T> {
     fn do_part(&mut self, command: Command) {
         match command {
             Command::Analyse => self.analyse(0, std::iter::empty()),

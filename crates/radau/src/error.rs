@@ -142,7 +142,7 @@ pub enum RadauError {
     },
     /// The pattern of the Jacobian cannot be analysed.
     #[error(transparent)]
-    Klu(#[from] myovib_sparse::SparseError),
+    Factorization(#[from] myovib_sparse::SparseError),
 }
 
 pub(crate) fn expect_length(

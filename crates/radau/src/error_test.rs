@@ -115,11 +115,11 @@ impl ErrorTest {
 #[cfg(test)]
 mod tests {
     use myovib_dae::{Linearization, StepError};
-    use myovib_sparse::klu::KluOptions;
+    use myovib_sparse::SparseOptions;
     use nalgebra::{DMatrix, DVector};
 
     use super::*;
-    use crate::matrices::KluMatrices;
+    use crate::matrices::SparseDirectSolver;
     use crate::method::Method;
 
     /// ẏ = t^s
@@ -165,7 +165,7 @@ mod tests {
     /// The estimate of the step of size h from t = 0 and y, with increments z.
     fn estimate(problem: &mut impl Problem, method: &Method, h: f64, y: f64, z: &[f64]) -> f64 {
         let pattern = problem.jacobian_pattern();
-        let mut matrices = KluMatrices::new(&pattern, KluOptions::default()).unwrap();
+        let mut matrices = SparseDirectSolver::new(&pattern, SparseOptions::default()).unwrap();
         let at = Linearization {
             t: 0.0,
             y: &[y],

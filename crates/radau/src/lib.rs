@@ -7,7 +7,7 @@
 //!
 //! Cast: a [`Method`] is the table of coefficients; `NewtonSolver` solves the stage equations, from
 //! the start of a `Predictor`, with some [`LinearSolver`](myovib_dae::LinearSolver)
-//! ([`KluMatrices`] unless told otherwise); `ErrorTest` estimates the error; `Control` chooses h; `Collocation` is the
+//! ([`SparseDirectSolver`] unless told otherwise); `ErrorTest` estimates the error; `Control` chooses h; `Collocation` is the
 //! polynomial behind dense output, on which `Roots` locates events. [`ForwardSensitivities`] follow
 //! the steps and say how the solution depends on parameters. Options, outcomes and
 //! statistics have the shapes and names they have for IDAS.
@@ -69,7 +69,7 @@ mod weights;
 mod work;
 
 pub use error::RadauError;
-pub use matrices::KluMatrices;
+pub use matrices::SparseDirectSolver;
 pub use memory::{Fading, FadingMemory, MemoryPart, MemoryTerm};
 pub use method::{ComplexMode, Method, RealMode};
 /// The counters of the linear algebra.

@@ -3,7 +3,7 @@
 
 use myovib_dae::{Jacobian, LinearSolver, Linearization, Problem, StepError};
 use myovib_sparse::SparseError;
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use myovib_sparse::pivoting::{Factors, Symbolic};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
@@ -12,7 +12,7 @@ use num_complex::Complex64;
 ///
 /// Room for complex factors is made at the first set-up that asks for them.
 #[derive(Debug)]
-pub struct KluMatrices {
+pub struct SparseDirectSolver {
     jacobian: Jacobian,
     jacobian_y: Vec<f64>,
     jacobian_y_dot: Vec<f64>,
@@ -23,12 +23,12 @@ pub struct KluMatrices {
     complex: Vec<Factors<Complex64>>,
 }
 
-impl KluMatrices {
+impl SparseDirectSolver {
     /// Analyses the pattern.
     ///
     /// # Errors
     /// Those of the analysis, see [`Symbolic::analyze`].
-    pub fn new(pattern: &SparsityPattern, options: KluOptions) -> Result<Self, SparseError> {
+    pub fn new(pattern: &SparsityPattern, options: SparseOptions) -> Result<Self, SparseError> {
         let symbolic = Symbolic::analyze(pattern, options)?;
         let nnz = symbolic.nnz();
         Ok(Self {
@@ -44,7 +44,7 @@ impl KluMatrices {
     }
 }
 
-impl<P: Problem> LinearSolver<P> for KluMatrices {
+impl<P: Problem> LinearSolver<P> for SparseDirectSolver {
     fn evaluate(&mut self, problem: &mut P, at: &Linearization<'_>) -> Result<(), StepError> {
         let parts = [&mut self.jacobian_y[..], &mut self.jacobian_y_dot];
         self.jacobian.parts(problem, at, parts)?;

@@ -1,7 +1,7 @@
 //! Settings of the integrator, as plain values.
 
 use myovib_dae::{Suppressed, Tolerances, VariableKind};
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 
 use crate::control::Control;
 use crate::error::{RadauError, expect_length};
@@ -125,7 +125,7 @@ pub struct RadauOptions {
     /// Safety factor of the step size control; 0.9 by default.
     pub safety: f64,
     /// Settings of KLU; its own by default.
-    pub klu: KluOptions,
+    pub sparse: SparseOptions,
 }
 
 impl Default for RadauOptions {
@@ -149,7 +149,7 @@ impl Default for RadauOptions {
             jacobian_reuse: 1e-3,
             step_window: (1.0, 1.2),
             safety: 0.9,
-            klu: KluOptions::default(),
+            sparse: SparseOptions::default(),
         }
     }
 }
@@ -163,9 +163,9 @@ impl RadauOptions {
         let reuse = self.jacobian_reuse;
         let kept = (0.0..1.0).contains(&reuse);
         expect("jacobian_reuse", reuse, kept, "in [0, 1)")?;
-        let pivots = self.klu.pivot_tolerance;
+        let pivots = self.sparse.pivot_tolerance;
         let fraction = (0.0..=1.0).contains(&pivots);
-        expect("klu.pivot_tolerance", pivots, fraction, "in [0, 1]")?;
+        expect("sparse.pivot_tolerance", pivots, fraction, "in [0, 1]")?;
         let below_one = self.safety > 0.0 && self.safety < 1.0;
         expect("safety", self.safety, below_one, "in (0, 1)")
     }

@@ -72,7 +72,7 @@ fn by_idas(row: &str, t_end: &str, count: usize) -> (f64, u64, SensitivityStatis
     let body = scene.scene.body.as_ref().expect("it has a body");
     let dae = MuscleDae::new(body.muscle.clone(), body.formulation).expect("it is one");
     let options = ida::options(&dae, &body.settings);
-    let solver = CondensedSolver::new(&dae, options.klu).expect("it can be analysed");
+    let solver = CondensedSolver::new(&dae, options.sparse).expect("it can be analysed");
     let rest = vec![0.0; dae.layout().n_unknowns()];
     let t_end = scene.scene.t_end;
     let mut builder = IdaSolver::builder(dae)

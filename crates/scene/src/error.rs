@@ -58,7 +58,9 @@ impl Error {
         let mut causes = std::iter::successors(std::error::Error::source(&self), |e| e.source());
         let lacks_memory = causes.any(|e| e.downcast_ref::<SparseError>().is_some_and(memory));
         match self {
-            Self::Input(_) | Self::Model(ModelError::Klu(SparseError::Memory { .. })) => self,
+            Self::Input(_) | Self::Model(ModelError::Factorization(SparseError::Memory { .. })) => {
+                self
+            }
             _ if lacks_memory => self,
             other => {
                 let message = other.to_string();

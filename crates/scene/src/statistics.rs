@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use myovib_model::{Counts, Formulation, IntegratorKind, Settings, Statistics};
-use myovib_sparse::klu::Ordering;
+use myovib_sparse::Ordering;
 use serde::Serialize;
 
 /// Samples of the constraint drift over a run.

@@ -1,17 +1,17 @@
-//! What products and factors are asked for by generic code: loops that are compiled [once](Number).
+//! What products and factors are asked for by generic code: loops that are compiled [once](Scalar).
 
 use crate::product::Product;
 use crate::supernodal::Supernodal;
-use crate::{Factorization, Number, SparseError};
+use crate::{Factorization, Scalar, SparseError};
 
 impl Product {
     /// `y` -= A `x`, A given by its `values` in the order of the pattern.
-    pub fn subtract<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
+    pub fn subtract<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [T]) {
         T::subtract(self, values, x, y);
     }
 
     /// Y -= A X, the numbers of a row of X and of Y side by side.
-    pub fn subtract_columns<T: Number>(
+    pub fn subtract_columns<T: Scalar>(
         &self,
         values: &[T],
         x: &[T],
@@ -25,12 +25,12 @@ impl Product {
     }
 
     /// `y` -= Aᵀ `x` (transposed, not conjugated).
-    pub fn subtract_transposed<T: Number>(&self, values: &[T], x: &[T], y: &mut [T]) {
+    pub fn subtract_transposed<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [T]) {
         T::subtract_transposed(self, values, x, y);
     }
 
     /// Y -= Aᵀ X (transposed, not conjugated), the numbers of a row side by side.
-    pub fn subtract_transposed_columns<T: Number>(
+    pub fn subtract_transposed_columns<T: Scalar>(
         &self,
         values: &[T],
         x: &[T],
@@ -41,12 +41,12 @@ impl Product {
     }
 
     /// `y` += |A| |`x`|.
-    pub fn add_magnitudes<T: Number>(&self, values: &[T], x: &[T], y: &mut [f64]) {
+    pub fn add_magnitudes<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [f64]) {
         T::add_magnitudes(self, values, x, y);
     }
 }
 
-impl<T: Number> Supernodal<T> {
+impl<T: Scalar> Supernodal<T> {
     /// Factorises the matrix with these `values`, in the order of the pattern analysed.
     ///
     /// # Errors
@@ -71,7 +71,7 @@ impl<T: Number> Supernodal<T> {
     }
 }
 
-impl<T: Number> Factorization<T> for Supernodal<T> {
+impl<T: Scalar> Factorization<T> for Supernodal<T> {
     fn renew(&mut self, values: &[T]) -> Result<(), SparseError> {
         self.factor(values)
     }

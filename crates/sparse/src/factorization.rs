@@ -4,8 +4,8 @@ use std::ops::Add;
 
 use myovib_dae::columns;
 
+use crate::Scalar;
 use crate::SparseError;
-use crate::arithmetic::Arithmetic;
 
 /// What is known of a matrix beyond its pattern.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -21,7 +21,7 @@ pub enum Kind {
 ///
 /// A constructor analyses the pattern; after the first solve neither [`renew`](Self::renew) nor
 /// [`solve`](Self::solve) needs more memory.
-pub trait Factorization<T: Arithmetic>: std::fmt::Debug + Send {
+pub trait Factorization<T: Scalar>: std::fmt::Debug + Send {
     /// Factorises the matrix with these `values`, in the order of the pattern.
     ///
     /// # Errors

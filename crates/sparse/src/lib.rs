@@ -10,7 +10,6 @@
 //! elimination.
 #![deny(unsafe_code)]
 
-mod arithmetic;
 mod compiled;
 pub mod engine;
 mod error;
@@ -21,13 +20,15 @@ mod finite;
 pub mod klu;
 #[cfg(not(klu))]
 mod lu;
-mod number;
+mod options;
 mod ordering;
 #[cfg(not(klu))]
 mod partial;
 pub mod pivoting;
 mod product;
 pub mod resources;
+mod row;
+mod scalar;
 pub mod supernodal;
 mod system;
 mod versions;
@@ -35,8 +36,9 @@ mod work;
 
 pub use error::SparseError;
 pub use factorization::{Factorization, Kind, Prediction};
-pub use number::Number;
+pub use options::{Ordering, Scaling, SparseOptions};
 pub use product::Product;
+pub use scalar::Scalar;
 pub use system::{Elimination, SparseSystem, Structure};
 pub use versions::Versions;
 pub use work::LinearWork;

@@ -10,9 +10,9 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
 use nalgebra_sparse::pattern::SparsityPattern;
 
+use crate::Scalar;
 use crate::SparseError;
-use crate::arithmetic::Arithmetic;
-use crate::klu::KluOptions;
+use crate::SparseOptions;
 
 /// The analysis of a pattern.
 #[derive(Debug, Clone)]
@@ -27,7 +27,10 @@ impl Symbolic {
     ///
     /// # Errors
     /// [`SparseError::NotSquare`].
-    pub fn analyze(pattern: &SparsityPattern, _options: KluOptions) -> Result<Self, SparseError> {
+    pub fn analyze(
+        pattern: &SparsityPattern,
+        _options: SparseOptions,
+    ) -> Result<Self, SparseError> {
         let (rows, columns) = (pattern.minor_dim(), pattern.major_dim());
         if rows != columns || rows == 0 {
             return Err(SparseError::NotSquare { rows, columns });
@@ -63,13 +66,13 @@ fn view(pattern: &SparsityPattern) -> SymbolicSparseColMatRef<'_, usize> {
 }
 
 /// The numbers of such factors, and room for their loops.
-pub struct Lu<T: Arithmetic> {
+pub struct Lu<T: Scalar> {
     symbolic: Symbolic,
     numeric: NumericLu<usize, T>,
     buffer: MemBuffer,
 }
 
-impl<T: Arithmetic> Lu<T> {
+impl<T: Scalar> Lu<T> {
     /// Room for all that the factors are asked for.
     pub fn new(symbolic: Symbolic) -> Self {
         let lu = &symbolic.lu;

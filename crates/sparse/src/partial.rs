@@ -3,17 +3,17 @@
 use crate::error::expect_length;
 use crate::finite::expect_finite;
 use crate::lu::{Lu, Symbolic};
-use crate::{Factorization, Number, SparseError};
+use crate::{Factorization, Scalar, SparseError};
 
 /// The factors of matrices with one pattern; pivots are chosen anew for each.
-pub struct Factors<T: Number> {
+pub struct Factors<T: Scalar> {
     lu: Lu<T>,
     probe: Vec<T>,
     /// Whether the factors are those of the last matrix.
     current: bool,
 }
 
-impl<T: Number> Factors<T> {
+impl<T: Scalar> Factors<T> {
     /// No factors yet, of matrices with the pattern analysed.
     pub fn new(symbolic: Symbolic) -> Self {
         Self {
@@ -87,7 +87,7 @@ impl<T: Number> Factors<T> {
     }
 }
 
-impl<T: Number> std::fmt::Debug for Factors<T> {
+impl<T: Scalar> std::fmt::Debug for Factors<T> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Factors")
             .field("n", &self.lu.symbolic().n())
@@ -96,7 +96,7 @@ impl<T: Number> std::fmt::Debug for Factors<T> {
     }
 }
 
-impl<T: Number> Factorization<T> for Factors<T> {
+impl<T: Scalar> Factorization<T> for Factors<T> {
     fn renew(&mut self, values: &[T]) -> Result<(), SparseError> {
         Self::renew(self, values)
     }

@@ -6,7 +6,8 @@ use std::ops::Range;
 use nalgebra_sparse::pattern::SparsityPattern;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::arithmetic::{Arithmetic, Row};
+use crate::Scalar;
+use crate::row::Row;
 
 /// How to multiply by a compressed-column matrix: columns with the same rows are taken together,
 /// two at a time, and rows that are neighbours are named once for both. The two components of a
@@ -74,7 +75,7 @@ impl Product {
     }
 
     /// `y` -= A `x`, A given by its `values` in the order of the pattern.
-    pub(crate) fn accumulate<T: Arithmetic>(&self, values: &[T], x: &[T], y: &mut [T]) {
+    pub(crate) fn accumulate<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [T]) {
         self.arch.dispatch(Accumulate {
             product: self,
             values,
@@ -85,7 +86,7 @@ impl Product {
     }
 
     /// Y -= A X or Aᵀ X, the numbers of a row side by side: eight columns at a time, as far as there are.
-    pub(crate) fn by_columns<T: Arithmetic, const TRANSPOSED: bool>(
+    pub(crate) fn by_columns<T: Scalar, const TRANSPOSED: bool>(
         &self,
         values: &[T],
         x: &[T],
@@ -112,7 +113,7 @@ impl Product {
     }
 
     /// `y` -= Aᵀ `x` (transposed, not conjugated).
-    pub(crate) fn transposed<T: Arithmetic>(&self, values: &[T], x: &[T], y: &mut [T]) {
+    pub(crate) fn transposed<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [T]) {
         self.arch.dispatch(Transposed {
             product: self,
             values,
@@ -122,7 +123,7 @@ impl Product {
     }
 
     /// `y` += |A| |`x`|.
-    pub(crate) fn magnitudes<T: Arithmetic>(&self, values: &[T], x: &[T], y: &mut [f64]) {
+    pub(crate) fn magnitudes<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [f64]) {
         self.arch.dispatch(Accumulate {
             product: self,
             values,
@@ -143,7 +144,7 @@ struct Accumulate<'a, T, Y, F> {
     add: F,
 }
 
-impl<T: Arithmetic, Y: Copy, F: Fn(Y, T, T) -> Y> WithSimd for Accumulate<'_, T, Y, F> {
+impl<T: Scalar, Y: Copy, F: Fn(Y, T, T) -> Y> WithSimd for Accumulate<'_, T, Y, F> {
     type Output = ();
 
     #[inline(always)]
@@ -216,7 +217,7 @@ impl<'a, T> Side<'a, T> {
     }
 }
 
-impl<T: Arithmetic, R: Row<T>, const TRANSPOSED: bool> WithSimd for AsWide<'_, T, R, TRANSPOSED> {
+impl<T: Scalar, R: Row<T>, const TRANSPOSED: bool> WithSimd for AsWide<'_, T, R, TRANSPOSED> {
     /// How many columns it was.
     type Output = usize;
 
@@ -240,15 +241,15 @@ impl<T: Arithmetic, R: Row<T>, const TRANSPOSED: bool> WithSimd for AsWide<'_, T
             // No closures below: they would be compiled without vector instructions.
             if !group.is_double {
                 let x0 = match TRANSPOSED {
-                    true => R::none(),
+                    true => R::zeros(),
                     false => R::load(&x[place(group.column)]),
                 };
-                let (mut even, mut odd) = (R::none(), R::none());
+                let (mut even, mut odd) = (R::zeros(), R::zeros());
                 for (&row, a) in pairs.iter().zip(pairs0.chunks_exact(2)) {
                     let row = row as usize;
                     if TRANSPOSED {
-                        even = even.less_product(a[0], R::load(&x[place(row)]));
-                        odd = odd.less_product(a[1], R::load(&x[place(row + 1)]));
+                        even = even.minus_product(a[0], R::load(&x[place(row)]));
+                        odd = odd.minus_product(a[1], R::load(&x[place(row + 1)]));
                     } else {
                         update(&mut y[place(row)], [(a[0], x0)]);
                         update(&mut y[place(row + 1)], [(a[1], x0)]);
@@ -257,7 +258,7 @@ impl<T: Arithmetic, R: Row<T>, const TRANSPOSED: bool> WithSimd for AsWide<'_, T
                 for (&row, &a) in single.iter().zip(single0) {
                     let row = row as usize;
                     if TRANSPOSED {
-                        even = even.less_product(a, R::load(&x[place(row)]));
+                        even = even.minus_product(a, R::load(&x[place(row)]));
                     } else {
                         update(&mut y[place(row)], [(a, x0)]);
                     }
@@ -273,19 +274,19 @@ impl<T: Arithmetic, R: Row<T>, const TRANSPOSED: bool> WithSimd for AsWide<'_, T
             let entries = pairs0.chunks_exact(2).zip(pairs1.chunks_exact(2));
             let singles = single0.iter().zip(single1);
             if TRANSPOSED {
-                let mut sums = [R::none(); 4];
+                let mut sums = [R::zeros(); 4];
                 for (&row, (a, b)) in pairs.iter().zip(entries) {
                     let row = row as usize;
                     let (x0, x1) = (R::load(&x[place(row)]), R::load(&x[place(row + 1)]));
-                    sums[0] = sums[0].less_product(a[0], x0);
-                    sums[1] = sums[1].less_product(a[1], x1);
-                    sums[2] = sums[2].less_product(b[0], x0);
-                    sums[3] = sums[3].less_product(b[1], x1);
+                    sums[0] = sums[0].minus_product(a[0], x0);
+                    sums[1] = sums[1].minus_product(a[1], x1);
+                    sums[2] = sums[2].minus_product(b[0], x0);
+                    sums[3] = sums[3].minus_product(b[1], x1);
                 }
                 for (&row, (&a, &b)) in single.iter().zip(singles) {
                     let x0 = R::load(&x[place(row as usize)]);
-                    sums[0] = sums[0].less_product(a, x0);
-                    sums[2] = sums[2].less_product(b, x0);
+                    sums[0] = sums[0].minus_product(a, x0);
+                    sums[2] = sums[2].minus_product(b, x0);
                 }
                 for column in 0..2 {
                     let y = &mut y[place(group.column + column)];
@@ -311,10 +312,10 @@ impl<T: Arithmetic, R: Row<T>, const TRANSPOSED: bool> WithSimd for AsWide<'_, T
 
 /// y ← y − Σ a x
 #[inline(always)]
-fn update<T: Arithmetic, R: Row<T>, const N: usize>(y: &mut [T], products: [(T, R); N]) {
+fn update<T: Scalar, R: Row<T>, const N: usize>(y: &mut [T], products: [(T, R); N]) {
     let mut sum = R::load(y);
     for (a, x) in products {
-        sum = sum.less_product(a, x);
+        sum = sum.minus_product(a, x);
     }
     sum.store(y);
 }
@@ -327,7 +328,7 @@ struct Transposed<'a, T> {
     y: &'a mut [T],
 }
 
-impl<T: Arithmetic> WithSimd for Transposed<'_, T> {
+impl<T: Scalar> WithSimd for Transposed<'_, T> {
     type Output = ();
 
     #[inline(always)]

@@ -7,14 +7,14 @@ use std::sync::Arc;
 use nalgebra_sparse::pattern::SparsityPattern;
 use rayon::ThreadPool;
 
+use crate::SparseOptions;
 use crate::engine::{self, Engine};
 use crate::finite::expect_finite;
-use crate::klu::KluOptions;
 use crate::pivoting::{Factors, Symbolic};
 use crate::product::Product;
 use crate::resources;
 use crate::supernodal::{Analysis, Supernodal};
-use crate::{Factorization, Kind, LinearWork, Number, Prediction, SparseError};
+use crate::{Factorization, Kind, LinearWork, Prediction, Scalar, SparseError};
 
 /// Solutions with a larger backward error are refined. Good pivots leave a few ε times the length
 /// of a row; at 1e-12 four digits are gone, and a refinement, which costs as much as a solve,
@@ -74,7 +74,7 @@ enum Way {
 struct Blocks {
     /// For exchange of pivots, of a matrix that is not too large for that.
     pattern: Option<SparsityPattern>,
-    options: KluOptions,
+    options: SparseOptions,
     analysis: Arc<Analysis>,
     threads: Option<Arc<ThreadPool>>,
 }
@@ -88,7 +88,7 @@ impl Elimination {
     pub fn new(
         pattern: &SparsityPattern,
         structure: Structure,
-        options: KluOptions,
+        options: SparseOptions,
     ) -> Result<Self, SparseError> {
         if let Some(engine) = engine::installed() {
             return Ok(Self::by(engine, pattern, structure.kind));
@@ -138,7 +138,7 @@ impl Elimination {
     }
 
     /// Room for a matrix and its factors.
-    fn factors<T: Number>(&self) -> Box<dyn Factorization<T>> {
+    fn factors<T: Scalar>(&self) -> Box<dyn Factorization<T>> {
         match &self.way {
             Way::Blocks(blocks) => {
                 let (analysis, threads) = (blocks.analysis.clone(), blocks.threads.clone());
@@ -153,7 +153,7 @@ impl Elimination {
     }
 
     /// Room for factors with exchange of pivots; none where an engine exchanges them.
-    fn pivoting<T: Number>(&self) -> Result<Option<Factors<T>>, SparseError> {
+    fn pivoting<T: Scalar>(&self) -> Result<Option<Factors<T>>, SparseError> {
         let Way::Blocks(blocks) = &self.way else {
             return Ok(None);
         };
@@ -182,7 +182,7 @@ impl Elimination {
 
     /// What one matrix of numbers `T` and its factors will need; unknown if an engine factorises.
     /// Matrices with one pattern share the analysis, which is counted in each.
-    pub fn prediction<T: Number>(&self) -> Option<Prediction> {
+    pub fn prediction<T: Scalar>(&self) -> Option<Prediction> {
         let Way::Blocks(blocks) = &self.way else {
             return None;
         };
@@ -209,7 +209,7 @@ impl Elimination {
 
 /// A matrix with a fixed pattern, its factors and workspace.
 #[derive(Debug)]
-pub struct SparseSystem<T: Number> {
+pub struct SparseSystem<T: Scalar> {
     elimination: Arc<Elimination>,
     values: Vec<T>,
     /// By dense blocks or by an engine.
@@ -222,7 +222,7 @@ pub struct SparseSystem<T: Number> {
     scale: Vec<f64>,
 }
 
-impl<T: Number> SparseSystem<T> {
+impl<T: Scalar> SparseSystem<T> {
     /// Room for a matrix and its factors.
     pub fn new(elimination: Arc<Elimination>) -> Self {
         let n = elimination.n;

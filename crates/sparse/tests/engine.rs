@@ -3,11 +3,11 @@
 
 use std::sync::Arc;
 
+use myovib_sparse::SparseOptions;
 use myovib_sparse::engine::Engine;
-use myovib_sparse::klu::KluOptions;
 use myovib_sparse::pivoting::{Factors, Symbolic};
 use myovib_sparse::{
-    Elimination, Factorization, Kind, LinearWork, Number, SparseError, SparseSystem,
+    Elimination, Factorization, Kind, LinearWork, Scalar, SparseError, SparseSystem,
 };
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
@@ -17,12 +17,12 @@ use num_complex::Complex64;
 struct Erring(f64);
 
 #[derive(Debug)]
-struct Own<T: Number> {
+struct Own<T: Scalar> {
     factors: Factors<T>,
     error: f64,
 }
 
-impl<T: Number> Factorization<T> for Own<T> {
+impl<T: Scalar> Factorization<T> for Own<T> {
     fn renew(&mut self, values: &[T]) -> Result<(), SparseError> {
         if self.error.is_nan() {
             let reason = "it has no memory left".to_owned();
@@ -50,8 +50,8 @@ impl<T: Number> Factorization<T> for Own<T> {
 }
 
 impl Erring {
-    fn factors<T: Number>(&self, pattern: &SparsityPattern) -> Box<dyn Factorization<T>> {
-        let symbolic = Symbolic::analyze(pattern, KluOptions::default()).unwrap();
+    fn factors<T: Scalar>(&self, pattern: &SparsityPattern) -> Box<dyn Factorization<T>> {
+        let symbolic = Symbolic::analyze(pattern, SparseOptions::default()).unwrap();
         Box::new(Own {
             factors: Factors::new(symbolic),
             error: self.0,
@@ -74,7 +74,7 @@ impl Engine for Erring {
 }
 
 /// [2 1; 1 3] x = [3; 4], whose solution is ones.
-fn solve<T: Number>(error: f64) -> (Result<Vec<T>, SparseError>, LinearWork) {
+fn solve<T: Scalar>(error: f64) -> (Result<Vec<T>, SparseError>, LinearWork) {
     let dense =
         SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 2, 4], vec![0, 1, 0, 1]);
     let elimination = Elimination::by(Arc::new(Erring(error)), &dense.unwrap(), Kind::Symmetric);
@@ -92,7 +92,7 @@ fn solve<T: Number>(error: f64) -> (Result<Vec<T>, SparseError>, LinearWork) {
     (solved.map(|()| x), work)
 }
 
-fn is_one<T: Number>(x: T, error: f64) -> bool {
+fn is_one<T: Scalar>(x: T, error: f64) -> bool {
     num_complex::ComplexFloat::abs(x - T::one()) <= error
 }
 

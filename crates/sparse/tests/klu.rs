@@ -2,11 +2,8 @@
 #![cfg(klu)]
 #![allow(clippy::unwrap_used)] // a test may panic
 
-use myovib_sparse::klu::{
-    ComplexNumeric, Factors, KluOptions, Numeric, Ordering, Pivots, RealNumeric, Scalar, Scaling,
-    Symbolic,
-};
-use myovib_sparse::{Factorization, SparseError};
+use myovib_sparse::klu::{ComplexNumeric, Factors, Numeric, Pivots, RealNumeric, Symbolic};
+use myovib_sparse::{Factorization, Ordering, Scalar, Scaling, SparseError, SparseOptions};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
@@ -78,11 +75,11 @@ fn solves_with_every_ordering_with_and_without_blocks_and_scaling() {
     for ordering in [Ordering::Amd, Ordering::Colamd, Ordering::Natural] {
         for btf in [true, false] {
             for scaling in [Scaling::None, Scaling::Sum, Scaling::Max] {
-                let options = KluOptions {
+                let options = SparseOptions {
                     ordering,
                     btf,
                     scaling,
-                    ..KluOptions::default()
+                    ..SparseOptions::default()
                 };
                 let symbolic = Symbolic::analyze(&pattern, options).unwrap();
                 let rank = (btf && ordering != Ordering::Natural).then_some(60);
@@ -108,7 +105,7 @@ fn solves_with_every_ordering_with_and_without_blocks_and_scaling() {
 #[test]
 fn complex_factors_share_the_analysis_and_solve_real_and_transposed_systems() {
     let pattern = pattern(40, 3);
-    let symbolic = Symbolic::analyze(&pattern, KluOptions::default()).unwrap();
+    let symbolic = Symbolic::analyze(&pattern, SparseOptions::default()).unwrap();
     let (re, im) = (real_values(&pattern, 3), real_values(&pattern, 9));
     let values: Vec<_> = re
         .iter()
@@ -142,7 +139,7 @@ fn complex_factors_share_the_analysis_and_solve_real_and_transposed_systems() {
 #[test]
 fn a_refactorisation_solves_the_new_system_and_several_right_hand_sides_at_once() {
     let pattern = pattern(30, 2);
-    let symbolic = Symbolic::analyze(&pattern, KluOptions::default()).unwrap();
+    let symbolic = Symbolic::analyze(&pattern, SparseOptions::default()).unwrap();
     let mut lu = RealNumeric::factor(&symbolic, &real_values(&pattern, 3)).unwrap();
     let values = real_values(&pattern, 4);
     lu.refactor(&values).unwrap();
@@ -162,10 +159,10 @@ fn diagnostics_of_a_diagonal_matrix() {
     let pattern =
         SparsityPattern::try_from_offsets_and_indices(3, 3, vec![0, 1, 2, 3], vec![0, 1, 2])
             .unwrap();
-    let options = KluOptions {
+    let options = SparseOptions {
         scaling: Scaling::None,
         btf: false,
-        ..KluOptions::default()
+        ..SparseOptions::default()
     };
     let symbolic = Symbolic::analyze(&pattern, options).unwrap();
     let values = [1.0, 10.0, 100.0];
@@ -200,10 +197,10 @@ fn an_arrow_matrix_fills_in_the_natural_order_and_not_with_amd() {
         .map(|(c, r)| if r == c { n as f64 } else { 1.0 })
         .collect();
     let factorised = |ordering| {
-        let options = KluOptions {
+        let options = SparseOptions {
             ordering,
             btf: false,
-            ..KluOptions::default()
+            ..SparseOptions::default()
         };
         let symbolic = Symbolic::analyze(&pattern, options).unwrap();
         RealNumeric::factor(&symbolic, &values).unwrap()
@@ -228,7 +225,7 @@ fn singular_matrices_are_errors_that_say_where() {
     // Row 1 empty: structurally singular.
     let empty_row =
         SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 1, 2], vec![0, 0]).unwrap();
-    let symbolic = Symbolic::analyze(&empty_row, KluOptions::default()).unwrap();
+    let symbolic = Symbolic::analyze(&empty_row, SparseOptions::default()).unwrap();
     assert_eq!(symbolic.structural_rank(), Some(1));
     let error = RealNumeric::factor(&symbolic, &[1.0, 1.0]).unwrap_err();
     let SparseError::Singular { n: 2, column } = error else {
@@ -239,7 +236,7 @@ fn singular_matrices_are_errors_that_say_where() {
     // [1 1; 1 1]: singular by its values; refused at the factorisation and at the refactorisation.
     let full = SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 2, 4], vec![0, 1, 0, 1])
         .unwrap();
-    let symbolic = Symbolic::analyze(&full, KluOptions::default()).unwrap();
+    let symbolic = Symbolic::analyze(&full, SparseOptions::default()).unwrap();
     let error = RealNumeric::factor(&symbolic, &[1.0; 4]).unwrap_err();
     assert_eq!(
         error,
@@ -264,7 +261,7 @@ fn singular_matrices_are_errors_that_say_where() {
 fn bad_arguments_are_errors_with_numbers() {
     let wide =
         SparsityPattern::try_from_offsets_and_indices(2, 3, vec![0, 1, 2], vec![0, 1]).unwrap();
-    let analyse = |pattern: &SparsityPattern| Symbolic::analyze(pattern, KluOptions::default());
+    let analyse = |pattern: &SparsityPattern| Symbolic::analyze(pattern, SparseOptions::default());
     assert_eq!(
         analyse(&wide).unwrap_err(),
         SparseError::NotSquare {
@@ -308,7 +305,7 @@ fn bad_arguments_are_errors_with_numbers() {
 
 #[test]
 fn complex_values_must_be_finite_in_both_parts() {
-    let symbolic = Symbolic::analyze(&pattern(2, 0), KluOptions::default()).unwrap();
+    let symbolic = Symbolic::analyze(&pattern(2, 0), SparseOptions::default()).unwrap();
     for bad in [
         Complex64::new(0.0, f64::NAN),
         Complex64::new(f64::INFINITY, 0.0),
@@ -326,7 +323,7 @@ fn complex_values_must_be_finite_in_both_parts() {
 
 #[test]
 fn analyses_and_factors_have_a_form_to_print() {
-    let symbolic = Symbolic::analyze(&pattern(2, 0), KluOptions::default()).unwrap();
+    let symbolic = Symbolic::analyze(&pattern(2, 0), SparseOptions::default()).unwrap();
     assert_eq!(format!("{symbolic:?}"), "Symbolic { n: 2, nnz: 2 }");
     let lu = RealNumeric::factor(&symbolic, &[1.0, 2.0]).unwrap();
     let printed = format!("{lu:?}");
@@ -360,7 +357,7 @@ fn errors_name_the_column_and_the_status() {
 fn pivots_are_kept_as_long_as_they_serve() {
     let full = SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 2, 4], vec![0, 1, 0, 1])
         .unwrap();
-    let symbolic = Symbolic::analyze(&full, KluOptions::default()).unwrap();
+    let symbolic = Symbolic::analyze(&full, SparseOptions::default()).unwrap();
     // Fresh pivots of growth 19; then growth 99, three digits less than which is 19 000; 1e9; and
     // a matrix that is singular with the pivots kept.
     let mut factors = Factors::<f64>::new(symbolic);
@@ -409,9 +406,9 @@ fn many_threads_factorise_with_one_shared_analysis() {
 
     let pattern = pattern(80, 3);
     // COLAMD leaves size estimates open, so that factorisations write to the shared analysis.
-    let options = KluOptions {
+    let options = SparseOptions {
         ordering: Ordering::Colamd,
-        ..KluOptions::default()
+        ..SparseOptions::default()
     };
     let symbolic = Symbolic::analyze(&pattern, options).unwrap();
     std::thread::scope(|scope| {

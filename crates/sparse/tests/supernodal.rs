@@ -3,9 +3,9 @@
 
 use std::sync::Arc;
 
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use myovib_sparse::supernodal::{Analysis, Supernodal};
-use myovib_sparse::{Elimination, Kind, LinearWork, Number, SparseError, SparseSystem, Structure};
+use myovib_sparse::{Elimination, Kind, LinearWork, Scalar, SparseError, SparseSystem, Structure};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 use rand::rngs::StdRng;
@@ -21,7 +21,7 @@ fn pattern(n: usize, holds: impl Fn(usize, usize) -> bool) -> SparsityPattern {
     SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows).unwrap()
 }
 
-fn system(p: &SparsityPattern, options: KluOptions) -> SparseSystem<f64> {
+fn system(p: &SparsityPattern, options: SparseOptions) -> SparseSystem<f64> {
     let elimination = Elimination::new(p, Structure::default(), options).unwrap();
     SparseSystem::new(Arc::new(elimination))
 }
@@ -38,11 +38,11 @@ fn stencil(side: usize) -> SparsityPattern {
     })
 }
 
-fn largest_residual<T: Number>(p: &SparsityPattern, values: &[T], b: &[T], x: &[T]) -> f64 {
+fn largest_residual<T: Scalar>(p: &SparsityPattern, values: &[T], b: &[T], x: &[T]) -> f64 {
     largest(p.entries(), values, b, x)
 }
 
-fn largest_residual_transposed<T: Number>(
+fn largest_residual_transposed<T: Scalar>(
     p: &SparsityPattern,
     values: &[T],
     b: &[T],
@@ -51,7 +51,7 @@ fn largest_residual_transposed<T: Number>(
     largest(p.entries().map(|(c, r)| (r, c)), values, b, x)
 }
 
-fn largest<T: Number>(
+fn largest<T: Scalar>(
     entries: impl Iterator<Item = (usize, usize)>,
     values: &[T],
     b: &[T],
@@ -64,7 +64,7 @@ fn largest<T: Number>(
     residual.iter().map(|r| r.abs()).fold(0.0, f64::max)
 }
 
-fn dominant<T: Number>(p: &SparsityPattern, mut draw: impl FnMut() -> T) -> Vec<T> {
+fn dominant<T: Scalar>(p: &SparsityPattern, mut draw: impl FnMut() -> T) -> Vec<T> {
     let diagonal = T::one() * 12.0;
     p.entries()
         .map(|(c, r)| draw() + if c == r { diagonal } else { T::zero() })
@@ -137,7 +137,7 @@ fn a_zero_pivot_is_said_and_exchanged() {
     assert_eq!(factors.factor(&values), Err(SparseError::ZeroPivot));
 
     let mut work = LinearWork::default();
-    let mut system = system(&p, KluOptions::default());
+    let mut system = system(&p, SparseOptions::default());
     system.values_mut().copy_from_slice(&values);
     system.renew(&mut work).unwrap();
     let mut x = [3.0, 5.0];
@@ -150,10 +150,10 @@ fn a_poor_pivot_is_found_on_the_solution_and_exchanged() {
     // [ε' 1; 1 1] without exchange loses all digits of the first unknown for ε' far below ε.
     let p = pattern(2, |_, _| true);
     let mut work = LinearWork::default();
-    let options = KluOptions {
+    let options = SparseOptions {
         btf: false,
         pivot_tolerance: 1.0,
-        ..KluOptions::default()
+        ..SparseOptions::default()
     };
     let mut system = system(&p, options);
     system.values_mut().copy_from_slice(&[1e-40, 1.0, 1.0, 1.0]);
@@ -214,12 +214,12 @@ impl Saddle {
     }
 
     fn elimination(&self, structure: Structure) -> Elimination {
-        Elimination::new(&self.pattern, structure, KluOptions::default()).unwrap()
+        Elimination::new(&self.pattern, structure, SparseOptions::default()).unwrap()
     }
 }
 
 /// The solution of A x = b by fixed pivots only, and its backward error.
-fn solve<T: Number>(elimination: Elimination, values: &[T], b: &[T]) -> (Vec<T>, f64) {
+fn solve<T: Scalar>(elimination: Elimination, values: &[T], b: &[T]) -> (Vec<T>, f64) {
     let mut work = LinearWork::default();
     let mut system = SparseSystem::new(Arc::new(elimination));
     system.values_mut().copy_from_slice(values);
@@ -232,7 +232,7 @@ fn solve<T: Number>(elimination: Elimination, values: &[T], b: &[T]) -> (Vec<T>,
 }
 
 /// Solves for 15 right-hand sides, 8 + 4 + 2 + 1 of them at a time, and one by one.
-fn expect_the_same_side_by_side<T: Number>(system: &mut SparseSystem<T>, b: &[T]) {
+fn expect_the_same_side_by_side<T: Scalar>(system: &mut SparseSystem<T>, b: &[T]) {
     let (n, n_columns) = (b.len(), 15);
     let mut work = LinearWork::default();
     let of = |row: usize, column: usize| b[(row * (column + 1)) % n];
@@ -395,7 +395,7 @@ fn pressures_of_a_nearly_incompressible_body_are_eliminated_after_displacements(
 fn a_right_hand_side_of_zeros_leaves_the_check_to_the_next() {
     let p = pattern(2, |_, _| true);
     let mut work = LinearWork::default();
-    let mut system = system(&p, KluOptions::default());
+    let mut system = system(&p, SparseOptions::default());
     system.values_mut().copy_from_slice(&[1e-40, 1.0, 1.0, 1.0]);
     system.renew(&mut work).unwrap();
     let mut x = [0.0; 2];
@@ -412,7 +412,7 @@ fn a_solution_that_nothing_helps_is_refused() {
     // Overflow: x = (1e200, 1e200) up to rounding for b = 1, but no x for b = 1e300.
     let p = pattern(2, |_, _| true);
     let mut work = LinearWork::default();
-    let mut system = system(&p, KluOptions::default());
+    let mut system = system(&p, SparseOptions::default());
     system
         .values_mut()
         .copy_from_slice(&[1e-200, 0.0, 0.0, 1e-200]);
@@ -432,6 +432,6 @@ fn a_solution_that_nothing_helps_is_refused() {
 #[test]
 fn an_unknown_in_no_equation_is_named() {
     let p = pattern(3, |c, r| c != 1 && r != 1);
-    let refused = Elimination::new(&p, Structure::default(), KluOptions::default());
+    let refused = Elimination::new(&p, Structure::default(), SparseOptions::default());
     assert_eq!(refused.unwrap_err(), SparseError::EmptyColumn { column: 1 });
 }

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use myovib_sparse::klu::{KluOptions, Ordering};
 use myovib_sparse::{Elimination, Kind, LinearWork, SparseSystem, Structure};
+use myovib_sparse::{Ordering, SparseOptions};
 use nalgebra::{DVector, DVectorView};
 use nalgebra_sparse::ops::Op;
 use nalgebra_sparse::ops::serial::spmm_csc_dense;
@@ -151,10 +151,10 @@ impl Vibration {
             }
         }
         let matrix = CscMatrix::from(&matrix);
-        let options = KluOptions {
+        let options = SparseOptions {
             ordering: Ordering::Amd,
             btf: false,
-            ..KluOptions::default()
+            ..SparseOptions::default()
         };
         let structure = Structure {
             kind: Kind::Symmetric,

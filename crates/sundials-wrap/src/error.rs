@@ -176,5 +176,5 @@ pub enum Error {
     },
     /// A linear solver cannot be set up.
     #[error(transparent)]
-    Klu(#[from] myovib_sparse::SparseError),
+    Factorization(#[from] myovib_sparse::SparseError),
 }

@@ -4,7 +4,7 @@
 //! functions, weights, quadratures) is given to the [`IdaBuilder`](crate::IdaBuilder).
 
 use myovib_dae::{Direction, Suppressed, Tolerances, VariableKind};
-use myovib_sparse::klu::{KluOptions, Ordering};
+use myovib_sparse::{Ordering, SparseOptions};
 
 use crate::error::Error;
 
@@ -191,7 +191,7 @@ pub struct IdaOptions {
     pub linear_solution_scaling: bool,
     /// Settings of KLU. By default, as in SUNDIALS: COLAMD, block triangular form, scaling by the
     /// largest entry of each row.
-    pub klu: KluOptions,
+    pub sparse: SparseOptions,
     /// Controls of [`correct_initial_values`](crate::IdaSolver::correct_initial_values).
     pub initial_values: InitialValueOptions,
     /// Whose arithmetic is done on vectors; ours by default.
@@ -217,9 +217,9 @@ impl Default for IdaOptions {
             max_newton_iterations: 4,
             delta_cj: 0.25,
             linear_solution_scaling: true,
-            klu: KluOptions {
+            sparse: SparseOptions {
                 ordering: Ordering::Colamd,
-                ..KluOptions::default()
+                ..SparseOptions::default()
             },
             initial_values: InitialValueOptions::default(),
             vectors: VectorArithmetic::default(),
@@ -257,8 +257,8 @@ impl IdaOptions {
             return invalid("delta_cj", self.delta_cj, "in (0, 1)");
         }
         within(
-            "klu.pivot_tolerance",
-            self.klu.pivot_tolerance,
+            "sparse.pivot_tolerance",
+            self.sparse.pivot_tolerance,
             0.0,
             1.0,
             "in [0, 1]",

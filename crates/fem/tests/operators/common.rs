@@ -7,7 +7,7 @@ use myovib_fem::material::Law;
 use myovib_fem::quadrature::Rule;
 use myovib_fem::solid::{Fields, Pressure, Solid, Tangents, Vectors};
 use myovib_fem::{DofMap, Located, Mesh, Space};
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use myovib_sparse::pivoting::{Factors, Symbolic};
 use nalgebra::DMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
@@ -129,9 +129,9 @@ pub(crate) fn equilibrium(
             }
         }
         let matrix = CscMatrix::from(&matrix);
-        let options = KluOptions {
+        let options = SparseOptions {
             btf: false,
-            ..KluOptions::default()
+            ..SparseOptions::default()
         };
         let symbolic = Symbolic::analyze(matrix.pattern(), options).unwrap();
         let mut factors = Factors::new(symbolic);

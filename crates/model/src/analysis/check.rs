@@ -289,7 +289,7 @@ impl Sizes {
         dae.update_matrices(0.0, &at_rest, &at_rest)?;
         // Stages in pairs have a complex matrix for each pair beside the real one of the odd stage.
         let n_complex = settings.integrator.stages().unwrap_or(1) / 2;
-        let reduction = Reduction::new(dae, settings.klu())?;
+        let reduction = Reduction::new(dae, settings.sparse_options())?;
         Ok(Self {
             n_complex,
             real: reduction.prediction::<f64>(),

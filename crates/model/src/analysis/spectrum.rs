@@ -206,7 +206,7 @@ fn stretching(muscle: &Muscle) -> Vec<f64> {
 /// It belongs to the mesh, not to the muscle: a wave across the smallest element.
 ///
 /// # Errors
-/// [`ModelError::Klu`] when the pressures are not held.
+/// [`ModelError::Factorization`] when the pressures are not held.
 pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
     let solid = &muscle.solid;
     let rest = operators::rest(solid);

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use myovib_sparse::klu::KluOptions;
-use myovib_sparse::{Elimination, Kind, LinearWork, Number, SparseError, SparseSystem, Structure};
+use myovib_sparse::SparseOptions;
+use myovib_sparse::{Elimination, Kind, LinearWork, Scalar, SparseError, SparseSystem, Structure};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
@@ -36,7 +36,7 @@ impl Speed {
             kind: Kind::Symmetric,
             ..Structure::default()
         };
-        let elimination = Elimination::new(&pattern, structure, KluOptions::default())?;
+        let elimination = Elimination::new(&pattern, structure, SparseOptions::default())?;
         let elimination = Arc::new(elimination);
         let real = Timing::of::<f64>(&elimination, &pattern)?;
         let all = match with_complex {
@@ -59,7 +59,7 @@ struct Timing {
 }
 
 impl Timing {
-    fn of<T: Number>(
+    fn of<T: Scalar>(
         elimination: &Arc<Elimination>,
         pattern: &SparsityPattern,
     ) -> Result<Self, SparseError> {

@@ -10,7 +10,7 @@
 //! So each such place costs one more solve a matrix and a vector to keep.
 
 use myovib_dae::{Problem, StepError};
-use myovib_sparse::Number;
+use myovib_sparse::Scalar;
 use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU};
 
 use super::feedback::FeedbackDae;
@@ -36,7 +36,7 @@ impl<T: ComplexField> Default for Apart<T> {
     }
 }
 
-impl<T: Number + ComplexField> Apart<T> {
+impl<T: Scalar + ComplexField> Apart<T> {
     /// The `places` of these numbers, as they are linearised; `solve` is that of J, in place.
     pub(super) fn new(
         places: &[usize],
@@ -92,7 +92,7 @@ impl<T: Number + ComplexField> Apart<T> {
 }
 
 /// ∇gᵀ x of each of the `places`.
-fn gains<T: Number>(places: &[usize], dae: &FeedbackDae, x: &[T]) -> impl Iterator<Item = T> {
+fn gains<T: Scalar>(places: &[usize], dae: &FeedbackDae, x: &[T]) -> impl Iterator<Item = T> {
     places.iter().map(move |&number| {
         let place = &dae.places()[number];
         let network = dae.feedbacks()[place.feedback].network;

@@ -2,7 +2,7 @@
 
 use myovib_dae::LinearSolver;
 use myovib_sparse::SparseError;
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 
 use super::dae::CoupledDae;
 use super::feedback::FeedbackDae;
@@ -33,7 +33,7 @@ pub trait Body: Consistent + Send + Sized + 'static {
     /// Those of the analysis.
     fn condensed_solver(
         &mut self,
-        _options: KluOptions,
+        _options: SparseOptions,
     ) -> Result<Option<SystemMatrices<Self>>, SparseError> {
         Ok(None)
     }
@@ -46,7 +46,7 @@ impl Body for MuscleDae {
 
     fn condensed_solver(
         &mut self,
-        options: KluOptions,
+        options: SparseOptions,
     ) -> Result<Option<SystemMatrices<Self>>, SparseError> {
         Ok(Some(Box::new(CondensedSolver::new(self, options)?)))
     }
@@ -76,7 +76,7 @@ impl<B: Body> Body for CoupledDae<B> {
 
     fn condensed_solver(
         &mut self,
-        options: KluOptions,
+        options: SparseOptions,
     ) -> Result<Option<SystemMatrices<Self>>, SparseError> {
         let Some(body) = self.body_mut().condensed_solver(options)? else {
             return Ok(None);
@@ -93,7 +93,7 @@ impl Body for FeedbackDae {
 
     fn condensed_solver(
         &mut self,
-        options: KluOptions,
+        options: SparseOptions,
     ) -> Result<Option<SystemMatrices<Self>>, SparseError> {
         Ok(Some(Box::new(FeedbackSolver::new(self, options)?)))
     }

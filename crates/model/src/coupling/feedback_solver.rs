@@ -18,8 +18,8 @@
 //! ([`Apart`]).
 
 use myovib_dae::{LinearSolver, Linearization, StepError};
-use myovib_sparse::klu::KluOptions;
-use myovib_sparse::{Number, SparseError};
+use myovib_sparse::SparseOptions;
+use myovib_sparse::{Scalar, SparseError};
 use nalgebra::ComplexField;
 use num_complex::Complex64;
 
@@ -103,7 +103,7 @@ impl FeedbackSolver {
     ///
     /// # Errors
     /// Those of the analysis.
-    pub fn new(dae: &mut FeedbackDae, options: KluOptions) -> Result<Self, SparseError> {
+    pub fn new(dae: &mut FeedbackDae, options: SparseOptions) -> Result<Self, SparseError> {
         let (one_way, places, feedbacks) = dae.parts();
         let local = |place: &Place| Local::new(one_way, &feedbacks[place.feedback], place);
         let places: Vec<Option<Local>> = places.iter().map(local).collect();
@@ -160,7 +160,7 @@ impl FeedbackSolver {
     }
 }
 
-impl<T: Number + ComplexField> Matrix<T> {
+impl<T: Scalar + ComplexField> Matrix<T> {
     /// With the responses of these `networks`, factorised, and no places apart yet.
     fn new(networks: &mut [NetworkMatrix<T>], dae: &FeedbackDae) -> Result<Self, StepError> {
         let one_way = dae.one_way();
@@ -188,7 +188,7 @@ impl<T: Number + ComplexField> Matrix<T> {
 }
 
 /// Solves for the oscillators as if the body did not move, in place.
-fn solve_alone<T: Number>(
+fn solve_alone<T: Scalar>(
     networks: &mut [NetworkMatrix<T>],
     dae: &FeedbackDae,
     x: &mut [T],
@@ -198,7 +198,7 @@ fn solve_alone<T: Number>(
 }
 
 /// Takes what the oscillators alone do to the body, by the places that are local.
-fn feed_back<T: Number>(places: &[Option<Local>], dae: &FeedbackDae, x: &mut [T]) {
+fn feed_back<T: Scalar>(places: &[Option<Local>], dae: &FeedbackDae, x: &mut [T]) {
     let one_way = dae.one_way();
     let momentum = one_way.body().layout().momentum().start;
     let places = places.iter().zip(dae.places());
@@ -211,7 +211,7 @@ fn feed_back<T: Number>(places: &[Option<Local>], dae: &FeedbackDae, x: &mut [T]
 }
 
 /// Adds what the motion of the body, which is solved for, does to the oscillators.
-fn respond<T: Number>(responses: &[Vec<T>], one_way: &CoupledDae<MuscleDae>, x: &mut [T]) {
+fn respond<T: Scalar>(responses: &[Vec<T>], one_way: &CoupledDae<MuscleDae>, x: &mut [T]) {
     let (body, oscillators) = x.split_at_mut(one_way.body_range().end);
     for (k, response) in responses.iter().enumerate() {
         let own = one_way.range(k);

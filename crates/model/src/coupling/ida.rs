@@ -55,7 +55,7 @@ impl<P: Body> IdaIntegrator<P> {
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let condensed = match linear_solver {
-            LinearSolver::Condensed => system.condensed_solver(options.klu)?,
+            LinearSolver::Condensed => system.condensed_solver(options.sparse)?,
             LinearSolver::Full => None,
         };
         let schedule = system.schedule();

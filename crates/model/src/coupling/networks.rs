@@ -8,9 +8,9 @@
 //! ```
 
 use myovib_dae::{Problem, StepError};
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use myovib_sparse::pivoting::{Factors, Symbolic};
-use myovib_sparse::{Number, SparseError};
+use myovib_sparse::{Scalar, SparseError};
 
 use super::dae::CoupledDae;
 use super::oscillators::Oscillators;
@@ -31,7 +31,7 @@ impl Networks {
     /// Analyses the matrices of the networks of `dae`.
     pub(super) fn new<B: Problem>(
         dae: &CoupledDae<B>,
-        options: KluOptions,
+        options: SparseOptions,
     ) -> Result<Self, SparseError> {
         let linearised = |k| {
             let network = dae.oscillators(k).network();
@@ -55,12 +55,12 @@ impl Networks {
     }
 
     /// Room for the matrices of one c.
-    pub(super) fn matrices<T: Number>(&self) -> Vec<NetworkMatrix<T>> {
+    pub(super) fn matrices<T: Scalar>(&self) -> Vec<NetworkMatrix<T>> {
         self.0.iter().map(NetworkMatrix::new).collect()
     }
 
     /// Factorises the matrices of all networks for this c.
-    pub(super) fn set_up<B: Problem, T: Number>(
+    pub(super) fn set_up<B: Problem, T: Scalar>(
         &self,
         dae: &CoupledDae<B>,
         c: T,
@@ -73,7 +73,7 @@ impl Networks {
 
 /// The matrix of one network for one c, factorised.
 #[derive(Debug)]
-pub(super) struct NetworkMatrix<T: Number> {
+pub(super) struct NetworkMatrix<T: Scalar> {
     c: T,
     /// c + d.
     rates: Vec<T>,
@@ -82,7 +82,7 @@ pub(super) struct NetworkMatrix<T: Number> {
     pub(super) factors: Factors<T>,
 }
 
-impl<T: Number> NetworkMatrix<T> {
+impl<T: Scalar> NetworkMatrix<T> {
     fn new(of: &Linearised) -> Self {
         Self {
             c: T::zero(),

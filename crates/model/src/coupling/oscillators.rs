@@ -10,7 +10,7 @@ use crate::error::ModelError;
 use crate::reading::displacement::Displacement;
 use crate::signal::Signal;
 use crate::signal::schedule::Schedule;
-use myovib_sparse::Number;
+use myovib_sparse::Scalar;
 
 /// The displacement u in the forcing γ u of one direction.
 #[derive(Debug, Clone, Default)]
@@ -46,7 +46,7 @@ impl Source {
     }
 
     /// The change of u with a change of the body's unknowns: wᵀ `body`.
-    fn change<T: Number>(&self, body: &[T]) -> T {
+    fn change<T: Scalar>(&self, body: &[T]) -> T {
         let terms = self.unknowns().iter().map(|&(i, weight)| body[i] * weight);
         terms.fold(T::zero(), |sum, term| sum + term)
     }
@@ -112,7 +112,7 @@ impl Oscillators {
     }
 
     /// `rows` −= γ e wᵀ `body`: what a change of the body's unknowns does to the equations.
-    pub(super) fn subtract_forcing<T: Number>(&self, body: &[T], rows: &mut [T]) {
+    pub(super) fn subtract_forcing<T: Scalar>(&self, body: &[T], rows: &mut [T]) {
         for (channel, source) in self.sources.iter().enumerate() {
             let change = source.change(body) * self.drive.gain;
             for row in self.network.forced_rows(channel) {
@@ -154,7 +154,7 @@ impl Oscillators {
 
     /// `states` −= J_o⁻¹ γ e wᵀ `body`, with the `response` J_o⁻¹ γ e of all components of the forcing:
     /// each reaches oscillators of its own.
-    pub(super) fn subtract_response<T: Number>(
+    pub(super) fn subtract_response<T: Scalar>(
         &self,
         response: &[T],
         body: &[T],

@@ -1,7 +1,7 @@
 //! Radau IIA for coupled systems.
 
 use myovib_dae::{Problem, Suppressed, Tolerances};
-use myovib_radau::{KluMatrices, RadauOptions};
+use myovib_radau::{RadauOptions, SparseDirectSolver};
 
 use super::body::{Body, SystemMatrices};
 use super::error_test::ErrorTest;
@@ -55,12 +55,15 @@ impl<P: Body> RadauIntegrator<P, SystemMatrices<P>> {
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let condensed = match linear_solver {
-            LinearSolver::Condensed => system.condensed_solver(options.klu)?,
+            LinearSolver::Condensed => system.condensed_solver(options.sparse)?,
             LinearSolver::Full => None,
         };
         let matrices = match condensed {
             Some(solver) => solver,
-            None => Box::new(KluMatrices::new(&system.jacobian_pattern(), options.klu)?),
+            None => Box::new(SparseDirectSolver::new(
+                &system.jacobian_pattern(),
+                options.sparse,
+            )?),
         };
         let schedule = system.schedule();
         let (times, state) = ((t, t_end), (y, y_dot));

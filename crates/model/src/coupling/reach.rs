@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use myovib_dae::StepError;
-use myovib_sparse::Number;
+use myovib_sparse::Scalar;
 
 use super::dae::CoupledDae;
 use super::effect::{Effect, Feedback};
@@ -44,7 +44,7 @@ impl Place {
     }
 
     /// ∇gᵀ x for states x of the network.
-    pub(super) fn along<T: Number>(&self, x: &[T]) -> T {
+    pub(super) fn along<T: Scalar>(&self, x: &[T]) -> T {
         let [positions, velocities] = self.states();
         let (by_position, by_velocity) = self.slope.split_at(positions.len());
         let terms = |x: &[T], slope: &[f64]| {

@@ -10,8 +10,8 @@
 //! J_b is solved as if there were no oscillators; each network has small factors of its own.
 
 use myovib_dae::{LinearSolver, Linearization, Problem, StepError, columns};
-use myovib_sparse::klu::KluOptions;
-use myovib_sparse::{Number, SparseError};
+use myovib_sparse::SparseOptions;
+use myovib_sparse::{Scalar, SparseError};
 use num_complex::Complex64;
 
 use super::dae::CoupledDae;
@@ -36,7 +36,7 @@ impl<S> CoupledSolver<S> {
     pub fn new<B: Problem>(
         body: S,
         dae: &CoupledDae<B>,
-        options: KluOptions,
+        options: SparseOptions,
     ) -> Result<Self, SparseError> {
         let networks = Networks::new(dae, options)?;
         Ok(Self {
@@ -66,7 +66,7 @@ impl<S> CoupledSolver<S> {
 }
 
 /// Solves for the oscillators in place, the body's part of `x` being solved for.
-fn solve_networks<B: Problem, T: Number>(
+fn solve_networks<B: Problem, T: Scalar>(
     dae: &CoupledDae<B>,
     matrices: &mut [NetworkMatrix<T>],
     x: &mut [T],

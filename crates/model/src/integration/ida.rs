@@ -51,7 +51,7 @@ impl IdaIntegrator<MuscleDae> {
     ) -> Result<Self, ModelError> {
         let options = options(&dae, settings);
         let condensed = match settings.linear_solver {
-            LinearSolver::Condensed => Some(CondensedSolver::new(&dae, options.klu)?),
+            LinearSolver::Condensed => Some(CondensedSolver::new(&dae, options.sparse)?),
             LinearSolver::Full => None,
         };
         let schedule = dae.muscle().schedule();
@@ -163,7 +163,7 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
         delta_cj: settings.delta_cj,
         initial_step: settings.initial_step,
         max_step: settings.max_step,
-        klu: settings.klu(),
+        sparse: settings.sparse_options(),
         vectors: settings.vectors,
         ..IdaOptions::default()
     }

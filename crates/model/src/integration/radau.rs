@@ -1,7 +1,9 @@
 //! Radau IIA as an [`Integrator`] of a model.
 
 use myovib_dae::{Problem, Suppressed};
-use myovib_radau::{Fading, FadingMemory, KluMatrices, RadauBuilder, RadauOptions, RadauSolver};
+use myovib_radau::{
+    Fading, FadingMemory, RadauBuilder, RadauOptions, RadauSolver, SparseDirectSolver,
+};
 
 use crate::coupling::{ErrorTest, tested};
 use crate::error::ModelError;
@@ -16,7 +18,7 @@ use crate::signal::schedule::Schedule;
 use crate::start::Consistent;
 
 /// Radau IIA with a stop time at the end.
-pub struct RadauIntegrator<P: Problem, M = KluMatrices> {
+pub struct RadauIntegrator<P: Problem, M = SparseDirectSolver> {
     solver: RadauSolver<P, M>,
     pace: Pace,
     /// Counts of the starts before the present one.
@@ -167,8 +169,11 @@ pub fn matrices(
     linear_solver: LinearSolver,
 ) -> Result<MuscleMatrices, ModelError> {
     Ok(match linear_solver {
-        LinearSolver::Condensed => Box::new(CondensedSolver::new(dae, options.klu)?),
-        LinearSolver::Full => Box::new(KluMatrices::new(&dae.jacobian_pattern(), options.klu)?),
+        LinearSolver::Condensed => Box::new(CondensedSolver::new(dae, options.sparse)?),
+        LinearSolver::Full => Box::new(SparseDirectSolver::new(
+            &dae.jacobian_pattern(),
+            options.sparse,
+        )?),
     })
 }
 
@@ -188,7 +193,7 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
         max_step: settings.max_step,
         jacobian_reuse: 0.1,
         step_window: (1.0, 2.0),
-        klu: settings.klu(),
+        sparse: settings.sparse_options(),
         ..RadauOptions::default()
     }
 }

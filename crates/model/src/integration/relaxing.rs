@@ -42,7 +42,7 @@ impl RelaxingRadau {
             suppressed: Suppressed::Components(settings.left_out(dae.layout())[..n].to_vec()),
             ..of_all
         };
-        let matrices = RememberingSolver::new(&problem, options.klu)?;
+        let matrices = RememberingSolver::new(&problem, options.sparse)?;
         let (times, start) = ((t, settings.t_end), (&y[..n], &y_dot[..n]));
         let inner = RadauIntegrator::with_memory(problem, matrices, options, times, start, memory)?;
         Ok(Self(inner.with_schedule(schedule)))

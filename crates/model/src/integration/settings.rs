@@ -1,7 +1,7 @@
 //! What a user chooses of the time integration, with the paper's values as default.
 
 use myovib_dae::Tolerances;
-use myovib_sparse::klu::{KluOptions, Ordering};
+use myovib_sparse::{Ordering, SparseOptions};
 
 use sundials_wrap::VectorArithmetic;
 
@@ -230,11 +230,11 @@ impl Settings {
     }
 
     /// What KLU is told.
-    pub(crate) fn klu(&self) -> KluOptions {
-        KluOptions {
+    pub(crate) fn sparse_options(&self) -> SparseOptions {
+        SparseOptions {
             ordering: self.ordering,
             btf: self.btf,
-            ..KluOptions::default()
+            ..SparseOptions::default()
         }
     }
 

@@ -20,8 +20,8 @@
 use std::ops::Range;
 
 use myovib_dae::Problem;
-use myovib_sparse::klu::KluOptions;
-use myovib_sparse::{Kind, Number, SparseError, Structure};
+use myovib_sparse::SparseOptions;
+use myovib_sparse::{Kind, Scalar, SparseError, Structure};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::assembly::{Assembly, Entry};
@@ -83,7 +83,7 @@ pub(super) struct Kept {
 
 impl Kept {
     /// Multiplies numbers of its rows by their scale, if they have one, for `c`.
-    pub(super) fn scale_rows<T: Number>(&self, c: T, rows: &mut [T]) {
+    pub(super) fn scale_rows<T: Scalar>(&self, c: T, rows: &mut [T]) {
         if let Some(scale) = &self.scale {
             let scale: T = scale.at(c);
             rows.iter_mut().for_each(|row| *row *= scale);
@@ -128,7 +128,7 @@ impl Condensation {
     ///
     /// # Errors
     /// Those of the analysis.
-    pub fn elimination(&self, options: KluOptions) -> Result<Elimination, SparseError> {
+    pub fn elimination(&self, options: SparseOptions) -> Result<Elimination, SparseError> {
         Elimination::new(self.condensed.pattern(), self.structure.clone(), options)
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use myovib_sparse::SparseError;
 
-use super::{Condensation, Elimination, LinearWork, Number, SparseSystem};
+use super::{Condensation, Elimination, LinearWork, Scalar, SparseSystem};
 use crate::matrix::Matrix;
 use myovib_sparse::Product;
 
@@ -14,7 +14,7 @@ use myovib_sparse::Product;
 /// Several of them, real and complex, share one [`Condensation`] and one [`Elimination`]. After the
 /// first set-up neither a set-up nor a solve allocates.
 #[derive(Debug)]
-pub struct Condensed<T: Number> {
+pub struct Condensed<T: Scalar> {
     plan: Arc<Condensation>,
     system: SparseSystem<T>,
     coupling: Vec<T>,
@@ -25,7 +25,7 @@ pub struct Condensed<T: Number> {
     unknowns: Vec<T>,
 }
 
-impl<T: Number> Condensed<T> {
+impl<T: Scalar> Condensed<T> {
     /// Room for the matrix of a `plan` and its factors; `elimination` is that of
     /// [`Condensation::elimination`].
     pub fn new(plan: Arc<Condensation>, elimination: Arc<Elimination>) -> Self {

@@ -26,5 +26,5 @@ pub use solver::CondensedSolver;
 pub use split::Split;
 pub use splitting::Splitting;
 
-pub use myovib_sparse::{Elimination, LinearWork, Number, SparseSystem};
+pub use myovib_sparse::{Elimination, LinearWork, Scalar, SparseSystem};
 use symmetry::symmetric_signs;

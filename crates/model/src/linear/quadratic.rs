@@ -1,6 +1,6 @@
 //! How a matrix enters a reduced Newton matrix.
 
-use myovib_sparse::Number;
+use myovib_sparse::Scalar;
 
 /// p_0 + p_1 c + p_2 c²: the coefficient of a matrix in a reduced Newton matrix.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -8,7 +8,7 @@ pub(super) struct Quadratic(pub(super) [f64; 3]);
 
 impl Quadratic {
     /// The value at `c`.
-    pub(super) fn at<T: Number>(&self, c: T) -> T {
+    pub(super) fn at<T: Scalar>(&self, c: T) -> T {
         let [p0, p1, p2] = self.0;
         T::one() * p0 + c * p1 + c * c * p2
     }

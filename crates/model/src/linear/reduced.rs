@@ -4,7 +4,7 @@ use std::ops::Add;
 use std::sync::Arc;
 
 use myovib_dae::columns;
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use myovib_sparse::{Prediction, SparseError};
 use num_complex::Complex64;
 
@@ -42,7 +42,7 @@ impl Reduction {
     ///
     /// # Panics
     /// If the equations have a term that no part of the reduction takes.
-    pub fn new(dae: &MuscleDae, options: KluOptions) -> Result<Self, SparseError> {
+    pub fn new(dae: &MuscleDae, options: SparseOptions) -> Result<Self, SparseError> {
         let mut taken;
         let body = match Splitting::new(dae) {
             Some(plan) => {

@@ -16,7 +16,7 @@ use std::ops::Range;
 use myovib_fem::material::Prony;
 use num_complex::Complex64;
 
-use super::Number;
+use super::Scalar;
 use crate::field::Field;
 use crate::matrix::Matrix;
 use crate::muscle_dae::MuscleDae;
@@ -37,7 +37,7 @@ impl Series {
 
     /// What a matrix is multiplied by when internal stresses are eliminated: φ(c) − 1 for the
     /// stiffness of a stress that relaxes, one for all others.
-    pub(super) fn factor<T: Number>(&self, matrix: Matrix, c: T) -> T {
+    pub(super) fn factor<T: Scalar>(&self, matrix: Matrix, c: T) -> T {
         match matrix {
             Matrix::RelaxingStiffness(k) => self.0[k].tangent_factor(c) - T::one(),
             _ => T::one(),
@@ -46,7 +46,7 @@ impl Series {
 }
 
 /// A number by its real parts, as the element passes take it.
-pub(super) trait Parts: Number {
+pub(super) trait Parts: Scalar {
     /// How many there are.
     const COUNT: usize;
 

@@ -1,7 +1,7 @@
 //! The condensed matrices as an integrator asks for them: one real and some complex c at a time.
 
 use myovib_dae::{LinearSolver, Linearization, StepError};
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use myovib_sparse::{SparseError, resources};
 use num_complex::Complex64;
 
@@ -29,7 +29,7 @@ impl CondensedSolver {
     ///
     /// # Errors
     /// Those of the analysis.
-    pub fn new(dae: &MuscleDae, options: KluOptions) -> Result<Self, SparseError> {
+    pub fn new(dae: &MuscleDae, options: SparseOptions) -> Result<Self, SparseError> {
         let reduction = Reduction::new(dae, options)?;
         Ok(Self {
             real: reduction.matrix(),
@@ -47,7 +47,7 @@ impl CondensedSolver {
     /// eliminates.
     pub(crate) fn without_recovery(
         dae: &MuscleDae,
-        options: KluOptions,
+        options: SparseOptions,
     ) -> Result<Self, SparseError> {
         Ok(Self {
             relaxation: None,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use myovib_sparse::SparseError;
 
 use super::splitting::Source;
-use super::{Elimination, LinearWork, Number, SparseSystem, Splitting};
+use super::{Elimination, LinearWork, Scalar, SparseSystem, Splitting};
 use crate::matrix::Matrix;
 use myovib_sparse::Product;
 
@@ -14,7 +14,7 @@ use myovib_sparse::Product;
 /// Several of them, real and complex, can share one [`Splitting`]. After the first set-up neither a
 /// set-up nor a solve allocates.
 #[derive(Debug)]
-pub struct Split<T: Number> {
+pub struct Split<T: Scalar> {
     plan: Arc<Splitting>,
     motion: SparseSystem<T>,
     velocity: SparseSystem<T>,
@@ -29,7 +29,7 @@ pub struct Split<T: Number> {
     second: Vec<T>,
 }
 
-impl<T: Number> Split<T> {
+impl<T: Scalar> Split<T> {
     /// Room for both matrices of a `plan` and their factors; `eliminations` are those of
     /// [`Splitting::eliminations`].
     pub fn new(plan: Arc<Splitting>, eliminations: [Arc<Elimination>; 2]) -> Self {

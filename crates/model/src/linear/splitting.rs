@@ -27,7 +27,7 @@
 
 use std::ops::Range;
 
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use myovib_sparse::{Kind, SparseError, Structure};
 
 use crate::assembly::{Assembly, Entry};
@@ -37,7 +37,7 @@ use crate::matrix::{Matrix, Term};
 use crate::muscle_dae::MuscleDae;
 
 use super::relaxation::Series;
-use super::{Elimination, Number, Quadratic, symmetric_signs};
+use super::{Elimination, Quadratic, Scalar, symmetric_signs};
 
 /// Which equation the velocity is found from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,7 +58,7 @@ pub(super) struct PassedOn {
 
 impl PassedOn {
     /// The value at `c`, zero if it is not from `source`.
-    pub(super) fn at<T: Number>(&self, c: T, source: Source) -> T {
+    pub(super) fn at<T: Scalar>(&self, c: T, source: Source) -> T {
         match self.source {
             Some(own) if own != source => T::zero(),
             _ => self.coefficient.at(c),
@@ -217,7 +217,7 @@ impl Splitting {
     ///
     /// # Errors
     /// Those of the analysis.
-    pub fn eliminations(&self, options: KluOptions) -> Result<[Elimination; 2], SparseError> {
+    pub fn eliminations(&self, options: SparseOptions) -> Result<[Elimination; 2], SparseError> {
         let constraints = self.places.q.len()..self.motion.pattern().major_dim();
         let eliminate = |pattern, kind| {
             let constraints = constraints.clone();

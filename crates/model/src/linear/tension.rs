@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use super::Number;
+use super::Scalar;
 use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::muscle_dae::MuscleDae;
@@ -57,7 +57,7 @@ pub(super) struct Tensions<T> {
     force: Vec<f64>,
 }
 
-impl<T: Number> Tensions<T> {
+impl<T: Scalar> Tensions<T> {
     pub(super) fn new(plan: Arc<TensionBlock>) -> Self {
         Self {
             inverse: vec![T::zero(); plan.unknowns.len()],

@@ -7,7 +7,7 @@ use myovib_fem::RelaxingPart;
 use myovib_fem::material::PronyTerm;
 use myovib_radau::{Fading, FadingMemory, MemoryPart, MemoryTerm};
 use myovib_sparse::SparseError;
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
@@ -161,7 +161,7 @@ impl RememberingSolver {
     ///
     /// # Errors
     /// Those of the analysis.
-    pub(crate) fn new(problem: &Remembering, options: KluOptions) -> Result<Self, SparseError> {
+    pub(crate) fn new(problem: &Remembering, options: SparseOptions) -> Result<Self, SparseError> {
         Ok(Self(CondensedSolver::without_recovery(
             &problem.dae,
             options,

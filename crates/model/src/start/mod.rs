@@ -90,7 +90,7 @@ impl Start {
     ///
     /// # Errors
     /// [`ModelError::Inverted`] or [`ModelError::NotIncompressible`] for a displacement that cannot
-    /// be made consistent, [`ModelError::Klu`] when the pressures are not held (B without full
+    /// be made consistent, [`ModelError::Factorization`] when the pressures are not held (B without full
     /// rank).
     ///
     /// # Panics

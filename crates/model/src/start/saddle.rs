@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use myovib_sparse::{Elimination, Kind, LinearWork, SparseSystem, Structure};
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 
@@ -33,7 +33,7 @@ impl Saddle {
             kind: Kind::Symmetric,
             constraints: n..n + m,
         };
-        let elimination = Elimination::new(matrix.pattern(), structure, KluOptions::default())?;
+        let elimination = Elimination::new(matrix.pattern(), structure, SparseOptions::default())?;
         elimination.expect_room()?;
         let mut factors = SparseSystem::new(Arc::new(elimination));
         factors.values_mut().copy_from_slice(matrix.values());

@@ -4,10 +4,10 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use myovib_fem::{AddedMotion, Fields, Inverted, Vectors};
-use myovib_sparse::klu::{KluOptions, Ordering};
 use myovib_sparse::{
     Elimination, Kind, LinearWork, Prediction, SparseSystem, Structure, resources,
 };
+use myovib_sparse::{Ordering, SparseOptions};
 
 use crate::assembly::{Assembly, Entry};
 use crate::equation::{Added, Context, Equation, PressureRateSource};
@@ -116,10 +116,10 @@ impl<'a> Newton<'a> {
         let matrices = Matrices::new(muscle, entries.iter().map(|entry| entry.matrix));
         let n = layout.n_unknowns();
         let assembly = Assembly::new((n, n), entries, |matrix| matrices.pattern(solid, matrix));
-        let options = KluOptions {
+        let options = SparseOptions {
             ordering: Ordering::Amd,
             btf: false,
-            ..KluOptions::default()
+            ..SparseOptions::default()
         };
         let structure = Structure {
             kind: Kind::General,

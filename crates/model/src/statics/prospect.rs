@@ -72,7 +72,7 @@ impl<'a> Prospect<'a> {
     /// The answer of the body to its loads by linear elasticity.
     ///
     /// # Errors
-    /// [`ModelError::Klu`] for a body that is not held.
+    /// [`ModelError::Factorization`] for a body that is not held.
     pub(crate) fn linear_response(&mut self) -> Result<LinearResponse, ModelError> {
         let newton = &mut self.newton;
         let clock = CpuClock::start();

@@ -14,7 +14,7 @@ impl Equilibrium {
     /// stencil of muscles that differ in it: the weighted sum of their G at this x is ∂G/∂p.
     ///
     /// # Errors
-    /// [`ModelError::Klu`] at a limit point, [`ModelError::Inverted`] for a muscle of a stencil that
+    /// [`ModelError::Factorization`] at a limit point, [`ModelError::Inverted`] for a muscle of a stencil that
     /// moves its supports too far.
     pub fn derivatives(
         &self,

@@ -3,9 +3,9 @@
 use myovib_dae::Problem;
 use myovib_dae::conformance::jacobian_error;
 use myovib_fem::AddedStress;
-use myovib_model::linear::{LinearWork, Number, Reduction};
+use myovib_model::linear::{LinearWork, Reduction, Scalar};
 use myovib_model::{Field, Formulation, MuscleDae};
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use num_complex::Complex64;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
@@ -87,7 +87,7 @@ fn jacobian_of_every_formulation_agrees_with_differences() {
 }
 
 /// max_i |b - A x|_i / (|A||x| + |b|)_i in the full system, x solved for in the reduced one.
-fn backward_error<T: Number>(dae: &mut MuscleDae, speed: f64, c: T, rng: &mut StdRng) -> f64 {
+fn backward_error<T: Scalar>(dae: &mut MuscleDae, speed: f64, c: T, rng: &mut StdRng) -> f64 {
     let pattern = dae.jacobian_pattern();
     let Drawn {
         y,
@@ -100,7 +100,9 @@ fn backward_error<T: Number>(dae: &mut MuscleDae, speed: f64, c: T, rng: &mut St
         values
     };
     let (of_value, of_rate) = (at(1.0, 0.0), at(0.0, 1.0));
-    let mut reduced = Reduction::new(dae, KluOptions::default()).unwrap().matrix();
+    let mut reduced = Reduction::new(dae, SparseOptions::default())
+        .unwrap()
+        .matrix();
     let mut work = LinearWork::default();
     reduced
         .set_up(c, |matrix| dae.matrix_values(matrix), &mut work)

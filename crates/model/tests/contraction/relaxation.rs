@@ -10,7 +10,7 @@ use myovib_model::{
     Field, Formulation, IntegratorKind, Muscle, MuscleDae, Outcome, Parameters, Prescribed,
     Settings, Signal, Start, check, formula, run, start_from,
 };
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use num_complex::Complex64;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
@@ -116,7 +116,7 @@ fn elimination_solves_the_linearised_equations() {
                 ]
             };
             let right = image(&mut dae, [&wanted[0], &wanted[1]]);
-            let mut solver = CondensedSolver::new(&dae, KluOptions::default()).unwrap();
+            let mut solver = CondensedSolver::new(&dae, SparseOptions::default()).unwrap();
             let weights = vec![1.0; y.len()];
             let at = Linearization {
                 t: 0.1,
@@ -361,7 +361,7 @@ fn the_whole_matrix_is_refused() {
     let mut values = vec![0.0; dae.jacobian_pattern().nnz()];
     let refused = dae.jacobian(0.0, &zero, &zero, 1.0, 1.0, &mut values);
     let message = refused.unwrap_err().to_string();
-    let mut solver = CondensedSolver::new(&dae, KluOptions::default()).unwrap();
+    let mut solver = CondensedSolver::new(&dae, SparseOptions::default()).unwrap();
     let adjoint = solver.solve_real_transposed(&mut dae, &mut vec![0.0; zero.len()]);
     assert!(adjoint.unwrap_err().to_string().contains("no adjoint"));
     assert!(

@@ -6,7 +6,7 @@ use myovib_model::coupling::{
     Body, CoherenceHistory, CoupledDae, ErrorTest, NoBody, Oscillators, Recorder, Recording,
     Source, StateTolerances,
 };
-use myovib_model::linear::Number;
+use myovib_model::linear::Scalar;
 use myovib_model::{
     Displacement, Formulation, IdaIntegrator, LinearSolver, MuscleDae, Observer, Outcome, Probe,
     RodDae, SampleTimes, Sampler, Settings, Statistics, ida, paper, run,
@@ -152,7 +152,7 @@ pub(crate) fn from_rest(chain: &Chain, gain: f64, t_end: f64) -> (CoherenceHisto
 }
 
 /// max_i |b − (∂F/∂y + c ∂F/∂ẏ) x|_i / (|A||x| + |b|)_i at time t in the full system.
-pub(crate) fn backward_error<P: Problem, T: Number>(
+pub(crate) fn backward_error<P: Problem, T: Scalar>(
     dae: &mut P,
     t: f64,
     [y, y_dot]: [&[f64]; 2],

@@ -9,7 +9,7 @@ use myovib_model::{
     Field, Formulation, Integrator, LinearSolver, MuscleDae, Outcome, Probe, Settings, paper, run,
 };
 use myovib_oscillators::{Array, Coefficients, Drive, Ends, Reach};
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use num_complex::Complex64;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
@@ -71,10 +71,10 @@ const T_NOW: f64 = 0.9;
 /// A row holds some fifty products, each rounded a few times on its way through the elimination.
 const ROUNDING: f64 = 1e3 * f64::EPSILON;
 
-fn klu() -> KluOptions {
-    KluOptions {
+fn klu() -> SparseOptions {
+    SparseOptions {
         btf: false,
-        ..KluOptions::default()
+        ..SparseOptions::default()
     }
 }
 

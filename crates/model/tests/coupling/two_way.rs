@@ -16,7 +16,7 @@ use myovib_model::{
     Parameters, Probe, Settings, Signal, formula, paper,
 };
 use myovib_oscillators::{Chain, Coefficients, Drive, Ends, Reach, SmoothCoherence};
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use num_complex::Complex64;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
@@ -227,7 +227,7 @@ pub(crate) fn assert_solved_by_differences(mut dae: FeedbackDae, case: &str, rng
     let y_dot = draw(&size, 10.0, rng);
     let c = 3e2;
     let right = along(&mut dae, [&y, &y_dot], &wanted, c);
-    let mut solver = FeedbackSolver::new(&mut dae, KluOptions::default()).unwrap();
+    let mut solver = FeedbackSolver::new(&mut dae, SparseOptions::default()).unwrap();
     let weights = vec![1.0; size.len()];
     let at = Linearization {
         t: 0.1,
@@ -286,7 +286,7 @@ pub(crate) fn assert_solved(mut dae: FeedbackDae, case: &str, rng: &mut StdRng) 
     // As for other coupled systems: truncation and rounding of the differences.
     assert!(error < 1e-6, "{case}: {error:e}");
 
-    let klu = KluOptions::default();
+    let klu = SparseOptions::default();
     let mut solver = FeedbackSolver::new(&mut dae, klu).unwrap();
     let weights = vec![1.0; size.len()];
     let at = Linearization {

@@ -25,7 +25,7 @@ fn start(integrator: IntegratorKind) -> Run {
         ..Settings::paper(Formulation::Position)
     };
     let options = radau::options(&dae, &settings);
-    let matrices = CondensedSolver::new(&dae, options.klu).unwrap();
+    let matrices = CondensedSolver::new(&dae, options.sparse).unwrap();
     let rest = vec![0.0; dae.n_unknowns()];
     let builder = RadauSolver::builder(dae).options(options);
     builder.build_with(matrices, 0.0, &rest, &rest).unwrap()

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use myovib_dae::Problem;
 use myovib_fem::{DofMap, Law, Mesh, Solid, Space, generate};
-use myovib_model::linear::{LinearWork, Number, Reduction};
+use myovib_model::linear::{LinearWork, Reduction, Scalar};
 use myovib_model::{
     Field, Formulation, IdaIntegrator, Integrator, LinearSolver, Muscle, MuscleDae, Outcome,
     Parameters, PressureLoad, Settings, Signal, default_ordering, paper, run,
 };
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use num_complex::Complex64;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
@@ -71,7 +71,7 @@ fn random_state(dae: &MuscleDae, rng: &mut StdRng) -> (Vec<f64>, Vec<f64>) {
 
 /// max_i |b - A x|_i / (|A||x| + |b|)_i in the full system,
 /// with the (column, row) of each entry.
-fn backward_error<T: Number>(
+fn backward_error<T: Scalar>(
     entries: impl Iterator<Item = (usize, usize)>,
     values: &[T],
     b: &[T],
@@ -92,7 +92,7 @@ fn backward_error<T: Number>(
 
 /// Solves with the reduced matrix for `c` at a state, and with its transpose, and measures the
 /// solutions in the full system. Gives the entries of the factors too.
-fn solve_and_measure<T: Number>(
+fn solve_and_measure<T: Scalar>(
     dae: &mut MuscleDae,
     (y, y_dot): (Vec<f64>, Vec<f64>),
     c: T,
@@ -112,9 +112,9 @@ fn solve_and_measure<T: Number>(
         .map(|(&v, &r)| T::one() * v + c * r)
         .collect();
 
-    let options = KluOptions {
+    let options = SparseOptions {
         btf: false,
-        ..KluOptions::default()
+        ..SparseOptions::default()
     };
     let mut reduced = Reduction::new(dae, options).unwrap().matrix();
     let mut work = LinearWork::default();

@@ -61,7 +61,7 @@ fn solution(dimension: usize, case: Case, stages: usize, h: f64) -> (MuscleDae, 
         ..RadauOptions::default()
     };
     let rest = vec![0.0; dae.n_unknowns()];
-    let matrices = CondensedSolver::new(&dae, options.klu).unwrap();
+    let matrices = CondensedSolver::new(&dae, options.sparse).unwrap();
     let builder = RadauSolver::builder(dae).options(options);
     let mut solver = builder.build_with(matrices, 0.0, &rest, &rest).unwrap();
     let outcome = solver.integrate_to(T_END).unwrap();

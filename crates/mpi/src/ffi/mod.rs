@@ -3,5 +3,5 @@
 mod mumps;
 mod world;
 
-pub(crate) use mumps::{Matrix, Scalar};
+pub(crate) use mumps::{Matrix, MumpsScalar};
 pub(crate) use world::World;

@@ -4,7 +4,7 @@ use std::ffi::{c_int, c_longlong};
 use std::ptr;
 use std::thread;
 
-use myovib_sparse::Number;
+use myovib_sparse::Scalar;
 use num_complex::Complex64;
 
 /// The functions of `shim.c` for one kind of number.
@@ -20,7 +20,7 @@ pub(crate) struct Functions<T> {
 }
 
 /// A number MUMPS factorises with.
-pub(crate) trait Scalar: Number {
+pub(crate) trait MumpsScalar: Scalar {
     const MUMPS: Functions<Self>;
     const IS_COMPLEX: bool;
 }
@@ -42,7 +42,7 @@ macro_rules! functions {
             fn $info(run: *const u64, number: c_int) -> c_int;
             fn $end(run: *mut u64);
         }
-        impl Scalar for $number {
+        impl MumpsScalar for $number {
             const IS_COMPLEX: bool = $complex;
             const MUMPS: Functions<Self> = Functions {
                 size: $size,
@@ -92,7 +92,7 @@ struct Entries<T> {
 /// A matrix and its factors. Every method is called by all ranks, in the same order, those with
 /// arrays without them elsewhere than at rank 0.
 #[derive(Debug)]
-pub(crate) struct Matrix<T: Scalar> {
+pub(crate) struct Matrix<T: MumpsScalar> {
     /// MUMPS' structure, which stays where it is.
     run: Vec<u64>,
     /// MUMPS keeps pointers to these.
@@ -100,7 +100,7 @@ pub(crate) struct Matrix<T: Scalar> {
     status: c_int,
 }
 
-impl<T: Scalar> Matrix<T> {
+impl<T: MumpsScalar> Matrix<T> {
     /// Begins. MPI must have begun.
     pub(crate) fn new(is_symmetric: bool) -> Self {
         // SAFETY: the function takes nothing and returns a size.
@@ -184,7 +184,7 @@ impl<T: Scalar> Matrix<T> {
     }
 }
 
-impl<T: Scalar> Drop for Matrix<T> {
+impl<T: MumpsScalar> Drop for Matrix<T> {
     fn drop(&mut self) {
         if thread::panicking() {
             return; // The others are elsewhere, and all processes are about to end.

@@ -7,7 +7,7 @@ use super::state::{Jacobian, RadauSolver};
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length};
 use crate::error_test::ErrorTest;
-use crate::matrices::KluMatrices;
+use crate::matrices::SparseDirectSolver;
 use crate::memory::{Fading, FadingMemory, Memory};
 use crate::method::Method;
 use crate::multipliers::Multipliers;
@@ -134,13 +134,13 @@ impl<P: Problem> RadauBuilder<P> {
     ///
     /// # Errors
     /// [`RadauError::WrongLength`], [`RadauError::NotFinite`], [`RadauError::InvalidOption`],
-    /// [`RadauError::Stages`], [`RadauError::Empty`] or [`RadauError::Klu`] for arguments that make
+    /// [`RadauError::Stages`], [`RadauError::Empty`] or [`RadauError::Factorization`] for arguments that make
     /// no sense; [`RadauError::TimeBehind`] for a stop time before t0.
     pub fn build(self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<RadauSolver<P>, RadauError> {
         let (n, pattern) = (self.problem.n_unknowns(), self.problem.jacobian_pattern());
         expect_length("rows of the Jacobian", n, pattern.minor_dim())?;
         expect_length("columns of the Jacobian", n, pattern.major_dim())?;
-        let matrices = KluMatrices::new(&pattern, self.options.klu)?;
+        let matrices = SparseDirectSolver::new(&pattern, self.options.sparse)?;
         self.build_with(matrices, t0, y0, y_dot0)
     }
 

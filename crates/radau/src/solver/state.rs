@@ -9,7 +9,7 @@ use crate::control::Control;
 use crate::dense::Collocation;
 use crate::error_test::ErrorTest;
 use crate::failure::Failure;
-use crate::matrices::KluMatrices;
+use crate::matrices::SparseDirectSolver;
 use crate::memory::Memory;
 use crate::method::Method;
 use crate::multipliers::Multipliers;
@@ -34,7 +34,7 @@ use crate::work::Counters;
 /// # Examples
 /// See the [crate's front page](crate).
 #[derive(Debug)]
-pub struct RadauSolver<P, M = KluMatrices> {
+pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) problem: P,
     pub(super) matrices: M,
     pub(super) method: Method,

@@ -5,8 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use myovib_dae::{
     LinearSolver, Linearization, Outcome, Problem, StepError, StopReason, Tolerances, VariableKind,
 };
-use myovib_radau::{KluMatrices, RadauError, RadauOptions, RadauSolver};
-use myovib_sparse::klu::KluOptions;
+use myovib_radau::{RadauError, RadauOptions, RadauSolver, SparseDirectSolver};
+use myovib_sparse::SparseOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
@@ -169,7 +169,7 @@ fn nan_is_recoverable() {
 
 /// KLU, but some real solves give NaN: the first `failures` after `healthy`.
 struct Overflowing {
-    klu: KluMatrices,
+    klu: SparseDirectSolver,
     healthy: u64,
     failures: u64,
 }
@@ -209,7 +209,7 @@ fn an_error_estimate_of_nan_halves_the_step() {
         };
         let pattern = problem.jacobian_pattern();
         let matrices = Overflowing {
-            klu: KluMatrices::new(&pattern, KluOptions::default()).unwrap(),
+            klu: SparseDirectSolver::new(&pattern, SparseOptions::default()).unwrap(),
             healthy,
             failures,
         };
@@ -234,7 +234,7 @@ fn an_error_estimate_of_nan_halves_the_step() {
 }
 
 /// KLU, but no solve works.
-struct Broken(KluMatrices);
+struct Broken(SparseDirectSolver);
 
 impl<P: Problem> LinearSolver<P> for Broken {
     fn evaluate(&mut self, p: &mut P, at: &Linearization<'_>) -> Result<(), StepError> {
@@ -258,7 +258,7 @@ impl<P: Problem> LinearSolver<P> for Broken {
 fn a_linear_solve_that_fails_is_named() {
     let problem = well_behaved();
     let pattern = problem.jacobian_pattern();
-    let klu = KluMatrices::new(&pattern, KluOptions::default()).unwrap();
+    let klu = SparseDirectSolver::new(&pattern, SparseOptions::default()).unwrap();
     let mut solver = RadauSolver::builder(problem)
         .build_with(Broken(klu), 0.0, &[0.0], &[1.0])
         .unwrap();

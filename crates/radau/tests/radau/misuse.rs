@@ -1,8 +1,8 @@
 //! Settings and problems that make no sense.
 
 use myovib_dae::{Problem, StepError, Suppressed, Tolerances, VariableKind};
-use myovib_radau::{KluMatrices, RadauError, RadauOptions, RadauSolver, StepSize};
-use myovib_sparse::klu::KluOptions;
+use myovib_radau::{RadauError, RadauOptions, RadauSolver, SparseDirectSolver, StepSize};
+use myovib_sparse::SparseOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::failures::well_behaved;
@@ -108,13 +108,13 @@ fn wrong_input_is_named() {
         ),
         (
             RadauOptions {
-                klu: KluOptions {
+                sparse: SparseOptions {
                     pivot_tolerance: f64::NAN,
-                    ..KluOptions::default()
+                    ..SparseOptions::default()
                 },
                 ..default()
             },
-            "klu.pivot_tolerance = NaN: must be in [0, 1]",
+            "sparse.pivot_tolerance = NaN: must be in [0, 1]",
         ),
         (
             RadauOptions {
@@ -184,7 +184,7 @@ fn a_problem_that_contradicts_itself_or_has_no_unknowns_is_refused() {
         assert_eq!(built.unwrap_err().to_string(), expected);
     }
     let pattern = well_behaved().jacobian_pattern();
-    let of_another = KluMatrices::new(&pattern, KluOptions::default()).unwrap();
+    let of_another = SparseDirectSolver::new(&pattern, SparseOptions::default()).unwrap();
     let built = builder(0, 0, 0).build_with(of_another, 0.0, &[], &[]);
     assert!(matches!(built.map(|_| ()), Err(RadauError::Empty)));
 }

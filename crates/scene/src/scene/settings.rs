@@ -5,7 +5,7 @@ use myovib_model::{
     AbsoluteTolerances, Field, Formulation, LinearSolver, MultiplierWeights, Muscle, Settings,
     default_ordering,
 };
-use myovib_sparse::klu::Ordering;
+use myovib_sparse::Ordering;
 
 use serde_json::Value;
 

@@ -1,8 +1,7 @@
 //! LU factors kept fresh: pivots are chosen once and kept as long as they serve.
 
-use super::{Numeric, Scalar, Symbolic};
-use crate::arithmetic::Arithmetic;
-use crate::{Factorization, SparseError};
+use super::{Numeric, Symbolic};
+use crate::{Factorization, Scalar, SparseError};
 
 /// A reciprocal pivot growth this much below that of fresh pivots calls for fresh ones: three of
 /// the digits that fresh pivots would give are lost then.
@@ -113,7 +112,7 @@ impl<T: Scalar> Factors<T> {
     }
 }
 
-impl<T: Arithmetic> Factorization<T> for Factors<T> {
+impl<T: Scalar> Factorization<T> for Factors<T> {
     fn renew(&mut self, values: &[T]) -> Result<(), SparseError> {
         Self::renew(self, values).map(drop)
     }

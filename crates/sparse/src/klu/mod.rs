@@ -13,11 +13,12 @@
 //! ```
 //! # #[cfg(klu)] {
 //! use nalgebra_sparse::pattern::SparsityPattern;
-//! use myovib_sparse::klu::{KluOptions, RealNumeric, Symbolic};
+//! use myovib_sparse::SparseOptions;
+//! use myovib_sparse::klu::{RealNumeric, Symbolic};
 //!
 //! // A = [2 1; 0 4], stored by columns.
 //! let pattern = SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 1, 3], vec![0, 0, 1])?;
-//! let symbolic = Symbolic::analyze(&pattern, KluOptions::default())?;
+//! let symbolic = Symbolic::analyze(&pattern, SparseOptions::default())?;
 //! let lu = RealNumeric::factor(&symbolic, &[2.0, 1.0, 4.0])?;
 //! let mut x = [4.0, 8.0];
 //! lu.solve(&mut x)?;
@@ -36,16 +37,12 @@ mod error;
 mod factors;
 #[cfg(klu)]
 mod numeric;
-mod options;
 #[cfg(klu)]
 mod symbolic;
 
 #[cfg(klu)]
 pub use factors::{Factors, Pivots};
 #[cfg(klu)]
-pub use numeric::{ComplexNumeric, Numeric, RealNumeric, Scalar};
-#[cfg(klu)]
-pub(crate) use options::RawOptions;
-pub use options::{KluOptions, Ordering, Scaling};
+pub use numeric::{ComplexNumeric, Numeric, RealNumeric};
 #[cfg(klu)]
 pub use symbolic::Symbolic;

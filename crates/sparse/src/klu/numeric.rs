@@ -2,25 +2,13 @@
 
 use std::sync::Arc;
 
-use num_complex::{Complex64, ComplexFloat};
+use num_complex::Complex64;
 
 use super::{Symbolic, error};
-use crate::SparseError;
 use crate::error::expect_length;
-use crate::ffi::klu::{Entry, Failure, RawNumeric};
+use crate::ffi::klu::{Failure, RawNumeric};
 use crate::finite::expect_finite;
-
-mod sealed {
-    pub trait Sealed {}
-    impl Sealed for f64 {}
-    impl Sealed for super::Complex64 {}
-}
-
-/// A number KLU factorises with: `f64` or `Complex64`.
-pub trait Scalar: sealed::Sealed + Entry + ComplexFloat {}
-
-impl Scalar for f64 {}
-impl Scalar for Complex64 {}
+use crate::{Scalar, SparseError};
 
 /// LU factors of a real matrix.
 pub type RealNumeric = Numeric<f64>;

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use super::{KluOptions, error};
-use crate::SparseError;
+use super::error;
 use crate::ffi::klu::RawSymbolic;
+use crate::{SparseError, SparseOptions};
 
 /// The analysis of a sparsity pattern: orderings and block triangular form.
 ///
@@ -23,7 +23,7 @@ impl Symbolic {
     /// # Errors
     /// [`SparseError::NotSquare`], or [`SparseError::Failed`] when memory runs out. A structurally
     /// singular pattern is found at the factorisation.
-    pub fn analyze(pattern: &SparsityPattern, options: KluOptions) -> Result<Self, SparseError> {
+    pub fn analyze(pattern: &SparsityPattern, options: SparseOptions) -> Result<Self, SparseError> {
         let (rows, columns) = (pattern.minor_dim(), pattern.major_dim());
         if rows != columns || rows == 0 {
             return Err(SparseError::NotSquare { rows, columns });
@@ -50,7 +50,7 @@ impl Symbolic {
 
     /// The largest rank a matrix with this pattern can have; `None` when it was not looked for:
     /// without block triangular form, and with
-    /// [`Ordering::Natural`](super::Ordering::Natural).
+    /// [`Ordering::Natural`](crate::Ordering::Natural).
     pub fn structural_rank(&self) -> Option<usize> {
         usize::try_from(self.raw.structural_rank()).ok()
     }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::update::Layout;
 use crate::Kind;
-use crate::arithmetic::Arithmetic;
+use crate::Scalar;
 
 /// The places of a supernode's rows among the columns and rows of its parent.
 #[derive(Debug, Clone)]
@@ -71,7 +71,7 @@ impl Child {
     /// Adds the `update` of this child to columns of its parent, which has `m` rows and `k` pivots: to
     /// those that `chunk` holds, from number `start` on.
     #[inline(always)]
-    pub(super) fn add_to_columns<T: Arithmetic>(
+    pub(super) fn add_to_columns<T: Scalar>(
         &self,
         update: &[T],
         chunk: &mut [T],
@@ -93,7 +93,7 @@ impl Child {
     /// Adds it to the `r` columns beyond the `k` pivots, in the rows that `chunk` holds transposed, from
     /// number `start` on. Not for symmetric matrices.
     #[inline(always)]
-    pub(super) fn add_to_rows<T: Arithmetic>(
+    pub(super) fn add_to_rows<T: Scalar>(
         &self,
         update: &[T],
         chunk: &mut [T],
@@ -115,7 +115,7 @@ impl Child {
     /// Adds the rest of it to the `chunk` from column `start` on of the update of its parent, kept
     /// by `layout`, whose front has `k` pivots.
     #[inline(always)]
-    pub(super) fn add_to_update<T: Arithmetic>(
+    pub(super) fn add_to_update<T: Scalar>(
         &self,
         update: &[T],
         chunk: &mut [T],
@@ -161,13 +161,13 @@ fn runs(places: &[u32], first: usize, origin: usize) -> Vec<Run> {
 /// Adds the entries of `update`, whose first row is given with it, from row `first` on to their places in
 /// `target`.
 #[inline(always)]
-fn add_runs<T: Arithmetic>(runs: &[Run], update: (&[T], usize), target: &mut [T], first: usize) {
+fn add_runs<T: Scalar>(runs: &[Run], update: (&[T], usize), target: &mut [T], first: usize) {
     add_runs_below(runs, update, target, first, 0);
 }
 
 /// The same for a target that begins at row `above`.
 #[inline(always)]
-fn add_runs_below<T: Arithmetic>(
+fn add_runs_below<T: Scalar>(
     runs: &[Run],
     (update, row): (&[T], usize),
     target: &mut [T],

@@ -13,7 +13,7 @@ use super::rooms::Rooms;
 use super::schedule::Schedule;
 use super::shared::is_large;
 use super::small::{Block, eliminate_rows, factor_panel, minus_outer, mirror, scale_rows};
-use crate::arithmetic::Arithmetic;
+use crate::Scalar;
 use crate::ffi::pages;
 use crate::{Kind, SparseError};
 
@@ -32,7 +32,7 @@ const LARGE_PAGES_FROM: usize = 1 << 23;
 /// supernode after the other. In the place of the pivots are their inverses. In a symmetric matrix Lᵀ
 /// takes the place of the pivots' U once they are eliminated, but in fronts that threads solve together.
 #[derive(Debug)]
-pub struct Supernodal<T: Arithmetic> {
+pub struct Supernodal<T: Scalar> {
     pub(super) analysis: Arc<Analysis>,
     schedule: Schedule,
     pub(super) threads: Option<Arc<ThreadPool>>,
@@ -51,7 +51,7 @@ struct Stacks<T> {
     upper: Vec<T>,
 }
 
-impl<T: Arithmetic> Supernodal<T> {
+impl<T: Scalar> Supernodal<T> {
     /// Room for the factors, computed by one thread.
     pub fn new(analysis: Arc<Analysis>) -> Self {
         Self::in_threads(analysis, None)
@@ -160,7 +160,7 @@ impl<T: Arithmetic> Supernodal<T> {
 
 /// The elimination of some supernodes, to be run with the processor's vector instructions. A type and not
 /// a closure: a closure's call is not inlined into the function that has the instructions.
-struct Eliminate<'a, T: Arithmetic> {
+struct Eliminate<'a, T: Scalar> {
     analysis: &'a Analysis,
     schedule: &'a Schedule,
     /// As a trait object, so that the loop is compiled once for subtrees and for the rest.
@@ -177,7 +177,7 @@ struct Eliminate<'a, T: Arithmetic> {
     arch: Arch,
 }
 
-impl<T: Arithmetic> WithSimd for Eliminate<'_, T> {
+impl<T: Scalar> WithSimd for Eliminate<'_, T> {
     type Output = Result<(), SparseError>;
 
     #[inline(always)]
@@ -233,7 +233,7 @@ impl<T: Arithmetic> WithSimd for Eliminate<'_, T> {
 }
 
 /// Room for `n` numbers.
-fn zeros<T: Arithmetic>(n: usize) -> Vec<T> {
+fn zeros<T: Scalar>(n: usize) -> Vec<T> {
     let mut room = Vec::with_capacity(n);
     if n * size_of::<T>() >= LARGE_PAGES_FROM {
         pages::prefer_large(room.spare_capacity_mut());
@@ -254,7 +254,7 @@ struct Work<'a, T> {
     arch: Arch,
 }
 
-impl<T: Arithmetic> Work<'_, T> {
+impl<T: Scalar> Work<'_, T> {
     /// Assembles and eliminates; `of_child` finds the updates of the children. `false` for a pivot that
     /// is zero or not finite.
     #[inline(always)]

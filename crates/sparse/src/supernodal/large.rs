@@ -16,7 +16,7 @@ use super::child::Child;
 use super::small::{factor_panel, mirror, scale_rows, subtract_first};
 use super::update::{CHUNK, Layout, chunk_width};
 use crate::Kind;
-use crate::arithmetic::Arithmetic;
+use crate::Scalar;
 
 /// Panels of this width are eliminated column by column,
 const NARROW: usize = 32;
@@ -46,7 +46,7 @@ impl Front {
     /// Fills the `block` of `node` with its entries of the matrix and what its children add to its
     /// pivots. Returns the columns, and the rows unless the matrix is symmetric.
     #[inline(never)]
-    pub(super) fn assemble<'b, 'c, T: Arithmetic>(
+    pub(super) fn assemble<'b, 'c, T: Scalar>(
         &self,
         node: &Supernode,
         block: &'b mut [T],
@@ -77,7 +77,7 @@ impl Front {
     /// Eliminates an assembled front: L and U take the place of `panel` and `upper`, `update` becomes
     /// -L U, with what `add` adds to its columns. `false` for a pivot that is zero or not finite.
     #[inline(never)]
-    pub(super) fn eliminate_all<T: Arithmetic>(
+    pub(super) fn eliminate_all<T: Scalar>(
         &self,
         panel: &mut [T],
         upper: &mut [T],
@@ -96,7 +96,7 @@ impl Front {
 
     /// Eliminates the columns from number `first` on that `panel` holds: L, U and the inverses of
     /// the pivots take its place. `false` for a pivot that is zero or not finite.
-    fn factor<T: Arithmetic>(&self, panel: &mut [T], first: usize) -> bool {
+    fn factor<T: Scalar>(&self, panel: &mut [T], first: usize) -> bool {
         let (m, width) = (self.m, panel.len() / self.m);
         if width <= NARROW {
             return self.factor_narrow(panel, first);
@@ -115,7 +115,7 @@ impl Front {
     }
 
     /// The same for a few columns: the square of their pivots, then the rows below.
-    fn factor_narrow<T: Arithmetic>(&self, panel: &mut [T], first: usize) -> bool {
+    fn factor_narrow<T: Scalar>(&self, panel: &mut [T], first: usize) -> bool {
         let (m, width) = (self.m, panel.len() / self.m);
         let mut room = [T::zero(); NARROW * NARROW];
         let pivots = &mut room[..width * width];
@@ -143,7 +143,7 @@ impl Front {
 
     /// Eliminates the columns `left`, the first of which is number `first`, from those of `chunk`,
     /// the first of which is number `column`.
-    fn eliminate<T: Arithmetic>(&self, left: &[T], first: usize, chunk: &mut [T], column: usize) {
+    fn eliminate<T: Scalar>(&self, left: &[T], first: usize, chunk: &mut [T], column: usize) {
         let m = self.m;
         let (half, width) = (left.len() / m, chunk.len() / m);
         let left = MatRef::from_column_major_slice(left, m, half);
@@ -173,7 +173,7 @@ impl Front {
 
     /// U right of the pivots from the rows of the matrix, or of the `panel` if it is symmetric; both are
     /// kept transposed in `upper`.
-    fn factor_upper<T: Arithmetic>(&self, upper: &mut [T], panel: &[T]) {
+    fn factor_upper<T: Scalar>(&self, upper: &mut [T], panel: &[T]) {
         let (m, k) = (self.m, self.k);
         let r = m - k;
         if self.kind == Kind::Symmetric {
@@ -190,7 +190,7 @@ impl Front {
 
     /// `update` ← -L U for the rows and columns beyond the pivots, column by column followed by
     /// `add`, which is told the first column of those it gets.
-    fn update<T: Arithmetic>(
+    fn update<T: Scalar>(
         &self,
         update: &mut [T],
         panel: &[T],
@@ -225,7 +225,7 @@ impl Front {
     }
 
     /// Cuts a block of `rows` rows into chunks of columns, each worked on with its first column.
-    fn chunks<T: Arithmetic>(
+    fn chunks<T: Scalar>(
         &self,
         block: &mut [T],
         rows: usize,
@@ -243,7 +243,7 @@ impl Front {
     }
 
     /// Cuts `block` into `size` rows at most, each worked on with the number of rows above it.
-    fn rows<'m, T: Arithmetic>(
+    fn rows<'m, T: Scalar>(
         &self,
         block: MatMut<'m, T>,
         size: usize,
@@ -252,7 +252,7 @@ impl Front {
         self.rows_from(0, block, size, work);
     }
 
-    fn rows_from<'m, T: Arithmetic>(
+    fn rows_from<'m, T: Scalar>(
         &self,
         above: usize,
         block: MatMut<'m, T>,
@@ -279,7 +279,7 @@ impl Front {
 }
 
 /// `target` ← -L U or, with [`Accum::Add`], `target` - L U.
-fn subtract_product<T: Arithmetic>(
+fn subtract_product<T: Scalar>(
     mut target: MatMut<'_, T>,
     first: Accum,
     lower: MatRef<'_, T>,
@@ -298,7 +298,7 @@ fn subtract_product<T: Arithmetic>(
 }
 
 /// `x` ← L⁻¹ `x`, L unit lower triangular.
-fn solve_unit_lower<T: Arithmetic>(lower: MatRef<'_, T>, mut x: MatMut<'_, T>) {
+fn solve_unit_lower<T: Scalar>(lower: MatRef<'_, T>, mut x: MatMut<'_, T>) {
     let (n, width) = x.shape();
     let mut room = vec![T::zero(); n.min(DEEP) * width];
     for start in (0..n).step_by(DEEP) {
@@ -318,7 +318,7 @@ fn solve_unit_lower<T: Arithmetic>(lower: MatRef<'_, T>, mut x: MatMut<'_, T>) {
 }
 
 /// A copy of `rows` of U in `room`. In a front they are far apart, each in a page of its own.
-fn side_by_side<'a, T: Arithmetic>(room: &'a mut [T], rows: MatRef<'_, T>) -> MatRef<'a, T> {
+fn side_by_side<'a, T: Scalar>(room: &'a mut [T], rows: MatRef<'_, T>) -> MatRef<'a, T> {
     let (n, width) = rows.shape();
     let mut copy = MatMut::from_row_major_slice_mut(&mut room[..n * width], n, width);
     copy.copy_from(rows);
@@ -332,7 +332,7 @@ struct Square<'a, T> {
     is_symmetric: bool,
 }
 
-impl<T: Arithmetic> WithSimd for Square<'_, T> {
+impl<T: Scalar> WithSimd for Square<'_, T> {
     type Output = bool;
 
     #[inline(always)]
@@ -350,7 +350,7 @@ struct Below<'a, T> {
     pivots: &'a [T],
 }
 
-impl<T: Arithmetic> WithSimd for Below<'_, T> {
+impl<T: Scalar> WithSimd for Below<'_, T> {
     type Output = ();
 
     #[inline(always)]

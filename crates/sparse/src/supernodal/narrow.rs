@@ -4,7 +4,8 @@
 
 use super::analysis::Supernode;
 use super::small::{LANES, sum_lanes, take_columns};
-use crate::arithmetic::{Arithmetic, Row};
+use crate::Scalar;
+use crate::row::Row;
 
 /// Columns.
 const N: usize = 2;
@@ -19,7 +20,7 @@ pub(super) struct Narrow<'a, T> {
     rows: &'a [u32],
 }
 
-impl<'a, T: Arithmetic> Narrow<'a, T> {
+impl<'a, T: Scalar> Narrow<'a, T> {
     /// The `node`, if it has two columns and rows are single real numbers; wider ones gain nothing.
     #[inline(always)]
     pub(super) fn of<R: Row<T>>(node: &'a Supernode, factors: &'a [T]) -> Option<Self> {
@@ -35,7 +36,7 @@ impl<'a, T: Arithmetic> Narrow<'a, T> {
     #[inline(always)]
     pub(super) fn lower<R: Row<T>>(&self, x: &mut [R]) {
         let pivots = &mut x[self.first..][..N];
-        pivots[1] = pivots[1].less_product(self.panel[1], pivots[0]);
+        pivots[1] = pivots[1].minus_product(self.panel[1], pivots[0]);
         let own = [pivots[0], pivots[1]];
         let (n, mut start) = (self.rows.len(), 0);
         while start + LANES <= n {
@@ -62,7 +63,7 @@ impl<'a, T: Arithmetic> Narrow<'a, T> {
         x[0] = x[0]
             .times(first)
             .plus(sums[0])
-            .less_product(self.panel[1], x[1]);
+            .minus_product(self.panel[1], x[1]);
     }
 
     /// x ← U⁻¹ x for its unknowns; `upper` has the rows of U right of the pivots, one after the other.
@@ -76,7 +77,7 @@ impl<'a, T: Arithmetic> Narrow<'a, T> {
         let x = &mut x[self.first..][..N];
         x[1] = x[1].plus(sums[1]).times(second);
         let entry = self.panel[N + self.rows.len()];
-        x[0] = x[0].plus(sums[0]).less_product(entry, x[1]).times(first);
+        x[0] = x[0].plus(sums[0]).minus_product(entry, x[1]).times(first);
     }
 
     /// The inverses of the pivots.
@@ -96,10 +97,10 @@ impl<'a, T: Arithmetic> Narrow<'a, T> {
     #[inline(always)]
     fn scatter<R: Row<T>, const L: usize>(&self, x: &mut [R], own: [R; N], start: &mut usize) {
         let (rows, columns) = self.next::<L>(self.below(), start);
-        let mut update = [R::none(); L];
+        let mut update = [R::zeros(); L];
         for p in 0..N {
             for l in 0..L {
-                update[l] = update[l].less_product(columns[p][l], own[p]);
+                update[l] = update[l].minus_product(columns[p][l], own[p]);
             }
         }
         for l in 0..L {
@@ -112,7 +113,7 @@ impl<'a, T: Arithmetic> Narrow<'a, T> {
     #[inline(always)]
     fn gather_all<R: Row<T>>(&self, x: &[R], columns: [&[T]; N]) -> [R; N] {
         let (n, mut start) = (self.rows.len(), 0);
-        let mut lanes = [[R::none(); LANES]; N];
+        let mut lanes = [[R::zeros(); LANES]; N];
         while start + LANES <= n {
             self.gather::<R, LANES>(x, columns, &mut lanes, &mut start);
         }
@@ -138,13 +139,13 @@ impl<'a, T: Arithmetic> Narrow<'a, T> {
         start: &mut usize,
     ) {
         let (rows, columns) = self.next::<L>(columns, start);
-        let mut right = [R::none(); L];
+        let mut right = [R::zeros(); L];
         for l in 0..L {
             right[l] = x[rows[l] as usize];
         }
         for p in 0..N {
             for l in 0..L {
-                lanes[p][l] = lanes[p][l].less_product(columns[p][l], right[l]);
+                lanes[p][l] = lanes[p][l].minus_product(columns[p][l], right[l]);
             }
         }
     }

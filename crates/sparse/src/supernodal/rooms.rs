@@ -1,7 +1,8 @@
 //! Where solves work.
 
 use super::analysis::Analysis;
-use crate::arithmetic::{Arithmetic, Row};
+use crate::Scalar;
+use crate::row::Row;
 
 /// Workspace for rows of one width.
 #[derive(Debug)]
@@ -22,27 +23,27 @@ impl<R> Default for Room<R> {
 }
 
 impl<R: Copy> Room<R> {
-    pub(super) fn fit<T: Arithmetic>(&mut self, analysis: &Analysis)
+    pub(super) fn fit<T: Scalar>(&mut self, analysis: &Analysis)
     where
         R: Row<T>,
     {
         if self.x.len() != analysis.n() {
-            self.x.resize(analysis.n(), R::none());
-            self.gathered.resize(analysis.largest_front(), R::none());
+            self.x.resize(analysis.n(), R::zeros());
+            self.gathered.resize(analysis.largest_front(), R::zeros());
         }
     }
 }
 
 /// Workspace for one right-hand side, and for several once there are any.
 #[derive(Debug)]
-pub(super) struct Rooms<T: Arithmetic> {
+pub(super) struct Rooms<T: Scalar> {
     pub(super) one: Room<T>,
     pub(super) two: Room<T::Columns<2>>,
     pub(super) four: Room<T::Columns<4>>,
     pub(super) eight: Room<T::Columns<8>>,
 }
 
-impl<T: Arithmetic> Rooms<T> {
+impl<T: Scalar> Rooms<T> {
     /// Room for one.
     pub(super) fn new(analysis: &Analysis) -> Self {
         let mut one = Room::default();

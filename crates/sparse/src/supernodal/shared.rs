@@ -6,7 +6,8 @@ use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
 use super::small::{solve_lower, solve_transposed, solve_upper, subtract_products, subtract_rows};
-use crate::arithmetic::{Arithmetic, Row};
+use crate::Scalar;
+use crate::row::Row;
 
 /// Fronts with this many entries of L, or more, are shared: fewer are read in the time that waking a thread takes.
 const LARGE: usize = 1 << 16;
@@ -33,7 +34,7 @@ pub(super) struct Shared<'a, T> {
     pub(super) arch: Arch,
 }
 
-impl<T: Arithmetic> Shared<'_, T> {
+impl<T: Scalar> Shared<'_, T> {
     /// y ← L⁻¹ y for the pivots, and `y` -= L y for the rows below them.
     #[inline(never)]
     pub(super) fn lower<R: Row<T>>(&self, y: &mut [R]) {
@@ -135,7 +136,7 @@ struct Run<'a, T, R> {
     x: &'a [R],
 }
 
-impl<T: Arithmetic, R: Row<T>> WithSimd for Run<'_, T, R> {
+impl<T: Scalar, R: Row<T>> WithSimd for Run<'_, T, R> {
     type Output = ();
 
     #[inline(always)]
@@ -161,8 +162,8 @@ impl<T: Arithmetic, R: Row<T>> WithSimd for Run<'_, T, R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arithmetic::Reals;
     use crate::resources::pool_of;
+    use crate::row::Reals;
 
     const M: usize = 611;
     const K: usize = 157;

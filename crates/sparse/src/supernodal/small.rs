@@ -3,7 +3,8 @@
 use std::array::from_fn;
 use std::ops::Range;
 
-use crate::arithmetic::{Arithmetic, Row};
+use crate::Scalar;
+use crate::row::Row;
 
 /// Rows of a tile of [`minus_outer`]: one register of AVX-512.
 const TILE_ROWS: usize = 8;
@@ -53,33 +54,29 @@ pub(super) fn copy_few<R: Copy>(to: &mut [R], from: &[R]) {
 
 /// `y` -= Σ_p x_p a_p for N columns at a time.
 #[inline(always)]
-fn subtract_columns<T: Arithmetic, R: Row<T>, const N: usize>(
-    y: &mut [R],
-    a: [&[T]; N],
-    x: [R; N],
-) {
+fn subtract_columns<T: Scalar, R: Row<T>, const N: usize>(y: &mut [R], a: [&[T]; N], x: [R; N]) {
     let n = y.len();
     let a = a.map(|a| &a[..n]);
     for i in 0..n {
         for p in 0..N {
-            y[i] = y[i].less_product(a[p][i], x[p]);
+            y[i] = y[i].minus_product(a[p][i], x[p]);
         }
     }
 }
 
 /// −a · b, summed in eight lanes so that it becomes vector instructions.
 #[inline(always)]
-pub(super) fn minus_dot<T: Arithmetic, R: Row<T>>(a: &[T], b: &[R]) -> R {
-    let mut lanes = [R::none(); LANES];
+pub(super) fn minus_dot<T: Scalar, R: Row<T>>(a: &[T], b: &[R]) -> R {
+    let mut lanes = [R::zeros(); LANES];
     let (chunks_a, chunks_b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let mut tail = R::none();
+    let mut tail = R::zeros();
     // No fold: its closure would be compiled without vector instructions.
     for (&a, &b) in chunks_a.remainder().iter().zip(chunks_b.remainder()) {
-        tail = tail.less_product(a, b);
+        tail = tail.minus_product(a, b);
     }
     for (a, b) in chunks_a.zip(chunks_b) {
         for l in 0..LANES {
-            lanes[l] = lanes[l].less_product(a[l], b[l]);
+            lanes[l] = lanes[l].minus_product(a[l], b[l]);
         }
     }
     sum_lanes(lanes).plus(tail)
@@ -87,7 +84,7 @@ pub(super) fn minus_dot<T: Arithmetic, R: Row<T>>(a: &[T], b: &[R]) -> R {
 
 /// The sum of the lanes.
 #[inline(always)]
-pub(super) fn sum_lanes<T: Arithmetic, R: Row<T>>(mut lanes: [R; LANES]) -> R {
+pub(super) fn sum_lanes<T: Scalar, R: Row<T>>(mut lanes: [R; LANES]) -> R {
     for half in [4, 2, 1] {
         for l in 0..half {
             lanes[l] = lanes[l].plus(lanes[l + half]);
@@ -99,12 +96,7 @@ pub(super) fn sum_lanes<T: Arithmetic, R: Row<T>>(mut lanes: [R; LANES]) -> R {
 /// y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the rest: `panel` holds k columns of L (unit
 /// diagonal), `m` rows each, of which `y` has those from number `first` on.
 #[inline(always)]
-pub(super) fn solve_lower<T: Arithmetic, R: Row<T>>(
-    y: &mut [R],
-    panel: &[T],
-    m: usize,
-    first: usize,
-) {
+pub(super) fn solve_lower<T: Scalar, R: Row<T>>(y: &mut [R], panel: &[T], m: usize, first: usize) {
     let k = panel.len() / m;
     let mut p = 0;
     while p + 4 <= k {
@@ -122,7 +114,7 @@ pub(super) fn solve_lower<T: Arithmetic, R: Row<T>>(
 
 /// The same for N columns from number `p` on: their own triangle, then all rows below in one sweep.
 #[inline(always)]
-fn solve_lower_columns<T: Arithmetic, R: Row<T>, const N: usize>(
+fn solve_lower_columns<T: Scalar, R: Row<T>, const N: usize>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -132,11 +124,11 @@ fn solve_lower_columns<T: Arithmetic, R: Row<T>, const N: usize>(
     let below = rows.start + N..rows.end;
     let columns = take_columns::<T, N>(panel, m, p, rows);
     let (pivots, y) = y[p..].split_at_mut(N);
-    let mut x = [R::none(); N];
+    let mut x = [R::zeros(); N];
     x.copy_from_slice(pivots);
     for q in 0..N {
         for i in q + 1..N {
-            x[i] = x[i].less_product(columns[q][i], x[q]);
+            x[i] = x[i].minus_product(columns[q][i], x[q]);
         }
     }
     pivots.copy_from_slice(&x);
@@ -146,7 +138,7 @@ fn solve_lower_columns<T: Arithmetic, R: Row<T>, const N: usize>(
 /// `y` -= the products of `x` with the columns of a `panel` of `m` rows, of which `y` has those from number
 /// `first` on.
 #[inline(always)]
-pub(super) fn subtract_rows<T: Arithmetic, R: Row<T>>(
+pub(super) fn subtract_rows<T: Scalar, R: Row<T>>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -156,7 +148,7 @@ pub(super) fn subtract_rows<T: Arithmetic, R: Row<T>>(
     let rows = first..first + y.len();
     let mut p = 0;
     while p + 4 <= x.len() {
-        let mut four = [R::none(); 4];
+        let mut four = [R::zeros(); 4];
         four.copy_from_slice(&x[p..p + 4]);
         subtract_columns(y, take_columns::<T, 4>(panel, m, p, rows.clone()), four);
         p += 4;
@@ -169,7 +161,7 @@ pub(super) fn subtract_rows<T: Arithmetic, R: Row<T>>(
 /// y ← U⁻¹ y: `panel` holds the columns of U, `m` rows each, with the inverses of the pivots on the
 /// diagonal, which count as ones where the diagonal `IS_UNIT`.
 #[inline(always)]
-pub(super) fn solve_upper<T: Arithmetic, R: Row<T>, const IS_UNIT: bool>(
+pub(super) fn solve_upper<T: Scalar, R: Row<T>, const IS_UNIT: bool>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -190,7 +182,7 @@ pub(super) fn solve_upper<T: Arithmetic, R: Row<T>, const IS_UNIT: bool>(
 
 /// The same for N columns from number `p` on.
 #[inline(always)]
-fn solve_upper_columns<T: Arithmetic, R: Row<T>, const IS_UNIT: bool, const N: usize>(
+fn solve_upper_columns<T: Scalar, R: Row<T>, const IS_UNIT: bool, const N: usize>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -198,14 +190,14 @@ fn solve_upper_columns<T: Arithmetic, R: Row<T>, const IS_UNIT: bool, const N: u
 ) {
     let columns = take_columns::<T, N>(panel, m, p, 0..p + N);
     let (above, pivots) = y[..p + N].split_at_mut(p);
-    let mut x = [R::none(); N];
+    let mut x = [R::zeros(); N];
     x.copy_from_slice(pivots);
     for q in (0..N).rev() {
         if !IS_UNIT {
             x[q] = x[q].times(columns[q][p + q]);
         }
         for i in 0..q {
-            x[i] = x[i].less_product(columns[q][p + i], x[q]);
+            x[i] = x[i].minus_product(columns[q][p + i], x[q]);
         }
     }
     pivots.copy_from_slice(&x);
@@ -214,12 +206,7 @@ fn solve_upper_columns<T: Arithmetic, R: Row<T>, const IS_UNIT: bool, const N: u
 
 /// `y` -= the products of the columns of a `panel` of `m` rows, of which the last count, with `x`.
 #[inline(always)]
-pub(super) fn subtract_products<T: Arithmetic, R: Row<T>>(
-    y: &mut [R],
-    panel: &[T],
-    m: usize,
-    x: &[R],
-) {
+pub(super) fn subtract_products<T: Scalar, R: Row<T>>(y: &mut [R], panel: &[T], m: usize, x: &[R]) {
     let first = m - x.len();
     let mut p = 0;
     while p + 4 <= y.len() && x.len() >= LONG {
@@ -236,7 +223,7 @@ pub(super) fn subtract_products<T: Arithmetic, R: Row<T>>(
 
 /// y ← (Lᵀ)⁻¹ y: `panel` holds the columns of L (unit diagonal), `m` rows each, of which the first count.
 #[inline(always)]
-pub(super) fn solve_transposed<T: Arithmetic, R: Row<T>>(y: &mut [R], panel: &[T], m: usize) {
+pub(super) fn solve_transposed<T: Scalar, R: Row<T>>(y: &mut [R], panel: &[T], m: usize) {
     let k = y.len();
     let mut p = k;
     while p >= 4 && k >= LONG {
@@ -250,7 +237,7 @@ pub(super) fn solve_transposed<T: Arithmetic, R: Row<T>>(y: &mut [R], panel: &[T
             pivots[p] = pivots[p].plus(minus_dot(column, below));
         } else {
             for (&entry, &x) in column.iter().zip(&*below) {
-                pivots[p] = pivots[p].less_product(entry, x);
+                pivots[p] = pivots[p].minus_product(entry, x);
             }
         }
     }
@@ -258,7 +245,7 @@ pub(super) fn solve_transposed<T: Arithmetic, R: Row<T>>(y: &mut [R], panel: &[T
 
 /// The same for N columns from number `p` on: all rows below in one sweep, then their own triangle.
 #[inline(always)]
-fn solve_transposed_columns<T: Arithmetic, R: Row<T>, const N: usize>(
+fn solve_transposed_columns<T: Scalar, R: Row<T>, const N: usize>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -271,7 +258,7 @@ fn solve_transposed_columns<T: Arithmetic, R: Row<T>, const N: usize>(
     for q in (0..N).rev() {
         x[q] = pivots[q].plus(x[q]);
         for i in q + 1..N {
-            x[q] = x[q].less_product(columns[q][i], x[i]);
+            x[q] = x[q].minus_product(columns[q][i], x[i]);
         }
     }
     pivots.copy_from_slice(&x);
@@ -279,8 +266,8 @@ fn solve_transposed_columns<T: Arithmetic, R: Row<T>, const N: usize>(
 
 /// −a · b for each of N columns, each summed in eight lanes so that it becomes vector instructions.
 #[inline(always)]
-fn minus_dots<T: Arithmetic, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -> [R; N] {
-    let mut lanes = [[R::none(); LANES]; N];
+fn minus_dots<T: Scalar, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -> [R; N] {
+    let mut lanes = [[R::zeros(); LANES]; N];
     let whole = b.len() / LANES * LANES;
     let mut start = 0;
     while start < whole {
@@ -288,15 +275,15 @@ fn minus_dots<T: Arithmetic, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -
         for q in 0..N {
             let a = &a[q][start..][..LANES];
             for l in 0..LANES {
-                lanes[q][l] = lanes[q][l].less_product(a[l], b[l]);
+                lanes[q][l] = lanes[q][l].minus_product(a[l], b[l]);
             }
         }
         start += LANES;
     }
-    let mut sums = [R::none(); N];
+    let mut sums = [R::zeros(); N];
     for q in 0..N {
         for i in whole..b.len() {
-            sums[q] = sums[q].less_product(a[q][i], b[i]);
+            sums[q] = sums[q].minus_product(a[q][i], b[i]);
         }
         sums[q] = sum_lanes(lanes[q]).plus(sums[q]);
     }
@@ -307,7 +294,7 @@ fn minus_dots<T: Arithmetic, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -
 /// diagonal) and U of the pivots take its place, with the inverses of the pivots on the diagonal.
 /// `false` for a pivot that is zero or not finite.
 #[inline(always)]
-pub(super) fn factor_panel<T: Arithmetic>(panel: &mut [T], m: usize, first: usize) -> bool {
+pub(super) fn factor_panel<T: Scalar>(panel: &mut [T], m: usize, first: usize) -> bool {
     for j in 0..panel.len() / m {
         let (left, column) = panel[..(j + 1) * m].split_at_mut(j * m);
         let column = &mut column[first..];
@@ -330,7 +317,7 @@ pub(super) fn factor_panel<T: Arithmetic>(panel: &mut [T], m: usize, first: usiz
 /// Copies the triangle below the diagonal of the pivots of a symmetric `panel`, the first in row
 /// `first`, above it.
 #[inline(always)]
-pub(super) fn mirror<T: Arithmetic>(panel: &mut [T], m: usize, first: usize) {
+pub(super) fn mirror<T: Scalar>(panel: &mut [T], m: usize, first: usize) {
     for j in 1..panel.len() / m {
         for i in 0..j {
             panel[j * m + first + i] = panel[i * m + first + j];
@@ -341,7 +328,7 @@ pub(super) fn mirror<T: Arithmetic>(panel: &mut [T], m: usize, first: usize) {
 /// U right of the pivots of a symmetric front, transposed: the rows of L from row `start` on times D,
 /// `r` rows for each pivot. The first column of `panel` has its pivot in row `first`.
 #[inline(always)]
-pub(super) fn scale_rows<T: Arithmetic>(
+pub(super) fn scale_rows<T: Scalar>(
     upper: &mut [T],
     r: usize,
     panel: &[T],
@@ -360,7 +347,7 @@ pub(super) fn scale_rows<T: Arithmetic>(
 /// U right of the pivots from the rows of the matrix: both are kept transposed, `r` rows for each
 /// of the pivots, whose L the `panel` of `m` rows holds.
 #[inline(always)]
-pub(super) fn eliminate_rows<T: Arithmetic>(upper: &mut [T], r: usize, panel: &[T], m: usize) {
+pub(super) fn eliminate_rows<T: Scalar>(upper: &mut [T], r: usize, panel: &[T], m: usize) {
     for j in 1..upper.len() / r {
         let (done, row) = upper[..(j + 1) * r].split_at_mut(j * r);
         let row = &mut row[..r];
@@ -370,7 +357,7 @@ pub(super) fn eliminate_rows<T: Arithmetic>(upper: &mut [T], r: usize, panel: &[
 
 /// `y` -= Σ_p x_p a_p for p < n, with `column` giving a_p and x_p.
 #[inline(always)]
-pub(super) fn subtract_first<'a, T: Arithmetic>(
+pub(super) fn subtract_first<'a, T: Scalar>(
     y: &mut [T],
     n: usize,
     column: impl Fn(usize) -> (&'a [T], T),
@@ -402,7 +389,7 @@ pub(super) struct Block {
 
 /// `s` ← -A Bᵀ for `n` columns of A and B.
 #[inline(always)]
-pub(super) fn minus_outer<T: Arithmetic>(s: &mut [T], block: Block, a: &[T], b: &[T], n: usize) {
+pub(super) fn minus_outer<T: Scalar>(s: &mut [T], block: Block, a: &[T], b: &[T], n: usize) {
     let Block { rows, columns, .. } = block;
     if rows < TILE_ROWS || columns < TILE_COLUMNS {
         s.fill(T::zero());
@@ -434,7 +421,7 @@ pub(super) fn minus_outer<T: Arithmetic>(s: &mut [T], block: Block, a: &[T], b: 
 
 /// [`minus_outer`] for `ROWS` rows of [`TILE_COLUMNS`] columns, from this place on.
 #[inline(always)]
-fn outer_tile<T: Arithmetic, const ROWS: usize>(
+fn outer_tile<T: Scalar, const ROWS: usize>(
     s: &mut [T],
     block: Block,
     a: &[T],

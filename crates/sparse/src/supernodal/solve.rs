@@ -11,9 +11,10 @@ use super::small::{
     copy_few, minus_dot, solve_lower, solve_transposed, solve_upper, subtract_products,
 };
 use crate::Kind;
-use crate::arithmetic::{Arithmetic, Row};
+use crate::Scalar;
+use crate::row::Row;
 
-impl<T: Arithmetic> Supernodal<T> {
+impl<T: Scalar> Supernodal<T> {
     /// The last pivots by unknown.
     pub(crate) fn pivots_by_unknown(&self) -> Vec<T> {
         let mut pivots = vec![T::zero(); self.analysis.n()];
@@ -115,7 +116,7 @@ struct Solve<'a, T, R> {
     side: Side,
 }
 
-impl<'a, T: Arithmetic, R: Row<T>> Solve<'a, T, R> {
+impl<'a, T: Scalar, R: Row<T>> Solve<'a, T, R> {
     fn new(task: Task<'a, T>, room: &'a mut Room<R>, rhs: &'a mut [T], side: Side) -> Self {
         room.fit::<T>(task.analysis);
         Self {
@@ -128,7 +129,7 @@ impl<'a, T: Arithmetic, R: Row<T>> Solve<'a, T, R> {
     }
 }
 
-impl<T: Arithmetic, R: Row<T>> WithSimd for Solve<'_, T, R> {
+impl<T: Scalar, R: Row<T>> WithSimd for Solve<'_, T, R> {
     /// How many columns it was.
     type Output = usize;
 
@@ -168,7 +169,7 @@ impl<T: Arithmetic, R: Row<T>> WithSimd for Solve<'_, T, R> {
     }
 }
 
-impl<T: Arithmetic, R: Row<T>> Solve<'_, T, R> {
+impl<T: Scalar, R: Row<T>> Solve<'_, T, R> {
     /// x ← L⁻¹ x.
     #[inline(always)]
     fn forward(&mut self) {
@@ -186,7 +187,7 @@ impl<T: Arithmetic, R: Row<T>> Solve<'_, T, R> {
             }
             let y = &mut gathered[..m];
             copy_few(&mut y[..k], &x[node.shape.columns.clone()]);
-            y[k..].fill(R::none());
+            y[k..].fill(R::zeros());
             let panel = &factors[node.start..][..m * k];
             match is_large(m, k) {
                 true => task.shared(panel, m).lower(y),
@@ -252,7 +253,7 @@ impl<T: Arithmetic, R: Row<T>> Solve<'_, T, R> {
                 let pivot = rest[0];
                 for (&row, &entry) in node.shape.rows.iter().zip(&upper[p * r..]) {
                     let x = &mut x[row as usize];
-                    *x = x.less_product(entry, pivot);
+                    *x = x.minus_product(entry, pivot);
                 }
             }
         }

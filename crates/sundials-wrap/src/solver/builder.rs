@@ -234,7 +234,7 @@ impl<P: Problem> IdaBuilder<P> {
         };
         let linear = match self.linear_solver {
             Some(solver) => Linear::Own(solver),
-            None => Linear::Sparse(Box::new(SparseLu::new(jacobian, self.options.klu)?)),
+            None => Linear::Sparse(Box::new(SparseLu::new(jacobian, self.options.sparse)?)),
         };
         let weighing = match self.weights {
             Some(function) => Weighing::Function(function),
@@ -272,7 +272,7 @@ impl<P: Problem> IdaBuilder<P> {
             stop_time: self.options.stop_time,
             stop_time_lingers: false,
             differences_before: 0,
-            klu: self.options.klu,
+            sparse: self.options.sparse,
             kept: None,
         };
         solver.apply(&self.options)?;

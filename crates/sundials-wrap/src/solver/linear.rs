@@ -2,7 +2,7 @@
 
 use myovib_dae::{Jacobian, LinearSolver, Linearization, Problem, StepError};
 use myovib_sparse::SparseError;
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use myovib_sparse::pivoting::{Factors, Symbolic};
 
 /// The linear solver of a problem `P`.
@@ -78,7 +78,7 @@ pub(super) struct SparseLu {
 
 impl SparseLu {
     /// Room for a matrix with the pattern of the Jacobian.
-    pub(super) fn new(jacobian: Jacobian, options: KluOptions) -> Result<Self, SparseError> {
+    pub(super) fn new(jacobian: Jacobian, options: SparseOptions) -> Result<Self, SparseError> {
         let symbolic = Symbolic::analyze(jacobian.pattern(), options)?;
         Ok(Self {
             values: vec![0.0; symbolic.nnz()],

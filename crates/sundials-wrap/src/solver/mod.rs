@@ -24,7 +24,7 @@ use myovib_dae::{
     StopReason, VariableKind, WorstComponent, check_start, project_onto_constraints,
 };
 
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 
 pub use builder::IdaBuilder;
 use callbacks::UserFunctions;
@@ -64,7 +64,7 @@ pub struct IdaSolver<P: Problem> {
     /// Residual evaluations for differences before the last start.
     differences_before: u64,
     /// Settings of the linear solvers of backward problems.
-    klu: KluOptions,
+    sparse: SparseOptions,
     /// Where checkpoints are kept.
     kept: Option<backward::Kept>,
 }

@@ -2,7 +2,7 @@
 
 use myovib_dae::samples::{Akzo, LinearIndex1, Robertson, Sample};
 use myovib_dae::{Direction, Outcome, Problem, StepError, Suppressed, Tolerances};
-use myovib_sparse::klu::{KluOptions, Scaling};
+use myovib_sparse::{Scaling, SparseOptions};
 use sundials_wrap::{IdaOptions, IdaSolver, VectorArithmetic, Versions};
 
 use crate::common::{HAS_KLU, build, tolerance};
@@ -174,9 +174,9 @@ fn settings_reach_idas() {
         ..tolerance(1e-6)
     });
     assert!(strict.newton_iterations > plain.newton_iterations);
-    let klu = KluOptions {
+    let klu = SparseOptions {
         scaling: Scaling::None,
-        ..KluOptions::default()
+        ..SparseOptions::default()
     };
     let (_, unscaled_rows) = run(IdaOptions {
         klu,

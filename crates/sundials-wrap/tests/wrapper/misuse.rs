@@ -2,7 +2,7 @@
 
 use myovib_dae::samples::{Robertson, Sample};
 use myovib_dae::{Outcome, Problem, StepError, Suppressed, Tolerances, VariableKind};
-use myovib_sparse::klu::KluOptions;
+use myovib_sparse::SparseOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use sundials_wrap::{ConsistencyMode, Constraint, Error, IdaOptions, IdaSolver};
@@ -99,7 +99,10 @@ fn settings_out_of_range_are_refused_by_name_and_value() {
             |o| o.nonlinear_coefficient = 0.0,
             "nonlinear_coefficient = 0",
         ),
-        (|o| o.klu.pivot_tolerance = 1.5, "klu.pivot_tolerance = 1.5"),
+        (
+            |o| o.sparse.pivot_tolerance = 1.5,
+            "sparse.pivot_tolerance = 1.5",
+        ),
         (|o| o.delta_cj = 0.0, "delta_cj = 0:"),
         (|o| o.delta_cj = 1.0, "delta_cj = 1:"),
         (|o| o.max_newton_iterations = 0, "max_newton_iterations = 0"),
@@ -129,9 +132,9 @@ fn the_ends_of_the_ranges_are_in_them() {
         max_newton_iterations: 1,
         tolerances: Tolerances::scalar(0.0, 1e-6),
         constraints: vec![Constraint::None; 3],
-        klu: KluOptions {
+        sparse: SparseOptions {
             pivot_tolerance: 1.0,
-            ..KluOptions::default()
+            ..SparseOptions::default()
         },
         ..IdaOptions::default()
     };

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use cpu_time::ProcessTime;
-use myovib_sparse::{Kind, Number};
+use myovib_sparse::{Kind, Scalar};
 use serde::Serialize;
 
 #[cfg(feature = "mumps")]
@@ -14,7 +14,7 @@ use crate::memory::Count;
 use crate::solid::Solid;
 use crate::solver::{Ours, Solver};
 #[cfg(not(feature = "mumps"))]
-use myovib_sparse::Number as Rival;
+use myovib_sparse::Scalar as Rival;
 
 /// Solves for each factorisation: as many as a step of Radau IIA may take.
 const SOLVES: usize = 5;
@@ -92,7 +92,7 @@ struct Entrant<'a, T> {
     cost: Cost,
 }
 
-impl<'a, T: Number> Entrant<'a, T> {
+impl<'a, T: Scalar> Entrant<'a, T> {
     /// Counts the memory of a first factorisation and solve, and sees how good the solution is.
     fn new<S: Solver<T> + 'a>(
         solid: &Solid,
@@ -182,13 +182,13 @@ impl Contest<'_> {
 }
 
 /// Of size 1 in the units of each equation.
-fn rhs<T: Number>(solid: &Solid) -> Vec<T> {
+fn rhs<T: Scalar>(solid: &Solid) -> Vec<T> {
     let n = solid.pattern.major_dim();
     (0..n).map(|i| T::one() * (i as f64).sin()).collect()
 }
 
 /// max_i |b - A x|_i / (|A||x| + |b|)_i.
-fn backward_error<T: Number>(solid: &Solid, values: &[T], b: &[T], x: &[T]) -> f64 {
+fn backward_error<T: Scalar>(solid: &Solid, values: &[T], b: &[T], x: &[T]) -> f64 {
     let mut residual = b.to_vec();
     let mut scale: Vec<f64> = b.iter().map(|b| b.abs()).collect();
     for ((column, row), &a) in solid.pattern.entries().zip(values) {

@@ -3,7 +3,7 @@
 //! ( c² M + K  −Bᵀ )   K = ∫ 2μ ε(φ_i):ε(φ_j), M = ∫ ρ φ_i·φ_j, B = ∫ ψ_i div φ_j,
 //! ( −B         0  )   clamped at z = 0.
 
-use myovib_sparse::Number;
+use myovib_sparse::Scalar;
 use nalgebra_sparse::pattern::SparsityPattern;
 
 /// Of the paper's muscle, in SI units.
@@ -125,7 +125,7 @@ impl Solid {
     }
 
     /// c² M + K with its border.
-    pub fn values<T: Number>(&self, c: T) -> Vec<T> {
+    pub fn values<T: Scalar>(&self, c: T) -> Vec<T> {
         let parts = self.mass.iter().zip(&self.stiffness);
         parts.map(|(&m, &k)| c * c * m + T::one() * k).collect()
     }

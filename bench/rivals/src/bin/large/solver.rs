@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use anyhow::Result;
-use myovib_sparse::klu::KluOptions;
-use myovib_sparse::{Elimination, Kind, LinearWork, Number, SparseSystem, Structure};
+use myovib_sparse::SparseOptions;
+use myovib_sparse::{Elimination, Kind, LinearWork, Scalar, SparseSystem, Structure};
 
 use crate::solid::Solid;
 
@@ -19,20 +19,20 @@ pub trait Solver<T> {
 }
 
 /// This project's.
-pub struct Ours<T: Number> {
+pub struct Ours<T: Scalar> {
     system: SparseSystem<T>,
     work: LinearWork,
     n_bytes: usize,
 }
 
-impl<T: Number> Ours<T> {
+impl<T: Scalar> Ours<T> {
     /// Analyses; factors are computed in so many `threads`.
     pub fn new(solid: &Solid, values: &[T], kind: Kind, threads: usize) -> Result<Self> {
         let structure = Structure {
             kind,
             ..Structure::default()
         };
-        let elimination = Elimination::new(&solid.pattern, structure, KluOptions::default())?;
+        let elimination = Elimination::new(&solid.pattern, structure, SparseOptions::default())?;
         let elimination = Arc::new(elimination.in_threads(threads)?);
         let prediction = elimination.prediction::<T>();
         let mut system = SparseSystem::new(elimination);
@@ -45,7 +45,7 @@ impl<T: Number> Ours<T> {
     }
 }
 
-impl<T: Number> Solver<T> for Ours<T> {
+impl<T: Scalar> Solver<T> for Ours<T> {
     fn factor(&mut self) -> Result<()> {
         Ok(self.system.renew(&mut self.work)?)
     }

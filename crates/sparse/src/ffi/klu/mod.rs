@@ -22,7 +22,7 @@ mod entry;
 mod numeric;
 mod symbolic;
 
-use crate::klu::RawOptions;
+use crate::options::RawOptions;
 use bindings::{KLU_SINGULAR, klu_l_common, klu_l_defaults};
 
 pub(crate) use entry::Entry;

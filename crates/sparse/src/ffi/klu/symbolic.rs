@@ -7,7 +7,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::bindings::{klu_l_analyze, klu_l_free_symbolic, klu_l_symbolic};
 use super::{Failure, default_common};
-use crate::klu::RawOptions;
+use crate::options::RawOptions;
 
 /// The analysis of one pattern, with the pattern.
 pub(crate) struct RawSymbolic {

@@ -149,7 +149,7 @@ impl<P: Problem> IdaSolver<P> {
         }
         let mut posed = Posed {
             problem: Box::new(problem),
-            lu: SparseLu::new(Jacobian::with_pattern(pattern), self.klu)?,
+            lu: SparseLu::new(Jacobian::with_pattern(pattern), self.sparse)?,
             tolerances: options.tolerances.clone(),
             weights: vec![1.0; n],
             state: at.clone(),

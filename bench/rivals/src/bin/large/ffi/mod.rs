@@ -4,7 +4,7 @@ use std::ffi::c_int;
 
 use anyhow::{Result, ensure};
 
-use myovib_sparse::{Kind, Number};
+use myovib_sparse::{Kind, Scalar};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
@@ -87,7 +87,7 @@ functions!(
 );
 
 /// A number MUMPS factorises with.
-pub trait Rival: Number {
+pub trait Rival: Scalar {
     const MUMPS: Functions<Self>;
 }
 

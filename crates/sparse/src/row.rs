@@ -1,46 +1,37 @@
-//! The numbers a Newton matrix is made of: real for BDF, complex for Radau IIA.
+//! Rows of several right-hand sides, held in vector registers.
 
-use std::ops::{AddAssign, Mul, MulAssign, SubAssign};
+use num_complex::Complex64;
 
-use faer::traits::ComplexField;
-use num_complex::{Complex64, ComplexFloat};
+use crate::Scalar;
 
-#[cfg(klu)]
-use crate::klu::Scalar;
-
-/// A number that all factorisations can deal with.
-#[cfg(not(klu))]
-pub trait Scalar: 'static {}
-#[cfg(not(klu))]
-impl Scalar for f64 {}
-#[cfg(not(klu))]
-impl Scalar for Complex64 {}
-
-/// The numbers in one row of some columns, by which an entry of a matrix is multiplied at once: one
-/// number, or [several](Arithmetic::Columns).
+/// The entries of one row of several right-hand sides, which are multiplied by the same matrix
+/// entry: one number, or [several](Scalar::Columns).
 pub trait Row<T>: Copy + Send + Sync + std::fmt::Debug {
-    /// Zeros.
-    fn none() -> Self;
+    /// A row of zeros.
+    fn zeros() -> Self;
 
-    /// The first numbers of `row`, which has as many at least.
+    /// Loads the row from the front of `row`.
+    ///
+    /// # Panics
+    /// If `row` is shorter than the row of `Self`.
     fn load(row: &[T]) -> Self;
 
-    /// Writes them to the front of `row`.
+    /// Stores the row at the front of `row`.
     fn store(self, row: &mut [T]);
 
-    /// `self` + `other`.
+    /// Returns `self` + `other`.
     fn plus(self, other: Self) -> Self;
 
-    /// a `self`.
+    /// Returns a · `self`.
     fn times(self, a: T) -> Self;
 
-    /// `self` − a x, with fused multiply-adds.
-    fn less_product(self, a: T, x: Self) -> Self;
+    /// Returns `self` − a x, with fused multiply-adds.
+    fn minus_product(self, a: T, x: Self) -> Self;
 }
 
-impl<T: Arithmetic> Row<T> for T {
+impl<T: Scalar> Row<T> for T {
     #[inline(always)]
-    fn none() -> Self {
+    fn zeros() -> Self {
         Self::zero()
     }
 
@@ -65,30 +56,30 @@ impl<T: Arithmetic> Row<T> for T {
     }
 
     #[inline(always)]
-    fn less_product(self, a: T, x: Self) -> Self {
+    fn minus_product(self, a: T, x: Self) -> Self {
         self.plus_product(a, -x)
     }
 }
 
-/// Real numbers side by side.
+/// A row of `C` real numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Reals<const C: usize>([f64; C]);
 
-/// Complex numbers side by side: their real parts, then their imaginary parts.
+/// A row of `C` complex numbers: all real parts, then all imaginary parts.
 #[derive(Debug, Clone, Copy)]
 pub struct Complexes<const C: usize>([[f64; C]; 2]);
 
 impl<const C: usize> Row<f64> for Reals<C> {
     #[inline(always)]
-    fn none() -> Self {
+    fn zeros() -> Self {
         Self([0.0; C])
     }
 
     #[inline(always)]
     fn load(row: &[f64]) -> Self {
-        let mut own = [0.0; C];
-        own.copy_from_slice(&row[..C]);
-        Self(own)
+        let mut values = [0.0; C];
+        values.copy_from_slice(&row[..C]);
+        Self(values)
     }
 
     #[inline(always)]
@@ -113,7 +104,7 @@ impl<const C: usize> Row<f64> for Reals<C> {
     }
 
     #[inline(always)]
-    fn less_product(mut self, a: f64, x: Self) -> Self {
+    fn minus_product(mut self, a: f64, x: Self) -> Self {
         for c in 0..C {
             self.0[c] = a.mul_add(-x.0[c], self.0[c]);
         }
@@ -123,18 +114,18 @@ impl<const C: usize> Row<f64> for Reals<C> {
 
 impl<const C: usize> Row<Complex64> for Complexes<C> {
     #[inline(always)]
-    fn none() -> Self {
+    fn zeros() -> Self {
         Self([[0.0; C]; 2])
     }
 
     #[inline(always)]
     fn load(row: &[Complex64]) -> Self {
-        let mut own = Self::none();
-        let [re, im] = &mut own.0;
+        let mut values = Self::zeros();
+        let [re, im] = &mut values.0;
         for ((re, im), x) in re.iter_mut().zip(im).zip(&row[..C]) {
             (*re, *im) = (x.re, x.im);
         }
-        own
+        values
     }
 
     #[inline(always)]
@@ -156,12 +147,12 @@ impl<const C: usize> Row<Complex64> for Complexes<C> {
 
     #[inline(always)]
     fn times(self, a: Complex64) -> Self {
-        Self::none().less_product(-a, self)
+        Self::zeros().minus_product(-a, self)
     }
 
     #[inline(always)]
-    fn less_product(mut self, a: Complex64, x: Self) -> Self {
-        // Two columns fill no vector that could hold both parts.
+    fn minus_product(mut self, a: Complex64, x: Self) -> Self {
+        // The parts of two columns do not fill a vector register.
         if C < 4 {
             let ([re, im], [x_re, x_im]) = (&mut self.0, x.0);
             for c in 0..C {
@@ -181,46 +172,5 @@ impl<const C: usize> Row<Complex64> for Complexes<C> {
             parts[k] = a.im.mul_add(turned[k], a.re.mul_add(-x[k], parts[k]));
         }
         self
-    }
-}
-
-/// What the loops over `f64` and `Complex64` compute with.
-pub trait Arithmetic:
-    Scalar
-    + ComplexFloat<Real = f64>
-    + ComplexField
-    + Send
-    + Sync
-    + Mul<f64, Output = Self>
-    + AddAssign
-    + MulAssign
-    + SubAssign
-    + std::fmt::Debug
-{
-    /// C of them side by side, in vector registers.
-    type Columns<const C: usize>: Row<Self>;
-
-    /// `self` + a b, with fused multiply-adds: one instruction where the processor has it.
-    fn plus_product(self, a: Self, b: Self) -> Self;
-}
-
-impl Arithmetic for f64 {
-    type Columns<const C: usize> = Reals<C>;
-
-    #[inline(always)]
-    fn plus_product(self, a: Self, b: Self) -> Self {
-        a.mul_add(b, self)
-    }
-}
-
-impl Arithmetic for Complex64 {
-    type Columns<const C: usize> = Complexes<C>;
-
-    #[inline(always)]
-    fn plus_product(self, a: Self, b: Self) -> Self {
-        Self {
-            re: (-a.im).mul_add(b.im, a.re.mul_add(b.re, self.re)),
-            im: a.im.mul_add(b.re, a.re.mul_add(b.im, self.im)),
-        }
     }
 }

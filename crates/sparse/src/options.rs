@@ -49,7 +49,7 @@ impl Scaling {
 
 /// The settings of KLU. The defaults are KLU's own.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct KluOptions {
+pub struct SparseOptions {
     /// Fill-reducing ordering; [`Ordering::Amd`] by default.
     pub ordering: Ordering,
     /// Whether to permute to block triangular form first; on by default. This starts from a
@@ -76,7 +76,7 @@ pub(crate) struct RawOptions {
     pub(crate) pivot_tolerance: f64,
 }
 
-impl Default for KluOptions {
+impl Default for SparseOptions {
     fn default() -> Self {
         Self {
             ordering: Ordering::default(),
@@ -88,7 +88,7 @@ impl Default for KluOptions {
 }
 
 #[cfg(klu)]
-impl KluOptions {
+impl SparseOptions {
     /// The settings in KLU's own coding.
     pub(crate) fn raw(self) -> RawOptions {
         RawOptions {

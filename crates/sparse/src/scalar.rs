@@ -1,25 +1,57 @@
-//! The numbers a Newton matrix is made of: real for BDF, complex for Radau IIA.
+//! The scalar type of a matrix: real for BDF, real and complex for Radau IIA.
 //!
-//! The loops over them are compiled here and once for each. What is generic is compiled again in each
-//! crate that calls it: without this, every crate and every test that solves a linear system would compile all
-//! of them, for all sets of instructions.
+//! The loops over both types are instantiated in this crate. Generic code is otherwise compiled again
+//! in each crate that calls it; every crate and test that solves a linear system would compile all
+//! kernels for all instruction sets.
 
+use std::ops::{AddAssign, Mul, MulAssign, SubAssign};
 use std::sync::Arc;
 
+use faer::traits::ComplexField;
 use nalgebra_sparse::pattern::SparsityPattern;
-use num_complex::Complex64;
+use num_complex::{Complex64, ComplexFloat};
 
-use crate::arithmetic::Arithmetic;
 use crate::engine::Engine;
 #[cfg(not(klu))]
 use crate::lu::{Lu, Symbolic};
 use crate::product::Product;
+use crate::row::{Complexes, Reals, Row};
 use crate::supernodal::Supernodal;
 use crate::{Factorization, Kind, SparseError};
 
-/// `f64` or `Complex64`. What its loops do is said where they are called.
-pub trait Number: Arithmetic {
-    /// Room for matrices of these numbers and their factors in an `engine`.
+mod sealed {
+    #[cfg(klu)]
+    pub trait Sealed: crate::ffi::klu::Entry {}
+    #[cfg(not(klu))]
+    pub trait Sealed {}
+
+    impl Sealed for f64 {}
+    impl Sealed for super::Complex64 {}
+}
+
+/// The scalar type of a matrix: `f64` or `Complex64`.
+///
+/// The methods are used by this crate; they instantiate its kernels.
+pub trait Scalar:
+    sealed::Sealed
+    + ComplexFloat<Real = f64>
+    + ComplexField
+    + Send
+    + Sync
+    + Mul<f64, Output = Self>
+    + AddAssign
+    + MulAssign
+    + SubAssign
+    + std::fmt::Debug
+    + 'static
+{
+    /// A row of C right-hand sides, in vector registers.
+    type Columns<const C: usize>: Row<Self>;
+
+    /// Returns `self` + a b, with fused multiply-adds: one instruction if the processor has it.
+    fn plus_product(self, a: Self, b: Self) -> Self;
+
+    /// Allocates a matrix of this type and its factors in an `engine`.
     fn factors_of(
         engine: &dyn Engine,
         pattern: &Arc<SparsityPattern>,
@@ -32,14 +64,13 @@ pub trait Number: Arithmetic {
     /// [`SparseError::ZeroPivot`].
     fn factor(factors: &mut Supernodal<Self>, values: &[Self]) -> Result<(), SparseError>;
 
-    /// All solves of [`Supernodal`].
+    /// Solves with [`Supernodal`] factors.
     fn solve_by_blocks(
         factors: &mut Supernodal<Self>,
         rhs: &mut [Self],
         n_columns: usize,
         is_transposed: bool,
-    ) where
-        Self: crate::Number;
+    );
 
     /// [`Product::subtract`].
     fn subtract(product: &Product, values: &[Self], x: &[Self], y: &mut [Self]);
@@ -75,15 +106,23 @@ pub trait Number: Arithmetic {
     fn solve_lu(lu: &mut Lu<Self>, x: &mut [Self], is_transposed: bool);
 }
 
-macro_rules! numbers {
-    ($($T:ident by $room:ident),*) => {$(
-        impl Number for $T {
+macro_rules! scalars {
+    ($($T:ident: $Columns:ident, $new_factors:ident, |$s:ident, $a:ident, $b:ident| $product:expr;)*) => {$(
+        impl Scalar for $T {
+            type Columns<const C: usize> = $Columns<C>;
+
+            #[inline(always)]
+            fn plus_product(self, $a: Self, $b: Self) -> Self {
+                let $s = self;
+                $product
+            }
+
             fn factors_of(
                 engine: &dyn Engine,
                 pattern: &Arc<SparsityPattern>,
                 kind: Kind,
             ) -> Box<dyn Factorization<$T>> {
-                engine.$room(pattern, kind)
+                engine.$new_factors(pattern, kind)
             }
 
             fn factor(factors: &mut Supernodal<$T>, values: &[$T]) -> Result<(), SparseError> {
@@ -143,4 +182,10 @@ macro_rules! numbers {
     )*};
 }
 
-numbers!(f64 by real, Complex64 by complex);
+scalars! {
+    f64: Reals, real, |sum, a, b| a.mul_add(b, sum);
+    Complex64: Complexes, complex, |sum, a, b| Self {
+        re: (-a.im).mul_add(b.im, a.re.mul_add(b.re, sum.re)),
+        im: a.im.mul_add(b.re, a.re.mul_add(b.im, sum.im)),
+    };
+}
