@@ -1,16 +1,16 @@
-//! What products and factors are asked for by generic code: loops that are compiled [once](Scalar).
+//! Public entry points of products and factors, which call the kernels instantiated for each [`Scalar`].
 
 use crate::product::Product;
 use crate::supernodal::Supernodal;
 use crate::{Factorization, Scalar, SparseError};
 
 impl Product {
-    /// `y` -= A `x`, A given by its `values` in the order of the pattern.
+    /// Subtracts A x: `y` -= A `x`. `values` holds the entries of A in the order of the pattern.
     pub fn subtract<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [T]) {
         T::subtract(self, values, x, y);
     }
 
-    /// Y -= A X, the numbers of a row of X and of Y side by side.
+    /// Subtracts A X: Y -= A X. X and Y are stored by rows.
     pub fn subtract_columns<T: Scalar>(
         &self,
         values: &[T],
@@ -24,12 +24,12 @@ impl Product {
         }
     }
 
-    /// `y` -= Aᵀ `x` (transposed, not conjugated).
+    /// Subtracts Aᵀ x (transposed, not conjugated): `y` -= Aᵀ `x`.
     pub fn subtract_transposed<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [T]) {
         T::subtract_transposed(self, values, x, y);
     }
 
-    /// Y -= Aᵀ X (transposed, not conjugated), the numbers of a row side by side.
+    /// Subtracts Aᵀ X (transposed, not conjugated): Y -= Aᵀ X. X and Y are stored by rows.
     pub fn subtract_transposed_columns<T: Scalar>(
         &self,
         values: &[T],
@@ -40,17 +40,17 @@ impl Product {
         T::subtract_transposed_columns(self, values, x, y, n_columns);
     }
 
-    /// `y` += |A| |`x`|.
+    /// Adds |A| |x| to `y`.
     pub fn add_magnitudes<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [f64]) {
         T::add_magnitudes(self, values, x, y);
     }
 }
 
 impl<T: Scalar> Supernodal<T> {
-    /// Factorises the matrix with these `values`, in the order of the pattern analysed.
+    /// Factorizes the matrix with these `values`, given in the order of the analyzed pattern.
     ///
     /// # Errors
-    /// [`SparseError::ZeroPivot`]; there are no factors then.
+    /// [`SparseError::ZeroPivot`]; no factors are available then.
     pub fn factor(&mut self, values: &[T]) -> Result<(), SparseError> {
         T::factor(self, values)
     }
@@ -60,7 +60,7 @@ impl<T: Scalar> Supernodal<T> {
         T::solve_by_blocks(self, rhs, 1, false);
     }
 
-    /// Solves A X = B in place with the last factors; the numbers of a row stand side by side.
+    /// Solves A X = B in place with the last factors. B is stored by rows.
     pub fn solve_columns(&mut self, rhs: &mut [T], n_columns: usize) {
         T::solve_by_blocks(self, rhs, n_columns, false);
     }

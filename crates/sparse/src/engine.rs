@@ -1,4 +1,4 @@
-//! Factorisations by an engine outside this crate.
+//! Factorizations by an engine outside this crate.
 
 use std::fmt::Debug;
 use std::sync::{Arc, OnceLock};
@@ -8,14 +8,15 @@ use num_complex::Complex64;
 
 use crate::{Factorization, Kind};
 
-/// Factorises in the place of this crate's dense blocks: a library that works in several processes.
+/// A factorization library outside this crate that replaces its dense blocks, for example one that runs in several
+/// processes.
 ///
-/// It exchanges pivots by itself where it must.
+/// The engine exchanges pivots if necessary.
 pub trait Engine: Debug + Send + Sync {
-    /// Room for real matrices with this compressed-column pattern.
+    /// Allocates factors of real matrices with this compressed-column pattern.
     fn real(&self, pattern: &Arc<SparsityPattern>, kind: Kind) -> Box<dyn Factorization<f64>>;
 
-    /// Room for complex matrices with this compressed-column pattern.
+    /// Allocates factors of complex matrices with this compressed-column pattern.
     fn complex(
         &self,
         pattern: &Arc<SparsityPattern>,
@@ -23,15 +24,15 @@ pub trait Engine: Debug + Send + Sync {
     ) -> Box<dyn Factorization<Complex64>>;
 }
 
-/// The engine of this program: like its processes, there is one.
+/// The engine of this process. There is at most one.
 static ENGINE: OnceLock<Arc<dyn Engine>> = OnceLock::new();
 
-/// Gives `engine` all matrices whose pattern is analysed from now on. The first engine stays.
+/// Uses `engine` for all patterns analyzed from now on. Only the first call has an effect.
 pub fn install(engine: Arc<dyn Engine>) {
     ENGINE.get_or_init(|| engine);
 }
 
-/// The engine, if one was [installed](install).
+/// Returns the [installed](install) engine.
 pub(crate) fn installed() -> Option<Arc<dyn Engine>> {
     ENGINE.get().cloned()
 }

@@ -1,114 +1,110 @@
-//! What can go wrong with a factorisation, and what that means for a step.
+//! Errors of a factorization and their effect on a time step.
 
 use myovib_dae::StepError;
 
-/// What can go wrong with a factorisation.
+/// Reason why a factorization or a solve failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SparseError {
     /// The pattern is not square, or empty.
-    #[error("a {rows} × {columns} pattern cannot be factorised: it must be square and not empty")]
+    #[error("a {rows} × {columns} pattern cannot be factorized: it must be square and not empty")]
     NotSquare {
         /// Number of rows.
         rows: usize,
         /// Number of columns.
         columns: usize,
     },
-    /// An unknown is in no equation.
-    #[error("column {column} of the pattern is empty: unknown {column} is in no equation")]
+    /// A column of the pattern is empty.
+    #[error("column {column} of the pattern is empty: no equation contains unknown {column}")]
     EmptyColumn {
         /// The first such column.
         column: usize,
     },
-    /// The matrix is singular, by its pattern or by its values.
+    /// The matrix is structurally or numerically singular.
     #[error("the {n} × {n} matrix is singular{}", at_column(*column))]
     Singular {
         /// Order of the matrix.
         n: usize,
-        /// The column in which no pivot was left, if known.
+        /// The column without a pivot, if known.
         column: Option<usize>,
     },
-    /// A pivot was zero or not finite: another order, or exchanges of pivots, are needed.
+    /// A pivot is zero or not finite. Another order of elimination or pivoting is required.
     #[error("a pivot is zero or not finite in the fixed order of elimination")]
     ZeroPivot,
-    /// Pivots must be exchanged, but the matrix is too large for a solver that does that.
-    #[error(
-        "the {n} × {n} matrix cannot be factorised with fixed pivots, and is too large to exchange them"
-    )]
+    /// The matrix needs pivoting but is too large for the pivoting solver.
+    #[error("the {n} × {n} matrix needs pivoting, but is too large for the pivoting solver")]
     TooLargeToPivot {
         /// Order of the matrix.
         n: usize,
     },
-    /// The solution does not solve the system, even with exchange of pivots and refined.
-    #[error(
-        "the {n} × {n} matrix is too close to a singular one: backward error {backward_error:.1e}"
-    )]
+    /// The solution has a large backward error, even with pivoting and iterative refinement.
+    #[error("the {n} × {n} matrix is nearly singular: backward error {backward_error:.1e}")]
     Inaccurate {
         /// Order of the matrix.
         n: usize,
-        /// Componentwise.
+        /// Componentwise backward error.
         backward_error: f64,
     },
     /// An array has the wrong length.
     #[error("{what}: expected {expected}, got {got}")]
     WrongLength {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
-        /// The length it should have.
+        /// Expected length.
         expected: usize,
-        /// The length it has.
+        /// Length found.
         got: usize,
     },
-    /// A value of the matrix or of the right-hand side is infinite or not a number.
-    #[error("value {position} of the {of} is not finite")]
+    /// An entry of the matrix or of the right-hand side is NaN or infinite.
+    #[error("entry {position} of the {of} is not finite")]
     NotFinite {
-        /// What it is a value of.
+        /// Name of the array.
         of: &'static str,
-        /// Position in the array of values.
+        /// Index in the array.
         position: usize,
     },
-    /// There are no factors to solve with: none yet, or the last refactorisation failed.
-    #[error("no factors to use: none were computed yet, or the last refactorisation failed")]
+    /// No factors are available: either none were computed or the last refactorization failed.
+    #[error("no factors are available: none were computed, or the last refactorization failed")]
     NoFactors,
-    /// KLU itself gave up: out of memory, or the problem is too large.
+    /// KLU failed for another reason: out of memory, or the problem is too large.
     #[error("KLU failed with status {status} ({})", status_name(*status))]
     Failed {
         /// KLU's status code.
         status: i64,
     },
-    /// An [engine](crate::engine) gave up.
+    /// An [engine](crate::engine) failed.
     #[error("{engine} failed: {reason}")]
     Engine {
-        /// Its name.
+        /// Name of the engine.
         engine: &'static str,
-        /// What it says.
+        /// Message of the engine.
         reason: String,
     },
-    /// The factors will not fit.
+    /// The factors do not fit into memory.
     #[error(
-        "the factors need {} of memory beside what is in use, and {} is left: take a coarser mesh or more \
-         memory (`--memory` and the limits of a job count too){}",
-        size(*needed), size(*available),
-        if *n_complex > 0 { "; BDF needs one real matrix, Radau IIA complex ones beside it" } else { "" }
+        "the factors need {} of memory, but only {} is available: use a coarser mesh, or provide more \
+         memory (`--memory` and job limits count too){}",
+         size(*needed), size(*available),
+         if *n_complex > 0 { "; BDF needs one real matrix, Radau IIA additional complex ones" } else { "" }
     )]
     Memory {
-        /// What they need, B.
+        /// Required memory in bytes.
         needed: usize,
-        /// What this process may take beside what it has, B.
+        /// Memory available to this process in bytes.
         available: usize,
-        /// How many of the matrices are complex.
+        /// Number of complex matrices.
         n_complex: usize,
     },
-    /// The pool of threads could not be made.
-    #[error("no pool of {threads} threads: {reason}")]
+    /// The thread pool could not be created.
+    #[error("cannot create a pool of {threads} threads: {reason}")]
     Threads {
-        /// How many were wanted.
+        /// Requested number of threads.
         threads: usize,
-        /// What the system says.
+        /// Message of the operating system.
         reason: String,
     },
 }
 
-/// Checks the length of a slice.
+/// Checks the length of an array.
 ///
 /// # Errors
 /// [`SparseError::WrongLength`].
@@ -127,11 +123,11 @@ pub(crate) fn expect_length(
     })
 }
 
-/// A size for people.
+/// Formats a number of bytes with a binary unit.
 fn size(bytes: usize) -> String {
     let mebibytes = bytes as f64 / f64::from(1 << 20);
     match mebibytes {
-        0.0 => "nothing".to_owned(),
+        0.0 => "0 B".to_owned(),
         small if small < 0.1 => format!("{:.1} KiB", 1024.0 * small),
         middle if middle < 1024.0 => format!("{middle:.1} MiB"),
         large => format!("{:.2} GiB", large / 1024.0),
@@ -153,7 +149,7 @@ fn status_name(status: i64) -> &'static str {
     }
 }
 
-/// A singular or infinite matrix may become a good one with a smaller step; nothing else may.
+/// Errors that depend on the values of the matrix are recoverable with a smaller step; all others are fatal.
 impl From<SparseError> for StepError {
     fn from(error: SparseError) -> Self {
         match error {

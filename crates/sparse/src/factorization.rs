@@ -1,4 +1,4 @@
-//! What all factorisations promise.
+//! The common interface of all factorizations.
 
 use std::ops::Add;
 
@@ -7,35 +7,34 @@ use myovib_dae::columns;
 use crate::Scalar;
 use crate::SparseError;
 
-/// What is known of a matrix beyond its pattern.
+/// Symmetry of a matrix, known in advance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Kind {
-    /// Nothing.
+    /// No symmetry.
     #[default]
     General,
-    /// A = Aᵀ (not conjugated): LDLᵀ, half the work and half the entries.
+    /// A = Aᵀ (not conjugated): LDLᵀ with half the work and half the entries of LU.
     Symmetric,
 }
 
-/// The factors of matrices with one pattern, one after the other.
+/// Factors of a sequence of matrices with the same pattern.
 ///
-/// A constructor analyses the pattern; after the first solve neither [`renew`](Self::renew) nor
-/// [`solve`](Self::solve) needs more memory.
+/// The constructor analyzes the pattern. After the first solve, [`renew`](Self::renew) and [`solve`](Self::solve) do
+/// not allocate.
 pub trait Factorization<T: Scalar>: std::fmt::Debug + Send {
-    /// Factorises the matrix with these `values`, in the order of the pattern.
+    /// Factorizes the matrix with these `values`, given in the order of the pattern.
     ///
     /// # Errors
-    /// Those of a matrix without usable factors; there is nothing to solve with then.
+    /// If the factorization fails. No factors are available then.
     fn renew(&mut self, values: &[T]) -> Result<(), SparseError>;
 
     /// Solves A x = b in place.
     ///
     /// # Errors
-    /// [`SparseError::NoFactors`] before the first matrix and after one that was refused.
+    /// [`SparseError::NoFactors`] before the first matrix and after a failed factorization.
     fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError>;
 
-    /// Solves A X = B in place; the numbers of a row stand side by side. One column after the other
-    /// where there is no better way.
+    /// Solves A X = B in place, with B stored by rows. The default solves one column after the other.
     ///
     /// # Errors
     /// As for [`solve`](Self::solve).
@@ -49,28 +48,28 @@ pub trait Factorization<T: Scalar>: std::fmt::Debug + Send {
     /// As for [`solve`](Self::solve).
     fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError>;
 
-    /// The pivots of the last factors by unknown, where rows and columns were eliminated in one order: those of U, or
-    /// D. None where they are not told.
+    /// Returns the pivots of the last factors by unknown: the diagonal of U or D. `None` if rows and columns were
+    /// permuted differently, or if the library does not provide them.
     fn pivots(&self) -> Option<Vec<T>> {
         None
     }
 
-    /// Entries of the last factors, where the library tells.
+    /// Returns the number of entries of the last factors, if known.
     fn n_entries(&self) -> Option<usize>;
 }
 
-/// What a factorisation will need, known from the pattern.
+/// Predicted cost of a factorization, from the pattern alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prediction {
-    /// Entries of the factors, zeros added included.
+    /// Entries of the factors, including explicit zeros.
     pub entries: usize,
-    /// Bytes of matrix, analysis, factors and all that is needed to compute and to check them.
+    /// Memory in bytes for matrix, analysis, factors and workspace.
     pub bytes: usize,
-    /// Floating-point operations of one factorisation: a complex one counts as four times as many.
+    /// Floating-point operations of one factorization. A complex operation counts as four real ones.
     pub flops: f64,
 }
 
-/// Several factorisations that are kept beside each other.
+/// Adds the costs of factorizations that are stored at the same time.
 impl Add for Prediction {
     type Output = Self;
 

@@ -1,10 +1,10 @@
-//! Numbers that are none are refused before they are factorised or solved for.
+//! Rejects NaN and infinite entries before factorizing or solving.
 
 use num_complex::ComplexFloat;
 
 use crate::SparseError;
 
-/// Checks that all parts of all `values` of something are finite.
+/// Checks that all `values` of the array named `of` are finite.
 ///
 /// # Errors
 /// [`SparseError::NotFinite`].

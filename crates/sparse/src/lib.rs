@@ -1,13 +1,12 @@
-//! Sparse direct factorisations of Newton matrices, real and complex.
+//! Sparse direct factorizations of Newton matrices, real and complex.
 //!
-//! - [`supernodal`]: LU and LDLᵀ in dense blocks with fixed pivots, for matrices with a symmetric
-//!   pattern.
-//! - [`pivoting`]: LU with exchange of pivots, for any sparse matrix: the system's [`klu`] with the
-//!   feature of that name and without `vendored`, else faer's.
-//! - [`SparseSystem`]: the former, checked, and the latter where that is not enough.
+//! - [`supernodal`]: LU and LDLᵀ in dense blocks with fixed pivots, for matrices with a symmetric pattern.
+//! - [`pivoting`]: LU with pivoting for any sparse matrix. Uses the system's [`klu`] if the feature of that name is on
+//! and `vendored` is off, otherwise faer.
+//! - [`SparseSystem`]: a supernodal factorization whose solutions are checked; switches to pivoting if necessary.
 //!
-//! All are [`Factorization`]s, and so is what an [`engine`] from outside offers. The feature `metis` adds nested dissection to the orders of
-//! elimination.
+//! All are [`Factorization`]s; an external [`engine`] can provide another one. The feature `metis` adds nested
+//! dissection to the fill-reducing orderings.
 #![deny(unsafe_code)]
 
 mod compiled;
@@ -45,6 +44,6 @@ pub use work::LinearWork;
 
 /// Design notes.
 pub mod notes {
-    #[doc = include_str!("../notes/0001-factorisations.md")]
-    pub mod factorisations {}
+    #[doc = include_str!("../notes/0001-factorizations.md")]
+    pub mod factorizations {}
 }

@@ -1,4 +1,4 @@
-//! The loops of LU with partial pivoting, by faer.
+//! Kernels of LU with partial pivoting, by faer.
 
 use std::sync::Arc;
 
@@ -22,8 +22,7 @@ pub struct Symbolic {
 }
 
 impl Symbolic {
-    /// Analyses the compressed-column `pattern`. The order is COLAMD's; the `options`, which are
-    /// KLU's, are not needed.
+    /// Analyzes the compressed-column `pattern` and orders it by COLAMD. The `options` are ignored.
     ///
     /// # Errors
     /// [`SparseError::NotSquare`].
@@ -54,7 +53,7 @@ impl Symbolic {
         self.pattern.major_dim()
     }
 
-    /// Entries of the pattern.
+    /// Number of entries of the pattern.
     pub fn nnz(&self) -> usize {
         self.pattern.nnz()
     }
@@ -65,7 +64,7 @@ fn view(pattern: &SparsityPattern) -> SymbolicSparseColMatRef<'_, usize> {
     SymbolicSparseColMatRef::new_checked(n, n, offsets, None, pattern.minor_indices())
 }
 
-/// The numbers of such factors, and room for their loops.
+/// LU factors of a matrix, and their workspace.
 pub struct Lu<T: Scalar> {
     symbolic: Symbolic,
     numeric: NumericLu<usize, T>,
@@ -73,7 +72,7 @@ pub struct Lu<T: Scalar> {
 }
 
 impl<T: Scalar> Lu<T> {
-    /// Room for all that the factors are asked for.
+    /// Allocates factors and workspace.
     pub fn new(symbolic: Symbolic) -> Self {
         let lu = &symbolic.lu;
         let buffer = MemBuffer::new(StackReq::any_of(&[
@@ -88,12 +87,12 @@ impl<T: Scalar> Lu<T> {
         }
     }
 
-    /// The analysis.
+    /// Returns the analysis.
     pub fn symbolic(&self) -> &Symbolic {
         &self.symbolic
     }
 
-    /// The factors of the matrix with these `values`, if it is not seen to be singular.
+    /// Factorizes the matrix with these `values`. Returns `None` if it is detected to be singular.
     pub fn factor(&mut self, values: &[T]) -> Option<()> {
         let matrix = SparseColMatRef::new(view(&self.symbolic.pattern), values);
         let stack = MemStack::new(&mut self.buffer);
@@ -103,7 +102,7 @@ impl<T: Scalar> Lu<T> {
             .map(drop)
     }
 
-    /// Solves in place with the last factors.
+    /// Solves A x = b or Aᵀ x = b in place with the last factors.
     pub fn solve(&mut self, x: &mut [T], is_transposed: bool) {
         let x = MatMut::from_column_major_slice_mut(x, self.symbolic.n(), 1);
         let lu = LuRef::new_unchecked(&self.symbolic.lu, &self.numeric);

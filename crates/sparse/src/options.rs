@@ -1,19 +1,19 @@
-//! The settings of KLU.
+//! Settings of factorizations with pivoting.
 
-/// How the columns (and with AMD also the rows) are ordered to keep the factors sparse.
+/// Fill-reducing ordering of the columns (with AMD also of the rows).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Ordering {
-    /// Approximate minimum degree on the pattern of A + Aᵀ: for nearly symmetric patterns.
+    /// Approximate minimum degree on the pattern of A + Aᵀ, for nearly symmetric patterns.
     #[default]
     Amd,
-    /// Approximate minimum degree on the pattern of AᵀA, without forming it.
+    /// Approximate minimum degree on the pattern of AᵀA, which is not formed.
     Colamd,
-    /// The order given.
+    /// The given order.
     Natural,
 }
 
 impl Ordering {
-    /// The number KLU uses for this ordering.
+    /// KLU's code of this ordering.
     #[cfg(klu)]
     fn code(self) -> i64 {
         match self {
@@ -24,14 +24,14 @@ impl Ordering {
     }
 }
 
-/// How the rows are scaled before factorisation.
+/// Scaling of the rows before factorization.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Scaling {
-    /// Not at all.
+    /// No scaling.
     None,
-    /// By the sum of the absolute values of the row.
+    /// Scaling by the sum of the absolute values of the row.
     Sum,
-    /// By the largest absolute value of the row.
+    /// Scaling by the largest absolute value of the row.
     #[default]
     Max,
 }
@@ -47,22 +47,23 @@ impl Scaling {
     }
 }
 
-/// The settings of KLU. The defaults are KLU's own.
+/// Settings of factorizations with pivoting. The defaults are KLU's. faer, which replaces KLU in builds without it,
+/// ignores them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SparseOptions {
     /// Fill-reducing ordering; [`Ordering::Amd`] by default.
     pub ordering: Ordering,
-    /// Whether to permute to block triangular form first; on by default. This starts from a
-    /// maximum transversal, which may move the pivots off a good natural diagonal.
+    /// Whether to permute to block triangular form first; on by default. The permutation starts from a maximum
+    /// transversal, which may move the pivots off a good diagonal.
     pub btf: bool,
     /// Scaling of the rows; [`Scaling::Max`] by default.
     pub scaling: Scaling,
-    /// The diagonal is the pivot if it is at least this fraction of the largest entry of its
-    /// column; 0.001 by default.
+    /// The diagonal entry is the pivot if it is at least this fraction of the largest entry of its column; 0.001 by
+    /// default.
     pub pivot_tolerance: f64,
 }
 
-/// Settings of KLU in its own coding, as its control block holds them.
+/// The settings in KLU's coding, as in its control block.
 #[cfg(klu)]
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RawOptions {
@@ -70,9 +71,9 @@ pub(crate) struct RawOptions {
     pub(crate) ordering: i64,
     /// Whether to permute to block triangular form: 0 or 1.
     pub(crate) btf: i64,
-    /// -1: none; 1: by the sum, 2: by the largest entry of each row.
+    /// 0: no scaling; 1: by the sum, 2: by the largest entry of each row.
     pub(crate) scale: i64,
-    /// Diagonal pivots are preferred above this fraction of the largest entry.
+    /// The diagonal pivot is preferred above this fraction of the largest entry.
     pub(crate) pivot_tolerance: f64,
 }
 
@@ -89,7 +90,7 @@ impl Default for SparseOptions {
 
 #[cfg(klu)]
 impl SparseOptions {
-    /// The settings in KLU's own coding.
+    /// Converts the settings to KLU's coding.
     pub(crate) fn raw(self) -> RawOptions {
         RawOptions {
             ordering: self.ordering.code(),

@@ -1,20 +1,20 @@
-//! LU with partial pivoting, by faer: for any sparse matrix, without a C library.
+//! LU with partial pivoting by faer: for any sparse matrix, without a C library.
 
 use crate::error::expect_length;
 use crate::finite::expect_finite;
 use crate::lu::{Lu, Symbolic};
 use crate::{Factorization, Scalar, SparseError};
 
-/// The factors of matrices with one pattern; pivots are chosen anew for each.
+/// Factors of a sequence of matrices with the same pattern. Each matrix chooses its own pivots.
 pub struct Factors<T: Scalar> {
     lu: Lu<T>,
     probe: Vec<T>,
-    /// Whether the factors are those of the last matrix.
+    /// Whether the factors belong to the last matrix.
     current: bool,
 }
 
 impl<T: Scalar> Factors<T> {
-    /// No factors yet, of matrices with the pattern analysed.
+    /// Creates an empty set of factors for matrices with the analyzed pattern.
     pub fn new(symbolic: Symbolic) -> Self {
         Self {
             probe: vec![T::zero(); symbolic.n()],
@@ -23,15 +23,15 @@ impl<T: Scalar> Factors<T> {
         }
     }
 
-    /// How often pivots were chosen that later matrices keep: never.
+    /// Number of pivot choices that later matrices keep: always zero.
     pub fn pivot_choices(&self) -> u64 {
         0
     }
 
-    /// Nothing: each matrix chooses its own.
+    /// Has no effect, since each matrix chooses its own pivots.
     pub fn forget_pivots(&mut self) {}
 
-    /// Factorises the matrix with these `values`.
+    /// Factorizes the matrix with these `values`.
     ///
     /// # Errors
     /// [`SparseError::WrongLength`], [`SparseError::NotFinite`], [`SparseError::Singular`].
@@ -42,7 +42,7 @@ impl<T: Scalar> Factors<T> {
         expect_finite(values, "matrix")?;
         let singular = SparseError::Singular { n, column: None };
         T::factor_lu(&mut self.lu, values).ok_or(singular.clone())?;
-        // A pivot of zero is not said: it leaves infinities.
+        // faer does not report a zero pivot; the solution then contains infinities.
         self.current = true;
         let mut probe = std::mem::take(&mut self.probe);
         probe.fill(T::one());
@@ -52,7 +52,7 @@ impl<T: Scalar> Factors<T> {
         if self.current { Ok(()) } else { Err(singular) }
     }
 
-    /// An estimate of the reciprocal condition number: faer gives none.
+    /// Returns `None`: faer does not estimate the reciprocal condition number.
     pub fn rcond(&self) -> Option<f64> {
         None
     }
@@ -77,7 +77,7 @@ impl<T: Scalar> Factors<T> {
         Ok(())
     }
 
-    /// Whether there is something to solve `x` with.
+    /// Checks the length of `x` and that factors are available.
     fn check(&self, x: &[T]) -> Result<(), SparseError> {
         expect_length("right-hand side", self.lu.symbolic().n(), x.len())?;
         match self.current {

@@ -1,4 +1,4 @@
-//! LU with exchange of pivots, for any sparse matrix: by KLU in builds that have it, else by faer.
+//! LU with pivoting for any sparse matrix: by KLU if the build includes it, otherwise by faer.
 
 #[cfg(klu)]
 pub use crate::klu::{Factors, Symbolic};

@@ -1,4 +1,4 @@
-//! Products with sparse matrices whose entries come in blocks, and with their magnitudes.
+//! Products with sparse matrices that consist of small blocks, and with the magnitudes of their entries.
 
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -9,9 +9,9 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::Scalar;
 use crate::row::Row;
 
-/// How to multiply by a compressed-column matrix: columns with the same rows are taken together,
-/// two at a time, and rows that are neighbours are named once for both. The two components of a
-/// displacement make most of a muscle's matrices of that kind: one index for four entries.
+/// A plan for products with a compressed-column matrix. Two adjacent columns with the same rows are processed together,
+/// and two adjacent rows share one index. The two components of a displacement give most of a muscle's matrices this
+/// structure: one index for four entries.
 #[derive(Debug, Clone)]
 pub struct Product {
     groups: Vec<Group>,
@@ -19,24 +19,24 @@ pub struct Product {
     arch: Arch,
 }
 
-/// One column, or two with the same rows.
+/// One column, or two columns with the same rows.
 #[derive(Debug, Clone)]
 struct Group {
     column: usize,
     is_double: bool,
-    /// The entries of the first column; those of the second follow.
+    /// Entries of the first column; the entries of the second column follow.
     entries: Range<usize>,
-    /// In `Product::rows`: the first of each two neighbouring rows, up to a row that stands alone.
+    /// Range in `Product::rows` with the first row of each pair of adjacent rows.
     pairs: Range<usize>,
-    /// All rows from there on.
+    /// Range in `Product::rows` with the remaining single rows.
     single: Range<usize>,
 }
 
 impl Product {
-    /// Looks for blocks in `pattern`.
+    /// Finds the blocks in `pattern`.
     ///
     /// # Panics
-    /// If there are 2³² rows or more.
+    /// If the pattern has 2³² rows or more.
     pub fn new(pattern: &SparsityPattern) -> Self {
         let offsets = pattern.major_offsets();
         let (mut groups, mut rows) = (Vec::new(), Vec::new());
@@ -69,12 +69,12 @@ impl Product {
         }
     }
 
-    /// Bytes on the heap.
+    /// Returns the size on the heap in bytes.
     pub(crate) fn n_bytes(&self) -> usize {
         size_of_val(&self.groups[..]) + size_of_val(&self.rows[..])
     }
 
-    /// `y` -= A `x`, A given by its `values` in the order of the pattern.
+    /// Subtracts A x: `y` -= A `x`.
     pub(crate) fn accumulate<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [T]) {
         self.arch.dispatch(Accumulate {
             product: self,
@@ -85,7 +85,7 @@ impl Product {
         });
     }
 
-    /// Y -= A X or Aᵀ X, the numbers of a row side by side: eight columns at a time, as far as there are.
+    /// Subtracts A X or Aᵀ X from Y, up to eight columns at a time.
     pub(crate) fn by_columns<T: Scalar, const TRANSPOSED: bool>(
         &self,
         values: &[T],
@@ -95,7 +95,7 @@ impl Product {
     ) {
         let mut first = 0;
         while first < n_columns {
-            let side = Side {
+            let block = ColumnBlock {
                 product: self,
                 values,
                 x,
@@ -104,15 +104,15 @@ impl Product {
                 first,
             };
             first += match n_columns - first {
-                1 => self.arch.dispatch(side.of::<T, TRANSPOSED>()),
-                2 | 3 => self.arch.dispatch(side.of::<T::Columns<2>, TRANSPOSED>()),
-                4..8 => self.arch.dispatch(side.of::<T::Columns<4>, TRANSPOSED>()),
-                _ => self.arch.dispatch(side.of::<T::Columns<8>, TRANSPOSED>()),
+                1 => self.arch.dispatch(block.of::<T, TRANSPOSED>()),
+                2 | 3 => self.arch.dispatch(block.of::<T::Columns<2>, TRANSPOSED>()),
+                4..8 => self.arch.dispatch(block.of::<T::Columns<4>, TRANSPOSED>()),
+                _ => self.arch.dispatch(block.of::<T::Columns<8>, TRANSPOSED>()),
             };
         }
     }
 
-    /// `y` -= Aᵀ `x` (transposed, not conjugated).
+    /// Subtracts Aᵀ x (transposed, not conjugated): `y` -= Aᵀ `x`.
     pub(crate) fn transposed<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [T]) {
         self.arch.dispatch(Transposed {
             product: self,
@@ -122,7 +122,7 @@ impl Product {
         });
     }
 
-    /// `y` += |A| |`x`|.
+    /// Adds |A| |x| to `y`.
     pub(crate) fn magnitudes<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [f64]) {
         self.arch.dispatch(Accumulate {
             product: self,
@@ -134,8 +134,7 @@ impl Product {
     }
 }
 
-/// `y_i` ← add(`y_i`, a_ij, `x_j`) for all entries, to be run with the processor's vector
-/// instructions.
+/// Computes `y_i` ← add(`y_i`, a_ij, `x_j`) for all entries, with vector instructions.
 struct Accumulate<'a, T, Y, F> {
     product: &'a Product,
     values: &'a [T],
@@ -192,8 +191,8 @@ impl<T: Scalar, Y: Copy, F: Fn(Y, T, T) -> Y> WithSimd for Accumulate<'_, T, Y, 
     }
 }
 
-/// Y ← Y − A X for the columns from `first` on.
-struct Side<'a, T> {
+/// A block of columns of Y ← Y − A X, starting at column `first`.
+struct ColumnBlock<'a, T> {
     product: &'a Product,
     values: &'a [T],
     x: &'a [T],
@@ -202,35 +201,35 @@ struct Side<'a, T> {
     first: usize,
 }
 
-/// The same for as many columns as a row R is wide.
-struct AsWide<'a, T, R, const TRANSPOSED: bool> {
-    side: Side<'a, T>,
+/// The kernel for as many columns as a row of type R holds.
+struct ColumnKernel<'a, T, R, const TRANSPOSED: bool> {
+    block: ColumnBlock<'a, T>,
     row: PhantomData<R>,
 }
 
-impl<'a, T> Side<'a, T> {
-    fn of<R, const TRANSPOSED: bool>(self) -> AsWide<'a, T, R, TRANSPOSED> {
-        AsWide {
-            side: self,
+impl<'a, T> ColumnBlock<'a, T> {
+    fn of<R, const TRANSPOSED: bool>(self) -> ColumnKernel<'a, T, R, TRANSPOSED> {
+        ColumnKernel {
+            block: self,
             row: PhantomData,
         }
     }
 }
 
-impl<T: Scalar, R: Row<T>, const TRANSPOSED: bool> WithSimd for AsWide<'_, T, R, TRANSPOSED> {
-    /// How many columns it was.
+impl<T: Scalar, R: Row<T>, const TRANSPOSED: bool> WithSimd for ColumnKernel<'_, T, R, TRANSPOSED> {
+    /// Number of columns processed.
     type Output = usize;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> usize {
-        let Side {
+        let ColumnBlock {
             product,
             values,
             x,
             y,
             n_columns,
             first,
-        } = self.side;
+        } = self.block;
         let place = |row: usize| row * n_columns + first..(row + 1) * n_columns;
         for group in &product.groups {
             let n = group.entries.len();
@@ -310,7 +309,7 @@ impl<T: Scalar, R: Row<T>, const TRANSPOSED: bool> WithSimd for AsWide<'_, T, R,
     }
 }
 
-/// y ← y − Σ a x
+/// Computes y ← y − Σ a x.
 #[inline(always)]
 fn update<T: Scalar, R: Row<T>, const N: usize>(y: &mut [T], products: [(T, R); N]) {
     let mut sum = R::load(y);
@@ -320,7 +319,7 @@ fn update<T: Scalar, R: Row<T>, const N: usize>(y: &mut [T], products: [(T, R); 
     sum.store(y);
 }
 
-/// `y` ← `y` − Aᵀ `x`, to be run with the processor's vector instructions.
+/// Computes `y` ← `y` − Aᵀ `x`, with vector instructions.
 struct Transposed<'a, T> {
     product: &'a Product,
     values: &'a [T],
@@ -367,8 +366,8 @@ mod tests {
 
     #[test]
     fn blocks_of_all_kinds_are_multiplied() {
-        // Columns 0 and 1 have the same rows, two neighbours and one alone; column 2 has
-        // neighbours, column 3 none, column 4 is empty.
+        // Columns 0 and 1 have the same rows: an adjacent pair and a single one. Column 2 has an adjacent pair, column
+        // 3 a single row, column 4 is empty.
         let lanes: [&[usize]; 5] = [&[0, 1, 3], &[0, 1, 3], &[2, 3], &[0], &[]];
         let mut offsets = vec![0];
         offsets.extend(lanes.iter().scan(0, |end, lane| {
@@ -394,7 +393,7 @@ mod tests {
         let mut by_columns = [0.5; 5];
         product.subtract_transposed(&values, &x, &mut by_columns);
         assert_eq!(by_columns, transposed);
-        // Several columns: multiples of the one.
+        // Several columns: multiples of the first one.
         for n_columns in [3, 8, 15] {
             let side_by_side = |of: &[f64], start: f64| -> Vec<f64> {
                 let row = |x: &f64| {
@@ -411,7 +410,7 @@ mod tests {
             product.subtract_transposed_columns(&values, &x, &mut y, n_columns);
             assert_eq!(y, side_by_side(&transposed, 0.5));
         }
-        // All are positive: what was subtracted comes back.
+        // All entries are positive, so adding the magnitudes restores the initial values.
         product.add_magnitudes(&values, &x, &mut y);
         assert_eq!(y, [0.5; 4]);
         let doubles: Vec<bool> = product.groups.iter().map(|group| group.is_double).collect();

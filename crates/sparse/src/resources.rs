@@ -1,7 +1,7 @@
-//! The threads and the memory that this process may take for large bodies.
+//! Limits of this process: threads and memory.
 //!
-//! Large factors are known from the pattern long before they are computed. Who asks here first stops
-//! with the number, instead of being killed by the system in the middle of a run.
+//! The size of large factors follows from the pattern, long before they are computed. Checking it first gives an error
+//! with both numbers; otherwise the system may kill the process in the middle of a run.
 
 use std::fs;
 use std::sync::{Arc, OnceLock};
@@ -10,19 +10,18 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::SparseError;
 
-/// The threads that large factors are computed in.
+/// The thread pool for large factors.
 static THREADS: OnceLock<Arc<ThreadPool>> = OnceLock::new();
 
-/// What this process may take in all, B.
+/// Memory limit of this process in bytes.
 static LIMIT: OnceLock<usize> = OnceLock::new();
 
-/// Computes large factors, and passes over the elements of large bodies, in this many threads from
-/// now on; results do not depend on the number.
-/// The first number stays. Without one it is the calling thread alone, which is right where many
-/// runs go side by side.
+/// Uses `threads` threads for large factors and for the assembly of large bodies. Results do not depend on the number.
+///
+/// Only the first call has an effect. By default, only the calling thread is used, which suits many concurrent runs.
 ///
 /// # Errors
-/// [`SparseError::Threads`].
+/// [`SparseError::Threads`] if the pool cannot be created.
 pub fn use_threads(threads: usize) -> Result<(), SparseError> {
     if threads > 1 && THREADS.get().is_none() {
         let pool = pool_of(threads)?;
@@ -31,17 +30,17 @@ pub fn use_threads(threads: usize) -> Result<(), SparseError> {
     Ok(())
 }
 
-/// Whether large factors are computed in more threads than the calling one.
+/// Returns whether more than one thread is in use.
 pub fn uses_threads() -> bool {
     THREADS.get().is_some()
 }
 
-/// The threads that large bodies are worked on in, if there is more than one.
+/// Returns the thread pool if there is more than one thread.
 pub fn threads() -> Option<Arc<ThreadPool>> {
     THREADS.get().cloned()
 }
 
-/// Threads of their own.
+/// Creates a thread pool.
 pub(crate) fn pool_of(threads: usize) -> Result<Arc<ThreadPool>, SparseError> {
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map(Arc::new).map_err(|error| SparseError::Threads {
@@ -50,24 +49,23 @@ pub(crate) fn pool_of(threads: usize) -> Result<Arc<ThreadPool>, SparseError> {
     })
 }
 
-/// Lets this process take `bytes` of memory in all. The first limit stays.
+/// Limits the memory of this process to `bytes`. Only the first call has an effect.
 pub fn limit_memory(bytes: usize) {
     LIMIT.get_or_init(|| bytes);
 }
 
-/// What this process has in use, B; unknown where the system does not say.
+/// Returns the memory in use in bytes, or `None` if the system does not report it.
 pub fn in_use() -> Option<usize> {
     kibibytes("/proc/self/status", "VmRSS:")
 }
 
-/// The most this process had in use so far, B; unknown where the system does not say.
+/// Returns the peak memory of this process in bytes, or `None` if the system does not report it.
 pub fn peak() -> Option<usize> {
     kibibytes("/proc/self/status", "VmHWM:")
 }
 
-/// What this process may take beside what it has, B: what is free on the machine, in the process's
-/// control group (a container, a job of a cluster), and below its own limit. Unknown where nothing
-/// says so.
+/// Returns the memory available to this process in bytes: the minimum of the free memory of the machine, of its control
+/// group (a container or a cluster job) and of its own limit. `None` if no value is known.
 pub fn available() -> Option<usize> {
     let own = LIMIT
         .get()
@@ -76,11 +74,11 @@ pub fn available() -> Option<usize> {
     [own, machine, in_group()].into_iter().flatten().min()
 }
 
-/// Refuses factors that will not fit; `n_complex`: how many of the matrices are complex.
+/// Checks that the factors fit into memory. `n_complex` is the number of complex matrices.
 ///
 /// # Errors
-/// [`SparseError::Memory`] when `needed` bytes are more than are [`available`].
-pub fn expect_room(needed: usize, n_complex: usize) -> Result<(), SparseError> {
+/// [`SparseError::Memory`] if `needed` bytes exceed [`available`].
+pub fn expect_memory(needed: usize, n_complex: usize) -> Result<(), SparseError> {
     match available() {
         Some(available) if needed > available => Err(SparseError::Memory {
             needed,
@@ -91,7 +89,7 @@ pub fn expect_room(needed: usize, n_complex: usize) -> Result<(), SparseError> {
     }
 }
 
-/// The value behind `name` in a file of lines such as `VmRSS:  17 kB`, B.
+/// Reads the value of `name` in bytes from a file with lines such as `VmRSS:  17 kB`.
 fn kibibytes(file: &str, name: &str) -> Option<usize> {
     let text = fs::read_to_string(file).ok()?;
     let value = text.lines().find_map(|line| line.strip_prefix(name))?;
@@ -99,13 +97,13 @@ fn kibibytes(file: &str, name: &str) -> Option<usize> {
     Some(1024 * number)
 }
 
-/// What is left in the control group (version 2).
+/// Returns the memory left in the control group (version 2).
 fn in_group() -> Option<usize> {
     let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
     let group = groups.lines().find_map(|line| line.strip_prefix("0::/"))?;
     let number = |name| {
         let text = fs::read_to_string(format!("/sys/fs/cgroup/{group}/{name}")).ok()?;
-        text.trim().parse::<usize>().ok() // "max" is no limit
+        text.trim().parse::<usize>().ok() // "max" means no limit
     };
     Some(number("memory.max")?.saturating_sub(number("memory.current")?))
 }
@@ -115,22 +113,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_cannot_fit_is_refused_with_both_numbers() {
-        let available = available().expect("this system says what is free");
+    fn rejects_more_memory_than_is_available() {
+        let available = available().expect("this system reports its free memory");
         assert!(in_use().unwrap() <= peak().unwrap());
-        assert_eq!(expect_room(0, 0), Ok(()));
-        // Four times what is free now cannot be free in a moment.
+        assert_eq!(expect_memory(0, 0), Ok(()));
+        // The free memory cannot quadruple within a moment.
         let needed = available.saturating_mul(4);
-        match expect_room(needed, 0) {
+        match expect_memory(needed, 0) {
             Err(SparseError::Memory { needed: n, .. }) => assert_eq!(n, needed),
             other => panic!("{other:?}"),
         }
     }
 
-    /// Regression: an equilibrium was told of BDF and Radau IIA, and of 0.0 MiB "to be had".
+    /// Regression: the error of an equilibrium mentioned BDF and Radau IIA.
     #[test]
-    fn only_complex_matrices_are_told_that_bdf_has_none() {
-        let said = |n_complex| {
+    fn mentions_integrators_only_for_complex_matrices() {
+        let message = |n_complex| {
             let error = SparseError::Memory {
                 needed: 3 << 20,
                 available: 0,
@@ -138,7 +136,7 @@ mod tests {
             };
             error.to_string()
         };
-        assert!(said(0).contains("need 3.0 MiB") && said(0).contains("nothing is left"));
-        assert!(!said(0).contains("BDF") && said(2).contains("BDF"));
+        assert!(message(0).contains("3.0 MiB") && message(0).contains("0 B"));
+        assert!(message(0) != message(2) && message(2).starts_with(&message(0)));
     }
 }

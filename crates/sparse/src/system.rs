@@ -1,5 +1,5 @@
-//! A sparse linear system: factorised by dense blocks, checked, and with exchange of pivots where that is
-//! not enough; or factorised by an engine from outside, and checked.
+//! A sparse linear system. The default backend factorizes in dense blocks with fixed pivots, checks the solution, and
+//! switches to pivoting if necessary. Alternatively, an external engine factorizes and the solution is checked.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -16,51 +16,49 @@ use crate::resources;
 use crate::supernodal::{Analysis, Supernodal};
 use crate::{Factorization, Kind, LinearWork, Prediction, Scalar, SparseError};
 
-/// Solutions with a larger backward error are refined. Good pivots leave a few ε times the length
-/// of a row; at 1e-12 four digits are gone, and a refinement, which costs as much as a solve,
-/// brings them back.
-const REFINE_ABOVE: f64 = 1e-12;
+/// Solutions with a larger backward error are refined. Good pivots give a few ε times the length of a row. At 1e-12,
+/// four digits are lost; one refinement, which costs as much as a solve, recovers them.
+const REFINEMENT_THRESHOLD: f64 = 1e-12;
 
-/// Refinements of one solution. The first contracts the error by the backward error before it;
-/// if two do not do, more will not, and pivots must be exchanged.
+/// Maximum number of refinements of one solution. The first one contracts the error by the previous backward error. If
+/// two are not sufficient, more will not help, and pivoting is required.
 const MAX_REFINEMENTS: usize = 2;
 
-/// Solutions with a larger backward error, refined and with exchange of pivots, are refused: half
-/// of the digits of the matrix are lost, √ε.
-const REFUSE_ABOVE: f64 = 1.490_116_119_384_765_6e-8;
+/// Solutions with a larger backward error after refinement and pivoting are rejected. At √ε, half of the digits are
+/// lost.
+const REJECTION_THRESHOLD: f64 = 1.490_116_119_384_765_6e-8;
 
-/// Matrices that take more multiplications are not given to a solver that exchanges pivots. Its
-/// scalar loops and its order, which ignores dissection, take a hundred times the time of dense
-/// blocks there: 8 s instead of 0.1 s for a body of 10⁴ unknowns (1e9), hours beyond.
-const EXCHANGE_UP_TO: f64 = 1e9;
+/// Matrices that take more multiplications are not passed to the pivoting solver. Its scalar loops and its order,
+/// without nested dissection, take a hundred times as long as the dense blocks: 8 s instead of 0.1 s for a body of 10⁴
+/// unknowns (1e9), hours for larger ones.
+const MAX_PIVOTING_WORK: f64 = 1e9;
 
-/// Matrices that take more multiplications are factorised in threads, if there are
-/// [some](resources::use_threads): below some milliseconds waking them is not worth it.
-const THREADS_FROM: f64 = 1e8;
+/// Matrices that take more multiplications are factorized by several [threads](resources::use_threads), if enabled.
+/// Below a few milliseconds, waking the threads costs more than it saves.
+const MIN_THREADED_WORK: f64 = 1e8;
 
-/// What is known of a matrix beyond its pattern.
+/// Known structure of a matrix beyond its pattern.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Structure {
-    /// Whether it is symmetric.
+    /// Whether the matrix is symmetric.
     pub kind: Kind,
-    /// Unknowns whose own entries on the diagonal are no pivots to begin with, because they are
-    /// small (the pressures of a nearly incompressible body); those without entry need not be named.
+    /// Unknowns whose diagonal entries are too small for pivots before other unknowns are eliminated (the pressures of
+    /// a nearly incompressible body). Unknowns without a diagonal entry are detected and need not be listed.
     pub constraints: Range<usize>,
 }
 
-/// The pattern of a matrix and the order in which it is eliminated: all that real and complex
-/// matrices with that pattern share.
+/// The pattern of a matrix and its order of elimination, shared by real and complex matrices.
 #[derive(Debug)]
 pub struct Elimination {
     n: usize,
     n_entries: usize,
     product: Product,
-    way: Way,
+    backend: Backend,
 }
 
-/// Who factorises.
+/// The solver that factorizes.
 #[derive(Debug)]
-enum Way {
+enum Backend {
     Blocks(Box<Blocks>),
     Engine {
         engine: Arc<dyn Engine>,
@@ -69,10 +67,10 @@ enum Way {
     },
 }
 
-/// By dense blocks, and with exchange of pivots where they do not do.
+/// Dense blocks with fixed pivots, and pivoting if they fail.
 #[derive(Debug)]
 struct Blocks {
-    /// For exchange of pivots, of a matrix that is not too large for that.
+    /// The pattern for the pivoting solver; `None` for a matrix that is too large for it.
     pattern: Option<SparsityPattern>,
     options: SparseOptions,
     analysis: Arc<Analysis>,
@@ -80,8 +78,8 @@ struct Blocks {
 }
 
 impl Elimination {
-    /// Analyses the compressed-column `pattern`, or leaves it to the [`engine`] if one is installed; the
-    /// `options` are for KLU, should pivots have to be exchanged.
+    /// Analyzes the compressed-column `pattern`, or delegates it to the [`engine`] if one is installed. `options` apply
+    /// to factorizations with pivoting.
     ///
     /// # Errors
     /// [`SparseError::NotSquare`], [`SparseError::EmptyColumn`].
@@ -91,44 +89,44 @@ impl Elimination {
         options: SparseOptions,
     ) -> Result<Self, SparseError> {
         if let Some(engine) = engine::installed() {
-            return Ok(Self::by(engine, pattern, structure.kind));
+            return Ok(Self::with_engine(engine, pattern, structure.kind));
         }
         let analysis = Analysis::new(pattern, structure.kind, structure.constraints)?;
         let work = analysis.n_multiplications();
         let blocks = Blocks {
-            pattern: (work <= EXCHANGE_UP_TO).then(|| pattern.clone()),
+            pattern: (work <= MAX_PIVOTING_WORK).then(|| pattern.clone()),
             options,
             analysis: Arc::new(analysis),
-            threads: resources::threads().filter(|_| work > THREADS_FROM),
+            threads: resources::threads().filter(|_| work > MIN_THREADED_WORK),
         };
-        Ok(Self::of(pattern, Way::Blocks(Box::new(blocks))))
+        Ok(Self::of(pattern, Backend::Blocks(Box::new(blocks))))
     }
 
-    /// Leaves matrices with this compressed-column `pattern` to an `engine`.
-    pub fn by(engine: Arc<dyn Engine>, pattern: &SparsityPattern, kind: Kind) -> Self {
-        let way = Way::Engine {
+    /// Delegates matrices with this compressed-column `pattern` to an `engine`.
+    pub fn with_engine(engine: Arc<dyn Engine>, pattern: &SparsityPattern, kind: Kind) -> Self {
+        let backend = Backend::Engine {
             engine,
             pattern: Arc::new(pattern.clone()),
             kind,
         };
-        Self::of(pattern, way)
+        Self::of(pattern, backend)
     }
 
-    fn of(pattern: &SparsityPattern, way: Way) -> Self {
+    fn of(pattern: &SparsityPattern, backend: Backend) -> Self {
         Self {
             n: pattern.major_dim(),
             n_entries: pattern.nnz(),
             product: Product::new(pattern),
-            way,
+            backend,
         }
     }
 
-    /// Factorises in this many threads; an engine has its own. Results do not depend on the number.
+    /// Uses `threads` threads for factorizations; has no effect on an engine. Results do not depend on the number.
     ///
     /// # Errors
     /// [`SparseError::Threads`].
     pub fn in_threads(mut self, threads: usize) -> Result<Self, SparseError> {
-        if let Way::Blocks(blocks) = &mut self.way {
+        if let Backend::Blocks(blocks) = &mut self.backend {
             blocks.threads = match threads {
                 0 | 1 => None,
                 _ => Some(resources::pool_of(threads)?),
@@ -137,14 +135,14 @@ impl Elimination {
         Ok(self)
     }
 
-    /// Room for a matrix and its factors.
+    /// Allocates a matrix and its factors.
     fn factors<T: Scalar>(&self) -> Box<dyn Factorization<T>> {
-        match &self.way {
-            Way::Blocks(blocks) => {
+        match &self.backend {
+            Backend::Blocks(blocks) => {
                 let (analysis, threads) = (blocks.analysis.clone(), blocks.threads.clone());
                 Box::new(Supernodal::in_threads(analysis, threads))
             }
-            Way::Engine {
+            Backend::Engine {
                 engine,
                 pattern,
                 kind,
@@ -152,9 +150,9 @@ impl Elimination {
         }
     }
 
-    /// Room for factors with exchange of pivots; none where an engine exchanges them.
+    /// Allocates factors with pivoting; `None` if an engine factorizes.
     fn pivoting<T: Scalar>(&self) -> Result<Option<Factors<T>>, SparseError> {
-        let Way::Blocks(blocks) = &self.way else {
+        let Backend::Blocks(blocks) = &self.backend else {
             return Ok(None);
         };
         let pattern = blocks.pattern.as_ref();
@@ -163,27 +161,27 @@ impl Elimination {
         Ok(Some(Factors::new(symbolic)))
     }
 
-    /// The supernodes; none if an engine factorises.
+    /// Returns the analysis; `None` if an engine factorizes.
     pub fn analysis(&self) -> Option<&Arc<Analysis>> {
-        match &self.way {
-            Way::Blocks(blocks) => Some(&blocks.analysis),
-            Way::Engine { .. } => None,
+        match &self.backend {
+            Backend::Blocks(blocks) => Some(&blocks.analysis),
+            Backend::Engine { .. } => None,
         }
     }
 
-    /// Refuses a real matrix whose factors will not fit into the memory.
+    /// Checks that the factors of a real matrix fit into memory.
     ///
     /// # Errors
     /// [`SparseError::Memory`].
-    pub fn expect_room(&self) -> Result<(), SparseError> {
+    pub fn expect_memory(&self) -> Result<(), SparseError> {
         let needed = self.prediction::<f64>().map_or(0, |needs| needs.bytes);
-        resources::expect_room(needed, 0)
+        resources::expect_memory(needed, 0)
     }
 
-    /// What one matrix of numbers `T` and its factors will need; unknown if an engine factorises.
-    /// Matrices with one pattern share the analysis, which is counted in each.
+    /// Predicts the cost of one matrix of type `T` and its factors; `None` if an engine factorizes. The analysis is
+    /// counted for each matrix, although matrices with the same pattern share it.
     pub fn prediction<T: Scalar>(&self) -> Option<Prediction> {
-        let Way::Blocks(blocks) = &self.way else {
+        let Backend::Blocks(blocks) = &self.backend else {
             return None;
         };
         let analysis = &blocks.analysis;
@@ -212,9 +210,9 @@ impl Elimination {
 pub struct SparseSystem<T: Scalar> {
     elimination: Arc<Elimination>,
     values: Vec<T>,
-    /// By dense blocks or by an engine.
+    /// Factors by dense blocks or by an engine.
     direct: Box<dyn Factorization<T>>,
-    /// With exchange of pivots, once the blocks' fixed pivots have failed.
+    /// Factors with pivoting, once the fixed pivots have failed.
     pivoting: Option<Factors<T>>,
     check: bool,
     rhs: Vec<T>,
@@ -223,7 +221,7 @@ pub struct SparseSystem<T: Scalar> {
 }
 
 impl<T: Scalar> SparseSystem<T> {
-    /// Room for a matrix and its factors.
+    /// Allocates a matrix and its factors.
     pub fn new(elimination: Arc<Elimination>) -> Self {
         let n = elimination.n;
         Self {
@@ -238,20 +236,20 @@ impl<T: Scalar> SparseSystem<T> {
         }
     }
 
-    /// The values in the order of the pattern, to be filled before [`renew`](Self::renew).
+    /// Returns the values in the order of the pattern, to be set before [`renew`](Self::renew).
     pub fn values_mut(&mut self) -> &mut [T] {
         &mut self.values
     }
 
-    /// The values in the order of the pattern.
+    /// Returns the values in the order of the pattern.
     pub fn values(&self) -> &[T] {
         &self.values
     }
 
-    /// Factorises the matrix with the present values.
+    /// Factorizes the matrix with the current values.
     ///
     /// # Errors
-    /// [`SparseError::Singular`] and others of the factorisation.
+    /// [`SparseError::Singular`] and other errors of the factorization.
     pub fn renew(&mut self, work: &mut LinearWork) -> Result<(), SparseError> {
         self.check = true;
         if self.pivoting.is_some() {
@@ -268,8 +266,8 @@ impl<T: Scalar> SparseSystem<T> {
         }
     }
 
-    /// Factorises with exchange of pivots, now and from now on; `false` where an engine does that
-    /// already.
+    /// Switches to pivoting permanently and factorizes. Returns `false` if an engine factorizes, which handles pivoting
+    /// itself.
     fn pivot(&mut self, work: &mut LinearWork) -> Result<bool, SparseError> {
         if self.pivoting.is_none() {
             self.pivoting = self.elimination.pivoting()?;
@@ -288,7 +286,8 @@ impl<T: Scalar> SparseSystem<T> {
         work.factor_entries = self.factors().n_entries().unwrap_or(0) as u64;
     }
 
-    /// The [pivots](Factorization::pivots) of the last matrix by unknown; none if they were exchanged.
+    /// Returns the [pivots](Factorization::pivots) of the last matrix by unknown; `None` after a factorization with
+    /// pivoting.
     pub fn pivots(&self) -> Option<Vec<T>> {
         match self.pivoting {
             Some(_) => None,
@@ -296,19 +295,19 @@ impl<T: Scalar> SparseSystem<T> {
         }
     }
 
-    /// How often pivots were chosen that later matrices keep.
+    /// Number of pivot choices that later matrices keep.
     pub fn pivot_choices(&self) -> u64 {
         self.pivoting.as_ref().map_or(0, Factors::pivot_choices)
     }
 
-    /// Makes the next matrix choose its pivots anew, where they are exchanged.
+    /// Makes the next matrix choose new pivots, if pivoting is active.
     pub fn forget_pivots(&mut self) {
         if let Some(factors) = &mut self.pivoting {
             factors.forget_pivots();
         }
     }
 
-    /// Whether pivots are exchanged, and whether the next solution is checked.
+    /// Returns whether pivoting is active and whether the next solution is checked.
     pub fn history(&self) -> [bool; 2] {
         [self.pivoting.is_some(), self.check]
     }
@@ -333,13 +332,15 @@ impl<T: Scalar> SparseSystem<T> {
         }
     }
 
-    /// Solves in place. The first solution with new factors is checked; if it needs refinement,
-    /// so do all others with these factors; if refinement does not help, pivots are exchanged. A
-    /// right-hand side of zeros checks nothing, so the next is checked.
+    /// Solves in place.
+    ///
+    /// The first solution after a factorization is checked. If it needs refinement, so do all others with these
+    /// factors; if refinement does not help, the matrix is factorized with pivoting. A zero right-hand side cannot be
+    /// checked, so the check is deferred to the next one.
     ///
     /// # Errors
-    /// [`SparseError::Inaccurate`] if all that does not help, [`SparseError::NotFinite`] for such
-    /// a right-hand side, and those of the solve.
+    /// [`SparseError::Inaccurate`] if the backward error stays large, [`SparseError::NotFinite`] for a right-hand side
+    /// that is not finite, and errors of the solve.
     pub fn solve(&mut self, x: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
         work.solves += 1;
         if !self.check {
@@ -351,12 +352,14 @@ impl<T: Scalar> SparseSystem<T> {
         }
         self.rhs.copy_from_slice(x);
         let mut error = self.solve_and_refine(x, work)?;
-        if error > REFINE_ABOVE && self.pivoting.is_none() && self.pivot(work)? {
+        if error > REFINEMENT_THRESHOLD && self.pivoting.is_none() && self.pivot(work)? {
             x.copy_from_slice(&self.rhs);
             error = self.solve_and_refine(x, work)?;
         }
         work.largest_backward_error = work.largest_backward_error.max(error);
-        if error.is_infinite() || (error > REFUSE_ABOVE && self.normwise_error() > REFUSE_ABOVE) {
+        if error.is_infinite()
+            || (error > REJECTION_THRESHOLD && self.normwise_error() > REJECTION_THRESHOLD)
+        {
             let n = x.len();
             return Err(SparseError::Inaccurate {
                 n,
@@ -366,11 +369,11 @@ impl<T: Scalar> SparseSystem<T> {
         Ok(())
     }
 
-    /// Solves in place for several right-hand sides, the numbers of a row side by side. Solutions are not
-    /// checked: they are meant for those who iterate, and see what is left.
+    /// Solves in place for several right-hand sides, stored by rows. Solutions are not checked: the caller is expected
+    /// to iterate and to check the residual.
     ///
     /// # Errors
-    /// Those of the solve.
+    /// Errors of the solve.
     pub fn solve_columns(
         &mut self,
         x: &mut [T],
@@ -381,11 +384,11 @@ impl<T: Scalar> SparseSystem<T> {
         self.factors().solve_columns(x, n_columns)
     }
 
-    /// Solves with the transpose (not conjugated) in place. The solution is not checked: it is meant
-    /// for those who iterate, and see what is left.
+    /// Solves with the transpose (not conjugated) in place. The solution is not checked: the caller is expected to
+    /// iterate and to check the residual.
     ///
     /// # Errors
-    /// Those of the solve.
+    /// Errors of the solve.
     pub fn solve_transposed(
         &mut self,
         x: &mut [T],
@@ -395,13 +398,13 @@ impl<T: Scalar> SparseSystem<T> {
         self.factors().solve_transposed(x)
     }
 
-    /// Solves for `x` = b, a copy of which is in `rhs`, and returns the backward error.
+    /// Solves for `x`, refines the solution and returns its backward error. `x` and `rhs` contain b on entry.
     fn solve_and_refine(&mut self, x: &mut [T], work: &mut LinearWork) -> Result<f64, SparseError> {
         self.factors().solve(x)?;
         let mut error = self.backward_error(x);
-        self.check = error > REFINE_ABOVE;
+        self.check = error > REFINEMENT_THRESHOLD;
         for _ in 0..MAX_REFINEMENTS {
-            if error <= REFINE_ABOVE {
+            if error <= REFINEMENT_THRESHOLD {
                 break;
             }
             work.refinements += 1;
@@ -417,9 +420,9 @@ impl<T: Scalar> SparseSystem<T> {
         Ok(error)
     }
 
-    /// max_i |b − A x|_i / max_i (|A||x| + |b|)_i of the solution checked last. A body at rest has
-    /// right-hand sides of rounding alone, some rows far smaller than others: there the
-    /// componentwise error says nothing of the solution.
+    /// Returns max_i |b − A x|_i / max_i (|A||x| + |b|)_i of the last checked solution. The right-hand sides of a body at
+    /// rest consist of rounding errors, with some rows far smaller than others; the componentwise error is meaningless
+    /// there.
     fn normwise_error(&self) -> f64 {
         let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
         let residual = largest(&mut self.residual.iter().map(|r| r.abs()));
@@ -431,9 +434,8 @@ impl<T: Scalar> SparseSystem<T> {
         }
     }
 
-    /// max_i |b - A x|_i / (|A||x| + |b|)_i, infinite where it is not a number; leaves b - A x in
-    /// `residual`. It does not depend on the scaling of rows and columns, which here differ by many
-    /// powers of ten.
+    /// Returns max_i |b − A x|_i / (|A||x| + |b|)_i, infinite if it is NaN, and stores b − A x in `residual`. The error
+    /// does not depend on the scaling of rows and columns, which differs by many orders of magnitude here.
     fn backward_error(&mut self, x: &[T]) -> f64 {
         self.residual.copy_from_slice(&self.rhs);
         for (scale, b) in self.scale.iter_mut().zip(&self.rhs) {

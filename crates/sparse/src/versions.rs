@@ -1,16 +1,16 @@
-//! The versions of the libraries underneath.
+//! The versions of the linked libraries.
 
 /// Versions of the linked libraries.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Versions {
-    /// KLU, by its headers: the library cannot be asked.
+    /// Version of the KLU headers. The library does not report its version.
     pub klu: String,
-    /// SuiteSparse, the collection KLU belongs to, as it says itself at run time.
+    /// Version of SuiteSparse, the collection that contains KLU, reported at run time.
     pub suite_sparse: String,
 }
 
 impl Versions {
-    /// Asks the libraries; `None` in a build without KLU.
+    /// Queries the libraries; `None` in a build without KLU.
     #[cfg(klu)]
     pub fn linked() -> Option<Self> {
         use crate::ffi::klu::bindings::{KLU_MAIN_VERSION, KLU_SUB_VERSION, KLU_SUBSUB_VERSION};
@@ -22,7 +22,7 @@ impl Versions {
         })
     }
 
-    /// Asks the libraries; `None` in a build without KLU.
+    /// Returns `None`: this build has no KLU.
     #[cfg(not(klu))]
     pub fn linked() -> Option<Self> {
         None

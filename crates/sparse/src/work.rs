@@ -1,21 +1,21 @@
-//! Counts of the work done on linear systems.
+//! Counters for the solution of linear systems.
 
 use serde::Serialize;
 
-/// What linear systems cost and how well they were solved.
+/// Cost and accuracy of linear solves.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct LinearWork {
-    /// Factorisations.
+    /// Number of factorizations.
     pub factorizations: u64,
-    /// Of these, with exchange of pivots, by KLU.
+    /// Number of factorizations with pivoting.
     pub pivoted: u64,
-    /// Entries of L and U of the last factorisation.
+    /// Entries of L and U of the last factorization.
     pub factor_entries: u64,
-    /// Solves.
+    /// Number of solves.
     pub solves: u64,
-    /// Refinements of solutions.
+    /// Number of refinements.
     pub refinements: u64,
-    /// The largest componentwise backward error, max_i |b - A x|_i / (|A||x| + |b|)_i, of the
-    /// solutions checked: the first after each set-up, and all those refined.
+    /// Largest componentwise backward error, max_i |b − A x|_i / (|A||x| + |b|)_i, of the checked solutions: the first
+    /// one after each factorization and all refined ones.
     pub largest_backward_error: f64,
 }

@@ -1,4 +1,4 @@
-//! Systems that an engine from outside factorises: whose answers are taken, and whose checked.
+//! Systems that an engine from outside factorizes: whose answers are taken, and whose checked.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use myovib_sparse::{
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
-/// Factorises with exchange of pivots, and solves with a relative error of its own.
+/// Factorizes with exchange of pivots, and solves with a relative error of its own.
 #[derive(Debug)]
 struct Erring(f64);
 
@@ -77,7 +77,8 @@ impl Engine for Erring {
 fn solve<T: Scalar>(error: f64) -> (Result<Vec<T>, SparseError>, LinearWork) {
     let dense =
         SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 2, 4], vec![0, 1, 0, 1]);
-    let elimination = Elimination::by(Arc::new(Erring(error)), &dense.unwrap(), Kind::Symmetric);
+    let elimination =
+        Elimination::with_engine(Arc::new(Erring(error)), &dense.unwrap(), Kind::Symmetric);
     assert!(elimination.analysis().is_none() && elimination.prediction::<T>().is_none());
     let mut system = SparseSystem::<T>::new(Arc::new(elimination));
     let number = |x: f64| T::one() * x;

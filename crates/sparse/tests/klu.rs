@@ -137,7 +137,7 @@ fn complex_factors_share_the_analysis_and_solve_real_and_transposed_systems() {
 }
 
 #[test]
-fn a_refactorisation_solves_the_new_system_and_several_right_hand_sides_at_once() {
+fn a_refactorization_solves_the_new_system_and_several_right_hand_sides_at_once() {
     let pattern = pattern(30, 2);
     let symbolic = Symbolic::analyze(&pattern, SparseOptions::default()).unwrap();
     let mut lu = RealNumeric::factor(&symbolic, &real_values(&pattern, 3)).unwrap();
@@ -196,7 +196,7 @@ fn an_arrow_matrix_fills_in_the_natural_order_and_not_with_amd() {
         .entries()
         .map(|(c, r)| if r == c { n as f64 } else { 1.0 })
         .collect();
-    let factorised = |ordering| {
+    let factorized = |ordering| {
         let options = SparseOptions {
             ordering,
             btf: false,
@@ -205,10 +205,10 @@ fn an_arrow_matrix_fills_in_the_natural_order_and_not_with_amd() {
         let symbolic = Symbolic::analyze(&pattern, options).unwrap();
         RealNumeric::factor(&symbolic, &values).unwrap()
     };
-    let natural = factorised(Ordering::Natural);
+    let natural = factorized(Ordering::Natural);
     assert_eq!(natural.nnz_factors(), (n * (n + 1) / 2, n * (n + 1) / 2));
     assert!(natural.symbolic().column_order().into_iter().eq(0..n));
-    let amd = factorised(Ordering::Amd);
+    let amd = factorized(Ordering::Amd);
     assert_eq!(amd.nnz_factors(), (2 * n - 1, 2 * n - 1));
     // The variable that all others meet goes last, or before the last: they are alike by then.
     let mut order = amd.symbolic().column_order();
@@ -233,7 +233,7 @@ fn singular_matrices_are_errors_that_say_where() {
     };
     assert!(column.is_none_or(|column| column < 2), "{column:?}");
 
-    // [1 1; 1 1]: singular by its values; refused at the factorisation and at the refactorisation.
+    // [1 1; 1 1]: singular by its values; refused at the factorization and at the refactorization.
     let full = SparsityPattern::try_from_offsets_and_indices(2, 2, vec![0, 2, 4], vec![0, 1, 0, 1])
         .unwrap();
     let symbolic = Symbolic::analyze(&full, SparseOptions::default()).unwrap();
@@ -261,9 +261,9 @@ fn singular_matrices_are_errors_that_say_where() {
 fn bad_arguments_are_errors_with_numbers() {
     let wide =
         SparsityPattern::try_from_offsets_and_indices(2, 3, vec![0, 1, 2], vec![0, 1]).unwrap();
-    let analyse = |pattern: &SparsityPattern| Symbolic::analyze(pattern, SparseOptions::default());
+    let analyze = |pattern: &SparsityPattern| Symbolic::analyze(pattern, SparseOptions::default());
     assert_eq!(
-        analyse(&wide).unwrap_err(),
+        analyze(&wide).unwrap_err(),
         SparseError::NotSquare {
             rows: 3,
             columns: 2
@@ -271,14 +271,14 @@ fn bad_arguments_are_errors_with_numbers() {
     );
     let empty = SparsityPattern::zeros(0, 0);
     assert_eq!(
-        analyse(&empty).unwrap_err(),
+        analyze(&empty).unwrap_err(),
         SparseError::NotSquare {
             rows: 0,
             columns: 0
         }
     );
 
-    let symbolic = analyse(&pattern(3, 0)).unwrap();
+    let symbolic = analyze(&pattern(3, 0)).unwrap();
     let error = RealNumeric::factor(&symbolic, &[1.0]).unwrap_err();
     assert!(error.to_string().contains("expected 3, got 1"), "{error}");
     let error = RealNumeric::factor(&symbolic, &[1.0, f64::NAN, 1.0]).unwrap_err();
@@ -377,7 +377,7 @@ fn pivots_are_kept_as_long_as_they_serve() {
         let error = (x[0] - 1.0).abs().max((x[1] - 1.0).abs());
         assert!(error < 1e4 * f64::EPSILON, "{p}: {x:?}");
     }
-    // What cannot be factorised leaves no factors of another matrix to solve with, but its pivots.
+    // What cannot be factorized leaves no factors of another matrix to solve with, but its pivots.
     assert!(matches!(
         factors.renew(&[1.0; 4]),
         Err(SparseError::Singular { .. })
@@ -396,7 +396,7 @@ fn pivots_are_kept_as_long_as_they_serve() {
 }
 
 #[test]
-fn many_threads_factorise_with_one_shared_analysis() {
+fn many_threads_factorize_with_one_shared_analysis() {
     fn assert_send<T: Send>() {}
     fn assert_sync<T: Sync>() {}
     assert_send::<Numeric<f64>>();
@@ -405,7 +405,7 @@ fn many_threads_factorise_with_one_shared_analysis() {
     assert_sync::<Symbolic>();
 
     let pattern = pattern(80, 3);
-    // COLAMD leaves size estimates open, so that factorisations write to the shared analysis.
+    // COLAMD leaves size estimates open, so that factorizations write to the shared analysis.
     let options = SparseOptions {
         ordering: Ordering::Colamd,
         ..SparseOptions::default()

@@ -118,7 +118,7 @@ fn factors_solve_real_and_complex_systems_in_any_order() {
 
 /// [2 1; 1 ·]: the second unknown has no diagonal entry.
 #[test]
-fn an_unknown_without_a_diagonal_waits_for_a_neighbour() {
+fn an_unknown_without_a_diagonal_waits_for_a_neighbor() {
     let p = pattern(2, |c, r| c + r < 2);
     let values = [2.0, 1.0, 1.0];
     let mut factors = Supernodal::new(Arc::new(Analysis::new(&p, Kind::General, 0..0).unwrap()));
@@ -227,12 +227,12 @@ fn solve<T: Scalar>(elimination: Elimination, values: &[T], b: &[T]) -> (Vec<T>,
     let mut x = b.to_vec();
     system.solve(&mut x, &mut work).unwrap();
     assert_eq!((work.pivoted, work.refinements), (0, 0));
-    expect_the_same_side_by_side(&mut system, b);
+    expect_columns_match(&mut system, b);
     (x, work.largest_backward_error)
 }
 
 /// Solves for 15 right-hand sides, 8 + 4 + 2 + 1 of them at a time, and one by one.
-fn expect_the_same_side_by_side<T: Scalar>(system: &mut SparseSystem<T>, b: &[T]) {
+fn expect_columns_match<T: Scalar>(system: &mut SparseSystem<T>, b: &[T]) {
     let (n, n_columns) = (b.len(), 15);
     let mut work = LinearWork::default();
     let of = |row: usize, column: usize| b[(row * (column + 1)) % n];

@@ -164,7 +164,7 @@ impl Vibration {
             },
         };
         let elimination = Elimination::new(matrix.pattern(), structure, options)?;
-        elimination.expect_room()?;
+        elimination.expect_memory()?;
         let mut factors = SparseSystem::new(Arc::new(elimination));
         factors.values_mut().copy_from_slice(matrix.values());
         let mut work = LinearWork::default();

@@ -304,7 +304,7 @@ impl Sizes {
         let Some(needs) = self.all.filter(|_| condensed) else {
             return Ok(None);
         };
-        resources::expect_room(needs.bytes, self.n_complex)?;
+        resources::expect_memory(needs.bytes, self.n_complex)?;
         Ok(Some(Factors {
             matrices: 1 + self.n_complex,
             needs,

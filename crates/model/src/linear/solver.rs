@@ -59,7 +59,7 @@ impl CondensedSolver {
     fn make_room(&mut self, n_complex: usize) -> Result<(), SparseError> {
         if !self.has_room || self.complex.len() != n_complex {
             if let Some(needs) = self.reduction.needs(n_complex) {
-                resources::expect_room(needs.bytes, n_complex)?;
+                resources::expect_memory(needs.bytes, n_complex)?;
             }
             let fresh = || self.reduction.matrix();
             self.complex.resize_with(n_complex, fresh);

@@ -34,7 +34,7 @@ impl Saddle {
             constraints: n..n + m,
         };
         let elimination = Elimination::new(matrix.pattern(), structure, SparseOptions::default())?;
-        elimination.expect_room()?;
+        elimination.expect_memory()?;
         let mut factors = SparseSystem::new(Arc::new(elimination));
         factors.values_mut().copy_from_slice(matrix.values());
         let mut work = LinearWork::default();

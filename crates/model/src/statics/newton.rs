@@ -126,7 +126,7 @@ impl<'a> Newton<'a> {
             constraints: layout.range(Field::Pressure).unwrap_or(n..n),
         };
         let elimination = Elimination::new(assembly.pattern(), structure, options)?;
-        elimination.expect_room()?;
+        elimination.expect_memory()?;
         let in_use = resources::in_use();
         let nodal = vec![0.0; solid.space().n_components()];
         let (mut load, displacement) = (nodal.clone(), nodal.clone());

@@ -1,4 +1,4 @@
-//! The boundary to METIS, built from its C source by `metis-sys`.
+//! The boundary to METIS, which `metis-sys` builds from its C source.
 
 use std::ptr;
 use std::sync::{Mutex, PoisonError};
@@ -7,43 +7,42 @@ use metis_sys::{METIS_NOPTIONS, METIS_NodeND, METIS_SetDefaultOptions, idx_t};
 use metis_sys::{moptions_et_METIS_OPTION_NSEPS, moptions_et_METIS_OPTION_NUMBERING};
 use metis_sys::{moptions_et_METIS_OPTION_SEED, rstatus_et_METIS_OK};
 
-use crate::ordering::lanes::Lanes;
+use crate::ordering::adjacency::AdjacencyList;
 
 /// METIS keeps the state of its random numbers and of its error handler in globals.
 static METIS: Mutex<()> = Mutex::new(());
 
-/// The nodes of a graph by nested dissection; `weights` are what a separator costs by node.
+/// Orders the nodes of a graph by nested dissection. `weights` are the costs of the nodes in a separator.
 ///
-/// The smallest of `separators` separators of each part is taken. The order is the same in each
-/// call. `None` if METIS gives up (it says why on stderr), for example for an empty graph or one of
-/// 2³¹ edges.
+/// METIS computes `separators` separators of each part and takes the smallest. The order is reproducible. Returns
+/// `None` if METIS fails, for example for an empty graph or one with 2³¹ edges; METIS prints the reason to stderr.
 pub(crate) fn nested_dissection(
-    neighbours: &Lanes,
+    neighbors: &AdjacencyList,
     weights: &[i32],
     seed: u32,
     separators: u32,
 ) -> Option<Vec<u32>> {
-    let n = neighbours.len();
+    let n = neighbors.len();
     assert_eq!(weights.len(), n, "one weight per node");
-    if n == 0 || i32::try_from(neighbours.indices().len()).is_err() {
+    if n == 0 || i32::try_from(neighbors.indices().len()).is_err() {
         return None;
     }
     let narrow = |&k: &usize| k as idx_t;
-    let mut offsets: Vec<idx_t> = neighbours.offsets().iter().map(narrow).collect();
-    let mut indices: Vec<idx_t> = neighbours.indices().iter().map(|&k| k as idx_t).collect();
+    let mut offsets: Vec<idx_t> = neighbors.offsets().iter().map(narrow).collect();
+    let mut indices: Vec<idx_t> = neighbors.indices().iter().map(|&k| k as idx_t).collect();
     let mut weights = weights.to_vec();
     let (mut order, mut places) = (vec![0; n], vec![0; n]);
     let mut options = [0; METIS_NOPTIONS as usize];
     let _guard = METIS.lock().unwrap_or_else(PoisonError::into_inner);
-    // SAFETY: the array has the METIS_NOPTIONS entries that the function fills.
+    // SAFETY: the array has the METIS_NOPTIONS entries that the function writes.
     unsafe { METIS_SetDefaultOptions(options.as_mut_ptr()) };
     options[moptions_et_METIS_OPTION_NUMBERING as usize] = 0;
     options[moptions_et_METIS_OPTION_SEED as usize] = seed as idx_t;
     options[moptions_et_METIS_OPTION_NSEPS as usize] = separators as idx_t;
     let mut n = n as idx_t;
-    // SAFETY: offsets rise from 0 to the number of indices, which lie in 0..n and are symmetric
-    // and without loops (Lanes of a graph); weights, order and places have n entries; all arrays
-    // outlive the call, and METIS keeps none of them. The lock keeps other calls away.
+    // SAFETY: offsets increase from 0 to the number of indices, which lie in 0..n, are symmetric and contain no
+    // self-loops (the adjacency of a graph); weights, order and places have n entries; all arrays outlive the call, and
+    // METIS keeps none of them. The lock prevents concurrent calls.
     let status = unsafe {
         METIS_NodeND(
             ptr::from_mut(&mut n),

@@ -1,4 +1,4 @@
-//! The boundaries to SuiteSparse, to METIS and to the system.
+//! The boundaries to SuiteSparse, to METIS and to the operating system.
 
 #[cfg(klu)]
 pub(crate) mod klu;

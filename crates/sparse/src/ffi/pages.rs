@@ -1,26 +1,26 @@
-//! The boundary to the system's pages of memory.
+//! The boundary to the memory pages of the operating system.
 
 use std::mem::MaybeUninit;
 
-/// Asks the system to back room for numbers that is not used yet by large pages, if it has any.
+/// Requests large pages for memory that is not used yet, if the system supports them.
 ///
-/// Factors are read from end to end in each solve. Small pages cost a look-up every 4 KiB, and
-/// processors do not fetch ahead beyond their ends.
-pub(crate) fn prefer_large<T>(room: &mut [MaybeUninit<T>]) {
+/// Each solve reads the factors from end to end. Small pages cost an address translation every 4 KiB, and processors do
+/// not prefetch across page boundaries.
+pub(crate) fn prefer_large<T>(memory: &mut [MaybeUninit<T>]) {
     #[cfg(target_os = "linux")]
     {
-        /// Advice is taken for whole pages.
+        /// madvise works on whole pages.
         const PAGE: usize = 4096;
-        let bytes = size_of_val(room);
-        let start = room.as_mut_ptr().cast::<u8>();
+        let bytes = size_of_val(memory);
+        let start = memory.as_mut_ptr().cast::<u8>();
         let skipped = start.align_offset(PAGE);
         if let Some(whole) = bytes.checked_sub(skipped) {
             let start = start.wrapping_add(skipped);
-            // SAFETY: the pages lie within the room, and the advice changes no contents. A system that
-            // does not know it refuses, which does no harm.
+            // SAFETY: the pages lie within `memory`, and the advice does not change their contents. A system without
+            // large pages returns an error, which is harmless.
             unsafe { libc::madvise(start.cast(), whole, libc::MADV_HUGEPAGE) };
         }
     }
     #[cfg(not(target_os = "linux"))]
-    let _ = room;
+    let _ = memory;
 }

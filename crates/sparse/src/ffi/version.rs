@@ -1,8 +1,8 @@
-//! The version of the linked library, asked at run time.
+//! The version of the linked SuiteSparse.
 
 use super::klu::bindings::SuiteSparse_version;
 
-/// The version of the linked SuiteSparse, for example [5, 12, 0].
+/// Returns the version of the linked SuiteSparse, for example [5, 12, 0].
 pub(crate) fn suite_sparse() -> [i32; 3] {
     let mut version = [0; 3];
     // SAFETY: the function writes three integers.

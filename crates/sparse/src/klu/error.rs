@@ -1,12 +1,12 @@
-//! KLU's failures as errors of the crate.
+//! Conversion of KLU's failures to errors of this crate.
 
 use crate::SparseError;
 use crate::ffi::klu::Failure;
 
-/// What KLU said of an `n` × `n` matrix.
+/// Converts a failure for an `n` × `n` matrix.
 pub(super) fn from_failure(n: usize, failure: Failure) -> SparseError {
     if failure.is_singular() {
-        // KLU counts columns from 0 and says n for "none".
+        // KLU counts columns from 0 and returns n if the column is unknown.
         let column = usize::try_from(failure.singular_column)
             .ok()
             .filter(|&c| c < n);

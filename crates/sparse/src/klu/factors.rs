@@ -1,35 +1,35 @@
-//! LU factors kept fresh: pivots are chosen once and kept as long as they serve.
+//! LU factors that keep their pivots as long as these are accurate.
 
 use super::{Numeric, Symbolic};
 use crate::{Factorization, Scalar, SparseError};
 
-/// A reciprocal pivot growth this much below that of fresh pivots calls for fresh ones: three of
-/// the digits that fresh pivots would give are lost then.
+/// New pivots are chosen if the reciprocal pivot growth falls below this fraction of its value for new pivots. Old
+/// pivots then cost three digits of accuracy.
 const GROWTH_LOSS: f64 = 1e-3;
 
-/// How the factors of a matrix were renewed.
+/// Origin of the pivots of a factorization.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Pivots {
-    /// Chosen anew.
+    /// Newly chosen.
     Fresh,
-    /// Kept from before, several times cheaper.
+    /// Kept from an earlier matrix; several times cheaper.
     Kept,
 }
 
-/// The factors of matrices with one pattern, one after the other.
+/// Factors of a sequence of matrices with the same pattern.
 #[derive(Debug)]
 pub struct Factors<T: Scalar> {
     symbolic: Symbolic,
     /// The factors, and the reciprocal pivot growth when the pivots were chosen.
     numeric: Option<(Numeric<T>, f64)>,
-    /// Whether they are those of the last matrix: its pivots may outlive one that was refused.
+    /// Whether the factors belong to the last matrix. Pivots are kept after a matrix that could not be factorized.
     current: bool,
-    /// How often pivots were chosen.
+    /// Number of times that pivots were chosen.
     choices: u64,
 }
 
 impl<T: Scalar> Factors<T> {
-    /// No factors yet, of matrices with the pattern analysed.
+    /// Creates an empty set of factors for matrices with the analyzed pattern.
     pub fn new(symbolic: Symbolic) -> Self {
         Self {
             symbolic,
@@ -39,31 +39,31 @@ impl<T: Scalar> Factors<T> {
         }
     }
 
-    /// How often pivots were chosen that later matrices keep.
+    /// Number of pivot choices that later matrices keep.
     pub fn pivot_choices(&self) -> u64 {
         self.choices
     }
 
-    /// Makes the next matrix choose its pivots anew.
+    /// Makes the next matrix choose new pivots.
     pub fn forget_pivots(&mut self) {
         (self.numeric, self.current) = (None, false);
     }
 
-    /// Factorises the matrix with these `values`.
+    /// Factorizes the matrix with these `values`.
     ///
-    /// The pivots are kept from the matrix before unless the growth of the entries says that they
-    /// cost more than three digits beyond what fresh ones did.
+    /// The pivots of the previous matrix are kept unless the pivot growth shows that they cost more than three digits
+    /// compared with new ones.
     ///
     /// # Errors
-    /// As for [`Numeric::factor`]. There is nothing to solve with then until a matrix is factorised.
+    /// As for [`Numeric::factor`]. No factors are available then until a matrix is factorized.
     pub fn renew(&mut self, values: &[T]) -> Result<Pivots, SparseError> {
         self.current = false;
-        let pivots = self.factorise(values)?;
+        let pivots = self.factorize(values)?;
         self.current = true;
         Ok(pivots)
     }
 
-    fn factorise(&mut self, values: &[T]) -> Result<Pivots, SparseError> {
+    fn factorize(&mut self, values: &[T]) -> Result<Pivots, SparseError> {
         if let Some((numeric, fresh_growth)) = &mut self.numeric
             && numeric.refactor(values).is_ok()
             && numeric.rgrowth(values)? >= GROWTH_LOSS * *fresh_growth
@@ -77,10 +77,10 @@ impl<T: Scalar> Factors<T> {
         Ok(Pivots::Fresh)
     }
 
-    /// The factors of the last matrix.
+    /// Returns the factors of the last matrix.
     ///
     /// # Errors
-    /// [`SparseError::NoFactors`] before the first, and after one that could not be factorised.
+    /// [`SparseError::NoFactors`] before the first matrix and after a failed factorization.
     pub fn current(&self) -> Result<&Numeric<T>, SparseError> {
         self.numeric
             .as_ref()
@@ -89,8 +89,7 @@ impl<T: Scalar> Factors<T> {
             .ok_or(SparseError::NoFactors)
     }
 
-    /// A cheap estimate of the reciprocal condition number of the last matrix, see
-    /// [`Numeric::rcond`].
+    /// Returns a cheap estimate of the reciprocal condition number of the last matrix; see [`Numeric::rcond`].
     pub fn rcond(&self) -> Option<f64> {
         self.current().ok()?.rcond().ok()
     }

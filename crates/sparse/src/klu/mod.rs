@@ -1,13 +1,11 @@
-//! KLU, the sparse direct solver for unsymmetric systems that are nearly block triangular.
+//! KLU, a sparse direct solver for unsymmetric systems that are nearly block triangular.
 //!
-//! A pattern is analysed once ([`Symbolic`]: ordering and block triangular form); matrices with
-//! that pattern are then factorised ([`Numeric::factor`]), refactorised with the pivots kept
-//! ([`Numeric::refactor`], several times cheaper) and solved with ([`Numeric::solve`]). Real and
-//! complex matrices with the same pattern share one analysis. Neither a refactorisation nor a
-//! solve allocates.
+//! A pattern is analyzed once ([`Symbolic`]: ordering and block triangular form). Matrices with that pattern are then
+//! factorized ([`Numeric::factor`]), refactorized with the same pivots ([`Numeric::refactor`], several times cheaper)
+//! and used for solves ([`Numeric::solve`]). Real and complex matrices with the same pattern share one analysis.
+//! Neither a refactorization nor a solve allocates.
 //!
-//! The settings are plain values and always here, all else with the feature `klu` and
-//! without `vendored`.
+//! This module is empty without the feature `klu` or with `vendored`.
 //!
 //! # Examples
 //! ```

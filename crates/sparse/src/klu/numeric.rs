@@ -15,9 +15,9 @@ pub type RealNumeric = Numeric<f64>;
 /// LU factors of a complex matrix.
 pub type ComplexNumeric = Numeric<Complex64>;
 
-/// The LU factors of a matrix, of real or complex numbers.
+/// The LU factors of a real or complex matrix.
 ///
-/// `Send`, but not `Sync`: a solve uses workspace inside.
+/// `Send`, but not `Sync`: a solve uses internal workspace.
 pub struct Numeric<T: Scalar> {
     symbolic: Symbolic,
     raw: RawNumeric<T>,
@@ -25,7 +25,7 @@ pub struct Numeric<T: Scalar> {
 }
 
 impl<T: Scalar> Numeric<T> {
-    /// Factorises the matrix with the analysed pattern and these `values`, choosing pivots.
+    /// Factorizes the matrix with the analyzed pattern and these `values`, choosing pivots.
     ///
     /// # Shapes
     /// `values`: one per entry of the pattern, in its order.
@@ -44,13 +44,12 @@ impl<T: Scalar> Numeric<T> {
         })
     }
 
-    /// Recomputes the factors for new `values`, keeping the pivots chosen by
-    /// [`factor`](Numeric::factor). Watch [`rcond`](Numeric::rcond): when the values have changed
-    /// much, the old pivots may be poor and a fresh `factor` is due.
+    /// Recomputes the factors for new `values`, keeping the pivots chosen by [`factor`](Numeric::factor). Check
+    /// [`rgrowth`](Numeric::rgrowth): after large changes of the values, the old pivots may be inaccurate.
     ///
     /// # Errors
-    /// As for [`factor`](Numeric::factor). After [`SparseError::Singular`] there are no factors until
-    /// another refactorisation succeeds; the other errors leave the old ones in place.
+    /// As for [`factor`](Numeric::factor). After [`SparseError::Singular`] no factors are available until another
+    /// refactorization succeeds; after other errors the old factors stay valid.
     pub fn refactor(&mut self, values: &[T]) -> Result<(), SparseError> {
         check_values(&self.symbolic, values)?;
         let outcome = self.raw.refactor(values);
@@ -64,14 +63,13 @@ impl<T: Scalar> Numeric<T> {
     /// `rhs`: one right-hand side of length [`n`](Symbolic::n), or several, one after the other.
     ///
     /// # Errors
-    /// [`SparseError::WrongLength`] for a length that is no multiple of n, [`SparseError::NoFactors`]
-    /// after a failed refactorisation.
+    /// [`SparseError::WrongLength`] if the length is not a multiple of n, [`SparseError::NoFactors`] after a failed
+    /// refactorization.
     pub fn solve(&self, rhs: &mut [T]) -> Result<(), SparseError> {
         self.solve_either(rhs, false)
     }
 
-    /// Solves Aᵀ x = b in place (transposed, not conjugated); otherwise as
-    /// [`solve`](Numeric::solve).
+    /// Solves Aᵀ x = b in place (transposed, not conjugated). See [`solve`](Numeric::solve).
     ///
     /// # Errors
     /// As for [`solve`](Numeric::solve).
@@ -93,10 +91,10 @@ impl<T: Scalar> Numeric<T> {
         self.checked(self.raw.solve(rhs, transposed))
     }
 
-    /// Cheap estimate of the reciprocal condition number: min |u_kk| / max |u_kk|.
+    /// Returns a cheap estimate of the reciprocal condition number: min |u_kk| / max |u_kk|.
     ///
     /// # Errors
-    /// [`SparseError::NoFactors`] after a failed refactorisation.
+    /// [`SparseError::NoFactors`] after a failed refactorization.
     pub fn rcond(&self) -> Result<f64, SparseError> {
         self.usable()?;
         self.checked(self.raw.rcond())
@@ -112,32 +110,32 @@ impl<T: Scalar> Numeric<T> {
         self.checked(self.raw.condest(values))
     }
 
-    /// Reciprocal pivot growth, min over the columns j of max |a_ij| / max |u_ij|: near 1 when the
-    /// elimination was stable, tiny when it was not.
+    /// Returns the reciprocal pivot growth, min over the columns j of max |a_ij| / max |u_ij|. It is near 1 after a
+    /// stable elimination and very small after an unstable one.
     ///
     /// # Errors
-    /// As for [`condest`](Numeric::condest).
+    /// [`SparseError::WrongLength`] for the `values` of another pattern, [`SparseError::NoFactors`].
     pub fn rgrowth(&self, values: &[T]) -> Result<f64, SparseError> {
         check_values(&self.symbolic, values)?;
         self.usable()?;
         self.checked(self.raw.rgrowth(values))
     }
 
-    /// Entries of L and of U (the diagonal of each included), off-diagonal blocks left out.
+    /// Returns the number of entries of L and of U, including both diagonals but not the off-diagonal blocks.
     pub fn nnz_factors(&self) -> (usize, usize) {
         self.raw.nnz_factors()
     }
 
-    /// Floating-point operations of one factorisation.
+    /// Floating-point operations of one factorization.
     ///
     /// # Errors
-    /// [`SparseError::NoFactors`] after a failed refactorisation.
+    /// [`SparseError::NoFactors`] after a failed refactorization.
     pub fn flops(&self) -> Result<f64, SparseError> {
         self.usable()?;
         self.checked(self.raw.flops())
     }
 
-    /// The analysis these factors belong to.
+    /// Returns the analysis of these factors.
     pub fn symbolic(&self) -> &Symbolic {
         &self.symbolic
     }

@@ -10,19 +10,18 @@ use crate::{SparseError, SparseOptions};
 
 /// The analysis of a sparsity pattern: orderings and block triangular form.
 ///
-/// A handle: clones share one analysis, so a real and a complex factorisation of matrices with the
-/// same pattern analyse it once.
+/// Clones share one analysis, so real and complex matrices with the same pattern need only one.
 #[derive(Clone)]
 pub struct Symbolic {
     pub(super) raw: Arc<RawSymbolic>,
 }
 
 impl Symbolic {
-    /// Analyses the compressed-column `pattern` (major dimension: columns).
+    /// Analyzes the compressed-column `pattern` (major dimension: columns).
     ///
     /// # Errors
-    /// [`SparseError::NotSquare`], or [`SparseError::Failed`] when memory runs out. A structurally
-    /// singular pattern is found at the factorisation.
+    /// [`SparseError::NotSquare`], or [`SparseError::Failed`] if memory runs out. A structurally singular pattern is
+    /// detected by the factorization.
     pub fn analyze(pattern: &SparsityPattern, options: SparseOptions) -> Result<Self, SparseError> {
         let (rows, columns) = (pattern.minor_dim(), pattern.major_dim());
         if rows != columns || rows == 0 {
@@ -38,7 +37,7 @@ impl Symbolic {
         self.raw.n()
     }
 
-    /// Entries of the pattern.
+    /// Number of entries of the pattern.
     pub fn nnz(&self) -> usize {
         self.raw.nnz()
     }

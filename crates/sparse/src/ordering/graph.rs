@@ -1,34 +1,34 @@
-//! The graph of a pattern, compressed: unknowns with the same neighbours are one node.
+//! The compressed graph of a pattern: unknowns with the same neighbors form one node.
 
-use super::lanes::Lanes;
+use super::adjacency::AdjacencyList;
 
-/// Nodes of unknowns that are eliminated together, and which of them meet.
+/// Nodes of unknowns that are eliminated together, and their adjacency.
 #[derive(Debug, Clone)]
 pub(crate) struct Graph {
     /// The unknowns of each node.
-    pub(crate) members: Lanes,
-    /// The nodes next to each node.
-    pub(crate) neighbours: Lanes,
+    pub(crate) members: AdjacencyList,
+    /// The adjacent nodes of each node.
+    pub(crate) neighbors: AdjacencyList,
     /// Whether the unknowns of a node are constraints.
     pub(crate) constrains: Vec<bool>,
 }
 
 impl Graph {
-    /// Finds the nodes in the `neighbours` of all unknowns; the components of a displacement are
-    /// one. Constraints are kept apart from the unknowns they act on.
-    pub(crate) fn new(neighbours: &Lanes, is_constraint: &[bool]) -> Self {
-        let node_of = nodes(neighbours, is_constraint);
+    /// Compresses the graph with these `neighbors` of all unknowns. The components of a displacement become one node; a
+    /// constraint never shares a node with the unknowns it acts on.
+    pub(crate) fn new(neighbors: &AdjacencyList, is_constraint: &[bool]) -> Self {
+        let node_of = nodes(neighbors, is_constraint);
         let n = node_of.iter().max().map_or(0, |&last| last as usize + 1);
-        let members = Lanes::group(
+        let members = AdjacencyList::group(
             n,
             node_of.iter().zip(0..).map(|(&node, k)| (node as usize, k)),
         );
         let mut seen = vec![u32::MAX; n];
-        let mut between = Lanes::with_capacity(n);
+        let mut between = AdjacencyList::with_capacity(n);
         for node in 0..n as u32 {
             let first = members.lane(node as usize)[0] as usize;
             seen[node as usize] = node;
-            let lane = neighbours.lane(first).iter().map(|&k| node_of[k as usize]);
+            let lane = neighbors.lane(first).iter().map(|&k| node_of[k as usize]);
             between.push(
                 lane.filter(|&other| std::mem::replace(&mut seen[other as usize], node) != node),
             );
@@ -36,17 +36,17 @@ impl Graph {
         let constrains = (0..n).map(|node| is_constraint[members.lane(node)[0] as usize]);
         Self {
             constrains: constrains.collect(),
-            neighbours: between,
+            neighbors: between,
             members,
         }
     }
 
-    /// Each unknown a node, none a constraint.
-    pub(crate) fn uncompressed(neighbours: Lanes) -> Self {
-        let n = neighbours.len();
+    /// Creates a graph with one node for each unknown and no constraints.
+    pub(crate) fn uncompressed(neighbors: AdjacencyList) -> Self {
+        let n = neighbors.len();
         Self {
-            members: Lanes::group(n, (0..n).map(|k| (k, k as u32))),
-            neighbours,
+            members: AdjacencyList::group(n, (0..n).map(|k| (k, k as u32))),
+            neighbors,
             constrains: vec![false; n],
         }
     }
@@ -61,10 +61,10 @@ impl Graph {
         self.members.lane(node).len()
     }
 
-    /// The neighbours of `node` that are no constraints.
+    /// Returns the neighbors of `node` that are not constraints.
     pub(crate) fn constrained(&self, node: usize) -> impl Iterator<Item = usize> + '_ {
         let lane = self
-            .neighbours
+            .neighbors
             .lane(node)
             .iter()
             .map(|&other| other as usize);
@@ -72,14 +72,14 @@ impl Graph {
     }
 }
 
-/// The node of each unknown; nodes count in the order of their first unknowns.
-fn nodes(neighbours: &Lanes, is_constraint: &[bool]) -> Vec<u32> {
-    let n = neighbours.len();
+/// Returns the node of each unknown. Nodes are numbered in the order of their first unknowns.
+fn nodes(neighbors: &AdjacencyList, is_constraint: &[bool]) -> Vec<u32> {
+    let n = neighbors.len();
     let mut keys: Vec<(u64, u32)> = (0..n)
         .map(|k| {
             let own = mixed(k as u64);
             let sum = |sum: u64, &other: &u32| sum.wrapping_add(mixed(u64::from(other)));
-            (neighbours.lane(k).iter().fold(own, sum), k as u32)
+            (neighbors.lane(k).iter().fold(own, sum), k as u32)
         })
         .collect();
     keys.sort_unstable();
@@ -88,7 +88,8 @@ fn nodes(neighbours: &Lanes, is_constraint: &[bool]) -> Vec<u32> {
         let mut found: Vec<usize> = Vec::new();
         for k in same_key.iter().map(|&(_, k)| k as usize) {
             let alike = |&other: &usize| {
-                is_constraint[k] == is_constraint[other] && meet_the_same(neighbours, k, other)
+                is_constraint[k] == is_constraint[other]
+                    && have_equal_neighbors(neighbors, k, other)
             };
             match found.iter().copied().find(alike) {
                 Some(other) => first[k] = other as u32,
@@ -109,9 +110,9 @@ fn nodes(neighbours: &Lanes, is_constraint: &[bool]) -> Vec<u32> {
     node_of
 }
 
-/// Whether two unknowns are neighbours of each other and have all others in common.
-fn meet_the_same(neighbours: &Lanes, a: usize, b: usize) -> bool {
-    let (of_a, of_b) = (neighbours.lane(a), neighbours.lane(b));
+/// Returns whether two unknowns are adjacent and have all other neighbors in common.
+fn have_equal_neighbors(neighbors: &AdjacencyList, a: usize, b: usize) -> bool {
+    let (of_a, of_b) = (neighbors.lane(a), neighbors.lane(b));
     let others = |lane, own: usize| {
         let lane: &[u32] = lane;
         lane.iter().filter(move |&&k| k as usize != own)
@@ -121,7 +122,7 @@ fn meet_the_same(neighbours: &Lanes, a: usize, b: usize) -> bool {
         && others(of_a, b).eq(others(of_b, a))
 }
 
-/// The finaliser of splitmix64: sums of its values tell sets apart.
+/// The finalizer of splitmix64. Sums of its values distinguish sets of indices.
 fn mixed(k: u64) -> u64 {
     let k = (k ^ (k >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let k = (k ^ (k >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -1,28 +1,27 @@
-//! The elimination tree of a graph in an order of elimination.
+//! The elimination tree of a graph for a given order of elimination.
 
 use super::graph::Graph;
 
-/// No parent: a root.
+/// Marker for a root, which has no parent.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Where each node's update goes, and how many rows it has.
+/// The parent of each node and its number of rows below the diagonal.
 ///
-/// J. W. H. Liu, The role of elimination trees in sparse factorization, SIAM J. Matrix Anal. Appl.
-/// 11 (1990) 134–172.
+/// J. W. H. Liu, The role of elimination trees in sparse factorization, SIAM J. Matrix Anal. Appl. 11 (1990) 134–172.
 #[derive(Debug, Clone)]
 pub(crate) struct Tree {
     /// The nodes of the graph in the order of elimination.
     pub(crate) order: Vec<u32>,
-    /// By place in the order: the place of the parent.
+    /// Position of the parent, by position in the order.
     pub(crate) parents: Vec<u32>,
-    /// By place: unknowns of the node.
+    /// Number of unknowns of the node, by position.
     pub(crate) widths: Vec<usize>,
-    /// By place: rows of L below the node.
+    /// Number of rows of L below the node, by position.
     pub(crate) below: Vec<usize>,
 }
 
 impl Tree {
-    /// The tree of `graph` for this `order` of its nodes.
+    /// Computes the tree of `graph` for this `order` of its nodes.
     pub(crate) fn new(graph: &Graph, order: Vec<u32>) -> Self {
         let n = order.len();
         let mut place = vec![0; n];
@@ -30,13 +29,13 @@ impl Tree {
             place[node as usize] = k;
         }
         let earlier = |k: usize| {
-            let lane = graph.neighbours.lane(order[k] as usize).iter();
+            let lane = graph.neighbors.lane(order[k] as usize).iter();
             lane.map(|&node| place[node as usize])
                 .filter(move |&i| (i as usize) < k)
         };
         let parents = parents(n, earlier);
         let widths: Vec<usize> = order.iter().map(|&k| graph.weight(k as usize)).collect();
-        // Row k of L is the part of the tree between its entries in A and k.
+        // Row k of L consists of the tree paths from its entries in A up to k.
         let mut below = vec![0; n];
         let mut seen_by = vec![NONE; n];
         for k in 0..n {
@@ -57,8 +56,8 @@ impl Tree {
         }
     }
 
-    /// Multiplications of an LU factorisation without zeros added; as a float, since poor orders of
-    /// large graphs exceed any integer.
+    /// Multiplications of an LU factorization without explicit zeros. A float, since poor orders of large graphs exceed
+    /// any integer.
     pub(crate) fn multiplications(&self) -> f64 {
         let nodes = self.widths.iter().zip(&self.below);
         nodes
@@ -68,10 +67,10 @@ impl Tree {
     }
 }
 
-/// The parent of each place, from the `earlier` neighbours of each.
+/// Computes the parent of each position from its `earlier` neighbors.
 fn parents<I: Iterator<Item = u32>>(n: usize, earlier: impl Fn(usize) -> I) -> Vec<u32> {
     let mut parents = vec![NONE; n];
-    // Shortcuts to the present roots.
+    // Shortcuts to the current roots (path compression).
     let mut ancestors = vec![NONE; n];
     for k in 0..n {
         for mut i in earlier(k) {

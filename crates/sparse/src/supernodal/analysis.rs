@@ -1,25 +1,25 @@
-//! Order of elimination, supernodes, and the place of each entry in its front.
+//! Order of elimination, supernodes, and the position of each matrix entry in its front.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::child::Child;
 use super::partition::{Shape, partition};
 use super::update::Layout;
-use crate::ordering::{Graph, Lanes, Tree, least_work};
+use crate::ordering::{AdjacencyList, Graph, Tree, least_work};
 use crate::{Kind, SparseError};
 
-/// Columns eliminated together.
+/// A supernode: columns that are eliminated together.
 #[derive(Debug, Clone)]
 pub(super) struct Supernode {
     /// Columns, and rows below them.
     pub(super) shape: Shape,
-    /// Entries of the matrix in its factors: (index among the values, place in the factors).
+    /// Matrix entries in its factors, as pairs (index in the values, position in the factors).
     pub(super) entries: Vec<(u32, u32)>,
-    /// The supernodes whose first row is among the columns of this one.
+    /// Supernodes whose first row is among the columns of this one.
     pub(super) children: Vec<Child>,
-    /// Whether the number of supernodes above it is odd.
+    /// Whether the number of its ancestors is odd.
     pub(super) is_odd: bool,
-    /// Where its factors begin.
+    /// Start of its factors.
     pub(super) start: usize,
 }
 
@@ -34,19 +34,19 @@ impl Supernode {
         self.shape.rows.len()
     }
 
-    /// Rows and columns of the front.
+    /// Order of the front.
     pub(super) fn size(&self) -> usize {
         self.n_columns() + self.n_rows()
     }
 
-    /// How its update is kept.
+    /// Returns the storage layout of its update.
     #[inline(always)]
     pub(super) fn layout(&self, kind: Kind) -> Layout {
         let r = self.n_rows();
         Layout { r, kind }
     }
 
-    /// Entries of its factors.
+    /// Returns the number of entries of its factors.
     pub(super) fn n_entries(&self, kind: Kind) -> usize {
         let n_upper = match kind {
             Kind::General => self.n_rows(),
@@ -55,7 +55,7 @@ impl Supernode {
         self.n_columns() * (self.size() + n_upper)
     }
 
-    /// Multiplications to eliminate it.
+    /// Returns the number of multiplications of its elimination.
     pub(super) fn n_multiplications(&self, kind: Kind) -> f64 {
         let rows = (0..self.n_columns()).map(|p| (self.size() - p - 1) as f64);
         match kind {
@@ -65,39 +65,39 @@ impl Supernode {
     }
 }
 
-/// What is known of the factors from the pattern alone.
+/// The symbolic factorization, computed from the pattern alone.
 #[derive(Debug, Clone)]
 pub struct Analysis {
     pub(super) kind: Kind,
-    /// The original index at each place of the order.
+    /// Original index of each position in the order of elimination.
     pub(super) order: Vec<u32>,
-    /// Children before parents, each after the whole of its subtree.
+    /// Children before parents; each supernode directly follows its subtree.
     pub(super) supernodes: Vec<Supernode>,
 }
 
 impl Analysis {
-    /// Analyses a compressed-column pattern, symmetrised. Unknowns that have no entry on the
-    /// diagonal, and those named in `constraints`, are eliminated after unknowns they act on.
+    /// Analyzes a compressed-column pattern, which is symmetrized. Unknowns without a diagonal entry, and those listed
+    /// in `constraints`, are eliminated after unknowns they act on.
     ///
     /// # Errors
-    /// [`SparseError::NotSquare`]; [`SparseError::EmptyColumn`] for an unknown in no equation.
+    /// [`SparseError::NotSquare`]; [`SparseError::EmptyColumn`] if an unknown is in no equation.
     ///
     /// # Panics
-    /// If there are 2³² entries or more.
+    /// If the pattern has 2³² entries or more.
     pub fn new(
         pattern: &SparsityPattern,
         kind: Kind,
         constraints: std::ops::Range<usize>,
     ) -> Result<Self, SparseError> {
-        let neighbours = Self::neighbours(pattern)?;
+        let neighbors = Self::neighbors(pattern)?;
         let is_constraint: Vec<bool> = (0..pattern.major_dim())
             .map(|k| constraints.contains(&k) || pattern.lane(k).binary_search(&k).is_err())
             .collect();
-        let graph = Graph::new(&neighbours, &is_constraint);
-        Ok(Self::of_tree(pattern, kind, &graph, least_work(&graph)))
+        let graph = Graph::new(&neighbors, &is_constraint);
+        Ok(Self::from_tree(pattern, kind, &graph, least_work(&graph)))
     }
 
-    /// Analyses `pattern` for the order of elimination given.
+    /// Analyzes `pattern` with the given order of elimination.
     ///
     /// # Errors
     /// As for [`new`](Self::new).
@@ -109,24 +109,24 @@ impl Analysis {
         kind: Kind,
         order: &[usize],
     ) -> Result<Self, SparseError> {
-        let neighbours = Self::neighbours(pattern)?;
-        let graph = Graph::uncompressed(neighbours);
+        let neighbors = Self::neighbors(pattern)?;
+        let graph = Graph::uncompressed(neighbors);
         let tree = Tree::new(&graph, order.iter().map(|&k| k as u32).collect());
-        Ok(Self::of_tree(pattern, kind, &graph, tree))
+        Ok(Self::from_tree(pattern, kind, &graph, tree))
     }
 
-    fn neighbours(pattern: &SparsityPattern) -> Result<Lanes, SparseError> {
+    fn neighbors(pattern: &SparsityPattern) -> Result<AdjacencyList, SparseError> {
         let (columns, rows) = (pattern.major_dim(), pattern.minor_dim());
         if rows != columns || columns == 0 {
             return Err(SparseError::NotSquare { rows, columns });
         }
         match (0..columns).find(|&column| pattern.lane(column).is_empty()) {
             Some(column) => Err(SparseError::EmptyColumn { column }),
-            None => Ok(Lanes::symmetrised(pattern)),
+            None => Ok(AdjacencyList::symmetrized(pattern)),
         }
     }
 
-    fn of_tree(pattern: &SparsityPattern, kind: Kind, graph: &Graph, tree: Tree) -> Self {
+    fn from_tree(pattern: &SparsityPattern, kind: Kind, graph: &Graph, tree: Tree) -> Self {
         let (order, shapes) = partition(graph, tree);
         let mut start = 0;
         let mut supernodes: Vec<Supernode> = shapes
@@ -157,20 +157,20 @@ impl Analysis {
         self.order.len()
     }
 
-    /// Entries of L and U, or of L and D, zeros of the fronts included.
+    /// Returns the number of entries of L and U, or of L and D, including explicit zeros.
     pub fn n_entries(&self) -> usize {
         self.supernodes
             .last()
             .map_or(0, |node| node.start + node.n_entries(self.kind))
     }
 
-    /// Columns of each supernode, and rows below them.
+    /// Returns the number of columns, and of rows below them, of each supernode.
     pub fn supernodes(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         let supernodes = self.supernodes.iter();
         supernodes.map(|node| (node.n_columns(), node.n_rows()))
     }
 
-    /// Rows and columns of the largest front.
+    /// Returns the order of the largest front.
     pub(super) fn largest_front(&self) -> usize {
         self.supernodes
             .iter()
@@ -179,13 +179,13 @@ impl Analysis {
             .unwrap_or(0)
     }
 
-    /// Multiplications of one factorisation.
+    /// Returns the number of multiplications of one factorization.
     pub fn n_multiplications(&self) -> f64 {
         let nodes = self.supernodes.iter();
         nodes.map(|node| node.n_multiplications(self.kind)).sum()
     }
 
-    /// Bytes of the analysis itself: order, rows, places of entries and of updates.
+    /// Returns the size of the analysis in bytes: order, rows, positions of entries and of updates.
     pub fn n_bytes(&self) -> usize {
         let of_node = |node: &Supernode| {
             let children = node.children.iter();
@@ -200,7 +200,7 @@ impl Analysis {
     }
 }
 
-/// The place of `index` among the columns and rows of a front.
+/// Returns the position of `index` among the columns and rows of a front.
 fn local(shape: &Shape, index: usize) -> usize {
     if index < shape.columns.end {
         index - shape.columns.start
@@ -210,13 +210,13 @@ fn local(shape: &Shape, index: usize) -> usize {
     }
 }
 
-/// The supernode of each column.
+/// Returns the supernode of each column.
 fn owners(supernodes: &[Supernode]) -> Vec<u32> {
     let columns = |(node, s): (&Supernode, u32)| std::iter::repeat_n(s, node.n_columns());
     supernodes.iter().zip(0..).flat_map(columns).collect()
 }
 
-/// Hangs each supernode on its parent, and counts how deep it is.
+/// Connects each supernode to its parent and computes its depth.
 fn connect(supernodes: &mut [Supernode]) {
     let owner = owners(supernodes);
     let parent = |node: &Supernode| {
@@ -239,7 +239,8 @@ fn connect(supernodes: &mut [Supernode]) {
     }
 }
 
-/// Finds the places of the matrix's entries; of a symmetric one, those on and below the diagonal.
+/// Computes the positions of the matrix entries in the factors. For a symmetric matrix, only entries on and below the
+/// diagonal are used.
 fn enter(pattern: &SparsityPattern, kind: Kind, order: &[u32], supernodes: &mut [Supernode]) {
     assert!(
         u32::try_from(pattern.nnz()).is_ok(),

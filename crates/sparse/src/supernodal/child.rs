@@ -1,4 +1,4 @@
-//! Where the update of a supernode goes in the front of its parent.
+//! Assembly of the update of a supernode into the front of its parent.
 
 use std::ops::Range;
 
@@ -6,33 +6,33 @@ use super::update::Layout;
 use crate::Kind;
 use crate::Scalar;
 
-/// The places of a supernode's rows among the columns and rows of its parent.
+/// Positions of a supernode's rows among the columns and rows of its parent.
 #[derive(Debug, Clone)]
 pub(super) struct Child {
-    /// Which supernode.
+    /// Index of the supernode.
     pub(super) node: u32,
-    /// The places, ascending.
+    /// Positions in the parent, ascending.
     places: Vec<u32>,
-    /// How many of these are columns.
+    /// Number of positions that are columns of the parent.
     n_columns: usize,
-    /// The places that are columns, as few runs of neighbours.
+    /// Positions that are columns of the parent, as runs of consecutive ones.
     column_runs: Vec<Run>,
-    /// The places that are rows, likewise, counted from the first row of the parent.
+    /// Positions that are rows of the parent, as runs, counted from the parent's first row.
     row_runs: Vec<Run>,
 }
 
-/// Neighbours in a child's rows that are neighbours in its parent's, too.
+/// Consecutive rows of a child that are consecutive in its parent.
 #[derive(Debug, Clone, Copy)]
 struct Run {
-    /// The first of them in the child.
+    /// First index in the child.
     from: u32,
-    /// The first of them in the parent.
+    /// First index in the parent.
     to: u32,
     len: u32,
 }
 
 impl Child {
-    /// Supernode `node` with these `places`, of which all below `k` are columns of the parent.
+    /// Creates a child from its `places` in the parent, of which all below `k` are columns.
     pub(super) fn new(node: u32, places: Vec<u32>, k: usize) -> Self {
         let n_columns = places.partition_point(|&place| (place as usize) < k);
         Self {
@@ -44,20 +44,20 @@ impl Child {
         }
     }
 
-    /// How its update is kept.
+    /// Returns the storage layout of its update.
     #[inline(always)]
     pub(super) fn layout(&self, kind: Kind) -> Layout {
         let r = self.places.len();
         Layout { r, kind }
     }
 
-    /// Bytes on the heap.
+    /// Returns the size on the heap in bytes.
     pub(super) fn n_bytes(&self) -> usize {
         let n_runs = self.column_runs.len() + self.row_runs.len();
         size_of_val(&self.places[..]) + n_runs * size_of::<Run>()
     }
 
-    /// Which of its columns are among those of the parent from number `start` to `end`, of `k`.
+    /// Returns the child's columns that map to the columns `start..end` of the parent, which has `k` columns.
     #[inline(always)]
     fn columns(&self, start: usize, end: usize, k: usize) -> Range<usize> {
         let place = |column: usize| match column {
@@ -68,8 +68,8 @@ impl Child {
         place(start)..place(end)
     }
 
-    /// Adds the `update` of this child to columns of its parent, which has `m` rows and `k` pivots: to
-    /// those that `chunk` holds, from number `start` on.
+    /// Adds the child's `update` to columns of the parent, which has `m` rows and `k` pivots. `chunk` holds the
+    /// parent's columns from `start` on.
     #[inline(always)]
     pub(super) fn add_to_columns<T: Scalar>(
         &self,
@@ -90,8 +90,8 @@ impl Child {
         }
     }
 
-    /// Adds it to the `r` columns beyond the `k` pivots, in the rows that `chunk` holds transposed, from
-    /// number `start` on. Not for symmetric matrices.
+    /// Adds the child's `update` to the `r` columns beyond the `k` pivots. `chunk` holds the parent's pivot rows from
+    /// `start` on, transposed. For unsymmetric matrices only.
     #[inline(always)]
     pub(super) fn add_to_rows<T: Scalar>(
         &self,
@@ -112,8 +112,8 @@ impl Child {
         }
     }
 
-    /// Adds the rest of it to the `chunk` from column `start` on of the update of its parent, kept
-    /// by `layout`, whose front has `k` pivots.
+    /// Adds the remaining part of the child's `update` to the parent's update. `chunk` holds the parent's update from
+    /// column `start` on, stored in `layout`; the parent has `k` pivots.
     #[inline(always)]
     pub(super) fn add_to_update<T: Scalar>(
         &self,
@@ -140,7 +140,7 @@ impl Child {
     }
 }
 
-/// The runs in `places`, the first of which is number `first` of the child; places of the parent
+/// Returns the runs of consecutive `places`. `first` is the child's index of the first place; positions in the parent
 /// count from `origin`.
 fn runs(places: &[u32], first: usize, origin: usize) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
@@ -158,14 +158,14 @@ fn runs(places: &[u32], first: usize, origin: usize) -> Vec<Run> {
     runs
 }
 
-/// Adds the entries of `update`, whose first row is given with it, from row `first` on to their places in
-/// `target`.
+/// Adds the entries of `update` from row `first` on to their positions in `target`. The number next to `update` is its
+/// first row.
 #[inline(always)]
 fn add_runs<T: Scalar>(runs: &[Run], update: (&[T], usize), target: &mut [T], first: usize) {
     add_runs_below(runs, update, target, first, 0);
 }
 
-/// The same for a target that begins at row `above`.
+/// Adds the entries of `update` to a target that starts at row `above`.
 #[inline(always)]
 fn add_runs_below<T: Scalar>(
     runs: &[Run],

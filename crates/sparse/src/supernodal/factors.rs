@@ -1,4 +1,4 @@
-//! The numbers of a supernodal factorisation.
+//! The numerical supernodal factorization.
 
 use std::sync::Arc;
 
@@ -9,42 +9,41 @@ use rayon::iter::{ParallelBridge, ParallelIterator};
 use super::analysis::{Analysis, Supernode};
 use super::child::Child;
 use super::large::Front;
-use super::rooms::Rooms;
+use super::large_solve::is_large;
 use super::schedule::Schedule;
-use super::shared::is_large;
 use super::small::{Block, eliminate_rows, factor_panel, minus_outer, mirror, scale_rows};
+use super::workspace::Workspaces;
 use crate::Scalar;
 use crate::ffi::pages;
 use crate::{Kind, SparseError};
 
-/// Fronts of this many rows and columns to be eliminated, or more, are dealt with in blocks.
-/// Measured: below, the kernels in one piece are faster.
+/// Fronts with at least this many rows and pivots are processed in blocks. Measured: below these sizes, the kernels are
+/// faster without blocks.
 const LARGE: [usize; 2] = [160, 32];
 
-/// Rooms of this many bytes or more, a few large pages, are put into such.
-const LARGE_PAGES_FROM: usize = 1 << 23;
+/// Arrays of at least this size in bytes, a few large pages, use large pages.
+const MIN_LARGE_PAGE_BYTES: usize = 1 << 23;
 
-/// LU or LDLᵀ factors in dense blocks. With one thread nothing allocates after construction but the
-/// packing of large fronts.
+/// LU or LDLᵀ factors in dense blocks. With one thread, only the packing of large fronts allocates after construction.
 ///
-/// For a supernode of k columns and r rows below them: L and U of its columns, (k + r) × k, and
-/// then, unless the matrix is symmetric, its rows of U, transposed, r × k; all column-major, one
-/// supernode after the other. In the place of the pivots are their inverses. In a symmetric matrix Lᵀ
-/// takes the place of the pivots' U once they are eliminated, but in fronts that threads solve together.
+/// The factors of a supernode of k columns and r rows below them are L and U of its columns, (k + r) × k, and, unless
+/// the matrix is symmetric, its rows of U, transposed, r × k. All are column-major and stored one supernode after the
+/// other. The inverse pivots are stored on the diagonal. For a symmetric matrix, the elimination replaces U of the
+/// pivots by Lᵀ, except in fronts that several threads solve together.
 #[derive(Debug)]
 pub struct Supernodal<T: Scalar> {
     pub(super) analysis: Arc<Analysis>,
     schedule: Schedule,
     pub(super) threads: Option<Arc<ThreadPool>>,
     pub(super) factors: Vec<T>,
-    /// Updates waiting for their parents, by the schedule.
+    /// Updates that wait for their parents, as assigned by the schedule.
     stacks: Vec<Stacks<T>>,
-    pub(super) rooms: Rooms<T>,
+    pub(super) workspaces: Workspaces<T>,
     pub(super) arch: Arch,
 }
 
-/// The stacks of updates at even and at odd depth, and room for the rows of U of one supernode of a
-/// symmetric matrix.
+/// The stacks of updates at even and at odd depth, and workspace for the rows of U of one supernode of a symmetric
+/// matrix.
 #[derive(Debug)]
 struct Stacks<T> {
     sides: [Vec<T>; 2],
@@ -52,12 +51,12 @@ struct Stacks<T> {
 }
 
 impl<T: Scalar> Supernodal<T> {
-    /// Room for the factors, computed by one thread.
+    /// Allocates factors for one thread.
     pub fn new(analysis: Arc<Analysis>) -> Self {
         Self::in_threads(analysis, None)
     }
 
-    /// Room for the factors, computed by `threads`; the numbers are the same for any number.
+    /// Allocates factors for `threads`. The factors do not depend on the number of threads.
     pub fn in_threads(analysis: Arc<Analysis>, threads: Option<Arc<ThreadPool>>) -> Self {
         let n_threads = threads
             .as_ref()
@@ -70,7 +69,7 @@ impl<T: Scalar> Supernodal<T> {
         Self {
             factors: zeros(analysis.n_entries()),
             stacks: stacks.collect(),
-            rooms: Rooms::new(&analysis),
+            workspaces: Workspaces::new(&analysis),
             arch: Arch::new(),
             threads,
             schedule,
@@ -78,7 +77,7 @@ impl<T: Scalar> Supernodal<T> {
         }
     }
 
-    /// [`factor`](Self::factor), compiled where it is called.
+    /// Implements [`factor`](Self::factor).
     pub(crate) fn factor_by_blocks(&mut self, values: &[T]) -> Result<(), SparseError> {
         match self.threads.clone() {
             None => self.factor_rest(values, false),
@@ -111,7 +110,7 @@ impl<T: Scalar> Supernodal<T> {
             (rest, done) = (beyond, end);
             tasks.push((subtree, start, own, stacks));
         }
-        // The largest first, so that threads end at nearly the same time.
+        // Start with the largest subtrees, so that all threads finish at nearly the same time.
         tasks.sort_by(|(a, ..), (b, ..)| b.work.total_cmp(&a.work));
         tasks
             .into_iter()
@@ -150,7 +149,7 @@ impl<T: Scalar> Supernodal<T> {
         })
     }
 
-    /// Numbers kept for factors, updates and vectors by `n_threads`.
+    /// Returns the number of scalars stored for factors, updates and vectors with `n_threads`.
     pub(crate) fn n_kept(analysis: &Analysis, n_threads: usize) -> usize {
         let schedule = Schedule::new(analysis, n_threads);
         let vectors = analysis.n() + analysis.largest_front();
@@ -158,20 +157,20 @@ impl<T: Scalar> Supernodal<T> {
     }
 }
 
-/// The elimination of some supernodes, to be run with the processor's vector instructions. A type and not
-/// a closure: a closure's call is not inlined into the function that has the instructions.
+/// The elimination of some supernodes with vector instructions. A type instead of a closure, because a call of a
+/// closure is not inlined into the function compiled with vector instructions.
 struct Eliminate<'a, T: Scalar> {
     analysis: &'a Analysis,
     schedule: &'a Schedule,
-    /// As a trait object, so that the loop is compiled once for subtrees and for the rest.
+    /// A trait object, so that the loop is compiled once for subtrees and for the rest.
     nodes: &'a mut dyn Iterator<Item = usize>,
     values: &'a [T],
-    /// The factors from number `start` on.
+    /// The factors, from position `start` on.
     factors: &'a mut [T],
     start: usize,
     /// The stacks of these supernodes.
     stacks: &'a mut Stacks<T>,
-    /// Those of the subtrees that are done.
+    /// The stacks of the completed subtrees.
     subtrees: &'a [Stacks<T>],
     in_threads: bool,
     arch: Arch,
@@ -211,7 +210,7 @@ impl<T: Scalar> WithSimd for Eliminate<'_, T> {
                 };
                 &stack[at.offset..][..child.layout(kind).n_entries()]
             };
-            let work = Work {
+            let work = FrontTask {
                 node,
                 kind,
                 block: &mut factors[node.start - start..][..node.n_entries(kind)],
@@ -232,30 +231,30 @@ impl<T: Scalar> WithSimd for Eliminate<'_, T> {
     }
 }
 
-/// Room for `n` numbers.
+/// Allocates `n` zeros.
 fn zeros<T: Scalar>(n: usize) -> Vec<T> {
-    let mut room = Vec::with_capacity(n);
-    if n * size_of::<T>() >= LARGE_PAGES_FROM {
-        pages::prefer_large(room.spare_capacity_mut());
+    let mut workspace = Vec::with_capacity(n);
+    if n * size_of::<T>() >= MIN_LARGE_PAGE_BYTES {
+        pages::prefer_large(workspace.spare_capacity_mut());
     }
-    room.resize(n, T::zero());
-    room
+    workspace.resize(n, T::zero());
+    workspace
 }
 
-/// One supernode and where its numbers go.
-struct Work<'a, T> {
+/// One supernode and its storage.
+struct FrontTask<'a, T> {
     node: &'a Supernode,
     kind: Kind,
     block: &'a mut [T],
     update: &'a mut [T],
-    /// Room for rows of U.
+    /// Workspace for rows of U.
     scaled: &'a mut [T],
     in_threads: bool,
     arch: Arch,
 }
 
-impl<T: Scalar> Work<'_, T> {
-    /// Assembles and eliminates; `of_child` finds the updates of the children. `false` for a pivot that
+impl<T: Scalar> FrontTask<'_, T> {
+    /// Assembles and eliminates the front. `of_child` returns the updates of the children. Returns `false` if a pivot
     /// is zero or not finite.
     #[inline(always)]
     fn eliminate<'c>(self, values: &[T], of_child: impl Fn(&Child) -> &'c [T] + Sync) -> bool {
@@ -330,7 +329,7 @@ impl<T: Scalar> Work<'_, T> {
                     is_symmetric,
                 };
                 minus_outer(chunk, block, &panel[k + row..], &upper[first..], k);
-                // No closure does this here too: it would be a call, without vector instructions.
+                // No closure here either: its call would not use vector instructions.
                 for child in &node.children {
                     child.add_to_update(of_child(child), chunk, first, layout, k);
                 }

@@ -1,7 +1,7 @@
-//! Dense kernels on large fronts: recursion down to narrow panels, products by faer.
+//! Dense kernels for large fronts: recursion down to narrow panels, with products by faer.
 //!
-//! A front is cut the same way for any number of threads, and each cut is computed by one: results
-//! are equal to the bit.
+//! A front is partitioned independently of the number of threads, and each part is computed by one thread, so results
+//! are bitwise reproducible.
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
@@ -18,23 +18,23 @@ use super::update::{CHUNK, Layout, chunk_width};
 use crate::Kind;
 use crate::Scalar;
 
-/// Panels of this width are eliminated column by column,
+/// Width of panels that are eliminated column by column.
 const NARROW: usize = 32;
-/// and so many rows of them together, which stay in the nearest cache.
+/// Rows of a narrow panel that are eliminated together; they stay in the nearest cache.
 const SHORT: usize = 128;
-/// Rows of a product that is shared among threads,
+/// Maximum number of rows of a product computed by one thread.
 const LONG: usize = 512;
-/// and the rows of which products are made.
+/// Rows of a part are a multiple of this number.
 const STRIPE: usize = 48;
-/// Terms of a product that are summed at once: more do not stay in the cache while they are used.
+/// Terms of a product that are summed at once. More terms do not stay in the cache during use.
 const DEEP: usize = 64;
 
-/// The sizes of a front and how it is dealt with.
+/// Sizes of a front, and options for its elimination.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Front {
     /// Rows.
     pub(super) m: usize,
-    /// Columns that are eliminated.
+    /// Number of columns that are eliminated.
     pub(super) k: usize,
     pub(super) kind: Kind,
     /// Whether to share the work among the threads of the pool.
@@ -43,8 +43,8 @@ pub(super) struct Front {
 }
 
 impl Front {
-    /// Fills the `block` of `node` with its entries of the matrix and what its children add to its
-    /// pivots. Returns the columns, and the rows unless the matrix is symmetric.
+    /// Fills the `block` of `node` with its matrix entries and with its children's contributions to its pivots. Returns
+    /// the columns and, unless the matrix is symmetric, the rows.
     #[inline(never)]
     pub(super) fn assemble<'b, 'c, T: Scalar>(
         &self,
@@ -74,8 +74,8 @@ impl Front {
         (panel, upper)
     }
 
-    /// Eliminates an assembled front: L and U take the place of `panel` and `upper`, `update` becomes
-    /// -L U, with what `add` adds to its columns. `false` for a pivot that is zero or not finite.
+    /// Eliminates an assembled front. L and U overwrite `panel` and `upper`; `update` becomes −L U plus the
+    /// contributions of `add` to its columns. Returns `false` if a pivot is zero or not finite.
     #[inline(never)]
     pub(super) fn eliminate_all<T: Scalar>(
         &self,
@@ -94,8 +94,8 @@ impl Front {
         true
     }
 
-    /// Eliminates the columns from number `first` on that `panel` holds: L, U and the inverses of
-    /// the pivots take its place. `false` for a pivot that is zero or not finite.
+    /// Eliminates the columns in `panel`, starting with column `first` of the front. L, U and the inverse pivots
+    /// overwrite it. Returns `false` if a pivot is zero or not finite.
     fn factor<T: Scalar>(&self, panel: &mut [T], first: usize) -> bool {
         let (m, width) = (self.m, panel.len() / self.m);
         if width <= NARROW {
@@ -114,11 +114,11 @@ impl Front {
         self.factor(right, middle)
     }
 
-    /// The same for a few columns: the square of their pivots, then the rows below.
+    /// Eliminates a few columns: the square block of their pivots, then the rows below it.
     fn factor_narrow<T: Scalar>(&self, panel: &mut [T], first: usize) -> bool {
         let (m, width) = (self.m, panel.len() / self.m);
-        let mut room = [T::zero(); NARROW * NARROW];
-        let pivots = &mut room[..width * width];
+        let mut workspace = [T::zero(); NARROW * NARROW];
+        let pivots = &mut workspace[..width * width];
         for (own, column) in pivots.chunks_exact_mut(width).zip(panel.chunks_exact(m)) {
             own.copy_from_slice(&column[first..][..width]);
         }
@@ -141,8 +141,8 @@ impl Front {
         true
     }
 
-    /// Eliminates the columns `left`, the first of which is number `first`, from those of `chunk`,
-    /// the first of which is number `column`.
+    /// Eliminates the columns `left`, which start at column `first` of the front, from the columns of `chunk`, which
+    /// start at column `column`.
     fn eliminate<T: Scalar>(&self, left: &[T], first: usize, chunk: &mut [T], column: usize) {
         let m = self.m;
         let (half, width) = (left.len() / m, chunk.len() / m);
@@ -171,8 +171,8 @@ impl Front {
         });
     }
 
-    /// U right of the pivots from the rows of the matrix, or of the `panel` if it is symmetric; both are
-    /// kept transposed in `upper`.
+    /// Computes U to the right of the pivots from the rows of the matrix, or from `panel` if it is symmetric. Both are
+    /// stored transposed in `upper`.
     fn factor_upper<T: Scalar>(&self, upper: &mut [T], panel: &[T]) {
         let (m, k) = (self.m, self.k);
         let r = m - k;
@@ -188,8 +188,8 @@ impl Front {
         });
     }
 
-    /// `update` ← -L U for the rows and columns beyond the pivots, column by column followed by
-    /// `add`, which is told the first column of those it gets.
+    /// Computes `update` ← −L U for the rows and columns beyond the pivots, and calls `add` with the first column of
+    /// each chunk.
     fn update<T: Scalar>(
         &self,
         update: &mut [T],
@@ -224,7 +224,7 @@ impl Front {
         }
     }
 
-    /// Cuts a block of `rows` rows into chunks of columns, each worked on with its first column.
+    /// Splits a block of `rows` rows into chunks of columns and calls `work` with the first column of each.
     fn chunks<T: Scalar>(
         &self,
         block: &mut [T],
@@ -242,7 +242,7 @@ impl Front {
         }
     }
 
-    /// Cuts `block` into `size` rows at most, each worked on with the number of rows above it.
+    /// Splits `block` into parts of at most `size` rows and calls `work` with the number of rows above each.
     fn rows<'m, T: Scalar>(
         &self,
         block: MatMut<'m, T>,
@@ -278,7 +278,7 @@ impl Front {
     }
 }
 
-/// `target` ← -L U or, with [`Accum::Add`], `target` - L U.
+/// Computes `target` ← −L U or, with [`Accum::Add`], `target` ← `target` − L U.
 fn subtract_product<T: Scalar>(
     mut target: MatMut<'_, T>,
     first: Accum,
@@ -286,28 +286,28 @@ fn subtract_product<T: Scalar>(
     upper: MatRef<'_, T>,
 ) {
     let (depth, width) = upper.shape();
-    let mut room = vec![T::zero(); depth.min(DEEP) * width];
+    let mut workspace = vec![T::zero(); depth.min(DEEP) * width];
     let mut accum = first;
     for start in (0..depth).step_by(DEEP) {
         let terms = start..depth.min(start + DEEP);
-        let upper = side_by_side(&mut room, upper.get(terms.clone(), ..));
+        let upper = side_by_side(&mut workspace, upper.get(terms.clone(), ..));
         let (target, lower) = (target.rb_mut(), lower.get(.., terms));
         matmul(target, accum, lower, upper, -T::one(), Par::Seq);
         accum = Accum::Add;
     }
 }
 
-/// `x` ← L⁻¹ `x`, L unit lower triangular.
+/// Computes `x` ← L⁻¹ `x` for a unit lower triangular L.
 fn solve_unit_lower<T: Scalar>(lower: MatRef<'_, T>, mut x: MatMut<'_, T>) {
     let (n, width) = x.shape();
-    let mut room = vec![T::zero(); n.min(DEEP) * width];
+    let mut workspace = vec![T::zero(); n.min(DEEP) * width];
     for start in (0..n).step_by(DEEP) {
         let end = n.min(start + DEEP);
         let (done, mut below) = x.rb_mut().split_at_row_mut(end);
         let mut done = done.get_mut(start.., ..);
         let triangle = lower.get(start..end, start..end);
         solve_unit_lower_triangular_in_place(triangle, done.rb_mut(), Par::Seq);
-        let done = side_by_side(&mut room, done.rb());
+        let done = side_by_side(&mut workspace, done.rb());
         for above in (end..n).step_by(LONG) {
             let rows = above..n.min(above + LONG);
             let target = below.rb_mut().get_mut(above - end..rows.end - end, ..);
@@ -317,15 +317,15 @@ fn solve_unit_lower<T: Scalar>(lower: MatRef<'_, T>, mut x: MatMut<'_, T>) {
     }
 }
 
-/// A copy of `rows` of U in `room`. In a front they are far apart, each in a page of its own.
-fn side_by_side<'a, T: Scalar>(room: &'a mut [T], rows: MatRef<'_, T>) -> MatRef<'a, T> {
+/// Copies `rows` of U to `workspace`. In a front, consecutive entries of a row are far apart, each in its own page.
+fn side_by_side<'a, T: Scalar>(workspace: &'a mut [T], rows: MatRef<'_, T>) -> MatRef<'a, T> {
     let (n, width) = rows.shape();
-    let mut copy = MatMut::from_row_major_slice_mut(&mut room[..n * width], n, width);
+    let mut copy = MatMut::from_row_major_slice_mut(&mut workspace[..n * width], n, width);
     copy.copy_from(rows);
     copy.into_const()
 }
 
-/// The elimination of the pivots of a narrow panel, to be run with the processor's vector instructions.
+/// The elimination of the pivots of a narrow panel, with vector instructions.
 struct Square<'a, T> {
     pivots: &'a mut [T],
     width: usize,
@@ -344,7 +344,7 @@ impl<T: Scalar> WithSimd for Square<'_, T> {
     }
 }
 
-/// The elimination of rows below such pivots, likewise.
+/// The elimination of the rows below the pivots of a narrow panel, with vector instructions.
 struct Below<'a, T> {
     rows: MatMut<'a, T>,
     pivots: &'a [T],

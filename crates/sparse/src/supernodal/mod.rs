@@ -1,18 +1,16 @@
-//! LU factors of matrices with a symmetric pattern, by dense blocks and with pivots fixed.
+//! LU factors of matrices with a symmetric pattern, in dense blocks and with fixed pivots.
 //!
-//! The Newton matrices of a solid come in blocks: the components of a node, and of all nodes that
-//! are eliminated together, have the same rows. Columns with the same rows form a *supernode*;
-//! eliminating one is dense arithmetic on a *front*, which the processor's vector unit does several
-//! times faster than KLU's scalar loops over indices, and the factors hold one index per row of a
-//! supernode instead of one per entry, so that solves move half the memory.
+//! The Newton matrices of a solid consist of blocks: the components of a node, and of all nodes that are eliminated
+//! together, have the same rows. Columns with the same rows form a *supernode*. Its elimination is dense arithmetic on
+//! a *front*, which the vector unit executes several times faster than KLU's indexed scalar loops. The factors store
+//! one index per row of a supernode instead of one per entry, so solves move half the memory.
 //!
-//! The price: the pivots are the diagonal ones in the order of elimination, without exchange. For
-//! κ < ∞ the matrices are quasi-definite up to the damping, and any order will do. For κ = ∞ the
-//! pressures have zeros on the diagonal; they are put off until neighbours are eliminated, which
-//! makes their pivots −b S⁻¹ bᵀ with S positive definite. What the pivots are worth is checked on the
-//! solutions by the [caller](crate::SparseSystem), who falls back to KLU.
+//! The pivots are the diagonal entries in the order of elimination, without pivoting. For κ < ∞ the matrices are
+//! quasi-definite except for the damping, and any order is valid. For κ = ∞ the pressures have zero diagonals; they are
+//! delayed until neighbors are eliminated, which makes their pivots −b S⁻¹ bᵀ with S positive definite.
+//! [`SparseSystem`](crate::SparseSystem) checks the accuracy of the solutions and switches to pivoting if necessary.
 //!
-//! Cast: [`Analysis`] is order, supernodes and places; [`Supernodal`] the numbers.
+//! [`Analysis`] holds the order, the supernodes and the positions; [`Supernodal`] holds the numerical factors.
 //!
 //! # References
 //! - I. S. Duff, J. K. Reid, The multifrontal solution of unsymmetric sets of linear equations,
@@ -24,14 +22,14 @@ mod analysis;
 mod child;
 mod factors;
 mod large;
+mod large_solve;
 mod narrow;
 mod partition;
-mod rooms;
 mod schedule;
-mod shared;
 mod small;
 mod solve;
 mod update;
+mod workspace;
 
 pub use analysis::Analysis;
 pub use factors::Supernodal;

@@ -1,27 +1,27 @@
-//! Solves with fronts of two columns, the displacements of one node: most fronts of a plane body. Their few rows
-//! go from the right-hand side to registers and back, without the way through memory that wider fronts take:
-//! there a vector is read that was written number by number just before, which a processor has to wait for.
+//! Solves with fronts of two columns, the displacements of one node: most fronts of a plane body. Their few rows are
+//! loaded from the right-hand side into registers and stored back directly. Wider fronts gather their rows in memory
+//! first, and the processor must wait when it reads a vector whose elements have just been written one by one.
 
 use super::analysis::Supernode;
 use super::small::{LANES, sum_lanes, take_columns};
 use crate::Scalar;
 use crate::row::Row;
 
-/// Columns.
+/// Number of columns.
 const N: usize = 2;
 
-/// A front and its place in the right-hand side.
+/// A front of two columns and its position in the right-hand side.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Narrow<'a, T> {
-    /// The first of its unknowns.
+pub(super) struct NarrowFront<'a, T> {
+    /// First unknown.
     first: usize,
-    /// Its columns, one after the other: the pivots' rows, then these.
+    /// Its columns, one after the other: first the pivot rows, then `rows`.
     panel: &'a [T],
     rows: &'a [u32],
 }
 
-impl<'a, T: Scalar> Narrow<'a, T> {
-    /// The `node`, if it has two columns and rows are single real numbers; wider ones gain nothing.
+impl<'a, T: Scalar> NarrowFront<'a, T> {
+    /// Returns the front of `node` if it has two columns and each row is one real number. Wider rows gain nothing.
     #[inline(always)]
     pub(super) fn of<R: Row<T>>(node: &'a Supernode, factors: &'a [T]) -> Option<Self> {
         let is_narrow = size_of::<R>() == size_of::<f64>() && node.n_columns() == N;
@@ -32,7 +32,7 @@ impl<'a, T: Scalar> Narrow<'a, T> {
         })
     }
 
-    /// x ← L⁻¹ x for its unknowns, and what they take from the rows below.
+    /// Computes x ← L⁻¹ x for its unknowns and updates the rows below.
     #[inline(always)]
     pub(super) fn lower<R: Row<T>>(&self, x: &mut [R]) {
         let pivots = &mut x[self.first..][..N];
@@ -53,7 +53,7 @@ impl<'a, T: Scalar> Narrow<'a, T> {
         }
     }
 
-    /// x ← (D Lᵀ)⁻¹ x for its unknowns, with the inverses of D on the diagonal.
+    /// Computes x ← (D Lᵀ)⁻¹ x for its unknowns; the diagonal stores the inverse of D.
     #[inline(always)]
     pub(super) fn scaled_upper<R: Row<T>>(&self, x: &mut [R]) {
         let sums = self.gather_all(x, self.below());
@@ -66,7 +66,8 @@ impl<'a, T: Scalar> Narrow<'a, T> {
             .minus_product(self.panel[1], x[1]);
     }
 
-    /// x ← U⁻¹ x for its unknowns; `upper` has the rows of U right of the pivots, one after the other.
+    /// Computes x ← U⁻¹ x for its unknowns. `upper` holds the rows of U to the right of the pivots, one after the
+    /// other.
     #[inline(always)]
     pub(super) fn upper<R: Row<T>>(&self, x: &mut [R], upper: &[T]) {
         let sums = self.gather_all(
@@ -80,20 +81,20 @@ impl<'a, T: Scalar> Narrow<'a, T> {
         x[0] = x[0].plus(sums[0]).minus_product(entry, x[1]).times(first);
     }
 
-    /// The inverses of the pivots.
+    /// Returns the inverse pivots.
     #[inline(always)]
     fn inverses(&self) -> [T; N] {
         [self.panel[0], self.panel[N + self.rows.len() + 1]]
     }
 
-    /// The entries of L below the pivots.
+    /// Returns the entries of L below the pivots.
     #[inline(always)]
     fn below(&self) -> [&'a [T]; N] {
         let m = N + self.rows.len();
         take_columns(self.panel, m, 0, N..m)
     }
 
-    /// `x` -= L `own` for the `L` rows from number `start` on, which comes behind them.
+    /// Computes `x` -= L `own` for the next `L` rows from `start` on, and advances `start`.
     #[inline(always)]
     fn scatter<R: Row<T>, const L: usize>(&self, x: &mut [R], own: [R; N], start: &mut usize) {
         let (rows, columns) = self.next::<L>(self.below(), start);
@@ -109,7 +110,7 @@ impl<'a, T: Scalar> Narrow<'a, T> {
         }
     }
 
-    /// Minus the products of `columns` with `x` in the rows.
+    /// Returns the negative products of `columns` with `x` in the rows.
     #[inline(always)]
     fn gather_all<R: Row<T>>(&self, x: &[R], columns: [&[T]; N]) -> [R; N] {
         let (n, mut start) = (self.rows.len(), 0);
@@ -129,7 +130,7 @@ impl<'a, T: Scalar> Narrow<'a, T> {
         [sum_lanes(lanes[0]), sum_lanes(lanes[1])]
     }
 
-    /// `lanes` -= those for the `L` rows from number `start` on, which comes behind them.
+    /// Subtracts the products for the next `L` rows from `lanes`, and advances `start`.
     #[inline(always)]
     fn gather<R: Row<T>, const L: usize>(
         &self,
@@ -150,7 +151,7 @@ impl<'a, T: Scalar> Narrow<'a, T> {
         }
     }
 
-    /// These rows, and what `columns` have there.
+    /// Returns the next `L` rows and the entries of `columns` there, and advances `start`.
     #[inline(always)]
     fn next<'c, const L: usize>(
         &self,

@@ -1,54 +1,53 @@
-//! Supernodes: which nodes of an elimination tree are eliminated together, and in which order.
+//! Supernode partition: which nodes of the elimination tree are eliminated together, and in which order.
 
 use std::ops::Range;
 
 use crate::ordering::{Graph, NONE, Tree};
 
-/// A supernode is merged into its parent while the merged front has at most this part of zeros
-/// that neither had: dense arithmetic on a few zeros is cheaper than another front. Measured on the
-/// muscle: fastest between 0.1 and 0.2.
+/// Maximum fraction of explicit zeros for which a supernode is merged into its parent. Dense arithmetic on a few zeros
+/// is cheaper than another front. Measured on the muscle: fastest between 0.1 and 0.2.
 const ZEROS_ALLOWED: f64 = 0.15;
 
-/// The same for supernodes of [`WIDE`] columns or more, whose fronts are large enough: their zeros
-/// only cost memory and arithmetic.
+/// Maximum fraction for supernodes of at least [`WIDE`] columns. Their fronts are large enough; more zeros only cost
+/// memory and arithmetic.
 const ZEROS_ALLOWED_WIDE: f64 = 0.05;
 const WIDE: usize = 64;
 
-/// The columns of a supernode and the rows below them.
+/// Columns of a supernode, and the rows below them.
 #[derive(Debug, Clone)]
 pub(super) struct Shape {
-    /// The columns, in the order of elimination.
+    /// Columns, in the order of elimination.
     pub(super) columns: Range<usize>,
-    /// The rows below them, ascending.
+    /// Rows below the columns, ascending.
     pub(super) rows: Vec<u32>,
 }
 
-/// The unknowns in their final order, and the supernodes, each after the whole of its subtree.
+/// Returns the unknowns in their final order, and the supernodes, each directly after its subtree.
 pub(super) fn partition(graph: &Graph, tree: Tree) -> (Vec<u32>, Vec<Shape>) {
     let parts = merge(&tree);
     let sequence = postorder(&parts);
     shapes(graph, &tree, &parts, &sequence)
 }
 
-/// A supernode while supernodes are merged; named by its last node.
+/// A supernode during merging, identified by its last node.
 #[derive(Debug, Clone, Default)]
 struct Part {
-    /// Places in the tree, in the order of elimination; empty once merged into the parent.
+    /// Positions in the tree, in the order of elimination; empty once merged into the parent.
     nodes: Vec<u32>,
     width: usize,
     below: usize,
-    /// Entries of L that are zero by pattern.
+    /// Number of explicit zeros in L.
     zeros: usize,
     children: Vec<u32>,
 }
 
 impl Part {
-    /// Zeros that the columns of `child` get here.
+    /// Returns the number of zeros that merging `child` adds to its columns.
     fn zeros_from(&self, child: &Self) -> usize {
         child.width * (self.width + self.below - child.below)
     }
 
-    /// Takes `child` in if that brings few zeros.
+    /// Returns whether merging `child` adds few enough zeros.
     fn takes(&self, child: &Self) -> bool {
         let width = self.width + child.width;
         let entries = width * (width - 1) / 2 + width * self.below;
@@ -62,7 +61,7 @@ impl Part {
     }
 }
 
-/// Merges from the leaves on, those children first that bring the fewest zeros.
+/// Merges from the leaves up, starting with the children that add the fewest zeros.
 fn merge(tree: &Tree) -> Vec<Part> {
     let n = tree.order.len();
     let mut parts: Vec<Part> = vec![Part::default(); n];
@@ -97,11 +96,10 @@ fn merge(tree: &Tree) -> Vec<Part> {
     parts
 }
 
-/// The supernodes that are left, children before parents, each next to its subtree. Children come
-/// in the order that keeps the fewest updates waiting.
+/// Returns the remaining supernodes in postorder. The children are sorted to minimize the storage for waiting updates.
 ///
-/// J. W. H. Liu, On the storage requirement in the out-of-core multifrontal method for sparse
-/// factorization, ACM Trans. Math. Softw. 12 (1986) 249–264.
+/// J. W. H. Liu, On the storage requirement in the out-of-core multifrontal method for sparse factorization, ACM Trans.
+/// Math. Softw. 12 (1986) 249–264.
 fn postorder(parts: &[Part]) -> Vec<u32> {
     let n = parts.len();
     let mut peaks = vec![0; n];
@@ -136,10 +134,10 @@ fn postorder(parts: &[Part]) -> Vec<u32> {
     sequence
 }
 
-/// Numbers the unknowns in the sequence of supernodes and finds the rows of each from its entries
-/// and its children's rows.
+/// Numbers the unknowns in the sequence of supernodes and determines the rows of each supernode from its entries and
+/// from its children's rows.
 fn shapes(graph: &Graph, tree: &Tree, parts: &[Part], sequence: &[u32]) -> (Vec<u32>, Vec<Shape>) {
-    // `place` and `start` by node of the graph: its place among the nodes, its first column.
+    // By node of the graph: `place` is its position in the order of nodes, `start` its first column.
     let n = graph.n();
     let (mut place, mut start) = (vec![0u32; n], vec![0u32; n]);
     let mut nodes: Vec<u32> = Vec::with_capacity(n);
@@ -168,7 +166,7 @@ fn shapes(graph: &Graph, tree: &Tree, parts: &[Part], sequence: &[u32]) -> (Vec<
             }
         };
         for &node in &nodes[first..end] {
-            let lane = graph.neighbours.lane(node as usize).iter();
+            let lane = graph.neighbors.lane(node as usize).iter();
             lane.for_each(|&other| see(place[other as usize]));
         }
         for &child in &own.children {

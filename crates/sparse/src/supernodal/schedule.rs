@@ -1,56 +1,56 @@
-//! Which supernodes are eliminated side by side, and where their updates wait for their parents.
+//! Distribution of supernodes to threads, and positions of updates that wait for their parents.
 
 use std::ops::Range;
 
 use super::analysis::{Analysis, Supernode};
 use crate::Kind;
 
-/// Subtrees are cut until the largest has at most this part of one thread's share of the work, so
-/// that threads end at nearly the same time.
+/// Subtrees are split until the largest has at most this fraction of one thread's share of the work, so that all
+/// threads finish at nearly the same time.
 const PART_OF_SHARE: f64 = 0.25;
 
-/// Where an update waits: the stacks of a subtree or of the rest, the place there.
+/// Position of a waiting update: the stacks of a subtree or of the rest, and the offset in them.
 ///
-/// There are two stacks each, for supernodes at even and at odd depth, so that one update is formed
-/// in its place while those of the children are read.
+/// There are two stacks each, for supernodes at even and at odd depth. One update is formed in its final position while
+/// the updates of its children are read.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Place {
     pub(super) stacks: usize,
     pub(super) offset: usize,
 }
 
-/// Supernodes that one thread works on, the last of which is their root.
+/// Supernodes that one thread eliminates; the last one is the root of the subtree.
 #[derive(Debug, Clone)]
 pub(super) struct Subtree {
     pub(super) nodes: Range<usize>,
-    /// Multiplications.
+    /// Number of multiplications.
     pub(super) work: f64,
 }
 
-/// How large the stacks are for the updates of a subtree or of the rest.
+/// Sizes of the stacks of a subtree or of the rest.
 #[derive(Debug, Clone, Default)]
 pub(super) struct StackSizes {
-    /// The heights of the stacks, even and odd.
+    /// Heights of the stacks for even and odd depth.
     pub(super) heights: [usize; 2],
-    /// The most entries of rows of U that are not kept with the factors.
+    /// Maximum number of entries of rows of U that are not stored with the factors.
     pub(super) upper: usize,
 }
 
-/// The order of work for some number of threads; what is computed does not depend on it.
+/// The order of work for a given number of threads. The computed values do not depend on it.
 #[derive(Debug, Clone)]
 pub(super) struct Schedule {
-    /// Subtrees, worked on side by side.
+    /// Subtrees that are eliminated concurrently.
     pub(super) subtrees: Vec<Subtree>,
-    /// All others, after the subtrees, one after the other.
+    /// All other supernodes, eliminated one after the other when the subtrees are complete.
     pub(super) rest: Vec<u32>,
-    /// By supernode.
+    /// Position of the update of each supernode.
     pub(super) places: Vec<Place>,
-    /// For each subtree and last for the rest.
+    /// Stack sizes of each subtree, followed by the sizes of the rest.
     pub(super) stacks: Vec<StackSizes>,
 }
 
 impl Schedule {
-    /// The schedule for `n_threads`.
+    /// Creates the schedule for `n_threads`.
     pub(super) fn new(analysis: &Analysis, n_threads: usize) -> Self {
         let n = analysis.supernodes.len();
         let subtrees = match n_threads {
@@ -99,7 +99,7 @@ impl Schedule {
         }
     }
 
-    /// Entries of all stacks.
+    /// Returns the number of entries of all stacks.
     pub(super) fn n_entries(&self) -> usize {
         let stacks = self.stacks.iter();
         stacks
@@ -108,7 +108,7 @@ impl Schedule {
     }
 }
 
-/// The largest subtrees that are small enough to be shared evenly.
+/// Returns the largest subtrees that are small enough for an even distribution.
 fn subtrees(analysis: &Analysis, n_threads: usize) -> Vec<Subtree> {
     let supernodes = &analysis.supernodes;
     let mut first: Vec<usize> = (0..supernodes.len()).collect();

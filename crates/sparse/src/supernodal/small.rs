@@ -1,4 +1,4 @@
-//! Dense kernels on column-major blocks: for small fronts, and for the narrow panels of large ones.
+//! Dense kernels on column-major blocks, for small fronts and for the narrow panels of large ones.
 
 use std::array::from_fn;
 use std::ops::Range;
@@ -6,17 +6,17 @@ use std::ops::Range;
 use crate::Scalar;
 use crate::row::Row;
 
-/// Rows of a tile of [`minus_outer`]: one register of AVX-512.
+/// Rows of a tile of [`minus_outer`]: one AVX-512 register.
 const TILE_ROWS: usize = 8;
-/// Its columns: with eight accumulators or fewer in registers.
+/// Columns of a tile, which uses at most eight registers as accumulators.
 const TILE_COLUMNS: usize = 4;
-/// Columns of this length or more come from memory, which is faster from four places at once.
+/// Columns of at least this length are read from memory, where four concurrent streams are faster.
 const LONG: usize = 160;
-/// Partial sums of a scalar product: one register of AVX-512.
+/// Number of partial sums of a scalar product: one AVX-512 register.
 pub(super) const LANES: usize = 8;
 
-/// These rows of N columns of a `panel` of `m` rows, from column `p` on. No closure fills the array: it would be a
-/// call, without vector instructions.
+/// Returns these `rows` of N columns of a `panel` of `m` rows, starting with column `p`. A closure cannot fill the
+/// array: its call would not use vector instructions.
 #[inline(always)]
 pub(super) fn take_columns<T, const N: usize>(
     panel: &[T],
@@ -31,7 +31,7 @@ pub(super) fn take_columns<T, const N: usize>(
     columns
 }
 
-/// Copies a few numbers, in place of the call that a loop or a copy of any length would become.
+/// Copies a few scalars without the call that a loop or a copy of variable length would become.
 #[inline(always)]
 pub(super) fn copy_few<R: Copy>(to: &mut [R], from: &[R]) {
     #[inline(always)]
@@ -52,7 +52,7 @@ pub(super) fn copy_few<R: Copy>(to: &mut [R], from: &[R]) {
     copy::<R, 1>(to, from, &mut start);
 }
 
-/// `y` -= Σ_p x_p a_p for N columns at a time.
+/// Computes `y` -= Σ_p x_p a_p for N columns at once.
 #[inline(always)]
 fn subtract_columns<T: Scalar, R: Row<T>, const N: usize>(y: &mut [R], a: [&[T]; N], x: [R; N]) {
     let n = y.len();
@@ -64,7 +64,7 @@ fn subtract_columns<T: Scalar, R: Row<T>, const N: usize>(y: &mut [R], a: [&[T];
     }
 }
 
-/// −a · b, summed in eight lanes so that it becomes vector instructions.
+/// Returns −a · b, summed in eight lanes to enable vector instructions.
 #[inline(always)]
 pub(super) fn minus_dot<T: Scalar, R: Row<T>>(a: &[T], b: &[R]) -> R {
     let mut lanes = [R::zeros(); LANES];
@@ -82,7 +82,7 @@ pub(super) fn minus_dot<T: Scalar, R: Row<T>>(a: &[T], b: &[R]) -> R {
     sum_lanes(lanes).plus(tail)
 }
 
-/// The sum of the lanes.
+/// Returns the sum of the lanes.
 #[inline(always)]
 pub(super) fn sum_lanes<T: Scalar, R: Row<T>>(mut lanes: [R; LANES]) -> R {
     for half in [4, 2, 1] {
@@ -93,8 +93,8 @@ pub(super) fn sum_lanes<T: Scalar, R: Row<T>>(mut lanes: [R; LANES]) -> R {
     lanes[0]
 }
 
-/// y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the rest: `panel` holds k columns of L (unit
-/// diagonal), `m` rows each, of which `y` has those from number `first` on.
+/// Computes y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the rest. `panel` holds k columns of L (unit
+/// diagonal) with `m` rows each; `y` contains the rows from `first` on.
 #[inline(always)]
 pub(super) fn solve_lower<T: Scalar, R: Row<T>>(y: &mut [R], panel: &[T], m: usize, first: usize) {
     let k = panel.len() / m;
@@ -112,7 +112,7 @@ pub(super) fn solve_lower<T: Scalar, R: Row<T>>(y: &mut [R], panel: &[T], m: usi
     }
 }
 
-/// The same for N columns from number `p` on: their own triangle, then all rows below in one sweep.
+/// Solves with N columns from column `p` on: first their triangle, then all rows below in one sweep.
 #[inline(always)]
 fn solve_lower_columns<T: Scalar, R: Row<T>, const N: usize>(
     y: &mut [R],
@@ -135,8 +135,7 @@ fn solve_lower_columns<T: Scalar, R: Row<T>, const N: usize>(
     subtract_columns(y, take_columns::<T, N>(panel, m, p, below), x);
 }
 
-/// `y` -= the products of `x` with the columns of a `panel` of `m` rows, of which `y` has those from number
-/// `first` on.
+/// Subtracts the products of `x` with the columns of a `panel` of `m` rows; `y` contains the rows from `first` on.
 #[inline(always)]
 pub(super) fn subtract_rows<T: Scalar, R: Row<T>>(
     y: &mut [R],
@@ -158,8 +157,8 @@ pub(super) fn subtract_rows<T: Scalar, R: Row<T>>(
     }
 }
 
-/// y ← U⁻¹ y: `panel` holds the columns of U, `m` rows each, with the inverses of the pivots on the
-/// diagonal, which count as ones where the diagonal `IS_UNIT`.
+/// Computes y ← U⁻¹ y. `panel` holds the columns of U with `m` rows each and the inverse pivots on the diagonal, which
+/// are taken as ones if `IS_UNIT`.
 #[inline(always)]
 pub(super) fn solve_upper<T: Scalar, R: Row<T>, const IS_UNIT: bool>(
     y: &mut [R],
@@ -180,7 +179,7 @@ pub(super) fn solve_upper<T: Scalar, R: Row<T>, const IS_UNIT: bool>(
     }
 }
 
-/// The same for N columns from number `p` on.
+/// Solves with N columns from column `p` on.
 #[inline(always)]
 fn solve_upper_columns<T: Scalar, R: Row<T>, const IS_UNIT: bool, const N: usize>(
     y: &mut [R],
@@ -204,7 +203,7 @@ fn solve_upper_columns<T: Scalar, R: Row<T>, const IS_UNIT: bool, const N: usize
     subtract_columns(above, columns, x);
 }
 
-/// `y` -= the products of the columns of a `panel` of `m` rows, of which the last count, with `x`.
+/// Subtracts the products of `x` with the last rows of the columns of a `panel` of `m` rows.
 #[inline(always)]
 pub(super) fn subtract_products<T: Scalar, R: Row<T>>(y: &mut [R], panel: &[T], m: usize, x: &[R]) {
     let first = m - x.len();
@@ -221,7 +220,8 @@ pub(super) fn subtract_products<T: Scalar, R: Row<T>>(y: &mut [R], panel: &[T], 
     }
 }
 
-/// y ← (Lᵀ)⁻¹ y: `panel` holds the columns of L (unit diagonal), `m` rows each, of which the first count.
+/// Computes y ← (Lᵀ)⁻¹ y. `panel` holds the columns of L (unit diagonal) with `m` rows each, of which the first ones
+/// are used.
 #[inline(always)]
 pub(super) fn solve_transposed<T: Scalar, R: Row<T>>(y: &mut [R], panel: &[T], m: usize) {
     let k = y.len();
@@ -243,7 +243,7 @@ pub(super) fn solve_transposed<T: Scalar, R: Row<T>>(y: &mut [R], panel: &[T], m
     }
 }
 
-/// The same for N columns from number `p` on: all rows below in one sweep, then their own triangle.
+/// Solves with N columns from column `p` on: first all rows below in one sweep, then their triangle.
 #[inline(always)]
 fn solve_transposed_columns<T: Scalar, R: Row<T>, const N: usize>(
     y: &mut [R],
@@ -264,7 +264,7 @@ fn solve_transposed_columns<T: Scalar, R: Row<T>, const N: usize>(
     pivots.copy_from_slice(&x);
 }
 
-/// −a · b for each of N columns, each summed in eight lanes so that it becomes vector instructions.
+/// Returns −a · b for each of N columns, summed in eight lanes to enable vector instructions.
 #[inline(always)]
 fn minus_dots<T: Scalar, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -> [R; N] {
     let mut lanes = [[R::zeros(); LANES]; N];
@@ -290,9 +290,8 @@ fn minus_dots<T: Scalar, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -> [R
     sums
 }
 
-/// Eliminates the columns of a `panel` of `m` rows, the first pivot being in row `first`: L (unit
-/// diagonal) and U of the pivots take its place, with the inverses of the pivots on the diagonal.
-/// `false` for a pivot that is zero or not finite.
+/// Eliminates the columns of a `panel` of `m` rows, whose first pivot is in row `first`. L (unit diagonal) and U of the
+/// pivots overwrite it, with the inverse pivots on the diagonal. Returns `false` if a pivot is zero or not finite.
 #[inline(always)]
 pub(super) fn factor_panel<T: Scalar>(panel: &mut [T], m: usize, first: usize) -> bool {
     for j in 0..panel.len() / m {
@@ -314,8 +313,8 @@ pub(super) fn factor_panel<T: Scalar>(panel: &mut [T], m: usize, first: usize) -
     true
 }
 
-/// Copies the triangle below the diagonal of the pivots of a symmetric `panel`, the first in row
-/// `first`, above it.
+/// Copies the lower triangle of the pivots of a symmetric `panel`, whose first pivot is in row `first`, to the upper
+/// one.
 #[inline(always)]
 pub(super) fn mirror<T: Scalar>(panel: &mut [T], m: usize, first: usize) {
     for j in 1..panel.len() / m {
@@ -325,8 +324,8 @@ pub(super) fn mirror<T: Scalar>(panel: &mut [T], m: usize, first: usize) {
     }
 }
 
-/// U right of the pivots of a symmetric front, transposed: the rows of L from row `start` on times D,
-/// `r` rows for each pivot. The first column of `panel` has its pivot in row `first`.
+/// Computes U to the right of the pivots of a symmetric front, transposed: the rows of L from `start` on times D, `r`
+/// rows for each pivot. The pivot of the first column of `panel` is in row `first`.
 #[inline(always)]
 pub(super) fn scale_rows<T: Scalar>(
     upper: &mut [T],
@@ -344,8 +343,8 @@ pub(super) fn scale_rows<T: Scalar>(
     }
 }
 
-/// U right of the pivots from the rows of the matrix: both are kept transposed, `r` rows for each
-/// of the pivots, whose L the `panel` of `m` rows holds.
+/// Computes U to the right of the pivots from the rows of the matrix. Both are stored transposed, `r` rows for each
+/// pivot; `panel` of `m` rows holds L of the pivots.
 #[inline(always)]
 pub(super) fn eliminate_rows<T: Scalar>(upper: &mut [T], r: usize, panel: &[T], m: usize) {
     for j in 1..upper.len() / r {
@@ -355,7 +354,7 @@ pub(super) fn eliminate_rows<T: Scalar>(upper: &mut [T], r: usize, panel: &[T], 
     }
 }
 
-/// `y` -= Σ_p x_p a_p for p < n, with `column` giving a_p and x_p.
+/// Computes `y` -= Σ_p x_p a_p for p < n; `column` returns a_p and x_p.
 #[inline(always)]
 pub(super) fn subtract_first<'a, T: Scalar>(
     y: &mut [T],
@@ -374,20 +373,20 @@ pub(super) fn subtract_first<'a, T: Scalar>(
     }
 }
 
-/// The rows and columns of a block of an update, and the distances of columns in the factors of the product.
+/// Size of a block of an update, and the column strides of its two factors A and B.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Block {
     pub(super) rows: usize,
     pub(super) columns: usize,
-    /// Of A.
+    /// Column stride of A.
     pub(super) stride_a: usize,
-    /// Of B.
+    /// Column stride of B.
     pub(super) stride_b: usize,
-    /// Whether only the triangle below the diagonal from the first entry on is needed.
+    /// Whether only the lower triangle, starting at the first entry, is needed.
     pub(super) is_symmetric: bool,
 }
 
-/// `s` ← -A Bᵀ for `n` columns of A and B.
+/// Computes `s` ← −A Bᵀ for `n` columns of A and B.
 #[inline(always)]
 pub(super) fn minus_outer<T: Scalar>(s: &mut [T], block: Block, a: &[T], b: &[T], n: usize) {
     let Block { rows, columns, .. } = block;
@@ -401,7 +400,7 @@ pub(super) fn minus_outer<T: Scalar>(s: &mut [T], block: Block, a: &[T], b: &[T]
         }
         return;
     }
-    // The last tiles reach back over ones that are done.
+    // The last tiles overlap earlier ones.
     for j in (0..columns).step_by(TILE_COLUMNS) {
         let column = j.min(columns - TILE_COLUMNS);
         let mut i = match block.is_symmetric {
@@ -419,7 +418,7 @@ pub(super) fn minus_outer<T: Scalar>(s: &mut [T], block: Block, a: &[T], b: &[T]
     }
 }
 
-/// [`minus_outer`] for `ROWS` rows of [`TILE_COLUMNS`] columns, from this place on.
+/// Computes [`minus_outer`] for `ROWS` rows and [`TILE_COLUMNS`] columns from this position on.
 #[inline(always)]
 fn outer_tile<T: Scalar, const ROWS: usize>(
     s: &mut [T],

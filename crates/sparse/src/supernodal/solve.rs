@@ -1,21 +1,21 @@
-//! Solves with supernodal factors, for one right-hand side or for several side by side.
+//! Solves with supernodal factors, for one or several right-hand sides.
 
 use pulp::{Arch, Simd, WithSimd};
 
 use super::analysis::Analysis;
 use super::factors::Supernodal;
-use super::narrow::Narrow;
-use super::rooms::Room;
-use super::shared::{Shared, is_large};
+use super::large_solve::{LargeFront, is_large};
+use super::narrow::NarrowFront;
 use super::small::{
     copy_few, minus_dot, solve_lower, solve_transposed, solve_upper, subtract_products,
 };
+use super::workspace::Workspace;
 use crate::Kind;
 use crate::Scalar;
 use crate::row::Row;
 
 impl<T: Scalar> Supernodal<T> {
-    /// The last pivots by unknown.
+    /// Returns the last pivots by unknown.
     pub(crate) fn pivots_by_unknown(&self) -> Vec<T> {
         let mut pivots = vec![T::zero(); self.analysis.n()];
         for node in &self.analysis.supernodes {
@@ -27,12 +27,12 @@ impl<T: Scalar> Supernodal<T> {
         pivots
     }
 
-    /// Entries of the factors.
+    /// Returns the number of entries of the factors.
     pub(crate) fn n_factors(&self) -> usize {
         self.factors.len()
     }
 
-    /// The loops of all solves: up to eight columns at a time, to be run with the processor's vector instructions.
+    /// Solves for up to eight right-hand sides at a time, with vector instructions.
     pub(crate) fn run(&mut self, rhs: &mut [T], n_columns: usize, is_transposed: bool) {
         let sizes = || self.analysis.supernodes();
         let has_large = || sizes().any(|(k, r)| is_large(k + r, k));
@@ -42,23 +42,23 @@ impl<T: Scalar> Supernodal<T> {
         }
     }
 
-    /// The same, by this thread or with the others of its pool.
+    /// Runs the solve in this thread, or in the threads of its pool.
     fn run_here(&mut self, rhs: &mut [T], n_columns: usize, is_transposed: bool, in_threads: bool) {
         let Self {
             analysis,
             factors,
-            rooms,
+            workspaces,
             arch,
             ..
         } = self;
-        // Eight real columns take longer than four twice.
+        // One solve with eight real columns takes longer than two with four.
         let most = match size_of::<T>() == size_of::<f64>() {
             true => 4,
             false => 8,
         };
         let mut first = 0;
         while first < n_columns {
-            let side = Side { n_columns, first };
+            let block = ColumnBlock { n_columns, first };
             let task = Task {
                 analysis,
                 factors,
@@ -67,24 +67,24 @@ impl<T: Scalar> Supernodal<T> {
                 arch: *arch,
             };
             first += match most.min(n_columns - first) {
-                1 => arch.dispatch(Solve::new(task, &mut rooms.one, rhs, side)),
-                2 | 3 => arch.dispatch(Solve::new(task, &mut rooms.two, rhs, side)),
-                4..8 => arch.dispatch(Solve::new(task, &mut rooms.four, rhs, side)),
-                _ => arch.dispatch(Solve::new(task, &mut rooms.eight, rhs, side)),
+                1 => arch.dispatch(Solve::new(task, &mut workspaces.one, rhs, block)),
+                2 | 3 => arch.dispatch(Solve::new(task, &mut workspaces.two, rhs, block)),
+                4..8 => arch.dispatch(Solve::new(task, &mut workspaces.four, rhs, block)),
+                _ => arch.dispatch(Solve::new(task, &mut workspaces.eight, rhs, block)),
             };
         }
     }
 }
 
-/// The columns of a solve.
+/// The right-hand sides of a solve.
 #[derive(Debug, Clone, Copy)]
-struct Side {
+struct ColumnBlock {
     n_columns: usize,
-    /// The first that is taken.
+    /// First column to be solved.
     first: usize,
 }
 
-/// What is solved, and how.
+/// A solve to be done.
 #[derive(Debug, Clone, Copy)]
 struct Task<'a, T> {
     analysis: &'a Analysis,
@@ -95,10 +95,10 @@ struct Task<'a, T> {
 }
 
 impl<'a, T> Task<'a, T> {
-    /// A large front with these columns.
+    /// Returns the large front with these columns.
     #[inline(always)]
-    fn shared(&self, panel: &'a [T], m: usize) -> Shared<'a, T> {
-        Shared {
+    fn shared(&self, panel: &'a [T], m: usize) -> LargeFront<'a, T> {
+        LargeFront {
             panel,
             m,
             in_threads: self.in_threads,
@@ -107,35 +107,40 @@ impl<'a, T> Task<'a, T> {
     }
 }
 
-/// A solve for as many columns as a row is wide.
+/// A solve for as many columns as a row holds.
 struct Solve<'a, T, R> {
     task: Task<'a, T>,
     x: &'a mut [R],
     gathered: &'a mut [R],
     rhs: &'a mut [T],
-    side: Side,
+    block: ColumnBlock,
 }
 
 impl<'a, T: Scalar, R: Row<T>> Solve<'a, T, R> {
-    fn new(task: Task<'a, T>, room: &'a mut Room<R>, rhs: &'a mut [T], side: Side) -> Self {
-        room.fit::<T>(task.analysis);
+    fn new(
+        task: Task<'a, T>,
+        workspace: &'a mut Workspace<R>,
+        rhs: &'a mut [T],
+        block: ColumnBlock,
+    ) -> Self {
+        workspace.fit::<T>(task.analysis);
         Self {
             task,
-            x: &mut room.x,
-            gathered: &mut room.gathered,
+            x: &mut workspace.x,
+            gathered: &mut workspace.gathered,
             rhs,
-            side,
+            block,
         }
     }
 }
 
 impl<T: Scalar, R: Row<T>> WithSimd for Solve<'_, T, R> {
-    /// How many columns it was.
+    /// Number of columns solved.
     type Output = usize;
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, _: S) -> usize {
-        let Side { n_columns, first } = self.side;
+        let ColumnBlock { n_columns, first } = self.block;
         let Task {
             analysis,
             is_transposed,
@@ -170,7 +175,7 @@ impl<T: Scalar, R: Row<T>> WithSimd for Solve<'_, T, R> {
 }
 
 impl<T: Scalar, R: Row<T>> Solve<'_, T, R> {
-    /// x ← L⁻¹ x.
+    /// Computes x ← L⁻¹ x.
     #[inline(always)]
     fn forward(&mut self) {
         let Self {
@@ -181,7 +186,7 @@ impl<T: Scalar, R: Row<T>> Solve<'_, T, R> {
         } = *task;
         for node in &analysis.supernodes {
             let (m, k) = (node.size(), node.n_columns());
-            if let Some(narrow) = Narrow::of::<R>(node, factors) {
+            if let Some(narrow) = NarrowFront::of::<R>(node, factors) {
                 narrow.lower(x);
                 continue;
             }
@@ -201,7 +206,7 @@ impl<T: Scalar, R: Row<T>> Solve<'_, T, R> {
         }
     }
 
-    /// x ← U⁻¹ x.
+    /// Computes x ← U⁻¹ x.
     #[inline(always)]
     fn backward(&mut self) {
         let Self {
@@ -213,7 +218,7 @@ impl<T: Scalar, R: Row<T>> Solve<'_, T, R> {
         for node in analysis.supernodes.iter().rev() {
             let (m, k, r) = (node.size(), node.n_columns(), node.n_rows());
             let (panel, upper) = factors[node.start..][..k * (m + r)].split_at(m * k);
-            if let Some(narrow) = Narrow::of::<R>(node, factors) {
+            if let Some(narrow) = NarrowFront::of::<R>(node, factors) {
                 narrow.upper(x, upper);
                 continue;
             }
@@ -235,7 +240,7 @@ impl<T: Scalar, R: Row<T>> Solve<'_, T, R> {
         }
     }
 
-    /// x ← (Uᵀ)⁻¹ x.
+    /// Computes x ← (Uᵀ)⁻¹ x.
     #[inline(always)]
     fn forward_transposed(&mut self) {
         let Self { task, x, .. } = self;
@@ -259,7 +264,7 @@ impl<T: Scalar, R: Row<T>> Solve<'_, T, R> {
         }
     }
 
-    /// x ← (Lᵀ)⁻¹ x, or (D Lᵀ)⁻¹ x.
+    /// Computes x ← (Lᵀ)⁻¹ x, or x ← (D Lᵀ)⁻¹ x.
     #[inline(always)]
     fn backward_transposed<const WITH_PIVOTS: bool>(&mut self) {
         let Self {
@@ -270,7 +275,7 @@ impl<T: Scalar, R: Row<T>> Solve<'_, T, R> {
         } = *task;
         for node in analysis.supernodes.iter().rev() {
             let (m, k) = (node.size(), node.n_columns());
-            if let Some(narrow) = Narrow::of::<R>(node, factors).filter(|_| WITH_PIVOTS) {
+            if let Some(narrow) = NarrowFront::of::<R>(node, factors).filter(|_| WITH_PIVOTS) {
                 narrow.scaled_upper(x);
                 continue;
             }
@@ -291,7 +296,7 @@ impl<T: Scalar, R: Row<T>> Solve<'_, T, R> {
                 pivots.copy_from_slice(&gathered[..k]);
                 continue;
             }
-            // Before the pivots, none of which waits for another in it.
+            // All pivots first subtract the known rows, independently of each other.
             subtract_products(pivots, panel, m, right);
             match WITH_PIVOTS {
                 true => solve_upper::<T, R, true>(pivots, panel, m),

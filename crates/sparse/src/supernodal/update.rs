@@ -1,13 +1,13 @@
-//! How the update of a front is kept: what its rows and columns beyond the pivots add to the parent.
+//! Storage layout of the update of a front, the contribution of its rows and columns beyond the pivots to its parent.
 
 use crate::Kind;
 
-/// Columns that are kept together: wide enough for full speed of products, narrow enough to waste little
-/// above the diagonal of a symmetric front.
+/// Number of columns stored together: wide enough for fast products, and narrow enough to waste little storage above
+/// the diagonal of a symmetric front.
 pub(super) const CHUNK: usize = 128;
 
-/// Columns that are computed and shared among threads together: of matrices that are not symmetric
-/// more, as nothing is wasted and the rows of L are read less often.
+/// Number of columns that are computed together and shared among threads. It is larger for unsymmetric matrices: they
+/// waste no storage, and the rows of L are read less often.
 pub(super) fn chunk_width(kind: Kind) -> usize {
     match kind {
         Kind::General => 2 * CHUNK,
@@ -15,8 +15,8 @@ pub(super) fn chunk_width(kind: Kind) -> usize {
     }
 }
 
-/// An update of `r` rows and columns, column-major; of a symmetric one, each chunk of columns begins
-/// at its own diagonal.
+/// An update of `r` rows and columns, column-major. For a symmetric matrix, each chunk of columns starts at its own
+/// diagonal.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Layout {
     pub(super) r: usize,
@@ -24,13 +24,13 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// Entries kept.
+    /// Returns the number of stored entries.
     pub(super) fn n_entries(self) -> usize {
         self.start(self.r / CHUNK)
             + self.r % CHUNK * (self.r - self.first_row(self.r / CHUNK * CHUNK))
     }
 
-    /// Where chunk number `i` begins.
+    /// Returns the start of chunk number `i`.
     #[inline(always)]
     fn start(self, i: usize) -> usize {
         let above = match self.kind {
@@ -40,7 +40,7 @@ impl Layout {
         CHUNK * (i * self.r - above)
     }
 
-    /// The first row that is kept of the chunk from column `first` on.
+    /// Returns the first stored row of the chunk that starts at column `first`.
     #[inline(always)]
     pub(super) fn first_row(self, first: usize) -> usize {
         match self.kind {
@@ -49,7 +49,7 @@ impl Layout {
         }
     }
 
-    /// Column `j` of an update, and its first row.
+    /// Returns column `j` of an update, and its first row.
     #[inline(always)]
     pub(super) fn column<T>(self, update: &[T], j: usize) -> (&[T], usize) {
         let row = self.first_row(j - j % CHUNK);
@@ -60,7 +60,7 @@ impl Layout {
         )
     }
 
-    /// The chunks of an update, each with its first column.
+    /// Returns the chunks of an update, each with its first column.
     #[inline(always)]
     pub(super) fn chunks<T>(self, update: &mut [T]) -> impl Iterator<Item = (usize, &mut [T])> {
         let mut rest = update;

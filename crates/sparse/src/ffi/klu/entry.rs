@@ -1,4 +1,4 @@
-//! The numbers KLU factorises with, and its functions for each kind of them.
+//! The scalar types of KLU and the KLU functions for each of them.
 
 use num_complex::Complex64;
 
@@ -43,7 +43,7 @@ pub(super) type Condest = unsafe extern "C" fn(
     *mut klu_l_common,
 ) -> i64;
 
-/// The family of KLU functions for one kind of number.
+/// The KLU functions for one scalar type.
 #[derive(Clone, Copy)]
 pub struct Functions {
     pub(super) factor: Factor,
@@ -57,7 +57,7 @@ pub struct Functions {
     pub(super) rgrowth: Refactor,
 }
 
-/// klu_zl_tsolve without its choice of conjugation: Aᵀ x = b, not Aᴴ x = b.
+/// Calls klu_zl_tsolve without conjugation: Aᵀ x = b, not Aᴴ x = b.
 ///
 /// # Safety
 /// As for klu_zl_tsolve.
@@ -69,16 +69,16 @@ unsafe extern "C" fn complex_tsolve(
     rhs: *mut f64,
     common: *mut klu_l_common,
 ) -> i64 {
-    // SAFETY: the caller's promise, passed on unchanged.
+    // SAFETY: the caller guarantees the conditions; the arguments are passed on unchanged.
     unsafe { klu_zl_tsolve(symbolic, numeric, leading_dimension, n_rhs, rhs, 0, common) }
 }
 
-/// A number KLU can factorise with: `f64` or `Complex64`, laid out as one or two doubles.
+/// A scalar type of KLU: `f64` or `Complex64`, stored as one or two doubles.
 ///
 /// # Safety
-/// `FUNCTIONS` must be the family for matrices whose entries have the memory layout of `Self`.
+/// `FUNCTIONS` must be the functions for matrices whose entries have the memory layout of `Self`.
 pub unsafe trait Entry: Copy + 'static {
-    /// The functions for matrices of this kind of number.
+    /// The KLU functions for this scalar type.
     const FUNCTIONS: Functions;
 }
 

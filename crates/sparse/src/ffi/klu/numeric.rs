@@ -10,7 +10,7 @@ use super::entry::{Diagnose, Entry, Refactor};
 use super::symbolic::RawSymbolic;
 use super::{Failure, default_common};
 
-/// KLU's Boolean "yes, it worked".
+/// KLU's return value for success.
 const TRUE: i64 = 1;
 
 /// The LU factors of one matrix.
@@ -23,22 +23,22 @@ pub(crate) struct RawNumeric<T: Entry> {
     entry: PhantomData<T>,
 }
 
-// SAFETY: the handle and the control block are owned by this value; the symbolic object it shares
-// is Sync. Nothing is bound to a thread.
+// SAFETY: this value owns the handle and the control block; the shared symbolic object is Sync. Nothing is bound to a
+// thread.
 unsafe impl<T: Entry> Send for RawNumeric<T> {}
 
 impl<T: Entry> RawNumeric<T> {
-    /// Factorises the matrix with the pattern of `symbolic` and these values.
+    /// Factorizes the matrix with the pattern of `symbolic` and these `values`.
     ///
     /// # Panics
-    /// If `values` has not one entry per entry of the pattern.
+    /// If the number of values differs from the number of entries of the pattern.
     pub(crate) fn factor(symbolic: Arc<RawSymbolic>, values: &[T]) -> Result<Self, Failure> {
         let doubles = as_doubles(&symbolic, values);
         let mut common = default_common();
         symbolic.options.write_to(&mut common);
         let guard = symbolic.lock();
-        // SAFETY: pattern and values have matching lengths; the symbolic object belongs to this
-        // pattern and is locked against a concurrent factorisation; KLU reads the arrays only.
+        // SAFETY: pattern and values have matching lengths; the symbolic object belongs to this pattern and is locked
+        // against a concurrent factorization; KLU only reads the arrays.
         let handle = unsafe {
             (T::FUNCTIONS.factor)(
                 symbolic.ap(),
@@ -64,24 +64,24 @@ impl<T: Entry> RawNumeric<T> {
         let failure = Failure::of(&common);
         if let Some(handle) = handle {
             let mut handle = handle.as_ptr();
-            // SAFETY: the handle came from the factor function just now and is freed here only.
+            // SAFETY: the factor function returned the handle just now, and it is freed only here.
             unsafe { (T::FUNCTIONS.free)(&mut handle, &mut common) };
         }
         Err(failure)
     }
 
-    /// Recomputes the factors for new values, keeping the pivots.
+    /// Recomputes the factors for new `values`, keeping the pivots.
     ///
     /// # Panics
-    /// If `values` has not one entry per entry of the pattern.
+    /// If the number of values differs from the number of entries of the pattern.
     pub(crate) fn refactor(&mut self, values: &[T]) -> Result<(), Failure> {
         self.with_matrix(T::FUNCTIONS.refactor, values)
     }
 
-    /// Reciprocal pivot growth of the factors of the matrix with these values.
+    /// Returns the reciprocal pivot growth of the factors of the matrix with these `values`.
     ///
     /// # Panics
-    /// If `values` has not one entry per entry of the pattern.
+    /// If the number of values differs from the number of entries of the pattern.
     pub(crate) fn rgrowth(&self, values: &[T]) -> Result<f64, Failure> {
         self.with_matrix(T::FUNCTIONS.rgrowth, values)?;
         Ok(self.common().rgrowth)
@@ -110,21 +110,21 @@ impl<T: Entry> RawNumeric<T> {
         Ok(self.common().condest)
     }
 
-    /// Cheap estimate of the reciprocal condition number: min |u_kk| / max |u_kk|.
+    /// Returns a cheap estimate of the reciprocal condition number: min |u_kk| / max |u_kk|.
     pub(crate) fn rcond(&self) -> Result<f64, Failure> {
         self.diagnose(T::FUNCTIONS.rcond)?;
         Ok(self.common().rcond)
     }
 
-    /// Floating-point operations of a factorisation.
+    /// Floating-point operations of a factorization.
     pub(crate) fn flops(&self) -> Result<f64, Failure> {
         self.diagnose(T::FUNCTIONS.flops)?;
         Ok(self.common().flops)
     }
 
-    /// Entries of L and of U, diagonals included.
+    /// Returns the number of entries of L and of U, including both diagonals.
     pub(crate) fn nnz_factors(&self) -> (usize, usize) {
-        // SAFETY: the handle is valid for the life of self; two plain integers are read.
+        // SAFETY: the handle is valid for the life of self; only two integers are read.
         let numeric = unsafe { self.handle.as_ref() };
         (numeric.lnz as usize, numeric.unz as usize)
     }
@@ -142,9 +142,8 @@ impl<T: Entry> RawNumeric<T> {
         } else {
             functions.solve
         };
-        // SAFETY: rhs holds whole columns of length n, laid out as KLU's numbers; the workspace
-        // inside the numeric object is ours alone, since self is not Sync and KLU calls nothing
-        // back; the control block is not borrowed elsewhere.
+        // SAFETY: rhs holds whole columns of length n in KLU's layout; the workspace inside the numeric object is not
+        // shared, since self is not Sync and KLU has no callbacks; the control block is not borrowed elsewhere.
         let ok = unsafe {
             solve(
                 self.symbolic.handle.as_ptr(),
@@ -160,8 +159,8 @@ impl<T: Entry> RawNumeric<T> {
 
     fn with_matrix(&self, function: Refactor, values: &[T]) -> Result<(), Failure> {
         let doubles = as_doubles(&self.symbolic, values);
-        // SAFETY: pattern and values match, the handles belong together; refactor, which writes
-        // the numeric object, is reached through &mut self only, and no reference into it exists.
+        // SAFETY: pattern and values match, and the handles belong together; refactor, which writes to the numeric
+        // object, is reached only through &mut self, and no reference into the object exists.
         let ok = unsafe {
             function(
                 self.symbolic.ap(),
@@ -177,13 +176,13 @@ impl<T: Entry> RawNumeric<T> {
 
     fn diagnose(&self, function: Diagnose) -> Result<(), Failure> {
         let (symbolic, numeric) = (self.symbolic.handle.as_ptr(), self.handle.as_ptr());
-        // SAFETY: both handles are valid and belong together; the function reads them only.
+        // SAFETY: both handles are valid and belong together; the function only reads them.
         let ok = unsafe { function(symbolic, numeric, self.common.get()) };
         self.check(ok)
     }
 
     fn common(&self) -> klu_l_common {
-        // SAFETY: KLU wrote the block before; self is not Sync, so nobody writes it now.
+        // SAFETY: KLU initialized the block; self is not Sync, so there is no concurrent write.
         unsafe { ptr::read(self.common.get()) }
     }
 
@@ -200,13 +199,13 @@ impl<T: Entry> RawNumeric<T> {
 impl<T: Entry> Drop for RawNumeric<T> {
     fn drop(&mut self) {
         let mut handle = self.handle.as_ptr();
-        // SAFETY: the handle came from the factor function of the same kind of number, is freed
-        // here only, and the symbolic object (which the call needs not) is still alive.
+        // SAFETY: the handle came from the factor function of the same scalar type and is freed only here; the symbolic
+        // object is still alive (the call does not use it).
         unsafe { (T::FUNCTIONS.free)(&mut handle, self.common.get_mut()) };
     }
 }
 
-/// The values of a matrix with the pattern of `symbolic`, as KLU takes them.
+/// Returns the values of a matrix with the pattern of `symbolic` as an array of doubles.
 fn as_doubles<T: Entry>(symbolic: &RawSymbolic, values: &[T]) -> *mut f64 {
     let nnz = symbolic.nnz();
     assert_eq!(values.len(), nnz, "one value per entry of the pattern");

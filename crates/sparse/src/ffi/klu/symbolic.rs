@@ -9,27 +9,26 @@ use super::bindings::{klu_l_analyze, klu_l_free_symbolic, klu_l_symbolic};
 use super::{Failure, default_common};
 use crate::options::RawOptions;
 
-/// The analysis of one pattern, with the pattern.
+/// The analysis of one pattern, together with the pattern.
 pub(crate) struct RawSymbolic {
     pub(super) handle: NonNull<klu_l_symbolic>,
     column_pointers: Box<[i64]>,
     row_indices: Box<[i64]>,
     pub(super) options: RawOptions,
     structural_rank: i64,
-    /// klu_l_factor writes its revised size estimates into the symbolic object; all other
-    /// functions only read parts that no function writes. Held during klu_l_factor.
+    /// Held during klu_l_factor, which writes revised size estimates into the symbolic object. All other functions read
+    /// only parts that are never written.
     factor_lock: Mutex<()>,
 }
 
-// SAFETY: the handle is owned by this value and KLU keeps no thread-local state, so it may be used
-// and freed from any thread.
+// SAFETY: this value owns the handle, and KLU has no thread-local state, so any thread may use and free it.
 unsafe impl Send for RawSymbolic {}
-// SAFETY: the one KLU function that writes to the symbolic object (klu_l_factor) runs under
-// `factor_lock`; it writes `Lnz`, which no other function called here reads.
+// SAFETY: klu_l_factor is the only KLU function that writes to the symbolic object. It runs under `factor_lock` and
+// writes `Lnz`, which no other function called here reads.
 unsafe impl Sync for RawSymbolic {}
 
 impl RawSymbolic {
-    /// Analyses a compressed-column pattern.
+    /// Analyzes a compressed-column pattern.
     ///
     /// # Panics
     /// If the pattern is not square.
@@ -40,9 +39,8 @@ impl RawSymbolic {
         let row_indices = widened(pattern.minor_indices());
         let mut common = default_common();
         options.write_to(&mut common);
-        // SAFETY: both arrays are those of a square SparsityPattern, whose offsets rise from 0 to
-        // the number of entries and whose indices rise within a column and lie in 0..n; KLU reads
-        // them and does not keep them.
+        // SAFETY: the arrays come from a square SparsityPattern: offsets increase from 0 to the number of entries, and
+        // indices increase within a column and lie in 0..n. KLU reads the arrays and does not keep them.
         let handle = unsafe {
             klu_l_analyze(
                 n as i64,
@@ -94,7 +92,7 @@ impl RawSymbolic {
     }
 
     pub(super) fn lock(&self) -> MutexGuard<'_, ()> {
-        // The guarded data are KLU's, written by C code that cannot panic: poison means nothing.
+        // The guarded data belong to KLU, whose C code cannot panic, so a poisoned lock is harmless.
         self.factor_lock
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
@@ -105,12 +103,12 @@ impl Drop for RawSymbolic {
     fn drop(&mut self) {
         let mut common = default_common();
         let mut handle = self.handle.as_ptr();
-        // SAFETY: the handle came from klu_l_analyze and is freed here only.
+        // SAFETY: klu_l_analyze returned the handle, and it is freed only here.
         unsafe { klu_l_free_symbolic(&mut handle, &mut common) };
     }
 }
 
-/// Offsets or indices with the 64 bits of the C library; a length in memory always fits.
+/// Converts offsets or indices to the 64-bit integers of the C library.
 fn widened(indices: &[usize]) -> Box<[i64]> {
     indices.iter().map(|&i| i as i64).collect()
 }

@@ -1,19 +1,19 @@
-//! Where solves work.
+//! Workspace of solves.
 
 use super::analysis::Analysis;
 use crate::Scalar;
 use crate::row::Row;
 
-/// Workspace for rows of one width.
+/// Workspace for rows of one type.
 #[derive(Debug)]
-pub(super) struct Room<R> {
+pub(super) struct Workspace<R> {
     /// Right-hand sides, then solutions, in the order of elimination.
     pub(super) x: Vec<R>,
-    /// Those of a front.
+    /// Right-hand sides and solutions of one front.
     pub(super) gathered: Vec<R>,
 }
 
-impl<R> Default for Room<R> {
+impl<R> Default for Workspace<R> {
     fn default() -> Self {
         Self {
             x: Vec::new(),
@@ -22,7 +22,7 @@ impl<R> Default for Room<R> {
     }
 }
 
-impl<R: Copy> Room<R> {
+impl<R: Copy> Workspace<R> {
     pub(super) fn fit<T: Scalar>(&mut self, analysis: &Analysis)
     where
         R: Row<T>,
@@ -34,25 +34,25 @@ impl<R: Copy> Room<R> {
     }
 }
 
-/// Workspace for one right-hand side, and for several once there are any.
+/// Workspace for one right-hand side, and for several once they are used.
 #[derive(Debug)]
-pub(super) struct Rooms<T: Scalar> {
-    pub(super) one: Room<T>,
-    pub(super) two: Room<T::Columns<2>>,
-    pub(super) four: Room<T::Columns<4>>,
-    pub(super) eight: Room<T::Columns<8>>,
+pub(super) struct Workspaces<T: Scalar> {
+    pub(super) one: Workspace<T>,
+    pub(super) two: Workspace<T::Columns<2>>,
+    pub(super) four: Workspace<T::Columns<4>>,
+    pub(super) eight: Workspace<T::Columns<8>>,
 }
 
-impl<T: Scalar> Rooms<T> {
-    /// Room for one.
+impl<T: Scalar> Workspaces<T> {
+    /// Allocates workspace for one right-hand side.
     pub(super) fn new(analysis: &Analysis) -> Self {
-        let mut one = Room::default();
+        let mut one = Workspace::default();
         one.fit::<T>(analysis);
         Self {
             one,
-            two: Room::default(),
-            four: Room::default(),
-            eight: Room::default(),
+            two: Workspace::default(),
+            four: Workspace::default(),
+            eight: Workspace::default(),
         }
     }
 }

@@ -1,16 +1,16 @@
-//! Lists of indices, one after the other.
+//! Lists of indices in one array.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-/// The neighbours of each node of a graph, or whatever else comes in lists.
+/// Lists of indices stored one after the other, for example the neighbors of each node of a graph.
 #[derive(Debug, Clone)]
-pub(crate) struct Lanes {
+pub(crate) struct AdjacencyList {
     offsets: Vec<usize>,
     indices: Vec<u32>,
 }
 
-impl Lanes {
-    /// No list yet, with room for `n` of them.
+impl AdjacencyList {
+    /// Creates an empty collection with capacity for `n` lists.
     pub(crate) fn with_capacity(n: usize) -> Self {
         let mut offsets = Vec::with_capacity(n + 1);
         offsets.push(0);
@@ -24,7 +24,7 @@ impl Lanes {
         self.offsets.push(self.indices.len());
     }
 
-    /// The items of each of `n` lists from (list, item) pairs, which are gone through twice.
+    /// Groups (list, item) pairs into `n` lists. The iterator is traversed twice.
     pub(crate) fn group(n: usize, pairs: impl Iterator<Item = (usize, u32)> + Clone) -> Self {
         let mut offsets = vec![0; n + 1];
         for (list, _) in pairs.clone() {
@@ -42,11 +42,11 @@ impl Lanes {
         Self { offsets, indices }
     }
 
-    /// The pattern of A + Aᵀ without the diagonal, lists ascending.
+    /// Returns the pattern of A + Aᵀ without the diagonal. Each list is ascending.
     ///
     /// # Panics
-    /// If there are 2³² rows or more.
-    pub(crate) fn symmetrised(pattern: &SparsityPattern) -> Self {
+    /// If the pattern has 2³² rows or more.
+    pub(crate) fn symmetrized(pattern: &SparsityPattern) -> Self {
         let n = pattern.major_dim();
         assert!(u32::try_from(n).is_ok(), "fewer than 2^32 rows");
         let transposed = Self::group(n, pattern.entries().map(|(c, r)| (r, c as u32)));
@@ -60,17 +60,17 @@ impl Lanes {
         lanes
     }
 
-    /// The number of lists.
+    /// Number of lists.
     pub(crate) fn len(&self) -> usize {
         self.offsets.len() - 1
     }
 
-    /// List number `k`.
+    /// Returns list number `k`.
     pub(crate) fn lane(&self, k: usize) -> &[u32] {
         &self.indices[self.offsets[k]..self.offsets[k + 1]]
     }
 
-    /// Where each list begins and the last one ends.
+    /// Start of each list, and the end of the last one.
     pub(crate) fn offsets(&self) -> &[usize] {
         &self.offsets
     }
@@ -81,7 +81,7 @@ impl Lanes {
     }
 }
 
-/// Two ascending sequences as one, without repetitions.
+/// Merges two ascending sequences without duplicates.
 fn union(a: impl Iterator<Item = u32>, b: impl Iterator<Item = u32>) -> impl Iterator<Item = u32> {
     let (mut a, mut b) = (a.peekable(), b.peekable());
     std::iter::from_fn(move || match (a.peek(), b.peek()) {

@@ -1,5 +1,6 @@
-//! Solves with large fronts, by blocks of columns whose products are shared among threads. A front is cut the same
-//! way for any number of threads, and each number is computed by one: results are equal to the bit.
+//! Solves with large fronts, in blocks of columns whose products are shared among threads. A front is partitioned
+//! independently of the number of threads, and each value is computed by one thread, so results are bitwise
+//! reproducible.
 
 use pulp::{Arch, Simd, WithSimd};
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
@@ -9,24 +10,24 @@ use super::small::{solve_lower, solve_transposed, solve_upper, subtract_products
 use crate::Scalar;
 use crate::row::Row;
 
-/// Fronts with this many entries of L, or more, are shared: fewer are read in the time that waking a thread takes.
+/// Minimum number of entries of L for a shared solve. Smaller fronts are read faster than a thread wakes up.
 const LARGE: usize = 1 << 16;
-/// Columns of a block, whose triangle one thread solves.
+/// Number of columns of a block; one thread solves its triangle.
 const BLOCK: usize = 64;
-/// Rows below, or above, that one thread takes at once,
+/// Number of rows below or above a block that one thread processes at once.
 const ROWS: usize = 256;
-/// and columns whose scalar products it does.
+/// Number of columns whose scalar products one thread computes.
 const COLUMNS: usize = 8;
 
-/// Whether a front of `m` rows and `k` pivots is large enough for this.
+/// Returns whether a front of `m` rows and `k` pivots is large enough for a shared solve.
 #[inline(always)]
 pub(super) fn is_large(m: usize, k: usize) -> bool {
     m * k >= LARGE
 }
 
-/// A large front: its columns, `m` rows each, the first of them the pivots'.
+/// A large front: its columns of `m` rows each, starting with the pivot rows.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shared<'a, T> {
+pub(super) struct LargeFront<'a, T> {
     pub(super) panel: &'a [T],
     pub(super) m: usize,
     /// Whether to use the threads of the pool.
@@ -34,8 +35,8 @@ pub(super) struct Shared<'a, T> {
     pub(super) arch: Arch,
 }
 
-impl<T: Scalar> Shared<'_, T> {
-    /// y ← L⁻¹ y for the pivots, and `y` -= L y for the rows below them.
+impl<T: Scalar> LargeFront<'_, T> {
+    /// Computes y ← L⁻¹ y for the pivots, and subtracts L y from the rows of `y` below them.
     #[inline(never)]
     pub(super) fn lower<R: Row<T>>(&self, y: &mut [R]) {
         let k = self.panel.len() / self.m;
@@ -50,7 +51,7 @@ impl<T: Scalar> Shared<'_, T> {
         }
     }
 
-    /// y ← (Lᵀ)⁻¹ y for the pivots, the rest of `y` being what is known below them.
+    /// Computes y ← (Lᵀ)⁻¹ y for the pivots. The rest of `y` holds the known values below them.
     #[inline(never)]
     pub(super) fn lower_transposed<R: Row<T>>(&self, y: &mut [R]) {
         let k = self.panel.len() / self.m;
@@ -64,7 +65,7 @@ impl<T: Scalar> Shared<'_, T> {
         }
     }
 
-    /// y ← U⁻¹ (y - U x): `upper` has the rows of U right of the pivots', x.len() entries each.
+    /// Computes y ← U⁻¹ (y − U x). `upper` holds the rows of U to the right of the pivots, x.len() entries each.
     #[inline(never)]
     pub(super) fn upper<R: Row<T>>(&self, y: &mut [R], upper: &[T], x: &[R]) {
         if !x.is_empty() {
@@ -87,7 +88,7 @@ impl<T: Scalar> Shared<'_, T> {
         }
     }
 
-    /// Does `work` for pieces of `y`, `length` long: their first index and the piece.
+    /// Calls `work` for pieces of `y` of the given `length`, with the first index of each.
     fn share<R: Send>(&self, y: &mut [R], length: usize, work: impl Fn(usize, &mut [R]) + Sync) {
         match self.in_threads && y.len() > length {
             true => {
@@ -111,7 +112,7 @@ impl<T: Scalar> Shared<'_, T> {
     }
 }
 
-/// What is done with a block.
+/// The operation on a block.
 #[derive(Debug, Clone, Copy)]
 enum Step {
     /// [`solve_lower`].
@@ -126,7 +127,7 @@ enum Step {
     Columns,
 }
 
-/// One step, to be run with the processor's vector instructions.
+/// One operation, with vector instructions.
 struct Run<'a, T, R> {
     step: Step,
     y: &'a mut [R],
@@ -168,7 +169,7 @@ mod tests {
     const M: usize = 611;
     const K: usize = 157;
 
-    /// A front whose rows sum up to less than its pivots, and right-hand sides.
+    /// Returns a front that is diagonally dominant, and right-hand sides.
     fn front() -> (Vec<f64>, Vec<f64>) {
         let mut state = 1_u64;
         let mut draw = || {
@@ -179,10 +180,10 @@ mod tests {
         (panel, (0..M).map(|_| draw()).collect())
     }
 
-    /// The three solves of a front: by blocks, and then as small fronts do them.
+    /// Returns the three solves of a front, first in blocks and then with the kernels for small fronts.
     fn solve<R: Row<f64>>(y: &[R], in_threads: bool) -> [[Vec<R>; 3]; 2] {
         let (panel, upper) = (front().0, front().0);
-        let shared = Shared {
+        let shared = LargeFront {
             panel: &panel,
             m: M,
             in_threads,
@@ -205,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_in_threads_or_not_solve_as_small_fronts_do() {
+    fn solves_of_large_fronts_agree_with_the_small_kernels() {
         assert!(is_large(M, K));
         let (_, one) = front();
         let two: Vec<_> = one.iter().map(|&y| Reals::load(&[y, 1.0 - y])).collect();
@@ -224,7 +225,7 @@ mod tests {
         let wide = solve(&two, false)[0].each_ref().map(|rows| both(rows));
         let [in_threads, _] = pool.install(|| solve(&two, true));
         assert_eq!(in_threads.each_ref().map(|rows| both(rows)), wide);
-        // L is solved for in the same order; the other two sum M products in another.
+        // The solve with L has the same order of operations; the other two sum M products in a different order.
         assert_eq!(by_blocks[0], small[0]);
         for (step, (blocks, small)) in by_blocks.iter().zip(&small).enumerate() {
             for (a, b) in blocks.iter().zip(small) {
