@@ -11,6 +11,7 @@ use myovib_model::{
     Formulation, LinearSolver, MuscleDae, Settings, ida, paper, run as run_model, start_at_rest,
 };
 use myovib_sparse::SparseError;
+use myovib_sparse::SparseOptions;
 use myovib_sparse::klu::{Numeric, Symbolic};
 use serde::Serialize;
 

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use myovib_dae::Problem;
 use myovib_model::{Energies, ModelError, MuscleDae, Observer, Outcome, Probe, SampleTimes, Step};
 use myovib_sparse::SparseError;
+use myovib_sparse::SparseOptions;
 use myovib_sparse::klu::{RealNumeric, Symbolic};
 
 use super::cell::T_END;

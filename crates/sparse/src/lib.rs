@@ -2,7 +2,7 @@
 //!
 //! - [`supernodal`]: LU and LDLᵀ in dense blocks with fixed pivots, for matrices with a symmetric pattern.
 //! - [`pivoting`]: LU with pivoting for any sparse matrix. Uses the system's [`klu`] if the feature of that name is on
-//! and `vendored` is off, otherwise faer.
+//!   and `vendored` is off, otherwise faer.
 //! - [`SparseSystem`]: a supernodal factorization whose solutions are checked; switches to pivoting if necessary.
 //!
 //! All are [`Factorization`]s; an external [`engine`] can provide another one. The feature `metis` adds nested

@@ -10,7 +10,7 @@ use num_complex::Complex64;
 
 use super::tension::{TensionBlock, Tensions};
 use super::{
-    Condensation, Condensed, Elimination, LinearWork, Number, SparseSystem, Split, Splitting,
+    Condensation, Condensed, Elimination, LinearWork, Scalar, SparseSystem, Split, Splitting,
 };
 use crate::field::Field;
 use crate::matrix::{Matrix, Term};
@@ -69,7 +69,7 @@ impl Reduction {
     }
 
     /// What one matrix of numbers `T` and its factors will need; unknown if an engine factorises.
-    pub fn prediction<T: Number>(&self) -> Option<Prediction> {
+    pub fn prediction<T: Scalar>(&self) -> Option<Prediction> {
         match &self.body {
             ReductionOfBody::Condensed(_, elimination) => elimination.prediction::<T>(),
             ReductionOfBody::Split(_, eliminations) => {
@@ -87,7 +87,7 @@ impl Reduction {
     }
 
     /// A matrix with room for its factors.
-    pub fn matrix<T: Number>(&self) -> Reduced<T> {
+    pub fn matrix<T: Scalar>(&self) -> Reduced<T> {
         let body = match &self.body {
             ReductionOfBody::Condensed(plan, elimination) => {
                 let matrix = Condensed::new(plan.clone(), elimination.clone());
@@ -123,21 +123,21 @@ fn expect_each_taken(terms: Vec<(Field, Term)>, taken: &[(Field, Term)]) {
 
 /// The Newton matrix ∂F/∂y + c ∂F/∂ẏ, by way of a [`Reduction`].
 #[derive(Debug)]
-pub struct Reduced<T: Number> {
+pub struct Reduced<T: Scalar> {
     body: ReducedBody<T>,
     tensions: Option<Tensions<T>>,
 }
 
 /// The body's part of it.
 #[derive(Debug)]
-enum ReducedBody<T: Number> {
+enum ReducedBody<T: Scalar> {
     /// By elimination of velocities.
     Condensed(Box<Condensed<T>>),
     /// In two halves.
     Split(Box<Split<T>>),
 }
 
-impl<T: Number> Reduced<T> {
+impl<T: Scalar> Reduced<T> {
     /// The linear systems that are solved.
     pub(super) fn systems(&self) -> Vec<&SparseSystem<T>> {
         match &self.body {

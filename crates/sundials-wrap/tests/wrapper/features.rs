@@ -174,12 +174,12 @@ fn settings_reach_idas() {
         ..tolerance(1e-6)
     });
     assert!(strict.newton_iterations > plain.newton_iterations);
-    let klu = SparseOptions {
+    let sparse = SparseOptions {
         scaling: Scaling::None,
         ..SparseOptions::default()
     };
     let (_, unscaled_rows) = run(IdaOptions {
-        klu,
+        sparse,
         ..tolerance(1e-6)
     });
     assert!((unscaled_rows.steps as f64 / plain.steps as f64 - 1.0).abs() < 0.05);
