@@ -1,7 +1,7 @@
-//! The paper's chain of 20 oscillators under an 8 Hz forcing, from rest to its settled coherence.
+//! The paper's chain of 20 oscillators under an 8 Hz forcing, from rest to its steady coherence.
 //!
-//! The forcing stands in for the rod, which follows its load almost at once at 8 Hz: an amplitude
-//! of L/2 = 0.05 that grows as the paper's ramp does. Paper: section 3.1, Figure 3.
+//! The forcing replaces the rod, which follows its load almost instantly at 8 Hz, with an amplitude of L/2 = 0.05 that
+//! increases with the paper's ramp. Paper: section 3.1, Figure 3.
 //!
 //! `cargo run -p myovib-oscillators --example forced_chain`
 
@@ -67,7 +67,7 @@ fn rhs(network: &Network, c: f64, s: &[f64]) -> Vec<f64> {
     s_dot
 }
 
-/// One step of the classical method of order 4.
+/// Performs one step of the classical Runge–Kutta method of order 4.
 fn runge_kutta_step(
     network: &Network,
     forcing: &impl Fn(f64) -> f64,

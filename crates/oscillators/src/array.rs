@@ -1,6 +1,6 @@
-//! The plane array: the paper's "straightforward extension" of the chain.
+//! The plane array, which the paper calls the "straightforward extension" of the chain.
 
-use crate::chain::{Ends, line_neighbours};
+use crate::chain::{Ends, line_neighbors};
 use crate::drive::Reach;
 use crate::error::Error;
 use crate::network::{Coefficients, Network, Node};
@@ -10,16 +10,15 @@ const DIRECTIONS: usize = 2;
 
 /// A plane array of oscillators, with one equation per oscillator *and coordinate direction*.
 ///
-/// Each direction d obeys the chain's equation with neighbours along both axes,
+/// Each direction d obeys the chain's equation with neighbors along both axes,
 /// `ÿ + ω_n² y − μ (1 − y²) ẏ + a y³ − D_n/2 (y_east + y_west + y_north + y_south) + c_d(u) = 0`.
-/// Paper: section 1.2, after eq. (22), which names the extension without writing it. Every
-/// neighbour pulls with D_n/2 as in the chain, so an open N × 1 array is the open chain, once
-/// per direction.
+/// Paper: section 1.2, after eq. (22), which mentions the extension without writing it. Every neighbor couples with
+/// D_n/2 as in the chain, so an open N × 1 array equals two open chains, one per direction.
 ///
 /// # Shapes
-/// Oscillator (i, j), column i of row j, has the number `n = j · columns + i`; `omega` is ordered
-/// so. The network has `2 · columns · rows` scalar oscillators: all of the first direction, then
-/// all of the second ([`direction`](Self::direction)). The forcing has two components.
+/// Oscillator (i, j), column i of row j, has the index `n = j · columns + i`, the order of `omega`. The network has `2
+/// · columns · rows` scalar oscillators: all of the first direction, then all of the second
+/// ([`direction`](Self::direction)). The forcing has two components.
 ///
 /// # Units
 /// `omega` in rad/s.
@@ -38,7 +37,7 @@ const DIRECTIONS: usize = 2;
 /// };
 /// let network = array.network()?;
 /// assert_eq!(network.n_states(), 48);
-/// assert_eq!(network.forced_rows(0).count(), 10); // the rim: all but the two in the middle
+assert_eq!(network.forced_rows(0).count(), 10); // the rim: all except the two in the middle
 /// # Ok(())
 /// # }
 /// ```
@@ -54,12 +53,12 @@ pub struct Array {
     pub coefficients: Coefficients,
     /// Periodic or open, along both axes.
     pub ends: Ends,
-    /// The oscillators that the forcing reaches; the boundary is the rim.
+    /// Oscillators that the forcing acts on; the boundary is the rim.
     pub reach: Reach,
 }
 
 impl Array {
-    /// The equations of this array.
+    /// Returns the equations of this array.
     ///
     /// # Errors
     /// [`Error::ArrayFrequencies`], [`Error::NoOscillators`], [`Error::Frequency`],
@@ -80,8 +79,8 @@ impl Array {
         Network::new(&nodes, self.coefficients, DIRECTIONS)
     }
 
-    /// The scalar oscillators of one direction: their range in ω, in the positions and, shifted
-    /// by the number of scalar oscillators, in the velocities.
+    /// Returns the index range of the scalar oscillators of one direction, in ω and in the positions. Add the number of
+    /// scalar oscillators for the velocities.
     pub fn direction(&self, direction: usize) -> std::ops::Range<usize> {
         let n = self.columns * self.rows;
         direction * n..(direction + 1) * n
@@ -96,12 +95,12 @@ impl Array {
         } = *self;
         let (i, j) = (n % columns, n / columns);
         let number = |i: usize, j: usize| direction * columns * rows + j * columns + i;
-        let along_row = line_neighbours(i, columns, ends).map(|i| number(i, j));
-        let along_column = line_neighbours(j, rows, ends).map(|j| number(i, j));
+        let along_row = line_neighbors(i, columns, ends).map(|i| number(i, j));
+        let along_column = line_neighbors(j, rows, ends).map(|j| number(i, j));
         let on_rim = i == 0 || j == 0 || i + 1 == columns || j + 1 == rows;
         Node {
             omega: self.omega[n],
-            neighbours: along_row.chain(along_column).collect(),
+            neighbors: along_row.chain(along_column).collect(),
             channel: (self.reach == Reach::All || on_rim).then_some(direction),
         }
     }

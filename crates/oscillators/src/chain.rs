@@ -1,22 +1,22 @@
-//! The one-dimensional chain of the paper: a cross-section through the tissue.
+//! The one-dimensional chain of the paper, a cross-section through the tissue.
 
 use crate::drive::Reach;
 use crate::error::Error;
 use crate::network::{Coefficients, Network, Node};
 
-/// What the oscillators at the ends of the chain have as outer neighbours.
+/// Outer neighbors of the oscillators at the ends of a chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Ends {
-    /// y_0 = y_N and y_{N+1} = y_1, the paper's choice. With N = 2 the one neighbour pulls from
-    /// both sides; with N = 1 the oscillator is its own neighbour, so that a chain of identical
-    /// oscillators moves as this one does.
+    /// y_0 = y_N and y_{N+1} = y_1, as in the paper. For N = 2, the only neighbor couples from both sides; for N = 1,
+    /// the oscillator is its own neighbor. A chain of identical oscillators with equal initial values therefore moves
+    /// like a single one.
     #[default]
     Periodic,
-    /// y_0 = y_{N+1} = 0: nothing pulls from outside.
+    /// y_0 = y_{N+1} = 0: no coupling from outside.
     Open,
 }
 
-/// A chain of N oscillators with nearest-neighbour coupling, or as many of them as there are places.
+/// A chain of N oscillators with nearest-neighbor coupling, or one such chain at each of several points.
 ///
 /// `ÿ_n + ω_n² y_n − μ (1 − y_n²) ẏ_n + a y_n³ − D_n (y_{n+1} + y_{n−1})/2 + c(u) = 0`,
 /// `D_n = D ω_n`. Paper: eqs. (22), (24).
@@ -49,12 +49,12 @@ pub struct Chain {
     pub coefficients: Coefficients,
     /// Periodic or open.
     pub ends: Ends,
-    /// The oscillators that the forcing reaches; the boundary are the first and the last.
+    /// Oscillators that the forcing acts on; the boundary consists of the first and the last.
     pub reach: Reach,
 }
 
 impl Chain {
-    /// The equations of this chain.
+    /// Returns the equations of this chain.
     ///
     /// # Errors
     /// [`Error::NoOscillators`], [`Error::Frequency`], [`Error::Coefficient`].
@@ -62,12 +62,12 @@ impl Chain {
         self.network_at(1)
     }
 
-    /// The equations of chains at so many places, all of the same length: ω is that of the first
-    /// place, then of the second, …; each has its own component of the forcing.
+    /// Returns the equations of chains at `places` points, all of the same length. `omega` lists the frequencies of the
+    /// first point, then of the second, …; each chain has its own component of the forcing.
     ///
     /// # Errors
-    /// Those of [`network`](Self::network); [`Error::ArrayFrequencies`] when the frequencies are not
-    /// the same number at each place.
+    /// As for [`network`](Self::network), and [`Error::ArrayFrequencies`] if the number of frequencies is not a
+    /// multiple of `places`.
     pub fn network_at(&self, places: usize) -> Result<Network, Error> {
         let given = self.omega.len();
         let n = given / places.max(1);
@@ -83,10 +83,10 @@ impl Chain {
             .map(|number| {
                 let (place, k) = (number / n, number % n);
                 let reached = self.reach == Reach::All || k == 0 || k + 1 == n;
-                let neighbours = line_neighbours(k, n, self.ends);
+                let neighbors = line_neighbors(k, n, self.ends);
                 Node {
                     omega: self.omega[number],
-                    neighbours: neighbours.map(|k| place * n + k).collect(),
+                    neighbors: neighbors.map(|k| place * n + k).collect(),
                     channel: reached.then_some(place),
                 }
             })
@@ -95,9 +95,9 @@ impl Chain {
     }
 }
 
-/// The left and right neighbours of place `k` on a line of `n` places.
-pub(crate) fn line_neighbours(k: usize, n: usize, ends: Ends) -> impl Iterator<Item = usize> {
-    let inside = |neighbour: Option<usize>| neighbour.filter(|&m| m < n);
+/// Returns the left and right neighbors of position `k` on a line of `n` positions.
+pub(crate) fn line_neighbors(k: usize, n: usize, ends: Ends) -> impl Iterator<Item = usize> {
+    let inside = |neighbor: Option<usize>| neighbor.filter(|&m| m < n);
     let (left, right) = match ends {
         Ends::Periodic => (Some((k + n - 1) % n), Some((k + 1) % n)),
         Ends::Open => (inside(k.checked_sub(1)), inside(Some(k + 1))),

@@ -13,21 +13,20 @@ use crate::error::Error;
 /// A stream of pseudo-random numbers, uniform on [0, 1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Generator {
-    /// `matlab`: the Mersenne Twister MT19937 with 53-bit doubles, what MATLAB's `rand` gives. Its
-    /// default stream is seed 5489 (MATLAB writes `rng(0)` or `rng default` for it):
-    /// 0.8147…, 0.9058…, 0.1270…
+    /// `matlab`: the Mersenne Twister MT19937 with 53-bit doubles, as in MATLAB's `rand`. The default stream has seed
+    /// 5489 (`rng(0)` or `rng default` in MATLAB): 0.8147…, 0.9058…, 0.1270…
     #[default]
     Matlab,
-    /// `chacha8`: the stream cipher ChaCha with 8 rounds, seeded through `seed_from_u64`; the upper
-    /// 53 bits of each 64-bit word.
+    /// `chacha8`: the stream cipher ChaCha with 8 rounds, seeded by `seed_from_u64`; uses the upper 53 bits of each
+    /// 64-bit word.
     ChaCha8,
 }
 
 impl Generator {
-    /// All generators, in the order in which messages list them.
+    /// All generators, in the order of error messages.
     pub const ALL: [Self; 2] = [Self::Matlab, Self::ChaCha8];
 
-    /// The name under which a scene or a command asks for this generator.
+    /// Name of the generator in scenes and commands.
     pub fn name(self) -> &'static str {
         match self {
             Self::Matlab => "matlab",
@@ -35,7 +34,7 @@ impl Generator {
         }
     }
 
-    /// The first `n` numbers of the stream with this seed, each in [0, 1).
+    /// Returns the first `n` numbers of the stream with this seed, each in [0, 1).
     ///
     /// # Examples
     /// ```
@@ -62,7 +61,7 @@ impl Generator {
     }
 }
 
-/// A 53-bit integer as a double in [0, 1), exactly.
+/// Converts a 53-bit integer to a double in [0, 1), exactly.
 fn unit_interval(bits: u64) -> f64 {
     bits as f64 / (1_u64 << 53) as f64
 }
@@ -87,12 +86,12 @@ impl FromStr for Generator {
     }
 }
 
-/// Frequencies scattered around a centre: `ω_n = centre + ξ_n`, ξ_n uniform in ±`half_width`.
+/// Frequencies distributed around a center: `ω_n = center + ξ_n`, ξ_n uniform in ±`half_width`.
 ///
 /// Paper: section 3.1, ω_n = 16π + ξ_n with ξ_n from MATLAB's `rand`, mapped to the interval.
 ///
 /// # Units
-/// `centre` and `half_width` in rad/s.
+/// `center` and `half_width` in rad/s.
 ///
 /// # Examples
 /// ```
@@ -105,28 +104,27 @@ impl FromStr for Generator {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detuning {
-    /// The basic frequency in rad/s.
-    pub centre: f64,
+    /// Center frequency in rad/s.
+    pub center: f64,
     /// Half the width of the interval in rad/s; 0 makes all oscillators identical.
     pub half_width: f64,
-    /// Where the random numbers come from.
+    /// Generator of the random numbers.
     pub generator: Generator,
-    /// The seed of the generator.
+    /// Seed of the generator.
     pub seed: u32,
 }
 
 impl Detuning {
-    /// The seed of the Mersenne Twister's own default, and of MATLAB's.
+    /// Default seed of the Mersenne Twister and of MATLAB.
     pub const DEFAULT_SEED: u32 = Mt::DEFAULT_SEED;
 
-    /// The frequencies ω_1 … ω_N.
+    /// Returns the frequencies ω_1 … ω_N.
     ///
     /// # Errors
-    /// [`Error::NoOscillators`] for N = 0, [`Error::HalfWidth`] for a negative or non-finite
-    /// interval.
+    /// [`Error::NoOscillators`] for N = 0, [`Error::HalfWidth`] for a negative or non-finite half width.
     pub fn frequencies(&self, n: usize) -> Result<Vec<f64>, Error> {
         let Self {
-            centre,
+            center,
             half_width,
             generator,
             seed,
@@ -140,16 +138,16 @@ impl Detuning {
         let numbers = generator.uniform(seed, n);
         Ok(numbers
             .iter()
-            .map(|x| centre + half_width * (2.0 * x - 1.0))
+            .map(|x| center + half_width * (2.0 * x - 1.0))
             .collect())
     }
 }
 
 impl Default for Detuning {
-    /// The paper's section 3.1: 8 Hz ± 0.05 rad/s from MATLAB's default stream.
+    /// The values of the paper's section 3.1: 8 Hz ± 0.05 rad/s from MATLAB's default stream.
     fn default() -> Self {
         Self {
-            centre: 16.0 * PI,
+            center: 16.0 * PI,
             half_width: 0.05,
             generator: Generator::Matlab,
             seed: Self::DEFAULT_SEED,

@@ -1,12 +1,12 @@
-//! Where the tissue's displacement acts on the oscillators, and how strongly.
+//! Coupling from the tissue's displacement to the oscillators.
 
-/// The oscillators that the forcing reaches.
+/// Oscillators that the forcing acts on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Reach {
-    /// All of them: cells are tiny, so a cluster of them moves with the same point of the tissue.
+    /// All oscillators. Cells are tiny, so a cluster of them moves with a single point of the tissue.
     #[default]
     All,
-    /// Only those on the boundary: the first and the last of a chain, the rim of an array.
+    /// The boundary: the first and the last oscillator of a chain, the rim of an array.
     Boundary,
 }
 
@@ -15,17 +15,17 @@ pub enum Reach {
 /// `c(u) = γ u(ξ, t)`. Paper: eq. (24) and the formula after it.
 ///
 /// # Units
-/// `gain` in 1/s² per unit of displacement (the oscillators' own position has no unit).
+/// `gain` in 1/s² per unit of displacement (the position of an oscillator is dimensionless).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drive {
     /// γ.
     pub gain: f64,
-    /// The oscillators on which c(u) acts.
+    /// Oscillators that c(u) acts on.
     pub reach: Reach,
 }
 
 impl Default for Drive {
-    /// γ = 1 on all oscillators (the paper gives no value).
+    /// γ = 1 for all oscillators (the paper gives no value).
     fn default() -> Self {
         Self {
             gain: 1.0,
@@ -35,7 +35,7 @@ impl Default for Drive {
 }
 
 impl Drive {
-    /// The forcing c(u) = γ u for the displacement u of the tissue; its derivative is `gain`.
+    /// Returns the forcing c(u) = γ u for the displacement u of the tissue. Its derivative is `gain`.
     ///
     /// # Examples
     /// ```

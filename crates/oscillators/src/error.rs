@@ -1,70 +1,72 @@
-//! The one error type of this crate.
+//! The error type of this crate.
 
-/// What is wrong with the description of the oscillators.
+/// Invalid description of oscillators or of a measurement.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     /// N = 0.
-    #[error("at least one oscillator is needed, got N = 0")]
+    #[error("at least one oscillator is required, found N = 0")]
     NoOscillators,
-    /// ω_n enters as a divisor and must be a positive number.
-    #[error("oscillator {number}: the frequency must be positive and finite, got {value} rad/s")]
+    /// A natural frequency is not positive or not finite.
+    #[error("oscillator {number}: the frequency must be positive and finite, found {value} rad/s")]
     Frequency {
-        /// Number of the oscillator, counted from 1 as in the paper.
+        /// Number of the oscillator, starting at 1 as in the paper.
         number: usize,
-        /// The refused frequency in rad/s.
+        /// Frequency found, in rad/s.
         value: f64,
     },
-    /// A coefficient is not a finite number.
-    #[error("the coefficient {name} must be finite, got {value}")]
+    /// A coefficient is NaN or infinite.
+    #[error("coefficient {name} must be finite, found {value}")]
     Coefficient {
         /// Name of the coefficient.
         name: &'static str,
-        /// The refused value.
+        /// Value found.
         value: f64,
     },
-    /// The interval of the detuning is negative or not a number.
-    #[error("the half width of the frequency interval must be at least 0 and finite, got {value}")]
+    /// The half width of the frequency interval is negative or not finite.
+    #[error(
+        "the half width of the frequency interval must be non-negative and finite, found {value}"
+    )]
     HalfWidth {
-        /// The refused half width in rad/s.
+        /// Half width found, in rad/s.
         value: f64,
     },
-    /// No generator has this name.
-    #[error("unknown random generator \"{name}\"; allowed are {allowed}")]
+    /// Unknown name of a generator.
+    #[error("unknown random generator `{name}`; allowed: {allowed}")]
     UnknownGenerator {
-        /// The name asked for.
+        /// Requested name.
         name: String,
-        /// The names that exist.
+        /// Allowed names.
         allowed: String,
     },
-    /// The frequencies do not fill the array.
-    #[error("an array of {columns} × {rows} oscillators needs {} frequencies, got {given}",
+    /// The number of frequencies does not match the array.
+    #[error("an array of {columns} × {rows} oscillators requires {} frequencies, found {given}",
         columns.saturating_mul(*rows))]
     ArrayFrequencies {
         /// Oscillators along the first axis.
         columns: usize,
         /// Oscillators along the second axis.
         rows: usize,
-        /// Number of frequencies given.
+        /// Number of frequencies found.
         given: usize,
     },
-    /// A trailing window with too little in it.
-    #[error("the trailing window of {window} s holds {found} samples, at least 2 are needed")]
+    /// A trailing window contains fewer than two samples.
+    #[error("the trailing window of {window} s contains {found} samples; at least 2 are required")]
     Window {
         /// Length of the window in seconds.
         window: f64,
-        /// Number of samples inside.
+        /// Number of samples in the window.
         found: usize,
     },
-    /// The radius of a neighbourhood is not a positive number.
-    #[error("the radius of a neighbourhood must be positive and finite, got {value}")]
+    /// The radius of a neighborhood is not positive or not finite.
+    #[error("the radius of a neighborhood must be positive and finite, found {value}")]
     Radius {
-        /// The refused radius.
+        /// Radius found.
         value: f64,
     },
-    /// The smoothing radius would not smooth.
-    #[error("the smoothing radius must be positive and finite, got {value}")]
+    /// The smoothing radius is not positive or not finite.
+    #[error("the smoothing radius must be positive and finite, found {value}")]
     SmoothingRadius {
-        /// The refused radius.
+        /// Radius found.
         value: f64,
     },
 }

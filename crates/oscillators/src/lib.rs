@@ -1,19 +1,18 @@
-//! Chains and arrays of Van der Pol–Duffing oscillators, and how coherent they are.
+//! Chains and arrays of Van der Pol–Duffing oscillators, and measures of their coherence.
 //!
-//! This crate owns the microscale of the paper (section 1.2): the equations of the oscillators as
-//! residual and Jacobian blocks, the frequencies they start from, and the measures of coherence.
-//! It integrates nothing. A model stacks the blocks under those of a rod or a muscle, or hands
-//! them to an integrator alone.
+//! This crate contains the microscale of the paper (section 1.2): residual and Jacobian blocks of the oscillators,
+//! their natural frequencies, and the coherence measures. It contains no time integrator. A model combines the blocks
+//! with those of a rod or a muscle, or passes them to an integrator alone.
 //!
-//! # Cast of types
+//! # Types
 //! - [`Coefficients`]: μ, a and D of eq. (22), with the paper's values as default.
-//! - [`Chain`], [`Array`]: what the user describes: frequencies, ends, reach of the forcing.
-//! - [`Network`]: what both become: residual, Jacobian, coupling column.
-//! - [`Drive`]: the forcing c(u) = γ u and the oscillators it reaches.
+//! - [`Chain`], [`Array`]: user descriptions with frequencies, ends and the reach of the forcing.
+//! - [`Network`]: the equations of both: residual, Jacobian, coupling column.
+//! - [`Drive`]: the forcing c(u) = γ u and the oscillators it acts on.
 //! - [`Detuning`]: frequencies ω_n = ω + ξ_n drawn by a named, seeded [`Generator`].
-//! - [`Coherence`], [`Settled`], [`SmoothCoherence`]: Ψ and χ of eq. (23) at one time, over a
-//!   trailing window, and as a differentiable function of the states.
-//! - [`Neighbourhood`]: the coherence of places that are near each other.
+//! - [`Coherence`], [`Settled`], [`SmoothCoherence`]: Ψ and χ of eq. (23) at one time, statistics over a trailing
+//! window, and a differentiable coherence.
+//! - [`Neighborhood`]: the coherence of nearby places.
 //! - [`samples`]: systems with a known solution.
 //!
 //! # References
@@ -26,7 +25,7 @@ mod coherence;
 mod detuning;
 mod drive;
 mod error;
-mod neighbourhood;
+mod neighborhood;
 mod network;
 pub mod samples;
 mod settled;
@@ -39,7 +38,7 @@ pub use coherence::{Coherence, centroid_frequency, coherence_at, phasors};
 pub use detuning::{Detuning, Generator};
 pub use drive::{Drive, Reach};
 pub use error::Error;
-pub use neighbourhood::Neighbourhood;
+pub use neighborhood::Neighborhood;
 pub use network::{Coefficients, Network};
 pub use settled::Settled;
 pub use smooth::SmoothCoherence;

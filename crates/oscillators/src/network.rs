@@ -1,8 +1,8 @@
 //! Coupled oscillators as residual and Jacobian blocks on slices.
 //!
-//! [`Network`] is the common ground of the chain and the array: a list of scalar oscillators, each
-//! with its frequency, its neighbours and the forcing that reaches it. It knows no geometry
-//! (note [0001](crate::notes::one_network)).
+//! [`Network`] is the common form of the chain and the array: a list of scalar oscillators, each with its frequency,
+//! its neighbors and the component of the forcing that acts on it. It has no geometry (note
+//! [0001](crate::notes::one_network)).
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -11,21 +11,21 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::error::Error;
 
-/// The coefficients that all oscillators share.
+/// Coefficients shared by all oscillators.
 ///
 /// Paper: eq. (22), where D_n = D ω_n.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coefficients {
-    /// μ of Van der Pol's damping −μ (1 − y²) ẏ, in 1/s.
+    /// μ of the Van der Pol damping −μ (1 − y²) ẏ, in 1/s.
     pub vdp_mu: f64,
-    /// a of Duffing's stiffening a y³, in 1/s².
+    /// a of the Duffing stiffness a y³, in 1/s².
     pub duffing: f64,
-    /// D of the coupling to the neighbours, in 1/s.
+    /// D of the coupling to neighbors, in 1/s.
     pub coupling: f64,
 }
 
 impl Default for Coefficients {
-    /// The paper's section 3: μ = 2, a = 0, D = 3.
+    /// The values of the paper's section 3: μ = 2, a = 0, D = 3.
     fn default() -> Self {
         Self {
             vdp_mu: 2.0,
@@ -35,33 +35,33 @@ impl Default for Coefficients {
     }
 }
 
-/// One scalar oscillator of a network, as its builder describes it.
+/// One scalar oscillator of a network.
 pub(crate) struct Node {
     pub(crate) omega: f64,
-    /// One entry per pull of D_n/2; an oscillator that is a neighbour twice is listed twice.
-    pub(crate) neighbours: Vec<usize>,
-    /// Which component of the forcing reaches this oscillator, if any.
+    /// Neighbors, each with the coupling D_n/2. A neighbor on both sides is listed twice.
+    pub(crate) neighbors: Vec<usize>,
+    /// Component of the forcing that acts on this oscillator.
     pub(crate) channel: Option<usize>,
 }
 
-/// One pull: oscillator `on` feels `D_n/2` times the position of `by`.
+/// One coupling term: the position of `by` enters the equation of `on` with the factor `D_n/2`.
 #[derive(Debug, Clone)]
 struct Pull {
     on: usize,
     by: usize,
     slot: usize,
-    /// In the stiffness.
+    /// Position in the values of the stiffness.
     stiffness: usize,
 }
 
-/// Places of one oscillator's own entries in the compressed columns of the Jacobian.
+/// Positions of one oscillator's own entries in the values of the Jacobian.
 #[derive(Debug, Clone)]
 struct Slots {
     kinematic_position: usize,
     kinematic_velocity: usize,
     momentum_position: usize,
     momentum_velocity: usize,
-    /// In those of the stiffness.
+    /// Position in the values of the stiffness.
     stiffness: usize,
 }
 
@@ -71,15 +71,14 @@ struct Slots {
 ///
 /// ```text
 /// row n:      ẏ_n − w_n
-/// row N + n:  ẇ_n + ω_n² y_n − μ (1 − y_n²) w_n + a y_n³ − D ω_n/2 Σ y_m + c,   m neighbour of n
+/// row N + n:  ẇ_n + ω_n² y_n − μ (1 − y_n²) w_n + a y_n³ − D ω_n/2 Σ y_m + c,   m neighbor of n
 /// ```
 ///
-/// Paper: eqs. (22), (24). F has no explicit time and is an ODE: ∂F/∂ṡ = I, so that
-/// ṡ = −F(s, 0; c).
+/// Paper: eqs. (22), (24). F does not depend explicitly on time, and ∂F/∂ṡ = I, so ṡ = −F(s, 0; c).
 ///
 /// # Shapes
-/// States, derivatives and residuals have length `2 N`. The forcing has one component per
-/// direction: one for a chain, two for a plane array.
+/// States, derivatives and residuals have length `2 N`. The forcing has one component per direction: one for a chain,
+/// two for a plane array.
 ///
 /// # Examples
 /// ```
@@ -104,7 +103,7 @@ pub struct Network {
     omega: Vec<f64>,
     coefficients: Coefficients,
     channels: Vec<Option<usize>>,
-    /// The rows that each component of the forcing reaches.
+    /// Rows that each component of the forcing acts on.
     forced: Vec<Vec<usize>>,
     pulls: Vec<Pull>,
     slots: Vec<Slots>,
@@ -113,7 +112,7 @@ pub struct Network {
 }
 
 impl Network {
-    /// Checks the description and lays out the Jacobian.
+    /// Validates the nodes and builds the Jacobian pattern.
     pub(crate) fn new(
         nodes: &[Node],
         coefficients: Coefficients,
@@ -126,7 +125,7 @@ impl Network {
         let mut forced = vec![Vec::new(); n_channels];
         for (k, node) in nodes.iter().enumerate() {
             if let Some(channel) = node.channel {
-                // `reached` counts on it.
+                // `reached` relies on this order.
                 debug_assert_eq!(
                     channel,
                     k / (n / n_channels),
@@ -147,7 +146,7 @@ impl Network {
         let pulls = nodes
             .iter()
             .enumerate()
-            .flat_map(|(on, node)| node.neighbours.iter().map(move |&by| (on, by)))
+            .flat_map(|(on, node)| node.neighbors.iter().map(move |&by| (on, by)))
             .map(|(on, by)| Pull {
                 on,
                 by,
@@ -167,7 +166,7 @@ impl Network {
         })
     }
 
-    /// Number of scalar oscillators N: half the number of states.
+    /// Number of scalar oscillators N, half the number of states.
     pub fn n_oscillators(&self) -> usize {
         self.omega.len()
     }
@@ -182,7 +181,7 @@ impl Network {
         self.forced.len()
     }
 
-    /// The natural frequencies ω_n, one per scalar oscillator.
+    /// Returns the natural frequencies ω_n of the scalar oscillators.
     ///
     /// # Units
     /// rad/s
@@ -190,16 +189,16 @@ impl Network {
         &self.omega
     }
 
-    /// The rows of the residual to which component `channel` of the forcing is added.
+    /// Returns the rows of the residual that contain component `channel` of the forcing.
     ///
-    /// This is the coupling column: ∂F/∂c is 1 in these rows and 0 elsewhere. A model adds
-    /// `a · γ · ∂u/∂q` there, with the gain γ of its [`Drive`](crate::Drive).
+    /// They define the coupling column: ∂F/∂c is 1 in these rows and 0 elsewhere. A model adds `a · γ · ∂u/∂q` there,
+    /// with the gain γ of its [`Drive`](crate::Drive).
     pub fn forced_rows(&self, channel: usize) -> impl Iterator<Item = usize> + '_ {
         self.forced[channel].iter().copied()
     }
 
-    /// The oscillators that component `channel` of the forcing reaches, directly or through their
-    /// neighbours: no other component does.
+    /// Returns the oscillators that component `channel` of the forcing influences, directly or through neighbors. No
+    /// other component influences them.
     pub fn reached(&self, channel: usize) -> Range<usize> {
         let n = self.n_oscillators() / self.n_channels();
         channel * n..(channel + 1) * n
@@ -212,7 +211,7 @@ impl Network {
     /// [`n_channels`](Self::n_channels).
     ///
     /// # Panics
-    /// When a slice has another length.
+    /// If a slice has the wrong length.
     pub fn residual(&self, s: &[f64], s_dot: &[f64], forcing: &[f64], residual: &mut [f64]) {
         let n = self.n_oscillators();
         assert_eq!(s.len(), 2 * n, "states");
@@ -241,9 +240,9 @@ impl Network {
         }
     }
 
-    /// The compressed-column pattern of `a ∂F/∂s + b ∂F/∂ṡ` (major dimension: columns).
+    /// Returns the compressed-column pattern of `a ∂F/∂s + b ∂F/∂ṡ` (major dimension: columns).
     ///
-    /// It does not depend on the coefficients: an entry that is zero for D = 0 is still there.
+    /// It does not depend on the coefficients; entries that vanish for D = 0 are included.
     pub fn jacobian_pattern(&self) -> &SparsityPattern {
         &self.pattern
     }
@@ -251,8 +250,7 @@ impl Network {
     /// Evaluates `a ∂F/∂s + b ∂F/∂ṡ` into `values`, in the order of the pattern.
     ///
     /// # Panics
-    /// When `s` has not the length [`n_states`](Self::n_states) or `values` not one entry per
-    /// entry of the pattern.
+    /// If `s` or `values` has the wrong length.
     pub fn jacobian(&self, s: &[f64], a: f64, b: f64, values: &mut [f64]) {
         let n = self.n_oscillators();
         assert_eq!(s.len(), 2 * n, "states");
@@ -271,23 +269,23 @@ impl Network {
         }
     }
 
-    /// The compressed-column pattern of the stiffness K, N × N, whose entries
-    /// [`linearise`](Self::linearise) gives.
+    /// Returns the compressed-column pattern of the N × N stiffness K, which [`linearize`](Self::linearize) evaluates.
     pub fn stiffness_pattern(&self) -> &SparsityPattern {
         &self.stiffness_pattern
     }
 
-    /// Where the entries of the diagonal stand in the [`stiffness_pattern`](Self::stiffness_pattern).
+    /// Returns the positions of the diagonal entries in the [`stiffness_pattern`](Self::stiffness_pattern).
     pub fn stiffness_diagonal(&self) -> impl Iterator<Item = usize> + '_ {
         self.slots.iter().map(|slots| slots.stiffness)
     }
 
-    /// Evaluates what [`jacobian`](Self::jacobian) is made of, the rows N + n of ∂F/∂s: the stiffness K, by
-    /// the positions, in the order of its pattern, and the diagonal of the damping, by the velocities.
+    /// Evaluates the rows N + n of ∂F/∂s, from which [`jacobian`](Self::jacobian) is composed: the stiffness K
+    /// (derivatives with respect to positions, in the order of its pattern) and the diagonal of the damping matrix
+    /// (with respect to velocities).
     ///
     /// # Panics
-    /// When a slice has another length than the states, the entries of K and the oscillators have.
-    pub fn linearise(&self, s: &[f64], stiffness: &mut [f64], damping: &mut [f64]) {
+    /// If a slice has the wrong length.
+    pub fn linearize(&self, s: &[f64], stiffness: &mut [f64], damping: &mut [f64]) {
         let n = self.n_oscillators();
         assert_eq!(s.len(), 2 * n, "states");
         assert_eq!(stiffness.len(), self.stiffness_pattern.nnz(), "stiffness");
@@ -302,7 +300,7 @@ impl Network {
         }
     }
 
-    /// ∂F/∂y and ∂F/∂w of oscillator n's momentum row by its own state.
+    /// Returns ∂F/∂y and ∂F/∂w of the oscillator's momentum row with respect to its own state.
     fn own_slopes(&self, oscillator: usize, y: f64, w: f64) -> [f64; 2] {
         let Coefficients {
             vdp_mu, duffing, ..
@@ -312,7 +310,7 @@ impl Network {
         [restoring + damping_slope, -vdp_mu * (1.0 - y.powi(2))]
     }
 
-    /// D_n/2 = D ω_n/2, the pull of one neighbour on oscillator n.
+    /// Returns D_n/2 = D ω_n/2, the coupling factor of one neighbor of oscillator n.
     fn pull_strength(&self, oscillator: usize) -> f64 {
         0.5 * self.coefficients.coupling * self.omega[oscillator]
     }
@@ -348,24 +346,25 @@ fn check(nodes: &[Node], coefficients: &Coefficients) -> Result<(), Error> {
     }
 }
 
-/// Where an entry stands that the `pattern` has.
+/// Returns the position of an existing entry of `pattern`.
 fn slot(pattern: &SparsityPattern, row: usize, column: usize) -> usize {
     let within = pattern.lane(column).binary_search(&row);
-    pattern.major_offsets()[column] + within.expect("the pattern lists every entry asked for")
+    pattern.major_offsets()[column] + within.expect("the entry is in the pattern")
 }
 
-/// Column m of the stiffness: oscillator m and those it pulls on.
+/// Column m of the stiffness contains oscillator m and its neighbors.
 fn stiffness_pattern(nodes: &[Node]) -> SparsityPattern {
     let mut columns: Vec<BTreeSet<usize>> = (0..nodes.len()).map(|k| BTreeSet::from([k])).collect();
     for (on, node) in nodes.iter().enumerate() {
-        for &by in &node.neighbours {
+        for &by in &node.neighbors {
             columns[by].insert(on);
         }
     }
     compressed(columns.len(), columns)
 }
 
-/// Column y_m: its kinematic row, and the momentum rows of column m of the `stiffness`; column w_m: its two rows.
+/// Column y_m contains its kinematic row and the momentum rows of column m of the `stiffness`; column w_m contains its
+/// two rows.
 fn jacobian_pattern(stiffness: &SparsityPattern) -> SparsityPattern {
     let n = stiffness.major_dim();
     let by_position = (0..n).map(|m| {
@@ -376,7 +375,7 @@ fn jacobian_pattern(stiffness: &SparsityPattern) -> SparsityPattern {
     compressed(2 * n, by_position.chain(by_velocity))
 }
 
-/// The pattern of a square matrix with these ordered rows in its columns.
+/// Builds the pattern of a square matrix from the ascending rows of its columns.
 fn compressed<C: IntoIterator<Item = usize>>(
     n: usize,
     columns: impl IntoIterator<Item = C>,
@@ -387,5 +386,5 @@ fn compressed<C: IntoIterator<Item = usize>>(
         offsets.push(rows.len());
     }
     SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows)
-        .expect("ordered rows below n make a pattern")
+        .expect("ascending rows below n form a pattern")
 }

@@ -1,4 +1,4 @@
-//! Systems with a known solution, to test integrators and models with.
+//! Systems with known solutions, for tests of integrators and models.
 
 use std::f64::consts::TAU;
 
@@ -8,10 +8,10 @@ use crate::chain::{Chain, Ends};
 use crate::drive::Reach;
 use crate::network::Coefficients;
 
-/// Van der Pol's oscillator `ÿ − μ (1 − y²) ẏ + ω² y = 0` as a chain of one.
+/// Returns Van der Pol's oscillator `ÿ − μ (1 − y²) ẏ + ω² y = 0` as a chain of one.
 ///
-/// With frequency ω its limit cycle has the amplitude A(μ/ω) and the period T(μ/ω)/ω of the
-/// oscillator with ω = 1.
+/// With frequency ω, its limit cycle has the amplitude A(μ/ω) and the period T(μ/ω)/ω, where A and T are those for ω =
+/// 1.
 pub fn van_der_pol(vdp_mu: f64, omega: f64) -> Chain {
     Chain {
         omega: vec![omega],
@@ -25,26 +25,26 @@ pub fn van_der_pol(vdp_mu: f64, omega: f64) -> Chain {
     }
 }
 
-/// A travelling wave of small amplitude on a free periodic chain of identical oscillators.
+/// A traveling wave of small amplitude on a free periodic chain of identical oscillators.
 ///
-/// While y² ≪ 1 the chain is linear, and `y_n(t) = Re(a exp(λ t + 2πi k n/N))`, n = 0 … N−1, with
-/// `λ² − μ λ + Ω² = 0`, `Ω² = ω² − D ω cos(2πk/N)`. Every wave grows like e^{μt/2}.
+/// For y² ≪ 1 the chain is linear, and `y_n(t) = Re(a exp(λ t + 2πi k n/N))`, n = 0 … N−1, with `λ² − μ λ + Ω² = 0`,
+/// `Ω² = ω² − D ω cos(2πk/N)`. Every wave grows like e^{μt/2}.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChainMode {
     /// Number of oscillators N.
     pub n_oscillators: usize,
     /// Wave number k.
     pub wave_number: usize,
-    /// Natural frequency ω in rad/s, the same for all.
+    /// Natural frequency ω of all oscillators in rad/s.
     pub omega: f64,
-    /// μ and D; the Duffing term is not seen at small amplitude.
+    /// μ and D; the Duffing term is negligible at small amplitude.
     pub coefficients: Coefficients,
     /// Amplitude a at t = 0.
     pub amplitude: f64,
 }
 
 impl ChainMode {
-    /// The chain that carries the wave.
+    /// Returns the chain that carries the wave.
     pub fn chain(&self) -> Chain {
         Chain {
             omega: vec![self.omega; self.n_oscillators],
@@ -54,18 +54,18 @@ impl ChainMode {
         }
     }
 
-    /// Ω² of the wave, in rad²/s².
+    /// Returns Ω² of the wave, in rad²/s².
     pub fn squared_frequency(&self) -> f64 {
         self.omega.powi(2) - self.coefficients.coupling * self.omega * self.phase_step().cos()
     }
 
-    /// λ = μ/2 + i sqrt(Ω² − μ²/4), in 1/s.
+    /// Returns λ = μ/2 + i sqrt(Ω² − μ²/4), in 1/s.
     pub fn exponent(&self) -> Complex64 {
         let half_mu = self.coefficients.vdp_mu / 2.0;
         half_mu + Complex64::from(half_mu.powi(2) - self.squared_frequency()).sqrt()
     }
 
-    /// The states (y, w) of the chain at time t.
+    /// Returns the states (y, w) of the chain at time t.
     pub fn states(&self, t: f64) -> Vec<f64> {
         let lambda = self.exponent();
         let wave = |n: usize| {

@@ -1,4 +1,4 @@
-//! What a recorded quantity settles to: its mean and spread over a trailing window.
+//! Statistics of a recorded quantity over a trailing window.
 
 use serde::Serialize;
 
@@ -6,8 +6,8 @@ use crate::error::Error;
 
 /// Mean, range and standard deviation of a quantity over the last part of a recording.
 ///
-/// Mean and deviation are time averages (trapezoidal rule), so that they do not depend on where
-/// the samples lie, only on how well these resolve the quantity.
+/// Mean and standard deviation are time averages (trapezoidal rule). They do not depend on the sampling times, provided
+/// that the samples resolve the quantity.
 ///
 /// # Examples
 /// ```
@@ -35,17 +35,17 @@ pub struct Settled {
 }
 
 impl Settled {
-    /// The settled value over the samples of the last `window` seconds.
+    /// Computes the statistics of the samples in the last `window` seconds.
     ///
     /// # Shapes
     /// `t` (ascending) and `values` have the same length.
     ///
     /// # Errors
-    /// [`Error::Window`] when fewer than two samples, or no time, lie in the window; none lie in one
-    /// whose length is no number.
+    /// [`Error::Window`] if the window contains fewer than two samples or has no duration. A NaN window contains no
+    /// samples.
     ///
     /// # Panics
-    /// When the lengths differ.
+    /// If the lengths differ.
     pub fn over_window(t: &[f64], values: &[f64], window: f64) -> Result<Self, Error> {
         assert_eq!(t.len(), values.len(), "one value per time");
         let before = |time: &f64| match t.last() {

@@ -1,19 +1,19 @@
-//! A phase coherence that can be differentiated, also at rest.
+//! A differentiable phase coherence, also defined at rest.
 //!
-//! A tissue whose stiffness depends on the coherence needs |χ| and its derivative inside Newton's
-//! method. |χ| has neither at rest, so the radii are rounded off.
+//! If the stiffness of a tissue depends on the coherence, Newton's method needs |χ| and its derivative. Neither exists
+//! at rest, so the radii are smoothed.
 
 use num_complex::Complex64;
 
 use crate::coherence::{mean, phasors};
 use crate::error::Error;
 
-/// The squared phase coherence with rounded radii, and its gradient.
+/// The squared phase coherence with smoothed radii, and its gradient.
 ///
-/// `S = |χ_ε|²`, `χ_ε = (1/N) Σ z_n / sqrt(|z_n|² + ε²)`, `z_n = y_n + i ẏ_n/ω_n`. S is smooth for
-/// all states, 0 at rest, and tends to |χ|² of eq. (23) as ε → 0: a radius r counts as
-/// 1 − ε²/(2r²) + … The paper asks for such a measure (section 1.3, two-way coupling) but gives
-/// none. The square is what is smooth: |χ_ε| itself has a kink where it vanishes.
+/// `S = |χ_ε|²`, `χ_ε = (1/N) Σ z_n / sqrt(|z_n|² + ε²)`, `z_n = y_n + i ẏ_n/ω_n`. S is smooth for all states, 0 at
+/// rest, and tends to |χ|² of eq. (23) as ε → 0: a radius r contributes 1 − ε²/(2r²) + … The paper mentions the need
+/// for such a measure (section 1.3, two-way coupling) but does not define one. The square is smooth, whereas |χ_ε| has
+/// a kink at its zeros.
 ///
 /// # Examples
 /// ```
@@ -31,7 +31,7 @@ pub struct SmoothCoherence {
 }
 
 impl SmoothCoherence {
-    /// With the smoothing radius ε, in the unit of the oscillators' positions.
+    /// Creates the measure with the smoothing radius ε, in the unit of the oscillators' positions.
     ///
     /// # Errors
     /// [`Error::SmoothingRadius`] unless ε is positive and finite.
@@ -43,18 +43,18 @@ impl SmoothCoherence {
         }
     }
 
-    /// S for frequencies `omega`, positions `y` and velocities `w`.
+    /// Returns S for frequencies `omega`, positions `y` and velocities `w`.
     ///
     /// # Panics
-    /// When there is no oscillator or the lengths differ.
+    /// If there is no oscillator or the lengths differ.
     pub fn squared(&self, omega: &[f64], y: &[f64], w: &[f64]) -> f64 {
         self.order_parameter(omega, y, w).norm_sqr()
     }
 
-    /// ∂S/∂y and ∂S/∂w into `by_position` and `by_velocity`, overwriting them.
+    /// Evaluates ∂S/∂y and ∂S/∂w into `by_position` and `by_velocity`, overwriting them.
     ///
     /// # Panics
-    /// When there is no oscillator or the lengths differ.
+    /// If there is no oscillator or the lengths differ.
     pub fn gradient(
         &self,
         omega: &[f64],

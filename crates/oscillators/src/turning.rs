@@ -1,27 +1,26 @@
-//! The mean frequency of a recorded centroid, by counting its turns.
+//! Mean frequency of a recorded centroid, from its accumulated rotation angle.
 
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
 
-/// The mean frequency in Hz of a centroid sampled at times `t`, positive in the oscillators'
-/// natural (clockwise) sense; `None` unless Ψ ≠ 0 at two times.
+/// Returns the mean frequency in Hz of a centroid sampled at times `t`, positive for the natural (clockwise) sense of
+/// rotation; `None` unless Ψ ≠ 0 at two times.
 ///
-/// `f = −(Θ_end − Θ_start)/(2π (t_end − t_start))` with Θ = arg Ψ continued from sample to sample.
-/// Where Ψ passes by 0, Θ makes half a turn faster than any sampling, so that a mean of sampled
-/// instantaneous frequencies misses it; the continued angle does not. It is continued in the frame
-/// that turns with the motion, at the rate `arg Σ conj(Ψ_k) Ψ_{k+1}` per step, in which the
-/// centroid moves slowly and on its short way: there the sense of a passage is the true one.
-/// Samples at which Ψ = 0 have no angle and are passed over.
+/// `f = −(Θ_end − Θ_start)/(2π (t_end − t_start))` with Θ = arg Ψ unwrapped from sample to sample. If Ψ passes near 0,
+/// Θ changes by half a revolution faster than any sampling, which a mean of sampled instantaneous frequencies misses;
+/// the unwrapped angle does not. The angle is unwrapped in a frame that rotates with the motion, at the rate `arg Σ
+/// conj(Ψ_k) Ψ_{k+1}` per step. In this frame the centroid moves slowly, so the sense of a passage is detected
+/// correctly. Samples with Ψ = 0 have no angle and are skipped.
 ///
 /// # Shapes
 /// `t` (ascending, evenly spaced) and `centroid` have the same length.
 ///
 /// # Units
-/// s, Hz. Half a turn per sample is the fastest motion resolved.
+/// s, Hz. The fastest resolved motion is half a revolution per sample.
 ///
 /// # Panics
-/// When the lengths differ.
+/// If the lengths differ.
 ///
 /// # Examples
 /// ```
@@ -57,12 +56,12 @@ pub fn mean_frequency(t: &[f64], centroid: &[Complex64]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// A drive of 8 Hz and a free motion of 7.75 Hz with `ratio` of its strength, from 3 s to 23 s.
+    /// A forced motion of 8 Hz plus a free motion of 7.75 Hz with `ratio` of its amplitude, from 3 s to 23 s.
     fn beats(ratio: f64) -> (Vec<f64>, Vec<Complex64>) {
         let t: Vec<f64> = (300..=2300).map(|k| 0.01 * f64::from(k)).collect();
         let turning = |frequency: f64, t: f64| Complex64::cis(-TAU * frequency * t);
-        // The phase puts the passages by 0 in the middle between samples, where the angle jumps by
-        // nearly half a turn: with the motion's own 0.08 turns by more, if it is not in its frame.
+        // The phase puts the passages near 0 midway between samples, where the angle jumps by nearly half a revolution,
+        // or by 0.08 revolutions more outside the rotating frame.
         let phase = 0.25 * 0.005 / 7.75;
         let centroid = t
             .iter()
@@ -71,10 +70,10 @@ mod tests {
         (t, centroid)
     }
 
-    /// The stronger part has the centroid, however close it comes to 0 between samples: five
-    /// beats end with the angle they began with, in its frame, but for rounding.
+    /// The stronger component determines the frequency, however close the centroid comes to 0 between samples. Five
+    /// beats end at the initial angle in its frame, except for rounding.
     #[test]
-    fn a_passage_by_zero_between_samples_keeps_its_half_turn() {
+    fn a_passage_near_zero_between_samples_counts_half_a_revolution() {
         for (ratio, expected) in [(0.9999, 8.0), (1.0001, 7.75), (0.5, 8.0)] {
             let (t, centroid) = beats(ratio);
             let found = mean_frequency(&t, &centroid).unwrap();
@@ -83,11 +82,11 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_at_zero_is_passed_over() {
+    fn a_zero_sample_is_skipped() {
         let (t, mut centroid) = beats(0.5);
         centroid[0] = Complex64::ZERO;
         centroid[700] = Complex64::ZERO;
-        // The beat now begins a sample later: 0.01 s of an angle that sways by asin 0.5.
+        // The beat now begins one sample later: 0.01 s of an angle that oscillates by asin 0.5.
         let found = mean_frequency(&t, &centroid).unwrap();
         assert!(
             (found - 8.0).abs() < 0.5_f64.asin() / TAU / 19.99,

@@ -50,7 +50,7 @@ impl Networks {
     pub(super) fn linearise<B: Problem>(&mut self, dae: &CoupledDae<B>, y: &[f64]) {
         for (k, own) in self.0.iter_mut().enumerate() {
             let network = dae.oscillators(k).network();
-            network.linearise(&y[dae.range(k)], &mut own.stiffness, &mut own.damping);
+            network.linearize(&y[dae.range(k)], &mut own.stiffness, &mut own.damping);
         }
     }
 

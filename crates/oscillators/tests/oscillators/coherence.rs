@@ -1,10 +1,10 @@
-//! The measures of coherence: identities, limits, derivatives.
+//! Coherence measures: identities, limits, derivatives.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::common::random;
 use myovib_oscillators::{
-    Coherence, Error, Neighbourhood, Settled, SmoothCoherence, centroid_frequency, coherence_at,
+    Coherence, Error, Neighborhood, Settled, SmoothCoherence, centroid_frequency, coherence_at,
 };
 use num_complex::Complex64;
 
@@ -42,7 +42,7 @@ fn an_oscillator_at_rest_has_no_phase() {
         Coherence::new(&[50.0], &[0.0], &[0.0]).phase,
         Complex64::ZERO
     );
-    // Tiny is not at rest.
+    // A tiny radius is different from rest.
     assert_eq!(Coherence::new(&[50.0], &[1e-200], &[0.0]).phase.re, 1.0);
 }
 
@@ -75,7 +75,7 @@ fn the_frequency_is_the_turning_of_the_phase() {
     let h = 1e-6;
     let turning = -(argument(h) - argument(-h)) / (2.0 * h) / TAU;
     let measured = centroid_frequency(&omega, &y, &w, &w_dot).unwrap();
-    // h² Θ'''/6 ≈ 1e-12 · 50³/6 and ε/h ≈ 1e-10, relative to some Hz.
+    // h² Θ'''/6 ≈ 1e-12 · 50³/6 and ε/h ≈ 1e-10, relative to a few Hz.
     assert!(
         (turning - measured).abs() < 1e-6 * measured.abs().max(1.0),
         "{turning} {measured}"
@@ -83,7 +83,7 @@ fn the_frequency_is_the_turning_of_the_phase() {
 }
 
 #[test]
-fn a_settled_value_is_a_time_average() {
+fn window_statistics_are_time_averages() {
     // Samples at uneven times of 1.64 + 0.02 sin(2π 8 t) over whole cycles.
     let t: Vec<f64> = (0..=40_000_u32)
         .map(|k| f64::from(k) / 1000.0)
@@ -94,25 +94,25 @@ fn a_settled_value_is_a_time_average() {
         .map(|t| 1.64 + 0.02 * (16.0 * PI * t).sin())
         .collect();
     let settled = Settled::over_window(&t, &ripple, 20.0).unwrap();
-    // The trapezoidal rule on 125 points per cycle: error of the order 0.02 (2π/125)²/12 = 4e-6,
-    // and a window that misses whole cycles by up to 1e-3 s of 20 s: 0.02 · 5e-5 = 1e-6.
+    // The trapezoidal rule with 125 points per cycle has an error of order 0.02 (2π/125)²/12 = 4e-6; a window that
+    // differs from whole cycles by up to 1e-3 s in 20 s adds 0.02 · 5e-5 = 1e-6.
     assert!((settled.mean - 1.64).abs() < 5e-6, "{settled:?}");
     assert!(
         (settled.std - 0.02 / 2_f64.sqrt()).abs() < 1e-5,
         "{settled:?}"
     );
-    // The samples come within half a step, 0.025 rad, of the crests: 0.02 · 0.025²/2 = 6e-6.
+    // Samples are within half a step, 0.025 rad, of the crests: 0.02 · 0.025²/2 = 6e-6.
     assert!((settled.max - 1.66).abs() < 7e-6 && (settled.min - 1.62).abs() < 7e-6);
 }
 
 #[test]
-fn a_sample_at_the_start_of_a_window_is_in_it() {
+fn a_window_includes_a_sample_at_its_start() {
     let settled = Settled::over_window(&[0.0, 1.0, 2.0, 3.0], &[9.0, 1.0, 2.0, 4.0], 2.0).unwrap();
     assert_eq!((settled.min, settled.samples), (1.0, 3));
 }
 
 #[test]
-fn a_window_needs_samples() {
+fn a_window_requires_two_samples() {
     assert_eq!(
         Settled::over_window(&[0.0, 1.0, 2.0], &[1.0; 3], 0.5),
         Err(Error::Window {
@@ -134,13 +134,13 @@ fn a_window_needs_samples() {
             Err(Error::Window { found: 0, .. })
         ));
     }
-    // A window holds the sample at its very beginning.
+    // A window includes a sample at its start.
     let whole = Settled::over_window(&[0.0, 1.0, 2.0], &[5.0, 1.0, 1.0], 2.0).unwrap();
     assert_eq!((whole.samples, whole.max), (3, 5.0));
 }
 
 #[test]
-fn the_smooth_coherence_tends_to_chi() {
+fn the_smooth_coherence_tends_to_the_phase_coherence() {
     let (omega, y, w) = ([50.0, 49.0, 52.0], [1.0, -0.3, 0.8], [20.0, 30.0, -10.0]);
     let chi = Coherence::new(&omega, &y, &w).phase.norm_sqr();
     for radius in [1e-2, 1e-3, 1e-4] {
@@ -190,9 +190,9 @@ fn the_gradient_is_the_derivative_of_the_smooth_coherence() {
     }
 }
 
-/// Places of a grid and others: the neighbours that are found by cubes are those of a look at all.
+/// The grid search for neighbors is compared with a search over all places.
 #[test]
-fn neighbourhoods_are_of_all_places_within_the_radius() {
+fn neighborhoods_contain_all_places_within_the_radius() {
     let n = 300;
     let coordinates = random(7, 3 * n);
     let places: Vec<[f64; 3]> = coordinates.as_chunks().0.to_vec();
@@ -201,14 +201,14 @@ fn neighbourhoods_are_of_all_places_within_the_radius() {
     let w: Vec<f64> = w.iter().map(|w| 50.0 * w).collect();
     let single = coherence_at(n, &omega, &y, &w);
     for radius in [0.05, 0.3, 1.0, 10.0] {
-        let found = Neighbourhood::new(places.clone(), radius).unwrap();
+        let found = Neighborhood::new(places.clone(), radius).unwrap();
         for (place, found) in places.iter().zip(found.coherence(&single)) {
             let distance = |other: &[f64; 3]| -> f64 {
                 let squares = place.iter().zip(other).map(|(a, b)| (a - b).powi(2));
                 squares.sum::<f64>().sqrt()
             };
             let near: Vec<usize> = (0..n).filter(|&j| distance(&places[j]) <= radius).collect();
-            // Of all oscillators at these places.
+            // The coherence of all oscillators at these places.
             let own = |all: &[f64]| -> Vec<f64> {
                 near.iter()
                     .flat_map(|j| [all[2 * j], all[2 * j + 1]])
@@ -217,18 +217,18 @@ fn neighbourhoods_are_of_all_places_within_the_radius() {
             let all = Coherence::new(&own(&omega), &own(&y), &own(&w))
                 .phase
                 .norm();
-            // Sums of at most 600 numbers of size 1, in another order.
+            // Sums of at most 600 numbers of magnitude 1, in a different order.
             assert!(
                 (found - all).abs() < 600.0 * f64::EPSILON,
                 "{radius}: {found} {all}"
             );
         }
     }
-    let alone = Neighbourhood::new(places.clone(), 1e-300).unwrap();
+    let alone = Neighborhood::new(places.clone(), 1e-300).unwrap();
     let own: Vec<f64> = single.iter().map(|place| place.phase.norm()).collect();
     assert_eq!(alone.coherence(&single), own);
     for radius in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let refused = Neighbourhood::new(places.clone(), radius);
+        let refused = Neighborhood::new(places.clone(), radius);
         assert!(matches!(refused, Err(Error::Radius { .. })), "{radius}");
     }
 }

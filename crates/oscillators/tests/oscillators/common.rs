@@ -1,9 +1,9 @@
-//! What the tests share: random numbers, reference values, a small integrator.
+//! Shared test utilities: random numbers, reference values, a small integrator.
 
 use myovib_oscillators::{Generator, Network};
 use serde_json::Value;
 
-/// `n` numbers in (−1, 1), the same for the same seed.
+/// Returns `n` reproducible numbers in (−1, 1).
 pub(crate) fn random(seed: u32, n: usize) -> Vec<f64> {
     Generator::ChaCha8
         .uniform(seed, n)
@@ -12,7 +12,7 @@ pub(crate) fn random(seed: u32, n: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The published numbers of case S9; the file states their provenance.
+/// Returns the published values of case S9; the file states their source.
 pub(crate) fn references() -> Value {
     serde_json::from_str(include_str!(
         "../../../../data/references/s9_oscillators.json"
@@ -20,7 +20,7 @@ pub(crate) fn references() -> Value {
     .unwrap()
 }
 
-/// A list of numbers in the references.
+/// Converts a JSON list to numbers.
 pub(crate) fn numbers(value: &Value) -> Vec<f64> {
     value
         .as_array()
@@ -30,10 +30,10 @@ pub(crate) fn numbers(value: &Value) -> Vec<f64> {
         .collect()
 }
 
-/// max |a − b|.
+/// Returns max |a − b|.
 ///
 /// # Panics
-/// If a difference is no number: `f64::max` would pass it over.
+/// If a difference is NaN, which `f64::max` would ignore.
 pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());
@@ -43,23 +43,23 @@ pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
     })
 }
 
-/// ṡ = −F(s, 0; c).
+/// Returns ṡ = −F(s, 0; c).
 pub(crate) fn rhs(network: &Network, s: &[f64], forcing: &[f64]) -> Vec<f64> {
     let mut f = vec![0.0; s.len()];
     network.residual(s, &vec![0.0; s.len()], forcing, &mut f);
     f.iter().map(|x| -x).collect()
 }
 
-/// The states at `t_end` from `s` at t = 0, without forcing, in `n_steps` equal steps.
+/// Integrates from `s` at t = 0 to `t_end` without forcing, in `n_steps` equal steps.
 pub(crate) fn integrate(network: &Network, s: &[f64], t_end: f64, n_steps: usize) -> Vec<f64> {
     let h = t_end / n_steps as f64;
     (0..n_steps).fold(s.to_vec(), |s, _| step(network, |_| 0.0, 0.0, &s, h))
 }
 
-/// One step from `s` at time `t` under the forcing `c(t)`, the same in all directions.
+/// Performs one step from `s` at time `t` under the forcing `c(t)`, equal in all directions.
 ///
-/// Extrapolation of the modified midpoint rule to order 12 in the step. There is no error control:
-/// a test states why its step is small enough.
+/// The method extrapolates the modified midpoint rule to order 12. There is no error control: each test states why its
+/// step is small enough.
 pub(crate) fn step(
     network: &Network,
     c: impl Fn(f64) -> f64,

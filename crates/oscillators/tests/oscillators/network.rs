@@ -1,4 +1,4 @@
-//! The equations: identities, edge cases and Jacobians of chains and arrays.
+//! The equations of chains and arrays: identities, edge cases and Jacobians.
 
 use crate::common::{distance, random, rhs};
 use myovib_oscillators::{Array, Chain, Coefficients, Ends, Error, Network, Reach};
@@ -36,7 +36,7 @@ fn array(columns: usize, rows: usize, ends: Ends) -> Array {
     }
 }
 
-/// Chains of all edge-case lengths, arrays, and chains at several places.
+/// Returns chains of all edge-case lengths, arrays, and chains at several places.
 fn networks() -> Vec<(String, Network)> {
     let mut all = Vec::new();
     for ends in [Ends::Periodic, Ends::Open] {
@@ -58,15 +58,15 @@ fn networks() -> Vec<(String, Network)> {
     all
 }
 
-/// The paper's equation written out once more, from the printed formula.
+/// Evaluates the paper's equation independently, from the printed formula.
 fn printed_acceleration(omega: &[f64], y: &[f64], w: &[f64], c: f64) -> Vec<f64> {
     let n = omega.len();
     (0..n)
         .map(|k| {
-            let neighbours = 0.5 * (y[(k + 1) % n] + y[(k + n - 1) % n]);
+            let neighbors = 0.5 * (y[(k + 1) % n] + y[(k + n - 1) % n]);
             -(omega[k] * omega[k] * y[k] - 2.0 * (1.0 - y[k] * y[k]) * w[k]
                 + 0.7 * y[k] * y[k] * y[k]
-                - 3.0 * omega[k] * neighbours
+                - 3.0 * omega[k] * neighbors
                 + c)
         })
         .collect()
@@ -102,13 +102,13 @@ fn identical_oscillators_move_as_one() {
             &s,
             &[1.5],
         );
-        // The two pulls are subtracted one after the other, in every chain alike.
+        // The two couplings are subtracted one after the other in every chain.
         assert_eq!(all, [vec![one[0]; n], vec![one[1]; n]].concat(), "N = {n}");
     }
 }
 
 #[test]
-fn open_ends_lack_the_outer_pull() {
+fn open_ends_have_no_outer_coupling() {
     let (omega, s) = ([50.0; 4], random(5, 8));
     let periodic = rhs(&chain(&omega, Ends::Periodic, Reach::All), &s, &[0.0]);
     let open = rhs(&chain(&omega, Ends::Open, Reach::All), &s, &[0.0]);
@@ -119,7 +119,7 @@ fn open_ends_lack_the_outer_pull() {
 }
 
 #[test]
-fn the_forcing_reaches_whom_it_should() {
+fn the_forcing_acts_on_the_selected_oscillators() {
     let rows = |network: &Network, channel| network.forced_rows(channel).collect::<Vec<_>>();
     let omega = [50.0; 4];
     assert_eq!(
@@ -151,7 +151,7 @@ fn the_coupling_column_is_the_derivative_by_the_forcing() {
                 .forced_rows(channel)
                 .for_each(|row| column[row] = 1.0);
             let difference: Vec<f64> = base.iter().zip(&forced).map(|(b, f)| b - f).collect();
-            // F is affine in c: only rounding of the terms up to ω² is left.
+            // F is affine in c, so only the rounding of terms up to ω² remains.
             assert!(
                 distance(&difference, &column) < 8.0 * 2700.0 * f64::EPSILON,
                 "{name}"
@@ -212,7 +212,7 @@ fn stiffness_and_damping_are_the_jacobian_of_the_momentum_rows() {
 
         let pattern = network.stiffness_pattern().clone();
         let (mut stiffness, mut damping) = (vec![f64::NAN; pattern.nnz()], vec![f64::NAN; n]);
-        network.linearise(&s, &mut stiffness, &mut damping);
+        network.linearize(&s, &mut stiffness, &mut damping);
         let diagonal: Vec<f64> = network.stiffness_diagonal().map(|k| stiffness[k]).collect();
         let stiffness = CscMatrix::try_from_pattern_and_values(pattern, stiffness).unwrap();
         let entry = |matrix: &CscMatrix<f64>, row: usize, column: usize| {
@@ -233,7 +233,7 @@ fn stiffness_and_damping_are_the_jacobian_of_the_momentum_rows() {
 }
 
 #[test]
-fn no_oscillator_feels_another_component_of_the_forcing_than_its_own() {
+fn each_oscillator_depends_on_one_component_of_the_forcing() {
     for (name, network) in networks() {
         let n = network.n_oscillators();
         let mut all: Vec<usize> = Vec::new();
@@ -277,7 +277,7 @@ fn an_open_single_row_is_the_open_chain_in_each_direction() {
 
 #[test]
 fn an_array_couples_along_both_axes() {
-    // Oscillator (1, 1) of a 3 × 3 array, moved by 1, pulls with D_n/2 on its four neighbours.
+    // Oscillator (1, 1) of a 3 × 3 array, displaced by 1, acts with D_n/2 on its four neighbors.
     let array = Array {
         omega: vec![50.0; 9],
         ..array(3, 3, Ends::Open)
@@ -307,7 +307,7 @@ fn a_periodic_array_moves_as_one_under_both_axes() {
         &c,
     );
     for direction in 0..2 {
-        // Two pulls of D_n/2 per axis: one oscillator with twice the coupling.
+        // Two couplings of D_n/2 per axis: one oscillator with twice the coupling.
         let coefficients = Coefficients {
             coupling: 6.0,
             ..ALL_TERMS
@@ -333,7 +333,7 @@ fn a_periodic_array_moves_as_one_under_both_axes() {
 }
 
 #[test]
-fn bad_descriptions_are_refused_with_their_numbers() {
+fn invalid_descriptions_are_rejected() {
     let build = |omega: Vec<f64>, coefficients| {
         Chain {
             omega,
@@ -353,16 +353,24 @@ fn bad_descriptions_are_refused_with_their_numbers() {
         coupling: f64::INFINITY,
         ..ALL_TERMS
     };
+    let value = f64::INFINITY;
     assert_eq!(
-        build(vec![50.0], infinite).to_string(),
-        "the coefficient coupling must be finite, got inf"
+        build(vec![50.0], infinite),
+        Error::Coefficient {
+            name: "coupling",
+            value
+        }
     );
     let few = Array {
         omega: vec![50.0; 5],
         ..array(3, 2, Ends::Open)
     };
     assert_eq!(
-        few.network().unwrap_err().to_string(),
-        "an array of 3 × 2 oscillators needs 6 frequencies, got 5"
+        few.network().unwrap_err(),
+        Error::ArrayFrequencies {
+            columns: 3,
+            rows: 2,
+            given: 5
+        }
     );
 }

@@ -1,4 +1,4 @@
-//! Known solutions, integrated: case S9 of the references.
+//! Numerical integration of known solutions: case S9 of the references.
 
 use std::f64::consts::PI;
 
@@ -6,14 +6,14 @@ use crate::common::{distance, integrate, numbers, references, rhs};
 use myovib_oscillators::samples::{ChainMode, van_der_pol};
 use myovib_oscillators::{Coefficients, Network};
 
-/// Amplitude and period of the limit cycle: from one crest (w = 0, falling) to the next.
+/// Returns amplitude and period of the limit cycle, from one crest (w = 0, decreasing) to the next.
 fn limit_cycle(network: &Network, h: f64, duration: f64) -> (f64, f64) {
     let mut s = vec![2.0, 0.0];
     let mut crests = Vec::new();
     for k in 0..(duration / h) as usize {
         let next = integrate(network, &s, h, 1);
         if s[1] > 0.0 && next[1] <= 0.0 {
-            // Newton's method on w(t) = 0, each iterate by one step from the same state.
+            // Newton's method for w(t) = 0; each iterate takes one step from the same state.
             let (mut offset, mut crest) = (0.0, s.clone());
             for _ in 0..20 {
                 offset -= crest[1] / rhs(network, &crest, &[0.0])[1];
@@ -30,15 +30,15 @@ fn limit_cycle(network: &Network, h: f64, duration: f64) -> (f64, f64) {
 }
 
 #[test]
-fn van_der_pol_runs_on_the_published_limit_cycle() {
+fn van_der_pol_reaches_the_published_limit_cycle() {
     let published = &references()["limit_cycle"];
     let (amplitude, period) = (
         published["amplitude"].as_f64().unwrap(),
         published["period"].as_f64().unwrap(),
     );
     let network = van_der_pol(1.0, 1.0).network().unwrap();
-    // Perturbations shrink by e^{-7} per turn: after 8 turns the cycle is reached to rounding.
-    // Rounding of 10³ steps, and of t ≈ 60 in the difference of two times.
+    // Perturbations decrease by e^{-7} per revolution: after 8 revolutions only rounding remains, of 10³ steps and of t
+    // ≈ 60 in the difference of two times.
     let (a, t) = limit_cycle(&network, 0.05, 60.0);
     assert!((a - amplitude).abs() < 1e-12, "A = {a:.15}");
     assert!((t - period).abs() < 2e-12, "T = {t:.15}");
@@ -87,12 +87,12 @@ fn the_frequencies_of_small_waves_are_the_published_ones() {
     assert!((lambda.im - exponent[1]).abs() < 8.0 * f64::EPSILON * exponent[1]);
 }
 
-/// The second half of a wave's states is the derivative of the first.
+/// The second half of a wave's states is the derivative of the first half.
 #[test]
-fn a_small_wave_has_its_own_velocity() {
+fn the_velocities_of_a_small_wave_are_consistent() {
     let mode = wave();
     let t = 0.37;
-    // ε^(1/3) of the time scale 1/(50 rad/s): differences keep two thirds of the digits, 1e-10.
+    // ε^(1/3) of the time scale 1/(50 rad/s): differences retain two thirds of the digits, 1e-10.
     let h = 1e-7;
     let (before, now, after) = (mode.states(t - h), mode.states(t), mode.states(t + h));
     let slope: Vec<f64> = after[..5]
@@ -109,7 +109,7 @@ fn a_small_wave_has_its_own_velocity() {
 fn a_small_wave_on_the_chain_is_the_closed_form() {
     let mode = wave();
     let published = numbers(&references()["chain_mode"]["y_at_1"]);
-    // The references agree with the closed form to the 12 digits they claim.
+    // The references agree with the closed form to their stated 12 digits.
     assert!(distance(&mode.states(1.0)[..5], &published) < 1e-12 * 4e-6);
     let network = mode.chain().network().unwrap();
     let integrated = integrate(&network, &mode.states(0.0), 1.0, 1000);
@@ -117,7 +117,7 @@ fn a_small_wave_on_the_chain_is_the_closed_form() {
     // Displacements reach 4.4e-6.
     let error = distance(&integrated[..5], &published) / 4.4e-6;
     assert!(error < 4e-11, "{error:e}");
-    // With an amplitude a thousand times smaller only the integration's rounding is left.
+    // With an amplitude a thousand times smaller, only the rounding of the integration remains.
     let tiny = ChainMode {
         amplitude: 1e-9,
         ..mode

@@ -1,5 +1,5 @@
-//! Van der Pol's oscillator at μ = 1000, the Test Set's `vdpolm`: what only an implicit method can
-//! integrate, so that a wrong Jacobian shows.
+//! Van der Pol's oscillator with μ = 1000, problem `vdpolm` of the Test Set. Only an implicit method can integrate it,
+//! so a wrong Jacobian is detected.
 
 use nalgebra::{DMatrix, DVector};
 use nalgebra_sparse::CscMatrix;
@@ -11,8 +11,8 @@ use myovib_oscillators::samples::van_der_pol;
 /// Columns of the extrapolation tableau, the order of the method.
 const ORDER: usize = 8;
 
-/// `n` steps of the linearly implicit Euler method over the length h:
-/// (∂F/∂s + n/h ∂F/∂ṡ) Δs = −F(s, 0), the Jacobian frozen at `frozen`.
+/// Takes `n` steps of the linearly implicit Euler method over the length h, with the Jacobian evaluated at `frozen`:
+/// (∂F/∂s + n/h ∂F/∂ṡ) Δs = −F(s, 0).
 fn implicit_euler(network: &Network, frozen: &[f64], h: f64, n: usize) -> DVector<f64> {
     let size = network.n_states();
     let pattern = network.jacobian_pattern().clone();
@@ -29,7 +29,7 @@ fn implicit_euler(network: &Network, frozen: &[f64], h: f64, n: usize) -> DVecto
     s
 }
 
-/// The extrapolated state after the length `h`, and the last correction as its error.
+/// Returns the extrapolated state after the length `h`, and the last correction as an error estimate.
 fn extrapolated(network: &Network, s: &DVector<f64>, h: f64) -> (DVector<f64>, f64) {
     let mut previous: Vec<DVector<f64>> = Vec::new();
     for n in 1..=ORDER {
@@ -41,13 +41,14 @@ fn extrapolated(network: &Network, s: &DVector<f64>, h: f64) -> (DVector<f64>, f
         }
         previous = row;
     }
-    // Position and velocity against their sizes, the velocity's from below at 1e-3.
+    // Relative to position and velocity, the latter bounded below by 1e-3.
     let correction = &previous[ORDER - 1] - &previous[ORDER - 2];
     let error = (correction[0] / s[0].abs().max(1.0)).hypot(correction[1] / s[1].abs().max(1e-3));
     (previous.swap_remove(ORDER - 1), error)
 }
 
-/// From `s` over `t_end` with the local error below `tolerance` per step; also the steps taken.
+/// Integrates from `s` over `t_end` with the local error per step below `tolerance`. Returns the state and the number
+/// of steps.
 fn integrate(network: &Network, s: [f64; 2], t_end: f64, tolerance: f64) -> (DVector<f64>, usize) {
     let (mut t, mut h, mut steps) = (0.0, 1e-6, 0);
     let mut s = DVector::from_column_slice(&s);
@@ -57,7 +58,7 @@ fn integrate(network: &Network, s: [f64; 2], t_end: f64, tolerance: f64) -> (DVe
         if error <= tolerance {
             (t, s, steps) = (t + h, next, steps + 1);
         }
-        // A NaN error (an overflow on the way) shortens the step as a large one does.
+        // A NaN error (from an overflow) shortens the step like a large one.
         let factor = 0.8 * (tolerance / error).powf(1.0 / ORDER as f64);
         h *= if factor.is_finite() {
             factor.clamp(0.2, 4.0)
@@ -69,7 +70,7 @@ fn integrate(network: &Network, s: [f64; 2], t_end: f64, tolerance: f64) -> (DVe
 }
 
 #[test]
-fn the_stiff_oscillator_ends_where_the_test_set_does() {
+fn the_stiff_oscillator_matches_the_test_set() {
     let published = &references()["vdpolm"];
     let y = numbers(&published["y"]);
     let network = van_der_pol(published["vdp_mu"].as_f64().unwrap(), 1.0)
@@ -77,7 +78,7 @@ fn the_stiff_oscillator_ends_where_the_test_set_does() {
         .unwrap();
     let t_end = published["t"].as_f64().unwrap();
     let (s, steps) = integrate(&network, [2.0, 0.0], t_end, 1e-10);
-    // The flow between the jumps contracts, so the end is at least as good as one step's tolerance.
+    // The flow between the jumps is contractive, so the error at the end is at most the tolerance of one step.
     assert!(
         (s[0] - y[0]).abs() < 1e-10 * y[0].abs(),
         "{:e}",
@@ -88,7 +89,6 @@ fn the_stiff_oscillator_ends_where_the_test_set_does() {
         "{:e}",
         s[1] - y[1]
     );
-    // 1200 are enough with the right Jacobian; a step limited by stability, h < 2/(3 μ), would
-    // need 3 million.
+    // The right Jacobian needs 1200 steps; a step limited by stability, h < 2/(3 μ), would need 3 million.
     assert!(steps < 2500, "{steps}");
 }

@@ -1,5 +1,5 @@
-//! What the paper is about: oscillators that fall into step. Numbers of an independent
-//! integration of the rod-driven chain, here with the rod's steady response in place of the rod.
+//! Synchronization of oscillators. Reference values come from an independent integration of the rod-driven chain; here
+//! the rod's steady response replaces the rod.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,11 +9,11 @@ use myovib_oscillators::{
     centroid_frequency,
 };
 
-/// 12.5 points per cycle. Halving it moves the smallest |Ψ| of the last window by 6e-12, and the time
-/// averages, which see the spacing of the samples, by 2e-6 (frequency: 1.4e-5 Hz).
+/// 12.5 points per cycle. Halving the step changes the smallest |Ψ| of the last window by 6e-12, and the time averages,
+/// which depend on the sampling, by 2e-6 (frequency: 1.4e-5 Hz).
 const STEP: f64 = 0.01;
 
-/// Settled |Ψ|, |χ| and frequency of the centroid over the last 20 s.
+/// Steady |Ψ|, |χ| and frequency of the centroid over the last 20 s.
 struct Course {
     centroid: Settled,
     phase: Settled,
@@ -46,8 +46,8 @@ fn course(network: &Network, s: Vec<f64>, t_end: f64, c: impl Fn(f64) -> f64) ->
     }
 }
 
-/// c(t) of the paper's rod: the load's ramp, the steady amplitude at 8 Hz (|U(L/2)| = 0.0506 of
-/// case S8, whose phase of 6e-4 is left out).
+/// Returns c(t) of the paper's rod: the ramp of the load and the steady amplitude at 8 Hz (|U(L/2)| = 0.0506 of case
+/// S8, whose phase of 6e-4 is neglected).
 fn rod_forcing(gain: f64) -> impl Fn(f64) -> f64 {
     let drive = Drive {
         gain,
@@ -88,17 +88,17 @@ fn from_rest(network: &Network, t_end: f64, gain: f64) -> Course {
 }
 
 #[test]
-fn twenty_oscillators_settle_where_they_should() {
+fn twenty_oscillators_reach_the_reference_coherence() {
     let Course {
         centroid,
         phase,
         frequency,
         rise,
     } = from_rest(&chain(20, 0.05, 3.0), 200.0, 1.0);
-    // The independent integration gives means over 20 s to these margins,
+    // The independent integration gives means over 20 s with these margins,
     assert!((centroid.mean - 1.642).abs() < 0.002, "{centroid:?}");
     assert!((phase.mean - 0.836).abs() < 0.001, "{phase:?}");
-    // ripple and frequency to the digits printed,
+    // ripple and frequency to the printed digits,
     assert!((centroid.min - 1.62).abs() < 0.005, "{centroid:?}");
     assert!((centroid.max - 1.67).abs() < 0.005, "{centroid:?}");
     assert!((frequency.mean - 7.763).abs() < 0.001, "{frequency:?}");
@@ -112,17 +112,17 @@ fn twenty_oscillators_settle_where_they_should() {
 }
 
 #[test]
-fn five_oscillators_settle_where_they_should() {
+fn five_oscillators_reach_the_reference_coherence() {
     let Course {
         centroid, phase, ..
     } = from_rest(&chain(5, 0.5, 3.0), 50.0, 1.0);
-    // "|Ψ| within [1.64, 1.70] over a cycle, |χ| 0.94", to the digits printed.
+    // "|Ψ| within [1.64, 1.70] over a cycle, |χ| 0.94", to the printed digits.
     assert!(centroid.min > 1.635 && centroid.max < 1.705, "{centroid:?}");
     assert!((phase.mean - 0.94).abs() < 0.005, "{phase:?}");
 }
 
 #[test]
-fn identical_oscillators_run_at_the_coupled_frequency() {
+fn identical_oscillators_move_at_the_coupled_frequency() {
     let network = chain(20, 0.0, 3.0);
     let start = [vec![1.0; 20], vec![0.0; 20]].concat();
     let Course {
@@ -161,16 +161,16 @@ fn narrower_detuning_and_stronger_coupling_give_more_coherence() {
 }
 
 #[test]
-fn a_strong_drive_takes_the_chain_over() {
+fn a_strong_drive_entrains_the_chain() {
     let driven = |gain| from_rest(&chain(20, 0.05, 3.0), 100.0, gain);
-    // Near γ = 3000 the drive and the chain's own rhythm fight: |Ψ| beats down to 0.
+    // Near γ = 3000 the drive competes with the chain's own frequency: |Ψ| beats down to 0.
     let contest = driven(3000.0);
     assert!(
         contest.centroid.min < 0.1 && contest.centroid.max > 1.9,
         "{:?}",
         contest.centroid
     );
-    // At 4000 the centroid is locked to 8 Hz, at the price of coherence; at 6000 both are there.
+    // At 4000 the centroid is locked to 8 Hz at reduced coherence; at 6000 the coherence is high as well.
     // 8.000 Hz to the resolution of the window, 4e-4 Hz.
     let (locked, firm) = (driven(4000.0), driven(6000.0));
     assert!(

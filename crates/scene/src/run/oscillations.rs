@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use myovib_model::{ModelError, Probe, Snapshot};
-use myovib_oscillators::{Neighbourhood, coherence_at};
+use myovib_oscillators::{Neighborhood, coherence_at};
 
 use super::system::System;
 use crate::scene::{DrivenPlace, Scene};
@@ -26,7 +26,7 @@ struct Shown {
     name: String,
     in_elements: bool,
     places: Vec<DrivenPlace>,
-    neighbourhood: Option<Neighbourhood>,
+    neighbourhood: Option<Neighborhood>,
 }
 
 /// What the oscillators of a chain do at a time: numbers of each place.

@@ -2,7 +2,7 @@
 
 use myovib_fem::rod::{EndLoad, Rod, RodData};
 use myovib_model::{ModelError, RodDae};
-use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Generator, Neighbourhood};
+use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Generator, Neighborhood};
 
 use super::Body;
 use super::builder::Builder;
@@ -29,7 +29,7 @@ pub struct DrivenChain {
     /// How many points of its grid lie outside of the body.
     pub outside: usize,
     /// The neighbourhoods of the places, if they are wanted.
-    pub neighbourhood: Option<Neighbourhood>,
+    pub neighbourhood: Option<Neighborhood>,
     /// Initial position of all oscillators.
     pub initial: f64,
 }
@@ -149,7 +149,7 @@ impl Builder<'_> {
             return Err(self.wrong(&format!("{path}.oscillators"), error));
         }
         let detuning = Detuning {
-            centre: std::f64::consts::TAU * chain.frequency,
+            center: std::f64::consts::TAU * chain.frequency,
             half_width: chain.half_width,
             generator: match chain.generator {
                 GeneratorName::Matlab => Generator::Matlab,
@@ -191,7 +191,7 @@ impl Builder<'_> {
         chain: &chain::Chain,
         places: &[DrivenPlace],
         path: &str,
-    ) -> Result<Option<Neighbourhood>, InputError> {
+    ) -> Result<Option<Neighborhood>, InputError> {
         let Some(radius) = chain.neighbourhood else {
             return Ok(None);
         };
@@ -205,7 +205,7 @@ impl Builder<'_> {
         };
         let space = body.muscle.solid.space();
         let points = places.iter().map(|place| place.point(space));
-        let neighbourhood = Neighbourhood::new(points.collect(), radius);
+        let neighbourhood = Neighborhood::new(points.collect(), radius);
         Ok(Some(
             self.at(&path, neighbourhood.map_err(ModelError::from))?,
         ))

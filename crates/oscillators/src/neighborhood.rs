@@ -1,44 +1,43 @@
-//! Coherence over the places within a radius of each other.
+//! Coherence of all places within a radius.
 
 use std::collections::HashMap;
 
 use crate::coherence::{Coherence, mean};
 use crate::error::Error;
 
-/// Rounding of coordinates: a place at the radius counts as within it.
+/// Relative rounding of coordinates; a place exactly at the radius is included.
 const SLACK: f64 = 1e-9;
 
-/// Places, and for each those within a radius of it.
+/// Places, each with all places within a radius of it.
 ///
-/// The coherence of the neighbourhood of place i is `|1/n Σ χ_j|` over the n places j, itself among
-/// them, whose distance from it is at most the radius; all weigh the same. With as many oscillators
-/// at each place it is |χ| of all oscillators of these places. A single oscillator has |χ| = 1 by
-/// definition: among several places it is this measure that tells.
+/// The coherence of the neighborhood of place i is `|1/n Σ χ_j|` over the n places j within the radius, including i
+/// itself, with equal weights. If all places have the same number of oscillators, it is |χ| of all oscillators at these
+/// places. A single oscillator always has |χ| = 1, so for one oscillator per place this is the meaningful measure.
 ///
 /// # Units
-/// The radius in the unit of the places.
+/// The radius has the unit of the places.
 ///
 /// # Examples
 /// ```
-/// use myovib_oscillators::{Neighbourhood, coherence_at};
+/// use myovib_oscillators::{Neighborhood, coherence_at};
 /// # fn main() -> Result<(), myovib_oscillators::Error> {
 /// let places = [[0.0; 3], [1.0, 0.0, 0.0], [5.0, 0.0, 0.0]];
-/// let near = Neighbourhood::new(places.to_vec(), 1.5)?;
+/// let near = Neighborhood::new(places.to_vec(), 1.5)?;
 /// let single = coherence_at(3, &[50.0; 3], &[1.0, -2.0, 1.0], &[0.0; 3]);
 /// assert_eq!(near.coherence(&single), [0.0, 0.0, 1.0]);
 /// # Ok(())
 /// # }
 /// ```
 #[derive(Debug, Clone)]
-pub struct Neighbourhood {
+pub struct Neighborhood {
     places: Vec<[f64; 3]>,
     radius: f64,
-    /// The places in each cube of a grid whose sides are the radius.
+    /// Indices of the places in each cube of a grid with the radius as side length.
     cubes: HashMap<[i64; 3], Vec<usize>>,
 }
 
-impl Neighbourhood {
-    /// The neighbourhoods of `places`.
+impl Neighborhood {
+    /// Creates the neighborhoods of `places`.
     ///
     /// # Errors
     /// [`Error::Radius`].
@@ -58,17 +57,17 @@ impl Neighbourhood {
         })
     }
 
-    /// The coherence of each neighbourhood, for Ψ and χ of each place.
+    /// Returns the coherence of each neighborhood. `of_places` holds Ψ and χ of each place.
     ///
     /// # Panics
-    /// When there are not as many as places.
+    /// If the number of values differs from the number of places.
     pub fn coherence(&self, of_places: &[Coherence]) -> Vec<f64> {
         assert_eq!(of_places.len(), self.places.len(), "a χ for each place");
         let own = |place: &[f64; 3]| mean(self.near(*place).map(|j| of_places[j].phase)).norm();
         self.places.iter().map(own).collect()
     }
 
-    /// The places within the radius of a point.
+    /// Returns the places within the radius of a point.
     fn near(&self, point: [f64; 3]) -> impl Iterator<Item = usize> {
         let [i, j, k] = cube(point, self.radius);
         let around = |i: i64| i.saturating_sub(1)..=i.saturating_add(1);
@@ -83,7 +82,7 @@ impl Neighbourhood {
     }
 }
 
-/// The cube that holds a point.
+/// Returns the cube that contains a point.
 fn cube(point: [f64; 3], side: f64) -> [i64; 3] {
     point.map(|x| (x / side).floor() as i64)
 }
